@@ -35,7 +35,9 @@ from seatfem.machine.resources import Stopwatch
 from seatfem.structures.cache import VARIABLE
 from seatfem.structures.mesh.gmsh_process import gmsh_session
 from seatfem.study.runs.converge import begin_plan
-from seatfem.study.runs.rounds import Limits, Round, rounds
+from seatfem.study.runs.next_round import Limits
+from seatfem.study.runs.round import Round
+from seatfem.study.runs.rounds import rounds
 from seatfem.study.scene import load_scene
 
 SEED, SCENES = 61203, 150

@@ -28,8 +28,9 @@ from impact.notices import silent
 from seatfem.machine.resources import Stopwatch
 from seatfem.study.plan import Plan
 from seatfem.study.runs.converge import begin_plan
+from seatfem.study.runs.next_round import Limits
 from seatfem.study.runs.round import Round
-from seatfem.study.runs.rounds import Limits, rounds
+from seatfem.study.runs.rounds import rounds
 from seatfem.study.runs.seat_fields import SeatMesh, force_by_port
 from seatfem.study.runs.seat_stress import places_of, seat_stress, stress_on
 from seatfem.study.runs.stresses import SEAT, TENSION

@@ -24,7 +24,7 @@ from seatfem.study.impacts.landings import Landings
 from seatfem.study.impacts.touches import values_of_record
 from seatfem.study.ladders.patch import meshed_for_arcs
 from seatfem.study.method import RunMethod, as_stated
-from seatfem.study.runs.rounds import Round
+from seatfem.study.runs.round import Round
 from seatfem.study.runs.seat_stress import seat_stress
 from seatfem.study.runs.stresses import REED, SEAT, TENSION, plate_reed_stress, stresses
 from seatfem.study.scene import Scene

@@ -24,7 +24,7 @@ from table import RESULTS, machine, timed
 
 import impact
 from impact.notices import silent
-from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, sheet
+from impact.pictures.drawing import COLOURS, sheet
 from impact.runs.batch import solve_many
 from seatfem.machine.resources import Stopwatch
 from seatfem.structures.mesh.gmsh_process import gmsh_session
@@ -38,7 +38,6 @@ DT = 1e-6
 SHIFT = 2 * np.pi * 2e5
 FILE = RESULTS / "history.jsonl"
 PICTURE = Path(__file__).parents[1] / "docs" / "images" / "history.png"
-COLOURS = (BLUE, ORANGE, GREEN, PURPLE, SKY, GREY)
 
 Work = Callable[[], object]
 

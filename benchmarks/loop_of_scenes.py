@@ -30,7 +30,9 @@ from seatfem.machine.resources import Stopwatch
 from seatfem.structures.mesh.gmsh_process import gmsh_session
 from seatfem.study.impacts import bodies
 from seatfem.study.runs.converge import begin_plan
-from seatfem.study.runs.rounds import Limits, Round, rounds
+from seatfem.study.runs.next_round import Limits
+from seatfem.study.runs.round import Round
+from seatfem.study.runs.rounds import rounds
 from seatfem.study.scene import Scene, load_scene
 
 SEED, SCENES = 90417, 200

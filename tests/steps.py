@@ -22,9 +22,10 @@ from seatfem.study.method import stated_method
 from seatfem.study.plan import Plan
 from seatfem.study.runs.converge import begin_plan, refine_plan
 from seatfem.study.runs.forecast import converge, look_at
+from seatfem.study.runs.next_round import Limits
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.runs.round import Round
-from seatfem.study.runs.rounds import Limits, rounds
+from seatfem.study.runs.rounds import rounds
 from seatfem.study.scene import Scene, SceneError, load_scene
 from seatfem.study.scene.files import check_files
 from seatfem.study.sweep.runner import Outcome

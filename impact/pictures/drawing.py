@@ -22,7 +22,8 @@ if TYPE_CHECKING:
 
 DPI, SCREEN_DPI = 180, 100
 # Okabe & Ito (2008), distinguishable with every common colour blindness
-BLUE, ORANGE, GREEN, PURPLE, SKY, GREY = "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#7F7F7F"
+COLOURS: Final = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#7F7F7F")
+BLUE, ORANGE, GREEN, PURPLE, SKY, GREY = COLOURS
 
 _STYLE: dict[Any, Any] = {
     "font.family": "DejaVu Sans",

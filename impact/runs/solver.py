@@ -376,7 +376,7 @@ def error_budget(
     values = values_of(result)
     finer = times(2.0, changes(values, run(problem, step / 2)))
     finer = {name: max(each, step) if "duration" in name and values[name] else each for name, each in finer.items()}
-    return budget_of(run, problem, values, step, sources, filter_width=filter_width, finer=finer)
+    return budget_of(run, problem, values, step, sources, filter_width=filter_width, finer=[finer])
 
 
 def _standard(problem: ContactProblem, filter_width: float | None) -> Mapping[str, Measure]:

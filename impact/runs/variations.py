@@ -12,6 +12,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
+from functools import reduce
 from typing import Final
 
 import numpy as np
@@ -98,7 +99,7 @@ def total(one: Values, other: Values) -> Values:
     return {name: one[name] + other[name] for name in one}
 
 
-FINE: Final = 16  # fewest steps per filter width at which coarser steps estimate the error of the step
+FINE: Final = 16  # steps in the filter's width, or a wave's travel, that resolve it: longer ones tell their error
 NARROWER: Final = 1.6  # ratio of bandwidths whose runs estimate the error by mode truncation
 AT_ONCE: Final = 0.01  # fraction of the residual compliance that stays without inertia; the rest is given a frequency
 ROUND_OFF: Final = 1e-12  # compliance that counts as round-off, over the largest
@@ -131,16 +132,16 @@ def budget_of(
     sources: Mapping[str, Terms | None],
     *,
     filter_width: float | None = None,
-    finer: Values | None = None,
+    finer: Sequence[Values] = (),
     threads: int = 1,
 ) -> Budget:
     """Return the errors by the time step and by the ``sources`` in ``values``, the measures of ``problem`` at the step
     ``dt`` [s].
 
-    The error by the step is `left_by_step`, or ``finer`` if that is larger. The sources are compared at the doubled
-    step, if it resolves the filter of ``filter_width`` [s]; an unknown source is ``None``. ``run`` returns the same
-    measures of a problem; a missing measure counts as an infinite error. ``threads``: parallel runs; the compiled time
-    loop holds no interpreter lock.
+    The error by the step is `left_by_step`, or what ``finer`` steps tell if that is larger. The sources are compared at
+    the doubled step, if it resolves the filter of ``filter_width`` [s]; an unknown source is ``None``. ``run`` returns
+    the same measures of a problem; a missing measure counts as an infinite error. ``threads``: parallel runs; the
+    compiled time loop holds no interpreter lock.
     """
     step = 2 * dt if _may_double(dt, filter_width) else dt
     variations = [one for terms in sources.values() for term in terms or () for one in term]
@@ -161,17 +162,14 @@ def budget_of(
         return changes(values, results[id(problem), other])
 
     of_step = left_by_step(dt, filter_width, between)
-    of_step = {name: max(value, (finer or {}).get(name, 0.0)) for name, value in of_step.items()}
+    of_step = {name: max([value, *(each.get(name, 0.0) for each in finer)]) for name, value in of_step.items()}
     parts: dict[str, Values] = {}
     for source, terms in sources.items():
         if terms is None:
             continue
-        parts[source] = dict.fromkeys(base, 0.0)
+        parts[source] = nothing = dict.fromkeys(base, 0.0)
         for term in terms:
-            largest: Values = dict.fromkeys(base, 0.0)
-            for variation in term:
-                largest = larger(largest, change(variation))
-            parts[source] = total(parts[source], largest)
+            parts[source] = total(parts[source], reduce(larger, map(change, term), nothing))
     return Budget(values, {**parts, "time_step": of_step}, (*sources, "time_step"))
 
 

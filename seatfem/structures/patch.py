@@ -147,7 +147,7 @@ class Column:
 
 
 PATCH: Final = 0.03
-PATCH_ORDER: Final = 1.5
+PATCH_ORDER: Final = 1.5  # order of convergence with the elements: 1 at sharp edges, 2 elsewhere
 WAVE: Final = 0.03
 BODY: Final = 0.02
 BENT: Final = 0.12  # in place of `BODY` for a plate that bends on a clamped rim

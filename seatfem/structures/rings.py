@@ -28,7 +28,9 @@ MOST_CHOSEN: Final = 256  # most parts the program chooses itself, also in the f
 OF_TWICE: Final = 4 / 3  # error left by n arcs or rings, over the change from n to 2n (second order)
 FEWEST_ARCS: Final = 16  # fewest arcs of a lip from which their convergence can be estimated
 ACROSS: Final = (1, 3, 6)  # numbers of rings to choose from across an arc: borders of each are among those of the next
-OF_ONE: Final = 1.5  # error of one ring across an arc, over the change from one to three; at most 1.45 in five landings
+OF_ONE: Final = 1.5
+"""Error of one ring across an arc, over the change from one to three, at most 1.45 in five landings; and of one port,
+over the change by arcs on a half-space."""
 REFERENCE_RINGS = 4  # rings of the patch that one or two rings are compared with
 _STRIP = 5.2  # limit of p^2 times the error of p rings over that of one, for a strip, p -> infinity
 

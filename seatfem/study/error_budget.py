@@ -23,11 +23,10 @@ from impact.bodies.time_series import TimeSeriesError
 from impact.greens.base import Array
 from impact.march.problem import ContactProblem
 from impact.notices import Progress, silent
-from impact.runs import variations
-from impact.runs.variations import SAFETY, Values, changes, larger, total
+from impact.runs.variations import SAFETY, Budget, Terms, Values, budget_of, changes, larger, times, total
 from seatfem import structures
 from seatfem.machine import compiling, resources
-from seatfem.study import impacts, safety
+from seatfem.study import impacts
 from seatfem.study.impacts import contact
 from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.landings import Face, Landings
@@ -58,6 +57,16 @@ CLOCK: Final = "last touch"
 
 OF_TOUCH: Final = 1e-3  # least error of a touch, in steps: that of a straight flight is round-off of the gap
 FAINT: Final = 0.2  # least impulse of a contact that counts, over the largest
+FLOORS: Final = dict.fromkeys(("mesh", "reduction", "patch", RECORD), 1e-5)
+"""Least relative errors by source: the square of 0.3 %, the error of g in the band at best. A measure may be stationary
+in g, such as the plateau of a rod's force on a stiff seat, ``rho c A v``: a coarser run then shows no change, and only
+the second order remains."""
+FLOOR_OF_SPRING: Final = 2e-3
+"""Floor for a spring in place of waves: the square of some 4 %, the error of their effect in an estimate or an initial
+velocity. Waves returning during a clamped reed's landing changed its impulse by 0.3 % where both showed nothing."""
+WITHIN_PARTS: Final = 4e-3
+"""Relative error of a lip in arcs that does not depend on their number, as each arc has one pressure and mean motion.
+Weighting the rim of the land differently moved an impulse by 0.2 to 0.5 % (benchmarks/points: pressures at points)."""
 
 
 def impulse_of_last_touch(record: ContactRecord) -> float:
@@ -75,11 +84,7 @@ def impulse_of_last_touch(record: ContactRecord) -> float:
 def time_of_impulse(impulse: float, record: ContactRecord) -> float:
     """Return the time [s] at which a run has transferred an impulse [N s]; its end, if it never does."""
     running = _impulse(record)
-    after = int(np.searchsorted(running, impulse))
-    if after == 0 or after == len(running):
-        return 0.0 if after == 0 else record.dt * (len(running) - 1)
-    before, next_ = running[after - 1 : after + 1]
-    return record.dt * (after - 1 + float((impulse - before) / (next_ - before)))
+    return record.dt * float(np.interp(impulse, running, np.arange(len(running)))) if impulse > 0 else 0.0
 
 
 def _without_clock(values: Values) -> Mapping[str, float]:
@@ -131,12 +136,11 @@ def _landing_until(record: ContactRecord, landing: Landing, time: float) -> Land
     )
 
 
-KEYS_OF_MEASURES: Final[Mapping[str, tuple[str, ...]]] = {
-    measures.FilteredPeak.name: ("filtered_peak_force_N", "excess_peak_force_N"),
-    measures.Impulse.name: ("impulse_Ns",),
-    measures.ContactDuration.name: ("duration_s",),
+MEASURE_OF_KEY: Final[Mapping[str, str]] = {
+    **dict.fromkeys(("filtered_peak_force_N", "excess_peak_force_N"), measures.FilteredPeak.name),
+    **{"impulse_Ns": measures.Impulse.name, "duration_s": measures.ContactDuration.name},
 }
-"""Keys in the record of a landing whose error bar is at least that of the measure."""
+"""Keys in the record of a landing whose error bar is at least that of a measure."""
 
 
 def error_budget(
@@ -150,7 +154,7 @@ def error_budget(
     look: impacts.plate_stress.PlateLook | None = None,
     progress: Progress = silent,
     flights: contact.Flights | None = None,
-) -> variations.Budget:
+) -> Budget:
     """Return the errors of the measures of a run by source: the run is repeated with each key coarser, or finer, alone.
 
     The keys and their values in these runs are those of `seatfem.study.ladders.table`; further runs have time steps
@@ -178,42 +182,39 @@ def error_budget(
     last, like = impulse_of_last_touch(blow), touches.landings
     own = RunRecord(blow, like, touches.stopper_force)
 
-    def values_with_clock(record: RunRecord) -> variations.Values:
+    def values_with_clock(record: RunRecord) -> Values:
         return {**values_of_record(record, like), CLOCK: time_of_impulse(last, record.blow)}
 
     runs, count = 2 + sum(len(term) for each in terms.values() for term in each or ()), 0
 
-    def run(varied: ContactProblem, dt: float) -> variations.Values:
+    def run(varied: ContactProblem, dt: float) -> Values:
         nonlocal count
         count += 1
         progress("error budget", min(count / runs, 1.0))
         return values_with_clock(contact.record_of(scene, varied, dt, flights, like, look=look))
 
-    finer = march.left_by_half_step(computed, touches, look)
-    if finer is None:
-        finer = variations.times(2.0, variations.changes(values_of_record(own, like), run(problem, result.dt / 2)))
+    known, half = values_of_record(own, like), march.left_by_half_step(computed, touches, look)
+    if half is None:
+        half = times(2.0, changes(known, run(problem, result.dt / 2)))
+    finer = [half, times(result.dt, unresolved_steps(touches.landings, blow))]
     if shorter := march.step_of_waves(problem, result.dt, scene.run.duration):
-        change = variations.changes(values_of_record(own, like), run(problem, shorter))
-        finer = {name: max(value, finer.get(name, 0.0)) for name, value in change.items()}
-    least = unresolved_steps(touches.landings, blow)
-    finer = {**finer, **{name: max(finer.get(name, 0.0), result.dt * steps) for name, steps in least.items()}}
+        finer.append(changes(known, run(problem, shorter)))
     histories = contact.STEP_BYTES * len(result.rows.ends) * len(problem.contacts)  # of a run [bytes]
     threads = max(1, int(min(compiling.threads(), resources.available_memory() / histories)))
     values = values_with_clock(own)
-    budget = variations.budget_of(
-        run, problem, values, result.dt, terms, filter_width=width, finer=finer, threads=threads
-    )
+    budget = budget_of(run, problem, values, result.dt, terms, filter_width=width, finer=finer, threads=threads)
     budget = with_end(scene, problem, sum_by_source(budget, terms), result.dt, like)
     if blow is not stated:
         budget = replace(budget, values=values_of_record(RunRecord(stated, like, touches.stopper_force), like))
     varied = {table.source_of(key) for key, each in terms.items() if each}
-    floors: dict[str, float] = {source: least for source, least in safety.FLOORS.items() if source in varied}
+    floors: dict[str, float] = {source: least for source, least in FLOORS.items() if source in varied}
     if method.seat.level == "spring":
-        floors["model"] = safety.FLOOR_OF_SPRING
+        floors["model"] = FLOOR_OF_SPRING
     in_parts = scene.reed.thin_plate is not None and computed.division.arcs > 1
-    shares = {"model": safety.WITHIN_PARTS} if in_parts else {}  # an error that more arcs do not reduce
+    shares = {"model": WITHIN_PARTS} if in_parts else {}  # an error that more arcs do not reduce
     budget = with_floors(replace(budget, sources=(*budget.sources, *unknown)), floors, shares)
-    return with_cut_landings(with_jumps(budget, blow), like, first_is_cut(touches.seat))
+    budget = with_cut_landings(with_jumps(budget, blow), like, first_is_cut(touches.seat))
+    return budget if like is None else with_bars_of_measures(budget, like.seat)
 
 
 def unresolved_steps(landings: Landings | None, blow: ContactRecord) -> Values:
@@ -234,70 +235,54 @@ def _unresolved(landing: Landing) -> float:
     return JUMP if landing.is_resolved else 1.0
 
 
-def with_cut_landings(budget: variations.Budget, landings: Landings | None, first_cut: bool) -> variations.Budget:
+def with_cut_landings(budget: Budget, landings: Landings | None, first_cut: bool) -> Budget:
     """Return the budget with infinite errors of what the end of the record cuts: duration and impulse of landings, the
     peak of one cut shortly after it, and the duration of a first contact."""
-    if landings is None or not budget.parts:
+    if landings is None:
         return budget
-    cut = [
-        landing_name(face, number, key)
-        for face in get_args(Face)
-        for number, landing in enumerate(landings.on(face))
-        for key in ("impulse_Ns", "duration_s")
-        if landing.cut_off
-    ]
+    cut = [measures.ContactDuration.name] if first_cut else []
+    for face in get_args(Face):
+        for number, landing in enumerate(landings.on(face)):
+            cut += [landing_name(face, number, key) for key in ("impulse_Ns", "duration_s") if landing.cut_off]
     for prefix, judged in measures.judged_landings(landings.seat).items():
         if judged.cut_off:
             cut += [prefix + measures.Impulse.name, prefix + measures.ContactDuration.name]
             rises = judged.end - judged.peak_time < judged.duration / 10
             cut += [prefix + measures.FilteredPeak.name] if rises else []
-    cut += [measures.ContactDuration.name] if first_cut else []
     source = budget.dominant("impulse")
     unknown = {name: math.inf for name in cut if name in budget.values}
     return replace(budget, parts={**budget.parts, source: {**budget.parts[source], **unknown}})
 
 
-def with_bars_of_measures(budget: variations.Budget, landings: Sequence[Landing]) -> variations.Budget:
+def with_bars_of_measures(budget: Budget, landings: Sequence[Landing]) -> Budget:
     """Return the budget with errors in the record of a judged landing at least as large as those of its measures.
 
     The errors of measures include half the time step and jumps; the numbers in the record come from the same forces and
     are no more accurate.
     """
-    pairs = (
-        (landing_name("seat", landings.index(landing), key), prefix + measure)
-        for prefix, landing in measures.judged_landings(landings).items()
-        for measure, keys in KEYS_OF_MEASURES.items()
-        for key in keys
-    )
-    measure_of = {name: measure for name, measure in pairs if name in budget.values and measure in budget.values}
-    parts = {
-        source: {**part, **{name: max(part[name], part[measure]) for name, measure in measure_of.items()}}
-        for source, part in budget.parts.items()
-    }
+    parts = {source: dict(part) for source, part in budget.parts.items()}
+    for prefix, landing in measures.judged_landings(landings).items():
+        for key, measure in MEASURE_OF_KEY.items():
+            name = landing_name("seat", landings.index(landing), key)
+            if {name, prefix + measure} <= budget.values.keys():
+                for part in parts.values():
+                    part[name] = max(part[name], part[prefix + measure])
     return replace(budget, parts=parts)
 
 
-def with_floors(
-    budget: variations.Budget, floors: Mapping[str, float], shares: Mapping[str, float]
-) -> variations.Budget:
+def with_floors(budget: Budget, floors: Mapping[str, float], shares: Mapping[str, float]) -> Budget:
     """Return the budget with errors of each source at least its floor, and larger by its share, both relative to the
     value; times of landings have neither."""
-    raised = {
-        source: {
-            name: value
-            if is_time(name)
-            else max(value, floors.get(source, 0.0) * size) + shares.get(source, 0.0) * size
-            for name, value in part.items()
-            for size in (abs(budget.values[name]),)
-        }
-        for source, part in budget.parts.items()
-    }
-    return replace(budget, parts=raised)
+
+    def raised(source: str, name: str, value: float) -> float:
+        size = 0.0 if is_time(name) else abs(budget.values[name])
+        return max(value, floors.get(source, 0.0) * size) + shares.get(source, 0.0) * size
+
+    parts = {key: {name: raised(key, name, each) for name, each in part.items()} for key, part in budget.parts.items()}
+    return replace(budget, parts=parts)
 
 
-def with_end(
-    scene: Scene, problem: ContactProblem, budget: variations.Budget, dt: float, like: Landings | None
-) -> variations.Budget:
+def with_end(scene: Scene, problem: ContactProblem, budget: Budget, dt: float, like: Landings | None) -> Budget:
     """Return the budget, without `CLOCK`, with the change if the record ended earlier or later by the error bar of the
     last contact's time. It is added to the source that shifts this contact most.
 
@@ -324,7 +309,7 @@ def with_end(
     return replace(budget, values=_without_clock(budget.values), parts=parts)
 
 
-def with_jumps(budget: variations.Budget, blow: measures.ContactRecord) -> variations.Budget:
+def with_jumps(budget: Budget, blow: measures.ContactRecord) -> Budget:
     """Return the budget with jumps of measures within the error bar of the impulse, added to its main source."""
     if not budget.parts or not (0 < (share := budget.relative("impulse")) < math.inf):
         return budget
@@ -339,15 +324,14 @@ def with_jumps(budget: variations.Budget, blow: measures.ContactRecord) -> varia
     for number, landing in enumerate(blow.landings):
         if (name := landing_name("seat", number, "duration_s")) in jumps:
             jumps[name] = duration.jump_of_landing(blow, landing, share)
-    return replace(budget, parts={**budget.parts, source: variations.total(budget.parts[source], jumps)})
+    return replace(budget, parts={**budget.parts, source: total(budget.parts[source], jumps)})
 
 
-def terms_by_key(run: ComputedRun) -> tuple[dict[str, variations.Terms | None], tuple[str, ...]]:
+def terms_by_key(run: ComputedRun) -> tuple[dict[str, Terms | None], tuple[str, ...]]:
     """Return the varied problems for `error_budget` by key, from its coarser and finer values; and the names of the
     striker's and stopper's errors that cannot be estimated."""
-    terms: dict[str, variations.Terms | None] = {}
-    unknown = []
-    for ladder in table.ladders():
+    terms, unknown = dict[str, Terms | None](), list[str]()
+    for ladder in table.LADDERS:
         if ladder.key == STEP or not ladder.applies(run):
             continue
         varied = ladder.neighbours(run)
@@ -358,7 +342,7 @@ def terms_by_key(run: ComputedRun) -> tuple[dict[str, variations.Terms | None], 
     return terms, tuple(unknown)
 
 
-def sum_by_source(budget: variations.Budget, terms: Mapping[str, variations.Terms | None]) -> variations.Budget:
+def sum_by_source(budget: Budget, terms: Mapping[str, Terms | None]) -> Budget:
     """Return a budget by key as one by source, with the errors by key beside; a source is unknown if one of its keys
     is."""
     of_step = budget.parts["time_step"]

@@ -13,7 +13,6 @@ from typing import Any, Final, TypeVar
 from pydantic import BaseModel
 
 from seatfem.structures.method import AnyLevel, Method
-from seatfem.study.safety import LEVEL_SHARE
 from seatfem.study.scene import ContactGeometry, Scene
 from seatfem.study.scene.problems import in_role
 
@@ -47,6 +46,7 @@ FIELDS: Final[Mapping[str, tuple[str, ...]]] = {
     REED_CONTACT_SIZE: ("reed", "contact_size"),
 }
 """Attribute path in `RunMethod` of each dotted key of a scene that the loop may choose."""
+LEVEL_SHARE: Final = 4  # target over the error that a level of the seat may have without the loop
 _UNITS: Final = {
     **dict.fromkeys((SIZE, CONTACT_SIZE, REED_SIZE, REED_CONTACT_SIZE), "m"),
     **dict.fromkeys((BAND, REED_BAND), "Hz"),

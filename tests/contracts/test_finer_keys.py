@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from pydantic import BaseModel
 
-from seatfem.study.ladders.table import ladders
+from seatfem.study.ladders.table import LADDERS
 from seatfem.study.method import FIELDS
 from tests.steps import SOURCES, kinds_of
 
@@ -15,7 +15,7 @@ ROLES = ("seat", "reed", "stopper")
 HOW = ("mesh", "greens")  # tables of a body that say how it is computed, beside ...
 ALONE = ("model", "n_modes")
 LEFT_OUT = {f"{role}.greens.{key}": "another way to the same g" for role in ROLES for key in ("method", "max_vectors")}
-BEHIND = {key: ladder.source for ladder in ladders() for key in (ladder.key, *ladder.also)}
+BEHIND = {key: ladder.source for ladder in LADDERS for key in (ladder.key, *ladder.also)}
 
 
 def tables(annotation: object) -> Iterator[type[BaseModel]]:

@@ -10,7 +10,7 @@ import pytest
 
 from impact.runs.variations import Budget, Terms
 from seatfem.study.ladders.ladder import ComputedRun, Ladder
-from seatfem.study.ladders.table import DECLARED
+from seatfem.study.ladders.table import LADDERS
 from seatfem.study.method import STEP, RunMethod, stated_method
 from seatfem.study.runs.converge import LEAST, begin_method, mark, refine_plan
 from seatfem.study.scene import Scene
@@ -54,9 +54,9 @@ def scene(tmp_path: Path) -> Scene:
 @pytest.fixture
 def toy() -> Iterator[Toy]:
     ladder = Toy("toy.key", "model")
-    DECLARED.append(ladder)
+    LADDERS.append(ladder)
     yield ladder
-    DECLARED.remove(ladder)
+    LADDERS.remove(ladder)
 
 
 def budget(scene: Scene) -> Budget:
@@ -69,9 +69,9 @@ def budget(scene: Scene) -> Budget:
 def test_the_error_budget_runs_its_neighbour(scene: Scene, toy: Toy) -> None:
     part, value = budget(scene).parts["model"]["filtered_peak"], budget(scene).values["filtered_peak"]
     assert part / value == pytest.approx(1 - SOFTER**-0.5, rel=0.03)
-    DECLARED.remove(toy)
+    LADDERS.remove(toy)
     assert budget(scene).parts["model"]["filtered_peak"] < part / 10
-    DECLARED.append(toy)
+    LADDERS.append(toy)
 
 
 @dataclass(frozen=True)
@@ -87,13 +87,13 @@ class RefinedToy(Toy):
 @pytest.mark.parametrize("refined", [False, True])
 def test_a_round_refines_it_or_names_it(scene: Scene, toy: Toy, tmp_path: Path, refined: bool) -> None:
     """It leaves 4.7 % of the peak, far more than any other key; and is named if it has no finer value."""
-    DECLARED[DECLARED.index(toy)] = other = RefinedToy("toy.key", "model") if refined else toy
+    LADDERS[LADDERS.index(toy)] = other = RefinedToy("toy.key", "model") if refined else toy
     try:
         *_, done = rounds(begin_plan(scene), tmp_path, Stopwatch(), silent, limits=Limits(1))
         factors = dict(mark(done).factors)
         plan, why = refine_plan(done)
     finally:
-        DECLARED[DECLARED.index(other)] = toy
+        LADDERS[LADDERS.index(other)] = toy
     if refined:
         assert set(factors) == {"toy.key"}
         assert plan is not None
@@ -107,9 +107,9 @@ def test_a_round_refines_it_or_names_it(scene: Scene, toy: Toy, tmp_path: Path, 
 def test_the_trade_has_its_finer_value(scene: Scene, toy: Toy) -> None:
     start = begin_method(scene)
     assert [point for point in around(scene, start, start) if point.varied == "toy.key"] == []
-    DECLARED[DECLARED.index(toy)] = other = RefinedToy("toy.key", "model")
+    LADDERS[LADDERS.index(toy)] = other = RefinedToy("toy.key", "model")
     try:
         (point,) = (point for point in around(scene, start, start) if point.varied == "toy.key")
     finally:
-        DECLARED[DECLARED.index(other)] = toy
+        LADDERS[LADDERS.index(other)] = toy
     assert point.values[STEP] == pytest.approx(start.value(STEP) / LEAST)

@@ -11,8 +11,8 @@ from pathlib import Path
 from impact.notices import Progress
 from seatfem.jobs.folders import private_folder
 from seatfem.machine.resources import forget_peak
+from seatfem.study.runs.next_round import Limits
 from seatfem.study.runs.pipeline import RunError, run_scene
-from seatfem.study.runs.rounds import Limits
 from seatfem.study.scene import load_scene
 from tests.extremes.cell import Finding, Price, Standing, is_refusal, judge_price
 from tests.extremes.scene_text import Table, scene_text

@@ -9,7 +9,9 @@ import pytest
 
 from seatfem.machine.code import cache_folder
 from seatfem.study.runs.kept import cached_plan, save_plan
-from seatfem.study.runs.rounds import Limits, Round, rounds
+from seatfem.study.runs.next_round import Limits
+from seatfem.study.runs.round import Round
+from seatfem.study.runs.rounds import rounds
 from tests.gallery import REED_ON_SPRING, load_text
 from tests.steps import Plan, Stopwatch, begin_plan, silent
 

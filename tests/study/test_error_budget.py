@@ -10,9 +10,8 @@ import pytest
 import impact
 from impact.after.landings import JUMP, Landing
 from impact.runs.variations import SAFETY, Budget, narrowed
-from seatfem.study.error_budget import _until, error_budget, unresolved_steps, with_jumps
+from seatfem.study.error_budget import FLOOR_OF_SPRING, FLOORS, _until, error_budget, unresolved_steps, with_jumps
 from seatfem.study.impacts.contact import run_contacts
-from seatfem.study.safety import FLOOR_OF_SPRING, FLOORS
 from seatfem.study.scene.measures import ContactDuration, ContactRecord, Impulse
 from tests.as_stated import striker_of
 from tests.gallery import load_text

@@ -14,7 +14,7 @@ from impact.pictures.lip_plots import plot_lip
 from seatfem.structures.lands import FaceLip
 from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.impacts.touches import measured
-from seatfem.study.ladders.rules import PER_ARC
+from seatfem.study.ladders.mesh import PER_ARC
 from seatfem.study.method import as_stated, stated_method
 from seatfem.study.scene.lips import closed_line
 from tests.as_stated import seat_of, striker_of

@@ -8,14 +8,13 @@ import pytest
 
 import impact
 from seatfem.structures.patch import on_its_patch
-from seatfem.structures.rings import Division, divided_less
+from seatfem.structures.rings import OF_ONE, Division, divided_less
 from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.contact import record_of
 from seatfem.study.impacts.validity import ONE_PORT
 from seatfem.study.ladders.table import ladder_of
 from seatfem.study.method import PORTS, RINGS
 from seatfem.study.runs.converge import refine_plan
-from seatfem.study.safety import ONE_PORT_BAR
 from tests.as_stated import solved_striker, striker_of
 from tests.gallery import FLAPPER, load_text
 from tests.steps import Limits, Plan, Round, Stopwatch, begin_plan, rounds, silent, values_of_record
@@ -85,7 +84,7 @@ def test_the_bar_is_what_arcs_change(folder: Path) -> None:
 
     arcs = impulse(striker_of(scene, greens=reed.greens), many)
     ones = [impulse(done.striker, seat) for seat in (divided_less(many, Division()), whole)]
-    expected = ONE_PORT_BAR * max(abs(arcs - one) for one in ones)
+    expected = OF_ONE * max(abs(arcs - one) for one in ones)
     assert expected > 0
     assert done.left.parts["lip"]["impulse"] == pytest.approx(expected, rel=1e-6)
 

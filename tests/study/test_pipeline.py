@@ -21,8 +21,9 @@ from seatfem.structures.cache import VARIABLE
 from seatfem.study.impacts.contact import fallback_step, run_contacts
 from seatfem.study.runs import pictures, pipeline
 from seatfem.study.runs.afterwards import baseline_of
+from seatfem.study.runs.next_round import Limits
 from seatfem.study.runs.pipeline import RunOutcome, compute_greens, run_scene, write_modes
-from seatfem.study.runs.rounds import Limits, rounds
+from seatfem.study.runs.rounds import rounds
 from seatfem.study.runs.stress_spots import load_histories
 from tests.as_stated import striker_of
 from tests.steps import SOURCES, begin_plan, load_greens, load_results, load_scene

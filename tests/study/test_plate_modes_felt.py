@@ -12,11 +12,10 @@ from impact.bodies.body import ModalState
 from impact.runs.variations import ringing_on
 from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.ladders.ladder import ComputedRun
-from seatfem.study.ladders.modes import in_wider_band, with_other_modes
+from seatfem.study.ladders.modes import OF_MODES, in_wider_band, with_other_modes
 from seatfem.study.method import BAND, MODEL, PORTS, RINGS
 from seatfem.study.runs.rounds import solve as solve_plan
 from seatfem.study.runs.stresses import plate_reed_stress
-from seatfem.study.safety import OF_MODES
 from tests.as_stated import seat_of, striker_of
 from tests.gallery import load_text
 from tests.steps import ModalGreens, Residual, Scene, Stopwatch, begin_plan, stated_method

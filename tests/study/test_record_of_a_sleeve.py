@@ -7,7 +7,7 @@ import pytest
 
 from impact.measured.frf import receptance
 from impact.measured.pole_fit import fit_response
-from seatfem.study.safety import OF_DRAWS
+from seatfem.study.ladders.mesh import OF_DRAWS
 from tests.steps import SAFETY, GreensFunction, load_scene, seat_of
 
 SCENE = Path(__file__).parents[2] / "examples" / "flapper_on_peek_sleeve.toml"

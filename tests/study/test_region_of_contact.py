@@ -13,12 +13,11 @@ from impact import measures
 from meshes.valve_plate_assembly import Bodies, write
 from seatfem.structures.lip import Lip
 from seatfem.structures.patch import on_its_patch
-from seatfem.structures.rings import Division, as_a_whole
+from seatfem.structures.rings import OF_ONE, Division, as_a_whole
 from seatfem.study.impacts.bodies import problem_of, stopper_of
 from seatfem.study.impacts.contact import record_of, run_contacts
 from seatfem.study.impacts.layout import layout_of
 from seatfem.study.method import stated_method
-from seatfem.study.safety import ONE_PORT_BAR
 from tests.as_stated import seat_of, solved_striker, striker_of
 from tests.gallery import Gallery, load_text, read_summary
 from tests.steps import Scene, SceneError, begin_plan, check_files, error_budget, values_of_record
@@ -162,7 +161,7 @@ def test_one_part_across_a_stated_ring_is_doubted_too(tmp_path: Path, rings: int
     ]
     one, several = (values_of_record(record_of(scene, problem, 2e-7))["filtered_peak"] for problem in problems)
     left = error_budget(scene, stated_method(scene), solved, striker_of(scene), touches)
-    assert left.parts["lip"]["filtered_peak"] >= 0.99 * ONE_PORT_BAR * abs(several - one) > 0
+    assert left.parts["lip"]["filtered_peak"] >= 0.99 * OF_ONE * abs(several - one) > 0
 
 
 @pytest.mark.slow

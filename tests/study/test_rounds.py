@@ -20,7 +20,7 @@ from seatfem.structures.reduction.factorization import FactorizationError
 from seatfem.study.plan import Plan
 from seatfem.study.runs import next_round, pipeline, rounds
 from seatfem.study.runs.next_round import Limits
-from seatfem.study.runs.rounds import missed
+from seatfem.study.runs.round import missed
 from tests.gallery import REED_ON_SPRING, load_text
 from tests.steps import GreensFunctionError, RunError, Stopwatch, begin_plan, run_command, silent
 

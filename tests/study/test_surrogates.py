@@ -18,11 +18,10 @@ from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.contact import record_of
 from seatfem.study.ladders import level
 from seatfem.study.ladders.ladder import ComputedRun
-from seatfem.study.ladders.rules import coarse_method, level_with_waves
+from seatfem.study.ladders.level import DOUBT, DOUBT_OF_COARSE, coarse_method, level_with_waves
 from seatfem.study.ladders.table import ladder_of
 from seatfem.study.method import MODEL, PORTS, stated_method
 from seatfem.study.runs.converge import begin_method
-from seatfem.study.safety import DOUBT, DOUBT_OF_COARSE
 from seatfem.study.scene import Scene
 from tests.as_stated import seat_of, striker_of
 from tests.steps import Limits, ModelError, Solved, Stopwatch, begin_plan, rounds, silent, values_of_record
@@ -106,7 +105,7 @@ def test_the_surrogate_stands_for_a_coarse_seat_that_cannot_be_made(monkeypatch:
     spring = impact.spring(stiffness=1 / scene.seat.patch().compliance)
     problem = problem_of(scene, striker_of(scene), impact.Body(spring))
     method = stated_method(scene).replaced({"seat.model": "spring"})
-    (variation,) = level._waves(ComputedRun(scene, method, Solved(spring), problem))
+    variation = level._waves(ComputedRun(scene, method, Solved(spring), problem))
     assert variation.weight == DOUBT
     np.testing.assert_array_equal(variation.problem.target.greens.modal.omega, known.omega)
 
@@ -130,7 +129,7 @@ def test_what_a_coarse_seat_struck_as_a_whole_tells_of_a_tilted_landing_is_enoug
     of the same mesh, in the same segments, change."""
     scene = scene_of(THIN)
     plan = begin_plan(scene)
-    waves = plan.method.replaced({MODEL: level_with_waves(scene.seat, plan.method.seat).level})
+    waves = plan.method.replaced({MODEL: level_with_waves(scene.seat, plan.method.seat)})
     with gmsh_session():
         (still,), (moved,) = (
             rounds(replace(plan, method=method), tmp_path, Stopwatch(), silent, limits=Limits(1))

@@ -22,7 +22,6 @@ from seatfem.study.trade import trade
 from seatfem.study.trade.report import in_words
 from seatfem.study.trade.rungs import (
     ALL_OPEN,
-    FALLING,
     OWN_CHOICE,
     Point,
     around,
@@ -74,7 +73,8 @@ def begun(name: str) -> tuple[Scene, RunMethod, RunMethod]:
 
 
 def is_finer(key: str, value: float, other: float) -> bool:
-    return value < other if key in FALLING else value > other
+    falls = ("mesh.size", "mesh.contact_size", "tolerance", "time_step")
+    return value < other if key.endswith(falls) else value > other
 
 
 @pytest.mark.slow

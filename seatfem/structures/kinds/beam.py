@@ -81,7 +81,7 @@ class Beam(Structure):
         {"young": "200 GPa", "density": "7850 kg/m^3"}, "the reed's material; steel if absent"
     )
     damping_ratio: fields.DampingRatio = Field(0.0, description="modal damping, the same for every mode")
-    n_modes: int = Field(40, strict=True, ge=1, le=1000, description="number of beam modes")
+    n_modes: int = Field(40, strict=True, ge=1, le=structure.MOST_BEAM_MODES, description="number of beam modes")
     release: Release | None = Field(None, description="how the reed starts; absent: at rest, under its loads")
     pressure: AnyPressure | None = Field(None, description="on the whole reed; a constant one may be written as text")
     point_force: AnyPointForce | None = Field(None, description="on one place of the reed")

@@ -52,6 +52,7 @@ At = float | tuple[float, ...] | None
 
 Push = Literal["force", "springs", "pressure"]
 """Origin of a load on a body: a force, springs that press it, or a pressure on an effective area at its contact."""
+MOST_BEAM_MODES: Final = 1000
 LOADS: Final = ("force", "pressure", "point_force", "gravity")
 """Keys of the prescribed loads of all kinds."""
 

@@ -13,7 +13,6 @@ from typing import Any, Literal
 import impact
 from impact.greens.base import GreensFunction
 from impact.march.problem import ContactProblem
-from impact.quantities import percent
 from impact.runs.variations import Terms, Variation, of_g, with_body
 from seatfem.structures.method import Solved
 from seatfem.structures.patch import Patch
@@ -25,11 +24,6 @@ from seatfem.study.scene import Scene
 from seatfem.units import write_quantity
 
 Role = Literal["seat", "reed", "stopper"]
-
-
-def large_percent(value: float) -> str:
-    """Return a fraction in percent, rounded to whole percents above 100 %."""
-    return percent(value) if value < 1 else f"{100 * value:,.0f} %"
 
 
 @dataclass(frozen=True)
@@ -97,18 +91,13 @@ class Beginning:
 
     Attributes:
         scene: the scene.
-        stated: method with the keys that the file states, and defaults.
+        is_reduced: whether the seat's matrices are reduced, which needs a band and a tolerance.
         patch: struck patch of a seat of finite elements; ``None`` if it is not known, or there are no elements.
     """
 
     scene: Scene
-    stated: RunMethod
+    is_reduced: bool
     patch: Patch | None = None
-
-    @property
-    def is_reduced(self) -> bool:
-        """Return whether the seat's matrices are reduced, which needs a band and a tolerance."""
-        return self.scene.seat.traits.is_reduced and not self.stated.seat.exact
 
 
 @dataclass(frozen=True)
@@ -120,20 +109,20 @@ class Ladder:
         source: source of the error budget to which its error belongs.
         part: part of the error of a source that is a whole body; it names errors that are unknown.
         also: further keys whose error the same neighbour estimates.
-        falls: whether finer values are smaller.
         effort: power of the error, inverted, with which the work grows: work exponent over order of convergence.
         rule: the rule of the first value, in words.
         dimension: dimension of the value; "" without one.
+        role: body whose model it refines.
     """
 
     key: str
     source: touches.Source
     part: str = ""
     also: tuple[str, ...] = ()
-    falls: bool = False
     effort: float = 1.0
     rule: str = ""
     dimension: str = ""
+    role: Role = "seat"
 
     def describe(self, value: Any) -> str:
         """Return a value in words, with its unit."""
@@ -156,21 +145,10 @@ class Ladder:
         return None if finer is None or finer == value else method.replaced({self.key: finer})
 
     def applies(self, run: ComputedRun) -> bool:
-        """Return whether a run has this key and can have an error by it."""
-        return True
+        """Return whether a run has this key and can have an error by it: its body is solved, not in closed form."""
+        return run.solved(self.role) is not None
 
     def neighbours(self, run: ComputedRun) -> Terms | None:
         """Return the varied runs that estimate the errors by the key's value: terms add up, and within a term the
         largest change counts; ``None`` if they are unknown."""
         return ()
-
-
-@dataclass(frozen=True)
-class BodyLadder(Ladder):
-    """A ladder that applies to one of the bodies if it is solved, and not in closed form."""
-
-    role: Role = "seat"
-
-    def applies(self, run: ComputedRun) -> bool:
-        """Return whether the body was solved."""
-        return run.solved(self.role) is not None

@@ -7,21 +7,26 @@ import impact
 from impact.greens.base import GreensFunction
 from impact.runs.variations import Terms, Variation
 from seatfem.structures.kinds import Structure
-from seatfem.structures.method import Method, at_once, with_start
-from seatfem.structures.patch import on_its_patch
+from seatfem.structures.method import AUTO, AnyLevel, Method, at_once, with_start
+from seatfem.structures.patch import ERRORS, Patch, on_its_patch
 from seatfem.structures.rings import face_compliance
 from seatfem.study.impacts.bodies import solve_body
-from seatfem.study.ladders.ladder import Beginning, BodyLadder, ComputedRun, Role
-from seatfem.study.ladders.rules import coarse_method, level_with_waves, lowest_band
+from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder, Role
+from seatfem.study.ladders.mesh import BANDS, TOLERANCES, element_sizes, lowest_band, next_band
 from seatfem.study.method import MODEL, RunMethod
-from seatfem.study.safety import DOUBT, DOUBT_OF_COARSE, FAILURES, SHEAR_SHARE
+from seatfem.study.safety import FAILURES
 from seatfem.study.scene import Scene
 
-CHEAP: Final = "harmonics"  # level whose waves are cheap: modes of half sections, of a few hundred unknowns each
+SHEAR_SHARE: Final = 0.05  # share of the target from which on the shear of a beam counts
+BAND_PER_FILTER: Final = 0.5  # bandwidth of the coarse seat times the filter's width: with half of it bars halve
+DOUBT_OF_COARSE: Final = 1.3  # factor by which waves may exceed those of a seat on a coarse mesh
+DOUBT: Final = 3.0
+"""That factor for a rod with the estimated compliance (with 2, 4 % of bars were too small), and for a seat struck along
+a lip, of one struck as a whole (2.6 on a thin plate, tests/study/test_surrogates.py)."""
 
 
 @dataclass(frozen=True)
-class Level(BodyLadder):
+class Level(Ladder):
     """The level of a body's model; its neighbour is the next better level, if that is cheap."""
 
     def neighbours(self, run: ComputedRun) -> Terms | None:
@@ -36,8 +41,9 @@ class Level(BodyLadder):
         if seat.static and run.scene.seat.drawn is not None and not tells_waves(run.scene.seat, seat):
             if (waves := _waves(run)) is None:
                 return None
-            better = ((*(variation for term in better for variation in term), *waves),)
-        return (*level, *_shear(run), *better)
+            better = (*better, waves)
+        terms = (*level, *_shear(run))
+        return (*terms, better) if better else terms
 
     def begin(self, known: Beginning, method: RunMethod) -> RunMethod:
         """Return the method with the static compliance of a seat that is drawn, the simplest model; with waves where
@@ -46,17 +52,16 @@ class Level(BodyLadder):
         if self.role != "seat" or seat.drawn is None or MODEL in method.given:
             return method
         still = method.replaced({MODEL: "spring"})
-        return (
-            method.replaced({MODEL: level_with_waves(seat, still.seat).level})
-            if tells_waves(seat, still.seat)
-            else still
-        )
+        return self._with_waves(seat, still) if tells_waves(seat, still.seat) else still
 
     def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod | None:
         """Return the method with waves in the seat: its half section, a sector or, along a lip, all of it."""
         if self.role != "seat" or MODEL in method.given or not method.seat.static or scene.seat.drawn is None:
             return None
-        return method.replaced({MODEL: level_with_waves(scene.seat, method.seat).level})
+        return self._with_waves(scene.seat, method)
+
+    def _with_waves(self, seat: Structure, method: RunMethod) -> RunMethod:
+        return method.replaced({MODEL: level_with_waves(seat, method.seat)})
 
 
 def _shear(run: ComputedRun) -> Terms:
@@ -70,23 +75,22 @@ def _shear(run: ComputedRun) -> Terms:
     return tuple(term for terms in counting for term in terms or ())
 
 
-def _better(run: ComputedRun) -> Terms:
+def _better(run: ComputedRun) -> tuple[Variation, ...]:
     """Return the run on a better level of the seat, if there is a cheap one.
 
     A static seat loses the momentum that waves return, in one scene 4.3 % of the impulse, and an estimate has neither
     the seat's section nor its harmonics.
     """
-    seat, method = run.scene.seat, run.method.seat
-    better = with_start(run.seat.greens)
+    seat, method, better = run.scene.seat, run.method.seat, with_start(run.seat.greens)
     if better is None and (dynamic := method_beside(seat, method)) is not None:
         solved = solve_body("seat", seat, dynamic, run.scene.run.duration, mesh_error=False)
         better = None if solved is None else solved.greens
     if better is None and seat.drawn is not None:
         better = seat.drawn.beyond(method.level)
-    return () if better is None else ((run.with_greens("seat", better),),)
+    return () if better is None else (run.with_greens("seat", better),)
 
 
-def _waves(run: ComputedRun) -> tuple[Variation, ...] | None:
+def _waves(run: ComputedRun) -> Variation | None:
     """Return the run on a seat with waves against the same without them: the seat is solved on a coarse mesh and struck
     as a whole, along a lip with a half-space under its parts, which leaves out what a tilted landing excites besides,
     so that it counts `DOUBT` times; where that is impossible, it is estimated. ``None`` where its struck face is not
@@ -108,13 +112,39 @@ def _waves(run: ComputedRun) -> tuple[Variation, ...] | None:
     else:
         static = impact.spring(stiffness=1 / face_compliance(waves))
     one, other = (run.with_greens("seat", greens).problem for greens in (waves, static))
-    return (Variation(one, doubt, other),)
+    return Variation(one, doubt, other)
+
+
+def level_with_waves(seat: Structure, how: Method) -> AnyLevel:
+    """Return the level of a seat with waves: 3-D, a half section or, where it is not struck along a lip, a sector."""
+    level = seat.level(0.0).level
+    return "3d" if how.lip is not None and level == "sector" else level
+
+
+def coarse_method(seat: Structure, stated: Method, patch: Patch, width: float) -> Method:
+    """Return the coarsest method of a seat that resolves the waves passed by a filter of ``width`` [s], struck as a
+    whole: any reduction gives the same Green's function to within its tolerance."""
+    least = min(max(lowest_band(patch), BAND_PER_FILTER / width), BANDS[-1])
+    sizes = element_sizes(patch, stated, least, ERRORS[0])
+    return replace(
+        stated,
+        level=seat.level(0.0).level,
+        rings=1,
+        lip=None,
+        reduction=AUTO,
+        max_vectors=None,
+        bandwidth=next_band(least),
+        tolerance=TOLERANCES[1],  # larger ones save no time
+        size=sizes.size,
+        contact_size=sizes.contact_size,
+    )
 
 
 def tells_waves(seat: Structure, method: Method) -> bool:
-    """Return whether the budget of a static seat includes a run with waves: for a body of revolution in arcs."""
+    """Return whether the budget of a static seat includes a run with waves: for a body of revolution in arcs, whose
+    waves are cheap, as modes of half sections of a few hundred unknowns each."""
     body = seat.drawn
-    return method.static and method.in_arcs and body is not None and body.elements_of(method) == CHEAP
+    return method.static and method.in_arcs and body is not None and body.elements_of(method) == "harmonics"
 
 
 def method_beside(seat: Structure, method: Method) -> Method | None:
@@ -125,5 +155,5 @@ def method_beside(seat: Structure, method: Method) -> Method | None:
         return None
     assert method.bandwidth is not None
     spec, band = body.mesh_spec(method), min(method.bandwidth, lowest_band(patch))
-    level = body.level(0.0).level
+    level = level_with_waves(seat, method)
     return replace(method, level=level, bandwidth=band, size=spec.size, contact_size=spec.patch_size)

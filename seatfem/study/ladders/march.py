@@ -7,21 +7,20 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 from impact.march.problem import ContactProblem
-from impact.runs.variations import Values, changes, times
+from impact.runs.variations import FINE, Values, changes, times
 from seatfem.study.impacts.bodies import stopper_of
 from seatfem.study.impacts.contact import MAX_STEPS, gas_step
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.impacts.window import Excerpt, window_of
 from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder
 from seatfem.study.method import STEP, RunMethod
-from seatfem.study.safety import SHORT
 from seatfem.study.scene import Scene
 
 if TYPE_CHECKING:
     from seatfem.study.impacts.plate_stress import PlateLook
 
-STEPS_A_TRANSIT: Final = 16  # steps in the time that a wave takes through a rod, of the run that resolves it
-MOST_STEPS: Final = 1_000_000  # most steps of that run
+MOST_STEPS: Final = 1_000_000  # most steps of a run that resolves the travel of waves through a rod
+SHORT: Final = 0.3  # largest part of the run that a hard impact lasts and is marched alone for the error of the step
 FIRST: Final = 32  # steps in the width of the filter with which a run begins: coarser ones hide each other's error
 
 
@@ -34,9 +33,7 @@ def fitted(dt: float, duration: float) -> float:
 class TimeStep(Ladder):
     """The time step, whose neighbours `impact.runs.variations.budget_of` runs in every budget."""
 
-    effort: float = 1.0
     rule: str = f"{FIRST} steps in the width of the filter"
-    falls: bool = True
     dimension: str = "time"
 
     def begin(self, known: Beginning, method: RunMethod) -> RunMethod:
@@ -58,7 +55,7 @@ def step_of_waves(problem: ContactProblem, dt: float, duration: float) -> float 
     crossed = min((body.greens.rod.transit for body in problem.bodies if body.greens.rod is not None), default=math.inf)
     if dt < crossed:
         return None
-    shorter = max(crossed / STEPS_A_TRANSIT, duration / MOST_STEPS)
+    shorter = max(crossed / FINE, duration / MOST_STEPS)
     return shorter if shorter < dt / 2 else None
 
 

@@ -11,41 +11,62 @@ from impact.greens.base import GreensFunction
 from impact.greens.modal import Residual
 from impact.quantities import percent
 from impact.runs.variations import AT_ONCE, NARROWER, Terms, narrowed, ringing_on
-from seatfem.structures.method import ARC_ERROR
-from seatfem.structures.patch import Sizes, mesh_error, sizes_for
-from seatfem.study.impacts import validity
-from seatfem.study.ladders import ladder, modes, rules
-from seatfem.study.ladders.ladder import Beginning, BodyLadder, ComputedRun
-from seatfem.study.method import (
-    BAND,
-    CONTACT_SIZE,
-    REED_BAND,
-    REED_CONTACT_SIZE,
-    REED_SIZE,
-    SIZE,
-    TOLERANCE,
-    RunMethod,
-)
-from seatfem.study.safety import OF_DRAWS
+from seatfem.structures.kinds import Structure
+from seatfem.structures.method import ARC_ERROR, Method
+from seatfem.structures.patch import PATCH_ORDER, Patch, Sizes, mesh_error, sizes_for
+from seatfem.study.impacts.validity import fit_of
+from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder
+from seatfem.study.ladders.modes import in_wider_band, with_other_modes
+from seatfem.study.method import BAND, CONTACT_SIZE, REED_BAND, REED_CONTACT_SIZE, REED_SIZE, SIZE, TOLERANCE, RunMethod
 from seatfem.study.scene import Scene
 
 FIRST_ERROR: Final = 0.1  # relative error of g by the mesh with which a run begins
 FIRST_BAND: Final = 0.25  # band of the seat over the filter's width with which a run begins
-ANY_TOLERANCE: Final = 0.1  # tolerance of a lip in arcs, which is reduced to modes whatever it is
-FIRST_TOLERANCE: Final = 0.01  # tolerance with which a run begins: looser ones hide the error of the mesh
-REFINED_ORDER: Final = 1.5  # order of convergence for which elements are refined: 1 at sharp edges, 2 elsewhere
+BANDS: Final = tuple(float(f"{10 ** (k / 5):.1e}") for k in range(15, 36))
+"""Bandwidths to choose from [Hz]: five a decade, so that scenes with different contacts can share a cached seat."""
+TOLERANCES: Final = (0.01, 0.02, 0.05, 0.1)
+"""Tolerances of a seat's reduction. A run begins with the first, as looser ones hide the error of the mesh, and takes
+the next where a Krylov space does not reach it; a lip in arcs, which is reduced to modes, has the last."""
+PER_ARC: Final = 0.8  # largest element size over the length of an arc: meshes are a little coarser than requested
 BAND_ORDER: Final = 3.0  # order of convergence for which bands are widened: 2 far above the filter, more below
 LIP_ORDER: Final = 1.3  # order of convergence of landings on a lip with the seat's band: 1.3 to 2.2 from 100 to 630 kHz
-LEAST_WIDER: Final = 1.1  # least factor by which a band is widened
+LEAST_WIDER: Final = 1.1  # least factor by which a plate's band is widened
+OF_DRAWS: Final = 1.2
+"""Factor on the largest change among 24 random draws of a record, 2.3 standard deviations: with the budget's own factor
+4. A mode too weak to be identified is missing, which may change as much as noise does (largest seen: 3.6)."""
+
+
+def next_band(least: float) -> float:
+    """Return the lowest of `BANDS` that is at least ``least`` [Hz]; the highest if none is."""
+    return next((edge for edge in BANDS if edge >= least), BANDS[-1])
+
+
+def lowest_band(patch: Patch) -> float:
+    """Return the lowest bandwidth that describes a body [Hz]: its first resonance times `NARROWER`."""
+    return NARROWER * patch.first_resonance
+
+
+def element_sizes(patch: Patch, stated: Method, band: float, error: float) -> Sizes:
+    """Return the element sizes for an ``error`` of the Green's function; stated sizes are kept."""
+    chosen = sizes_for(patch, band, error, stated.order)
+    size = stated.size or max(chosen.size, stated.contact_size or 0.0)
+    return Sizes(size, stated.contact_size or min(size, chosen.contact_size))
+
+
+def in_each_arc(seat: Structure, how: Method, contact_size: float) -> float:
+    """Return the size of elements on the struck face that puts one in each arc of a lip that is meshed in space."""
+    body, lip = seat.elastic, how.lip
+    if body is None or lip is None or not how.in_arcs or body.elements_of(how) != "3d":
+        return contact_size
+    return min(contact_size, PER_ARC * lip.length / lip.arcs)
 
 
 @dataclass(frozen=True)
-class ElementSize(BodyLadder):
+class ElementSize(Ladder):
     """Element sizes of a body; the neighbour is the run on the coarser mesh of the stated mesh error."""
 
     effort: float = 1.5
     rule: str = f"expected error of g about {percent(FIRST_ERROR)}, by wavelength and contact face"
-    falls: bool = True
     dimension: str = "length"
 
     def begin(self, known: Beginning, method: RunMethod) -> RunMethod:
@@ -54,8 +75,9 @@ class ElementSize(BodyLadder):
         if self.key != SIZE or known.scene.seat.drawn is None or known.patch is None or not known.is_reduced:
             return method
         band = method.seat.bandwidth or 0.0
-        sizes = rules.sizes_along(known.scene.seat, known.patch, method.seat, band, FIRST_ERROR)
-        return method.replaced({SIZE: sizes.size, CONTACT_SIZE: sizes.contact_size})
+        sizes = element_sizes(known.patch, method.seat, band, FIRST_ERROR)
+        on_face = method.seat.contact_size or in_each_arc(known.scene.seat, method.seat, sizes.contact_size)
+        return method.replaced({SIZE: sizes.size, CONTACT_SIZE: on_face})
 
     def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod | None:
         """Return the method with smaller elements in the bulk and on the struck face; ``None`` where either is stated,
@@ -67,7 +89,7 @@ class ElementSize(BodyLadder):
         spec, patch = body.mesh_spec(how), body.patch()
         sizes, band = Sizes(spec.size, spec.patch_size), how.bandwidth or 0.0
         if patch is None:
-            finer = factor ** (1 / REFINED_ORDER)
+            finer = factor ** (1 / PATCH_ORDER)
             sizes = Sizes(sizes.size / finer, sizes.contact_size / finer)
         else:  # where the rule expects more of the error, in the bulk or on the face, elements become smaller
             by_rule = sizes_for(patch, band, mesh_error(patch, band, sizes, how.order) / factor, how.order)
@@ -86,26 +108,26 @@ class ElementSize(BodyLadder):
         return ((run.with_greens(self.role, solved.coarser, 1 / (solved.refinement - 1)),),)
 
 
-def measured_draws(run: ladder.ComputedRun) -> tuple[GreensFunction, ...]:
+def measured_draws(run: ComputedRun) -> tuple[GreensFunction, ...]:
     """Return further fits to the record of a measured seat, whose spread replaces the error of a reduction."""
     measured = run.scene.seat.measured
     return () if measured is None else tuple(measured.fit().draws)
 
 
 @dataclass(frozen=True)
-class Bandwidth(ladder.BodyLadder):
+class Bandwidth(Ladder):
     """The bandwidth of a body's reduction. Its error is the change by leaving out the highest modes within it."""
 
     effort: float = 0.5
     rule: str = "covers the first resonance and what the filter passes"
     dimension: str = "frequency"
 
-    def begin(self, known: ladder.Beginning, method: RunMethod) -> RunMethod:
+    def begin(self, known: Beginning, method: RunMethod) -> RunMethod:
         """Return the method with a band of a seat up to its first resonance, and `FIRST_BAND` over the filter."""
         if self.role != "seat" or not known.is_reduced or BAND in method.given:
             return method
-        first = 0.0 if known.patch is None else rules.lowest_band(known.patch)
-        return method.replaced({BAND: rules.next_band(max(first, FIRST_BAND / known.scene.run.filter_width))})
+        first = 0.0 if known.patch is None else lowest_band(known.patch)
+        return method.replaced({BAND: next_band(max(first, FIRST_BAND / known.scene.run.filter_width))})
 
     def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod | None:
         """Return the method with a wider band, of a plate at most its limit, and elements for its shorter waves."""
@@ -115,7 +137,7 @@ class Bandwidth(ladder.BodyLadder):
             return method.replaced({self.key: wider}) if wider >= LEAST_WIDER * value else None
         if self.key != BAND or BAND in method.given or not (band := method.seat.bandwidth):
             return None
-        wider = rules.next_band(max(factor ** (1 / BAND_ORDER), LEAST_WIDER) * band)
+        wider = next_band(factor ** (1 / BAND_ORDER) * band)
         if wider <= band:
             return None
         values: dict[str, float] = {BAND: wider}
@@ -126,7 +148,7 @@ class Bandwidth(ladder.BodyLadder):
             values[SIZE] = max(smaller, method.seat.contact_size or 0.0)
         return method.replaced(values)
 
-    def neighbours(self, run: ladder.ComputedRun) -> Terms | None:
+    def neighbours(self, run: ComputedRun) -> Terms | None:
         """Return the run with the body's highest modes moved into its residual flexibility.
 
         A Krylov space has modes far beyond the band: for the seat those within a factor `NARROWER` of the last are left
@@ -158,36 +180,34 @@ class Bandwidth(ladder.BodyLadder):
         struck = scene.reed.thin_plate if self.role == "reed" else scene.stopper and scene.stopper.body.elastic
         if struck is None:
             return ()
-        varied = tuple(modes.in_wider_band(run)) if self.role == "reed" else ()
-        band = run.method.reed.bandwidth or 0.0 if self.role == "reed" else 0.0
-        varied = varied or tuple(modes.with_other_modes(body, band))
+        varied, band = (tuple(in_wider_band(run)), run.method.reed.bandwidth) if self.role == "reed" else ((), None)
+        varied = varied or tuple(with_other_modes(body, band or 0.0))
         others = tuple(run.with_body(self.role, other, share) for other, share in varied)
         return (others,) if others or self.role == "stopper" else None
 
 
 @dataclass(frozen=True)
-class Tolerance(ladder.BodyLadder):
+class Tolerance(Ladder):
     """The tolerance of a body's reduction; its neighbour has g larger by the error that the reduction states."""
 
     effort: float = 0.2
     rule: str = "of no effect: a lip in arcs is reduced to modes"
-    falls: bool = True
 
     def describe(self, value: float) -> str:
         """Return a tolerance in percent."""
-        return ladder.large_percent(value)
+        return percent(value)
 
-    def begin(self, known: ladder.Beginning, method: RunMethod) -> RunMethod:
+    def begin(self, known: Beginning, method: RunMethod) -> RunMethod:
         """Return the method with a loose tolerance of the seat; a lip in arcs is reduced to modes, at any tolerance."""
         if self.role != "seat" or not known.is_reduced or TOLERANCE in method.given:
             return method
-        return method.replaced({TOLERANCE: ANY_TOLERANCE if method.seat.in_arcs else FIRST_TOLERANCE})
+        return method.replaced({TOLERANCE: TOLERANCES[-1 if method.seat.in_arcs else 0]})
 
     def finer(self, value: float, factor: float, scene: Scene) -> float | None:
         """Return a stricter tolerance; a plate has all modes of its band, at any tolerance."""
         return None if self.role == "reed" and scene.reed.thin_plate is not None else value / factor
 
-    def neighbours(self, run: ladder.ComputedRun) -> Terms | None:
+    def neighbours(self, run: ComputedRun) -> Terms | None:
         """Return the run with g larger by the reduction's error; a fit to a record has its draws instead."""
         solved = run.solved(self.role)
         assert solved is not None
@@ -198,17 +218,17 @@ class Tolerance(ladder.BodyLadder):
 
 
 @dataclass(frozen=True)
-class MeasuredRecord(ladder.Ladder):
+class MeasuredRecord(Ladder):
     """The record of a measured seat, whose error only a better measurement reduces."""
 
-    def applies(self, run: ladder.ComputedRun) -> bool:
+    def applies(self, run: ComputedRun) -> bool:
         """Return whether the seat is a fit to a record, with draws."""
         return bool(measured_draws(run))
 
-    def neighbours(self, run: ladder.ComputedRun) -> Terms | None:
+    def neighbours(self, run: ComputedRun) -> Terms | None:
         """Return the run on each draw, that with the residual flexibility above the band as a mode at its end, and that
         with g larger by a misfit beyond the noise."""
-        fit = validity.fit_of(run.seat.greens)
+        fit = fit_of(run.seat.greens)
         terms = [tuple(run.with_greens("seat", draw, OF_DRAWS) for draw in measured_draws(run))]
         if fit.highest is not None and (ringing := _ringing_from(run.seat.greens, 2 * math.pi * fit.highest)):
             terms.append((run.with_greens("seat", ringing),))

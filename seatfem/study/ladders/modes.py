@@ -10,17 +10,31 @@ from typing import Final
 import numpy as np
 
 from impact.bodies.body import Body
-from impact.runs.variations import Terms, Variation, narrower, ringing_on
+from impact.runs.variations import NARROWER, Terms, Variation, narrower, ringing_on
+from seatfem.structures.kinds.structure import MOST_BEAM_MODES
 from seatfem.structures.rings import Division
-from seatfem.study import safety
 from seatfem.study.impacts.bodies import problem_of, striker_of
-from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder, Role
+from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder
 from seatfem.study.method import MODES, RunMethod
 from seatfem.study.scene import Scene
 
-MOST_MODES: Final = 1000  # most modes of a beam in further rounds
-FEW_MODES: Final = 20  # modes of a beam with which a run begins
-WITHIN: Final = 1.6  # band over a plate's own up to which modes are added alone, as one change may be small by chance
+FEW_MODES: Final = 20  # modes of a beam with which a run begins; with less than half as many, fewer ones tell little
+FEWER: Final = 1.4  # ratio of the numbers of a beam's modes whose change equals the truncation error
+OF_MODES: Final = ((NARROWER, 0.65), (NARROWER**2, 0.3))
+"""Ratio r, and the truncation error of a plate's modes over the change without those above 1/r of the highest: second
+order gives 0.64 and 0.18; 0.3, as the first alone was too small for three of 108 measures."""
+MANY_FELT: Final = 4.0
+"""Limit of `modes_felt`, the effective number of modes above 1/2.56 of the highest in a contact, from which on they
+predict what the truncated ones do: tip of a strip 6.5, lip in arcs 13 to 28; middle of a disc 1.0 to 1.6, paddle 2.3"""
+BEYOND: Final = ((1.0, 0), (2.0, 0), (1.0, 4))
+"""Modes in place of all that yields beyond the highest: (their frequency over its, octaves they span or 0 for one). One
+alone may be hidden by the filter."""
+HIDDEN: Final = 1.5
+"""Factor on the change by the modes of `BEYOND`, as the time step damps higher ones: with 1, 8 of 186 bars of discs,
+whose highest modes alone were known, were too narrow, by 1.45 at most."""
+HARDLY: Final = 0.7
+"""Share of what yields beyond a plate's band below which the modes of a wider band are little of it, so that `BEYOND`
+counts, too: a small disc may feel its next mode beyond that band (tests/study/test_plate_modes_felt.py)."""
 
 
 @dataclass(frozen=True)
@@ -29,11 +43,10 @@ class ModeCount(Ladder):
 
     effort: float = 0.7
     rule: str = "few, to begin with"
-    role: Role = "seat"
 
     def finer(self, value: int, factor: float, scene: Scene) -> int:
         """Return more modes."""
-        return min(MOST_MODES, math.ceil(value * safety.FEWER ** math.ceil(math.log2(factor))))
+        return min(MOST_BEAM_MODES, math.ceil(value * FEWER ** math.ceil(math.log2(factor))))
 
     def begin(self, known: Beginning, method: RunMethod) -> RunMethod:
         """Return the method with `FEW_MODES` modes of a reed that is a beam."""
@@ -42,15 +55,14 @@ class ModeCount(Ladder):
 
     def applies(self, run: ComputedRun) -> bool:
         """Return whether the body is a beam; a stopper must also have one contact only."""
-        stopper = run.scene.stopper if self.role == "stopper" else None
-        if stopper is not None and (run.solved("stopper") is not None or stopper.parts != Division()):
-            return False
         return self._number(run) is not None
 
     def _number(self, run: ComputedRun) -> int | None:
         if self.role != "stopper":
             return run.method.seat.n_modes if self.role == "seat" else run.method.reed.n_modes
-        return None if run.scene.stopper is None else run.scene.stopper.body.stated().n_modes
+        stopper = run.scene.stopper
+        is_beam = stopper is not None and run.solved("stopper") is None and stopper.parts == Division()
+        return stopper.body.stated().n_modes if stopper is not None and is_beam else None
 
     def neighbours(self, run: ComputedRun) -> Terms | None:
         """Return the run with other numbers of modes."""
@@ -68,7 +80,7 @@ class ModeCount(Ladder):
 
 
 def in_wider_band(run: ComputedRun) -> Iterator[tuple[Body, float]]:
-    """Yield a plate that strikes with its modes in a wider band, all of them and those in `WITHIN` times its own, and
+    """Yield a plate that strikes with its modes in a wider band, all of them and those in `NARROWER` times its own, and
     the factor from each change to the truncation error, of second order; nothing where plate theory allows none.
 
     Where these modes are little of what yields beyond the band (`HARDLY`), as few are felt in the middle of a disc or
@@ -81,10 +93,10 @@ def in_wider_band(run: ComputedRun) -> Iterator[tuple[Body, float]]:
     wider, ratio = beyond
     body = striker_of(run.scene, greens=wider)
     yield body, 1 / (1 - ratio**-2)
-    if ratio > WITHIN and (less := narrower(body, ratio / WITHIN)) is not None:
-        yield less, 1 / (1 - WITHIN**-2)
-    if _residual(body) > (1 - safety.HARDLY) * _residual(own):
-        for above, octaves in safety.BEYOND:
+    if ratio > NARROWER and (less := narrower(body, ratio / NARROWER)) is not None:
+        yield less, 1 / (1 - NARROWER**-2)
+    if _residual(body) > (1 - HARDLY) * _residual(own):
+        for above, octaves in BEYOND:
             if (ringing := ringing_on(body, above, ratio * (reed.bandwidth or 0.0), octaves)) is not None:
                 yield ringing, 1.0
 
@@ -101,14 +113,12 @@ def with_other_modes(body: Body, band: float = 0.0) -> Iterator[tuple[Body, floa
     them take part in the contact. In the middle of a disc, or all around a ring, few do: then modes beyond the last are
     added, as one or over octaves (`BEYOND`). A run's time step hides a part of their effect (`HIDDEN`).
     """
-    felt, share_beyond = modes_felt(body), safety.ALONE
-    for ratio, share in safety.OF_MODES:
+    for ratio, share in OF_MODES:
         if (fewer := narrower(body, ratio)) is not None:
-            share_beyond = safety.HIDDEN if felt < safety.ONE_FELT else 1.0
             yield fewer, share
-    for above, octaves in safety.BEYOND if felt < safety.MANY_FELT else ():
+    for above, octaves in BEYOND if modes_felt(body) < MANY_FELT else ():
         if (ringing := ringing_on(body, above, band, octaves)) is not None:
-            yield ringing, share_beyond
+            yield ringing, HIDDEN
 
 
 def modes_felt(body: Body) -> float:
@@ -121,7 +131,7 @@ def modes_felt(body: Body) -> float:
     g = body.greens.modal
     if g is None or not np.any(g.omega):
         return 0.0
-    top = g.omega > g.omega.max() / safety.OF_MODES[-1][0]
+    top = g.omega > g.omega.max() / OF_MODES[-1][0]
     each = g.shapes[top] / g.omega[top, None]
     yields = np.sum(each**2, axis=1)[None]
     if not np.all(g.omega):
@@ -131,7 +141,8 @@ def modes_felt(body: Body) -> float:
 
 
 def other_modes(n_modes: int) -> tuple[tuple[int, float], ...]:
-    """Return the numbers of reed modes to compare ``n_modes`` with, and the factor from each change to its error."""
-    less = ((max(1, round(n_modes / safety.FEWER)), 1.0), (max(1, round(n_modes / safety.HALF)), 1 / 2))
-    more = ((safety.MANY, 1.0),) if n_modes < safety.FEW else ()
+    """Return the numbers of a beam's modes to compare ``n_modes`` with, and the factor from each change to its error:
+    fewer by `FEWER`, half as many, whose change is twice the error, and many where there are few."""
+    less = ((max(1, round(n_modes / FEWER)), 1.0), (max(1, round(n_modes / 2)), 1 / 2))
+    more = ((2 * FEW_MODES, 1.0),) if 2 * n_modes < FEW_MODES else ()
     return tuple((number, weight) for number, weight in less + more if number != n_modes)

@@ -1,8 +1,8 @@
 """Ladders of the contact faces: rings, arcs of a lip, one contact point in their place, and the parts of a stopper."""
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import Final
 
 import impact
 from impact.greens import base, modal
@@ -17,7 +17,9 @@ from seatfem.structures.rings import (
     FEWEST_ARCS,
     MOST_CHOSEN,
     MOST_RINGS,
+    OF_ONE,
     OF_TWICE,
+    REFERENCE_RINGS,
     Division,
     arc_rings_to_compare,
     as_a_whole,
@@ -29,16 +31,13 @@ from seatfem.structures.rings import (
     parts_joined,
     with_fewer_rings,
 )
-from seatfem.study import safety
 from seatfem.study.impacts.bodies import problem_of, solve_body, striker_of
 from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder
-from seatfem.study.ladders.rules import PER_ARC
+from seatfem.study.ladders.mesh import in_each_arc
 from seatfem.study.method import CONTACT_SIZE, PORTS, RINGS, RunMethod
 from seatfem.study.scene import Scene, local
 from seatfem.study.scene.measures import all_measures
 from seatfem.study.scene.problems import SceneError
-
-RING_NUMBERS: Final = (1, 4, 8)  # numbers of rings of a contact face to choose from
 
 
 @dataclass(frozen=True)
@@ -69,8 +68,8 @@ class Rings(Ladder):
         return _in_parts(scene, method, method.seat.lip.arcs if method.seat.lip else 1, rings)
 
     def finer(self, value: int, factor: float, scene: Scene) -> int:
-        """Return more rings."""
-        return next((number for number in RING_NUMBERS if number > value), MOST_RINGS)
+        """Return twice as many rings, at least those that one or two are compared with."""
+        return min(max(2 * value, REFERENCE_RINGS), MOST_RINGS)
 
     def neighbours(self, run: ComputedRun) -> Terms | None:
         """Return the run with other rings: many in place of one or two, on the coarser mesh; one in place of more.
@@ -81,10 +80,9 @@ class Rings(Ladder):
         if local.holds_patches(run.scene.geometry):
             return ()
         seat, division, divided = run.seat, run.division, run.seat.in_rings
-        rings = division.rings
         if division.arcs > 1:
             return of_rings_across(run)
-        if rings > 2:
+        if (rings := division.rings) > 2:
             return ((run.with_greens("seat", with_fewer_rings(seat.greens, 1), left_by(rings)),),)
         if divided is None:
             return () if seat.plane else None
@@ -99,11 +97,10 @@ def _in_parts(scene: Scene, method: RunMethod, arcs: int, rings: int) -> RunMeth
 
 def meshed_for_arcs(scene: Scene, method: RunMethod) -> RunMethod:
     """Return the method with an element in each arc of a lip that is meshed in space, unless the size is stated."""
-    body, lip, size = scene.seat.elastic, method.seat.lip, method.seat.contact_size
-    if size is None or body is None or lip is None or CONTACT_SIZE in method.given:
+    size = method.seat.contact_size
+    if size is None or CONTACT_SIZE in method.given:
         return method
-    in_space = method.seat.in_arcs and body.elements_of(method.seat) == "3d"
-    return method.replaced({CONTACT_SIZE: min(size, PER_ARC * lip.length / lip.arcs)}) if in_space else method
+    return method.replaced({CONTACT_SIZE: in_each_arc(scene.seat, method.seat, size)})
 
 
 def of_rings_across(run: ComputedRun) -> Terms | None:
@@ -143,7 +140,7 @@ class Arcs(Ladder):
         if PORTS in method.given or (method.ports or 1) == 1 or known.patch is None:
             return method
         scene = known.scene
-        if not several_needed(scene):
+        if is_one_enough(scene):
             return method.along(scene.geometry, 1, scene.contact.rings)
         return in_fewest_arcs(scene, method) or method
 
@@ -155,43 +152,37 @@ class Arcs(Ladder):
 
     def neighbours(self, run: ComputedRun) -> Terms | None:
         """Return the run with other arcs, each with its own gap, on a coarser mesh of the seat."""
-        scene, division, finer = run.scene, run.division, run.seat.in_rings
+        division, finer = run.division, run.seat.in_rings
         if division.arcs == 1:
             return ()
-        other, weight = division_to_compare(division), OF_TWICE
-        if finer is None or Division.from_greens(finer) != other:
+        other, weight = _beside(division)
+        if finer is None or not _holds(finer, other):
             return None
-        if other == division:
-            other, weight = in_fewer_arcs(division), OF_TWICE - 1
-        striker = run.problem.striker
-        if scene.reed.thin_plate is not None:
-            striker = striker_of(scene, greens=_greens_along(run, scene.geometry.lip(other.arcs, other.rings)))
-        same, stopper = impact.Body(divided_less(finer, division)), run.body("stopper")
-        as_before = problem_of(scene, run.problem.striker, same, stopper)
-        varied = problem_of(scene, striker, impact.Body(divided_less(finer, other)), stopper)
-        return ((Variation(varied, weight, as_before),),)
+        varied = _met_along(run, divided_less(finer, other), run.scene.geometry.lip(other.arcs, other.rings))
+        return ((Variation(varied, weight, run.with_greens("seat", divided_less(finer, division)).problem),),)
 
 
 def in_fewest_arcs(scene: Scene, method: RunMethod) -> RunMethod | None:
     """Return the method with the fewest arcs of a lip whose convergence can be estimated; where a force per length is
     asked for, with arcs no longer than the part over which it is averaged. ``None`` without a lip."""
-    needs_line = any(all_measures()[name].needs_line for name in scene.accuracy.measures)
-    fewest = max(FEWEST_ARCS, math.ceil(2 * math.pi / scene.contact.line_arc)) if needs_line else FEWEST_ARCS
+    wanted = math.ceil(2 * math.pi / scene.contact.line_arc) if any_needs_line(scene.accuracy.measures) else 1
+    fewest = max(FEWEST_ARCS, wanted)
     lip = scene.geometry.lip(fewest)
     return None if lip is None else method.along(scene.geometry, lip.whole(fewest))
 
 
-def several_needed(scene: Scene) -> str:
-    """Return in words why one contact point cannot replace those along the lip; "" if it can."""
-    names, contact = all_measures(), scene.contact
-    if along := [name for name in scene.accuracy.measures if names[name].needs_line]:
-        return f"{along[0]} needs lip segments"
-    if uneven := contact.uneven or ("curvature" if is_curved(scene.reed) else ""):
-        return f"a single contact point cannot represent {uneven}"
-    if scene.stress is not None or scene.life is not None:
-        return "stress under the lip is asked for"
-    touches = scene.reed.thin_plate is not None and scene.geometry.lip(1) is not None
-    return "" if touches else "this reed cannot touch the lip as a whole"
+def any_needs_line(names: Iterable[str]) -> bool:
+    """Return whether one of these measures is of the force per length of a lip."""
+    return any(all_measures()[name].needs_line for name in names)
+
+
+def is_one_enough(scene: Scene) -> bool:
+    """Return whether one contact may stand for those along a lip: of a plate that lands flat, where nothing along it
+    and no stress is asked for."""
+    if any_needs_line(scene.accuracy.measures) or scene.stress is not None or scene.life is not None:
+        return False
+    is_flat = scene.reed.thin_plate is not None and not scene.contact.uneven and not is_curved(scene.reed)
+    return is_flat and scene.geometry.lip(1) is not None
 
 
 @dataclass(frozen=True)
@@ -211,18 +202,15 @@ class OnePort(Ladder):
         return run.division.arcs == 1 and run.scene.geometry.segments() is not None
 
     def neighbours(self, run: ComputedRun) -> Terms | None:
-        """Return the run with the lip in segments, weighted by `ONE_PORT_BAR`, against one contact point on the same
+        """Return the run with the lip in segments, weighted by `OF_ONE`, against one contact point on the same
         half-space, and against the run itself, as one change may be small by accident."""
-        scene = run.scene
-        lip = scene.geometry.segments()
+        lip = run.scene.geometry.segments()
         many = _on_a_half_space(run, lip)
-        if lip is None or many is None:
+        if many is None:
             return None
-        one = impact.Body(as_a_whole(many))
-        as_before = problem_of(scene, run.problem.striker, one, run.body("stopper"))
-        striker = striker_of(scene, greens=_greens_along(run, lip))
-        varied = problem_of(scene, striker, impact.Body(many), run.body("stopper"))
-        return ((Variation(varied, safety.ONE_PORT_BAR, as_before), Variation(varied, safety.ONE_PORT_BAR)),)
+        one = run.with_greens("seat", as_a_whole(many)).problem
+        varied = _met_along(run, many, lip)
+        return ((Variation(varied, OF_ONE, one), Variation(varied, OF_ONE)),)
 
 
 def _on_a_half_space(run: ComputedRun, lip: AnyLip | None) -> modal.ModalGreens | None:
@@ -232,6 +220,14 @@ def _on_a_half_space(run: ComputedRun, lip: AnyLip | None) -> modal.ModalGreens 
         return None
     whole = as_a_whole(run.seat.greens).modal or estimate.modal
     return None if whole is None else on_its_patch(whole, lip, patch)
+
+
+def _met_along(run: ComputedRun, seat: base.GreensFunction, lip: AnyLip | None) -> ContactProblem:
+    """Return the run on another seat, which a plate meets with the parts of its lip."""
+    striker = run.problem.striker
+    if run.scene.reed.thin_plate is not None:
+        striker = striker_of(run.scene, greens=_greens_along(run, lip))
+    return problem_of(run.scene, striker, impact.Body(seat), run.body("stopper"))
 
 
 def _greens_along(run: ComputedRun, lip: AnyLip | None) -> base.GreensFunction | None:

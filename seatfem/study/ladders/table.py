@@ -10,32 +10,19 @@ from seatfem.study.impacts.touches import LIP, RECORD, STOPPER, STRIKER, Source
 from seatfem.study.impacts.validity import ONE_PORT
 from seatfem.study.ladders import level, march, mesh, modes, patch
 from seatfem.study.ladders.ladder import Ladder
-from seatfem.study.method import (
-    BAND,
-    CONTACT_SIZE,
-    MODEL,
-    MODES,
-    ORDER,
-    PORTS,
-    REED_BAND,
-    RINGS,
-    SEAT_MODES,
-    SIZE,
-    STEP,
-    TOLERANCE,
-)
+from seatfem.study.method import BAND, CONTACT_SIZE, MODEL, MODES, PORTS, REED_BAND, RINGS, SIZE, STEP, TOLERANCE
 
-DECLARED: list[Ladder] = [
+LADDERS: list[Ladder] = [
     patch.Arcs(PORTS, "patch"),
     level.Level(MODEL, "model", rule="static stiffness, to begin with"),
     mesh.Bandwidth(BAND, "reduction"),
     mesh.ElementSize(SIZE, "mesh", also=(CONTACT_SIZE,)),
     mesh.ElementSize(CONTACT_SIZE, "mesh"),
-    Ladder(ORDER, "mesh"),  # no error besides that of the mesh
+    Ladder("seat.mesh.order", "mesh"),  # no error besides that of the mesh
     mesh.Tolerance(TOLERANCE, "reduction"),
     patch.OnePort(ONE_PORT, LIP),
     patch.Rings(RINGS, "patch"),
-    modes.ModeCount(SEAT_MODES, "model"),
+    modes.ModeCount("seat.n_modes", "model"),
     mesh.MeasuredRecord("seat.file", RECORD),
     march.TimeStep(STEP, "time_step"),
     modes.ModeCount(MODES, "model", role="reed"),
@@ -55,19 +42,14 @@ DECLARED: list[Ladder] = [
 """All ladders; those of the seat in the order in which their first values are chosen."""
 
 
-def ladders() -> tuple[Ladder, ...]:
-    """Return all declared ladders."""
-    return tuple(DECLARED)
-
-
 def ladder_of(key: str) -> Ladder | None:
     """Return the ladder of a key; ``None`` if it has none."""
-    return next((ladder for ladder in DECLARED if ladder.key == key), None)
+    return next((ladder for ladder in LADDERS if ladder.key == key), None)
 
 
 def source_of(key: str) -> Source:
     """Return the source of error to which a key, or a model, belongs. Raises `KeyError` if it has none."""
-    for ladder in DECLARED:
+    for ladder in LADDERS:
         if key in (ladder.key, *ladder.also):
             return ladder.source
     raise KeyError(key)

@@ -31,10 +31,10 @@ from seatfem.study.impacts import contact, gas, validity
 from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.contact import RunError, record_of, run_contacts, strains_of, stress_in_run
 from seatfem.study.impacts.touches import RECORD, RunRecord, Touches, contact_record_of, stress_since, values_of_record
+from seatfem.study.ladders.mesh import OF_DRAWS
 from seatfem.study.plan import Plan
 from seatfem.study.runs import summary
 from seatfem.study.runs.round import Round
-from seatfem.study.safety import OF_DRAWS
 from seatfem.study.scene import Accuracy
 from seatfem.study.scene.measures import LifeMargin
 

@@ -23,7 +23,7 @@ from seatfem.structures.method import MOST_MODES, Method
 from seatfem.study.impacts import contact
 from seatfem.study.ladders.ladder import Beginning
 from seatfem.study.ladders.mesh import LEAST_WIDER
-from seatfem.study.ladders.table import described, ladder_of, ladders, source_of
+from seatfem.study.ladders.table import LADDERS, described, ladder_of, source_of
 from seatfem.study.method import (
     BAND,
     FIELDS,
@@ -56,11 +56,9 @@ LEAST: Final = 2.0  # least factor by which one round reduces an error: less is 
 MOST: Final = 5.0  # largest factor: errors that were measured on coarse values are no more accurate than this
 MOST_WORK: Final = 8.0  # largest ratio of the counted work of a round to that of the one before
 POWERS: Final = (1.0, 0.5, 0.25)  # of a factor of refinement, tried in turn until the work is allowed
-LITTLE_WORK: Final = 0.05  # additional work, relative, below which keys are not told apart
-BESIDE: Final = 0.5  # share of an error that cannot be reduced to which the others are
 TRIES: Final = 3  # refinements after which an error that has hardly fallen is taken for one that does not converge
 HOPES: Final = 2  # rounds of refinement after which a measure whose error bar exceeds its value is given up
-SEAT_KEYS: Final = (SIZE, BAND, TOLERANCE, RINGS, PORTS)
+SEAT_KEYS: Final = frozenset({SIZE, BAND, TOLERANCE, RINGS, PORTS})
 """Keys whose finer values may be out of reach of meshing, reduction or memory."""
 HIDDEN_BY: Final[Mapping[str, str]] = {
     **{STEP: MODES, MODES: STEP},
@@ -90,12 +88,10 @@ def begin_method(scene: Scene) -> RunMethod:
 
     Raises `LevelError`: the stated level cannot describe the seat.
     """
-    patch = None
-    if scene.seat.traits.is_reduced:
-        patch = scene.seat.patch()
-    known = Beginning(scene, stated_method(scene), patch)
-    method = known.stated
-    for ladder in ladders():
+    method, is_reduced = stated_method(scene), scene.seat.traits.is_reduced
+    patch = scene.seat.patch() if is_reduced else None
+    known = Beginning(scene, is_reduced and not method.seat.exact, patch)
+    for ladder in LADDERS:
         method = ladder.begin(known, method)
     return method
 
@@ -112,25 +108,13 @@ def begin_plan(scene: Scene) -> Plan:
     check_files(scene)
     method = begin_method(scene)
     contact.check_length(scene, method.time_step or scene.run.filter_width, method.seat.division.count)
-    stated = stated_method(scene)
-    choices = tuple(
-        Choice(
-            key,
-            described(key, value),
-            "" if is_given(scene, key) else DEFAULT if value == stated.value(key) else _rule_of(key),
-            is_given(scene, key),
-        )
-        for key in FIELDS
-        if has_key(scene, key) and (value := method.value(key)) is not None
-    )
-    return Plan(scene, method, choices)
-
-
-DEFAULT: Final = "default"
-
-
-def _rule_of(key: str) -> str:
-    return "" if (ladder := ladder_of(key)) is None else ladder.rule
+    stated, choices = stated_method(scene), []
+    for key in FIELDS:
+        if has_key(scene, key) and (value := method.value(key)) is not None:
+            ladder, given = ladder_of(key), is_given(scene, key)
+            rule = "default" if value == stated.value(key) else ladder.rule if ladder else ""
+            choices.append(Choice(key, described(key, value), "" if given else rule, given))
+    return Plan(scene, method, tuple(choices))
 
 
 def with_measured_errors(done: Round) -> Plan:
@@ -200,11 +184,11 @@ def mark(done: Round) -> Marks:
             stuck[measure] = {
                 key: errors[key] for key in sorted(errors.keys() - open_keys, key=lambda key: -errors[key])
             }
-            room = BESIDE * fixed  # what can be reduced still is, until it hardly counts
+            room = fixed / 2  # what can be reduced still is, until it hardly counts
         for key, share in _shares({key: errors[key] for key in open_keys}, room).items():
             wanted.add(key)
             factors[key] = max(factors.get(key, 1.0), errors[key] / share)
-            for other in _hiding(done, key):
+            if other := _hiding(done, key):
                 factors[other] = max(factors.get(other, 1.0), LEAST)
     return Marks({key: min(max(factor, LEAST), MOST) for key, factor in factors.items()}, frozenset(wanted), stuck)
 
@@ -229,13 +213,12 @@ def _refined(scene: Scene, method: RunMethod, key: str, factor: float) -> RunMet
     return None if (ladder := ladder_of(key)) is None else ladder.refine(scene, method, factor)
 
 
-def _hiding(done: Round, key: str) -> tuple[str, ...]:
+def _hiding(done: Round, key: str) -> str:
     """Return the key that is refined together with one whose error has hardly fallen by its last refinement: it hides
-    its convergence, as a step that of modes, or a tolerance that of a mesh."""
+    its convergence, as a step that of modes, or a tolerance that of a mesh. "" if there is none."""
     past, other = done.plan.refined.get(key, ()), HIDDEN_BY.get(key, "")
-    if not past or _worst(done, key) <= past[-1].error / past[-1].factor ** 0.5:
-        return ()
-    return (other,) if _refined(done.plan.scene, done.plan.method, other, MOST) is not None else ()
+    has_stayed = past and _worst(done, key) > past[-1].error / past[-1].factor ** 0.5
+    return other if has_stayed and _refined(done.plan.scene, done.plan.method, other, MOST) else ""
 
 
 def _is_stalled(done: Round, key: str) -> bool:
@@ -257,14 +240,14 @@ def attempts(done: Round, further: Plan) -> Iterator[tuple[Plan, frozenset[str]]
     then those of the march and of the reed alone; no method twice. Beside each are the keys that it leaves out."""
     yield further, frozenset()
     tried = [further.method]
-    for power, without in ((0.5, ()), (1.0, SEAT_KEYS)):
+    for power, without in ((POWERS[1], frozenset[str]()), (1.0, SEAT_KEYS)):
         plan, _ = refine_plan(done, power, without)
         if plan is not None and plan.method not in tried:
             tried.append(plan.method)
-            yield plan, frozenset(SEAT_KEYS if without else ()) & mark(done).factors.keys()
+            yield plan, without & mark(done).factors.keys()
 
 
-def refine_plan(done: Round, power: float = 1.0, without: tuple[str, ...] = ()) -> tuple[Plan | None, str]:
+def refine_plan(done: Round, power: float = 1.0, without: frozenset[str] = frozenset()) -> tuple[Plan | None, str]:
     """Return the plan of the next round, or ``None`` and in words why nothing can be refined.
 
     ``power``: of the factors by which errors are to be reduced; ``without``: keys that are not refined.
@@ -296,15 +279,15 @@ def _within_work(done: Round, factors: Mapping[str, float]) -> tuple[RunMethod, 
     alone = {key: finer for key, factor in factors.items() if (finer := _refined(plan.scene, plan.method, key, factor))}
 
     def gain_per_work(key: str) -> float:
-        more = work_ratio(plan.method, alone[key], plan.scene).largest - 1
-        return _worst(done, key) * (1 - 1 / factors[key]) / max(more, LITTLE_WORK)
+        more = max(work_ratio(plan.method, alone[key], plan.scene).values()) - 1
+        return _worst(done, key) * (1 - 1 / factors[key]) / more if more > 0 else math.inf
 
     first = max(alone, key=lambda key: _worst(done, key), default="")
     method, taken = plan.method, dict[str, float]()
     for key in sorted(alone, key=lambda key: (key != first, -gain_per_work(key))):
         for power in POWERS:
             finer = _refined(plan.scene, method, key, factors[key] ** power) or method
-            fits = work_ratio(plan.method, finer, plan.scene).largest <= MOST_WORK
+            fits = max(work_ratio(plan.method, finer, plan.scene).values()) <= MOST_WORK
             if fits or (key == first and power == POWERS[-1]):
                 method, taken[key] = finer, factors[key] ** power
                 break
@@ -362,33 +345,19 @@ def _stuck_words(done: Round, marks: Marks) -> str:
     return f"{zero[0]} is zero, so that a relative error has no meaning" if zero else "nothing is left to refine"
 
 
-@dataclass(frozen=True)
-class Work:
-    """The counted work of a round over that of another: of seat, reed and contact."""
-
-    seat: float
-    reed: float
-    contact: float
-
-    @property
-    def largest(self) -> float:
-        """Return the largest of the ratios."""
-        return max(self.seat, self.reed, self.contact)
-
-
-def work_ratio(before: RunMethod, after: RunMethod, scene: Scene) -> Work:
-    """Return the work by one method over that by another: of bodies by unknowns, band and contact points, of the
-    contact by steps, points and modes."""
+def work_ratio(before: RunMethod, after: RunMethod, scene: Scene) -> Mapping[str, float]:
+    """Return the counted work by one method over that by another: of seat and reed by unknowns, band and contact
+    points, of the contact by steps, points and modes."""
     points = after.seat.division.count / before.seat.division.count
     bands = (
         ratio_of(new.bandwidth, old.bandwidth) for old, new in ((before.seat, after.seat), (before.reed, after.reed))
     )
     modes = max(*bands, ratio_of(after.reed.n_modes, before.reed.n_modes))
-    return Work(
-        _solving_ratio(scene.seat, before.seat, after.seat),
-        _solving_ratio(scene.reed, before.reed, after.reed),
-        points * modes * ratio_of(before.time_step, after.time_step),
-    )
+    return {
+        "seat": _solving_ratio(scene.seat, before.seat, after.seat),
+        "reed": _solving_ratio(scene.reed, before.reed, after.reed),
+        "contact": points * modes * ratio_of(before.time_step, after.time_step),
+    }
 
 
 def _solving_ratio(body: Structure, before: Method, after: Method) -> float:

@@ -19,16 +19,7 @@ from seatfem.study.impacts.contact import RunError
 from seatfem.study.plan import Plan
 from seatfem.study.runs.converge import AIM, begin_plan
 from seatfem.study.runs.kept import first_plan, save_plan
-from seatfem.study.runs.next_round import (
-    OF_THE_CONTACT,
-    OF_THE_SEAT,
-    POWER,
-    Limits,
-    expect_memory,
-    expect_time,
-    next_plan,
-    sum_stages,
-)
+from seatfem.study.runs.next_round import POWER, Limits, expect_memory, expect_time, next_plan, time_of
 from seatfem.study.runs.round import Round
 from seatfem.study.runs.rounds import OutOfTime, rounds
 from seatfem.study.safety import MOST_ROUNDS
@@ -148,7 +139,7 @@ def _last_round(plan: Plan, watch: Stopwatch, limits: Limits, progress: Progress
 def forecast(done: Round) -> Forecast:
     """Return what is left of a run, if every further round reduces the largest error by `USUAL`."""
     bars = {name: done.left.relative(name) for name in done.judged}
-    seat, contact = (sum_stages(done.price, stages) for stages in (OF_THE_SEAT, OF_THE_CONTACT))
+    seat, contact = (time_of(done.price, part) for part in ("seat", "contact"))
     further, why = None, "" if done.met else "there is no landing to judge"
     if done.met is False:
         further, why = next_plan(done, Limits(), math.inf)

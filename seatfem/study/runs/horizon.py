@@ -21,8 +21,6 @@ from seatfem.study.impacts.contact import marched
 from seatfem.study.impacts.landings import landings_of_march
 from seatfem.study.runs.round import Round
 
-FEWEST: Final = 3
-"""Fewest landings of a run for which a horizon is computed; fewer are all known."""
 INPUTS: Final = 1e-3
 """Relative uncertainty of inputs that are read from a drawing."""
 STAGE: Final = "ensemble"
@@ -31,9 +29,9 @@ NO_ENSEMBLE: Final[Mapping[str, object]] = {results.ENSEMBLE: 1, results.ENSEMBL
 
 
 def has_horizon(done: Round) -> bool:
-    """Return whether a run has `FEWEST` landings or more, so that the last ones may be unpredictable."""
+    """Return whether a run has more than two landings, so that a difference may grow and the last ones be unknown."""
     landings = done.touches.landings
-    return landings is not None and len(landings.seat) + len(landings.stopper) >= FEWEST
+    return landings is not None and len(landings.seat) + len(landings.stopper) > 2
 
 
 def horizon_keys(done: Round, progress: Progress) -> dict[str, object]:

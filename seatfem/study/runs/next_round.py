@@ -12,21 +12,22 @@ from seatfem.study.impacts.touches import STRIKER
 from seatfem.study.plan import Plan
 from seatfem.study.runs import converge
 from seatfem.study.runs.round import Round
-from seatfem.study.safety import LONGEST, MOST_ROUNDS
+from seatfem.study.safety import MOST_ROUNDS
 from seatfem.units import write_quantity
 
-OF_THE_SEAT: Final = ("mesh", "assembly", "reduction", "mesh error", "patch error", "pole fit")
-OF_THE_REED: Final = (STRIKER,)
-OF_THE_CONTACT: Final = ("contact", "reed stress", "error budget", "spring baseline", "files")
-"""Stages of a round by the work that they grow with."""
+STAGES: Final = {
+    "seat": ("mesh", "assembly", "reduction", "mesh error", "patch error", "pole fit"),
+    "reed": (STRIKER,),
+    "contact": ("contact", "reed stress", "error budget", "spring baseline", "files"),
+}
+"""Stages of a round by the part of its work with which they grow."""
+LONGEST: Final = 600.0  # longest expected time [s] of a further round that is begun without --max-time
 PROGRAM: Final = 2.5e8  # memory of the program, its packages and a first coarse mesh [bytes]
 AFTERWARDS: Final = 8e7  # memory of what follows the last round: files, horizon, pictures [bytes]
-LEAST_GROWTH: Final = 1.5  # of meshes and modes from one round to the next
+LEAST_GROWTH: Final = 1.5  # of the work from one round to the next; times of less growth do not tell its power
 HISTORIES: Final = 10  # histories in the peak memory of a round: forces, gaps, motions, averages, those before
 FIXED: Final = 0.5  # wall time of seat, reed or contact that does not grow: start of gmsh, loading of compiled code [s]
 POWER: Final = 0.5  # of the growth of the work, to which time grows while the last two rounds do not show it
-TELLING: Final = 1.5  # growth of the work between two rounds from which on their times tell its power
-CUT_OFF: Final = "the run ends during the judged landing; a longer run.duration includes all of it"
 
 
 @dataclass(frozen=True)
@@ -63,22 +64,17 @@ def expect_time(done: Round, plan: Plan) -> float:
     counted work: of the seat by unknowns, ports and band, of the contact by steps, ports and modes."""
     before, after = done.plan.method, plan.method
     work = converge.work_ratio(before, after, done.plan.scene)
-    groups = (
-        (work.seat, OF_THE_SEAT, before.seat != after.seat),
-        (work.reed, OF_THE_REED, before.reed != after.reed),
-        (work.contact, OF_THE_CONTACT, True),
-    )
-    return sum(_grown(done, ratio, stages) for ratio, stages, is_repeated in groups if is_repeated)
+    is_repeated = {"seat": before.seat != after.seat, "reed": before.reed != after.reed, "contact": True}
+    return sum(_grown(done, part, ratio) for part, ratio in work.items() if is_repeated[part])
 
 
-def _grown(done: Round, ratio: float, stages: tuple[str, ...]) -> float:
-    """Return the expected wall time [s] of some stages whose work grows by a ratio: by the power of it that the last
-    two rounds showed, else, without its fixed part, by `POWER`."""
-    seconds = sum_stages(done.price, stages)
-    if done.before is not None and seconds > 0 and (earlier := sum_stages(done.before[1], stages)) > 0:
-        of_all = converge.work_ratio(done.before[0], done.plan.method, done.plan.scene)
-        work = {OF_THE_SEAT: of_all.seat, OF_THE_REED: of_all.reed, OF_THE_CONTACT: of_all.contact}[stages]
-        if work > TELLING:
+def _grown(done: Round, part: str, ratio: float) -> float:
+    """Return the expected wall time [s] of a part of a round whose work grows by a ratio: by the power of it that the
+    last two rounds showed, else, without its fixed part, by `POWER`."""
+    seconds = time_of(done.price, part)
+    if done.before is not None and seconds > 0 and (earlier := time_of(done.before[1], part)) > 0:
+        work = converge.work_ratio(done.before[0], done.plan.method, done.plan.scene)[part]
+        if work > LEAST_GROWTH:
             power = math.log(seconds / earlier) / math.log(work)
             return float(seconds * ratio ** min(max(power, 0.0), 1.0))
     fixed = min(seconds, FIXED)
@@ -101,7 +97,7 @@ def expect_memory(done: Round, plan: Plan | None, count: int = 1) -> float:
     contacts, finer = before.seat.division.count, converge.ratio_of(before.time_step, after.time_step)
     of_rows = (finer if rows.is_uniform else finer**0.5) * after.seat.division.count / contacts
     work = converge.work_ratio(before, after, done.plan.scene)
-    of_bodies = max(work.seat, work.reed, LEAST_GROWTH)
+    of_bodies = max(work["seat"], work["reed"], LEAST_GROWTH)
     whole, each = (HISTORIES * 8.0 * values for values in (int(rows.ends[-1]), len(rows.ends) * contacts))
     program = max(PROGRAM, done.held)
     bodies = max(done.memory - program - whole - each, 0.0)
@@ -109,9 +105,9 @@ def expect_memory(done: Round, plan: Plan | None, count: int = 1) -> float:
     return float(max(done.memory, grown)) + AFTERWARDS
 
 
-def sum_stages(price: Mapping[str, float], stages: tuple[str, ...]) -> float:
-    """Return the wall time of some stages together [s]."""
-    return sum(price.get(stage, 0.0) for stage in stages)
+def time_of(price: Mapping[str, float], part: str) -> float:
+    """Return the wall time of seat, reed or contact [s] in that of all stages."""
+    return sum(price.get(stage, 0.0) for stage in STAGES[part])
 
 
 def next_plan(done: Round, limits: Limits, time_left: float) -> tuple[Plan | None, str]:
@@ -120,7 +116,7 @@ def next_plan(done: Round, limits: Limits, time_left: float) -> tuple[Plan | Non
         return None, f"{limits.rounds} round{'s'[: limits.rounds > 1]} at most"
     landings = done.touches.landings
     if done.plan.scene.accuracy.landing != "run" and landings is not None and landings.status == "cut off":
-        return None, CUT_OFF
+        return None, "the run ends during the judged landing; a longer run.duration includes all of it"
     further, why = converge.refine_plan(done)
     if further is not None:
         why = _exceeded_limit(done, further, math.nan if limits.steady else time_left)

@@ -29,8 +29,9 @@ from seatfem.study.runs.afterwards import Baseline, afterwards, baseline_of, sta
 from seatfem.study.runs.converge import begin_plan
 from seatfem.study.runs.forecast import converge
 from seatfem.study.runs.kept import RunOutcome, cached_plan, save_plan
-from seatfem.study.runs.round import remarks
-from seatfem.study.runs.rounds import ANY, SEAT_FILE, Limits, Round, missed, rounds
+from seatfem.study.runs.next_round import Limits
+from seatfem.study.runs.round import Round, missed, remarks
+from seatfem.study.runs.rounds import ANY, SEAT_FILE, rounds
 from seatfem.study.runs.summary import (
     accuracy_keys,
     greens_error_keys,

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -18,23 +18,23 @@ from seatfem import structures
 from seatfem.machine.resources import Stopwatch, available_memory, forget_peak, peak_memory
 from seatfem.structures.cache import Cache, build, key_of
 from seatfem.study import impacts, runs
-from seatfem.study.error_budget import error_budget, with_bars_of_measures
+from seatfem.study.error_budget import error_budget
 from seatfem.study.impacts import contact
 from seatfem.study.impacts.bodies import solve_body, stopper_of, striker_of
 from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.impacts.touches import STRIKER, stress_since
+from seatfem.study.ladders.mesh import TOLERANCES
 from seatfem.study.method import BAND, TOLERANCE
 from seatfem.study.plan import Plan
-from seatfem.study.runs import converge
+from seatfem.study.runs.converge import attempts, in_widest_band, with_measured_errors
+from seatfem.study.runs.kept import cached_numbers
 from seatfem.study.runs.next_round import Limits, expect_time, next_plan
-from seatfem.study.runs.round import UNFINISHED, Round, in_words, missed
-from seatfem.study.safety import FAILURES, LOOSER
+from seatfem.study.runs.round import UNFINISHED, Round, in_words
+from seatfem.study.safety import FAILURES
 from seatfem.study.scene.measures import Stress, any_needs_stress, asked_name
 
 if TYPE_CHECKING:
     from seatfem.study.runs.stresses import PlateReedStress
-
-__all__ = ["ANY", "SEAT_FILE", "Limits", "Round", "missed", "rounds"]
 
 ANY: Final = Limits()
 SEAT_FILE: Final = "seat.h5"
@@ -67,16 +67,14 @@ def rounds(
     deadline = begun + limits.seconds
     held = forget_peak()
     listen = within_limits(progress, begun + limits.first)
-    latest = _measured(_first_round, plan, folder, watch, listen, limits=limits, held=held)
+    latest = _round(plan, folder, watch, listen, limits, held)
     before: Plan | None = None
     while True:
-        further: Plan | None = None
-        why = ""
+        left = deadline - time.perf_counter()
         try:
-            if latest.met is False:
-                further, why = next_plan(latest, limits, deadline - time.perf_counter())
+            further, why = next_plan(latest, limits, left) if latest.met is False else (None, "")
         except FAILURES as problem:
-            why = _failure_words(problem)
+            further, why = None, _failure_words(problem)
         line = in_words(latest, before)
         if further is None:
             tell(line)
@@ -88,11 +86,11 @@ def rounds(
             latest = replace(latest, seat=latest.seat.functions)
         yield replace(latest, stopped=f"round {number} {UNFINISHED}")
         try:
-            for finer, left_out in converge.attempts(latest, further):
+            for finer, left_out in attempts(latest, further):
                 attempt = replace(finer, refused={**finer.refused, **dict.fromkeys(left_out, stopped)})
                 try:
                     listen = within_limits(progress, deadline)
-                    latest = _measured(_round, attempt, folder, watch, listen, latest, limits=limits, held=held)
+                    latest = _round(attempt, folder, watch, listen, limits, held, latest)
                     break
                 except FAILURES as problem:
                     stopped = _failure_words(problem) + _restore_seat(latest, attempt, folder)
@@ -138,32 +136,6 @@ def within_limits(progress: Progress, deadline: float = math.inf) -> Progress:
     return listen
 
 
-def _measured(
-    compute: Callable[..., Round],
-    plan: Plan,
-    folder: Path,
-    watch: Stopwatch,
-    progress: Progress,
-    *previous: Round,
-    limits: Limits,
-    held: float,
-) -> Round:
-    """Compute a round, and return it with its number, time and memory, those of what was reused included. ``previous``:
-    the round before, if any; ``held``: memory before the run [bytes]."""
-    before = dict(watch.stages)
-    result = compute(plan, folder, watch, progress, *previous, limits=limits)
-    spent = {stage: s - before.get(stage, 0.0) for stage, s in watch.stages.items() if s > before.get(stage, 0.0)}
-    price: Mapping[str, float] = {**previous[0].price, **spent} if previous else spent
-    memory = peak_memory()
-    if not limits.steady:
-        first = {"stages": price, "memory": memory - held}
-        kept = runs.kept.cached_numbers(result, result.touches, "price", lambda: first)
-        price, memory = kept["stages"], max(memory, held + kept["memory"])
-    number = previous[0].number + 1 if previous else 1
-    earlier = (previous[0].plan.method, previous[0].price) if previous else None
-    return replace(result, number=number, spent=spent, price=price, memory=memory, held=held, before=earlier)
-
-
 def _failure_words(problem: Exception) -> str:
     if isinstance(problem, OutOfTime):
         return f"the next round was stopped: {problem}"
@@ -185,16 +157,6 @@ def _restore_seat(done: Round, further: Plan, folder: Path) -> str:
 def _seat_key(plan: Plan) -> str:
     """Return the key by which the plan's seat is cached."""
     return key_of(plan.scene.seat, plan.method.seat)
-
-
-def _first_round(plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, *, limits: Limits) -> Round:
-    """Run the first round; if no Krylov space reaches the first tolerance, at looser ones unless it is stated."""
-    for tolerance in LOOSER if plan.is_open(TOLERANCE) else ():
-        try:
-            return _round(plan, folder, watch, progress, limits=limits)
-        except structures.reduction.modes.ConvergenceError:
-            plan = replace(plan, method=plan.method.replaced({TOLERANCE: tolerance}))
-    return _round(plan, folder, watch, progress, limits=limits)
 
 
 def solve(
@@ -239,7 +201,7 @@ def solve(
     if stress or scene.needs_stress or scene.stress is not None or scene.life is not None:
         with watch("reed stress"):
             reed_stress = contact.stress_in_run(scene.geometry, striker, touches, since=since)
-    computed = Round(plan, seat, striker, touches, reed_stress, Budget({}, {}, ()), reed, flights=flights)
+    computed = Round(plan, seat, striker, touches, reed_stress, Budget({}), reed, flights=flights)
     if any_needs_stress(scene.accuracy.measures) and impacts.plate_stress.has_plate_stress(scene.reed, striker):
         progress("reed stress", 0.0)
         with watch("reed stress"):
@@ -249,18 +211,34 @@ def solve(
 
 
 def _round(
-    plan: Plan, folder: Path, watch: Stopwatch, progress: Progress, before: Round | None = None, *, limits: Limits
+    plan: Plan,
+    folder: Path,
+    watch: Stopwatch,
+    progress: Progress,
+    limits: Limits,
+    held: float,
+    before: Round | None = None,
 ) -> Round:
-    """Return a round with its errors; ``before``: the round before."""
-    scene = plan.scene
-    compute_round = partial(solve, before=before, cache=Cache(folder / SEAT_FILE), stress=limits.stress)
-    try:
-        computed = compute_round(plan, watch, progress)
-    except structures.reduction.lip_modes.BandError as crowded:
-        if not plan.is_open(BAND):
-            raise
-        plan = converge.in_widest_band(plan, crowded.band)
-        computed = compute_round(plan, watch, progress)
+    """Return a round with its errors, number, time and memory, those of what was reused included.
+
+    ``held``: memory before the run [bytes]; ``before``: the round before, if any. If no Krylov space reaches the
+    tolerance of the first one, it has a looser one, and a band with too many modes becomes the widest that has few
+    enough, unless the file states them.
+    """
+    scene, cache, stages = plan.scene, Cache(folder / SEAT_FILE), dict(watch.stages)
+    while True:
+        try:
+            computed = solve(plan, watch, progress, before=before, cache=cache, stress=limits.stress)
+            break
+        except structures.reduction.lip_modes.BandError as crowded:
+            if not plan.is_open(BAND):
+                raise
+            plan = in_widest_band(plan, crowded.band)
+        except structures.reduction.modes.ConvergenceError:
+            looser = [each for each in TOLERANCES if each > (plan.method.seat.tolerance or math.inf)]
+            if before is not None or not looser or not plan.is_open(TOLERANCE):
+                raise
+            plan = replace(plan, method=plan.method.replaced({TOLERANCE: looser[0]}))
     seat, touches, reed = computed.seat, computed.touches, computed.reed
     with watch("error budget"):
         wanted_stress = computed.stress if scene.needs_stress else None
@@ -270,12 +248,20 @@ def _round(
             budget = compute()
         else:
             beside = [each is None for each in (seat.coarser, seat.in_rings)]  # which comparisons of the seat there are
-            left = runs.kept.cached_numbers(computed, touches, f"error budget {beside}", lambda: vars(compute()))
+            left = cached_numbers(computed, touches, f"error budget {beside}", lambda: vars(compute()))
             budget = Budget(left["values"], left["parts"], tuple(left["sources"]), left["by_key"])
-    landings = () if touches.landings is None else touches.landings.seat
-    budget = with_bars_of_measures(budget, landings)
-    computed = replace(computed, left=_with_recovery(budget, computed.plate))
-    return replace(computed, plan=converge.with_measured_errors(computed))
+    memory, number = peak_memory(), 1 if before is None else before.number + 1
+    computed = replace(computed, left=_with_recovery(budget, computed.plate), number=number, held=held)
+    spent = {stage: s - stages.get(stage, 0.0) for stage, s in watch.stages.items() if s > stages.get(stage, 0.0)}
+    price: Mapping[str, float] = spent
+    if before is not None:
+        price = {**before.price, **spent}
+        computed = replace(computed, before=(before.plan.method, before.price))
+    if not limits.steady:
+        first = {"stages": price, "memory": memory - held}
+        kept = cached_numbers(computed, touches, "price", lambda: first)
+        price, memory = kept["stages"], max(memory, held + kept["memory"])
+    return replace(computed, plan=with_measured_errors(computed), spent=spent, price=price, memory=memory)
 
 
 def _with_recovery(left: Budget, plate: PlateReedStress | None) -> Budget:

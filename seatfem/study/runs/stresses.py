@@ -85,7 +85,8 @@ def error_bars_of(
     if not is_judged(half):
         return Budget(half), half
     values = march_varied(problem, dt)
-    return budget_of(march_varied, problem, values, dt, terms, finer=times(2.0, changes(values, half))), half
+    finer = [times(2.0, changes(values, half))]
+    return budget_of(march_varied, problem, values, dt, terms, finer=finer), half
 
 
 def contact_margin_bar(done: Round, margin: float) -> float:

@@ -26,7 +26,7 @@ from seatfem.structures import method, rings
 from seatfem.study.impacts.landings import Face, Landings
 from seatfem.study.impacts.touches import OF_A_LANDING, Touches, is_of_a_landing, landing_name, measured, stopper_values
 from seatfem.study.plan import Plan
-from seatfem.study.runs.rounds import Round
+from seatfem.study.runs.round import Round
 from seatfem.study.scene.contact import Stopper
 from seatfem.study.scene.measures import FIRST, HARDEST, LandingChoice, Line, all_measures, key_of
 

@@ -16,13 +16,15 @@ from impact.after.landings import Landing, hardest, pair_landings
 from impact.greens.base import Array
 from impact.march.grid import TimeGrid
 from seatfem.results import ResultSource
-from seatfem.study.safety import OF_IMPULSE, OPENING
 
 LandingChoice = Literal["hardest", "first", "run"]
 HARDEST: Final = "landing_"
 FIRST: Final = "first_landing_"
 PREFIXES: Final[Mapping[LandingChoice, str]] = {"hardest": HARDEST, "first": FIRST, "run": ""}
 """Prefix of the names of measures, by the landing to which they refer."""
+OPENING: Final = 0.1
+"""Largest relative error assumed for the opening time that separates two groups of contacts; a smaller one is that of
+the impulse over this limit, ten times as large."""
 LANDING_WORDS: Final[Mapping[str, str]] = {HARDEST: " of the hardest landing", FIRST: " of the first landing", "": ""}
 
 
@@ -211,7 +213,7 @@ class ContactDuration(Measure):
             return 0.0
         impulse = np.concatenate([[0.0], np.cumsum(solid[1:])])
         borne = np.diff(impulse[steps])[:, 0]
-        raw, off = blow.dt * steps, min(OPENING, OF_IMPULSE * share)
+        raw, off = blow.dt * steps, min(OPENING, share / OPENING)
         kept = raw[borne > min(share * impulse[-1], float(borne.max()) / 2)]
         others = (_first(kept), *(_first(raw, measures.MERGE * (1 + by)) for by in (-off, off)))
         return max(abs(other - _first(raw)) for other in others)

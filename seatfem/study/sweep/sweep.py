@@ -29,7 +29,7 @@ from seatfem.study.impacts.landings import LANDED, STATUS, left_out_in_words
 from seatfem.study.runs.forecast import Look, look_at
 from seatfem.study.runs.pipeline import first_numbers
 from seatfem.study.runs.round import Round
-from seatfem.study.safety import MEMORY, MOST_ROUNDS, USUAL, Effort
+from seatfem.study.safety import MOST_ROUNDS, USUAL, Effort
 from seatfem.study.scene import Scene, SceneError, load_scene, located
 from seatfem.study.scene.problems import explain, scene_error
 from seatfem.study.sweep import table
@@ -210,6 +210,7 @@ LOOKED_AT: Final = 1000  # number of scenes of a larger study that are checked b
 SAMPLED: Final = 3  # number of scenes that are looked at: the first, the last and the middle
 LOOK: Final = 1.0  # wall time of a look at one of them [s]
 START: Final = 2.0  # start of the program, from the command to the first stage [s]
+MEMORY: Final = 0.8  # fraction of the available memory that workers use, as their need is measured on few scenes
 LANE: Final = 0.02  # time of a scene integrated in parallel with others, over that of a single one with its error bars
 LOOKED_LONG: Final = 5.0  # wall time after which no further one of them is looked at [s]
 

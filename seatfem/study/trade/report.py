@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from impact.files import csv_table, safe_files
-from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, sheet
+from impact.pictures.drawing import COLOURS, GREY, sheet
 from seatfem.study.impacts.landings import STATUS
 from seatfem.study.method import MODEL
 from seatfem.study.scene.measures import key_of
@@ -21,8 +21,6 @@ from seatfem.study.trade.trade import Trade, processor_of
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
-
-COLOURS: Final = (BLUE, ORANGE, GREEN, PURPLE, SKY, GREY)
 
 
 def rows_of(trade: Trade) -> list[dict[str, object]]:

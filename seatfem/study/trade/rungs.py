@@ -20,7 +20,7 @@ from seatfem.machine.resources import Stopwatch, peak_memory
 from seatfem.study.impacts import contact, landings
 from seatfem.study.impacts.touches import measured
 from seatfem.study.impacts.validity import ONE_PORT
-from seatfem.study.ladders.table import described, ladders
+from seatfem.study.ladders.table import LADDERS, described
 from seatfem.study.method import FIELDS, MODEL, MODES, PORTS, RunMethod, has_key, stated_method
 from seatfem.study.plan import Plan
 from seatfem.study.runs.converge import LEAST
@@ -37,8 +37,6 @@ PROCESSOR, MEMORY = "processor_s", "memory_bytes"
 process [B]."""
 OWN_CHOICE: Final = "the run's own choice"
 AS_FILED: Final = "as the file says"
-FALLING: Final = {key for ladder in ladders() if ladder.falls for key in (ladder.key, *ladder.also)}
-"""Keys whose finer values are smaller."""
 
 
 @dataclass(frozen=True)
@@ -61,34 +59,32 @@ class Point:
 def finer_in_all(scene: Scene, method: RunMethod) -> RunMethod:
     """Return a method with every key one rung finer, which divides its error by `LEAST`, as far as there are rungs."""
     method = replace(method, given=frozenset())
-    for ladder in ladders():
+    for ladder in LADDERS:
         method = ladder.refine(scene, method, LEAST) or method
     return method
 
 
 def states(scene: Scene, start: RunMethod, end: RunMethod) -> list[RunMethod]:
     """Return methods from a first one to an ``end``: of each, the keys are a rung finer, as far as those of the end."""
+
+    def is_between(first: Any, value: Any, last: Any) -> bool:
+        numbers = all(isinstance(each, int | float) for each in (first, value, last))
+        return numbers and (first < value < last or first > value > last)
+
     ascending = [start]
     while ascending[-1].values != end.values:
-        finer = finer_in_all(scene, ascending[-1]).values
-        values = {key: last if _reaches(key, finer[key], last) else finer[key] for key, last in end.values.items()}
-        ascending.append(end if values == ascending[-1].values else end.with_values(scene.geometry, values))
+        finer, before = finer_in_all(scene, ascending[-1]).values, ascending[-1].values
+        values = {k: finer[k] if is_between(before[k], finer[k], last) else last for k, last in end.values.items()}
+        ascending.append(end if values == before else end.with_values(scene.geometry, values))
     return ascending
-
-
-def _reaches(key: str, value: Any, last: Any) -> bool:
-    """Return whether a value is as fine as another one; always so of a word, or where either is absent."""
-    if not isinstance(value, int | float) or not isinstance(last, int | float):
-        return True
-    return value <= last if key in FALLING else value >= last
 
 
 def around(scene: Scene, start: RunMethod, end: RunMethod) -> Iterator[Point]:
     """Yield the converged state with one key at its first value or one rung finer, and with other levels of the seat's
     model."""
     free, first = replace(end, given=frozenset()), start.values
-    together = {key for ladder in ladders() for key in ladder.also}
-    for ladder in ladders():
+    together = {key for ladder in LADDERS for key in ladder.also}
+    for ladder in LADDERS:
         if ladder.key in together or (ladder.key in FIELDS and not has_key(scene, ladder.key)):
             continue
         keys = [key for key in (ladder.key, *ladder.also) if key in FIELDS]

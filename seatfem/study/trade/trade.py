@@ -30,16 +30,7 @@ from seatfem.study.scene import Scene, load_scene
 from seatfem.study.scene.measures import FIRST, HARDEST
 from seatfem.study.sweep import effects, runner
 from seatfem.study.sweep.runner import Outcome
-from seatfem.study.trade.rungs import (
-    ALL_OPEN,
-    AS_FILED,
-    OWN_CHOICE,
-    PROCESSOR,
-    Point,
-    around,
-    finer_in_all,
-    states,
-)
+from seatfem.study.trade.rungs import ALL_OPEN, AS_FILED, OWN_CHOICE, PROCESSOR, Point, around, finer_in_all, states
 from seatfem.units import write_quantity
 
 TIME_LIMIT: Final = 20.0  # processor time for one point, the start of its process included [s]
@@ -209,11 +200,11 @@ def measure_trade(
     start, end = begin_plan(scene).method, converge(scene, limits=limits).plan.method
     choosing = time.perf_counter() - begun
     walk = [Point(f"state {n}", "all keys", each.values) for n, each in enumerate(states(scene, start, end)[:-1], 1)]
-    finer = [finer_in_all(scene, end)]
-    finer.append(finer_in_all(scene, finer[0]))
-    names = (OWN_CHOICE, "all keys one rung finer", "all keys two rungs finer")
-    ends = [Point(name, "all keys", each.values) for name, each in zip(names, (end, *finer), strict=True)]
-    known = [end.values, *(point.values for point in walk)]
+    finer, ends = end, [Point(OWN_CHOICE, "all keys", end.values)]
+    for rungs in ("one rung", "two rungs"):
+        finer = finer_in_all(scene, finer)
+        ends.append(Point(f"all keys {rungs} finer", "all keys", finer.values))
+    ascending, known = [point.name for point in (*walk, *ends)], [point.values for point in (*walk, ends[0])]
     others = [] if quick else [point for point in around(scene, start, end) if point.values not in known]
     if any(is_given(filed, key) for key in ALL_OPEN):
         as_filed = converge(filed, limits=limits).plan.method
@@ -224,7 +215,7 @@ def measure_trade(
     outcomes = run_points(path, points, journal, time_limit=time_limit, cluster=cluster, progress=progress)
     outcomes |= run_points(path, ends, journal, time_limit=LONGER * time_limit, cluster=cluster, progress=progress)
     judged = tuple(scene.accuracy.judged)
-    exact, back = _reference(path, scene, outcomes, [*(point.name for point in walk), *names])
+    exact, back = _reference(path, scene, outcomes, ascending)
     values, coarser = outcomes[exact].summary, outcomes[back].summary
     floor = {name: _relative(coarser, values, name) / (LEAST - 1) for name in judged}
     title = scene.title or path.stem
