@@ -21,9 +21,8 @@ from seatfem.structures.kinds.motion import Record, Recorded
 from seatfem.study import method
 from seatfem.study.plan import Plan
 from seatfem.study.runs import round as rounds
-from seatfem.study.runs.converge import errors_by_key
+from seatfem.study.runs.converge import errors_by_key, words_of
 from seatfem.study.runs.forecast import Look
-from seatfem.study.safety import source_in_words
 from seatfem.study.scene import Contact, Scene, drives, files, keys, load, parcel
 from seatfem.study.scene.measures import all_measures, asked_name, short_words
 from seatfem.units import write_quantity
@@ -201,13 +200,13 @@ def _largest(done: rounds.Round, measure: str) -> Iterator[str]:
     parts = {key: safety(measure) * error / whole for key, error in errors_by_key(done, measure).items()}
     for key in sorted(parts, key=lambda key: -parts[key]):
         if 0 < parts[key] >= COUNTS * max(parts.values()):
-            yield f"{source_in_words(key) if key in done.left.parts else key} {percent(parts[key])}"
+            yield f"{key if '.' in key else words_of(key)} {percent(parts[key])}"
 
 
 def _left_in_words(look: Look) -> str:
     """Return in words the further rounds of a run, the time that they take, and the uncertainty after them."""
     left = look.left
-    if left.why:
+    if left.why and not left.rounds:
         return f"nothing more: {left.why}"
     files = f"files and pictures, about {in_time(left.after)}"
     if not left.rounds:
@@ -216,8 +215,9 @@ def _left_in_words(look: Look) -> str:
         rounds.bar_in_words(name, bar) for name, bar in left.error.items() if bar != look.done.left.relative(name)
     )
     expected = f"; expected after {'it' if left.rounds == 1 else 'them'}: {bars}" if bars else ""
+    why = f" ({left.why})" if left.why else ""
     cost = f"about {in_time(left.seconds)}" + ("" if math.isnan(left.memory) else f", {left.memory / 1e9:.2g} GB")
-    return f"{left.rounds} round{'s'[: left.rounds > 1]}, {cost}, first {left.changes}{expected}; then {files}"
+    return f"{left.rounds} round{'s'[: left.rounds > 1]}, {cost}, first {left.changes}{expected}{why}; then {files}"
 
 
 def judged_line(plan: Plan) -> str:

@@ -91,7 +91,7 @@ def plan(
         File for a drawing of the scene, in section and plan (.png, .svg or .pdf).
     max_time:
         Time of the look, in seconds or with a unit (1 min), after which it is stopped even in its first round [default:
-        no round is begun after 3 s, 6 s with files; the first is stopped after 60 s].
+        no round is begun after 3 s, 6 s with files; the first is stopped after 60 s, later on a busy machine].
     """
     if (ahead := other_verbs.study_ahead(scene)) is not None:
         if json:
@@ -101,7 +101,7 @@ def plan(
         return DONE
     checked = load(scene, changes)
     with progress_of(common) as progress:
-        longest = study.runs.forecast.HANGING if max_time is None else max_time
+        longest = study.runs.forecast.patience() if max_time is None else max_time
         look = study.runs.forecast.look_at(checked, max_time, progress, longest=longest)
     if drawing is not None:
         impacts.layout.draw_scene(checked, drawing, look.plan.method.seat.division)

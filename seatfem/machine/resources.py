@@ -26,6 +26,12 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
+def busyness() -> float:
+    """Return how many times longer work takes because other programs share the cores, from the load of the last minute;
+    at least 1."""
+    return max(1.0, psutil.getloadavg()[0] / (os.cpu_count() or 1))
+
+
 _OPTIONS: Final = ((-3, 4 * 2**20), (-1, 32 * 2**20))
 """Numbers of glibc's options, the sizes from which on memory is a mapping of its own, and the heap's end is returned
 [bytes]."""

@@ -10,12 +10,14 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from types import SimpleNamespace
 
+import psutil
 import pytest
 
+from impact.runs.variations import safety
 from seatfem.faces.other_verbs import study_ahead
 from seatfem.faces.plan_view import look_lines, plan_json
 from seatfem.study.runs.converge import AIM
-from seatfem.study.runs.forecast import USUAL, Look, converge, forecast, look_at
+from seatfem.study.runs.forecast import HANGING, USUAL, Look, converge, forecast, look_at, patience
 from seatfem.study.runs.kept import cached_plan
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.runs.round import Round
@@ -191,6 +193,24 @@ def test_a_forecast_grows_with_the_rounds_that_the_error_needs(tmp_path: Path) -
         counts.append(forecast(asked_again(done, scene)).rounds)
     assert counts == [math.ceil(math.log(worst / target, USUAL)) for target in (0.02, 0.01, 0.0004)]
     assert counts[0] == 1 < counts[1] < counts[2]
+
+
+@pytest.mark.slow
+def test_a_forecast_promises_nothing_that_cannot_be_refined(tmp_path: Path) -> None:
+    """A stated step leaves more of the peak than .5 %; the modes are refined, and the look says what stays and why."""
+    look = look_at(beam_scene(tmp_path, "0.5 %", step="300 ns"), NO_TIME)
+    (peak,) = (name for name in look.done.judged if "peak" in name)
+    by_step = safety(peak) * look.done.left.by_key["run.time_step"][peak] / look.done.left.values[peak]
+    assert by_step > 0.005
+    assert look.left.rounds > 0
+    assert by_step <= look.left.error[peak] <= look.done.left.relative(peak)
+    assert re.search(r"\(time step \(run.time_step\) leaves .* and the file states it\)", "\n".join(told(look)))
+
+
+@pytest.mark.parametrize(("load", "longer"), [(0.0, 1.0), (1.0, 1.0), (3.5, 3.5)])
+def test_a_busy_machine_is_given_longer(load: float, longer: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(psutil, "getloadavg", lambda: (load * (os.cpu_count() or 1), 0.0, 0.0))
+    assert patience() == pytest.approx(longer * HANGING)
 
 
 def asked_again(done: Round, scene: Scene) -> Round:

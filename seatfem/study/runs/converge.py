@@ -256,7 +256,7 @@ def refine_plan(done: Round, power: float = 1.0, without: frozenset[str] = froze
     factors = {key: factor**power for key, factor in marks.factors.items() if key not in without}
     method, taken = _within_work(done, factors)
     if method == plan.method:
-        return None, _stuck_words(done, marks)
+        return None, what_remains(done) or _why_nothing(done)
     refined, wanted = plan.refined, marks.wanted & taken.keys()
     if method.value(MODEL) != plan.method.value(MODEL):  # errors measured on a spring say nothing of waves
         refined, wanted = {}, wanted & {MODEL}
@@ -323,24 +323,34 @@ def _why(done: Round, key: str, marks: Marks) -> str:
     return f"{before} before; refined with {f'{hidden[0]}, whose error it may hide' if hidden else 'another key'}"
 
 
-def _stuck_words(done: Round, marks: Marks) -> str:
-    """Return in words why no key can be refined: what leaves most of the measure that misses the target most."""
-    stuck = [measure for measure, errors in marks.stuck.items() if errors]
-    if stuck:
-        measure = max(stuck, key=done.left.relative)
-        key, error = next(iter(marks.stuck[measure].items()))
-        if _is_hopeless(done, measure):
-            bar, words = percent(done.left.relative(measure)), short_words(measure)
-            return f"the error bar of {words} is {bar} of its value after {HOPES} refinements: it is given up"
-        share = percent(safety(measure) * error / abs(done.left.values[measure]))
-        value = done.plan.method.value(key) if key in FIELDS else None
-        most = isinstance(value, int) and _refined(done.plan.scene, done.plan.method, key, MOST) is None
-        why = f"rounds take at most {value}: state {key}" if most else "it cannot be made smaller"
-        why = done.plan.refused.get(key) or why
-        why = "the file states it" if done.plan.is_given(key) else why
-        words = source_in_words(source_of(key) if ladder_of(key) else key)
-        named = f"{words} ({key})" if "." in key else words
-        return f"{named} leaves {share} of {short_words(measure)}, and {why}"
+def what_remains(done: Round) -> str:
+    """Return in words what leaves most of the measure that misses the target most, of those that do so whatever is
+    refined; "" if there is none."""
+    stuck = {measure: errors for measure, errors in mark(done).stuck.items() if errors}
+    if not stuck:
+        return ""
+    measure = max(stuck, key=done.left.relative)
+    key, error = next(iter(stuck[measure].items()))
+    if _is_hopeless(done, measure):
+        bar, words = percent(done.left.relative(measure)), short_words(measure)
+        return f"the error bar of {words} is {bar} of its value after {HOPES} refinements: it is given up"
+    share = percent(safety(measure) * error / abs(done.left.values[measure]))
+    value = done.plan.method.value(key) if key in FIELDS else None
+    most = isinstance(value, int) and _refined(done.plan.scene, done.plan.method, key, MOST) is None
+    why = f"rounds take at most {value}: state {key}" if most else "it cannot be made smaller"
+    why = done.plan.refused.get(key) or why
+    why = "the file states it" if done.plan.is_given(key) else why
+    named = f"{words_of(key)} ({key})" if "." in key else words_of(key)
+    return f"{named} leaves {share} of {short_words(measure)}, and {why}"
+
+
+def words_of(key: str) -> str:
+    """Return the source of error of a key, or of a model, in words."""
+    return source_in_words(source_of(key) if ladder_of(key) else key)
+
+
+def _why_nothing(done: Round) -> str:
+    """Return in words why nothing is refined although no measure is kept from the target by what cannot be."""
     zero = [key_of(name) for name in done.judged if not done.left.values[name]]
     return f"{zero[0]} is zero, so that a relative error has no meaning" if zero else "nothing is left to refine"
 

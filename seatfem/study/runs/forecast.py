@@ -12,12 +12,13 @@ from typing import Final
 
 from impact.notices import Progress, Tell, ignore, silent
 from impact.quantities import in_time
+from impact.runs.variations import safety
 from seatfem.jobs.folders import private_folder
-from seatfem.machine.resources import Stopwatch
+from seatfem.machine.resources import Stopwatch, busyness
 from seatfem.structures.mesh.gmsh_process import gmsh_session
 from seatfem.study.impacts.contact import RunError
 from seatfem.study.plan import Plan
-from seatfem.study.runs.converge import AIM, begin_plan
+from seatfem.study.runs.converge import AIM, begin_plan, mark, what_remains
 from seatfem.study.runs.kept import first_plan, save_plan
 from seatfem.study.runs.next_round import POWER, Limits, expect_memory, expect_time, next_plan, time_of
 from seatfem.study.runs.round import Round
@@ -26,7 +27,7 @@ from seatfem.study.safety import MOST_ROUNDS
 from seatfem.study.scene import Scene
 
 USUAL: Final = 3.0  # factor by which a round usually reduces the largest error bar
-HANGING: Final = 60.0  # wall time after which the first round of a look is stopped [s]: kernels may be compiled in it
+HANGING: Final = 60.0  # time after which the first round of a look is stopped [s]: kernels may be compiled in it
 PICTURES: Final = 2.5  # wall time of the pictures of a run [s]
 FOLLOWING: Final = 0.25  # wall time of files, stress and horizon after the last round over that of its contact
 PURSE: Final = {False: 3.0, True: 6.0}  # wall time of a look [s], at a scene without and with files of geometry
@@ -104,6 +105,11 @@ def look_at(
     return Look(done, watch.stages, forecast(done))
 
 
+def patience() -> float:
+    """Return the wall time after which the first round of a look is stopped [s], longer on a busy machine."""
+    return HANGING * busyness()
+
+
 def converge(
     scene: Scene,
     target: float | None = None,
@@ -137,7 +143,8 @@ def _last_round(plan: Plan, watch: Stopwatch, limits: Limits, progress: Progress
 
 
 def forecast(done: Round) -> Forecast:
-    """Return what is left of a run, if every further round reduces the largest error by `USUAL`."""
+    """Return what is left of a run, if every further round reduces the largest error by `USUAL`, but none what cannot
+    be refined."""
     bars = {name: done.left.relative(name) for name in done.judged}
     seat, contact = (time_of(done.price, part) for part in ("seat", "contact"))
     further, why = None, "" if done.met else "there is no landing to judge"
@@ -146,16 +153,21 @@ def forecast(done: Round) -> Forecast:
     if further is None:
         return Forecast(0, 0.0, seat, contact, _after(contact), expect_memory(done, None), bars, why=why)
     target, spent = done.plan.scene.accuracy.target, max(sum(done.price.values()), 1e-3)
-    worst = max(bars.values())
-    count = 1 if math.isinf(worst) else max(1, math.ceil(math.log(worst / target) / math.log(USUAL)))
+    stuck = mark(done).stuck
+    least = {name: safety(name) * sum(part.values()) / abs(done.left.values[name]) for name, part in stuck.items()}
+    worst = max([bar for name, bar in bars.items() if name not in least] or bars.values())
+    count = 1 if math.isinf(worst) else max(1, math.ceil(math.log(max(worst / target, 1.0)) / math.log(USUAL)))
     seconds = expect_time(done, further)
     growth = max(seconds / spent, 1.0)
     whole, grown = sum(seconds * growth ** (POWER * k) for k in range(count)), growth ** (1 + POWER * (count - 1))
-    error = {name: bar if bar <= target else max(AIM * target, bar / USUAL**count) for name, bar in bars.items()}
-    changes = further.changes_since(done.plan)
+    error = {
+        name: bar if bar <= target else min(bar, max(AIM * target, bar / USUAL**count, least.get(name, 0.0)))
+        for name, bar in bars.items()
+    }
+    changes, why = further.changes_since(done.plan), what_remains(done)
     last = seat * grown, contact * grown, _after(contact * grown)
     rounds_to_grow = math.ceil(math.log(max(min(worst, 1.0) / target, USUAL)) / math.log(USUAL))
-    return Forecast(count, whole, *last, expect_memory(done, further, rounds_to_grow), error, changes)
+    return Forecast(count, whole, *last, expect_memory(done, further, rounds_to_grow), error, changes, why)
 
 
 def _after(contact: float) -> float:
