@@ -32,6 +32,7 @@ alone may be hidden by the filter."""
 HIDDEN: Final = 1.5
 """Factor on the change by the modes of `BEYOND`, as the time step damps higher ones: with 1, 8 of 186 bars of discs,
 whose highest modes alone were known, were too narrow, by 1.45 at most."""
+ALONE: Final = 2.0  # that factor where no mode can be left out: with `HIDDEN` a bar was 12 % too narrow
 HARDLY: Final = 0.7
 """Share of what yields beyond a plate's band below which the modes of a wider band are little of it, so that `BEYOND`
 counts, too: a small disc may feel its next mode beyond that band (tests/study/test_plate_modes_felt.py)."""
@@ -113,12 +114,14 @@ def with_other_modes(body: Body, band: float = 0.0) -> Iterator[tuple[Body, floa
     them take part in the contact. In the middle of a disc, or all around a ring, few do: then modes beyond the last are
     added, as one or over octaves (`BEYOND`). A run's time step hides a part of their effect (`HIDDEN`).
     """
+    weight = ALONE
     for ratio, share in OF_MODES:
         if (fewer := narrower(body, ratio)) is not None:
+            weight = HIDDEN
             yield fewer, share
     for above, octaves in BEYOND if modes_felt(body) < MANY_FELT else ():
         if (ringing := ringing_on(body, above, band, octaves)) is not None:
-            yield ringing, HIDDEN
+            yield ringing, weight
 
 
 def modes_felt(body: Body) -> float:

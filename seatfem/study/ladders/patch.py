@@ -1,7 +1,6 @@
 """Ladders of the contact faces: rings, arcs of a lip, one contact point in their place, and the parts of a stopper."""
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import impact
@@ -171,7 +170,7 @@ def in_fewest_arcs(scene: Scene, method: RunMethod) -> RunMethod | None:
     return None if lip is None else method.along(scene.geometry, lip.whole(fewest))
 
 
-def any_needs_line(names: Iterable[str]) -> bool:
+def any_needs_line(names: tuple[str, ...]) -> bool:
     """Return whether one of these measures is of the force per length of a lip."""
     return any(all_measures()[name].needs_line for name in names)
 
