@@ -9,6 +9,7 @@ from seatfem.structures.cache import Store, content_key
 from seatfem.structures.kinds import Spring
 from seatfem.structures.method import Method, Solved, bed
 from seatfem.structures.rings import Division
+from seatfem.study.impacts.touches import Touches
 from seatfem.study.method import RunMethod
 from seatfem.study.runs import pictures
 from tests.gallery import BAR, load_text, mass
@@ -97,3 +98,19 @@ def test_a_store_that_cannot_be_written_to_and_a_shape_that_cannot_be_made_are_t
     assert "mesh.png" in {file.name for file in files}
     assert gaps[0].startswith("skipped pictures: modes.png: MemoryError")
     assert gaps[1].startswith("pictures of the seat are not kept")
+
+
+def test_the_force_on_a_struck_stopper_is_drawn(tmp_path: Path) -> None:
+    thrown, spring = impact.rigid_mass(mass=1e-3, velocity=-1.0), impact.spring(stiffness=1e6)
+    struck, missed = (
+        impact.solve(impact.ContactProblem(thrown, spring, gap=gap), dt=1e-6, duration=2e-4) for gap in (0.0, 1.0)
+    )
+    seat = impact.solve(impact.ContactProblem(thrown, spring), dt=1e-6, duration=2e-4)
+    assert pictures.stopper_pictures(Touches(seat), 1e-5, "") == []
+    assert pictures.stopper_pictures(Touches(seat, stopper=missed), 1e-5, "") == []
+    ((name, draw),) = pictures.stopper_pictures(Touches(seat, stopper=struck), 1e-5, "A valve")
+    figure = draw(path=tmp_path / name)
+    assert (tmp_path / "stopper_force.png").read_bytes().startswith(b"\x89PNG")
+    assert figure.get_suptitle() == "Force on the stopper: A valve"
+    (axes, *_) = figure.axes
+    assert max(line.get_ydata().max() for line in axes.lines) == pytest.approx(struck.force.max(), rel=0.01)

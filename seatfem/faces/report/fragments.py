@@ -225,6 +225,7 @@ DRAWING: Final = "drawing.png"
 CAPTIONS: Final[Mapping[str, str]] = {
     DRAWING: "The scene as it was computed: section along the reed through the contact, and plan, with sizes.",
     "force.png": "Contact force, seat and spring baseline.",
+    "stopper_force.png": "Contact force on the stopper.",
     "lip.png": "Force per length along the lip over angle and time, impulse, gaps and tilt.",
     "landing.gif": "The plate as it lands, its deflection exaggerated.",
     "mesh.png": "The seat's mesh; the contact face and the clamped faces are coloured.",

@@ -134,6 +134,16 @@ def gauge_pictures(touches: Touches, title: str) -> list[rendering.Picture]:
     return [("gauges.png", draw)] if touches.strains else []
 
 
+def stopper_pictures(touches: Touches, width: float, title: str) -> list[rendering.Picture]:
+    """Return stopper_force.png of a run that strikes its stopper; ``width``: of the filter [s]."""
+    struck = touches.stopper
+    if struck is None or not np.any(struck.rows.force):
+        return []
+    words = f"Force on the stopper: {title}" if title else "Force on the stopper"
+    draw = partial(plot_force, struck, filter_width=width, title=words, names=("stopper", ""))
+    return [("stopper_force.png", draw)]
+
+
 def _seat_pictures(body: Structure, width: float, seat: Solved) -> list[rendering.Picture]:
     measured, fitted = body.measured, seat.greens.modal or seat.greens.pole_sum
     if measured is not None and fitted is not None:

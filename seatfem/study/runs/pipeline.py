@@ -152,7 +152,8 @@ def run_scene(
             drawing = layout.DRAWING, lambda path: draw(layout.layout_of(scene, division), path)
             of_gas = runs.pictures.gas_pictures(gas_run, scene.geometry, scene.title)
             strains = runs.pictures.gauge_pictures(latest.touches, scene.title)
-            more = [drawing, *lip, *of_gas, *strains, *later.pictures(latest)]
+            stopper = runs.pictures.stopper_pictures(latest.touches, scene.run.filter_width, scene.title)
+            more = [drawing, *stopper, *lip, *of_gas, *strains, *later.pictures(latest)]
             results = (latest.result, baseline.result)
             bodies = (latest.plan.method, latest.seat, *results)
             drawn, gaps = runs.pictures.draw_run(scene, *bodies, folder, progress, more, painter, summary["landings"])
