@@ -31,7 +31,7 @@ from seatfem.structures import inspection
 from seatfem.study import identify as identification
 from seatfem.study import scene
 from seatfem.study import sweep as sweeps
-from seatfem.study.safety import Effort
+from seatfem.study.sweep.effort import Effort
 from seatfem.verify import verification_table_view
 
 if TYPE_CHECKING:

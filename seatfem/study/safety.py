@@ -1,7 +1,6 @@
-"""Sources of error in words, and limits on the cost of runs and studies."""
+"""Sources of error in words, and the most rounds of a run."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Final
 
 MOST_ROUNDS: Final = 9  # most rounds of a run by default
@@ -27,25 +26,3 @@ def source_in_words(source: str) -> str:
     body, _, its = source.partition("'s ")
     words = SOURCES.get(its or source, (its or source).replace("_", " "))
     return f"{words.removesuffix(' of the seat')} of the {STAGES.get(body, body)}" if its else words
-
-
-@dataclass(frozen=True)
-class Effort:
-    """Limits on the computing effort of a study.
-
-    Attributes:
-        workers: number of processes; ``None``: one per core, as far as the memory allows.
-        rounds: most rounds of refinement of each scene.
-        limit: wall time of one scene [s].
-        retry: whether scenes without results in the journal are tried again.
-        cluster: address of a dask scheduler, whose workers replace local processes.
-    """
-
-    workers: int | None = None
-    rounds: int = MOST_ROUNDS
-    limit: float = 3600.0
-    retry: bool = False
-    cluster: str | None = None
-
-
-USUAL = Effort()

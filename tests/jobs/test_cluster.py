@@ -16,7 +16,7 @@ import impact
 from seatfem.jobs import cluster
 from seatfem.jobs.cluster import ClusterError, cluster_crew, threads_of
 from seatfem.jobs.crew import Lost
-from seatfem.study.safety import Effort
+from seatfem.study.sweep.effort import Effort
 from seatfem.study.sweep.runner import JOURNAL, StudyError
 from seatfem.study.trade.rungs import MEMORY, PROCESSOR, Point, carry_out
 from seatfem.study.trade.trade import run_points

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from seatfem.study.safety import Effort
 from seatfem.study.sweep.best import Optimum
 from seatfem.study.sweep.cases import PILOTS
+from seatfem.study.sweep.effort import Effort
 from seatfem.study.sweep.runner import JOURNAL, StudyError
 from seatfem.study.sweep.sweep import run_optimum
 from tests.steps import Outcome, load_study

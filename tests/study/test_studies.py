@@ -18,9 +18,9 @@ import seatfem
 from impact.files.safe_files import OutputError
 from seatfem.jobs.folders import JournalError, claimed
 from seatfem.study.runs.forecast import Look
-from seatfem.study.safety import Effort
 from seatfem.study.sweep import runner as one
 from seatfem.study.sweep import sweep
+from seatfem.study.sweep.effort import Effort
 from seatfem.study.sweep.runner import JOURNAL, StudyError, read_journal
 from seatfem.study.sweep.sweep import TABLE, run_study
 from seatfem.study.sweep.table import write_parquet

@@ -28,9 +28,9 @@ from seatfem.jobs.folders import claimed
 from seatfem.study import runs
 from seatfem.study import sweep as sweeps
 from seatfem.study.runs.next_round import Limits
-from seatfem.study.safety import Effort
 from seatfem.study.scene.parcel import packed
 from seatfem.study.sweep.cases import Case, chosen
+from seatfem.study.sweep.effort import Effort
 from seatfem.study.sweep.study import Study
 
 State = Literal["done", "missed", "stopped", "failed"]

@@ -29,7 +29,7 @@ from seatfem.study.impacts.landings import LANDED, STATUS, left_out_in_words
 from seatfem.study.runs.forecast import Look, look_at
 from seatfem.study.runs.pipeline import first_numbers
 from seatfem.study.runs.round import Round
-from seatfem.study.safety import MOST_ROUNDS, USUAL, Effort
+from seatfem.study.safety import MOST_ROUNDS
 from seatfem.study.scene import Scene, SceneError, load_scene, located
 from seatfem.study.scene.problems import explain, scene_error
 from seatfem.study.sweep import table
@@ -46,6 +46,7 @@ from seatfem.study.sweep.best import (
     violation,
 )
 from seatfem.study.sweep.cases import Case, Cases, Changes, cases_of
+from seatfem.study.sweep.effort import USUAL, Effort
 from seatfem.study.sweep.runner import STAGE, Outcome, Runner, StudyError, check_effort, crew_of, folder_of_ours
 from seatfem.study.sweep.study import CONFIRMED, Optimise, Study, load_study
 from seatfem.study.sweep.table import (
