@@ -269,13 +269,15 @@ def _gaps(axes: Axes, result: ImpactResult, window: tuple[float, float], line: C
     for share, colour in zip(QUARTERS, _OF_QUARTERS, strict=True):
         place = share * borders[-1]
         arc = min(int(np.searchsorted(borders, place + 1e-9 * borders[-1], side="right")) - 1, arcs - 1)
+        beside = arc - 1 if line.edges is not None and place - borders[arc] < 1e-9 * borders[-1] else arc
         name = f"{place:.3g} mm" if line.edges is None else f"{place:.0f}°"
-        axes.plot(rate * result.time[part], factor * gap[:, arc], color=colour, label=name)
+        height = (gap[:, arc] + gap[:, beside]) / 2  # at a border of two
+        axes.plot(rate * result.time[part], factor * height, color=colour, label=name)
     zero_line(axes)
     axes.set_ylabel(f"gap [{unit}]")
     axes.legend(loc="best", ncols=2)
     even = line.edges is not None and np.ptp(line.lengths) < 1e-9 * line.lengths.max()
-    axes.set_title(f"Height over the lip, mean over {f'{360 / arcs:.2g}°' if even else f'1/{arcs} of it'}")
+    axes.set_title(f"Height over the lip, mean of segments {f'of {360 / arcs:.3g}°' if even else f'1/{arcs} of it'}")
 
 
 def _tilt(axes: Axes, result: ImpactResult, window: tuple[float, float], line: ClosedLine) -> None:

@@ -104,10 +104,15 @@ def test_figure_of_the_lip_says_over_what_it_is_averaged(landed: Any, tmp_path: 
     for words in (
         "a &lt;b&gt;title", "first contact: mean over 2 µs, 8 segments",
         "Impulse per length [mN s/m], mean over 8.6 mm",
-        "Total force, mean over 2 µs", "Height over the lip, mean over 45°", "bed of springs", "roll, about x",
+        "Total force, mean over 2 µs", "Height over the lip, mean of segments of 45°", "bed of springs",
+        "roll, about x",
     ):  # fmt: skip
         assert f">{words}<" in written
-    plot_lip(lip, None, tmp_path / "alone.png", radius=RADIUS, share=0.25)
+    figure = plot_lip(lip, None, tmp_path / "alone.png", radius=RADIUS, share=0.25)
+    (heights,) = (axes for axes in figure.axes if axes.get_title(loc="left").startswith("Height"))
+    first = {line.get_label(): line.get_ydata()[0] for line in heights.lines}
+    assert first["0°"] == pytest.approx(first["180°"], rel=1e-9)  # rolled about x
+    assert first["90°"] > first["0°"] > first["270°"]
     assert (tmp_path / "alone.png").stat().st_size > 50_000
 
 
