@@ -108,6 +108,15 @@ def test_a_face_that_is_no_land_asks_for_the_contact(tmp_path: Path, seat: str, 
         scene_of(tmp_path, seat)
 
 
+def test_a_width_without_a_radius_is_refused_where_the_reed_meets_the_whole_face(tmp_path: Path) -> None:
+    """It would change nothing; beside a seat without a face it is the width of the ring about a hole."""
+    hole = FLAPPER + 'hole_diameter = "3 mm"\ncontact_width = "1 mm"\n' + IN_MODE
+    for seat in (ANNULAR, PORTS):
+        with pytest.raises(SceneError, match=r"reed\.contact_width: 1 mm has no effect.*add reed\.contact_radius"):
+            scene_of(tmp_path, seat, hole)
+    scene_of(tmp_path, 'kind = "spring"\nstiffness = "20 N/um"\n', hole)
+
+
 @pytest.mark.slow
 def test_a_broad_face_of_a_drawing_asks_for_the_contact(tmp_path: Path) -> None:
     """The whole top of a plate, selected in place of its lip."""
