@@ -159,6 +159,9 @@ RESULTS: Final = (
     Result("line_impulse_peak_at_m", "  where", "lip", unless=_has_angles),
     Result("first_touch_at_deg", "first touch", "lip", unless=_has_no_angles),
     Result("first_touch_at_m", "first touch", "lip", unless=_has_angles),
+    Result(
+        "first_touch_segments", "  segments at once", "lip", unless=lambda run: run.get("first_touch_segments") == 1
+    ),
     Result(PORTS, "lip segments", "lip"),
     Result("tilt_deg", "tilt", "lip"),
     Result(SEAT_STRESS, "largest, von Mises", "seat"),

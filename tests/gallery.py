@@ -13,7 +13,7 @@ import pytest
 from seatfem.faces.cli import run_command
 from seatfem.jobs.folders import claimed
 from seatfem.machine.code import VARIABLE
-from seatfem.structures.sheets import plate_modes, solved_sheet
+from seatfem.structures.sheets import modes_in_process, solved_sheet
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import Scene, SceneError, load_scene
 
@@ -74,7 +74,7 @@ def summary_of(scene: Scene, folder: Path, **how: Any) -> dict[str, Any]:
 
 def run_alone(scene: Path, folder: Path) -> Path:
     """Return the folder of `seatfem run` of a scene, which began with an empty store and found nothing in memory."""
-    plate_modes.cache_clear()
+    modes_in_process.cache_clear()
     solved_sheet.cache_clear()
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv(VARIABLE, str(folder / "store"))

@@ -9,6 +9,8 @@ refined. Means over a fixed part of the line and a fixed time converge.
 
 from __future__ import annotations
 
+import itertools
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final, Literal
@@ -168,6 +170,21 @@ class ClosedLine:
     def borders(self) -> Array:
         """Return the (N + 1,) arc lengths along the line at which its arcs begin and end [m]."""
         return np.concatenate([[0.0], np.cumsum(self.lengths)])
+
+    @property
+    def rings(self) -> list[slice]:
+        """Return the arcs of each ring of a line of several rings; empty for others."""
+        if len(self.pieces) < 2 or not all(closed for _, closed in self.pieces):
+            return []
+        ends = np.cumsum([0, *(number for number, _ in self.pieces)]).tolist()
+        return [slice(start, end) for start, end in itertools.pairwise(ends)]
+
+    def place_on_ring(self, arc: int) -> tuple[int, float]:
+        """Return the number of the ring of an arc, from 1, and the angle of its middle about that ring's centre [rad],
+        from 0 to 2 pi. Raises `StopIteration` for a line that is not several rings."""
+        number, ring = next((k, ring) for k, ring in enumerate(self.rings, start=1) if ring.start <= arc < ring.stop)
+        x, y = self.places[arc] - np.average(self.places[ring], axis=0, weights=self.lengths[ring])
+        return number, round(float(np.arctan2(y, x)), 9) % (2 * math.pi)  # not 2 pi for -1e-17
 
     @staticmethod
     def circle(radius: float, arcs: int) -> ClosedLine:

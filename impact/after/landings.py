@@ -19,7 +19,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -116,6 +116,7 @@ class Landing:
         restitution: coefficient of restitution (`restitutions`); ``None`` if unknown, or if the bodies do not part.
         to_touch, to_opening: time from ``start`` to the touch, and from ``end`` to the opening [s].
         is_resolved: whether touch and opening of this one unbroken contact are known to a part of a step.
+        at_once: numbers of all parts that touch first at once, ``part`` among them.
     """
 
     start: float
@@ -134,6 +135,7 @@ class Landing:
     to_touch: float = 0.0
     to_opening: float = 0.0
     is_resolved: bool = False
+    at_once: tuple[int, ...] = ()
 
     @property
     def touch(self) -> float:
@@ -218,13 +220,24 @@ def _groups(record: ContactRecord) -> NDArray[np.int64]:
         return np.zeros((0, 2), dtype=np.int64)
     groups = np.rint(measures.merged(record.dt * steps) / record.dt).astype(np.int64)
     preloaded = bool(record.closed[0])
-    approached = [not (preloaded and first == 0) and _first_touch(record, int(first))[1] > 0 for first, _ in groups]
+    approached = [not (preloaded and first == 0) and _first_touch(record, int(first)).speed > 0 for first, _ in groups]
     return groups[approached]
 
 
-def _first_touch(record: ContactRecord, first: int) -> tuple[int, float, float]:
-    """Return the part that touches first in the step number ``first``, its closing speed over the step before, and the
-    time of its touch [s]: of those that touch at once, or with a film within that step, the fastest."""
+class _Touch(NamedTuple):
+    """The part that touches first, its closing speed over the step before [m/s], and the time of its touch [s].
+
+    ``at_once``: all parts that touch at that time, of which it is the fastest.
+    """
+
+    part: int
+    speed: float
+    time: float
+    at_once: tuple[int, ...]
+
+
+def _first_touch(record: ContactRecord, first: int) -> _Touch:
+    """Return the first touch in the step number ``first``; with a film all parts in that step touch at once."""
     row = int(np.searchsorted(record.grid.ends, first + 1))
     touching = np.flatnonzero(record.solid[row] > 0)
     if first == 0:
@@ -234,13 +247,13 @@ def _first_touch(record: ContactRecord, first: int) -> tuple[int, float, float]:
         speeds = (before - now) / record.dt
     times = np.full(len(touching), record.dt * first)
     if record.own is not None:
-        times = np.array([_touch(record, row, int(part)) for part in touching])
+        times = np.array([_time_of_touch(record, row, int(part)) for part in touching])
     at_once = times <= times.min() + AT_ONCE * record.dt
     fastest = int(np.argmax(np.where(at_once, speeds, -np.inf)))
-    return int(touching[fastest]), float(speeds[fastest]), float(times.min())
+    return _Touch(int(touching[fastest]), float(speeds[fastest]), float(times.min()), tuple(touching[at_once].tolist()))
 
 
-def _touch(record: ContactRecord, row: int, part: int) -> float:
+def _time_of_touch(record: ContactRecord, row: int, part: int) -> float:
     """Return the time at which the gap of a part closes in its first closed step, the number ``row`` [s]."""
     time = record.dt * record.grid.ends[max(row - 2, 0) : row + 1]
     gap = record.gap[max(row - 2, 0) : row, part]
@@ -277,7 +290,7 @@ def _landing(record: ContactRecord, mean: Array, static: Array, first: int, last
     presses = ends[0] is not None
     steps = [last - first if end is None else end for end in ends]
     end = first + steps[0]
-    part, speed, touch = _first_touch(record, first)
+    touch = _first_touch(record, first)
     opening = math.nan
     if not presses:
         row = int(np.searchsorted(record.grid.ends, last))
@@ -291,8 +304,9 @@ def _landing(record: ContactRecord, mean: Array, static: Array, first: int, last
         start=dt * first,
         end=dt * end,
         peak_time=dt * peak,
-        part=part,
-        closing_speed=speed,
+        part=touch.part,
+        closing_speed=touch.speed,
+        at_once=touch.at_once,
         filtered_peak=largest,
         static_load=float(static[peak]),
         excess_peak=float(above[peak]) if static[peak] else largest,
@@ -300,7 +314,7 @@ def _landing(record: ContactRecord, mean: Array, static: Array, first: int, last
         pressed_on=presses,
         cut_off=not presses and last >= len(record.force) - 1,
         end_doubt=dt * max(abs(step - steps[0]) for step in steps) if presses else 0.0,
-        to_touch=touch - dt * first,
+        to_touch=touch.time - dt * first,
         to_opening=0.0 if math.isnan(opening) else opening - dt * end,
         is_resolved=not math.isnan(opening) and bool(np.all(record.closed[first + 1 : last + 1])),
     )

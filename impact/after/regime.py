@@ -164,6 +164,8 @@ def _number(value: float) -> str:
 
 
 FEWEST_STEPS = 10  # steps of the shortest contact that counts as resolved; in shorter ones the impulse errs by >= 1 %
+UNRESOLVED = f"share of the impulse in contacts of fewer than {FEWEST_STEPS} steps"
+"""Name of the advice on them."""
 UNRESOLVED_LIMIT = 0.1  # largest fraction of the impulse in unresolved contacts without advice
 DIGITS_LIMIT = 1e-6  # largest round-off of the gap over the displacement of a contact at its peak force without advice
 GAIN_LIMIT = 1e-6  # largest energy gained from a contact law over the energy it absorbed that round-off explains
@@ -188,7 +190,7 @@ def contact_advice(force: Array, grid: TimeGrid) -> Iterator[notices.Advice]:
     if share <= UNRESOLVED_LIMIT:
         return
     yield notices.Advice(
-        f"share of the impulse in contacts of fewer than {FEWEST_STEPS} steps",
+        UNRESOLVED,
         share,
         UNRESOLVED_LIMIT,
         "the step does not resolve them: their force and rebound are set by the step",

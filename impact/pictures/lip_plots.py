@@ -206,7 +206,9 @@ def _map(
     drawn = axes.pcolormesh(edges, borders, shown, cmap=COLOURS, vmin=0.0, rasterized=True)
     figure.colorbar(drawn, ax=axes, pad=0.01, aspect=18).set_label(f"force per length [{unit}]")
     axes.set(ylim=(0.0, borders[-1]), ylabel=words)
-    if line.edges is not None:
+    if line.rings:
+        axes.set_yticks(_middles(line), _ports(line))
+    elif line.edges is not None:
         axes.set(yticks=range(0, 361, 90))
     for border in borders[np.cumsum([number for number, _ in line.pieces[:-1]], dtype=int)]:
         axes.axhline(border, color=GREY, linewidth=0.8)
@@ -219,8 +221,17 @@ def _map(
 def _borders(line: ClosedLine) -> tuple[Array, str]:
     """Return the borders (N + 1,) between arcs, in degrees or mm, and their label."""
     if line.edges is None:
-        return 1e3 * line.borders, "length along the lip [mm]"
+        return 1e3 * line.borders, "along each port, from the x axis" if line.rings else "length along the lip [mm]"
     return np.degrees(line.edges), "angle from the x axis, anticlockwise [°]"
+
+
+def _middles(line: ClosedLine) -> list[float]:
+    """Return the places of the middles of the rings of a line, as its `_borders`."""
+    return [float(1e3 * (line.borders[ring.start] + line.borders[ring.stop]) / 2) for ring in line.rings]
+
+
+def _ports(line: ClosedLine) -> list[str]:
+    return [f"port {number}" for number in range(1, len(line.rings) + 1)]
 
 
 def _impulse(axes: Axes, runs: list[ImpactResult], line: ClosedLine, share: float, names: tuple[str, str]) -> None:
@@ -239,6 +250,8 @@ def _impulse(axes: Axes, runs: list[ImpactResult], line: ClosedLine, share: floa
     axes.set_ylim(bottom=0.0)
     if line.edges is None:
         axes.set(xlabel=_borders(line)[1], xlim=(0.0, 1e3 * length))
+        if line.rings:
+            axes.set_xticks(_middles(line), _ports(line))
     else:
         axes.set_yticks(MaxNLocator(4).tick_values(0.0, axes.get_ylim()[1])[1:-1])
         axes.set_rlabel_position(22.5)  # type: ignore[attr-defined]
@@ -271,6 +284,9 @@ def _gaps(axes: Axes, result: ImpactResult, window: tuple[float, float], line: C
         arc = min(int(np.searchsorted(borders, place + 1e-9 * borders[-1], side="right")) - 1, arcs - 1)
         beside = arc - 1 if line.edges is not None and place - borders[arc] < 1e-9 * borders[-1] else arc
         name = f"{place:.3g} mm" if line.edges is None else f"{place:.0f}°"
+        if line.rings:
+            number, angle = line.place_on_ring(arc)
+            name = f"port {number}, {math.degrees(angle):.0f}°"
         height = (gap[:, arc] + gap[:, beside]) / 2  # at a border of two
         axes.plot(rate * result.time[part], factor * height, color=colour, label=name)
     zero_line(axes)

@@ -238,7 +238,8 @@ def _solved(
     about = {"seat_model": NAMES[level], "seat_dof": model.size, **_mesh_keys(mesh)}
     if lip is not None:
         with watch("reduction"):
-            greens, modes = face_greens(model, _aims(body, method, duration), body.damping_ratio, static=method.static)
+            aims = _aims(body, method, duration)
+            greens, modes = face_greens(model, aims, body.damping_ratio, static=method.static, progress=progress)
         about["seat_model"] = AT_ONCE if method.static else FACE_MODES
         return Solved(_from_mesh(greens, mesh), None, mesh, model, modes, about)
     if method.static:

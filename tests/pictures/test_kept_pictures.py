@@ -7,6 +7,7 @@ import pytest
 import impact
 from seatfem.structures.cache import Store, content_key
 from seatfem.structures.kinds import Spring
+from seatfem.structures.mesh.gmsh_process import MeshingError
 from seatfem.structures.method import Method, Solved, bed
 from seatfem.structures.rings import Division
 from seatfem.study.impacts.touches import Touches
@@ -36,7 +37,8 @@ def write(path, text="curve"):
 
 def drawn(scene, folder, of_seat, monkeypatch, missing=False):
     monkeypatch.setattr(pictures, "_seat_pictures", lambda *_: of_seat)
-    files, gaps = pictures.draw_run(scene, METHOD, Solved(SEAT), None, None, folder, lambda stage, done: None)
+    seat = Solved(SEAT, mesh=of_seat or None)  # without a mesh it was computed before
+    files, gaps = pictures.draw_run(scene, METHOD, seat, None, None, folder, lambda stage, done: None)
     assert [gap.startswith("no pictures of the seat's mesh") for gap in gaps] == [True] * missing
     assert all(file.parent == folder and file.is_file() for file in files)
     return {file.name for file in files}
@@ -50,6 +52,11 @@ def test_a_second_run_in_another_folder_shows_the_same_pictures(scene, tmp_path,
     assert (tmp_path / "two" / "mesh.png").read_text() == "mesh"
     assert (tmp_path / "two" / "mode_1.gif").read_text() == "mode"
     another = scene.model_copy(update={"seat": scene.seat.model_copy(update={"length": 13e-3})})
+
+    def fail(*given):
+        raise MeshingError("gmsh is missing")
+
+    monkeypatch.setattr(pictures, "_meshed_again", fail)
     assert drawn(another, tmp_path / "three", [], monkeypatch, missing=True) == curves
 
 
@@ -59,7 +66,7 @@ def test_the_greens_function_of_a_divided_patch_is_drawn_as_a_whole(scene, tmp_p
     monkeypatch.setattr(pictures, "plot_greens", lambda greens, path, **options: shown.append(greens))
     monkeypatch.setattr(pictures, "_seat_pictures", lambda *_: [])
     bare = bed(Division(64), 5e6)
-    pictures.draw_run(scene, METHOD, Solved(bare), None, None, tmp_path, lambda stage, done: None)
+    pictures.draw_run(scene, METHOD, Solved(bare, mesh=[]), None, None, tmp_path, lambda stage, done: None)
     assert [greens.ports for greens in shown] == [("contact",)]
     assert shown[0].static_compliance()[0, 0] == pytest.approx(2e-7, rel=1e-12)
 
@@ -94,7 +101,8 @@ def test_a_store_that_cannot_be_written_to_and_a_shape_that_cannot_be_made_are_t
 
     of_seat = [("mesh.png", lambda path: write(path)), ("modes.png", broken)]
     monkeypatch.setattr(pictures, "_seat_pictures", lambda *_: of_seat)
-    files, gaps = pictures.draw_run(scene, METHOD, Solved(SEAT), None, None, tmp_path / "out", lambda stage, done: None)
+    seat = Solved(SEAT, mesh=of_seat)
+    files, gaps = pictures.draw_run(scene, METHOD, seat, None, None, tmp_path / "out", lambda stage, done: None)
     assert "mesh.png" in {file.name for file in files}
     assert gaps[0].startswith("skipped pictures: modes.png: MemoryError")
     assert gaps[1].startswith("pictures of the seat are not kept")

@@ -8,7 +8,7 @@ from seatfem.structures import sheets
 from seatfem.structures.cache import VARIABLE, CacheWarning
 from seatfem.structures.materials import Material
 from seatfem.structures.shapes.outlined import Outlined
-from seatfem.structures.sheets import Sheet, plate_modes
+from seatfem.structures.sheets import Sheet, modes_in_process, plate_modes
 
 CORNERS = ((0.0, -2e-3), (12e-3, -2e-3), (12e-3, 2e-3), (0.0, 2e-3))
 STRIP = Outlined(CORNERS, 0.3e-3, (10e-3, 0.0), (CORNERS[3], CORNERS[0]))
@@ -18,13 +18,13 @@ ASKED = Sheet(STRIP, Material(206e9, 0.3, 7800.0), 5e3)
 @pytest.fixture(autouse=True)
 def _own_folder(tmp_path, monkeypatch):
     monkeypatch.setenv(VARIABLE, str(tmp_path / "store"))
-    plate_modes.cache_clear()
+    modes_in_process.cache_clear()
     yield
-    plate_modes.cache_clear()
+    modes_in_process.cache_clear()
 
 
 def _again():
-    plate_modes.cache_clear()
+    modes_in_process.cache_clear()
     return plate_modes(ASKED)
 
 
@@ -88,3 +88,10 @@ def test_all_plates_together_are_bounded(monkeypatch):
     monkeypatch.setattr(sheets, "MOST", files()[0].stat().st_size * 1.5)
     plate_modes(ASKED, 1.4)
     assert len(files()) == 1
+
+
+def test_the_modes_report_their_progress_and_are_the_same_whoever_watches():
+    reports = []
+    first = plate_modes(ASKED, progress=lambda stage, done: reports.append(stage))
+    assert {"factorization", "modes"} <= set(reports)
+    assert plate_modes(ASKED) is first

@@ -1,5 +1,6 @@
 """Block Lanczos about shifts inside the spectrum: complete whatever repeats, crowds or coincides."""
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -150,3 +151,19 @@ def test_unusable_requests(square_block):
     with pytest.raises(ConvergenceError, match=r"modes .*\(limit 5\)"):
         Spectrum(model).below((2 * np.pi * 1e6) ** 2, 5)
     assert len(solve_modes(model, up_to_hz=1.0).omega) == 0
+
+
+def test_progress_is_reported_before_each_block(monkeypatch):
+    """By it a limit of time ends the search; one of some 160 modes had a single report."""
+    events = []
+    expand = spectrum.BlockLanczos.expand
+
+    def counted(self):
+        events.append("block")
+        expand(self)
+
+    monkeypatch.setattr(spectrum.BlockLanczos, "expand", counted)
+    solve_modes(pencil(SPECTRA["spread"]), 100, progress=lambda stage, done: events.append(stage))
+    pairs = list(itertools.pairwise(events))
+    assert events.count("block") > 10
+    assert ("block", "block") not in pairs

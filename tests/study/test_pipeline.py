@@ -101,6 +101,23 @@ def assert_same_results(one: Path, other: Path) -> None:
             np.testing.assert_array_equal(getattr(a[name], series), getattr(b[name], series))
 
 
+def test_a_run_that_finds_its_seat_on_file_without_pictures_draws_its_mesh_and_modes(tmp_path, monkeypatch):
+    """As after ``plan``; the numbers are those on file, and a third run copies the pictures."""
+    without_vtk(monkeypatch)
+    monkeypatch.setenv(VARIABLE, str(tmp_path / "store"))
+    quick = ANNULAR.replace('"0.9 ms"', '"0.3 ms"')
+    plain = run(quick, tmp_path / "one")
+    second = run(quick, tmp_path / "two", pictures=True)
+    of_seat = {"mesh.png", "modes.png", "mode_1.gif", "modes.h5"}
+    assert plain.summary["seat_reused"] is False
+    assert second.summary["seat_reused"] is True
+    assert of_seat <= {path.name for path in second.folder.iterdir()}
+    assert second.summary["pictures_missing"] == ""
+    assert_same_results(plain.folder, second.folder)
+    monkeypatch.setattr(pictures, "_meshed_again", None)
+    assert of_seat <= {path.name for path in run(quick, tmp_path / "three", pictures=True).folder.iterdir()}
+
+
 @pytest.mark.slow
 def test_summary_has_the_demanded_keys_for_the_seat_and_for_the_spring(annular: Ran) -> None:
     assert DEMANDED | {f"spring_{key}" for key in DEMANDED} <= set(annular.summary)

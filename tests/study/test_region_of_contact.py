@@ -108,6 +108,28 @@ def test_a_face_that_is_no_land_asks_for_the_contact(tmp_path: Path, seat: str, 
         scene_of(tmp_path, seat)
 
 
+def test_a_ring_over_open_ports_is_refused(tmp_path: Path) -> None:
+    """Midway between two ports 18 % of it meets a land; about the struck port all of it does."""
+    between = PORTS.replace("struck = 1\n", "")
+    scene = scene_of(tmp_path, between, FLAPPER + RING + IN_MODE)
+    with pytest.raises(
+        SceneError, match=r"reed\.contact_radius: 4\.5 mm: in plan \d+ % of this ring.*limit: 50 %.*remove"
+    ):
+        check_files(scene)
+    check_files(scene_of(tmp_path, PORTS, FLAPPER + RING + IN_MODE))
+    in_parts = "[contact]\nports = 16\n"  # which the reed meets in place of its own ring
+    check_files(scene_of(tmp_path, PORTS, FLAPPER + RING.replace("4.5", "2") + IN_MODE, in_parts))
+
+
+def test_a_width_without_a_radius_is_refused_where_the_reed_meets_the_whole_face(tmp_path: Path) -> None:
+    """It would change nothing; beside a seat without a face it is the width of the ring about a hole."""
+    hole = FLAPPER + 'hole_diameter = "3 mm"\ncontact_width = "1 mm"\n' + IN_MODE
+    for seat in (ANNULAR, PORTS):
+        with pytest.raises(SceneError, match=r"reed\.contact_width: 1 mm has no effect.*add reed\.contact_radius"):
+            scene_of(tmp_path, seat, hole)
+    scene_of(tmp_path, 'kind = "spring"\nstiffness = "20 N/um"\n', hole)
+
+
 @pytest.mark.slow
 def test_a_broad_face_of_a_drawing_asks_for_the_contact(tmp_path: Path) -> None:
     """The whole top of a plate, selected in place of its lip."""

@@ -104,7 +104,9 @@ contact_width = "1 mm"
         "face all over, or, of a partner without one, touches in the middle of the annulus",
     )
     contact_width: Length | None = Field(
-        None, description="radial width of the ring that touches; absent: a quarter of the annulus's"
+        None,
+        description="radial width of the ring of contact_radius, or of that which touches a partner without a struck "
+        "face; absent: a quarter of the annulus's",
     )
 
     def pushed_at(self, body: Body, place: float | Array | None, by: structure.Push = "force") -> Array:
@@ -138,8 +140,8 @@ thickness = "0.3 mm"
     )
     contact_width: Length | None = Field(
         None,
-        description="radial width of the ring that touches; absent: a disc does, or about a hole a ring of a quarter "
-        "of what is there",
+        description="radial width of the ring of contact_radius, or of that which touches a partner without a struck "
+        "face; absent: a disc does, or about a hole a ring of a quarter of what is there",
     )
 
     def as_a_beam(self, greens: GreensFunction) -> Body | None:

@@ -163,8 +163,8 @@ thickness = "0.3 mm"
     )
     contact_width: Length | None = Field(
         None,
-        description="radial width of the ring that touches; absent: a disc does, or about a hole a ring of a quarter "
-        "of what is there",
+        description="radial width of the ring of contact_radius, or of that which touches a partner without a struck "
+        "face; absent: a disc does, or about a hole a ring of a quarter of what is there",
     )
 
     @model_validator(mode="before")

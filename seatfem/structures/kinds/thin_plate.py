@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 
 from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunction
-from impact.notices import Advice, Progress
+from impact.notices import Advice, Progress, silent
 from seatfem import structures
 from seatfem.fields import DampingRatio, Frequency, KeyProblem, Length, Table, default, of_same_names
 from seatfem.machine.resources import Stopwatch
@@ -185,13 +185,15 @@ class ThinPlate(motion.Moving):
         behind: AnyLip | None = None,
         *,
         mesh_error: bool = True,
+        progress: Progress = silent,
     ) -> structures.sheets.SolvedSheet:
         """Return its modes and its Green's function, cached in the process.
 
         ``lip``, ``behind``: as in `lips`; ``band``: in place of the key [Hz].
         """
+        watched = structures.sheets.Watched(progress)
         return structures.sheets.solved_sheet(
-            self.sheet(band), self.lips(lip, behind), self.damping_ratio, mesh_error=mesh_error
+            self.sheet(band), self.lips(lip, behind), self.damping_ratio, mesh_error=mesh_error, watched=watched
         )
 
     def plate(self, greens: GreensFunction) -> structures.sheets.PlateModes:
@@ -214,7 +216,8 @@ class ThinPlate(motion.Moving):
         self, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool = True
     ) -> Solved:
         with watch("reduction"):
-            solved = self.solved(method.lip, method.bandwidth, method.behind, mesh_error=mesh_error)
+            ports = (method.lip, method.bandwidth, method.behind)
+            solved = self.solved(*ports, mesh_error=mesh_error, progress=progress)
             model, modes = solved.plate.model, solved.plate.modes
         about = {"seat_model": f"Mindlin plate, {len(modes.omega)} modes", "seat_dof": model.size}
         return Solved(solved.greens, model=model, modes=modes, about=about)

@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
+from impact.notices import Progress
 from seatfem.structures.model import Array, DofMap, as_csr
 
 Backend = Literal["auto", "pardiso", "superlu"]
@@ -77,6 +78,18 @@ class Factorization:
         if rhs.shape[0] != self.size:
             raise FactorizationError(f"right-hand side has {rhs.shape[0]} rows, must have {self.size} as the matrix")
         return self._solve(rhs)
+
+
+BLOCK: Final = 8  # right-hand sides that are solved at once between two reports
+
+
+def solve_in_blocks(factor: Factorization, rhs: Array, progress: Progress) -> Array:
+    """Return A^-1 rhs for several right-hand sides (n, m), with a report before each `BLOCK` of them."""
+    solution = np.empty(rhs.shape, order="F")
+    for first in range(0, rhs.shape[1], BLOCK):
+        progress("reduction", first / rhs.shape[1])
+        solution[:, first : first + BLOCK] = factor.solve(rhs[:, first : first + BLOCK])
+    return solution
 
 
 def factorize(

@@ -28,7 +28,7 @@ from seatfem.structures.errors import ModelError
 from seatfem.structures.method import ARC_ERROR, BEYOND, MOST_MODES, Aims
 from seatfem.structures.model import Array, SecondOrderModel
 from seatfem.structures.reduction import eigen_search, harmonics, modal
-from seatfem.structures.reduction.factorization import factorize
+from seatfem.structures.reduction.factorization import factorize, solve_in_blocks
 from seatfem.structures.reduction.modes import ConvergenceError, Modes, solve_modes
 from seatfem.structures.reduction.reducer import relaxation, residual, semidefinite
 from seatfem.units import write_quantity
@@ -144,7 +144,12 @@ PUSHED: Final = 8  # ports around the lip under whose impulses the error is esti
 
 
 def face_greens(
-    model: SecondOrderModel, aims: Aims, damping_ratio: float = 0.0, *, static: bool = False
+    model: SecondOrderModel,
+    aims: Aims,
+    damping_ratio: float = 0.0,
+    *,
+    static: bool = False,
+    progress: Progress = silent,
 ) -> tuple[ModalGreens, Modes | None]:
     """Return the Green's function of all ports of a model, and its modes.
 
@@ -153,6 +158,7 @@ def face_greens(
         aims: bandwidth and duration for which the error is estimated; the tolerance is not used.
         damping_ratio: damping ratio of every mode, added to the model's own damping.
         static: without modes: the exponential from 1/Z_i on each part to the static compliance.
+        progress: receives the progress of modes and static solves.
 
     Raises:
         ModelError: damping couples the modes. FactorizationError: the body is free to move, with ``static``.
@@ -162,25 +168,29 @@ def face_greens(
     if damping.refusal and not static:
         raise ModelError(f"contact.ports: lip segments need modes of the seat: {damping.refusal}")
     origin = {"bandwidth_Hz": aims.bandwidth, "damping_ratio": damping_ratio, "dof": model.size}
-    modes = None if static else _modes(model, aims)
+    modes = None if static else _modes(model, aims, progress)
     if modes is None or not len(modes.omega):
-        compliance = model.port_matrix.T @ factorize(model.K, backend=aims.backend, name="K").solve(model.port_matrix)
+        progress("factorization", 0.0)
+        factor = factorize(model.K, backend=aims.backend, name="K")
+        compliance = model.port_matrix.T @ solve_in_blocks(factor, model.port_matrix, progress)
         none = np.zeros(0)
         rest = residual(compliance, model, damping)
         greens = ModalGreens(none, none, np.zeros((0, len(model.ports))), rest, model.port_names)
         return greens.with_error(base.ErrorEstimate(reduction=0.0), {"method": "statics", **origin}), modes
     pushed = range(0, len(model.ports), max(1, len(model.ports) // PUSHED))
-    greens = modal.with_modes(model, damping, modes, BEYOND * aims.bandwidth, aims, pushed)
+    greens = modal.with_modes(model, damping, modes, BEYOND * aims.bandwidth, aims, pushed, progress)
     return greens.with_error(greens.error, {**greens.origin, "method": "modes", **origin}), modes
 
 
-def _modes(model: SecondOrderModel, aims: Aims) -> Modes:
+def _modes(model: SecondOrderModel, aims: Aims, progress: Progress) -> Modes:
     """Return all modes up to `BEYOND` times the band; the `BandError` for too many names a lower band."""
     try:
-        return solve_modes(model, up_to_hz=BEYOND * aims.bandwidth, limit=MOST_MODES, backend=aims.backend)
+        highest = BEYOND * aims.bandwidth
+        return solve_modes(model, up_to_hz=highest, limit=MOST_MODES, backend=aims.backend, progress=progress)
     except eigen_search.CrowdedError as crowded:
         count, lower = crowded.count, aims.bandwidth
         while count > MOST_MODES:
+            progress("factorization", 0.0)
             lower *= 0.95 * (MOST_MODES / count) ** (1 / 3)
             count = eigen_search.counting_shift(model, (2 * np.pi * BEYOND * lower) ** 2, aims.backend).count
         raise BandError(

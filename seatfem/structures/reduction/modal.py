@@ -14,7 +14,7 @@ from impact.notices import Progress, silent
 from seatfem.structures.method import Aims
 from seatfem.structures.model import Array, Damping, SecondOrderModel
 from seatfem.structures.reduction import eigen_search, reducer
-from seatfem.structures.reduction.factorization import Backend, factorize
+from seatfem.structures.reduction.factorization import Backend, factorize, solve_in_blocks
 from seatfem.structures.reduction.modes import DENSE, Modes, dense_modes, modes_of
 from seatfem.structures.reduction.reducer import USUAL, Cost, Reducer, Reduction, factorized
 from seatfem.structures.reduction.spectrum import Spectrum
@@ -80,7 +80,7 @@ class Modal(Reducer):
             modes = modes_of(spectrum, scale) if small is None else small
             count = len(modes.omega)
             if static is None:
-                static = _static(model, modes, aims.backend)
+                static = _static(model, modes, aims.backend, progress=progress)
             greens, error = _of_modes(model, damping, modes, cutoff, aims, static)
             if error <= aims.tolerance or (count == model.size and 2 * np.pi * cutoff > modes.omega[-1]):
                 break
@@ -90,13 +90,19 @@ class Modal(Reducer):
 
 
 def with_modes(
-    model: SecondOrderModel, damping: Damping, modes: Modes, cutoff: float, aims: Aims, pushed: Sequence[int]
+    model: SecondOrderModel,
+    damping: Damping,
+    modes: Modes,
+    cutoff: float,
+    aims: Aims,
+    pushed: Sequence[int],
+    progress: Progress = silent,
 ) -> modal.ModalGreens:
     """Return the Green's function of a model's ports by known ``modes``, all up to ``cutoff`` [Hz]; see `Modal`.
 
     ``pushed``: numbers of the ports between which its error is estimated.
     """
-    static = _static(model, modes, aims.backend, deflated=True)
+    static = _static(model, modes, aims.backend, deflated=True, progress=progress)
     greens, error = _of_modes(model, damping, modes, cutoff, aims, static, list(pushed))
     return _documented(greens, error, len(modes.omega), cutoff)
 
@@ -152,7 +158,12 @@ def modal_error(
 
 
 def _static(
-    model: SecondOrderModel, modes: Modes, backend: Backend, *, deflated: bool = False
+    model: SecondOrderModel,
+    modes: Modes,
+    backend: Backend,
+    *,
+    deflated: bool = False,
+    progress: Progress = silent,
 ) -> tuple[float, Array, bool]:
     """Return (s^2, B'P'(K + s^2 M)^-1 P B, ``deflated``), s below truncated modes, P = 1 - M R R' with rigid modes R.
 
@@ -166,8 +177,9 @@ def _static(
     known = modes.shapes if deflated else rigid
     if known.shape[1]:
         loads = loads - model.M @ (known @ (known.T @ loads))
+    progress("factorization", 0.0)
     factor = factorize(model.K + shift**2 * model.M, backend=backend, name="K + s^2 M")
-    return shift**2, loads.T @ factor.solve(loads), deflated
+    return shift**2, loads.T @ solve_in_blocks(factor, loads, progress), deflated
 
 
 def _residual_compliance(

@@ -119,7 +119,7 @@ def solve_modes(
         if up_to_hz is not None and (most is None or spectrum.top < highest):
             spectrum.below(highest, limit)
     except eigen_search.CountError:
-        return _lowest(_without_count(model, most, highest, scale, backend), most, highest)
+        return _lowest(_without_count(model, most, highest, scale, backend, progress), most, highest)
     return _lowest(modes_of(spectrum, scale), most, highest)
 
 
@@ -147,11 +147,18 @@ def dense_modes(model: SecondOrderModel, scale: float) -> Modes:
     return _modes(model, np.asarray(values), np.asarray(shapes), scale, True, "lapack")
 
 
-def _without_count(model: SecondOrderModel, most: int | None, highest: float, scale: float, backend: Backend) -> Modes:
+def _without_count(
+    model: SecondOrderModel,
+    most: int | None,
+    highest: float,
+    scale: float,
+    backend: Backend,
+    progress: notices.Progress,
+) -> Modes:
     """Return modes from a shift below the spectrum, for factorizations without a count of pivots."""
     wanted = most or 20
     while True:
-        values, shapes = uncounted(model, min(wanted, model.size), scale**2, backend)
+        values, shapes = uncounted(model, min(wanted, model.size), scale**2, backend, progress)
         if most is not None or values[-1] > highest or wanted >= model.size:
             return _modes(model, values, shapes, scale, False, "block Lanczos, not counted")
         wanted *= 2

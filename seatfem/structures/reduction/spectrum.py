@@ -7,6 +7,8 @@ of one below the spectrum; a shift just above the last eigenvalue takes half as 
 which is cheaper if a factorization costs more than these solves.
 """
 
+from collections.abc import Callable
+from functools import partial
 from typing import Final
 
 import numpy as np
@@ -139,8 +141,9 @@ class Spectrum:
         if shift.count < have:
             raise CountError(f"{have} eigenvalues are found where {shift.count} are counted below {shift.value:.6e}")
         aim = 2 * (upto - have) + lanczos.block
+        done = have / (upto + 1)
         while True:
-            _grow(lanczos, aim)
+            _grow(lanczos, aim, partial(self.progress, "modes", done))
             ritz = lanczos.ritz()
             settled = _settled(ritz, shift, have, upto, end)
             if settled is not None and end is None and check and upto > shift.count:
@@ -150,7 +153,7 @@ class Spectrum:
             if settled is not None:
                 break
             need, good = upto - have, int(np.sum(ritz.errors <= TOLERANCE))
-            self.progress("modes", min(0.99, (have + good) / (upto + 1)))
+            done = min(0.99, (have + good) / (upto + 1))
             if lanczos.exhausted or lanczos.solves > _MOST_SOLVES * (need + lanczos.block):
                 raise self._failure(lanczos, ritz, shift, need)
             if good >= need + 2 * lanczos.block:  # an eigenvalue may be repeated more often than the block is wide
@@ -279,9 +282,13 @@ def _settled(ritz: RitzValues, shift: Shift, have: int, upto: int, end: Counted 
     return np.concatenate([below, above]) if settled and len(below) == shift.count - have else None
 
 
-def _grow(lanczos: BlockLanczos, size: int) -> None:
-    """Grow by at least one block, up to ``size`` vectors; a full basis is restarted from its better half."""
+def _grow(lanczos: BlockLanczos, size: int, report: Callable[[], None]) -> None:
+    """Grow by at least one block, up to ``size`` vectors; a full basis is restarted from its better half.
+
+    ``report``: called before each block, of which many may take minutes.
+    """
     while not lanczos.exhausted:
+        report()
         if lanczos.full:
             lanczos.restart(lanczos.limit // 2)
             size = 0
@@ -290,7 +297,9 @@ def _grow(lanczos: BlockLanczos, size: int) -> None:
             break
 
 
-def uncounted(model: SecondOrderModel, n: int, square: float, backend: Backend) -> tuple[Array, Array]:
+def uncounted(
+    model: SecondOrderModel, n: int, square: float, backend: Backend, progress: Progress = silent
+) -> tuple[Array, Array]:
     """Return the ``n`` lowest values (n,) and vectors from the shift -``square``; some may be missing.
 
     Raises:
@@ -302,14 +311,15 @@ def uncounted(model: SecondOrderModel, n: int, square: float, backend: Backend) 
     if need == 0:
         return np.zeros(n), known
     lanczos = BlockLanczos(model, factor, -square, known, block=WIDEST, limit=4 * need + 8 * WIDEST)
-    _grow(lanczos, 2 * need + WIDEST)
+    report = partial(progress, "modes", 0.0)
+    _grow(lanczos, 2 * need + WIDEST, report)
     while not np.all((ritz := lanczos.ritz()).errors[:need] <= TOLERANCE):
         if lanczos.solves > _MOST_SOLVES * (need + WIDEST) or lanczos.exhausted:
             raise ConvergenceError(
                 f"{lanczos.solves} solves leave an error of {ritz.errors[:need].max():.1e} in {need} modes (limit "
                 f"{TOLERANCE:.0e}): give a lower shift_hz"
             )
-        _grow(lanczos, lanczos.size + WIDEST)
+        _grow(lanczos, lanczos.size + WIDEST, report)
     shapes = np.concatenate([known, lanczos.vectors(ritz, np.arange(need))], axis=1)
     values = np.concatenate([np.zeros(known.shape[1]), ritz.values[:need]])
     order = np.argsort(values)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -19,13 +20,12 @@ from impact.pictures.greens_plots import plot_greens
 from impact.pictures.plots import plot_energy, plot_force, plot_gas, plot_motion, plot_strains
 from impact.quantities import text
 from seatfem import pictures, structures
-from seatfem.machine.code import VARIABLE
 from seatfem.machine.libraries import picture_library_gap
 from seatfem.pictures import rendering
 from seatfem.structures import cache, rings
 from seatfem.structures.cache import Store, StoreError
 from seatfem.structures.kinds import Structure
-from seatfem.structures.method import Solved
+from seatfem.structures.method import Method, Solved
 from seatfem.structures.model import Array
 from seatfem.study.impacts import gas
 from seatfem.study.impacts.touches import Touches
@@ -34,12 +34,12 @@ from seatfem.study.scene import ContactGeometry, Run, Scene
 
 if TYPE_CHECKING:
     from seatfem.pictures import cell_grid
+    from seatfem.structures.kinds.elastic import Elastic
     from seatfem.structures.mesh import meshing, plane_meshes
     from seatfem.structures.natural_modes import Mode, NaturalModes
 
 SHOWN_MODES = 6  # modes in a run's modes.png
 MODES_FILE: Final = "modes.h5"
-ANOTHER_STORE: Final = f"set {VARIABLE} to another folder to compute it anew"
 BODIES: Final = (
     "mesh.png",
     "modes.png",
@@ -74,7 +74,7 @@ def draw_run(
     """Draw force, motion, energy, Green's function, ``more``, mesh and modes; return the files and messages on gaps.
 
     ``painter``: drawing process that `ahead` has started on. ``landings``: records as in summary.json, to be marked.
-    Pictures of mesh and modes of a seat that is reused, without its matrices, are copied from the store.
+    Pictures of mesh and modes of a seat that is reused are copied from the store; without any, it is meshed again.
     """
     title, width = scene.title or "Impact", scene.run.filter_width
     marked: dict[str, Any] = {"filter_width": width, "title": title, "landings": landings}
@@ -86,21 +86,40 @@ def draw_run(
         _greens_picture(scene.run, method, seat),
         *more,
     ]
+    body = scene.seat.elastic
+    copies: tuple[Path, ...] = ()
+    missing: tuple[str, ...] = ()
+    key = "" if body is None else cache.key_of(scene.seat, method.seat)
+    if body is not None and seat.mesh is None and not method.seat.exact:
+        try:
+            copies = Store.default().fetch(key, folder)
+            seat = seat if copies else _meshed_again(body, method.seat, seat, progress)
+        except Exception as problem:  # all numbers are on file: the missing pictures are reported instead
+            missing = (f"no pictures of the seat's mesh and modes: {problem}",)
     of_seat = _seat_pictures(scene.seat, width, seat)
     files, gaps = draw_all(of_run + of_seat, folder, progress, painter)
-    if scene.seat.elastic is None:
-        return files, gaps
-    names, key = [name for name, _ in of_seat], cache.key_of(scene.seat, method.seat)
+    names = [name for name, _ in of_seat]
     try:
-        store = Store.default()
-        for file in (file for file in files if file.name in names):
-            store.keep(key, file)
-        copies = () if names else store.fetch(key, folder)  # the matrices of the seat are not at hand
+        for file in (file for file in files if body is not None and file.name in names):
+            Store.default().keep(key, file)
     except (StoreError, OSError) as problem:
-        return files, (*gaps, f"pictures of the seat are not kept for later runs: {problem}")
-    if not names and not copies and scene.seat.drawn is not None and not method.seat.exact:
-        gaps = (*gaps, f"no pictures of the seat's mesh and modes: found on file from a run without; {ANOTHER_STORE}")
-    return (*files, *copies), gaps
+        missing = (*missing, f"pictures of the seat are not kept for later runs: {problem}")
+    return (*files, *copies), (*gaps, *missing)
+
+
+def _meshed_again(body: Elastic, method: Method, seat: Solved, progress: Progress) -> Solved:
+    """Return a seat of which only the Green's function is known with its mesh and the modes that are drawn."""
+    level, elements = body.elements_of(method), structures.finite_elements
+    mesh = (
+        body.meshes(method, progress)[0]
+        if body.drawn is None
+        else elements.draw(body.drawn, body.drawn.mesh_spec(method), level, progress, method=method)
+    )
+    if method.static or level == "harmonics":
+        return replace(seat, mesh=mesh)
+    model = elements.matrices(body, mesh, level, progress)
+    modes = structures.reduction.modes.solve_modes(model, SHOWN, progress=progress)
+    return replace(seat, mesh=mesh, model=model, modes=modes, about={**seat.about, "seat_level": level})
 
 
 def ahead(body: Structure, run: Run, method: RunMethod, seat: Solved, painter: rendering.Painter) -> None:
@@ -154,10 +173,10 @@ def _seat_pictures(body: Structure, width: float, seat: Solved) -> list[renderin
         if len(fit.tried) > 1:
             drawn.append(("stabilisation.png", partial(pictures.fit_plots.plot_stabilisation, response, fit.tried)))
         return drawn
-    if seat.model is None or seat.mesh is None:
+    if seat.mesh is None:
         return []
     of_mesh: list[rendering.Picture] = [("mesh.png", mesh_picture(seat.mesh))]
-    if seat.modes is None or len(seat.modes.frequencies_hz) == 0:
+    if seat.model is None or seat.modes is None or len(seat.modes.frequencies_hz) == 0:
         return of_mesh
     # "Modes of the seat": all modes are known, and of the whole body instead of a section or sector
     whole = seat.modes.complete and seat.about.get("seat_level", "3d") == "3d"

@@ -12,9 +12,11 @@ import numpy as np
 
 import impact
 from impact.after import measures
+from impact.after.regime import UNRESOLVED
 from impact.after.result import ImpactResult
 from impact.after.stresses import ReedStress
 from impact.quantities import in_time, percent
+from impact.runs import variations
 from impact.runs.variations import Budget
 from seatfem.structures.method import Solved
 from seatfem.structures.rings import Division
@@ -193,6 +195,16 @@ _NAMES: Final = {
     "highest striker frequency times step": "time step coarse for the reed's modes: highest frequency times step",
     "highest target frequency times step": "time step coarse for the seat's modes: highest frequency times step",
 }
+
+
+def _is_step_within(done: Round) -> bool:
+    """Return whether the error by the time step alone is within the target in all judged values."""
+    by_step, target = done.left.parts.get("time_step"), done.plan.scene.accuracy.target
+    if by_step is None or not done.judged:
+        return False
+    return all(variations.safety(name) * by_step[name] <= target * abs(done.left.values[name]) for name in done.judged)
+
+
 OF_EITHER: Final = "a lower bandwidth (or fewer modes) of the seat, or of the stopper if that one rings fastest"
 
 
@@ -216,13 +228,14 @@ def remarks(done: Round) -> tuple[str, ...]:
 
 
 def _advice(done: Round) -> tuple[str, ...]:
-    """Return advice in terms of the scene's keys; none on a time step that the loop chose if the target is met."""
-    measured = done.met is True and not done.plan.is_given(STEP)
+    """Return advice in terms of the scene's keys; none on contacts that the step does not resolve where what it leaves
+    is measured and within the target, and none on a time step that the loop chose if the target is met."""
+    is_small, measured = _is_step_within(done), done.met is True and not done.plan.is_given(STEP)
     narrower, sentences = NARROWER if done.plan.scene.stopper is None else OF_EITHER, []
     narrower_reed = "a lower reed.greens.bandwidth" if done.plan.scene.reed.slender is None else f"fewer {MODES}"
     for advice in done.result.advice:
         of_the_step = "dt <=" in advice.remedy
-        if not (measured and of_the_step):
+        if not ((measured and of_the_step) or (is_small and advice.name == UNRESOLVED)):
             of_reed = "striker" in advice.name
             remedy = _STEP.sub(lambda word: f"{STEP} <= {write_quantity(float(word[1]), 'time', 2)}", advice.remedy)
             remedy = remedy.replace("fewer modes", narrower_reed if of_reed else narrower)

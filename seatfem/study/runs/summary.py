@@ -98,7 +98,7 @@ def summarise(
             **film,
             "time_step_s": result.dt,
             "history_engine": result.engine,
-            **_line_keys(touches.line, filter_width),
+            **_line_keys(touches, filter_width),
         }
     )
 
@@ -196,13 +196,12 @@ def _place(line: Line, arc: int) -> tuple[float | None, float]:
     return line.degrees_at(middle / float(line.lengths.sum())), middle
 
 
-def _line_keys(line: Line | None, width: float) -> dict[str, object]:
+def _line_keys(touches: Touches, width: float) -> dict[str, object]:
     """Return the keys of a contact along a lip: its arcs, the averaging length and time, and the places of the first
     touch and of the largest force and impulse per length, as angle and arc length from the start of the first arc."""
-    if line is None:
+    if (line := touches.line) is None:
         return {}
     is_pressed = (line.force if line.film is None else line.force - line.film) > 0
-    first = int(np.argmax(is_pressed.any(axis=1)))
     force, times = line.force[1:], line.grid.time
     places = {
         "line_force_peak": line_force_peak(force, times, width, line.length, line.share, line.pieces)[1],
@@ -212,24 +211,33 @@ def _line_keys(line: Line | None, width: float) -> dict[str, object]:
     for name, place in places.items():
         keys[f"{name}_at_deg"] = line.degrees_at(place) if is_touched else None
         keys[f"{name}_at_m"] = place * length if is_touched else None
-    middles = np.cumsum(line.lengths) - line.lengths / 2
+    first = [_place(line, arc) for arc in _first_arcs(touches, line, is_pressed)]
+    lowest: tuple[float | None, float | None] = min(
+        first, key=lambda each: each[1] if each[0] is None else each[0], default=(None, None)
+    )
     return keys | {
         "ports": line.force.shape[1],
         "lip_length_m": length,
         "line_force_arc_m": line.share * length,
         "line_force_width_s": width,
-        "first_touch_at_deg": _mean_angle(line, is_pressed[first]) if is_touched else None,
-        "first_touch_at_m": float(middles[is_pressed[first]][0]) if is_touched else None,
+        "first_touch_at_deg": lowest[0],
+        "first_touch_at_m": lowest[1],
+        "first_touch_segments": len(first),
         "largest_share_of_lip_pressed": float(is_pressed.mean(axis=1).max()),
     }
 
 
-def _mean_angle(line: Line, pressed: NDArray[np.bool_]) -> float | None:
-    """Return the mean angle [deg] of the pressed arcs; ``None`` for a line whose places are not given by angles."""
-    if line.edges is None:
-        return None
-    turns = ((line.edges[1:] + line.edges[:-1]) / 2)[pressed]
-    return round(float(np.degrees(np.arctan2(np.sin(turns).sum(), np.cos(turns).sum()))), 9) % 360
+def _first_arcs(touches: Touches, line: Line, is_pressed: NDArray[np.bool_]) -> list[int]:
+    """Return the arcs that touch first at once: to a part of a step where a landing begins so, else in one step."""
+    if not is_pressed.any():
+        return []
+    row = int(np.argmax(is_pressed.any(axis=1)))
+    landings = () if touches.landings is None else touches.landings.seat
+    begun = line.grid.time[max(row - 1, 0)]
+    parts = None if touches.parts is None else touches.parts.rows.force.shape[1]
+    if landings and parts and math.isclose(landings[0].start, begun, abs_tol=line.grid.dt / 2):
+        return sorted({part * line.force.shape[1] // parts for part in landings[0].at_once})
+    return [int(arc) for arc in np.flatnonzero(is_pressed[row])]
 
 
 def stopper_keys(touches: Touches, filter_width: float) -> dict[str, object]:

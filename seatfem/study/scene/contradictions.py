@@ -189,8 +189,19 @@ def _of_lip(seat: Structure, reed: Structure, contact: Contact) -> Contradiction
     if touches and seat.elastic is not None and not seat.elastic.has_faces and seat.region() is None:
         words = f"required key is missing: a seat of kind {seat.kind!r}, as it is given here, has no flat ring or disc"
         yield "reed.contact_radius", f"{words} that the reed could meet all over"
+    if touches and (width := getattr(reed, "contact_width", None)) is not None and _is_met_all_over(seat):
+        words = f"{write_quantity(width, 'length')} has no effect without reed.contact_radius: the reed meets the whole"
+        yield (
+            "reed.contact_width",
+            f"{words} struck face; add reed.contact_radius, the ring's mean radius, or remove it",
+        )
     if any(contact.offset) and reed.thin_plate is None:
         yield "contact.offset", f"a body of kind {reed.kind!r} touches with one rigid face; remove the key"
+
+
+def _is_met_all_over(seat: Structure) -> bool:
+    """Return whether a plate without a stated contact face meets the struck face of this seat all over."""
+    return (seat.elastic is not None and seat.elastic.has_faces) or seat.region() is not None
 
 
 def _of_parts(seat: Structure, contact: Contact, stress: StressTable | None, duration: float) -> Contradictions:
