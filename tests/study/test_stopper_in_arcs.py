@@ -16,6 +16,7 @@ from seatfem.study.impacts.bodies import problem_of, stopper_of
 from seatfem.study.impacts.contact import marched, run_contacts
 from seatfem.study.impacts.plate_stress import Forces, plate_field
 from seatfem.study.impacts.touches import Touches, on_the_ports, stopper_values
+from seatfem.study.runs.remedies import remedy_by_key
 from seatfem.study.scene import Scene, SceneError
 from seatfem.study.scene.lips import STOPPER
 from tests.as_stated import solved_striker, striker_of
@@ -288,3 +289,14 @@ def test_what_the_division_of_a_stopper_leaves_is_in_all_bars_of_its_landing(tmp
         assert 4 * of_finest < abs(finest - whole) < of_whole
         assert abs(finest - arcs) < of_arcs
         assert of_finest < of_arcs < of_whole
+
+
+def test_what_is_said_of_a_whole_stopper_can_be_stated(tmp_path: Path) -> None:
+    """Of a face that a plate meets, what the remedy states, and then again; of one that cannot be divided nothing."""
+    scene = scene_of(tmp_path, DISC)
+    assert remedy_by_key(scene, "stopper.arcs") == "state stopper.arcs = 16 and stopper.rings = 3"
+    divided = scene_of(tmp_path, DISC + "arcs = 16\nrings = 3\n")
+    assert remedy_by_key(divided, "stopper.arcs") == "state stopper.arcs = 32 and stopper.rings = 6"
+    assert remedy_by_key(scene_of(tmp_path, DISC, MASS), "stopper.arcs") == ""
+    file = Path(__file__).parents[2] / "meshes" / "stopper.step"
+    assert remedy_by_key(scene_of(tmp_path, f'kind = "cad"\nfile = "{file}"\n{STEEL}'), "stopper.arcs") == ""

@@ -18,6 +18,7 @@ from seatfem.structures.rings import (
     ACROSS,
     FEWEST_ARCS,
     MOST_CHOSEN,
+    MOST_PORTS,
     MOST_RINGS,
     OF_ONE,
     OF_TWICE,
@@ -263,7 +264,7 @@ class StopperParts(Ladder):
             return None
         if division.arcs > 1:
             return beside, _stopper_rings(run, division)
-        return ((*beside, *_stopper_in_arcs(run, division), *_on_its_own_face(run)),)
+        return ((*beside, *_stopper_in_arcs(run), *_on_its_own_face(run)),)
 
 
 def _beside_on_its_mesh(run: ComputedRun, division: Division) -> Sequence[Variation] | None:
@@ -295,19 +296,31 @@ def _stopper_rings(run: ComputedRun, division: Division) -> Sequence[Variation]:
     return () if own is None or other is None else (Variation(other, weight, own),)
 
 
-def _stopper_in_arcs(run: ComputedRun, division: Division) -> Sequence[Variation]:
+def _stopper_in_arcs(run: ComputedRun) -> Sequence[Variation]:
     """Return the run in which a plate meets all of the stopper's face in segments and parts across, weighted by
     `OF_ONE`; none where that face is no ring, disc or strip, or the plate does not cover it."""
-    scene, stopper = run.scene, run.scene.stopper
-    if scene.reed.thin_plate is None or stopper is None:
-        return ()
+    parts = finer_stopper(run.scene)
     try:
-        face = scene.geometry.struck(body=stopper.body)
-        parts = None if face is None else Division(face.whole(FEWEST_ARCS), max(ACROSS[1], division.rings))
         divided = None if parts is None else _stopped_in(run, parts)
     except (ModelError, SceneError):
         return ()
     return () if divided is None else (Variation(divided, OF_ONE),)
+
+
+def finer_stopper(scene: Scene) -> Division | None:
+    """Return the next finer parts of a stopper: twice as many arcs and more rings, or the first of both; ``None`` where
+    its face cannot be divided, or no further."""
+    stopper = scene.stopper
+    if scene.reed.thin_plate is None or stopper is None:
+        return None
+    if (division := stopper.parts).arcs > 1:
+        rings = max(division.rings, arc_rings_to_compare(division.rings)[0])
+        return Division(2 * division.arcs, rings) if 2 * division.arcs * rings <= MOST_PORTS else None
+    try:
+        face = scene.geometry.struck(body=stopper.body)
+    except ModelError:
+        return None
+    return None if face is None else Division(face.whole(FEWEST_ARCS), max(ACROSS[1], division.rings))
 
 
 def _stopped_in(run: ComputedRun, division: Division) -> ContactProblem | None:

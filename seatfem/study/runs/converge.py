@@ -43,6 +43,7 @@ from seatfem.study.method import (
     stated_method,
 )
 from seatfem.study.plan import Choice, Plan, Refinement
+from seatfem.study.runs.remedies import remedy_by_key
 from seatfem.study.safety import source_in_words
 from seatfem.study.scene import Scene
 from seatfem.study.scene.files import check_files
@@ -335,7 +336,9 @@ def _stuck_words(done: Round, marks: Marks) -> str:
         share = percent(safety(measure) * error / abs(done.left.values[measure]))
         value = done.plan.method.value(key) if key in FIELDS else None
         most = isinstance(value, int) and _refined(done.plan.scene, done.plan.method, key, MOST) is None
-        why = f"rounds take at most {value}: state {key}" if most else "it cannot be made smaller"
+        remedy = "" if key in FIELDS else remedy_by_key(done.plan.scene, key)
+        why = f"no round refines it: {remedy}" if remedy else "it cannot be made smaller"
+        why = f"rounds take at most {value}: state {key}" if most else why
         why = done.plan.refused.get(key) or why
         why = "the file states it" if done.plan.is_given(key) else why
         words = source_in_words(source_of(key) if ladder_of(key) else key)
