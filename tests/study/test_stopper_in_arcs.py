@@ -2,6 +2,7 @@
 
 import math
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,12 +17,13 @@ from seatfem.study.impacts.bodies import problem_of, stopper_of
 from seatfem.study.impacts.contact import marched, run_contacts
 from seatfem.study.impacts.plate_stress import Forces, plate_field
 from seatfem.study.impacts.touches import Touches, on_the_ports, stopper_values
+from seatfem.study.ladders.table import ladder_of
 from seatfem.study.runs.remedies import remedy_by_key
 from seatfem.study.scene import Scene, SceneError
 from seatfem.study.scene.lips import STOPPER
 from tests.as_stated import solved_striker, striker_of
 from tests.gallery import load_text, refusal
-from tests.steps import SAFETY, Lip, ModelError, Solved, check_files, error_budget, run_scene, stated_method
+from tests.steps import SAFETY, Lip, ModelError, Plan, Solved, check_files, error_budget, run_scene, stated_method
 
 STEEL = 'material = { young = "206 GPa", poisson = 0.3, density = "7800 kg/m^3" }\n'
 SEAT = 'kind = "spring"\nstiffness = "50 N/um"\n'
@@ -300,3 +302,22 @@ def test_what_is_said_of_a_whole_stopper_can_be_stated(tmp_path: Path) -> None:
     assert remedy_by_key(scene_of(tmp_path, DISC, MASS), "stopper.arcs") == ""
     file = Path(__file__).parents[2] / "meshes" / "stopper.step"
     assert remedy_by_key(scene_of(tmp_path, f'kind = "cad"\nfile = "{file}"\n{STEEL}'), "stopper.arcs") == ""
+
+
+def test_rounds_divide_a_stopper_that_the_file_leaves_whole(tmp_path: Path) -> None:
+    """From its face as a whole on, up to 192 parts, as the reed and the plan's scene have them; what the file states
+    stays."""
+    ladder, scene = ladder_of("stopper.arcs"), scene_of(tmp_path, DISC)
+    plan, seen = Plan(scene, stated_method(scene), ()), []
+    while (method := ladder.refine(scene, plan.method, 2.0)) is not None:  # type: ignore[union-attr]
+        plan = replace(plan, method=method)
+        assert method.reed.behind == plan.scene.geometry.behind_the_reed()
+        assert plan.scene.stopper.parts == method.stopper  # type: ignore[union-attr]
+        seen.append((method.value("stopper.arcs"), method.value("stopper.rings")))
+    assert seen == [(16, 3), (32, 6)]
+    assert stated_method(scene).with_values(scene.geometry, plan.method.values) == plan.method
+    for keys in ("arcs = 1\n", "arcs = 16\n"):
+        stated = scene_of(tmp_path, DISC + keys)
+        assert ladder.refine(stated, stated_method(stated), 2.0) is None  # type: ignore[union-attr]
+    tilted = scene_of(tmp_path, DISC + 'rings = 2\ntilt = "0.1 deg"\n')
+    assert ladder.refine(tilted, stated_method(tilted), 2.0).stopper == Division(64, 2)  # type: ignore[union-attr]

@@ -37,7 +37,7 @@ from seatfem.structures.rings import (
 from seatfem.study.impacts.bodies import problem_of, solve_body, striker_of
 from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder
 from seatfem.study.ladders.mesh import in_each_arc
-from seatfem.study.method import CONTACT_SIZE, PORTS, RINGS, RunMethod
+from seatfem.study.method import CONTACT_SIZE, PORTS, RINGS, STOPPER_ARCS, STOPPER_RINGS, RunMethod
 from seatfem.study.scene import Scene, local
 from seatfem.study.scene.measures import all_measures
 from seatfem.study.scene.problems import SceneError
@@ -245,6 +245,16 @@ def _greens_along(run: ComputedRun, lip: AnyLip | None) -> base.GreensFunction |
 class StopperParts(Ladder):
     """The parts in which a stopper is met: twice as many arcs, more rings across them, and both in place of one."""
 
+    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod | None:
+        """Return the method with more arcs and rings of the stopper, as far as the file leaves them open; ``None`` if
+        they would be more than the program chooses itself."""
+        if STOPPER_ARCS in method.given or method.stopper is None:
+            return None
+        finer = finer_stopper(scene, method.stopper)
+        if finer is not None and STOPPER_RINGS in method.given:
+            finer = replace(finer, rings=method.stopper.rings)
+        return None if finer is None or finer.count > MOST_CHOSEN else method.stopped(scene.geometry, finer)
+
     def applies(self, run: ComputedRun) -> bool:
         """Return whether the stopper was computed, or is met in parts."""
         if run.scene.stopper is None or run.body("stopper") is None:
@@ -264,7 +274,7 @@ class StopperParts(Ladder):
             return None
         if division.arcs > 1:
             return beside, _stopper_rings(run, division)
-        return ((*beside, *_stopper_in_arcs(run), *_on_its_own_face(run)),)
+        return ((*beside, *_stopper_in_arcs(run, division), *_on_its_own_face(run)),)
 
 
 def _beside_on_its_mesh(run: ComputedRun, division: Division) -> Sequence[Variation] | None:
@@ -296,10 +306,10 @@ def _stopper_rings(run: ComputedRun, division: Division) -> Sequence[Variation]:
     return () if own is None or other is None else (Variation(other, weight, own),)
 
 
-def _stopper_in_arcs(run: ComputedRun) -> Sequence[Variation]:
+def _stopper_in_arcs(run: ComputedRun, division: Division) -> Sequence[Variation]:
     """Return the run in which a plate meets all of the stopper's face in segments and parts across, weighted by
     `OF_ONE`; none where that face is no ring, disc or strip, or the plate does not cover it."""
-    parts = finer_stopper(run.scene)
+    parts = finer_stopper(run.scene, division)
     try:
         divided = None if parts is None else _stopped_in(run, parts)
     except (ModelError, SceneError):
@@ -307,13 +317,13 @@ def _stopper_in_arcs(run: ComputedRun) -> Sequence[Variation]:
     return () if divided is None else (Variation(divided, OF_ONE),)
 
 
-def finer_stopper(scene: Scene) -> Division | None:
-    """Return the next finer parts of a stopper: twice as many arcs and more rings, or the first of both; ``None`` where
-    its face cannot be divided, or no further."""
+def finer_stopper(scene: Scene, division: Division) -> Division | None:
+    """Return the parts of a stopper that are finer than a ``division``: twice as many arcs and more rings, or the first
+    of both; ``None`` where its face cannot be divided, or no further."""
     stopper = scene.stopper
     if scene.reed.thin_plate is None or stopper is None:
         return None
-    if (division := stopper.parts).arcs > 1:
+    if division.arcs > 1:
         rings = max(division.rings, arc_rings_to_compare(division.rings)[0])
         return Division(2 * division.arcs, rings) if 2 * division.arcs * rings <= MOST_PORTS else None
     try:
@@ -347,8 +357,7 @@ def _stopped_by(run: ComputedRun, division: Division, greens: base.GreensFunctio
     scene, body, striker = run.scene, run.body("stopper"), run.problem.striker
     assert body is not None
     assert scene.stopper is not None
-    stopper = scene.stopper.model_copy(update={"arcs": division.arcs, "rings": division.rings})
-    scene = scene.model_copy(update={"stopper": stopper})
+    scene = scene.model_copy(update={"stopper": scene.stopper.divided(division)})
     if scene.reed.thin_plate is not None and (lip := scene.geometry.behind_the_reed()) is not None:
         striker = _met_behind(run, lip)
     return problem_of(scene, striker, run.problem.target, replace(body, greens=greens))

@@ -36,6 +36,7 @@ from seatfem.study.method import (
     RINGS,
     SIZE,
     STEP,
+    STOPPER_ARCS,
     TOLERANCE,
     RunMethod,
     has_key,
@@ -59,7 +60,7 @@ MOST_WORK: Final = 8.0  # largest ratio of the counted work of a round to that o
 POWERS: Final = (1.0, 0.5, 0.25)  # of a factor of refinement, tried in turn until the work is allowed
 TRIES: Final = 3  # refinements after which an error that has hardly fallen is taken for one that does not converge
 HOPES: Final = 2  # rounds of refinement after which a measure whose error bar exceeds its value is given up
-SEAT_KEYS: Final = frozenset({SIZE, BAND, TOLERANCE, RINGS, PORTS})
+SEAT_KEYS: Final = frozenset({SIZE, BAND, TOLERANCE, RINGS, PORTS, STOPPER_ARCS})
 """Keys whose finer values may be out of reach of meshing, reduction or memory."""
 HIDDEN_BY: Final[Mapping[str, str]] = {
     **{STEP: MODES, MODES: STEP},
@@ -336,9 +337,9 @@ def _stuck_words(done: Round, marks: Marks) -> str:
         share = percent(safety(measure) * error / abs(done.left.values[measure]))
         value = done.plan.method.value(key) if key in FIELDS else None
         most = isinstance(value, int) and _refined(done.plan.scene, done.plan.method, key, MOST) is None
-        remedy = "" if key in FIELDS else remedy_by_key(done.plan.scene, key)
-        why = f"no round refines it: {remedy}" if remedy else "it cannot be made smaller"
-        why = f"rounds take at most {value}: state {key}" if most else why
+        remedy = remedy_by_key(done.plan.scene, key) if key == STOPPER_ARCS or key not in FIELDS else ""
+        why = f"rounds take at most {value}: state {key}" if most else "it cannot be made smaller"
+        why = f"no round refines it further: {remedy}" if remedy else why
         why = done.plan.refused.get(key) or why
         why = "the file states it" if done.plan.is_given(key) else why
         words = source_in_words(source_of(key) if ladder_of(key) else key)
@@ -351,7 +352,7 @@ def _stuck_words(done: Round, marks: Marks) -> str:
 def work_ratio(before: RunMethod, after: RunMethod, scene: Scene) -> Mapping[str, float]:
     """Return the counted work by one method over that by another: of seat and reed by unknowns, band and contact
     points, of the contact by steps, points and modes."""
-    points = after.seat.division.count / before.seat.division.count
+    points = after.contacts / before.contacts
     bands = (
         ratio_of(new.bandwidth, old.bandwidth) for old, new in ((before.seat, after.seat), (before.reed, after.reed))
     )

@@ -9,7 +9,19 @@ from pydantic import BaseModel
 
 from seatfem.study.impacts.touches import LIP, RECORD, STOPPER, STRIKER
 from seatfem.study.ladders.patch import finer_stopper
-from seatfem.study.method import BAND, MODEL, MODES, PORTS, REED_BAND, RINGS, SEAT_MODES, STEP, TOLERANCE
+from seatfem.study.method import (
+    BAND,
+    MODEL,
+    MODES,
+    PORTS,
+    REED_BAND,
+    RINGS,
+    SEAT_MODES,
+    STEP,
+    STOPPER_ARCS,
+    STOPPER_RINGS,
+    TOLERANCE,
+)
 from seatfem.study.plan import Plan
 from seatfem.study.scene import Scene
 from seatfem.study.scene.problems import tables_in
@@ -61,9 +73,9 @@ def remedy_of(plan: Plan, key: str, source: str) -> str:
 def remedy_by_key(scene: Scene, key: str) -> str:
     """Return in words what to state at one ``key``, so that its error becomes smaller; "" if the scene has no such
     key."""
-    if key == "stopper.arcs":
-        finer = finer_stopper(scene)
-        return "" if finer is None else f"state {key} = {finer.arcs} and stopper.rings = {finer.rings}"
+    if key == STOPPER_ARCS and scene.stopper is not None:
+        finer = finer_stopper(scene, scene.stopper.parts)
+        return "" if finer is None else f"state {key} = {finer.arcs} and {STOPPER_RINGS} = {finer.rings}"
     table = next((each for each in STATED if key == each or key.startswith(f"{each}.")), "")
     return IN_WORDS.get(key, f"{STATED[table]} {table}" if table and has_key_of_kind(scene, table) else "")
 

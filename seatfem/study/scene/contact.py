@@ -170,6 +170,12 @@ gap = "1.5 mm"
         many = self.arcs or (USUAL_ARCS if self.tilt or self.rings > 1 else 1)
         return Division(min(many, MOST_PORTS // self.rings), self.rings)
 
+    def divided(self, division: Division) -> Stopper:
+        """Return the stopper with its face in other parts."""
+        if division == self.parts:
+            return self
+        return self.model_copy(update={"arcs": division.arcs, "rings": division.rings})
+
 
 def stopper_of(kinds: tuple[type[Structure], ...], laws: tuple[type[ContactLaw], ...]) -> type[Stopper]:
     """Return a type of stopper with bodies of these kinds and these contact laws."""
