@@ -316,8 +316,9 @@ def test_rounds_divide_a_stopper_that_the_file_leaves_whole(tmp_path: Path) -> N
         seen.append((method.value("stopper.arcs"), method.value("stopper.rings")))
     assert seen == [(16, 3), (32, 6)]
     assert stated_method(scene).with_values(scene.geometry, plan.method.values) == plan.method
-    for keys in ("arcs = 1\n", "arcs = 16\n"):
+    for keys, finer in {"arcs = 16\n": Division(16, 3), 'rings = 2\ntilt = "0.1 deg"\n': Division(64, 2)}.items():
+        stated = scene_of(tmp_path, DISC + keys)
+        assert ladder.refine(stated, stated_method(stated), 2.0).stopper == finer  # type: ignore[union-attr]
+    for keys in ("arcs = 1\n", "arcs = 16\nrings = 1\n"):
         stated = scene_of(tmp_path, DISC + keys)
         assert ladder.refine(stated, stated_method(stated), 2.0) is None  # type: ignore[union-attr]
-    tilted = scene_of(tmp_path, DISC + 'rings = 2\ntilt = "0.1 deg"\n')
-    assert ladder.refine(tilted, stated_method(tilted), 2.0).stopper == Division(64, 2)  # type: ignore[union-attr]

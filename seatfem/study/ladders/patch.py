@@ -247,13 +247,13 @@ class StopperParts(Ladder):
 
     def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod | None:
         """Return the method with more arcs and rings of the stopper, as far as the file leaves them open; ``None`` if
-        they would be more than the program chooses itself."""
-        if STOPPER_ARCS in method.given or method.stopper is None:
+        they would be more than the program chooses itself, or the file states one arc."""
+        own, given = method.stopper, method.given
+        if own is None or (STOPPER_ARCS in given and own.arcs == 1) or (finer := finer_stopper(scene, own)) is None:
             return None
-        finer = finer_stopper(scene, method.stopper)
-        if finer is not None and STOPPER_RINGS in method.given:
-            finer = replace(finer, rings=method.stopper.rings)
-        return None if finer is None or finer.count > MOST_CHOSEN else method.stopped(scene.geometry, finer)
+        arcs = own.arcs if STOPPER_ARCS in given else finer.arcs
+        finer = Division(arcs, own.rings if STOPPER_RINGS in given else finer.rings)
+        return None if finer == own or finer.count > MOST_CHOSEN else method.stopped(scene.geometry, finer)
 
     def applies(self, run: ComputedRun) -> bool:
         """Return whether the stopper was computed, or is met in parts."""

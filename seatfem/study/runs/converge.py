@@ -335,13 +335,16 @@ def _stuck_words(done: Round, marks: Marks) -> str:
             bar, words = percent(done.left.relative(measure)), short_words(measure)
             return f"the error bar of {words} is {bar} of its value after {HOPES} refinements: it is given up"
         share = percent(safety(measure) * error / abs(done.left.values[measure]))
+        if math.isinf(done.left.by_key.get(key, {}).get(measure, error)):
+            share = "an unknown part"
         value = done.plan.method.value(key) if key in FIELDS else None
         most = isinstance(value, int) and _refined(done.plan.scene, done.plan.method, key, MOST) is None
         remedy = remedy_by_key(done.plan.scene, key) if key == STOPPER_ARCS or key not in FIELDS else ""
         why = f"rounds take at most {value}: state {key}" if most else "it cannot be made smaller"
         why = f"no round refines it further: {remedy}" if remedy else why
         why = done.plan.refused.get(key) or why
-        why = "the file states it" if done.plan.is_given(key) else why
+        if done.plan.is_given(key):
+            why = "the file states it" + (f": {remedy}" if remedy else "")
         words = source_in_words(source_of(key) if ladder_of(key) else key)
         named = f"{words} ({key})" if "." in key else words
         return f"{named} leaves {share} of {short_words(measure)}, and {why}"

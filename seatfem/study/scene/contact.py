@@ -115,7 +115,8 @@ gap = "1.5 mm"
     arcs: int | None = absent(
         "segments of its face, each with its own contact, for a reed that is a plate: of the flat ring or "
         "disc that is struck, of the faces of cad and mesh, or, of a stopper without a face such as a spring, of the "
-        "reed's contact face; 32 where rings or a tilt are given, else its face is met as a whole",
+        "reed's contact face; 32 where rings or a tilt are given, else its face is met as a whole, until rounds "
+        "divide it",
         strict=True,
         ge=1,
         le=MOST_PORTS,
