@@ -16,13 +16,13 @@ from seatfem.structures.kinds.elastic import Reduced
 from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.structures.method import Method, Solved
 from seatfem.structures.reduction.modes import ConvergenceError
-from seatfem.structures.rings import FEWEST_ARCS, MOST_RINGS, Division
+from seatfem.structures.rings import FEWEST_ARCS, MOST_RINGS
 from seatfem.study.impacts.bodies import problem_of, solve_body, striker_of
 from seatfem.study.impacts.contact import record_of, run_contacts, stress_of
 from seatfem.study.impacts.gas import lift_of
 from seatfem.study.impacts.landings import Landings
 from seatfem.study.impacts.touches import values_of_record
-from seatfem.study.ladders.patch import meshed_for_arcs
+from seatfem.study.ladders.patch import finer_stopper, meshed_for_arcs
 from seatfem.study.method import RunMethod, as_stated
 from seatfem.study.runs.round import Round
 from seatfem.study.runs.seat_stress import seat_stress
@@ -100,13 +100,14 @@ def finer_in_every_key(scene: Scene, method: RunMethod, by: Finer = FINEST) -> t
     changed["contact"] = scene.contact.model_copy(update={"rings": rings})
     changed["run"] = scene.run.model_copy(update={"time_step": step})
     if scene.stopper is not None:
-        parts = scene.stopper.parts
-        more = {} if parts == Division() else {"arcs": min(2 * parts.arcs, MOST_PORTS // parts.rings)}
-        changed["stopper"] = scene.stopper.model_copy(update={"body": finer_body(scene.stopper.body, by), **more})
+        parts = finer_stopper(scene, scene.stopper.parts) if by.divides else None
+        stopper = scene.stopper.divided(parts or scene.stopper.parts)
+        changed["stopper"] = stopper.model_copy(update={"body": finer_body(stopper.body, by)})
     scene = scene.model_copy(update=changed)
     reed = replace(method.reed, n_modes=scene.reed.slender and scene.reed.slender.n_modes, **_band_and_size(scene.reed))
     seat = replace(seat, rings=rings) if divided else seat
     finer = meshed_for_arcs(scene, RunMethod(seat, reed, step).along(scene.geometry, arcs))
+    finer = finer.stopped(scene.geometry, None if scene.stopper is None else scene.stopper.parts)
     return as_stated(scene, finer), finer
 
 

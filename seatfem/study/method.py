@@ -13,6 +13,7 @@ from typing import Any, Final, TypeVar
 from pydantic import BaseModel
 
 from seatfem.structures.method import AnyLevel, Method
+from seatfem.structures.rings import Division
 from seatfem.study.scene import ContactGeometry, Scene
 from seatfem.study.scene.problems import in_role
 
@@ -27,6 +28,7 @@ REED_BAND: Final = "reed.greens.bandwidth"
 REED_TOLERANCE: Final = "reed.greens.tolerance"
 REED_SIZE, REED_CONTACT_SIZE = "reed.mesh.size", "reed.mesh.contact_size"
 SEAT_MODES: Final = "seat.n_modes"
+STOPPER_ARCS, STOPPER_RINGS = "stopper.arcs", "stopper.rings"
 FIELDS: Final[Mapping[str, tuple[str, ...]]] = {
     MODEL: ("seat", "level"),
     SIZE: ("seat", "size"),
@@ -44,6 +46,8 @@ FIELDS: Final[Mapping[str, tuple[str, ...]]] = {
     REED_TOLERANCE: ("reed", "tolerance"),
     REED_SIZE: ("reed", "size"),
     REED_CONTACT_SIZE: ("reed", "contact_size"),
+    STOPPER_ARCS: ("stopper", "arcs"),
+    STOPPER_RINGS: ("stopper", "rings"),
 }
 """Attribute path in `RunMethod` of each dotted key of a scene that the loop may choose."""
 LEVEL_SHARE: Final = 4  # target over the error that a level of the seat may have without the loop
@@ -62,6 +66,7 @@ class RunMethod:
         seat, reed: the struck body and the striker.
         time_step: time step [s]; ``None``: from the highest rates of both bodies and the filter.
         given: keys of `FIELDS` that the file states, which no round changes.
+        stopper: the parts of the stopper's face; ``None`` without a stopper.
 
     The lip along which seat and reed touch is part of both of their methods.
     """
@@ -70,6 +75,12 @@ class RunMethod:
     reed: Method
     time_step: float | None = None
     given: frozenset[str] = field(default=frozenset(), compare=False)
+    stopper: Division | None = None
+
+    @property
+    def contacts(self) -> int:
+        """Return the number of contacts with seat and stopper."""
+        return self.seat.division.count + (0 if self.stopper is None else self.stopper.count)
 
     @property
     def ports(self) -> int | None:
@@ -83,14 +94,18 @@ class RunMethod:
         rings = self.seat.rings if lip is None else lip.rings
         level: AnyLevel = "3d" if lip is not None and self.seat.level == "sector" else self.seat.level
         seat = replace(self.seat, level=level, lip=lip, rings=rings)
-        reed = replace(self.reed, lip=geometry.on_the_reed(lip), behind=geometry.behind_the_reed())
-        return replace(self, seat=seat, reed=reed)
+        return replace(self, seat=seat, reed=replace(self.reed, lip=geometry.on_the_reed(lip)))
+
+    def stopped(self, geometry: ContactGeometry, division: Division | None) -> RunMethod:
+        """Return the method with the stopper's face in other parts, which the reed meets."""
+        behind = geometry.with_stopper_in(division).behind_the_reed()
+        return replace(self, stopper=division, reed=replace(self.reed, behind=behind))
 
     def value(self, key: str) -> Any:
         """Return the value of a dotted ``key`` of `FIELDS`."""
         value: Any = self
         for name in FIELDS[key]:
-            value = getattr(value, name)
+            value = None if value is None else getattr(value, name)  # of no stopper
         return value
 
     @property
@@ -102,7 +117,12 @@ class RunMethod:
         """Return the method with other ``values`` of `FIELDS`, a lip in as many arcs and rings as they say."""
         arcs, rings = values.get(PORTS, self.ports), values.get(RINGS, self.seat.rings)
         method = self if arcs is None or rings is None else self.along(geometry, arcs, rings)
-        return method.replaced({key: value for key, value in values.items() if key != PORTS})
+        if self.stopper is not None:
+            parts = (values.get(key) or self.value(key) for key in (STOPPER_ARCS, STOPPER_RINGS))
+            method = method.stopped(geometry, Division(*parts))
+        return method.replaced(
+            {k: value for k, value in values.items() if k not in (PORTS, STOPPER_ARCS, STOPPER_RINGS)}
+        )
 
     def replaced(self, values: Mapping[str, object]) -> RunMethod:
         """Return the method with other ``values`` at dotted keys of `FIELDS`."""
@@ -121,12 +141,18 @@ def stated_method(scene: Scene) -> RunMethod:
 
     Raises `LevelError`: the stated level cannot describe the seat.
     """
-    stated_keys = frozenset(key for key in FIELDS if is_given(scene, key))
-    rings = scene.contact.rings if scene.seat.elastic is not None or RINGS in stated_keys else None
+    given = stated_keys(scene)
+    rings = scene.contact.rings if scene.seat.elastic is not None or RINGS in given else None
     with in_role("reed", scene.reed):
         reed = scene.reed.stated()
     seat = scene.seat.stated(scene.accuracy.target / LEVEL_SHARE, rings)
-    return RunMethod(seat, reed, scene.run.time_step, stated_keys).along(scene.geometry, scene.contact.ports)
+    method = RunMethod(seat, reed, scene.run.time_step, given).along(scene.geometry, scene.contact.ports)
+    return method.stopped(scene.geometry, None if scene.stopper is None else scene.stopper.parts)
+
+
+def stated_keys(scene: Scene) -> frozenset[str]:
+    """Return the keys of `FIELDS` that the file states."""
+    return frozenset(key for key in FIELDS if is_given(scene, key))
 
 
 def value_of(scene: BaseModel, key: str) -> Any:

@@ -47,7 +47,7 @@ class Plan:
     """A plan says how a scene is to be computed.
 
     Attributes:
-        scene: the scene, as in the file.
+        scene: the scene, as in the file, but with the stopper's face in the parts of the method.
         method: method of the run: keys that the file states, and chosen values of the others.
         choices: all keys that matter for cost and error.
         error: measured relative error bar of each judged measure; empty before the first round.
@@ -63,6 +63,12 @@ class Plan:
     earlier_errors: tuple[Mapping[str, float], ...] = ()
     refined: Mapping[str, tuple[Refinement, ...]] = field(default_factory=dict)
     refused: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        stopper, parts = self.scene.stopper, self.method.stopper
+        if stopper is not None and parts is not None and stopper.parts != parts:
+            scene = self.scene.model_copy(update={"stopper": stopper.divided(parts)})
+            object.__setattr__(self, "scene", scene)
 
     @property
     def level(self) -> AnyLevel:

@@ -38,7 +38,7 @@ def test_the_next_run_begins_with_the_last_ones_plan_and_meets_at_once(tmp_path)
     done = last_of(plan, tmp_path)
     assert done.met
     assert done.number > 1
-    save_plan(done)
+    save_plan(done.plan.scene, done)
     again = cached_plan(plan.scene)
     assert again.method == done.plan.method
     assert again.choices == tuple(replace(choice, leaves="") for choice in done.plan.choices)
@@ -46,7 +46,7 @@ def test_the_next_run_begins_with_the_last_ones_plan_and_meets_at_once(tmp_path)
     second = last_of(again, tmp_path)
     assert (second.met, second.number) == (True, 1)
     assert second.left.values == done.left.values  # the same numbers, without the rounds before
-    save_plan(second)
+    save_plan(plan.scene, second)
     assert cached_plan(plan.scene) == again
 
 
@@ -70,7 +70,8 @@ def test_error_bars_are_found_again_but_not_in_studies(tmp_path, monkeypatch):
 
 @pytest.mark.slow
 def test_other_questions_begin_anew(tmp_path):
-    save_plan(last_of(too_coarse(plan_of(tmp_path)), tmp_path))
+    plan = plan_of(tmp_path)
+    save_plan(plan.scene, last_of(too_coarse(plan), tmp_path))
     for other in (
         SCENE.replace('"2 %"', '"3 %"'),
         SCENE.replace('"1 mm"', '"1.1 mm"'),
@@ -84,13 +85,13 @@ def test_other_questions_begin_anew(tmp_path):
 def test_what_met_in_one_round_is_kept_and_what_missed_is_not(store_of_the_test, tmp_path):
     done = last_of(plan_of(tmp_path, SCENE.replace('"2 %"', '"20 %"')), tmp_path)
     assert done.number == 1
-    save_plan(done)
+    save_plan(done.plan.scene, done)
     assert cached_plan(done.plan.scene).method == done.plan.method
     (only,) = (store_of_the_test / "ended").iterdir()
     strict = SCENE.replace('"2 %"', '"0.1 %"').replace("[run]", '[run]\ntime_step = "2 us"')
     missed = last_of(plan_of(tmp_path, strict), tmp_path)
     assert not missed.met
-    save_plan(replace(missed, number=2))
+    save_plan(missed.plan.scene, replace(missed, number=2))
     assert list((store_of_the_test / "ended").iterdir()) == [only]
 
 
@@ -113,7 +114,7 @@ HARM = {
 @pytest.mark.slow
 def test_a_file_that_is_not_sound_changes_nothing(store_of_the_test, tmp_path):
     plan = too_coarse(plan_of(tmp_path))
-    save_plan(last_of(plan, tmp_path))
+    save_plan(plan.scene, last_of(plan, tmp_path))
     (path,) = (store_of_the_test / "ended").iterdir()
     whole = path.read_text()
     for harm, harmful in HARM.items():

@@ -67,6 +67,8 @@ HOW: Mapping[str, Callable[[Any, Any], bool] | None] = {
     keys.REED_TOLERANCE: less,
     keys.REED_SIZE: less,
     keys.REED_CONTACT_SIZE: less,
+    keys.STOPPER_ARCS: no_less,
+    keys.STOPPER_RINGS: no_less,
 }
 """What is finer of each key that a plan may choose; ``None``: which of several ways leads to the same."""
 

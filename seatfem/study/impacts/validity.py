@@ -156,12 +156,12 @@ def one_way_notes(scene: Scene) -> tuple[str, ...]:
 
 
 def stopper_notes(stopper: Stopper | None) -> tuple[str, ...]:
-    """Return a note that no round refines a stopper that is solved or read."""
+    """Return a note that no round refines the body of a stopper that is solved or read."""
     if stopper is None or not stopper.body.traits.is_solved:
         return ()
     return (
-        f"the stopper (kind {stopper.body.kind!r}) is computed as its keys state it: a run's uncertainty "
-        "includes its error, which no round reduces",
+        f"the stopper (kind {stopper.body.kind!r}) is computed as its keys state it, but for the parts of its face: a "
+        "run's uncertainty includes its error, which no round reduces",
     )
 
 

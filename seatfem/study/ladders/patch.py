@@ -1,12 +1,15 @@
 """Ladders of the contact faces: rings, arcs of a lip, one contact point in their place, and the parts of a stopper."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import impact
 from impact.greens import base, modal
 from impact.march.problem import ContactProblem
 from impact.runs.variations import Terms, Variation, with_body
+from seatfem.structures.errors import ModelError
+from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.structure import is_curved
 from seatfem.structures.lip import AnyLip
 from seatfem.structures.method import bed
@@ -15,6 +18,7 @@ from seatfem.structures.rings import (
     ACROSS,
     FEWEST_ARCS,
     MOST_CHOSEN,
+    MOST_PORTS,
     MOST_RINGS,
     OF_ONE,
     OF_TWICE,
@@ -33,7 +37,7 @@ from seatfem.structures.rings import (
 from seatfem.study.impacts.bodies import problem_of, solve_body, striker_of
 from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder
 from seatfem.study.ladders.mesh import in_each_arc
-from seatfem.study.method import CONTACT_SIZE, PORTS, RINGS, RunMethod
+from seatfem.study.method import CONTACT_SIZE, PORTS, RINGS, STOPPER_ARCS, STOPPER_RINGS, RunMethod
 from seatfem.study.scene import Scene, local
 from seatfem.study.scene.measures import all_measures
 from seatfem.study.scene.problems import SceneError
@@ -114,7 +118,7 @@ def of_rings_across(run: ComputedRun) -> Terms | None:
         scene = scene.model_copy(update={"contact": scene.contact.model_copy(update={"film": None})})
     arcs, most = scene.geometry.arcs_behind_rings(division), max(rings, division.rings)
     lip = scene.geometry.lip(arcs, most)
-    many = _on_a_half_space(run, lip)
+    many = _on_a_half_space(run.scene.seat, run.seat.greens, lip)
     if many is None:
         return None
     finest = Division(arcs, most)
@@ -204,7 +208,7 @@ class OnePort(Ladder):
         """Return the run with the lip in segments, weighted by `OF_ONE`, against one contact point on the same
         half-space, and against the run itself, as one change may be small by accident."""
         lip = run.scene.geometry.segments()
-        many = _on_a_half_space(run, lip)
+        many = _on_a_half_space(run.scene.seat, run.seat.greens, lip)
         if many is None:
             return None
         one = run.with_greens("seat", as_a_whole(many)).problem
@@ -212,12 +216,13 @@ class OnePort(Ladder):
         return ((Variation(varied, OF_ONE, one), Variation(varied, OF_ONE)),)
 
 
-def _on_a_half_space(run: ComputedRun, lip: AnyLip | None) -> modal.ModalGreens | None:
-    """Return the seat's response with a half-space under the parts of a lip; ``None`` if either is unknown."""
-    patch, estimate = run.scene.seat.patch(), run.scene.seat.estimate()
+def _on_a_half_space(struck: Structure, greens: base.GreensFunction, lip: AnyLip | None) -> modal.ModalGreens | None:
+    """Return the response of seat or stopper with a half-space under the parts of a lip; ``None`` if either is
+    unknown."""
+    patch, estimate = struck.patch(), struck.estimate()
     if lip is None or patch is None or estimate is None:
         return None
-    whole = as_a_whole(run.seat.greens).modal or estimate.modal
+    whole = as_a_whole(greens).modal or estimate.modal
     return None if whole is None else on_its_patch(whole, lip, patch)
 
 
@@ -238,7 +243,17 @@ def _greens_along(run: ComputedRun, lip: AnyLip | None) -> base.GreensFunction |
 
 @dataclass(frozen=True)
 class StopperParts(Ladder):
-    """The parts in which a stopper is met: twice as many arcs, or other rings."""
+    """The parts in which a stopper is met: twice as many arcs, more rings across them, and both in place of one."""
+
+    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod | None:
+        """Return the method with more arcs and rings of the stopper, as far as the file leaves them open; ``None`` if
+        they would be more than the program chooses itself, or the file states one arc."""
+        own, given = method.stopper, method.given
+        if own is None or (STOPPER_ARCS in given and own.arcs == 1) or (finer := finer_stopper(scene, own)) is None:
+            return None
+        arcs = own.arcs if STOPPER_ARCS in given else finer.arcs
+        finer = Division(arcs, own.rings if STOPPER_RINGS in given else finer.rings)
+        return None if finer == own or finer.count > MOST_CHOSEN else method.stopped(scene.geometry, finer)
 
     def applies(self, run: ComputedRun) -> bool:
         """Return whether the stopper was computed, or is met in parts."""
@@ -248,31 +263,107 @@ class StopperParts(Ladder):
 
     def neighbours(self, run: ComputedRun) -> Terms | None:
         """Return the run with other parts of the stopper, on both bodies; ``None`` where the body is not known in
-        these."""
-        scene, problem, body, solved = run.scene, run.problem, run.body("stopper"), run.solved("stopper")
-        assert scene.stopper is not None
-        assert body is not None
-        division = scene.stopper.parts
-        other, weight = _beside(division)
-        if solved is None:  # springs side by side, or a body that moves as a whole
-            springs = len(body.greens.ports) > 1
-            own, other_greens = body.greens, bed(other, 1 / face_compliance(body.greens)) if springs else body.greens
-        else:
-            models = [each for each in (solved.in_rings, solved.greens) if each is not None]
-            model = next((each for each in models if _holds(each, division) and _holds(each, other)), None)
-            if model is None:
-                return () if solved.plane else None
-            own, other_greens = divided_less(model, division), divided_less(model, other)
-        stopper = scene.stopper.model_copy(update={"arcs": other.arcs, "rings": other.rings})
-        changed, striker = scene.model_copy(update={"stopper": stopper}), problem.striker
-        if scene.reed.thin_plate is not None and (lip := scene.geometry.behind_the_reed()) is not None:
-            striker = _met_behind(run, replace(lip, arcs=other.arcs, rings=other.rings))  # type: ignore[type-var]
-        same = problem if own is body.greens else with_body(problem, body, replace(body, greens=own))
-        varied = problem_of(changed, striker, problem.target, replace(body, greens=other_greens))
-        return (*_on_its_own_face(run), (Variation(varied, weight, same),))
+        these.
+
+        Arcs and rings both move the place that a leaning plate meets first, so that each is compared by itself; a face
+        that is met as a whole is compared with both, and with the stopper's own face where the plate states another.
+        """
+        assert run.scene.stopper is not None
+        division = run.scene.stopper.parts
+        if (beside := _beside_on_its_mesh(run, division)) is None:
+            return None
+        if division.arcs > 1:
+            return beside, _stopper_rings(run, division)
+        return ((*beside, *_stopper_in_arcs(run, division), *_on_its_own_face(run)),)
 
 
-def _on_its_own_face(run: ComputedRun) -> Terms:
+def _beside_on_its_mesh(run: ComputedRun, division: Division) -> Sequence[Variation] | None:
+    """Return the run with the parts of the stopper that `_beside` states, of a model that has them; none where its
+    face is a plane, ``None`` where no such model is known."""
+    body, solved = run.body("stopper"), run.solved("stopper")
+    assert body is not None
+    other, weight = _beside(division)
+    if solved is None:  # springs side by side, or a body that moves as a whole
+        same, greens = run.problem, _in_closed_form(body, other)
+    else:
+        models = [each for each in (solved.in_rings, solved.greens) if each is not None]
+        model = next((each for each in models if _holds(each, division) and _holds(each, other)), None)
+        if model is None:
+            return () if solved.plane else None
+        same = with_body(run.problem, body, replace(body, greens=divided_less(model, division)))
+        greens = divided_less(model, other)
+    return (Variation(_stopped_by(run, other, greens), weight, same),)
+
+
+def _stopper_rings(run: ComputedRun, division: Division) -> Sequence[Variation]:
+    """Return the run with other rings across the stopper's arcs, of which half are enough, as behind `of_rings_across`;
+    none for a body whose face is not known."""
+    rings, weight = arc_rings_to_compare(division.rings)
+    arcs = division.arcs
+    while arcs % 2 == 0 and arcs // 2 >= FEWEST_ARCS:
+        arcs //= 2
+    own, other = (_stopped_in(run, Division(arcs, each)) for each in (division.rings, rings))
+    return () if own is None or other is None else (Variation(other, weight, own),)
+
+
+def _stopper_in_arcs(run: ComputedRun, division: Division) -> Sequence[Variation]:
+    """Return the run in which a plate meets all of the stopper's face in segments and parts across, weighted by
+    `OF_ONE`; none where that face is no ring, disc or strip, or the plate does not cover it."""
+    parts = finer_stopper(run.scene, division)
+    try:
+        divided = None if parts is None else _stopped_in(run, parts)
+    except (ModelError, SceneError):
+        return ()
+    return () if divided is None else (Variation(divided, OF_ONE),)
+
+
+def finer_stopper(scene: Scene, division: Division) -> Division | None:
+    """Return the parts of a stopper that are finer than a ``division``: twice as many arcs and more rings, or the first
+    of both; ``None`` where its face cannot be divided, or no further."""
+    stopper = scene.stopper
+    if scene.reed.thin_plate is None or stopper is None:
+        return None
+    if division.arcs > 1:
+        rings = max(division.rings, arc_rings_to_compare(division.rings)[0])
+        return Division(2 * division.arcs, rings) if 2 * division.arcs * rings <= MOST_PORTS else None
+    try:
+        face = scene.geometry.struck(body=stopper.body)
+    except ModelError:
+        return None
+    return None if face is None else Division(face.whole(FEWEST_ARCS), max(ACROSS[1], division.rings))
+
+
+def _stopped_in(run: ComputedRun, division: Division) -> ContactProblem | None:
+    """Return the run with its stopper in these parts, a half-space under its face; ``None`` if that is not known."""
+    body, solved, stopper = run.body("stopper"), run.solved("stopper"), run.scene.stopper
+    assert body is not None
+    assert stopper is not None
+    if solved is None:
+        return _stopped_by(run, division, _in_closed_form(body, division))
+    if solved.plane:
+        return _stopped_by(run, division, as_a_whole(body.greens))
+    lip = run.scene.geometry.struck(division.arcs, division.rings, stopper.body)
+    greens = _on_a_half_space(stopper.body, body.greens, lip)
+    return None if greens is None else _stopped_by(run, division, greens)
+
+
+def _in_closed_form(body: impact.Body, division: Division) -> base.GreensFunction:
+    """Return a stopper that is not solved in other parts: springs side by side, or a body that moves as a whole."""
+    return bed(division, 1 / face_compliance(body.greens)) if len(body.greens.ports) > 1 else body.greens
+
+
+def _stopped_by(run: ComputedRun, division: Division, greens: base.GreensFunction) -> ContactProblem:
+    """Return the run with a stopper of this Green's function, met in these parts."""
+    scene, body, striker = run.scene, run.body("stopper"), run.problem.striker
+    assert body is not None
+    assert scene.stopper is not None
+    scene = scene.model_copy(update={"stopper": scene.stopper.divided(division)})
+    if scene.reed.thin_plate is not None and (lip := scene.geometry.behind_the_reed()) is not None:
+        striker = _met_behind(run, lip)
+    return problem_of(scene, striker, run.problem.target, replace(body, greens=greens))
+
+
+def _on_its_own_face(run: ComputedRun) -> Sequence[Variation]:
     """Return the run in which a plate whose table states its contact meets the stopper with the stopper's face."""
     scene, plate = run.scene, run.scene.reed.thin_plate
     if plate is None or not plate.states_contact or scene.geometry.stopper_lip() is not None:
@@ -282,7 +373,7 @@ def _on_its_own_face(run: ComputedRun) -> Terms:
         striker = _met_behind(run, geometry.behind_the_reed())
     except SceneError:  # a broad face, for which the contact is stated
         return ()
-    return ((Variation(problem_of(scene, striker, run.problem.target, run.body("stopper")), 1.0),),)
+    return (Variation(problem_of(scene, striker, run.problem.target, run.body("stopper"))),)
 
 
 def _met_behind(run: ComputedRun, behind: AnyLip | None) -> impact.Body:

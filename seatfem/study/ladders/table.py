@@ -10,7 +10,20 @@ from seatfem.study.impacts.touches import LIP, RECORD, STOPPER, STRIKER, Source
 from seatfem.study.impacts.validity import ONE_PORT
 from seatfem.study.ladders import level, march, mesh, modes, patch
 from seatfem.study.ladders.ladder import Ladder
-from seatfem.study.method import BAND, CONTACT_SIZE, MODEL, MODES, PORTS, REED_BAND, RINGS, SIZE, STEP, TOLERANCE
+from seatfem.study.method import (
+    BAND,
+    CONTACT_SIZE,
+    MODEL,
+    MODES,
+    PORTS,
+    REED_BAND,
+    RINGS,
+    SIZE,
+    STEP,
+    STOPPER_ARCS,
+    STOPPER_RINGS,
+    TOLERANCE,
+)
 
 LADDERS: list[Ladder] = [
     patch.Arcs(PORTS, "patch"),
@@ -36,7 +49,7 @@ LADDERS: list[Ladder] = [
     mesh.Tolerance("stopper.greens.tolerance", STOPPER, "reduction", role="stopper"),
     mesh.Bandwidth("stopper.greens.bandwidth", STOPPER, role="stopper"),
     level.Level("stopper.model", STOPPER, "level", role="stopper"),
-    patch.StopperParts("stopper.arcs", STOPPER, "patch", ("stopper.rings",)),
+    patch.StopperParts(STOPPER_ARCS, STOPPER, "patch", (STOPPER_RINGS,), 0.7, "its face as a whole, to begin with"),
     modes.ModeCount("stopper.n_modes", STOPPER, role="stopper"),
 ]
 """All ladders; those of the seat in the order in which their first values are chosen."""

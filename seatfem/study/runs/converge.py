@@ -36,6 +36,7 @@ from seatfem.study.method import (
     RINGS,
     SIZE,
     STEP,
+    STOPPER_ARCS,
     TOLERANCE,
     RunMethod,
     has_key,
@@ -43,6 +44,7 @@ from seatfem.study.method import (
     stated_method,
 )
 from seatfem.study.plan import Choice, Plan, Refinement
+from seatfem.study.runs.remedies import remedy_by_key
 from seatfem.study.safety import source_in_words
 from seatfem.study.scene import Scene
 from seatfem.study.scene.files import check_files
@@ -58,7 +60,7 @@ MOST_WORK: Final = 8.0  # largest ratio of the counted work of a round to that o
 POWERS: Final = (1.0, 0.5, 0.25)  # of a factor of refinement, tried in turn until the work is allowed
 TRIES: Final = 3  # refinements after which an error that has hardly fallen is taken for one that does not converge
 HOPES: Final = 2  # rounds of refinement after which a measure whose error bar exceeds its value is given up
-SEAT_KEYS: Final = frozenset({SIZE, BAND, TOLERANCE, RINGS, PORTS})
+SEAT_KEYS: Final = frozenset({SIZE, BAND, TOLERANCE, RINGS, PORTS, STOPPER_ARCS})
 """Keys whose finer values may be out of reach of meshing, reduction or memory."""
 HIDDEN_BY: Final[Mapping[str, str]] = {
     **{STEP: MODES, MODES: STEP},
@@ -335,11 +337,16 @@ def what_remains(done: Round) -> str:
         bar, words = percent(done.left.relative(measure)), short_words(measure)
         return f"the error bar of {words} is {bar} of its value after {HOPES} refinements: it is given up"
     share = percent(safety(measure) * error / abs(done.left.values[measure]))
+    if math.isinf(done.left.by_key.get(key, {}).get(measure, error)):
+        share = "an unknown part"
     value = done.plan.method.value(key) if key in FIELDS else None
     most = isinstance(value, int) and _refined(done.plan.scene, done.plan.method, key, MOST) is None
     why = f"rounds take at most {value}: state {key}" if most else "it cannot be made smaller"
+    remedy = remedy_by_key(done.plan.scene, key) if key == STOPPER_ARCS or key not in FIELDS else ""
+    why = f"no round refines it further: {remedy}" if remedy else why
     why = done.plan.refused.get(key) or why
-    why = "the file states it" if done.plan.is_given(key) else why
+    if done.plan.is_given(key):
+        why = "the file states it" + (f": {remedy}" if remedy else "")
     named = f"{words_of(key)} ({key})" if "." in key else words_of(key)
     return f"{named} leaves {share} of {short_words(measure)}, and {why}"
 
@@ -358,7 +365,7 @@ def _why_nothing(done: Round) -> str:
 def work_ratio(before: RunMethod, after: RunMethod, scene: Scene) -> Mapping[str, float]:
     """Return the counted work by one method over that by another: of seat and reed by unknowns, band and contact
     points, of the contact by steps, points and modes."""
-    points = after.seat.division.count / before.seat.division.count
+    points = after.contacts / before.contacts
     bands = (
         ratio_of(new.bandwidth, old.bandwidth) for old, new in ((before.seat, after.seat), (before.reed, after.reed))
     )

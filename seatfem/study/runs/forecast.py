@@ -101,7 +101,7 @@ def look_at(
             f"no first round within {in_time(longest)}: {problem}, or state a larger seat.mesh.size, a narrower "
             "seat.greens.bandwidth, a longer run.filter_width or fewer contact.ports; a run waits for its first round"
         ) from problem
-    save_plan(done)
+    save_plan(scene, done)
     return Look(done, watch.stages, forecast(done))
 
 

@@ -21,7 +21,17 @@ from seatfem.machine.code import cache_folder, code_version
 from seatfem.structures.cache import content_key
 from seatfem.structures.method import AnyLevel
 from seatfem.study.impacts.touches import Touches
-from seatfem.study.method import FIELDS, MODEL, PORTS, REDUCTION, RINGS, RunMethod, stated_method
+from seatfem.study.method import (
+    FIELDS,
+    MODEL,
+    PORTS,
+    REDUCTION,
+    RINGS,
+    STOPPER_ARCS,
+    STOPPER_RINGS,
+    RunMethod,
+    stated_method,
+)
 from seatfem.study.plan import Choice, Plan
 from seatfem.study.runs.converge import begin_plan
 from seatfem.study.runs.round import Round
@@ -73,11 +83,11 @@ def plan_to_json(plan: Plan) -> dict[str, Any]:
     }
 
 
-def save_plan(done: Round) -> None:
-    """Store the plan of a round that met the target, where the cache can be written to."""
+def save_plan(scene: Scene, done: Round) -> None:
+    """Store the plan of a ``scene``'s round that met the target, where the cache can be written to."""
     if done.met is True:
         with suppress(OSError, TypeError):
-            _save_json(_plan_file(done.plan.scene), plan_to_json(done.plan))
+            _save_json(_plan_file(scene), plan_to_json(done.plan))
 
 
 def _method(stated: RunMethod, geometry: ContactGeometry, values: Mapping[str, object]) -> RunMethod:
@@ -89,7 +99,7 @@ def _method(stated: RunMethod, geometry: ContactGeometry, values: Mapping[str, o
         number = isinstance(value, int | float) and not isinstance(value, bool) and 0 < value < math.inf
         if value is not None and not number:
             raise ValueError(f"{value!r} must be a positive number")
-    if not all(isinstance(values[key], int | None) for key in (PORTS, RINGS)):
+    if not all(isinstance(values[key], int | None) for key in (PORTS, RINGS, STOPPER_ARCS, STOPPER_RINGS)):
         raise ValueError("parts must be whole numbers")
     return stated.with_values(geometry, values)
 

@@ -94,8 +94,8 @@ def expect_memory(done: Round, plan: Plan | None, count: int = 1) -> float:
     if plan is None:
         return done.memory + AFTERWARDS
     before, after, rows = done.plan.method, plan.method, done.result.rows
-    contacts, finer = before.seat.division.count, converge.ratio_of(before.time_step, after.time_step)
-    of_rows = (finer if rows.is_uniform else finer**0.5) * after.seat.division.count / contacts
+    contacts, finer = before.contacts, converge.ratio_of(before.time_step, after.time_step)
+    of_rows = (finer if rows.is_uniform else finer**0.5) * after.contacts / contacts
     work = converge.work_ratio(before, after, done.plan.scene)
     of_bodies = max(work["seat"], work["reed"], LEAST_GROWTH)
     whole, each = (HISTORIES * 8.0 * values for values in (int(rows.ends[-1]), len(rows.ends) * contacts))

@@ -127,7 +127,8 @@ def run_scene(
         if latest.is_followed:
             baseline = None  # its histories would lie beside those of the next round
     if is_begun_here or latest.number > 1:
-        save_plan(latest)
+        save_plan(scene, latest)
+    scene = latest.plan.scene
     assert baseline is not None
 
     def keep(keys: Mapping[str, object]) -> None:

@@ -23,29 +23,14 @@ from seatfem.structures.rings import Division
 from seatfem.study import impacts, runs, safety
 from seatfem.study.impacts import validity
 from seatfem.study.impacts.contact import Flights
-from seatfem.study.impacts.touches import LIP, RECORD, STOPPER, STRIKER, Touches
+from seatfem.study.impacts.touches import Touches
 from seatfem.study.ladders.table import source_of
-from seatfem.study.method import MODES, PORTS, RINGS, SEAT_MODES, STEP, RunMethod
+from seatfem.study.method import MODES, STEP, RunMethod
 from seatfem.study.plan import Plan
+from seatfem.study.runs.remedies import remedy_of
 from seatfem.study.scene.measures import in_words as spoken
 from seatfem.study.scene.measures import short_words
 from seatfem.units import write_quantity
-
-REMEDIES: Final[Mapping[str, str]] = {
-    "mesh": "refine seat.mesh",
-    "reduction": "raise seat.greens.bandwidth or lower seat.greens.tolerance",
-    "time_step": "shorten run.time_step",
-    "model": "take a more complete seat.model",
-    STRIKER: "refine reed.mesh, raise reed.greens.bandwidth, or take a more complete reed.model",
-    STOPPER: "refine stopper.mesh, raise stopper.greens.bandwidth, or keep more stopper.n_modes",
-    "patch": f"divide the contact face by {RINGS} = 4, or more",
-    PORTS: f"divide the lip by more {PORTS}",
-    MODES: f"keep more {MODES}",
-    SEAT_MODES: f"keep more {SEAT_MODES}",
-    LIP: "divide the lip by contact.ports",
-    RECORD: "average over more hammer blows, or measure to higher frequencies than 1/run.filter_width",
-}
-
 
 UNFINISHED: Final = "was begun and not finished"
 
@@ -133,13 +118,6 @@ class Round:
         """Return whether the error bars of all judged values are within the target; ``None`` without such values."""
         target = self.plan.scene.accuracy.target
         return all(self.left.relative(name) <= target for name in self.judged) if self.judged else None
-
-
-def remedy_of(plan: Plan, key: str, source: str) -> str:
-    """Return in words how the error by a ``key`` of a ``source`` becomes smaller, or why it cannot."""
-    if source == LIP and (plate := plan.scene.reed.thin_plate) is not None and plate.states_contact:
-        return "remove reed.contact_radius: the reed then meets the struck face in segments"
-    return plan.refused.get(key) or REMEDIES.get(key) or REMEDIES.get(source, "")
 
 
 def missed(done: Round) -> tuple[str, ...]:

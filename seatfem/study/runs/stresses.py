@@ -46,7 +46,8 @@ from seatfem.study.ladders.table import ladder_of, source_of
 from seatfem.study.method import MODEL
 from seatfem.study.plan import Plan
 from seatfem.study.runs import kept
-from seatfem.study.runs.round import REMEDIES, Round, remedy_of
+from seatfem.study.runs.remedies import remedy_by_source, remedy_of
+from seatfem.study.runs.round import Round
 from seatfem.study.runs.seat_stress import SeatStress, judged_under, left_by_mesh, seat_stress
 from seatfem.study.runs.stress_spots import place_words
 from seatfem.study.safety import source_in_words
@@ -103,10 +104,8 @@ REED, SEAT, TENSION = "stress", "seat_stress", "seat_tension"
 LARGE: Final = 0.25  # relative error bar of the largest stress in a seat from which on its largest source is named
 RECOVERY, WAVES = "recovery", "waves"
 """Errors of a stress under given forces: by the mesh, and by what a reduction leaves out."""
-OF_PLACES: Final[Mapping[str, tuple[str, str]]] = {
-    RECOVERY: ("mesh at its place", "state a smaller seat.mesh.contact_size, or of a file a smaller seat.mesh.size"),
-    WAVES: ("waves that its mesh and band leave out", REMEDIES["reduction"]),
-}
+OF_MESH: Final = "mesh at its place", "state a smaller seat.mesh.contact_size, or of a file a smaller seat.mesh.size"
+OF_WAVES: Final = "waves that its mesh and band leave out"
 OF_EDGES: Final = ("mesh near a sharp edge", "draw the edge with a fillet, or state a larger stress.distance")
 """Errors at the place of a stress in words, each with what to state."""
 
@@ -204,8 +203,11 @@ def stress_notes(plan: Plan, seat: SeatStress | None) -> tuple[str, ...]:
     key = max(seat.by_key, key=lambda each: seat.by_key[each], default="")
     if bar > LARGE * seat.judged[0] and seat.by_key.get(key, 0.0) > bar / 2:
         source = source_of(key) if ladder_of(key) else key
-        known = source_in_words(source), remedy_of(plan, key, source)
-        named, remedy = OF_EDGES if at_limit and key == RECOVERY else OF_PLACES.get(key, known)
+        named, remedy = source_in_words(source), remedy_of(plan, key, source)
+        if key == WAVES:
+            named, remedy = OF_WAVES, remedy_by_source(plan.scene, "reduction")
+        elif key == RECOVERY:
+            named, remedy = OF_EDGES if at_limit else OF_MESH
         sentences.append(
             f"uncertainty of peak_seat_stress_Pa: {percent(bar / seat.judged[0])}, most of it by the {named}: {remedy}"
         )

@@ -115,7 +115,8 @@ gap = "1.5 mm"
     arcs: int | None = absent(
         "segments of its face, each with its own contact, for a reed that is a plate: of the flat ring or "
         "disc that is struck, of the faces of cad and mesh, or, of a stopper without a face such as a spring, of the "
-        "reed's contact face; 32 where rings or a tilt are given, else its face is met as a whole",
+        "reed's contact face; 32 where rings or a tilt are given, else its face is met as a whole, until rounds "
+        "divide it",
         strict=True,
         ge=1,
         le=MOST_PORTS,
@@ -169,6 +170,12 @@ gap = "1.5 mm"
         """Return the parts into which its face is divided."""
         many = self.arcs or (USUAL_ARCS if self.tilt or self.rings > 1 else 1)
         return Division(min(many, MOST_PORTS // self.rings), self.rings)
+
+    def divided(self, division: Division) -> Stopper:
+        """Return the stopper with its face in other parts."""
+        if division == self.parts:
+            return self
+        return self.model_copy(update={"arcs": division.arcs, "rings": division.rings})
 
 
 def stopper_of(kinds: tuple[type[Structure], ...], laws: tuple[type[ContactLaw], ...]) -> type[Stopper]:

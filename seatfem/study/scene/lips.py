@@ -197,6 +197,12 @@ class ContactGeometry:
         lip = self.struck(parts.arcs, parts.rings, body)
         return replace(own, arcs=parts.arcs, rings=parts.rings) if lip is None and own is not None else lip  # type: ignore[type-var]
 
+    def with_stopper_in(self, division: Division | None) -> ContactGeometry:
+        """Return the geometry with the stopper's face in other parts; ``None``: there is no stopper."""
+        if self.stopper is None or division is None:
+            return self
+        return replace(self, stopper=self.stopper.divided(division))
+
     def behind_the_reed(self) -> AnyLip | None:
         """Return the stopper's lip, or what of its face a plate meets as a whole, in the reed's coordinates, with the
         prefix `STOPPER` in names of ports."""

@@ -19,7 +19,7 @@ from impact.notices import Progress, silent
 from seatfem.machine import code
 from seatfem.structures.cache import content_key
 from seatfem.study.impacts.contact import RunError, check_step
-from seatfem.study.method import FIELDS, has_key, is_given, value_of, written
+from seatfem.study.method import FIELDS, has_key, is_given, stated_keys, value_of, written
 from seatfem.study.plan import Plan
 from seatfem.study.runs.kept import plan_from_json, plan_to_json
 from seatfem.study.safety import MOST_ROUNDS
@@ -82,7 +82,7 @@ def start_of(plan: Plan) -> Start:
     chosen = {key: method.value(key) for key in open_keys}
     plain = replace(plan, choices=tuple(replace(choice, reason="") for choice in plan.choices))
     return {
-        "like": _like(scene),
+        "like": _like(scene, method.given),
         "work": _count_work(plan),
         "seat": {key: written(key, value) for key, value in chosen.items() if value not in (None, "auto")},
         "plan": plan_to_json(plain),
@@ -98,7 +98,7 @@ def _count_work(plan: Plan) -> float:
 
 def begun(scene: Scene, start: Start) -> Plan | None:
     """Return the plan with which ``scene`` starts; ``None`` if it differs too much from that of ``start``."""
-    return plan_from_json(scene, start["plan"]) if start.get("like") == _like(scene) else None
+    return plan_from_json(scene, start["plan"]) if start.get("like") == _like(scene, stated_keys(scene)) else None
 
 
 def chosen(starts: Iterable[Start]) -> Start:
@@ -107,10 +107,10 @@ def chosen(starts: Iterable[Start]) -> Start:
     return ranked[max(0, len(ranked) - 2)] if ranked else {}
 
 
-def _like(scene: Scene) -> str:
-    """Return a hash that is equal for scenes that may share a plan: by [run], [accuracy], kinds, law, and stated keys
-    of `FIELDS`."""
-    stated = {key: value_of(scene, key) for key in FIELDS if is_given(scene, key)}
+def _like(scene: Scene, given: frozenset[str]) -> str:
+    """Return a hash that is equal for scenes that may share a plan: by [run], [accuracy], kinds, law, and ``given``
+    keys of `FIELDS`, which the file states."""
+    stated = {key: value_of(scene, key) for key in FIELDS if key in given}
     tables = scene.model_dump(include={"run", "accuracy"}, exclude_unset=True)
     kinds = {name: body.kind for name, body in scene.bodies.items()}
     return content_key({"tables": tables, "stated": stated, "kinds": kinds, "law": scene.contact.law.kind})[:16]
