@@ -170,7 +170,7 @@ def error_budget(
     """
     result, flights = touches.seat, flights or contact.Flights(striker, scene.run.duration, scene.contact.preload)
     problem, width = problem_of(scene, striker, impact.Body(seat.greens)), scene.run.filter_width
-    computed = ComputedRun(scene, method, seat, problem, reed)
+    computed = ComputedRun(scene, method, seat, problem, reed, progress)
     terms, unknown = terms_by_key(computed)
 
     choice = scene.accuracy.landing

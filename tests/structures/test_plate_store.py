@@ -8,7 +8,7 @@ from seatfem.structures import sheets
 from seatfem.structures.cache import VARIABLE, CacheWarning
 from seatfem.structures.materials import Material
 from seatfem.structures.shapes.outlined import Outlined
-from seatfem.structures.sheets import Sheet, modes_in_process, plate_modes
+from seatfem.structures.sheets import Sheet, in_wider_band, modes_in_process, plate_modes
 
 CORNERS = ((0.0, -2e-3), (12e-3, -2e-3), (12e-3, 2e-3), (0.0, 2e-3))
 STRIP = Outlined(CORNERS, 0.3e-3, (10e-3, 0.0), (CORNERS[3], CORNERS[0]))
@@ -95,3 +95,6 @@ def test_the_modes_report_their_progress_and_are_the_same_whoever_watches():
     first = plate_modes(ASKED, progress=lambda stage, done: reports.append(stage))
     assert {"factorization", "modes"} <= set(reports)
     assert plate_modes(ASKED) is first
+    reports.clear()
+    assert in_wider_band(first, lambda stage, done: reports.append(stage)) is not None
+    assert "modes" in reports

@@ -206,10 +206,12 @@ class ThinPlate(motion.Moving):
             else structures.sheets.plate_modes(sheet)
         )
 
-    def in_wider_band(self, greens: GreensFunction, lips: tuple[AnyLip, ...]) -> tuple[GreensFunction, float] | None:
+    def in_wider_band(
+        self, greens: GreensFunction, lips: tuple[AnyLip, ...], progress: Progress = silent
+    ) -> tuple[GreensFunction, float] | None:
         """Return the Green's function of the ports of these lips with the modes of a wider band, and its ratio to that
         of ``greens``; ``None`` where plate theory allows none."""
-        beyond = structures.sheets.in_wider_band(self.plate(greens))
+        beyond = structures.sheets.in_wider_band(self.plate(greens), progress)
         return beyond and (beyond[0].greens(lips, self.damping_ratio), beyond[1])
 
     def solve(

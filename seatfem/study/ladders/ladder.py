@@ -13,6 +13,7 @@ from typing import Any, Literal
 import impact
 from impact.greens.base import GreensFunction
 from impact.march.problem import ContactProblem
+from impact.notices import Progress, silent
 from impact.runs.variations import Terms, Variation, of_g, with_body
 from seatfem.structures.method import Solved
 from seatfem.structures.patch import Patch
@@ -35,6 +36,7 @@ class ComputedRun:
         seat: the solved seat.
         problem: contact problem of the run.
         reed: the solved striker, if it is not in closed form.
+        progress: receives the progress of what is solved for a comparison.
     """
 
     scene: Scene
@@ -42,6 +44,7 @@ class ComputedRun:
     seat: Solved
     problem: ContactProblem
     reed: Solved | None = None
+    progress: Progress = silent
 
     def solved(self, role: Role) -> Solved | None:
         """Return a solved body; ``None`` for one in closed form, and for an absent stopper."""

@@ -88,7 +88,7 @@ def in_wider_band(run: ComputedRun) -> Iterator[tuple[Body, float]]:
     all around a ring, what is left beyond vibrates, too (`BEYOND`).
     """
     plate, reed, own = run.scene.reed.thin_plate, run.method.reed, run.problem.striker
-    beyond = plate and plate.in_wider_band(own.greens, plate.lips(reed.lip, reed.behind))
+    beyond = plate and plate.in_wider_band(own.greens, plate.lips(reed.lip, reed.behind), run.progress)
     if not beyond:
         return
     wider, ratio = beyond
