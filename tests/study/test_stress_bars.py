@@ -9,6 +9,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from seatfem.structures.kinds import Annular
 from seatfem.study.impacts.plate_stress import Forces
 from seatfem.study.impacts.validity import ONE_PORT
 from seatfem.study.method import BAND, SIZE, STEP
@@ -62,7 +63,7 @@ def test_what_makes_most_of_a_large_bar_is_named(by_key: Mapping[str, float], ed
     """Of a bar of 30 % what makes more than half of it; of 20 % nothing."""
     bar, asked = sum(by_key.values()), SimpleNamespace(surface=True, distance=1e-4)
     seat = SimpleNamespace(**{**ALONE, "by_key": by_key}, bar=bar, bars=(bar, 0.1), from_excluded=edge)
-    scene = SimpleNamespace(stress=asked, reed=SimpleNamespace(thin_plate=None))
+    scene = SimpleNamespace(stress=asked, reed=SimpleNamespace(thin_plate=None), seat=Annular.model_construct())
     plan = SimpleNamespace(level="axisymmetric", refused={}, scene=scene)
     notes = [note for note in stress_notes(cast("Plan", plan), cast("SeatStress", seat)) if "uncertainty" in note]
     assert len(notes) == (words != "")
