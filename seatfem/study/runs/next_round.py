@@ -18,7 +18,7 @@ from seatfem.units import write_quantity
 STAGES: Final = {
     "seat": ("mesh", "assembly", "reduction", "mesh error", "patch error", "pole fit"),
     "reed": (STRIKER,),
-    "contact": ("contact", "reed stress", "error budget", "spring baseline", "files"),
+    "contact": ("stopper", "contact", "reed stress", "error budget", "spring baseline", "files"),
 }
 """Stages of a round by the part of its work with which they grow."""
 LONGEST: Final = 600.0  # longest expected time [s] of a further round that is begun without --max-time
