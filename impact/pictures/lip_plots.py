@@ -243,7 +243,9 @@ def _impulse(axes: Axes, runs: list[ImpactResult], line: ClosedLine, share: floa
     for (values, places), name, (colour, style) in zip(impulses, names, _STYLES, strict=False):
         x, around = length * places, values
         if line.edges is None:
-            x = 1e3 * x
+            ends = line.borders[[ring.start for ring in line.rings[1:]]]
+            at = [np.searchsorted(x, end + 1e-9 * length) - np.any(np.abs(x - end) < 1e-9 * length) for end in ends]
+            x, around = 1e3 * np.insert(x, at, np.nan), np.insert(around, at, np.nan)  # no line from port to port
         else:
             x, around = np.interp(np.append(x, x[0]), line.borders, line.edges), np.append(values, values[0])
         axes.plot(x, factor * around, color=colour, linestyle=style, label=name)

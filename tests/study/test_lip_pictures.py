@@ -190,7 +190,9 @@ def test_the_figure_of_several_ports_names_port_and_angle(landed: Any, tmp_path:
     """Lengths along both, one behind the other, would say nothing."""
     pytest.importorskip("matplotlib")
     lip = by_arc(landed.done.touches, Division(ARCS, 2))
-    plot_lip(lip, None, tmp_path / "lip.svg", radius=two_ports(), share=0.25, filter_width=2e-6)
+    figure = plot_lip(lip, None, tmp_path / "lip.svg", radius=two_ports(), share=0.25, filter_width=2e-6)
+    (impulse,) = (axes.lines[0] for axes in figure.axes if axes.get_title(loc="left").startswith("Impulse"))
+    assert np.isnan(impulse.get_ydata()).sum() == 1  # no line from port to port
     written = (tmp_path / "lip.svg").read_text(encoding="utf-8")
     for words in ("port 1", "port 2", "port 1, 0°", "port 2, 180°", "along each port, from the x axis"):
         assert f">{words}<" in written
