@@ -20,6 +20,7 @@ from impact.quantities import percent
 from impact.runs.variations import safety
 from seatfem.structures.kinds import Structure
 from seatfem.structures.method import MOST_MODES, Method
+from seatfem.structures.rings import Division
 from seatfem.study.impacts import contact
 from seatfem.study.ladders.ladder import Beginning
 from seatfem.study.ladders.mesh import LEAST_WIDER
@@ -37,6 +38,7 @@ from seatfem.study.method import (
     SIZE,
     STEP,
     STOPPER_ARCS,
+    STOPPER_RINGS,
     TOLERANCE,
     RunMethod,
     has_key,
@@ -112,11 +114,18 @@ def begin_plan(scene: Scene) -> Plan:
     contact.check_length(scene, method.time_step or scene.run.filter_width, method.seat.division.count)
     stated, choices = stated_method(scene), []
     for key in FIELDS:
-        if has_key(scene, key) and (value := method.value(key)) is not None:
+        if _matters(scene, method, key) and (value := method.value(key)) is not None:
             ladder, given = ladder_of(key), is_given(scene, key)
             rule = "default" if value == stated.value(key) else ladder.rule if ladder else ""
             choices.append(Choice(key, described(key, value), "" if given else rule, given))
     return Plan(scene, method, tuple(choices))
+
+
+def _matters(scene: Scene, method: RunMethod, key: str) -> bool:
+    """Return whether a scene has a key, of the parts of a stopper's face only where this can be divided."""
+    if key not in (STOPPER_ARCS, STOPPER_RINGS) or is_given(scene, key) or method.stopper != Division():
+        return has_key(scene, key)
+    return _refined(scene, method, STOPPER_ARCS, MOST) is not None
 
 
 def with_measured_errors(done: Round) -> Plan:
