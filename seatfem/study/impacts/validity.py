@@ -14,8 +14,10 @@ from impact import measured, measures, notices, quantities
 from impact.after.measures import film_force_peak
 from impact.after.result import ImpactResult
 from impact.greens.base import GreensFunction
+from seatfem.structures.errors import ModelError
 from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.structure import is_curved
+from seatfem.structures.outlines import covered_share
 from seatfem.structures.rings import Division, as_a_whole
 from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.impacts.touches import Touches
@@ -27,6 +29,7 @@ from seatfem.units import write_quantity
 
 SAMPLES: Final = 4096  # instants of a run from which the largest pressure is taken
 POINTS: Final = 720  # sampled points around a lip
+HALF: Final = 0.5  # share of a plate's stated disc or ring on the struck face below which it lies beside it
 COVERED: Final = 0.95  # covered fraction of a lip above which a beam counts as covering it
 THICKEST_GAS: Final = 1e-4
 """Viscosity [Pa s] above which a fluid is a liquid."""
@@ -93,6 +96,28 @@ def covered_notes(geometry: ContactGeometry) -> tuple[str, ...]:
         f"the reed covers {quantities.percent(share, 2)} of the lip, {outer} wide, at contact.at = {place}; "
         "this model presses all of it. A reed that closes a port reaches beyond its lip all around: make contact.at "
         "smaller, or the reed wider",
+    )
+
+
+def beside_notes(geometry: ContactGeometry) -> tuple[str, ...]:
+    """Return a note if less than `HALF` of the disc or ring with which a plate is stated to touch lies on the struck
+    face, as over an open port: what is stated counts."""
+    plate, at = geometry.reed.thin_plate, geometry.own_place
+    if plate is None or not plate.states_contact or (geometry.contact.ports or 1) > 1:
+        return ()
+    try:
+        over, face = geometry.reed.views(at, coarse=True).turned_over(), geometry.seat.views(coarse=True)
+    except ModelError:  # a partner without a face
+        return ()
+    x, y = geometry.contact.offset
+    share = covered_share(over, replace(face, plan=face.contact), (-x, -y)) if face.contact else None
+    if share is None or share >= HALF:
+        return ()
+    stated = f"reed.contact_radius = {write_quantity(plate.radius, 'length', 3)}"
+    return (
+        f"{stated}: in plan {quantities.percent(share)} of this {'disc' if plate.width is None else 'ring'} lies on "
+        "the seat's struck face, the rest over a port or beside it; remove contact_radius and contact_width, so that "
+        "the reed meets the face as far as it covers it, or change the contact's place and radius",
     )
 
 

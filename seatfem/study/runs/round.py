@@ -201,6 +201,7 @@ def remarks(done: Round) -> tuple[str, ...]:
         *validity.stopper_notes(scene.stopper),
         *validity.dishing_notes(scene.reed, scene.seat, scene.load, scene.run.duration),
         *validity.covered_notes(scene.geometry),
+        *validity.beside_notes(scene.geometry),
         *validity.one_way_notes(scene),
     )
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -27,8 +26,6 @@ BEAM: Final = 0.1
 """Least fraction of the contact face under a beam, or a plate with its own contact face, which strike with one rigid
 face: a beam with its tip over the middle of a lip covers a half or a third; one that covers less than a tenth of a ring
 is not over the port."""
-
-HALF: Final = 0.5  # least share of a plate's stated disc or ring that lies on the struck face
 
 
 def misplaced(geometry: lips.ContactGeometry, *, as_drawn: bool) -> Iterator[Finding]:
@@ -70,26 +67,6 @@ def misplaced(geometry: lips.ContactGeometry, *, as_drawn: bool) -> Iterator[Fin
             yield ("contact", "at"), text
         else:
             yield ("reed",), f"{words} take a wider reed or a smaller port, or state contact.at"
-    elif plate is not None and not (geometry.contact.ports or 1) > 1:
-        yield from _beside_the_face(plate, over, face, contact.offset)
-
-
-def _beside_the_face(
-    plate: ThinPlate, over: outlines.BodyViews, face: outlines.BodyViews, offset: tuple[float, float]
-) -> Iterator[Finding]:
-    """Yield a problem if less than `HALF` of the disc or ring that a plate states lies on the struck face."""
-    x, y = offset
-    share = outlines.covered_share(over, replace(face, plan=face.contact), (-x, -y))
-    if share is None or share >= HALF:
-        return
-    radius = 1e3 * plate.radius
-    what = "disc" if plate.width is None else "ring"
-    yield (
-        ("reed", "contact_radius"),
-        f"{radius:.4g} mm: in plan {percent(share)} of this {what} lies on the seat's struck face (limit: "
-        f"{percent(HALF)}), the rest over a port or beside it; remove contact_radius and contact_width, so that the "
-        "reed meets the face as far as it covers it, or change the contact's place and radius",
-    )
 
 
 def _too_little(geometry: lips.ContactGeometry, plate: ThinPlate, over: outlines.BodyViews, share: float) -> str:
