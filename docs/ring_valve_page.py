@@ -14,8 +14,8 @@ from pathlib import Path
 
 from markers import between
 
-from seatfem.study.sweep.effort import Effort
 from seatfem.study.sweep.charts import write_reports
+from seatfem.study.sweep.effort import Effort
 from seatfem.study.sweep.study import load_study
 from seatfem.study.sweep.sweep import run_study
 from seatfem.study.sweep.table import StudyTable
