@@ -17,7 +17,7 @@ and no landing. Neither is one below `FAINT` of the record's largest force, whic
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
@@ -150,15 +150,15 @@ class Landing:
 
 def find_landings(record: ContactRecord) -> tuple[Landing, ...]:
     """Return the landings of one face, in the order of time."""
-    groups = _groups(record)
-    if not len(groups):
+    groups = list(_groups(record))
+    if not groups:
         return ()
     mean = histories.averaged(record.force[1:], record.dt, record.width, histories.MOVING_AVERAGE)
     static = record.static
     if np.any(static):
         static = histories.averaged(record.static[1:], record.dt, record.width, histories.MOVING_AVERAGE)
     faint = FAINT * float(mean.max())
-    each = (_landing(record, mean, static, int(first), int(last)) for first, last in groups)
+    each = (_landing(record, mean, static, first, last, touch) for first, last, touch in groups)
     return tuple(one for one in each if one is not None and one.excess_peak > max(BAND * one.static_load, faint))
 
 
@@ -213,15 +213,15 @@ def own_yield(contacts: Sequence[Contact], striker: Body, dt: float) -> Array | 
     return own
 
 
-def _groups(record: ContactRecord) -> NDArray[np.int64]:
-    """Return the (k, 2) first steps and steps after the last of the contact groups that begin with an approach."""
+def _groups(record: ContactRecord) -> Iterator[tuple[int, int, _Touch]]:
+    """Yield first step, step after the last, and first touch of the contact groups that begin with an approach."""
     steps = measures.closed_steps(record.closed[1:])
     if not len(steps):
-        return np.zeros((0, 2), dtype=np.int64)
-    groups = np.rint(measures.merged(record.dt * steps) / record.dt).astype(np.int64)
+        return
     preloaded = bool(record.closed[0])
-    approached = [not (preloaded and first == 0) and _first_touch(record, int(first)).speed > 0 for first, _ in groups]
-    return groups[approached]
+    for first, last in np.rint(measures.merged(record.dt * steps) / record.dt).astype(np.int64).tolist():
+        if not (preloaded and first == 0) and (touch := _first_touch(record, first)).speed > 0:
+            yield first, last, touch
 
 
 class _Touch(NamedTuple):
@@ -276,7 +276,7 @@ def _opening(record: ContactRecord, row: int, part: int) -> float:
     return float(start - (span * (1 - half / whole) if whole else 0.0) + span * depth / (depth + after))
 
 
-def _landing(record: ContactRecord, mean: Array, static: Array, first: int, last: int) -> Landing | None:
+def _landing(record: ContactRecord, mean: Array, static: Array, first: int, last: int, touch: _Touch) -> Landing | None:
     """Return the landing of one contact from step ``first`` to before ``last``; means over the filter (n + 1,) [N]."""
     dt, reach = record.dt, max(1, round(record.width / (2 * record.dt)))
     above = mean - static
@@ -290,7 +290,6 @@ def _landing(record: ContactRecord, mean: Array, static: Array, first: int, last
     presses = ends[0] is not None
     steps = [last - first if end is None else end for end in ends]
     end = first + steps[0]
-    touch = _first_touch(record, first)
     opening = math.nan
     if not presses:
         row = int(np.searchsorted(record.grid.ends, last))

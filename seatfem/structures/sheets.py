@@ -257,7 +257,7 @@ def patches_of(sheet: Sheet, lips: Sequence[AnyLip]) -> Mapping[str, Patch]:
 
 @dataclass(frozen=True)
 class Watched:
-    """What hears of the progress of a plate's modes, and is no part of what they depend on."""
+    """A receiver of the progress of a plate's modes; all receivers are equal, so that caches take no notice of them."""
 
     progress: Progress = field(default=silent, compare=False)
 

@@ -295,3 +295,12 @@ def test_the_most_of_what_rounds_count_is_named() -> None:
     done = round_of({MODES: 0.2})
     done.plan = replace(done.plan, method=done.plan.method.replaced({MODES: MOST_BEAM_MODES}))  # type: ignore[misc]
     assert refine_plan(done)[1].endswith(f"and rounds take at most {MOST_BEAM_MODES}: state {MODES}")
+
+
+def test_a_measure_of_zero_is_named_where_nothing_can_be_refined() -> None:
+    done = round_of({TOLERANCE: 0.2})
+    done.left = replace(done.left, values={"impulse": 0.0})  # type: ignore[misc]
+    assert converge.what_remains(done) == ""
+    further, why = refine_plan(done)
+    assert further is None
+    assert why.endswith("is zero, so that a relative error has no meaning")

@@ -168,8 +168,8 @@ class Arcs(Ladder):
 def in_fewest_arcs(scene: Scene, method: RunMethod) -> RunMethod | None:
     """Return the method with the fewest arcs of a lip whose convergence can be estimated; where a force per length is
     asked for, with arcs no longer than the part over which it is averaged. ``None`` without a lip."""
-    wanted = math.ceil(2 * math.pi / scene.contact.line_arc) if any_needs_line(scene.accuracy.measures) else 1
-    fewest = max(FEWEST_ARCS, wanted)
+    along_line = math.ceil(2 * math.pi / scene.contact.line_arc) if any_needs_line(scene.accuracy.measures) else 1
+    fewest = max(FEWEST_ARCS, along_line)
     lip = scene.geometry.lip(fewest)
     return None if lip is None else method.along(scene.geometry, lip.whole(fewest))
 
@@ -248,12 +248,14 @@ class StopperParts(Ladder):
     def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod | None:
         """Return the method with more arcs and rings of the stopper, as far as the file leaves them open; ``None`` if
         they would be more than the program chooses itself, or the file states one arc."""
-        own, given = method.stopper, method.given
-        if own is None or (STOPPER_ARCS in given and own.arcs == 1) or (finer := finer_stopper(scene, own)) is None:
+        division, has_arcs = method.stopper, STOPPER_ARCS in method.given
+        if division is None or (has_arcs and division.arcs == 1):
             return None
-        arcs = own.arcs if STOPPER_ARCS in given else finer.arcs
-        finer = Division(arcs, own.rings if STOPPER_RINGS in given else finer.rings)
-        return None if finer == own or finer.count > MOST_CHOSEN else method.stopped(scene.geometry, finer)
+        if (finer := finer_stopper(scene, division)) is None:
+            return None
+        arcs = division.arcs if has_arcs else finer.arcs
+        finer = Division(arcs, division.rings if STOPPER_RINGS in method.given else finer.rings)
+        return None if finer == division or finer.count > MOST_CHOSEN else method.stopped(scene.geometry, finer)
 
     def applies(self, run: ComputedRun) -> bool:
         """Return whether the stopper was computed, or is met in parts."""

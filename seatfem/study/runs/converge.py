@@ -337,7 +337,7 @@ def _why(done: Round, key: str, marks: Marks) -> str:
 def what_remains(done: Round) -> str:
     """Return in words what leaves most of the measure that misses the target most, of those that do so whatever is
     refined; "" if there is none."""
-    stuck = {measure: errors for measure, errors in mark(done).stuck.items() if errors}
+    stuck = {measure: errors for measure, errors in mark(done).stuck.items() if errors and done.left.values[measure]}
     if not stuck:
         return ""
     measure = max(stuck, key=done.left.relative)

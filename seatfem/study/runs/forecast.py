@@ -154,7 +154,8 @@ def forecast(done: Round) -> Forecast:
         return Forecast(0, 0.0, seat, contact, _after(contact), expect_memory(done, None), bars, why=why)
     target, spent = done.plan.scene.accuracy.target, max(sum(done.price.values()), 1e-3)
     stuck = mark(done).stuck
-    least = {name: safety(name) * sum(part.values()) / abs(done.left.values[name]) for name, part in stuck.items()}
+    sizes = {name: abs(done.left.values[name]) or math.inf for name in stuck}  # of zero a relative error says nothing
+    least = {name: safety(name) * sum(part.values()) / sizes[name] for name, part in stuck.items()}
     worst = max([bar for name, bar in bars.items() if name not in least] or bars.values())
     count = 1 if math.isinf(worst) else max(1, math.ceil(math.log(max(worst / target, 1.0)) / math.log(USUAL)))
     seconds = expect_time(done, further)

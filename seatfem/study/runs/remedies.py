@@ -1,4 +1,4 @@
-"""What makes an error smaller, in words that name only keys which the kinds of a scene have."""
+"""Remedies state in words how an error becomes smaller, and name only keys which the kinds of a scene have."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ STATED: Final[Mapping[str, str]] = {
     "stopper.model": "take a more complete",
     "stopper.n_modes": "keep more",
 }
-"""What to do with a key, or a table of keys, so that the error by it becomes smaller."""
+"""These verbs say how a key, or a table of keys, is changed so that its error becomes smaller."""
 OF_SOURCES: Final[Mapping[str, tuple[str, ...]]] = {
     "mesh": ("seat.mesh",),
     "reduction": (BAND, TOLERANCE),
