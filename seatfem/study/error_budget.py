@@ -29,6 +29,7 @@ from seatfem.machine import compiling, resources
 from seatfem.study import impacts
 from seatfem.study.impacts import contact
 from seatfem.study.impacts.bodies import problem_of
+from seatfem.study.impacts.gas import lift_of
 from seatfem.study.impacts.landings import Face, Landings
 from seatfem.study.impacts.touches import (
     LIP,
@@ -180,7 +181,8 @@ def error_budget(
         coarse = contact.stress_in_run(scene.geometry, striker, touches, coarsely=True, since=since)
         blow = contact_record_of(touches, width, coarse, choice)
     last, like = impulse_of_last_touch(blow), touches.landings
-    own = RunRecord(blow, like, touches.stopper_force)
+    others = contact.other_values(scene, touches.strains, lift_of(touches), result.dt)
+    own = RunRecord(blow, like, touches.stopper_force, others)
 
     def values_with_clock(record: RunRecord) -> Values:
         return {**values_of_record(record, like), CLOCK: time_of_impulse(last, record.blow)}
@@ -205,7 +207,7 @@ def error_budget(
     budget = budget_of(run, problem, values, result.dt, terms, filter_width=width, finer=finer, threads=threads)
     budget = with_end(scene, problem, sum_by_source(budget, terms), result.dt, like)
     if blow is not stated:
-        budget = replace(budget, values=values_of_record(RunRecord(stated, like, touches.stopper_force), like))
+        budget = replace(budget, values=values_of_record(replace(own, blow=stated), like))
     varied = {table.source_of(key) for key, each in terms.items() if each}
     floors: dict[str, float] = {source: least for source, least in FLOORS.items() if source in varied}
     if method.seat.level == "spring":

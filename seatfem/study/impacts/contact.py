@@ -34,7 +34,7 @@ from seatfem.machine.resources import available_memory
 from seatfem.structures.rings import Division
 from seatfem.study.impacts import touches
 from seatfem.study.impacts.bodies import check_base, problem_of
-from seatfem.study.impacts.gas import lift_of
+from seatfem.study.impacts.gas import lift_of, mass_values
 from seatfem.study.impacts.landings import Landings, landings_of_march
 from seatfem.study.impacts.touches import Touches, on_the_ports, pushes
 from seatfem.study.scene import ContactGeometry, Run, Scene, drives, lips, local, measures
@@ -288,7 +288,14 @@ def record_of(
     others = None if like is None else like.seat
     stress_look = (look or bending_look(scene.geometry)) if stresses and scene.needs_stress else None
     blow = blow_of_march(scene, run, landings.seat, others, stress=stress_look)
-    return touches.RunRecord(blow, landings, touches.stopper_force_of(run))
+    further = other_values(scene, strains_of(scene.gauged, run), run.opening, run.dt)
+    return touches.RunRecord(blow, landings, touches.stopper_force_of(run), further)
+
+
+def other_values(scene: Scene, strains: Strains, opening: Array, dt: float) -> Values:
+    """Return the values of a run that no contact has, as `RunRecord.others`: extreme strains at gauges, and masses of
+    gas by the lift ``opening`` (n + 1,) [m] at steps ``dt`` [s]."""
+    return {**gauge_values(strains), **mass_values(scene.gas, scene.run.duration, opening, dt)}
 
 
 def blow_of_march(

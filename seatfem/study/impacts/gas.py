@@ -19,8 +19,9 @@ from impact.gas.compressor import Compressor, GasHistory, Prescribed, angles, dr
 from impact.gas.flow import BACK, FORWARD, NOT_MEASURED, OTHER, PRESSURE, AreaTable
 from impact.greens.base import Array
 from impact.quantities import brief
+from impact.runs.variations import Values
 from seatfem.structures.kinds import Structure
-from seatfem.study.impacts.touches import Touches
+from seatfem.study.impacts.touches import OF_GAS, Touches
 from seatfem.study.scene.gas import CompressorGas
 
 OPEN = 0.01  # lift, over its largest, above which the valve counts as open
@@ -142,13 +143,23 @@ def cycles_of(gas: CompressorGas, duration: float) -> int:
     return max(1, math.ceil(duration / gas.turn - 1e-6))
 
 
+def mass_values(gas: CompressorGas | None, duration: float, opening: Array, dt: float) -> Values:
+    """Return the mass that flows in each cycle of a run [kg], by key of summary.json and cycle, from its lift (n + 1,)
+    [m] at steps ``dt`` [s]; none without gas."""
+    if gas is None:
+        return {}
+    drive = gas_of(gas)
+    masses = cycle_masses(gas, duration, gas_history(drive, opening, dt), of_other=isinstance(drive, Compressor))
+    return {f"{key} {cycle}": mass for key, each in masses.items() for cycle, mass in enumerate(each)}
+
+
 def cycle_masses(gas: CompressorGas, duration: float, history: GasHistory, *, of_other: bool) -> dict[str, list[float]]:
     """Return, by key of summary.json, the mass that flows in each cycle [kg]; with ``of_other`` also that through the
     other valve."""
     edges = np.minimum(np.arange(cycles_of(gas, duration) + 1) * gas.turn, history.time[-1])
     columns = {"forward": FORWARD, "back": BACK, **({"other_valve": OTHER} if of_other else {})}
     return {
-        f"gas_mass_{name}_kg": np.diff(np.interp(edges, history.time, history.states[:, column])).tolist()
+        f"{OF_GAS}{name}_kg": np.diff(np.interp(edges, history.time, history.states[:, column])).tolist()
         for name, column in columns.items()
     }
 

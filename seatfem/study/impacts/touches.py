@@ -257,11 +257,17 @@ class RunRecord:
         blow: histories of the contact with the seat.
         landings: landings of the run; ``None`` if not determined.
         stopper: (n + 1,) force on the stopper [N]; ``None`` without one.
+        others: strains at gauges and masses of gas by their keys in summary.json; of the latter, `OF_GAS`, a number of
+            the cycle follows.
     """
 
     blow: ContactRecord
     landings: Landings | None = None
     stopper: Array | None = None
+    others: Values = field(default_factory=dict)
+
+
+OF_GAS: Final = "gas_mass_"
 
 
 def values_of_record(record: RunRecord, like: Landings | None = None) -> Values:
@@ -274,17 +280,23 @@ def values_of_record(record: RunRecord, like: Landings | None = None) -> Values:
         **values_of(blow, None if like is None else like.seat),
         **({} if landings is None else values_of_landings(landings, like)),
         **stopper_values(record.stopper, blow.dt, blow.filter_width),
+        **record.others,
     }
 
 
 def bar_keys(budget: Budget) -> dict[str, object]:
-    """Return the error bars for summary.json: error_bar_KEY of each measure, and error_SOURCE_KEY of each source."""
-    names = [name for name in budget.values if not is_of_a_landing(name)]
+    """Return the error bars for summary.json: error_bar_KEY of each measure, or a list of them for a mass of gas in
+    each cycle, and error_SOURCE_KEY of each source."""
+    names = [name for name in budget.values if not is_of_a_landing(name) and not name.startswith(OF_GAS)]
     bars: dict[str, object] = {f"error_bar_{key_of(name)}": finite_or_none(budget.bar(name)) for name in names}
+    masses: dict[str, list[float | None]] = {}
+    for name in budget.values:
+        if name.startswith(OF_GAS):
+            masses.setdefault(f"error_bar_{name.partition(' ')[0]}", []).append(finite_or_none(budget.bar(name)))
     shares = {
         f"error_{source}_{key_of(name)}": finite_or_none(part[name])
         for source, part in budget.parts.items()
         for name in names
         if name in part
     }
-    return bars | shares | {"error_unknown": ", ".join(budget.unknown)}
+    return bars | masses | shares | {"error_unknown": ", ".join(budget.unknown)}

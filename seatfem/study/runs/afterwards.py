@@ -1,4 +1,4 @@
-"""Post-processing after the last round of a run: spring baseline, gas masses, stress and fatigue life of the bodies."""
+"""Post-processing after the last round of a run: spring baseline, stress and fatigue life of the bodies."""
 
 from __future__ import annotations
 
@@ -14,11 +14,9 @@ import numpy as np
 import impact
 from impact.after.result import ImpactResult
 from impact.after.stresses import ReedStress
-from impact.gas.compressor import Compressor, gas_history
 from impact.greens.base import Array, GreensFunction
 from impact.greens.modal import ModalGreens
 from impact.march.problem import ContactProblem
-from impact.march.rows import Marched
 from impact.notices import Progress, Tell
 from impact.quantities import finite_or_none, percent
 from impact.runs.variations import ROUND_OFF, SAFETY, Budget, Values, Variation, budget_of
@@ -29,7 +27,7 @@ from seatfem.structures.patch import Column
 from seatfem.study import impacts, runs
 from seatfem.study.impacts import contact, gas, validity
 from seatfem.study.impacts.bodies import problem_of
-from seatfem.study.impacts.contact import RunError, record_of, run_contacts, strains_of, stress_in_run
+from seatfem.study.impacts.contact import RunError, record_of, run_contacts, stress_in_run
 from seatfem.study.impacts.touches import RECORD, RunRecord, Touches, contact_record_of, stress_since, values_of_record
 from seatfem.study.ladders.mesh import OF_DRAWS
 from seatfem.study.plan import Plan
@@ -152,34 +150,6 @@ def _reed_map(done: Round, stressed: Stressed) -> frames.Frames | None:
     values = np.full(len(skin.nodes), np.nan)
     values[runs.stress_wave.rows_of(field.points, mesh.points[skin.nodes])] = factors
     return pictures.frames.margin_frames("reed", skin, values)
-
-
-def gas_bars(done: Round) -> dict[str, list[float | None]]:
-    """Return for summary.json error_bar_KEY of each gas mass: errors by the time step, with which the gas follows the
-    reed, and by the bodies; those of the effective areas are not included. Empty without gas."""
-    scene = done.plan.scene
-    if (asked := scene.gas) is None:
-        return {}
-    drive = gas.gas_of(asked)
-
-    def look(run: Marched) -> Values:
-        history = gas_history(drive, run.opening, run.dt)
-        masses = gas.cycle_masses(asked, scene.run.duration, history, of_other=isinstance(drive, Compressor))
-        return {f"{key} {cycle}": mass for key, each in masses.items() for cycle, mass in enumerate(each)}
-
-    bars: dict[str, list[float | None]] = {}
-    left, _ = runs.stresses.error_bars_of(done, look)
-    for name in left.values:
-        bars.setdefault(f"error_bar_{name.partition(' ')[0]}", []).append(finite_or_none(left.bar(name)))
-    return bars
-
-
-def gauge_keys(done: Round) -> dict[str, object]:
-    """Return for summary.json the strains at the gauges, the largest and smallest of each with error bars."""
-    scene = done.plan.scene
-    left, _ = runs.stresses.error_bars_of(done, lambda run: contact.gauge_values(strains_of(scene.gauged, run)))
-    of_bars = {f"error_bar_{key}": finite_or_none(left.bar(key)) for key in left.values}
-    return {**contact.gauge_values(done.touches.strains), **of_bars}
 
 
 @dataclass(frozen=True)
@@ -356,17 +326,13 @@ def afterwards(
     histories: bool,
     keep: Callable[[Mapping[str, object]], None],
 ) -> Afterwards:
-    """Compute gas masses, stress, life and curves of the last round.
+    """Compute strains, stress, life and curves of the last round.
 
     Args:
         histories: whether to write stress histories.
         keep: function called with all keys so far after each stage, which writes them to file.
     """
     scene, keys = done.plan.scene, dict[str, object]()
-    if scene.gas is not None:
-        with watch("gas bars"):
-            keys |= gas_bars(done)
-        keep(keys)
     if runs.horizon.has_horizon(done):
         with watch("horizon"):
             compute = partial(runs.horizon.horizon_keys, done, progress)
@@ -375,9 +341,8 @@ def afterwards(
         keys |= runs.horizon.NO_ENSEMBLE
     courses: tuple[Path, ...] = ()
     if scene.gauge:
-        with watch("gauges"):
-            keys |= gauge_keys(done)
-            courses = (contact.write_strains(folder, done.touches.strains, done.result.dt),)
+        keys |= contact.gauge_values(done.touches.strains)
+        courses = (contact.write_strains(folder, done.touches.strains, done.result.dt),)
         keep(keys)
     stress, reed_stress_ = None, done.plate
     of_plate = scene.reed.thin_plate is not None and impacts.plate_stress.has_plate_stress(scene.reed, done.striker)
