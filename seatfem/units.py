@@ -8,7 +8,7 @@ quantity is an SI float; `write_quantity` goes back.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from decimal import Decimal
 from difflib import get_close_matches
@@ -228,3 +228,14 @@ def _registry() -> pint.UnitRegistry[Decimal]:
     import pint
 
     return pint.UnitRegistry(non_int_type=Decimal)
+
+
+def axes_of(place: Collection[float], body: str) -> tuple[str, ...]:
+    """Return the names of the coordinates of a place in a body: of a seat's section r and z."""
+    return ("r", "z") if len(place) == 2 and body == "seat" else ("x", "y", "z")[: len(place)]
+
+
+def place_words(place: Collection[float], body: str) -> str:
+    """Return a place with its axes, in millimetres: ``"(r, z) = (4.62, 6) mm"``."""
+    axes, values = ", ".join(axes_of(place, body)), ", ".join(f"{1e3 * x:.3g}" for x in place)
+    return f"({axes}) = ({values}) mm" if len(place) > 1 else f"{axes} = {values} mm"

@@ -17,6 +17,7 @@ from impact.bodies.body import Body
 from impact.exact.rods import ExactRod, on_rod
 from impact.greens.base import Array, ErrorEstimate, GreensFunction, GreensFunctionError
 from impact.greens.modal import ModalGreens, Residual
+from impact.march import grid
 
 POINTS_PER_WAVE = 8  # points along the reed per wavelength of the highest mode, at which the stress is evaluated
 ROUND_OFF = 1e-12  # relative round-off of sums over modes
@@ -223,7 +224,7 @@ def coordinates(pushes: Array, dt: float, reed: Body, stride: int) -> Iterator[A
     start = replace(start, displacement=start.displacement + pull / greens.omega**2)
     replay = march.replay.Replay(followed, dt, start, pushes[:, 0], pushes[:, 0], [load.shape for load in reed.loads])
     yield np.append(start.displacement, first)[None, :]
-    for part in march.grid.blocks(pushes.shape[1] - 1, _BLOCK * stride):
+    for part in grid.blocks(pushes.shape[1] - 1, _BLOCK * stride):
         middle = np.asarray(dt * (np.arange(part.start, part.stop) + 0.5), dtype=np.float64)
         amplitudes = reed.load_amplitudes(middle)
         block = replay.coordinates(pushes[:, 1:][:, part], amplitudes, stride)

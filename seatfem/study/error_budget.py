@@ -26,8 +26,7 @@ from impact.notices import Progress, silent
 from impact.runs.variations import SAFETY, Budget, Terms, Values, budget_of, changes, larger, times, total
 from seatfem import structures
 from seatfem.machine import compiling, resources
-from seatfem.study import impacts
-from seatfem.study.impacts import contact
+from seatfem.study.impacts import contact, plate_stress
 from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.gas import lift_of
 from seatfem.study.impacts.landings import Face, Landings
@@ -152,7 +151,7 @@ def error_budget(
     touches: Touches,
     stress: ReedStress | None = None,
     reed: structures.method.Solved | None = None,
-    look: impacts.plate_stress.PlateLook | None = None,
+    look: plate_stress.PlateLook | None = None,
     progress: Progress = silent,
     flights: contact.Flights | None = None,
 ) -> Budget:

@@ -16,9 +16,10 @@ from seatfem.structures.elements.mindlin import average
 from seatfem.structures.fields.recovery import histories, von_mises
 from seatfem.structures.fields.sites import plate_nodes, plate_stress
 from seatfem.structures.sheets import PlateModes
+from seatfem.study.impacts.plate_stress import PlateReedStress
 from seatfem.study.runs import pipeline
 from seatfem.study.runs.seat_stress import SeatStress
-from seatfem.study.runs.stresses import PlatePeaks, PlateReedStress, plate_field, plate_pushes, stresses
+from seatfem.study.runs.stresses import plate_field, plate_peaks, plate_pushes, stresses
 from tests.gallery import load_text
 from tests.steps import Lip, Round
 
@@ -194,7 +195,7 @@ def test_histories_and_peak_are_those_of_a_time_integration(reed, more, step, al
     assert abs(told.found.after_contact.value - largest.max()) < told.bar
     assert told.bar < 0.7 * largest.max()  # half of it is what segments of the lip change
     assert found[AFTER] == told.found.after_contact.value
-    cut = PlatePeaks.from_round(done, since=half * dt).found  # as if a landing began in mid-run
+    cut = plate_peaks(done, since=half * dt).found  # as if a landing began in mid-run
     for chosen, there in (("until", in_all[:, : half + 1]), ("after", in_all[:, half + 1 :])):
         peak = cut.within(getattr(cut.spans, chosen)(cut.spans.landing)).von_mises.max()
         assert abs(peak - there.max()) < 0.02 * largest.max()

@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Final, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from impact import bodies, notices, quantities
+from impact import notices, quantities
 from impact.bodies import loads, reeds
 from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunction
@@ -181,8 +181,8 @@ class Beam(Structure):
         assert self.release.mode is not None
         return reeds.ModeShape(self.release.mode, self.release.deflection or 0.0, velocity=self.release.velocity or 0.0)
 
-    def _loads(self) -> list[bodies.loads.ReedLoad]:
-        reed_loads: list[bodies.loads.ReedLoad] = []
+    def _loads(self) -> list[loads.ReedLoad]:
+        reed_loads: list[loads.ReedLoad] = []
         if self.pressure is not None:
             reed_loads.append(loads.Pressure(self.pressure.course))
         if self.point_force is not None:

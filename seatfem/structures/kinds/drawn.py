@@ -12,7 +12,7 @@ from impact.greens.base import GreensFunction
 from impact.notices import Progress
 from seatfem import fields, structures
 from seatfem.machine.resources import Stopwatch
-from seatfem.structures import inspection, memory_need, outlines
+from seatfem.structures import inspection, lands, memory_need, outlines
 from seatfem.structures.inspection.cad import inspect_geometry
 from seatfem.structures.kinds import elastic, parts, selectors, structure
 from seatfem.structures.mesh.spec import MeshSpec
@@ -59,7 +59,7 @@ class Drawn(elastic.Elastic):
         face = super().lip_face
         return replace(face, no_lip=face.no_lip or (struck_as_a_whole(self.model) if self.model in WHOLE else ""))
 
-    def land(self) -> structures.lands.Land:
+    def land(self) -> lands.Land:
         return inspect_geometry(self.geometry()).land(self.struck_face, self.own_axis)
 
     @property

@@ -16,7 +16,7 @@ from impact.notices import Progress, silent
 from seatfem import structures
 from seatfem.fields import ExistingFile, Gap, KeyProblem, default
 from seatfem.machine.resources import Stopwatch
-from seatfem.structures import formats, inspection, outlines
+from seatfem.structures import formats, inspection, lands, outlines
 from seatfem.structures.inspection.cad import FileState, Shape, inspect_geometry, naming, state_of
 from seatfem.structures.kinds import drawn, elastic, structure
 from seatfem.structures.kinds.parts import METRES, LengthUnit
@@ -201,7 +201,7 @@ file = "seat.msh"
         rows = () if coarse else inspection.mesh_file.faces_of(shape)[1]
         return of_surface("mesh", Surface(shape, rows, self.struck_face, normal, self.held, self.bedded))
 
-    def land(self) -> structures.lands.Land:
+    def land(self) -> lands.Land:
         return inspection.mesh_file.land_of_mesh(self.read(), self.struck_face)
 
     def mass(self) -> float:

@@ -9,7 +9,7 @@ from typing import Annotated, ClassVar, Literal, NamedTuple, Protocol, Self, run
 import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
-from impact import bodies
+from impact.bodies import time_series
 from impact.bodies.body import Body, Load, ModalState
 from impact.bodies.time_series import read_time_series
 from impact.greens.base import Array, GreensFunction, GreensFunctionError
@@ -21,8 +21,8 @@ from seatfem.units import write_quantity
 class Record(NamedTuple):
     """A time series read from a file [SI], and its quantity."""
 
-    quantity: bodies.time_series.Quantity
-    course: bodies.time_series.TimeSeries
+    quantity: time_series.Quantity
+    course: time_series.TimeSeries
 
 
 @runtime_checkable

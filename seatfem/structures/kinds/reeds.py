@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Final, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from impact import after
+from impact.after import stresses
 from impact.beams import euler_bernoulli, stepped, timoshenko
 from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunctionError
@@ -46,7 +46,7 @@ thickness = "0.3 mm"
 
     def strain_at(self, place: float, force: Array, dt: float, body: Body, at: At = None) -> Array:
         """Return the bending strain in the face towards the seat."""
-        stress = after.stresses.bending_stress(force, dt, body, self.beam(), [place], contact_at=at)[0]
+        stress = stresses.bending_stress(force, dt, body, self.beam(), [place], contact_at=at)[0]
         return np.asarray(stress / self.material.young)
 
 
@@ -68,9 +68,9 @@ class BeamStress:
     body: Body
     at: At
 
-    def largest(self, *, coarsely: bool, since: float | None = None) -> after.stresses.ReedStress:
+    def largest(self, *, coarsely: bool, since: float | None = None) -> stresses.ReedStress:
         known = self.force, self.dt, self.body, self.beam
-        return after.stresses.reed_stress(*known, contact_at=self.at, coarsely=coarsely, since=since)
+        return stresses.reed_stress(*known, contact_at=self.at, coarsely=coarsely, since=since)
 
     def histories(self, also: Collection[float] = (), *, few: bool = False) -> Iterator[tuple[str, Array]]:
         """Yield the bending stress of both faces at the root, the contacts, ``also`` and, unless ``few``, `PLACES`."""
@@ -80,7 +80,7 @@ class BeamStress:
         )
         named = {place: name for name, place in {**contacts, "root": 0.0}.items()}
         places = np.unique([*np.linspace(0.0, beam.length, 0 if few else PLACES), *named, *also])
-        bending = after.stresses.bending_stress(self.force, self.dt, self.body, beam, places, contact_at=at)
+        bending = stresses.bending_stress(self.force, self.dt, self.body, beam, places, contact_at=at)
         for place, stress in zip(places, bending, strict=True):
             name = named.get(place, f"{1e3 * place:.4g} mm from the root")
             yield f"{name}, face towards the seat", stress

@@ -23,6 +23,7 @@ from impact.notices import Progress
 from seatfem import structures
 from seatfem.fields import Angle, Gap, KeyProblem, Length, Table, kind_of, kinds_below
 from seatfem.machine.resources import Stopwatch
+from seatfem.structures import lip
 from seatfem.structures.method import Applicability, Method, Solved
 from seatfem.structures.outlines import BodyViews
 from seatfem.structures.patch import Column, Face, Patch
@@ -353,7 +354,7 @@ class Structure(Striking):
         """Return the local compliance of the struck patch."""
         return LocalShare()
 
-    def region(self, arcs: int = 1, rings: int = 1) -> structures.lip.AnyLip | None:
+    def region(self, arcs: int = 1, rings: int = 1) -> lip.AnyLip | None:
         """Return the flat ring, disc, or strips that are struck, divided into arcs and rings, however much of the body
         is modelled; ``None`` of a body without such a face.
 

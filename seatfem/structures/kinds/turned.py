@@ -14,6 +14,7 @@ from pydantic import Field, model_validator
 from impact import after, exact
 from impact.after.histories import Spans
 from impact.bodies.body import Body
+from impact.exact import half_space
 from impact.greens.base import Array
 from seatfem.fields import Angle, KeyProblem, Length, of_same_names
 from seatfem.structures.kinds import drawn, structure
@@ -86,7 +87,7 @@ class Turned(drawn.Drawn):
     def _of_disc(self, radius: float, room: float) -> structure.LocalShare:
         if self.arc is not None:
             return structure.LocalShare(unknown="with arc is struck on a part of its disc; remove arc")
-        compliance = partial(exact.half_space.disk_compliance, radius=radius)
+        compliance = partial(half_space.disk_compliance, radius=radius)
         return self.on_half_space(compliance, room, ("contact_radius",))
 
     def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:

@@ -48,6 +48,31 @@ class _Columns:
     modal: Array
 
 
+@dataclass(frozen=True)
+class PlatePeaks:
+    """The stress ``field`` in a face of a plate under the forces of a run, and the largest stress at each point."""
+
+    field: StressField
+    found: LargestStress
+
+
+@dataclass(frozen=True)
+class PlateReedStress:
+    """The largest von Mises stress in the faces of a plate, and its errors by mesh and modes of the plate.
+
+    Attributes:
+        found: largest stresses before and after the first touch.
+        bar: error bar of the largest after the first touch [Pa]; nan if unknown.
+        largest_at: stress field at the point of the largest stress.
+        peaks: largest stress at each point.
+    """
+
+    found: ReedStress
+    bar: float
+    largest_at: StressField
+    peaks: PlatePeaks
+
+
 def has_plate_stress(reed: Structure, striker: Body) -> bool:
     """Return whether the striker is a plate with modes, from which its stress follows."""
     return reed.thin_plate is not None and striker.greens.modal is not None

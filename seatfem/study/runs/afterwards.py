@@ -25,13 +25,14 @@ from seatfem.machine.resources import Stopwatch
 from seatfem.structures import fields, method, rings
 from seatfem.structures.patch import Column
 from seatfem.study import impacts, runs
-from seatfem.study.impacts import contact, gas, validity
+from seatfem.study.impacts import contact, gas, plate_stress, validity
 from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.contact import RunError, record_of, run_contacts, stress_in_run
+from seatfem.study.impacts.plate_stress import PlateReedStress
 from seatfem.study.impacts.touches import RECORD, RunRecord, Touches, contact_record_of, stress_since, values_of_record
 from seatfem.study.ladders.mesh import OF_DRAWS
 from seatfem.study.plan import Plan
-from seatfem.study.runs import summary
+from seatfem.study.runs import horizon, kept, summary
 from seatfem.study.runs.round import Round
 from seatfem.study.scene import Accuracy
 from seatfem.study.scene.measures import LifeMargin
@@ -41,7 +42,7 @@ if TYPE_CHECKING:
     from seatfem.pictures import frames, rendering
     from seatfem.structures.fields.solids import AnyField, RingField
     from seatfem.study.impacts.life import LifeResult
-    from seatfem.study.runs import stress_spots, stresses
+    from seatfem.study.runs import stress_spots
     from seatfem.study.runs.lives import MarginCurve, Stressed
     from seatfem.study.runs.seat_stress import SeatStress
 
@@ -333,19 +334,19 @@ def afterwards(
         keep: function called with all keys so far after each stage, which writes them to file.
     """
     scene, keys = done.plan.scene, dict[str, object]()
-    if runs.horizon.has_horizon(done):
+    if horizon.has_horizon(done):
         with watch("horizon"):
-            compute = partial(runs.horizon.horizon_keys, done, progress)
-            keys |= runs.kept.cached_numbers(done, done.touches, "horizon", compute)
+            compute = partial(horizon.horizon_keys, done, progress)
+            keys |= kept.cached_numbers(done, done.touches, "horizon", compute)
     elif scene.run.ensemble is not None:
-        keys |= runs.horizon.NO_ENSEMBLE
+        keys |= horizon.NO_ENSEMBLE
     courses: tuple[Path, ...] = ()
     if scene.gauge:
         keys |= contact.gauge_values(done.touches.strains)
         courses = (contact.write_strains(folder, done.touches.strains, done.result.dt),)
         keep(keys)
     stress, reed_stress_ = None, done.plate
-    of_plate = scene.reed.thin_plate is not None and impacts.plate_stress.has_plate_stress(scene.reed, done.striker)
+    of_plate = scene.reed.thin_plate is not None and plate_stress.has_plate_stress(scene.reed, done.striker)
     if scene.stress is not None or (scene.life is not None and of_plate):
         with watch("reed stress" if scene.stress is None else "seat stress"):
             stress, reed_stress_ = runs.stresses.stresses(done, progress)
@@ -389,7 +390,7 @@ def reed_front_keys(done: Round, stress: ReedStress | None) -> dict[str, object]
     return {"peak_reed_stress_over_rho_c0_v": None if math.isnan(front) else stress.after_contact.value / front}
 
 
-def plate_stress_keys(stress: stresses.PlateReedStress | None) -> dict[str, object]:
+def plate_stress_keys(stress: PlateReedStress | None) -> dict[str, object]:
     """Return for summary.json the stress of a plate, under the keys of a beam's stress, and its error bars."""
     if stress is None:
         return {}

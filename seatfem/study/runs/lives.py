@@ -20,7 +20,7 @@ from impact.files.csv_table import write_csv
 from impact.life.places import margin_error
 from impact.notices import Progress, Tell, silent
 from impact.quantities import finite_or_none, in_time
-from seatfem import pictures
+from seatfem.pictures import stress_plot
 from seatfem.structures import fields
 from seatfem.study import runs
 from seatfem.study.impacts import contact
@@ -38,7 +38,9 @@ from seatfem.study.impacts.life import (
     lasting,
     life_keys,
 )
+from seatfem.study.impacts.plate_stress import PlatePeaks, PlateReedStress
 from seatfem.study.impacts.touches import Touches
+from seatfem.study.runs import kept
 from seatfem.study.runs.round import Round
 from seatfem.study.scene.life import OF_A_CURVE, UNITS, varied
 
@@ -46,7 +48,6 @@ if TYPE_CHECKING:
     from seatfem.pictures.rendering import Picture
     from seatfem.structures.fields.recovery import StressField
     from seatfem.study.runs.seat_stress import SeatStress
-    from seatfem.study.runs.stresses import PlatePeaks, PlateReedStress
 
 OF_SEAT = 12  # hot spots of the seat's surface whose life is computed
 
@@ -95,7 +96,7 @@ def lives(
     def compute() -> Mapping[str, Any]:
         return as_json(_compute_life(done, stressed, touches, stress, progress, with_seat=with_seat))
 
-    return from_json(done.plan.scene.life, runs.kept.cached_numbers(done, touches, what, compute))
+    return from_json(done.plan.scene.life, kept.cached_numbers(done, touches, what, compute))
 
 
 def _compute_life(
@@ -324,7 +325,7 @@ def curve_pictures(curves: Sequence[MarginCurve]) -> Iterator[Picture]:
 
 
 def _draw(curve: MarginCurve, path: Path) -> None:
-    pictures.stress_plot.plot_margins(
+    stress_plot.plot_margins(
         curve.values,
         curve.margins,
         curve.bars,

@@ -21,7 +21,7 @@ from impact.pictures.plots import plot_energy, plot_force, plot_gas, plot_motion
 from impact.quantities import text
 from seatfem import pictures, structures
 from seatfem.machine.libraries import picture_library_gap
-from seatfem.pictures import rendering
+from seatfem.pictures import fit_plots, rendering
 from seatfem.structures import cache, rings
 from seatfem.structures.cache import Store, StoreError
 from seatfem.structures.kinds import Structure
@@ -168,10 +168,10 @@ def _seat_pictures(body: Structure, width: float, seat: Solved) -> list[renderin
     if measured is not None and fitted is not None:
         response, fit = measured.response(), measured.fit()
         drawn: list[rendering.Picture] = [
-            ("fit.png", lambda path: pictures.fit_plots.plot_fit(response, fitted, path, width=width))
+            ("fit.png", lambda path: fit_plots.plot_fit(response, fitted, path, width=width))
         ]
         if len(fit.tried) > 1:
-            drawn.append(("stabilisation.png", partial(pictures.fit_plots.plot_stabilisation, response, fit.tried)))
+            drawn.append(("stabilisation.png", partial(fit_plots.plot_stabilisation, response, fit.tried)))
         return drawn
     if seat.mesh is None:
         return []

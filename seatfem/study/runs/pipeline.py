@@ -9,13 +9,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-import seatfem
 from impact.after.result import ImpactResult
 from impact.files import csv_table, safe_files
 from impact.notices import Progress, Tell, ignore, silent
 from impact.storage.hdf5 import save_results
 from seatfem import structures
 from seatfem.machine.resources import Stopwatch
+from seatfem.pictures import scene_drawing
 from seatfem.results import LANDINGS_FILE
 from seatfem.structures import cache, rings
 from seatfem.structures.mesh.gmsh_process import gmsh_session
@@ -149,7 +149,7 @@ def run_scene(
                 else []
             )
             division = latest.plan.method.seat.division
-            layout, draw = impacts.layout, seatfem.pictures.scene_drawing.draw_layout
+            layout, draw = impacts.layout, scene_drawing.draw_layout
             drawing = layout.DRAWING, lambda path: draw(layout.layout_of(scene, division), path)
             of_gas = runs.pictures.gas_pictures(gas_run, scene.geometry, scene.title)
             strains = runs.pictures.gauge_pictures(latest.touches, scene.title)

@@ -20,8 +20,8 @@ from impact.runs import variations
 from impact.runs.variations import Budget
 from seatfem.structures.method import Solved
 from seatfem.structures.rings import Division
-from seatfem.study import impacts, runs, safety
-from seatfem.study.impacts import validity
+from seatfem.study import safety
+from seatfem.study.impacts import plate_stress, validity
 from seatfem.study.impacts.contact import Flights
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.ladders.table import source_of
@@ -71,16 +71,16 @@ class Round:
     memory: float = math.nan
     held: float = 0.0
     before: tuple[RunMethod, Mapping[str, float]] | None = None
-    plate: runs.stresses.PlateReedStress | None = None
+    plate: plate_stress.PlateReedStress | None = None
     flights: Flights | None = field(default=None, repr=False)
 
     @property
-    def look(self) -> impacts.plate_stress.PlateLook | None:
+    def look(self) -> plate_stress.PlateLook | None:
         """Return how runs of the error budget evaluate a plate's stress, at its largest; ``None``: no such measure."""
         reed = self.plan.scene.reed.thin_plate
         if self.plate is None or reed is None:
             return None
-        return impacts.plate_stress.PlateLook(
+        return plate_stress.PlateLook(
             reed, replace(self.plate.largest_at, body=self.striker), Division.from_greens(self.seat.greens)
         )
 

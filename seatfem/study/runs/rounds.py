@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from impact.notices import Progress, Tell, ignore, silent
 from impact.quantities import in_time
@@ -17,11 +17,12 @@ from impact.runs.variations import Budget, total
 from seatfem import structures
 from seatfem.machine.resources import Stopwatch, available_memory, forget_peak, peak_memory
 from seatfem.structures.cache import Cache, build, key_of
-from seatfem.study import impacts, runs
+from seatfem.study import runs
 from seatfem.study.error_budget import error_budget
-from seatfem.study.impacts import contact
+from seatfem.study.impacts import contact, plate_stress
 from seatfem.study.impacts.bodies import solve_body, stopper_of, striker_of
 from seatfem.study.impacts.contact import run_contacts
+from seatfem.study.impacts.plate_stress import PlateReedStress
 from seatfem.study.impacts.touches import STRIKER, stress_since
 from seatfem.study.ladders.mesh import TOLERANCES
 from seatfem.study.method import BAND, TOLERANCE
@@ -32,9 +33,6 @@ from seatfem.study.runs.next_round import Limits, expect_time, next_plan
 from seatfem.study.runs.round import UNFINISHED, Round, in_words
 from seatfem.study.safety import FAILURES
 from seatfem.study.scene.measures import Stress, any_needs_stress, asked_name
-
-if TYPE_CHECKING:
-    from seatfem.study.runs.stresses import PlateReedStress
 
 ANY: Final = Limits()
 SEAT_FILE: Final = "seat.h5"
@@ -202,7 +200,7 @@ def solve(
         with watch("reed stress"):
             reed_stress = contact.stress_in_run(scene.geometry, striker, touches, since=since)
     computed = Round(plan, seat, striker, touches, reed_stress, Budget({}), reed, flights=flights)
-    if any_needs_stress(scene.accuracy.measures) and impacts.plate_stress.has_plate_stress(scene.reed, striker):
+    if any_needs_stress(scene.accuracy.measures) and plate_stress.has_plate_stress(scene.reed, striker):
         progress("reed stress", 0.0)
         with watch("reed stress"):
             plate = runs.stresses.plate_reed_stress(computed, since)

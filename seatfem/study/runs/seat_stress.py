@@ -24,7 +24,7 @@ from seatfem.structures.model import SecondOrderModel
 from seatfem.structures.rings import Division
 from seatfem.study.runs import seat_fields, summary
 from seatfem.study.runs.round import Round
-from seatfem.study.runs.stress_spots import place_words
+from seatfem.units import place_words
 
 FEWER_HARMONICS: Final = 0.75  # fraction of the harmonics in the comparison that gives their truncation error
 NEAREST: Final = 6  # sites at and beside a place at which its mesh error is estimated

@@ -20,10 +20,12 @@ from seatfem import pictures
 from seatfem.structures import fields
 from seatfem.study import impacts, runs
 from seatfem.study.runs.round import Round
+from seatfem.units import axes_of, place_words
 
 if TYPE_CHECKING:
     from seatfem.pictures.rendering import Picture
-    from seatfem.study.runs import seat_stress, stresses
+    from seatfem.study.impacts.plate_stress import PlatePeaks
+    from seatfem.study.runs.seat_stress import SeatStress
 
 
 COMPONENTS: Final = ("xx", "yy", "zz", "yz", "xz", "xy")
@@ -35,17 +37,6 @@ MOST_NUMBERS: Final = 16_000_000  # most values of all histories together; longe
 HISTORIES_FILE: Final = "stress.h5"
 PICTURE: Final = "stress_histories.png"
 _FILES: Final = {"seat": "hot_spots.csv", "reed": "reed_hot_spots.csv"}
-
-
-def axes_of(place: Sequence[float] | Array, body: str) -> tuple[str, ...]:
-    """Return the names of the coordinates of a place in a body: of a seat's section r and z."""
-    return ("r", "z") if len(place) == 2 and body == "seat" else ("x", "y", "z")[: len(place)]
-
-
-def place_words(place: Sequence[float] | Array, body: str) -> str:
-    """Return a place with its axes, in millimetres: ``"(r, z) = (4.62, 6) mm"``."""
-    axes, values = ", ".join(axes_of(place, body)), ", ".join(f"{1e3 * x:.3g}" for x in place)
-    return f"({axes}) = ({values}) mm" if len(place) > 1 else f"{axes} = {values} mm"
 
 
 @dataclass(frozen=True)
@@ -112,7 +103,7 @@ class Spots:
     time: Array = field(default_factory=lambda: np.zeros(0))
 
     @staticmethod
-    def from_round(done: Round, seat: seat_stress.SeatStress | None, plate: stresses.PlatePeaks | None) -> Spots:
+    def from_round(done: Round, seat: SeatStress | None, plate: PlatePeaks | None) -> Spots:
         """Return the spots of a round: of a beam or of the ``plate``, and of the ``seat`` if its stress is known."""
         named = 0 if seat is None else len(seat.points)
         stride = math.ceil(6 * (MOST_SHOWN + named) * len(done.result.time) / MOST_NUMBERS)
@@ -230,7 +221,7 @@ def _beam_histories(done: Round, stride: int) -> list[History]:
     return _foremost(spot_histories)
 
 
-def _plate_histories(done: Round, plate: stresses.PlatePeaks, stride: int) -> list[History]:
+def _plate_histories(done: Round, plate: PlatePeaks, stride: int) -> list[History]:
     """Return the stress histories at the von Mises peaks of all parts of a plate, in the face away from the seat."""
     parts = runs.stresses.parts_of_plate(done, plate.field.points)
     peak = plate.found.after_contact if math.isfinite(plate.found.spans.touch) else plate.found.initial
@@ -250,7 +241,7 @@ def _plate_histories(done: Round, plate: stresses.PlatePeaks, stride: int) -> li
     return _foremost(spot_histories)
 
 
-def _seat_spots(done: Round, seat: seat_stress.SeatStress, stride: int) -> tuple[tuple[Spot, ...], tuple[History, ...]]:
+def _seat_spots(done: Round, seat: SeatStress, stride: int) -> tuple[tuple[Spot, ...], tuple[History, ...]]:
     """Return all hot spots of the seat, and histories at the largest on the lip and elsewhere and at named points."""
     force, dt, names = (
         runs.seat_fields.force_by_port(done, done.touches),

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -37,6 +37,8 @@ from seatfem.study.impacts.contact import marched
 from seatfem.study.impacts.plate_stress import (
     Forces,
     PlateLook,
+    PlatePeaks,
+    PlateReedStress,
     has_plate_stress,
     struck_by,
 )
@@ -49,9 +51,8 @@ from seatfem.study.runs import kept
 from seatfem.study.runs.remedies import remedy_by_source, remedy_of
 from seatfem.study.runs.round import Round
 from seatfem.study.runs.seat_stress import SeatStress, judged_under, left_by_mesh, seat_stress
-from seatfem.study.runs.stress_spots import place_words
 from seatfem.study.safety import source_in_words
-from seatfem.units import write_quantity
+from seatfem.units import place_words, write_quantity
 
 STAGE: Final = "runs for the error bar of stress"
 
@@ -236,40 +237,15 @@ BESIDE: Final = 3.0  # distance from the contact within which a point is "beside
 RIM: Final = "rim of an averaged patch"  # part of a plate beside one contact with the mean motion of a disc or ring
 
 
-@dataclass(frozen=True)
-class PlatePeaks:
-    """The stress ``field`` in a face of a plate under the forces of a run, and the largest stress at each point."""
+def plate_peaks(done: Round, since: float | None = None) -> PlatePeaks | None:
+    """Return the peaks of a round whose striker is a plate; ``None`` if plate theory gives no stress at any point.
 
-    field: StressField
-    found: LargestStress
-
-    @staticmethod
-    def from_round(done: Round, since: float | None = None) -> PlatePeaks | None:
-        """Return the peaks of a round whose striker is a plate; ``None`` if plate theory gives no stress at any point.
-
-        ``since``: start of the judged landing [s].
-        """
-        field = plate_field(done)
-        if not len(field.points):
-            return None
-        return PlatePeaks(field, largest(field, plate_pushes(done, done.touches), done.result.dt, since=since))
-
-
-@dataclass(frozen=True)
-class PlateReedStress:
-    """The largest von Mises stress in the faces of a plate, and its errors by mesh and modes of the plate.
-
-    Attributes:
-        found: largest stresses before and after the first touch.
-        bar: error bar of the largest after the first touch [Pa]; nan if unknown.
-        largest_at: stress field at the point of the largest stress.
-        peaks: largest stress at each point.
+    ``since``: start of the judged landing [s].
     """
-
-    found: ReedStress
-    bar: float
-    largest_at: StressField
-    peaks: PlatePeaks
+    field = plate_field(done)
+    if not len(field.points):
+        return None
+    return PlatePeaks(field, largest(field, plate_pushes(done, done.touches), done.result.dt, since=since))
 
 
 def plate_reed_stress(done: Round, since: float | None = None) -> PlateReedStress | None:
@@ -282,11 +258,7 @@ def plate_reed_stress(done: Round, since: float | None = None) -> PlateReedStres
     ``since``: start of the judged landing [s], from which on the stress is reported separately, too.
     """
     scene, reed = done.plan.scene, done.plan.scene.reed.thin_plate
-    if (
-        reed is None
-        or not has_plate_stress(reed, done.striker)
-        or (peaks := PlatePeaks.from_round(done, since)) is None
-    ):
+    if reed is None or not has_plate_stress(reed, done.striker) or (peaks := plate_peaks(done, since)) is None:
         return None
     plate, force, dt = reed.plate(done.striker.greens), plate_pushes(done, done.touches), done.result.dt
     field, peak_stress = peaks.field, peaks.found

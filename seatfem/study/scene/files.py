@@ -10,6 +10,7 @@ import numpy as np
 
 from impact.quantities import in_digits, percent
 from seatfem.structures import errors, inspection, lands, outlines, rings
+from seatfem.structures.inspection import cad
 from seatfem.structures.lip import Lip
 from seatfem.structures.shapes import GeometryError
 from seatfem.structures.shapes.loops import distances
@@ -147,7 +148,7 @@ def _of_lip(geometry: lips.ContactGeometry, body: Structure, table: str, key: st
         lip = geometry.overlap(body)
     except errors.ModelError as error:
         if lip is None or table == "stopper":  # what the reed leaves of a seat is told by `misplaced`
-            yield (table, key), next((inspection.cad.naming(file, str(error)) for file in body.files()), str(error))
+            yield (table, key), next((cad.naming(file, str(error)) for file in body.files()), str(error))
             return
     if table != "contact":
         return

@@ -27,6 +27,7 @@ from seatfem.jobs.crew import Ask, Lost, crew
 from seatfem.jobs.folders import claimed
 from seatfem.study import runs
 from seatfem.study import sweep as sweeps
+from seatfem.study.runs import converge, next_round
 from seatfem.study.runs.next_round import Limits
 from seatfem.study.scene.parcel import packed
 from seatfem.study.sweep.cases import Case, chosen
@@ -101,7 +102,7 @@ def carry_out(
     clock = time.perf_counter()
 
     def tried(rounds: int, start: Mapping[str, Any]) -> Outcome:
-        limits = runs.next_round.Limits(rounds, steady=True, stress=stress)
+        limits = next_round.Limits(rounds, steady=True, stress=stress)
         try:
             return _carried_out(path, changed, limits, start, leads=leads)
         except FAILURES as error:
@@ -114,14 +115,14 @@ def carry_out(
 
 
 def _carried_out(
-    path: Path, changed: Changes, limits: runs.next_round.Limits, start: Mapping[str, Any], *, leads: bool
+    path: Path, changed: Changes, limits: next_round.Limits, start: Mapping[str, Any], *, leads: bool
 ) -> Outcome:
     scene = study.scene.load_scene(path, changed)
     with folders.private_folder("sweep") as folder:
         plan = sweeps.cases.begun(scene, start)
         if plan is None:
             scene = study.scene.load_scene(path, {**changed, **start.get("seat", {})})
-            plan = runs.converge.begin_plan(scene)
+            plan = converge.begin_plan(scene)
         result = runs.pipeline.run_scene(scene, folder, limits=limits, pictures=False, plan=plan, histories=False)
     summary = {key: _scalar(value) for key, value in result.summary.items() if _is_scalar(value)}
     notes = result.summary[NOTES]
