@@ -23,6 +23,22 @@ from impact.march.grid import blocks
 
 Window = Literal["moving average", "hann"]
 MOVING_AVERAGE: Window = "moving average"
+MERGE = 30e-6  # longest opening [s] that does not end a contact group
+
+
+def closed_steps(force: Array | NDArray[np.bool_]) -> Array:
+    """Return the (n, 2) first step and step after the last of each run of steps with ``force`` > 0, or flagged true."""
+    closed = np.concatenate([[False], force > 0, [False]])
+    return np.asarray(np.flatnonzero(np.diff(closed.astype(np.int8))).reshape(-1, 2))
+
+
+def merged(raw: Array, merge: float = MERGE) -> Array:
+    """Return intervals (n, 2) [s], merged across openings shorter than ``merge`` [s]."""
+    if len(raw) == 0:
+        return raw
+    new = np.concatenate([[True], raw[1:, 0] - raw[:-1, 1] >= merge])
+    last = np.concatenate([new[1:], [True]])
+    return np.column_stack([raw[new, 0], raw[last, 1]])
 
 
 def averaged(force: Array, dt: float, width: float, window: Window) -> Array:

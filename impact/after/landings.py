@@ -24,7 +24,7 @@ from typing import Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from impact.after import histories, measures
+from impact.after import histories
 from impact.bodies.body import Body
 from impact.greens.base import Array
 from impact.march.grid import TimeGrid
@@ -180,7 +180,7 @@ def pair_landings(landings: Sequence[Landing], others: Sequence[Landing]) -> tup
         nearest = int(apart[number].argmin())
         other, mutual = others[nearest], int(apart[:, nearest].argmin()) == number
         beside = min((abs(each.start - one.start) for each in landings if each is not one), default=0.0)
-        near = apart[number, nearest] <= max(measures.MERGE, one.duration, other.duration, NEAR * beside)
+        near = apart[number, nearest] <= max(histories.MERGE, one.duration, other.duration, NEAR * beside)
         pairs.append(other if mutual and near else None)
     return tuple(pairs)
 
@@ -215,11 +215,11 @@ def own_yield(contacts: Sequence[Contact], striker: Body, dt: float) -> Array | 
 
 def _groups(record: ContactRecord) -> Iterator[tuple[int, int, _Touch]]:
     """Yield first step, step after the last, and first touch of the contact groups that begin with an approach."""
-    steps = measures.closed_steps(record.closed[1:])
+    steps = histories.closed_steps(record.closed[1:])
     if not len(steps):
         return
     preloaded = bool(record.closed[0])
-    for first, last in np.rint(measures.merged(record.dt * steps) / record.dt).astype(np.int64).tolist():
+    for first, last in np.rint(histories.merged(record.dt * steps) / record.dt).astype(np.int64).tolist():
         if not (preloaded and first == 0) and (touch := _first_touch(record, first)).speed > 0:
             yield first, last, touch
 
@@ -330,7 +330,7 @@ def _calm_from(mean: Array, static: Array, peak: int, reach: int, band: float) -
     stop = peak + int(after[0]) if after.size else len(mean)
     lasting = max(stop - start, 2 * reach)
     within = (np.abs(mean - static) <= band * static) & (static > 0)
-    runs = measures.closed_steps(within[peak:])
+    runs = histories.closed_steps(within[peak:])
     return next((peak + int(first) for first, last in runs if last - first >= lasting), None)
 
 

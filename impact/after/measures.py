@@ -11,13 +11,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from impact.after.histories import MERGE as MERGE
 from impact.after.histories import MOVING_AVERAGE, Window, averaged, largest_average, transform
+from impact.after.histories import closed_steps as closed_steps
+from impact.after.histories import merged as merged
 from impact.after.result import ImpactResult, of_contacts
 from impact.greens.base import Array
-
-MERGE = 30e-6  # longest opening [s] that does not end a contact group
 
 
 class MeasureError(ValueError):
@@ -151,25 +151,10 @@ def contact_intervals(result: ImpactResult, *, contact: int | None = None) -> Ar
     return np.asarray(rows.time[closed_steps(rows.solid[1:])])
 
 
-def closed_steps(force: Array | NDArray[np.bool_]) -> Array:
-    """Return the (n, 2) first step and step after the last of each run of steps with ``force`` > 0, or flagged true."""
-    closed = np.concatenate([[False], force > 0, [False]])
-    return np.asarray(np.flatnonzero(np.diff(closed.astype(np.int8))).reshape(-1, 2))
-
-
 def contact_groups(result: ImpactResult, *, contact: int | None = None, merge: float = MERGE) -> Array:
     """Return the (n, 2) contact intervals [s], merged across openings shorter than ``merge`` [s]: impacts as users
     count them."""
     return merged(contact_intervals(result, contact=contact), merge)
-
-
-def merged(raw: Array, merge: float = MERGE) -> Array:
-    """Return intervals (n, 2) [s], merged across openings shorter than ``merge`` [s]."""
-    if len(raw) == 0:
-        return raw
-    new = np.concatenate([[True], raw[1:, 0] - raw[:-1, 1] >= merge])
-    last = np.concatenate([new[1:], [True]])
-    return np.column_stack([raw[new, 0], raw[last, 1]])
 
 
 def hardest_group(result: ImpactResult, width: float = 1e-6) -> tuple[int, Array]:

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from impact import notices, quantities
-from impact.after.measures import closed_steps, contact_groups
+from impact.after.histories import closed_steps
+from impact.after.measures import contact_groups
 from impact.after.result import ImpactResult, pressed_in
 from impact.bodies.body import Body, as_body
 from impact.files.csv_table import read_rows

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
-from impact import after, notices
+from impact import notices
+from impact.after.histories import closed_steps, merged
 from impact.greens.base import Array
 from impact.march import laws
 from impact.march.grid import AtEqualSteps, TimeGrid, blocks
@@ -228,8 +229,8 @@ class ImpactResult(AtEqualSteps):
         if not rows.is_uniform:
             size += f", taken as {rows.in_words()}"
         advice_names = some([advice.name for advice in self.advice]) or "no advice"
-        closed = after.measures.closed_steps(rows.solid.reshape(len(time), -1).sum(axis=1)[1:])
-        groups = after.measures.merged(time[closed])
+        closed = closed_steps(rows.solid.reshape(len(time), -1).sum(axis=1)[1:])
+        groups = merged(time[closed])
         touches = "no contact"
         if len(groups):
             first = " to ".join(in_units(edge, "s", 4) for edge in groups[0])

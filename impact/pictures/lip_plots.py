@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
-from impact.after import measures
+from impact.after import histories, measures
 from impact.after.histories import MOVING_AVERAGE, ClosedLine, averaged, best_plane, line_impulse, per_length
 from impact.after.result import ImpactResult
 from impact.greens.base import Array
@@ -78,7 +78,7 @@ def shown_contact(
         return (0.0, last), "no contact"
     for run in runs[1:]:
         solid = run.rows.solid.reshape(len(run.rows.ends), -1).sum(axis=1)
-        groups = measures.merged(run.rows.time[measures.closed_steps(solid[1:])])
+        groups = histories.merged(run.rows.time[histories.closed_steps(solid[1:])])
         simultaneous = groups[(groups[:, 0] <= end) & (groups[:, 1] >= begin)]
         begin, end = min([begin, *simultaneous[:, 0]]), max([end, *simultaneous[:, 1]])
     extra = margin * (end - begin) + 2 * runs[0].dt

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from impact import notices, quantities
-from impact.after.measures import MERGE
+from impact.after.histories import MERGE
 from impact.bodies.body import Body
 from impact.greens.base import Array
 from impact.march.history import aligned

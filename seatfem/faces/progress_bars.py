@@ -6,11 +6,11 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 import psutil
+from rich.console import Console
 from rich.progress import BarColumn, TaskID, TaskProgressColumn, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as Bars
 
 from impact.notices import Progress, silent
-from seatfem.faces.terminal import Console
 
 Show = Callable[[str, float, float], None]
 """Function that is called with the stage, the fraction completed (0..1) and the time that the stage has taken [s]."""

@@ -15,9 +15,9 @@ from typing import Final, get_args
 import numpy as np
 
 import impact
-from impact.after.histories import largest_average
+from impact.after.histories import closed_steps, largest_average
 from impact.after.landings import JUMP, Landing
-from impact.after.measures import closed_steps, first_is_cut
+from impact.after.measures import first_is_cut
 from impact.after.stresses import ReedStress
 from impact.bodies.time_series import TimeSeriesError
 from impact.greens.base import Array

@@ -13,7 +13,7 @@ from typing import Final
 
 import numpy as np
 
-from impact import measures
+from impact.after import histories
 from impact.after.histories import MOVING_AVERAGE, averaged
 from impact.after.landings import Landing
 from impact.after.loads import StaticLoad
@@ -90,7 +90,7 @@ def window_of(
     """
     width = scene.run.filter_width
     longest = MOST * width
-    groups = measures.merged(dt * measures.closed_steps(force))
+    groups = histories.merged(dt * histories.closed_steps(force))
     if len(groups) == 0:
         return Window(0.0, min(scene.run.duration, longest), 0)
     choice = scene.accuracy.landing

@@ -10,7 +10,6 @@ from typing import ClassVar, Final, Literal
 
 import numpy as np
 
-from impact import measures
 from impact.after import histories, stresses
 from impact.after.landings import Landing, hardest, pair_landings
 from impact.greens.base import Array
@@ -177,12 +176,12 @@ class ContactDuration(Measure):
 
     def evaluate(self, blow: ContactRecord) -> float:
         landing = self.landing_of(blow)
-        return _first(blow.dt * measures.closed_steps(_solid(blow)[1:])) if landing is None else landing.duration
+        return _first(blow.dt * histories.closed_steps(_solid(blow)[1:])) if landing is None else landing.duration
 
     @staticmethod
     def landing_of(blow: ContactRecord) -> Landing | None:
         """Return the landing that is the whole first group of contacts, if there is one."""
-        groups = measures.merged(blow.dt * measures.closed_steps(_solid(blow)[1:]))[:1]
+        groups = histories.merged(blow.dt * histories.closed_steps(_solid(blow)[1:]))[:1]
         ends = [(each.start, each.end) for each in blow.landings[: len(groups)]]
         return blow.landings[0] if ends and np.allclose(groups, ends, rtol=0, atol=blow.dt / 2) else None
 
@@ -191,7 +190,7 @@ class ContactDuration(Measure):
 
     def jump(self, blow: ContactRecord, share: float) -> float:
         """Return the jump of the duration: a contact with an impulse below ``share`` may vanish, and an opening
-        near the limit `measures.MERGE` may end the group or not."""
+        near the limit `histories.MERGE` may end the group or not."""
         return self._jump(blow, _solid(blow), share)
 
     def jump_of_landing(self, blow: ContactRecord, landing: Landing, share: float) -> float:
@@ -199,8 +198,8 @@ class ContactDuration(Measure):
         if landing.pressed_on:
             return landing.end_doubt
         solid = _solid(blow)
-        groups = measures.merged(blow.dt * measures.closed_steps(solid[1:]))
-        beside = groups[(groups[:, 0] > landing.start) & (groups[:, 0] < landing.end + (1 + OPENING) * measures.MERGE)]
+        groups = histories.merged(blow.dt * histories.closed_steps(solid[1:]))
+        beside = groups[(groups[:, 0] > landing.start) & (groups[:, 0] < landing.end + (1 + OPENING) * histories.MERGE)]
         end = max([landing.end, *beside[:, 1]])  # with contacts that may belong to the group
         time = blow.dt * np.arange(len(solid))
         own = (time > landing.start + blow.dt / 2) & (time < end + blow.dt / 2)
@@ -208,14 +207,14 @@ class ContactDuration(Measure):
 
     @staticmethod
     def _jump(blow: ContactRecord, solid: Array, share: float) -> float:
-        steps = measures.closed_steps(solid[1:])
+        steps = histories.closed_steps(solid[1:])
         if not len(steps):
             return 0.0
         impulse = np.concatenate([[0.0], np.cumsum(solid[1:])])
         borne = np.diff(impulse[steps])[:, 0]
         raw, off = blow.dt * steps, min(OPENING, share / OPENING)
         kept = raw[borne > min(share * impulse[-1], float(borne.max()) / 2)]
-        others = (_first(kept), *(_first(raw, measures.MERGE * (1 + by)) for by in (-off, off)))
+        others = (_first(kept), *(_first(raw, histories.MERGE * (1 + by)) for by in (-off, off)))
         return max(abs(other - _first(raw)) for other in others)
 
 
@@ -224,9 +223,9 @@ def _solid(blow: ContactRecord) -> Array:
     return blow.force if blow.film is None else blow.force - blow.film
 
 
-def _first(raw: Array, merge: float = measures.MERGE) -> float:
+def _first(raw: Array, merge: float = histories.MERGE) -> float:
     """Return the duration of the first group of contacts (n, 2) [s]; 0 without contacts."""
-    groups = measures.merged(raw, merge)
+    groups = histories.merged(raw, merge)
     return float(groups[0, 1] - groups[0, 0]) if len(groups) else 0.0
 
 

@@ -1,7 +1,7 @@
 """Runs of the scenes of a study in workers, with a journal of outcomes from which a stopped study continues.
 
-Workers answer each job, in JSON, with its outcome by `reply`. Results depend on the scene and its start only: neither
-stored results, nor the speed of the computer, nor measured times affect its plan.
+Workers answer each job, in JSON, with its outcome by `side_by_side.reply`. Results depend on the scene and its start
+only: neither stored results, nor the speed of the computer, nor measured times affect its plan.
 """
 
 from __future__ import annotations
@@ -144,21 +144,12 @@ def _scalar(value: object) -> Scalar:
     return int(value) if isinstance(value, Integral) else float(value)  # type: ignore[arg-type]
 
 
-def reply(text: str) -> str:
-    """Return the outcome of one job, or those of several scenes side by side."""
-    job = json.loads(text)
-    path = Path(job.pop("path"))
-    if "others" not in job:
-        return json.dumps(asdict(carry_out(path, **job)))
-    return json.dumps([asdict(each) for each in sweeps.side_by_side.side_by_side(path, **job)])
-
-
 JOURNAL: Final = "study.jsonl"
 STAGE: Final = "scenes"
 TRIES: Final = 2  # runs of a scene whose process dies, as one that the system has killed for its memory
 SIDE_BY_SIDE: Final = 64  # largest number of scenes per job integrated in parallel: four times the lanes
 RENEW: Final = 500  # scenes after which a worker is replaced, for memory that libraries leak
-WORKER: Final = "seatfem.study.sweep.runner:reply"
+WORKER: Final = "seatfem.study.sweep.side_by_side:reply"
 
 
 class StudyError(ValueError):

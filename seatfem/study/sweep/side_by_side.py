@@ -3,9 +3,10 @@
 Each has the requested measures, from the same force up to round-off as in a run by itself, and no error bars.
 """
 
+import json
 import time
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -169,3 +170,12 @@ def _displacement(target: Body, force: Array, dt: float) -> Array:
     discrete = Discrete.from_body(target, dt, len(force) - 1)
     moved = mean_displacement(discrete, -force[None, 1:], rings.Division.from_greens(target.greens).shares)
     return moved if target.base is None else moved + target.carried(np.asarray(dt * np.arange(len(moved))))
+
+
+def reply(text: str) -> str:
+    """Return the outcome of one job, or those of several scenes side by side."""
+    job = json.loads(text)
+    path = Path(job.pop("path"))
+    if "others" not in job:
+        return json.dumps(asdict(carry_out(path, **job)))
+    return json.dumps([asdict(each) for each in side_by_side(path, **job)])
