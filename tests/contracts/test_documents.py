@@ -21,7 +21,7 @@ FOLDERS = ("impact", "seatfem", "tests", "docs", "benchmarks", "examples", "mesh
 
 
 def named_paths(page: Path) -> Iterator[str]:
-    """What a page calls a file or folder of the project: links, code spans, commands."""
+    """Yield the paths of the project that a page names in links, code spans and commands."""
     text = page.read_text(encoding="utf-8")
     yield from (link for link in re.findall(r"\]\(([^)#]+)", text) if "://" not in link)
     for span in re.findall(r"`([^`\n]+)`", text) + re.findall(r"^    .*$", text, re.MULTILINE):
@@ -55,7 +55,7 @@ def test_every_room_stands_in_the_architecture(package: str) -> None:
 
 
 def test_every_place_that_the_architecture_names_is_there() -> None:
-    """As in `seatfem.faces.cli:main`."""
+    """Each place that the page names like `seatfem.faces.cli:main` is an attribute of its module."""
     text = (DOCS / "architecture.md").read_text(encoding="utf-8")
     places = re.findall(r"`((?:impact|seatfem)[\w.]*):(\w+)`", text)
     assert len(places) >= 12
@@ -71,7 +71,7 @@ def test_what_is_made_from_the_code_is_current() -> None:
 
 
 def test_badges_say_what_holds() -> None:
-    """Of damaged files none is a defect, and their table has as many as the badge says."""
+    """The table of damaged files has no defect and as many cases as the badge says."""
     rows = list(csv.DictReader((ROOT / "benchmarks" / "results" / "fuzz.csv").read_text("utf-8").splitlines()))
     assert f">{sum(int(row['cases']) for row in rows):,}, 0 defects<" in badges()["fuzz"]
     assert all(int(row["ran"]) + int(row["refused"]) + int(row["drawn"]) == int(row["cases"]) for row in rows)
@@ -85,7 +85,7 @@ def test_every_example_has_a_picture() -> None:
 
 
 def test_a_name_beside_a_file_is_in_that_file() -> None:
-    """As in: `build` (`seatfem/structures/cache.py`)."""
+    """A name that a page puts beside a file, as in `build` (`seatfem/structures/cache.py`), occurs in that file."""
     named = re.compile(r"`([\w.]+)`\s+(?:\(|in\s+)`([\w/]+\.py)`")
     pairs = {pair for page in PAGES for pair in named.findall(page.read_text(encoding="utf-8"))}
     texts = {file: (ROOT / file).read_text(encoding="utf-8") for _, file in pairs}
@@ -95,7 +95,7 @@ def test_a_name_beside_a_file_is_in_that_file() -> None:
 
 @pytest.mark.parametrize("package", ["impact", "seatfem"])
 def test_every_public_name_stands_once_on_its_page(package: str) -> None:
-    """With a docstring."""
+    """Each public name is listed once on the page of its package and has a docstring."""
     listed = re.findall(r"^   ([\w.]+)$", (DOCS / f"api_{package}.md").read_text(encoding="utf-8"), re.MULTILINE)
     there = {name: found for name, found in PUBLIC.items() if name.partition(".")[0] == package}
     assert sorted(listed) == sorted(there)

@@ -42,7 +42,7 @@ BALL = impact.rigid_mass(mass=0.7, velocity=0.0).greens
 
 
 def sampled(greens: GreensFunction, tail: str, end: float = 12.0) -> impact.SampledGreens:
-    """On a grid of DT, long enough for what vibrates to come to rest."""
+    """Return its samples on a grid of DT, long enough for what vibrates to come to rest."""
     t = DT * np.arange(round(end / DT) + 1)
     p = range(len(greens.ports))
     values = np.array([[greens.impulse_response(t, i, j) for j in p] for i in p])
@@ -110,7 +110,7 @@ def known(greens: GreensFunction) -> np.ndarray:
 
 
 def leaves(greens: GreensFunction) -> list[GreensFunction]:
-    """What it is made of, down to functions that are made of no other."""
+    """Return the functions that it is made of, down to those that are made of no other."""
     parts = getattr(greens, "parts", None) or [part for part in [getattr(greens, "part", None)] if part is not None]
     return [leaf for part in parts for leaf in leaves(part)] if parts else [greens]
 
@@ -173,7 +173,7 @@ def test_the_kernel_holds_the_steps_of_the_step_response(greens: GreensFunction)
 
 
 def test_its_static_compliance_is_where_the_step_response_ends(name: str, greens: GreensFunction) -> None:
-    """Of held bodies: what is damped ends there; what is not swings about it, and its mean over long is compared."""
+    """The late mean of the step response is the static compliance; without support the response grows on."""
     if name == "samples, ending":
         with pytest.raises(GreensFunctionError, match="static compliance is unknown"):
             greens.static_compliance()
@@ -190,7 +190,7 @@ def test_its_static_compliance_is_where_the_step_response_ends(name: str, greens
 
 @pytest.mark.slow(but="power law of a mass")
 def test_filtered_is_g_after_a_pulse(greens: GreensFunction) -> None:
-    """By the general rule, an integral of the pulse's slope times the step response, which a class may replace.
+    """A class's own filtered response is the general rule's integral of the pulse's slope times the step response.
 
     The rule does not see where in one of its 256 panels a bare compliance jumps: 0.3 of 2 pi/256 of the peak.
     """

@@ -65,13 +65,13 @@ def bodies(folder: Path) -> None:
 
 
 def stresses(folder: Path) -> None:
-    """At one place of a beam."""
+    """Write the stresses at one place of a beam."""
     spot = Spot("reed", "", (0.01,), np.inf, 1e8, 1e-6, "bending", 1e8)
     write_spots(Spots((spot,), (History(spot, ("bending",), np.ones((1, 3))),), np.arange(3.0)), folder)
 
 
 def checkpoints(folder: Path) -> None:
-    """In the midst of a march."""
+    """Write a checkpoint in the midst of a march."""
     stepper = impact.ContactStepper(impact.prepare(problem(), 1e-6, 2e-5))
     stepper.advance(5)
     save_checkpoint(stepper, folder / "march.h5")

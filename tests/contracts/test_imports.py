@@ -157,7 +157,7 @@ def _module(path: Path) -> str:
 
 
 def _run_by(found: str, module: str, modules: dict[str, Path]) -> Iterator[str]:
-    """What importing ``found`` runs: it, and the ``__init__`` of the packages around it that had not begun before."""
+    """Yield what importing ``found`` runs: it, and the ``__init__`` of packages around it that had not begun before."""
     for name in modules if found else ():
         if name != module and (found == name or (found.startswith(f"{name}.") and not module.startswith(f"{name}."))):
             yield name

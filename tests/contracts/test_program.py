@@ -25,7 +25,7 @@ def options(verb: str) -> Iterator[set[str]]:
 
 @cache
 def strings_of_functions() -> list[set[str]]:
-    """What each function of the tests writes between quotes."""
+    """Return the words that each function of the tests writes between quotes."""
     texts = (path.read_text(encoding="utf-8") for path in TESTS.rglob("*.py"))
     trees = [ast.parse(text) for text in texts if '"-' in text or (" -" in text and "run_command" in text)]
     return [
