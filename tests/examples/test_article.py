@@ -63,7 +63,7 @@ def test_modes_are_those_of_the_project() -> None:
 
 
 def excess(step: float, length: float, of_reed: Modes, of_rod: Modes, stiffer: float = 1.0) -> float:
-    """By how much K is too high, percent."""
+    """Return by how many percent the force of K is too high."""
     stiffness = stiffer * YOUNG * AREA / length
     return 100 * (largest_force(step, of_reed, stiffness) / largest_force(step, of_reed, of_rod) - 1)
 
@@ -88,7 +88,7 @@ def more_damped(modes: Modes) -> Modes:
 
 
 def differences(reed: Callable[[Modes], Modes] = same, rod: Callable[[Modes], Modes] = same, stiffer: float = 1.0):
-    """Of the four percentages from those stated."""
+    """Return the distances of the four percentages from those stated."""
     made = (
         excess(step, length, reed(reed_modes(10)), rod(rod_modes(10, length, AREA)), stiffer) - stated
         for (step, length), stated in STATED.items()
@@ -119,7 +119,7 @@ def test_the_conclusion_holds_at_some_steps() -> None:
 
 
 def test_agreement_needs_both_parts() -> None:
-    """Of pairs (rod, stiffness) for both lengths: too high for both and more for the second, or not counted."""
+    """A pair (rod, stiffness) counts if K is too high for both lengths, and more so for the second."""
     ones = np.ones((5, 2))
     stiffness = np.array([[1.1, 1.2], [1.2, 1.1], [0.9, 1.2], [1.1, 0.9], [1.1, 1.2]])
     found = np.stack([ones, stiffness], axis=-1)
@@ -156,7 +156,7 @@ def test_one_undamped_mode_is_stable_beyond_three_steps_a_period(steps: float) -
 
 @pytest.mark.parametrize("wave", [3.0, 80.0, 300.0])
 def test_integrals_of_the_shapes(wave: float) -> None:
-    """By parts against quadrature; the shape written out."""
+    """The integrals by parts agree with the quadrature of the shapes as written out."""
     reed = reed_modes(5)
     for omega, ours in zip(reed.omega, shape_integrals(reed, wave), strict=True):
         k = np.sqrt(omega / reed.omega[0]) * 1.8751040687119611

@@ -315,7 +315,7 @@ def test_mass_on_bar(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     [("ring_plate", 7850 * 1e-3 * np.pi * 75e-6 * 2.0, 0.0), ("ball_on_seat", 7850 * np.pi / 6 * 10e-3**3 * 0.5, 0.97)],
 )
 def test_a_free_body_lands_once(name: str, momentum: float, least: float, gallery: Gallery) -> None:
-    """What it brings [N s] and takes away is the impulse; a ball keeps most: waves cross it ten times meanwhile."""
+    """The impulse is what it brings [N s] and takes away; a ball keeps most: waves cross it ten times meanwhile."""
     summary = read_summary(gallery.run_of(ROOT / "examples" / f"{name}.toml"))
     assert summary["contact_count"] == 1
     assert summary["impulse_Ns"] == pytest.approx(momentum * (1 + summary["restitution"]), rel=5e-3)

@@ -48,7 +48,7 @@ nbformat.write(page, sys.argv[1])
 
 
 def executed(folder: Path) -> list[list[dict[str, Any]]]:
-    """What each cell shows: the example of the README, what it leaves, a plot, a mode."""
+    """Return what each cell shows: the example of the README, its results, a plot, a mode."""
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     found = re.search(r"## In Python\n+```python\n(.*?)```", readme, re.DOTALL)
     example = found[1].replace('"force.png", ', "")  # as figures are shown in notebooks: without a file
@@ -66,7 +66,7 @@ def executed(folder: Path) -> list[list[dict[str, Any]]]:
 
 
 def joined(text: Any) -> str:
-    """Of a text that is kept line by line."""
+    """Return the whole of a text that may be kept line by line."""
     return text if isinstance(text, str) else "".join(text)
 
 

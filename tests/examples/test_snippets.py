@@ -97,7 +97,7 @@ def commands(text: str) -> Iterator[list[str]]:
 
 
 def dear(scene: Path) -> bool:
-    """What is looked at is not run."""
+    """Return whether a scene takes too long to be run here."""
     return look_at(load_scene(scene), DEAR).left.seconds > DEAR
 
 
