@@ -45,7 +45,7 @@ class Standing:
 
     @property
     def within_target(self) -> bool:
-        """Whether the error is what was asked for."""
+        """Tell whether the error is within the target that was asked for."""
         return self.error <= self.target + self.theory
 
     @property
@@ -86,7 +86,7 @@ class Finding:
 
 
 def worst(*pairs: tuple[float, float]) -> tuple[float, float]:
-    """Of several (error, stated), the one that is nearest to its limit, or farthest beyond; not a number beats all."""
+    """Return the pair (error, stated) that is nearest to its limit or farthest beyond; not a number beats all."""
     return max(pairs, key=lambda pair: pair[0] / pair[1] if math.isfinite(pair[0]) else math.inf)
 
 

@@ -98,7 +98,7 @@ class Mix:
 
     @property
     def speed(self) -> float:
-        """Of the striker [m/s]."""
+        """Return the speed of the striker [m/s]."""
         return float(self.levels["speed"])
 
     @property
@@ -108,7 +108,7 @@ class Mix:
 
     @property
     def mass(self) -> float:
-        """Of a free striker [kg]."""
+        """Return the mass of a free striker [kg], else infinity."""
         size, high = (
             1e-3 * float(self.levels["size"]),
             1e-3 * float(self.levels["size"]) * float(self.levels["thickness"]),
@@ -123,7 +123,7 @@ class Mix:
 
     @property
     def text(self) -> str:
-        """Of the scene."""
+        """Return the scene as the text of its file."""
         size = float(self.levels["size"])
         tables: dict[str, Table | list[Table] | None] = {
             "seat": self._seat(), "reed": self._reed(), "contact": self._contact(),
@@ -230,7 +230,7 @@ class Driven:
 
     @property
     def words(self) -> str:
-        """What is in it, and what is driven out."""
+        """Return the words that tell what is in the scene, and what was driven out."""
         return self._scene()[2]
 
     def __call__(self) -> Finding:

@@ -69,7 +69,7 @@ def revision() -> str:
 
 
 def battery_version() -> str:
-    """Of the program, of the battery itself, and of what draws its random scenes."""
+    """Return the version of the program, of the battery, and of what draws its random scenes."""
     drawn = sorted((Path(__file__).parents[2] / "benchmarks").glob("drawn_*.py"))
     return f"{code_version()} {hash_of([Path(__file__).parent, *drawn])}"
 

@@ -128,7 +128,7 @@ def test_verdicts(check: object, verdict: str, reason: str) -> None:
 
 
 def test_mixed_scenes_hold_every_pair_and_come_again() -> None:
-    """Of the covering array no row is refused as a whole; the long form begins with the short one."""
+    """The mixed scenes hold every pair that is not refused; a longer random list begins with the short one."""
     mixes = [cell.check for cell in CELLS if cell.axis == "pairs of scene files"]
     axes, pairs = list(OF_FILES), set()
     for mix in mixes:
