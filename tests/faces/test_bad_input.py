@@ -31,7 +31,7 @@ ROD = {"young": 200e9, "density": 7850.0, "area": 1e-6, "length": 0.03}
 
 
 def complaint(folder: Path, text: str, capsys: pytest.CaptureFixture[str]) -> str:
-    """What `seatfem run` says of a scene that it refuses as bad input; it leaves no file."""
+    """Return what `seatfem run` says of a scene that it refuses as bad input, and check that it leaves no file."""
     scene = folder / "scene.toml"
     scene.write_text(text, encoding="utf-8")
     assert run_command(["run", str(scene), "-o", str(folder / "out"), "--quiet"]) == BAD_INPUT

@@ -17,7 +17,7 @@ STEEL = 'material = "steel"\n'
 
 
 def told(text: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> list[str]:
-    """What `seatfem plan` says of a scene that is refused, a line a problem, without the folder."""
+    """Return what `seatfem plan` says of a scene that it refuses, a line a problem, without the folder."""
     scene = folder / "scene.toml"
     scene.write_text(text, encoding="utf-8")
     assert run_command(["plan", str(scene)]) == BAD_INPUT

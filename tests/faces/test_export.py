@@ -206,7 +206,7 @@ def test_a_copy_of_a_scene_without_its_files(tmp_path: Path, capfd: pytest.Captu
 
 @pytest.mark.slow
 def test_the_copy_of_a_scene_finds_its_files(tmp_path: Path, folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """From the folder of results, by whole paths; comments and other strings stay."""
+    """The copy in the folder of results names files by whole paths; comments and other strings stay."""
     home = tmp_path / "ours"
     (home / "seats").mkdir(parents=True)
     copy(folder / "seat.h5", home / "seats" / "one.h5")

@@ -33,7 +33,7 @@ def landing(number: int, body: str = "seat", **numbers: object) -> dict[str, obj
 
 @pytest.fixture
 def summary() -> dict[str, object]:
-    """Of the suction valve: pressed on by the gas, hit once at the stopper, two landings on the seat."""
+    """Return a suction valve's summary: pressed by the gas, one hit at the stopper, two landings on the seat."""
     records = [
         landing(1, "stopper", excess_peak_force_N=81.0),
         landing(1),

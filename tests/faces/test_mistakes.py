@@ -40,7 +40,7 @@ def test_a_mistake_is_answered(
 
 
 def test_the_scene_of_the_sheet_is_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Without a mistake there is a plan of it, with the speed of the crank as a number or with its unit."""
+    """The sheet's scene has no mistake itself, with the speed of the crank as a number or with a unit."""
     monkeypatch.chdir(tmp_path)
     Path("pressure.csv").write_text(RECORD, encoding="utf-8")
     from seatfem.study.scene import load_scene

@@ -75,7 +75,7 @@ def test_every_example_is_told_in_short(name: str) -> None:
 
 @pytest.mark.slow
 def test_plan_run_and_json_begin_with_it(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    """Where something was read from a file: of others the scene says it already."""
+    """Plan, run and JSON begin with what was read from files; a scene without files has no such part."""
     scene = tmp_path / "scene.toml"
     plain = (EXAMPLES / "flapper_on_spring.toml").read_text(encoding="utf-8")
     scene.write_text(plain, encoding="utf-8")

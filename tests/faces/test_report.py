@@ -36,7 +36,7 @@ HOSTILE = "<script>document.title='taken'</script>"
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Of a run whose title is no text for a page."""
+    """Run and report a scene whose title is no text for a page."""
     where = tmp_path_factory.mktemp("report")
     text = EXAMPLE.read_text(encoding="utf-8").replace("Flapper reed on a spring", f"Reed {HOSTILE}")
     scene = where / "reed.toml"
@@ -91,7 +91,7 @@ def test_no_text_of_a_scene_runs_in_it(folder: Path) -> None:
 
 @pytest.mark.slow
 def test_it_names_no_address_to_ask(folder: Path) -> None:
-    """Of its own: plotly's source names some that it asks only for maps."""
+    """Outside the scripts, where plotly names sources of maps, the page names no address."""
     page = re.sub(r"<script>.*?</script>", "", (folder / "report.html").read_text(encoding="utf-8"), flags=re.DOTALL)
     assert "://" not in page
 
@@ -137,7 +137,7 @@ def test_hot_spots_and_life_are_tables() -> None:
 
 
 def landings(count: int) -> list[dict[str, object]]:
-    """As summary.json lists them, each weaker than the one before."""
+    """Return landings as summary.json lists them, each weaker than the one before."""
     return [
         {
             "body": "seat", "number": number, "time_s": 1e-4 * number, "duration_s": 2e-5,
@@ -439,7 +439,7 @@ def test_a_browser_that_draws_no_bodies_shows_pictures_of_them(folder: Path, chr
     ["title=it's $(touch made)", 'title="$(touch made)"', "title=`touch made`; touch made", "a b\nc", "$HOME!!", "--x"],
 )
 def test_the_command_that_does_it_again_is_safe_in_a_shell(tmp_path: Path, change: str) -> None:
-    """What a shell makes of it are these very words, and nothing is run."""
+    """A shell reads the command as these very words and runs nothing else."""
     (tmp_path / "scene.toml").write_text(f"# --set {change!r}\n[seat]\n", encoding="utf-8")
     page = html.unescape(provenance(tmp_path, {}))
     command = page[page.index("seatfem run scene.toml") : page.index("</td>", page.index("seatfem run scene.toml"))]

@@ -30,7 +30,7 @@ def summary() -> dict[str, Any]:
 @pytest.mark.slow
 @pytest.mark.usefixtures("scene")
 def test_a_round_is_a_line(capsys: Told) -> None:
-    """What was refined, from what error to what, at what price; what one round has, the next one had."""
+    """A line tells what was refined, from what error to what, at what price, and begins where the last one ended."""
     assert run_command(RUN) == DONE
     lines = [line for line in capsys.readouterr().err.splitlines() if line.startswith("round")]
     bars = r"impulse \+-(\S+ %(?: -> \S+ %)?); peak force \+-(\S+ %(?: -> \S+ %)?)"

@@ -329,8 +329,8 @@ def test_two_runs_at_once_in_one_folder_and_one_cache(tmp_path: Path) -> None:
 
 
 def test_no_writer_goes_round_whole_file() -> None:
-    """What a user finds on the disk is written by `impact.files.safe_files.whole_file`; the exceptions are private
-    folders, journals and /proc."""
+    """All files for users are written by `impact.files.safe_files.whole_file`, except for private folders, journals and
+    /proc."""
     allowed = {
         "seatfem/machine/resources.py",
         "impact/files/safe_files.py", "seatfem/jobs/folders.py", "seatfem/jobs/processes.py", "seatfem/jobs/cluster.py",
