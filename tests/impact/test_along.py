@@ -12,7 +12,7 @@ LENGTH, DT = 0.03, 1e-7
 
 
 def test_means_over_whole_arcs_and_parts_of_arcs() -> None:
-    """By hand, around the end of the line: 2.5 of 5 arcs, from each begin of an arc and up to each end."""
+    """The means are those summed by hand, around the end of the line, from each begin of an arc and up to each end."""
     force = np.array([[1.0, 2.0, 4.0, 8.0, 16.0]])
     begin = [1 + 2 + 4 / 2, 2 + 4 + 8 / 2, 4 + 8 + 16 / 2, 8 + 16 + 1 / 2, 16 + 1 + 2 / 2]
     end = [1 + 16 + 8 / 2, 2 + 1 + 16 / 2, 4 + 2 + 1 / 2, 8 + 4 + 2 / 2, 16 + 8 + 4 / 2]
@@ -23,7 +23,7 @@ def test_means_over_whole_arcs_and_parts_of_arcs() -> None:
 
 
 def test_no_part_of_the_line_has_a_larger_mean() -> None:
-    """By brute force: parts that begin anywhere on a closed line and on an open one."""
+    """Brute force over parts that begin anywhere finds no larger mean, on a closed line and on an open one."""
     rng = np.random.default_rng(5)
     lengths, force, fine = rng.uniform(0.5, 2, 9), rng.uniform(0, 1, 9), 20_000
     borders = np.concatenate([[0], np.cumsum(lengths)])
@@ -83,7 +83,7 @@ def test_uneven_arcs_are_weighed_by_their_lengths() -> None:
 
 
 def test_means_in_time_keep_the_impulse_of_each_arc() -> None:
-    """Of a front that runs around, nothing at the ends of the record."""
+    """The means of a front that runs around keep each arc's impulse and stay below its peak."""
     arcs, t = 16, np.arange(401)[:, None]
     force = np.maximum(0.0, 3.0 - np.abs(t - 100 - 12 * np.arange(arcs)) / 10) * (t > 0)
     found = per_length(force, DT, 2e-6, LENGTH)

@@ -76,7 +76,7 @@ def test_frequencies(beam: RectangularBeam) -> None:
 
 @pytest.mark.parametrize("beam", BEAMS, ids=NAMES)
 def test_modes_sum_to_the_static_compliance(beam: RectangularBeam) -> None:
-    """What n modes leave out falls like n^-3 (a force at a point of an Euler-Bernoulli beam) or 1/n (shear)."""
+    """The share left out by n modes falls like n^-3 (a force on an Euler-Bernoulli beam) or 1/n (shear)."""
     places = np.array([0.31, 0.5, 0.77, 1.0]) * beam.length
     exact = np.array([[beam.compliance(x, y) for y in places] for x in places])
     np.testing.assert_array_equal(exact, exact.T)

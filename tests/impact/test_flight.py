@@ -48,7 +48,7 @@ def test_the_march_follows_the_replay_of_its_forces(ports: int, modes: int) -> N
 
 
 def deviation(prepared: Prepared) -> tuple[float, np.ndarray]:
-    """Of the march's gaps from those of the bodies under its forces; and these."""
+    """Return how far the march's gaps are from those of the bodies under its forces, and these forces."""
     stepper = ContactStepper(prepared)
     stepper.advance(prepared.steps)
     replayed = impact.collect(stepper).gap.reshape(stepper.gap.shape)

@@ -188,7 +188,7 @@ def test_a_discharge_valve_lets_out_and_the_ideal_suction_valve_lets_in() -> Non
     assert state[OTHER] == pytest.approx(state[MASS] - drive.start()[MASS], rel=1e-9)
 
     def rate(t: float, p: Array) -> Array:
-        """Of the pressure, from below the plenum's on."""
+        """Return the rate of the pressure, from below the plenum's on."""
         volume, slope = CRANK.volume(t), (CRANK.volume(t + 1e-7) - CRANK.volume(t - 1e-7)) / 2e-7
         came = 3e-5 * AIR.flux(1e5, 293.15, max(1e5 - p[0], 0.0))
         return 1.4 / volume * (AIR.constant * 293.15 * came - p * slope)
@@ -199,7 +199,7 @@ def test_a_discharge_valve_lets_out_and_the_ideal_suction_valve_lets_in() -> Non
 
 
 def test_it_goes_on_where_it_stopped() -> None:
-    """In the middle of a span of the gas, too."""
+    """A march restored in the middle of a span of the gas continues with the very same gaps."""
     problem = impact.ContactProblem(striker(compressor()), impact.Body(impact.spring(stiffness=1e6)), gap=5e-4)
     prepared = impact.prepare(problem, 1e-6, 4e-3)
     whole, first, second = (impact.ContactStepper(prepared) for _ in range(3))
@@ -259,7 +259,7 @@ def test_what_is_refused(make: object, words: str) -> None:
 
 
 def test_loads_that_followed_the_lift_are_found_again() -> None:
-    """As known courses they lead to the same run: of gas that is fed back, and of an area by the lift."""
+    """Gas that is fed back and areas by the lift, given as known courses, lead to the same run."""
     turned = impact.Load(np.array([KILO]), lambda t: -0.3 * np.cos(900 * t), lambda lift: 1 + 2e3 * lift)
     dt = 5e-6
     for loads in (striker(compressor()).loads, (turned,), (*striker(compressor()).loads, turned)):

@@ -192,7 +192,7 @@ def test_one_text_of_many_groups(seat):
 
 @pytest.mark.slow
 def test_the_trial_of_a_file_takes_little(seat, tmp_path, monkeypatch):
-    """What stands in for HDF5 takes memory without end: the trial ends at its limit, and the caller is told."""
+    """An opener that takes memory without end stops at its limit, and the caller is told."""
     (tmp_path / "h5py.py").write_text("Dataset = Group = None\ndef File(*_):\n    return bytearray(8 << 30)\n")
     (tmp_path / "numpy.py").write_text("")
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))

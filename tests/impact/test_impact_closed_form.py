@@ -47,7 +47,7 @@ def test_a_rod_is_marched_by_so_many_poles_at_most(kind: type[DampedFixedRod], z
 
 
 def test_a_damped_rod_comes_to_rest_without_a_jump() -> None:
-    """Where the step response becomes the static compliance, both are the same to round-off."""
+    """The step response passes into the static compliance without a jump above round-off."""
     rod = impact.fixed_rod(**ROD, damping_ratio=0.1)
     assert isinstance(rod, DampedFixedRod)
     end = 40 / rod.slowest_decay

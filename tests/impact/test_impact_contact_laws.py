@@ -182,7 +182,7 @@ def test_impossible_laws_are_refused(make: Callable[[], object], words: str) -> 
 
 @pytest.mark.slow
 def test_a_failing_law_is_told_where_it_fails() -> None:
-    """By the step that meets it, and by a batch."""
+    """The step that meets the fault and a batch name the law and its error."""
     problem = mass_on(PlainLaw(broken))
     stepper = impact.ContactStepper(impact.prepare(problem, 1e-3, 0.1))
     stepper.advance(9)  # still open

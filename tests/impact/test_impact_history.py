@@ -38,7 +38,7 @@ def test_compiled_functions_call_their_own_file_or_are_renewed_with_the_others()
 
 
 def test_the_stamp_of_the_loop_tells_an_edit_of_any_file(tmp_path: Path) -> None:
-    """As it does not change without one."""
+    """The stamp changes with an edit of any file, and not without one."""
     copy = shutil.copytree(Path(march.__file__).parent, tmp_path / "march")
     assert stamp(copy) == STAMP
     for name in ("loop/forces.py", "loop/several.py", "laws.py"):
@@ -89,7 +89,7 @@ STEP, STEPS = 2e-6, 3000
 
 @pytest.mark.parametrize("ports", [1, 3, 16])
 def test_mean_displacement_of_the_parts_of_a_lip(ports: int) -> None:
-    """By the modes alone that the mean shows: of those around a lip, with the shapes cos(m t), only m = 0."""
+    """The mean of the parts' displacements follows from the modes that show in it: around a lip cos(m t) with m = 0."""
     rng, around = np.random.default_rng(3), 2 * np.pi * np.arange(ports) / ports
     shapes = np.array([rng.normal() * np.cos(k % 3 * around) for k in range(25)])
     omega = np.sort(rng.uniform(6e3, 5e5, 25))
@@ -119,7 +119,7 @@ def thrown() -> Body:
 
 @pytest.mark.parametrize("stride", [1, 7])
 def test_coordinates_make_the_displacement_of_the_ports(stride: int) -> None:
-    """Of a body of modes alone, free ones among them, bent, loaded and struck at two ports."""
+    """The coordinates of a loaded body of modes, free ones among them, make its displacement at two struck ports."""
     steps = 700
     bare = thrown()
     assert isinstance(bare.greens, ModalGreens)

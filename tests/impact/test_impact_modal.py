@@ -93,7 +93,7 @@ def test_error_estimate_adds_what_is_known() -> None:
 def test_arrays_of_the_wrong_shape_are_refused(
     omega: tuple[int, ...], shapes: tuple[int, ...], rates: tuple[int, ...]
 ) -> None:
-    """As a damaged file may hold them."""
+    """Arrays whose shapes do not match, as a damaged file may hold them, are refused."""
     residual = Residual(np.ones(shapes), np.ones(rates), np.zeros((1, 1)))
     with pytest.raises(GreensFunctionError, match="shapes must match"):
         ModalGreens(np.ones(omega), np.zeros(3), np.ones((3, 1)), residual)

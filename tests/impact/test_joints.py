@@ -98,7 +98,7 @@ def test_no_history_of_steps_gains_energy(seed: int) -> None:
 @pytest.mark.parametrize("law", [ROUGH, TABLE])
 @pytest.mark.parametrize("pen", [0.3, 0.77, 1.6, 1.45])
 def test_stiffness_is_the_slope_of_the_force(law: impact.Law, pen: float) -> None:
-    """On the loading branch, and on the other below a closure of 1.5; rough faces also in closed form."""
+    """The stiffness is the force's difference quotient on loading and below a closure of 1.5; rough faces have 6 x."""
     for deepest in (0.0, 1.5):
         numbers = march_numbers([law.parameters])
         numbers[0, DEEPEST] = deepest
@@ -203,7 +203,7 @@ def test_a_film_beside_a_joint_is_refused() -> None:
 
 @pytest.mark.parametrize("law", [ROUGH, TABLE])
 def test_the_static_closure_is_that_of_the_loading_branch(law: impact.Law) -> None:
-    """At forces within the table and beyond; half the joint needs half the force."""
+    """A force's closure is the one that loads to it, beyond the table too; half the joint needs half the force."""
     closures = np.array([0.2, 0.7, 1.3, 2.5])
     forces = path(law, closures)
     np.testing.assert_allclose([law.closure(force) for force in forces], closures, rtol=1e-12)

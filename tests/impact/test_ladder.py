@@ -224,8 +224,8 @@ def taken(run: Marched) -> Array:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", scenes())
 def test_it_is_as_good_as_equal_steps(name: str) -> None:
-    """What the long steps change is at most a tenth of what the fine step leaves, by half of it, and of a bar of 0.3 %;
-    the gaps at the ends of the steps agree, and a quarter of the steps is saved at least."""
+    """Long steps change at most a tenth of what the fine step leaves and of a bar of 0.3 %; gaps at the ends of steps
+    agree, and at least a quarter of the steps is saved."""
     problem, duration = scenes()[name]
     run = march_in_levels(*discretised(problem, duration))
     equal, finer = (march(problem, H / part, duration, equal_steps=True) for part in (1, 2))

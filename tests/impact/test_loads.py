@@ -125,7 +125,7 @@ def oscillator(motion: impact.BaseMotion) -> impact.Body:
 
 
 def place(body: impact.Body, dt: float, duration: float) -> Array:
-    """Of a body that touches nothing, its base included."""
+    """Return the displacement of a body that touches nothing, its base included."""
     result = impact.solve(impact.ContactProblem(body, FAR, gap=1.0), dt=dt, duration=duration)
     np.testing.assert_allclose(result.gap, 1.0 + result.striker_displacement, rtol=1e-12)
     return result.striker_displacement
@@ -145,8 +145,8 @@ def test_a_shaken_oscillator_follows_its_closed_form() -> None:
 
 
 def test_a_clamp_in_resonance_swings_its_beam_as_known() -> None:
-    """Of a cantilever: w_1(L) int rho A w_1 = 1.5660 (from its first root 1.8751); the tip swings by 1.5660 a/(2 zeta
-    w_1^2) once it has settled."""
+    """The tip swings by 1.5660 a/(2 zeta w_1^2) once it has settled, as w_1(L) int rho A w_1 = 1.5660 for a cantilever
+    (its first root is 1.8751)."""
     zeta, a = 0.05, 100.0
     first = 1.8751040687**2 * np.sqrt(206e9 * 3e-4**2 / (12 * 7800)) / 25e-3**2
     swinging = impact.BaseMotion(lambda t: -a / first**2 * np.sin(first * t), lambda t: a * np.sin(first * t))

@@ -99,7 +99,7 @@ def test_memory_does_not_grow_with_the_number_of_varied_runs(long_runs: None, tr
 def test_displacements_on_demand_are_those_that_are_kept(
     equal_steps: bool, long_runs: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Of striker and targets, on a seat whose base moves and a stopper; at all contacts, some, and weighted."""
+    """Replayed displacements of all bodies at all contacts, some, and weighted are those that a run keeps."""
     below = seat(3, base=lambda time: 2e-6 * np.sin(3e3 * time))
     above = Contact(impact.spring(stiffness=1e6), side=-1, striker_port=1, gap=2e-4)
     problem = ContactProblem(reed(3), contacts=[*on_a_seat(3, below), above])

@@ -170,7 +170,7 @@ def test_unrepaired_contact_gains_energy():
 
 @pytest.mark.slow
 def test_repair_takes_off_a_mode_of_the_wrong_sign():
-    """What is nearest to (passive - intruder) is close to the passive part: 5x nearer than before."""
+    """Repair brings (passive - intruder) five times nearer to the passive part and states its change."""
     g, truth = modal_with(0.002, -1.0), seat_samples(2000)
     mended = repair(SampledGreens(g, DT))
     assert np.linalg.norm(mended.values[0, 0] - truth) < np.linalg.norm(g - truth) / 5

@@ -106,7 +106,7 @@ SMOOTH = [(mass, "gap"), (mass, "damping_ratio"), (bars, "recovery"), (pair, "re
 @pytest.mark.slow(but="modes")
 @pytest.mark.parametrize(("case", "key"), SMOOTH, ids=[f"{case.__name__}-{key}" for case, key in SMOOTH])
 def test_marches_come_near_it_with_the_square_of_their_distance(case, key):
-    """Of keys in which the march is bent enough to be seen above round-off, and keeps its contact steps."""
+    """Differences of marches approach the slope with the square of their width, at equal contact steps."""
     [slope] = force_sensitivities(marched(case), [neighbours(case, key)])
     apart = []
     for width in (4e-3, 2e-3, 1e-3):

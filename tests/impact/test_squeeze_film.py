@@ -65,8 +65,8 @@ def test_a_mass_loses_to_the_film_what_its_gap_says(dt: float) -> None:
 
 
 def test_a_step_any_shorter_changes_less_and_never_blows_up() -> None:
-    """With the c of the step before, c(floor) = 622 N s/m against h/W0 = 1e4 to 2e5 N s/m of this mass and far below
-    of a stiff seat: there the explicit march fails."""
+    """A step of any length is stable, where c(floor) = 622 N s/m against h/W0 = 1e4 to 2e5 N s/m: a march with the c of
+    the step before fails."""
     runs = [landing(FILM, 1.0, dt, target=seat(1)) for dt in (200e-9, 100e-9, 50e-9, 25e-9, 1e-9)]
     impulse, peak = np.array([(measures.impulse(run), measures.film_force_peak(run)) for run in runs]).T
     off = np.abs(impulse[:-1] - impulse[-1])
@@ -247,7 +247,7 @@ def test_a_law_that_lets_go_before_the_gap_opens() -> None:
 
 
 def test_a_pressed_reed_that_is_pulled_off_is_held_by_its_film() -> None:
-    """At rest under its preload the film bears nothing; as the load turns, it pulls before the gap opens far."""
+    """The film bears nothing under a preload at rest; as the load turns, it pulls before the gap opens far."""
     turning = impact.Pressure(lambda t: -2e3 * np.cos(2 * np.pi * t / 4e-3))
     striker = impact.cantilever_reed(
         young=206e9, density=7800, length=25e-3, width=1e-2, thickness=3e-4, n_modes=8, tip_deflection=0.0,

@@ -55,7 +55,7 @@ def shot(beam: SteppedCantilever, omega: float) -> float:
 
 @pytest.mark.parametrize("beam", [TAPERED, STEP])
 def test_frequencies_by_integration_along_the_beam(beam: SteppedCantilever) -> None:
-    """By Runge and Kutta, without elements: the determinant of the free end vanishes within 1e-6 of each frequency."""
+    """The free end's determinant by Runge-Kutta, without elements, vanishes within 1e-6 of each frequency."""
     for omega in beam.frequencies(3):
         root = brentq(lambda w: shot(beam, w), 0.98 * omega, 1.02 * omega, xtol=1e-9 * omega)
         assert omega == pytest.approx(root, rel=1e-6)
@@ -83,7 +83,7 @@ def test_a_width_that_vanishes_at_the_tip() -> None:
 
 
 def test_static_compliance_with_the_residual() -> None:
-    """Of several contacts, on both sides of the step: that of the beam, by quadrature of M m/EI."""
+    """The compliance of contacts on both sides of the step is the beam's, by quadrature of M m/EI."""
     at = (5e-3, 12e-3, 20e-3, L)
     greens = reed(STEP, n_modes=8, contact_at=at).greens
     ds = L / 200000

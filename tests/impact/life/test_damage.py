@@ -34,7 +34,7 @@ blocks_of_stress = arrays(
 
 
 def reversed_cycles(amplitude: float, count: float = 1.0) -> Cycles:
-    """Without a mean."""
+    """Return cycles without a mean."""
     return Cycles(np.array([2 * amplitude]), np.zeros(1), np.array([count]))
 
 
@@ -213,7 +213,7 @@ NAMES = ("goodman", "gerber", "swt", "walker", "morrow")
 
 
 def one(judge: MeanStress, amplitude: float, mean: float) -> float:
-    """In MPa."""
+    """Return the equivalent of one amplitude and mean, all in MPa."""
     return float(judge.equivalent(np.array([amplitude * MPA]), np.array([mean * MPA]))[0] / MPA)
 
 

@@ -17,7 +17,7 @@ TIME = 2 * np.pi * np.arange(720) / 720
 
 
 def rows(columns: int, *names: str) -> dict[str, list[str]]:
-    """Of the table with so many columns that has them."""
+    """Return the named rows of the page's tables with so many columns."""
     found = {}
     for line in PAGE.splitlines():
         name, *cells = [cell.strip() for cell in line.strip("| ").split("|")]

@@ -164,8 +164,8 @@ def test_what_a_path_is_made_of_does_not_count(number: int, seed: int) -> None:
 @pytest.mark.parametrize("lag", [0.0, np.pi / 4, np.pi / 2])
 @pytest.mark.parametrize("ta", [75.0, 150.0, 250.0])
 def test_bending_and_torsion_in_closed_form(ta: float, lag: float) -> None:
-    """Of Papadopoulos sqrt(sa^2/3 + ta^2) + (3 t/f - sqrt 3) sa/3 at any lag; of Crossland the longer half axis of the
-    ellipse in place of the root, its square an eigenvalue of ((a^2, a t cos), (a t cos, t^2)), a = sa/sqrt 3."""
+    """Papadopoulos is sqrt(sa^2/3 + ta^2) + (3 t/f - sqrt 3) sa/3 at any lag; Crossland has in place of the root the
+    ellipse's longer half axis, whose square is an eigenvalue of ((a^2, a t cos), (a t cos, t^2)), a = sa/sqrt 3."""
     stress, slant = bending_and_torsion(300, ta, lag=lag), (3 * TORSION / BENDING - np.sqrt(3)) * 100
     a, cross = 300 / np.sqrt(3), 300 / np.sqrt(3) * ta * np.cos(lag)
     radius = np.sqrt(np.linalg.eigvalsh([[a**2, cross], [cross, ta**2]])[1])

@@ -37,7 +37,7 @@ def test_the_bar_of_a_margin_is_that_of_histories_at_the_end_of_theirs() -> None
 
 
 def test_the_worst_place_is_found_by_its_mean_too() -> None:
-    """Of equal amplitudes the one in tension; of the same in compression it is passed over, or no worse."""
+    """The place in tension is worse than one of equal amplitude in compression and one without a mean."""
     wave = 100e6 * np.cos(np.linspace(0, 2 * np.pi, 101))
     found = judged([("pressed", wave - 300e6), ("pulled", wave + 300e6), ("even", 0.9 * wave)], DEMAND)
     assert found.at == "pulled"
