@@ -40,7 +40,7 @@ SPEEDS = '{ kind = "uniform", from = "-2 m/s", to = "-1 m/s" }'
 
 
 def study_of(folder: Path, number: int) -> Path:
-    """Of a scene that names a table and a Green's function, in two folders."""
+    """Write a study of a scene that names a table and a Green's function, in two folders."""
     for name in ("scenes", "parts"):
         (folder / name).mkdir(parents=True)
     impact.save_greens(impact.rigid_mass(mass=2e-3, velocity=0.0).greens, folder / "parts" / "mass.h5")
@@ -120,7 +120,7 @@ def values_of(outcome: Outcome) -> dict[str, object]:
 
 
 def ends_as_here(address: str, path: Path, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """By SIGKILL, twice, and by the limit of time."""
+    """Check that jobs that die by SIGKILL, twice, or reach the limit of time end as they do on this computer."""
     monkeypatch.setattr("seatfem.study.sweep.runner.WORKER", "tests.study.dying_worker:reply")
     (path.parent / "scene.toml").write_text(
         SCENE.replace('kind = "greens"\nfile = "../parts/mass.h5"', 'kind = "rigid_mass"\nmass = "1 g"'),
@@ -172,7 +172,7 @@ def test_what_is_no_address(address: str) -> None:
 
 
 def test_nobody_is_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """At a port that is known to be free."""
+    """A port where nobody listens, --workers beside it and a missing package are refused with a remedy."""
     monkeypatch.setattr(cluster, "PATIENCE", 0.3)
     with socket.create_server(("127.0.0.1", 0)) as held:
         address = f"tcp://127.0.0.1:{held.getsockname()[1]}"

@@ -33,7 +33,7 @@ def test_jobs_are_answered_in_other_processes() -> None:
 
 @pytest.mark.slow
 def test_what_is_lost_costs_itself_alone() -> None:
-    """With the reason, the end of its log and its time; the jobs before and after it are answered."""
+    """A lost job has its reason, the end of its log and its time; jobs before and after it are answered."""
     with crew(ANSWERS) as ask:
         found = dict(ask(["a", "die", "fail", "b", "hang", "c"], 1.5))
     lost = {number: answer for number, answer in found.items() if isinstance(answer, Lost)}
