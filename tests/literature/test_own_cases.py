@@ -135,7 +135,7 @@ def propped_cantilever(spring: float) -> float:
 
 
 def two_supports() -> list[float]:
-    """By flexibilities: deflections at x = 1, 2 of a cantilever of length 2 under q = 1 and under unit forces there."""
+    """Return two supports' forces by flexibilities: a cantilever of length 2, held at x = 1 and 2, under q = 1."""
     at = np.array([1.0, 2.0])
     a, b = np.minimum.outer(at, at), np.maximum.outer(at, at)
     under_pressure = at**2 * (6 * 2.0**2 - 4 * 2.0 * at + at**2) / 24
