@@ -123,7 +123,7 @@ for number, verb in enumerate({verbs}):
 
 
 def hides(path: str) -> bool:
-    """Whether a file may be hidden from a command."""
+    """Return whether a file may be hidden from a command."""
     mount = ["unshare", "-rm", "mount", "--bind", "/dev/null", path]
     return shutil.which("unshare") is not None and subprocess.run(mount, capture_output=True).returncode == 0
 

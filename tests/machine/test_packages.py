@@ -14,7 +14,7 @@ RUN = "import sys; from seatfem.faces.cli import run_command; sys.exit(run_comma
 
 
 def answer(folder: Path, module: str, code: str, *arguments: str) -> str:
-    """What the program says where such a module lies before the installed one."""
+    """Return what the program says if such a module lies before the installed one."""
     (folder / module).mkdir()
     (folder / module / "__init__.py").write_text(code, encoding="utf-8")
     made = f"import sys; sys.path[:0] = [{str(folder)!r}, {str(ROOT)!r}]; {RUN}"
