@@ -34,7 +34,7 @@ def test_it_is_read_as_it_was_written(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_what_is_left_out_of_a_body_keeps_its_place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """On the same corners, with their own displacements; the block is still closed and as large."""
+    """A thinned body keeps its corners with their displacements, and its surface is as large."""
     monkeypatch.setattr(moving, "MOST_TRIANGLES", 300)
     made = block_modes()
     save_moving(made, tmp_path / "modes.h5")

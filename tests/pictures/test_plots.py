@@ -377,7 +377,7 @@ def test_pictures_enlarge_the_hardest_contact(tmp_path: Path) -> None:
 
 
 def record(number: int, excess: float, start: float, body: str = "seat") -> dict[str, object]:
-    """Of a landing, as summary.json lists it."""
+    """Return a landing as summary.json lists it."""
     times = {"time_s": start, "duration_s": 2e-5, "peak_time_s": start + 5e-6}
     return {"body": body, "number": number, "filtered_peak_force_N": 20.0, "excess_peak_force_N": excess, **times}
 

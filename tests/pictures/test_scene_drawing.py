@@ -57,7 +57,7 @@ def example(name: str, **changed: object) -> Scene:
 
 
 def words_in(picture: Path) -> list[str]:
-    """What an SVG says."""
+    """Return the texts in an SVG."""
     text = picture.read_text(encoding="utf-8")
     return [re.sub(r"<[^>]+>", "", each) for each in re.findall(r"<text.*?</text>", text, re.DOTALL)]
 

@@ -68,7 +68,7 @@ def _volume(points: np.ndarray, triangles: np.ndarray) -> float:
 
 @pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
 def test_triangles_are_wound_outward_however_they_were(share: float) -> None:
-    """Of two blocks apart from each other, a share of whose triangles is turned over."""
+    """The triangles of two blocks face outward again after a share of them was turned over."""
     body = block("Block", ("1",))
     points = np.concatenate([body.points, body.points + np.array([1.0, 0.0, 0.0])])
     triangles = np.concatenate([body.triangles, body.triangles + len(body.points)])
