@@ -31,7 +31,7 @@ def one_meshio(tmp_path_factory: pytest.TempPathFactory) -> Iterator[subprocess.
 
 @pytest.fixture
 def read_by_one_process(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
-    """For tests of what a file says, not of what its reader may take."""
+    """Let one process read all files of tests about what a file says, not about what its reader may take."""
     worker = request.getfixturevalue("one_meshio")
     monkeypatch.setattr(mesh_files, "start_worker", lambda *given, **named: worker)
     monkeypatch.setattr(mesh_files, "end_worker", lambda worker: None)

@@ -130,7 +130,7 @@ def test_loose_parts_and_flat_elements_are_located():
 
 
 def compliance(kind, order, n, poisson, dilatation="auto"):
-    """Of a clamped cube pushed on its side: it bends and bulges."""
+    """Return the compliance of a clamped cube pushed on its side, which bends and bulges."""
     model = assemble(
         block(kind, order, n), Material(1.0, poisson, 1.0), order=order, ports={"side": "side"}, dilatation=dilatation
     )

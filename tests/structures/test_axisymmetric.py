@@ -39,7 +39,7 @@ def curved(mesh, bend=0.05):
 
 
 def volume(mesh):
-    """By the divergence theorem on the outline."""
+    """Return the volume by the divergence theorem on the outline."""
     outline = skfem.FacetBasis(mesh, mesh.elem(), facets=mesh.boundary_facets(), intorder=9)
     return math.pi * float((outline.global_coordinates().value[0] ** 2 * outline.normals[0] * outline.dx).sum())
 

@@ -40,7 +40,7 @@ def ring() -> SecondOrderModel:
 
 
 def test_the_loads_are_those_of_the_port() -> None:
-    """On the nodes of the deck, in its order."""
+    """The deck's loads are the port's forces on its nodes, in its order."""
     for model, axis in ((block(), 2), (ring(), 2)):
         deck, [port] = calculix_body(model, STEEL), model.ports.values()
         of_port = model.expand(port.vector)[axis][: len(deck.loads)]
@@ -59,7 +59,7 @@ def test_the_loads_are_those_of_the_port() -> None:
     ids=["tetrahedra", "orthotropic", "hexahedra", "triangles"],
 )
 def test_frequencies(model: SecondOrderModel, material: Material, element: str, apart: float) -> None:
-    """What CalculiX's fewer points or nodes leave on these coarse meshes; 3 % of the modulus are 1.5 %."""
+    """CalculiX's frequencies agree within what its fewer points leave on coarse meshes; 3 % of modulus are 1.5 %."""
     deck = calculix_body(model, material)
     assert deck.element == element
     text, _ = calculix.run([*deck.lines, *deck.frequency(5)])
@@ -194,7 +194,7 @@ def exported(scene: str, folder: Path) -> Path:
 @here
 @pytest.mark.slow
 def test_a_reed_lands_tilted(tmp_path: Path) -> None:
-    """On a lip of the whole seat, that the run itself has as a half section; C3D20R of 2 mm are 1 % too stiff."""
+    """CalculiX's whole seat is struck like the run's half section; its C3D20R of 2 mm are 1 % too stiff."""
     deck = exported(LANDING, tmp_path)
     assert "CAX6" in (deck / "README.txt").read_text(encoding="utf-8")
     lines = (deck / "contact.inp").read_text(encoding="ascii").splitlines()

@@ -61,8 +61,8 @@ def test_a_circle_is_a_lip(arcs: int, rings: int) -> None:
 
 @pytest.mark.parametrize(("arcs", "rings"), [(1, 3), (8, 1), (48, 3)])
 def test_a_racetrack_has_equal_arcs_along_its_centre_line(arcs: int, rings: int) -> None:
-    """Of a band of even width: area = width times length, in every arc but for where rays cut it aslant across the
-    joint of its straight sides and round ends."""
+    """A band of even width has as area its width times its length, in every arc but for where rays cut it aslant across
+    the joint of its straight sides and round ends."""
     lip = FaceLip(SLOT, arcs, rings)
     length = 2 * STRAIGHT + 2 * math.pi * ROUND
     assert lip.area == pytest.approx(WIDTH * length, rel=2e-5)
@@ -75,8 +75,8 @@ def test_a_racetrack_has_equal_arcs_along_its_centre_line(arcs: int, rings: int)
 
 
 def test_an_eccentric_ring_is_seen_from_its_centroid() -> None:
-    """Of circles R and r, the inner one off by e: at -e r^2/(R^2 - r^2). Arcs of equal areas are long where it is
-    narrow, and all of them as long as the centre line."""
+    """The centroid between circles R and r, the inner one off by e, is at -e r^2/(R^2 - r^2); arcs of equal areas are
+    long where it is narrow."""
     off = 0.2e-3
     lip = FaceLip(face(circle(5e-3, off), circle(6e-3)), 16)
     assert lip.face.centre == pytest.approx((-off * 25 / 11, 0, 0), abs=1e-9)
@@ -89,7 +89,7 @@ def test_an_eccentric_ring_is_seen_from_its_centroid() -> None:
 
 
 def test_places_are_shares_of_the_area() -> None:
-    """Of a circle the angle, and (r^2 - a^2)/(b^2 - a^2) across."""
+    """Places on a ring are its angle and, across, (r^2 - a^2)/(b^2 - a^2); cuts lead back to them."""
     lip, turns, radii = FaceLip(ROUND_FACE, 8), np.array([0.1, 2.0, 5.9]), np.array([5.1e-3, 5.5e-3, 5.9e-3])
     points = np.column_stack([radii * np.cos(turns), radii * np.sin(turns), np.zeros(3)])
     around, across, _ = lip.places(points)
@@ -110,7 +110,7 @@ def test_places_are_shares_of_the_area() -> None:
     ],
 )
 def test_angles_count_anticlockwise_about_the_normal(normal: tuple, x: tuple, y: tuple) -> None:
-    """From the body's x axis, or its y axis where that is the normal."""
+    """Angles count from the body's x axis, or from its y axis if x is the normal."""
     at = np.array([1e-3, 2e-3, 3e-3])
     edges = np.concatenate([closed(circle(radius) @ np.array([x, y]) + at) for radius in (2e-3, 3e-3)])
     found = land_of(edges, normal)
@@ -119,8 +119,8 @@ def test_angles_count_anticlockwise_about_the_normal(normal: tuple, x: tuple, y:
 
 
 def test_a_half_space_under_a_face_is_that_under_a_lip() -> None:
-    """Of the circle; of a racetrack a part that rays cut squarely has that of a ring as long, one cut by 40 degrees
-    aslant is less compact, 3.4 %; as a whole it is a little softer than the ring, whose parts lie farther apart."""
+    """A circular face has the lip's compliance; a racetrack's arc has that of a ring as long, 3.4 % less where rays cut
+    it aslant by 40 degrees; as a whole it is a little softer than the ring, whose parts lie farther apart."""
     for arcs, rings in ((16, 1), (6, 2)):
         mine = arc_compliance(FaceLip(ROUND_FACE, arcs, rings), 200e9, 0.3)
         right = arc_compliance(Lip(5.5e-3, 1e-3, arcs, rings), 200e9, 0.3)
@@ -189,7 +189,7 @@ BEND, HALF, BORE = (
 
 
 def kidney(radius: float, bend: float = BEND, half: float = HALF, corners: int = 400) -> np.ndarray:
-    """What lies at a distance from an arc about the origin."""
+    """Return the outline of all points at a distance from an arc about the origin."""
     along, ends = np.linspace(-half, half, corners), np.linspace(0, np.pi, corners // 4)[1:-1]
     tips = [bend * np.exp(1j * half) + radius * np.exp(1j * (half + ends))]
     tips.append(bend * np.exp(-1j * half) + radius * np.exp(1j * (np.pi - half + ends)))
@@ -240,7 +240,7 @@ def test_a_straight_strip_is_a_rectangle(turn: float) -> None:
 
 @pytest.mark.slow
 def test_two_faces_are_numbered_through() -> None:
-    """By the x of their centroids, each closed, from its own x axis on; of areas 2 to 1 with twice as many arcs."""
+    """Faces follow by the x of their centroids, closed each from its own x axis; arcs are in proportion to area."""
     edges = np.concatenate([closed(circle(r, 5e-3)) for r in (1e-3, 2e-3)])
     other = [closed(circle(radius, -5e-3)) for radius in (2e-3, 2e-3 * math.sqrt(1 + 3 / 2))]
     found = land_of(np.concatenate([edges, *other]), (0, 0, 1))

@@ -33,7 +33,7 @@ AIMS = Aims(BAND, DURATION, 0.01)
 
 @cache
 def face(length: float) -> Land:
-    """Of the lip: between two circles, or racetracks of straight sides."""
+    """Return the lip's face between two circles, or between racetracks of straight sides."""
     turns = 2 * np.pi * np.arange(720) / 720
     shift = length / 2 * np.sign(np.round(np.cos(turns), 12))
     edges = []
@@ -45,7 +45,7 @@ def face(length: float) -> Land:
 
 @cache
 def model(arcs: int, rings: int = 1, slices: int = 16, straight: int = 0) -> SecondOrderModel:
-    """Of hexahedra, ``straight`` of them on either side of a racetrack."""
+    """Return a model of hexahedra, ``straight`` of them on either side of a racetrack."""
     length = LENGTH if straight else 0.0
     mesh = around(meridian(), slices, straight, length)
     across = [facet for facet in mesh.boundary_facets() if np.allclose(mesh.p[2, mesh.facets[:, facet]], HEIGHT)]

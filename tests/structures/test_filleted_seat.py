@@ -44,7 +44,7 @@ def largest(mesh: MeridianMesh) -> float:
 
 @pytest.mark.slow
 def test_the_largest_stress_in_the_fillet_converges() -> None:
-    """By more than order 1.4, whether nodes meet the largest or miss it, and to 1 % with the elements of a run."""
+    """The largest stress converges by more than order 1.4, and the elements of a run have it to 1 %."""
     exact = largest(drawn(5.0))
     errors = [abs(largest(drawn(finer)) / exact - 1) for finer in (0.25, 1.0)]
     assert errors[1] < 0.01

@@ -47,7 +47,7 @@ def test_the_mesh_follows_the_outline(meshes: dict[float, PlateMesh]) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(("size", "tolerance"), [(2e-3, 2e-3), (1e-3, 1e-3)])
 def test_frequencies(meshes: dict[float, PlateMesh], size: float, tolerance: float) -> None:
-    """To 0.1 % on the finer mesh; the third is stated to 1 Hz in 1644.7."""
+    """The finer mesh has the frequencies to 0.1 %; the third is stated to 1 Hz in 1644.7."""
     model = assemble_plate(meshes[size], STEEL, REED.thickness, clamped="clamped")
     modes = solve_modes(model, 5)
     assert modes.complete

@@ -77,7 +77,7 @@ def run(folder: Path, code: str) -> subprocess.CompletedProcess[str]:
 
 @pytest.mark.slow
 def test_a_shape_of_the_script_that_runs_is_meshed(tmp_path: Path) -> None:
-    """What it imports from beside it is found, too."""
+    """A script's shape is meshed, and its import from beside it works."""
     (tmp_path / "beside.py").write_text("HEIGHT = 3e-3\n")
     done = run(tmp_path, SHAPE.format(more="from beside import HEIGHT") + f'if __name__ == "__main__":\n    {RUNS}')
     assert done.stderr == ""

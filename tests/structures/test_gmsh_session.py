@@ -67,7 +67,7 @@ def test_a_session_makes_the_meshes_of_single_processes(monkeypatch, make, geome
 
 @pytest.mark.slow
 def test_a_session_goes_on_after_a_failure(monkeypatch) -> None:
-    """With another process: the one that failed is not asked again."""
+    """A session starts another process after one that failed."""
     processes = started(monkeypatch)
     with GmshSession() as gmsh:
         with RAISES(MeshingError, match="no_such_task"):  # a mistake of the program, no refusal

@@ -46,7 +46,7 @@ def in_arcs(arcs: int, band: float = BAND, damping: float = ZETA, static: bool =
 
 @pytest.fixture(scope="module")
 def eight() -> ModalGreens:
-    """To three times the band in which it is judged."""
+    """Return the lip in 8 arcs, solved to three times the band in which it is judged."""
     return in_arcs(8, 3 * BAND)
 
 

@@ -105,7 +105,7 @@ def test_other_ports_are_no_division(names: tuple[str, ...]) -> None:
 
 
 def test_fewer_parts_are_means_of_more() -> None:
-    """In one step or in two, by hand for arcs of two rings, and of a body that has another port before them."""
+    """Fewer parts are the means by hand of more, in one step or in two, also behind another port."""
     there = Division(12, 2)
     greens = division_greens(there)
     static = greens.static_compliance()
@@ -158,7 +158,7 @@ def test_a_whole_disc_on_a_half_space(arcs: int, monkeypatch: pytest.MonkeyPatch
 
 
 def test_a_known_body_keeps_its_own_answer_in_arcs() -> None:
-    """As a whole it moves as before; each part begins with 1/(rho c_p A_i), alone."""
+    """The body as a whole moves as before; each part begins with 1/(rho c_p A_i), alone."""
     whole = ModalGreens(
         np.array([1e5, 3e5]), np.array([0.01, 0.02]), np.array([[4.0], [7.0]]),
         Residual.exponential(np.array([[1e-10]]), np.array([[1 / 1500.0]])), ("contact",),

@@ -17,7 +17,7 @@ STEEL = Material(206e9, 0.3, 7800.0)
 
 
 def patch_of(lip: Lip, centre: tuple[float, float]) -> Patch:
-    """Of one that is not divided."""
+    """Return the one patch of a lip that is not divided."""
     (patch,) = lip.patches(centre).values()
     return patch
 

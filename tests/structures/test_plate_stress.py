@@ -30,7 +30,7 @@ def strip(columns: int, rows: int) -> PlateMesh:
 
 
 def test_a_strip_under_a_tip_force_is_a_beam() -> None:
-    """Without Poisson's ratio to the root; F = 1 N over the last element's end."""
+    """A plate without Poisson's ratio has the beam's stress to the root; F = 1 N acts over the last element's end."""
     beam = Material(200e9, 0.0, 7850.0)
     mesh = strip(20, 2)
     tip = Patch(np.array([(LENGTH, y) for y in np.linspace(0, WIDTH, 21)]), np.ones(21))
@@ -44,7 +44,7 @@ def test_a_strip_under_a_tip_force_is_a_beam() -> None:
 
 
 def field_error(columns: int) -> float:
-    """Of the stress of w = (x/a)^4/24 at the nodes, the interior rotations being interpolated."""
+    """Return the error of the stress of w = (x/a)^4/24 at the nodes, with interpolated interior rotations."""
     material = Material(200e9, 0.3, 7850.0)
     mesh = strip(columns, 2)
     model = assemble_plate(mesh, material, THICKNESS)
@@ -86,7 +86,7 @@ def test_points_off_the_plate_are_refused() -> None:
 
 @pytest.mark.slow
 def test_the_first_mode_of_a_strip_bears_root_3_rho_c_v_at_its_clamp() -> None:
-    """Of tip velocity v, at a quarter of its period; it goes on under a force that hardly presses."""
+    """The clamp bears root 3 rho c v of the tip's v after a quarter period, also under a force that hardly presses."""
     beam = Material(200e9, 0.0, 7850.0)
     mesh = strip(12, 1)
     tip = Patch(np.array([(LENGTH, WIDTH / 2)]), np.ones(1))

@@ -52,7 +52,7 @@ def block():
 
 @cache
 def spectrum(size, *matrices):
-    """Of two matrices as bytes: the models serve many tests."""
+    """Return eigenvalues and modes of two matrices, given as bytes to be kept for many tests."""
     return scipy.linalg.eigh(*(np.frombuffer(matrix).reshape(size, size) for matrix in matrices))
 
 

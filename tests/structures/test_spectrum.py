@@ -154,7 +154,7 @@ def test_unusable_requests(square_block):
 
 
 def test_progress_is_reported_before_each_block(monkeypatch):
-    """By it a limit of time ends the search; one of some 160 modes had a single report."""
+    """A report, by which a limit of time ends the search, stands before each block."""
     events = []
     expand = spectrum.BlockLanczos.expand
 

@@ -58,7 +58,7 @@ def section(rows: int, columns: int, length: float, radii: Any, kind: Any = skfe
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", [skfem.MeshQuad2, skfem.MeshTri2])
 def test_a_thick_walled_ring_under_pressure_has_the_stress_of_lame(kind: Any) -> None:
-    """In plane strain, at its surfaces; the error falls as h^2 at least."""
+    """Stress in plane strain at the ring's surfaces is Lame's; the error falls as h^2 at least."""
     a, b, height = 2e-3, 4e-3, 1e-3
     errors = []
     for columns in (4, 8):
@@ -86,7 +86,7 @@ def half_sine(t: Array) -> Array:
 
 
 def rod(vectors: int, dt: float) -> StressField:
-    """Without Poisson's ratio a cylinder is the rod of the textbook; its own end at z = LENGTH is struck."""
+    """Return a cylinder without Poisson's ratio, which is the textbook's rod, struck at z = LENGTH."""
     thin = Material(200e9, 0.0, 7850.0, "rod")
     mesh = section(200, 1, LENGTH, lambda z: (0 * z, RADIUS + 0 * z))
     model = assemble_axisymmetric(mesh, thin)

@@ -58,7 +58,7 @@ def test_a_landing_cuts_the_record_for_both_stresses() -> None:
 
 @pytest.mark.slow
 def test_hot_spots_are_the_tops_of_hills() -> None:
-    """On a line three hills; the shoulder of the first, higher than the others, is no top."""
+    """A line with three hills has three hot spots; the higher shoulder of the first is none."""
     x = np.linspace(0, 10, 1001)
     values = 3 * np.exp(-((x - 2) ** 2)) + 1.0 * np.exp(-((x - 6) ** 2)) + 0.2 * np.exp(-((x - 9.5) ** 2))
     points = np.column_stack([x, 0 * x, 0 * x])
