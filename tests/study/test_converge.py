@@ -133,7 +133,7 @@ def test_two_loops_take_the_same_way(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_spring_is_dismissed_where_waves_count(tmp_path: Path) -> None:
-    """Of a long bar the waves return while the contact lasts."""
+    """The plan's spring is replaced when the waves of a long bar return while the contact lasts."""
     scene = scene_of(BAR, MASS, accuracy={"target": 0.05, "landing": "run"})
     first, *_, last = loop(scene, tmp_path)
     assert first.plan.level == "spring"

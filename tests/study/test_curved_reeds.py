@@ -40,7 +40,7 @@ def as_csv(folder: Path, text: str) -> str:
 
 @pytest.mark.parametrize("way", ["heights", "x", "x, y"])
 def test_a_plane_is_a_tilt(tmp_path: Path, way: str) -> None:
-    """Of pitch over x, however it is written; of roll over x and y: to round-off."""
+    """A plane written in any way has the gaps of its tilt, pitch over x or roll over x and y, to round-off."""
     rise, ends = math.tan(math.radians(0.3)), (0.0, 40.0)
     if way == "heights":
         keys = "curvature = { heights = [" + ", ".join(f'["{x} mm", "{-rise * x!r} mm"]' for x in ends) + "] }"

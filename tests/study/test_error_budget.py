@@ -93,7 +93,7 @@ def test_a_seat_taken_for_a_spring_has_its_floor(scene: Scene) -> None:
 
 
 def touches(*pieces: tuple[int, float]) -> ContactRecord:
-    """Of forces [N] that each last so many microseconds."""
+    """Return a record of touches with forces [N] that each last so many microseconds."""
     force = np.concatenate([[0.0], *(np.full(steps, each) for steps, each in pieces), [0.0]])
     return ContactRecord(force, 1e-6, 1e-6, np.zeros_like(force))
 
@@ -119,7 +119,7 @@ def test_a_duration_may_jump(pieces: tuple[tuple[int, float], ...], share: float
 
 
 def test_a_record_is_cut_at_a_time() -> None:
-    """With as many steps as there are until then, so that its impulse is that of those."""
+    """A record cut at a time has as many steps as there are until then, and their impulse."""
     cut = _until(touches((50, 2.0)), 30e-6)
     assert cut.dt * cut.force.sum() == pytest.approx(60e-6, rel=1e-12)
 
@@ -138,7 +138,7 @@ def test_a_jump_is_in_the_bar_of_the_duration_alone() -> None:
 
 
 def test_times_known_to_whole_steps_err_by_a_step() -> None:
-    """Of a landing that is the whole first contact, of one that is not, and of a contact without a landing."""
+    """A duration errs by a step for a whole contact, by a jump for a resolved landing, by nothing without one."""
     force = np.zeros(100)
     force[21:31] = 1.0
     whole = Landing(20e-6, 30e-6, 25e-6, 0, 1.0, 1.0, 0.0, 1.0, 1e-5, pressed_on=False, cut_off=False)

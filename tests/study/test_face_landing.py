@@ -86,7 +86,7 @@ def test_a_tilt_opens_a_slot_by_a_plane(tmp_path: Path, axis: float, slopes: tup
 
 @pytest.mark.slow
 def test_a_pitched_landing_around_a_slot_is_its_mirror_image(tmp_path: Path) -> None:
-    """Of y, but for the meshes of seat and reed; its figure shows arcs where they are, by their angles."""
+    """A pitched landing mirrors in y but for the meshes; its figure shows arcs where they are, by their angles."""
     pytest.importorskip("matplotlib")
     seat = SLOT + 'model = "spring"\nmesh = { size = "4 mm", contact_size = "1.2 mm" }\n'
     scene = scene_of(tmp_path, seat, 'ports = 16\ntilt = "0.2 deg"\ntilt_axis = "90 deg"\n')
@@ -159,7 +159,7 @@ def test_plans_mesh_each_arc(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_arcs_of_a_face_are_chosen(tmp_path: Path) -> None:
-    """As of a circle, the fewest whose convergence can be estimated."""
+    """The plan takes the fewest arcs whose convergence can be estimated, as for a circle."""
     plan = begin_plan(scene_of(tmp_path, SLOT + 'model = "spring"\n', 'tilt = "0.2 deg"\n', 0.04))
     assert plan.method.ports == 16
     assert plan.is_open("contact.ports")
@@ -168,7 +168,7 @@ def test_arcs_of_a_face_are_chosen(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_lip_leaves_no_sectors(tmp_path: Path) -> None:
-    """Of a plate with one port: four quarters, where its land is struck as a whole."""
+    """A plate with one port is solved as a quarter only if its land is struck as a whole, not in arcs."""
     one = PLATE.replace("ports = 4", "ports = 1")
     scene = scene_of(tmp_path, one, "ports = 16\n", 0.04)
     assert scene.seat.stated().level == "sector"

@@ -30,7 +30,7 @@ def solved_of(reed: Structure) -> SolvedSheet:
 
 @pytest.mark.slow
 def test_it_lands_with_a_velocity_in_one_mode(tmp_path: Path) -> None:
-    """At the paddle's centre, whichever patch touches; undeformed."""
+    """The paddle's centre has the stated velocity in one mode, undeformed, whichever patch touches."""
     more = 'contact_radius = "5.5 mm"\ncontact_width = "1 mm"\nrelease = { mode = 3, velocity = "-2 m/s" }\n'
     for release, mode in ((more, 3), (more.replace("mode = 3, ", ""), 1)):
         scene = scene_of(tmp_path, FLAPPER + COARSE, more=release)
@@ -70,7 +70,7 @@ def test_the_mesh_error_covers_the_truth(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_it_is_struck_and_stops(tmp_path: Path) -> None:
-    """As a seat under a ball, and as a stopper."""
+    """A flapper serves as a seat under a ball and as a stopper."""
     scene = scene_of(tmp_path, BALL, FLAPPER + COARSE)
     found = summary_of(scene, tmp_path / "out")
     assert found["contact_count"] != 0

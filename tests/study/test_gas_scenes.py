@@ -55,7 +55,7 @@ def solved(scene: Scene, duration: float = 0.02) -> ImpactResult:
 
 @pytest.mark.parametrize("valve", ["suction", "discharge"])
 def test_a_prescribed_pressure_is_that_of_a_load(valve: str, tmp_path: Path) -> None:
-    """To round-off, impacts included; one area for both directions, as [[load]] has it."""
+    """Gas of a prescribed pressure and [[load]] of the same give equal runs to round-off, impacts included."""
     area = '[["0 mm", "110 mm^2"], ["2 mm", "70 mm^2"]]'
     force = f'[gas.force]\nforward = {{ area = {area}, source = "bench" }}\n'
     record(tmp_path)
@@ -142,7 +142,7 @@ def test_what_a_run_says_of_its_gas(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_steps_follow_the_crank(tmp_path: Path) -> None:
-    """At least twice a degree of the crank, whoever chooses the step."""
+    """A step is at most half a degree of the crank over 32, whoever chooses it; a longer one is refused."""
     scene = scene_of(tmp_path, GAS + CRANK, RUN.replace("20 us", "400 us"))
     most = 1 / 50 / 360 / 2 / 32
     assert fallback_step(scene.run, scene.gas, impact.spring(stiffness=1e6)) == pytest.approx(most)

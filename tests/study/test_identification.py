@@ -24,7 +24,7 @@ def record():
 
 
 def fitted(result):
-    """By key: value, low, high, in the units of the file."""
+    """Return by key the value, low and high, in the units of the file."""
     return {key: (value, each.value(ends.low), each.value(ends.high)) for key, each, value, ends in result}
 
 
@@ -44,7 +44,7 @@ def test_intervals_hold(record, tmp_path):
 
 @pytest.mark.slow
 def test_a_coefficient_that_is_off_by_three_percent_is_seen(record, tmp_path):
-    """With a fifth of the noise the true values come back, and a modulus of 3 % more moves one out of its interval."""
+    """At a fifth of the noise the true values come back; a modulus 3 % more moves one out of its interval."""
     time, force = record
     quiet = RECORD.replace('noise = "40 N"', 'noise = "8 N"')
     given = force + NOISE / 5 * noise(len(time), 1)
@@ -58,7 +58,7 @@ def test_a_coefficient_that_is_off_by_three_percent_is_seen(record, tmp_path):
 
 @pytest.mark.slow
 def test_the_derivatives_are_those_of_the_records(record, tmp_path):
-    """By all keys, those of the records, too; to the square of the differences' width."""
+    """The derivatives by all keys, those of the records too, agree with differences of marches."""
     asked, samples = load_identification(write_files(tmp_path, *record, RECORD.replace("[fit]", "[fit]\n" + GAIN)))
     model = Model(asked, samples)
     at = np.array([each.share(TRUE.get(key, 1.0) * 1.013) for key, each in asked.fit.items()])
@@ -89,7 +89,7 @@ def test_what_is_told_only_together_is_said(record, tmp_path):
 
 @pytest.mark.slow
 def test_what_the_record_does_not_tell_is_said(record, tmp_path):
-    """In a record of the first rise the joint is hardly unloaded: its recovery may be anything."""
+    """A record of the first rise hardly unloads the joint: the result says that it does not tell its recovery."""
     time, force = record
     text = RECORD.replace('noise = "40 N"', 'noise = "40 N"\nto = "40 us"')
     text = text.replace("seat.damping_ratio = {", "# {")
@@ -108,7 +108,7 @@ def test_correlated_residuals_widen_intervals():
 
 
 def test_the_profile_of_a_line_is_exact():
-    """Of y = a x + b with unit noise: the interval is t over the root of the sum of (x - mean)^2."""
+    """The interval of a in y = a x + b with known noise is t over the root of the sum of (x - mean)^2."""
     x = np.linspace(-1, 2, 40)
     y = 0.3 * x + 0.5 + 0.01 * np.sin(7 * x)
 

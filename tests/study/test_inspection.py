@@ -99,7 +99,7 @@ def test_supports_of_drawn_seats_are_looked_up_without_a_file(tmp_path: Path) ->
 
 @pytest.mark.slow
 def test_a_file_is_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """By the plan, and not again by the same process; a changed file is."""
+    """A process reads a file once for its plans, and again after the file changed."""
     calls: list[str] = []
     gmsh, read = cad.run_gmsh, mesh_files.run_gmsh
     monkeypatch.setattr(cad, "run_gmsh", lambda job, *more: (calls.append(job["task"]), gmsh(job, *more))[1])
@@ -148,7 +148,7 @@ def test_a_cylinder_is_selected_by_its_radius_alone() -> None:
 
 
 def test_of_several_cylinders_that_about_the_z_axis_is_meant(tmp_path: Path) -> None:
-    """As ever where no axis is given."""
+    """A radius without an axis means the cylinder about the z axis."""
     scene = load_scene(written(tmp_path, CAD.format(MESHES / "valve_body.step") + 'fixed = { radius = "4 mm" }\n'))
     (bore,) = (face for face in inspect_geometry(scene.seat.geometry()).faces if "fixed" in face.groups)
     assert bore.area == pytest.approx(2 * np.pi * 4e-3 * 14e-3, rel=1e-9)
@@ -178,7 +178,7 @@ def test_a_mesh_measures_what_its_cad_does(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_cad_plate_is_measured_like_the_same_plate_drawn_here(tmp_path: Path) -> None:
-    """From its faces: lands 1 mm wide, on a plate that bends between its rim; not a patch as wide as the reed."""
+    """A CAD plate's faces give lands 1 mm wide on a plate that bends inside its rim, not one as wide as the reed."""
     drawn = Plate.model_validate(
         {
             "kind": "plate", "ports": 6, "port_radius": "3 mm", "pitch": "10 mm", "margin": "5 mm", "thickness": "6 mm",

@@ -87,7 +87,7 @@ outputs = {{ measures = ["landing_impulse_Ns"] }}
 
 @pytest.mark.slow
 def test_side_by_side_they_are_told_apart_as_one_by_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """By when the mass arrives and leaves; bars of a sample are those of scenes that land, and of no others."""
+    """Status follows from when the mass arrives and leaves; scenes that land have a sample's bars, no others."""
     answer_here(monkeypatch)
     text = """design = "latin_hypercube"
 number = 64

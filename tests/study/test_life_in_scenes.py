@@ -186,7 +186,7 @@ def test_nobody_asked(tmp_path: Path) -> None:
     ],
 )  # fmt: skip
 def test_refused(tmp_path: Path, life: str, strength: str, said: str) -> None:
-    """With the scene's file and line, before anything is computed."""
+    """A scene's life is refused with the scene's file and line before anything is computed."""
     told = refusal(scene_of, tmp_path, life, strength=strength)
     assert re.search(said, told)
     assert told.startswith(str(tmp_path / "scene.toml") + ":")

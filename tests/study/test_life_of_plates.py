@@ -96,7 +96,7 @@ def test_the_points_with_the_largest_ranges_of_each_region(tmp_path: Path, monke
 
 @pytest.mark.slow
 def test_a_plate_that_meets_its_stopper_alone_has_a_bar(tmp_path: Path) -> None:
-    """What half the step changes of stress and margin is within the bars, as it is of the stopper's force."""
+    """The bars of stress, margin and the stopper's force hold what half the step changes."""
     bent = REED + 'release = { deflection = "-1 mm" }\n[contact]\ngap = "1.5 mm"\n'
     stopper = '[stopper]\nkind = "spring"\nstiffness = "0.02 N/um"\ngap = "50 um"\n'
     keys, finer = (run(tmp_path, SPRING + bent + stopper + each + LIFE)[0] for each in (RUN.format(1.5), FINER))

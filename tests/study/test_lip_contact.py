@@ -85,7 +85,7 @@ class Bench:
 
 @pytest.fixture(autouse=True)
 def _arcs_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What rings across them leave is another term of the patch's share (test_parts_across)."""
+    """Leave out what rings across arcs miss, another term of the patch's share (test_parts_across)."""
     monkeypatch.setattr("seatfem.study.ladders.patch.of_rings_across", lambda *_: ())
 
 
@@ -97,8 +97,8 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
 @pytest.mark.slow
 @pytest.mark.parametrize("tilt", [PITCH, BACK, FLAT])
 def test_what_lands_in_pitch_lands_alike_on_both_sides(bench: Bench, tilt: tuple[str, str]) -> None:
-    """Of a mirrored mesh, modes that are even or odd, and a residual without cancellation: round-off, times 1e3 by the
-    contacts. A mesh that is not mirrored leaves 1e-3, Lanczos' modes alone 1e-5."""
+    """Forces on mirrored meshes with even or odd modes mirror to round-off, times 1e3 by the contacts; a mesh that is
+    not mirrored leaves 1e-3, Lanczos' modes alone 1e-5."""
     force = bench.land(32, tilt).force
     assert np.abs(force - force[:, ::-1]).max() < 1e-9 * force.max()
 
@@ -311,7 +311,7 @@ def test_where_no_more_arcs_can_be_half_as_many_tell(
 
 @pytest.mark.slow
 def test_the_bar_of_the_band_holds_what_wider_bands_change_and_falls(tmp_path: Path) -> None:
-    """On PEEK; with the error of one arc under a pulse as short as the band is wide it hardly fell."""
+    """The band's bar on PEEK holds what wider bands change, and halves from 160 to 400 kHz."""
     steel = 'young = "206 GPa", poisson = 0.3, density = "7800 kg/m^3"'
     soft = 'young = "4 GPa", poisson = 0.4, density = "1300 kg/m^3"'
     left, values = [], []

@@ -77,7 +77,7 @@ def test_a_load_as_a_single_table(tmp_path: Path) -> None:
 
 
 def test_a_seat_modelled_in_space_is_struck_as_a_whole(tmp_path: Path) -> None:
-    """As by any other reed: who states the model does not get another one."""
+    """A seat whose stated model is in space keeps it, and has no arcs."""
     assert scene_of(tmp_path, "", seat=LIP + 'model = "3d"\n').geometry.lip() is None
     lip = scene_of(tmp_path, "").geometry.lip()
     assert lip.arcs == 32

@@ -33,7 +33,7 @@ def law_in(scene: Scene) -> object:
 
 
 def test_the_law_leaves_the_half_spaces_share_to_the_patch(tmp_path: Path) -> None:
-    """Of a disc, a rectangle, and of both bodies where a ball of finite elements strikes."""
+    """The law subtracts the half-space under a disc, a rectangle, and both bodies where an elastic ball strikes."""
     c = disk_compliance(young=YOUNG, poisson=POISSON, radius=5e-3)
     assert law_in(scene_of(DISC, tmp_path)) == HertzOnPatch(25.9e9, c)
     lossy = HERTZ.replace('"hertz"', '"hunt_crossley"').replace(" }", ', damping = "0.1 s/m" }')

@@ -109,7 +109,7 @@ def test_rounds_end_where_one_port_leaves_too_much(folder: Path) -> None:
 
 @pytest.mark.slow
 def test_rings_are_the_same_model_stated_and_refined(folder: Path) -> None:
-    """Of one contact they divide the seat's face, the reed's is rigid: methods, values and errors are equal."""
+    """Rings that divide one contact give equal methods, values and errors, stated or refined to."""
     stated, first = plan_of(folder, "ports = 1\nrings = 4"), plan_of(folder, "ports = 1")
     ladder = ladder_of(RINGS)
     assert ladder is not None

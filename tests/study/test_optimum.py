@@ -41,7 +41,7 @@ def test_the_softest_spring_that_is_stiff_enough(tmp_path: Path, monkeypatch: py
 
 
 def closed_form(changed: dict[str, object]) -> dict[str, object]:
-    """Of runs whose displacement is 4 % and whose force 7 % off in the search, and right at the target."""
+    """Return measures whose displacement is 4 % and force 7 % off in the search, and right at the target."""
     stiffness, mass = 1e6 * amount(changed["seat.stiffness"]), 1e-3 * amount(changed.get("reed.mass", "1 g"))
     coarse = "accuracy" in changed
     return {
@@ -110,7 +110,7 @@ def test_scenes_that_fail_are_outside(tmp_path: Path, monkeypatch: pytest.Monkey
 
 @pytest.mark.slow
 def test_it_goes_on_where_it_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """At any scene: no scene twice, the same files."""
+    """A search stopped at any scene repeats none and leaves the same files."""
     answer_by(monkeypatch, closed_form)
     path = study_file(tmp_path, STIFFNESS + MASS + SOUGHT)
     jobs = answer_here(monkeypatch)

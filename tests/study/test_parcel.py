@@ -16,7 +16,7 @@ REED = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[run]\nd
 
 
 def unpacked(path: Path, changed: dict[str, object], folder: Path) -> tuple[Scene, dict[str, Path]]:
-    """As another computer reads it, from a folder of its own; and which file is which."""
+    """Return the scene as another computer reads it, from a folder of its own, and which file is which."""
     place, there, files = packed(path, changed)
     for name, file in files.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
@@ -43,7 +43,7 @@ def test_a_scene_is_the_same_elsewhere(name: str, count: int, tmp_path: Path) ->
 
 
 def test_files_that_vary_travel_too(tmp_path: Path) -> None:
-    """In place of the scene's own; each with what it is read with, under the names that stand in it."""
+    """Files that vary are packed in place of the scene's own, with those that they include under the names in them."""
     for name in ("a b.inp", "nodes.inp", "c.inp"):
         text = "*INCLUDE, INPUT=nodes.inp\n" if name[0] != "n" else "*NODE\n1, 0, 0, 0\n"
         (tmp_path / name).write_text(text, encoding="utf-8")

@@ -51,7 +51,7 @@ def in_parts(folder: Path, division: Division) -> Scene:
 
 
 def landed(scene: Scene) -> tuple[impact.ContactProblem, float]:
-    """What lands, and its impulse [N s]."""
+    """Return the problem of the landing, and its impulse [N s]."""
     problem = problem_of(scene, striker_of(scene), impact.Body(seat_of(scene, mesh_error=False).greens))
     return problem, values_of_record(record_of(scene, problem, 250e-9))["impulse"]
 
@@ -100,7 +100,7 @@ def last_of_each(scene: Scene, folder: Path) -> list[Round]:
 
 @pytest.fixture(scope="module")
 def done(tmp_path_factory: pytest.TempPathFactory) -> list[Round]:
-    """Of the scene that states no parts."""
+    """Run the scene that states no parts."""
     folder = tmp_path_factory.mktemp("parts")
     return last_of_each(scene_of(folder), folder)
 

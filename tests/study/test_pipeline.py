@@ -70,7 +70,7 @@ class Ran:
 
 
 def run(text: str, folder: Path, progress: Progress = silent, *, pictures: bool = False) -> Ran:
-    """Without pictures, which are tested elsewhere and take most of a small run's time."""
+    """Run a scene, without pictures unless asked: they take most of a small run's time."""
     folder.mkdir(parents=True, exist_ok=True)
     scene = folder.parent / f"{folder.name}.toml"
     scene.write_text(text, encoding="utf-8")
@@ -85,7 +85,7 @@ def without_vtk(patch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture(scope="module")
 def annular(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Ran]:
-    """With the curves drawn, and a store of its own: other files run this scene, too."""
+    """Run the annular seat with its curves drawn, and a store of its own: other files run this scene, too."""
     with pytest.MonkeyPatch.context() as patch:
         without_vtk(patch)
         patch.setenv(VARIABLE, str(tmp_path_factory.mktemp("store")))
@@ -102,7 +102,7 @@ def assert_same_results(one: Path, other: Path) -> None:
 
 
 def test_a_run_that_finds_its_seat_on_file_without_pictures_draws_its_mesh_and_modes(tmp_path, monkeypatch):
-    """As after ``plan``; the numbers are those on file, and a third run copies the pictures."""
+    """A later run has the seat's numbers on file and draws its mesh and modes; a third one copies the pictures."""
     without_vtk(monkeypatch)
     monkeypatch.setenv(VARIABLE, str(tmp_path / "store"))
     quick = ANNULAR.replace('"0.9 ms"', '"0.3 ms"')
@@ -219,7 +219,7 @@ def test_a_run_writes_what_it_says_and_nothing_else(annular: Ran) -> None:
 
 @pytest.mark.slow
 def test_another_folder_and_another_reed_do_not_compute_the_seat_again(tmp_path: Path) -> None:
-    """From the store, with the error bars that the coarser mesh gives; a wider band is another seat."""
+    """The store gives the seat with the error bars from its coarser mesh; a wider band is another seat."""
     first = run(BAR, tmp_path / "one").summary
     again = run(BAR.replace("1 mm", "0.5 mm"), tmp_path / "two")
     assert (first["seat_reused"], again.summary["seat_reused"]) == (False, True)
@@ -232,7 +232,7 @@ def test_another_folder_and_another_reed_do_not_compute_the_seat_again(tmp_path:
 
 @pytest.mark.slow
 def test_a_seat_in_the_folder_keeps_its_error_bars(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where the store is empty: the coarser mesh's function lies next to it, and is used again, too."""
+    """With an empty store, the coarser mesh's function beside the seat gives the same error bars."""
     first = run(BAR, tmp_path / "one").summary
     monkeypatch.setenv(VARIABLE, str(tmp_path / "empty"))
     again = run(BAR, tmp_path / "one").summary
@@ -313,7 +313,7 @@ def test_the_step_resolves_the_waves_in_a_rod(damping: float, tmp_path: Path) ->
 
 
 def test_a_rigid_mass_on_a_rod_is_the_textbooks(tmp_path: Path) -> None:
-    """As heavy as the rod: 2.1353 rho c V A, contact ends at 3.0677 l/c, rebound 0.68762 V (Timoshenko & Goodier)."""
+    """A mass as heavy as the rod has 2.1353 rho c V A, leaves at 3.0677 l/c, with 0.68762 V (Timoshenko & Goodier)."""
     mass, transit = 7850 * 1e-6 * 30e-3, 30e-3 / np.sqrt(200e9 / 7850)
     striker = f'[reed]\nkind = "rigid_mass"\nmass = "{mass} kg"\nvelocity = "-1 m/s"\n[run]\nduration = "18.7 us"\n'
     stepped = f'{striker}time_step = "{transit / 40} s"\n'
@@ -451,7 +451,7 @@ def test_a_picture_that_fails_is_told_and_costs_no_number(problem, tmp_path, mon
 
 @pytest.mark.slow
 def test_a_crash_among_the_pictures_leaves_all_numbers(tmp_path: Path) -> None:
-    """As a fault in a graphics driver: the process is gone at once."""
+    """A process that is gone at once, as by a fault in a graphics driver, leaves all numbers."""
     (tmp_path / "s.toml").write_text(SPRING, encoding="utf-8")
     crash = "import os; from seatfem.study.runs import pictures; pictures.plot_motion = lambda *a, **b: os._exit(139)"
     command = [
@@ -492,7 +492,7 @@ def test_a_disk_that_fills_up_among_the_pictures_leaves_the_first_summary(tmp_pa
     ],
 )
 def test_exit_codes_of_the_program(text, arguments, code, message, tmp_path, monkeypatch, capfd):
-    """By its entry point; real processes end in the tests around this one."""
+    """The entry point ends with the code of the outcome; real processes end in the tests around this one."""
     (tmp_path / "s.toml").write_text(text, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "argv", ["seatfem", *arguments])

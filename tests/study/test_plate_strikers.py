@@ -53,7 +53,7 @@ def test_momentum_is_the_impulse(plate: str, tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_the_contact_that_is_not_stated(tmp_path: Path) -> None:
-    """In the middle of the annulus, a quarter as wide; and what its Green's function depends on."""
+    """A contact that is not stated lies in the middle of the annulus, a quarter as wide; each has its own key."""
     reeds = [
         scene_of(tmp_path, RING + COARSE + FLIGHT + more).reed
         for more in ("", 'contact_radius = "7.5 mm"\ncontact_width = "1.25 mm"\n', 'contact_width = "2 mm"\n')
@@ -115,7 +115,7 @@ def test_as_a_seat_it_is_refused(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_flapper_with_slot_and_hole_lands(tmp_path: Path) -> None:
-    """On the ring about its hole, at the velocity that is stated for it."""
+    """The ring about its hole lands, at the velocity that is stated for it."""
     scene = scene_of(tmp_path, FLAPPER + SLOT + HOLE + COARSE.replace("50", "20") + LANDING, run=BRIEF)
     body = striker_of(scene)
     start = body.modal_start()

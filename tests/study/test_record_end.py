@@ -27,7 +27,7 @@ IMPULSE = 2 * MASS * SPEED
 
 
 def impulse_until(end: float) -> float:
-    """Of the seat, by the closed form: a mass between two springs loses nothing and comes back every period."""
+    """Return the seat's impulse in closed form: a mass between two springs loses nothing and returns every period."""
     whole, rest = divmod(end - FIRST, PERIOD)
     part = 0.5 * (1 - np.cos(np.pi * min(rest / TOUCH, 1.0)))
     return float(IMPULSE * (whole + part))

@@ -189,7 +189,7 @@ def test_one_part_across_a_stated_ring_is_doubted_too(tmp_path: Path, rings: int
 
 @pytest.mark.slow
 def test_three_lands_are_divided_alike(tmp_path: Path) -> None:
-    """Of three equal lands numbers of segments are multiples of three."""
+    """Three equal lands have a multiple of three segments."""
     seat = (
         PORTS.replace("ports = 2", "ports = 3").replace('"row"\nstruck = 1', '"circle"').replace('"12 mm"', '"11 mm"')
     )
@@ -264,7 +264,7 @@ def test_a_strip_is_met_as_far_as_the_reed_is_wide(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_stopper_is_met_as_far_as_the_reed_reaches(tmp_path: Path) -> None:
-    """With a strip as a stopper in place of the seat's: both bodies have what of it lies behind the reed."""
+    """A strip as a stopper meets the reed with that part of it which lies behind the reed."""
     stopper = f'[stopper]\ngap = "1 mm"\n{block(tmp_path, 20)}'
     scene = scene_of(tmp_path, block(tmp_path, 12), BAND, stopper)
     behind = scene.geometry.behind_the_reed()
@@ -328,7 +328,7 @@ def test_a_stopper_that_is_drawn_above_the_reed_is_met_where_it_is_drawn(tmp_pat
 
 
 def test_a_round_stopper_that_reaches_off_the_reed_is_refused(tmp_path: Path) -> None:
-    """Whether or not it is met in arcs; with the reed's own face, stated, it is not."""
+    """A round stopper wider than the reed is refused, in arcs or whole, but for a stated face of the reed."""
     seat = 'kind = "spring"\nstiffness = "20 N/um"\n'
     wide = f'[stopper]\ngap = "1 mm"\n{STOPPER}'.replace('"2 mm"', '"7 mm"')
     for more in (wide, wide + "arcs = 8\n"):

@@ -111,7 +111,7 @@ def test_solid_and_meridian_agree() -> None:
 
 @pytest.mark.slow
 def test_a_rectangle_is_divided_by_the_distance_from_its_rim() -> None:
-    """Of a block's patch 2 x 4 mm all is nearer to the rim than 1 mm: area within d of it is 8 - (2 - 2d)(4 - 2d)."""
+    """The outer of four rings of a patch 2 x 4 mm lies at its rim: within d of it are 8 - (2 - 2d)(4 - 2d)."""
     mesh = make_mesh(Block(12e-3, 12e-3, 6e-3, 2e-3, 4e-3), MeshSpec(2e-3, 0.4e-3))
     whole = assemble(mesh, STEEL)
     model = assemble(mesh, STEEL, rings=4)

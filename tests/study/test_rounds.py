@@ -111,7 +111,7 @@ def test_what_the_file_states_is_never_changed_and_that_is_told(tmp_path: Path) 
 @pytest.mark.slow
 @pytest.mark.parametrize("n_modes", [1, 2, 3, 5])
 def test_few_modes_of_the_reed_miss_a_target(n_modes: int, tmp_path: Path) -> None:
-    """What leaving out some of them does not tell: a single one has none to leave out."""
+    """One or few modes miss a target of 5 %, by an error of the model that holds what many modes change."""
     text = SCENE.replace("release", f"n_modes = {n_modes}\nrelease") + 'target = "5 %"\n'
     done, many = (carry_out(plan_of(t, tmp_path), tmp_path, Stopwatch(), silent) for t in (text, SCENE))
     assert not done.met
@@ -418,7 +418,7 @@ def test_no_pictures_draws_none_and_says_nothing_of_them(tmp_path: Path, capsys:
 
 @pytest.mark.slow
 def test_notes_speak_of_keys_and_values(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Of a stated step that damps modes: its key, not the solver's argument; what is assumed, with its value."""
+    """Notes on a step that damps modes name its key, not the solver's argument; those on assumptions give values."""
     scene = tmp_path / "s.toml"
     scene.write_text(SCENE.replace("[run]", '[run]\ntime_step = "2 us"') + 'target = "90 %"\n', encoding="utf-8")
     run_command(["run", str(scene), "-o", str(tmp_path / "out"), "--no-pictures"])

@@ -103,7 +103,7 @@ def test_regions_carry_materials(load):
 
 
 def mass(scene, mesh):
-    """Of a free body [kg]: the sum over the three directions, divided by 3."""
+    """Return the mass of a free body [kg]: the sum over the three directions, divided by 3."""
     return float(matrices(scene.seat, mesh, "3d", lambda stage, done: None).M.sum()) / 3
 
 

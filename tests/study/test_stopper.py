@@ -40,7 +40,7 @@ def bounced(scene: Scene, dt: float) -> Touches:
 
 
 def extrapolated(coarse: Touches, fine: Touches, measure: Any) -> float:
-    """To a step of zero, of a march of first order."""
+    """Return the value at a step of zero, for a march of first order."""
     return float(2 * measure(fine) - measure(coarse))
 
 
@@ -168,7 +168,7 @@ def test_rings_of_the_seat_stay_apart_from_the_stopper(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_the_keys_of_a_run(tmp_path: Path) -> None:
-    """What the seat's keys say is the seat's, the stopper has its own, and so has the spring baseline."""
+    """Seat, stopper and both spring baselines have their own keys, with the values of their results."""
     scene = load_text(tmp_path, SEAT + MASS + STOPPER + RUN)
     out = tmp_path / "out"
     run_scene(scene, out, pictures=False)
@@ -285,7 +285,7 @@ def test_the_mesh_and_the_patch_of_a_stopper_are_in_the_bars(tmp_path: Path) -> 
 
 @pytest.mark.slow
 def test_the_modes_of_a_stopper_that_is_a_beam_are_in_the_bars(tmp_path: Path) -> None:
-    """As those of the reed: two modes of a beam have a larger share than forty."""
+    """The bars count a beam's modes as a stopper like a reed's: two have a larger share than forty."""
     beam = '[stopper]\nkind = "cantilever"\nlength = "4 mm"\ngap = "0.2 mm"\nn_modes = {}\n'
     scenes = (load_text(tmp_path, SEAT + MASS + beam.format(n) + CUT.format(1.07)) for n in (2, 40))
     few, many = (stopper_share(scene)[1].parts["stopper"]["impulse"] for scene in scenes)

@@ -84,8 +84,8 @@ def test_uniform_load_on_all_arcs_is_that_on_one_port(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_free_ring_is_pushed_against_its_stopper(tmp_path: Path) -> None:
-    """By 14 N at its own ring: the ledger closes, arcs share the force alike, and the forces on the ports
-    move the plate's own modes, its flight among them, as the march has it, but for what other modes leave."""
+    """A free ring pressed by 14 N closes the ledger, its arcs share the force alike, and the forces on the ports move
+    its own modes as the march has it, but for what other modes leave."""
     free = FREE.replace("-1 m/s", "-0.01 m/s")
     scene = scene_of(tmp_path, SPRING + "arcs = 8\n", free, '[[load]]\nforce = "14 N"\n', "0.2 ms")
     touches, body = struck(scene), striker_of(scene)
@@ -105,7 +105,7 @@ def test_a_free_ring_is_pushed_against_its_stopper(tmp_path: Path) -> None:
 
 
 def test_more_arcs_of_a_stopper_than_elements_are_refused(tmp_path: Path) -> None:
-    """In keys of its own table."""
+    """Too many arcs are refused by the stopper's own key."""
     path = Path(__file__).parents[2] / "meshes" / "annular_seat.msh"
     scene = scene_of(tmp_path, f'kind = "mesh"\nfile = "{path}"\n{STEEL}arcs = 64\n')
     with pytest.raises(ModelError, match=r"^stopper\.arcs = 64: .*5\d elements .*fewer$"):
@@ -230,7 +230,7 @@ def test_a_stopper_of_a_file_without_a_face_in_arcs(tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("more", ["", 'tilt = "0.3 deg"\n'], ids=["flat", "tilted"])
 def test_what_few_arcs_leave_is_in_the_bars_of_the_stopper_s_force(more: str, tmp_path: Path) -> None:
-    """Of 8 arcs, against 64: within their share of the peak, which is not much larger."""
+    """The arcs' share of the peak's bar holds what 8 arcs leave against 64, and is not much larger."""
     peak = "stopper_filtered_peak_force_N"
     few, many = (scene_of(tmp_path, f"{SPRING}arcs = {arcs}\n{more}") for arcs in (8, 64))
     touches, truth = struck(few, 4e-7), struck(many, 4e-7).stopper_force
@@ -295,7 +295,7 @@ def test_what_the_division_of_a_stopper_leaves_is_in_all_bars_of_its_landing(tmp
 
 
 def test_what_is_said_of_a_whole_stopper_can_be_stated(tmp_path: Path) -> None:
-    """Of a face that a plate meets, what the remedy states, and then again; of one that cannot be divided nothing."""
+    """The remedy's arcs and rings can be stated, and then again; a face that cannot be divided has none."""
     scene = scene_of(tmp_path, DISC)
     assert remedy_by_key(scene, "stopper.arcs") == "state stopper.arcs = 16 and stopper.rings = 3"
     divided = scene_of(tmp_path, DISC + "arcs = 16\nrings = 3\n")
@@ -306,8 +306,7 @@ def test_what_is_said_of_a_whole_stopper_can_be_stated(tmp_path: Path) -> None:
 
 
 def test_rounds_divide_a_stopper_that_the_file_leaves_whole(tmp_path: Path) -> None:
-    """From its face as a whole on, up to 192 parts, as the reed and the plan's scene have them; what the file states
-    stays."""
+    """Rounds divide a whole face up to 192 parts, in reed and plan alike; what the file states stays."""
     ladder, scene = ladder_of("stopper.arcs"), scene_of(tmp_path, DISC)
     plan, seen = Plan(scene, stated_method(scene), ()), []
     while (method := ladder.refine(scene, plan.method, 2.0)) is not None:  # type: ignore[union-attr]

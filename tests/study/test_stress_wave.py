@@ -62,7 +62,7 @@ def few(done: Any, scene: Any) -> Any:
 
 @pytest.mark.slow
 def test_frames_are_the_histories_at_their_times(pressed: tuple[Any, Any]) -> None:
-    """Whether by a field of stress or by the unknowns themselves."""
+    """Frames made by a field of stress or by the unknowns themselves are its histories at their times."""
     done, stress = pressed
     force, dt = force_by_port(done, done.touches), done.result.dt
     nodes = np.array([5, 17, 30])
@@ -97,7 +97,7 @@ def test_the_wave_shows_the_pressure_and_how_the_bar_gives_way(pressed: tuple[An
 
 @pytest.mark.slow
 def test_its_files_and_pictures(pressed: tuple[Any, Any], tmp_path: Path) -> None:
-    """As many pictures and files as times; the exaggeration is a round number that moves the body by 5 % at most."""
+    """Each time has a picture and a file; the exaggeration moves the body by 2 to 5 % of its size."""
     done, stress = few(pressed[0], load(tmp_path, "frames = 4")), pressed[1]
     pictures = dict(wave_pictures(done, stress))
     assert set(pictures) == {"stress_wave.gif", "stress_wave.png", "seat_stress.pvd", "stress_wave.h5"}
@@ -192,7 +192,7 @@ def test_times_that_cannot_be_are_refused(tmp_path: Path, stress: str, said: str
 
 @pytest.mark.slow
 def test_a_plate_that_strikes_is_shown_as_it_moves(tmp_path: Path) -> None:
-    """Where it is touched it is drawn as far as the run says; stress is told away from the contact, and only there."""
+    """The struck patch moves as far as the run says; stress is shown away from the contact, and only there."""
     reed = f"[reed]\n{FLAPPER}greens = {{ bandwidth = '10 kHz' }}\nrelease = {{ velocity = '-1 m/s' }}\n"
     reed += "contact_radius = '1 mm'\n[contact]"
     text = SCENE.format(stress="frames = 8", criterion="")
@@ -236,7 +236,7 @@ PLACE = np.array([1e-3, 2e-3, 5e-3])
 
 @pytest.mark.slow
 def test_the_wave_and_the_margins_of_a_ring_struck_in_arcs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """At any angle the stress of the ring's own field, and the map's least margin where that is looked at."""
+    """The wave at any angle is the stress of the ring's own field; a map shows each point with its own margin."""
     (tmp_path / "seat.toml").write_text(STRENGTH, encoding="utf-8")
     *_, done = rounds(begin_plan(load_text(tmp_path, ARCS)), tmp_path, Stopwatch(), silent, limits=Limits(rounds=1))
     stress = seat_stress(done)

@@ -53,7 +53,7 @@ def study_file(folder: Path, text: str, scene: str = SPRING) -> Path:
 
 
 def rows(folder: Path) -> list[dict[str, str]]:
-    """Without what the clock says."""
+    """Return the rows of a study's table without what the clock says."""
     with (folder / TABLE).open(newline="", encoding="utf-8") as file:
         return [{key: value for key, value in row.items() if key != "wall_time_s"} for row in csv.DictReader(file)]
 
@@ -97,7 +97,7 @@ def test_nothing_is_computed_twice(tmp_path: Path, monkeypatch: pytest.MonkeyPat
 
 @pytest.mark.slow
 def test_a_seat_of_several_scenes_is_computed_once(tmp_path: Path, store_of_the_test: Path) -> None:
-    """By the first; by two workers; the numbers do not depend on how many there are, nor on what is in the store."""
+    """A study's first scene computes the seat; its numbers depend neither on the number of workers nor on the store."""
     text = '[vary]\nreed.mass = ["1 g", "1.1 g"]'
     path = study_file(tmp_path, text, MESHED)
     run_study(load_study(path), tmp_path / "one", Effort(workers=1))
@@ -350,7 +350,7 @@ def test_a_broken_package_is_told_before_the_first_scene(package, tmp_path, monk
 
 
 def test_tables_for_pandas_and_parquet(tmp_path: Path) -> None:
-    """Where they are installed; else no file."""
+    """A Parquet file comes back through pandas; without these packages none is written."""
     columns = {"scene": [1, 2], "a": [0.1, None], "name": ["x", "y"]}
     try:
         import pandas

@@ -64,7 +64,7 @@ EXACT = [
 @pytest.mark.parametrize(("words", "exact"), EXACT)
 @pytest.mark.parametrize("design", ["latin_hypercube", "sobol"])
 def test_what_is_drawn_has_the_distribution_asked_for(words: str, exact: object, design: str, tmp_path: Path) -> None:
-    """Of n even shares the distribution function is off by at most 1/n; quantiles are scipy's, which has its own."""
+    """The distribution function of n even shares is off by at most 1/n; quantiles are scipy's, computed apart."""
     made = study(tmp_path, f'design = "{design}"\nnumber = 1024\n[vary]\nreed.mass = {{ {words} }}')
     found = values(made, "reed.mass")
     assert stats.kstest(found, exact.cdf).statistic <= 1 / 1024 + 1e-9

@@ -84,7 +84,7 @@ def changed_by_waves(scene: Scene, greens: GreensFunction) -> float:
 
 @pytest.mark.slow
 def test_a_coarse_seat_changes_as_much_as_a_fine_one() -> None:
-    """Of a mesh twice as fine and a band twice as wide, within the doubt that the error budget has."""
+    """A mesh and a band twice as fine change it by less than the doubt that the error budget has."""
     scene = scene_of(CONE)
     method = coarse_method(scene.seat, stated_method(scene).seat, scene.seat.patch(), scene.run.filter_width)
     twice = replace(method, size=method.size / 2, contact_size=method.contact_size / 2, bandwidth=2 * method.bandwidth)

@@ -51,7 +51,7 @@ def test_every_table_behind_a_mark_works_as_it_stands(kind: str, tmp_path: Path)
 
 
 def loaded(text: str, folder: Path) -> Scene:
-    """With files that hold a course, or nothing, in place of those that are not there."""
+    """Load a scene with files that hold a course, or nothing, in place of those that are not there."""
     for _ in range(4):
         try:
             return load(text, folder)

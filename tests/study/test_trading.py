@@ -53,7 +53,7 @@ def small(tmp_path: Path) -> Path:
 
 
 def test_front_against_its_definition():
-    """On a coarse grid, so that ties abound: on the front is whatever nothing beats, once for equal points."""
+    """The front on a coarse grid, where ties abound, has what nothing beats, and equal points once."""
     rng = np.random.default_rng(7)
     for _ in range(50):
         points = rng.integers(0, 5, size=(12, 2)).astype(float)
@@ -80,7 +80,7 @@ def is_finer(key: str, value: float, other: float) -> bool:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", DRAWN + CLOSED)
 def test_states_lead_from_the_first_values_to_the_last_and_every_key_is_finer_from_one_to_the_next(name: str):
-    """As far as the last one goes: with one key at its first value, that stays, and no state is finer than the last."""
+    """States lead as far as the last one goes: a key that stays keeps its value, and none is finer than the last."""
     scene, start, end = begun(name)
     held = "reed.n_modes" if end.reed.n_modes else "run.time_step"
     end = end.replaced({held: start.value(held)})
@@ -99,7 +99,7 @@ def test_states_lead_from_the_first_values_to_the_last_and_every_key_is_finer_fr
 @pytest.mark.slow
 @pytest.mark.parametrize("name", DRAWN + CLOSED)
 def test_the_reference_is_finer_in_every_key(name: str):
-    """By a factor of two in the error: step and tolerance by as much, modes by the factor of their comparisons."""
+    """The reference halves the error in each key: step and tolerance by two, modes as in their comparisons."""
     scene, start, _ = begun(name)
     finer = finer_in_all(scene, start)
     assert finer.time_step == pytest.approx(start.time_step / LEAST)
@@ -309,7 +309,7 @@ def test_a_point_that_does_not_land_has_no_error_of_a_landing():
 @pytest.mark.slow
 @pytest.mark.parametrize(("duration", "status"), [("10 us", "cut off"), ("40 us", "no landing")])
 def test_no_trade_without_a_landing(duration, status, small, monkeypatch, capsys):
-    """Whether the run ends in it or before it; a part of a contact is compared where the whole run is asked of."""
+    """Runs that end in a landing or before it are refused; the whole run is compared if a measure asks for it."""
     carry_out_by(monkeypatch, in_this_process)
     gap = 'contact = { gap = "0.1 mm" }\n' if status == "no landing" else ""
     text = SMALL.replace("0.1 ms", duration) + gap

@@ -103,7 +103,7 @@ accuracy = { target = 0.1, measures = ["impulse"] }
 
 @pytest.mark.slow
 def test_a_stated_spring_has_what_waves_change_in_the_bars_of_all_measures(tmp_path: Path) -> None:
-    """Of the displacement, which was not asked for, too."""
+    """The bars hold what waves change in the displacement, too, whether or not it was asked for."""
     path, out = tmp_path / "annular.toml", tmp_path / "out"
     path.write_text(ANNULAR, encoding="utf-8")
     run_command(["run", str(path), "-o", str(out), "--quiet", "--no-pictures"])

@@ -75,9 +75,9 @@ def test_a_rigid_mass_lands_under_its_springs(tmp_path: Path) -> None:
 
 
 def test_the_stress_of_a_reed_that_springs_press_closed(tmp_path: Path) -> None:
-    """At rest on its seat, a spring of k and preload P at a = 15 mm: S = P + k u(a), N at the tip, which bends it most
-    below the spring, by (L - a) N. With P 3 % off that is 3 % off, with k 0.4 %. At a force beside the contact the
-    modes leave out what falls like 1/n."""
+    """A spring of k and preload P at a = 15 mm presses the reed with S = P + k u(a), and N at the tip bends it most
+    below the spring, by (L - a) N. 3 % of P moves the stress by 3 %, of k by 0.4 %; modes leave out what falls like
+    1/n."""
     found = {}
     for n_modes in (40, 80):
         more = f'n_modes = {n_modes}\n[contact]\npreload = true\n{SPRING}at = "15 mm"\n'
@@ -187,7 +187,7 @@ def test_what_is_wrong_with_springs(reed: str, spring: str, words: str, tmp_path
 
 
 def test_a_plate_that_its_springs_leave_free_to_rock(tmp_path: Path) -> None:
-    """In arcs, each of which then moves as a free body."""
+    """A ring in arcs that its springs leave free to rock is refused: each arc would move as a free body."""
     more = f'{SPRING}points = [["6 mm", "0 mm"]]\n'
     scene = scene_of(tmp_path, RING, more)
     greens = scene.reed.solved(scene.reed.own_lip.__class__(7e-3, 1e-3, 4)).greens

@@ -131,7 +131,7 @@ def test_impossible_chains_are_refused(old, new, words, tmp_path):
 
 @pytest.mark.slow
 def test_a_landing_reed_has_its_gauge_in_the_results(tmp_path):
-    """At the root of a cantilever the strain is that of its largest stress, if that lies there, over E."""
+    """The strain at a cantilever's root is that of its largest stress, if that lies there, over E."""
     text = (
         '\n[seat]\nkind = "spring"\nstiffness = "1 N/um"\n[reed]\nkind = "cantilever"\nlength = "20 mm"\nn_modes = 6\n'
         'release = { tip_deflection = "0.3 mm" }\n[[gauge]]\nname = "root"\nof = "reed"\nat = "0 mm"\n[run]\n'
