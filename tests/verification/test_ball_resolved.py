@@ -64,8 +64,8 @@ def by_law(seat: impact.GreensFunction, law: impact.Law) -> float:
 def test_one_patch_has_the_force_of_the_resolved_contact(
     size: tuple[float, float], above_hertz: float, within: float
 ) -> None:
-    """Of sizes in contact radii: short and thin blocks, firmer than a half-space by up to 20 % of the force, differ by
-    what is their own; under a patch of two contact radii, two thirds of the thickness, 2 % of it is the patch's."""
+    """Blocks sized in contact radii have the resolved force: short and thin ones are firmer than a half-space by up to
+    20 %; under a patch of two contact radii, two thirds of the thickness, 2 % of it is the patch's."""
     metres = (size[0] * CONTACT, size[1] * CONTACT)
     exact = resolved(metres)
     assert exact / HERTZ.force - 1 == pytest.approx(above_hertz, abs=0.005)

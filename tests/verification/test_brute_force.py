@@ -123,7 +123,7 @@ def told(force: np.ndarray, dt: float) -> tuple[float, float]:
 
 
 def within_bars(known: Case, right: tuple[float, float]) -> bool:
-    """Whether the run's impulse and peak are within the bars that its summary states."""
+    """Return whether the run's impulse and peak are within the bars that its summary states."""
     values = (
         (known.summary[key], known.summary[f"error_bar_{key}"]) for key in ("impulse_Ns", "filtered_peak_force_N")
     )
@@ -131,7 +131,7 @@ def within_bars(known: Case, right: tuple[float, float]) -> bool:
 
 
 def apart(one: np.ndarray, other: np.ndarray, *steps: float) -> float:
-    """Of two courses of the force, averaged over `WIDTH`: root mean square of their difference over that of one."""
+    """Return the RMS difference of two courses of force, averaged over `WIDTH`, relative to the first one."""
     means = []
     for force, dt in zip((one, other), steps, strict=True):
         at, every = np.arange(0.0, DURATION, EVERY), round(WIDTH / EVERY)
@@ -147,8 +147,8 @@ def springs(tmp_path_factory: pytest.TempPathFactory) -> Case:
 
 @pytest.mark.slow
 def test_a_run_is_its_matrices_marched(springs: Case) -> None:
-    """On springs under each arc: impulse to 0.3 %, peak to 0.2 %, and the mean force at all times to 0.5 %, measured;
-    the least coefficient that is 3 % off changes it by 1.3 %. The march of the matrices is of second order."""
+    """A run has the impulse of its matrices to 0.3 %, the peak to 0.2 %, the mean force to 0.5 %, measured; 3 % of the
+    least coefficient change it by 1.3 %. The march of the matrices is of second order."""
     found = [by_matrices(springs, dt) for dt in STEPS]
     coarse, fine = (apart(found[k + 1], found[k], STEPS[k + 1], STEPS[k]) for k in range(2))
     assert coarse / fine == pytest.approx(4, abs=1.2)

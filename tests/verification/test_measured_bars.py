@@ -41,7 +41,7 @@ KNOWN = np.array([row["uncertainty"] for row in SHOT["predicted"]])
 
 @pytest.mark.slow
 def test_the_waves_of_the_bar_are_those_of_pochhammer_and_chree() -> None:
-    """At fourth order, to 1e-4 at three quarters of the wave numbers; 3 % more of Poisson's ratio is told apart."""
+    """The bar's waves converge at fourth order, to 1e-4 at 3/4 of the wave numbers; 3 % of Poisson's ratio show."""
     rows = striker_shot.WAVES * 3 // 4
     errors = []
     for elements in (1, 2):

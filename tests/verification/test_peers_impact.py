@@ -25,7 +25,7 @@ def block(kind=skfem.MeshTet, cells=(3, 2, 2)):
 
 
 def seat(factor=1.0):
-    """Of three undamped modes."""
+    """Return a seat of three undamped modes."""
     return ModalGreens(factor * OMEGA, 0 * OMEGA, SHARES[:, None], Residual.none())
 
 
@@ -66,9 +66,9 @@ def test_siconos_finds_the_same(exact):
 @pytest.mark.slow
 @pytest.mark.skipif(bool(calculix.absent()), reason=calculix.absent())
 def test_the_contact_of_calculix_finds_the_same():
-    """As Newmark's rule with its mass and step; its damping moves 0.07 % here, 3 % of the modulus move 2 %.
+    """CalculiX's contact has the force of a march with its mass and step; 3 % of the modulus would be seen.
 
-    The momentum that its mass loses is the integral of the force that is read off the penetration.
+    Its damping moves 0.07 %. The momentum that its mass loses is the integral of the force read off the penetration.
     """
     model, dt = block(cells=(2, 2, 1)), 0.1e-6
     theirs, lost = calculix_impact.march(model, dt)
@@ -83,7 +83,7 @@ def test_the_contact_of_calculix_finds_the_same():
 
 @pytest.mark.skipif(bool(calculix.absent()), reason=calculix.absent())
 def test_the_mass_explains_what_the_frequencies_differ_by():
-    """With four points for our mass, too: the seven digits that it prints."""
+    """Our frequencies with the four points of its mass agree with all seven digits that it prints."""
     model = block()
     same = calculix.with_its_mass(model, STEEL)
     theirs = calculix.frequencies(model, STEEL, 5).values

@@ -41,12 +41,12 @@ def seat() -> SecondOrderModel:
 
 @cache
 def as_seat() -> ModalGreens:
-    """By modes up to 400 kHz."""
+    """Return the seat's response by modes up to 400 kHz."""
     return by_modes(seat(), 400e3, 130e3)[0]
 
 
 def by_modes(model: SecondOrderModel, cutoff: float, band: float) -> tuple[ModalGreens, Modes]:
-    """By modes up to a cutoff [Hz], and these."""
+    """Return the response by modes up to a cutoff [Hz], and these modes."""
     modes = solve_modes(model, up_to_hz=cutoff)
     return with_modes(model, model.damping, modes, cutoff, Aims(band, 1e-4, 0.5), [0]), modes
 
@@ -57,7 +57,7 @@ def as_reed(cutoff: float) -> tuple[ModalGreens, Modes]:
 
 
 def openings(tilt: float, axis: float) -> np.ndarray:
-    """Of a lip that is tilted [m], at the middles of its arcs."""
+    """Return the openings of a tilted lip [m] at the middles of its arcs."""
     rise = LIP.radius * math.tan(math.radians(tilt)) * np.sin(LIP.angles - axis)
     return np.asarray(GAP + rise - rise.min())
 
