@@ -15,7 +15,7 @@ PATIENCE = 40.0  # s of the clock, on a machine that is busy otherwise too
 
 
 def shot(element: Any) -> NDArray[np.float64]:
-    """What is seen of an element, in grey."""
+    """Return what a screenshot of an element shows, in grey."""
     return np.asarray(Image.open(io.BytesIO(element.screenshot_as_png)).convert("L"), dtype=float)
 
 

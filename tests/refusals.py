@@ -57,7 +57,7 @@ def raises(*expected: Any, **named: Any) -> Iterator[pytest.ExceptionInfo[Any]]:
 
 
 def placed(error: Exception, arguments: Sequence[str]) -> str:
-    """What the command line prints of an error; judged where it is bad input."""
+    """Return what the command line prints of an error, judged if it is bad input."""
     if cli.code_of(error) == cli.BAD_INPUT:
         judge(error)
     return PLACED(error, arguments)
