@@ -31,7 +31,7 @@ def named_paths(page: Path) -> Iterator[str]:
 
 
 def exists(page: Path, name: str) -> bool:
-    """Relative to the page (links) or to the root; a star stands for anything."""
+    """Return whether a path exists beside the page (links) or at the root; a star stands for anything."""
     return any(any(folder.glob(name.rstrip("/."))) for folder in (ROOT, page.parent) if not name.startswith("../")) or (
         name.startswith("..") and (page.parent / name).resolve().exists()
     )
@@ -46,7 +46,7 @@ def test_every_file_that_a_page_names_is_there(page: Path) -> None:
 
 @pytest.mark.parametrize("package", ["impact", "seatfem"])
 def test_every_room_stands_in_the_architecture(package: str) -> None:
-    """The first column of the package's table: its rooms, all of them and no others."""
+    """The first column of a package's table has all of its rooms and no others."""
     text = (DOCS / "architecture.md").read_text(encoding="utf-8")
     [section] = re.findall(rf"^## {package}$(.*?)(?=^## |\Z)", text, re.MULTILINE | re.DOTALL)
     told = re.findall(r"^\| `([^`]+)` \|", section, re.MULTILINE)

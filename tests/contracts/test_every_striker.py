@@ -66,7 +66,7 @@ def may_strike(kind: type[Structure]) -> bool:
 
 
 def scene_of(kind: str, folder: Path) -> Scene:
-    """It opens 0.2 um before it touches, and its step is left open."""
+    """Return a scene that opens 0.2 um before it touches, and leaves its step open."""
     write_files(folder)
     text = (
         f'[seat]\nkind = "spring"\nstiffness = "20 N/um"\n[reed]\nkind = "{kind}"\n{STRIKERS[kind]}'
@@ -77,7 +77,7 @@ def scene_of(kind: str, folder: Path) -> Scene:
 
 
 def write_files(folder: Path) -> None:
-    """An oscillator as matrices and as its receptance, a beam's Green's function, the modes of a body."""
+    """Write an oscillator as matrices and as its receptance, a beam's Green's function, the modes of a body."""
     mass, stiffness, zeta = 0.02, 4e7, 0.05
     for name, value in (("m", mass), ("k", stiffness)):
         head = "%%MatrixMarket matrix coordinate real symmetric\n1 1 1\n1 1 "

@@ -26,7 +26,7 @@ def tables(annotation: object) -> Iterator[type[BaseModel]]:
 
 
 def keys_of_bodies() -> set[str]:
-    """Dotted, of how bodies of any kind are computed in any role."""
+    """Return the dotted keys of how bodies of any kind are computed in any role."""
     found = set()
     for kind in kinds_of():
         for name, field in kind.model_fields.items():

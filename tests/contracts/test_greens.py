@@ -137,7 +137,7 @@ def test_it_is_reciprocal_causal_and_starts_at_its_initial_value(greens: GreensF
 
 
 def test_g_is_the_slope_of_the_step_response(greens: GreensFunction) -> None:
-    """Between jumps, which stand at whole seconds in rods; the midpoint rule of S is off by h^2/24 of g''."""
+    """Between jumps g is the midpoint slope of the step response, which is off by h^2/24 of g''."""
     h = 1e-4
     t = np.array([0.413, 0.777, 1.313, 1.713])  # off the grid of the samples, between the fronts
     for i, j in pairs(greens):
@@ -147,7 +147,7 @@ def test_g_is_the_slope_of_the_step_response(greens: GreensFunction) -> None:
 
 
 def weights_of(kernel: StepKernel, n: int) -> np.ndarray:
-    """(p, p, n) of a kernel, its oscillators included."""
+    """Return (p, p, n) weights of a kernel, its oscillators included."""
     total = 0.0 if kernel.weights is None else kernel.weights[:, :, :n]
     if kernel.modal is not None:
         p = range(len(kernel.modal.ports))
@@ -159,7 +159,7 @@ def weights_of(kernel: StepKernel, n: int) -> np.ndarray:
 
 
 def test_the_kernel_holds_the_steps_of_the_step_response(greens: GreensFunction) -> None:
-    """W_m = S((m + 1) h) - S(m h), S(0-) = 0, and W_0 is what it says of itself."""
+    """The weights are W_m = S((m + 1) h) - S(m h), S(0-) = 0, and the kernel's own weight is W_0."""
     n = 60
     kernel = greens.step_kernel(DT, n)
     found, own = weights_of(kernel, n), kernel.self_weight(DT)
@@ -204,7 +204,7 @@ def test_filtered_is_g_after_a_pulse(greens: GreensFunction) -> None:
 
 
 def test_ports_are_combined_or_refuse_to_be(greens: GreensFunction) -> None:
-    """W' g W: here the mean of all ports, and one port twice."""
+    """The mean of all ports has the mean of all responses, W' S W; closed forms refuse."""
     p = len(greens.ports)
     weights, t = np.full((p, 1), 1 / p), known(greens)
     if any(part.closed_form for part in leaves(greens)):
@@ -219,7 +219,7 @@ def test_ports_are_combined_or_refuse_to_be(greens: GreensFunction) -> None:
 
 
 def test_its_transform_is_that_of_g_or_is_not_known(greens: GreensFunction) -> None:
-    """G(s) for a real s > 0, by Gauss quadrature of exp(-s t) s S(t): bare compliances count."""
+    """G(s) for s > 0 is the Gauss quadrature of exp(-s t) s S(t), bare compliances included."""
     s = 3.0
     if not all(isinstance(part, impact.ModalGreens | impact.PoleGreens) for part in leaves(greens)):
         with pytest.raises(GreensFunctionError, match="not known in closed form"):
@@ -348,7 +348,7 @@ def test_a_free_body_can_be_thrown(name: str) -> None:
 @pytest.mark.parametrize("name", FREE_KINDS)
 @pytest.mark.parametrize("factor", [1.0, 3.0])
 def test_restitution_of_free_bodies_is_momentum_s(name: str, factor: float) -> None:
-    """Known from the change of both bodies' rigid motion, a unit mass against each, thrown and struck alike.
+    """Restitution follows from the change of both bodies' rigid motion, thrown or struck by a unit mass alike.
 
     e = J (1/m1 + 1/m2)/v - 1: Galilei's principle asks that it be the same whichever of the two moves.
     """
@@ -367,7 +367,7 @@ def test_restitution_of_free_bodies_is_momentum_s(name: str, factor: float) -> N
 
 
 def test_restitution_does_not_ask_for_the_class() -> None:
-    """One body in three forms: a damped rod, its samples with a rigid tail, and a multiple of the rod half as heavy."""
+    """A damped rod, its samples and a multiple of the rod half as heavy have the same restitution."""
     forms = (DAMPED_FREE, sampled(DAMPED_FREE, "rigid"), ScaledGreens(DAMPED_FREE.scaled(0.5), 2.0))
     found = []
     for greens in forms:

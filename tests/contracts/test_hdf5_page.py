@@ -29,13 +29,13 @@ BODY = Frames("", np.eye(3), np.array([[0, 1, 2]]), TWO, ("1", "2"))
 
 
 def problem(film: impact.SqueezeFilm | None = None) -> impact.ContactProblem:
-    """A mass on an oscillator."""
+    """Return a mass on an oscillator."""
     touch = impact.Contact(impact.Body(SEAT), law=impact.LinearSpring(1e6), gap=1e-6, film=film)
     return impact.ContactProblem(impact.rigid_mass(mass=1e-3, velocity=-1.0), contacts=[touch])
 
 
 def results(folder: Path) -> None:
-    """One run without a film and one with it."""
+    """Write one run without a film and one with it."""
     runs = {
         name: impact.solve(problem(film), dt=1e-6, duration=2e-5) for name, film in (("wave", None), ("spring", FILM))
     }
@@ -46,7 +46,7 @@ def results(folder: Path) -> None:
 
 
 def greens(folder: Path) -> None:
-    """One of every kind that needs datasets."""
+    """Write one function of every kind that needs datasets."""
     t = 1e-5 * np.arange(200)
     sampled = impact.SampledGreens(SEAT.impulse_response(t)[None, None], 1e-5, tail="zero", static=np.array([[1e-6]]))
     other = replace(SEAT, residual=Residual.none())
@@ -59,7 +59,7 @@ def greens(folder: Path) -> None:
 
 
 def bodies(folder: Path) -> None:
-    """Modes, and a run with values."""
+    """Write modes, and a run with values."""
     save_moving(replace(BODY, frequency=np.array([1.0, 2.0]), modal_mass=np.ones(2)), folder / "modes.h5")
     save_moving(replace(BODY, time=np.array([0.0, 1.0]), values=np.eye(2, 3)), folder / "wave.h5")
 
@@ -78,7 +78,7 @@ def checkpoints(folder: Path) -> None:
 
 
 def written_names(folder: Path, content: str) -> set[str]:
-    """Paths of datasets, and of attributes after an @; runs, numbers of parts and free names in the page's words."""
+    """Return paths of datasets, and of attributes after an @; runs, numbers and free names in the page's words."""
     found: set[str] = set()
 
     def look(name: str, item: h5py.Group | h5py.Dataset) -> None:
@@ -117,7 +117,7 @@ def test_the_page_names_all_that_is_written_and_no_more(
 
 
 def test_files_of_schema_1_are_read() -> None:
-    """Written when they were made: no frequencies of modes, which schema 1 had not from the beginning."""
+    """Files of schema 1 are read; their modes have no frequencies, which the schema did not hold at first."""
     found = impact.load_greens(OLD / "greens.h5")
     assert isinstance(found, ModalGreens)
     np.testing.assert_array_equal(found.omega, SEAT.omega)

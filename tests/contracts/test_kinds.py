@@ -28,7 +28,7 @@ def test_a_scene_finds_the_module_of_each_kind_that_it_names() -> None:
 
 
 def asked(path: Path) -> Iterator[str]:
-    """Kinds that a file imports or asks for."""
+    """Yield the kinds that a file imports or asks for."""
     if "kinds" not in (text := path.read_text(encoding="utf-8")):
         return
     for node in ast.walk(ast.parse(text)):
@@ -39,14 +39,14 @@ def asked(path: Path) -> Iterator[str]:
 
 
 def test_no_kind_is_known_by_name_outside_its_own_file() -> None:
-    """Within the room, too, but for its parents, and the package that gathers all of them."""
+    """No file asks for a kind by name, but the package of all kinds and those derived from it."""
     assert {"Annular", "Cantilever", "Matrices", "GreensFile"} <= NAMES
     within = [path for path in KINDS.glob("*.py") if path.name != "__init__.py"]
     assert [place for path in (*FILES, *within) for place in asked(path)] == []
 
 
 def test_no_shape_is_asked_for_its_family() -> None:
-    """But for parts from CAD files, which are imported where the others are built."""
+    """No file outside the shapes asks with isinstance for a family, parts from CAD files excepted."""
     shapes = ROOT / "structures" / "shapes"
     drawn = {family.__name__ for family in families() if family.__module__.startswith("seatfem.")} - {"CadPart"}
     assert {"AnnularSeat", "Bar", "ValvePlate"} <= drawn
@@ -68,13 +68,13 @@ ASKED = {
 
 
 def all_names() -> set[str]:
-    """Kinds, laws and reductions that the program has of its own."""
+    """Return the kinds, laws and reductions that the program has of its own."""
     kinds = {kind_of(each) for each in (*kinds_of(), *laws()) if each.__module__.startswith("seatfem.")}
     return kinds | {name for name, each in reducers().items() if type(each).__module__.startswith("seatfem.")}
 
 
 def compared(tree: ast.AST, names: set[str]) -> Iterator[tuple[int, str]]:
-    """Line and name where a kind is asked for by it, or stated: compared with, matched, or the value of "kind"."""
+    """Yield where a kind is asked for by name or stated: compared with, matched, or the value of "kind"."""
     for node in ast.walk(tree):
         parts: list[ast.AST] = []
         if isinstance(node, ast.Compare | ast.Match):

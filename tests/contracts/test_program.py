@@ -16,7 +16,7 @@ VERBS = sorted(name for name in app if not name.startswith("-"))
 
 
 def options(verb: str) -> Iterator[set[str]]:
-    """The names of each of its options, long and short."""
+    """Yield the names of each of its options, long and short."""
     for argument in app[verb].assemble_argument_collection():
         names = {name for name in argument.names if name.startswith("-")}
         if names:

@@ -73,7 +73,7 @@ def _ordered(version: str) -> tuple[int, ...]:
 
 
 def test_names_of_a_package_are_loaded_when_they_are_asked_for() -> None:
-    """A name, a module, a former name; another one is no attribute."""
+    """A name, a module and a former name are loaded; another one is no attribute."""
     load = lazy_names("toy", {"math": "sqrt floor", "os.path": "path"}, {"root": "math:sqrt"})
     assert load("floor")(1.5) == 1
     assert load("path") is importlib.import_module("os.path")
@@ -84,7 +84,7 @@ def test_names_of_a_package_are_loaded_when_they_are_asked_for() -> None:
 
 
 def test_former_modules_are_imported_by_every_form_of_import() -> None:
-    """`import impact.pekeris` and `from impact.pekeris import ...`, too, once each."""
+    """`import impact.pekeris` and `from impact import pekeris` give the new module."""
     from impact.exact import half_space
 
     for statement in ("import impact.pekeris as former", "from impact import pekeris as former"):

@@ -24,7 +24,7 @@ def below(kind: type) -> Iterator[type]:
 
 
 def representations() -> dict[str, type]:
-    """All classes of Green's functions in both packages, by name."""
+    """Return all classes of Green's functions in both packages, by name."""
     for _, name, _ in pkgutil.walk_packages(impact.__path__, "impact."):
         importlib.import_module(name)
     found = (GreensFunction, *below(GreensFunction))
@@ -32,7 +32,7 @@ def representations() -> dict[str, type]:
 
 
 def asked(tree: ast.AST, known: set[str]) -> Iterator[tuple[int, str]]:
-    """Line and class, wherever an object is asked for a class among ``known``: isinstance, type(...), match."""
+    """Yield where an object is asked for a class among ``known``: isinstance, type(...), match."""
     own = {alias.asname or alias.name: alias.name for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)
            for alias in node.names if str(node.module).partition(".")[0] == "impact"}  # fmt: skip
     for node in ast.walk(tree):
