@@ -44,7 +44,7 @@ THICKNESS = 0.305e-3  # m; another one is faster in proportion, all else being e
 def test_an_example_is_looked_at(
     name: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """One round of those that are not run here: it has a landing to judge, with bars."""
+    """A look at an example that is not run here has a landing to judge, with bars, and what is left to do."""
     monkeypatch.setattr(forecast, "PURSE", {False: 0.01, True: 0.01})
     assert run_command(["plan", str(ROOT / "examples" / f"{name}.toml")]) == 0
     told = capsys.readouterr().out
@@ -56,7 +56,7 @@ def test_an_example_is_looked_at(
 
 
 def pace(scene: Scene) -> float:
-    """Thickness over that of the reed whose arrival is known."""
+    """Return the thickness over that of the reed whose arrival is known."""
     return scene.reed.thickness / THICKNESS if isinstance(scene.reed, Cantilever) else 1.0
 
 
@@ -93,7 +93,7 @@ def test_the_readme_shows_the_example_that_runs() -> None:
 
 
 def shortened(path: Path) -> Scene:
-    """The scene until its first contact group is over, in steps finer than its accuracy needs; a coarse mesh."""
+    """Return the scene until its first contact group ends, in steps finer than needed, on a coarse mesh."""
     scene = load_scene(path)
     slow = path.stem == "paper_table1_30mm_strip"
     run = {"duration": (1.1e-3 if slow else 0.8e-3) / pace(scene), "time_step": 1.4e-8}
@@ -140,7 +140,7 @@ def impulse_by_runge_kutta(scene: Scene, rod: Rod | None, stiffness: float) -> f
 @pytest.mark.slow
 @pytest.mark.parametrize("path", REEDS, ids=names(REEDS))
 def test_scene(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Arrival and speed of the free reed, the energy balance, and the impulses by an independent method."""
+    """The free reed arrives as known, energy balances, and impulses are those of an independent method."""
     monkeypatch.setattr(rounds, "build", partial(build, mesh_error=False))
     scene = shortened(path)
     summary = summary_of(scene, tmp_path)
@@ -266,7 +266,7 @@ def test_the_struck_plate_has_no_symmetry() -> None:
 
 @pytest.mark.slow
 def test_mass_on_a_meshed_seat(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A mesh file against the same seat drawn here as a half section: stiffness, impulse and duration."""
+    """A seat from a mesh file and its half section drawn here have the same stiffness, impulse and duration."""
     monkeypatch.setattr(rounds, "build", partial(build, mesh_error=False))
     alike = {"seat.greens.bandwidth": "300 kHz", "contact.rings": 1}  # one pressure on both faces
     scene = load_scene(ROOT / "examples" / "mass_on_meshed_seat.toml", alike)
@@ -287,7 +287,7 @@ def test_mass_on_a_meshed_seat(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
 
 @pytest.mark.slow
 def test_mass_on_bar(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The bar in three dimensions against Saint-Venant's rod: impulse and duration, and a spring that misses both.
+    """The bar in three dimensions has the impulse and duration of Saint-Venant's rod; a spring misses both.
 
     F/(Z v) = exp(-a t) until the echo at T, then exp(-a s)(2 + exp(-a T) - 2 a s), s = t - T, a = Z/m, until it is 0.
     """

@@ -36,7 +36,7 @@ TARGETS = set(" ".join(re.findall(r"^\.PHONY: (.*)", (ROOT / "Makefile").read_te
 
 
 def blocks(page: Path) -> list[tuple[str, str]]:
-    """Language and content of each fenced block."""
+    """Return language and content of each fenced block."""
     return re.findall(r"^```(\S*)\n(.*?)^```$", page.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
 
 
@@ -66,7 +66,7 @@ def test_snippets(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
 
 
 def validate(text: str) -> None:
-    """A scene, a study, a strength, records of a rig, or keys to be put into a scene."""
+    """Validate a scene, a study, a strength, records of a rig, or keys to be put into a scene."""
     first = text.partition("\n")[0]
     if named := re.fullmatch(r"# in (\S+\.toml)", first):
         load_scene(named[1], changed=dict(dotted(tomllib.loads(text))))
@@ -81,7 +81,7 @@ def validate(text: str) -> None:
 
 
 def dotted(table: dict[str, object], before: str = "") -> Iterator[tuple[str, object]]:
-    """Keys of nested tables, as one names them in a change."""
+    """Yield keys of nested tables, as one names them in a change."""
     for key, value in table.items():
         if isinstance(value, dict) and not before:
             yield from dotted(value, f"{key}.")
@@ -90,7 +90,7 @@ def dotted(table: dict[str, object], before: str = "") -> Iterator[tuple[str, ob
 
 
 def commands(text: str) -> Iterator[list[str]]:
-    """Words of each line; what follows a # is a comment."""
+    """Yield the words of each line; what follows a # is a comment."""
     for line in text.replace("\\\n", " ").splitlines():
         if words := shlex.split(line, comments=True):
             yield words
