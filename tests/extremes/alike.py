@@ -31,7 +31,7 @@ STEEL = {
 
 
 def alike_cells() -> tuple[Cell, ...]:
-    """Free bodies, repeated eigenvalues, systems of units."""
+    """Return free bodies, repeated eigenvalues, systems of units."""
     return (
         *swept("free rod, time / transit", [10.0**k for k in range(-1, 7)], free_rod),
         *swept("mass of striker / free rod", [10.0**k for k in range(-8, 9)], struck_free_rod),

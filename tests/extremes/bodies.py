@@ -14,7 +14,7 @@ EPS = float(np.finfo(float).eps)
 
 
 def body_cells() -> tuple[Cell, ...]:
-    """One sweep for each number that makes a body extreme."""
+    """Return one sweep for each number that makes a body extreme."""
     sixteen = [10.0**k for k in range(-8, 9)]
     dampings = [0.0, 1e-15, 1e-9, 1e-3, 0.5, 1 - 1e-9, 1.0, 1 + 1e-9, 2.0, 1e3, 1e6]
     return (
@@ -204,7 +204,7 @@ def _mode(zeta: float) -> ModalGreens:
 
 
 def _first_contact(force: Array) -> int:
-    """Number of steps up to the end of the first contact."""
+    """Return the number of steps up to the end of the first contact."""
     closed = np.flatnonzero(force > 0)
     gaps = np.flatnonzero(np.diff(closed) > 1)
     return int(closed[gaps[0]] if gaps.size else closed[-1])

@@ -12,7 +12,7 @@ from tests.extremes.cell import Cell, Finding, swept
 
 
 def bouncing_cells() -> tuple[Cell, ...]:
-    """Sweeps over the number of bounces and over what is left of the speed after each."""
+    """Return sweeps over the number of bounces and over what is left of the speed after each."""
     return (
         *swept("bounces", [10.0, 100.0, 1000.0, 10_000.0], bouncing),
         *swept("Zeno, restitution", [0.14, 0.3, 0.5, 0.8, 0.9, 0.97, 0.99], zeno),
@@ -88,7 +88,7 @@ def sinking(e: float) -> Finding:
 
 
 def _sinking_speeds(z: float, gravity: float, least: float) -> list[float]:
-    """Speeds of approach, bounce by bounce, down to ``least``: N = G + exp(-z t) (a cos + b sin)."""
+    """Return speeds of approach, bounce by bounce, down to ``least``: N = G + exp(-z t) (a cos + b sin)."""
     speeds, w_d = [1.0], math.sqrt(1 - z * z)
     while speeds[-1] > least:
         a, b = -gravity, (speeds[-1] - z * gravity) / w_d
@@ -106,7 +106,7 @@ def _sinking_speeds(z: float, gravity: float, least: float) -> list[float]:
 
 
 def _speeds(z: float, gravity: float, dt: float) -> list[float]:
-    """Speeds of approach, bounce by bounce, while a flight lasts longer than 20 relaxation times of the seat."""
+    """Return speeds of approach while a flight lasts longer than 20 relaxation times of the seat."""
     speeds, w_d = [1.0], math.sqrt(1 - z * z)
     while 2 * speeds[-1] / gravity > 40 * z + 20 * dt and len(speeds) < 2000:
         v = speeds[-1]
@@ -136,7 +136,7 @@ def _count(force: Array) -> int:
 
 
 def _speeds_after(gap: Array, force: Array, dt: float) -> Array:
-    """Speed at which the ball falls back, from the height of each flight that has ended: sqrt(2 G h)."""
+    """Return speeds at which the ball falls back, from the height of each ended flight: sqrt(2 G h)."""
     closed = force > 0
     ends = np.flatnonzero(closed[:-1] & ~closed[1:])
     starts = np.flatnonzero(closed[1:] & ~closed[:-1])

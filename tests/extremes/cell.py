@@ -140,7 +140,7 @@ class Outcome:
 def swept(
     axis: str, values: Sequence[float], check: Callable[[float], Finding], *, form: str = "g"
 ) -> tuple[Cell, ...]:
-    """Cells of a one-at-a-time sweep; the first and the last value are its ends."""
+    """Return cells of a one-at-a-time sweep; the first and the last value are its ends."""
     last = len(values) - 1
     return tuple(
         Cell(axis, format(v, form), _Bound(check, v), i in (0, last), math.log10(v) if v > 0 else -math.inf)
@@ -149,7 +149,7 @@ def swept(
 
 
 def chosen(axis: str, check: Callable[[str], Finding], names: Sequence[str]) -> tuple[Cell, ...]:
-    """Cells of an axis without decades; every one is an end."""
+    """Return cells of an axis without decades; every one is an end."""
     return tuple(Cell(axis, name, _Bound(check, name), True) for name in names)
 
 

@@ -12,7 +12,7 @@ EPS = float(np.finfo(float).eps)
 
 
 def encounter_cells() -> tuple[Cell, ...]:
-    """One sweep for each way to meet."""
+    """Return one sweep for each way to meet."""
     speeds = [10.0**k for k in range(-9, 4)]
     small = [10.0**k for k in range(-16, 0)]
     return (

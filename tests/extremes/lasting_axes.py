@@ -24,7 +24,7 @@ PORT = 12e-3  # m, diameter
 
 
 def lasting_cells() -> tuple[Cell, ...]:
-    """Stress, life, gas, measured seats."""
+    """Return cells of stress, life, gas and measured seats."""
     return (
         *swept("reed stress, deflection, m", [10.0**k for k in (-12, -9, -6, -4, -3, -2)], reed_stress),
         *swept("seat stress, speed, m/s", [10.0**k for k in (-6, -3, -1, 0, 1, 2)], seat_stress),

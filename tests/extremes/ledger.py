@@ -58,7 +58,7 @@ def ledger(
 
 
 def _mode(omega: float, force: Array, dt: float, velocity: float) -> tuple[Array, Array]:
-    """Displacement and energy of a unit mass on a spring omega^2, at rest at x = 0 but for its velocity."""
+    """Return displacement and energy of a unit mass on a spring omega^2, at rest at x = 0 but for its velocity."""
     if omega == 0.0:
         v = velocity + dt * np.concatenate([[0.0], np.cumsum(force)])
         return dt * np.concatenate([[0.0], np.cumsum((v[1:] + v[:-1]) / 2)]), v**2 / 2

@@ -23,7 +23,7 @@ ARCS, AROUND, ACROSS = 16, 256, 8  # segments of the lip in the scene, and sprin
 
 
 def lip_cells() -> tuple[Cell, ...]:
-    """Arcs around a lip, parts across it, tilt, its axis, offset."""
+    """Return cells of arcs around a lip, parts across it, tilt, its axis, offset."""
     return (
         *swept("arcs of a lip", [1, 2, 3, 4, 8, 16, 64, 128, 256, 100_000], lambda n: flat(ports=int(n))),
         *swept("parts across a lip", [1, 2, 3, 4, 8, 16, 64, 100_000], lambda n: flat(rings=int(n))),
@@ -63,7 +63,7 @@ def beside(share: float) -> Finding:
 
 
 def on_springs(*, tilt: float = 0.0, offset: float = 0.0) -> Finding:
-    """Impulse and peak force of a rigid ring on 16 springs of which each presses while it is shorter than at rest."""
+    """Return impulse and peak force of a rigid ring on 16 springs, each of which presses while it is shortened."""
     middle = 90.0 - 180.0 / ARCS  # deg: an axis about which the lowest place is the middle of an arc
     watched, impulse, peak = rigid_ring(tilt, math.radians(middle), offset)
     run = run_text(

@@ -25,7 +25,7 @@ EPS = float(np.finfo(float).eps)
 
 
 def marching_cells() -> tuple[Cell, ...]:
-    """Sweeps of the step and of the number of steps, and the laws of conservation."""
+    """Return sweeps of the step and of the number of steps, and the laws of conservation."""
     decades = [10.0**k for k in range(-7, 3)]
     lengths = [10.0**k for k in range(2, 8)]
     return (

@@ -44,7 +44,7 @@ REFUSED = (  # these are refused, whatever the rest
 
 
 def mixed_cells() -> tuple[Cell, ...]:
-    """The covering array and the random scenes of the short form."""
+    """Return the covering array and the random scenes of the short form."""
     axes = list(LEVELS)
     excluded: set[Pair] = set()
     for a, i, b, j in REFUSED:
@@ -57,7 +57,7 @@ def mixed_cells() -> tuple[Cell, ...]:
 
 
 def random_cells(count: int, seed: int = SEED) -> tuple[Cell, ...]:
-    """Scenes drawn at random, by turns of these axes at any value and of the whole scene language, driven out."""
+    """Return scenes drawn at random, by turns of these axes and of the whole scene language, driven out."""
     draws: tuple[Callable[[int, int], Mix | Driven], ...] = (drawn_mix, Driven)
     scenes = [draws[index % 2](index // 2, seed) for index in range(count)]
     return tuple(Cell("random scenes", f"{seed}-{n:04d}: {scene.words}", scene) for n, scene in enumerate(scenes))
@@ -103,7 +103,7 @@ class Mix:
 
     @property
     def carried(self) -> float:
-        """Speed of the seat [m/s]."""
+        """Return the speed of the seat [m/s]."""
         return BASED[str(self.levels["base"])]
 
     @property

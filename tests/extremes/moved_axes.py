@@ -14,7 +14,7 @@ STIFF = 1e8  # N/m, of seats that springs and gravity press on: the blow is shor
 
 
 def moved_cells() -> tuple[Cell, ...]:
-    """Springs, films, bases and balls."""
+    """Return cells of springs, films, bases and balls."""
     return (
         *swept("valve spring, stiffness, N/m", [10.0**k for k in (-6, -3, 0, 2, 3, 4, 5, 6)], lambda k: sprung(k, 6.0)),
         *swept("valve spring, preload, N", [0.0, *(10.0**k for k in (-9, -3, 0, 1, 2, 3, 4, 6))], preloaded),
@@ -192,7 +192,7 @@ def _mass(speed: float = SPEED) -> Table:
 
 
 def _beam(released: str = "") -> Table:
-    """A steel reed at rest, or let go."""
+    """Return a steel reed at rest, or let go."""
     start = {"release": {"tip_deflection": released}} if released else {}
     size = {"length": "25 mm", "width": "10 mm", "thickness": "0.3 mm"}
     return {"kind": "cantilever", **size, "material": material(YOUNG, DENSITY), "damping_ratio": 0.01, **start}

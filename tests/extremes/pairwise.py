@@ -37,7 +37,7 @@ def covering_array(
 
 
 def pairs_of(row: Sequence[int]) -> set[Pair]:
-    """All pairs of levels in a row."""
+    """Return all pairs of levels in a row."""
     return {(a, row[a], b, row[b]) for a, b in combinations(range(len(row)), 2)}
 
 

@@ -18,7 +18,7 @@ RIGID = 5e-3  # of a blow on a soft spring: the plate's own compliance, and a st
 
 
 def plate_cells() -> tuple[Cell, ...]:
-    """Thickness, modulus, Poisson's ratio, size, hole and slenderness of plates."""
+    """Return cells of thickness, modulus, Poisson's ratio, size, hole and slenderness of plates."""
     return (
         *swept(
             "disc, thickness / diameter", [1e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.2, 0.4], lambda x: disc(thickness=x)

@@ -14,7 +14,7 @@ from tests.rod_model import rod_model
 
 
 def port_cells() -> tuple[Cell, ...]:
-    """Sweeps over distance and number of ports."""
+    """Return sweeps over distance and number of ports."""
     return (
         *swept("distance of two ports", [0.0, *(10.0**k for k in range(-16, 0))], near_ports),
         *swept("distance of two ports of elements", [0.0, *(10.0**k for k in range(-16, 0, 3))], near_element_ports),

@@ -24,7 +24,7 @@ RINGING = scenes.modal_rod(40, zeta=0.02)
 
 
 def record_cells() -> tuple[Cell, ...]:
-    """Sweeps over what measured records suffer from, and over units."""
+    """Return sweeps over what measured records suffer from, and over units."""
     return (
         *swept("noise of a record / g(0+)", [0.0, *(10.0**k for k in range(-12, 1))], noise),
         *swept("record kept / needed", [1e-3, 1e-2, 0.1, 0.3, 0.5, 0.9, 1.0, 2.0], forbidden_tail),

@@ -14,7 +14,7 @@ SIZES = {"1 nm": 1e-9, "1 um": 1e-6, "1 mm": 1e-3, "1 m": 1.0, "1 km": 1e3}
 
 
 def scene_file_cells() -> tuple[Cell, ...]:
-    """Sizes, speeds, stiffnesses, durations, gaps and steps of scenes."""
+    """Return sizes, speeds, stiffnesses, durations, gaps and steps of scenes."""
     speeds = [10.0**k for k in (-13, -12, -9, -6, -3, 0, 3, 5, 6)]
     return (
         *chosen("scene file, rod of length", rod_of_size, tuple(SIZES)),
@@ -96,7 +96,7 @@ def stepped(share: float) -> Finding:
 
 
 def _rod(speed: float, length: float = 1.0, *, duration: float, width: float, step: float | None = None) -> SceneRun:
-    """A rod, as thick as it is long, struck by its own mass."""
+    """Return a rod, as thick as it is long, struck by its own mass."""
     size = {"length": si(length, "m"), "area": si(length**2, "m^2")}
     seat = {"kind": "rod", "young": si(YOUNG, "Pa"), "density": si(DENSITY, "kg/m^3"), **size}
     return _run(seat, _ball(DENSITY * length**3, speed), run_table(duration, width, step))

@@ -18,7 +18,7 @@ s = t - 2, up to s = 1 + exp(-2)/2 (d'Alembert, by steps of the round trip)."""
 
 
 def modal_rod(n: int, *, zeta: float = 0.0, rest: str = "exponential") -> ModalGreens:
-    """`FIXED_ROD` by its ``n`` lowest modes and the residual of the given kind ("exponential", "spring", "none")."""
+    """Return `FIXED_ROD` by its ``n`` lowest modes and the residual of a kind ("exponential", "spring", "none")."""
     omega = np.asarray((np.arange(n) + 0.5) * np.pi, dtype=np.float64)
     left = max(1.0 - float(np.sum(2.0 / omega**2)), 0.0)
     residual = {
@@ -34,7 +34,7 @@ def modal_rod(n: int, *, zeta: float = 0.0, rest: str = "exponential") -> ModalG
 def oscillator(
     omega: float, mass: float = 1.0, *, zeta: float = 0.0, x: float = 0.0, v: float = 0.0, push: float = 0.0
 ) -> Body:
-    """One mode of modal ``mass``, released at ``x`` with the velocity ``v``, under a steady force ``push``."""
+    """Return one mode of modal ``mass``, released at ``x`` with velocity ``v``, under a steady force ``push``."""
     shape = np.array([[1.0 / np.sqrt(mass)]])
     greens = ModalGreens(np.array([omega]), np.array([zeta]), shape, Residual.none())
     root = np.sqrt(mass)
@@ -43,25 +43,25 @@ def oscillator(
 
 
 def pushed_mass(mass: float, velocity: float, push: float) -> Body:
-    """A rigid mass under a steady force."""
+    """Return a rigid mass under a steady force."""
     free = rigid_mass(mass=mass, velocity=velocity)
     return Body(free.greens, velocity=velocity, loads=(steady(np.array([1.0 / np.sqrt(mass)]), push),))
 
 
 def steady(shape: Array, force: float) -> Load:
-    """A force that never changes."""
+    """Return a force that never changes."""
     return Load(shape, lambda t: np.full(np.shape(t), force))
 
 
 def dashpot(impedance: float) -> Body:
-    """A semi-infinite rod: g = 1/Z for ever."""
+    """Return a semi-infinite rod: g = 1/Z for ever."""
     shape = np.array([[1.0 / np.sqrt(impedance)]])
     none = np.zeros(0)
     return Body(ModalGreens(none, none, np.zeros((0, 1)), Residual(shape, np.zeros(1), np.zeros((1, 1)))))
 
 
 def rigid_wall() -> Body:
-    """Nothing moves."""
+    """Return a body of which nothing moves."""
     none = np.zeros(0)
     return Body(ModalGreens(none, none, np.zeros((0, 1)), Residual.none()))
 
@@ -77,18 +77,18 @@ def run(
     rule: str = "passive",
     engine: Engine = "auto",
 ) -> ImpactResult:
-    """One contact, ``steps`` steps."""
+    """March one contact over ``steps`` steps."""
     problem = ContactProblem(striker, target, gap=gap, law=law)
     return solve(problem, dt=dt, duration=dt * steps, rule=rule, engine=engine)
 
 
 def said(result: ImpactResult) -> tuple[str, ...]:
-    """The advice that came with the result."""
+    """Return the advice that came with the result."""
     return tuple(str(advice) for advice in result.advice)
 
 
 def relative(ours: float, exact: float) -> float:
-    """|ours/exact - 1|."""
+    """Return |ours/exact - 1|."""
     return abs(ours - exact) / abs(exact)
 
 

@@ -25,7 +25,7 @@ NUS = (0.0, 1e-9, 0.25, 0.4, 0.45, 0.49, 0.499, 0.4999)
 
 
 def solid_cells() -> tuple[Cell, ...]:
-    """Sweeps over shapes, materials and meshes."""
+    """Return sweeps over shapes, materials and meshes."""
     lengths = [10.0**k for k in range(-3, 4)]
     return (
         *swept("length / thickness, Euler-Bernoulli", lengths, slender_beam),
@@ -163,7 +163,7 @@ def _plain_compliance(n: int) -> float:
 
 
 def _mixed_compliance(mesh: Any, material: Material) -> float:
-    """Mean displacement of "contact" per unit force on it by the Taylor-Hood pair, "fixed" held."""
+    """Return the mean displacement of "contact" per unit force by the Taylor-Hood pair, "fixed" held."""
     lam, mu = material.lame
     u = skfem.Basis(mesh, skfem.ElementVector(skfem.ElementTetP2()), intorder=4)
     p = u.with_element(skfem.ElementTetP1())

@@ -63,7 +63,7 @@ def read_table(path: Path) -> dict[str, Outcome]:
 
 
 def in_words(outcomes: Mapping[str, Outcome]) -> str:
-    """How many ended how, and every one that is wrong or slow."""
+    """Tell how many ended how, and every one that is wrong or slow."""
     counts = Counter(o.verdict for o in outcomes.values())
     head = f"{len(outcomes)} cells: " + ", ".join(f"{counts[v]} {v}" for v in VERDICTS)
     told = [

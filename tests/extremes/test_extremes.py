@@ -86,7 +86,7 @@ def broken() -> Finding:
 
 
 def stands(error: float, *, bar: float) -> Finding:
-    """Asked for to 1 %, and advised."""
+    """Return the standing of a number that is asked for to 1 %, and advised."""
     standing = Standing("impulse", error, bar, 1e-4, 1e-2)
     return Finding(error, standing.stated, ("too coarse",), "", standing)
 
@@ -190,13 +190,13 @@ def one_crew() -> Iterator[Ask]:
 
 @pytest.fixture
 def one_worker(one_crew: Ask, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The same one for every part of a run: its start takes longer than the cells."""
+    """Give all parts of a run the same worker: its start takes longer than the cells."""
     monkeypatch.setattr(runner, "crew", lambda *given, **named: nullcontext(one_crew))
 
 
 @pytest.mark.slow
 def test_a_hang_ends_as_an_outcome(tmp_path: Path) -> None:
-    """Almost no time: the worker is stopped."""
+    """A cell that is allowed almost no time is stopped and judged wrong."""
     cells = [next(c for c in CELLS if c.name == "run length in contact, steps = 1e+06")]
     (outcome,) = runner.run_battery(cells, tmp_path / "log.jsonl", time_limit=1e-3).values()
     assert outcome.verdict == "wrong"
@@ -206,7 +206,7 @@ def test_a_hang_ends_as_an_outcome(tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.usefixtures("one_worker")
 def test_a_part_of_the_battery_by_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Its table and map in the folder; what is in the log is not computed again, whatever the folder is called."""
+    """The command writes table and map of a part, and computes nothing that its log holds."""
     words = ["--folder", str(tmp_path / "new"), "--subset", "2", "--seed", "3"]
     assert command.main(words) == 0
     told = capsys.readouterr().out
@@ -225,7 +225,7 @@ def test_a_part_of_the_battery_by_command(tmp_path: Path, capsys: pytest.Capture
 
 @pytest.mark.slow
 def test_the_first_blow_by_another_way() -> None:
-    """Impulse of equal masses, by energy: what the rod keeps is what the mass has lost."""
+    """The constant of equal masses is the integral of the force's closed form."""
     rest = 1 + math.exp(-2) / 2
     leaving = scenes.FIRST_BLOW - 1
     t = np.linspace(0, 2, 200_001)

@@ -97,7 +97,7 @@ class Scene:
 
 @cache
 def together_cells(seeds: tuple[int, ...] = SEEDS) -> tuple[Cell, ...]:
-    """One covering array per seed: in each, every pair of levels of any two axes occurs, but for the `REFUSED`."""
+    """Return a covering array per seed, with all pairs of levels of any two axes but for the `REFUSED`."""
     counts = [len(levels) for levels in LEVELS.values()]
     axes = list(LEVELS)
     excluded = {(axes.index(a), LEVELS[a].index(i), axes.index(b), LEVELS[b].index(j)) for a, i, b, j in REFUSED}
@@ -142,7 +142,7 @@ def _solved(scene: Scene, problem: ContactProblem, dt: float) -> ImpactResult:
 
 
 def problem_of(scene: Scene) -> ContactProblem:
-    """The contact problem of a scene."""
+    """Return the contact problem of a scene."""
     m, length = scene.unit, scene.unit
     seat, striker = Body(_seat(scene)), _striker(scene)
     way = {"closed": 0.0, "open": 0.3 * scene.step * scene.steps, "grazing": 1e-13, "pressed in": -1e-3 * scene.step}
@@ -195,7 +195,7 @@ def _striker(scene: Scene) -> Body:
 
 
 def _push(scene: Scene) -> float:
-    """A force that would stop the striker within some transits, or hold a seat of unit stiffness down."""
+    """Return a force that would stop the striker within some transits, or hold a seat of unit stiffness down."""
     return scene.push * scene.unit**2 * scene.speed * min(1.0, scene.mass)
 
 
