@@ -56,7 +56,7 @@ TETRAHEDRON = """*NODE
 
 
 def test_what_cannot_be_assembled_is_told_of_its_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Rubber in straight tetrahedra, which lock."""
+    """Rubber in straight tetrahedra, which lock, is refused with the name of its file."""
     (tmp_path / "rubber.inp").write_text(TETRAHEDRON, encoding="utf-8")
     rubber = 'material = { young = "1 MPa", poisson = 0.4999, density = "1000 kg/m^3" }\n'
     seat = f'[seat]\nkind = "mesh"\nfile = "rubber.inp"\nunit = "mm"\n{rubber}'

@@ -381,7 +381,7 @@ def test_letters_that_a_terminal_lacks_end_nothing() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(("asked", "threads"), [(None, "1"), ("3", "3")])
 def test_dense_products_take_one_thread_unless_asked_for_more(asked: str | None, threads: str) -> None:
-    """Set before numpy is there, which reads it once."""
+    """The number of threads is set before numpy is imported, which reads it once."""
     code = (
         "import atexit, os, sys; from seatfem.faces import cli; assert 'numpy' not in sys.modules;"
         "atexit.register(lambda: print(os.environ['OPENBLAS_NUM_THREADS'])); sys.argv[1:] = ['--version']; cli.main()"

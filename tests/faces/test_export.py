@@ -96,7 +96,7 @@ def test_a_scene_is_no_run(tmp_path: Path, capfd: pytest.CaptureFixture[str]) ->
 
 @pytest.mark.slow
 def test_reduced_models(folder: Path, tmp_path: Path) -> None:
-    """The state space is g itself; the matrices are read back, and give g without what is left over."""
+    """The state space is g itself; the matrices, read back, give g without the residual."""
     assert run_command(["export", str(folder), "--to", "reduced", "-o", str(tmp_path), "--quiet"]) == DONE
     greens = load_greens(folder / "seat.h5")
     modal = greens.modal
@@ -145,7 +145,7 @@ def test_the_folder_of_a_run_makes_decks(folder: Path, tmp_path: Path) -> None:
 
 @pytest.fixture(scope="module")
 def modes(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Array, Array]:
-    """A folder of modes, their frequencies, and the mass-normalised shapes of the last node of the skin."""
+    """Give a folder of modes, their frequencies, and the mass-normalised shapes of the skin's last node."""
     sides = (8e-3, 6e-3, 4e-3)
     mesh = skfem.MeshTet.init_tensor(*(np.linspace(0, side, 3) for side in sides))
     mesh = mesh.with_boundaries({"contact": lambda x: x[2] > 4e-3 - 1e-9, "fixed": lambda x: x[2] < 1e-9})

@@ -24,7 +24,7 @@ OWN = re.compile(r"\x1b\[[0-9;?]*[a-zA-Z]")  # what rich writes for colours and 
 
 
 def seen(text):
-    """The text holds nothing that a terminal acts upon, but line ends and what rich paints with."""
+    """Return the text, once it has nothing that a terminal acts upon but line ends and rich's colours."""
     strange = {c for c in text if unicodedata.category(c) in ("Cc", "Cf", "Cs", "Zl", "Zp")} - {"\n", "\t"}
     assert not strange, strange
     return text

@@ -21,7 +21,7 @@ JUDGED = "landing_impulse_Ns, landing_filtered_peak_force_N"
 
 
 def landing(number: int, body: str = "seat", **numbers: object) -> dict[str, object]:
-    """A landing of a suction valve, as summary.json lists it."""
+    """Return a landing of a suction valve, as summary.json lists it."""
     return {
         "body": body, "number": number, "time_s": 9.0006e-3, "place_deg": 348.75, "place_m": 0.0335,
         "closing_speed_m_per_s": 1.49, "filtered_peak_force_N": 43.8, "peak_time_s": 9.0056e-3, "static_load_N": 3.1,

@@ -21,7 +21,7 @@ def test_the_sheet_is_long_and_each_mistake_stands_in_it_once() -> None:
 def test_a_mistake_is_answered(
     mistake: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    """Exit code 2, every text of the answer, no picture of Python's insides, and no file left."""
+    """A mistake ends with exit code 2, the texts of its answer, no traceback and no new file."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "200")
     texts = {"pressure.csv": RECORD, "scene.toml": SHEET["scene"], "strength.toml": SHEET["strength"]}
@@ -51,7 +51,7 @@ def test_the_scene_of_the_sheet_is_one(tmp_path: Path, monkeypatch: pytest.Monke
 
 
 def test_faces_are_listed_line_by_line(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """One face a line; a key with a line end in it makes no line of its own."""
+    """Each face has a line; a key with a line end in it makes no further one."""
     part = Path(__file__).parents[2] / "meshes" / "annular_seat.step"
     green = '{ kind = "colour", colour = [0, 255, 0] }'
     body = f'[seat]\nkind = "cad"\nfile = "{part.as_posix()}"\nmaterial = "steel"\ncontact = {green}\n'

@@ -33,7 +33,7 @@ def test_a_record_is_told_with_its_heads_rows_and_ranges() -> None:
 
 
 def test_another_unit_reads_differently(tmp_path: Path) -> None:
-    """A thickness in um where mm was meant, and a pressure whose head says kPa in place of bar."""
+    """A thickness in um where mm was meant, or a head in kPa instead of bar, can be seen."""
     assert "thickness 0.3 mm" in read("tilted_landing.toml")["reed"]
     assert "thickness 3 um" in read("tilted_landing.toml", **{"reed.thickness": "3 um"})["reed"]
     record = tmp_path / "course.csv"

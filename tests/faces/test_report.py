@@ -105,7 +105,7 @@ def test_a_curve_keeps_its_peaks() -> None:
 
 
 def test_force_along_the_lip_is_that_of_segments_not_of_the_parts_across_them() -> None:
-    """Two segments of three rings each, in newtons."""
+    """The figure sums three rings of two segments each, in newtons."""
     force = np.array([[0, 0, 0, 0, 0, 0], [1, 2, 3, 10, 20, 30], [0, 1, 0, 0, 10, 0]], dtype=float)
     run: Any = SimpleNamespace(rows=Rows(1e-6, np.arange(3), force, force, force), dt=1e-6)
     (drawn,) = lip_figure(run, 2).data
@@ -223,7 +223,7 @@ def _no_browser(address: str) -> bool:
 def test_view_without_a_browser_says_where_the_page_is(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, screen: str
 ) -> None:
-    """No screen: nothing is asked; a screen without a browser: the library's error is no error of the verb."""
+    """Without a screen none is asked; a browser that fails leaves the page's place in words."""
     monkeypatch.setattr(sys, "platform", "linux")
     for name in SCREENS:
         monkeypatch.setenv(name, screen)
@@ -248,7 +248,7 @@ def test_view_of_no_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> N
 
 @pytest.fixture(scope="module")
 def browser(folder: Path, chromium: Any) -> Any:
-    """The report in a headless Chromium."""
+    """Open the report in a headless Chromium."""
     chromium.get((folder / "report.html").as_uri())
     return chromium
 
@@ -293,7 +293,7 @@ def test_its_controls_work(browser: Any) -> None:
 
 
 def _body(browser: Any, name: str) -> tuple[Any, Any]:
-    """A figure of a body that is drawn, in sight, and its canvas."""
+    """Return a figure of a body that is drawn, in sight, and its canvas."""
     figure = browser.find_element("css selector", f"figure.body[data-file='{name}']")
     until(lambda: figure.get_attribute("data-ready"), f"{name} is drawn")
     canvas = figure.find_element("css selector", "canvas")

@@ -65,7 +65,7 @@ def test_stress_after_the_first_landing_replaces_the_largest_of_all() -> None:
 
 
 def test_a_bar_above_half_of_the_value_leaves_it_not_known() -> None:
-    """Wherever the bar comes from, and whether the plan took a spring for the seat or not; instants have no share."""
+    """A value with a bar above its half is not known, whatever the plan's seat; instants are."""
     stress = {"peak_seat_stress_Pa": 21.18e6, "error_bar_peak_seat_stress_Pa": 42.9e6}
     for level in ("spring", "axisymmetric"):
         assert row("largest, von Mises", **stress, plan_seat_level=level) == (
@@ -146,7 +146,7 @@ LIP: dict[str, object] = {
 
 
 def test_a_contact_along_a_lip_has_a_block_of_its_own() -> None:
-    """Force and impulse per length with bars, their places, what they are averaged over; the bed of springs beside."""
+    """A block shows force and impulse per length with bars, places, averages and the baseline."""
     lines = printed(**LIP, accuracy_measures="line_force", error_unknown="mesh")
     first = lines.index("along the lip")
     assert first > next(k for k, line in enumerate(lines) if line.startswith("seat displacement"))
@@ -184,7 +184,7 @@ LIFE: dict[str, object] = {
 
 
 def test_the_life_of_the_reed() -> None:
-    """Margins in the table, and a sentence that says where, by what, and whose numbers."""
+    """The table has margins, and a sentence says where, by what criterion, and whose strength."""
     lines = printed(**LIFE)
     assert "margin on stress 1.350 ± 0.050 1.400 +3.7 % 1" in lines
     assert "cycles to failure 2.3e12 (asked 4.5e9)" in lines

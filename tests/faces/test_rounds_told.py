@@ -18,7 +18,7 @@ Told = pytest.CaptureFixture[str]
 
 @pytest.fixture
 def scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Three rounds: modes and step, then the step alone."""
+    """Write a scene of three rounds: modes and step, then the step alone."""
     (tmp_path / "scene.toml").write_text(REED_ON_SPRING + 'target = "0.3 %"\n', encoding="utf-8")
     monkeypatch.chdir(tmp_path)
 

@@ -21,7 +21,7 @@ Told = pytest.CaptureFixture[str]
 
 @pytest.fixture
 def study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Three scenes, whose runs are answered at once; the one of 3 g fails."""
+    """Write a study of three scenes, whose runs are answered at once; the one of 3 g fails."""
 
     def answer(changed: dict[str, object]) -> dict[str, object]:
         if changed["reed.mass"] == "3 g":

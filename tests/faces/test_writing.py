@@ -48,7 +48,7 @@ def scene_file(folder: Path, text: str) -> Path:
 
 @pytest.fixture
 def tiny_disk(tmp_path: Path) -> Iterator[Path]:
-    """A real file system of 64 kB; only root may mount one."""
+    """Mount a real file system of 64 kB; only root may do so."""
     folder = tmp_path / "disk"
     folder.mkdir()
     mount = ["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", str(folder)]
@@ -310,7 +310,7 @@ def test_the_key_holds_the_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
 
 @pytest.mark.slow
 def test_two_runs_at_once_in_one_folder_and_one_cache(tmp_path: Path) -> None:
-    """Two real programs: each ends well, and what they leave is whole."""
+    """Two real programs in one folder both end well, and what they leave is whole."""
     scene = scene_file(tmp_path, BLOCK + BALL)
     environment = os.environ | {"PYTHONPATH": str(ROOT), "SEATFEM_STORE": str(tmp_path / "store")}
     command = [sys.executable, "-m", "seatfem", "run", str(scene), "-o", str(tmp_path / "out")]
@@ -352,7 +352,7 @@ def _calls(text: str) -> list[str]:
 
 @pytest.fixture
 def read_only(tmp_path: Path) -> Iterator[tuple[Path, list[str]]]:
-    """A folder into which nobody may write, and how a command is begun to which that applies, root's too."""
+    """Give a folder without the right to write, and how to start a command that obeys it, even for root."""
     folder = tmp_path / "read only"
     folder.mkdir()
     folder.chmod(0o555)
@@ -371,7 +371,7 @@ def read_only(tmp_path: Path) -> Iterator[tuple[Path, list[str]]]:
 @pytest.mark.slow
 @pytest.mark.own_gmsh
 def test_faces_of_a_part_in_a_folder_that_is_read_only(read_only: tuple[Path, list[str]]) -> None:
-    """The table is told; of the picture its own name, no temporary one, and the remedy."""
+    """The table is printed; the picture is refused by its own name, with the remedy."""
     folder, program = read_only
     part = str(ROOT / "meshes" / "bar.step")
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
