@@ -39,8 +39,8 @@ def test_no_part_of_the_line_has_a_larger_mean() -> None:
 
 
 def test_where_it_is_largest() -> None:
-    """1 + cos(th - t0) per radian: over a quarter about t0 its mean is 1 + sin(a)/a, a = pi/4; arcs of 2 pi/64 leave
-    an eighth of the square of half of one."""
+    """A force 1 + cos(th - t0) per radian has its largest mean about t0: 1 + sin(a)/a over a quarter, a = pi/4; arcs of
+    2 pi/64 leave an eighth of the square of half of one."""
     arcs, top = 64, 2 * np.pi * 40 / 64
     th = 2 * np.pi * (np.arange(arcs) + 0.5) / arcs
     force = np.zeros((50, arcs))
@@ -55,7 +55,7 @@ def test_where_it_is_largest() -> None:
 
 
 def test_a_long_run_is_averaged_in_blocks_and_its_memory_stays_small(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Besides the force of 24 arcs, a few columns: at once they are ten times that."""
+    """Blocks take less memory than the force of 24 arcs and give the mean of all at once."""
     rng = np.random.default_rng(3)
     force, edges = rng.uniform(0, 1, (50_000, 24)), np.cumsum(rng.uniform(0.5, 2, 50_001)) * DT
     tracemalloc.start()

@@ -25,7 +25,7 @@ NAMES = [f"{b.family} {i}" for i, b in enumerate(BEAMS)]
 
 
 def polynomials(xi: np.ndarray, size: int, envelope: np.polynomial.Polynomial) -> list[np.ndarray]:
-    """Envelope times Legendre polynomials of 2 xi - 1: values, first and second derivatives, each (size, G)."""
+    """Return the envelope times Legendre polynomials of 2 xi - 1 and two derivatives, each (size, G)."""
     out = [np.zeros((size, len(xi))) for _ in range(3)]
     e = [envelope.deriv(k)(xi) if k else envelope(xi) for k in range(3)]
     for j in range(size):
@@ -37,7 +37,7 @@ def polynomials(xi: np.ndarray, size: int, envelope: np.polynomial.Polynomial) -
 
 
 def galerkin(beam: RectangularBeam, size: int) -> np.ndarray:
-    """Angular frequencies from the energies, with polynomials that meet the clamps."""
+    """Return angular frequencies from the energies, with polynomials that meet the clamps."""
     x, weights = gauss(0.0, 1.0, size)
     length = beam.length
     if isinstance(beam, TimoshenkoCantilever):

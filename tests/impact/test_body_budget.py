@@ -19,7 +19,7 @@ COVERED = 0.95  # wanted share of the measures whose true error is inside the ba
 
 
 def modes_of_rod(n: int, rest: str = "exponential", error: ErrorEstimate | None = None) -> ModalGreens:
-    """The ``n`` lowest modes of `EXACT`, (k - 1/2) pi c/l, each with 2/mass, and the flexibility of the others."""
+    """Return the ``n`` lowest modes of `EXACT`, (k - 1/2) pi c/l, each with 2/mass, and the others' flexibility."""
     omega = (np.arange(n) + 0.5) * np.pi / TRANSIT
     left = TRANSIT - float(np.sum(2 / TRANSIT / omega**2))
     residual = Residual.exponential(left, 1.0) if rest == "exponential" else Residual.spring(left)
@@ -45,7 +45,7 @@ def told(problem: ContactProblem, dt: float, duration: float, width: float) -> M
 
 
 def drawn(rng: np.random.Generator) -> tuple[Budget, Mapping[str, float]]:
-    """A mass of 0.2 to 15 rods, any law, 6 to 60 modes, a filter no shorter than the period of the highest."""
+    """Draw a mass of 0.2 to 15 rods, any law, 6 to 60 modes, a filter no shorter than the highest period."""
     mass, n, k = 10 ** rng.uniform(-0.7, 1.2), int(rng.integers(6, 60)), 10 ** rng.uniform(-0.5, 2.5) / TRANSIT
     hertz = k / math.sqrt(TRANSIT)
     laws: list[Law] = [
@@ -142,7 +142,7 @@ def test_what_a_budget_refuses() -> None:
 
 
 def test_runs_in_threads_leave_what_they_leave_one_after_the_other() -> None:
-    """Bit for bit, and all at once: four runs that wait for each other end."""
+    """Four runs that wait for each other end, with the errors of single ones bit for bit."""
     problem = blow(modes_of_rod(12), 1.0, impact.LinearSpring(20 / TRANSIT))
     seat = problem.target
     others = [with_body(problem, seat, impact.Body(modes_of_rod(n))) for n in (9, 6)]
@@ -165,7 +165,7 @@ def test_runs_in_threads_leave_what_they_leave_one_after_the_other() -> None:
 
 
 def test_durations_of_whole_steps_err_by_a_step() -> None:
-    """Even where no other step changes them."""
+    """A duration errs by a step even if no other step changes it."""
     problem, dt = blow(EXACT, 1.0, impact.Signorini()), TRANSIT / 50
     constant = {"contact_duration": 1e-4, "contact_duration 1": 0.0, "impulse": 1.0}
     quantities = {name: lambda result, value=value: value for name, value in constant.items()}

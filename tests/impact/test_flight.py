@@ -13,7 +13,7 @@ from impact.march.prepared import BLOCK, Prepared
 
 
 def ball(*, ports: int = 1, modes: int = 0, mass: float = 2.0) -> Body:
-    """A mass (with elastic modes) under its weight of 1 N, thrown down at 1 m/s."""
+    """Return a mass (with elastic modes) under its weight of 1 N, thrown down at 1 m/s."""
     omega = np.concatenate([[0.0], 3.0 + np.arange(modes)])
     shapes = np.full((1 + modes, ports), 1 / np.sqrt(mass)) * (1 + 0.1 * np.arange(ports))
     names = tuple(str(k) for k in range(ports))

@@ -58,7 +58,7 @@ def compressor(side: str = "suction", **changes: object) -> Compressor:
 
 
 def test_choked_flow() -> None:
-    """p_u sqrt(k/(R T)) (2/(k + 1))^((k + 1)/(2 (k - 1))); in textbooks 0.0404 p/sqrt(T) in SI for air."""
+    """The flow is p_u sqrt(k/(R T)) (2/(k + 1))^((k + 1)/(2 (k - 1))); for air that is 0.0404 p/sqrt(T) in SI."""
     k, r = AIR.k, AIR.constant
     exact = 2e5 * math.sqrt(k / (r * 300)) * (2 / (k + 1)) ** ((k + 1) / (2 * (k - 1)))
     assert AIR.critical == pytest.approx(0.528282, rel=1e-6)
@@ -69,7 +69,7 @@ def test_choked_flow() -> None:
 
 
 def test_flow_below_the_choke() -> None:
-    """Density times velocity of an isentropic change, v^2/2 = c_p (T_u - T); for small drops sqrt(2 rho dp)."""
+    """The flow is density times velocity of an isentropic change; for small drops it is sqrt(2 rho dp)."""
     gas = of_molar_mass(1.108, 0.102)
     for ratio in (0.65, 0.9, 0.999):
         now = 300 * ratio ** ((gas.k - 1) / gas.k)
@@ -79,7 +79,7 @@ def test_flow_below_the_choke() -> None:
 
 
 def test_a_vessel_fills_from_a_plenum() -> None:
-    """Choked: p rises by k R T_u m'/V a second; at rest at the plenum's pressure, having taken V (p - p0)/(k R T_u)."""
+    """Pressure rises by k R T_u m'/V a second while choked, and ends at the plenum's with V dp/(k R T_u) gained."""
     state = np.zeros(STATE)
     state[:2] = 1e5, 1e5 * 1e-3 / (AIR.constant * 300)
     before, slope = state.copy(), 1.4 * AIR.constant * 350 * 1e-5 * AIR.flux(5e5, 350.0, 4e5) / 1e-3
@@ -115,7 +115,7 @@ def marched(
 
 
 def reference(drive: Compressor, gap: float, span: float) -> Array:
-    """Lift, pressure and mass at the end by an adaptive Runge-Kutta method; the equations written anew."""
+    """Return lift, pressure and mass at the end by an adaptive Runge-Kutta method; the equations are written anew."""
     k, r = 1.4, AIR.constant
 
     def stream(area: float, p1: float, t1: float, p2: float) -> float:
@@ -151,9 +151,9 @@ def reference(drive: Compressor, gap: float, span: float) -> Array:
     [(40.0, 0.95e5, 3.2e-3, 2), (190.0, 1.5e5, 0.64e-3, 2), (40.0, 1.2e5, 9.6e-3, 0)],
 )
 def test_the_coupled_march_against_another_solver(degrees: float, start: float, span: float, order: int) -> None:
-    """An intake, a backflow, and both with the start of the compression: 3 % of any coefficient shows. Of second order;
-    where the pressures cross, as the flow is no smooth function there, of order 1.5 with a factor that depends on where
-    in a step it happens: only the size is asserted. Mass and energy balance to 1e-9."""
+    """An intake, a backflow, and both with compression agree with an adaptive solver, to second order (where pressures
+    cross only the size is known, as the flow is not smooth there); mass and energy balance to 1e-9, and 3 % of any
+    coefficient would show."""
     crank = replace(CRANK, start=math.radians(degrees))
     drive = compressor(crank=crank, start_pressure=start)
     exact, errors = reference(drive, 5e-4, span), []

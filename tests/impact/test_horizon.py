@@ -27,7 +27,7 @@ def ball(speed: float, force: Callable[[Array], Array]) -> impact.Body:
 
 
 def dropped(height: float) -> impact.ContactProblem:
-    """A ball that falls from a height and bounces without loss."""
+    """Return a ball that falls from a height and bounces without loss."""
     weight = ball(0.0, lambda t: np.full_like(t, -MASS * G))
     return impact.ContactProblem(weight, rigid_seat(), gap=height, law=impact.LinearSpring(stiffness=STIFFNESS))
 

@@ -13,7 +13,7 @@ from impact.storage.hdf5 import StorageError
 
 
 def random_body(seed: int, ports: int, modes: int = 9) -> ModalGreens:
-    """Rigid, light, critical and heavy damping, relaxations, a dashpot and a bare compliance."""
+    """Return a body with rigid, light, critical and heavy modes, relaxations, a dashpot and a bare compliance."""
     rng = np.random.default_rng(seed)
     omega = np.concatenate([[0.0], rng.uniform(0.5, 150.0, modes - 1)])
     shapes = rng.normal(size=(ports, ports))
@@ -24,7 +24,7 @@ def random_body(seed: int, ports: int, modes: int = 9) -> ModalGreens:
 
 
 def contacts(count: int, law: impact.Law | None = None) -> ContactProblem:
-    """A free random body thrown on yielding supports, each with its own gap."""
+    """Return a free random body thrown on yielding supports, each with its own gap."""
     striker = random_body(8, count)
     support = ModalGreens(np.array([7.0]), np.array([0.1]), np.array([[0.5]]), Residual.exponential(0.02, 0.1))
     places = [
@@ -38,7 +38,7 @@ def contacts(count: int, law: impact.Law | None = None) -> ContactProblem:
 
 @pytest.mark.parametrize("count", [1, 2, 3, 4])
 def test_engines_give_the_same_impact(count: int) -> None:
-    """Hertz contacts: smooth, so that round-off stays round-off."""
+    """All engines agree to round-off under Hertz's law, which is smooth and does not amplify it."""
     found = {
         engine: impact.solve(contacts(count), dt=0.01, duration=8.0, engine=engine, block=64)  # type: ignore[arg-type]
         for engine in ("poles", "direct", "fft")

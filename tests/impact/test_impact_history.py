@@ -48,7 +48,7 @@ def test_the_stamp_of_the_loop_tells_an_edit_of_any_file(tmp_path: Path) -> None
 
 
 def around_a_lip(ports: int) -> ModalGreens:
-    """A held body with waves cos(m t) and sin(m t) around its ports, each the shape of several modes."""
+    """Return a held body with waves cos(m t) and sin(m t) around its ports, each the shape of several modes."""
     rng, places = np.random.default_rng(2), 2 * np.pi * np.arange(ports) / ports
     waves = [np.cos(m * places) for m in range(3)] + [np.sin(m * places) for m in (1, 2)]
     shapes = np.array([rng.normal() * wave for wave in waves for _ in range(6)])
@@ -106,7 +106,7 @@ def test_mean_displacement_of_the_parts_of_a_lip(ports: int) -> None:
 
 
 def thrown() -> Body:
-    """Free, bent, damped, loaded, with two ports, relaxations and a bare compliance."""
+    """Return a body that is free, bent, damped, loaded, with two ports, relaxations and a bare compliance."""
     rng = np.random.default_rng(11)
     omega = np.sort(rng.uniform(6e3, 5e5, 9))
     omega[:2] = 0.0

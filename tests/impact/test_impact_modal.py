@@ -100,7 +100,7 @@ def test_arrays_of_the_wrong_shape_are_refused(
 
 
 def test_modes_as_test_programs_list_them() -> None:
-    """Frequencies in hertz, one damping or many, amplitudes at one port or several."""
+    """Frequencies in hertz, one damping or many, and amplitudes at one port or several make the function."""
     one = ModalGreens.from_hz([100.0, 250.0], 0.01, [1.0, 2.0])
     assert np.allclose(one.omega, 2 * np.pi * np.array([100.0, 250.0]), rtol=1e-15)
     assert one.port_names == ("contact",)

@@ -28,8 +28,8 @@ def path(law: impact.Law, closures: np.ndarray) -> np.ndarray:
 
 
 def test_unloading_is_the_loading_branch_drawn_together() -> None:
-    """Rough faces, from m on: N = k ((pen - (1 - r) m)/r)^n; reloaded the same way, and beyond m as if never unloaded;
-    opened, as new."""
+    """Rough faces unload and reload from m on by N = k ((pen - (1 - r) m)/r)^n, go on beyond m as if never unloaded,
+    and are new once opened."""
     closures = np.array([0.5, 1.0, 0.9, 0.65, 0.5, 0.9, 1.2, 0.0, 0.5])
     force = path(ROUGH, closures)
     expected = [0.75, 3.0, 3 * 0.75**2, 3 * 0.125**2, 0.0, 3 * 0.75**2, 3 * 1.2**2, 0.0, 0.75]
@@ -38,7 +38,7 @@ def test_unloading_is_the_loading_branch_drawn_together() -> None:
 
 
 def test_a_table_of_a_curve_becomes_that_law_at_second_order() -> None:
-    """The table of ROUGH with ever more rows: forces after a partial load and unloading, not from the table's end."""
+    """Tables of ROUGH with ever more rows reach its forces, also after a partial load, at second order."""
     turns, errors = (0.0, 0.83, 0.6, 0.95, 0.6), []
     closures = np.concatenate([np.linspace(*pair, 500) for pair in itertools.pairwise(turns)])
     exact = path(ROUGH, closures)
@@ -71,8 +71,8 @@ def random_joint(rng: np.random.Generator) -> impact.Law:
 @settings(max_examples=80, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_no_history_of_steps_gains_energy(seed: int) -> None:
-    """40 random steps by each rule: N (end - start) >= dPsi in each, equality of conserving steps below the deepest
-    closure; and the work of all from an open start is not negative."""
+    """Each of 40 random steps by each rule has N (end - start) >= dPsi, with equality by the conserving one below the
+    deepest closure, and the work from an open start is not negative."""
     rng = np.random.default_rng(seed)
     law, w0, aims = random_joint(rng), 10.0 ** rng.uniform(-6, 2), rng.uniform(-0.5, 3, 40)
     for rule in RULES:
@@ -145,7 +145,7 @@ def test_a_joint_closed_beyond_its_table_is_told() -> None:
 
 @pytest.mark.slow
 def test_one_contact_many_and_lanes_march_alike() -> None:
-    """One joint; the same in two halves on one port; and 20 scenes side by side."""
+    """One joint, its two halves on one port, and 20 scenes side by side have the same forces."""
     rod = impact.free_rod(young=4.0, density=1.0, area=3.0, length=2.0)
     mass = impact.rigid_mass(mass=1.0, velocity=-1.0)
     half = impact.RoughJoint(stiffness=1.5, exponent=2.0, recovery=0.4)

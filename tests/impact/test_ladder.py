@@ -29,7 +29,7 @@ def discretised(problem: ContactProblem, duration: float, dt: float = H) -> tupl
 
 
 def seat(ports: int = 1, seed: int = 1) -> Body:
-    """Forty modes from 20 kHz on, with what they leave out."""
+    """Return forty modes from 20 kHz on, with what they leave out."""
     shapes = np.random.default_rng(seed).normal(0, 8.0, (40, ports))
     omega = 2 * np.pi * 20e3 * np.arange(1, 41) ** 1.1
     rest = Residual.exponential(2e-9 * np.eye(ports), 2e-2 * np.eye(ports))
@@ -41,7 +41,7 @@ def names(ports: int) -> tuple[str, ...]:
 
 
 def reed(ports: int = 1, **more: object) -> Body:
-    """Twelve modes of a cantilever from 150 Hz on, which yields at once to a force."""
+    """Return twelve modes of a cantilever from 150 Hz on, which yields at once to a force."""
     k = np.arange(1, 13)
     scatter = np.random.default_rng(2).normal(1, 0.05, (12, ports)) if ports > 1 else np.ones((12, 1))
     shapes = 30.0 * ((-1.0) ** (k + 1))[:, None] * scatter
@@ -51,7 +51,7 @@ def reed(ports: int = 1, **more: object) -> Body:
 
 
 def in_gas(ports: int, pressed: Callable[[Array], Array]) -> Body:
-    """A reed under a force on the mean of its ports."""
+    """Return a reed under a force on the mean of its ports."""
     body = reed(ports)
     assert body.greens.modal is not None
     return replace(body, loads=(Load(body.greens.modal.shapes.mean(axis=1), pressed),))
@@ -100,8 +100,8 @@ def test_free_motion_is_exact_whatever_the_steps() -> None:
 
 @pytest.mark.slow
 def test_a_force_that_rises_within_a_leap_is_a_ramp() -> None:
-    """A free mass under a force b t in the longest steps: b t^3/(6 m), where a constant force in each would leave
-    b t H^2/(12 m); twelve digits of it are seen."""
+    """A free mass under b t moves by b t^3/(6 m) in the longest steps, to ten digits; a constant force in each step
+    would leave b t H^2/(12 m)."""
     ball = impact.rigid_mass(mass=1e-3, velocity=0.0)
     assert ball.greens.modal is not None
     body = replace(ball, loads=(Load(ball.greens.modal.shapes[:, 0], lambda t: 0.2 * t),))
@@ -176,7 +176,7 @@ def gains(law: impact.Law, seed: int) -> float:
 @pytest.mark.parametrize("law", LAWS.values(), ids=LAWS.keys())
 @pytest.mark.parametrize("seed", range(4))
 def test_no_switch_gains_energy(law: impact.Law, seed: int) -> None:
-    """Steps of random lengths, as long as contacts neither open nor close in them, whatever the forces do."""
+    """Steps of random lengths gain no energy while contacts neither open nor close in them."""
     assert gains(law, seed) < 1e-12
 
 
@@ -191,7 +191,7 @@ def oscillating(t: Array) -> Array:
 
 
 def scenes() -> dict[str, tuple[ContactProblem, float]]:
-    """Two kinds of strikers and drives with each law, film, base, side and start."""
+    """Return two kinds of strikers and drives with each law, film, base, side and start."""
     wide, film = seat(6), impact.SqueezeFilm(coefficient=2e-5 * 0.03 * 1e-9, floor=2e-6)
     tilted = [Contact(wide, port=k, striker_port=k, gap=1e-5 + 4e-6 * k) for k in range(6)]
     pressed = [Contact(wide, port=k, striker_port=k) for k in range(6)]
@@ -242,8 +242,8 @@ def test_it_is_as_good_as_equal_steps(name: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("law", ["spring", "Hertz"])
 def test_order_of_convergence(law: str) -> None:
-    """Peak and impulse of a mass on a seat with a compliant contact, with a share that falls as the square of the step:
-    at each step the error is that of equal steps, to a twentieth, of second order."""
+    """Peak and impulse of a mass on a compliant contact err as at equal steps, to a twentieth and of second order, if
+    the share for long steps falls as the square of the step."""
     ball = impact.rigid_mass(mass=1e-3, velocity=-1.0)
     problem = ContactProblem(ball, seat(), gap=1e-5, law=LAWS[law])
     exact = taken(march(problem, 200e-9 / 32, 1e-3, equal_steps=True))[:2]
@@ -289,7 +289,7 @@ def test_rows_at_equal_steps() -> None:
 
 @pytest.mark.slow
 def test_where_equal_steps_take_long_smooth_motion_takes_longer_ones(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Not for a rod by step weights, which has no state to pass on, nor where a load follows the opening."""
+    """Long steps are taken for modes, but not on a rod by step weights or under loads by opening."""
     monkeypatch.setattr(ladder, "WORTHWHILE", 0.0)
     ball, rod = (
         impact.rigid_mass(mass=1e-3, velocity=-1.0),

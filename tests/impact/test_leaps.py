@@ -30,7 +30,7 @@ def replays(modal: ModalGreens, state: ModalState, load: np.ndarray, spans: np.n
 
 
 def test_leaps_end_where_equal_steps_do() -> None:
-    """Forces constant over each leap, and loads on a straight line: displacements, energies and work at its end."""
+    """Leaps under constant forces and straight loads end with the displacements, energies and work of equal steps."""
     modal, state, shape = make_body(1)
     random, lengths = np.random.default_rng(2), np.array([1, 4, 16])
     levels = random.integers(0, 3, 40)

@@ -23,7 +23,7 @@ either needs 3.6."""
 
 
 def reed(parts: int, **more: object) -> Body:
-    """Twelve modes of a cantilever from 150 Hz on, which lies askew and yields at once to a force."""
+    """Return twelve modes of a cantilever from 150 Hz on, which lies askew and yields at once to a force."""
     k, scatter = np.arange(1, 13), np.random.default_rng(2).normal(1, 0.05, (12, parts))
     omega = 2 * np.pi * 150.0 * ((k - 0.4) / 0.6) ** 2
     rest = Residual.spring(1e-7 * np.eye(parts))
@@ -32,7 +32,7 @@ def reed(parts: int, **more: object) -> Body:
 
 
 def seat(parts: int, **more: object) -> Body:
-    """Forty modes from 20 kHz on, with what they leave out."""
+    """Return forty modes from 20 kHz on, with what they leave out."""
     shapes = np.random.default_rng(1).normal(0, 8.0, (40, parts))
     omega = 2 * np.pi * 20e3 * np.arange(1, 41) ** 1.1
     rest = Residual.exponential(2e-9 * np.eye(parts), 2e-2 * np.eye(parts))
@@ -56,7 +56,7 @@ def long_runs(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def traced() -> Iterator[Callable[[], int]]:
-    """The most memory since the last look [bytes]."""
+    """Yield a function of the most memory since the last look [bytes]."""
 
     def look() -> int:
         _, most = tracemalloc.get_traced_memory()

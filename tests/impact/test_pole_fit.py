@@ -48,7 +48,7 @@ def coupled(dashpot: float, ports: int) -> impact.PoleGreens:
 
 
 def filtered_error(fit: impact.GreensFunction, truth: impact.GreensFunction) -> float:
-    """After the Hann pulse of the band, over the largest value."""
+    """Return the error after the Hann pulse of the band, over the largest value."""
     t = np.linspace(0, 5e-3, 800)
     exact = truth.filtered_matrix(t, 2 / F[-1])
     return float(np.abs(fit.filtered_matrix(t, 2 / F[-1]) - exact).max() / np.abs(exact).max())
@@ -90,7 +90,7 @@ def test_one_percent_noise(truth: impact.ModalGreens, seed: int) -> None:
 
 @pytest.mark.slow
 def test_the_error_estimate_covers_the_error() -> None:
-    """Random bodies, some with modes beyond the band; noise of each line or of the whole record."""
+    """The true error of random noisy bodies is near or below the estimate, also with modes beyond the band."""
     ratios = []
     for seed in range(6, 12):
         rng = np.random.default_rng(seed)
@@ -223,7 +223,7 @@ STATIC = 2.11e-8  # m/N
 
 
 def hammered() -> impact.ModalGreens:
-    """Modes at 2.3, 6.1 and 11.8 kHz, 9 % of the static compliance above them."""
+    """Return modes at 2.3, 6.1 and 11.8 kHz, with 9 % of the static compliance above them."""
     omega, parts = 2 * np.pi * np.array([2.3e3, 6.1e3, 11.8e3]), np.array([1.2e-8, 5e-9, 2.1e-9])
     shapes = (omega * np.sqrt(parts))[:, None]
     return impact.ModalGreens(

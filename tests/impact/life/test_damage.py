@@ -40,7 +40,7 @@ def reversed_cycles(amplitude: float, count: float = 1.0) -> Cycles:
 
 @pytest.mark.parametrize(("share", "z"), [(0.9, 1.28155), (0.977, 1.99539), (0.99, 2.32635), (0.999, 3.09023)])
 def test_survival_by_the_normal_distribution(share: float, z: float) -> None:
-    """Tables of the normal distribution."""
+    """Quantiles of life are those of tables of the normal distribution."""
     assert math.log10(KNEE.life(450e6) / KNEE.life(450e6, share)) / 0.25 == pytest.approx(z, abs=5e-6)
 
 
@@ -125,7 +125,7 @@ def test_a_margin_scales_with_stress_and_uses_up_the_part(history: np.ndarray, n
 
 
 def test_a_margin_at_a_jump() -> None:
-    """An endurance limit; a mean that breaks the part before cycles do."""
+    """The margin is exact at an endurance limit, and where the mean breaks the part before cycles do."""
     limited = Strength("invented", curve=basquin(400e6, 1e7, 12.0, math.inf))
     assert margin(reversed_cycles(200e6), limited, SmithWatsonTopper(), blocks=1e9) == pytest.approx(2.0, rel=1e-9)
     steady = Cycles(np.array([2.0]), np.array([900e6]), np.ones(1))
@@ -174,7 +174,7 @@ def test_a_curve_of_pulsating_stress() -> None:
 def test_extreme_strengths_give_a_number(
     knee: float, cycles: float, slope: float, scatter: float, history: np.ndarray, name: str, ratio: float
 ) -> None:
-    """Any curve that is accepted: a damage >= 0, a margin >= 0, and less of it for more survivors."""
+    """Any accepted curve gives a damage >= 0 and a margin >= 0, which is less for more survivors."""
     curve = basquin(knee, cycles, slope, scatter=scatter)
     ultimate = 2.1 * knee / (1 - ratio)  # little above the largest stress at the knee
     extreme = Strength(

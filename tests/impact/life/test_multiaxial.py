@@ -19,7 +19,7 @@ CRITERIA: tuple[type[Multiaxial], ...] = (Crossland, DangVan, Papadopoulos)
 
 
 def bending_and_torsion(sa: float, ta: float, *, lag: float = 0.0, mean: float = 0.0) -> np.ndarray:
-    """(n, 6) of stresses in MPa."""
+    """Return (n, 6) stresses of bending and torsion, in MPa."""
     stress = np.zeros((len(TIME), 6))
     stress[:, 0] = 1e6 * (sa * np.sin(TIME) + mean)
     stress[:, 5] = 1e6 * ta * np.sin(TIME - lag)
@@ -67,7 +67,7 @@ def test_limits_that_make_no_criterion(kind: type[Multiaxial], ratio: float) -> 
 @settings(deadline=None, max_examples=12)
 @given(st.integers(1, 30), st.integers(0, 10**6), st.floats(0.2, 5.0))
 def test_axes_order_and_scale_do_not_count(number: int, seed: int, factor: float) -> None:
-    """Turned bodies, reversed and shuffled time; all criteria are of first degree.
+    """Turned bodies and shuffled times have equal values; all criteria are of first degree.
 
     The mean over planes is as exact as asked for; a turn changes where its nodes lie.
     """
@@ -178,7 +178,7 @@ grid = arrays(np.float64, st.tuples(st.integers(1, 25), st.integers(1, 5)), elem
 
 
 def gap(points: np.ndarray, centre: np.ndarray, radius: float) -> float:
-    """How far the centre is from the hull of the points on the sphere, over the radius: 0 for the smallest sphere."""
+    """Return how far the centre is from the hull of points on the sphere, over the radius: 0 for the smallest."""
     distance = np.linalg.norm(points - centre, axis=1)
     assert distance.max() <= radius * (1 + 1e-12) + 1e-15 * np.abs(points).max()
     if radius == 0:

@@ -29,7 +29,7 @@ def test_a_block_taken_twice_has_half_the_life_and_time_no_direction() -> None:
 
 
 def test_the_bar_of_a_margin_is_that_of_histories_at_the_end_of_theirs() -> None:
-    """Evaluated again at stresses 1 - b and 1 + b: the larger of both deviations."""
+    """The bar is the larger deviation of the margins at stresses 1 - b and 1 + b."""
     here, bar = margin(WALK), 0.07
     off = [abs(margin(factor * WALK) - here) for factor in (1 - bar, 1 + bar)]
     assert margin_error(here, bar) == pytest.approx(max(off), rel=1e-9)
@@ -99,7 +99,7 @@ def blocks(size: int) -> Iterator[np.ndarray]:
 
 @pytest.mark.parametrize("size", [1, 3, 8])
 def test_points_below_a_share_of_the_hot_spot_are_skipped(size: int) -> None:
-    """However the points are cut into blocks: 0.7 x 120 = 84 MPa."""
+    """Points below 0.7 x 120 = 84 MPa are skipped, however the points are cut into blocks."""
     found = cycle_map(blocks(size), judged_by_goodman)
     np.testing.assert_allclose(found.ranges, 2 * SIZES)
     assert np.flatnonzero(~np.isnan(found.values)).tolist() == [1, 5, 7]
