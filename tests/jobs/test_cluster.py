@@ -90,7 +90,7 @@ def without_files(job: str) -> tuple[str, dict[str, Path]]:
 
 
 def wait_for_both(address: str) -> int:
-    """How many workers there are, at most a minute after they were started."""
+    """Return how many workers there are, at most a minute after they were started."""
     end = time.monotonic() + 60
     while (found := threads_of(address)) < 2 and time.monotonic() < end:
         time.sleep(0.1)
@@ -98,7 +98,7 @@ def wait_for_both(address: str) -> int:
 
 
 def cell_as_here(address: str, log: Path) -> None:
-    """A cell of the battery at the extremes ends as it does here."""
+    """Check that a cell of the battery at the extremes ends as it does here."""
     cell = battery()[0]
     [found] = run_battery([cell], log, cluster=address).values()
     assert repr(replace(found, seconds=0.0, revision="")) == repr(
@@ -107,7 +107,7 @@ def cell_as_here(address: str, log: Path) -> None:
 
 
 def trade_as_here(address: str, scene: Path, journal: Path) -> None:
-    """Points of the trade have the values that they have here."""
+    """Check that points of the trade have the values that they have here."""
     points = [Point("coarse", "all keys"), Point("other", "all keys")]
     found = run_points(scene, points, journal, cluster=address)
     assert values_of(found["coarse"]) == values_of(found["other"]) == values_of(carry_out(scene, points[0]))
@@ -115,7 +115,7 @@ def trade_as_here(address: str, scene: Path, journal: Path) -> None:
 
 
 def values_of(outcome: Outcome) -> dict[str, object]:
-    """The summary without what the computer has taken for it."""
+    """Return the summary without what the computer has taken for it."""
     return {key: value for key, value in outcome.summary.items() if key not in (PROCESSOR, MEMORY)}
 
 
@@ -148,7 +148,7 @@ def given_up(address: str) -> None:
 
 @pytest.mark.slow
 def test_a_job_that_kills_computers_is_lost(tmp_path: Path) -> None:
-    """After as many as the scheduler allows; and a scheduler that ends is told."""
+    """A job is lost after as many computers as allowed; a scheduler that ends is an error with a remedy."""
     with Crowd(tmp_path / "theirs", hidden=tmp_path / "mine", losses=0) as crowd:
         crowd.hire()
         with cluster_crew(crowd.address, ANSWERS, without_files) as ask:

@@ -19,7 +19,7 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSI
 
 @pytest.mark.slow
 def test_jobs_are_answered_in_other_processes() -> None:
-    """Each once, by as many processes as were asked for, which take one thread each and serve several batches."""
+    """Two other processes of one thread each answer every job of several batches once."""
     with crew(ANSWERS, workers=2) as ask:
         batches = [[f"slow {batch} {k}" for k in range(3)] for batch in range(2)]
         answers = [answer for jobs in batches for _, answer in sorted(ask(jobs, 60.0))]
@@ -93,7 +93,7 @@ def test_what_workers_leave_is_removed() -> None:
 
 @pytest.mark.slow
 def test_workers_neither_run_the_script_again_nor_take_modules_beside_it(tmp_path: Path) -> None:
-    """A script without a guard, in a folder with files from elsewhere, started as `python -m` would."""
+    """A script without a guard beside foreign modules runs once, and its workers take none of them."""
     for name in ("pebble", "runpy", "psutil"):
         (tmp_path / f"{name}.py").write_text("import pathlib; pathlib.Path('ran').touch(); raise SystemExit(7)")
     script = f"from seatfem.jobs.crew import crew\nwith crew({ANSWERS!r}) as ask: print(*ask(['a'], 60.0))\n"

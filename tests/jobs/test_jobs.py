@@ -33,7 +33,7 @@ SHORT = '[seat]\nkind = "spring"\nstiffness = "1 N/um"\n' + LONG[LONG.index("[re
 
 @contextmanager
 def program(folder: Path, *command: str) -> Iterator[subprocess.Popen[str]]:
-    """A program with a TMPDIR of its own, which is empty; nothing of it survives the test."""
+    """Start a program with an empty TMPDIR of its own; nothing of it survives the test."""
     temporary = folder / "tmp"
     temporary.mkdir(exist_ok=True)
     environment = os.environ | {"TMPDIR": str(temporary), "PYTHONPATH": str(ROOT)}
@@ -62,7 +62,7 @@ def scene(folder: Path, text: str = LONG) -> str:
 
 
 def workers(process: subprocess.Popen[str], which: str, busy: float = 0.0) -> list[psutil.Process]:
-    """All descendants, once one whose command line holds ``which`` has taken that much processor time."""
+    """Return all descendants once one whose command line holds ``which`` took that much processor time."""
     top = psutil.Process(process.pid)
 
     def at_work() -> list[psutil.Process]:
@@ -87,7 +87,7 @@ def wait_for(found: Callable[[], list[psutil.Process]], most: float, process: su
 
 
 def alive(family: Sequence[psutil.Process]) -> list[psutil.Process]:
-    """Those that still run after `SOON`; nobody may be there to bury a zombie."""
+    """Return those that still run after `SOON`; nobody may be there to bury a zombie."""
     end = time.monotonic() + SOON
     while time.monotonic() < end and (left := [m for m in family if _runs(m)]):
         time.sleep(0.05)
@@ -105,7 +105,7 @@ def error_bars_of(folder: Path) -> list[str]:
 
 
 def next_start(folder: Path) -> None:
-    """Any run of the program."""
+    """Run the program once more."""
     (folder / "next.toml").write_text(SHORT, encoding="utf-8")
     with seatfem(folder, "plan", "next.toml", "--quiet") as process:
         assert process.wait(60) == 0, process.stderr.read()
@@ -340,7 +340,7 @@ def test_two_programs_share_a_journal(tmp_path: Path) -> None:
 
 
 def test_every_interpreter_is_started_without_the_current_folder() -> None:
-    """-P: Python puts it first otherwise, for -c and -m."""
+    """Every started interpreter has -P: Python puts the current folder first otherwise."""
     started = [
         (path, line)
         for room in ("impact", "seatfem")
