@@ -33,7 +33,7 @@ _FIXED = {
 
 
 def rod_cases() -> tuple[Case, ...]:
-    """Impact on rods: waves in one dimension, exact."""
+    """Return the cases of impact on rods: waves in one dimension, exact."""
     return (*(case for alpha in _FIXED for case in _on_fixed_rod(alpha)), *_without_return(), *_between_rods())
 
 
