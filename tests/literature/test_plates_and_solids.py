@@ -84,7 +84,7 @@ def test_breathing_sphere() -> None:
 
 
 def test_round_bar_is_rayleighs_for_long_waves_and_for_short_ones() -> None:
-    """c/c_0 = 1 - (nu k a)^2/4 with an error of order (k a)^4; the surface wave, off by 1/(k a)."""
+    """Long waves have c/c_0 = 1 - (nu k a)^2/4 to (k a)^4, short ones the surface wave's speed to 1/(k a)."""
     nu = 0.29
     for k in (0.05, 0.1):
         assert bar_frequency(k) / k == pytest.approx(1 - (nu * k) ** 2 / 4, abs=0.1 * k**4)
@@ -92,7 +92,7 @@ def test_round_bar_is_rayleighs_for_long_waves_and_for_short_ones() -> None:
 
 
 def test_tube_by_its_differential_equation() -> None:
-    """u'' + u'/r - u/r^2 = 0 with sigma_r = -p at the bore, 0 outside; E = p = a = 1."""
+    """The widening solves u'' + u'/r - u/r^2 = 0 with sigma_r = -p at the bore and 0 outside."""
     a, b = 1.0, 2.0
     lam, mu = NU / ((1 + NU) * (1 - 2 * NU)), 1 / (2 * (1 + NU))
 
@@ -111,7 +111,7 @@ def test_tube_by_its_differential_equation() -> None:
 
 @pytest.mark.parametrize(("wave", "printed"), [((1, 1), 0.0932), ((1, 2), 0.2226), ((2, 2), 0.3421), ((1, 3), 0.4171)])
 def test_thick_plate_of_srinivas(wave: tuple[int, int], printed: float) -> None:
-    """Srinivas, Rao & Joga Rao, J. Sound Vib. 12 (1970) 187: w h (rho/G)^(1/2) of the square plate, h/a = 0.1."""
+    """w h (rho/G)^(1/2) is that of Srinivas, Rao & Joga Rao, J. Sound Vib. 12 (1970) 187, h/a = 0.1."""
     steel = Material(200e9, 0.3, 8000.0)
     found = bending_frequency(math.pi / 10 * math.hypot(*wave), 0.5, steel)
     assert 2 * math.pi * found / steel.c_s == pytest.approx(printed, abs=6e-5)
