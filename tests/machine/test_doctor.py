@@ -129,7 +129,7 @@ def hides(path: str) -> bool:
 
 
 def without(libraries: tuple[str, ...], verbs: list[list[str]], **environment: str) -> subprocess.CompletedProcess[str]:
-    """Command lines in an interpreter on a machine that lacks the libraries."""
+    """Run command lines in an interpreter on a machine that lacks the libraries."""
     code = VERBS.format(verbs=verbs)
     known = subprocess.run(["/sbin/ldconfig", "-p"], capture_output=True, text=True).stdout if libraries else ""
     found = [line.split()[-1] for line in known.splitlines() if line.split()[:1] and line.split()[0] in libraries]
