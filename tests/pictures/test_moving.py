@@ -17,7 +17,7 @@ from tests.moving_block import END, SIDES, block_modes, block_wave
 
 
 def test_it_is_read_as_it_was_written(tmp_path: Path) -> None:
-    """Displacements to half a step of the largest, stress to half a step of its scale."""
+    """Displacements come back to half a step of the largest, stress to half a step of its scale."""
     made = block_wave()
     save_moving(made, tmp_path / "stress_wave.h5")
     found = moving_bodies(tmp_path)["stress_wave.h5"]
@@ -50,7 +50,7 @@ def test_what_is_left_out_of_a_body_keeps_its_place(tmp_path: Path, monkeypatch:
 
 
 def test_modes_are_scaled_and_go_around() -> None:
-    """n = 2 of a section: u_r cos 2 th, u_th sin 2 th."""
+    """A section's mode n = 2 goes around as u_r cos 2 th, u_th sin 2 th, and is scaled to 1."""
     angles = np.array([0.0, np.pi / 4, np.pi / 2])
     points = np.stack([np.cos(angles), np.sin(angles), np.zeros(3)], axis=1)
     skin = Skin(points, np.array([[0, 1, 2]]), np.array([0]), np.zeros(3, dtype=np.int64), angles)

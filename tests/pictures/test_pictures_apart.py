@@ -35,7 +35,7 @@ def hanging(path):
 
 @contextmanager
 def drawn_apart(pictures: Sequence[Picture], folder: Path) -> Iterator[Callable[[str], str]]:
-    """Take them, and give what waits for one by its name."""
+    """Take pictures, and give what waits for one by its name."""
     with drawing_apart() as painter:
         painter.take(pictures)
         yield lambda name: painter.wait(name, folder)
@@ -43,7 +43,7 @@ def drawn_apart(pictures: Sequence[Picture], folder: Path) -> Iterator[Callable[
 
 @pytest.fixture
 def drawers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """A module that both processes can import."""
+    """Give a module that both processes can import."""
     (tmp_path / "drawers.py").write_text(WORKER, encoding="utf-8")
     monkeypatch.setenv("PYTHONPATH", f"{tmp_path}{os.pathsep}{os.environ.get('PYTHONPATH', '')}")
     monkeypatch.syspath_prepend(str(tmp_path))

@@ -32,7 +32,7 @@ def rod():
 
 @pytest.fixture(scope="module")
 def modal():
-    """Two modes, a relaxation and a bare spring: every term a modal function can have."""
+    """Return two modes, a relaxation and a bare spring: every term a modal function can have."""
     return ModalGreens(
         omega=2 * np.pi * np.array([60e3, 210e3]),
         zeta=np.array([0.1, 0.2]),
@@ -179,7 +179,7 @@ def test_an_unknown_format_lists_the_known_ones(tmp_path: Path) -> None:
 
 @pytest.fixture(scope="module")
 def block():
-    """A small quadratic block with named faces, and its model."""
+    """Give a small quadratic block with named faces, and its model."""
     straight = skfem.MeshTet.init_tensor(*[np.linspace(0.0, length, 3) for length in (2e-3, 2e-3, 3e-3)])
     mesh = skfem.MeshTet2.from_mesh(straight)
     mesh = mesh.with_boundaries({"fixed": lambda x: x[2] < 1e-9, "contact": lambda x: x[2] > 3e-3 - 1e-9})
@@ -193,7 +193,7 @@ def grid(block) -> CellGrid:
 
 @pytest.fixture(scope="module")
 def shapes(grid: CellGrid) -> list[np.ndarray]:
-    """Bending and stretching of the block."""
+    """Return bending and stretching of the block."""
     x, _, z = grid.points.T
     zero = np.zeros_like(z)
     return [np.array([z**2, zero, -2 * (x - 1e-3) * z]), np.array([zero, zero, z])]
