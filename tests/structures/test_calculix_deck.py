@@ -25,7 +25,7 @@ here = pytest.mark.skipif(bool(calculix.absent()), reason=calculix.absent())
 
 
 def block(kind: type = skfem.MeshTet, material: Material | Orthotropic = STEEL, copies: int = 1) -> SecondOrderModel:
-    """Clamped below, pushed above; or the half of one that is twice as long."""
+    """Return a block clamped below, pushed above; or the half of one that is twice as long."""
     mesh = kind.init_tensor(*(np.linspace(0, side, n + 1) for side, n in zip(SIDES, (3, 2, 2), strict=True)))
     named = {"contact": lambda x: x[2] > SIDES[2] - 1e-9, "fixed": lambda x: x[2] < 1e-9, "cut": lambda x: x[0] < 1e-9}
     cut = ("cut",) if copies > 1 else ()
@@ -33,7 +33,7 @@ def block(kind: type = skfem.MeshTet, material: Material | Orthotropic = STEEL, 
 
 
 def ring() -> SecondOrderModel:
-    """The half section of one, clamped below, pushed above."""
+    """Return the half section of one, clamped below, pushed above."""
     mesh = skfem.MeshTri.init_tensor(np.linspace(2e-3, 5e-3, 4), np.linspace(0, 4e-3, 5))
     named = {"contact": lambda x: x[1] > 4e-3 - 1e-9, "fixed": lambda x: x[1] < 1e-9}
     return assemble_axisymmetric(mesh.with_boundaries(named), STEEL, order=2)
@@ -184,7 +184,7 @@ target = "30 %"
 
 
 def exported(scene: str, folder: Path) -> Path:
-    """The folder of a scene's decks."""
+    """Return the folder of a scene's decks."""
     (folder / "scene.toml").write_text(scene, encoding="utf-8")
     deck = folder / "deck"
     assert run_command(["export", str(folder / "scene.toml"), "--to", "calculix", "-o", str(deck), "--quiet"]) == DONE

@@ -20,7 +20,7 @@ STRAIGHT, ROUND, WIDTH = 5e-3, 3e-3, 1e-3  # of a racetrack: straight sides, rad
 
 
 def closed(points: np.ndarray) -> np.ndarray:
-    """(e, 2, 3) edges of a polygon (c, 2) or (c, 3)."""
+    """Return (e, 2, 3) edges of a polygon (c, 2) or (c, 3)."""
     raised = np.column_stack([points, np.zeros((len(points), 3 - points.shape[1]))])
     return np.stack([raised, np.roll(raised, -1, axis=0)], axis=1)
 
@@ -47,7 +47,7 @@ SLOT = face(racetrack(ROUND - WIDTH / 2), racetrack(ROUND + WIDTH / 2))
 
 @pytest.mark.parametrize(("arcs", "rings"), [(1, 1), (12, 1), (5, 3)])
 def test_a_circle_is_a_lip(arcs: int, rings: int) -> None:
-    """Ports, angles, patches and lines; 720 corners leave (2 pi/720)^2/6 of the area, 1.3e-5."""
+    """A circular face has the ports, angles, patches and lengths of a lip; 720 corners leave 1.3e-5 of the area."""
     found, known = FaceLip(ROUND_FACE, arcs, rings), Lip(5.5e-3, 1e-3, arcs, rings)
     assert found.division == known.division
     np.testing.assert_allclose(found.edges, known.edges, atol=1e-6)

@@ -75,7 +75,7 @@ def test_parts_under_one_load_are_the_whole_face(arcs: int, rings: int, straight
 @pytest.mark.slow
 @pytest.mark.parametrize("static", [True, False])
 def test_one_load_on_all_arcs_is_that_of_one_port(static: bool) -> None:
-    """Statics to round-off; in the band to how the exponentials of both begin."""
+    """One load on all arcs has the statics of one port to round-off, and its response in the band."""
     many, one = (face_greens(model(n), AIMS, ZETA, static=static)[0] for n in (8, 1))
     assert as_a_whole(many).static_compliance() == pytest.approx(one.static_compliance(), rel=1e-9)
     assert as_a_whole(many).initial_value() == pytest.approx(one.initial_value(), rel=1e-9)
@@ -104,8 +104,8 @@ def off(slices: int, c: float = 1.0) -> tuple[float, float]:
 
 @pytest.mark.slow
 def test_a_body_of_revolution_answers_as_one() -> None:
-    """The same section: slices alone differ, whose error falls with their second power (measured 0.77 % with 16, 0.33 %
-    with 24, 0.18 % with 32, where harmonics leave up to 0.2 %); as much in the band. A modulus 3 % higher is seen."""
+    """Slices answer as the body of revolution with an error that falls at second order (measured 0.77 % with 16, 0.18 %
+    with 32, where harmonics leave up to 0.2 %); a modulus 3 % higher is seen."""
     for coarse, fine in zip(off(16), off(32), strict=True):
         assert fine < 2.5e-3
         assert coarse / fine > 3

@@ -34,7 +34,7 @@ def on_the_fillet(points: Array) -> Array:
 
 
 def largest(mesh: MeridianMesh) -> float:
-    """Von Mises, in the fillet, of one newton at rest [Pa]."""
+    """Return the von Mises stress in the fillet under one newton at rest [Pa]."""
     model, made = assemble_axisymmetric(mesh, STEEL), elements_of(mesh)
     sites = on_surface(made)
     push = factorize(model.K).solve(model.port_matrix)

@@ -33,7 +33,7 @@ SP-160 (1969), table 2.5; the values are rounded and up to 0.2 % off their own e
 
 
 def edge(n: int, nu: float, k: float) -> float:
-    """Zero where J_n(k r/a) + c I_n(k r/a) has no moment and no edge force. Source: Leissa, equation 2.8."""
+    """Return 0 where J_n(k r/a) + c I_n(k r/a) has no moment and no edge force. Source: Leissa, equation 2.8."""
     j, dj, i, di = jv(n, k), jvp(n, k), iv(n, k), ivp(n, k)
     moments = k**2 * j + (1 - nu) * (k * dj - n**2 * j), k**2 * i - (1 - nu) * (k * di - n**2 * i)
     forces = k**3 * dj + (1 - nu) * n**2 * (k * dj - j), k**3 * di - (1 - nu) * n**2 * (k * di - i)
@@ -42,7 +42,7 @@ def edge(n: int, nu: float, k: float) -> float:
 
 @pytest.fixture(scope="module")
 def thin() -> SolvedSheet:
-    """h/a = 0.004: shear takes 1e-5 of its frequencies."""
+    """Solve a sheet with h/a = 0.004: shear takes 1e-5 of its frequencies."""
     return solved_sheet(Sheet(THIN, STEEL, 1.5e3), (Lip.disc(1e-3),), 0.0)
 
 
@@ -82,8 +82,8 @@ def test_three_rigid_modes_and_its_mass(shape: Flat, band: float, lip: Lip) -> N
 
 @pytest.mark.slow
 def test_what_its_modes_leave_out(thin: SolvedSheet) -> None:
-    """The static compliance of all modes above a third of the band, by those up to the band, to the 0.1 % of the
-    shift; it is not lost in that of the rigid modes, which is infinite."""
+    """The residual of modes to a third of the band holds the compliance of those above, to the 0.1 % of the shift,
+    which the infinite one of rigid modes does not hide."""
     narrow = solved_sheet(Sheet(THIN, STEEL, 0.5e3, size=1.2e-3), (Lip.disc(1e-3),), 0.0)
     wide = solved_sheet(Sheet(THIN, STEEL, 5e3, size=1.2e-3), (Lip.disc(1e-3),), 0.0)
     between = wide.greens.omega > narrow.greens.omega[-1] * (1 + 1e-6)
@@ -133,8 +133,8 @@ def difference_from_solid(thickness: float, share: float) -> float:
 
 @pytest.mark.slow
 def test_a_plate_is_its_solid_while_waves_are_long() -> None:
-    """g of a ring at the hole of a plate as thick as it is wide, but for 6 %: by how many thicknesses the shortest wave
-    has, the plate is off a solid of revolution by 0.3 %, 1.6 % and 5.7 %, measured; the last is refused beyond."""
+    """A ring almost as thick as wide is off a solid of revolution by 0.3, 1.6 and 5.7 % (measured) as its thickness is
+    1/6, 1/4 and 1/3 of the shortest wave; beyond, the plate is refused."""
     thickness = 0.94 * 8e-3
     off = [difference_from_solid(thickness, share) for share in (1 / 6, 1 / 4, 1 / 3)]
     assert off[0] < 0.005

@@ -63,7 +63,7 @@ class Mine(Modal):
 
 
 def run(folder: Path, code: str) -> subprocess.CompletedProcess[str]:
-    """A script, started from a folder where another module has its name."""
+    """Run a script from a folder where another module has its name."""
     script, elsewhere = folder / "mine.py", folder / "elsewhere"
     script.write_text(code)
     elsewhere.mkdir()
@@ -118,7 +118,7 @@ def test_a_shape_in_no_file_is_refused(tmp_path: Path) -> None:
 
 
 def test_keys_follow_the_code_from_elsewhere(tmp_path: Path) -> None:
-    """A shape's, a kind's and a reduction's: where its file changes, what was computed by it is not used again."""
+    """A change of the file of a shape, kind or reduction changes the key of what is computed by it."""
     keys, hashes = [], []
     for i, height in enumerate((3e-3, 4e-3)):
         made = module(tmp_path, SHAPE.format(more=f"HEIGHT = {height}") + KIND + REDUCER, f"pucks_{i}")

@@ -91,7 +91,7 @@ def test_a_strip_on_a_block_without_poissons_ratio(arcs: int, rings: int) -> Non
 
 @pytest.mark.slow
 def test_two_faces_know_of_each_other() -> None:
-    """Reciprocity, mirror symmetry, and as a whole the two faces under one pressure; one hardly moves the other."""
+    """Compliances of two faces are reciprocal, mirrored, and have the means of both; one hardly moves the other."""
     compliance, lip = block(8, 1, 2e-3, STEEL)
     assert lip.pieces == ((4, False), (4, False))
     np.testing.assert_allclose(compliance, compliance.T, atol=1e-12 * compliance.max())

@@ -87,7 +87,7 @@ DISC = ((10e-3, 0.0, 1.0), (-10e-3, 0.0, 1.0))
 
 
 def test_a_line_cuts_arcs_exactly() -> None:
-    """A disc of radius r beyond x = -r/2: pi r^2 less the segment of 120 degrees; the hole at the other end is gone."""
+    """A disc cut at x = -r/2 has pi r^2 less the segment of 120 degrees; the hole beyond the cut is gone."""
     slots = tuple(tuple((x + off, *rest) for x, *rest in SLOT) for off in (-12.5e-3, -2e-3))
     cut = Outlined(DISC, 0.1e-3, (7e-3, 0.0), side=(-1.0, 0.0, 5e-3), holes=slots)
     lost = 1e-4 / 2 * (2 * math.pi / 3 - math.sin(2 * math.pi / 3))
@@ -225,7 +225,7 @@ def test_a_disc_held_at_its_middle_converges_to_the_bessel_determinant() -> None
 
 
 def test_the_nodes_of_a_clamped_hole_are_those_of_its_edge() -> None:
-    """Round or with corners, wherever the point lies in it; the other hole stays free."""
+    """A hole around the point, round or not, is clamped along its edge; the other one stays free."""
     square = ((5e-3, -1e-3), (7e-3, -1e-3), (7e-3, 1e-3), (5e-3, 1e-3))
     for point, held in (((1e-3, 1e-3), WASHER), ((2.5e-3, 0.0), WASHER), ((6.5e-3, 0.5e-3), square)):
         shape = replace(UMBRELLA, holes=(WASHER, square), hole=point)

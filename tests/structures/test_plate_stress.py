@@ -17,7 +17,7 @@ LENGTH, WIDTH, THICKNESS = 20e-3, 2e-3, 0.2e-3
 
 
 def strip(columns: int, rows: int) -> PlateMesh:
-    """Clamped at x = 0."""
+    """Return a strip clamped at x = 0."""
     x, y = np.linspace(0, LENGTH, 2 * columns + 1), np.linspace(0, WIDTH, 2 * rows + 1)
     number = np.arange(x.size * y.size).reshape(x.size, y.size)
     cells = [

@@ -42,7 +42,7 @@ def rod():
 
 @pytest.fixture(scope="module")
 def block():
-    """Steel block, two patches on its top, about 1000 unknowns, not symmetric."""
+    """Return a steel block, two patches on its top, about 1000 unknowns, not symmetric."""
     mesh = skfem.MeshTet.init_tensor(
         np.linspace(0, 12e-3, 5) ** 1.05, np.linspace(0, 11e-3, 5), np.linspace(0, 4e-3, 3)
     )
@@ -158,7 +158,7 @@ def test_an_unknown_impedance_gives_a_bare_spring(rod):
 
 @pytest.mark.slow
 def test_the_marched_samples_are_second_order(rod):
-    """Newmark against the exact modes of the same matrices, after the pulse: error/4 when h is halved."""
+    """Newmark's samples tend to all modes of the same matrices after the pulse at second order."""
     duration, width = 4e-5, 1e-5
     t = np.linspace(0, duration, 161)
     exact = all_modes(rod, Damping()).filtered(t, width)
@@ -267,7 +267,7 @@ WIDTH, SPAN, SHORT = 1 / 4e5, 4e-5, 5e-6
 
 
 def late_error(model, greens, ratio, duration):
-    """Largest error of g after the pulse, relative to its largest value, over ``duration``; all modes are the truth."""
+    """Return the largest error of g after the pulse over ``duration``, of its largest value; all modes are true."""
     exact = all_modes(model, model.damping.plus(ratio))
     t = np.linspace(0.0, duration, 2000)
     truth, found = (g.filtered_matrix(t, WIDTH) for g in (exact, greens))

@@ -28,7 +28,7 @@ PULSE = np.where(TIME < 20e-6, np.sin(np.pi * TIME / 20e-6) ** 2, 0.0)
 
 
 def ring(patches: Sequence[RingPatch], points: Array, angles: Array, numbers: Sequence[int]) -> RingField:
-    """Stress at points (G, 2) of the section by harmonics."""
+    """Return the stress at points (G, 2) of the section by harmonics."""
     by_port, parts = {str(k): patch for k, patch in enumerate(patches)}, []
     made = elements_of(meridian(), 2)
     for n in numbers:
@@ -65,7 +65,7 @@ ARC = RingPatch(math.pi / 8, math.pi / 4)  # an eighth from the x axis on
 
 @cache
 def solid_mesh(slices: int) -> skfem.MeshHex2:
-    """The same section in slices, the arc struck."""
+    """Return the same section in slices, the arc struck."""
 
     def struck(x: Array) -> Array:
         on_lip = np.isclose(x[2], HEIGHT) & (np.hypot(x[0], x[1]) < EDGE)
@@ -76,9 +76,9 @@ def solid_mesh(slices: int) -> skfem.MeshHex2:
 
 @pytest.mark.slow
 def test_one_arc_makes_the_stress_of_a_solid_mesh() -> None:
-    """The same quadratic functions in the section, the mean over the elements that meet there on both. Left are the
-    slices, whose stress errs by (2 pi n/slices)^2/12 of a harmonic n: 5 % of n = 4 with 32, a fifth of the whole there,
-    and of n = 8 all of its little with 16, so that it falls a bit slower yet than with their square."""
+    """The stress of harmonics is that of slices with the same quadratic functions in the section. Slices err by (2 pi
+    n/slices)^2/12 of a harmonic n: 5 % of n = 4 with 32, a fifth of the whole there, and all of n = 8 with 16, so that
+    the error falls a bit slower than with their square."""
     angles = math.pi / 8 * np.array([2.0, 4.0, 9.0])
     field = ring([ARC], POINTS, angles, range(15))
     turns = np.tile(angles, len(POINTS))
@@ -104,7 +104,7 @@ def test_one_arc_makes_the_stress_of_a_solid_mesh() -> None:
 
 @pytest.mark.slow
 def test_the_largest_and_the_range_of_a_ring_are_those_of_its_histories() -> None:
-    """The range at the times of the histories, whose deviators a box holds."""
+    """The largest stresses and, by a box around the deviators, the range agree with the histories."""
     angles = 2 * math.pi * (np.arange(8) + 0.5) / 8
     field = ring(arcs(8), POINTS, angles, range(6))
     force = PULSE[:, None] * np.array([1.0, 0.4, 0, 0, 0, 0, 0, 0.2])

@@ -21,7 +21,7 @@ STEEL = {"young": 200e9, "poisson": 0.3, "density": 7850.0}
 
 
 def pencil(values, seed=0):
-    """Dense K and M with the eigenvalues ``values``: M a random positive matrix, M = L L', K = L Q diag Q' L'."""
+    """Return dense K and M with the eigenvalues ``values``: M = L L' a random positive matrix, K = L Q diag Q' L'."""
     rng = np.random.default_rng(seed)
     n = len(values)
     lower = np.tril(rng.normal(size=(n, n)) * 0.3 / np.sqrt(n), -1) + np.diag(rng.uniform(0.7, 1.4, n))

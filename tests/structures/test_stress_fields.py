@@ -24,7 +24,7 @@ SQUARE = 2e-3 * 3e-3  # of the block's face
 
 
 def block(kind: Any) -> Any:
-    """2 x 3 x 4 mm; nothing leaves the planes x = 0, y = 0, z = 0; pushed at z = 4 mm."""
+    """Return a block of 2 x 3 x 4 mm, held normally on x = 0, y = 0 and z = 0, and pushed at z = 4 mm."""
     mesh = kind().refined(1).scaled((2e-3, 3e-3, 4e-3))
     sides = {name: (lambda x, k=k: x[k] < 1e-9) for k, name in enumerate(("x0", "y0", "z0"))}
     return mesh.with_boundaries({**sides, "contact": lambda x: x[2] > 4e-3 - 1e-9})
@@ -44,7 +44,7 @@ def test_uniform_tension_along_the_normal_is_exact(kind: Any, order: int, materi
 
 
 def section(rows: int, columns: int, length: float, radii: Any, kind: Any = skfem.MeshQuad2) -> Any:
-    """Between r = radii(z)[0] and radii(z)[1], curved elements; z = 0 "fixed", z = length "contact"."""
+    """Return curved elements between r = radii(z)[0] and [1]; z = 0 is "fixed", z = length "contact"."""
     straight = skfem.MeshQuad.init_tensor(np.linspace(0, 1, columns + 1), np.linspace(0, length, rows + 1))
     mesh = (straight if kind is skfem.MeshQuad2 else straight.to_meshtri()).with_boundaries(
         {"fixed": lambda x: x[1] < 1e-9, "contact": lambda x: x[1] > length - 1e-9, "inner": lambda x: x[0] < 1e-9}
@@ -115,7 +115,7 @@ def test_a_rod_under_a_pulse_has_the_stress_of_its_waves_with_exact_delays() -> 
 
 
 def filleted(z: Array) -> tuple[Array, Array]:
-    """A seat: bore of 1 mm, 4 mm outside, a lip of 1 mm width and a fillet of 1 mm between them."""
+    """Return the radii of a seat: bore of 1 mm, 4 mm outside, a lip of 1 mm and a fillet of 1 mm between."""
     foot, fillet = 2e-3, 1e-3
     lift = np.clip(z - foot, 0.0, fillet)
     wide = 3e-3 - np.sqrt(np.maximum(fillet**2 - (fillet - lift) ** 2, 0.0)) * 2
@@ -123,7 +123,7 @@ def filleted(z: Array) -> tuple[Array, Array]:
 
 
 def newmark(model: SecondOrderModel, force: Array, dt: float) -> Array:
-    """(n, steps + 1) by the rule of constant average acceleration."""
+    """Return (n, steps + 1) unknowns by the rule of constant average acceleration."""
     M, K, b = model.M, model.K, model.port_matrix[:, 0]
     solver = splu((M * (4 / dt**2) + K).tocsc())
     u = v = np.zeros(model.size)
@@ -179,7 +179,7 @@ def test_what_is_refused() -> None:
 
 @pytest.mark.parametrize("kind", [skfem.MeshHex, skfem.MeshTet])
 def test_singular_edges_are_found(kind: Any) -> None:
-    """An L: its reentrant edge at x = y = 1 and the rim of its clamped face x = 2, nothing else."""
+    """An L has singular edges at x = y = 1 and around its clamped face x = 2, and no others."""
     mesh = kind.init_tensor(*[np.linspace(0, 2, 3)] * 2, np.linspace(0, 1, 2))
     centres = mesh.p[:, mesh.t].mean(axis=1)
     mesh = mesh.restrict(np.flatnonzero(~((centres[0] < 1) & (centres[1] < 1))))
@@ -204,7 +204,7 @@ def test_the_corner_of_a_section_is_found_and_the_axis_is_none() -> None:
 
 
 def test_what_a_mesh_leaves_is_looked_for_at_every_place() -> None:
-    """A peak of 10 that is converged, one of 9 that was 7 on the coarser mesh and may be 11; other sites there."""
+    """A peak of 9 that was 7 on the coarser mesh may pass a converged one of 10: its error counts."""
     fine, coarse = (np.column_stack([x, 0 * x]) for x in (np.arange(0.0, 60.0, 0.5), np.arange(0.25, 60.0, 1.0)))
 
     def left(second: float, weight: float, factor: float = 1.0) -> float:

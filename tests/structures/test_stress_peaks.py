@@ -30,7 +30,7 @@ class Two:
 
 
 def test_no_block_is_passed_over_that_holds_the_largest() -> None:
-    """First 1.9 in tension along one axis; then (1, -1, -1), whose von Mises stress of 2 is twice its principal one."""
+    """The search has 1.9 of one axis as principal, and 2 of a later (1, -1, -1) as von Mises stress."""
     field, force = Two((1.9, 0.0, 0.0), (1.0, -1.0, -1.0)), np.zeros((1000, 2))
     force[100, 0] = force[900, 1] = 1.0
     found = largest(field, force, 0.5).after_contact
