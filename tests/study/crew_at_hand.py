@@ -10,7 +10,7 @@ from seatfem.study.sweep import runner as one
 
 
 def answer_here(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """Gives the jobs, which are listed as they are asked."""
+    """Let this process answer; return the jobs, which are listed as they are asked."""
     jobs: list[str] = []
 
     def ask(given: list[str], limit: float) -> Iterator[tuple[int, str]]:

@@ -18,7 +18,7 @@ def turned(occ: Any, bodies: Bodies) -> None:
 
 
 def tumbled(occ: Any, bodies: Bodies) -> None:
-    """Square to no axis of the file."""
+    """Turn bodies so that they are square to no axis of the file."""
     occ.rotate(bodies, 3, -2, 1, 1, 2, 3, math.radians(50))
     occ.translate(bodies, -5.0, 8.0, 21.0)
 
@@ -39,7 +39,7 @@ def shifted(x: float, y: float, z: float) -> Any:
 
 
 def in_lengths(part: Any, factor: float) -> Any:
-    """The part with all of its lengths times a factor, as of a file in another unit."""
+    """Scale all lengths of the part by a factor, as of a file in another unit."""
 
     def drawn(occ: Any) -> Bodies:
         kept = {name: value for name, value in vars(parts).items() if name.isupper()}

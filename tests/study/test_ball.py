@@ -31,12 +31,12 @@ def scene_of(folder: Path, reed: str = BALL + FLIGHT, seat: str = SPRING) -> Sce
 
 
 def breathing(x: float) -> float:
-    """Zero for the radial mode of a free sphere, x = w R/c_p. Source: A. E. H. Love, Elasticity, article 196."""
+    """Return 0 at the radial mode of a free sphere, x = w R/c_p. Source: A. E. H. Love, Elasticity, article 196."""
     return math.cos(x) / math.sin(x) * x - 1 + RATIO / 4 * x**2
 
 
 def twist(x: float) -> float:
-    """Zero for the lowest toroidal mode, d/dr (j_2(r)/r) = 0 at r = x = w R/c_s: x j_2' = j_2."""
+    """Return 0 at the lowest toroidal mode, d/dr (j_2(r)/r) = 0 at r = x = w R/c_s: x j_2' = j_2."""
     j = (3 / x**3 - 1 / x) * math.sin(x) - 3 / x**2 * math.cos(x)
     before = math.sin(x) / x**2 - math.cos(x) / x
     return x * (before - 3 / x * j) - j

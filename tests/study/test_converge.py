@@ -59,7 +59,7 @@ def own_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def loop(scene: Any, folder: Path, most: int = 9) -> list[Round]:
-    """The rounds of a scene, each as it was yielded last."""
+    """Return the rounds of a scene, each as it was yielded last."""
     every = rounds(begin_plan(scene), folder, Stopwatch(), silent, limits=Limits(most))
     return list({done.number: done for done in every}.values())
 
@@ -71,7 +71,7 @@ def round_of(
     refined: Mapping[str, tuple[Refinement, ...]] | None = None,
     **given: Any,
 ) -> Round:
-    """A round of a mass on an annular seat with waves, whose impulse of 1 N s has these errors by key."""
+    """Return a round of a mass on a seat with waves, whose impulse of 1 N s has these errors by key."""
     scene = scene_of(ANNULAR, MASS, accuracy={"target": target, "measures": ["impulse"], "landing": "run"}, **given)
     plan = begin_plan(scene)
     plan = replace(plan, method=plan.method.replaced({MODEL: "axisymmetric"}), refined=refined or {})

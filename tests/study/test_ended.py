@@ -52,7 +52,7 @@ def test_the_next_run_begins_with_the_last_ones_plan_and_meets_at_once(tmp_path)
 
 @pytest.mark.slow
 def test_error_bars_are_found_again_but_not_in_studies(tmp_path, monkeypatch):
-    """Bit by bit; where the forces differ, nothing is on file, or a file was changed by hand, they are computed."""
+    """Bars on file come back bit by bit, and are computed if forces differ, in studies, or if the file was changed."""
     plan = plan_of(tmp_path)
     first, asked = last_of(plan, tmp_path), []
     monkeypatch.setattr("seatfem.study.runs.rounds.error_budget", lambda *args: asked.append(args) or first.left)

@@ -42,7 +42,7 @@ def test_narrowing_keeps_the_statics_and_the_start() -> None:
 
 
 def test_a_spring_has_an_error_of_the_time_step_only(scene: Scene) -> None:
-    """A mass on a spring: half a sine, peak V sqrt(K m). The march is of first order, the bar covers it."""
+    """The step's bar alone covers the error of the peak V sqrt(K m), and is of first order."""
     exact = math.sqrt(40e6 * 1e-4)
     striker, spring = striker_of(scene), impact.spring(stiffness=40e6)
     bars = []
@@ -62,7 +62,7 @@ def test_a_spring_has_an_error_of_the_time_step_only(scene: Scene) -> None:
 
 
 def test_an_error_of_g_becomes_one_of_the_force_not_of_the_impulse(scene: Scene) -> None:
-    """K off by 4 %: peak of a mass on a spring off by 2 %, the impulse 2 m V not at all (beyond the step's error)."""
+    """A stiffness 4 % off changes the peak on a spring by 2 %, and the impulse not beyond the step."""
     striker, spring = striker_of(scene), impact.spring(stiffness=40e6)
     result = run_contacts(scene, striker, spring, 1e-8).seat
     found = error_budget(scene, stated_method(scene), Solved(spring, level_error=0.04), striker, Touches(result))

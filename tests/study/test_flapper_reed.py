@@ -42,7 +42,7 @@ def test_it_lands_with_a_velocity_in_one_mode(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_frequencies_and_static_compliance(tmp_path: Path) -> None:
-    """Modes of the scene's own mesh; the compliance is complete however few they are."""
+    """The scene's mesh has the known frequencies, and few modes have the whole static compliance."""
     reed = scene_of(tmp_path, FLAPPER + COARSE, more=LANDING).reed
     found = solved_of(reed)
     assert found.plate.modes.complete
@@ -58,7 +58,7 @@ def test_frequencies_and_static_compliance(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_the_mesh_error_covers_the_truth(tmp_path: Path) -> None:
-    """Against elements half as large."""
+    """Elements half as large change g by less than the stated mesh error."""
     reed = scene_of(tmp_path, FLAPPER + COARSE, more=LANDING).reed
     found = solved_of(reed)
     sheet: Sheet = reed.sheet()  # type: ignore[attr-defined]
@@ -90,7 +90,7 @@ def test_natural_modes(tmp_path: Path) -> None:
 
 
 def test_what_its_function_depends_on(tmp_path: Path) -> None:
-    """Not on how it starts; on its contact, its band and its elements."""
+    """The key changes with contact, band, elements and damping, and not with how the reed starts."""
     keys = {
         more: key_of(reed := scene_of(tmp_path, FLAPPER, more=LANDING + more).reed, reed.stated())
         for more in ("", 'contact_radius = "2 mm"\n', COARSE, 'mesh = { size = "2 mm" }\n', "damping_ratio = 0.01\n")

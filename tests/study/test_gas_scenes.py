@@ -40,7 +40,7 @@ def scene_of(folder: Path, text: str, run: str = RUN) -> Scene:
 
 
 def record(folder: Path, *, over: bool = False) -> None:
-    """A cylinder's pressure over a turn; with ``over``, as 1 bar less it, which is what opens a suction valve."""
+    """Write a cylinder's pressure over a turn; with ``over``, 1 bar less it, which opens a suction valve."""
     angle = np.arange(0, 360, 10)
     turn = np.radians(angle)
     p = 1.0 - 0.15 * np.sin(turn) + np.where(angle > 180, 0.6 * np.sin(turn) ** 2, 0.0)
@@ -94,7 +94,7 @@ def test_directions_have_areas_of_their_own(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_what_a_run_says_of_its_gas(tmp_path: Path) -> None:
-    """Two cycles: angles, impacts, masses, balances; the record adds up to the summary."""
+    """Two cycles have angles, impacts, masses and balances that add up with the record."""
     text = GAS + CRANK + 'cycles = 2\nstart_pressure = "5 bar"\nother_valve_area = "60 mm^2"\n'
     scene = scene_of(
         tmp_path, '[contact]\npreload = true\n[accuracy]\ntarget = "10 %"\n' + text, '[run]\nfilter_width = "20 us"\n'
@@ -194,7 +194,7 @@ def test_what_is_wrong_is_named(text: str, csv: str, words: str, tmp_path: Path)
 
 @pytest.mark.slow
 def test_a_reed_in_gas_is_bent_as_by_the_same_load(tmp_path: Path) -> None:
-    """Its largest stresses, and the measure `stress`, which every run of the error budget looks at."""
+    """Gas and an equal load give the same largest stresses and the same measure `stress`."""
     area = '[["0 mm", "110 mm^2"], ["2 mm", "70 mm^2"]]'
     record(tmp_path)
     asked = '[accuracy]\nmeasures = ["impulse", "stress"]\n'

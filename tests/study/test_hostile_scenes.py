@@ -109,7 +109,7 @@ run = { duration = "100 us" }
 
 @pytest.mark.slow
 def test_what_takes_long_is_refused_first(tmp_path):
-    """A line of 4 nm on a cone."""
+    """An arc of 4 nm on a cone is refused with key and limits within the time allowed."""
     (tmp_path / "cone.toml").write_text(CONE)
     (cone,) = run_bounded([["run", "cone.toml"]], tmp_path)
     assert_refused(cone, "cone.toml:2: seat.arc: 5.72958e-05 deg", "0.36 and 360 deg")

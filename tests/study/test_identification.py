@@ -30,7 +30,7 @@ def fitted(result):
 
 @pytest.mark.slow
 def test_intervals_hold(record, tmp_path):
-    """Records by another mesh, step and law than the fit's. The table of 100 draws is in docs/howto/identify.md."""
+    """Intervals hold the truth of records by another mesh, step and law; 100 draws are in docs/howto/identify.md."""
     time, force = record
     held = dict.fromkeys(TRUE, 0)
     for seed in range(DRAWS):
@@ -77,7 +77,7 @@ GAIN = "gain.force = { start = 1.0, from = 0.5, to = 2.0 }"
 
 @pytest.mark.slow
 def test_what_is_told_only_together_is_said(record, tmp_path):
-    """A wider gap is a later touch, and so is a delay."""
+    """The result names gap and delay as correlated: a wider gap is a later touch, and so is a delay."""
     damped = SCENE.replace("damping_ratio = 0.02", "damping_ratio = 0.03")
     gap = 'contact.gap = { start = "20 um", from = "0 um", to = "60 um" }\n'
     text = RECORD.replace("[fit]\n", f"[fit]\n{gap}").replace("seat.damping_ratio", "# ").replace("reed.velocity", "# ")

@@ -28,7 +28,7 @@ FITS = {
 
 @pytest.fixture(scope="module")
 def bounces(tmp_path_factory):
-    """Times [s] and forces [N] of a reed that bounces on its seat, at a fine step."""
+    """Give times [s] and forces [N] of a reed that bounces on its seat, at a fine step."""
     path = tmp_path_factory.mktemp("bounces") / "reed.toml"
     path.write_text(SCENE, encoding="utf-8")
     scene = load_scene(path, {"run.time_step": "0.05 us"})

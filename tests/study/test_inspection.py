@@ -134,7 +134,7 @@ def test_numbers_are_those_of_the_file_and_stay_through_fragmenting() -> None:
 
 @pytest.mark.slow
 def test_a_cylinder_is_selected_by_its_radius_alone() -> None:
-    """Bolt holes beside the axis; of the ports of an extruded plate, which the file calls extrusions, too."""
+    """A radius selects bolt holes off the axis, and ports that the file calls extrusions."""
     body = CadPart(MESHES / "valve_body.step", fixed=CylinderFace(2.25e-3, several=True))
     shape = inspect_geometry(body).shape
     holes = [face for face in inspect_geometry(body).faces if "fixed" in face.groups]
@@ -155,7 +155,7 @@ def test_of_several_cylinders_that_about_the_z_axis_is_meant(tmp_path: Path) -> 
 
 
 def test_what_a_shape_measures() -> None:
-    """Against the drawing: lip 0.8 mm wide between its rounded edges, plate 6 mm thick clamped at its rim."""
+    """Widths, depths and spans of parts are those of their drawings."""
     annular = inspect_geometry(CadPart(MESHES / "annular_seat.step")).shape
     assert annular.volume == pytest.approx(3231.0e-9, rel=1e-3)
     assert annular.width("contact") == pytest.approx(0.8e-3, rel=0.02)  # straight edges of coarse circles

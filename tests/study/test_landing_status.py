@@ -31,7 +31,7 @@ def swept(folder: Path, monkeypatch: pytest.MonkeyPatch, more: str = "", velocit
 
 @pytest.mark.slow
 def test_means_are_of_scenes_that_land(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """2 m v, whatever the gap: with the others the mean would be a quarter less. The tolerance is the steps'."""
+    """Means over scenes that land are 2 m v to the steps' tolerance; all scenes would give a quarter less."""
     table = swept(tmp_path, monkeypatch)
     assert list(table.columns["landing_status"]) == STATUSES
     assert list(table.columns["status"]) == ["done", "done", "done", "missed", "done"]  # of a part nothing is known
@@ -147,7 +147,7 @@ def test_no_optimum_where_nothing_lands(tmp_path: Path, monkeypatch: pytest.Monk
 
 @pytest.mark.slow
 def test_what_the_program_says(tmp_path, monkeypatch, capsys):
-    """How many are left out; a measure that stays empty, in all scenes that count or in some."""
+    """The command tells how many scenes are left out, and which measures no or only some scenes have."""
     answer_here(monkeypatch)
     monkeypatch.chdir(tmp_path)
     study_file(tmp_path, GAPS.format('["-1 m/s", "-1.1 m/s"]'))

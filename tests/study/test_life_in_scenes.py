@@ -69,7 +69,7 @@ def test_the_margin_of_one_mode_in_free_flight(tmp_path: Path, periods: int) -> 
 
 
 def test_the_initial_bending_is_in_the_block(tmp_path: Path) -> None:
-    """A quarter period, from the deflection to none: closed upon itself, half the range about half the stress."""
+    """A quarter period from the deflection to none has half its stress as range and as mean."""
     scene = scene_of(tmp_path)
     short = scene.model_copy(update={"run": scene.run.model_copy(update={"duration": 0.25 / FREQUENCY})})
     amplitude = YOUNG * THICKNESS / 2 * (ROOT / LENGTH) ** 2 * 0.5e-3 / 2
@@ -80,7 +80,7 @@ def test_the_initial_bending_is_in_the_block(tmp_path: Path) -> None:
 
 
 def test_the_last_turn_alone(tmp_path: Path) -> None:
-    """Under a load in crank angle the block is the last turn, in which the start is not."""
+    """The block under a load in crank angle is the last turn, without the start."""
     (tmp_path / "load.csv").write_text(
         "angle [deg],force [N]\n0,0.1\n90,0\n180,-0.1\n270,0\n360,0.1\n", encoding="utf-8"
     )
@@ -207,7 +207,7 @@ def test_a_mass_has_no_stress_but_a_speed(tmp_path: Path) -> None:
 
 
 def test_below_the_contact_of_a_ball(tmp_path: Path) -> None:
-    """Hertz's impact on a stiff support: p0 of the largest force; Crossland by half the largest shear stress.
+    """Crossland's margin is that of half the largest shear stress under Hertz's p0 on a stiff support.
 
     sqrt(J2a) = tau/sqrt 3 with tau = 0.310 p0 at nu = 0.3 (Johnson), and no tension: the pressure's largest value is 0.
     The support's compliance takes 2e-4 of the force, depths and digits 1e-3.

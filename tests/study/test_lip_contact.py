@@ -105,9 +105,9 @@ def test_what_lands_in_pitch_lands_alike_on_both_sides(bench: Bench, tilt: tuple
 
 @pytest.mark.parametrize(("axis", "lowest"), [(0.0, 270.0), (90.0, 0.0), (30.0, 300.0)])
 def test_a_tilt_opens_as_a_sine(tmp_path: Path, axis: float, lowest: float) -> None:
-    """R tan(tilt) (1 + sin(th - axis)) over the lowest point of the centre line, which lies half the width's rise above
-    the rim; the mean over arcs of 2 pi/N has sinc(1/N) in its sine; 128 midpoints of each arc leave (pi/4096)^2/6,
-    1e-7. Roll lets the side at 270 deg touch first, pitch the tip."""
+    """Openings are R tan(tilt) (1 + sin(th - axis)) over the centre line's lowest point, which is half the width's rise
+    above the rim; means over arcs of 2 pi/N have sinc(1/N), and 128 midpoints leave 1e-7. Roll lets the side at 270 deg
+    touch first, pitch the tip."""
     arcs = 32
     gaps = scene_of(tmp_path, keys(arcs, ("0.3 deg", f"{axis} deg"))).geometry.gaps(Division(arcs))
     th = 2 * np.pi * (np.arange(arcs) + 0.5) / arcs
@@ -122,8 +122,8 @@ def test_a_tilt_opens_as_a_sine(tmp_path: Path, axis: float, lowest: float) -> N
 
 
 def test_waviness_is_linear_between_its_angles(tmp_path: Path) -> None:
-    """A tent from 0 at 0 deg to 8 um at 90 deg and back at 180 deg, with 4 arcs: means 4, 4, 0, 0 um; tilted the other
-    way by negative heights, the smallest is where it dips."""
+    """A tent from 0 to 8 um at 90 deg and back at 180 deg has means 4, 4, 0, 0 um over 4 arcs; with a negative height
+    the gap is smallest where it dips."""
     tent = 'waviness = [["0 deg", "0 um"], ["90 deg", "8 um"], ["180 deg", "0 um"]]\n'
     gaps = scene_of(tmp_path, keys(4, FLAT, tent)).geometry.gaps(Division(4))
     np.testing.assert_allclose(gaps, GAP + np.array([4e-6, 4e-6, 0, 0]), atol=1e-9)
@@ -166,8 +166,8 @@ def test_a_rigid_face_on_an_even_lip_is_one_contact(bench: Bench, ports: int) ->
 
 
 def test_landings_of_the_reference(bench: Bench) -> None:
-    """Values with 300 modes of the plate and a half-space for a seat; here 73 modes and finite elements of the seat:
-    2 % of the impulse, 5 us hold together what 1 us does not."""
+    """Impulses are within 2 % of a reference with 300 modes of the plate and a half-space as seat; here the plate has
+    73 modes and the seat finite elements."""
     assert bench.impulse(32) == pytest.approx(1538e-6, rel=0.02)
     assert bench.impulse(32, ROLL) == pytest.approx(1450e-6, rel=0.02)
     assert bench.impulse(32, BACK) == pytest.approx(1450e-6, rel=0.02)
@@ -179,9 +179,8 @@ TILTS = [FLAT, ("1 deg", "0 deg"), ("0.1 deg", "90 deg"), PITCH, ("1 deg", "90 d
 @pytest.mark.slow
 @pytest.mark.parametrize("tilt", TILTS)
 def test_more_arcs_change_little(bench: Bench, tilt: tuple[str, str]) -> None:
-    """Against 128 arcs: the impulse of 32 to 1.2 % (measured 0.01 to 1.11 %; of longer records, at 1 degree in pitch,
-    where the far side is struck later, 1.4 %), the peak over 1 us of 64 to 3 % (measured 0.00 to 2.7 %), over 5 us to
-    1.5 %; in every one energy is kept."""
+    """32 arcs have the impulse of 128 to 1.2 % (measured up to 1.11 %; 1.4 % of longer records in pitch), 64 their peak
+    over 1 us to 3 % (measured up to 2.7 %) and over 5 us to 1.5 %; energy is kept."""
     assert bench.impulse(32, tilt) == pytest.approx(bench.impulse(128, tilt), rel=0.012)
     assert bench.peak(64, tilt) == pytest.approx(bench.peak(128, tilt), rel=0.03)
     assert bench.peak(64, tilt, 5e-6) == pytest.approx(bench.peak(128, tilt, 5e-6), rel=0.015)
@@ -190,8 +189,8 @@ def test_more_arcs_change_little(bench: Bench, tilt: tuple[str, str]) -> None:
 
 @pytest.mark.slow
 def test_peaks_converge_with_the_second_power_of_the_arcs(bench: Bench) -> None:
-    """Root mean squares over all tilts, against 128 arcs: 40, 8.5 and 0.4 % with 16, 32 and 64, orders 2.2 and 4.3.
-    The impulse, far closer from the start, goes with the first power: 1.4 and 0.2 % with 16 and 64."""
+    """Peaks differ from 128 arcs by 40, 8.5 and 0.4 % (root mean square over tilts) with 16, 32 and 64, orders 2.2 and
+    4.3; impulses, far closer from the start, by 1.4 and 0.2 % with 16 and 64."""
 
     def left(arcs: int, measure: Callable[[int, tuple[str, str]], float]) -> float:
         return math.sqrt(np.mean([(measure(arcs, tilt) / measure(128, tilt) - 1) ** 2 for tilt in TILTS]))
@@ -290,7 +289,7 @@ def test_the_bar_covers_what_more_arcs_change(
 def test_where_no_more_arcs_can_be_half_as_many_tell(
     bench: Bench, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    """A third of what half as many change: of second order, too."""
+    """The error at the largest number of arcs is a third of what half as many change: second order."""
     monkeypatch.setattr("seatfem.structures.rings.MOST_CHOSEN", 16)
     scene = scene_of(tmp_path, keys(16, ROLL), duration="0.1 ms")
     seat = seat_of(scene, method=stated_method(scene).seat)
@@ -330,7 +329,7 @@ def test_the_bar_of_the_band_holds_what_wider_bands_change_and_falls(tmp_path: P
 
 @pytest.mark.slow
 def test_statics_are_off_by_what_the_waves_change(tmp_path: Path) -> None:
-    """Those of the same mesh, at twice the step; a run that has them needs none beside."""
+    """A static seat errs by what waves of its mesh change at twice the step; one with waves does not."""
     stated = SEAT.replace('greens = { bandwidth = "100 kHz" }', 'model = "spring"')
     scene = scene_of(tmp_path, keys(4, ROLL), reed=MASS, seat=stated, duration="20 us")
     method, striker, dt = stated_method(scene), striker_of(scene), DT / 5

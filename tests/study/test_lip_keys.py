@@ -84,7 +84,7 @@ def test_a_seat_modelled_in_space_is_struck_as_a_whole(tmp_path: Path) -> None:
 
 
 def test_an_uneven_lip_has_arcs(tmp_path: Path) -> None:
-    """Under a rigid face, too; no more than can be with their rings."""
+    """A tilted, wavy or offset lip has arcs even under a rigid face, and no more than its rings allow."""
     for contact, arcs in (('tilt = "0.1 deg"', 32), ('waviness = [["0 deg", "1 um"]]\nrings = 16', 16)):
         lip = scene_of(tmp_path, contact + "\n", MASS).geometry.lip()
         assert lip.arcs == arcs

@@ -30,7 +30,7 @@ SCENE = (
 
 @pytest.fixture(scope="module")
 def landed(tmp_path_factory: pytest.TempPathFactory) -> Any:
-    """A round as far as pictures ask for it, on springs; and its baseline."""
+    """Run a round as far as pictures ask for it, on springs, and its baseline."""
     scene, springs = load_text(tmp_path_factory.mktemp("lip"), SCENE), bed(Division(ARCS, 2), 5e6)
     striker = striker_of(scene)
     touches, stiffer = (run_contacts(scene, striker, seat, 2e-7) for seat in (springs, bed(Division(ARCS, 2), 5e7)))
@@ -117,7 +117,7 @@ def test_figure_of_the_lip_says_over_what_it_is_averaged(landed: Any, tmp_path: 
 
 
 def test_the_landing_is_kept_for_reports(landed: Any, tmp_path: Path) -> None:
-    """Up and down as the plate moves, to 1/32767 of the farthest; the film's times and forces."""
+    """The file has the plate's motion to 1/32767 of the farthest, and the film's times and forces."""
     found = landing_of(landed.done, by_arc(landed.done.touches, Division(ARCS, 2)))
     dict(lip_pictures(landed.done, landed.baseline))["landing.h5"](tmp_path / "landing.h5")
     kept = load_moving(tmp_path / "landing.h5")

@@ -47,7 +47,7 @@ def told(look: Look) -> list[str]:
 
 @pytest.mark.slow
 def test_a_run_goes_on_from_a_look_that_met_its_target(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """One round, with the seat and the error bars of the look: nothing of them is computed again."""
+    """The run takes one round with the seat and the error bars of the look, and computes none again."""
     scene = lip_scene(tmp_path, "10 %")
     look = look_at(scene, 600.0)
     assert look.done.met
@@ -146,7 +146,7 @@ def test_without_a_landing_there_is_nothing_to_judge(tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("is_interrupted", [False, True])
 def test_a_look_leaves_no_files(is_interrupted: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Beside the store: neither where it was started, nor among temporary files, nor if it is interrupted."""
+    """A look, even interrupted, leaves no files where it was started nor among temporary ones."""
     here, temporary = tmp_path / "here", tmp_path / "temporary"
     for folder in (here, temporary):
         folder.mkdir()

@@ -126,7 +126,7 @@ def test_courses_of_any_header(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_rigid_contact_that_a_record_cannot_tell_is_refused_in_words_of_a_scene(tmp_path: Path) -> None:
-    """Neither a mass nor modes yield at once."""
+    """A mass on modes without flexibility is refused by keys of the scene: neither yields at once."""
     scene(tmp_path, 0.02, body=replace(BODY, residual=impact.Residual.spring(0.0)))
     path = tmp_path / "scene.toml"
     rigid = path.read_text(encoding="utf-8").replace('law = { kind = "spring", stiffness = "5e7 N/m" }', "")

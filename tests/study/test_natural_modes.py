@@ -74,7 +74,7 @@ def test_shares_are_parts_of_the_static_compliance(tmp_path):
 
 @pytest.mark.slow
 def test_a_bar_that_is_a_rod_for_its_load_bends(tmp_path):
-    """Two planes of bending, one frequency but for the mesh: below the bar's only mode that its end's load excites."""
+    """Two bending modes of one frequency lie below the only one that the load on the end excites."""
     modes = found(BAR, tmp_path, 3).modes
     assert modes[0].frequency_hz == pytest.approx(modes[1].frequency_hz, rel=1e-3)
     beam = 1.8751**2 * 2e-3 / math.sqrt(12) * math.sqrt(200e9 / 7850) / (2 * math.pi * (12e-3) ** 2)

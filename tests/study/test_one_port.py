@@ -68,7 +68,7 @@ def test_stated_ports_are_obeyed(folder: Path) -> None:
 
 @pytest.mark.slow
 def test_the_bar_is_what_arcs_change(folder: Path) -> None:
-    """Computed here from the bodies: the seat's answer as a whole over a half-space under 16 arcs, against one port."""
+    """The bar is the difference between one port and the whole seat over a half-space under 16 arcs."""
     done = first_round(folder)
     scene, method = done.plan.scene, done.plan.method
     whole, patch = done.seat.greens.modal, scene.seat.patch()

@@ -27,7 +27,7 @@ def number(found: Optimum, key: str) -> float:
 
 @pytest.mark.slow
 def test_the_softest_spring_that_is_stiff_enough(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """k = m (v / x)^2, F = m v^2 / x at the limit x, with the error bars of runs: that of x, squared, is k's."""
+    """The optimum is k = m (v / x)^2, F = m v^2 / x at the limit x, within twice x's error bar."""
     answer_here(monkeypatch)
     found = run_optimum(load_study(study_file(tmp_path, STIFFNESS + SOUGHT)), tmp_path / "out")
     [limit] = found.as_json()["constraints"]
@@ -80,7 +80,7 @@ def test_a_limit_is_met_at_the_target_not_at_the_loose_accuracy(tmp_path, monkey
 
 @pytest.mark.slow
 def test_an_optimum_between_the_bounds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Greatest of 5 - (k / 2 - 2 / k)^2, at k = 2: next to a parabola of the shares there."""
+    """The search has the largest 5 - (k / 2 - 2 / k)^2 at k = 2, near a parabola of shares."""
     answer_here(monkeypatch)
     answer_by(monkeypatch, lambda keys: {"life_margin": 5 - ((k := amount(keys["seat.stiffness"])) / 2 - 2 / k) ** 2})
     text = STIFFNESS + '[optimise]\nmaximise = "life_margin"\nmost = 20\n'

@@ -93,7 +93,7 @@ def test_the_bar_of_one_part_across_holds_what_more_of_them_find(tmp_path: Path)
 
 
 def last_of_each(scene: Scene, folder: Path) -> list[Round]:
-    """The rounds of a scene, each as it was yielded last."""
+    """Return the rounds of a scene, each as it was yielded last."""
     every = rounds(begin_plan(scene), folder, Stopwatch(), silent)
     return list({done.number: done for done in every}.values())
 

@@ -78,7 +78,7 @@ def run(text: str, folder: Path, progress: Progress = silent, *, pictures: bool 
 
 
 def without_vtk(patch: pytest.MonkeyPatch) -> None:
-    """Stand-ins for what VTK draws (see test_plots)."""
+    """Replace what VTK draws by stand-ins (see test_plots)."""
     for name in ("plot_mesh", "plot_modes", "animate_mode"):
         patch.setattr(plots, name, lambda *given, path, **options: path.touch())
 
@@ -93,7 +93,7 @@ def annular(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Ran]:
 
 
 def assert_same_results(one: Path, other: Path) -> None:
-    """Bit for bit."""
+    """Compare the results bit for bit."""
     a, b = load_results(one / "result.h5"), load_results(other / "result.h5")
     assert set(a) == set(b) == {"wave", "spring"}
     for name in a:
@@ -174,7 +174,7 @@ def test_a_seat_computed_as_its_spring_is_its_own_baseline(tmp_path: Path) -> No
 
 @pytest.mark.slow
 def test_error_of_the_seat_is_stated_in_parts(annular: Ran) -> None:
-    """The mesh error from a coarser mesh, the reduction error within the tolerance of the scene."""
+    """The error has the coarser mesh's part and that of the reduction, within its tolerance."""
     found = annular.summary
     assert 0 < found["greens_error_reduction"] <= 0.03
     assert 1e-4 < found["greens_error_mesh"] < 0.1
@@ -187,7 +187,7 @@ def test_error_of_the_seat_is_stated_in_parts(annular: Ran) -> None:
 
 @pytest.mark.slow
 def test_every_measure_has_an_error_bar_split_by_source(annular: Ran) -> None:
-    """1.5 times the sum of the parts; the mesh's part is what the coarser mesh changes, so it is not nothing."""
+    """A bar is 1.5 times the sum of its parts, and the mesh's part is not nothing."""
     found = annular.summary
     for key in ("impulse_Ns", "filtered_peak_force_N", "contact_duration_s", "max_seat_displacement_m"):
         parts = [found[f"error_{source}_{key}"] for source in SOURCES]
@@ -244,7 +244,7 @@ def test_a_seat_in_the_folder_keeps_its_error_bars(tmp_path: Path, monkeypatch: 
 
 @pytest.mark.slow
 def test_seats_from_other_programs_files(tmp_path: Path) -> None:
-    """A mass on a spring as matrices (in mm, t, s), and as its measured receptance: the same seat."""
+    """Matrices in mm, t, s and the measured receptance of a mass on a spring are the same seat."""
     mass, stiffness, zeta = 0.02, 4e7, 0.05
     for name, value in (("m", 1e-3 * mass), ("k", 1e-3 * stiffness)):
         (tmp_path / f"{name}.mtx").write_text(
@@ -289,7 +289,7 @@ def test_when_a_seat_is_used_again(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_time_stepping_gives_the_same_impact_and_is_used_again(tmp_path: Path) -> None:
-    """Rayleigh damping, by time stepping and by Ritz vectors; a mass, so that contact starts at once."""
+    """Time stepping and Ritz vectors agree under Rayleigh damping; the second run reuses the seat."""
     striker = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[run]\nduration = "30 us"\n'
     ritz = BAR.partition("[reed]")[0].replace("damping_ratio = 0.1\n", 'rayleigh = { stiffness = "1 us" }\n') + striker
     text = ritz.replace("bandwidth", 'method = "transient", bandwidth')
@@ -304,7 +304,7 @@ def test_time_stepping_gives_the_same_impact_and_is_used_again(tmp_path: Path) -
 
 @pytest.mark.parametrize("damping", [0.0, 0.1])
 def test_the_step_resolves_the_waves_in_a_rod(damping: float, tmp_path: Path) -> None:
-    """Forty steps per transit l/c of a 3 mm rod; the filter alone would allow 50 ns."""
+    """The step is a fortieth of the transit l/c of a 3 mm rod; the filter alone would allow 50 ns."""
     text = ROD.replace("30 mm", "3 mm").replace("area =", f"damping_ratio = {damping}\narea =")
     scene = load_scene(_written(tmp_path / "rod.toml", text))
     rod = impact.fixed_rod(young=200e9, density=7850, area=1e-6, length=3e-3, damping_ratio=damping)
@@ -362,7 +362,7 @@ class Stop:
 
 
 def assert_whole(folder: Path) -> None:
-    """Whatever is there can be read; nothing temporary is left."""
+    """Check that whatever is there can be read, and nothing temporary is left."""
     for path in folder.iterdir():
         assert not path.name.startswith("."), path
         match path.suffix:
@@ -392,7 +392,7 @@ def test_an_interrupted_run_leaves_whole_files_only(stage: str, at: float, left:
 
 
 def program(*arguments: str, blocked: tuple[str, ...] = ()) -> list[str]:
-    """The command line of `seatfem`, in an interpreter where some libraries are not installed."""
+    """Return the command line of `seatfem`, in an interpreter where some libraries are not installed."""
     code = (
         f"import sys; sys.modules.update(dict.fromkeys({blocked!r})); from seatfem.faces.cli import main; main()"
         if blocked

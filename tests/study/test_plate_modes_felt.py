@@ -25,7 +25,7 @@ REST = 3e-11  # m/N above
 
 
 def plate(*felt: float) -> Body:
-    """Free, with modes of these frequencies that the contact feels, one at the highest that it does not, and a rest."""
+    """Return a free plate with modes that the contact feels, one at the highest that it does not, and a rest."""
     omega = np.array([0.0, *felt, HIGHEST])
     shapes = np.array([[20.0], *[[15.0]] * len(felt), [0.001]])
     greens = ModalGreens(omega, np.full(len(omega), 0.01), shapes, Residual.spring(REST))

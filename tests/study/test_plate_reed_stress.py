@@ -34,7 +34,7 @@ AFTER = "peak_reed_stress_after_contact_Pa"
 
 
 def strip(length: float, at: float, band: str, release: str, more: str = "") -> str:
-    """2 mm wide, 0.2 mm thick, without Poisson's ratio: a beam. In mm."""
+    """Return a strip 2 mm wide, 0.2 mm thick, without Poisson's ratio: a beam. In mm."""
     return f"""[reed]
 kind = "sheet"
 outline = [["0 mm", "-1 mm"], ["{length} mm", "-1 mm"], ["{length} mm", "1 mm"], ["0 mm", "1 mm"]]
@@ -49,7 +49,7 @@ release = {release}
 
 
 def run(folder: Path, reed: str, gap: str, duration: str, step: str, more: str = "") -> Mapping[str, object]:
-    """The summary."""
+    """Return the summary of a run."""
     return pipeline.run_scene(
         load_text(
             folder,
@@ -63,8 +63,8 @@ def run(folder: Path, reed: str, gap: str, duration: str, step: str, more: str =
 
 @pytest.mark.slow
 def test_a_strip_stopped_at_its_tip_bears_the_wave_of_a_beam(tmp_path: Path) -> None:
-    """0.8445 rho c_0 v, before the wave is back from the clamp; a strip of 100 mm gives it to 0.3 %. The bar reaches
-    what a band of 200 kHz shows beside the contact, 1.45 rho c_0 v, and at most 1.5 times as far."""
+    """A stopped strip bears 0.8445 rho c_0 v before the wave is back. The bar reaches what a band of 200 kHz shows
+    beside the contact, 1.45 rho c_0 v, and at most 1.5 times as far."""
     found, wider = (
         run(tmp_path, strip(60, 59.5, band, '{ velocity = "-1 m/s" }'), "0.7 um", "80 us", "0.2 us")
         for band in ("50 kHz", "200 kHz")
@@ -94,7 +94,7 @@ def test_a_strip_in_its_first_mode_bears_root_3_rho_c_v_at_the_clamp(tmp_path: P
 
 @pytest.mark.slow
 def test_a_strip_let_go_from_a_deflection_starts_with_the_stress_of_a_beam_at_rest(tmp_path: Path) -> None:
-    """3 E h d/(2 a^2) at its root, under a force at a; what its modes leave out is 0.1 % of it."""
+    """The root begins with 3 E h d/(2 a^2) of a force at a; modes leave out 0.1 % of it."""
     found = run(tmp_path, strip(20, 18, "100 kHz", '{ deflection = "0.1 mm" }'), "0 mm", "10 us", "0.1 us")
     at_rest = 3 * YOUNG * THICKNESS * 1e-4 / 2 / 18e-3**2
     assert found["initial_reed_stress_Pa"] == pytest.approx(at_rest, rel=0.01)
@@ -118,8 +118,8 @@ BLOWN = f'[[load]]\npressure = "{PRESSURE} Pa"\narea = [["0 mm", "10 mm^2"], ["0
 
 
 def in_time(plate: PlateModes, start: Array, pushes: Array, dt: float) -> Array:
-    """(n, steps + 1) unknowns of all elements by the trapezoidal rule (Newmark's of constant average acceleration),
-    undamped, from velocities ``start`` (n,), under loads (n, steps), each constant over its step."""
+    """Return (n, steps + 1) unknowns of all elements by the trapezoidal rule (Newmark's of constant average
+    acceleration), undamped, from velocities ``start`` (n,), under loads (n, steps), each constant over its step."""
     M, K = plate.model.M, plate.model.K
     solver = splu((M + dt**2 / 4 * K).tocsc())
     u, v = np.zeros(len(start)), start
@@ -132,7 +132,7 @@ def in_time(plate: PlateModes, start: Array, pushes: Array, dt: float) -> Array:
 
 
 def watched(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Round, PlateReedStress]]:
-    """The rounds whose stress is told."""
+    """Return the rounds whose stress is told."""
     kept = []
 
     def told(done: Round, progress: Progress) -> tuple[SeatStress | None, PlateReedStress | None]:

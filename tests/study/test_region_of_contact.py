@@ -64,7 +64,7 @@ def patch_of(scene: Scene) -> tuple[float, float, float]:
 def test_the_region_is_the_struck_land(
     tmp_path: Path, seat: str, area: float, ends: tuple[float, float], model: str
 ) -> None:
-    """However much of the seat is modelled."""
+    """The region is the struck land's, however much of the seat is modelled."""
     assert patch_of(scene_of(tmp_path, seat + model)) == pytest.approx((area, *ends), rel=2e-3)
 
 
@@ -133,7 +133,7 @@ def test_a_width_without_a_radius_is_refused_where_the_reed_meets_the_whole_face
 
 @pytest.mark.slow
 def test_a_broad_face_of_a_drawing_asks_for_the_contact(tmp_path: Path) -> None:
-    """The whole top of a plate, selected in place of its lip."""
+    """The whole top of a plate as contact is refused unless the reed's own face is stated."""
     file = ROOT / "meshes" / "assembly_plate.step"
     broad = f'kind = "cad"\nfile = "{file}"\ncontact = {{ number = 3 }}\nfixed = {{ number = 5 }}\n{STEEL}'
     with pytest.raises(SceneError, match=r"seat\.contact: .*5 holes.*as a whole: state .*reed\.contact_radius"):
@@ -143,7 +143,7 @@ def test_a_broad_face_of_a_drawing_asks_for_the_contact(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_an_open_port_is_met_along_its_land(tmp_path: Path) -> None:
-    """Against another program, by static segments; with a disc in the middle of the open port it was 21 N, 949 uN s."""
+    """Impulse and peak are another program's; a disc in the middle of the port had 21 N, 949 uN s."""
     scene = scene_of(tmp_path, PORTS + 'model = "spring"\n', FLAPPER + IN_MODE + 'greens = { bandwidth = "160 kHz" }\n')
     assert stated_method(scene).ports == 16
     run = run_contacts(scene, striker_of(scene), seat_of(scene, mesh_error=False).greens, 1e-7).seat
@@ -215,7 +215,7 @@ def land(width: str) -> str:
 
 
 def block(folder: Path, length: float) -> str:
-    """A block with a strip of 1 mm across its top, ``length`` long [mm], as a table of a seat."""
+    """Return a block with a strip of 1 mm across its top, ``length`` long [mm], as a table of a seat."""
 
     def part(occ: Any) -> Bodies:
         body, strip = occ.addBox(-8, -14, -6, 16, 28, 6), occ.addRectangle(-0.5, -length / 2, 0, 1, length)
@@ -238,8 +238,8 @@ def landing_of(scene: Scene) -> tuple[float, float, float]:
 
 @pytest.mark.slow
 def test_a_land_is_met_as_far_as_the_reed_reaches(tmp_path: Path) -> None:
-    """A disc of 10 mm on a land from 4 to 6 mm about its port, and on one from 4 to 5 mm of the same plate: the mesh of
-    the wider one has no line at 5 mm."""
+    """A disc of 10 mm meets a land from 4 to 6 mm like one from 4 to 5 mm of the same plate, although the mesh of the
+    wider one has no line at 5 mm."""
     wide, narrow = (scene_of(tmp_path, land(width), DISC) for width in ("2 mm", "1 mm"))
     assert patch_of(wide) == pytest.approx((9 * math.pi, 4, 5), rel=3e-3)
     there, alone = landing_of(wide), landing_of(narrow)
@@ -249,7 +249,7 @@ def test_a_land_is_met_as_far_as_the_reed_reaches(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_strip_is_met_as_far_as_the_reed_is_wide(tmp_path: Path) -> None:
-    """A sheet of 12 mm across a strip of 20 mm, and across one of 12 mm on the same block."""
+    """A sheet of 12 mm meets a strip of 20 mm like one of 12 mm on the same block."""
     longer, shorter = (scene_of(tmp_path, block(tmp_path, length), BAND) for length in (20, 12))
     assert patch_of(longer) == pytest.approx((12, 0.5, math.hypot(6, 0.5)), rel=3e-3)
     line, alone = stated_method(longer).seat.lip, stated_method(shorter).seat.lip

@@ -35,7 +35,7 @@ def test_shares_cover_the_patch_and_rings_of_more_make_rings_of_less(rings: int)
 
 
 def strip(borders: np.ndarray) -> float:
-    """Compliance pi E/(2 (1 - nu^2)) w L/F of a rigid face on a strip of half width 1, up to a constant: -ln|x|."""
+    """Return pi E/(2 (1 - nu^2)) w L/F of a rigid face on a strip of half width 1, up to a constant: -ln|x|."""
 
     def twice(d: float) -> float:  # second antiderivative of ln
         return d * d / 2 * math.log(abs(d)) - 3 * d * d / 4 if d else 0.0
@@ -59,7 +59,7 @@ def strip(borders: np.ndarray) -> float:
 
 
 def test_a_rigid_face_on_a_strip_is_reached_with_order_two() -> None:
-    """Exact: ln 2; a uniform pressure: 3/2 - ln 2. Rings of equal width reach it with order one."""
+    """Rings tend to the exact ln 2 from 3/2 - ln 2 with order two, rings of equal width with order one."""
     errors = {p: strip(ring_borders(p)) - math.log(2) for p in (1, 2, 3, 4, 8, 16, 32)}
     assert errors[1] == pytest.approx(1.5 - math.log(4), rel=1e-12)
     assert errors[2] == pytest.approx(errors[1], rel=1e-12)  # by symmetry

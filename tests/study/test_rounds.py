@@ -36,19 +36,19 @@ def key_of(plan: Plan) -> str:
 
 
 def carry_out(*given: Any, **more: Any) -> rounds.Round:
-    """The last of the rounds."""
+    """Return the last of the rounds."""
     *_, last = rounds.rounds(*given, **more)
     return last
 
 
 def with_step(plan: Plan, dt: float) -> Plan:
-    """The same plan with a step it would not begin with; the key stays open."""
+    """Return the same plan with a step it would not begin with; the key stays open."""
     return replace(plan, method=plan.method.replaced({"run.time_step": dt}))
 
 
 @pytest.mark.slow
 def test_a_missed_target_is_reached_by_refining(tmp_path: Path) -> None:
-    """A step far too long: its share shrinks, all else stays."""
+    """Rounds that begin with a step far too long shorten it until the target is met."""
     plan = with_step(plan_of(SCENE + 'target = "2 %"\n', tmp_path), 2e-6)
     done = carry_out(plan, tmp_path, Stopwatch(), silent)
     assert done.met
@@ -63,8 +63,8 @@ KEYS = {"time_step": "run.time_step", "model": "reed.n_modes", "mesh": "seat.mes
 
 @pytest.mark.slow
 def test_one_round_makes_all_sources_finer_that_must_be(tmp_path: Path) -> None:
-    """Two, each of which alone would leave too much: the next plan refines both; of one that suffices, it alone; none
-    where one stays that is too large by itself, as the mesh of a spring, and others hardly count."""
+    """The next plan refines both of two sources that leave too much, one where one suffices, and none where a source
+    that stays is too large by itself, like the mesh of a spring."""
     plan = with_step(plan_of(SCENE + 'target = "2 %"\nmeasures = ["impulse"]\n', tmp_path), 2e-6)
     done = carry_out(plan, tmp_path, Stopwatch(), silent)
     value = abs(done.left.values["impulse"])
@@ -93,7 +93,7 @@ def test_one_round_makes_all_sources_finer_that_must_be(tmp_path: Path) -> None:
 
 
 def test_what_the_file_states_is_never_changed_and_that_is_told(tmp_path: Path) -> None:
-    """Three modes, and a step that cannot do: one round, because nothing else can help."""
+    """Three stated modes and a stated step end after one round, with words that say why."""
     text = SCENE.replace("[run]", '[run]\ntime_step = "2 us"').replace("release", "n_modes = 3\nrelease")
     done = carry_out(plan_of(text + 'target = "0.1 %"\n', tmp_path), tmp_path, Stopwatch(), silent)
     assert not done.met
@@ -262,7 +262,7 @@ def test_no_round_that_is_expected_to_outlast_the_time_is_begun(tmp_path: Path) 
 
 @pytest.mark.slow
 def test_a_round_that_outlasts_the_time_is_stopped_and_the_one_before_stays(tmp_path, monkeypatch):
-    """Expected to take no time; its first report of progress comes too late."""
+    """A round that reports after the time limit is stopped, and the result is the one before."""
     monkeypatch.setattr(next_round, "expect_time", lambda done, plan: 0.0)
     plan, begun = with_step(plan_of(SCENE + 'target = "2 %"\n', tmp_path), 2e-6), time.perf_counter()
     seen: list[rounds.Round] = []
@@ -277,7 +277,7 @@ def test_a_round_that_outlasts_the_time_is_stopped_and_the_one_before_stays(tmp_
 
 @pytest.mark.slow
 def test_the_time_of_a_round_is_that_of_the_last_one_and_its_further_work(tmp_path: Path) -> None:
-    """Twice the steps on bodies that stay; with twice the modes, four times."""
+    """The expected time grows like the root of twice the steps or four times the work, or as rounds show."""
     done = carry_out(plan_of(SCENE, tmp_path), tmp_path, Stopwatch(), silent, limits=Limits(1))
     done = replace(done, price={"mesh": 10.0, "reduction": 70.0, "contact": 5.0, "error budget": 15.0, "plan": 3.0})
     step, modes = done.plan.method.time_step, done.plan.method.reed.n_modes
@@ -297,7 +297,7 @@ def test_the_time_of_a_round_is_that_of_the_last_one_and_its_further_work(tmp_pa
 
 @pytest.mark.slow
 def test_the_memory_of_a_round_is_that_of_the_last_one_with_what_grows(tmp_path: Path) -> None:
-    """Histories in proportion to equal steps, bodies by their least; never less than what was taken already."""
+    """Histories grow with the steps, bodies by their least, and never below what was taken already."""
     done = carry_out(plan_of(SCENE, tmp_path), tmp_path, Stopwatch(), silent, limits=Limits(1))
     assert done.result.rows.is_uniform
     step, after = done.plan.method.time_step, next_round.AFTERWARDS
@@ -431,7 +431,7 @@ def test_notes_speak_of_keys_and_values(tmp_path: Path, capsys: pytest.CaptureFi
 
 
 def test_a_run_ends_in_words_before_its_memory_does(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The stage, how far it came, what is left and what is needed, and keys that need less."""
+    """The error names the stage, how far it came, memory left and needed, and keys that need less."""
     heard: list[tuple[str, float]] = []
     progress = rounds.within_limits(lambda stage, done: heard.append((stage, done)))
     progress("stepping", 0.1)

@@ -20,7 +20,7 @@ MIDDLE = '["0 mm", "0 mm", "5 mm"]'
 
 
 def scene(folder: Path, stress: str, seat: str = BAR) -> Path:
-    """A mass on a soft spring: the bar follows it as if at rest."""
+    """Return a mass on a soft spring: the bar follows it as if at rest."""
     file = folder / "scene.toml"
     file.write_text(
         f"[seat]{seat}[reed]\nkind = 'rigid_mass'\nmass = '{MASS} kg'\nvelocity = '-{SPEED} m/s'\n"

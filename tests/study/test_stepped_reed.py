@@ -21,7 +21,7 @@ def scene_of(folder: Path, kind: str, section: str, contact: str = "") -> Scene:
 
 @pytest.mark.slow
 def test_a_uniform_one_is_the_cantilever(tmp_path: Path) -> None:
-    """The same release, contact and force, as far as the modes are the same: 1e-6."""
+    """A uniform stepped reed has the cantilever's impulse, first contact and frequencies."""
     there = '[contact]\nat = "18 mm"\ngap = "1 um"\n'
     mine, theirs = (
         summary_of(scene_of(tmp_path, *each, there), tmp_path / each[0])

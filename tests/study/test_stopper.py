@@ -50,10 +50,10 @@ SECOND = 1e-4 + OF_SEAT + OF_STOPPER + 2 * WAY / SPEED  # s, when the mass comes
 
 
 def test_a_mass_between_two_springs(tmp_path: Path) -> None:
-    """m v^2/2 goes to and fro: half periods pi sqrt(m/k), flights at v, 2 m v each time, peaks v sqrt(k m).
+    """The mass has half periods pi sqrt(m/k), flights at v, 2 m v each time and peaks v sqrt(k m).
 
-    A rigid contact on a spring takes energy in proportion to the step (measured: 4e-3 of the
-    stopper's impulse at 0.05 us), so that errors halve with it and their extrapolation is exact to second order.
+    A rigid contact on a spring takes energy in proportion to the step (measured: 4e-3 of the stopper's impulse at 0.05
+    us), so that errors halve with it and their extrapolation is exact to second order.
     """
     scene = load_text(tmp_path, SEAT + MASS + STOPPER + RUN)
     coarse, fine = bounced(scene, 1e-7), bounced(scene, 5e-8)
@@ -89,7 +89,7 @@ def test_a_mass_released_towards_the_stopper(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_cantilever_released_towards_the_stopper(tmp_path: Path) -> None:
-    """A run of it; without the stopper it is refused, with what to do, and so is a stopper that flies away."""
+    """A reed released away from the seat runs only with a stopper; a stopper that flies away is refused."""
     reed = REED.replace('tip_deflection = "1 mm"', 'mode = 1, velocity = "2 m/s"').replace('pressure = "0.3 bar"\n', "")
     stopper = STOPPER.replace("0.2 mm", "0.5 mm")
     summary = run_scene(load_text(tmp_path, SEAT + reed + stopper + SHORT), tmp_path / "out", pictures=False).summary
@@ -127,7 +127,7 @@ def test_a_scene_is_the_problem_built_by_hand(tmp_path: Path) -> None:
 
 
 def test_the_place_of_the_contact_is_one_port(tmp_path: Path) -> None:
-    """Absent, or stated as what it is: seat and stopper on the same port."""
+    """A stopper at the place of the contact, stated or not, shares the seat's port."""
     for at in ("", 'at = "25.4 mm"\n'):
         text = SEAT + REED + '[stopper]\nkind = "spring"\nstiffness = "5 N/um"\ngap = "1.2 mm"\n' + at + SHORT
         scene = load_text(tmp_path, text)
@@ -137,7 +137,7 @@ def test_the_place_of_the_contact_is_one_port(tmp_path: Path) -> None:
 
 
 def test_rings_of_the_seat_stay_apart_from_the_stopper(tmp_path: Path) -> None:
-    """Two rings and a stopper: three contacts, of which the first two are the seat's."""
+    """Two rings and a stopper are three contacts, of which the first two are the seat's."""
     scene = load_text(tmp_path, SEAT + MASS + STOPPER + RUN)
     compliance = 1e-6 * np.array([[1.2, 0.3], [0.3, 1.5]])
     nothing = np.zeros((0, 2))
@@ -215,14 +215,13 @@ CUT = '[run]\nduration = "{} ms"\n[accuracy]\ntarget = "5 %"\n'
 
 
 def stopper_share(scene: Scene, dt: float = 1e-7) -> tuple[Touches, Budget]:
-    """A run with the stopper, and its error budget."""
+    """Return a run with the stopper, and its error budget."""
     touches, seat = bounced(scene, dt), Solved(impact.spring(stiffness=1e6), plane=True)
     return touches, error_budget(scene, stated_method(scene), seat, striker_of(scene), touches)
 
 
 def read_stopper(folder: Path, mesh: float | None) -> Scene:
-    """The mass between its two springs until the middle of the second contact with the seat, the stopper from a file
-    that states an error of its mesh."""
+    """Return the mass between its springs until mid second contact, its stopper from a file with a mesh error."""
     greens = impact.spring(stiffness=4e6).with_error(ErrorEstimate(reduction=0.0, mesh=mesh))
     save_greens(greens, folder / "stopper.h5")
     stopper = STOPPER.replace('"spring"', '"greens"').replace('stiffness = "4 N/um"', 'file = "stopper.h5"')

@@ -59,7 +59,7 @@ def struck(scene: Scene, dt: float = 1e-7) -> Touches:
 
 
 def test_what_is_met(tmp_path: Path) -> None:
-    """The stopper's own disc, or the reed's contact; the whole of it where the scene asks for no parts."""
+    """The plate meets the stopper's own disc or the reed's contact, as a whole if the scene asks for no parts."""
     assert scene_of(tmp_path, DISC).geometry.stopper_lip() is None
     assert scene_of(tmp_path, DISC + "arcs = 12\nrings = 2\n").geometry.stopper_lip() == Lip(3e-3, 6e-3, 12, 2)
     own = scene_of(tmp_path, SPRING + 'tilt = "0.1 deg"\n').geometry.stopper_lip()
@@ -68,8 +68,8 @@ def test_what_is_met(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_uniform_load_on_all_arcs_is_that_on_one_port(tmp_path: Path) -> None:
-    """The stopper of finite elements: the mean of 32 arcs in two rings under a uniform pressure, against its disc as a
-    whole on the same mesh; symmetric. And the reed's own ports."""
+    """A stopper's 32 arcs in two rings have under a uniform pressure the compliance of its disc on the same mesh,
+    symmetric; the reed's own ports likewise."""
     many, one = (stopper_of(scene_of(tmp_path, DISC + keys)) for keys in ("arcs = 32\nrings = 2\n", ""))
     assert many.greens.ports == Division(32, 2).names
     compliance = many.greens.static_compliance()
@@ -210,7 +210,7 @@ def test_a_stopper_whose_face_is_not_flat(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("radius", [0.2, 2.0])
 def test_the_rise_of_a_face_is_its_sagitta(radius: float) -> None:
-    """L^2/(8 R) of a cylinder, however it lies in space."""
+    """A cylinder's face rises by L^2/(8 R), however it lies in space."""
     x, y = np.meshgrid(np.linspace(-0.015, 0.015, 61), np.linspace(-0.005, 0.005, 3), indexing="ij")
     points = np.stack([x, y, radius - np.sqrt(radius**2 - x**2)], axis=-1).reshape(-1, 3)
     turn = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]

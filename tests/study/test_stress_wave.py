@@ -48,7 +48,7 @@ def load(folder: Path, stress: str = "frames = 12", criterion: str = "crossland"
 
 @pytest.fixture(scope="module")
 def pressed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Any, Any]:
-    """A mass on a soft spring presses a bar: its last round, and the stress in it."""
+    """Give the last round of a mass on a soft spring that presses a bar, and the stress in it."""
     folder = tmp_path_factory.mktemp("pressed")
     scene = load(folder, 'frames = 12\nframes_from = "10 us"\nframes_until = "340 us"')
     *_, done = rounds(begin_plan(scene), folder, Stopwatch(), silent)
@@ -56,7 +56,7 @@ def pressed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Any, Any]:
 
 
 def few(done: Any, scene: Any) -> Any:
-    """The same round, of a scene that asks for other frames."""
+    """Return the same round, of a scene that asks for other frames."""
     return replace(done, plan=replace(done.plan, scene=scene))
 
 

@@ -35,7 +35,7 @@ def scene_of(folder: Path, striker: str, more: str = "", seat: str = SPRING) -> 
 
 
 def same(one: impact.Body, other: impact.Body) -> None:
-    """Equal in state and loads."""
+    """Check that two bodies are equal in state and loads."""
     assert one.modal_start().displacement == pytest.approx(other.modal_start().displacement, rel=1e-12)
     assert len(one.loads) == len(other.loads)
     t = np.linspace(0.0, 1e-3, 11)
@@ -76,8 +76,8 @@ def test_loads_drive_a_reed_at_rest(tmp_path: Path) -> None:
 
 
 def test_a_preload_starts_in_equilibrium(tmp_path: Path) -> None:
-    """A constant pressure holds the tip on the seat with 3/8 of its force, Roark's propped cantilever, as on a rigid
-    one: the reed is softer than the seat by five orders."""
+    """A constant pressure holds the tip on the seat with 3/8 of its force, as on Roark's rigid support: the reed is
+    softer than the seat by five orders."""
     scene = scene_of(tmp_path, CANTILEVER, 'pressure = "-0.01 bar"\n[contact]\npreload = true\n')
     assert problem_of(scene, striker_of(scene), impact.Body(impact.spring(stiffness=2e7))).preload
     summary = summary_of(scene, tmp_path / "out")
@@ -151,7 +151,7 @@ FREE_ROD = (
 
 
 def open_scene_of(folder: Path, striker: str, gap: str, target: str = "10 %") -> Scene:
-    """Its step is left open."""
+    """Return a scene whose step is left open."""
     run = OPEN.replace("10 %", target)
     return load_text(folder, f'{SPRING}[reed]\n{striker}[contact]\ngap = "{gap}"\n{run}')
 
@@ -217,7 +217,7 @@ def test_a_motion_that_no_key_can_bring_about_is_told_at_once(striker: str, tmp_
 
 
 def test_a_striker_is_told_of_in_keys_of_its_own_table(tmp_path: Path) -> None:
-    """The same body, with the same mistake, as a seat and as a striker."""
+    """The same mistake in a seat and in a striker is refused by the key of its own table."""
     ball = 'kind = "rigid_mass"\nmass = "2 g"\nvelocity = "-0.5 m/s"\n'
     wrong = BAR + 'model = "axisymmetric"\n'
     for role, scene in {

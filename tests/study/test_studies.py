@@ -60,7 +60,7 @@ def rows(folder: Path) -> list[dict[str, str]]:
 
 @pytest.mark.slow
 def test_the_table_has_what_runs_of_the_scenes_have(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Impulse of a mass on a spring, 2 m v, and its peak v sqrt(k m), to the error bars told."""
+    """The table has 2 m v and v sqrt(k m) of a mass on a spring to its bars, and a run's own number."""
     answer_here(monkeypatch)
     text = '[vary]\nreed.mass = ["1 g", "4 g"]\nreed.velocity = ["-1 m/s", "-2 m/s"]'
     path = study_file(tmp_path, text)
@@ -81,7 +81,7 @@ def test_the_table_has_what_runs_of_the_scenes_have(tmp_path: Path, monkeypatch:
 
 @pytest.mark.slow
 def test_nothing_is_computed_twice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Equal scenes, a study that is larger, other measures of the same one, another design with the same scenes."""
+    """Equal scenes, larger studies, other measures and other designs take what was computed already."""
     jobs = answer_here(monkeypatch)
     out = tmp_path / "out"
     run_study(load_study(study_file(tmp_path, '[vary]\nreed.mass = ["1 g", "0.001 kg", "2 g"]')), out)
@@ -134,8 +134,8 @@ def kill_at_random(command: list[str], journal: Path, chance: random.Random, mos
 @posix
 @pytest.mark.slow
 def test_a_study_survives_kills_at_any_moment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nothing lost, nothing computed twice, all numbers bit for bit those of a run that nobody disturbed. Three kills,
-    or as many as SEATFEM_KILLS says (50 take two minutes)."""
+    """A study killed three times, or as many as SEATFEM_KILLS says (50 take two minutes), loses nothing, computes
+    nothing twice and has all numbers of one that nobody disturbed."""
     kills = int(os.environ.get("SEATFEM_KILLS", "3"))
     scenes = 6 * kills
     path = study_file(tmp_path, DRAWN.format(scenes))
@@ -158,7 +158,7 @@ def test_a_study_survives_kills_at_any_moment(tmp_path: Path, monkeypatch: pytes
 
 @pytest.mark.slow
 def test_a_scene_that_fails_stands_in_the_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Exit code 1, its message and values; tried again when it is asked for."""
+    """A failed scene has a row with its message and values, and is tried again if that is asked for."""
     text = '[vary]\nrun.duration = "0.2 ms"\nseat.mesh.size = ["1 mm", "60 mm"]'
     jobs = answer_here(monkeypatch)
     real = one._carried_out
@@ -337,7 +337,7 @@ def test_sweeps_from_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
 
 @pytest.mark.parametrize("package", ["pandas", "pyarrow"])
 def test_a_broken_package_is_told_before_the_first_scene(package, tmp_path, monkeypatch):
-    """Not when the table is written, after hours."""
+    """A package that fails to import is refused before the first scene, not hours later."""
     (tmp_path / package).mkdir()
     (tmp_path / package / "__init__.py").write_text("raise RuntimeError('built for another numpy')", encoding="utf-8")
     monkeypatch.syspath_prepend(tmp_path)

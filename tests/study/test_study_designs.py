@@ -81,7 +81,7 @@ def test_the_same_seed_draws_the_same(design: str, tmp_path: Path) -> None:
 
 
 def test_more_of_a_sequence_begins_as_less_of_it(tmp_path: Path) -> None:
-    """So that a study that is made larger takes what is in its journal."""
+    """A larger study begins with the scenes of the smaller one, and takes them from its journal."""
     text = 'design = "{}"\nnumber = {}\n[vary]\nreed.mass = {{ from = "1 g", to = "5 g" }}\nreed.n = [1, 2]'
     for design in ("sobol", "monte_carlo"):
         few, many = (list(changes_of(study(tmp_path, text.format(design, number)))) for number in (8, 16))

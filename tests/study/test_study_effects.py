@@ -46,7 +46,7 @@ def ishigami_table(number: int, failed: int = 0) -> StudyTable:
 
 
 def ishigami_indices() -> tuple[np.ndarray, np.ndarray]:
-    """Ishigami and Homma (1990), a = 7, b = 0.1, in closed form."""
+    """Return the indices of Ishigami and Homma (1990), a = 7, b = 0.1, in closed form."""
     pi, a, b = np.pi, 7.0, 0.1
     v1, v2, v13 = 0.5 * (1 + b * pi**4 / 5) ** 2, a**2 / 8, 8 * b**2 * pi**8 / 225
     return np.array([v1, v2, 0]) / (v1 + v2 + v13), np.array([v1 + v13, v2, v13]) / (v1 + v2 + v13)

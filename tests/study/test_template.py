@@ -18,7 +18,7 @@ BLOCK = re.compile(r"# \[\[?([\w.]+)\]\]?")
 
 
 def blocks(text: str) -> dict[str, tuple[int, int]]:
-    """The lines of each, from its name to where the next one begins, or something that is none."""
+    """Return the lines of each, from its name to where the next one begins, or something that is none."""
     lines = text.splitlines()
     begins = [k for k, line in enumerate(lines) if BLOCK.match(line)]
     ends = {k for k, line in enumerate(lines) if not line.startswith("# ") or line.startswith("#   ")} | {len(lines)}
@@ -32,7 +32,7 @@ COURSE = "time [ms],displacement [um]\n0,0\n1,2\n5,0\n"
 @pytest.mark.slow(but="flapper")
 @pytest.mark.parametrize("kind", NAMES)
 def test_every_table_behind_a_mark_works_as_it_stands(kind: str, tmp_path: Path) -> None:
-    """Once the marks of all its lines are taken away, as an editor does; files that are named are put there."""
+    """A table works once the marks of its lines are taken away; files that it names are put there."""
     text = scene_template(kind)
     bare = loaded(text, tmp_path)
     assert kind in (bare.seat.kind, bare.reed.kind)

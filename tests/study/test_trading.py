@@ -66,7 +66,7 @@ def test_front_against_its_definition():
 
 
 def begun(name: str) -> tuple[Scene, RunMethod, RunMethod]:
-    """An example with its keys open, its first method, and one three rungs finer in every key."""
+    """Return an example with its keys open, its first method, and one three rungs finer in every key."""
     scene = load_scene(EXAMPLES / f"{name}.toml", ALL_OPEN)
     start = begin_method(scene)
     return scene, start, finer_in_all(scene, finer_in_all(scene, finer_in_all(scene, start)))
@@ -117,7 +117,7 @@ def test_the_reference_is_finer_in_every_key(name: str):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", DRAWN)
 def test_around_the_converged_state_one_key_is_varied_to_both_sides(name: str):
-    """The first value and a finer one of every key that has them, and every level that describes the seat."""
+    """Each key has a point at its first value and a finer one, and the model one at each level."""
     scene, start, end = begun(name)
     points = list(around(scene, start, end))
     for point in points:
@@ -147,7 +147,7 @@ def test_settings_are_stated_and_taken_out(small: Path):
 
 
 def run_point(scene: Path, point: Point, limit: float) -> Outcome:
-    """One point in a process of its own."""
+    """Run one point in a process of its own."""
     return run_points(scene, [point], None, time_limit=limit)[point.name]
 
 
@@ -168,7 +168,7 @@ def carry_out_by(monkeypatch: pytest.MonkeyPatch, carry: Callable[[Path, Point, 
 
 @pytest.mark.slow
 def test_a_point_in_a_process_of_its_own(small: Path, monkeypatch: pytest.MonkeyPatch):
-    """Twice the step, the same impulse to the order of the step; its own memory and time."""
+    """A point in its own process has the impulse to the order of its step, and its own memory and time."""
     monkeypatch.setenv("SEATFEM_STORE", "/nowhere")
     point = Point("coarse", "run.time_step", {"run.time_step": 200e-9})
     outcome = run_point(small, point, 120.0)
@@ -194,7 +194,7 @@ def test_what_fails_or_hangs_is_an_outcome(small: Path, monkeypatch: pytest.Monk
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="no limit of processor time")
 def test_a_point_that_takes_too_much_processor_time_is_stopped(small: Path):
-    """Ten million steps; loading the program alone takes more than the second that is allowed."""
+    """A point of ten million steps is stopped after the one second that is allowed."""
     steps = {"run.duration": "0.1 s", "run.time_step": "10 ns"}
     stopped = run_point(small, Point("long", "run.time_step", {"run.time_step": 1e-8}, settings=steps), 1.0)
     assert stopped.state == "stopped"
@@ -250,7 +250,7 @@ def test_a_point_that_was_stopped_is_tried_again_with_more_time(small: Path, mon
 
 
 def trade_of(costs: list[float], impulses: list[float], peaks: list[float], floor: float = 1e-3) -> Trade:
-    """Points "0", "1", ... and the converged one, the last, against the values 1."""
+    """Return points "0", "1", ... and the converged one, the last, against the values 1."""
     names = [*(str(k) for k in range(len(costs) - 1)), OWN_CHOICE]
     outcomes = {
         name: Outcome("done", summary={"processor_s": cost, "impulse": i, "filtered_peak": p})

@@ -50,7 +50,7 @@ def test_a_reed_that_is_no_beam_is_refused(tmp_path, capsys, monkeypatch):
 
 @pytest.mark.slow
 def test_shear_of_a_thick_reed_is_in_the_bar(tmp_path: Path) -> None:
-    """Against Timoshenko's static compliance, and as the change of the measures that it makes."""
+    """The shear error is Timoshenko's compliance over the slender one's, and is in the measures' bars."""
     scene = scene_of(tmp_path, 25, 3, 0.05)
     beam = impact.TimoshenkoCantilever(young=200e9, density=7850.0, length=25e-3, width=10e-3, thickness=3e-3)
     slender = impact.Cantilever(young=200e9, density=7850.0, length=25e-3, width=10e-3, thickness=3e-3)
@@ -120,7 +120,7 @@ def test_a_stated_spring_has_what_waves_change_in_the_bars_of_all_measures(tmp_p
 
 
 def test_a_beam_that_is_pressed_on_a_port_says_that_it_does_not_dish() -> None:
-    """9 bar on 0.3 mm over a hole of 9.2 mm: 3 p r^2/(4 t^2) = 158.7 MPa, 3.3/2 of it with an edge free to turn."""
+    """The note gives 3 p r^2/(4 t^2) = 159 MPa, 3.3/2 of it with a free edge, for 9 bar over 9.2 mm."""
     examples = Path(__file__).parents[2] / "examples"
     (note,) = dishing_of(load_scene(examples / "valve_on_cast_iron.toml"))
     assert "900 kPa over a port of 9.2 mm" in note

@@ -48,8 +48,8 @@ def frequencies(scene: Scene) -> np.ndarray:
 @pytest.mark.slow
 @pytest.mark.parametrize("places", ['number = 4\nradius = "7.5 mm"\n', ""])
 def test_a_ring_plate_heaves_and_rocks(places: str, tmp_path: Path) -> None:
-    """sqrt(k/m), and twice sqrt(k r^2/2 / I) about a diameter, I = m ((R^2 + r_i^2)/4 + h^2/12). The ring bends by k
-    over its own stiffness, 2e-4 of either; k or m 3 % off are 1.5 %. Spread around the mean circle they do the same."""
+    """The ring heaves with sqrt(k/m) and rocks twice with sqrt(k r^2/2 / I), I = m ((R^2 + r_i^2)/4 + h^2/12), for
+    point and spread springs; it bends by 2e-4 of either, and k or m 3 % off are 1.5 %."""
     omega = frequencies(scene_of(tmp_path, RING, SPRING + places))
     turns = RING_MASS * ((1e-4 + 25e-6) / 4 + 1.5e-3**2 / 12)
     rocks, heaves = math.sqrt(4e3 * 7.5e-3**2 / 2 / turns), math.sqrt(4e3 / RING_MASS)
@@ -58,7 +58,7 @@ def test_a_ring_plate_heaves_and_rocks(places: str, tmp_path: Path) -> None:
 
 
 def test_a_rigid_mass_lands_under_its_springs(tmp_path: Path) -> None:
-    """x = (P/k) (cos wt - 1) + ... from the lift g on: the force on it is P + k (g + x), and P as it touches."""
+    """The mass moves as its oscillator; the springs' force is P + k (g + x) and, as it touches, P."""
     scene = scene_of(tmp_path, MASS, f'{SPRING}[contact]\ngap = "1 mm"\n', 'duration = "2 ms"\ntime_step = "0.2 us"')
     striker, seat = striker_of(scene), impact.spring(stiffness=1e8)
     touches = run_contacts(scene, striker, seat, 2e-7)
@@ -101,7 +101,7 @@ def test_the_stress_of_a_reed_that_springs_press_closed(tmp_path: Path) -> None:
 
 
 def test_every_body_of_an_error_bar_has_the_springs(tmp_path: Path) -> None:
-    """The same by another Green's function, with fewer modes, without its highest modes, and as a problem."""
+    """Bodies by other Green's functions or modes, and the problem's own, all have the springs."""
     ring, beam = scene_of(tmp_path, RING, SPRING), None
     striker = striker_of(ring)
     again = striker_of(ring, greens=ring.reed.body().greens)
