@@ -29,7 +29,7 @@ def mesh_of(source: str, spec: MeshSpec) -> SeatMesh:
 
 @cache
 def response(source: str, spec: MeshSpec, young: float = YOUNG) -> np.ndarray:
-    """g of the lip after a 100 kHz Hann pulse, over three pulse widths."""
+    """Return g of the lip after a 100 kHz Hann pulse, over three pulse widths."""
     model = assemble(mesh_of(source, spec), Material(young, 0.3, DENSITY))
     greens = greens_function(model, bandwidth=BANDWIDTH, duration=DURATION, tolerance=5e-3)
     return greens.filtered(np.linspace(0, DURATION, 151), 1 / BANDWIDTH)

@@ -82,7 +82,7 @@ def sized(seat: Structure, method: Method) -> Method:
 
 
 def coarser_keys(scene: Scene, method: RunMethod, by: Finer) -> list[str]:
-    """Keys that a reference has no finer than a run by the method."""
+    """Return the keys that a reference has no finer than a run by the method."""
     finer, how = finer_in_every_key(scene, method, by)
     if scene.seat.elastic is not None and method.seat.level in ("spring", "rod"):
         method = replace(method, seat=replace(method.seat, level=scene.seat.discrete(method.seat.level)))  # type: ignore[attr-defined]

@@ -34,7 +34,7 @@ def test_true_errors_are_inside_the_bars() -> None:
 
 
 def test_bars_of_the_seat_decide_where_the_target_is_met() -> None:
-    """Below a quarter of the stress in nine of ten scenes that reached their target, and leave the seat's mesh open."""
+    """Nine of ten scenes that met their target with an open seat mesh have bars below a quarter of the stress."""
     met = [row for row in ROWS if row.measure == "seat_stress" and row.met == "True" and not row.stated]
     known = [row for row in met if row.bar == row.bar]
     assert len(known) >= 14

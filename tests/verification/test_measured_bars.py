@@ -25,7 +25,7 @@ def test_a_pulse_three_per_cent_longer_is_told_apart() -> None:
 
 
 def test_laws_without_a_memory_throw_back_too_much_when_the_joint_opens() -> None:
-    """Their stiffness fitted to the first blip: the second one is off by more than three times its uncertainty."""
+    """Laws fitted to the first blip miss the second by more than three times its uncertainty."""
     coming, (closing, opening) = bar_on_bar.incident(DATA), (DATA["fitted"][key] for key in ("closure", "recovery"))
     for law in (lambda k: impact.LinearSpring(k), lambda k: impact.Hertz(k)):
         stiffness = bar_on_bar.stiffness_for(coming, law, closing["value"])

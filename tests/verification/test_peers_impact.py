@@ -18,7 +18,7 @@ OMEGA, SHARES = 2 * np.pi * np.array([50e3, 120e3, 310e3]), np.array([6.0, 5.0, 
 
 
 def block(kind=skfem.MeshTet, cells=(3, 2, 2)):
-    """A block, clamped below, pushed above."""
+    """Return a block, clamped below, pushed above."""
     mesh = kind.init_tensor(*(np.linspace(0, side, n + 1) for side, n in zip(SIDES, cells, strict=True)))
     named = {"contact": lambda x: x[2] > SIDES[2] - 1e-9, "fixed": lambda x: x[2] < 1e-9}
     return assemble(mesh.with_boundaries(named), STEEL, order=2)
@@ -54,7 +54,7 @@ def test_newmark_of_scipy_finds_the_same(exact):
 
 @pytest.mark.skipif(bool(siconos_impact.absent()), reason=siconos_impact.absent())
 def test_siconos_finds_the_same(exact):
-    """The theta rule at second order; Moreau-Jean at first, with a foot and its drift of half a step."""
+    """The theta rule agrees at second order, Moreau-Jean, with a foot and its drift, at first order."""
     found = siconos_impact.march(OMEGA, SHARES, (160e-9, 80e-9))
     theta, jean = ([scene.apart(course, exact)[0] for course in found[rule]] for rule in siconos_impact.RULES)
     assert np.log2(theta[0] / theta[1]) > 1.7

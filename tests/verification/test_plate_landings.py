@@ -63,7 +63,7 @@ def openings(tilt: float, axis: float) -> np.ndarray:
 
 
 def by_greens(seat: ModalGreens, gaps: np.ndarray, cutoff: float, dt: float = DT):
-    """The plate by modes up to a cutoff [Hz], released with the velocity of the first one."""
+    """Run the plate by modes up to a cutoff [Hz], released with the velocity of the first one."""
     greens, modes = as_reed(cutoff)
     rate = np.zeros(len(modes.omega))
     rate[0] = -SPEED / greens.shapes[0].mean()
@@ -83,7 +83,7 @@ TILTS = [(0.0, 0.0), (0.2, 0.0), (-0.2, math.pi / 2)]
 
 
 def course(force: np.ndarray, dt: float) -> np.ndarray:
-    """(400,) impulse up to every half microsecond [N s]."""
+    """Return (400,) the impulse up to every half microsecond [N s]."""
     every = round(5e-7 / dt)
     return np.asarray(np.cumsum(force.sum(axis=1))[every - 1 :: every] * dt)
 
@@ -91,9 +91,9 @@ def course(force: np.ndarray, dt: float) -> np.ndarray:
 @pytest.mark.slow
 @pytest.mark.parametrize(("tilt", "axis"), TILTS)
 def test_a_landing_on_a_bed_of_springs_is_that_of_its_matrices(tilt: float, axis: float) -> None:
-    """Modes up to 400 kHz and what they leave out, against all unknowns of the same mesh: impulse at all times and mean
-    force of 5 us to 0.3 %, measured. The run's step is ten times shorter: its error is of first order. A plate 3 %
-    heavier or stiffer lands otherwise by 0.8 % of the impulse and more."""
+    """Modes up to 400 kHz and their residual have the impulse at all times and the mean force of 5 us of all unknowns
+    to 0.3 % (measured), at a step ten times shorter. A plate 3 % heavier or stiffer lands otherwise by 0.8 % of the
+    impulse and more."""
     gaps, dt = openings(tilt, axis), 1.25e-7
     landing, start = by_greens(bed(Division(8), 8 * BED), gaps, 400e3, dt / 10)
     found, close = course(landing.force[1:], dt / 10), 0.005
@@ -110,9 +110,9 @@ def test_a_landing_on_a_bed_of_springs_is_that_of_its_matrices(tilt: float, axis
 
 @pytest.mark.slow
 def test_two_plates_collide_as_their_matrices_do() -> None:
-    """Signorini's condition between the arcs of a reed and of a plate clamped all around, 1.5 mm thick: both by modes,
-    and by all their unknowns. Impulses to 0.5 % measured; the means over 5 us to 1.6 %, for a step of 0.2 us does not
-    resolve how a clamped plate answers at once."""
+    """A reed and a clamped plate of 1.5 mm under Signorini's condition in each arc collide by modes as by all unknowns:
+    impulses to 0.5 % (measured), means over 5 us to 1.6 %, as a step of 0.2 us does not resolve how a clamped plate
+    answers at once."""
     gaps = openings(0.2, 0.0)
     landing, start = by_greens(as_seat(), gaps, 400e3)
     assert landing.energy.residual < 1e-9

@@ -86,7 +86,7 @@ SPRINGS, YIELDING, STRIKER, SPEED = np.full(4, 2e6), np.diag(np.full(4, 1e-7)), 
 
 
 def bounce(dt: float, duration: float) -> np.ndarray:
-    """Force of a rigid mass on four points of a yielding bed."""
+    """Return the force of a rigid mass on four points of a yielding bed."""
     modes = Modes(np.zeros(1), np.zeros(1), np.full((4, 1), 1 / math.sqrt(STRIKER)))
     forces = PointForces(SPRINGS, YIELDING)
     return march_landing(modes, np.full(4, 1e-6), np.array([-SPEED * math.sqrt(STRIKER)]), forces, dt, duration)
