@@ -20,7 +20,7 @@ def shot(element: Any) -> NDArray[np.float64]:
 
 
 def until(found: Callable[[], Any], what: str) -> Any:
-    """The first true answer."""
+    """Return the first true answer."""
     end = time.monotonic() + PATIENCE
     while time.monotonic() < end:
         if answer := found():
@@ -30,7 +30,7 @@ def until(found: Callable[[], Any], what: str) -> Any:
 
 
 def changed(element: Any, before: NDArray[np.float64], what: str, share: float = 0.003) -> NDArray[np.float64]:
-    """Its picture, once more than a ``share`` of it differs clearly from that ``before``."""
+    """Return its picture once more than a ``share`` of it differs clearly from that ``before``."""
 
     def look() -> tuple[NDArray[np.float64], ...]:
         now = shot(element)
@@ -41,7 +41,7 @@ def changed(element: Any, before: NDArray[np.float64], what: str, share: float =
 
 
 def put(browser: Any, element: Any, value: str) -> None:
-    """A control to a value, as a user would leave it."""
+    """Set a control to a value, as a user would leave it."""
     browser.execute_script(
         "arguments[0].value = arguments[1];"
         "for (const kind of ['input', 'change']) arguments[0].dispatchEvent(new Event(kind, {bubbles: true}))",

@@ -10,7 +10,7 @@ INNER, EDGE, OUTER, HEIGHT = 4e-3, 5e-3, 7e-3, 5e-3
 
 
 def meridian() -> skfem.MeshQuad:
-    """The half section in 3 by 4 quadrilaterals; the lip is the innermost third of the upper side."""
+    """Return the half section in 3 by 4 quadrilaterals; the lip is the innermost third of the upper side."""
     mesh = skfem.MeshQuad.init_tensor(np.linspace(INNER, OUTER, 4), np.linspace(0, HEIGHT, 5))
     return mesh.with_boundaries(
         {"contact": lambda x: np.isclose(x[1], HEIGHT) & (x[0] < EDGE + 1e-9), "fixed": lambda x: np.isclose(x[1], 0.0)}
