@@ -69,8 +69,8 @@ def complementary(own: Array, opening: Array) -> Array:
         force = np.zeros(len(opening))
         if closed.any():
             force[closed] = np.linalg.solve(own[np.ix_(closed, closed)], -opening[closed])
-        left = opening + own @ force
-        new = np.where(closed, force > 0, left < 0)
+        openings = opening + own @ force
+        new = np.where(closed, force > 0, openings < 0)
         if np.array_equal(new, closed):
             return force
         closed = new

@@ -37,7 +37,7 @@ def lacks(text: str) -> list[str]:
     """Return what a refusal does not say."""
     words = " ".join(text.split())
     named, remedy = NAMED.search(words), ALLOWED.search(words) or TO_DO.search(words)
-    return [lack for lack, found in (("what is refused", named), ("a remedy", remedy)) if not found]
+    return [lack for lack, part in (("what is refused", named), ("a remedy", remedy)) if not part]
 
 
 def judge(error: BaseException) -> None:

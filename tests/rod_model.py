@@ -46,5 +46,5 @@ def rod_model(
     C = None if damping is None else damping[0] * M + damping[1] * K
     vector = -(np.abs(points[0, free]) < 1e-9 * length).astype(float)
     port = Port(vector, area, area * float(np.sqrt(young * density)))
-    known = Damping(0.0, *(damping or (0.0, 0.0)))
-    return SecondOrderModel(M, C, K, {"contact": port}, DofMap(points, free, mesh), known=known)
+    rayleigh = Damping(0.0, *(damping or (0.0, 0.0)))
+    return SecondOrderModel(M, C, K, {"contact": port}, DofMap(points, free, mesh), known=rayleigh)

@@ -49,9 +49,9 @@ def test_every_room_stands_in_the_architecture(package: str) -> None:
     """The first column of a package's table has all of its rooms and no others."""
     text = (DOCS / "architecture.md").read_text(encoding="utf-8")
     [section] = re.findall(rf"^## {package}$(.*?)(?=^## |\Z)", text, re.MULTILINE | re.DOTALL)
-    told = re.findall(r"^\| `([^`]+)` \|", section, re.MULTILINE)
+    listed = re.findall(r"^\| `([^`]+)` \|", section, re.MULTILINE)
     rooms = {path.parent.relative_to(ROOT / package).as_posix() for path in (ROOT / package).rglob("*.py")} - {"."}
-    assert sorted(told) == sorted(rooms)
+    assert sorted(listed) == sorted(rooms)
 
 
 def test_every_place_that_the_architecture_names_is_there() -> None:
@@ -64,9 +64,9 @@ def test_every_place_that_the_architecture_names_is_there() -> None:
 
 def test_what_is_made_from_the_code_is_current() -> None:
     drawn = {f"images/badge_{name}.svg": text for name, text in badges().items()}
-    made = {"scenes.md": scenes_page(), "index.md": index_page(), "images/rooms.svg": rooms_svg(), **drawn}
-    made["summary.md"] = "\n".join(lines_of_page())
-    old = [name for name, text in made.items() if text != (DOCS / name).read_text(encoding="utf-8")]
+    pages = {"scenes.md": scenes_page(), "index.md": index_page(), "images/rooms.svg": rooms_svg(), **drawn}
+    pages["summary.md"] = "\n".join(lines_of_page())
+    old = [name for name, text in pages.items() if text != (DOCS / name).read_text(encoding="utf-8")]
     assert old == [], "run: make docs"
 
 
@@ -97,6 +97,6 @@ def test_a_name_beside_a_file_is_in_that_file() -> None:
 def test_every_public_name_stands_once_on_its_page(package: str) -> None:
     """Each public name is listed once on the page of its package and has a docstring."""
     listed = re.findall(r"^   ([\w.]+)$", (DOCS / f"api_{package}.md").read_text(encoding="utf-8"), re.MULTILINE)
-    there = {name: found for name, found in PUBLIC.items() if name.partition(".")[0] == package}
+    there = {name: member for name, member in PUBLIC.items() if name.partition(".")[0] == package}
     assert sorted(listed) == sorted(there)
-    assert [name for name, found in there.items() if not (found.__doc__ or "").strip()] == []
+    assert [name for name, member in there.items() if not (member.__doc__ or "").strip()] == []

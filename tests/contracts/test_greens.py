@@ -162,12 +162,12 @@ def test_the_kernel_holds_the_steps_of_the_step_response(greens: GreensFunction)
     """The weights are W_m = S((m + 1) h) - S(m h), S(0-) = 0, and the kernel's own weight is W_0."""
     n = 60
     kernel = greens.step_kernel(DT, n)
-    found, own = weights_of(kernel, n), kernel.self_weight(DT)
+    weights, own = weights_of(kernel, n), kernel.self_weight(DT)
     for i, j in pairs(greens):
         steps = np.diff(greens.step_response(DT * np.arange(n + 1), i, j))
         steps[0] = greens.step_response(np.array([DT]), i, j)[0]
         scale = np.abs(steps).max()
-        np.testing.assert_allclose(found[i, j], steps, atol=1e-10 * scale)
+        np.testing.assert_allclose(weights[i, j], steps, atol=1e-10 * scale)
         assert own[i, j] == pytest.approx(steps[0], abs=1e-10 * scale)
     assert (greens.marched_poles(DT, n) is None) == (kernel.weights is not None)
 
@@ -225,16 +225,16 @@ def test_its_transform_is_that_of_g_or_is_not_known(greens: GreensFunction) -> N
         with pytest.raises(GreensFunctionError, match="not known in closed form"):
             greens.transfer(np.array([s + 0j]))
         return
-    found = greens.transfer(np.array([s + 0j]))
+    transfer = greens.transfer(np.array([s + 0j]))
     nodes, gauss = np.polynomial.legendre.leggauss(20)
     edges = np.linspace(0.0, 12.0, 241)
     t = ((edges[1:] + edges[:-1])[:, None] / 2 + np.diff(edges)[:, None] / 2 * nodes).ravel()
     w = (np.diff(edges)[:, None] / 2 * gauss).ravel() * s * np.exp(-s * t)
     t, w = t[t <= greens.valid_for], w[t <= greens.valid_for]
     for i, j in pairs(greens):
-        scale = np.abs(found).max()
-        assert found[0, i, j] == pytest.approx(w @ greens.step_response(t, i, j), abs=2e-3 * scale)
-    assert found.shape == (1, len(greens.ports), len(greens.ports))
+        scale = np.abs(transfer).max()
+        assert transfer[0, i, j] == pytest.approx(w @ greens.step_response(t, i, j), abs=2e-3 * scale)
+    assert transfer.shape == (1, len(greens.ports), len(greens.ports))
 
 
 def test_it_is_the_sum_of_what_it_names(greens: GreensFunction) -> None:
@@ -369,14 +369,14 @@ def test_restitution_of_free_bodies_is_momentum_s(name: str, factor: float) -> N
 def test_restitution_does_not_ask_for_the_class() -> None:
     """A damped rod, its samples and a multiple of the rod half as heavy have the same restitution."""
     forms = (DAMPED_FREE, sampled(DAMPED_FREE, "rigid"), ScaledGreens(DAMPED_FREE.scaled(0.5), 2.0))
-    found = []
+    restitutions = []
     for greens in forms:
         problem = impact.ContactProblem(
             impact.rigid_mass(mass=1.0, velocity=-1.0), greens, law=impact.LinearSpring(50.0)
         )
-        found.append(measures.restitution(impact.solve(problem, dt=DT / 4, duration=5.0)))
-    assert found[2] == pytest.approx(found[0], rel=1e-9)
-    assert found[1] == pytest.approx(found[0], rel=2e-3)  # linear between samples
+        restitutions.append(measures.restitution(impact.solve(problem, dt=DT / 4, duration=5.0)))
+    assert restitutions[2] == pytest.approx(restitutions[0], rel=1e-9)
+    assert restitutions[1] == pytest.approx(restitutions[0], rel=2e-3)  # linear between samples
 
 
 def test_a_representation_that_says_nothing_of_its_mass_is_asked_to() -> None:

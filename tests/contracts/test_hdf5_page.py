@@ -79,23 +79,23 @@ def checkpoints(folder: Path) -> None:
 
 def written_names(folder: Path, content: str) -> set[str]:
     """Return paths of datasets, and of attributes after an @; runs, numbers and free names in the page's words."""
-    found: set[str] = set()
+    names: set[str] = set()
 
     def look(name: str, item: h5py.Group | h5py.Dataset) -> None:
         at = re.sub(r"^parts/[0-9]+", "parts/N", name)
         at = re.sub(r"^(wave|spring)(?=/|$)", "RUN", at) if content == "result" else at
         at = re.sub(r"^[0-9]{2}(?=/|$)", "NN", at)
         at = re.sub(r"^(problem|state)/.*", r"\1/QUANTITY", at) if content == "checkpoint" else at
-        found.update(f"{at}@{key}" for key in item.attrs)
+        names.update(f"{at}@{key}" for key in item.attrs)
         if isinstance(item, h5py.Dataset):
-            found.add(at)
+            names.add(at)
 
     for path in folder.glob("*.h5"):
         with h5py.File(path, "r") as file:
             assert file.attrs["content"] == content
             look("", file)
             file.visititems(look)
-    return found
+    return names
 
 
 @pytest.mark.parametrize(
@@ -111,17 +111,17 @@ def test_the_page_names_all_that_is_written_and_no_more(
     write(tmp_path)
     section = PAGE.split(f"## `{content}`")[1].split("\n## ")[0]
     rows = [line.split("|")[1] for line in section.splitlines() if line.startswith("| `")]
-    told = [name for row in rows for name in re.findall(r"`([^`]+)`", row)]
-    assert len(told) == len(set(told))
-    assert set(told) == written_names(tmp_path, content)
+    listed = [name for row in rows for name in re.findall(r"`([^`]+)`", row)]
+    assert len(listed) == len(set(listed))
+    assert set(listed) == written_names(tmp_path, content)
 
 
 def test_files_of_schema_1_are_read() -> None:
     """Files of schema 1 are read; their modes have no frequencies, which the schema did not hold at first."""
-    found = impact.load_greens(OLD / "greens.h5")
-    assert isinstance(found, ModalGreens)
-    np.testing.assert_array_equal(found.omega, SEAT.omega)
-    np.testing.assert_array_equal(found.residual.rates, REST.rates)
+    seat = impact.load_greens(OLD / "greens.h5")
+    assert isinstance(seat, ModalGreens)
+    np.testing.assert_array_equal(seat.omega, SEAT.omega)
+    np.testing.assert_array_equal(seat.residual.rates, REST.rates)
     runs = impact.load_results(OLD / "result.h5")
     for name, film in (("wave", None), ("spring", FILM)):
         again = impact.solve(problem(film), dt=1e-6, duration=2e-5)

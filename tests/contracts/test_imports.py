@@ -28,14 +28,14 @@ def imports(path: Path, *, module_level: bool = False) -> tuple[tuple[int, str],
 @cache
 def _imports(path: Path) -> tuple[tuple[int, str, bool], ...]:
     """Return line, full name, and whether it runs when the file is imported."""
-    tree, found = ast.parse(path.read_text(encoding="utf-8"), filename=str(path)), []
+    tree, entries = ast.parse(path.read_text(encoding="utf-8"), filename=str(path)), []
     for node, outside in statements(tree, True):
         if isinstance(node, ast.Import):
-            found += [(node.lineno, name.name, outside) for name in node.names]
+            entries += [(node.lineno, name.name, outside) for name in node.names]
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"{path}:{node.lineno}: imports are absolute here"
-            found += [(node.lineno, f"{node.module}.{name.name}", outside) for name in node.names]
-    return (*found, *_chains(tree))
+            entries += [(node.lineno, f"{node.module}.{name.name}", outside) for name in node.names]
+    return (*entries, *_chains(tree))
 
 
 def _chains(tree: ast.Module) -> Iterator[tuple[int, str, bool]]:
@@ -99,9 +99,9 @@ def test_no_import_cycle() -> None:
     modules = {_module(path): path for path in FILES}
     edges = {
         module: {
-            found
+            loaded
             for _, name in imports(path, module_level=True)
-            for found in _run_by(_longest(name, modules), module, modules)
+            for loaded in _run_by(_longest(name, modules), module, modules)
         }
         for module, path in modules.items()
     }
@@ -118,7 +118,7 @@ def test_no_room_imports_from_one_that_imports_from_it(package: str) -> None:
             room = edges.setdefault(module.removeprefix(f"{package}.").partition(".")[0], set())
             inside = (name.removeprefix(f"{package}.") for _, name in imports(path) if name.startswith(f"{package}."))
             room |= {name.partition(".")[0] for name in inside}
-    rooms = {room: {each for each in found if each in edges} - {room} for room, found in edges.items()}
+    rooms = {room: {each for each in neighbours if each in edges} - {room} for room, neighbours in edges.items()}
     assert len(rooms) > 5
     assert cycle(rooms) == ""
 
@@ -130,13 +130,13 @@ def cycle(edges: dict[str, set[str]]) -> str:
     def visit(module: str, trail: tuple[str, ...]) -> str:
         if module in trail:
             return " -> ".join((*trail[trail.index(module) :], module))
-        found = (
+        circle = (
             ""
             if module in done
             else next(filter(None, (visit(t, (*trail, module)) for t in sorted(edges[module]))), "")
         )
         done.add(module)
-        return found
+        return circle
 
     return next(filter(None, (visit(module, ()) for module in edges)), "")
 

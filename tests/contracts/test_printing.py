@@ -54,11 +54,11 @@ def examples() -> dict[str, object]:
 @pytest.mark.slow
 def test_it_prints_in_a_few_lines() -> None:
     for name, thing in examples().items():
-        for told in (str(thing), repr(thing)):
-            assert len(told) <= LARGEST, name
-            assert len(told.splitlines()) <= LINES, name
-            assert "array([" not in told, name
-            assert max(map(len, told.splitlines())) <= 700, name
+        for text in (str(thing), repr(thing)):
+            assert len(text) <= LARGEST, name
+            assert len(text.splitlines()) <= LINES, name
+            assert "array([" not in text, name
+            assert max(map(len, text.splitlines())) <= 700, name
 
 
 @pytest.mark.slow

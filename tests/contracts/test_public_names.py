@@ -47,14 +47,14 @@ def test_the_list_is_what_there_is() -> None:
 
 @pytest.mark.parametrize("line", [each[0] for each in FORMER if each["how"] == "->"])
 def test_a_former_name_warns_and_works(line: str) -> None:
-    found = MOVED.fullmatch(line)
-    assert found
-    package, _, name = found["name"].rpartition(".")
-    module, _, held = found["place"].partition(":")
+    match = MOVED.fullmatch(line)
+    assert match
+    package, _, name = match["name"].rpartition(".")
+    module, _, held = match["place"].partition(":")
     present = importlib.import_module(module)
-    sys.modules.pop(found["name"], None)
-    with pytest.warns(DeprecationWarning, match=re.escape(found["place"].replace(":", "."))):
-        former = getattr(importlib.import_module(package), name) if held else importlib.import_module(found["name"])
+    sys.modules.pop(match["name"], None)
+    with pytest.warns(DeprecationWarning, match=re.escape(match["place"].replace(":", "."))):
+        former = getattr(importlib.import_module(package), name) if held else importlib.import_module(match["name"])
     if held:
         assert former is getattr(present, held)
     else:

@@ -27,8 +27,8 @@ def representations() -> dict[str, type]:
     """Return all classes of Green's functions in both packages, by name."""
     for _, name, _ in pkgutil.walk_packages(impact.__path__, "impact."):
         importlib.import_module(name)
-    found = (GreensFunction, *below(GreensFunction))
-    return {kind.__name__: kind for kind in found if kind.__module__.partition(".")[0] in ("impact", "seatfem")}
+    classes = (GreensFunction, *below(GreensFunction))
+    return {kind.__name__: kind for kind in classes if kind.__module__.partition(".")[0] in ("impact", "seatfem")}
 
 
 def asked(tree: ast.AST, known: set[str]) -> Iterator[tuple[int, str]]:
@@ -46,15 +46,15 @@ def asked(tree: ast.AST, known: set[str]) -> Iterator[tuple[int, str]]:
 
 @pytest.mark.slow
 def test_nobody_asks_a_greens_function_for_its_class() -> None:
-    known = set(representations())
-    assert {"ModalGreens", "PoleGreens", "SampledGreens", "SumGreens", "ScaledGreens", "DelayRod"} <= known
+    class_names = set(representations())
+    assert {"ModalGreens", "PoleGreens", "SampledGreens", "SumGreens", "ScaledGreens", "DelayRod"} <= class_names
     askers = [
         f"{path.relative_to(ROOT)}:{line} asks for {name}"
         for folder in ("impact", "seatfem")
         for path in sorted((ROOT / folder).rglob("*.py"))
         if not path.relative_to(ROOT).as_posix().startswith(REPRESENTATIONS)
-        if any(name in (text := path.read_text(encoding="utf-8")) for name in known)
-        for line, name in asked(ast.parse(text), known)
+        if any(name in (text := path.read_text(encoding="utf-8")) for name in class_names)
+        for line, name in asked(ast.parse(text), class_names)
     ]
     assert askers == []
 
@@ -69,5 +69,5 @@ def test_the_question_is_seen_in_every_form(code: str) -> None:
 
 def test_every_representation_goes_through_the_contract() -> None:
     """Each class that can be made stands in `tests/contracts/test_greens.py`, which all promises are tested on."""
-    made = {name for name, kind in representations().items() if not inspect.isabstract(kind)}
-    assert made == {type(greens).__name__ for greens, _ in KINDS.values()}
+    concrete = {name for name, kind in representations().items() if not inspect.isabstract(kind)}
+    assert concrete == {type(greens).__name__ for greens, _ in KINDS.values()}

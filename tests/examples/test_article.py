@@ -89,11 +89,11 @@ def more_damped(modes: Modes) -> Modes:
 
 def differences(reed: Callable[[Modes], Modes] = same, rod: Callable[[Modes], Modes] = same, stiffer: float = 1.0):
     """Return the distances of the four percentages from those stated."""
-    made = (
+    excesses = (
         excess(step, length, reed(reed_modes(10)), rod(rod_modes(10, length, AREA)), stiffer) - stated
         for (step, length), stated in STATED.items()
     )
-    return np.abs(list(made))
+    return np.abs(list(excesses))
 
 
 @pytest.mark.slow
@@ -122,9 +122,9 @@ def test_agreement_needs_both_parts() -> None:
     """A pair (rod, stiffness) counts if K is too high for both lengths, and more so for the second."""
     ones = np.ones((5, 2))
     stiffness = np.array([[1.1, 1.2], [1.2, 1.1], [0.9, 1.2], [1.1, 0.9], [1.1, 1.2]])
-    found = np.stack([ones, stiffness], axis=-1)
-    found[4, 0, 0] = 0.0  # no contact
-    assert time_steps.agreeing(found) == 1
+    peaks = np.stack([ones, stiffness], axis=-1)
+    peaks[4, 0, 0] = 0.0  # no contact
+    assert time_steps.agreeing(peaks) == 1
 
 
 def test_undamped_the_strip_blows_up() -> None:
@@ -199,12 +199,12 @@ def test_a_free_flight_under_pressure() -> None:
 @pytest.mark.slow
 def test_the_page_has_the_numbers_of_the_scripts() -> None:
     for step in time_steps.STEPS:
-        found = time_steps.peaks(step, "area")
+        peaks = time_steps.peaks(step, "area")
         [line] = [line for line in PAGE.splitlines() if line.startswith(f"| {1e6 * step:g} |") and line.count("%") == 4]
         cells = [cell.strip() for cell in line.strip("|").split("|")]
-        for k, error in enumerate(100 * time_steps.errors(found)[time_steps.PLAIN]):
+        for k, error in enumerate(100 * time_steps.errors(peaks)[time_steps.PLAIN]):
             assert cells[2 + 2 * k] == f"{error:+.1f} %"
-        assert cells[5] == str(time_steps.agreeing(found))
+        assert cells[5] == str(time_steps.agreeing(peaks))
     for words, peak in (("no pressure", 0.0), ("p(x, t)", pressure.PEAK)):
         first, speed = pressure.arrival(peak)
         assert f"| {words}, (2) and (12) | {1e6 * first:.3f} | {speed:.4f} |" in PAGE

@@ -47,12 +47,12 @@ def test_an_example_is_looked_at(
     """A look at an example that is not run here has a landing to judge, with bars, and what is left to do."""
     monkeypatch.setattr(forecast, "PURSE", {False: 0.01, True: 0.01})
     assert run_command(["plan", str(ROOT / "examples" / f"{name}.toml")]) == 0
-    told = capsys.readouterr().out
-    assert "run.time_step" in told
+    output = capsys.readouterr().out
+    assert "run.time_step" in output
     assert re.search(
-        r"^target (reached|missed so far): .* \+-[\d.]+ %.* measured \(\d rounds?, \S+ (s|min)\)", told, re.M
+        r"^target (reached|missed so far): .* \+-[\d.]+ %.* measured \(\d rounds?, \S+ (s|min)\)", output, re.M
     )
-    assert "\nleft to do: " in told
+    assert "\nleft to do: " in output
 
 
 def pace(scene: Scene) -> float:
@@ -133,8 +133,8 @@ def impulse_by_runge_kutta(scene: Scene, rod: Rod | None, stiffness: float) -> f
 
     start = np.zeros(2 * n + 1)
     start[: len(reed.state.displacement)] = reed.state.displacement
-    found = solve_ivp(rate, (0, scene.run.duration), start, "DOP853", rtol=1e-8, atol=1e-13, max_step=1e-6)
-    return float(found.y[-1, -1])
+    solution = solve_ivp(rate, (0, scene.run.duration), start, "DOP853", rtol=1e-8, atol=1e-13, max_step=1e-6)
+    return float(solution.y[-1, -1])
 
 
 @pytest.mark.slow
@@ -436,10 +436,10 @@ def test_the_fastest_flapper(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     """Bodies are linear and there is no gap: speed and stress are in proportion to the bend, and the limit on stress is
     met to the search's last trust region."""
     answer_here(monkeypatch)
-    found = seatfem.optimise(ROOT / "examples" / "optimise_speed_study.toml", tmp_path).as_json()
-    bend = float(found["keys"]["reed.release.tip_deflection"].split()[0])
-    stress, speed = (found["measures"][key]["value"] for key in ("peak_reed_stress_Pa", "impact_velocity_m_per_s"))
-    assert found["met"]
+    optimum = seatfem.optimise(ROOT / "examples" / "optimise_speed_study.toml", tmp_path).as_json()
+    bend = float(optimum["keys"]["reed.release.tip_deflection"].split()[0])
+    stress, speed = (optimum["measures"][key]["value"] for key in ("peak_reed_stress_Pa", "impact_velocity_m_per_s"))
+    assert optimum["met"]
     assert stress == pytest.approx(150e6, rel=3e-3)
     assert speed == pytest.approx(SPEED * bend, rel=3e-3)
     _, other, *_ = (tmp_path / "search.csv").read_text(encoding="utf-8").splitlines()

@@ -118,9 +118,9 @@ def carry_out(words: list[str]) -> None:
         script = rest[0] if rest[0] != "-m" else rest[1].replace(".", "/")
         assert (ROOT / script).exists(), words
     elif name == "pip":
-        asked = re.search(r"\[(.+)\]", rest[-1])
+        extras = re.search(r"\[(.+)\]", rest[-1])
         assert rest[0] == "install"
-        assert asked is None or set(asked[1].split(",")) <= EXTRAS.keys(), words
+        assert extras is None or set(extras[1].split(",")) <= EXTRAS.keys(), words
     elif name == "cp":
         shutil.copy(rest[0], rest[1])
     else:

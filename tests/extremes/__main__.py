@@ -48,8 +48,8 @@ def main(words: Sequence[str] | None = None) -> int:
         write_counts(cells, outcomes, DOCS / "extremes.md")
     write_table(cells, outcomes, table)
     gap = gap_of(lambda path: draw_map(cells, outcomes, path), picture)
-    told = (in_words(outcomes), f"wrote {table}", f"note: {gap}" if gap else f"wrote {picture}")
-    sys.stdout.write("\n".join(told) + "\n")
+    messages = (in_words(outcomes), f"wrote {table}", f"note: {gap}" if gap else f"wrote {picture}")
+    sys.stdout.write("\n".join(messages) + "\n")
     return 1 if any(outcome.verdict == "wrong" for outcome in outcomes.values()) else 0
 
 

@@ -90,8 +90,8 @@ def symmetric_block(name: str) -> Finding:
     t = np.linspace(0.0, 20.0, 101)
     exact = np.sin(np.outer(t, omega)) / omega @ strength
     if name == "response":
-        found = solve_modes(model, len(values))
-        ours = np.sin(np.outer(t, found.omega)) / found.omega @ (found.shapes.T @ b) ** 2
+        modes = solve_modes(model, len(values))
+        ours = np.sin(np.outer(t, modes.omega)) / modes.omega @ (modes.shapes.T @ b) ** 2
         return Finding(float(np.abs(ours - exact).max() / np.abs(exact).max()), 1e-8, (), "g(t) by all modes")
     greens = named(name).reduce(model, model.damping, Aims(1.0, 20.0, 1e-3)).greens
     static = float(strength @ (1 / values))

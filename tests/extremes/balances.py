@@ -97,5 +97,5 @@ def energy_deviation(result: ImpactResult, shaken: float) -> float:
 
 def highest_frequency(problem: ContactProblem) -> float:
     """Return the highest frequency of both bodies [rad/s]: over a time t its phase is known to eps w t."""
-    found = [float(b.greens.omega.max()) for b in problem.bodies if isinstance(b.greens, ModalGreens)]
-    return max(found)
+    frequencies = [float(b.greens.omega.max()) for b in problem.bodies if isinstance(b.greens, ModalGreens)]
+    return max(frequencies)

@@ -55,9 +55,9 @@ def zeno(e: float) -> Finding:
     striker = scenes.pushed_mass(1.0, -1.0, -gravity)
     stepper = ContactStepper(prepare(ContactProblem(striker, Body(seat)), dt, duration))
     stepper.advance(stepper.prepared.steps)
-    found = _speeds_after(stepper.gap[:, 0], stepper.force[:, 0], dt)
-    n = min(len(found), len(speeds) - 1)
-    early = float(np.abs(found[:n] - np.array(speeds[1 : n + 1])).max()) if n else math.inf
+    falls = _speeds_after(stepper.gap[:, 0], stepper.force[:, 0], dt)
+    n = min(len(falls), len(speeds) - 1)
+    early = float(np.abs(falls[:n] - np.array(speeds[1 : n + 1])).max()) if n else math.inf
     rest = abs(float(stepper.force[-100:].mean()) / gravity - 1)
     return Finding(max(early, rest), 0.02, (), f"speed after each of {n} bounces / the first, weight at rest")
 
@@ -80,9 +80,9 @@ def sinking(e: float) -> Finding:
     closed = force > 0
     flight = np.flatnonzero(closed[:-4] & ~closed[1:-3] & ~closed[2:-2] & ~closed[3:-1]) + 2  # second step of each
     speed, middle = (gap[flight + 1] - gap[flight]) / dt, (gap[flight] + gap[flight + 1]) / 2 + gravity * dt**2 / 8
-    found = np.sqrt(np.maximum(speed**2 + 2 * gravity * middle, 0.0))
+    approach = np.sqrt(np.maximum(speed**2 + 2 * gravity * middle, 0.0))
     n = sum(v >= 5 * gravity * dt for v in speeds[1:])
-    off = float(np.abs(found[:n] - np.array(speeds[1 : n + 1])).max()) if len(found) >= n else 1.0
+    off = float(np.abs(approach[:n] - np.array(speeds[1 : n + 1])).max()) if len(approach) >= n else 1.0
     rest = abs(float(force[-200:].mean()) / gravity - 1)
     return Finding(max(off, rest), 2e-3, (), f"speed after each of {n} bounces / the first, weight at rest")
 

@@ -179,8 +179,8 @@ def judged(finding: Finding, seconds: float) -> Outcome:
     Where a number has an error bar, only this excuses an error. Of others advice excuses one up to `EXCUSED`; what is
     not a number is wrong whatever the program said.
     """
-    told = (finding.note, finding.too_costly, *finding.advice)
-    reason = "; ".join(part for part in told if part)
+    remarks = (finding.note, finding.too_costly, *finding.advice)
+    reason = "; ".join(part for part in remarks if part)
     standing = finding.standing
     bar = standing.bar if standing is not None and standing.bar > 0 else math.nan
     if not math.isfinite(finding.error):
@@ -202,12 +202,12 @@ def _verdict(finding: Finding) -> Verdict:
 
 def judge_price(price: Price) -> str:
     """Return in words how a run cost more than `MOST_TIME` or `MOST_MEMORY`; empty where it did not."""
-    told = []
+    remarks = []
     if price.seconds > MOST_TIME:
-        told.append(f"{price.seconds:.0f} s, above {MOST_TIME:g} s")
+        remarks.append(f"{price.seconds:.0f} s, above {MOST_TIME:g} s")
     if price.memory > MOST_MEMORY:
-        told.append(f"{price.memory / 1e9:.1f} GB, above {MOST_MEMORY / 1e9:g} GB")
-    return ", ".join(told)
+        remarks.append(f"{price.memory / 1e9:.1f} GB, above {MOST_MEMORY / 1e9:g} GB")
+    return ", ".join(remarks)
 
 
 @dataclass(frozen=True)

@@ -81,8 +81,8 @@ def grazing(depth: float) -> Finding:
     if len(first):
         inside = (result.time[1:] <= first[0, 1] + dt / 2) & (result.time[1:] > first[0, 0] - dt / 2)
         impulse = float(result.force[1:][inside].sum()) * dt
-    known = 200 * EPS
-    low, high = _grazing_impulse(depth - known), _grazing_impulse(depth + known)
+    round_off = 200 * EPS
+    low, high = _grazing_impulse(depth - round_off), _grazing_impulse(depth + round_off)
     return Finding(max(low - impulse, impulse - high, 0.0) / high, 5e-3, scenes.said(result), "impulse")
 
 

@@ -82,8 +82,8 @@ def seat_stress(speed: float) -> Finding:
         accuracy={"target": "2 %"},
         stress={"points": [["0 m", "0 m", si(height / 2, "m")]], "surface": False, "distance": "0.2 mm"},
     )
-    known = mass * speed * omega / (math.pi * radius**2)
-    return judge(run, Known("peak_seat_stress_Pa", known, 1e-2), Known("peak_force_N", mass * speed * omega, 1e-2))
+    pressure = mass * speed * omega / (math.pi * radius**2)
+    return judge(run, Known("peak_seat_stress_Pa", pressure, 1e-2), Known("peak_force_N", mass * speed * omega, 1e-2))
 
 
 def life(*, cycles: float = 1e9, knee: float = KNEE, knee_cycles: float = CYCLES, slope: float = SLOPE) -> Finding:

@@ -104,10 +104,10 @@ def rigid_ring(tilt: float, axis: float, offset: float) -> tuple[float, float, f
         return [state[3], state[4], state[5], n.sum() / MASS, float(n @ y) / TURNING, float(n @ x) / TURNING]
 
     times = np.linspace(0.0, LONGEST, 20_001)
-    found = solve_ivp(
+    solution = solve_ivp(
         rate, (0.0, LONGEST), [0.0, 0.0, 0.0, -SPEED, 0.0, 0.0], t_eval=times, rtol=1e-8, atol=1e-14, max_step=1e-6
     )
-    total = np.array([forces(state).sum() for state in found.y.T])
+    total = np.array([forces(state).sum() for state in solution.y.T])
     width, quiet = (round(span / (times[1] - times[0])) for span in (WIDTH, QUIET))
     mean, calm = (np.convolve(total, np.ones(count) / count, "same") for count in (width, quiet))
     last = int(np.flatnonzero((calm < 1e-9 * mean.max()) & (times > WATCHED / 2) & (np.cumsum(total) > 0))[0])

@@ -132,7 +132,7 @@ def conservation(rule: str, name: str) -> Finding:
     striker = scenes.pushed_mass(1.0, -1.0, push) if free else scenes.oscillator(omega, v=-1.0, push=push)
     target = Body(rod) if modes else scenes.rigid_wall()
     result = scenes.run(striker, target, law, dt, n, gap=height, rule=rule)
-    known = ledger(result, law, rod if modes else None, gap=height, omega=omega, velocity=-1.0, push=push)
+    own_ledger = ledger(result, law, rod if modes else None, gap=height, omega=omega, velocity=-1.0, push=push)
     energy = result.energy
     largest = float(np.max(np.abs(energy.input)) + np.max(energy.stored))
     swing, rounding = float(np.max(np.abs(result.gap))), EPS * n
@@ -141,15 +141,15 @@ def conservation(rule: str, name: str) -> Finding:
     moved = rounding + way * float(np.max(result.force)) / largest
     pairs = [
         (float(np.max(np.abs(energy.stored + energy.dissipated - energy.input))) / largest, moved),
-        (float(np.max(np.abs(known.gap - result.gap))) / swing, rounding + way / swing),
+        (float(np.max(np.abs(own_ledger.gap - result.gap))) / swing, rounding + way / swing),
     ]
     if rule == "conserving":
-        changes = energy.stored - energy.input, known.energy - known.energy[0]
+        changes = energy.stored - energy.input, own_ledger.energy - own_ledger.energy[0]
         pairs += [(float(np.max(np.abs(change))) / largest, moved) for change in changes]
         if free:
             pairs.append((_own_energy(striker, law, dt, n, push, height), rounding))
         return Finding(*worst(*pairs), note="energy change over the run")
-    lost, kept = energy.contact_loss, known.energy
+    lost, kept = energy.contact_loss, own_ledger.energy
     gained = np.max(np.maximum.accumulate(lost) - lost), np.max(kept - np.minimum.accumulate(kept))
     pairs += [(float(e) / largest, moved) for e in gained]
     return Finding(*worst(*pairs), note="energy gained or not accounted")

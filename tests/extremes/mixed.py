@@ -241,14 +241,14 @@ class Driven:
     def _scene(self) -> tuple[str, Files, str]:
         rng = np.random.default_rng([self.seed, self.index])
         drawn = draw_scene(self.index, self.seed)
-        found = list(re.finditer(r'(\w+) = "(-?[\d.e+-]+) ([^"]+)"', drawn.text))
-        text, told = drawn.text, []
-        for match in sorted(rng.choice(len(found), size=rng.integers(1, 4), replace=False).tolist(), reverse=True):
-            key, value, unit = found[match].groups()
+        quantities = list(re.finditer(r'(\w+) = "(-?[\d.e+-]+) ([^"]+)"', drawn.text))
+        text, changes = drawn.text, []
+        for match in sorted(rng.choice(len(quantities), size=rng.integers(1, 4), replace=False).tolist(), reverse=True):
+            key, value, unit = quantities[match].groups()
             new = f"{float(value) * 10 ** rng.uniform(-6, 6):.6g} {unit}"
-            told.append(f"{key} {new}")
-            text = f'{text[: found[match].start()]}{key} = "{new}"{text[found[match].end() :]}'
-        return text, drawn.files, f"{drawn.seat}, {drawn.reed} ({drawn.about}), " + ", ".join(told)
+            changes.append(f"{key} {new}")
+            text = f'{text[: quantities[match].start()]}{key} = "{new}"{text[quantities[match].end() :]}'
+        return text, drawn.files, f"{drawn.seat}, {drawn.reed} ({drawn.about}), " + ", ".join(changes)
 
 
 def balanced(run: SceneRun, *known: Known) -> Finding:

@@ -145,10 +145,10 @@ def accelerated(value: float) -> Finding:
     seat: Table = {"kind": "spring", "stiffness": "1e5 N/m"}
     records = {"base.csv": csv_text("time [s],acceleration [m/s^2]", [0.0, 1.0], [value, value])}
     base = [{"of": of, "acceleration": "base.csv"} for of in ("reed", "seat")]
-    asked = {"target": "2 %"}
-    run = run_text(scene_text(seat=seat, base=base, accuracy=asked, **way), records)  # type: ignore[arg-type]
+    accuracy = {"target": "2 %"}
+    run = run_text(scene_text(seat=seat, base=base, accuracy=accuracy, **way), records)  # type: ignore[arg-type]
     heavy = {**way, "reed": {**_beam("1 mm"), "gravity": si(-value, "m/s^2")}}
-    exact = run_text(scene_text(seat=seat, accuracy=asked, **heavy))  # type: ignore[arg-type]
+    exact = run_text(scene_text(seat=seat, accuracy=accuracy, **heavy))  # type: ignore[arg-type]
     return judge(run, *same(run, exact, "impulse_Ns", "filtered_peak_force_N", theory=1e-6, barred=False))
 
 

@@ -59,10 +59,10 @@ def draw_map(cells: Sequence[Cell], outcomes: Mapping[str, Outcome], path: Path)
 
 def _spacing(row: Sequence[Cell]) -> float:
     """Return the smallest distance of two decades of a row; 0 if it has none, or more than one cell at zero."""
-    found = sorted(cell.decade for cell in row)
-    if any(math.isnan(d) for d in found):
+    decades = sorted(cell.decade for cell in row)
+    if any(math.isnan(d) for d in decades):
         return 0.0
-    return min((b - a if b > a else 0.0 for a, b in pairwise(found)), default=0.0)
+    return min((b - a if b > a else 0.0 for a, b in pairwise(decades)), default=0.0)
 
 
 def _frame(axes: Axes, rows: Rows) -> None:

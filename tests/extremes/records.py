@@ -44,12 +44,12 @@ def noise(level: float) -> Finding:
     clean = RINGING.impulse_response(t)
     dirty = clean + level * np.random.default_rng(1).standard_normal(len(t))
     dirty[0] = abs(dirty[0])
-    known = _impulse(_blow(clean))
+    clean_impulse = _impulse(_blow(clean))
     result = _blow(dirty)
     modes = _impulse(solve(_problem(RINGING), dt=SPACING, duration=4.0))
     pairs = (
-        (scenes.relative(_impulse(result), known), 1e-12 + min(3 * level, 0.1)),
-        (scenes.relative(known, modes), 2e-4),
+        (scenes.relative(_impulse(result), clean_impulse), 1e-12 + min(3 * level, 0.1)),
+        (scenes.relative(clean_impulse, modes), 2e-4),
     )
     return Finding(*worst(*pairs), scenes.said(result), "impulse")
 

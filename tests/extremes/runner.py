@@ -35,17 +35,17 @@ def run_battery(
     """
     check_writable(log)
     version, ours = battery_version(), revision()
-    known = folders.outcomes(log, "cell", Outcome, version=version)
-    todo = [cell.name for cell in cells if cell.name not in known]
+    finished = folders.outcomes(log, "cell", Outcome, version=version)
+    todo = [cell.name for cell in cells if cell.name not in finished]
     hired = crew(WORKER, workers=workers) if cluster is None else cluster_crew(cluster, WORKER, lambda job: (job, {}))
     with hired as ask:
         for done, (number, answer) in enumerate(ask(todo, time_limit), start=1):
             name = todo[number]
             outcome = _lost(answer, time_limit) if isinstance(answer, Lost) else Outcome(**json.loads(answer))
-            known[name] = replace(outcome, revision=ours)
-            folders.append(log, {"cell": name, "version": version, **asdict(known[name])})
+            finished[name] = replace(outcome, revision=ours)
+            folders.append(log, {"cell": name, "version": version, **asdict(finished[name])})
             progress(f"extremes, {name.partition(' = ')[0]}", done / len(todo))
-    return {cell.name: known[cell.name] for cell in cells if cell.name in known}
+    return {cell.name: finished[cell.name] for cell in cells if cell.name in finished}
 
 
 def logged(log: Path, revision: str = "") -> dict[str, Outcome]:
@@ -55,8 +55,8 @@ def logged(log: Path, revision: str = "") -> dict[str, Outcome]:
     """
     whole = [line for line in log.read_text(encoding="utf-8").splitlines() if line.endswith("}")]
     version = str(json.loads(whole[-1])["version"]) if whole else ""
-    known = folders.outcomes(log, "cell", Outcome, version=version)
-    return {name: replace(outcome, revision=outcome.revision or revision) for name, outcome in known.items()}
+    outcomes = folders.outcomes(log, "cell", Outcome, version=version)
+    return {name: replace(outcome, revision=outcome.revision or revision) for name, outcome in outcomes.items()}
 
 
 def revision() -> str:

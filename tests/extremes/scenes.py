@@ -20,10 +20,10 @@ s = t - 2, up to s = 1 + exp(-2)/2 (d'Alembert, by steps of the round trip)."""
 def modal_rod(n: int, *, zeta: float = 0.0, rest: str = "exponential") -> ModalGreens:
     """Return `FIXED_ROD` by its ``n`` lowest modes and the residual of a kind ("exponential", "spring", "none")."""
     omega = np.asarray((np.arange(n) + 0.5) * np.pi, dtype=np.float64)
-    left = max(1.0 - float(np.sum(2.0 / omega**2)), 0.0)
+    rest_share = max(1.0 - float(np.sum(2.0 / omega**2)), 0.0)
     residual = {
-        "exponential": Residual.exponential(left, 1.0),
-        "spring": Residual.spring(left),
+        "exponential": Residual.exponential(rest_share, 1.0),
+        "spring": Residual.spring(rest_share),
         "none": Residual.none(),
     }
     return ModalGreens(

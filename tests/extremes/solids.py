@@ -133,9 +133,9 @@ def patch_elements(number: float) -> Finding:
     one, two, four = (compliance(_patch_model(k)) for k in (1, 2, 4))
     limit = four + (four - two) ** 2 / (2 * two - one - four)
     ours = compliance(_patch_model(n))
-    known = _plain_compliance(n)
+    expected = _plain_compliance(n)
     return Finding(
-        *worst((scenes.relative(ours, known), 1e-9), (scenes.relative(ours, limit), 0.08 / n**1.5)),
+        *worst((scenes.relative(ours, expected), 1e-9), (scenes.relative(ours, limit), 0.08 / n**1.5)),
         note="static compliance",
     )
 

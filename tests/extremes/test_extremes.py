@@ -172,8 +172,8 @@ def test_a_wrong_kernel_is_found() -> None:
     off = Body(replace(seat, omega=seat.omega * (1 + 1e-6)))
     other = replace(problem, contacts=tuple(replace(c, target=off) for c in problem.contacts))
     errors = []
-    for known in (problem, other):
-        expected, scale = balances.replayed(known, force, scene.step)
+    for posed in (problem, other):
+        expected, scale = balances.replayed(posed, force, scene.step)
         errors.append(float(np.max(np.abs(gap[-len(expected) :] - expected) / scale)))
     assert errors[0] < 1e-12 < errors[1]
     exact = scenes.clinging_force(scenes.modal_rod(5), 1.0, 0.5)
@@ -209,9 +209,9 @@ def test_a_part_of_the_battery_by_command(tmp_path: Path, capsys: pytest.Capture
     """The command writes table and map of a part, and computes nothing that its log holds."""
     words = ["--folder", str(tmp_path / "new"), "--subset", "2", "--seed", "3"]
     assert command.main(words) == 0
-    told = capsys.readouterr().out
-    assert told.startswith("2 cells: ")
-    assert f"wrote {tmp_path / 'new' / 'extremes.png'}" in told
+    output = capsys.readouterr().out
+    assert output.startswith("2 cells: ")
+    assert f"wrote {tmp_path / 'new' / 'extremes.png'}" in output
     assert sorted(path.name for path in (tmp_path / "new").iterdir()) == [
         "extremes.csv",
         "extremes.jsonl",

@@ -51,8 +51,8 @@ def frequencies(patch: Patch) -> None:
 def stiffness(patch: Patch) -> None:
     """Make every finite element model 3 % stiffer."""
     for module, name in ((solids, "assemble"), (alike, "rod_model"), (ports, "rod_model")):
-        made = getattr(module, name)
-        patch.setattr(module, name, lambda *a, _made=made, **k: stiffer(_made(*a, **k)))
+        original = getattr(module, name)
+        patch.setattr(module, name, lambda *a, _made=original, **k: stiffer(_made(*a, **k)))
 
 
 def stiffer(model: Any) -> Any:
@@ -64,8 +64,8 @@ def reductions(patch: Patch) -> None:
     krylov = alike.Krylov.reduce
 
     def larger(self: Any, *given: Any) -> Any:
-        found = krylov(self, *given)
-        return replace(found, greens=replace(found.greens, shapes=math.sqrt(OFF) * found.greens.shapes))
+        reduced = krylov(self, *given)
+        return replace(reduced, greens=replace(reduced.greens, shapes=math.sqrt(OFF) * reduced.greens.shapes))
 
     patch.setattr(alike.Krylov, "reduce", larger)
 

@@ -52,8 +52,8 @@ def test_messages_tables_and_bars(terminal, capsys):
     with progress_bars(console) as progress:
         progress(EVIL, 0.5)
         progress(EVIL, 1.0)
-    told = seen(OWN.sub("", capsys.readouterr().err).replace("\r", ""))
-    assert told.count("[red]b[/red]:skull:") >= 4
+    text = seen(OWN.sub("", capsys.readouterr().err).replace("\r", ""))
+    assert text.count("[red]b[/red]:skull:") >= 4
 
 
 def test_a_table_leaves_room_for_escapes(capsys):

@@ -138,12 +138,12 @@ def toy() -> Iterator[None]:
 @pytest.mark.parametrize("prefix", ["", "landing_"])
 def test_a_measure_of_the_user_is_a_row(summary: dict[str, Any], prefix: str) -> None:
     key = f"{prefix}force_squared_N2s"
-    asked = {**summary, "accuracy_measures": "toy_square", "accuracy_judged_keys": key}
+    changed = {**summary, "accuracy_measures": "toy_square", "accuracy_judged_keys": key}
     value = {key: 12.5, f"error_bar_{key}": 0.125, f"spring_{key}": 10.0}
-    lines = printed(asked, **value)
+    lines = printed(changed, **value)
     assert f"squared force ({key}) 12.50 ± 0.12 10.00 -20 % 20 1 %, reached" in lines
-    assert re.match("Squared force: .*10 .*12", verdict({**asked, **value}))
-    assert any(line.startswith("squared force: asked for") for line in printed(asked))
+    assert re.match("Squared force: .*10 .*12", verdict({**changed, **value}))
+    assert any(line.startswith("squared force: asked for") for line in printed(changed))
 
 
 def test_landings_as_csv(tmp_path: Path) -> None:

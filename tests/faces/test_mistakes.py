@@ -33,9 +33,9 @@ def test_a_mistake_is_answered(
     for name, text in texts.items():
         Path(name).write_text(text, encoding="utf-8")
     assert run_command(mistake.get("command", ["plan", "scene.toml"])) == BAD_INPUT
-    told = " ".join(capfd.readouterr().err.replace("│", " ").split())  # a box of whatever width
-    assert [words for words in mistake["answer"] if words not in told] == [], told
-    assert [words for words in (*mistake.get("never", ()), "Traceback", "pydantic") if words in told] == []
+    answer = " ".join(capfd.readouterr().err.replace("│", " ").split())  # a box of whatever width
+    assert [words for words in mistake["answer"] if words not in answer] == [], answer
+    assert [words for words in (*mistake.get("never", ()), "Traceback", "pydantic") if words in answer] == []
     assert {path.name for path in tmp_path.iterdir()} == set(texts)
 
 
@@ -68,9 +68,9 @@ def test_faces_are_listed_line_by_line(tmp_path: Path, capfd: pytest.CaptureFixt
 
 def test_init_without_a_kind_lists_them_by_groups(capsys: pytest.CaptureFixture[str]) -> None:
     assert run_command(["init"]) == 0
-    told = capsys.readouterr().out
+    output = capsys.readouterr().out
     places = [
-        told.index(words) for words in ("reeds", "flapper", "seats", "annular", "strikers", "ball", "imported", "cad")
+        output.index(words) for words in ("reeds", "flapper", "seats", "annular", "strikers", "ball", "imported", "cad")
     ]
     assert places == sorted(places)
 

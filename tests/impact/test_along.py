@@ -59,11 +59,11 @@ def test_a_long_run_is_averaged_in_blocks_and_its_memory_stays_small(monkeypatch
     rng = np.random.default_rng(3)
     force, edges = rng.uniform(0, 1, (50_000, 24)), np.cumsum(rng.uniform(0.5, 2, 50_001)) * DT
     tracemalloc.start()
-    found = line_force_peak(force, edges, 300 * DT, LENGTH, 0.1)
+    largest = line_force_peak(force, edges, 300 * DT, LENGTH, 0.1)
     assert tracemalloc.get_traced_memory()[1] < force.nbytes
     tracemalloc.stop()
     monkeypatch.setattr(histories, "TOGETHER", 10**9)
-    assert line_force_peak(force, edges, 300 * DT, LENGTH, 0.1) == pytest.approx(found, rel=1e-13)
+    assert line_force_peak(force, edges, 300 * DT, LENGTH, 0.1) == pytest.approx(largest, rel=1e-13)
 
 
 def test_uneven_arcs_are_weighed_by_their_lengths() -> None:
@@ -86,6 +86,6 @@ def test_means_in_time_keep_the_impulse_of_each_arc() -> None:
     """The means of a front that runs around keep each arc's impulse and stay below its peak."""
     arcs, t = 16, np.arange(401)[:, None]
     force = np.maximum(0.0, 3.0 - np.abs(t - 100 - 12 * np.arange(arcs)) / 10) * (t > 0)
-    found = per_length(force, DT, 2e-6, LENGTH)
-    np.testing.assert_allclose(found.sum(axis=0) * LENGTH / arcs, force[1:].sum(axis=0), rtol=1e-12)
-    assert 0.8 * 3.0 * arcs / LENGTH < found.max() < 3.0 * arcs / LENGTH
+    means = per_length(force, DT, 2e-6, LENGTH)
+    np.testing.assert_allclose(means.sum(axis=0) * LENGTH / arcs, force[1:].sum(axis=0), rtol=1e-12)
+    assert 0.8 * 3.0 * arcs / LENGTH < means.max() < 3.0 * arcs / LENGTH

@@ -53,8 +53,8 @@ VALVE = ReedValve(
 
 def compressor(side: str = "suction", **changes: object) -> Compressor:
     start = {"suction": HIGH, "discharge": LOW}[side].pressure
-    made = Compressor(AIR, CRANK, VALVE, LOW, HIGH, side, other_area=2e-5, start_pressure=start)  # type: ignore[arg-type]
-    return replace(made, **changes)  # type: ignore[arg-type]
+    drive = Compressor(AIR, CRANK, VALVE, LOW, HIGH, side, other_area=2e-5, start_pressure=start)  # type: ignore[arg-type]
+    return replace(drive, **changes)  # type: ignore[arg-type]
 
 
 def test_choked_flow() -> None:
@@ -142,8 +142,8 @@ def reference(drive: Compressor, gap: float, span: float) -> Array:
 
     start = drive.start()
     y = [3e-4, 0.0, start[PRESSURE], start[MASS]]
-    found = solve_ivp(rates, (0, span), y, method="DOP853", rtol=1e-10, atol=[1e-12, 1e-9, 1e-4, 1e-14], max_step=2e-5)
-    return np.array([gap + found.y[0, -1], *found.y[2:, -1]])
+    path = solve_ivp(rates, (0, span), y, method="DOP853", rtol=1e-10, atol=[1e-12, 1e-9, 1e-4, 1e-14], max_step=2e-5)
+    return np.array([gap + path.y[0, -1], *path.y[2:, -1]])
 
 
 @pytest.mark.parametrize(
@@ -160,8 +160,8 @@ def test_the_coupled_march_against_another_solver(degrees: float, start: float, 
     for dt in (1e-6, 5e-7, 2.5e-7):
         result, history = marched(drive, dt, span=span)
         assert not np.any(result.force)
-        found = np.array([result.gap[-1], *history.states[-1, [PRESSURE, MASS]]])
-        errors.append(np.abs(found / exact - 1))
+        end_values = np.array([result.gap[-1], *history.states[-1, [PRESSURE, MASS]]])
+        errors.append(np.abs(end_values / exact - 1))
         volume = np.array([crank.volume(t) for t in history.time])
         assert history.mass_residual("suction") < 1e-9
         assert history.energy_residual(1.4, volume) < 1e-9
@@ -209,8 +209,8 @@ def test_it_goes_on_where_it_stopped() -> None:
     second.advance(7)
     second.advance(prepared.steps)
     np.testing.assert_array_equal(second.gap, whole.gap)
-    found = gas_history(compressor(), whole.gap[:, 0], 1e-6).states[-1]  # what the march had, found again
-    np.testing.assert_allclose(found, whole.live.fed[1:], rtol=1e-12)
+    state = gas_history(compressor(), whole.gap[:, 0], 1e-6).states[-1]  # what the march had, found again
+    np.testing.assert_allclose(state, whole.live.fed[1:], rtol=1e-12)
     with pytest.raises(impact.ContactError, match="depends on the opening"):
         impact.solve_many(problem, gaps=np.zeros(2), dt=1e-6, duration=1e-4)
 

@@ -30,14 +30,14 @@ def test_disk_response_has_the_laplace_transform_of_the_wave_equation(poisson: f
     kappa2 = (1 - 2 * poisson) / (2 * (1 - poisson))
     for s in (0.3, 2.0, 10.0):
         time, weight = panels(np.union1d(response.breaks, response.breaks[-1] * np.geomspace(1e-6, 1.0, 40)))
-        left = np.sum(weight * np.exp(-s * time) * response(time, integrated=False))
+        transform = np.sum(weight * np.exp(-s * time) * response(time, integrated=False))
         # z = s q/2; slowness q by panels to z = 200, where the part beyond 1 - nu has decayed like z^-4: 1e-8
         q, weight = panels(np.concatenate([np.linspace(0, 4, 60), np.linspace(4, 400 / s, 300)[1:]]))
         root_p, root_s = np.sqrt(q**2 + kappa2), np.sqrt(q**2 + 1)
         rayleigh = (2 * q**2 + 1) ** 2 - 4 * q**2 * root_p * root_s
         part = (q * root_p / rayleigh - (1 - poisson)) * (2 * j1(s * q / 2) / (s * q / 2)) ** 2
         right = 1 + s * 3 * math.pi / (32 * (1 - poisson)) * np.sum(weight * part)
-        assert left == pytest.approx(right, abs=1e-8)
+        assert transform == pytest.approx(right, abs=1e-8)
 
 
 def panels(edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

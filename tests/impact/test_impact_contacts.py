@@ -73,10 +73,10 @@ def test_stiff_contacts_almost_at_one_place_share_the_force_of_one(code: int, ap
     both = np.outer(root, root)
     ones, numbers = np.ones(3, dtype=np.int64), np.tile([1e8, 0.0, 0.0], (3, 1))
     force, alone = np.zeros(3), np.zeros(1)
-    found = contact_forces(code * ones, ones, numbers, None, np.full(3, 1e-3), np.zeros(3), both, 1.0, force)
+    is_solved = contact_forces(code * ones, ones, numbers, None, np.full(3, 1e-3), np.zeros(3), both, 1.0, force)
     thrice = np.array([[3e8, 0.0, 0.0]])
     contact_forces(code * ones[:1], ones[:1], thrice, None, np.full(1, 1e-3), np.zeros(1), both[:1, :1], 1.0, alone)
-    assert found
+    assert is_solved
     assert np.all(force >= 0)
     assert force.sum() == pytest.approx(alone[0], rel=1e-9 + 3 * apart)
 
@@ -248,9 +248,9 @@ def test_the_energy_of_an_overlap_is_put_in(seat: impact.GreensFunction, overlap
     assert result.energy.residual < 1e-9
     assert result.energy.contact_loss.min() >= -1e-12 * result.energy.input[-1]
     assert np.max(result.energy.stored - result.energy.input) <= 1e-9 * result.energy.input[-1]
-    (told,) = (advice for advice in result.advice if "overlap" in advice.name)
-    assert told.value == pytest.approx(overlap)
-    assert f"{put_in:.3g} J, counted as put in" in told.reason
+    (note,) = (advice for advice in result.advice if "overlap" in advice.name)
+    assert note.value == pytest.approx(overlap)
+    assert f"{put_in:.3g} J, counted as put in" in note.reason
 
 
 def oscillator(stiffness: float, load: float) -> impact.Body:
@@ -264,8 +264,8 @@ def test_a_preload_far_beyond_the_gap_is_told(stiffness: float, told: bool) -> N
     """A gap keeps 2e-11 m of the 1e5 m by which 10 N move 1e-4 N/m; the seat yields 1e-5 m: advice says so."""
     problem = impact.ContactProblem(oscillator(stiffness, -10.0), impact.spring(stiffness=1e6), preload=True)
     result = impact.solve(problem, dt=1e-4, duration=1e-2)
-    found = [advice for advice in result.advice if "round-off of the gap" in advice.name]
-    assert bool(found) is told
+    notes = [advice for advice in result.advice if "round-off of the gap" in advice.name]
+    assert bool(notes) is told
     if told:
-        assert found[0].value == pytest.approx(2.2e-16 * 1e5 / 1e-5, rel=0.1)
-        assert "deflected by 1e+05 m" in found[0].reason
+        assert notes[0].value == pytest.approx(2.2e-16 * 1e5 / 1e-5, rel=0.1)
+        assert "deflected by 1e+05 m" in notes[0].reason

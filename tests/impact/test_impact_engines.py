@@ -39,14 +39,14 @@ def contacts(count: int, law: impact.Law | None = None) -> ContactProblem:
 @pytest.mark.parametrize("count", [1, 2, 3, 4])
 def test_engines_give_the_same_impact(count: int) -> None:
     """All engines agree to round-off under Hertz's law, which is smooth and does not amplify it."""
-    found = {
+    results = {
         engine: impact.solve(contacts(count), dt=0.01, duration=8.0, engine=engine, block=64)  # type: ignore[arg-type]
         for engine in ("poles", "direct", "fft")
     }
-    poles = found["poles"]
+    poles = results["poles"]
     assert poles.force.max() > 0.1
     for engine, words in (("direct", "direct sum"), ("fft", "FFT in blocks of 64 steps")):
-        other = found[engine]
+        other = results[engine]
         assert words in other.engine
         assert "step weights of 11 poles" in other.engine
         np.testing.assert_allclose(other.force, poles.force, atol=1e-9 * poles.force.max(), rtol=0)
@@ -158,7 +158,7 @@ def test_loads_given_step_by_step_are_the_loads_given_in_advance(engine: history
         return 0.3 * np.sin(4000.0 * t)
 
     dt, duration = 1e-6, 3e-3
-    known = impact.solve(loaded_reed(course), dt=dt, duration=duration, engine=engine)
+    expected = impact.solve(loaded_reed(course), dt=dt, duration=duration, engine=engine)
 
     def fresh() -> ContactStepper:
         return ContactStepper(impact.prepare(loaded_reed(np.zeros_like), dt, duration, engine=engine))
@@ -173,12 +173,12 @@ def test_loads_given_step_by_step_are_the_loads_given_in_advance(engine: history
     files.restore_checkpoint(stepper, tmp_path / "half.h5")
     for amplitude in given[1500:]:
         stepper.step(np.array([amplitude]))
-    told = impact.collect(stepper)
-    assert known.force.max() > 1.0
-    assert np.ptp(known.energy.input) > 1e-6  # the load does work, and the ledger knows it
-    np.testing.assert_allclose(told.force, known.force, atol=1e-9 * known.force.max(), rtol=0)
-    np.testing.assert_allclose(told.energy.input, known.energy.input, rtol=1e-9)
-    assert told.energy.residual < 1e-10
+    stepped = impact.collect(stepper)
+    assert expected.force.max() > 1.0
+    assert np.ptp(expected.energy.input) > 1e-6  # the load does work, and the ledger knows it
+    np.testing.assert_allclose(stepped.force, expected.force, atol=1e-9 * expected.force.max(), rtol=0)
+    np.testing.assert_allclose(stepped.energy.input, expected.energy.input, rtol=1e-9)
+    assert stepped.energy.residual < 1e-10
     with pytest.raises(ContactError, match="3000 steps"):
         stepper.step()
 

@@ -100,9 +100,9 @@ def test_mean_displacement_of_the_parts_of_a_lip(ports: int) -> None:
     force = np.maximum(rng.normal(size=(ports, STEPS)).cumsum(axis=1), 0.0)
     expected = body.motion(force).displacement
     for shares in (np.full(ports, 1 / ports), np.arange(1.0, ports + 1)):
-        found = mean_displacement(body, force, shares)
+        means = mean_displacement(body, force, shares)
         # two orders of the same sums over 3,000 steps
-        np.testing.assert_allclose(found, shares @ expected, atol=1e-12 * np.abs(expected).max() * shares.sum())
+        np.testing.assert_allclose(means, shares @ expected, atol=1e-12 * np.abs(expected).max() * shares.sum())
 
 
 def thrown() -> Body:
@@ -125,8 +125,8 @@ def test_coordinates_make_the_displacement_of_the_ports(stride: int) -> None:
     assert isinstance(bare.greens, ModalGreens)
     body = replace(bare, greens=replace(bare.greens, residual=Residual.none(2)))
     force = np.maximum(np.random.default_rng(5).normal(size=(2, steps)).cumsum(axis=1), 0.0)
-    found = modal_coordinates(body, force, STEP, stride)
-    assert len(found) == steps // stride + 1
+    coordinates = modal_coordinates(body, force, STEP, stride)
+    assert len(coordinates) == steps // stride + 1
     expected = Discrete.from_body(body, STEP, steps).motion(force).displacement[:, ::stride]
     # two orders of the same sums
-    np.testing.assert_allclose(found @ body.greens.modal.shapes, expected.T, atol=1e-11 * np.abs(expected).max())
+    np.testing.assert_allclose(coordinates @ body.greens.modal.shapes, expected.T, atol=1e-11 * np.abs(expected).max())

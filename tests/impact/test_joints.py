@@ -137,9 +137,9 @@ def test_the_ledger_books_the_loop_as_lost_in_the_contact() -> None:
 
 def test_a_joint_closed_beyond_its_table_is_told() -> None:
     short = impact.TableJoint(closures=(0.1, 0.2), loading=(0.1, 0.5), unloading=(0.0, 0.5))
-    (told,) = struck(short, 1e-3, "auto").advice
-    assert told.name.startswith("closure of contact 0 ")
-    assert told.value == pytest.approx(np.max(-struck(short, 1e-3, "auto").gap) / 0.2)
+    (note,) = struck(short, 1e-3, "auto").advice
+    assert note.name.startswith("closure of contact 0 ")
+    assert note.value == pytest.approx(np.max(-struck(short, 1e-3, "auto").gap) / 0.2)
     assert not struck(TABLE, 1e-3, "auto").advice
 
 

@@ -94,8 +94,8 @@ def test_free_motion_is_exact_whatever_the_steps() -> None:
     exact = moved[:, 0] * begin.displacement + moved[:, 1] * begin.velocity + pushed * shape * 0.3
     psi = greens.shapes[:, 0]
     assert len(run.marched().rows.lengths) == len(levels.lengths)
-    for found, expected, size in zip((q, v), exact, (1.0, omega.clip(1.0)), strict=True):
-        np.testing.assert_allclose(found[:5] / psi / size, expected / size, rtol=1e-9, atol=1e-13)
+    for computed, expected, size in zip((q, v), exact, (1.0, omega.clip(1.0)), strict=True):
+        np.testing.assert_allclose(computed[:5] / psi / size, expected / size, rtol=1e-9, atol=1e-13)
 
 
 @pytest.mark.slow
@@ -122,8 +122,8 @@ def test_ramp_response(omega: float, zeta: float) -> None:
     q = oscillator.ramp_response(time, np.array(omega), np.array(zeta))
     step = time[1]
     rate, bend = (q[2:] - q[:-2]) / (2 * step), (q[2:] - 2 * q[1:-1] + q[:-2]) / step**2
-    left = bend + 2 * zeta * omega * rate + omega**2 * q[1:-1] - time[1:-1]
-    assert np.abs(left).max() < 1e-3 * time[-1] * max(1.0, (omega * step) ** 2 * 1e2)
+    residual = bend + 2 * zeta * omega * rate + omega**2 * q[1:-1] - time[1:-1]
+    assert np.abs(residual).max() < 1e-3 * time[-1] * max(1.0, (omega * step) ** 2 * 1e2)
 
 
 LAWS = {
@@ -229,8 +229,8 @@ def test_it_is_as_good_as_equal_steps(name: str) -> None:
     problem, duration = scenes()[name]
     run = march_in_levels(*discretised(problem, duration))
     equal, finer = (march(problem, H / part, duration, equal_steps=True) for part in (1, 2))
-    left = np.abs(taken(finer) - taken(equal))
-    assert np.all(np.abs(taken(run) - taken(equal)) <= 0.1 * (left + 3e-3 * taken(equal)))
+    changes = np.abs(taken(finer) - taken(equal))
+    assert np.all(np.abs(taken(run) - taken(equal)) <= 0.1 * (changes + 3e-3 * taken(equal)))
     stepper = ContactStepper(prepare(problem, H, duration))
     stepper.advance(run.steps)
     apart = np.abs(run.rows.gap - stepper.gap[run.rows.ends]).max()

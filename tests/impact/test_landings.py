@@ -158,10 +158,10 @@ def test_a_pressed_reed_trembles_within_the_band(excess: float, landings: int) -
     force = np.zeros(1000)
     force[100:900] = 10.0
     force[150:160] *= 1 + excess
-    found = find_landings(record(force, np.full(1000, 10.0)))
-    assert len(found) == landings
+    tremblings = find_landings(record(force, np.full(1000, 10.0)))
+    assert len(tremblings) == landings
     if landings:
-        assert found[0].static_load == pytest.approx(10.0)
+        assert tremblings[0].static_load == pytest.approx(10.0)
 
 
 def test_a_preload_is_no_landing_and_a_release_at_no_gap_is_one() -> None:

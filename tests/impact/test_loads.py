@@ -160,13 +160,13 @@ def test_a_clamp_in_resonance_swings_its_beam_as_known() -> None:
 
 def test_a_seat_that_comes_up_is_struck_as_by_what_comes_down() -> None:
     """By Galilei a rising seat has the forces and gap of a falling mass, and energies balance."""
-    v, found = 0.5, []
+    v, runs = 0.5, []
     for velocity, base in ((-v, None), (0.0, lambda t: v * t)):
         seat = impact.Body(impact.fixed_rod(young=2e11, density=7850.0, area=1e-5, length=2e-2), base=base)
         striker = impact.rigid_mass(mass=1e-3, velocity=velocity)
         problem = impact.ContactProblem(striker, seat, gap=1e-6, law=impact.LinearSpring(1e8))
-        found.append(impact.solve(problem, dt=2e-8, duration=60e-6))
-    fell, rose = found
+        runs.append(impact.solve(problem, dt=2e-8, duration=60e-6))
+    fell, rose = runs
     size = fell.force.max()
     assert size > 50.0
     np.testing.assert_allclose(rose.force, fell.force, atol=1e-9 * size)

@@ -103,21 +103,21 @@ def test_displacements_on_demand_are_those_that_are_kept(
     below = seat(3, base=lambda time: 2e-6 * np.sin(3e3 * time))
     above = Contact(impact.spring(stiffness=1e6), side=-1, striker_port=1, gap=2e-4)
     problem = ContactProblem(reed(3), contacts=[*on_a_seat(3, below), above])
-    made = impact.solve(problem, dt=STEP, duration=5e-3, equal_steps=equal_steps)
+    replayed = impact.solve(problem, dt=STEP, duration=5e-3, equal_steps=equal_steps)
     monkeypatch.setattr(solver, "LARGE", 1e9)
     kept = impact.solve(problem, dt=STEP, duration=5e-3, equal_steps=equal_steps)
-    assert made.rows.is_uniform == equal_steps
-    np.testing.assert_array_equal(made.gap, kept.gap)
+    assert replayed.rows.is_uniform == equal_steps
+    np.testing.assert_array_equal(replayed.gap, kept.gap)
     shares = np.array([0.2, 0.5, 0.1, 0.3])
     for name in ("striker_displacement", "target_displacement"):
-        lazy, whole = getattr(made.rows, name), getattr(kept.rows, name)
+        lazy, whole = getattr(replayed.rows, name), getattr(kept.rows, name)
         assert isinstance(lazy, Replayed)
         size = 1e-11 * np.abs(whole).max()
         np.testing.assert_allclose(lazy, whole, rtol=0, atol=size)
         np.testing.assert_allclose(lazy[:, 1:3], whole[:, 1:3], rtol=0, atol=size)
         np.testing.assert_allclose(lazy[:, 3], whole[:, 3], rtol=0, atol=size)
         np.testing.assert_allclose(lazy @ shares, whole @ shares, rtol=0, atol=size)
-        np.testing.assert_allclose(getattr(made, name), getattr(kept, name), rtol=0, atol=size)
+        np.testing.assert_allclose(getattr(replayed, name), getattr(kept, name), rtol=0, atol=size)
 
 
 @pytest.mark.slow

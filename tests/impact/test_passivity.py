@@ -150,9 +150,9 @@ def test_repaired_kernels_never_gain_energy(seed, level, tail, n, late, stride):
     mended = repair(SampledGreens(g, DT, tail))
     steps = n - 1 if tail == "forbid" else 4 * n
     assert passivity(mended, DT, steps).passive
-    left, least = rebound(mended, steps // stride, stride * DT)
+    rebounded, least = rebound(mended, steps // stride, stride * DT)
     assert least >= -1e-9
-    assert left <= 1 + 1e-9
+    assert rebounded <= 1 + 1e-9
 
 
 @pytest.mark.slow
@@ -160,11 +160,11 @@ def test_unrepaired_contact_gains_energy():
     """The test above can fail: a seat that answers against the push sends the mass back faster than it came."""
     t = DT * np.arange(400)
     g = SEAT.impulse_response(t) - 3e-3 * np.sin(2 * np.pi * 3e3 * t)
-    left, least = rebound(SampledGreens(g, DT), 399)
-    assert left > 1.05
+    rebounded, least = rebound(SampledGreens(g, DT), 399)
+    assert rebounded > 1.05
     assert least < -0.05
-    left, least = rebound(repair(SampledGreens(g, DT)), 399)
-    assert left <= 1 + 1e-9
+    rebounded, least = rebound(repair(SampledGreens(g, DT)), 399)
+    assert rebounded <= 1 + 1e-9
     assert least >= -1e-9
 
 

@@ -61,8 +61,8 @@ def test_exact_responses_give_the_modes_back(truth: impact.ModalGreens) -> None:
     assert isinstance(fit, impact.ModalGreens)
     assert fit.omega == pytest.approx(truth.omega, rel=1e-9)
     assert fit.zeta == pytest.approx(truth.zeta, rel=1e-7)
-    for found, shape in zip(fit.shapes, truth.shapes, strict=True):
-        assert np.outer(found, found) == pytest.approx(np.outer(shape, shape), rel=1e-6)
+    for mode, shape in zip(fit.shapes, truth.shapes, strict=True):
+        assert np.outer(mode, mode) == pytest.approx(np.outer(shape, shape), rel=1e-6)
     assert fit.residual.compliance == pytest.approx(truth.residual.compliance, rel=1e-6)
     assert fit.error_estimate.reduction is not None
     assert fit.error_estimate.reduction < 1e-9
@@ -245,11 +245,11 @@ def accelerance(body: impact.GreensFunction, noise: float, seed: int) -> Frequen
 def test_a_noisy_accelerance_gives_its_modes_and_its_static_compliance(seed: int) -> None:
     """Divided by the squared frequency, the noise of the lowest lines is 400 times the receptance."""
     fit = fit_response(accelerance(hammered(), 0.02, seed))
-    found, report = fit.greens, fit.greens.provenance["fit"]
-    assert isinstance(found, impact.ModalGreens)
-    assert found.frequencies_hz == pytest.approx([2.3e3, 6.1e3, 11.8e3], rel=1e-3)
+    greens, report = fit.greens, fit.greens.provenance["fit"]
+    assert isinstance(greens, impact.ModalGreens)
+    assert greens.frequencies_hz == pytest.approx([2.3e3, 6.1e3, 11.8e3], rel=1e-3)
     assert (report["free"], report["pole_pairs"], report["modes_beyond_band_hz"]) == (False, 3, [])
-    static = [float(each.static_compliance()[0, 0]) / STATIC for each in (found, *fit.draws)]
+    static = [float(each.static_compliance()[0, 0]) / STATIC for each in (greens, *fit.draws)]
     deviation = np.std(static[1:])
     assert 0.001 < deviation < 0.01
     assert abs(static[0] - 1) < 4 * deviation

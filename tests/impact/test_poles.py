@@ -87,10 +87,10 @@ def test_real_mobility_is_that_of_the_transfer_function() -> None:
     w = np.array([10.0, 2e3, 4.4e3, 1e5])
     both = complex_modes(M, C, K, np.eye(2))
     exact = [np.linalg.inv(K + 1j * x * C - x**2 * M) * 1j * x for x in w]
-    found, size = real_mobility(both, w)
-    assert np.all(np.abs(found - np.real(exact)) <= 1e-12 * size[:, None, None])
-    assert found[:3] == pytest.approx(np.real(exact)[:3], rel=1e-6)
-    assert np.all(size >= np.trace(found, axis1=1, axis2=2) * (1 - 1e-9))
+    mobility, size = real_mobility(both, w)
+    assert np.all(np.abs(mobility - np.real(exact)) <= 1e-12 * size[:, None, None])
+    assert mobility[:3] == pytest.approx(np.real(exact)[:3], rel=1e-6)
+    assert np.all(size >= np.trace(mobility, axis1=1, axis2=2) * (1 - 1e-9))
 
 
 def test_passive_systems_are_found_passive() -> None:
@@ -169,9 +169,9 @@ def test_the_state_space_is_g(greens: GreensFunction) -> None:
     assert len(space.states) == len(space.A)
     for i in (0, 1):
         for j in (0, 1):
-            found = [space.C[i] @ linalg.expm(space.A * t) @ space.B[:, j] for t in TIMES]
+            response = [space.C[i] @ linalg.expm(space.A * t) @ space.B[:, j] for t in TIMES]
             exact = greens.impulse_response(TIMES, i, j)
-            np.testing.assert_allclose(found, exact, rtol=1e-9, atol=1e-12 * np.abs(exact).max())
+            np.testing.assert_allclose(response, exact, rtol=1e-9, atol=1e-12 * np.abs(exact).max())
     np.testing.assert_array_equal(space.D, greens.transfer(np.array([1e12 + 0j]))[0].real.round(12))
 
 

@@ -101,17 +101,17 @@ def test_the_start_and_a_landing_cut_the_record() -> None:
     force, dt, since = np.zeros(1501), 5e-7, 4e-4
     force[200:230], force[801:850] = 0.2, 1.0  # a light touch first; the landing begins at step 800
     find = partial(reed_stress, force, dt, body, BEAM, contact_at=0.6 * BEAM.length)
-    found = find(since=since)
+    peaks = find(since=since)
     places = np.linspace(0, BEAM.length, 8 * 8 + 1)
     field = np.abs(bending_stress(force, dt, body, BEAM, places, contact_at=0.6 * BEAM.length)).max(axis=0)
-    values = [peak.value for peak in (found.at_start, found.initial, found.before_landing, found.after_landing)]
+    values = [peak.value for peak in (peaks.at_start, peaks.initial, peaks.before_landing, peaks.after_landing)]
     np.testing.assert_allclose(values, [field[0], field[:200].max(), field[:801].max(), field[801:].max()], rtol=1e-9)
-    assert found.after_contact.value == pytest.approx(field[200:].max(), rel=1e-9)
-    assert found.at_start.time == 0.0
-    assert found.before_landing.time <= since < found.after_landing.time
-    assert find(since=since - 1e-12).after_landing == found.after_landing
+    assert peaks.after_contact.value == pytest.approx(field[200:].max(), rel=1e-9)
+    assert peaks.at_start.time == 0.0
+    assert peaks.before_landing.time <= since < peaks.after_landing.time
+    assert find(since=since - 1e-12).after_landing == peaks.after_landing
     alone = find()
-    assert (alone.initial, alone.after_contact, alone.at_start) == (found.initial, found.after_contact, found.at_start)
+    assert (alone.initial, alone.after_contact, alone.at_start) == (peaks.initial, peaks.after_contact, peaks.at_start)
     assert alone.before_landing is None
     assert alone.after_landing is None
 

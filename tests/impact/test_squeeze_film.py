@@ -58,9 +58,9 @@ def test_a_mass_loses_to_the_film_what_its_gap_says(dt: float) -> None:
     opened, mean = result.gap + FLOOR, np.diff(result.gap) / dt
     taken = 0.5 * FILM.coefficient * (1 / opened**2 - 1 / opened[0] ** 2)
     velocity = -0.2 + taken / MASS
-    known = 0.5 * (velocity[1:] + velocity[:-1])
+    mean_speed = 0.5 * (velocity[1:] + velocity[:-1])
     assert np.all(result.solid == 0)
-    np.testing.assert_allclose(mean, known, atol=1e-9 * 0.2, rtol=0)
+    np.testing.assert_allclose(mean, mean_speed, atol=1e-9 * 0.2, rtol=0)
     assert opened.min() == pytest.approx((2 * 0.2 * MASS / FILM.coefficient + 1 / (GAP + FLOOR) ** 2) ** -0.5, rel=1e-6)
 
 
@@ -112,7 +112,7 @@ def test_several_ports_that_share_a_film_are_one(law: impact.Law) -> None:
     )
     striker = impact.rigid_mass(mass=MASS, velocity=-1.0)
     omega, shape = np.array([2 * np.pi * 60e3]), np.array([[8.0]])
-    found = []
+    forces = []
     for ports, each in ((1, law), (5, fifth)):
         # each port moves alone on its own spring, and with all others in one mode
         rest = Residual.spring(np.eye(ports) * ports / 5e8)
@@ -120,10 +120,10 @@ def test_several_ports_that_share_a_film_are_one(law: impact.Law) -> None:
         film = FILM.part(1 / ports)
         contacts = [impact.Contact(body, port=k, gap=GAP, law=each, film=film) for k in range(ports)]
         result = impact.solve(impact.ContactProblem(striker, contacts=contacts), dt=50e-9, duration=100e-6)
-        found.append([each.reshape(len(result.time), -1).sum(axis=1) for each in (result.force, result.film)])
-    size = found[0][0].max()
-    np.testing.assert_allclose(found[1][0], found[0][0], atol=1e-8 * size)
-    np.testing.assert_allclose(found[1][1], found[0][1], atol=1e-8 * size)
+        forces.append([each.reshape(len(result.time), -1).sum(axis=1) for each in (result.force, result.film)])
+    size = forces[0][0].max()
+    np.testing.assert_allclose(forces[1][0], forces[0][0], atol=1e-8 * size)
+    np.testing.assert_allclose(forces[1][1], forces[0][1], atol=1e-8 * size)
 
 
 def test_the_strip_is_that_of_stefan_and_reynolds() -> None:

@@ -77,8 +77,8 @@ def wedge(square: float) -> float:
 
 def test_a_width_that_vanishes_at_the_tip() -> None:
     beam = SteppedCantilever(**MATERIAL, thickness=H, widths=((0.0, 8e-3), (L, 0.0)))
-    for found in (beam.frequencies(3) / EXACT.frequency_scale) ** 2:
-        assert found == pytest.approx(brentq(wedge, 0.97 * found, 1.03 * found), rel=1e-6)
+    for value in (beam.frequencies(3) / EXACT.frequency_scale) ** 2:
+        assert value == pytest.approx(brentq(wedge, 0.97 * value, 1.03 * value), rel=1e-6)
     assert beam.mass == pytest.approx(EXACT.mass / 2)
 
 
@@ -103,9 +103,9 @@ def test_pressure_and_gravity_act_where_it_is_wide(beam: SteppedCantilever) -> N
     per_width = sum(beam.compliance(L, float(x)) * float(beam.width_at(x)) * ds for x in s)
     tip = modes.deflection(L) / modes.omega**2
     for load, per_area in ((Pressure(lambda t: 100.0 + 0 * t), 100.0), (Gravity(-9.81), -9.81 * 7800.0 * H)):
-        (found,) = load.modal(modes)
-        amplitude = float(found.amplitude(np.zeros(1))[0])
-        assert amplitude * float(tip @ found.shape) == pytest.approx(per_area * per_width, rel=1e-4)
+        (part,) = load.modal(modes)
+        amplitude = float(part.amplitude(np.zeros(1))[0])
+        assert amplitude * float(tip @ part.shape) == pytest.approx(per_area * per_width, rel=1e-4)
     assert modes.project(lambda x: np.ones_like(x)) @ modes.project(lambda x: np.ones_like(x)) < beam.mass
     (half,) = Pressure(lambda t: 0 * t + 1, between=(0.0, 12e-3)).modal(modes)
     assert half.amplitude(np.zeros(1))[0] * half.shape @ modes.project(lambda x: x**2) > 0

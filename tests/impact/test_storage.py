@@ -292,8 +292,8 @@ def test_a_killed_writer_leaves_no_half_file(sent: signal.Signals, tmp_path: Pat
         process.wait(timeout=20)
     assert time.monotonic() - start < 20
     assert path.read_text() == "older"
-    left = sorted(p.name for p in tmp_path.iterdir())
-    assert left == ["result.h5"] if sent is signal.SIGINT else left[-1] == "result.h5" and left[0].startswith(".")
+    names = sorted(p.name for p in tmp_path.iterdir())
+    assert names == ["result.h5"] if sent is signal.SIGINT else names[-1] == "result.h5" and names[0].startswith(".")
 
 
 def in_long_steps() -> impact.ImpactResult:

@@ -92,16 +92,16 @@ def without_files(job: str) -> tuple[str, dict[str, Path]]:
 def wait_for_both(address: str) -> int:
     """Return how many workers there are, at most a minute after they were started."""
     end = time.monotonic() + 60
-    while (found := threads_of(address)) < 2 and time.monotonic() < end:
+    while (threads := threads_of(address)) < 2 and time.monotonic() < end:
         time.sleep(0.1)
-    return found
+    return threads
 
 
 def cell_as_here(address: str, log: Path) -> None:
     """Check that a cell of the battery at the extremes ends as it does here."""
     cell = battery()[0]
-    [found] = run_battery([cell], log, cluster=address).values()
-    assert repr(replace(found, seconds=0.0, revision="")) == repr(
+    [outcome] = run_battery([cell], log, cluster=address).values()
+    assert repr(replace(outcome, seconds=0.0, revision="")) == repr(
         replace(cells_here(cell), seconds=0.0)
     )  # nan is not nan
 
@@ -109,8 +109,8 @@ def cell_as_here(address: str, log: Path) -> None:
 def trade_as_here(address: str, scene: Path, journal: Path) -> None:
     """Check that points of the trade have the values that they have here."""
     points = [Point("coarse", "all keys"), Point("other", "all keys")]
-    found = run_points(scene, points, journal, cluster=address)
-    assert values_of(found["coarse"]) == values_of(found["other"]) == values_of(carry_out(scene, points[0]))
+    outcomes = run_points(scene, points, journal, cluster=address)
+    assert values_of(outcomes["coarse"]) == values_of(outcomes["other"]) == values_of(carry_out(scene, points[0]))
     assert len(journal.read_text(encoding="utf-8").splitlines()) == 2
 
 
@@ -137,10 +137,10 @@ def given_up(address: str) -> None:
     """Whoever stops asking ends the jobs that have begun: the only thread is free again, long before their limit."""
     begun = time.monotonic()
     with cluster_crew(address, ANSWERS, without_files) as ask:
-        asked = ask(["a", "hang"], 600.0)
-        next(asked)
+        answers = ask(["a", "hang"], 600.0)
+        next(answers)
         time.sleep(0.5)  # the second has begun: it takes a minute
-        asked.close()
+        answers.close()
         [(_, answer)] = ask(["b"], 600.0)
     assert str(answer).startswith("b, ")
     assert time.monotonic() - begun < 30

@@ -89,9 +89,9 @@ def wait_for(found: Callable[[], list[psutil.Process]], most: float, process: su
 def alive(family: Sequence[psutil.Process]) -> list[psutil.Process]:
     """Return those that still run after `SOON`; nobody may be there to bury a zombie."""
     end = time.monotonic() + SOON
-    while time.monotonic() < end and (left := [m for m in family if _runs(m)]):
+    while time.monotonic() < end and (remaining := [m for m in family if _runs(m)]):
         time.sleep(0.05)
-    return left
+    return remaining
 
 
 def _runs(member: psutil.Process) -> bool:
@@ -135,9 +135,9 @@ def test_asked_to_end_the_program_tidies_up(tmp_path: Path) -> None:
         process.terminate()
         assert process.wait(ASKED) == 143
         assert alive(family) == []
-        told = process.stderr.read()
-    assert "seatfem: interrupted" in told
-    assert "Traceback" not in told
+        message = process.stderr.read()
+    assert "seatfem: interrupted" in message
+    assert "Traceback" not in message
     assert error_bars_of(tmp_path) == []
     assert not list((tmp_path / "out").glob("*"))
 
@@ -334,9 +334,9 @@ def test_two_programs_share_a_journal(tmp_path: Path) -> None:
     environment = os.environ | {"PYTHONPATH": str(ROOT)}
     both = [subprocess.Popen([*command, who], cwd=tmp_path, env=environment) for who in ("a", "b")]
     assert [process.wait(60) for process in both] == [0, 0]
-    found = list(folders.entries(tmp_path / "log"))
+    entries = list(folders.entries(tmp_path / "log"))
     for who in ("a", "b"):
-        assert [entry["k"] for entry in found if entry["who"] == who] == list(range(300))
+        assert [entry["k"] for entry in entries if entry["who"] == who] == list(range(300))
 
 
 def test_every_interpreter_is_started_without_the_current_folder() -> None:

@@ -79,8 +79,8 @@ def test_breathing_sphere() -> None:
     speeds = math.sqrt((1 - 2 * NU) / (2 - 2 * NU))
     for value in ENTRIES["sphere_radial_nu0.3"]["value"]:
         x = value / speeds
-        found = sphere_frequency("radial", 0.98 * x, 1.02 * x)
-        assert found * speeds == pytest.approx(value, rel=1e-9)
+        frequency = sphere_frequency("radial", 0.98 * x, 1.02 * x)
+        assert frequency * speeds == pytest.approx(value, rel=1e-9)
 
 
 def test_round_bar_is_rayleighs_for_long_waves_and_for_short_ones() -> None:
@@ -99,19 +99,19 @@ def test_tube_by_its_differential_equation() -> None:
     def stress(u: float, du: float, r: float) -> float:
         return (lam + 2 * mu) * du + lam * u / r
 
-    found = solve_bvp(
+    solution = solve_bvp(
         lambda r, y: np.stack([y[1], y[0] / r**2 - y[1] / r]),
         lambda left, right: np.array([stress(*left, a) + 1.0, stress(*right, b)]),
         np.linspace(a, b, 20),
         np.ones((2, 20)),
         tol=1e-10,
     )
-    assert found.sol(a)[0] == pytest.approx(tube_widening(a, b, NU), rel=1e-8)
+    assert solution.sol(a)[0] == pytest.approx(tube_widening(a, b, NU), rel=1e-8)
 
 
 @pytest.mark.parametrize(("wave", "printed"), [((1, 1), 0.0932), ((1, 2), 0.2226), ((2, 2), 0.3421), ((1, 3), 0.4171)])
 def test_thick_plate_of_srinivas(wave: tuple[int, int], printed: float) -> None:
     """w h (rho/G)^(1/2) is that of Srinivas, Rao & Joga Rao, J. Sound Vib. 12 (1970) 187, h/a = 0.1."""
     steel = Material(200e9, 0.3, 8000.0)
-    found = bending_frequency(math.pi / 10 * math.hypot(*wave), 0.5, steel)
-    assert 2 * math.pi * found / steel.c_s == pytest.approx(printed, abs=6e-5)
+    frequency = bending_frequency(math.pi / 10 * math.hypot(*wave), 0.5, steel)
+    assert 2 * math.pi * frequency / steel.c_s == pytest.approx(printed, abs=6e-5)

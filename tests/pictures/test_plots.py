@@ -238,8 +238,8 @@ def test_hexahedra_are_in_the_order_of_vtk(order: int, drawing: None) -> None:
     grid = CellGrid.of_model(assemble(named, Material(1.0, 0.3, 1.0)))
     pyvista = rendering.import_pyvista()
     for cells, volume in ((grid.cells, 1 / 8), (grid.linear_cells, 1 / 8 if order == 1 else 1 / 64)):
-        found = seat_plots._unstructured(pyvista, grid.points, cells).compute_cell_sizes()["Volume"]
-        assert np.abs(found) == pytest.approx(np.full(len(cells), volume), rel=1e-9)
+        volumes = seat_plots._unstructured(pyvista, grid.points, cells).compute_cell_sizes()["Volume"]
+        assert np.abs(volumes) == pytest.approx(np.full(len(cells), volume), rel=1e-9)
     assert len(grid.linear_cells) == (8 if order == 1 else 64)
 
 
@@ -252,8 +252,8 @@ def test_grid_of_bare_matrices_is_refused(block) -> None:
 def test_visible_facets_close_the_half_that_is_kept(block) -> None:
     mesh = block.dofs.mesh
     kept = mesh.p[1][mesh.t].mean(axis=0) > 1e-3
-    found = seat_plots._visible_facets(mesh, kept, ("contact", "fixed"))
-    facets = np.concatenate(list(found.values()))
+    visible = seat_plots._visible_facets(mesh, kept, ("contact", "fixed"))
+    facets = np.concatenate(list(visible.values()))
     assert len(np.unique(facets)) == len(facets)
     a, b, c = (mesh.p[:, mesh.facets[k, facets]] for k in range(3))
     area = np.linalg.norm(np.cross(b - a, c - a, axis=0), axis=0).sum() / 2

@@ -208,11 +208,11 @@ def test_sizes_are_kept_apart(tmp_path: Path) -> None:
     seat = replace(layout.seat, views=replace(layout.seat.views, sizes=many))
     draw_layout(replace(layout, seat=seat), tmp_path / "many.svg")
     text = (tmp_path / "many.svg").read_text(encoding="utf-8")
-    found = re.findall(r'<text[^>]*?x="([\d.]+)" y="([\d.]+)"[^>]*>width number', text)
-    assert len(found) == 8
-    assert len({y for _, y in found}) == 8
+    places = re.findall(r'<text[^>]*?x="([\d.]+)" y="([\d.]+)"[^>]*>width number', text)
+    assert len(places) == 8
+    assert len({y for _, y in places}) == 8
     wide = float(re.findall(r'viewBox="0 0 ([\d.]+)', text)[0])
-    assert all(0 < float(x) < wide for x, _ in found)
+    assert all(0 < float(x) < wide for x, _ in places)
 
 
 def test_a_reed_beside_the_port_is_refused() -> None:

@@ -133,9 +133,9 @@ def test_the_verb_writes_decks_that_run_and_our_answers(tmp_path: Path, capfd: p
     (tmp_path / "bar.toml").write_text(SCENE, encoding="utf-8")
     deck = tmp_path / "deck"
     assert run_command(["export", str(tmp_path / "bar.toml"), "--to", "calculix", "-o", str(deck)]) == DONE
-    told = capfd.readouterr().out
-    assert f"wrote {deck / 'static.inp'}" in told
-    assert "note: no contact.inp: reed.kind = 'rigid_mass'" in told
+    output = capfd.readouterr().out
+    assert f"wrote {deck / 'static.inp'}" in output
+    assert "note: no contact.inp: reed.kind = 'rigid_mass'" in output
     assert not (deck / "contact.inp").exists()
     mesh = (deck / "mesh.inp").read_text(encoding="ascii")
     include = "*INCLUDE, INPUT=mesh.inp\n"
@@ -229,8 +229,8 @@ def test_landings_that_no_deck_holds(tmp_path: Path, old: str, new: str, told: s
 @pytest.mark.slow
 def test_a_whole_seat_that_is_too_large(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("seatfem.study.runs.calculix_contact.MOST", 1000)
-    told = (exported(LANDING, tmp_path) / "README.txt").read_text(encoding="utf-8")
-    assert "unknowns are more than ccx can march (1000)" in told
+    readme = (exported(LANDING, tmp_path) / "README.txt").read_text(encoding="utf-8")
+    assert "unknowns are more than ccx can march (1000)" in readme
     assert not (tmp_path / "deck" / "contact.inp").exists()
 
 

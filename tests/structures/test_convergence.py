@@ -26,7 +26,7 @@ def estimates(error: Callable[[int], float], *, sized: bool) -> tuple[np.ndarray
 def test_slow_algebraic_convergence_is_stated_within_a_factor_of_five(order: float) -> None:
     """The stated error covers the true one of e ~ n^-order, and is at most five times as large later."""
     stated, true = estimates(lambda n: 0.1 * (10 / n) ** order, sized=True)
-    known = np.isfinite(stated)
-    assert known.sum() >= len(SIZES) - 3
-    assert np.all(true[known] <= stated[known])
+    is_known = np.isfinite(stated)
+    assert is_known.sum() >= len(SIZES) - 3
+    assert np.all(true[is_known] <= stated[is_known])
     assert np.all(stated[8:] <= 5 * true[8:])

@@ -48,14 +48,14 @@ SLOT = face(racetrack(ROUND - WIDTH / 2), racetrack(ROUND + WIDTH / 2))
 @pytest.mark.parametrize(("arcs", "rings"), [(1, 1), (12, 1), (5, 3)])
 def test_a_circle_is_a_lip(arcs: int, rings: int) -> None:
     """A circular face has the ports, angles, patches and lengths of a lip; 720 corners leave 1.3e-5 of the area."""
-    found, known = FaceLip(ROUND_FACE, arcs, rings), Lip(5.5e-3, 1e-3, arcs, rings)
-    assert found.division == known.division
-    np.testing.assert_allclose(found.edges, known.edges, atol=1e-6)
-    np.testing.assert_allclose(found.lengths, known.lengths, rtol=2e-5)
-    assert (found.inner, found.outer) == pytest.approx((known.inner, known.outer), rel=2e-5)
-    mine, right = found.patches((1e-3, 2e-3)), known.patches((1e-3, 2e-3))
+    lip, reference = FaceLip(ROUND_FACE, arcs, rings), Lip(5.5e-3, 1e-3, arcs, rings)
+    assert lip.division == reference.division
+    np.testing.assert_allclose(lip.edges, reference.edges, atol=1e-6)
+    np.testing.assert_allclose(lip.lengths, reference.lengths, rtol=2e-5)
+    assert (lip.inner, lip.outer) == pytest.approx((reference.inner, reference.outer), rel=2e-5)
+    mine, right = lip.patches((1e-3, 2e-3)), reference.patches((1e-3, 2e-3))
     for name, patch in right.items():
-        np.testing.assert_allclose(mine[name].points, patch.points, atol=2e-5 * known.outer)
+        np.testing.assert_allclose(mine[name].points, patch.points, atol=2e-5 * reference.outer)
         np.testing.assert_allclose(mine[name].weights, patch.weights, rtol=3e-4)  # over a width of a fifth of r
 
 
@@ -113,9 +113,9 @@ def test_angles_count_anticlockwise_about_the_normal(normal: tuple, x: tuple, y:
     """Angles count from the body's x axis, or from its y axis if x is the normal."""
     at = np.array([1e-3, 2e-3, 3e-3])
     edges = np.concatenate([closed(circle(radius) @ np.array([x, y]) + at) for radius in (2e-3, 3e-3)])
-    found = land_of(edges, normal)
-    np.testing.assert_allclose((found.x, found.y), (x, y), atol=1e-12)
-    np.testing.assert_allclose(found.centre, at, atol=1e-9)
+    land = land_of(edges, normal)
+    np.testing.assert_allclose((land.x, land.y), (x, y), atol=1e-12)
+    np.testing.assert_allclose(land.centre, at, atol=1e-9)
 
 
 def test_a_half_space_under_a_face_is_that_under_a_lip() -> None:
@@ -243,13 +243,13 @@ def test_two_faces_are_numbered_through() -> None:
     """Faces follow by the x of their centroids, closed each from its own x axis; arcs are in proportion to area."""
     edges = np.concatenate([closed(circle(r, 5e-3)) for r in (1e-3, 2e-3)])
     other = [closed(circle(radius, -5e-3)) for radius in (2e-3, 2e-3 * math.sqrt(1 + 3 / 2))]
-    found = land_of(np.concatenate([edges, *other]), (0, 0, 1))
-    lip = FaceLip(found, 12)
+    land = land_of(np.concatenate([edges, *other]), (0, 0, 1))
+    lip = FaceLip(land, 12)
     assert lip.pieces == ((8, True), (4, True))
     assert lip.whole(12) == 12
     assert lip.whole(13) == 15
-    np.testing.assert_allclose(found.centre, (-5e-3 / 3, 0, 0), atol=1e-8)
-    middles = lip.line().mean(axis=1)[:, 0] + found.centre[0]
+    np.testing.assert_allclose(land.centre, (-5e-3 / 3, 0, 0), atol=1e-8)
+    middles = lip.line().mean(axis=1)[:, 0] + land.centre[0]
     assert np.all(middles[:8] < 0)
     assert np.all(middles[8:] > 0)
     points = np.column_stack([(5e-3, -5e-3), (1.5e-3, -2.5e-3), (0, 0)])

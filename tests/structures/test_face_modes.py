@@ -96,9 +96,9 @@ def off(slices: int, c: float = 1.0) -> tuple[float, float]:
     }
     turned = lip_greens(lambda n: assemble_axisymmetric(meridian(), STEEL, harmonic=n, order=2), patches, AIMS, ZETA)
     greens, _ = face_greens(model(8, 1, slices), AIMS, ZETA)
-    known = turned.static_compliance() / c**2
+    expected = turned.static_compliance() / c**2
     mine, right = greens.filtered_matrix(TIMES, 1 / BAND), turned.filtered_matrix(TIMES * c, c / BAND) / c
-    static = float(np.abs(greens.static_compliance() - known).max() / known.max())
+    static = float(np.abs(greens.static_compliance() - expected).max() / expected.max())
     return static, float(np.abs(mine - right).max() / np.abs(right).max())
 
 

@@ -35,10 +35,10 @@ def on_the_fillet(points: Array) -> Array:
 
 def largest(mesh: MeridianMesh) -> float:
     """Return the von Mises stress in the fillet under one newton at rest [Pa]."""
-    model, made = assemble_axisymmetric(mesh, STEEL), elements_of(mesh)
-    sites = on_surface(made)
+    model, elements = assemble_axisymmetric(mesh, STEEL), elements_of(mesh)
+    sites = on_surface(elements)
     push = factorize(model.K).solve(model.port_matrix)
-    stress = von_mises((solid_stress(made, STEEL, model, sites) @ push).reshape(-1, 6))
+    stress = von_mises((solid_stress(elements, STEEL, model, sites) @ push).reshape(-1, 6))
     return float(stress[on_the_fillet(sites.points)].max())
 
 

@@ -51,13 +51,13 @@ def test_frequencies_of_a_free_disc(thin: SolvedSheet) -> None:
     """Elements a fifth of the cutoff's wave have Kirchhoff's frequencies and pairs to 0.1 % (measured 0.06)."""
     rigidity = STEEL.young * THIN.thickness**3 / (12 * (1 - STEEL.poisson**2))
     scale = (THIN.diameter / 2) ** 2 * math.sqrt(STEEL.density * THIN.thickness / rigidity)
-    found = thin.plate.modes.omega * scale
+    scaled = thin.plate.modes.omega * scale
     for mode, ((n, _), published) in zip((3, 5, 6, 8), LEISSA.items(), strict=True):
         root = brentq(lambda k, n=n: edge(n, STEEL.poisson, k), *(math.sqrt(published * f) for f in (0.98, 1.02)))
         assert root**2 == pytest.approx(published, rel=2e-3)
-        assert found[mode] == pytest.approx(root**2, rel=1e-3)
+        assert scaled[mode] == pytest.approx(root**2, rel=1e-3)
         if n:
-            assert found[mode + 1] == pytest.approx(found[mode], rel=1e-3)
+            assert scaled[mode + 1] == pytest.approx(scaled[mode], rel=1e-3)
 
 
 @pytest.mark.slow
@@ -72,12 +72,12 @@ def test_frequencies_of_a_free_disc(thin: SolvedSheet) -> None:
 )
 def test_three_rigid_modes_and_its_mass(shape: Flat, band: float, lip: Lip) -> None:
     """w = 1, x, y alone cost no energy; pushed about its centre, it has the mass of the drawing, not of the mesh."""
-    found = solved_sheet(Sheet(shape, STEEL, band), (lip,), 0.0)
-    assert found.plate.modes.complete
-    assert np.sum(found.plate.modes.omega == 0) == 3
-    assert not found.plate.modes.frequencies_hz[:3].any()
-    assert found.greens.mass() == pytest.approx(STEEL.density * shape.area * shape.thickness, rel=1e-9)
-    assert found.greens.residual.static()[0, 0] > 0
+    solved = solved_sheet(Sheet(shape, STEEL, band), (lip,), 0.0)
+    assert solved.plate.modes.complete
+    assert np.sum(solved.plate.modes.omega == 0) == 3
+    assert not solved.plate.modes.frequencies_hz[:3].any()
+    assert solved.greens.mass() == pytest.approx(STEEL.density * shape.area * shape.thickness, rel=1e-9)
+    assert solved.greens.residual.static()[0, 0] > 0
 
 
 @pytest.mark.slow

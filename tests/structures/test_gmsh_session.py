@@ -21,15 +21,15 @@ COARSE = MeshSpec(size=2.5e-3)
 
 def started(monkeypatch) -> list[subprocess.Popen[str]]:
     """Return the gmsh processes that are started from here on."""
-    found: list[subprocess.Popen[str]] = []
+    processes: list[subprocess.Popen[str]] = []
 
     class Watched(subprocess.Popen):
         def __init__(self, *args, **options):
             super().__init__(*args, **options)
-            found.append(self)
+            processes.append(self)
 
     monkeypatch.setattr(subprocess, "Popen", Watched)
-    return found
+    return processes
 
 
 def assert_same(mesh: SeatMesh | MeridianMesh, expected: SeatMesh | MeridianMesh) -> None:

@@ -72,7 +72,7 @@ def test_more_modes_converge(eight: ModalGreens) -> None:
     """Modes above what a pulse excites answer with their statics: errors fall like 1/cutoff^2 in the end (measured
     orders 1.35 and 1.83), and what is stated covers them."""
     errors, stated = zip(
-        *((off(found := in_arcs(8, k * BAND), eight), found.error_estimate.reduction) for k in (0.5, 1, 2)), strict=True
+        *((off(modes := in_arcs(8, k * BAND), eight), modes.error_estimate.reduction) for k in (0.5, 1, 2)), strict=True
     )
     assert math.log2(errors[0] / errors[1]) > 1.2
     assert math.log2(errors[1] / errors[2]) > 1.7

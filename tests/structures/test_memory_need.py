@@ -106,10 +106,10 @@ def test_the_refusal_names_need_memory_key_and_what_would_fit():
     need = memory_need(CUBE)
     with pytest.raises(MemoryNeedError, match=r"^seat.mesh.size: 3e\+05 unknowns.* GB") as refused:
         check_memory(CUBE, size=1e-3, levels=("axisymmetric", "sector"), available=1e9)
-    told = str(refused.value)
-    assert f"{need / 1e9:.2g} GB of memory, 1 GB" in told
-    assert 'seat.model = "axisymmetric", or seat.model = "sector"' in told
-    size = float(told.partition('seat.mesh.size = "')[2].partition(" mm")[0])
+    message = str(refused.value)
+    assert f"{need / 1e9:.2g} GB of memory, 1 GB" in message
+    assert 'seat.model = "axisymmetric", or seat.model = "sector"' in message
+    size = float(message.partition('seat.mesh.size = "')[2].partition(" mm")[0])
     check_memory(CUBE.scaled(size**-3), available=1e9)  # the size it advises does fit
     with pytest.raises(MemoryNeedError):
         check_memory(CUBE.scaled((0.9 * size) ** -3), available=1e9)

@@ -125,10 +125,10 @@ def test_static_deflection_under_pressure() -> None:
     mesh = grid((8, 2), (length, width))
     model = assemble_plate(mesh, Material(206e9, 0.0, 7800.0), h, clamped="left")
     b = everywhere(mesh)[model.dofs.free]
-    found = b @ scipy.sparse.linalg.spsolve(model.K.tocsc(), b)
+    deflection = b @ scipy.sparse.linalg.spsolve(model.K.tocsc(), b)
     inertia, section = width * h**3 / 12, width * h
     exact = length**3 / (20 * 206e9 * inertia) + length / (3 * 5 / 6 * 103e9 * section)
-    assert found == pytest.approx(exact, rel=1e-3)
+    assert deflection == pytest.approx(exact, rel=1e-3)
     assert exact - length**3 / (20 * 206e9 * inertia) > 0.03 * exact  # the shear counts
 
 

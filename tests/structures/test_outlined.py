@@ -42,9 +42,9 @@ def turned(places: tuple[tuple[float, float], ...], angle: float) -> tuple[tuple
 def test_the_square_cantilever_plate() -> None:
     rigidity = STEEL.young * PLATE.thickness**3 / (12 * (1 - STEEL.poisson**2))
     scale = 2 * np.pi * 1e-4 * math.sqrt(STEEL.density * PLATE.thickness / rigidity)
-    found = frequencies(PLATE) * scale
-    assert (found < YOUNG).all()
-    assert found == pytest.approx(YOUNG, rel=8e-3)
+    scaled = frequencies(PLATE) * scale
+    assert (scaled < YOUNG).all()
+    assert scaled == pytest.approx(YOUNG, rel=8e-3)
 
 
 def test_it_may_lie_anywhere_and_run_either_way() -> None:
@@ -78,8 +78,8 @@ def test_a_flapper_by_its_corners() -> None:
     lower = [(a, -b) for a, b in upper[:-1]]
     shape = Outlined((*lower, *upper[::-1]), 0.3e-3, reed.centre, segment=((0.0, -4e-3), (0.0, 4e-3)))
     assert shape.area == pytest.approx(reed.area, rel=1.2e-3)
-    found = plate_modes(Sheet(shape, STEEL, 10e3)).modes.frequencies_hz[:3]
-    assert found == pytest.approx((196.6, 915.2, 1644.0), rel=5e-3)
+    lowest = plate_modes(Sheet(shape, STEEL, 10e3)).modes.frequencies_hz[:3]
+    assert lowest == pytest.approx((196.6, 915.2, 1644.0), rel=5e-3)
 
 
 SLOT = ((4e-3, -1e-3), (6e-3, -1e-3, 1.0), (6e-3, 1e-3), (4e-3, 1e-3, 1.0))  # round ends
@@ -213,10 +213,10 @@ def test_a_disc_held_at_its_middle_converges_to_the_bessel_determinant() -> None
     rigidity = STEEL.young * UMBRELLA.thickness**3 / (12 * (1 - STEEL.poisson**2))
     scale = 2 * np.pi * 10e-3**2 * math.sqrt(STEEL.density * UMBRELLA.thickness / rigidity)
     exact = [brentq(lambda k, n=n: held_inside(k, n, 0.25), 1.2, 3.2) ** 2 for n in (1, 0, 2)]
-    found = np.array(
+    lowest = np.array(
         [plate_modes(Sheet(UMBRELLA, STEEL, 1e3, size)).modes.frequencies_hz[:5] for size in (2e-3, 1e-3, 0.5e-3)]
     )
-    tilting, breathing, folded = (scale * found[:, k] for k in ([0, 1], [2], [3, 4]))
+    tilting, breathing, folded = (scale * lowest[:, k] for k in ([0, 1], [2], [3, 4]))
     for modes, root in zip((tilting, breathing, folded), exact, strict=True):
         assert modes[-1] == pytest.approx(root, rel=3e-4)
     coarse, middle, fine = breathing[:, 0]

@@ -50,10 +50,10 @@ def field_error(columns: int) -> float:
     model = assemble_plate(mesh, material, THICKNESS)
     x = mesh.points[:, 0] / LENGTH
     unknowns = np.stack([x**4 / 24, mesh.side * x**3 / 6 / LENGTH, 0 * x], axis=1).ravel()
-    found = (plate_stress(mesh, material, THICKNESS, model, plate_nodes(mesh)) @ unknowns).reshape(-1, 6)
+    computed = (plate_stress(mesh, material, THICKNESS, model, plate_nodes(mesh)) @ unknowns).reshape(-1, 6)
     edge = 200e9 * THICKNESS / 2 / (1 - 0.3**2) / LENGTH**2
     exact = -edge * np.stack([x**2 / 2, 0.3 * x**2 / 2, *np.zeros((4, len(x)))], axis=1)
-    return float(np.abs(found - exact).max() / edge)
+    return float(np.abs(computed - exact).max() / edge)
 
 
 def test_stress_at_the_nodes_is_of_second_order() -> None:
@@ -75,8 +75,8 @@ def test_pure_bending_is_exact() -> None:
         return (plate_stress(mesh, material, THICKNESS, model, sites) @ unknowns).reshape(-1, 6)
 
     moment = 200e9 * THICKNESS**3 / 12 / (1 - 0.3**2) * np.array([1 + 0.3 * 2, 2 + 0.3 * 1, 0, 0, 0, 0.7 * 0.5])
-    found = stress(1.0, 2.0, 0.5)
-    np.testing.assert_allclose(found, np.tile(-6 * moment / THICKNESS**2, (len(found), 1)), rtol=1e-8, atol=10.0)
+    tensor = stress(1.0, 2.0, 0.5)
+    np.testing.assert_allclose(tensor, np.tile(-6 * moment / THICKNESS**2, (len(tensor), 1)), rtol=1e-8, atol=10.0)
 
 
 def test_points_off_the_plate_are_refused() -> None:
@@ -104,11 +104,11 @@ def test_the_first_mode_of_a_strip_bears_root_3_rho_c_v_at_its_clamp() -> None:
     quarter = np.pi / 2 / omega[0]
     force = np.zeros(int(1.5 * quarter / dt))
     force[int(1.2 * quarter / dt) :] = 1e-6
-    found = largest(field, force, dt)
+    peaks = largest(field, force, dt)
     exact = np.sqrt(3 * 200e9 * 7850) * speed
-    assert found.initial.von_mises[0] == pytest.approx(exact, rel=0.01)
-    assert found.initial.von_mises_time[0] == pytest.approx(quarter, rel=0.01)
-    assert found.after_contact.von_mises[0] == pytest.approx(exact * np.cos(0.2 * np.pi / 2), rel=0.02)
+    assert peaks.initial.von_mises[0] == pytest.approx(exact, rel=0.01)
+    assert peaks.initial.von_mises_time[0] == pytest.approx(quarter, rel=0.01)
+    assert peaks.after_contact.von_mises[0] == pytest.approx(exact * np.cos(0.2 * np.pi / 2), rel=0.02)
     at_once = at_time(field, force, dt, int(quarter / dt))
     assert von_mises(at_once)[0] == pytest.approx(exact, rel=0.01)
 

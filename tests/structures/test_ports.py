@@ -37,11 +37,11 @@ def tube(top: float) -> tuple[skfem.MeshHex, skfem.MeshQuad]:
 
 def heights(model: SecondOrderModel) -> list[float]:
     """Return the mean height of each ring."""
-    found = []
+    means = []
     for port in model.ports.values():
         weight = np.linalg.norm(model.expand(port.vector), axis=0)
-        found.append(float(weight @ model.dofs.points[2] / weight.sum()))
-    return found
+        means.append(float(weight @ model.dofs.points[2] / weight.sum()))
+    return means
 
 
 @pytest.mark.parametrize(("top", "up"), [(1.0, True), (1.5, True), (0.5, False)])

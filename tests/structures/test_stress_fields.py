@@ -36,10 +36,10 @@ def block(kind: Any) -> Any:
 def test_uniform_tension_along_the_normal_is_exact(kind: Any, order: int, material: Any) -> None:
     mesh = block(kind)
     model = assemble(mesh, material, fixed=(), sliding=("x0", "y0", "z0"), order=order)
-    made = elements_of(mesh, order)
-    for sites in (on_surface(made), at_points(made, np.array([(1.1e-3, 1.3e-3, 2.7e-3)]))):
+    elements = elements_of(mesh, order)
+    for sites in (on_surface(elements), at_points(elements, np.array([(1.1e-3, 1.3e-3, 2.7e-3)]))):
         push = np.linalg.solve(model.K.toarray(), model.port_matrix)
-        stress = (solid_stress(made, material, model, sites) @ push).reshape(-1, 6)
+        stress = (solid_stress(elements, material, model, sites) @ push).reshape(-1, 6)
         np.testing.assert_allclose(stress, [[0, 0, 1 / SQUARE, 0, 0, 0]] * len(sites), atol=1e-9 / SQUARE)
 
 
@@ -64,11 +64,11 @@ def test_a_thick_walled_ring_under_pressure_has_the_stress_of_lame(kind: Any) ->
     for columns in (4, 8):
         mesh = section(2, columns, height, lambda z: (a + 0 * z, b + 0 * z), kind)
         model = assemble_axisymmetric(mesh, STEEL, fixed=(), sliding=("fixed", "contact"), ports={"contact": "inner"})
-        made = elements_of(mesh)
-        sites = on_surface(made)
+        elements = elements_of(mesh)
+        sites = on_surface(elements)
         push = np.linalg.solve(model.K.toarray(), model.port_matrix)[:, 0]
         of_one_pascal = -2 * np.pi * a * height * push  # inwards
-        stress = (solid_stress(made, STEEL, model, sites) @ of_one_pascal).reshape(-1, 6)
+        stress = (solid_stress(elements, STEEL, model, sites) @ of_one_pascal).reshape(-1, 6)
         ratio = (b / sites.points[:, 0]) ** 2
         hoop, radial = ((1 + s * ratio) * a**2 / (b**2 - a**2) for s in (1, -1))
         exact = np.stack([radial, hoop, STEEL.poisson * (radial + hoop), *np.zeros((3, len(ratio)))], axis=1)
@@ -90,9 +90,9 @@ def rod(vectors: int, dt: float) -> StressField:
     thin = Material(200e9, 0.0, 7850.0, "rod")
     mesh = section(200, 1, LENGTH, lambda z: (0 * z, RADIUS + 0 * z))
     model = assemble_axisymmetric(mesh, thin)
-    made = elements_of(mesh)
+    elements = elements_of(mesh)
     points = np.array([(RADIUS / 2, LENGTH * (1 - x)) for x in (0.001, 0.1, 0.5)])
-    functional = solid_stress(made, thin, model, at_points(made, points))
+    functional = solid_stress(elements, thin, model, at_points(elements, points))
     return recover(model, functional, points, bandwidth=100e3, dt=dt, vectors=vectors)
 
 
@@ -127,12 +127,12 @@ def newmark(model: SecondOrderModel, force: Array, dt: float) -> Array:
     M, K, b = model.M, model.K, model.port_matrix[:, 0]
     solver = splu((M * (4 / dt**2) + K).tocsc())
     u = v = np.zeros(model.size)
-    a, found = np.zeros(model.size), np.zeros((len(force), model.size))
+    a, courses = np.zeros(model.size), np.zeros((len(force), model.size))
     for m in range(1, len(force)):
         new = solver.solve(b * force[m] + M @ (4 / dt**2 * u + 4 / dt * v + a))
         a, v, u = 4 / dt**2 * (new - u) - 4 / dt * v - a, 2 / dt * (new - u) - v, new
-        found[m] = u
-    return found.T
+        courses[m] = u
+    return courses.T
 
 
 @pytest.mark.slow
@@ -141,9 +141,9 @@ def test_a_filleted_seat_under_a_pulse_follows_a_time_integration() -> None:
     dt = width / 100
     mesh = section(24, 8, 4e-3, filleted)
     model = assemble_axisymmetric(mesh, STEEL)
-    made = elements_of(mesh)
+    elements = elements_of(mesh)
     points = np.array([(1.999e-3, 3e-3), (1.5e-3, 3.99e-3), (1e-3, 2e-3)])
-    functional = solid_stress(made, STEEL, model, at_points(made, points))
+    functional = solid_stress(elements, STEEL, model, at_points(elements, points))
     steps = round(duration / dt)
 
     def pulse(t: Array) -> Array:
@@ -151,13 +151,13 @@ def test_a_filleted_seat_under_a_pulse_follows_a_time_integration() -> None:
 
     field = recover(model, functional, points, bandwidth=0.3e6, dt=dt)
     force = pulse(dt * (np.arange(steps + 1) - 0.5))
-    found = histories(field, force, dt)
+    stress = histories(field, force, dt)
     half = dt / 2
     exact = (functional @ newmark(model, pulse(half * np.arange(2 * steps + 1)), half)).reshape(3, 6, -1)[:, :, ::2]
     scale = np.abs(exact).max(axis=(1, 2))
-    assert (np.abs(found - exact).max(axis=(1, 2)) < 0.01 * scale).all()
+    assert (np.abs(stress - exact).max(axis=(1, 2)) < 0.01 * scale).all()
     peak = largest(field, force, dt).after_contact
-    at_once = np.moveaxis(found, 1, 2)
+    at_once = np.moveaxis(stress, 1, 2)
     np.testing.assert_allclose(peak.von_mises, von_mises(at_once).max(axis=1), rtol=5e-3)
     np.testing.assert_allclose(peak.principal, principal(at_once)[..., 2].max(axis=1), rtol=5e-3)
     assert (peak.von_mises_time > 0).all()
@@ -165,16 +165,16 @@ def test_a_filleted_seat_under_a_pulse_follows_a_time_integration() -> None:
 
 def test_what_is_refused() -> None:
     mesh = section(2, 2, 1e-3, lambda z: (1e-3 + 0 * z, 2e-3 + 0 * z))
-    made, model = elements_of(mesh), assemble_axisymmetric(mesh, STEEL)
+    elements, model = elements_of(mesh), assemble_axisymmetric(mesh, STEEL)
     with pytest.raises(ModelError, match="off the body"):
-        at_points(made, np.array([(2.5e-3, 0.5e-3)]))
+        at_points(elements, np.array([(2.5e-3, 0.5e-3)]))
     rubber = Material(1e7, 0.499, 1000.0, "rubber")
     with pytest.raises(ModelError, match="rubber"):
-        solid_stress(made, rubber, model, on_surface(made))
+        solid_stress(elements, rubber, model, on_surface(elements))
     free = assemble_axisymmetric(mesh, STEEL, fixed=())
-    functional = solid_stress(made, STEEL, free, on_surface(made))
+    functional = solid_stress(elements, STEEL, free, on_surface(elements))
     with pytest.raises(ModelError, match="nothing holds"):
-        recover(free, functional, on_surface(made).points, bandwidth=1e5, dt=1e-7)
+        recover(free, functional, on_surface(elements).points, bandwidth=1e5, dt=1e-7)
 
 
 @pytest.mark.parametrize("kind", [skfem.MeshHex, skfem.MeshTet])
@@ -184,14 +184,14 @@ def test_singular_edges_are_found(kind: Any) -> None:
     centres = mesh.p[:, mesh.t].mean(axis=1)
     mesh = mesh.restrict(np.flatnonzero(~((centres[0] < 1) & (centres[1] < 1))))
     mesh = mesh.with_boundaries({"fixed": lambda x: x[0] > 2 - 1e-9})
-    found = singular_points(mesh, ("fixed",))
-    reentrant = np.isclose(found[:, :2], 1).all(axis=1)
-    rim = np.isclose(found[:, 0], 2) & (np.isin(found[:, 1], (0, 2)) | np.isin(found[:, 2], (0, 1)))
+    singular = singular_points(mesh, ("fixed",))
+    reentrant = np.isclose(singular[:, :2], 1).all(axis=1)
+    rim = np.isclose(singular[:, 0], 2) & (np.isin(singular[:, 1], (0, 2)) | np.isin(singular[:, 2], (0, 1)))
     assert (reentrant | rim).all()
     assert reentrant.any()
     assert rim.any()
     points = np.array([(1.0, 1.0, 0.5), (1.2, 1.0, 0.5), (1.4, 1.0, 0.0)])
-    np.testing.assert_array_equal(near(points, found, 0.3), [True, True, False])
+    np.testing.assert_array_equal(near(points, singular, 0.3), [True, True, False])
 
 
 def test_the_corner_of_a_section_is_found_and_the_axis_is_none() -> None:

@@ -117,10 +117,10 @@ def test_a_sphere_of_waves_leaves_through_an_absorbing_block():
     seen = {}
     for name, (size, supports) in cases.items():
         mesh = box(np.arange(0, size + 0.1, 0.5), np.arange(0, size + 0.1, 0.5), np.arange(-size, 0.1, 0.5), 1)
-        made = assemble(
+        model = assemble(
             mesh, solid, mass="nodal", supports=supports or (Dashpot("x1", 0.0),), fixed=(), sliding=("x0", "y0")
         )
-        seen[name] = march(made, pulse, 0.1, 88)  # the echo of the far walls needs 2 * 5/1.1 = 9
+        seen[name] = march(model, pulse, 0.1, 88)  # the echo of the far walls needs 2 * 5/1.1 = 9
     returned = {name: np.abs(seen[name] - seen["far"]).max() / np.abs(seen["far"]).max() for name in cases}
     assert returned["dashpots"] < 0.13
     assert returned["springs"] < 0.045

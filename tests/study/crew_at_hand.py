@@ -33,8 +33,8 @@ def answer_by(monkeypatch: pytest.MonkeyPatch, answer: Answer) -> None:
     """Lets a function of the changed keys give the summary of each scene, or its whole outcome."""
 
     def carried_out(path: object, changed: dict[str, object], *_: object, **__: object) -> one.Outcome:
-        found = answer(changed)
-        return found if isinstance(found, one.Outcome) else one.Outcome("done", "", 0.0, found)
+        outcome = answer(changed)
+        return outcome if isinstance(outcome, one.Outcome) else one.Outcome("done", "", 0.0, outcome)
 
     monkeypatch.setattr(one, "_carried_out", carried_out)
 

@@ -19,10 +19,10 @@ LENGTH, ANGLE = 1e-6, 1e-4  # m, rad
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    found = tmp_path_factory.mktemp("assemblies")
+    drawn = tmp_path_factory.mktemp("assemblies")
     script = Path(__file__).with_name("draw_assemblies.py")
-    subprocess.run([sys.executable, str(script), str(found)], check=True, stdout=subprocess.DEVNULL, timeout=100)
-    return found
+    subprocess.run([sys.executable, str(script), str(drawn)], check=True, stdout=subprocess.DEVNULL, timeout=100)
+    return drawn
 
 
 def written(folder: Path, seat: str, reed: str, *changes: tuple[str, str]) -> Path:
@@ -158,8 +158,8 @@ def test_what_does_not_fit_together(
 ) -> None:
     with pytest.raises(SceneError) as caught:
         loaded(folder, *pair.split(), *([change] if change else []))
-    told = {problem.key: problem.message for problem in caught.value.problems}
-    assert [each for each in words if each not in told[key]] == [], told[key]
+    messages = {problem.key: problem.message for problem in caught.value.problems}
+    assert [each for each in words if each not in messages[key]] == [], messages[key]
 
 
 @pytest.mark.slow

@@ -47,13 +47,13 @@ def test_modes_of_a_free_sphere(tmp_path: Path) -> None:
     """Its facet is a 100th of its section and moves them by less than a part in a thousand; six are rigid."""
     modes = modes_of(scene_of(tmp_path).reed, Wanted(48), Stopwatch(), lambda *given: None)
     assert modes.complete
-    found = 2 * np.pi * modes.frequencies_hz * RADIUS / SHEAR_WAVE
-    assert np.sum(found == 0) == 6
+    scaled = 2 * np.pi * modes.frequencies_hz * RADIUS / SHEAR_WAVE
+    assert np.sum(scaled == 0) == 6
     torsion = brentq(twist, 2.0, 3.0)
     assert torsion == pytest.approx(2.5011, rel=1e-4)
-    assert found[6:11] == pytest.approx([torsion] * 5, rel=1e-3)
+    assert scaled[6:11] == pytest.approx([torsion] * 5, rel=1e-3)
     radial = brentq(breathing, 1.5, 3.0) * math.sqrt(RATIO)
-    assert np.abs(found / radial - 1).min() < 1e-3
+    assert np.abs(scaled / radial - 1).min() < 1e-3
 
 
 @pytest.mark.slow

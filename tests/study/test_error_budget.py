@@ -48,16 +48,16 @@ def test_a_spring_has_an_error_of_the_time_step_only(scene: Scene) -> None:
     bars = []
     for dt in (4e-8, 2e-8, 1e-8):
         result = run_contacts(scene, striker, spring, dt).seat
-        found = error_budget(scene, stated_method(scene), Solved(spring, plane=True), striker, Touches(result))
-        assert {source: part["impulse"] for source, part in found.parts.items() if source != "time_step"} == {
+        budget = error_budget(scene, stated_method(scene), Solved(spring, plane=True), striker, Touches(result))
+        assert {source: part["impulse"] for source, part in budget.parts.items() if source != "time_step"} == {
             "mesh": 0.0, "reduction": 0.0, "model": 0.0, "patch": 0.0,
         }  # fmt: skip
-        assert found.unknown == ()
-        assert found.dominant("seat_displacement") == "time_step"
+        assert budget.unknown == ()
+        assert budget.dominant("seat_displacement") == "time_step"
         # the largest displacement is the peak force over K
-        error = abs(found.values["seat_displacement"] * 40e6 - exact)
-        assert 0 < error <= found.bar("seat_displacement") * 40e6 <= 5 * error
-        bars.append(found.bar("seat_displacement"))
+        error = abs(budget.values["seat_displacement"] * 40e6 - exact)
+        assert 0 < error <= budget.bar("seat_displacement") * 40e6 <= 5 * error
+        bars.append(budget.bar("seat_displacement"))
     assert np.log2(np.array(bars[:-1]) / bars[1:]) == pytest.approx([1, 1], abs=0.15)
 
 
@@ -65,17 +65,17 @@ def test_an_error_of_g_becomes_one_of_the_force_not_of_the_impulse(scene: Scene)
     """A stiffness 4 % off changes the peak on a spring by 2 %, and the impulse not beyond the step."""
     striker, spring = striker_of(scene), impact.spring(stiffness=40e6)
     result = run_contacts(scene, striker, spring, 1e-8).seat
-    found = error_budget(scene, stated_method(scene), Solved(spring, level_error=0.04), striker, Touches(result))
-    peak, impulse = (found.parts["model"][name] / found.values[name] for name in ("filtered_peak", "impulse"))
+    budget = error_budget(scene, stated_method(scene), Solved(spring, level_error=0.04), striker, Touches(result))
+    peak, impulse = (budget.parts["model"][name] / budget.values[name] for name in ("filtered_peak", "impulse"))
     assert peak == pytest.approx(1 - 1 / math.sqrt(1.04), rel=0.1)
     assert impulse < 2e-3
 
 
 def test_a_bar_over_its_value() -> None:
     parts = {"mesh": {"impulse": 0.3, "peak_force": 0.1}, "time_step": {"impulse": 0.1, "peak_force": 0.0}}
-    found = Budget({"impulse": -10.0, "peak_force": 0.0}, parts)
-    assert found.relative("impulse") == pytest.approx(SAFETY * 0.04)
-    assert found.relative("peak_force") == math.inf
+    budget = Budget({"impulse": -10.0, "peak_force": 0.0}, parts)
+    assert budget.relative("impulse") == pytest.approx(SAFETY * 0.04)
+    assert budget.relative("peak_force") == math.inf
 
 
 def test_a_seat_taken_for_a_spring_has_its_floor(scene: Scene) -> None:
@@ -84,10 +84,10 @@ def test_a_seat_taken_for_a_spring_has_its_floor(scene: Scene) -> None:
     result, method = run_contacts(scene, striker, seat, 1e-8).seat, stated_method(scene)
     as_spring = replace(method, seat=replace(method.seat, level="spring"))
     solved = Solved(seat.with_error(ErrorEstimate(1e-3, 1e-3), {}), plane=True)
-    found = error_budget(scene, as_spring, solved, striker, Touches(result))
+    budget = error_budget(scene, as_spring, solved, striker, Touches(result))
     floors = {**FLOORS, "model": FLOOR_OF_SPRING, "patch": 0.0}
     for source in ("model", "mesh", "reduction"):
-        assert found.parts[source]["impulse"] >= floors[source] * found.values["impulse"] > 0
+        assert budget.parts[source]["impulse"] >= floors[source] * budget.values["impulse"] > 0
     exact = error_budget(scene, method, Solved(seat, plane=True), striker, Touches(result))
     assert all(exact.parts[source]["impulse"] == 0 for source in ("model", "mesh", "reduction"))
 

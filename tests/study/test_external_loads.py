@@ -120,9 +120,9 @@ def test_a_pressure_in_crank_angle(tmp_path: Path) -> None:
     ],
 )  # fmt: skip
 def test_what_is_wrong_is_named(reed: str, load: str, words: str, tmp_path: Path) -> None:
-    told = refusal(scene_of, tmp_path, f"{reed}[[load]]\n{load}")
-    assert re.search(words, told)
-    assert int(told.split("scene.toml:")[1].split(":")[0]) >= (SEAT + reed).count("\n") + 1
+    message = refusal(scene_of, tmp_path, f"{reed}[[load]]\n{load}")
+    assert re.search(words, message)
+    assert int(message.split("scene.toml:")[1].split(":")[0]) >= (SEAT + reed).count("\n") + 1
 
 
 def test_loads_need_no_other_motion(tmp_path: Path) -> None:

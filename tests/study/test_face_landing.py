@@ -77,8 +77,8 @@ def test_a_tilt_opens_a_slot_by_a_plane(tmp_path: Path, axis: float, slopes: tup
     scene = scene_of(tmp_path, SLOT, f'ports = 48\ntilt = "0.3 deg"\ntilt_axis = "{axis} deg"\n')
     lip = scene.seat.region(48)
     gaps, rise = scene.geometry.gaps(Division(48)), math.tan(math.radians(0.3))
-    (mean, *found) = best_plane(gaps[None], closed_line(lip))[0]
-    np.testing.assert_allclose(found, rise * np.array(slopes), atol=1e-6 * rise)
+    (mean, *fitted) = best_plane(gaps[None], closed_line(lip))[0]
+    np.testing.assert_allclose(fitted, rise * np.array(slopes), atol=1e-6 * rise)
     if axis in (0.0, 90.0):
         assert mean - GAP == pytest.approx(rise * (3.5e-3 if axis == 0.0 else 6e-3), rel=2e-3)
     assert gaps.min() >= GAP + 0.99 * rise * 0.5e-3  # the straight side that lies lowest, on its centre line
@@ -114,16 +114,16 @@ def test_a_drawing_of_a_seat_answers_as_the_seat(tmp_path: Path) -> None:
     (measured; one leaves 3.5 %, three 0.9 %)."""
     annular = 'kind = "annular"\nbore_radius = "4 mm"\nlip_width = "1 mm"\n' + STEEL
     band = 'greens = {{ bandwidth = "40 kHz" }}\nmesh = {{ size = "{}", contact_size = "{}" }}\n'
-    found = []
+    landings = []
     for seat, sizes in ((annular, ("2 mm", "0.3 mm")), (cad("annular_seat"), ("3 mm", "0.5 mm"))):
         scene = scene_of(tmp_path, seat + band.format(*sizes), 'ports = 16\ntilt = "0.3 deg"\n')
         solved = seat_of(scene)
         touches = run_contacts(scene, striker_of(scene), solved.greens, 1e-7)
-        found.append((scene, solved, touches, measured(touches, scene.run.filter_width)))
-    (_, known, _, right), (scene, solved, touches, values) = found
+        landings.append((scene, solved, touches, measured(touches, scene.run.filter_width)))
+    (_, reference, _, right), (scene, solved, touches, values) = landings
     assert Division.from_greens(solved.greens) == Division(16)
     assert solved.about["seat_level"] == "3d"
-    statics, exact = (each.greens.static_compliance() for each in (solved, known))
+    statics, exact = (each.greens.static_compliance() for each in (solved, reference))
     assert np.abs(statics - exact).max() < 0.02 * exact.max()
     assert touches.seat.energy.residual < 1e-9
     assert values["impulse"] == pytest.approx(right["impulse"], rel=2e-3)

@@ -82,20 +82,20 @@ def test_a_mass_is_stopped_by_the_momentum_of_its_film(tmp_path: Path) -> None:
 def test_a_run_tells_of_its_film_and_of_none(tmp_path: Path) -> None:
     scene = load_text(tmp_path, MASS.replace("-0.2 m/s", "-2 m/s"))
     outcome = run_scene(scene, tmp_path, pictures=False)
-    found = outcome.summary
+    summary = outcome.summary
     without = load_text(tmp_path, MASS.replace("-0.2 m/s", "-2 m/s").replace("film = ", "# film = "))
     plain = run_scene(without, tmp_path / "plain", pictures=False).summary
-    assert found["stiction_force_peak_N"] == pytest.approx(0.4e5 * 34.56e-6)
-    assert found["film_force_peak_N"] > 10.0  # type: ignore[operator]
-    assert found["without_film_impulse_Ns"] == pytest.approx(plain["impulse_Ns"], rel=1e-3)
-    assert found["without_film_filtered_peak_force_N"] == pytest.approx(plain["filtered_peak_force_N"], rel=1e-2)
-    assert found["impulse_Ns"] < 0.95 * plain["impulse_Ns"]  # type: ignore[operator]
-    assert found["energy_residual"] < 1e-9  # type: ignore[operator]
-    assert simpler(found).startswith("simpler models: without the film ")
+    assert summary["stiction_force_peak_N"] == pytest.approx(0.4e5 * 34.56e-6)
+    assert summary["film_force_peak_N"] > 10.0  # type: ignore[operator]
+    assert summary["without_film_impulse_Ns"] == pytest.approx(plain["impulse_Ns"], rel=1e-3)
+    assert summary["without_film_filtered_peak_force_N"] == pytest.approx(plain["filtered_peak_force_N"], rel=1e-2)
+    assert summary["impulse_Ns"] < 0.95 * plain["impulse_Ns"]  # type: ignore[operator]
+    assert summary["energy_residual"] < 1e-9  # type: ignore[operator]
+    assert simpler(summary).startswith("simpler models: without the film ")
     assert not any(key.startswith(("film", "without_film", "stiction")) for key in plain)
     assert any("A gas, as viscosity = 1.8e-05 Pa s says" in message for message in outcome.messages)
     loaded = impact.load_results(tmp_path / "result.h5")["wave"]
-    assert measures.film_force_peak(loaded) == found["film_force_peak_N"]
+    assert measures.film_force_peak(loaded) == summary["film_force_peak_N"]
 
 
 @pytest.mark.slow

@@ -36,10 +36,10 @@ SLOW = 6.0  # s of the processor; each took a minute, or grew with a power of it
 )
 def test_a_scene_of_many_of_a_kind(text, message, tmp_path):
     start = time.process_time()
-    with pytest.raises(SceneError) as told:
+    with pytest.raises(SceneError) as refused:
         load_text(tmp_path, text)
-    assert re.search(message, str(told.value))
-    assert len(told.value.problems) <= 101
+    assert re.search(message, str(refused.value))
+    assert len(refused.value.problems) <= 101
     assert time.process_time() - start < SLOW
 
 

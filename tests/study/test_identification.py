@@ -59,11 +59,11 @@ def test_a_coefficient_that_is_off_by_three_percent_is_seen(record, tmp_path):
 @pytest.mark.slow
 def test_the_derivatives_are_those_of_the_records(record, tmp_path):
     """The derivatives by all keys, those of the records too, agree with differences of marches."""
-    asked, samples = load_identification(write_files(tmp_path, *record, RECORD.replace("[fit]", "[fit]\n" + GAIN)))
-    model = Model(asked, samples)
-    at = np.array([each.share(TRUE.get(key, 1.0) * 1.013) for key, each in asked.fit.items()])
+    study, samples = load_identification(write_files(tmp_path, *record, RECORD.replace("[fit]", "[fit]\n" + GAIN)))
+    model = Model(study, samples)
+    at = np.array([each.share(TRUE.get(key, 1.0) * 1.013) for key, each in study.fit.items()])
     slopes, width = model.jacobian(at), 1e-4
-    for column, key in enumerate(asked.fit):
+    for column, key in enumerate(study.fit):
         step = width * np.eye(len(at))[column]
         by_marches = (model.residuals(at + step) - model.residuals(at - step)) / (2 * width)
         error = np.abs(slopes[:, column] - by_marches)

@@ -47,29 +47,29 @@ def test_every_wrong_selector_is_told_at_its_line(verb, tmp_path, capsys):
         + 'groups.bores = { radius = "3 mm" }\nregions.ring = { order = 3 }\nmaterials.core = "titanium"\n'
         + 'supports = [{ kind = "bolted", on = "rimm", normal = "5 GPa/mm" }]\n'
     )
-    found = told(tmp_path, seat, capsys, verb)
-    assert [line.split(":")[1:3] for line in found] == [
+    lines = told(tmp_path, seat, capsys, verb)
+    assert [line.split(":")[1:3] for line in lines] == [
         ["5", " seat.contact"], ["6", " seat.fixed"], ["7", " seat.groups.bores"], ["8", " seat.regions.ring"],
         ["9", " seat.materials.core"], ["10", " seat.supports.0.on"],
     ]  # fmt: skip
-    assert "number 77" in found[0]
-    assert "6 separate faces match" in found[2]
-    assert "seatfem faces valve_plate.step" in found[0]
+    assert "number 77" in lines[0]
+    assert "6 separate faces match" in lines[2]
+    assert "seatfem faces valve_plate.step" in lines[0]
 
 
 def test_a_wrong_unit_is_told_at_its_key(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (found,) = told(tmp_path, CAD.format(MESHES / "bar.step") + 'unit = "inch"\n', capsys)
-    assert found.startswith("scene.toml:5: seat.unit: ")
-    (found,) = told(tmp_path, MESH + 'unit = "um"\n', capsys)
-    assert found.startswith("scene.toml:5: seat.unit: ")
+    (line,) = told(tmp_path, CAD.format(MESHES / "bar.step") + 'unit = "inch"\n', capsys)
+    assert line.startswith("scene.toml:5: seat.unit: ")
+    (line,) = told(tmp_path, MESH + 'unit = "um"\n', capsys)
+    assert line.startswith("scene.toml:5: seat.unit: ")
 
 
 @pytest.mark.slow
 def test_wrong_groups_of_a_mesh_are_told_together(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    found = told(tmp_path, MESH + 'contact = "contac"\nfixed = "clamp"\n', capsys)
-    assert [line.split(":")[1:3] for line in found] == [["5", " seat.contact"], ["6", " seat.fixed"]]
-    found = told(tmp_path, MESH + 'supports = [{ kind = "sliding", on = "x" }]\n', capsys)
-    assert re.match("scene.toml:5: seat.supports.0.on: .*'x'; .*'contact'", found[0])
+    lines = told(tmp_path, MESH + 'contact = "contac"\nfixed = "clamp"\n', capsys)
+    assert [line.split(":")[1:3] for line in lines] == [["5", " seat.contact"], ["6", " seat.fixed"]]
+    lines = told(tmp_path, MESH + 'supports = [{ kind = "sliding", on = "x" }]\n', capsys)
+    assert re.match("scene.toml:5: seat.supports.0.on: .*'x'; .*'contact'", lines[0])
 
 
 @pytest.mark.parametrize(
@@ -85,9 +85,9 @@ def test_wrong_groups_of_a_mesh_are_told_together(tmp_path: Path, capsys: pytest
 )  # fmt: skip
 def test_wrong_headers_are_told_by_a_plan(seat, place, words, tmp_path, capsys):
     (tmp_path / "seat.csv").write_text("a,b\n1,2\n", encoding="utf-8")
-    found = told(tmp_path, f"[seat]\n{seat}\n", capsys)
-    assert place in found[0]
-    assert words in found[0]
+    lines = told(tmp_path, f"[seat]\n{seat}\n", capsys)
+    assert place in lines[0]
+    assert words in lines[0]
 
 
 def test_supports_of_drawn_seats_are_looked_up_without_a_file(tmp_path: Path) -> None:
@@ -123,10 +123,10 @@ def test_a_file_is_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 def test_numbers_are_those_of_the_file_and_stay_through_fragmenting() -> None:
     """The ring's top is face 8 of the file; the common faces of two solids have two numbers each."""
     part = CadPart(MESHES / "insert_seat.step", contact=NumberedFace((8,)), fixed=NumberedFace((3,)))
-    found = inspect_geometry(part)
-    assert found.problems == ()
-    assert [face.numbers for face in found.faces if "contact" in face.groups] == [(8,)]
-    assert sorted(face.numbers for face in found.faces if len(face.numbers) == 2) == [(4, 7), (6, 9)]
+    inspected = inspect_geometry(part)
+    assert inspected.problems == ()
+    assert [face.numbers for face in inspected.faces if "contact" in face.groups] == [(8,)]
+    assert sorted(face.numbers for face in inspected.faces if len(face.numbers) == 2) == [(4, 7), (6, 9)]
     mesh = make_mesh(part, COARSE)
     assert mesh.quality.cad_areas["contact"] == pytest.approx(np.pi * (8e-3**2 - 4e-3**2), rel=1e-9)
     assert mesh.quality.cad_areas["fixed"] == pytest.approx(np.pi * (12e-3**2 - 4e-3**2), rel=1e-9)
@@ -187,12 +187,12 @@ def test_a_cad_plate_is_measured_like_the_same_plate_drawn_here(tmp_path: Path) 
     ).patch()  # fmt: skip
     seat = CAD.format(MESHES / "valve_plate.step") + "contact = { number = 11 }\n"
     scene = load_scene(written(tmp_path, seat))
-    found = scene.seat.patch()
-    assert found.area == pytest.approx(drawn.area, rel=0.02)
-    assert found.width == pytest.approx(drawn.width, rel=0.05)
-    assert found.depth == pytest.approx(drawn.depth, rel=1e-6)
+    patch = scene.seat.patch()
+    assert patch.area == pytest.approx(drawn.area, rel=0.02)
+    assert patch.width == pytest.approx(drawn.width, rel=0.05)
+    assert patch.depth == pytest.approx(drawn.depth, rel=1e-6)
     for key in ("bending", "bending_frequency"):  # a plate with its load off the centre is stiffer than at the centre
-        assert 1 / 4 < getattr(found, key) / getattr(drawn, key) < 4
+        assert 1 / 4 < getattr(patch, key) / getattr(drawn, key) < 4
 
 
 @pytest.mark.slow

@@ -29,8 +29,8 @@ Build = Callable[..., Solved]
 @pytest.fixture
 def seat(tmp_path: Path) -> Callable[[str], Drawn]:
     def read(text: str) -> Drawn:
-        found = load_text(tmp_path, "[seat]\n" + text + REST).seat
-        return found
+        body = load_text(tmp_path, "[seat]\n" + text + REST).seat
+        return body
 
     return read
 
@@ -61,9 +61,9 @@ def build(tmp_path_factory: pytest.TempPathFactory) -> Build:
     ],
 )
 def test_what_applies_and_what_is_chosen(text, levels, chosen, seat):
-    found = seat(text).levels()
-    assert {level.level for level in found if level.applies} == levels
-    assert all(level.reason for level in found)
+    possible = seat(text).levels()
+    assert {level.level for level in possible if level.applies} == levels
+    assert all(level.reason for level in possible)
     assert seat(text).level(0.0025).level == chosen
 
 

@@ -156,11 +156,11 @@ def test_a_rigid_face_on_an_even_lip_is_one_contact(bench: Bench, ports: int) ->
     """Arcs by symmetry carry equal forces, as one port does that is made of them."""
     scene = scene_of(bench.folder, keys(ports), reed=MASS)
     greens, striker = bench.seat(scene).greens, striker_of(scene)
-    found = [
+    runs = [
         impact.solve(problem_of(scene, striker, impact.Body(g)), dt=2e-8, duration=20e-6)
         for g in (greens, as_a_whole(greens))
     ]
-    several, one = (result.force for result in found)
+    several, one = (result.force for result in runs)
     assert one.max() > 0
     np.testing.assert_allclose(several, np.repeat(one[:, None] / ports, ports, 1), atol=1e-9 * one.max())
 
@@ -274,15 +274,15 @@ def stated(bench: Bench) -> Callable[[int, tuple[str, str]], Stated]:
 def test_the_bar_covers_what_more_arcs_change(
     stated: Callable[[int, tuple[str, str]], Stated], ports: int, tilt: tuple[str, str]
 ) -> None:
-    found = stated(ports, tilt)
+    landing = stated(ports, tilt)
     for name in ("impulse", "filtered_peak", "line_force"):
-        assert found.bars[name] > found.true[name], name
+        assert landing.bars[name] > landing.true[name], name
     if tilt[0] != "0.1 deg":  # where it is most of the bar, the patch's share alone is of that size: 0.38 of it or more
         for name in ("impulse", "line_force"):
-            assert 3 * found.patch[name] > found.true[name], name
-    assert found.patch["filtered_peak"] < 0.6 * found.values["filtered_peak"]
+            assert 3 * landing.patch[name] > landing.true[name], name
+    assert landing.patch["filtered_peak"] < 0.6 * landing.values["filtered_peak"]
     if ports == 32:
-        assert found.patch["impulse"] < 0.01 * found.values["impulse"]
+        assert landing.patch["impulse"] < 0.01 * landing.values["impulse"]
 
 
 @pytest.mark.slow
@@ -313,18 +313,18 @@ def test_the_bar_of_the_band_holds_what_wider_bands_change_and_falls(tmp_path: P
     """The band's bar on PEEK holds what wider bands change, and halves from 160 to 400 kHz."""
     steel = 'young = "206 GPa", poisson = 0.3, density = "7800 kg/m^3"'
     soft = 'young = "4 GPa", poisson = 0.4, density = "1300 kg/m^3"'
-    left, values = [], []
+    errors, values = [], []
     for band in (160, 250, 400):
         seat = SEAT.replace("100 kHz", f"{band} kHz").replace(steel, soft)
         scene = scene_of(tmp_path, keys(16, ROLL), seat=seat, duration='0.1 ms"\nfilter_width = "4 us')
         solved, striker, method = seat_of(scene, mesh_error=False), striker_of(scene), stated_method(scene)
         touches = run_contacts(scene, striker, solved.greens, DT)
-        left.append(error_budget(scene, method, solved, striker, touches).parts["reduction"])
+        errors.append(error_budget(scene, method, solved, striker, touches).parts["reduction"])
         values.append(measured(run_contacts(scene, striker, solved.greens, 2 * DT), scene.run.filter_width))
     for name in ("impulse", "filtered_peak", "line_force"):
         for k in (0, 1):
-            assert 1.5 * left[k][name] > abs(values[k][name] - values[-1][name]), name
-        assert left[-1][name] < 0.5 * left[0][name], name
+            assert 1.5 * errors[k][name] > abs(values[k][name] - values[-1][name]), name
+        assert errors[-1][name] < 0.5 * errors[0][name], name
 
 
 @pytest.mark.slow
@@ -338,13 +338,13 @@ def test_statics_are_off_by_what_the_waves_change(tmp_path: Path) -> None:
     waves = seat_of(scene, method=how, mesh_error=False)
     np.testing.assert_allclose(waves.greens.static_compliance(), seat.greens.static_compliance(), rtol=1e-6)
     touches = run_contacts(scene, striker, seat.greens, dt)
-    left = error_budget(scene, method, seat, striker, touches).parts["model"]
+    errors = error_budget(scene, method, seat, striker, touches).parts["model"]
     still, moved = (
         measured(run_contacts(scene, striker, g, 2 * dt), scene.run.filter_width) for g in (seat.greens, waves.greens)
     )
     for name in ("impulse", "filtered_peak", "line_impulse"):
-        assert left[name] == pytest.approx(abs(moved[name] - still[name]), rel=1e-6), name
-    assert left["impulse"] > 0.01 * still["impulse"]
+        assert errors[name] == pytest.approx(abs(moved[name] - still[name]), rel=1e-6), name
+    assert errors["impulse"] > 0.01 * still["impulse"]
     assert method_beside(scene.seat, how) is None
     assert begin_method(scene_of(tmp_path, keys(4, ROLL), reed=MASS)).seat.level == "axisymmetric"
 

@@ -72,23 +72,23 @@ def test_a_run_goes_on_from_a_look_that_met_its_target(tmp_path: Path, monkeypat
 def test_what_is_left_is_foretold_and_the_run_takes_the_same_way(tmp_path: Path) -> None:
     scene = lip_scene(tmp_path, "4 %")
     look = look_at(scene, NO_TIME)
-    left, done = look.left, look.done
-    assert (done.met, done.number, left.why) == (False, 1, "")
-    assert left.rounds >= 1
-    assert left.seconds > 0
-    assert left.error.keys() == set(done.judged)
-    for name, bar in left.error.items():
+    ahead, done = look.left, look.done
+    assert (done.met, done.number, ahead.why) == (False, 1, "")
+    assert ahead.rounds >= 1
+    assert ahead.seconds > 0
+    assert ahead.error.keys() == set(done.judged)
+    for name, bar in ahead.error.items():
         if done.left.relative(name) > 0.04:
             assert AIM * 0.04 <= bar <= 0.04
         else:
             assert bar == done.left.relative(name)
-    assert left.changes.startswith("seat.model spring -> axisymmetric, ")
+    assert ahead.changes.startswith("seat.model spring -> axisymmetric, ")
     assert cached_plan(scene) is None  # it has not met its target
     lines: list[str] = []
     outcome = run_scene(scene, tmp_path / "out", pictures=False, tell=lines.append)
     assert outcome.met
     assert len(lines) > 1
-    assert lines[1].startswith(f"round 2 ({left.changes}): ")  # what was foretold
+    assert lines[1].startswith(f"round 2 ({ahead.changes}): ")  # what was foretold
     assert outcome.plan is not None
     assert converge(scene).plan.method == outcome.plan.method == look_at(scene, NO_TIME).plan.method
 
@@ -108,8 +108,8 @@ def test_a_reason_names_what_the_value_before_left(tmp_path: Path) -> None:
 def test_the_lines_add_up_to_the_bars(tmp_path: Path) -> None:
     """The parts of the keys are those of the bar, with its safety factor: 100 % of it to the digits shown."""
     look = look_at(lip_scene(tmp_path, "4 %"), NO_TIME)
-    found = [re.match(r"(.*) \+-([\d.]+) % is left by: (.*)", line) for line in told(look)]
-    parts = {match[1]: (float(match[2]), match[3]) for match in found if match}
+    matches = [re.match(r"(.*) \+-([\d.]+) % is left by: (.*)", line) for line in told(look)]
+    parts = {match[1]: (float(match[2]), match[3]) for match in matches if match}
     assert parts.keys() == {"impulse", "peak force"}
     for whole, keys in parts.values():
         shares = [float(share) for share in re.findall(r"([\d.]+) %", keys)]
@@ -226,18 +226,18 @@ def test_a_study_is_priced_by_looks_at_three_of_its_scenes(tmp_path: Path, monke
 
     def look(scene: Scene, seconds: float) -> SimpleNamespace:
         looked.append(scene.reed.length)
-        left = SimpleNamespace(
+        remaining = SimpleNamespace(
             seat={25e-3: 5.0, 27e-3: 1.0}.get(scene.reed.length, 3.0), contact=1e3 * scene.reed.length
         )
-        return SimpleNamespace(left=left, done=SimpleNamespace(memory=1e9 * scene.reed.length))
+        return SimpleNamespace(left=remaining, done=SimpleNamespace(memory=1e9 * scene.reed.length))
 
     monkeypatch.setattr(sweep, "look_at", look)
-    found = sweep.ahead(load_study(study), cases)
+    price = sweep.ahead(load_study(study), cases)
     assert looked == pytest.approx([25e-3, 29e-3, 27e-3])
-    assert (found.each, found.seat, found.memory) == pytest.approx((27.0, 5.0, 29e6))
-    assert (found.scenes, found.beside) == (5, 0)
-    assert found.seconds(1) == pytest.approx(sweep.START + found.seats * 5.0 + 5 * 27.0)
-    assert "expected with 1 worker (27 s a scene, 5 s a seat" in found.in_words(1)
+    assert (price.each, price.seat, price.memory) == pytest.approx((27.0, 5.0, 29e6))
+    assert (price.scenes, price.beside) == (5, 0)
+    assert price.seconds(1) == pytest.approx(sweep.START + price.seats * 5.0 + 5 * 27.0)
+    assert "expected with 1 worker (27 s a scene, 5 s a seat" in price.in_words(1)
 
 
 @pytest.mark.slow
@@ -246,10 +246,10 @@ def test_a_study_is_priced_by_what_a_look_expects_of_the_last_round(tmp_path: Pa
     study = tmp_path / "study.toml"
     study.write_text('scene = "scene.toml"\n[vary]\nreed.length = ["25.4 mm"]\n')
     look = look_at(scene, sweep.LOOK)
-    found = sweep.ahead(load_study(study), cases_of(load_study(study)))
-    assert found.seats == 0  # a spring
-    assert 0 < found.each < 10 * look.left.contact
-    assert found.memory > 50e6
+    price = sweep.ahead(load_study(study), cases_of(load_study(study)))
+    assert price.seats == 0  # a spring
+    assert 0 < price.each < 10 * look.left.contact
+    assert price.memory > 50e6
 
 
 @pytest.mark.slow

@@ -46,9 +46,9 @@ def test_the_bar_reaches_what_four_times_the_band_changes(band: float, tmp_path:
     here, there = landing_of(scene, striker), landing_of(wide, striker_of(wide))
     others = [(share, landing_of(scene, body)) for body, share in in_wider_band(run)]
     assert len(others) >= 2
-    told = [max(share * abs(values[k] - here[k]) / here[k] for share, values in others) for k in range(2)]
-    left = [abs(there[k] - here[k]) / here[k] for k in range(2)]
-    most = max(range(2), key=lambda k: left[k])
-    assert left[most] > 5e-3
-    assert left[most] < told[most] < 2.5 * left[most]
-    assert left[1 - most] < told[1 - most] < told[most] * 2.5
+    bars = [max(share * abs(values[k] - here[k]) / here[k] for share, values in others) for k in range(2)]
+    errors = [abs(there[k] - here[k]) / here[k] for k in range(2)]
+    most = max(range(2), key=lambda k: errors[k])
+    assert errors[most] > 5e-3
+    assert errors[most] < bars[most] < 2.5 * errors[most]
+    assert errors[1 - most] < bars[1 - most] < bars[most] * 2.5

@@ -100,8 +100,8 @@ def test_the_bar_holds_against_arcs(folder: Path) -> None:
 def test_rounds_end_where_one_port_leaves_too_much(folder: Path) -> None:
     """The file states it, and no other key undoes that."""
     done = first_round(folder)
-    left = {"landing_impulse": 0.4 * done.left.values["landing_impulse"]}
-    budget = replace(done.left, parts={"lip": left}, by_key={ONE_PORT: left})
+    errors = {"landing_impulse": 0.4 * done.left.values["landing_impulse"]}
+    budget = replace(done.left, parts={"lip": errors}, by_key={ONE_PORT: errors})
     plan, why = refine_plan(replace(done, left=budget))
     assert plan is None
     assert why == "single contact point instead of the lip leaves 60 % of impulse, and it cannot be made smaller"

@@ -132,8 +132,8 @@ def test_stated_parts_across_stay_and_tell_what_they_leave(tmp_path: Path) -> No
 @pytest.mark.parametrize(("key", "divided"), [(RINGS, THREE), (PORTS, Division(32, 1))])
 def test_a_round_divides_by_what_leaves_most(done: list[Round], key: str, divided: Division) -> None:
     first = done[0]
-    left = {"landing_impulse": 0.05 * first.left.values["landing_impulse"]}
-    budget = replace(first.left, parts={"patch": left}, by_key={key: left})
+    errors = {"landing_impulse": 0.05 * first.left.values["landing_impulse"]}
+    budget = replace(first.left, parts={"patch": errors}, by_key={key: errors})
     plan, why = refine_plan(replace(first, left=budget))
     assert plan is not None, why
     assert plan.method.seat.division == divided

@@ -130,24 +130,24 @@ def test_summary_has_the_demanded_keys_for_the_seat_and_for_the_spring(annular: 
     assert "Infinity" not in text
     results = load_results(annular.folder / "result.h5")
     for prefix, name in (("", "wave"), ("spring_", "spring")):
-        found, result = annular.summary, results[name]
-        assert found[prefix + "filter_width_s"] == 1e-6
-        assert found[prefix + "peak_force_N"] == measures.peak_force(result) > 0
-        assert found[prefix + "filtered_peak_force_N"] == measures.filtered_peak_force(result, 1e-6)
-        assert found[prefix + "impulse_Ns"] == measures.impulse(result)
+        summary, result = annular.summary, results[name]
+        assert summary[prefix + "filter_width_s"] == 1e-6
+        assert summary[prefix + "peak_force_N"] == measures.peak_force(result) > 0
+        assert summary[prefix + "filtered_peak_force_N"] == measures.filtered_peak_force(result, 1e-6)
+        assert summary[prefix + "impulse_Ns"] == measures.impulse(result)
         groups, raw = measures.contact_groups(result, merge=30e-6), measures.contact_intervals(result)
-        assert found[prefix + "contact_count"] == len(groups)
-        assert found[prefix + "contact_count_raw"] == len(raw) >= len(groups)
-        assert 0 <= found[prefix + "first_contact_s"] - groups[0, 0] <= result.dt
+        assert summary[prefix + "contact_count"] == len(groups)
+        assert summary[prefix + "contact_count_raw"] == len(raw) >= len(groups)
+        assert 0 <= summary[prefix + "first_contact_s"] - groups[0, 0] <= result.dt
         assert groups[0, 0] == raw[0, 0]
-        assert abs(found[prefix + "contact_duration_s"] - (groups[0, 1] - groups[0, 0])) <= 2 * result.dt
+        assert abs(summary[prefix + "contact_duration_s"] - (groups[0, 1] - groups[0, 0])) <= 2 * result.dt
         number, (start, end) = measures.hardest_group(result)
-        assert found[prefix + "hardest_blow"] == number + 1
-        assert found[prefix + "hardest_blow_duration_s"] == end - start
-        assert start <= found[prefix + "peak_time_s"] <= end
-        assert found[prefix + "max_seat_displacement_m"] == np.abs(result.target_displacement).max()
-        assert found[prefix + "energy_residual"] == result.energy.residual < 1e-9
-        assert 0 < found[prefix + "wall_time_s"] < 600
+        assert summary[prefix + "hardest_blow"] == number + 1
+        assert summary[prefix + "hardest_blow_duration_s"] == end - start
+        assert start <= summary[prefix + "peak_time_s"] <= end
+        assert summary[prefix + "max_seat_displacement_m"] == np.abs(result.target_displacement).max()
+        assert summary[prefix + "energy_residual"] == result.energy.residual < 1e-9
+        assert 0 < summary[prefix + "wall_time_s"] < 600
 
 
 @pytest.mark.slow
@@ -175,28 +175,28 @@ def test_a_seat_computed_as_its_spring_is_its_own_baseline(tmp_path: Path) -> No
 @pytest.mark.slow
 def test_error_of_the_seat_is_stated_in_parts(annular: Ran) -> None:
     """The error has the coarser mesh's part and that of the reduction, within its tolerance."""
-    found = annular.summary
-    assert 0 < found["greens_error_reduction"] <= 0.03
-    assert 1e-4 < found["greens_error_mesh"] < 0.1
-    assert found["greens_error"] == pytest.approx(found["greens_error_reduction"] + found["greens_error_mesh"])
-    assert found["coarse_dof"] < found["seat_dof"]
+    summary = annular.summary
+    assert 0 < summary["greens_error_reduction"] <= 0.03
+    assert 1e-4 < summary["greens_error_mesh"] < 0.1
+    assert summary["greens_error"] == pytest.approx(summary["greens_error_reduction"] + summary["greens_error_mesh"])
+    assert summary["coarse_dof"] < summary["seat_dof"]
     stored = load_greens(annular.folder / "seat.h5")
-    assert stored.error_estimate.total == found["greens_error"]
-    assert stored.provenance["dof"] == found["seat_dof"]
+    assert stored.error_estimate.total == summary["greens_error"]
+    assert stored.provenance["dof"] == summary["seat_dof"]
 
 
 @pytest.mark.slow
 def test_every_measure_has_an_error_bar_split_by_source(annular: Ran) -> None:
     """A bar is 1.5 times the sum of its parts, and the mesh's part is not nothing."""
-    found = annular.summary
+    summary = annular.summary
     for key in ("impulse_Ns", "filtered_peak_force_N", "contact_duration_s", "max_seat_displacement_m"):
-        parts = [found[f"error_{source}_{key}"] for source in SOURCES]
-        assert found[f"error_bar_{key}"] == pytest.approx(1.5 * sum(parts))
-    assert found["error_unknown"] == ""
-    peak = found["filtered_peak_force_N"]
-    assert 1e-5 * peak < found["error_mesh_filtered_peak_force_N"] < 0.2 * peak
+        parts = [summary[f"error_{source}_{key}"] for source in SOURCES]
+        assert summary[f"error_bar_{key}"] == pytest.approx(1.5 * sum(parts))
+    assert summary["error_unknown"] == ""
+    peak = summary["filtered_peak_force_N"]
+    assert 1e-5 * peak < summary["error_mesh_filtered_peak_force_N"] < 0.2 * peak
     # a force is at most as sensitive as g itself: a stiff contact follows g, a soft one the root of it
-    assert 0 < found["error_reduction_filtered_peak_force_N"] < 0.2 * peak
+    assert 0 < summary["error_reduction_filtered_peak_force_N"] < 0.2 * peak
 
 
 @pytest.mark.slow
@@ -262,17 +262,17 @@ def test_seats_from_other_programs_files(tmp_path: Path) -> None:
     )
     frf = '[seat]\nkind = "frf"\nfile = "frf.csv"\n'
     one, other = (run(text + REED, tmp_path / name).summary for name, text in (("matrices", matrices), ("frf", frf)))
-    for found in (one, other):
-        assert found["seat_static_stiffness_N_per_m"] == pytest.approx(stiffness, rel=1e-3)
+    for summary in (one, other):
+        assert summary["seat_static_stiffness_N_per_m"] == pytest.approx(stiffness, rel=1e-3)
     assert other["impulse_Ns"] == pytest.approx(one["impulse_Ns"], rel=1e-2)
 
 
 @pytest.mark.slow
 def test_a_greens_function_file_stands_for_the_seat(annular: Ran, tmp_path: Path) -> None:
     scene = f'[seat]\nkind = "greens"\nfile = "{(annular.folder / "seat.h5").as_posix()}"\n' + REED
-    found = run(scene, tmp_path / "out")
-    assert_same_results(found.folder, annular.folder)
-    assert found.summary["greens_error"] == annular.summary["greens_error"]
+    ran = run(scene, tmp_path / "out")
+    assert_same_results(ran.folder, annular.folder)
+    assert ran.summary["greens_error"] == annular.summary["greens_error"]
 
 
 @pytest.mark.slow
@@ -293,12 +293,12 @@ def test_time_stepping_gives_the_same_impact_and_is_used_again(tmp_path: Path) -
     striker = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[run]\nduration = "30 us"\n'
     ritz = BAR.partition("[reed]")[0].replace("damping_ratio = 0.1\n", 'rayleigh = { stiffness = "1 us" }\n') + striker
     text = ritz.replace("bandwidth", 'method = "transient", bandwidth')
-    found, expected = run(text, tmp_path / "stepped").summary, run(ritz, tmp_path / "ritz").summary
+    summary, expected = run(text, tmp_path / "stepped").summary, run(ritz, tmp_path / "ritz").summary
     assert load_greens(tmp_path / "stepped" / "seat.h5").provenance["method"] == "transient"
-    assert 0 < found["greens_error_reduction"] <= 0.03
-    assert 0 < found["greens_error_mesh"] < 0.05
+    assert 0 < summary["greens_error_reduction"] <= 0.03
+    assert 0 < summary["greens_error_mesh"] < 0.05
     for key, within in (("impulse_Ns", 0.06), ("seat_static_stiffness_N_per_m", 1e-6)):  # 0.06: both tolerances
-        assert found[key] == pytest.approx(expected[key], rel=within)
+        assert summary[key] == pytest.approx(expected[key], rel=within)
     assert run(text, tmp_path / "stepped").summary["seat_reused"] is True
 
 
@@ -308,8 +308,8 @@ def test_the_step_resolves_the_waves_in_a_rod(damping: float, tmp_path: Path) ->
     text = ROD.replace("30 mm", "3 mm").replace("area =", f"damping_ratio = {damping}\narea =")
     scene = load_scene(_written(tmp_path / "rod.toml", text))
     rod = impact.fixed_rod(young=200e9, density=7850, area=1e-6, length=3e-3, damping_ratio=damping)
-    found = fallback_step(scene.run, scene.gas, striker_of(scene).greens, rod)
-    assert found == pytest.approx(3e-3 / np.sqrt(200e9 / 7850) / 40)
+    step = fallback_step(scene.run, scene.gas, striker_of(scene).greens, rod)
+    assert step == pytest.approx(3e-3 / np.sqrt(200e9 / 7850) / 40)
 
 
 def test_a_rigid_mass_on_a_rod_is_the_textbooks(tmp_path: Path) -> None:
@@ -317,21 +317,21 @@ def test_a_rigid_mass_on_a_rod_is_the_textbooks(tmp_path: Path) -> None:
     mass, transit = 7850 * 1e-6 * 30e-3, 30e-3 / np.sqrt(200e9 / 7850)
     striker = f'[reed]\nkind = "rigid_mass"\nmass = "{mass} kg"\nvelocity = "-1 m/s"\n[run]\nduration = "18.7 us"\n'
     stepped = f'{striker}time_step = "{transit / 40} s"\n'
-    found = run(ROD.partition("[reed]")[0] + stepped, tmp_path / "out").summary
+    summary = run(ROD.partition("[reed]")[0] + stepped, tmp_path / "out").summary
     # first order in the step, a fortieth of a transit, times a slope of order one
-    step = found["time_step_s"] / transit
+    step = summary["time_step_s"] / transit
     assert step == pytest.approx(1 / 40)
-    assert found["peak_force_N"] == pytest.approx(2.135335 * 1e-6 * np.sqrt(200e9 * 7850), rel=2 * step)
-    assert found["contact_duration_s"] == pytest.approx(3.067668 * transit, abs=2 * step * transit)
-    assert found["impulse_Ns"] == pytest.approx(1.687619 * mass, rel=step)
-    assert found["restitution"] == pytest.approx(0.687619, abs=1.7 * step)  # impulse/(m V) - 1
-    assert found["spring_restitution"] == pytest.approx(1.0, abs=step)
+    assert summary["peak_force_N"] == pytest.approx(2.135335 * 1e-6 * np.sqrt(200e9 * 7850), rel=2 * step)
+    assert summary["contact_duration_s"] == pytest.approx(3.067668 * transit, abs=2 * step * transit)
+    assert summary["impulse_Ns"] == pytest.approx(1.687619 * mass, rel=step)
+    assert summary["restitution"] == pytest.approx(0.687619, abs=1.7 * step)  # impulse/(m V) - 1
+    assert summary["spring_restitution"] == pytest.approx(1.0, abs=step)
 
 
 def test_a_run_without_contact_has_no_times(tmp_path: Path) -> None:
-    found = run(SPRING.replace('"0.9 ms"', '"0.1 ms"'), tmp_path / "out").summary
-    assert found["first_contact_s"] is found["contact_duration_s"] is found["spring_first_contact_s"] is None
-    assert found["contact_count"] == found["impulse_Ns"] == found["peak_force_N"] == 0
+    summary = run(SPRING.replace('"0.9 ms"', '"0.1 ms"'), tmp_path / "out").summary
+    assert summary["first_contact_s"] is summary["contact_duration_s"] is summary["spring_first_contact_s"] is None
+    assert summary["contact_count"] == summary["impulse_Ns"] == summary["peak_force_N"] == 0
 
 
 @pytest.mark.slow
@@ -343,11 +343,11 @@ def test_greens_and_modes_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     assert first.summary["seat_reused"] is False
     assert compute_greens(scene, tmp_path / "g.h5").summary["seat_reused"] is True
     assert load_greens(tmp_path / "g.h5").error_estimate.total == first.summary["greens_error"]
-    found = write_modes(scene, tmp_path / "modes", count=4)
+    written = write_modes(scene, tmp_path / "modes", count=4)
     table = (tmp_path / "modes" / "modes.csv").read_text(encoding="utf-8").splitlines()
-    frequencies: Any = found.summary["frequencies_hz"]
+    frequencies: Any = written.summary["frequencies_hz"]
     assert [float(row.split(",")[1]) for row in table[1:]] == pytest.approx(frequencies, rel=1e-8)
-    assert {path.name for path in found.files} == {path.name for path in (tmp_path / "modes").iterdir()}
+    assert {path.name for path in written.files} == {path.name for path in (tmp_path / "modes").iterdir()}
 
 
 class Stop:
@@ -438,15 +438,15 @@ def test_a_picture_that_fails_is_told_and_costs_no_number(problem, tmp_path, mon
         monkeypatch.setattr(pictures, name, lambda *given, **options: given[-1].write_text(stand_in))
     monkeypatch.setattr(pictures, "plot_greens", lambda greens, path, **options: path.write_text(stand_in))
     monkeypatch.setattr(pictures, "plot_motion", fail)
-    found = run(SPRING, tmp_path / "out", pictures=True)
+    ran = run(SPRING, tmp_path / "out", pictures=True)
     wanted = f"skipped pictures: motion.png: {type(problem).__name__}: {str(problem) or 'no reason given'}"
-    assert [text for text in found.outcome.messages if "picture" in text] == [wanted]
-    assert found.summary["pictures_missing"] == wanted
-    assert found.outcome.met
-    assert {path.name for path in found.outcome.files if path.suffix == ".png"} == {
+    assert [text for text in ran.outcome.messages if "picture" in text] == [wanted]
+    assert ran.summary["pictures_missing"] == wanted
+    assert ran.outcome.met
+    assert {path.name for path in ran.outcome.files if path.suffix == ".png"} == {
         "force.png", "energy.png", "greens.png", "stress_histories.png", "drawing.png"
     }  # fmt: skip
-    assert {path.name for path in found.folder.iterdir()} == {path.name for path in found.outcome.files}
+    assert {path.name for path in ran.folder.iterdir()} == {path.name for path in ran.outcome.files}
 
 
 @pytest.mark.slow
@@ -458,8 +458,8 @@ def test_a_crash_among_the_pictures_leaves_all_numbers(tmp_path: Path) -> None:
         sys.executable, "-c", f"{crash}; from seatfem.faces.cli import main; main()", "run", "s.toml", "-o", "out",
     ]  # fmt: skip
     assert told(command, tmp_path).returncode == 139
-    left = {path.name for path in (tmp_path / "out").iterdir()}
-    assert left == {"summary.json", "landings.csv", "result.h5", "seat.h5", "force.png", *OF_STRESS}
+    names = {path.name for path in (tmp_path / "out").iterdir()}
+    assert names == {"summary.json", "landings.csv", "result.h5", "seat.h5", "force.png", *OF_STRESS}
     assert_whole(tmp_path / "out")
     summary = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
     assert set(summary) >= DEMANDED
@@ -476,9 +476,9 @@ def test_a_disk_that_fills_up_among_the_pictures_leaves_the_first_summary(tmp_pa
         return (), ()
 
     monkeypatch.setattr("seatfem.study.runs.pictures.draw_run", fill)
-    found = run(SPRING, tmp_path / "out", pictures=True)
-    assert any("summary.json does not list the pictures" in text for text in found.outcome.messages)
-    assert set(found.summary) >= DEMANDED
+    ran = run(SPRING, tmp_path / "out", pictures=True)
+    assert any("summary.json does not list the pictures" in text for text in ran.outcome.messages)
+    assert set(ran.summary) >= DEMANDED
 
 
 @pytest.mark.slow(but="text1")

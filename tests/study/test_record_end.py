@@ -44,13 +44,13 @@ def budget_at(end: float, folder: Path, more: str = "") -> Budget:
 def test_an_end_within_the_delay_of_a_touch_is_in_the_bar_of_the_impulse(tmp_path: Path) -> None:
     """The bar holds the last touch of the seat, which came later than known and is not finished."""
     late = FIRST + 7 * PERIOD + 1.2 * TOUCH
-    found = budget_at(late, tmp_path)
-    error = abs(found.values["impulse"] - impulse_until(late))
-    assert error > 0.02 * found.values["impulse"]  # an eighth of it is at stake
-    assert error <= found.bar("impulse") <= 2.5 * IMPULSE  # safety, and what was there before
-    assert found.dominant("impulse") == "time_step"
-    assert CLOCK not in found.values
-    assert all(CLOCK not in part for part in found.parts.values())
+    budget = budget_at(late, tmp_path)
+    error = abs(budget.values["impulse"] - impulse_until(late))
+    assert error > 0.02 * budget.values["impulse"]  # an eighth of it is at stake
+    assert error <= budget.bar("impulse") <= 2.5 * IMPULSE  # safety, and what was there before
+    assert budget.dominant("impulse") == "time_step"
+    assert CLOCK not in budget.values
+    assert all(CLOCK not in part for part in budget.parts.values())
 
 
 @pytest.mark.slow

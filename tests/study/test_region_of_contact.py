@@ -183,8 +183,8 @@ def test_one_part_across_a_stated_ring_is_doubted_too(tmp_path: Path, rings: int
         for each in ((striker_of(scene), impact.Body(solved.greens)), (along, impact.Body(many)))
     ]
     one, several = (values_of_record(record_of(scene, problem, 2e-7))["filtered_peak"] for problem in problems)
-    left = error_budget(scene, stated_method(scene), solved, striker_of(scene), touches)
-    assert left.parts["lip"]["filtered_peak"] >= 0.99 * OF_ONE * abs(several - one) > 0
+    budget = error_budget(scene, stated_method(scene), solved, striker_of(scene), touches)
+    assert budget.parts["lip"]["filtered_peak"] >= 0.99 * OF_ONE * abs(several - one) > 0
 
 
 @pytest.mark.slow
@@ -321,8 +321,8 @@ def test_a_stopper_that_is_drawn_above_the_reed_is_met_where_it_is_drawn(tmp_pat
         places = borders[k] + (borders[k + 1] - borders[k]) * (np.arange(40) + 0.5) / 40
         points = np.array([14e-3, 0.0]) + places[:, None] * along
         means = [float(plate.shape_at(mode, points).mean()) for mode in np.eye(len(greens.modal.omega))[:6]]
-        found = greens.modal.shapes[:6, greens.port_index("stopper_" + name)]
-        np.testing.assert_allclose(found, means, atol=0.01 * np.abs(means).max())  # the strip is 1 mm wide
+        shapes = greens.modal.shapes[:6, greens.port_index("stopper_" + name)]
+        np.testing.assert_allclose(shapes, means, atol=0.01 * np.abs(means).max())  # the strip is 1 mm wide
         opening = math.tan(math.radians(0.1)) * places.mean() * math.sin(turn) if arcs > 1 else 0.0
         assert gaps[k] - gaps.mean() == pytest.approx(opening, abs=1e-9)
 

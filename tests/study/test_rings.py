@@ -171,15 +171,15 @@ def test_a_face_does_not_pull_at_rings() -> None:
 def test_a_scene_asks_for_rings(tmp_path: Path) -> None:
     one = run_scene(load_scene(scene_file(tmp_path)), tmp_path / "one", pictures=False)
     four = run_scene(load_scene(scene_file(tmp_path, "rings = 4")), tmp_path / "four", pictures=False)
-    for found in (one, four):
-        assert found.summary["error_unknown"] == ""
+    for summary in (one, four):
+        assert summary.summary["error_unknown"] == ""
         for key in ("impulse_Ns", "filtered_peak_force_N", "contact_duration_s", "max_seat_displacement_m"):
-            assert f"error_patch_{key}" in found.summary
+            assert f"error_patch_{key}" in summary.summary
     peak = "filtered_peak_force_N"
     values = [json.loads((tmp_path / name / "summary.json").read_text())[peak] for name in ("one", "four")]
     change = abs(values[1] - values[0])
     assert 0.005 < change / values[1] < 0.05
-    patch, less = (float(str(found.summary[f"error_patch_{peak}"])) for found in (one, four))
+    patch, less = (float(str(summary.summary[f"error_patch_{peak}"])) for summary in (one, four))
     assert patch > change
     assert 0 < less < 0.6 * patch
     assert float(str(four.summary["seat_static_stiffness_N_per_m"])) > float(

@@ -21,8 +21,8 @@ PAGES = scene_pages()
 
 def test_the_pages_are_current() -> None:
     written = [DOCS / "scene.md", *(DOCS / "scene").glob("*.md")]
-    found = {path.relative_to(DOCS).as_posix(): path.read_text(encoding="utf-8") for path in written}
-    assert found == PAGES, "run: make docs"
+    pages = {path.relative_to(DOCS).as_posix(): path.read_text(encoding="utf-8") for path in written}
+    assert pages == PAGES, "run: make docs"
 
 
 def test_every_table_is_described_once_and_linked() -> None:

@@ -94,8 +94,8 @@ def test_a_cantilever_released_towards_the_stopper(tmp_path: Path) -> None:
     stopper = STOPPER.replace("0.2 mm", "0.5 mm")
     summary = run_scene(load_text(tmp_path, SEAT + reed + stopper + SHORT), tmp_path / "out", pictures=False).summary
     assert 0.5e-3 / 2 < summary["stopper_first_contact_s"] < 0.3e-3 < summary["first_contact_s"]
-    told = refusal(load_text, tmp_path, SEAT + reed + SHORT)
-    assert re.search(r"reed\.release\.velocity: .*fly away.*'-2 m/s'.*\[stopper\]", told)
+    message = refusal(load_text, tmp_path, SEAT + reed + SHORT)
+    assert re.search(r"reed\.release\.velocity: .*fly away.*'-2 m/s'.*\[stopper\]", message)
     away = '[stopper]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "1 m/s"\ngap = "1 mm"\n'
     assert re.search(r"stopper\.velocity: .*'-1 m/s'", refusal(load_text, tmp_path, SEAT + reed + away + SHORT))
 
@@ -160,10 +160,10 @@ def test_rings_of_the_seat_stay_apart_from_the_stopper(tmp_path: Path) -> None:
     np.testing.assert_allclose(touches.stopper.force, byhand.force[:, 2], atol=1e-12 * byhand.force.max())
     np.testing.assert_array_equal(touches.seat.force, touches.parts.force.sum(axis=1))
     assert touches.stopper.force.max() > 1.0
-    asked = values_of_record(record_of(scene, problem_of(scene, striker_of(scene), impact.Body(greens)), 2e-7))
-    assert asked["impulse"] == pytest.approx(measures.impulse(touches.seat), rel=1e-9)
+    values = values_of_record(record_of(scene, problem_of(scene, striker_of(scene), impact.Body(greens)), 2e-7))
+    assert values["impulse"] == pytest.approx(measures.impulse(touches.seat), rel=1e-9)
     mean = touches.seat.target_displacement
-    assert asked["seat_displacement"] == pytest.approx(np.abs(mean).max(), rel=1e-9)
+    assert values["seat_displacement"] == pytest.approx(np.abs(mean).max(), rel=1e-9)
 
 
 @pytest.mark.slow
@@ -177,13 +177,13 @@ def test_the_keys_of_a_run(tmp_path: Path) -> None:
     assert set(results) == {"wave", "spring", "stopper", "spring_stopper"}
     assert results["wave"].force.ndim == results["stopper"].force.ndim == 1
     for name, prefix in (("stopper", "stopper_"), ("wave", ""), ("spring_stopper", "spring_stopper_")):
-        found = {key: summary[prefix + key] for key in KEYS}
+        values = {key: summary[prefix + key] for key in KEYS}
         one = results[name]
-        assert found["peak_force_N"] == measures.peak_force(one)
-        assert found["filtered_peak_force_N"] == measures.filtered_peak_force(one, 1e-6)
-        assert found["impulse_Ns"] == pytest.approx(measures.impulse(one), rel=1e-13)  # summed in another order
-        assert found["first_contact_s"] == measures.contact_groups(one)[0, 0]
-        assert found["contact_count"] == 2
+        assert values["peak_force_N"] == measures.peak_force(one)
+        assert values["filtered_peak_force_N"] == measures.filtered_peak_force(one, 1e-6)
+        assert values["impulse_Ns"] == pytest.approx(measures.impulse(one), rel=1e-13)  # summed in another order
+        assert values["first_contact_s"] == measures.contact_groups(one)[0, 0]
+        assert values["contact_count"] == 2
     assert summary["stopper_kind"] == "spring"
     assert summary["restitution"] is None  # of a mass that came back from the stopper
     assert summary["energy_residual"] < 1e-12
@@ -247,12 +247,12 @@ def test_an_error_of_the_stopper_is_in_the_bars(tmp_path: Path) -> None:
 def test_an_error_of_the_stopper_is_in_the_bars_of_its_forces(tmp_path: Path) -> None:
     """g larger by e bears a peak smaller by 1 - 1/sqrt(1 + e) and the same impulse 2 m v, which the bars know."""
     peak, impulse = "stopper_filtered_peak_force_N", "stopper_impulse_Ns"
-    left = stopper_share(read_stopper(tmp_path, 0.1), 1e-8)[1]
+    budget = stopper_share(read_stopper(tmp_path, 0.1), 1e-8)[1]
     largest, error = SPEED * math.sqrt(4e6 * MASS_KG), 1 - 1 / math.sqrt(1.1)
-    assert left.parts["stopper"][peak] == pytest.approx(error * largest, rel=0.01)
-    assert left.parts["stopper"][impulse] < 1e-4 * MASS_KG * SPEED
-    assert left.values[peak] == pytest.approx(largest, rel=1e-3)
-    assert abs(left.values[impulse] - 2 * MASS_KG * SPEED) < left.bar(impulse) < 1e-2 * MASS_KG * SPEED
+    assert budget.parts["stopper"][peak] == pytest.approx(error * largest, rel=0.01)
+    assert budget.parts["stopper"][impulse] < 1e-4 * MASS_KG * SPEED
+    assert budget.values[peak] == pytest.approx(largest, rel=1e-3)
+    assert abs(budget.values[impulse] - 2 * MASS_KG * SPEED) < budget.bar(impulse) < 1e-2 * MASS_KG * SPEED
 
 
 def test_what_is_not_known_of_a_stopper_is_named(tmp_path: Path) -> None:
@@ -272,14 +272,14 @@ def test_the_mesh_and_the_patch_of_a_stopper_are_in_the_bars(tmp_path: Path) -> 
     coarse, fine = (load_text(tmp_path, near + disc.format(size) + CUT.format(0.4)) for size in (0.7, 0.35))
     rings = fine.stopper.model_copy(update={"arcs": 1, "rings": 8})  # which no file asks of a rigid mass
     divided = fine.model_copy(update={"stopper": rings})
-    touches, left = stopper_share(coarse)
-    share, seat = left.parts["stopper"]["impulse"], measures.impulse(touches.seat)
+    touches, budget = stopper_share(coarse)
+    share, seat = budget.parts["stopper"]["impulse"], measures.impulse(touches.seat)
     of_mesh, of_both = (abs(measures.impulse(bounced(each, 1e-7).seat) - seat) for each in (fine, divided))
     assert 1e-6 < of_mesh < of_both < share < 3 * of_both
     peak = "stopper_filtered_peak_force_N"
     truth = stopper_values(bounced(divided, 1e-7).stopper_force, 1e-7, coarse.run.filter_width)[peak]
-    off = abs(truth - left.values[peak])
-    assert 0.01 * truth < off < SAFETY * left.parts["stopper"][peak] < 4 * off
+    off = abs(truth - budget.values[peak])
+    assert 0.01 * truth < off < SAFETY * budget.parts["stopper"][peak] < 4 * off
 
 
 @pytest.mark.slow
@@ -353,10 +353,10 @@ def test_a_reed_that_starts_inside_the_stopper_is_refused(release: str, at: str,
             SEAT + reed + f'[stopper]\nkind = "spring"\nstiffness = "1 N/um"\ngap = "{gap} mm"\nat = "{at}"\n' + SHORT
         )
 
-    told = refusal(load_text, tmp_path, with_gap(0.999 * limit))
-    found = re.search(rf"stopper\.gap: {0.999 * limit:.6g} mm: .*gap at least ([\d.]+) mm", told)
-    assert found
-    assert float(found[1]) == pytest.approx(limit, rel=2e-3)
+    message = refusal(load_text, tmp_path, with_gap(0.999 * limit))
+    match = re.search(rf"stopper\.gap: {0.999 * limit:.6g} mm: .*gap at least ([\d.]+) mm", message)
+    assert match
+    assert float(match[1]) == pytest.approx(limit, rel=2e-3)
     assert load_text(tmp_path, with_gap(1.002 * limit)).stopper is not None
 
 

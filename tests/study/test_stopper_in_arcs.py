@@ -123,18 +123,18 @@ def test_a_tilted_stopper_is_met_on_one_flank_first(tmp_path: Path) -> None:
     means = -math.tan(math.radians(0.1)) * lip.line()[..., 1].mean(axis=1)
     np.testing.assert_allclose(np.diff(gaps), np.diff(means), atol=1e-12)
     assert gaps.mean() - GAP == pytest.approx(math.tan(math.radians(0.1)) * 6e-3, rel=1e-6)
-    found = {}
+    results = {}
     for tilt in ("0", "0.1", "-0.1", "0.2"):
         scene = scene_of(tmp_path, DISC + keys + f'tilt = "{tilt} deg"\n')
         touches = struck(scene, 2e-7)
         assert touches.seat.energy.residual < 1e-9
         force = touches.stopper_parts.force
         first = np.where(force.any(axis=0), (force > 0).argmax(axis=0), 10**6)
-        found[tilt] = (first, measures.filtered_peak_force(touches.stopper, 5e-6), force.sum(axis=0))
-    first = found["0.1"][0]
+        results[tilt] = (first, measures.filtered_peak_force(touches.stopper, 5e-6), force.sum(axis=0))
+    first = results["0.1"][0]
     assert int(first.argmin()) in (1, 2, 3)  # between the sides of the reed's -y and of the tip, which comes up first
-    np.testing.assert_allclose(found["-0.1"][2], found["0.1"][2][::-1], atol=0.02 * found["0.1"][2].max())
-    assert found["0.2"][1] < 0.97 * found["0.1"][1] < 0.97 * found["0"][1]
+    np.testing.assert_allclose(results["-0.1"][2], results["0.1"][2][::-1], atol=0.02 * results["0.1"][2].max())
+    assert results["0.2"][1] < 0.97 * results["0.1"][1] < 0.97 * results["0"][1]
 
 
 @pytest.mark.slow
@@ -154,9 +154,9 @@ def test_stress_of_a_plate_that_meets_its_stopper_in_arcs(tmp_path: Path) -> Non
     its results say, and the run has a stress."""
     reed = REED.replace('deflection = "-1 mm"', 'velocity = "-1 m/s"')
     scene = scene_of(tmp_path, SPRING + 'arcs = 4\ntilt = "0.1 deg"\n', reed)
-    asked = scene.accuracy.model_copy(update={"measures": ("impulse", "stress")})
+    accuracy = scene.accuracy.model_copy(update={"measures": ("impulse", "stress")})
     near = scene.contact.model_copy(update={"gap": 2e-5})
-    scene = scene.model_copy(update={"accuracy": asked, "contact": near})
+    scene = scene.model_copy(update={"accuracy": accuracy, "contact": near})
     striker, seat = striker_of(scene), impact.Body(impact.spring(stiffness=5e7))
     field = plate_field(scene.geometry, striker, Division())
     arcs = [striker.greens.port_index(STOPPER + name) for name in Division(4).names]
@@ -235,9 +235,9 @@ def test_what_few_arcs_leave_is_in_the_bars_of_the_stopper_s_force(more: str, tm
     few, many = (scene_of(tmp_path, f"{SPRING}arcs = {arcs}\n{more}") for arcs in (8, 64))
     touches, truth = struck(few, 4e-7), struck(many, 4e-7).stopper_force
     seat = Solved(impact.spring(stiffness=5e7), plane=True)
-    left = error_budget(few, stated_method(few), seat, striker_of(few), touches)
-    off = abs(left.values[peak] - stopper_values(truth, 4e-7, few.run.filter_width)[peak])
-    assert 1e-3 * left.values[peak] < off < SAFETY * left.parts["stopper"][peak] < 4 * off
+    budget = error_budget(few, stated_method(few), seat, striker_of(few), touches)
+    off = abs(budget.values[peak] - stopper_values(truth, 4e-7, few.run.filter_width)[peak])
+    assert 1e-3 * budget.values[peak] < off < SAFETY * budget.parts["stopper"][peak] < 4 * off
 
 
 PARTS = "arcs = 24\nrings = 4\n"
@@ -250,10 +250,10 @@ def test_rings_of_a_whole_stopper_are_compared_with_arcs(tmp_path: Path) -> None
     truth = struck(fine := scene_of(tmp_path, DISC + PARTS), 4e-7).stopper_force
     for rings in (2, 4):
         scene = scene_of(tmp_path, f"{DISC}arcs = 1\nrings = {rings}\n")
-        left = error_budget(scene, stated_method(scene), seat, striker_of(scene), struck(scene, 4e-7))
-        off = abs(left.values[peak] - stopper_values(truth, 4e-7, fine.run.filter_width)[peak])
-        assert left.unknown == ()
-        assert 0.05 * left.values[peak] < off < SAFETY * left.parts["stopper"][peak] < 4 * off
+        budget = error_budget(scene, stated_method(scene), seat, striker_of(scene), struck(scene, 4e-7))
+        off = abs(budget.values[peak] - stopper_values(truth, 4e-7, fine.run.filter_width)[peak])
+        assert budget.unknown == ()
+        assert 0.05 * budget.values[peak] < off < SAFETY * budget.parts["stopper"][peak] < 4 * off
 
 
 @pytest.mark.slow
@@ -262,12 +262,12 @@ def test_a_stated_contact_on_another_face_is_in_the_bar_of_the_stopper_s_force(t
     once and in parts."""
     peak, seat = "stopper_filtered_peak_force_N", Solved(impact.spring(stiffness=5e7), plane=True)
     stated = scene_of(tmp_path, DISC, REED + 'contact_radius = "1 mm"\n')
-    left = error_budget(stated, stated_method(stated), seat, striker_of(stated), struck(stated, 4e-7))
+    budget = error_budget(stated, stated_method(stated), seat, striker_of(stated), struck(stated, 4e-7))
     off = []
     for parts in ("", PARTS):
         truth = struck(own := scene_of(tmp_path, DISC + parts), 4e-7).stopper_force
-        off.append(abs(left.values[peak] - stopper_values(truth, 4e-7, own.run.filter_width)[peak]))
-    assert 0.05 * left.values[peak] < max(off) <= SAFETY * left.parts["stopper"][peak] < 4 * max(off)
+        off.append(abs(budget.values[peak] - stopper_values(truth, 4e-7, own.run.filter_width)[peak]))
+    assert 0.05 * budget.values[peak] < max(off) <= SAFETY * budget.parts["stopper"][peak] < 4 * max(off)
 
 
 LEANING = REED.replace('deflection = "-1 mm"', 'mode = 1, velocity = "1.8 m/s"')
@@ -285,8 +285,8 @@ def test_what_the_division_of_a_stopper_leaves_is_in_all_bars_of_its_landing(tmp
         stopper = scene.stopper.model_copy(update={"gap": 4e-4})  # type: ignore[union-attr]
         scene = scene.model_copy(update={"stopper": stopper})
         touches = struck(scene, 2e-7)
-        left = error_budget(scene, stated_method(scene), seat, striker_of(scene), touches)
-        budgets.append({key: (left.values[f"stopper 0 {key}"], left.bar(f"stopper 0 {key}")) for key in keys})
+        budget = error_budget(scene, stated_method(scene), seat, striker_of(scene), touches)
+        budgets.append({key: (budget.values[f"stopper 0 {key}"], budget.bar(f"stopper 0 {key}")) for key in keys})
     for key in keys:
         (whole, of_whole), (arcs, of_arcs), (finest, of_finest) = (each[key] for each in budgets)
         assert 4 * of_finest < abs(finest - whole) < of_whole

@@ -60,8 +60,8 @@ def test_a_source_is_enough(tmp_path: Path) -> None:
     ],
 )
 def test_curves(tmp_path: Path, curve: str, expected: tuple[float, float]) -> None:
-    found = load_strength(written(tmp_path, f'source = "invented"\n[curve]\n{curve}\n')).curve
-    assert (found.first_slope, found.last_slope) == pytest.approx(expected, rel=1e-4)
+    loaded = load_strength(written(tmp_path, f'source = "invented"\n[curve]\n{curve}\n')).curve
+    assert (loaded.first_slope, loaded.last_slope) == pytest.approx(expected, rel=1e-4)
 
 
 @pytest.mark.parametrize(
@@ -156,6 +156,6 @@ def keys_of(table: type[BaseModel]) -> set[str]:
 
 def test_the_page_names_every_key() -> None:
     [section] = re.findall(r"^## Strength files$(.*?)^## ", PAGE.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
-    told = set(re.findall(r"^\| `(\w+)` \|", section, re.MULTILINE))
-    assert told == keys_of(StrengthTable) | keys_of(CurveTable)
+    listed = set(re.findall(r"^\| `(\w+)` \|", section, re.MULTILINE))
+    assert listed == keys_of(StrengthTable) | keys_of(CurveTable)
     assert tables_in(StrengthTable.model_fields["curve"].annotation) == (CurveTable,)

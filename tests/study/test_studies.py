@@ -172,8 +172,8 @@ def test_a_scene_that_fails_stands_in_the_table(tmp_path: Path, monkeypatch: pyt
     path = study_file(tmp_path, text, MESHED)
     table = run_study(load_study(path), tmp_path / "out")
     assert list(table.columns["status"])[1] == "failed"
-    [told] = table.failures()
-    assert told.startswith("scene 2 (run.duration [ms] = 0.2, seat.mesh.size [mm] = 60.0): failed: RuntimeError: no")
+    [message] = table.failures()
+    assert message.startswith("scene 2 (run.duration [ms] = 0.2, seat.mesh.size [mm] = 60.0): failed: RuntimeError: no")
     assert rows(tmp_path / "out")[1]["message"] == "RuntimeError: no mesh of that kind"
     assert rows(tmp_path / "out")[1]["landing_impulse_Ns"] == ""
     monkeypatch.setattr(one, "_carried_out", real)
@@ -318,16 +318,16 @@ def test_sweeps_from_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     (tmp_path / "scene.toml").write_text(SPRING, encoding="utf-8")
     vary = {"reed.mass": {"from": "1 g", "to": "2 g"}}
     monkeypatch.setattr("seatfem.study.sweep.table.find_spec", lambda name: None)  # no pandas
-    found = seatfem.sweep(
+    table = seatfem.sweep(
         tmp_path / "scene.toml", vary, design="latin_hypercube", number=3, measures=["restitution", "impulse_Ns"]
     )
-    assert list(found) == [
+    assert list(table) == [
         "scene", "reed.mass [g]", "restitution", "error_bar_restitution", "impulse_Ns", "error_bar_impulse_Ns",
         "landing_status",
         "status", "wall_time_s", "message", "notes",
     ]  # fmt: skip
-    assert found["impulse_Ns"] == pytest.approx([2e-3 * mass for mass in found["reed.mass [g]"]], rel=5e-3)
-    assert found["notes"] == [""] * 3
+    assert table["impulse_Ns"] == pytest.approx([2e-3 * mass for mass in table["reed.mass [g]"]], rel=5e-3)
+    assert table["notes"] == [""] * 3
     assert [path.name for path in tmp_path.iterdir()] == ["scene.toml"]
     with pytest.raises(SceneError, match="number: required"):
         seatfem.sweep(tmp_path / "scene.toml", vary, design="monte_carlo")
@@ -360,6 +360,6 @@ def test_tables_for_pandas_and_parquet(tmp_path: Path) -> None:
         assert not list(tmp_path.iterdir())
         return
     assert write_parquet(tmp_path / "a.parquet", columns)
-    found = pandas.read_parquet(tmp_path / "a.parquet")
-    assert found["a"][0] == 0.1
-    assert list(found) == list(columns)
+    frame = pandas.read_parquet(tmp_path / "a.parquet")
+    assert frame["a"][0] == 0.1
+    assert list(frame) == list(columns)

@@ -101,13 +101,13 @@ def test_the_surrogate_stands_for_a_coarse_seat_that_cannot_be_made(monkeypatch:
 
     monkeypatch.setattr(level, "solve_body", impossible)
     scene = scene_of(CONE)
-    known = scene.seat.estimate()
+    estimate = scene.seat.estimate()
     spring = impact.spring(stiffness=1 / scene.seat.patch().compliance)
     problem = problem_of(scene, striker_of(scene), impact.Body(spring))
     method = stated_method(scene).replaced({"seat.model": "spring"})
     variation = level._waves(ComputedRun(scene, method, Solved(spring), problem))
     assert variation.weight == DOUBT
-    np.testing.assert_array_equal(variation.problem.target.greens.modal.omega, known.omega)
+    np.testing.assert_array_equal(variation.problem.target.greens.modal.omega, estimate.omega)
 
 
 THIN = """

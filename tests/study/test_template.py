@@ -22,7 +22,7 @@ def blocks(text: str) -> dict[str, tuple[int, int]]:
     lines = text.splitlines()
     begins = [k for k, line in enumerate(lines) if BLOCK.match(line)]
     ends = {k for k, line in enumerate(lines) if not line.startswith("# ") or line.startswith("#   ")} | {len(lines)}
-    names = {k: found[1] for k in begins if (found := BLOCK.match(lines[k]))}
+    names = {k: match[1] for k in begins if (match := BLOCK.match(lines[k]))}
     return {name: (k, min(end for end in (*ends, *begins) if end > k)) for k, name in names.items()}
 
 
@@ -36,8 +36,8 @@ def test_every_table_behind_a_mark_works_as_it_stands(kind: str, tmp_path: Path)
     text = scene_template(kind)
     bare = loaded(text, tmp_path)
     assert kind in (bare.seat.kind, bare.reed.kind)
-    found = blocks(text)
-    for name, (first, last) in found.items():
+    tables = blocks(text)
+    for name, (first, last) in tables.items():
         lines = text.splitlines()
         lines[first:last] = [line.removeprefix("# ") for line in lines[first:last]]
         scene = loaded("\n".join(lines), tmp_path)
@@ -45,9 +45,9 @@ def test_every_table_behind_a_mark_works_as_it_stands(kind: str, tmp_path: Path)
         assert table in scene.model_fields_set
         assert not part or part in getattr(scene, table).model_fields_set
     reed_is_plate = kind in ("flapper", "sheet")
-    assert {"stopper", "load", "gas", "life"} <= found.keys()
-    assert ("stress" in found) == (bare.seat.elastic is not None)
-    assert not reed_is_plate or {"base", "reed.mesh", "reed.curvature", "contact.film", "seat.mesh"} <= found.keys()
+    assert {"stopper", "load", "gas", "life"} <= tables.keys()
+    assert ("stress" in tables) == (bare.seat.elastic is not None)
+    assert not reed_is_plate or {"base", "reed.mesh", "reed.curvature", "contact.film", "seat.mesh"} <= tables.keys()
 
 
 def loaded(text: str, folder: Path) -> Scene:

@@ -84,9 +84,9 @@ def test_states_lead_from_the_first_values_to_the_last_and_every_key_is_finer_fr
     scene, start, end = begun(name)
     held = "reed.n_modes" if end.reed.n_modes else "run.time_step"
     end = end.replaced({held: start.value(held)})
-    found = states(scene, start, end)
-    assert (found[0], found[-1].values) == (start, end.values)
-    for before, after in pairwise(found):
+    ladder = states(scene, start, end)
+    assert (ladder[0], ladder[-1].values) == (start, end.values)
+    for before, after in pairwise(ladder):
         assert after.value(held) == start.value(held)
         for key, value in after.values.items():
             if isinstance(value, float) and value != before.value(key):
@@ -129,8 +129,8 @@ def test_around_the_converged_state_one_key_is_varied_to_both_sides(name: str):
         assert one == start.value(key)
         assert is_finer(key, other, end.value(key))
     applying = {level.level for level in scene.seat.levels() if level.applies}
-    known = {"spring", *applying} if end.ports is None else {"spring"}
-    assert {point.values[MODEL] for point in points if point.varied == MODEL} == known - {end.value(MODEL)}
+    expected = {"spring", *applying} if end.ports is None else {"spring"}
+    assert {point.values[MODEL] for point in points if point.varied == MODEL} == expected - {end.value(MODEL)}
 
 
 def test_settings_are_stated_and_taken_out(small: Path):
@@ -265,45 +265,45 @@ def trade_of(costs: list[float], impulses: list[float], peaks: list[float], floo
 
 def test_errors_below_the_floor_do_not_count():
     """A lucky coarse point does not beat its equals, and the converged one is judged by the worst of its measures."""
-    found = trade_of([1.0, 2.0, 4.0, 3.0], [1.1, 1.0, 1.0, 1.0001], [1.2, 1.05, 1.0, 1.0002])
-    assert found.error(OWN_CHOICE, "filtered_peak") == pytest.approx(2e-4)
-    assert found.trusted_error(OWN_CHOICE) == 1e-3
-    assert found.front("impulse") == ("0", "1")
-    assert found.front("filtered_peak") == ("0", "1", OWN_CHOICE)
-    assert found.front() == ("0", "1", OWN_CHOICE)
-    assert found.excess(OWN_CHOICE) == 1.0
-    assert found.excess("2") == pytest.approx(4 / 3)
-    assert found.excess("2", error=0.02) == pytest.approx(4 / 3)
-    assert math.isnan(found.excess("1", error=0.02))
-    assert math.isnan(found.excess("never"))
-    assert math.isnan(found.error("never", "impulse"))
+    points = trade_of([1.0, 2.0, 4.0, 3.0], [1.1, 1.0, 1.0, 1.0001], [1.2, 1.05, 1.0, 1.0002])
+    assert points.error(OWN_CHOICE, "filtered_peak") == pytest.approx(2e-4)
+    assert points.trusted_error(OWN_CHOICE) == 1e-3
+    assert points.front("impulse") == ("0", "1")
+    assert points.front("filtered_peak") == ("0", "1", OWN_CHOICE)
+    assert points.front() == ("0", "1", OWN_CHOICE)
+    assert points.excess(OWN_CHOICE) == 1.0
+    assert points.excess("2") == pytest.approx(4 / 3)
+    assert points.excess("2", error=0.02) == pytest.approx(4 / 3)
+    assert math.isnan(points.excess("1", error=0.02))
+    assert math.isnan(points.excess("never"))
+    assert math.isnan(points.error("never", "impulse"))
 
 
 def test_a_point_that_does_not_tell_a_measure_is_on_the_fronts_of_others_alone():
-    found = trade_of([1.0, 2.0, 3.0], [1.0, 1.1, 1.2], [1.1, 1.1, 1.2])
-    del found.outcomes["0"].summary["filtered_peak"]  # type: ignore[attr-defined]
-    assert math.isnan(found.trusted_error("0"))
-    assert "0" in found.front("impulse")
-    assert "0" not in found.front()
-    assert "0" not in found.front("filtered_peak")
+    points = trade_of([1.0, 2.0, 3.0], [1.0, 1.1, 1.2], [1.1, 1.1, 1.2])
+    del points.outcomes["0"].summary["filtered_peak"]  # type: ignore[attr-defined]
+    assert math.isnan(points.trusted_error("0"))
+    assert "0" in points.front("impulse")
+    assert "0" not in points.front()
+    assert "0" not in points.front("filtered_peak")
 
 
 def test_a_point_that_does_not_land_has_no_error_of_a_landing():
     """It is no rival of those that land, and the words count it; of the whole run it has one."""
-    found = trade_of([1.0, 2.0, 3.0], [0.0, 1.1, 1.05], [0.0, 1.1, 1.05])
-    found.outcomes["0"].summary["landing_status"] = "no landing"  # type: ignore[index]
-    found.outcomes["1"].summary["landing_status"] = "landed"  # type: ignore[index]
-    assert found.front() == ("0", "1", OWN_CHOICE)
-    assert found.left_out_in_words() == ""
+    points = trade_of([1.0, 2.0, 3.0], [0.0, 1.1, 1.05], [0.0, 1.1, 1.05])
+    points.outcomes["0"].summary["landing_status"] = "no landing"  # type: ignore[index]
+    points.outcomes["1"].summary["landing_status"] = "landed"  # type: ignore[index]
+    assert points.front() == ("0", "1", OWN_CHOICE)
+    assert points.left_out_in_words() == ""
     of_landings = {
-        name: replace(each, summary=each.summary | {f"landing_{key}": each.summary.get(key) for key in found.measures})
-        for name, each in found.outcomes.items()
+        name: replace(each, summary=each.summary | {f"landing_{key}": each.summary.get(key) for key in points.measures})
+        for name, each in points.outcomes.items()
     }
-    measures = tuple(f"landing_{name}" for name in found.measures)
-    found = replace(found, measures=measures, outcomes=of_landings, floor=dict.fromkeys(measures, 1e-3))
-    assert math.isnan(found.error("0", "landing_impulse"))
-    assert found.front() == ("1", OWN_CHOICE)
-    assert in_words(found).splitlines()[1] == "1 of 3 points left out: 1 no landing"
+    measures = tuple(f"landing_{name}" for name in points.measures)
+    points = replace(points, measures=measures, outcomes=of_landings, floor=dict.fromkeys(measures, 1e-3))
+    assert math.isnan(points.error("0", "landing_impulse"))
+    assert points.front() == ("1", OWN_CHOICE)
+    assert in_words(points).splitlines()[1] == "1 of 3 points left out: 1 no landing"
 
 
 @pytest.mark.slow
@@ -315,9 +315,9 @@ def test_no_trade_without_a_landing(duration, status, small, monkeypatch, capsys
     text = SMALL.replace("0.1 ms", duration) + gap
     small.write_text(text, encoding="utf-8")
     assert run_command(["trade", str(small), "-o", str(small.parent / "out"), "--quick"]) == BAD_INPUT
-    told = " ".join(capsys.readouterr().err.split())
-    assert "no landing to compare" in told
-    assert f"{status}; lengthen run.duration = {duration}" in told
+    message = " ".join(capsys.readouterr().err.split())
+    assert "no landing to compare" in message
+    assert f"{status}; lengthen run.duration = {duration}" in message
     whole = SMALL.replace("0.1 ms", "10 us").replace('"2 %",', '"2 %", landing = "run",')
     small.write_text(whole.replace(', "contact_duration"', ""), encoding="utf-8")  # which the end cuts
     assert run_command(["trade", str(small), "-o", str(small.parent / "whole"), "--quick", "--quiet"]) == DONE
@@ -334,9 +334,9 @@ def test_the_program_end_to_end(small: Path, monkeypatch: pytest.MonkeyPatch, ca
     monkeypatch.setattr(trade, "code_version", lambda: "this")
     folder = small.parent / "out"
     assert run_command(["trade", str(small), "-o", str(folder), "--quick"]) == 0
-    told = capsys.readouterr().out
-    assert "Pareto front" in told
-    assert f"{OWN_CHOICE}:" in told
+    output = capsys.readouterr().out
+    assert "Pareto front" in output
+    assert f"{OWN_CHOICE}:" in output
     data = json.loads((folder / "trade.json").read_text(encoding="utf-8"))
     with (folder / "trade.csv").open(newline="", encoding="utf-8") as file:
         rows = {row["name"]: row for row in csv.DictReader(file)}

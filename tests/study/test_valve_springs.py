@@ -78,7 +78,7 @@ def test_the_stress_of_a_reed_that_springs_press_closed(tmp_path: Path) -> None:
     """A spring of k and preload P at a = 15 mm presses the reed with S = P + k u(a), and N at the tip bends it most
     below the spring, by (L - a) N. 3 % of P moves the stress by 3 %, of k by 0.4 %; modes leave out what falls like
     1/n."""
-    found = {}
+    stresses = {}
     for n_modes in (40, 80):
         more = f'n_modes = {n_modes}\n[contact]\npreload = true\n{SPRING}at = "15 mm"\n'
         scene = scene_of(tmp_path, BEAM, more, 'duration = "0.1 ms"\ntime_step = "1 us"')
@@ -87,7 +87,7 @@ def test_the_stress_of_a_reed_that_springs_press_closed(tmp_path: Path) -> None:
         stress = stress_of(scene.geometry, striker, touches.seat.force, 1e-6, touches.seat.gap)
         assert stress.largest.value == pytest.approx(stress.at_start.value, rel=1e-3)  # it stays at rest
         assert touches.seat.force == pytest.approx(touches.seat.force[0], rel=1e-6)
-        found[n_modes] = stress.at_start.value
+        stresses[n_modes] = stress.at_start.value
 
     def below_it(stiffness: float) -> float:
         a, tip = 15e-3, SPAN
@@ -96,8 +96,8 @@ def test_the_stress_of_a_reed_that_springs_press_closed(tmp_path: Path) -> None:
         contact = np.linalg.solve(rows, [0.0, 0.0, 6.0])[1]
         return (tip - a) * contact * 200e9 * 0.15e-3 / RIGIDITY
 
-    assert 2 * found[80] - found[40] == pytest.approx(below_it(4e3), rel=1e-3)
-    assert 2 * found[80] - found[40] != pytest.approx(below_it(1.03 * 4e3), rel=2e-3)
+    assert 2 * stresses[80] - stresses[40] == pytest.approx(below_it(4e3), rel=1e-3)
+    assert 2 * stresses[80] - stresses[40] != pytest.approx(below_it(1.03 * 4e3), rel=2e-3)
 
 
 def test_every_body_of_an_error_bar_has_the_springs(tmp_path: Path) -> None:

@@ -104,8 +104,8 @@ def case(folder: Path, law: str) -> Case:
 
 def thrown(sheet: Sheet, reed: SecondOrderModel) -> np.ndarray:
     """Return (n,) velocities in the first mode, so that the paddle's centre has `SPEED` towards the seat."""
-    known, shape = plate_modes(sheet), first_mode(reed)
-    centre = average(known.mesh, Patch(np.array([sheet.shape.centre]), np.ones(1)))[0][known.dofs.free]
+    modes, shape = plate_modes(sheet), first_mode(reed)
+    centre = average(modes.mesh, Patch(np.array([sheet.shape.centre]), np.ones(1)))[0][modes.dofs.free]
     return -SPEED / (centre @ shape) * shape
 
 
@@ -149,13 +149,13 @@ def springs(tmp_path_factory: pytest.TempPathFactory) -> Case:
 def test_a_run_is_its_matrices_marched(springs: Case) -> None:
     """A run has the impulse of its matrices to 0.3 %, the peak to 0.2 %, the mean force to 0.5 %, measured; 3 % of the
     least coefficient change it by 1.3 %. The march of the matrices is of second order."""
-    found = [by_matrices(springs, dt) for dt in STEPS]
-    coarse, fine = (apart(found[k + 1], found[k], STEPS[k + 1], STEPS[k]) for k in range(2))
+    forces = [by_matrices(springs, dt) for dt in STEPS]
+    coarse, fine = (apart(forces[k + 1], forces[k], STEPS[k + 1], STEPS[k]) for k in range(2))
     assert coarse / fine == pytest.approx(4, abs=1.2)
-    right = told(found[-1], STEPS[-1])
+    right = told(forces[-1], STEPS[-1])
     assert within_bars(springs, right)
     assert told(springs.force, springs.dt) == pytest.approx(right, rel=0.005)
-    assert apart(found[-1], springs.force, STEPS[-1], springs.dt) < CLOSE
+    assert apart(forces[-1], springs.force, STEPS[-1], springs.dt) < CLOSE
 
 
 OFF = {
@@ -188,7 +188,7 @@ def test_what_is_three_percent_off_is_seen(key: str, springs: Case) -> None:
 def test_where_arcs_and_lip_are_rigid_the_bars_hold(tmp_path: Path) -> None:
     """Signorini's condition in each arc, where what lies above three times the band bounces on, changes impulse by 2.3
     % and peak by 0.3 % (measured), within the bars."""
-    known = case(tmp_path, RIGID)
-    right = told(by_matrices(known, STEPS[-1], stiffness=None), STEPS[-1])
-    assert within_bars(known, right)
-    assert told(known.force, known.dt) == pytest.approx(right, rel=0.03)
+    outcome = case(tmp_path, RIGID)
+    right = told(by_matrices(outcome, STEPS[-1], stiffness=None), STEPS[-1])
+    assert within_bars(outcome, right)
+    assert told(outcome.force, outcome.dt) == pytest.approx(right, rel=0.03)

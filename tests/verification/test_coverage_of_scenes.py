@@ -166,8 +166,8 @@ def test_enough_scenes_were_judged() -> None:
 
 @of_the_table
 def test_true_errors_are_inside_the_bars() -> None:
-    known = [row for row in JUDGED if row.asked and is_known(row)]
-    assert share(known, is_inside) >= 0.97
+    comparable = [row for row in JUDGED if row.asked and is_known(row)]
+    assert share(comparable, is_inside) >= 0.97
 
 
 @of_the_table
@@ -180,8 +180,8 @@ def test_bars_are_no_wider_than_they_need_be(measure: str, most: float) -> None:
 @of_the_table
 def test_bars_are_within_the_target() -> None:
     """Nine of ten bars of scenes that state neither mesh nor band meet the target."""
-    asked = [row for row in JUDGED if row.asked == "measures" and not row.stated]
-    assert share(asked, in_target) >= 0.9
+    planned = [row for row in JUDGED if row.asked == "measures" and not row.stated]
+    assert share(planned, in_target) >= 0.9
 
 
 @of_the_table

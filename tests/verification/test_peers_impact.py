@@ -55,8 +55,8 @@ def test_newmark_of_scipy_finds_the_same(exact):
 @pytest.mark.skipif(bool(siconos_impact.absent()), reason=siconos_impact.absent())
 def test_siconos_finds_the_same(exact):
     """The theta rule agrees at second order, Moreau-Jean, with a foot and its drift, at first order."""
-    found = siconos_impact.march(OMEGA, SHARES, (160e-9, 80e-9))
-    theta, jean = ([scene.apart(course, exact)[0] for course in found[rule]] for rule in siconos_impact.RULES)
+    courses = siconos_impact.march(OMEGA, SHARES, (160e-9, 80e-9))
+    theta, jean = ([scene.apart(course, exact)[0] for course in courses[rule]] for rule in siconos_impact.RULES)
     assert np.log2(theta[0] / theta[1]) > 1.7
     assert theta[1] < 0.2
     assert np.log2(jean[0] / jean[1]) > 0.7
@@ -73,9 +73,9 @@ def test_the_contact_of_calculix_finds_the_same():
     model, dt = block(cells=(2, 2, 1)), 0.1e-6
     theirs, lost = calculix_impact.march(model, dt)
     assert lost == pytest.approx(scene.impulse(theirs), rel=1e-5)
-    found = solve_modes(calculix.with_its_mass(model, STEEL), model.size)
+    modes = solve_modes(calculix.with_its_mass(model, STEEL), model.size)
     [port] = model.ports.values()
-    squares, shares = (2 * np.pi * found.frequencies_hz) ** 2, port.vector @ found.shapes
+    squares, shares = (2 * np.pi * modes.frequencies_hz) ** 2, port.vector @ modes.shapes
     right, wrong = (scene.of_points(plain_impact.by_modes(f * squares, shares, dt), dt, 0.0) for f in (1.0, 1.03))
     assert scene.apart(theirs, right)[0] < 0.2
     assert scene.apart(theirs, wrong)[0] > 1.0

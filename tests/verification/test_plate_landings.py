@@ -96,16 +96,16 @@ def test_a_landing_on_a_bed_of_springs_is_that_of_its_matrices(tilt: float, axis
     impulse and more."""
     gaps, dt = openings(tilt, axis), 1.25e-7
     landing, start = by_greens(bed(Division(8), 8 * BED), gaps, 400e3, dt / 10)
-    found, close = course(landing.force[1:], dt / 10), 0.005
+    computed, close = course(landing.force[1:], dt / 10), 0.005
 
     def by_matrices(material: Material) -> np.ndarray:
         return marched([plate(material=material)], start, gaps, dt, DURATION, BED)
 
     right = by_matrices(STEEL)
-    assert np.abs(course(right, dt) - found).max() < close * found[-1]
+    assert np.abs(course(right, dt) - computed).max() < close * computed[-1]
     assert told(landing.force[1:], dt / 10)[1] == pytest.approx(told(right, dt)[1], rel=close)
     for other in (replace(STEEL, density=1.03 * STEEL.density), replace(STEEL, young=1.03 * STEEL.young)):
-        assert np.abs(course(by_matrices(other), dt) - found).max() > close * found[-1]
+        assert np.abs(course(by_matrices(other), dt) - computed).max() > close * computed[-1]
 
 
 @pytest.mark.slow

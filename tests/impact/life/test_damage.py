@@ -95,18 +95,18 @@ def test_miner_adds_up_cycles() -> None:
 
 def test_a_life_by_hand() -> None:
     """300 about 200 MPa is 337.5 MPa for Goodman: N = 1e7 (400/337.5)^23."""
-    found = life(Cycles(np.array([600e6]), np.array([200e6]), np.ones(1)), INVENTED, Goodman(1800e6), blocks=CLOSINGS)
-    assert found.blocks == pytest.approx(1e7 * (400 / 337.5) ** 23)
+    result = life(Cycles(np.array([600e6]), np.array([200e6]), np.ones(1)), INVENTED, Goodman(1800e6), blocks=CLOSINGS)
+    assert result.blocks == pytest.approx(1e7 * (400 / 337.5) ** 23)
     stress = KNEE.stress(CLOSINGS) / 1e6  # f 300/(1 - f 200/1800) = stress
-    assert found.margin == pytest.approx(stress / (300 + stress / 9), rel=1e-9)
-    assert found.damage == pytest.approx(1 / found.blocks)
-    assert (found.survival, found.advice) == (0.5, ())
+    assert result.margin == pytest.approx(stress / (300 + stress / 9), rel=1e-9)
+    assert result.damage == pytest.approx(1 / result.blocks)
+    assert (result.survival, result.advice) == (0.5, ())
 
 
 def test_margin_without_mean_is_the_curves_stress_over_the_amplitude() -> None:
     for share in (0.5, 0.999):
-        found = margin(reversed_cycles(250e6), INVENTED, Goodman(1800e6), blocks=CLOSINGS, survival=share)
-        assert found == pytest.approx(KNEE.stress(CLOSINGS, share) / 250e6, rel=1e-9)
+        life_margin = margin(reversed_cycles(250e6), INVENTED, Goodman(1800e6), blocks=CLOSINGS, survival=share)
+        assert life_margin == pytest.approx(KNEE.stress(CLOSINGS, share) / 250e6, rel=1e-9)
 
 
 @pytest.mark.slow
@@ -114,11 +114,11 @@ def test_margin_without_mean_is_the_curves_stress_over_the_amplitude() -> None:
 @given(blocks_of_stress, st.sampled_from(("goodman", "gerber", "swt", "walker", "morrow")), st.floats(0.3, 3.0))
 def test_a_margin_scales_with_stress_and_uses_up_the_part(history: np.ndarray, name: str, factor: float) -> None:
     judge, cycles = mean_stress(name, INVENTED), rainflow(history)
-    found = margin(cycles, INVENTED, judge, blocks=1e6)
+    life_margin = margin(cycles, INVENTED, judge, blocks=1e6)
     scaled = margin(rainflow(factor * history), INVENTED, judge, blocks=1e6)
-    assert scaled == pytest.approx(found / factor, rel=1e-6)
-    if math.isfinite(found):
-        at_it = Cycles(found * cycles.ranges, found * cycles.means, cycles.counts)
+    assert scaled == pytest.approx(life_margin / factor, rel=1e-6)
+    if math.isfinite(life_margin):
+        at_it = Cycles(life_margin * cycles.ranges, life_margin * cycles.means, cycles.counts)
         assert damage(at_it, INVENTED, judge) * 1e6 == pytest.approx(
             1, rel=1e-4
         )  # smax of 1 Pa: 1e-7 off, to the 12th power
@@ -142,10 +142,10 @@ def test_nothing_to_bear() -> None:
 
 def test_a_part_that_breaks_says_so() -> None:
     broken = Cycles(np.array([100e6]), np.array([2100e6]), np.ones(1))
-    found = life(broken, INVENTED, Morrow(2000e6), blocks=1e6)
-    assert (found.damage, found.blocks) == (math.inf, 0.0)
-    assert [each.name for each in found.advice] == ["mean_stress", "largest_stress"]
-    assert "limit 2e+09): no cycle survives" in str(found.advice[0])
+    result = life(broken, INVENTED, Morrow(2000e6), blocks=1e6)
+    assert (result.damage, result.blocks) == (math.inf, 0.0)
+    assert [each.name for each in result.advice] == ["mean_stress", "largest_stress"]
+    assert "limit 2e+09): no cycle survives" in str(result.advice[0])
 
 
 def test_a_curve_of_pulsating_stress() -> None:
@@ -181,9 +181,9 @@ def test_extreme_strengths_give_a_number(
         "invented", ultimate=ultimate, fatigue_strength=2 * knee, walker_exponent=0.5, curve=curve, loading_ratio=ratio
     )
     judge = mean_stress(name, extreme)
-    found = [life(rainflow(history), extreme, judge, blocks=1e6, survival=share) for share in (0.5, 0.999)]
-    assert 0 <= found[0].damage <= found[1].damage
-    assert found[0].margin >= found[1].margin * (1 - 1e-6) >= 0
+    lives = [life(rainflow(history), extreme, judge, blocks=1e6, survival=share) for share in (0.5, 0.999)]
+    assert 0 <= lives[0].damage <= lives[1].damage
+    assert lives[0].margin >= lives[1].margin * (1 - 1e-6) >= 0
 
 
 @pytest.mark.parametrize("blocks", [0.0, -1.0, math.inf, math.nan])
@@ -199,8 +199,8 @@ def test_a_life_needs_a_curve() -> None:
 
 def test_the_rule_of_a_closing_speed() -> None:
     allowed = Strength("invented: at most 8 m/s", impact_velocity=8.0)
-    found = speed_margin(-5.0, allowed)
-    assert (found.margin, found.speed, found.source) == (1.6, 5.0, "invented: at most 8 m/s")
+    result = speed_margin(-5.0, allowed)
+    assert (result.margin, result.speed, result.source) == (1.6, 5.0, "invented: at most 8 m/s")
     assert speed_margin(0.0, allowed).margin == math.inf
     with pytest.raises(LifeError, match="'impact_velocity'"):
         speed_margin(5.0, INVENTED)
