@@ -19,11 +19,11 @@ def shot(element: Any) -> NDArray[np.float64]:
     return np.asarray(Image.open(io.BytesIO(element.screenshot_as_png)).convert("L"), dtype=float)
 
 
-def until(found: Callable[[], Any], what: str) -> Any:
+def until(ask: Callable[[], Any], what: str) -> Any:
     """Return the first true answer."""
     end = time.monotonic() + PATIENCE
     while time.monotonic() < end:
-        if answer := found():
+        if answer := ask():
             return answer
         time.sleep(0.2)
     raise AssertionError(f"{what}: not within {PATIENCE:g} s")

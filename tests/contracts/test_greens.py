@@ -105,7 +105,7 @@ def pairs(greens: GreensFunction) -> list[tuple[int, int]]:
     return list(np.ndindex(len(greens.ports), len(greens.ports)))
 
 
-def known(greens: GreensFunction) -> np.ndarray:
+def known_times(greens: GreensFunction) -> np.ndarray:
     return TIMES[greens.valid_for >= TIMES]
 
 
@@ -125,7 +125,7 @@ def test_ports_have_names_and_numbers(greens: GreensFunction) -> None:
 
 
 def test_it_is_reciprocal_causal_and_starts_at_its_initial_value(greens: GreensFunction) -> None:
-    t = known(greens)
+    t = known_times(greens)
     for i, j in pairs(greens):
         np.testing.assert_allclose(
             greens.impulse_response(t, i, j), greens.impulse_response(t, j, i), rtol=1e-9, atol=1e-12
@@ -142,7 +142,7 @@ def test_g_is_the_slope_of_the_step_response(greens: GreensFunction) -> None:
     t = np.array([0.413, 0.777, 1.313, 1.713])  # off the grid of the samples, between the fronts
     for i, j in pairs(greens):
         slope = (greens.step_response(t + h / 2, i, j) - greens.step_response(t - h / 2, i, j)) / h
-        largest = np.abs(greens.impulse_response(known(greens)[1:], i, j)).max()
+        largest = np.abs(greens.impulse_response(known_times(greens)[1:], i, j)).max()
         np.testing.assert_allclose(slope, greens.impulse_response(t, i, j), atol=1e-6 * largest)
 
 
@@ -206,7 +206,7 @@ def test_filtered_is_g_after_a_pulse(greens: GreensFunction) -> None:
 def test_ports_are_combined_or_refuse_to_be(greens: GreensFunction) -> None:
     """The mean of all ports has the mean of all responses, W' S W; closed forms refuse."""
     p = len(greens.ports)
-    weights, t = np.full((p, 1), 1 / p), known(greens)
+    weights, t = np.full((p, 1), 1 / p), known_times(greens)
     if any(part.closed_form for part in leaves(greens)):
         with pytest.raises(GreensFunctionError, match="cannot be combined"):
             greens.combined(weights, ("mean",))
@@ -238,7 +238,7 @@ def test_its_transform_is_that_of_g_or_is_not_known(greens: GreensFunction) -> N
 
 
 def test_it_is_the_sum_of_what_it_names(greens: GreensFunction) -> None:
-    t = known(greens)
+    t = known_times(greens)
     parts = greens.summands
     assert len(parts) > 1 or parts == (greens,)
     total = sum(part.step_response(t) for part in parts)
@@ -274,7 +274,7 @@ def test_it_says_until_when_it_is_known(greens: GreensFunction) -> None:
 
 @pytest.mark.parametrize("factor", [2.5])
 def test_scaled_is_the_multiple_in_every_answer(greens: GreensFunction, factor: float) -> None:
-    scaled, t = greens.scaled(factor), known(greens)[1:]
+    scaled, t = greens.scaled(factor), known_times(greens)[1:]
     assert scaled.ports == greens.ports
     assert scaled.valid_for == greens.valid_for
     assert scaled.error_estimate == greens.error_estimate
@@ -299,7 +299,7 @@ def test_scaled_is_the_multiple_in_every_answer(greens: GreensFunction, factor: 
 
 
 def test_the_form_for_forces_alone_is_the_same_function(greens: GreensFunction) -> None:
-    lean, t = greens.forces_only(), known(greens)
+    lean, t = greens.forces_only(), known_times(greens)
     for i, j in pairs(greens):
         np.testing.assert_array_equal(lean.step_response(t, i, j), greens.step_response(t, i, j))
     assert lean.mass() == greens.mass()
@@ -307,7 +307,7 @@ def test_the_form_for_forces_alone_is_the_same_function(greens: GreensFunction) 
 
 def test_what_is_saved_is_loaded(greens: GreensFunction, tmp_path: Path) -> None:
     save_greens(greens, tmp_path / "g.h5")
-    read, t = load_greens(tmp_path / "g.h5"), known(greens)
+    read, t = load_greens(tmp_path / "g.h5"), known_times(greens)
     assert read.ports == greens.ports
     assert read.valid_for == greens.valid_for
     assert read.mass() == greens.mass()
@@ -329,7 +329,7 @@ def test_its_error_and_origin_can_be_stated_or_are_its_own(greens: GreensFunctio
 
 @pytest.mark.parametrize("name", FREE_KINDS)
 def test_a_free_body_can_be_thrown(name: str) -> None:
-    """Without contact it keeps its speed; its kinetic energy is m v^2/2; a second port moves as a rigid body does."""
+    """A body keeps its speed without contact, has the energy m v^2/2, and its second port moves as a rigid body's."""
     greens, mass = KINDS[name]
     thrown, wall = impact.Body(greens, velocity=-0.5), impact.spring(stiffness=5.0)
     result = impact.solve(impact.ContactProblem(thrown, wall, gap=100.0), dt=DT, duration=2.0)

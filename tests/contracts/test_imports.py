@@ -155,10 +155,10 @@ def _module(path: Path) -> str:
     return ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
 
 
-def _run_by(found: str, module: str, modules: dict[str, Path]) -> Iterator[str]:
-    """Yield what importing ``found`` runs: it, and the ``__init__`` of packages around it that had not begun before."""
-    for name in modules if found else ():
-        if name != module and (found == name or (found.startswith(f"{name}.") and not module.startswith(f"{name}."))):
+def _run_by(target: str, module: str, modules: dict[str, Path]) -> Iterator[str]:
+    """Yield what importing ``target`` runs: it, and each ``__init__`` around it that had not begun before."""
+    for name in modules if target else ():
+        if name != module and (target == name or (target.startswith(f"{name}.") and not module.startswith(f"{name}."))):
             yield name
 
 

@@ -27,7 +27,7 @@ def test_a_scene_finds_the_module_of_each_kind_that_it_names() -> None:
     assert kinds_of({"spring", "sprig"}) == kinds_of()
 
 
-def asked(path: Path) -> Iterator[str]:
+def kinds_asked_for(path: Path) -> Iterator[str]:
     """Yield the kinds that a file imports or asks for."""
     if "kinds" not in (text := path.read_text(encoding="utf-8")):
         return
@@ -42,7 +42,7 @@ def test_no_kind_is_known_by_name_outside_its_own_file() -> None:
     """No file asks for a kind by name, but the package of all kinds and those derived from it."""
     assert {"Annular", "Cantilever", "Matrices", "GreensFile"} <= NAMES
     within = [path for path in KINDS.glob("*.py") if path.name != "__init__.py"]
-    assert [place for path in (*FILES, *within) for place in asked(path)] == []
+    assert [place for path in (*FILES, *within) for place in kinds_asked_for(path)] == []
 
 
 def test_no_shape_is_asked_for_its_family() -> None:

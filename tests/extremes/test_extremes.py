@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from impact import Body, GreensFunctionError, Residual, solve
+from impact import Body, GreensFunctionError, solve
 from seatfem.jobs.crew import Ask, crew
 from tests.extremes import (
     Cell,
@@ -227,11 +227,8 @@ def test_a_part_of_the_battery_by_command(tmp_path: Path, capsys: pytest.Capture
 def test_the_first_blow_by_another_way() -> None:
     """The constant of equal masses is the integral of the force's closed form."""
     rest = 1 + math.exp(-2) / 2
-    leaving = scenes.FIRST_BLOW - 1
     t = np.linspace(0, 2, 200_001)
     s = np.linspace(0, rest, 200_001)
     impulse = np.trapezoid(np.exp(-t), t) + np.trapezoid((2 + math.exp(-2) - 2 * s) * np.exp(-s), s)
     assert impulse == pytest.approx(scenes.FIRST_BLOW, rel=1e-9)
-    assert 0 < leaving < 1
     assert Body(scenes.FIXED_ROD).greens.static_compliance()[0, 0] == 1.0
-    assert Residual.none().compliance[0, 0] == 0.0

@@ -379,15 +379,15 @@ def test_letters_that_a_terminal_lacks_end_nothing() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("asked", "threads"), [(None, "1"), ("3", "3")])
-def test_dense_products_take_one_thread_unless_asked_for_more(asked: str | None, threads: str) -> None:
+@pytest.mark.parametrize(("setting", "threads"), [(None, "1"), ("3", "3")])
+def test_dense_products_take_one_thread_unless_asked_for_more(setting: str | None, threads: str) -> None:
     """The number of threads is set before numpy is imported, which reads it once."""
     code = (
         "import atexit, os, sys; from seatfem.faces import cli; assert 'numpy' not in sys.modules;"
         "atexit.register(lambda: print(os.environ['OPENBLAS_NUM_THREADS'])); sys.argv[1:] = ['--version']; cli.main()"
     )
     environment = {key: value for key, value in os.environ.items() if key != "OPENBLAS_NUM_THREADS"}
-    environment |= {} if asked is None else {"OPENBLAS_NUM_THREADS": asked}
+    environment |= {} if setting is None else {"OPENBLAS_NUM_THREADS": setting}
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=False)
     assert done.stdout.splitlines()[-1] == threads, done.stderr
 

@@ -223,7 +223,7 @@ def _no_browser(address: str) -> bool:
 def test_view_without_a_browser_says_where_the_page_is(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, screen: str
 ) -> None:
-    """Without a screen none is asked; a browser that fails leaves the page's place in words."""
+    """The page's place is told where no browser opens; none is asked without a screen."""
     monkeypatch.setattr(sys, "platform", "linux")
     for name in SCREENS:
         monkeypatch.setenv(name, screen)

@@ -33,7 +33,7 @@ def blow(seat: impact.GreensFunction, mass: float, law: Law) -> ContactProblem:
     )
 
 
-def told(problem: ContactProblem, dt: float, duration: float, width: float) -> Mapping[str, float]:
+def measure_run(problem: ContactProblem, dt: float, duration: float, width: float) -> Mapping[str, float]:
     result = impact.solve(problem, dt=dt, duration=duration)
     group = measures.contact_groups(result)[0]
     return {
@@ -61,7 +61,7 @@ def drawn(rng: np.random.Generator) -> tuple[Budget, Mapping[str, float]]:
     seat = modes_of_rod(n, rng.choice(["exponential", "spring"]))
     budget = impact.error_budget(blow(seat, mass, law), dt=dt, duration=duration, filter_width=width)
     fine = TRANSIT / round(8 * TRANSIT / dt)
-    return budget, told(blow(EXACT, mass, law), fine, duration, width)
+    return budget, measure_run(blow(EXACT, mass, law), fine, duration, width)
 
 
 @pytest.mark.slow
@@ -151,7 +151,7 @@ def test_runs_in_threads_leave_what_they_leave_one_after_the_other() -> None:
     gate = threading.Barrier(4, timeout=20)
 
     def run(one: ContactProblem, step: float) -> Mapping[str, float]:
-        return told(one, step, duration, width)
+        return measure_run(one, step, duration, width)
 
     def together(one: ContactProblem, step: float) -> Mapping[str, float]:
         gate.wait()

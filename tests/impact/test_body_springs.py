@@ -24,11 +24,11 @@ def first_frequency(stiffness: float) -> float:
     """Return the frequency [rad/s] of a cantilever with a spring k at its tip, the first root of (1 + cos x cosh x) x^3
     EI/L^3 + k (sin x cosh x - cos x sinh x) = 0."""
 
-    def left(x: float) -> float:
+    def characteristic(x: float) -> float:
         swings = math.sin(x) * math.cosh(x) - math.cos(x) * math.sinh(x)
         return (1 + math.cos(x) * math.cosh(x)) * x**3 * TIP / 3 + stiffness * swings
 
-    return float(brentq(left, 1.0, 3.9, xtol=1e-14)) ** 2 * math.sqrt(OF_MODE)
+    return float(brentq(characteristic, 1.0, 3.9, xtol=1e-14)) ** 2 * math.sqrt(OF_MODE)
 
 
 def sprung_reed(n_modes: int, stiffness: float, damping_ratio: float = 0.0) -> SprungBody:

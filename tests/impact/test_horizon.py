@@ -76,7 +76,7 @@ def test_bounces_on_a_table_grow_apart_as_their_map_has_it() -> None:
 
 
 @pytest.mark.parametrize(
-    ("growth", "difference", "known"),
+    ("growth", "difference", "count"),
     [
         ([1.0, 4.0, 16.0, 64.0], 1e-12, 4),
         ([1.0, 4.0, 16.0, 64.0], 1e-2, 2),  # 16 % before the third
@@ -85,8 +85,8 @@ def test_bounces_on_a_table_grow_apart_as_their_map_has_it() -> None:
         ([np.nan, 4.0], 1e-12, 2),
     ],
 )
-def test_landings_are_known_until_a_difference_is_felt(growth: list[float], difference: float, known: int) -> None:
-    assert Horizon(np.array(growth)).known(difference) == known
+def test_landings_are_known_until_a_difference_is_felt(growth: list[float], difference: float, count: int) -> None:
+    assert Horizon(np.array(growth)).known(difference) == count
 
 
 def test_the_rate_is_that_of_small_differences() -> None:
@@ -102,8 +102,8 @@ def test_bodies_that_never_part_have_no_horizon() -> None:
 
 @pytest.mark.slow
 def test_between_two_walls_a_ball_falls_behind_by_two_a_flight() -> None:
-    """With both walls further off by d each flight but the first is longer by 2 d, and at the other wall's touch all of
-    it is missing: 1, 3, 5, ... d."""
+    """Both walls further off by d make each flight but the first longer by 2 d; at the other wall's touch all of it is
+    missing: 1, 3, 5, ... d."""
     law, width, v = impact.LinearSpring(stiffness=STIFFNESS), 0.2, 1.0
     contacts = [
         impact.Contact(impact.Body(rigid_seat()), gap=width / 2, law=law),

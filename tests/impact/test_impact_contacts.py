@@ -259,13 +259,13 @@ def oscillator(stiffness: float, load: float) -> impact.Body:
     return impact.Body(greens, loads=(impact.Load(np.array([1.0]), lambda t: np.full(t.shape, load)),))
 
 
-@pytest.mark.parametrize(("stiffness", "told"), [(1e-4, True), (1e2, False)])
-def test_a_preload_far_beyond_the_gap_is_told(stiffness: float, told: bool) -> None:
+@pytest.mark.parametrize(("stiffness", "is_told"), [(1e-4, True), (1e2, False)])
+def test_a_preload_far_beyond_the_gap_is_told(stiffness: float, is_told: bool) -> None:
     """A gap keeps 2e-11 m of the 1e5 m by which 10 N move 1e-4 N/m; the seat yields 1e-5 m: advice says so."""
     problem = impact.ContactProblem(oscillator(stiffness, -10.0), impact.spring(stiffness=1e6), preload=True)
     result = impact.solve(problem, dt=1e-4, duration=1e-2)
     notes = [advice for advice in result.advice if "round-off of the gap" in advice.name]
-    assert bool(notes) is told
-    if told:
+    assert bool(notes) is is_told
+    if is_told:
         assert notes[0].value == pytest.approx(2.2e-16 * 1e5 / 1e-5, rel=0.1)
         assert "deflected by 1e+05 m" in notes[0].reason

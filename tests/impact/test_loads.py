@@ -159,7 +159,7 @@ def test_a_clamp_in_resonance_swings_its_beam_as_known() -> None:
 
 
 def test_a_seat_that_comes_up_is_struck_as_by_what_comes_down() -> None:
-    """By Galilei a rising seat has the forces and gap of a falling mass, and energies balance."""
+    """A rising seat has by Galilei the forces and gap of a falling mass, and energies balance."""
     v, runs = 0.5, []
     for velocity, base in ((-v, None), (0.0, lambda t: v * t)):
         seat = impact.Body(impact.fixed_rod(young=2e11, density=7850.0, area=1e-5, length=2e-2), base=base)

@@ -77,10 +77,10 @@ def workers(process: subprocess.Popen[str], which: str, busy: float = 0.0) -> li
     return wait_for(at_work, 120, process)
 
 
-def wait_for(found: Callable[[], list[psutil.Process]], most: float, process: subprocess.Popen[str]):
+def wait_for(find: Callable[[], list[psutil.Process]], most: float, process: subprocess.Popen[str]):
     end = time.monotonic() + most
     while time.monotonic() < end and process.poll() is None:
-        if family := found():
+        if family := find():
             return family
         time.sleep(0.05)
     raise AssertionError(f"no worker at work (the program: {process.poll()})")

@@ -211,7 +211,7 @@ def test_a_reed_lands_tilted(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("old", "new", "told"),
+    ("old", "new", "words"),
     [
         ('gap = "1 um"', 'gap = "1 mm"', "within run.duration|so soon"),
         ("[contact]", 'pressure = "-1 bar"\n[contact]', "reed"),
@@ -220,9 +220,9 @@ def test_a_reed_lands_tilted(tmp_path: Path) -> None:
     ],
     ids=["away", "loaded", "wavy", "rigid"],
 )
-def test_landings_that_no_deck_holds(tmp_path: Path, old: str, new: str, told: str) -> None:
+def test_landings_that_no_deck_holds(tmp_path: Path, old: str, new: str, words: str) -> None:
     deck = exported(LANDING.replace(old, new), tmp_path)
-    assert re.search(told, (deck / "README.txt").read_text(encoding="utf-8"))
+    assert re.search(words, (deck / "README.txt").read_text(encoding="utf-8"))
     assert not {"contact.inp", "whole.inp"} & {path.name for path in deck.iterdir()}
 
 

@@ -60,18 +60,6 @@ def test_the_sheet_is_a_solid_too() -> None:
     assert {"contact", "fixed"} <= set(mesh.mesh.boundaries)
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"thickness": 0.0}, r"Flapper.thickness = 0 mm:.*finite.*> 0"),
-        ({"thickness": 6e-3}, r"Flapper.thickness = 6 mm:.*< 6 mm \(neck_width"),
-    ],
-)
-def test_what_is_no_flapper_is_refused(change: dict[str, float], message: str) -> None:
-    with pytest.raises(GeometryError, match=message):
-        replace(REED, **change)
-
-
 class Elsewhere(Flapper):
     """Clamped where it has no material."""
 
@@ -122,6 +110,8 @@ def test_the_mesh_has_its_holes(reed: Flapper) -> None:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
+        ({"thickness": 0.0}, r"Flapper.thickness = 0 mm:.*finite.*> 0"),
+        ({"thickness": 6e-3}, r"Flapper.thickness = 6 mm:.*< 6 mm \(neck_width"),
         ({"slot_width": 1e-3}, r"Flapper.slot_length = None: slot_width"),
         ({"slot_length": 1e-3}, r"Flapper.slot_width = None: slot_length"),
         ({"slot_width": 5.4e-3, "slot_length": 8e-3}, r"Flapper.slot_width = 5.4 mm:.*< 5.4 mm \(neck"),

@@ -45,7 +45,7 @@ def three():
 
 
 def test_fourier_series_of_patches_sums_to_their_own_pressure():
-    """By Parseval all weights sum to 2 pi/w on a patch and 0 between two; the rest falls like 1/n."""
+    """All weights sum by Parseval to 2 pi/w on a patch and 0 between two; the rest falls like 1/n."""
     patches = {"a": RingPatch(0.2, 0.5), "b": RingPatch(1.5, 1.0)}
     total = 1 + 2 * equally(patches, np.arange(1, 20_001))
     np.testing.assert_allclose(total, np.diag([2 * math.pi / 0.5, 2 * math.pi]), atol=2e-3)

@@ -207,14 +207,14 @@ def test_what_a_mesh_leaves_is_looked_for_at_every_place() -> None:
     """A peak of 9 that was 7 on the coarser mesh may pass a converged one of 10: its error counts."""
     fine, coarse = (np.column_stack([x, 0 * x]) for x in (np.arange(0.0, 60.0, 0.5), np.arange(0.25, 60.0, 1.0)))
 
-    def left(second: float, weight: float, factor: float = 1.0) -> float:
+    def mesh_error(second: float, weight: float, factor: float = 1.0) -> float:
         def peaks(points: Array, height: float) -> Array:
             x = points[:, 0]
             return 10 * np.exp(-(((x - 15) / 8) ** 2)) + height * np.exp(-(((x - 45) / 8) ** 2))
 
         return peak_mesh_error(fine, peaks(fine, 9.0), coarse, factor * peaks(coarse, second), weight)
 
-    assert left(7.0, 1.0) == pytest.approx(1.0, abs=0.1)
-    assert left(7.0, 2.0) == pytest.approx(3.0, abs=0.1)
-    assert left(9.0, 1.0) == pytest.approx(0.0, abs=0.1)
-    assert left(9.0, 1.5, factor=0.8) == pytest.approx(3.0, abs=0.1)
+    assert mesh_error(7.0, 1.0) == pytest.approx(1.0, abs=0.1)
+    assert mesh_error(7.0, 2.0) == pytest.approx(3.0, abs=0.1)
+    assert mesh_error(9.0, 1.0) == pytest.approx(0.0, abs=0.1)
+    assert mesh_error(9.0, 1.5, factor=0.8) == pytest.approx(3.0, abs=0.1)

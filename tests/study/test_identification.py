@@ -44,7 +44,7 @@ def test_intervals_hold(record, tmp_path):
 
 @pytest.mark.slow
 def test_a_coefficient_that_is_off_by_three_percent_is_seen(record, tmp_path):
-    """At a fifth of the noise the true values come back; a modulus 3 % more moves one out of its interval."""
+    """The true values come back at a fifth of the noise; a modulus 3 % more moves one out of its interval."""
     time, force = record
     quiet = RECORD.replace('noise = "40 N"', 'noise = "8 N"')
     given = force + NOISE / 5 * noise(len(time), 1)

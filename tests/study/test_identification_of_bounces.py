@@ -73,7 +73,7 @@ def test_a_record_that_no_start_reaches_tells_nothing(bounces, tmp_path):
 
 @pytest.mark.slow
 def test_the_part_of_the_step_is_in_the_interval_and_said(bounces, tmp_path):
-    """With little noise the step of the fit moves the gap out of the interval that noise alone would have."""
+    """The step of the fit moves the gap out of the interval that little noise alone would have."""
     fit = 'contact.gap = { start = "0.052 mm", from = "0.02 mm", to = "0.2 mm" }'
     result = identify(write_files(tmp_path, bounces, fit, 0.03))
     [(_, fitted, _, ends)] = result

@@ -30,7 +30,7 @@ def written(folder: Path, seat: str) -> Path:
     return path
 
 
-def told(folder: Path, seat: str, capsys: pytest.CaptureFixture[str], verb: str = "plan") -> list[str]:
+def plan_messages(folder: Path, seat: str, capsys: pytest.CaptureFixture[str], verb: str = "plan") -> list[str]:
     assert run_command([verb, str(written(folder, seat)), *(["-o", str(folder / "out")] if verb == "run" else [])]) == (
         BAD_INPUT
     )
@@ -47,7 +47,7 @@ def test_every_wrong_selector_is_told_at_its_line(verb, tmp_path, capsys):
         + 'groups.bores = { radius = "3 mm" }\nregions.ring = { order = 3 }\nmaterials.core = "titanium"\n'
         + 'supports = [{ kind = "bolted", on = "rimm", normal = "5 GPa/mm" }]\n'
     )
-    lines = told(tmp_path, seat, capsys, verb)
+    lines = plan_messages(tmp_path, seat, capsys, verb)
     assert [line.split(":")[1:3] for line in lines] == [
         ["5", " seat.contact"], ["6", " seat.fixed"], ["7", " seat.groups.bores"], ["8", " seat.regions.ring"],
         ["9", " seat.materials.core"], ["10", " seat.supports.0.on"],
@@ -58,17 +58,17 @@ def test_every_wrong_selector_is_told_at_its_line(verb, tmp_path, capsys):
 
 
 def test_a_wrong_unit_is_told_at_its_key(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (line,) = told(tmp_path, CAD.format(MESHES / "bar.step") + 'unit = "inch"\n', capsys)
+    (line,) = plan_messages(tmp_path, CAD.format(MESHES / "bar.step") + 'unit = "inch"\n', capsys)
     assert line.startswith("scene.toml:5: seat.unit: ")
-    (line,) = told(tmp_path, MESH + 'unit = "um"\n', capsys)
+    (line,) = plan_messages(tmp_path, MESH + 'unit = "um"\n', capsys)
     assert line.startswith("scene.toml:5: seat.unit: ")
 
 
 @pytest.mark.slow
 def test_wrong_groups_of_a_mesh_are_told_together(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    lines = told(tmp_path, MESH + 'contact = "contac"\nfixed = "clamp"\n', capsys)
+    lines = plan_messages(tmp_path, MESH + 'contact = "contac"\nfixed = "clamp"\n', capsys)
     assert [line.split(":")[1:3] for line in lines] == [["5", " seat.contact"], ["6", " seat.fixed"]]
-    lines = told(tmp_path, MESH + 'supports = [{ kind = "sliding", on = "x" }]\n', capsys)
+    lines = plan_messages(tmp_path, MESH + 'supports = [{ kind = "sliding", on = "x" }]\n', capsys)
     assert re.match("scene.toml:5: seat.supports.0.on: .*'x'; .*'contact'", lines[0])
 
 
@@ -85,7 +85,7 @@ def test_wrong_groups_of_a_mesh_are_told_together(tmp_path: Path, capsys: pytest
 )  # fmt: skip
 def test_wrong_headers_are_told_by_a_plan(seat, place, words, tmp_path, capsys):
     (tmp_path / "seat.csv").write_text("a,b\n1,2\n", encoding="utf-8")
-    lines = told(tmp_path, f"[seat]\n{seat}\n", capsys)
+    lines = plan_messages(tmp_path, f"[seat]\n{seat}\n", capsys)
     assert place in lines[0]
     assert words in lines[0]
 

@@ -192,14 +192,14 @@ def test_peaks_converge_with_the_second_power_of_the_arcs(bench: Bench) -> None:
     """Peaks differ from 128 arcs by 40, 8.5 and 0.4 % (root mean square over tilts) with 16, 32 and 64, orders 2.2 and
     4.3; impulses, far closer from the start, by 1.4 and 0.2 % with 16 and 64."""
 
-    def left(arcs: int, measure: Callable[[int, tuple[str, str]], float]) -> float:
+    def mean_difference(arcs: int, measure: Callable[[int, tuple[str, str]], float]) -> float:
         return math.sqrt(np.mean([(measure(arcs, tilt) / measure(128, tilt) - 1) ** 2 for tilt in TILTS]))
 
-    peaks = [left(arcs, bench.peak) for arcs in (16, 32, 64)]
+    peaks = [mean_difference(arcs, bench.peak) for arcs in (16, 32, 64)]
     assert peaks[0] / peaks[1] > 3.5
     assert peaks[1] / peaks[2] > 4.0
     assert peaks[2] < 0.02
-    assert left(16, bench.impulse) / left(64, bench.impulse) > 3.5
+    assert mean_difference(16, bench.impulse) / mean_difference(64, bench.impulse) > 3.5
 
 
 def test_saved_loaded_and_taken_up_again(bench: Bench, tmp_path: Path) -> None:

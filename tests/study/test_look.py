@@ -41,7 +41,7 @@ def beam_scene(folder: Path, target: str, duration: str = "0.75 ms", step: str =
     return load_text(folder, text, f'target = "{target}"\n')
 
 
-def told(look: Look) -> list[str]:
+def tell(look: Look) -> list[str]:
     return list(look_lines(look))
 
 
@@ -53,8 +53,8 @@ def test_a_run_goes_on_from_a_look_that_met_its_target(tmp_path: Path, monkeypat
     assert look.done.met
     assert look.done.number > 1
     assert (look.left.rounds, look.left.seconds, look.left.why) == (0, 0.0, "")
-    assert told(look)[0].startswith("target reached: ")
-    assert told(look)[1].startswith("left to do: nothing more; a run repeats the contact")
+    assert tell(look)[0].startswith("target reached: ")
+    assert tell(look)[1].startswith("left to do: nothing more; a run repeats the contact")
     monkeypatch.setattr("seatfem.study.runs.rounds.error_budget", lambda *given: pytest.fail("computed again"))
     lines: list[str] = []
     outcome = run_scene(scene, tmp_path / "out", pictures=False, tell=lines.append)
@@ -101,14 +101,14 @@ def test_a_reason_names_what_the_value_before_left(tmp_path: Path) -> None:
     assert re.fullmatch(r"[\d.]+ % of (impulse|peak force)", before.leaves)
     assert last.plan.choice("seat.model").value == "axisymmetric"
     assert last.plan.choice("seat.model").reason == f"spring before left {before.leaves}, measured"
-    assert not any("predict" in line for look in (first, last) for line in told(look))
+    assert not any("predict" in line for look in (first, last) for line in tell(look))
 
 
 @pytest.mark.slow
 def test_the_lines_add_up_to_the_bars(tmp_path: Path) -> None:
     """The parts of the keys are those of the bar, with its safety factor: 100 % of it to the digits shown."""
     look = look_at(lip_scene(tmp_path, "4 %"), NO_TIME)
-    matches = [re.match(r"(.*) \+-([\d.]+) % is left by: (.*)", line) for line in told(look)]
+    matches = [re.match(r"(.*) \+-([\d.]+) % is left by: (.*)", line) for line in tell(look)]
     parts = {match[1]: (float(match[2]), match[3]) for match in matches if match}
     assert parts.keys() == {"impulse", "peak force"}
     for whole, keys in parts.values():
@@ -125,8 +125,8 @@ def test_a_target_that_a_stated_key_keeps_out_of_reach_is_told(tmp_path: Path) -
     assert max(look.left.error.values()) > 1e-3
     assert look.left.why.startswith(f"{source_in_words('time_step')} (run.time_step) leaves ")
     assert look.left.why.endswith("of peak force, and the file states it")
-    assert told(look)[0].startswith("target missed so far: peak force +-")
-    assert f"left to do: nothing more: {look.left.why}" in told(look)
+    assert tell(look)[0].startswith("target missed so far: peak force +-")
+    assert f"left to do: nothing more: {look.left.why}" in tell(look)
 
 
 @pytest.mark.slow
@@ -135,8 +135,8 @@ def test_without_a_landing_there_is_nothing_to_judge(tmp_path: Path) -> None:
     scene = beam_scene(tmp_path, "2 %", duration="0.3 ms")
     look = look_at(scene, 600.0)
     assert (look.done.met, look.done.number, look.left.rounds) == (None, 1, 0)
-    assert told(look)[0].startswith("nothing to judge: ")
-    assert "left to do: nothing more: there is no landing to judge" in told(look)
+    assert tell(look)[0].startswith("nothing to judge: ")
+    assert "left to do: nothing more: there is no landing to judge" in tell(look)
     assert cached_plan(scene) is None
     data = json.loads(plan_json(look.plan, look))
     assert data["meets_target"] is False
@@ -204,7 +204,7 @@ def test_a_forecast_promises_nothing_that_cannot_be_refined(tmp_path: Path) -> N
     assert by_step > 0.005
     assert look.left.rounds > 0
     assert by_step <= look.left.error[peak] <= look.done.left.relative(peak)
-    assert re.search(r"\(time step \(run.time_step\) leaves .* and the file states it\)", "\n".join(told(look)))
+    assert re.search(r"\(time step \(run.time_step\) leaves .* and the file states it\)", "\n".join(tell(look)))
 
 
 @pytest.mark.parametrize(("load", "longer"), [(0.0, 1.0), (1.0, 1.0), (3.5, 3.5)])

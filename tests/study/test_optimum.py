@@ -21,8 +21,8 @@ MASS = 'reed.mass = { from = "0.2 g", to = "5 g" }\n'
 SOUGHT = '[optimise]\nminimise = "filtered_peak_force_N"\nsubject_to = ["max_seat_displacement_m <= 3e-5"]\n'
 
 
-def number(found: Optimum, key: str) -> float:
-    return float(str(found.as_json()["keys"][key]).split()[0])
+def number(optimum: Optimum, key: str) -> float:
+    return float(str(optimum.as_json()["keys"][key]).split()[0])
 
 
 @pytest.mark.slow

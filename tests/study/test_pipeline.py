@@ -232,7 +232,7 @@ def test_another_folder_and_another_reed_do_not_compute_the_seat_again(tmp_path:
 
 @pytest.mark.slow
 def test_a_seat_in_the_folder_keeps_its_error_bars(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """With an empty store, the coarser mesh's function beside the seat gives the same error bars."""
+    """The coarser mesh's function beside the seat gives the same error bars when the store is empty."""
     first = run(BAR, tmp_path / "one").summary
     monkeypatch.setenv(VARIABLE, str(tmp_path / "empty"))
     again = run(BAR, tmp_path / "one").summary
@@ -376,7 +376,7 @@ def assert_whole(folder: Path) -> None:
 
 @pytest.mark.slow(but="reduction")
 @pytest.mark.parametrize(
-    ("stage", "at", "left"),
+    ("stage", "at", "files"),
     [
         ("reduction", 1.0, set()),
         ("stepping", 1.0, {"seat.h5", "seat_coarser.h5"}),
@@ -384,10 +384,10 @@ def assert_whole(folder: Path) -> None:
          {"seat.h5", "seat_coarser.h5", "result.h5", "summary.json", "landings.csv", "force.png", *OF_STRESS}),
     ],
 )  # fmt: skip
-def test_an_interrupted_run_leaves_whole_files_only(stage: str, at: float, left: set[str], tmp_path: Path) -> None:
+def test_an_interrupted_run_leaves_whole_files_only(stage: str, at: float, files: set[str], tmp_path: Path) -> None:
     with pytest.raises(KeyboardInterrupt):
         run(BAR, tmp_path / "out", Stop(stage, at), pictures=True)
-    assert {path.name for path in (tmp_path / "out").iterdir()} == left
+    assert {path.name for path in (tmp_path / "out").iterdir()} == files
     assert_whole(tmp_path / "out")
 
 
@@ -401,7 +401,7 @@ def program(*arguments: str, blocked: tuple[str, ...] = ()) -> list[str]:
     return [sys.executable, "-c", code, *arguments]
 
 
-def told(command: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
+def run_program(command: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=120, check=False)
     assert "Traceback" not in done.stdout + done.stderr
     return done
@@ -410,7 +410,7 @@ def told(command: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
 @pytest.mark.slow
 def test_missing_picture_libraries_are_told_and_the_rest_is_done(tmp_path: Path) -> None:
     (tmp_path / "bar.toml").write_text(BAR, encoding="utf-8")
-    done = told(program("run", "bar.toml", "-o", "out", blocked=("matplotlib", "pyvista")), tmp_path)
+    done = run_program(program("run", "bar.toml", "-o", "out", blocked=("matplotlib", "pyvista")), tmp_path)
     assert done.returncode == 0, done.stderr
     assert {path.name for path in (tmp_path / "out").iterdir()} == {
         *("summary.json", "landings.csv", "result.h5", "seat.h5", "seat_coarser.h5"),
@@ -457,7 +457,7 @@ def test_a_crash_among_the_pictures_leaves_all_numbers(tmp_path: Path) -> None:
     command = [
         sys.executable, "-c", f"{crash}; from seatfem.faces.cli import main; main()", "run", "s.toml", "-o", "out",
     ]  # fmt: skip
-    assert told(command, tmp_path).returncode == 139
+    assert run_program(command, tmp_path).returncode == 139
     names = {path.name for path in (tmp_path / "out").iterdir()}
     assert names == {"summary.json", "landings.csv", "result.h5", "seat.h5", "force.png", *OF_STRESS}
     assert_whole(tmp_path / "out")

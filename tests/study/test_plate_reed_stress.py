@@ -135,12 +135,12 @@ def watched(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Round, PlateReedStres
     """Return the rounds whose stress is told."""
     kept = []
 
-    def told(done: Round, progress: Progress) -> tuple[SeatStress | None, PlateReedStress | None]:
+    def record_stress(done: Round, progress: Progress) -> tuple[SeatStress | None, PlateReedStress | None]:
         seat, reed = stresses(done, progress)
         kept.append((done, reed))
         return seat, reed
 
-    monkeypatch.setattr("seatfem.study.runs.stresses.stresses", told)
+    monkeypatch.setattr("seatfem.study.runs.stresses.stresses", record_stress)
     return kept
 
 

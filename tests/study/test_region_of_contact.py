@@ -278,7 +278,7 @@ def test_a_stopper_is_met_as_far_as_the_reed_reaches(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("seat", "reed", "more", "told"),
+    ("seat", "reed", "more", "words"),
     [
         (land("2 mm").replace("struck = 1\n", ""), DISC, "", "covers 25 %.*leaves a port open"),
         (land("2 mm"), DISC, 'offset = ["1.2 mm", "0 mm"]\n', "leaves a port open; limit: 10 % of its land's width"),
@@ -287,9 +287,9 @@ def test_a_stopper_is_met_as_far_as_the_reed_reaches(tmp_path: Path) -> None:
         ("strip", BAND, 'offset = ["0 mm", "15 mm"]\n', "covers 5 %.*limit: 10 % of the face"),
     ],
 )
-def test_too_little_under_the_reed_is_refused(tmp_path: Path, seat: str, reed: str, more: str, told: str) -> None:
+def test_too_little_under_the_reed_is_refused(tmp_path: Path, seat: str, reed: str, more: str, words: str) -> None:
     seat = block(tmp_path, 20) if seat == "strip" else seat
-    with pytest.raises(SceneError, match=told):
+    with pytest.raises(SceneError, match=words):
         check_files(scene_of(tmp_path, seat, reed, f"[contact]\n{more}" if more else ""))
 
 

@@ -129,7 +129,7 @@ def test_no_round_beyond_the_number(tmp_path: Path) -> None:
 
 @pytest.mark.slow(but="factorization")
 @pytest.mark.parametrize(
-    ("failure", "told"),
+    ("failure", "words"),
     [
         (FactorizationError("a pivot is zero"), "a pivot is zero"),
         (MeshingError("gmsh crashed"), "gmsh crashed"),
@@ -139,7 +139,7 @@ def test_no_round_beyond_the_number(tmp_path: Path) -> None:
     ],
     ids=["factorization", "meshing", "memory", "greens", "disk"],
 )
-def test_a_finer_round_that_fails_keeps_the_one_before(failure, told, tmp_path, monkeypatch):
+def test_a_finer_round_that_fails_keeps_the_one_before(failure, words, tmp_path, monkeypatch):
     plan, calls = with_step(plan_of(SCENE + 'target = "2 %"\n', tmp_path), 2e-6), []
     run_contacts = rounds.run_contacts
 
@@ -153,8 +153,8 @@ def test_a_finer_round_that_fails_keeps_the_one_before(failure, told, tmp_path, 
     done = carry_out(plan, tmp_path, Stopwatch(), silent)
     assert (done.number, done.result.dt, done.met) == (1, 2e-6, False)
     assert done.stopped.startswith("a finer round ")
-    assert told in done.stopped
-    assert told in missed(done)[-1]
+    assert words in done.stopped
+    assert words in missed(done)[-1]
 
 
 @pytest.mark.slow

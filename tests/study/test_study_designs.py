@@ -20,8 +20,8 @@ def study(folder: Path, text: str) -> Study:
     return load_study(study_file(folder, text))
 
 
-def values(made: Study, key: str) -> np.ndarray:
-    return np.array([number_and_unit(changed[key])[0] for changed in changes_of(made)])
+def values(loaded: Study, key: str) -> np.ndarray:
+    return np.array([number_and_unit(changed[key])[0] for changed in changes_of(loaded)])
 
 
 def test_a_grid_takes_every_value_with_every_other(tmp_path: Path) -> None:

@@ -24,13 +24,13 @@ def study(design: str, number: int | None, keys: tuple[str, ...] = KEYS, **other
     return Study.model_validate(given | ({"number": number} if number else {}))
 
 
-def table(made: Study, x: np.ndarray, **measures: np.ndarray) -> StudyTable:
+def table(loaded: Study, x: np.ndarray, **measures: np.ndarray) -> StudyTable:
     columns: dict[str, list[object]] = {"scene": list(range(1, len(x) + 1))}
-    columns |= {key: x[:, place].tolist() for place, key in enumerate(made.vary)}
+    columns |= {key: x[:, place].tolist() for place, key in enumerate(loaded.vary)}
     columns |= {name: [None if np.isnan(v) else float(v) for v in values] for name, values in measures.items()}
     columns["status"] = ["done" if np.isfinite(v) else "failed" for v in next(iter(measures.values()))]
     columns["message"] = [""] * len(x)
-    return StudyTable(made, tuple(made.vary), tuple(measures), columns)
+    return StudyTable(loaded, tuple(loaded.vary), tuple(measures), columns)
 
 
 def ishigami(x: np.ndarray) -> np.ndarray:

@@ -67,11 +67,11 @@ def test_shear_of_a_thick_reed_is_in_the_bar(tmp_path: Path) -> None:
     )
 
 
-@pytest.mark.parametrize(("deflection", "told"), [(0.5, False), (2.9, False), (3.1, True), (88.0, True)])
-def test_large_deflections_are_told(deflection: float, told: bool, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("deflection", "is_told"), [(0.5, False), (2.9, False), (3.1, True), (88.0, True)])
+def test_large_deflections_are_told(deflection: float, is_told: bool, tmp_path: Path) -> None:
     notes = advice_of(scene_of(tmp_path, 30, 0.3, deflection))
-    assert len(notes) == told
-    if told:
+    assert len(notes) == is_told
+    if is_told:
         assert notes[0].value == pytest.approx(deflection / 30)
         assert f"{deflection / 0.3:.3g} thicknesses" in notes[0].reason
         assert "release it from at most 3 mm" in notes[0].remedy

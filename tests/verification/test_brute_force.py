@@ -109,23 +109,23 @@ def thrown(sheet: Sheet, reed: SecondOrderModel) -> np.ndarray:
     return -SPEED / (centre @ shape) * shape
 
 
-def by_matrices(known: Case, dt: float, stiffness: float | None = STIFFNESS / 8, **other: Any) -> np.ndarray:
+def by_matrices(outcome: Case, dt: float, stiffness: float | None = STIFFNESS / 8, **other: Any) -> np.ndarray:
     """Return (n, arcs) forces of the same bodies, or of others in their place."""
-    bodies = other.get("reed", known.reed), other.get("seat", known.seat)
-    start = other["start"] if "start" in other else thrown(known.sheet, known.reed)
-    return marched(bodies, start, known.gaps, dt, DURATION, stiffness)
+    bodies = other.get("reed", outcome.reed), other.get("seat", outcome.seat)
+    start = other["start"] if "start" in other else thrown(outcome.sheet, outcome.reed)
+    return marched(bodies, start, outcome.gaps, dt, DURATION, stiffness)
 
 
-def told(force: np.ndarray, dt: float) -> tuple[float, float]:
+def impulse_and_peak(force: np.ndarray, dt: float) -> tuple[float, float]:
     """Return the impulse, and the largest mean force over `WIDTH`."""
     total = force.sum(axis=1)
     return float(total.sum() * dt), largest_average(total, dt, WIDTH)
 
 
-def within_bars(known: Case, right: tuple[float, float]) -> bool:
+def within_bars(outcome: Case, right: tuple[float, float]) -> bool:
     """Return whether the run's impulse and peak are within the bars that its summary states."""
     values = (
-        (known.summary[key], known.summary[f"error_bar_{key}"]) for key in ("impulse_Ns", "filtered_peak_force_N")
+        (outcome.summary[key], outcome.summary[f"error_bar_{key}"]) for key in ("impulse_Ns", "filtered_peak_force_N")
     )
     return all(0 < abs(value - exact) < bar for (value, bar), exact in zip(values, right, strict=True))
 
@@ -152,9 +152,9 @@ def test_a_run_is_its_matrices_marched(springs: Case) -> None:
     forces = [by_matrices(springs, dt) for dt in STEPS]
     coarse, fine = (apart(forces[k + 1], forces[k], STEPS[k + 1], STEPS[k]) for k in range(2))
     assert coarse / fine == pytest.approx(4, abs=1.2)
-    right = told(forces[-1], STEPS[-1])
+    right = impulse_and_peak(forces[-1], STEPS[-1])
     assert within_bars(springs, right)
-    assert told(springs.force, springs.dt) == pytest.approx(right, rel=0.005)
+    assert impulse_and_peak(springs.force, springs.dt) == pytest.approx(right, rel=0.005)
     assert apart(forces[-1], springs.force, STEPS[-1], springs.dt) < CLOSE
 
 
@@ -171,9 +171,9 @@ def scaled(model: SecondOrderModel, stiffness: float, mass: float) -> SecondOrde
     return replace(model, K=stiffness * model.K, M=mass * model.M, known=model.damping)
 
 
-def thicker(known: Case) -> dict[str, Any]:
-    sheet = replace(known.sheet, shape=replace(known.sheet.shape, thickness=1.03 * known.sheet.shape.thickness))
-    reed = model_of(sheet, (known.lip,))
+def thicker(outcome: Case) -> dict[str, Any]:
+    sheet = replace(outcome.sheet, shape=replace(outcome.sheet.shape, thickness=1.03 * outcome.sheet.shape.thickness))
+    reed = model_of(sheet, (outcome.lip,))
     return {"reed": reed, "start": thrown(sheet, reed)}
 
 
@@ -189,6 +189,6 @@ def test_where_arcs_and_lip_are_rigid_the_bars_hold(tmp_path: Path) -> None:
     """Signorini's condition in each arc, where what lies above three times the band bounces on, changes impulse by 2.3
     % and peak by 0.3 % (measured), within the bars."""
     outcome = case(tmp_path, RIGID)
-    right = told(by_matrices(outcome, STEPS[-1], stiffness=None), STEPS[-1])
+    right = impulse_and_peak(by_matrices(outcome, STEPS[-1], stiffness=None), STEPS[-1])
     assert within_bars(outcome, right)
-    assert told(outcome.force, outcome.dt) == pytest.approx(right, rel=0.03)
+    assert impulse_and_peak(outcome.force, outcome.dt) == pytest.approx(right, rel=0.03)

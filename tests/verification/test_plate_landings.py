@@ -74,7 +74,7 @@ def by_greens(seat: ModalGreens, gaps: np.ndarray, cutoff: float, dt: float = DT
     return result, modes.shapes[:, 0] * rate[0]
 
 
-def told(force: np.ndarray, dt: float) -> tuple[float, float]:
+def impulse_and_peak(force: np.ndarray, dt: float) -> tuple[float, float]:
     total = force.sum(axis=1)
     return float(total.sum() * dt), largest_average(total, dt, 5e-6)
 
@@ -103,7 +103,7 @@ def test_a_landing_on_a_bed_of_springs_is_that_of_its_matrices(tilt: float, axis
 
     right = by_matrices(STEEL)
     assert np.abs(course(right, dt) - computed).max() < close * computed[-1]
-    assert told(landing.force[1:], dt / 10)[1] == pytest.approx(told(right, dt)[1], rel=close)
+    assert impulse_and_peak(landing.force[1:], dt / 10)[1] == pytest.approx(impulse_and_peak(right, dt)[1], rel=close)
     for other in (replace(STEEL, density=1.03 * STEEL.density), replace(STEEL, young=1.03 * STEEL.young)):
         assert np.abs(course(by_matrices(other), dt) - computed).max() > close * computed[-1]
 
@@ -116,8 +116,8 @@ def test_two_plates_collide_as_their_matrices_do() -> None:
     gaps = openings(0.2, 0.0)
     landing, start = by_greens(as_seat(), gaps, 400e3)
     assert landing.energy.residual < 1e-9
-    impulse, peak = told(landing.force[1:], DT)
-    right = told(marched([plate(), seat()], start, gaps, 2e-7, DURATION), 2e-7)
+    impulse, peak = impulse_and_peak(landing.force[1:], DT)
+    right = impulse_and_peak(marched([plate(), seat()], start, gaps, 2e-7, DURATION), 2e-7)
     assert impulse == pytest.approx(right[0], rel=0.01)
     assert peak == pytest.approx(right[1], rel=0.025)
 

@@ -55,7 +55,7 @@ def test_a_mass_stays_on_a_rigid_point() -> None:
 
 
 def test_smallest_opening_is_on_a_rim() -> None:
-    """Of two lands under a pitch, the lowest place is at an outer rim, by the tilt times its distance."""
+    """The lowest place of two lands under a pitch is at an outer rim, by the tilt times its distance."""
     lands = [RoundLand((x, 0.0), 1e-3, 2e-3) for x in (-3e-3, 3e-3)]
     fall = Fall(2e-6, 1e-3, math.pi / 2, 1.0, math.inf, 1e-4, 1e-6)  # h = -x tan(tilt)
     gaps = openings(fall, Region(lands), np.array([[5e-3, 0.0], [0.0, 0.0], [-5e-3, 0.0]]))

@@ -66,7 +66,7 @@ def test_a_table_goes_through_its_points() -> None:
 
 
 @pytest.mark.parametrize(
-    ("made", "told"),
+    ("build", "words"),
     [
         (lambda: tabled([(400e6, 1e5), (420e6, 1e6)]), r"4e\+08 Pa.*100000 cycles.*4.2e\+08 Pa"),
         (lambda: tabled([(400e6, 1e5), (300e6, 1e5)]), "points rise"),
@@ -83,9 +83,9 @@ def test_a_table_goes_through_its_points() -> None:
         (lambda: Curve((), (), 1.0, 1.0), "needs points"),
     ],
 )
-def test_curves_that_are_refused(made: object, told: str) -> None:
-    with pytest.raises(LifeError, match=told):
-        made()  # type: ignore[operator]
+def test_curves_that_are_refused(build: object, words: str) -> None:
+    with pytest.raises(LifeError, match=words):
+        build()  # type: ignore[operator]
 
 
 def test_miner_adds_up_cycles() -> None:
@@ -255,7 +255,7 @@ def test_messages_name_what_is_missing() -> None:
 
 
 @pytest.mark.parametrize(
-    ("fields", "told"),
+    ("fields", "words"),
     [
         ({"source": " "}, "source is empty"),
         ({"ultimate": -1.0}, "ultimate = -1 must be positive"),
@@ -264,6 +264,6 @@ def test_messages_name_what_is_missing() -> None:
         ({"torsion_limit": float("nan")}, "torsion_limit = nan"),
     ],
 )
-def test_strength_refuses(fields: dict[str, object], told: str) -> None:
-    with pytest.raises(LifeError, match=told):
+def test_strength_refuses(fields: dict[str, object], words: str) -> None:
+    with pytest.raises(LifeError, match=words):
         Strength(**{"source": "invented", **fields})  # type: ignore[arg-type]
