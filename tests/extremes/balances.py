@@ -71,8 +71,8 @@ def _penetration(law: Law, force: Array) -> Array | None:
 
 
 def shaken_energy(problem: ContactProblem, force: Array, gap: Array) -> float:
-    """Sum over the steps of the law's own force [N], of a rigid contact the force itself: times the round-off of a gap
-    it is the energy that this costs."""
+    """Return the sum over the steps of the law's own force [N], of a rigid contact the force itself: times the
+    round-off of a gap it is the energy that this costs."""
     total = 0.0
     for c, contact in enumerate(problem.contacts):
         pen = np.maximum(-gap[:, c], 0.0)

@@ -21,7 +21,7 @@ def bouncing_cells() -> tuple[Cell, ...]:
 
 
 def bouncing(bounces: float) -> Finding:
-    """A ball under gravity on a lossless spring, conserving step: it leaves as fast as it came, after every bounce."""
+    """A ball under gravity on a lossless spring leaves each bounce as fast as it came, by the conserving step."""
     gravity, dt, n = 0.2, 0.05, int(bounces)
     flight = 2 / gravity + math.pi
     problem = ContactProblem(scenes.pushed_mass(1.0, -1.0, -gravity), scenes.rigid_wall(), law=LinearSpring(1.0))
@@ -36,7 +36,7 @@ def bouncing(bounces: float) -> Finding:
 
 
 def zeno(e: float) -> Finding:
-    """Bounces that end in finite time: a ball on a spring beside a dashpot, rigid contact, then rest.
+    """A ball on a spring beside a dashpot bounces until it rests, in finite time, by rigid contact.
 
     Without gravity e = exp(-2 z acos(z)/sqrt(1 - z^2)); with it each contact m x'' + c x' + K x = -m G is solved in
     closed form up to N = 0. The step adds damping w h/4; at the end the seat carries the weight.
@@ -63,7 +63,7 @@ def zeno(e: float) -> Finding:
 
 
 def sinking(e: float) -> Finding:
-    """A ball on a lossless spring on a dashpot Z that gives way a little at every blow; conserving step.
+    """A ball bounces on a lossless spring on a dashpot Z, which gives way a little each time; conserving step.
 
     The force is a damped oscillator about the weight, N'' + (k/Z) N' + (k/m) N = k G, from N = 0, N' = k v to N = 0
     again, where N' is k times the next speed: e = exp(-pi z/sqrt(1 - z^2)), 2 z = sqrt(k m)/Z, without gravity. At

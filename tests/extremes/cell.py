@@ -40,7 +40,7 @@ class Standing:
 
     @property
     def stated(self) -> float:
-        """Largest error that is right, or that the bar tells."""
+        """Return the largest error that is right, or that the bar tells."""
         return self.bar + self.theory
 
     @property
@@ -50,7 +50,7 @@ class Standing:
 
     @property
     def excess(self) -> float:
-        """Error over what is stated; where no bar is known, over the target. Not a number is the worst."""
+        """Return the error over what is stated; where no bar is known, over the target. Not a number is the worst."""
         if not math.isfinite(self.error):
             return math.inf
         return self.error / (self.stated if math.isfinite(self.bar) else self.target + self.theory)
@@ -112,7 +112,7 @@ class Cell:
 
     @property
     def name(self) -> str:
-        """Unique in the battery."""
+        """Return a name that is unique in the battery."""
         return f"{self.axis} = {self.value}"
 
 
@@ -174,7 +174,7 @@ def is_refusal(error: Exception) -> bool:
 
 
 def judged(finding: Finding, seconds: float) -> Outcome:
-    """The verdict on a finding.
+    """Return the verdict on a finding.
 
     Where a number has an error bar, only this excuses an error. Of others advice excuses one up to `EXCUSED`; what is
     not a number is wrong whatever the program said.

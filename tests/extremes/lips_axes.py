@@ -34,7 +34,7 @@ def lip_cells() -> tuple[Cell, ...]:
 
 
 def flat(*, ports: int | None = None, rings: int | None = None) -> Finding:
-    """Flat on its lip, however that is divided: m v (1 + e), e = 1 of a law without loss, and half a swing.
+    """A ring flat on its lip, however divided, has m v (1 + e), e = 1 of a law without loss, and half a swing.
 
     A step holds the force of its end: of a ramp over n steps 1/n too much, which the error bars know.
     """
@@ -53,12 +53,12 @@ def flat(*, ports: int | None = None, rings: int | None = None) -> Finding:
 
 
 def tilted(angle: float) -> Finding:
-    """Tilted: impulse and peak force of a rigid ring on 16 springs, by another integration."""
+    """A tilted ring has impulse and peak of a rigid one on 16 springs, by another integration."""
     return on_springs(tilt=math.radians(angle))
 
 
 def beside(share: float) -> Finding:
-    """Beside its centre: the same ring turns as it is pressed back."""
+    """The same ring beside its centre turns as it is pressed back."""
     return on_springs(offset=share * RADIUS)
 
 

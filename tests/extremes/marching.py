@@ -41,7 +41,7 @@ def marching_cells() -> tuple[Cell, ...]:
 
 
 def blow_on_rod(rod: Body, dt: float) -> Finding:
-    """A mass on a fixed rod of its own weight against d'Alembert's solution.
+    """A mass strikes a fixed rod of its own weight by d'Alembert's solution.
 
     The impulse of the whole blow; below 1e-6 transits, where a blow takes millions of steps, the force exp(-t) of the
     first 1e5. The step's error is below dt/10, and 1 % is all that is granted; the 40 modes' is below 1e-4.
@@ -61,7 +61,7 @@ def blow_on_rod(rod: Body, dt: float) -> Finding:
 
 
 def spring_for_ever(steps: float, omega: float = 1.0) -> Finding:
-    """A pushed oscillator (omega = 0: a mass) on a linear spring that it never leaves, at rest but for a small swing.
+    """A pushed oscillator (omega = 0: a mass) never leaves its linear spring, at rest but for a small swing.
 
     Conserving step: a linear map of position and velocity, carried to its n-th power in 50 digits. Round-off moves the
     phase by less than eps a step.
@@ -100,7 +100,7 @@ def swing_for_ever(steps: float) -> Finding:
 
 
 def pressed_for_ever(steps: float) -> Finding:
-    """A mass pushed against a dashpot whose memory is summed by FFT over the whole run: against the step's recursion.
+    """A mass pressed on a dashpot whose memory is summed by FFT over the run follows the step's recursion.
 
     Equal ends of mass and dashpot make N_n = (v + h F/(2 m))/(1/Z + h/(2 m)), v += h (F - N)/m, which forgets its
     round-off; but the way is h n, known to eps of itself, and w_0 = h: the force is known to some eps n.
@@ -116,7 +116,7 @@ def pressed_for_ever(steps: float) -> Finding:
 
 
 def conservation(rule: str, name: str) -> Finding:
-    """Energy over 1e6 steps: kept to eps n by the conserving step, never gained beyond it by the passive one.
+    """Energy over 1e6 steps is kept to eps n by the conserving step, never gained beyond it by the passive one.
 
     Each step's energies are rounded, and the force of contact is found to an eps of the penetration: at worst, all one
     way, eps of the largest energy a step. Judged by the program's own ledger and by one made from the force alone

@@ -71,7 +71,7 @@ class Mix:
 
     @property
     def words(self) -> str:
-        """All values, in order."""
+        """Return all values, in order."""
         return ", ".join(
             f"{axis} {value if isinstance(value, str) else f'{value:.3g}'}" for axis, value in self.levels.items()
         )
@@ -206,7 +206,7 @@ class Mix:
 
 
 def drawn_mix(index: int, seed: int) -> Mix:
-    """Levels at random, numbers anywhere between their ends; one that is refused as a whole is drawn again."""
+    """Return levels at random, numbers anywhere between their ends; one that is refused as a whole is drawn again."""
     rng = np.random.default_rng([seed, index])
     while True:
         levels = {axis: values[int(rng.integers(len(values)))] for axis, values in LEVELS.items()}

@@ -37,7 +37,7 @@ def moved_cells() -> tuple[Cell, ...]:
 
 
 def preloaded(preload: float) -> Finding:
-    """The springs' force on the closed reed."""
+    """Return the springs' force on the closed reed."""
     return sprung(4e3, preload)
 
 
@@ -73,7 +73,7 @@ def sprung(stiffness: float, preload: float, *, lift: float = 1e-3) -> Finding:
 
 
 def film(viscosity: float, floor: float = 0.2) -> Finding:
-    """A film on a rigid seat: v(g) = v - c/(2 m) (1/(g + f)^2 - 1/(h + f)^2), c = mu l w^3.
+    """A film on a rigid seat leaves v(g) = v - c/(2 m) (1/(g + f)^2 - 1/(h + f)^2), c = mu l w^3.
 
     ``viscosity`` is over that which stops the mass as it touches: beyond it, it never lands, and the film takes m v.
     """
@@ -131,7 +131,7 @@ def shaken(amplitude: float, frequency: float = 1e3) -> Finding:
 
 
 def carried(speed: float) -> Finding:
-    """A seat that is carried towards a mass: the blow of the sum of both speeds (Galilei)."""
+    """A seat that is carried towards a mass strikes it with the sum of both speeds (Galilei)."""
     omega = 1e4
     end = 1.3 * math.pi / omega
     records = {"base.csv": csv_text("time [s],velocity [m/s]", [0.0, 2 * end], [speed, speed])}
@@ -140,7 +140,7 @@ def carried(speed: float) -> Finding:
 
 
 def accelerated(value: float) -> Finding:
-    """Reed and seat on one base that accelerates: as under a gravity of the same size, the other way round."""
+    """Reed and seat on one base that accelerates move as under a gravity of the same size, the other way round."""
     way = {"reed": _beam("1 mm"), "contact": {"gap": "0.1 mm"}, "run": run_table(6e-3, 2e-5)}
     seat: Table = {"kind": "spring", "stiffness": "1e5 N/m"}
     records = {"base.csv": csv_text("time [s],acceleration [m/s^2]", [0.0, 1.0], [value, value])}
@@ -153,7 +153,7 @@ def accelerated(value: float) -> Finding:
 
 
 def ball(*, diameter: float = 0.01, young: float = YOUNG, speed: float = 0.5, facet: float = 0.0625) -> Finding:
-    """A ball of finite elements on a soft spring: the swing of a rigid sphere."""
+    """A ball of finite elements on a soft spring swings as a rigid sphere."""
     mass = DENSITY * math.pi / 6 * diameter**3
     waves = math.sqrt(young / DENSITY) / diameter
     reed: Table = {
@@ -166,7 +166,7 @@ def ball(*, diameter: float = 0.01, young: float = YOUNG, speed: float = 0.5, fa
 
 
 def hertz(speed: float) -> Finding:
-    """A rigid ball on a rigid flat by Hertz' law: k d^2.5/2.5 = m v^2/2, F = k d^1.5, lasting 2.9432 d/v."""
+    """A rigid ball meets a rigid flat by Hertz' law: k d^2.5/2.5 = m v^2/2, F = k d^1.5, lasting 2.9432 d/v."""
     radius, reduced = 5e-3, YOUNG / (1 - POISSON**2) / 2
     stiffness = 4 / 3 * reduced * math.sqrt(radius)
     depth = (1.25 * MASS * speed**2 / stiffness) ** 0.4

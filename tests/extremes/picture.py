@@ -25,7 +25,7 @@ Rows = list[tuple[str, list[Cell]]]
 
 
 def draw_map(cells: Sequence[Cell], outcomes: Mapping[str, Outcome], path: Path) -> None:
-    """Three panels under one legend; panels without cells are left out.
+    """Draw three panels under one legend; panels without cells are left out.
 
     Raises:
         PictureError: matplotlib is missing.

@@ -44,7 +44,7 @@ def near_ports(distance: float) -> Finding:
 
 
 def crowd(contacts: float) -> Finding:
-    """Many contacts 1e-12 apart: forces never pull, none penetrates, together they press as one."""
+    """Many contacts are 1e-12 apart: forces never pull, none penetrates, together they press as one."""
     p = int(contacts)
     greens = scenes.modal_rod(20)
     spread = 1 + 1e-12 * np.arange(p)

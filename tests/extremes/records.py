@@ -73,7 +73,7 @@ def cut_tail(share: float) -> Finding:
 
 
 def coarse(ratio: float) -> Finding:
-    """Steps finer and coarser than the samples, against the modes that the samples were taken from."""
+    """Steps finer and coarser than the samples agree with the modes that the samples were taken from."""
     t = SPACING * np.arange(4001)
     dt = SPACING * ratio
     result = solve(_problem(SampledGreens(RINGING.impulse_response(t), SPACING)), dt=dt, duration=4.0)
@@ -82,7 +82,7 @@ def coarse(ratio: float) -> Finding:
 
 
 def length_unit(unit: float) -> Finding:
-    """The same blow with lengths in another unit and masses scaled so that forces stay: mm and t for 1e-3.
+    """Forces stay with lengths in another unit and masses scaled to it: mm and t for 1e-3.
 
     The first contact: later ones may amplify round-off.
     """
@@ -107,7 +107,7 @@ def binary_unit(power: float) -> Finding:
 
 
 def _scaled_blow(*, length: float, mass: float, time: float) -> ImpactResult:
-    """A mass on a damped modal rod under a rigid law, then the units changed."""
+    """Run a mass on a damped modal rod under a rigid law, with changed units."""
     greens = scenes.modal_rod(8, zeta=0.01)
     compliance = time**2 / mass
     residual = Residual(

@@ -28,7 +28,7 @@ def run_battery(
     workers: int = 1,
     progress: Progress = silent,
 ) -> dict[str, Outcome]:
-    """Outcomes by cell name. Each is appended to ``log`` (JSON lines) at once; what it holds is not computed again.
+    """Return outcomes by cell name. Each is put into ``log`` (JSON lines) at once; what it holds is not computed again.
 
     Outcomes of another version of the program or of the battery stay in the file and are ignored. A line that a kill
     cut short is skipped. ``cluster``: the address of a scheduler of dask, whose workers find these tests (PYTHONPATH).

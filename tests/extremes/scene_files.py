@@ -36,7 +36,7 @@ def rod_of_size(size: str) -> Finding:
 
 
 def reed_of_size(size: str) -> Finding:
-    """A reed and its seat in proportion to one of 10 mm: times like the length, forces like its square.
+    """A reed and its seat are in proportion to one of 10 mm: times go like the length, forces like its square.
 
     Step and modes are stated: both are the same march, whatever its error bar.
     """
@@ -54,13 +54,13 @@ def reed_of_size(size: str) -> Finding:
 
 
 def rod_at_speed(speed: float) -> Finding:
-    """The same rod of 1 m: the impulse is proportional to the speed."""
+    """The same rod is 1 m long: the impulse is proportional to the speed."""
     result = _rod(speed, duration=0.8e-3, width=0.02e-3)
     return _against(result, {"impulse_Ns": DENSITY * speed * scenes.FIRST_BLOW})
 
 
 def on_spring(stiffness: float) -> Finding:
-    """A mass of 1 kg on a spring: half a swing pi sqrt(m/k), impulse 2 m v, peak v sqrt(k m)."""
+    """A mass of 1 kg strikes a spring: half a swing pi sqrt(m/k), impulse 2 m v, peak v sqrt(k m)."""
     half = math.pi / math.sqrt(stiffness)
     result = _spring(stiffness, 1.2 * half, half / 100)
     return _against(
@@ -69,7 +69,7 @@ def on_spring(stiffness: float) -> Finding:
 
 
 def watched(share: float) -> Finding:
-    """The mass on a spring watched for a part of its half swing, or long after: 1 - cos(w t), then 2.
+    """The mass on a spring is watched for a part of its half swing, or long after: 1 - cos(w t), then 2.
 
     A step holds the force of its end: of a ramp over 200 steps, 1/200 too much.
     """
@@ -88,7 +88,7 @@ def flown(gap: float) -> Finding:
 
 
 def stepped(share: float) -> Finding:
-    """A time step stated in the file, in transits of the rod: right, advised, or refused."""
+    """A time step stated in the file, in transits of the rod, is right, advised, or refused."""
     transit = 1.0 / SPEED
     duration, width = max(4.0, 8 * share) * transit, max(0.1, 4 * share) * transit
     result = _rod(1.0, duration=duration, width=width, step=share * transit)

@@ -93,7 +93,7 @@ def relative(ours: float, exact: float) -> float:
 
 
 def clinging_force(greens: ModalGreens, mass: float, t: float) -> float:
-    """Force at time ``t`` of a mass that strikes at unit speed and has not left yet: matrix exponential, no step.
+    """Return the force at ``t`` of a mass that strikes at unit speed and has not left: matrix exponential, no step.
 
     With one relaxation a^2 exp(-r t) and states v of the mass, q, q' of the modes and y' = N - r y, the velocities at
     the contact agree:  v = sum phi q' + a^2 (N - r y),  thus N; and m v' = -N.
@@ -116,7 +116,7 @@ def clinging_force(greens: ModalGreens, mass: float, t: float) -> float:
 
 
 def sprung_force(greens: ModalGreens, mass: float, dt: float, n: int) -> Array:
-    """Forces at dt, 2 dt, ... n dt of a mass that strikes a body with a bare compliance c at unit speed, and stays.
+    """Return forces at dt, ... n dt of a mass that strikes a body with a bare compliance c at unit speed, and stays.
 
     With states x, x' of the mass and q, q' of the modes: N = (x - sum phi q)/c, m x'' = -N, powers of one exponential.
     """

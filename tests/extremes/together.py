@@ -91,7 +91,7 @@ class Scene:
 
     @property
     def text(self) -> str:
-        """All values, in order."""
+        """Return all values, in order."""
         return ", ".join(f"{f.name} {_text(getattr(self, f.name))}" for f in fields(self))
 
 
@@ -107,7 +107,7 @@ def together_cells(seeds: tuple[int, ...] = SEEDS) -> tuple[Cell, ...]:
 
 
 def checked(scene: Scene) -> Finding:
-    """The largest deviation, each over what round-off may make of it.
+    """Return the largest deviation, each over what round-off may make of it.
 
     Where a run has no advice, and is short, the step must not matter: a quarter of it changes the impulse by 10 % at
     most.
