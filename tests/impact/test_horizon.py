@@ -33,7 +33,7 @@ def dropped(height: float) -> impact.ContactProblem:
 
 
 def shaken(q: float) -> impact.ContactProblem:
-    """A ball that bounces once a period on a table with the acceleration q g cos(w t), seen from the table.
+    """Return a ball that bounces once a period on a table with the acceleration q g cos(w t), seen from the table.
 
     It touches where the table turns upward, so that without a disturbance all flights are alike: v = g T/2.
     """
@@ -46,8 +46,8 @@ def shaken(q: float) -> impact.ContactProblem:
 
 
 def growth_on_a_table(q: float, n: int) -> list[float]:
-    """Differences of place before each touch over that of the gap: of the time of a touch, dt' = dt + 2 dv/g, of the
-    speed after it, dv' = dv + 2 q g dt'; the first touch, later by dt = d/v, is faster by g (1 + 2 q) dt."""
+    """Return differences of place before each touch over that of the gap: of the time of a touch, dt' = dt + 2 dv/g, of
+    the speed after it, dv' = dv + 2 q g dt'; the first touch, later by dt = d/v, is faster by g (1 + 2 q) dt."""
     late, fast, growth = 1.0, G * (1 + 2 * q), [1.0]
     while len(growth) < n:
         late += 2 * fast / G

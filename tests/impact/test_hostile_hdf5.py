@@ -137,7 +137,7 @@ def test_sums_of_a_crowd_of_parts(seat):
 
 
 def at_one_place(path, name, count, length):
-    """An attribute of ``count`` texts that all lie at one place: their descriptors in the file are made the same."""
+    """Write an attribute of ``count`` texts at one place: their descriptors in the file are made the same."""
     with h5py.File(path, "r+") as file:
         file.attrs.create(name, ["x" * length, *["a"] * (count - 1)], dtype=h5py.string_dtype())
     data = bytearray(path.read_bytes())

@@ -49,7 +49,7 @@ def on_a_seat(parts: int, body: Body) -> list[Contact]:
 
 @pytest.fixture
 def long_runs(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Every run takes long steps, and is as large as those whose displacements are not kept."""
+    """Let every run take long steps, and be as large as those whose displacements are not kept."""
     monkeypatch.setattr(ladder, "WORTHWHILE", 0.0)
     monkeypatch.setattr(solver, "LARGE", 0)
 

@@ -36,7 +36,7 @@ def measured(greens: impact.ModalGreens | impact.PoleGreens, noise: float = 0.0,
 
 
 def coupled(dashpot: float, ports: int) -> impact.PoleGreens:
-    """Two masses, a dashpot between the second and the ground only: its modes are complex."""
+    """Return two masses, a dashpot between the second and the ground only: its modes are complex."""
     m, k = np.diag([0.02, 0.03]), np.array([[4e7, -3e7], [-3e7, 5e7]])
     w = 5e4
     c, zero = np.diag([0.0, dashpot]) / w, np.zeros((2, 2))
@@ -232,7 +232,7 @@ def hammered() -> impact.ModalGreens:
 
 
 def accelerance(body: impact.GreensFunction, noise: float, seed: int) -> FrequencyResponse:
-    """White noise, a part of the root mean square of all lines."""
+    """Return an accelerance with white noise, a part of the root mean square of all lines."""
     exact = body.transfer(HAMMER_S)[:, 0, 0] * HAMMER_S**2
     size = noise * np.sqrt(np.mean(np.abs(exact) ** 2)) / np.sqrt(2)
     rng = np.random.default_rng(seed)

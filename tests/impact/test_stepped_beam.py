@@ -62,8 +62,8 @@ def test_frequencies_by_integration_along_the_beam(beam: SteppedCantilever) -> N
 
 
 def wedge(square: float) -> float:
-    """Zero where the pointed beam (x w'')'' = w^2 x w, x from its tip, is clamped at x = 1: power series in x, those
-    that leave the tip without moment and force begin with 1 and with x."""
+    """Return 0 where the pointed beam (x w'')'' = w^2 x w, x from its tip, is clamped at x = 1: power series in x,
+    those that leave the tip without moment and force begin with 1 and with x."""
     value, slope = np.zeros(2), np.zeros(2)
     for k in (0, 1):
         term, power = 1.0, k
