@@ -34,7 +34,7 @@ _ROD = {
 
 
 def beam_cases() -> tuple[Case, ...]:
-    """Return the cases of beams and the paper's reed and rods: frequencies, stiffness, flight, early response."""
+    """Beams and the paper's reed and rods: frequencies, stiffness, free flight, early response."""
     roots = tuple(_root(n, value) for n, value in enumerate(_ROOTS))
     frequencies = tuple(_reed_frequency(n, value) for n, value in enumerate(_REED_HZ))
     flights = tuple(case for damping_ratio in _FLIGHT for case in _flight(damping_ratio))

@@ -36,7 +36,7 @@ _CLAPEYRON = "Clapeyron's three moments: two equal spans, one end built in"
 
 
 def compliant_cases() -> tuple[Case, ...]:
-    """Return the cases of spheres on rigid and on plate-like seats: the Hertz law, with and without radiation."""
+    """Spheres on rigid and on plate-like seats: the Hertz law, with and without radiation."""
     return (*_hertz(), *(case for inelasticity in _PLATE for case in _zener(inelasticity)))
 
 
@@ -176,7 +176,7 @@ def _penetration(result: impact.ImpactResult) -> float:
 
 
 def several_cases() -> tuple[Case, ...]:
-    """Return the cases of several contacts at once: a stop on either side, a reed on two supports."""
+    """Several contacts at once: a stop on either side, a reed on two supports."""
     return (_between_stops(), *_two_supports())
 
 

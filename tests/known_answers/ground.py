@@ -33,7 +33,7 @@ _FINEST = 8  # rings
 
 
 def ground_cases() -> tuple[Case, ...]:
-    """Return the cases of a disk and a square pressed on a half-space as a block of finite elements."""
+    """The half-space as a block of finite elements: a disk and a square pressed on it, at rest and suddenly."""
     return (*_disk_at_rest(), _square_at_rest(), *_disk_step())
 
 

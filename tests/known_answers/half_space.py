@@ -62,7 +62,7 @@ RADIATION = 0.148133877  # integral of 1/K - S(t) for rho = c_s = 1, nu = 1/4; a
 
 
 def half_space_cases() -> tuple[Case, ...]:
-    """Return the cases of static compliances, Rayleigh speed, point and disk loads of the half-space."""
+    """The elastic half-space: static compliances, Rayleigh speed, point and disk loads."""
     speeds = tuple(_rayleigh(nu, value) for nu, value in _SPEEDS.items())
     points = tuple(_pekeris(tau, value) for tau, value in _POINT.items())
     disk = tuple(_disk(tau, value) for tau, value in _DISK.items())
@@ -161,7 +161,7 @@ def _disk_start() -> Case:
 
 
 def radiating_cases() -> tuple[Case, ...]:
-    """Return the cases of impacts that lose energy to waves on a long beam and on a half-space."""
+    """Impacts that lose their energy to waves that never return: on a long beam and on a half-space."""
     return (*_infinite_beam(), _slow_on_half_space())
 
 

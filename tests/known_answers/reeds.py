@@ -28,7 +28,7 @@ _FLIGHT = {0.0: (6.4855554e-4, 2.421992), 0.03: (6.6124152e-4, 2.308377)}
 
 
 def reed_cases() -> tuple[Case, ...]:
-    """Return the cases of other reeds, and of the paper's let go: frequencies, statics, free flight by the march."""
+    """Reeds of other kinds, and the paper's reed let go: frequencies, static values, free flight by the march."""
     flights = tuple(case for damping_ratio in _FLIGHT for case in _flight(damping_ratio))
     return (*_clamped(), *_tip_mass(), *_timoshenko(), *_static(), *flights)
 
@@ -116,7 +116,7 @@ def _flight(damping_ratio: float) -> tuple[Case, Case]:
 
 
 def _first_crossing(damping_ratio: float, young_factor: float) -> tuple[float, float]:
-    """Time and speed at which the tip passes the level of the seat, which is out of reach here.
+    """Return time and speed at which the tip passes the level of the seat, which is out of reach here.
 
     The march is exact at its 200 steps; a polynomial through ten of them (0.05 rad each) is exact to 1e-13.
     """

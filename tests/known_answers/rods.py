@@ -33,7 +33,7 @@ _FIXED = {
 
 
 def rod_cases() -> tuple[Case, ...]:
-    """Return the cases of impact on rods: waves in one dimension, exact."""
+    """Impact on rods: waves in one dimension, exact."""
     return (*(case for alpha in _FIXED for case in _on_fixed_rod(alpha)), *_without_return(), *_between_rods())
 
 
@@ -44,7 +44,7 @@ def first_impact(result: impact.ImpactResult) -> slice:
 
 
 def end_of_contact(result: impact.ImpactResult) -> float:
-    """Time at which the falling force reaches zero [s]: a parabola through its last whole steps, second order.
+    """Return when the falling force reaches zero [s]: a parabola through its last whole steps, second order.
 
     The force of a step belongs to the step's middle; the last step is left out, as contact ends within it.
     """

@@ -40,7 +40,7 @@ _COARSE, _FINE = 6e-3, 3e-3  # element sizes [m]
 
 
 def solid_cases() -> tuple[Case, ...]:
-    """Return the cases of solids in three dimensions: sliding box, slender cantilever, thick tube under pressure."""
+    """Solids whose answer is known in three dimensions: sliding box, slender cantilever, thick tube under pressure."""
     boxes = (*_sliding_box("hexahedra"), *_sliding_box("tetrahedra"))
     return (*boxes, *_thick_plate(), _in_plane(), *_cantilever(), *_tube())
 

@@ -30,7 +30,7 @@ _POISSON = 0.3
 
 
 def stress_cases() -> tuple[Case, ...]:
-    """Return the cases of stresses at a contact: Hertz, line and disk loads, a beam's tip given a velocity."""
+    """Stresses at a contact: Hertz, line and disk loads, a beam's tip given a velocity at once."""
     edge = Case(
         "circular Hertz contact, nu = 0.3",
         "radial tension at the edge/p0",
