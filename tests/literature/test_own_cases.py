@@ -97,7 +97,7 @@ def chain() -> list[float]:
 
 
 def infinite_beam() -> list[float]:
-    """s v = 1/(1 + s^(-1/2)) in the Laplace domain, M C = 1: v = sum (-t^(1/2))^n/Gamma(n/2 + 1), and N = -v'."""
+    """Solve s v = 1/(1 + s^(-1/2)) (Laplace), M C = 1: v = sum (-t^(1/2))^n/Gamma(n/2 + 1), and N = -v'."""
     n = np.arange(120)
     gamma = np.array([math.gamma(k / 2 + 1) for k in n])
     terms = (-1.0) ** n / gamma
@@ -112,7 +112,7 @@ def slow_plate() -> list[float]:
 
 
 def radiation(poisson: float) -> float:
-    """Im of the point compliance over omega, rho = c_s = 1: Lamb's slowness integral and its Rayleigh residue."""
+    """Return Im of point compliance over omega, rho = c_s = 1: Lamb's slowness integral and its Rayleigh residue."""
     kappa2 = (1 - 2 * poisson) / (2 * (1 - poisson))
 
     def rate(x: float) -> float:
@@ -129,7 +129,7 @@ def radiation(poisson: float) -> float:
 
 
 def propped_cantilever(spring: float) -> float:
-    """EI w'''' = -q, clamped at 0; w'' = 0, w''' = spring w at 1 (EI = q = L = 1): w = a x^2 + b x^3 - x^4/24."""
+    """Solve EI w'''' = -q, clamped at 0; w'' = 0, w''' = spring w at 1 (EI = q = L = 1): w = a x^2 + b x^3 - x^4/24."""
     _, b = np.linalg.solve([[2.0, 6.0], [1.0, 1.0 - 6.0 / spring]], [0.5, 1 / 24 - 1.0 / spring])
     return float(1 - 6 * b)
 

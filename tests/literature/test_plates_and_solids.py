@@ -28,7 +28,7 @@ ROUND = {
 
 
 def rows(edge: str, n: int, k: float, r: float, solutions: int) -> list[list[float]]:
-    """The two conditions of an edge at r for w = Z_n(k r) cos n th, one column per Z: J, I, Y, K.
+    """Return the two conditions of an edge at r for w = Z_n(k r) cos n th, one column per Z: J, I, Y, K.
 
     Of Z'' only the sign in Z'' = -Z'/x -/+ (1 -/+ n^2/x^2) Z matters: laplace w = -/+ k^2 w.
     """
