@@ -19,7 +19,7 @@ STUFF = Material(1e9, 0.3, 1000.0)
 
 
 def supported_frequency() -> float:
-    """Lowest circular frequency of a square Mindlin plate on simple supports that hold the rotation along the edge.
+    """Return a square Mindlin plate's lowest circular frequency on simple supports that hold rotation along the edge.
 
     w = W sin sin and a = A grad(sin sin)/k with k^2 = 2 (pi/a)^2 leave two equations for W and A.
     """
