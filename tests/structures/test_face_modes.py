@@ -87,8 +87,8 @@ def test_one_load_on_all_arcs_is_that_of_one_port(static: bool) -> None:
 
 
 def off(slices: int, c: float = 1.0) -> tuple[float, float]:
-    """Statics and answers in the band of 8 arcs against the body of revolution, of its largest; ``c``: that one with a
-    modulus c^2 as high."""
+    """Return how far off are statics and answers in the band of 8 arcs against the body of revolution, of its largest;
+    ``c``: that one with a modulus c^2 as high."""
     lip = Lip((INNER + EDGE) / 2, EDGE - INNER, 8)
     patches = {
         name: RingPatch(float(angle), 2 * math.pi / 8)

@@ -29,7 +29,7 @@ STEEL = Material(YOUNG, 0.3, 7850.0)
 
 @cache
 def kidney_statics(steps: int, arcs: int) -> Array:
-    """(arcs, arcs) of a wall on the kidney's lip, of so many hexahedra along it, two across and three high; clamped."""
+    """Return (arcs, arcs) of a clamped wall on the kidney's lip, with so many hexahedra along, 2 across, 3 high."""
     inner, outer = FaceLip(KIDNEY, 1).cuts(np.arange(steps) / steps)
     levels = np.linspace(0.0, HEIGHT, 4)
     cuts = zip(inner, outer, strict=True)
@@ -63,7 +63,7 @@ def test_a_kidney_answers_as_a_whole() -> None:
 
 
 def block(arcs: int, rings: int, apart: float, material: Material) -> tuple[Array, FaceLip]:
-    """Statics of a bar of 12 by 1 mm under its top, but for what lies nearer to its middle than ``apart``; its lip."""
+    """Return statics of a bar of 12 by 1 mm under its top, but for the middle as far as ``apart``; its lip."""
     x = np.linspace(-6e-3, 6e-3, 37)
     mesh = skfem.MeshHex.init_tensor(x, np.linspace(-0.5e-3, 0.5e-3, 3), np.linspace(0, HEIGHT, 5))
     mesh = mesh.with_boundaries(

@@ -48,7 +48,7 @@ def reduced_frequencies(model: SecondOrderModel, h: float, n: int) -> Array:
 
 
 def supported(h: float, m: int, n: int) -> float:
-    """omega [rad/s] of the simply supported unit square, w = sin(m pi x) sin(n pi y), a = A grad of it: exact.
+    """Return omega [rad/s] of the simply supported unit square, w = sin(m pi x) sin(n pi y), a = A grad of it: exact.
 
     With k^2 = pi^2 (m^2 + n^2) and S = kappa G h, K = [[S k^2, -S k^2], [-S k^2, D k^4 + S k^2]] and
     M = diag(rho h, rho h^3/12 k^2). Source: R. D. Mindlin, J. Appl. Mech. 18 (1951) 31.

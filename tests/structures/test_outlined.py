@@ -192,7 +192,7 @@ UMBRELLA = Outlined(DISC, 0.04e-3, (0.0, 0.0), holes=(WASHER,), hole=(0.0, 0.0))
 
 
 def held_inside(k: float, n: int, ratio: float) -> float:
-    """Zero where J, Y, I, K_n(k r/a) have a sum at rest and level at r = ratio a, without moment and force at r = a.
+    """Return 0 where J, Y, I, K_n(k r/a) have a sum at rest and level at r = ratio a, and free at r = a.
 
     Source: Leissa, Vibration of Plates, NASA SP-160, section 2.2, w = (A J_n + B Y_n + C I_n + D K_n) cos n th.
     """

@@ -59,7 +59,7 @@ def test_rigid_modes_are_told_from_bending_by_round_off_alone(thin, modes):
 
 
 def held_column(height):
-    """Between smooth walls, clamped below; its lowest layer of quadratic tetrahedra ``height`` times as high."""
+    """Return a column between smooth walls, clamped below; its lowest tetrahedra are ``height`` times as high."""
     mesh = skfem.MeshTet.init_tensor(*(np.linspace(0, 1, n + 1) for n in (2, 2, 3)))
     points = mesh.p.copy()
     points[2, np.isclose(points[2], 1 / 3)] *= height
