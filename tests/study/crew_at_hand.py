@@ -30,7 +30,7 @@ Answer = Callable[[dict[str, object]], dict[str, object] | one.Outcome]
 
 
 def answer_by(monkeypatch: pytest.MonkeyPatch, answer: Answer) -> None:
-    """Lets a function of the changed keys give the summary of each scene, or its whole outcome."""
+    """Let a function of the changed keys give the summary of each scene, or its whole outcome."""
 
     def carried_out(path: object, changed: dict[str, object], *_: object, **__: object) -> one.Outcome:
         outcome = answer(changed)
