@@ -54,7 +54,7 @@ def run_bounded(
 
 
 def assert_refused(outcome: Outcome, *words: str) -> None:
-    """The command ended with bad input, within the limits, and says these words."""
+    """Check that the command ended with bad input, within the limits, and says these words."""
     assert outcome.code == 2, (outcome.code, outcome.seconds, outcome.said[-2000:])
     assert "this is a bug" not in outcome.said
     assert "Traceback" not in outcome.said

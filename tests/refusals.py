@@ -50,7 +50,7 @@ def judge(error: BaseException) -> None:
 
 @contextmanager
 def raises(*expected: Any, **named: Any) -> Iterator[pytest.ExceptionInfo[Any]]:
-    """`pytest.raises`, whose error is judged."""
+    """Do as `pytest.raises`, whose error is judged."""
     with RAISES(*expected, **named) as caught:
         yield caught
     judge(caught.value)

@@ -18,8 +18,8 @@ def meridian() -> skfem.MeshQuad:
 
 
 def around(flat: skfem.MeshQuad, slices: int, straight: int = 0, length: float = 0.0) -> skfem.MeshHex2:
-    """The meridian ``flat`` turned into so many slices about z; with ``straight`` more on each of two sides along x,
-    ``length`` in all, between its halves."""
+    """Return the meridian ``flat`` turned into so many slices about z; with ``straight`` more on each of two sides
+    along x, ``length`` in all, between its halves."""
     total, (r, z) = slices + 2 * straight, flat.p
     angle = np.repeat(2 * math.pi / total * np.arange(total), r.size)
     points = np.stack([np.tile(r, total) * np.cos(angle), np.tile(r, total) * np.sin(angle), np.tile(z, total)])

@@ -108,7 +108,7 @@ def shortened(path: Path) -> Scene:
 
 
 def impulse_by_runge_kutta(scene: Scene, rod: Rod | None, stiffness: float) -> float:
-    """Impulse [N s] of the same contact as one system of modes pressed on a one-sided spring, by Dormand and Prince.
+    """Return the impulse [N s] of the same modes on a one-sided spring as one system, by Dormand and Prince.
 
     N = max(0, -phi'q)/r0 with r0 what the modes of both bodies leave out of the static compliance. Shares with the
     program the reed's modes alone, whose arrival is checked. The 12 rod modes give the impulse to 5e-6 (6 and 24: the
