@@ -46,15 +46,15 @@ def run_bounded(
     jobs.write_text(json.dumps({"commands": [list(words) for words in commands], "memory": memory, "seconds": seconds}))
     root = Path(__file__).parents[1]
     environment = dict(os.environ) | {"PYTHONPATH": str(root)}
-    found = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-m", "tests.bounded", str(jobs)],
         cwd=folder, env=environment, capture_output=True, text=True, check=True, timeout=60 + 60 * len(commands),
     )  # fmt: skip
-    return [Outcome(**each) for each in json.loads(found.stdout.splitlines()[-1])]
+    return [Outcome(**each) for each in json.loads(process.stdout.splitlines()[-1])]
 
 
 def assert_refused(outcome: Outcome, *words: str) -> None:
-    """The command ended with bad input, within the limits, and says these words."""
+    """Check that the command ended with bad input, within the limits, and says these words."""
     assert outcome.code == 2, (outcome.code, outcome.seconds, outcome.said[-2000:])
     assert "this is a bug" not in outcome.said
     assert "Traceback" not in outcome.said

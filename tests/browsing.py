@@ -15,22 +15,22 @@ PATIENCE = 40.0  # s of the clock, on a machine that is busy otherwise too
 
 
 def shot(element: Any) -> NDArray[np.float64]:
-    """What is seen of an element, in grey."""
+    """Return what a screenshot of an element shows, in grey."""
     return np.asarray(Image.open(io.BytesIO(element.screenshot_as_png)).convert("L"), dtype=float)
 
 
-def until(found: Callable[[], Any], what: str) -> Any:
-    """The first true answer."""
+def until(ask: Callable[[], Any], what: str) -> Any:
+    """Return the first true answer."""
     end = time.monotonic() + PATIENCE
     while time.monotonic() < end:
-        if answer := found():
+        if answer := ask():
             return answer
         time.sleep(0.2)
     raise AssertionError(f"{what}: not within {PATIENCE:g} s")
 
 
 def changed(element: Any, before: NDArray[np.float64], what: str, share: float = 0.003) -> NDArray[np.float64]:
-    """Its picture, once more than a ``share`` of it differs clearly from that ``before``."""
+    """Return its picture once more than a ``share`` of it differs clearly from that ``before``."""
 
     def look() -> tuple[NDArray[np.float64], ...]:
         now = shot(element)
@@ -41,7 +41,7 @@ def changed(element: Any, before: NDArray[np.float64], what: str, share: float =
 
 
 def put(browser: Any, element: Any, value: str) -> None:
-    """A control to a value, as a user would leave it."""
+    """Set a control to a value, as a user would leave it."""
     browser.execute_script(
         "arguments[0].value = arguments[1];"
         "for (const kind of ['input', 'change']) arguments[0].dispatchEvent(new Event(kind, {bubbles: true}))",

@@ -25,7 +25,7 @@ def marched(
     duration: float,
     stiffness: float | None = None,
 ) -> Array:
-    """(n, ports) contact forces of a striker and a seat, if any, whose ports face each other [N].
+    """Return (n, ports) contact forces of a striker and a seat, if any, whose ports face each other [N].
 
     Both move by the trapezoidal rule, one factorization each. Where each port has a spring of ``stiffness`` [N/m], its
     force belongs to the opening half a step on; without, ports that would be closed half a step on do not close any
@@ -63,14 +63,14 @@ def marched(
 
 
 def complementary(own: Array, opening: Array) -> Array:
-    """N >= 0, opening + own N >= 0, one of both 0: the closed ones guessed anew until they stay."""
+    """Return N >= 0 with opening + own N >= 0 and one of both 0, guessing the closed ports anew until they stay."""
     closed = opening < 0
     for _ in range(50):
         force = np.zeros(len(opening))
         if closed.any():
             force[closed] = np.linalg.solve(own[np.ix_(closed, closed)], -opening[closed])
-        left = opening + own @ force
-        new = np.where(closed, force > 0, left < 0)
+        openings = opening + own @ force
+        new = np.where(closed, force > 0, openings < 0)
         if np.array_equal(new, closed):
             return force
         closed = new
@@ -78,6 +78,6 @@ def complementary(own: Array, opening: Array) -> Array:
 
 
 def first_mode(model: SecondOrderModel) -> Array:
-    """(n,) the shape of the lowest mode, of any length."""
+    """Return (n,) the shape of the lowest mode, of any length."""
     _, shapes = eigsh(csc_array(model.K), k=1, M=csc_array(model.M), sigma=0.0)
     return np.asarray(shapes[:, 0])

@@ -15,7 +15,7 @@ STEEL = seatfem.Material(young=2e11, poisson=0.3, density=7850.0)
 
 
 def march() -> None:
-    """One contact by poles and by step weights, with a film, two contacts, many scenes, stresses."""
+    """Compile one contact by poles and by step weights, with a film, two contacts, many scenes, stresses."""
     reed = {"young": 2e11, "density": 7850.0, "length": 25e-3, "width": 1e-2, "thickness": 3e-4, "tip_deflection": 1e-6}
     seat = impact.spring(stiffness=1e6)
     rod = impact.fixed_rod(young=2e11, density=7850.0, area=1e-6, length=1e-2, damping_ratio=0.1)
@@ -37,7 +37,7 @@ def march() -> None:
 
 
 def elements() -> None:
-    """A block of tetrahedra and one of hexahedra, and the Green's function of the latter."""
+    """Compile the elements of a block of tetrahedra and one of hexahedra, and the Green's function of the latter."""
     for kind, mass in ((skfem.MeshTet, "consistent"), (skfem.MeshHex, "nodal")):
         mesh = kind.init_tensor(*([0.0, 1e-2, 2e-2],) * 3)
         named = mesh.with_boundaries({"contact": lambda x: x[2] > 0.0199, "fixed": lambda x: x[2] < 1e-4})
@@ -46,7 +46,7 @@ def elements() -> None:
 
 
 def fatigue() -> None:
-    """Cycles, spheres, planes."""
+    """Compile the search for cycles, spheres and planes."""
     rainflow([0.0, 1.0])
     stress = np.random.default_rng(0).normal(size=(70, 6))
     DangVan(0.6, 1.0).value(stress)

@@ -38,14 +38,14 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Before several workers start, one process compiles what each of them would."""
+    """Let one process compile what each worker would, before several workers start."""
     if not hasattr(config, "workerinput") and getattr(config.option, "numprocesses", None):
         subprocess.run([sys.executable, str(Path(__file__).with_name("compile_kernels.py"))], check=False)
 
 
 @pytest.fixture(scope="session", autouse=True)
 def store_of_the_session(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """For fixtures that live longer than a test."""
+    """Give fixtures that live longer than a test a store of the session's own."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv(VARIABLE, str(tmp_path_factory.mktemp("store")))
         yield
@@ -53,14 +53,14 @@ def store_of_the_session(tmp_path_factory: pytest.TempPathFactory) -> Iterator[N
 
 @pytest.fixture(scope="session")
 def shared_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of this run of pytest, which all workers share."""
+    """Return the folder of this run of pytest, which all workers share."""
     base = tmp_path_factory.getbasetemp()
     return base.parent if base.name.startswith("popen-") else base
 
 
 @pytest.fixture(scope="session")
 def plates_of_the_session(shared_folder: Path) -> Path:
-    """The folder of the modes of plates, which are found by all that they depend on: one for all workers."""
+    """Share the folder of the modes of plates, which are found by all that they depend on, among workers."""
     folder = shared_folder / "plates"
     folder.mkdir(exist_ok=True)
     return folder
@@ -68,7 +68,7 @@ def plates_of_the_session(shared_folder: Path) -> Path:
 
 @pytest.fixture(scope="session")
 def gallery(shared_folder: Path) -> Gallery:
-    """Runs of scene files, made once for all workers."""
+    """Give runs of scene files, made once for all workers."""
     return Gallery(shared_folder / "gallery")
 
 
@@ -76,7 +76,7 @@ def gallery(shared_folder: Path) -> Gallery:
 def store_of_the_test(
     tmp_path_factory: pytest.TempPathFactory, plates_of_the_session: Path, monkeypatch: pytest.MonkeyPatch
 ) -> Path:
-    """A folder that is empty but for the plates of other tests."""
+    """Give a folder that is empty but for the plates of other tests."""
     folder = tmp_path_factory.mktemp("store")
     if sys.platform != "win32":
         (folder / "plates").symlink_to(plates_of_the_session)
@@ -86,7 +86,7 @@ def store_of_the_test(
 
 @pytest.fixture(scope="session")
 def one_gmsh() -> Iterator[gmsh_process.GmshSession]:
-    """A process that makes the meshes of many tests: its start takes longer than most of them."""
+    """Start a process that makes the meshes of many tests: its start takes longer than most of them."""
     with gmsh_process.GmshSession(MOST_MESHES) as session:
         yield session
 
@@ -95,6 +95,6 @@ def one_gmsh() -> Iterator[gmsh_process.GmshSession]:
 def meshes_by_one_process(
     request: pytest.FixtureRequest, one_gmsh: gmsh_process.GmshSession, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Whoever meshes takes that process, but in tests of what the process itself may do (marked ``own_gmsh``)."""
+    """Let all meshing use that process, but in tests of what the process itself may do (marked ``own_gmsh``)."""
     if request.node.get_closest_marker("own_gmsh") is None:
         monkeypatch.setattr(gmsh_process, "GmshSession", lambda meshes=0: nullcontext(one_gmsh))

@@ -12,7 +12,7 @@ END = 50e6  # Pa
 
 
 def block(title: str, labels: tuple[str, ...], *, refined: int = 3) -> Frames:
-    """Its surface, in frames without displacement."""
+    """Return its surface, in frames without displacement."""
     mesh = skfem.MeshHex().refined(refined).scaled(SIDES)
     quads = mesh.facets[:, mesh.boundary_facets()].T
     used, numbered = np.unique(np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]]), return_inverse=True)
@@ -21,7 +21,7 @@ def block(title: str, labels: tuple[str, ...], *, refined: int = 3) -> Frames:
 
 
 def block_modes(labels: tuple[str, ...] = ("1: 10 kHz", "2: 20 kHz", "3: 30 kHz"), *, refined: int = 3) -> Frames:
-    """It bends about y, then about x, then stretches; the top moves by 1."""
+    """Return modes in which it bends about y, then about x, then stretches; the top moves by 1."""
     body = block("Modes of the block", labels, refined=refined)
     along = body.points[:, 2] / SIDES[2]
     for frame, axis in zip(range(len(labels)), (0, 1, 2), strict=True):
@@ -30,7 +30,7 @@ def block_modes(labels: tuple[str, ...] = ("1: 10 kHz", "2: 20 kHz", "3: 30 kHz"
 
 
 def block_wave(frames: int = 5) -> Frames:
-    """A front that goes up, of 1 µm; no stress is told at the bottom."""
+    """Return a front that goes up, of 1 µm; no stress is told at the bottom."""
     body = block("Stress wave in the block", tuple(f"{k} µs" for k in range(frames)))
     along, at = body.points[:, 2] / SIDES[2], np.linspace(0.0, 1.0, frames)[:, None]
     front = np.exp(-(((along - at) / 0.2) ** 2))

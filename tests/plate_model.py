@@ -11,7 +11,7 @@ Warp = Callable[[Array], Array]
 
 
 def grid(counts: tuple[int, int], sides: tuple[float, float], warp: Warp | None = None) -> PlateMesh:
-    """A rectangle of nx by ny elements, or what ``warp`` makes of it."""
+    """Return a rectangle of nx by ny elements, or what ``warp`` makes of it."""
     nx, ny = counts
     x, y = np.meshgrid(np.linspace(0, sides[0], 2 * nx + 1), np.linspace(0, sides[1], 2 * ny + 1), indexing="ij")
     number = np.arange(x.size).reshape(x.shape)

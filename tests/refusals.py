@@ -37,7 +37,7 @@ def lacks(text: str) -> list[str]:
     """Return what a refusal does not say."""
     words = " ".join(text.split())
     named, remedy = NAMED.search(words), ALLOWED.search(words) or TO_DO.search(words)
-    return [lack for lack, found in (("what is refused", named), ("a remedy", remedy)) if not found]
+    return [lack for lack, part in (("what is refused", named), ("a remedy", remedy)) if not part]
 
 
 def judge(error: BaseException) -> None:
@@ -50,14 +50,14 @@ def judge(error: BaseException) -> None:
 
 @contextmanager
 def raises(*expected: Any, **named: Any) -> Iterator[pytest.ExceptionInfo[Any]]:
-    """`pytest.raises`, whose error is judged."""
+    """Do as `pytest.raises`, whose error is judged."""
     with RAISES(*expected, **named) as caught:
         yield caught
     judge(caught.value)
 
 
 def placed(error: Exception, arguments: Sequence[str]) -> str:
-    """What the command line prints of an error; judged where it is bad input."""
+    """Return what the command line prints of an error, judged if it is bad input."""
     if cli.code_of(error) == cli.BAD_INPUT:
         judge(error)
     return PLACED(error, arguments)

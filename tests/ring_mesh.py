@@ -10,7 +10,7 @@ INNER, EDGE, OUTER, HEIGHT = 4e-3, 5e-3, 7e-3, 5e-3
 
 
 def meridian() -> skfem.MeshQuad:
-    """The half section in 3 by 4 quadrilaterals; the lip is the innermost third of the upper side."""
+    """Return the half section in 3 by 4 quadrilaterals; the lip is the innermost third of the upper side."""
     mesh = skfem.MeshQuad.init_tensor(np.linspace(INNER, OUTER, 4), np.linspace(0, HEIGHT, 5))
     return mesh.with_boundaries(
         {"contact": lambda x: np.isclose(x[1], HEIGHT) & (x[0] < EDGE + 1e-9), "fixed": lambda x: np.isclose(x[1], 0.0)}
@@ -18,8 +18,8 @@ def meridian() -> skfem.MeshQuad:
 
 
 def around(flat: skfem.MeshQuad, slices: int, straight: int = 0, length: float = 0.0) -> skfem.MeshHex2:
-    """The meridian ``flat`` turned into so many slices about z; with ``straight`` more on each of two sides along x,
-    ``length`` in all, between its halves."""
+    """Return the meridian ``flat`` turned into so many slices about z; with ``straight`` more on each of two sides
+    along x, ``length`` in all, between its halves."""
     total, (r, z) = slices + 2 * straight, flat.p
     angle = np.repeat(2 * math.pi / total * np.arange(total), r.size)
     points = np.stack([np.tile(r, total) * np.cos(angle), np.tile(r, total) * np.sin(angle), np.tile(z, total)])

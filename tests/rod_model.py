@@ -19,7 +19,7 @@ def rod_model(
     fixed_end: bool = True,
     damping: tuple[float, float] | None = None,
 ) -> SecondOrderModel:
-    """E A u'' = rho A u_tt on 0 < x < length, pushed at x = 0 (port "contact"), fixed or free at x = length.
+    """Return E A u'' = rho A u_tt on 0 < x < length, pushed at x = 0 (port "contact"), fixed or free at x = length.
 
     Consistent mass. The port's normal points to -x, so b'u = -u(0); its impedance is Z = rho c A = A sqrt(E rho).
     Exact: w_n = (2 n - 1) pi c/(2 length) fixed, w_n = n pi c/length free, c = sqrt(E/rho).
@@ -46,5 +46,5 @@ def rod_model(
     C = None if damping is None else damping[0] * M + damping[1] * K
     vector = -(np.abs(points[0, free]) < 1e-9 * length).astype(float)
     port = Port(vector, area, area * float(np.sqrt(young * density)))
-    known = Damping(0.0, *(damping or (0.0, 0.0)))
-    return SecondOrderModel(M, C, K, {"contact": port}, DofMap(points, free, mesh), known=known)
+    rayleigh = Damping(0.0, *(damping or (0.0, 0.0)))
+    return SecondOrderModel(M, C, K, {"contact": port}, DofMap(points, free, mesh), known=rayleigh)

@@ -21,7 +21,7 @@ FOLDERS = ("impact", "seatfem", "tests", "docs", "benchmarks", "examples", "mesh
 
 
 def named_paths(page: Path) -> Iterator[str]:
-    """What a page calls a file or folder of the project: links, code spans, commands."""
+    """Yield the paths of the project that a page names in links, code spans and commands."""
     text = page.read_text(encoding="utf-8")
     yield from (link for link in re.findall(r"\]\(([^)#]+)", text) if "://" not in link)
     for span in re.findall(r"`([^`\n]+)`", text) + re.findall(r"^    .*$", text, re.MULTILINE):
@@ -31,7 +31,7 @@ def named_paths(page: Path) -> Iterator[str]:
 
 
 def exists(page: Path, name: str) -> bool:
-    """Relative to the page (links) or to the root; a star stands for anything."""
+    """Return whether a path exists beside the page (links) or at the root; a star stands for anything."""
     return any(any(folder.glob(name.rstrip("/."))) for folder in (ROOT, page.parent) if not name.startswith("../")) or (
         name.startswith("..") and (page.parent / name).resolve().exists()
     )
@@ -46,16 +46,16 @@ def test_every_file_that_a_page_names_is_there(page: Path) -> None:
 
 @pytest.mark.parametrize("package", ["impact", "seatfem"])
 def test_every_room_stands_in_the_architecture(package: str) -> None:
-    """The first column of the package's table: its rooms, all of them and no others."""
+    """The first column of a package's table has all of its rooms and no others."""
     text = (DOCS / "architecture.md").read_text(encoding="utf-8")
     [section] = re.findall(rf"^## {package}$(.*?)(?=^## |\Z)", text, re.MULTILINE | re.DOTALL)
-    told = re.findall(r"^\| `([^`]+)` \|", section, re.MULTILINE)
+    listed = re.findall(r"^\| `([^`]+)` \|", section, re.MULTILINE)
     rooms = {path.parent.relative_to(ROOT / package).as_posix() for path in (ROOT / package).rglob("*.py")} - {"."}
-    assert sorted(told) == sorted(rooms)
+    assert sorted(listed) == sorted(rooms)
 
 
 def test_every_place_that_the_architecture_names_is_there() -> None:
-    """As in `seatfem.faces.cli:main`."""
+    """Each place that the page names like `seatfem.faces.cli:main` is an attribute of its module."""
     text = (DOCS / "architecture.md").read_text(encoding="utf-8")
     places = re.findall(r"`((?:impact|seatfem)[\w.]*):(\w+)`", text)
     assert len(places) >= 12
@@ -64,14 +64,14 @@ def test_every_place_that_the_architecture_names_is_there() -> None:
 
 def test_what_is_made_from_the_code_is_current() -> None:
     drawn = {f"images/badge_{name}.svg": text for name, text in badges().items()}
-    made = {"scenes.md": scenes_page(), "index.md": index_page(), "images/rooms.svg": rooms_svg(), **drawn}
-    made["summary.md"] = "\n".join(lines_of_page())
-    old = [name for name, text in made.items() if text != (DOCS / name).read_text(encoding="utf-8")]
+    pages = {"scenes.md": scenes_page(), "index.md": index_page(), "images/rooms.svg": rooms_svg(), **drawn}
+    pages["summary.md"] = "\n".join(lines_of_page())
+    old = [name for name, text in pages.items() if text != (DOCS / name).read_text(encoding="utf-8")]
     assert old == [], "run: make docs"
 
 
 def test_badges_say_what_holds() -> None:
-    """Of damaged files none is a defect, and their table has as many as the badge says."""
+    """The table of damaged files has no defect and as many cases as the badge says."""
     rows = list(csv.DictReader((ROOT / "benchmarks" / "results" / "fuzz.csv").read_text("utf-8").splitlines()))
     assert f">{sum(int(row['cases']) for row in rows):,}, 0 defects<" in badges()["fuzz"]
     assert all(int(row["ran"]) + int(row["refused"]) + int(row["drawn"]) == int(row["cases"]) for row in rows)
@@ -85,7 +85,7 @@ def test_every_example_has_a_picture() -> None:
 
 
 def test_a_name_beside_a_file_is_in_that_file() -> None:
-    """As in: `build` (`seatfem/structures/cache.py`)."""
+    """A name that a page puts beside a file, as in `build` (`seatfem/structures/cache.py`), occurs in that file."""
     named = re.compile(r"`([\w.]+)`\s+(?:\(|in\s+)`([\w/]+\.py)`")
     pairs = {pair for page in PAGES for pair in named.findall(page.read_text(encoding="utf-8"))}
     texts = {file: (ROOT / file).read_text(encoding="utf-8") for _, file in pairs}
@@ -95,8 +95,8 @@ def test_a_name_beside_a_file_is_in_that_file() -> None:
 
 @pytest.mark.parametrize("package", ["impact", "seatfem"])
 def test_every_public_name_stands_once_on_its_page(package: str) -> None:
-    """With a docstring."""
+    """Each public name is listed once on the page of its package and has a docstring."""
     listed = re.findall(r"^   ([\w.]+)$", (DOCS / f"api_{package}.md").read_text(encoding="utf-8"), re.MULTILINE)
-    there = {name: found for name, found in PUBLIC.items() if name.partition(".")[0] == package}
+    there = {name: member for name, member in PUBLIC.items() if name.partition(".")[0] == package}
     assert sorted(listed) == sorted(there)
-    assert [name for name, found in there.items() if not (found.__doc__ or "").strip()] == []
+    assert [name for name, member in there.items() if not (member.__doc__ or "").strip()] == []

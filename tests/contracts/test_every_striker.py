@@ -66,7 +66,7 @@ def may_strike(kind: type[Structure]) -> bool:
 
 
 def scene_of(kind: str, folder: Path) -> Scene:
-    """It opens 0.2 um before it touches, and its step is left open."""
+    """Return a scene that opens 0.2 um before it touches, and leaves its step open."""
     write_files(folder)
     text = (
         f'[seat]\nkind = "spring"\nstiffness = "20 N/um"\n[reed]\nkind = "{kind}"\n{STRIKERS[kind]}'
@@ -77,7 +77,7 @@ def scene_of(kind: str, folder: Path) -> Scene:
 
 
 def write_files(folder: Path) -> None:
-    """An oscillator as matrices and as its receptance, a beam's Green's function, the modes of a body."""
+    """Write an oscillator as matrices and as its receptance, a beam's Green's function, the modes of a body."""
     mass, stiffness, zeta = 0.02, 4e7, 0.05
     for name, value in (("m", mass), ("k", stiffness)):
         head = "%%MatrixMarket matrix coordinate real symmetric\n1 1 1\n1 1 "
@@ -101,13 +101,13 @@ def test_every_kind_that_may_strike_is_here() -> None:
 def test_a_striker_is_run_and_told_of(kind: str, tmp_path: Path) -> None:
     """It lands; what it is known to be off by is in the bars, or named beside them."""
     scene = scene_of(kind, tmp_path)
-    found = run_scene(scene, tmp_path / "out", pictures=False).summary
-    assert found["reed_kind"] == kind
-    assert found["contact_count"] > 0
+    summary = run_scene(scene, tmp_path / "out", pictures=False).summary
+    assert summary["reed_kind"] == kind
+    assert summary["contact_count"] > 0
     if not scene.reed.traits.is_solved:
         return
-    stated = [found[f"reed_greens_error_{name}"] for name in ("mesh", "reduction")]
+    stated = [summary[f"reed_greens_error_{name}"] for name in ("mesh", "reduction")]
     for name, value in zip(("mesh", "reduction"), stated, strict=True):
-        assert (f"striker's {name}" in str(found["error_unknown"])) == (value is None)
+        assert (f"striker's {name}" in str(summary["error_unknown"])) == (value is None)
     if any(value and value > 1e-12 for value in stated):  # more than round-off
-        assert found["error_striker_filtered_peak_force_N"] > 0
+        assert summary["error_striker_filtered_peak_force_N"] > 0

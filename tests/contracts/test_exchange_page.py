@@ -45,7 +45,7 @@ def test_help_and_readme_name_every_format(capsys: pytest.CaptureFixture[str]) -
 
 
 def test_every_suffix_that_is_read_stands_there() -> None:
-    told = {suffix for row in ROWS if row[2] != "-" for suffix in re.findall(r"\.\w+", row[0])}
+    suffixes = {suffix for row in ROWS if row[2] != "-" for suffix in re.findall(r"\.\w+", row[0])}
     meshes = set(re.findall(r"\.\w+", PAGES["mesh_formats"]))
-    assert {*UNIVERSAL, *STEP_SUFFIXES, *BREP_SUFFIXES, ".dxf", ".csv", ".h5", ".mtx", ".npz", ".npy"} <= told
+    assert {*UNIVERSAL, *STEP_SUFFIXES, *BREP_SUFFIXES, ".dxf", ".csv", ".h5", ".mtx", ".npz", ".npy"} <= suffixes
     assert {*WRITTEN} <= meshes

@@ -26,13 +26,13 @@ def tables(annotation: object) -> Iterator[type[BaseModel]]:
 
 
 def keys_of_bodies() -> set[str]:
-    """Dotted, of how bodies of any kind are computed in any role."""
-    found = set()
+    """Return the dotted keys of how bodies of any kind are computed in any role."""
+    keys = set()
     for kind in kinds_of():
         for name, field in kind.model_fields.items():
             nested = [f"{name}.{key}" for table in tables(field.annotation) for key in table.model_fields]
-            found |= set(nested if name in HOW else [name] if name in ALONE else [])
-    return {f"{role}.{key}" for role in ROLES for key in found}
+            keys |= set(nested if name in HOW else [name] if name in ALONE else [])
+    return {f"{role}.{key}" for role in ROLES for key in keys}
 
 
 def test_every_key_of_how_a_scene_is_computed_has_a_source_or_a_reason() -> None:

@@ -42,7 +42,7 @@ BALL = impact.rigid_mass(mass=0.7, velocity=0.0).greens
 
 
 def sampled(greens: GreensFunction, tail: str, end: float = 12.0) -> impact.SampledGreens:
-    """On a grid of DT, long enough for what vibrates to come to rest."""
+    """Return its samples on a grid of DT, long enough for what vibrates to come to rest."""
     t = DT * np.arange(round(end / DT) + 1)
     p = range(len(greens.ports))
     values = np.array([[greens.impulse_response(t, i, j) for j in p] for i in p])
@@ -105,12 +105,12 @@ def pairs(greens: GreensFunction) -> list[tuple[int, int]]:
     return list(np.ndindex(len(greens.ports), len(greens.ports)))
 
 
-def known(greens: GreensFunction) -> np.ndarray:
+def known_times(greens: GreensFunction) -> np.ndarray:
     return TIMES[greens.valid_for >= TIMES]
 
 
 def leaves(greens: GreensFunction) -> list[GreensFunction]:
-    """What it is made of, down to functions that are made of no other."""
+    """Return the functions that it is made of, down to those that are made of no other."""
     parts = getattr(greens, "parts", None) or [part for part in [getattr(greens, "part", None)] if part is not None]
     return [leaf for part in parts for leaf in leaves(part)] if parts else [greens]
 
@@ -125,7 +125,7 @@ def test_ports_have_names_and_numbers(greens: GreensFunction) -> None:
 
 
 def test_it_is_reciprocal_causal_and_starts_at_its_initial_value(greens: GreensFunction) -> None:
-    t = known(greens)
+    t = known_times(greens)
     for i, j in pairs(greens):
         np.testing.assert_allclose(
             greens.impulse_response(t, i, j), greens.impulse_response(t, j, i), rtol=1e-9, atol=1e-12
@@ -137,17 +137,17 @@ def test_it_is_reciprocal_causal_and_starts_at_its_initial_value(greens: GreensF
 
 
 def test_g_is_the_slope_of_the_step_response(greens: GreensFunction) -> None:
-    """Between jumps, which stand at whole seconds in rods; the midpoint rule of S is off by h^2/24 of g''."""
+    """Between jumps g is the midpoint slope of the step response, which is off by h^2/24 of g''."""
     h = 1e-4
     t = np.array([0.413, 0.777, 1.313, 1.713])  # off the grid of the samples, between the fronts
     for i, j in pairs(greens):
         slope = (greens.step_response(t + h / 2, i, j) - greens.step_response(t - h / 2, i, j)) / h
-        largest = np.abs(greens.impulse_response(known(greens)[1:], i, j)).max()
+        largest = np.abs(greens.impulse_response(known_times(greens)[1:], i, j)).max()
         np.testing.assert_allclose(slope, greens.impulse_response(t, i, j), atol=1e-6 * largest)
 
 
 def weights_of(kernel: StepKernel, n: int) -> np.ndarray:
-    """(p, p, n) of a kernel, its oscillators included."""
+    """Return (p, p, n) weights of a kernel, its oscillators included."""
     total = 0.0 if kernel.weights is None else kernel.weights[:, :, :n]
     if kernel.modal is not None:
         p = range(len(kernel.modal.ports))
@@ -159,21 +159,21 @@ def weights_of(kernel: StepKernel, n: int) -> np.ndarray:
 
 
 def test_the_kernel_holds_the_steps_of_the_step_response(greens: GreensFunction) -> None:
-    """W_m = S((m + 1) h) - S(m h), S(0-) = 0, and W_0 is what it says of itself."""
+    """The weights are W_m = S((m + 1) h) - S(m h), S(0-) = 0, and the kernel's own weight is W_0."""
     n = 60
     kernel = greens.step_kernel(DT, n)
-    found, own = weights_of(kernel, n), kernel.self_weight(DT)
+    weights, own = weights_of(kernel, n), kernel.self_weight(DT)
     for i, j in pairs(greens):
         steps = np.diff(greens.step_response(DT * np.arange(n + 1), i, j))
         steps[0] = greens.step_response(np.array([DT]), i, j)[0]
         scale = np.abs(steps).max()
-        np.testing.assert_allclose(found[i, j], steps, atol=1e-10 * scale)
+        np.testing.assert_allclose(weights[i, j], steps, atol=1e-10 * scale)
         assert own[i, j] == pytest.approx(steps[0], abs=1e-10 * scale)
     assert (greens.marched_poles(DT, n) is None) == (kernel.weights is not None)
 
 
 def test_its_static_compliance_is_where_the_step_response_ends(name: str, greens: GreensFunction) -> None:
-    """Of held bodies: what is damped ends there; what is not swings about it, and its mean over long is compared."""
+    """The late mean of the step response is the static compliance; without support the response grows on."""
     if name == "samples, ending":
         with pytest.raises(GreensFunctionError, match="static compliance is unknown"):
             greens.static_compliance()
@@ -190,7 +190,7 @@ def test_its_static_compliance_is_where_the_step_response_ends(name: str, greens
 
 @pytest.mark.slow(but="power law of a mass")
 def test_filtered_is_g_after_a_pulse(greens: GreensFunction) -> None:
-    """By the general rule, an integral of the pulse's slope times the step response, which a class may replace.
+    """A class's own filtered response is the general rule's integral of the pulse's slope times the step response.
 
     The rule does not see where in one of its 256 panels a bare compliance jumps: 0.3 of 2 pi/256 of the peak.
     """
@@ -204,9 +204,9 @@ def test_filtered_is_g_after_a_pulse(greens: GreensFunction) -> None:
 
 
 def test_ports_are_combined_or_refuse_to_be(greens: GreensFunction) -> None:
-    """W' g W: here the mean of all ports, and one port twice."""
+    """The mean of all ports has the mean of all responses, W' S W; closed forms refuse."""
     p = len(greens.ports)
-    weights, t = np.full((p, 1), 1 / p), known(greens)
+    weights, t = np.full((p, 1), 1 / p), known_times(greens)
     if any(part.closed_form for part in leaves(greens)):
         with pytest.raises(GreensFunctionError, match="cannot be combined"):
             greens.combined(weights, ("mean",))
@@ -219,26 +219,26 @@ def test_ports_are_combined_or_refuse_to_be(greens: GreensFunction) -> None:
 
 
 def test_its_transform_is_that_of_g_or_is_not_known(greens: GreensFunction) -> None:
-    """G(s) for a real s > 0, by Gauss quadrature of exp(-s t) s S(t): bare compliances count."""
+    """G(s) for s > 0 is the Gauss quadrature of exp(-s t) s S(t), bare compliances included."""
     s = 3.0
     if not all(isinstance(part, impact.ModalGreens | impact.PoleGreens) for part in leaves(greens)):
         with pytest.raises(GreensFunctionError, match="not known in closed form"):
             greens.transfer(np.array([s + 0j]))
         return
-    found = greens.transfer(np.array([s + 0j]))
+    transfer = greens.transfer(np.array([s + 0j]))
     nodes, gauss = np.polynomial.legendre.leggauss(20)
     edges = np.linspace(0.0, 12.0, 241)
     t = ((edges[1:] + edges[:-1])[:, None] / 2 + np.diff(edges)[:, None] / 2 * nodes).ravel()
     w = (np.diff(edges)[:, None] / 2 * gauss).ravel() * s * np.exp(-s * t)
     t, w = t[t <= greens.valid_for], w[t <= greens.valid_for]
     for i, j in pairs(greens):
-        scale = np.abs(found).max()
-        assert found[0, i, j] == pytest.approx(w @ greens.step_response(t, i, j), abs=2e-3 * scale)
-    assert found.shape == (1, len(greens.ports), len(greens.ports))
+        scale = np.abs(transfer).max()
+        assert transfer[0, i, j] == pytest.approx(w @ greens.step_response(t, i, j), abs=2e-3 * scale)
+    assert transfer.shape == (1, len(greens.ports), len(greens.ports))
 
 
 def test_it_is_the_sum_of_what_it_names(greens: GreensFunction) -> None:
-    t = known(greens)
+    t = known_times(greens)
     parts = greens.summands
     assert len(parts) > 1 or parts == (greens,)
     total = sum(part.step_response(t) for part in parts)
@@ -274,7 +274,7 @@ def test_it_says_until_when_it_is_known(greens: GreensFunction) -> None:
 
 @pytest.mark.parametrize("factor", [2.5])
 def test_scaled_is_the_multiple_in_every_answer(greens: GreensFunction, factor: float) -> None:
-    scaled, t = greens.scaled(factor), known(greens)[1:]
+    scaled, t = greens.scaled(factor), known_times(greens)[1:]
     assert scaled.ports == greens.ports
     assert scaled.valid_for == greens.valid_for
     assert scaled.error_estimate == greens.error_estimate
@@ -299,7 +299,7 @@ def test_scaled_is_the_multiple_in_every_answer(greens: GreensFunction, factor: 
 
 
 def test_the_form_for_forces_alone_is_the_same_function(greens: GreensFunction) -> None:
-    lean, t = greens.forces_only(), known(greens)
+    lean, t = greens.forces_only(), known_times(greens)
     for i, j in pairs(greens):
         np.testing.assert_array_equal(lean.step_response(t, i, j), greens.step_response(t, i, j))
     assert lean.mass() == greens.mass()
@@ -307,7 +307,7 @@ def test_the_form_for_forces_alone_is_the_same_function(greens: GreensFunction) 
 
 def test_what_is_saved_is_loaded(greens: GreensFunction, tmp_path: Path) -> None:
     save_greens(greens, tmp_path / "g.h5")
-    read, t = load_greens(tmp_path / "g.h5"), known(greens)
+    read, t = load_greens(tmp_path / "g.h5"), known_times(greens)
     assert read.ports == greens.ports
     assert read.valid_for == greens.valid_for
     assert read.mass() == greens.mass()
@@ -329,7 +329,7 @@ def test_its_error_and_origin_can_be_stated_or_are_its_own(greens: GreensFunctio
 
 @pytest.mark.parametrize("name", FREE_KINDS)
 def test_a_free_body_can_be_thrown(name: str) -> None:
-    """Without contact it keeps its speed; its kinetic energy is m v^2/2; a second port moves as a rigid body does."""
+    """A body keeps its speed without contact, has the energy m v^2/2, and its second port moves as a rigid body's."""
     greens, mass = KINDS[name]
     thrown, wall = impact.Body(greens, velocity=-0.5), impact.spring(stiffness=5.0)
     result = impact.solve(impact.ContactProblem(thrown, wall, gap=100.0), dt=DT, duration=2.0)
@@ -348,7 +348,7 @@ def test_a_free_body_can_be_thrown(name: str) -> None:
 @pytest.mark.parametrize("name", FREE_KINDS)
 @pytest.mark.parametrize("factor", [1.0, 3.0])
 def test_restitution_of_free_bodies_is_momentum_s(name: str, factor: float) -> None:
-    """Known from the change of both bodies' rigid motion, a unit mass against each, thrown and struck alike.
+    """Restitution follows from the change of both bodies' rigid motion, thrown or struck by a unit mass alike.
 
     e = J (1/m1 + 1/m2)/v - 1: Galilei's principle asks that it be the same whichever of the two moves.
     """
@@ -367,16 +367,16 @@ def test_restitution_of_free_bodies_is_momentum_s(name: str, factor: float) -> N
 
 
 def test_restitution_does_not_ask_for_the_class() -> None:
-    """One body in three forms: a damped rod, its samples with a rigid tail, and a multiple of the rod half as heavy."""
+    """A damped rod, its samples and a multiple of the rod half as heavy have the same restitution."""
     forms = (DAMPED_FREE, sampled(DAMPED_FREE, "rigid"), ScaledGreens(DAMPED_FREE.scaled(0.5), 2.0))
-    found = []
+    restitutions = []
     for greens in forms:
         problem = impact.ContactProblem(
             impact.rigid_mass(mass=1.0, velocity=-1.0), greens, law=impact.LinearSpring(50.0)
         )
-        found.append(measures.restitution(impact.solve(problem, dt=DT / 4, duration=5.0)))
-    assert found[2] == pytest.approx(found[0], rel=1e-9)
-    assert found[1] == pytest.approx(found[0], rel=2e-3)  # linear between samples
+        restitutions.append(measures.restitution(impact.solve(problem, dt=DT / 4, duration=5.0)))
+    assert restitutions[2] == pytest.approx(restitutions[0], rel=1e-9)
+    assert restitutions[1] == pytest.approx(restitutions[0], rel=2e-3)  # linear between samples
 
 
 def test_a_representation_that_says_nothing_of_its_mass_is_asked_to() -> None:

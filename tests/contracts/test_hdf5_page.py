@@ -29,13 +29,13 @@ BODY = Frames("", np.eye(3), np.array([[0, 1, 2]]), TWO, ("1", "2"))
 
 
 def problem(film: impact.SqueezeFilm | None = None) -> impact.ContactProblem:
-    """A mass on an oscillator."""
+    """Return a mass on an oscillator."""
     touch = impact.Contact(impact.Body(SEAT), law=impact.LinearSpring(1e6), gap=1e-6, film=film)
     return impact.ContactProblem(impact.rigid_mass(mass=1e-3, velocity=-1.0), contacts=[touch])
 
 
 def results(folder: Path) -> None:
-    """One run without a film and one with it."""
+    """Write one run without a film and one with it."""
     runs = {
         name: impact.solve(problem(film), dt=1e-6, duration=2e-5) for name, film in (("wave", None), ("spring", FILM))
     }
@@ -46,7 +46,7 @@ def results(folder: Path) -> None:
 
 
 def greens(folder: Path) -> None:
-    """One of every kind that needs datasets."""
+    """Write one function of every kind that needs datasets."""
     t = 1e-5 * np.arange(200)
     sampled = impact.SampledGreens(SEAT.impulse_response(t)[None, None], 1e-5, tail="zero", static=np.array([[1e-6]]))
     other = replace(SEAT, residual=Residual.none())
@@ -59,43 +59,43 @@ def greens(folder: Path) -> None:
 
 
 def bodies(folder: Path) -> None:
-    """Modes, and a run with values."""
+    """Write modes, and a run with values."""
     save_moving(replace(BODY, frequency=np.array([1.0, 2.0]), modal_mass=np.ones(2)), folder / "modes.h5")
     save_moving(replace(BODY, time=np.array([0.0, 1.0]), values=np.eye(2, 3)), folder / "wave.h5")
 
 
 def stresses(folder: Path) -> None:
-    """At one place of a beam."""
+    """Write the stresses at one place of a beam."""
     spot = Spot("reed", "", (0.01,), np.inf, 1e8, 1e-6, "bending", 1e8)
     write_spots(Spots((spot,), (History(spot, ("bending",), np.ones((1, 3))),), np.arange(3.0)), folder)
 
 
 def checkpoints(folder: Path) -> None:
-    """In the midst of a march."""
+    """Write a checkpoint in the midst of a march."""
     stepper = impact.ContactStepper(impact.prepare(problem(), 1e-6, 2e-5))
     stepper.advance(5)
     save_checkpoint(stepper, folder / "march.h5")
 
 
 def written_names(folder: Path, content: str) -> set[str]:
-    """Paths of datasets, and of attributes after an @; runs, numbers of parts and free names in the page's words."""
-    found: set[str] = set()
+    """Return paths of datasets, and of attributes after an @; runs, numbers and free names in the page's words."""
+    names: set[str] = set()
 
     def look(name: str, item: h5py.Group | h5py.Dataset) -> None:
         at = re.sub(r"^parts/[0-9]+", "parts/N", name)
         at = re.sub(r"^(wave|spring)(?=/|$)", "RUN", at) if content == "result" else at
         at = re.sub(r"^[0-9]{2}(?=/|$)", "NN", at)
         at = re.sub(r"^(problem|state)/.*", r"\1/QUANTITY", at) if content == "checkpoint" else at
-        found.update(f"{at}@{key}" for key in item.attrs)
+        names.update(f"{at}@{key}" for key in item.attrs)
         if isinstance(item, h5py.Dataset):
-            found.add(at)
+            names.add(at)
 
     for path in folder.glob("*.h5"):
         with h5py.File(path, "r") as file:
             assert file.attrs["content"] == content
             look("", file)
             file.visititems(look)
-    return found
+    return names
 
 
 @pytest.mark.parametrize(
@@ -111,17 +111,17 @@ def test_the_page_names_all_that_is_written_and_no_more(
     write(tmp_path)
     section = PAGE.split(f"## `{content}`")[1].split("\n## ")[0]
     rows = [line.split("|")[1] for line in section.splitlines() if line.startswith("| `")]
-    told = [name for row in rows for name in re.findall(r"`([^`]+)`", row)]
-    assert len(told) == len(set(told))
-    assert set(told) == written_names(tmp_path, content)
+    listed = [name for row in rows for name in re.findall(r"`([^`]+)`", row)]
+    assert len(listed) == len(set(listed))
+    assert set(listed) == written_names(tmp_path, content)
 
 
 def test_files_of_schema_1_are_read() -> None:
-    """Written when they were made: no frequencies of modes, which schema 1 had not from the beginning."""
-    found = impact.load_greens(OLD / "greens.h5")
-    assert isinstance(found, ModalGreens)
-    np.testing.assert_array_equal(found.omega, SEAT.omega)
-    np.testing.assert_array_equal(found.residual.rates, REST.rates)
+    """Files of schema 1 are read; their modes have no frequencies, which the schema did not hold at first."""
+    seat = impact.load_greens(OLD / "greens.h5")
+    assert isinstance(seat, ModalGreens)
+    np.testing.assert_array_equal(seat.omega, SEAT.omega)
+    np.testing.assert_array_equal(seat.residual.rates, REST.rates)
     runs = impact.load_results(OLD / "result.h5")
     for name, film in (("wave", None), ("spring", FILM)):
         again = impact.solve(problem(film), dt=1e-6, duration=2e-5)

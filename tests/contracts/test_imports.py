@@ -21,25 +21,25 @@ NOT_FOR_IMPACT = ("gmsh", "skfem", "meshio", "pyvista", "pydantic", "pint", "sea
 
 @cache
 def imports(path: Path, *, module_level: bool = False) -> tuple[tuple[int, str], ...]:
-    """Line and full name of every import in a file; `module_level` keeps those that run when the file is imported."""
+    """Return line and full name of each import in a file; `module_level` keeps those that run when it is imported."""
     return tuple((line, name) for line, name, outside in _imports(path) if outside or not module_level)
 
 
 @cache
 def _imports(path: Path) -> tuple[tuple[int, str, bool], ...]:
-    """Line, full name, and whether it runs when the file is imported."""
-    tree, found = ast.parse(path.read_text(encoding="utf-8"), filename=str(path)), []
+    """Return line, full name, and whether it runs when the file is imported."""
+    tree, entries = ast.parse(path.read_text(encoding="utf-8"), filename=str(path)), []
     for node, outside in statements(tree, True):
         if isinstance(node, ast.Import):
-            found += [(node.lineno, name.name, outside) for name in node.names]
+            entries += [(node.lineno, name.name, outside) for name in node.names]
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"{path}:{node.lineno}: imports are absolute here"
-            found += [(node.lineno, f"{node.module}.{name.name}", outside) for name in node.names]
-    return (*found, *_chains(tree))
+            entries += [(node.lineno, f"{node.module}.{name.name}", outside) for name in node.names]
+    return (*entries, *_chains(tree))
 
 
 def _chains(tree: ast.Module) -> Iterator[tuple[int, str, bool]]:
-    """Modules that are loaded when they are asked for as attributes of their rooms, `reduction.krylov`."""
+    """Yield modules that are loaded when asked for as attributes of their rooms, like `reduction.krylov`."""
     rooms = {_module(path) for path in FILES if path.name == "__init__.py"}
     known = {room: room for room in rooms if "." not in room}
     for node in ast.walk(tree):
@@ -54,8 +54,7 @@ def _chains(tree: ast.Module) -> Iterator[tuple[int, str, bool]]:
 
 
 def statements(node: ast.AST, outside: bool) -> Iterator[tuple[ast.AST, bool]]:
-    """All below a node, with whether they stand outside functions and are not for types only; no import is within an
-    expression."""
+    """Yield all below a node, and if it is outside functions and not for types; no expression has an import."""
     for block in ("body", "handlers", "cases", "orelse", "finalbody"):
         for child in getattr(node, block, ()):
             for_types_only = isinstance(child, ast.If) and "TYPE_CHECKING" in ast.unparse(child.test)
@@ -65,7 +64,7 @@ def statements(node: ast.AST, outside: bool) -> Iterator[tuple[ast.AST, bool]]:
 
 
 def offenders(package: str, allowed: tuple[str, ...], files: list[Path], *, module_level: bool = False) -> list[str]:
-    """Places outside `allowed` (path beginnings) that import the package."""
+    """Return places outside `allowed` (path beginnings) that import the package."""
     return [
         f"{name}:{line} imports {imported}"
         for path in files
@@ -100,9 +99,9 @@ def test_no_import_cycle() -> None:
     modules = {_module(path): path for path in FILES}
     edges = {
         module: {
-            found
+            loaded
             for _, name in imports(path, module_level=True)
-            for found in _run_by(_longest(name, modules), module, modules)
+            for loaded in _run_by(_longest(name, modules), module, modules)
         }
         for module, path in modules.items()
     }
@@ -111,7 +110,7 @@ def test_no_import_cycle() -> None:
 
 @pytest.mark.parametrize("package", ["impact", "seatfem", "seatfem.study"])
 def test_no_room_imports_from_one_that_imports_from_it(package: str) -> None:
-    """Nor round about; imports inside functions and for types count, too. Parts of a verb in `LEAVES` are no rooms."""
+    """Rooms import one another in no circle, even in functions or for types; `LEAVES` are no rooms."""
     edges: dict[str, set[str]] = {}
     for path in FILES:
         module = _module(path)
@@ -119,25 +118,25 @@ def test_no_room_imports_from_one_that_imports_from_it(package: str) -> None:
             room = edges.setdefault(module.removeprefix(f"{package}.").partition(".")[0], set())
             inside = (name.removeprefix(f"{package}.") for _, name in imports(path) if name.startswith(f"{package}."))
             room |= {name.partition(".")[0] for name in inside}
-    rooms = {room: {each for each in found if each in edges} - {room} for room, found in edges.items()}
+    rooms = {room: {each for each in neighbours if each in edges} - {room} for room, neighbours in edges.items()}
     assert len(rooms) > 5
     assert cycle(rooms) == ""
 
 
 def cycle(edges: dict[str, set[str]]) -> str:
-    """The first one found, with its beginning at both ends."""
+    """Return the first cycle, with its beginning at both ends."""
     done: set[str] = set()
 
     def visit(module: str, trail: tuple[str, ...]) -> str:
         if module in trail:
             return " -> ".join((*trail[trail.index(module) :], module))
-        found = (
+        circle = (
             ""
             if module in done
             else next(filter(None, (visit(t, (*trail, module)) for t in sorted(edges[module]))), "")
         )
         done.add(module)
-        return found
+        return circle
 
     return next(filter(None, (visit(module, ()) for module in edges)), "")
 
@@ -156,15 +155,15 @@ def _module(path: Path) -> str:
     return ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
 
 
-def _run_by(found: str, module: str, modules: dict[str, Path]) -> Iterator[str]:
-    """What importing ``found`` runs: it, and the ``__init__`` of the packages around it that had not begun before."""
-    for name in modules if found else ():
-        if name != module and (found == name or (found.startswith(f"{name}.") and not module.startswith(f"{name}."))):
+def _run_by(target: str, module: str, modules: dict[str, Path]) -> Iterator[str]:
+    """Yield what importing ``target`` runs: it, and each ``__init__`` around it that had not begun before."""
+    for name in modules if target else ():
+        if name != module and (target == name or (target.startswith(f"{name}.") and not module.startswith(f"{name}."))):
             yield name
 
 
 def _longest(name: str, modules: dict[str, Path]) -> str:
-    """The module of ours that an imported name stands in; "" for foreign ones."""
+    """Return the module of ours that an imported name stands in; "" for foreign ones."""
     parts = name.split(".")
     beginnings = (".".join(parts[:length]) for length in range(len(parts), 0, -1))
     return next((beginning for beginning in beginnings if beginning in modules), "")

@@ -20,15 +20,15 @@ FILES = sorted(path for path in ROOT.rglob("*.py") if not path.is_relative_to(KI
 
 
 def test_a_scene_finds_the_module_of_each_kind_that_it_names() -> None:
-    known = {(module, name) for module, names in HOMES.items() for name in names.split()}
-    made = {(kind.__module__.rpartition(".")[2], name) for kind in kinds_of() for name in (kind_of(kind), *kind.also)}
-    assert known == {(module, name) for module, name in made if (KINDS / f"{module}.py").is_file()}
+    stated = {(module, name) for module, names in HOMES.items() for name in names.split()}
+    homes = {(kind.__module__.rpartition(".")[2], name) for kind in kinds_of() for name in (kind_of(kind), *kind.also)}
+    assert stated == {(module, name) for module, name in homes if (KINDS / f"{module}.py").is_file()}
     assert {kind_of(kind) for kind in kinds_of({"spring", "rigid_mass"})} == {"spring", "rigid_mass"}
     assert kinds_of({"spring", "sprig"}) == kinds_of()
 
 
-def asked(path: Path) -> Iterator[str]:
-    """Kinds that a file imports or asks for."""
+def kinds_asked_for(path: Path) -> Iterator[str]:
+    """Yield the kinds that a file imports or asks for."""
     if "kinds" not in (text := path.read_text(encoding="utf-8")):
         return
     for node in ast.walk(ast.parse(text)):
@@ -39,26 +39,26 @@ def asked(path: Path) -> Iterator[str]:
 
 
 def test_no_kind_is_known_by_name_outside_its_own_file() -> None:
-    """Within the room, too, but for its parents, and the package that gathers all of them."""
+    """No file asks for a kind by name, but the package of all kinds and those derived from it."""
     assert {"Annular", "Cantilever", "Matrices", "GreensFile"} <= NAMES
     within = [path for path in KINDS.glob("*.py") if path.name != "__init__.py"]
-    assert [place for path in (*FILES, *within) for place in asked(path)] == []
+    assert [place for path in (*FILES, *within) for place in kinds_asked_for(path)] == []
 
 
 def test_no_shape_is_asked_for_its_family() -> None:
-    """But for parts from CAD files, which are imported where the others are built."""
+    """No file outside the shapes asks with isinstance for a family, parts from CAD files excepted."""
     shapes = ROOT / "structures" / "shapes"
     drawn = {family.__name__ for family in families() if family.__module__.startswith("seatfem.")} - {"CadPart"}
     assert {"AnnularSeat", "Bar", "ValvePlate"} <= drawn
-    found = []
+    places = []
     for path in sorted(path for path in ROOT.rglob("*.py") if not path.is_relative_to(shapes)):
         if "isinstance" not in (text := path.read_text(encoding="utf-8")) or not any(name in text for name in drawn):
             continue
         for node in ast.walk(ast.parse(text)):
             asks = isinstance(node, ast.Call) and ast.unparse(node.func) == "isinstance"
             if asks and drawn & {each.id for each in ast.walk(node) if isinstance(each, ast.Name)}:
-                found.append(f"{path}:{node.lineno}")
-    assert found == []
+                places.append(f"{path}:{node.lineno}")
+    assert places == []
 
 
 ASKED = {
@@ -68,13 +68,13 @@ ASKED = {
 
 
 def all_names() -> set[str]:
-    """Kinds, laws and reductions that the program has of its own."""
+    """Return the kinds, laws and reductions that the program has of its own."""
     kinds = {kind_of(each) for each in (*kinds_of(), *laws()) if each.__module__.startswith("seatfem.")}
     return kinds | {name for name, each in reducers().items() if type(each).__module__.startswith("seatfem.")}
 
 
 def compared(tree: ast.AST, names: set[str]) -> Iterator[tuple[int, str]]:
-    """Line and name where a kind is asked for by it, or stated: compared with, matched, or the value of "kind"."""
+    """Yield where a kind is asked for by name or stated: compared with, matched, or the value of "kind"."""
     for node in ast.walk(tree):
         parts: list[ast.AST] = []
         if isinstance(node, ast.Compare | ast.Match):
@@ -91,13 +91,13 @@ def compared(tree: ast.AST, names: set[str]) -> Iterator[tuple[int, str]]:
 @pytest.mark.slow
 def test_no_kind_law_or_reduction_is_asked_for_outside_its_own_file() -> None:
     own = (ROOT / "structures" / "reduction", ROOT / "study" / "scene" / "laws.py")
-    names, found = all_names(), {}
+    names, places = all_names(), {}
     for path in FILES:
         text = path.read_text(encoding="utf-8")
         if not any(path.is_relative_to(each) for each in own) and any(f'"{name}"' in text for name in names):
             place = path.relative_to(ROOT).as_posix()
-            found |= {(place, name): line for line, name in compared(ast.parse(text), names)}
-    assert found.keys() == ASKED.keys(), found
+            places |= {(place, name): line for line, name in compared(ast.parse(text), names)}
+    assert places.keys() == ASKED.keys(), places
 
 
 @pytest.mark.parametrize(

@@ -54,16 +54,16 @@ def examples() -> dict[str, object]:
 @pytest.mark.slow
 def test_it_prints_in_a_few_lines() -> None:
     for name, thing in examples().items():
-        for told in (str(thing), repr(thing)):
-            assert len(told) <= LARGEST, name
-            assert len(told.splitlines()) <= LINES, name
-            assert "array([" not in told, name
-            assert max(map(len, told.splitlines())) <= 700, name
+        for text in (str(thing), repr(thing)):
+            assert len(text) <= LARGEST, name
+            assert len(text.splitlines()) <= LINES, name
+            assert "array([" not in text, name
+            assert max(map(len, text.splitlines())) <= 700, name
 
 
 @pytest.mark.slow
 def test_what_is_printed_says_what_it_is() -> None:
-    """Ports, numbers of modes and their band, errors, masses: what one would ask first."""
+    """A text names what one would ask first: ports, number and band of modes, errors, masses."""
     things = {name: str(thing) for name, thing in examples().items()}
     for name, words in (
         ("modal", "2 ports left, right"), ("modal", "5000 modes, 159.15 ... 1.5915e+05 Hz"),
@@ -75,7 +75,7 @@ def test_what_is_printed_says_what_it_is() -> None:
 
 
 def test_a_result_says_in_four_lines_what_happened() -> None:
-    """Peak, impulse, contacts, the balance of energy; also where nothing touches."""
+    """Four lines give peak, impulse, contacts and the balance of energy, or that nothing touches."""
     problem = impact.ContactProblem(impact.rigid_mass(mass=1e-3, velocity=-1.0), impact.spring(stiffness=1e7))
     lines = repr(impact.solve(problem, dt=1e-7, duration=1e-4)).splitlines()
     assert re.search(r"99\.\d+ N at 15\.7 us, .*1\.99\d? mN s", lines[1])

@@ -16,7 +16,7 @@ VERBS = sorted(name for name in app if not name.startswith("-"))
 
 
 def options(verb: str) -> Iterator[set[str]]:
-    """The names of each of its options, long and short."""
+    """Yield the names of each of its options, long and short."""
     for argument in app[verb].assemble_argument_collection():
         names = {name for name in argument.names if name.startswith("-")}
         if names:
@@ -25,7 +25,7 @@ def options(verb: str) -> Iterator[set[str]]:
 
 @cache
 def strings_of_functions() -> list[set[str]]:
-    """What each function of the tests writes between quotes."""
+    """Return the words that each function of the tests writes between quotes."""
     texts = (path.read_text(encoding="utf-8") for path in TESTS.rglob("*.py"))
     trees = [ast.parse(text) for text in texts if '"-' in text or (" -" in text and "run_command" in text)]
     return [

@@ -47,14 +47,14 @@ def test_the_list_is_what_there_is() -> None:
 
 @pytest.mark.parametrize("line", [each[0] for each in FORMER if each["how"] == "->"])
 def test_a_former_name_warns_and_works(line: str) -> None:
-    found = MOVED.fullmatch(line)
-    assert found
-    package, _, name = found["name"].rpartition(".")
-    module, _, held = found["place"].partition(":")
+    match = MOVED.fullmatch(line)
+    assert match
+    package, _, name = match["name"].rpartition(".")
+    module, _, held = match["place"].partition(":")
     present = importlib.import_module(module)
-    sys.modules.pop(found["name"], None)
-    with pytest.warns(DeprecationWarning, match=re.escape(found["place"].replace(":", "."))):
-        former = getattr(importlib.import_module(package), name) if held else importlib.import_module(found["name"])
+    sys.modules.pop(match["name"], None)
+    with pytest.warns(DeprecationWarning, match=re.escape(match["place"].replace(":", "."))):
+        former = getattr(importlib.import_module(package), name) if held else importlib.import_module(match["name"])
     if held:
         assert former is getattr(present, held)
     else:
@@ -73,7 +73,7 @@ def _ordered(version: str) -> tuple[int, ...]:
 
 
 def test_names_of_a_package_are_loaded_when_they_are_asked_for() -> None:
-    """A name, a module, a former name; another one is no attribute."""
+    """A name, a module and a former name are loaded; another one is no attribute."""
     load = lazy_names("toy", {"math": "sqrt floor", "os.path": "path"}, {"root": "math:sqrt"})
     assert load("floor")(1.5) == 1
     assert load("path") is importlib.import_module("os.path")
@@ -84,7 +84,7 @@ def test_names_of_a_package_are_loaded_when_they_are_asked_for() -> None:
 
 
 def test_former_modules_are_imported_by_every_form_of_import() -> None:
-    """`import impact.pekeris` and `from impact.pekeris import ...`, too, once each."""
+    """`import impact.pekeris` and `from impact import pekeris` give the new module."""
     from impact.exact import half_space
 
     for statement in ("import impact.pekeris as former", "from impact import pekeris as former"):

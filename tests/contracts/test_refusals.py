@@ -28,7 +28,7 @@ def test_a_refusal_that_names_its_value_and_says_what_to_do_passes(text: str) ->
 
 @pytest.mark.parametrize(("text", "lack"), BAD)
 def test_any_other_fails_the_test_that_provokes_it(text: str, lack: str) -> None:
-    """In Python, in one of several problems of a scene, and on the command line."""
+    """An error that lacks a part is caught in Python, as one of several problems of a scene and on the command line."""
     wrong = ModelError(text)
     of_scene = SceneError((Problem(None, 0, "reed.mass", "must be positive"), Problem(None, 0, "", text)))
     for error in (wrong, of_scene) if "refused" not in lack else (wrong,):

@@ -55,7 +55,7 @@ def test_remedies_name_keys_of_the_kind(kind: type[Structure]) -> None:
 
 
 def test_each_key_of_a_remedy_is_one_of_some_kind() -> None:
-    """So that a key which is renamed does not leave its remedy without words."""
+    """Some kind has each key that a remedy names, so that no key is renamed without its remedy."""
     for key in {*STATED, *(each for keys in OF_SOURCES.values() for each in keys)}:
         assert any(has_key_of_kind(scene_of(kind), key) for kind in kinds_of()), key
     assert set(OF_SOURCES) <= {*SOURCES, STRIKER, STOPPER}

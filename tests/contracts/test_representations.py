@@ -24,15 +24,15 @@ def below(kind: type) -> Iterator[type]:
 
 
 def representations() -> dict[str, type]:
-    """All classes of Green's functions in both packages, by name."""
+    """Return all classes of Green's functions in both packages, by name."""
     for _, name, _ in pkgutil.walk_packages(impact.__path__, "impact."):
         importlib.import_module(name)
-    found = (GreensFunction, *below(GreensFunction))
-    return {kind.__name__: kind for kind in found if kind.__module__.partition(".")[0] in ("impact", "seatfem")}
+    classes = (GreensFunction, *below(GreensFunction))
+    return {kind.__name__: kind for kind in classes if kind.__module__.partition(".")[0] in ("impact", "seatfem")}
 
 
-def asked(tree: ast.AST, known: set[str]) -> Iterator[tuple[int, str]]:
-    """Line and class, wherever an object is asked for a class among ``known``: isinstance, type(...), match."""
+def class_questions(tree: ast.AST, names: set[str]) -> Iterator[tuple[int, str]]:
+    """Yield where an object is asked for a class among ``names``: isinstance, type(...), match."""
     own = {alias.asname or alias.name: alias.name for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)
            for alias in node.names if str(node.module).partition(".")[0] == "impact"}  # fmt: skip
     for node in ast.walk(tree):
@@ -40,21 +40,21 @@ def asked(tree: ast.AST, known: set[str]) -> Iterator[tuple[int, str]]:
         if isinstance(node, ast.MatchClass) or text.startswith(("isinstance(", "issubclass(")) or "type(" in text:
             for each in ast.walk(node):
                 name = own.get(each.id) if isinstance(each, ast.Name) else getattr(each, "attr", None)
-                if name in known:
+                if name in names:
                     yield getattr(each, "lineno", 0), str(name)
 
 
 @pytest.mark.slow
 def test_nobody_asks_a_greens_function_for_its_class() -> None:
-    known = set(representations())
-    assert {"ModalGreens", "PoleGreens", "SampledGreens", "SumGreens", "ScaledGreens", "DelayRod"} <= known
+    class_names = set(representations())
+    assert {"ModalGreens", "PoleGreens", "SampledGreens", "SumGreens", "ScaledGreens", "DelayRod"} <= class_names
     askers = [
         f"{path.relative_to(ROOT)}:{line} asks for {name}"
         for folder in ("impact", "seatfem")
         for path in sorted((ROOT / folder).rglob("*.py"))
         if not path.relative_to(ROOT).as_posix().startswith(REPRESENTATIONS)
-        if any(name in (text := path.read_text(encoding="utf-8")) for name in known)
-        for line, name in asked(ast.parse(text), known)
+        if any(name in (text := path.read_text(encoding="utf-8")) for name in class_names)
+        for line, name in class_questions(ast.parse(text), class_names)
     ]
     assert askers == []
 
@@ -64,10 +64,10 @@ def test_nobody_asks_a_greens_function_for_its_class() -> None:
 )
 def test_the_question_is_seen_in_every_form(code: str) -> None:
     tree = ast.parse(f"from impact.greens.modal import ModalGreens\n{code}")
-    assert {name for _, name in asked(tree, {"ModalGreens"})} == {"ModalGreens"}
+    assert {name for _, name in class_questions(tree, {"ModalGreens"})} == {"ModalGreens"}
 
 
 def test_every_representation_goes_through_the_contract() -> None:
     """Each class that can be made stands in `tests/contracts/test_greens.py`, which all promises are tested on."""
-    made = {name for name, kind in representations().items() if not inspect.isabstract(kind)}
-    assert made == {type(greens).__name__ for greens, _ in KINDS.values()}
+    concrete = {name for name, kind in representations().items() if not inspect.isabstract(kind)}
+    assert concrete == {type(greens).__name__ for greens, _ in KINDS.values()}

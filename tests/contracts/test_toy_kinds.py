@@ -48,7 +48,7 @@ class ToyCup(Turning):
 
 @pytest.fixture
 def toys() -> Iterator[None]:
-    """Two kinds, known while they are there: other tests list those of the program."""
+    """Define two kinds only while a test needs them: other tests list those of the program."""
 
     class ToyHammer(Structure):
         """A mass on a spring, drawn back and let go."""
@@ -108,7 +108,7 @@ def written(folder: Path, text: str) -> Path:
 @pytest.mark.slow
 @pytest.mark.usefixtures("toys")
 def test_a_toy_reed_strikes(tmp_path: Path) -> None:
-    """Twice the momentum with which a harmonic oscillator passes its middle, within the bar that the run states."""
+    """The impulse is twice an oscillator's momentum at its middle, within the bar that the run states."""
     scene = load_scene(written(tmp_path, SPRING + HAMMER + RUN.format("2 ms")))
     assert begin_plan(scene).level == "closed form"
     summary = run_scene(scene, tmp_path / "out", pictures=False).summary

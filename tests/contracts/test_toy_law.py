@@ -96,7 +96,7 @@ def test_a_toy_law_is_gone_afterwards(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_law_in_a_file_of_its_own_counts_when_it_is_imported_between_ours(tmp_path: Path) -> None:
-    """After the tables of scenes are made, before they are read."""
+    """A law that is imported after the tables of scenes are made, before they are read, is found."""
     (tmp_path / "toy_soft.py").write_text(SOFT, encoding="utf-8")
     program = "import seatfem.study.scene.contact, toy_soft; from seatfem.study.scene import load_scene; " + (
         "print(load_scene('soft.toml').contact.law.law())"

@@ -43,7 +43,7 @@ def written(folder: Path) -> Path:
 @pytest.mark.slow
 @pytest.mark.usefixtures("toy")
 def test_a_toy_measure_is_asked_for(tmp_path: Path) -> None:
-    """Of half a sine of the amplitude v sqrt(k m): its square times half the blow."""
+    """The square of half a sine of amplitude v sqrt(k m) has the integral k m v^2/2 times the touch's duration."""
     scene = load_scene(written(tmp_path))
     assert scene.accuracy.measures == ("toy_square",)
     run_scene(scene, tmp_path / "out", pictures=False)

@@ -31,7 +31,7 @@ accuracy = { target = "50 %" }
 
 @pytest.fixture
 def toy() -> Iterator[type[Reducer]]:
-    """Registered by being defined, for the test that asks for it; without its name it is none any more."""
+    """Register the class by defining it; without its name it is none any more."""
 
     class Toy(Reducer):
         """Modes of a small model up to five times the band, by LAPACK."""

@@ -31,7 +31,7 @@ AREA, HALF_DIGIT = AREAS["area"], 0.05  # percent: of numbers that the page has 
 
 
 def printed_sum(modes: Modes, force: np.ndarray, step: float, i: int) -> float:
-    """The sum over modes of (11) and (12) at t_i, with its two sums over the past, as printed."""
+    """Return the sum over modes of (11) and (12) at t_i, with its two sums over the past, as printed."""
     times, w = step * np.arange(1, i + 1), modes.omega
     cosines, sines = np.cos(np.outer(w, times)) @ force[:i], np.sin(np.outer(w, times)) @ force[:i]
     bracket = np.sin(w * times[-1]) * cosines - np.cos(w * times[-1]) * sines + force[i - 1] * np.sin(w * step)
@@ -40,7 +40,7 @@ def printed_sum(modes: Modes, force: np.ndarray, step: float, i: int) -> float:
 
 @pytest.mark.slow
 def test_the_march_is_what_is_printed() -> None:
-    """While they touch y = u, with N of the march and -F = N in (11) and (12); else the reed is above the rod."""
+    """The march's N and -N in (11) and (12) close the gap while bodies touch; else the reed is above the rod."""
     step, reed, rod = 2e-6, reed_modes(10, 0.0), rod_modes(10, LENGTHS[1], AREA, 0.0)
     free = free_motion(reed, step * np.arange(1, 401))
     force = march(free, step, reed, rod)
@@ -53,7 +53,7 @@ def test_the_march_is_what_is_printed() -> None:
 
 
 def test_modes_are_those_of_the_project() -> None:
-    """Two programs, one case: roots and end values, and the rod's."""
+    """The example's modes of reed and rod have the roots and end values of the project's."""
     reed = table_1_reed(10).greens
     np.testing.assert_allclose(reed_modes(10).omega, reed.omega, rtol=1e-10)  # type: ignore[attr-defined]
     np.testing.assert_allclose(reed_modes(10).inverse_mass, reed.shapes[:, 0] ** 2, rtol=1e-9)  # type: ignore[attr-defined]
@@ -63,7 +63,7 @@ def test_modes_are_those_of_the_project() -> None:
 
 
 def excess(step: float, length: float, of_reed: Modes, of_rod: Modes, stiffer: float = 1.0) -> float:
-    """By how much K is too high, percent."""
+    """Return by how many percent the force of K is too high."""
     stiffness = stiffer * YOUNG * AREA / length
     return 100 * (largest_force(step, of_reed, stiffness) / largest_force(step, of_reed, of_rod) - 1)
 
@@ -88,12 +88,12 @@ def more_damped(modes: Modes) -> Modes:
 
 
 def differences(reed: Callable[[Modes], Modes] = same, rod: Callable[[Modes], Modes] = same, stiffer: float = 1.0):
-    """Of the four percentages from those stated."""
-    made = (
+    """Return the distances of the four percentages from those stated."""
+    excesses = (
         excess(step, length, reed(reed_modes(10)), rod(rod_modes(10, length, AREA)), stiffer) - stated
         for (step, length), stated in STATED.items()
     )
-    return np.abs(list(made))
+    return np.abs(list(excesses))
 
 
 @pytest.mark.slow
@@ -113,22 +113,22 @@ def test_three_percent_are_seen(changed: dict) -> None:
 
 @pytest.mark.slow
 def test_the_conclusion_holds_at_some_steps() -> None:
-    """Too high, and more so for the longer rod: for all pairs at 5 and 10 us, for none at the other steps."""
+    """All pairs are too high, and more so for the longer rod, at 5 and 10 us, and none at the other steps."""
     counts = {step: time_steps.agreeing(time_steps.peaks(step, "area")) for step in time_steps.STEPS}
     assert counts == {step: 16 if step in (5e-6, 10e-6) else 0 for step in time_steps.STEPS}
 
 
 def test_agreement_needs_both_parts() -> None:
-    """Of pairs (rod, stiffness) for both lengths: too high for both and more for the second, or not counted."""
+    """A pair (rod, stiffness) counts if K is too high for both lengths, and more so for the second."""
     ones = np.ones((5, 2))
     stiffness = np.array([[1.1, 1.2], [1.2, 1.1], [0.9, 1.2], [1.1, 0.9], [1.1, 1.2]])
-    found = np.stack([ones, stiffness], axis=-1)
-    found[4, 0, 0] = 0.0  # no contact
-    assert time_steps.agreeing(found) == 1
+    peaks = np.stack([ones, stiffness], axis=-1)
+    peaks[4, 0, 0] = 0.0  # no contact
+    assert time_steps.agreeing(peaks) == 1
 
 
 def test_undamped_the_strip_blows_up() -> None:
-    """Damped it does not, though it is far too large; finer steps are needed (0.2 us: 5 % below 5.81 N)."""
+    """The strip's force grows without bound undamped, stays far too large damped, and needs finer steps to be right."""
     first = round(undamped.LANDING / undamped.STEP)
     bare, damped = undamped.force(CASES[0], False), undamped.force(CASES[0], True)
     assert bare[:first].max() > 1e30
@@ -156,7 +156,7 @@ def test_one_undamped_mode_is_stable_beyond_three_steps_a_period(steps: float) -
 
 @pytest.mark.parametrize("wave", [3.0, 80.0, 300.0])
 def test_integrals_of_the_shapes(wave: float) -> None:
-    """By parts against quadrature; the shape written out."""
+    """The integrals by parts agree with the quadrature of the shapes as written out."""
     reed = reed_modes(5)
     for omega, ours in zip(reed.omega, shape_integrals(reed, wave), strict=True):
         k = np.sqrt(omega / reed.omega[0]) * 1.8751040687119611
@@ -173,7 +173,7 @@ def test_integrals_of_the_shapes(wave: float) -> None:
 
 
 def test_the_pressure_in_time_is_duhamels_integral() -> None:
-    """One mode under exp(rate t), its impulse response integrated numerically."""
+    """One mode under exp(rate t) moves as the numerical integral of its impulse response."""
     reed, rate, wave, end = reed_modes(1), complex(-1e3, 1.2e4), 80.0, 4e-4
     [exponent], [force] = reed.exponent, shape_integrals(reed, wave) * pressure.PEAK
 
@@ -199,12 +199,12 @@ def test_a_free_flight_under_pressure() -> None:
 @pytest.mark.slow
 def test_the_page_has_the_numbers_of_the_scripts() -> None:
     for step in time_steps.STEPS:
-        found = time_steps.peaks(step, "area")
+        peaks = time_steps.peaks(step, "area")
         [line] = [line for line in PAGE.splitlines() if line.startswith(f"| {1e6 * step:g} |") and line.count("%") == 4]
         cells = [cell.strip() for cell in line.strip("|").split("|")]
-        for k, error in enumerate(100 * time_steps.errors(found)[time_steps.PLAIN]):
+        for k, error in enumerate(100 * time_steps.errors(peaks)[time_steps.PLAIN]):
             assert cells[2 + 2 * k] == f"{error:+.1f} %"
-        assert cells[5] == str(time_steps.agreeing(found))
+        assert cells[5] == str(time_steps.agreeing(peaks))
     for words, peak in (("no pressure", 0.0), ("p(x, t)", pressure.PEAK)):
         first, speed = pressure.arrival(peak)
         assert f"| {words}, (2) and (12) | {1e6 * first:.3f} | {speed:.4f} |" in PAGE

@@ -44,19 +44,19 @@ THICKNESS = 0.305e-3  # m; another one is faster in proportion, all else being e
 def test_an_example_is_looked_at(
     name: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """One round of those that are not run here: it has a landing to judge, with bars."""
+    """A look at an example that is not run here has a landing to judge, with bars, and what is left to do."""
     monkeypatch.setattr(forecast, "PURSE", {False: 0.01, True: 0.01})
     assert run_command(["plan", str(ROOT / "examples" / f"{name}.toml")]) == 0
-    told = capsys.readouterr().out
-    assert "run.time_step" in told
+    output = capsys.readouterr().out
+    assert "run.time_step" in output
     assert re.search(
-        r"^target (reached|missed so far): .* \+-[\d.]+ %.* measured \(\d rounds?, \S+ (s|min)\)", told, re.M
+        r"^target (reached|missed so far): .* \+-[\d.]+ %.* measured \(\d rounds?, \S+ (s|min)\)", output, re.M
     )
-    assert "\nleft to do: " in told
+    assert "\nleft to do: " in output
 
 
 def pace(scene: Scene) -> float:
-    """Thickness over that of the reed whose arrival is known."""
+    """Return the thickness over that of the reed whose arrival is known."""
     return scene.reed.thickness / THICKNESS if isinstance(scene.reed, Cantilever) else 1.0
 
 
@@ -93,7 +93,7 @@ def test_the_readme_shows_the_example_that_runs() -> None:
 
 
 def shortened(path: Path) -> Scene:
-    """The scene until its first contact group is over, in steps finer than its accuracy needs; a coarse mesh."""
+    """Return the scene until its first contact group ends, in steps finer than needed, on a coarse mesh."""
     scene = load_scene(path)
     slow = path.stem == "paper_table1_30mm_strip"
     run = {"duration": (1.1e-3 if slow else 0.8e-3) / pace(scene), "time_step": 1.4e-8}
@@ -108,7 +108,7 @@ def shortened(path: Path) -> Scene:
 
 
 def impulse_by_runge_kutta(scene: Scene, rod: Rod | None, stiffness: float) -> float:
-    """Impulse [N s] of the same contact as one system of modes pressed on a one-sided spring, by Dormand and Prince.
+    """Return the impulse [N s] of the same modes on a one-sided spring as one system, by Dormand and Prince.
 
     N = max(0, -phi'q)/r0 with r0 what the modes of both bodies leave out of the static compliance. Shares with the
     program the reed's modes alone, whose arrival is checked. The 12 rod modes give the impulse to 5e-6 (6 and 24: the
@@ -133,14 +133,14 @@ def impulse_by_runge_kutta(scene: Scene, rod: Rod | None, stiffness: float) -> f
 
     start = np.zeros(2 * n + 1)
     start[: len(reed.state.displacement)] = reed.state.displacement
-    found = solve_ivp(rate, (0, scene.run.duration), start, "DOP853", rtol=1e-8, atol=1e-13, max_step=1e-6)
-    return float(found.y[-1, -1])
+    solution = solve_ivp(rate, (0, scene.run.duration), start, "DOP853", rtol=1e-8, atol=1e-13, max_step=1e-6)
+    return float(solution.y[-1, -1])
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("path", REEDS, ids=names(REEDS))
 def test_scene(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Arrival and speed of the free reed, the energy balance, and the impulses by an independent method."""
+    """The free reed arrives as known, energy balances, and impulses are those of an independent method."""
     monkeypatch.setattr(rounds, "build", partial(build, mesh_error=False))
     scene = shortened(path)
     summary = summary_of(scene, tmp_path)
@@ -266,7 +266,7 @@ def test_the_struck_plate_has_no_symmetry() -> None:
 
 @pytest.mark.slow
 def test_mass_on_a_meshed_seat(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A mesh file against the same seat drawn here as a half section: stiffness, impulse and duration."""
+    """A seat from a mesh file and its half section drawn here have the same stiffness, impulse and duration."""
     monkeypatch.setattr(rounds, "build", partial(build, mesh_error=False))
     alike = {"seat.greens.bandwidth": "300 kHz", "contact.rings": 1}  # one pressure on both faces
     scene = load_scene(ROOT / "examples" / "mass_on_meshed_seat.toml", alike)
@@ -287,7 +287,7 @@ def test_mass_on_a_meshed_seat(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
 
 @pytest.mark.slow
 def test_mass_on_bar(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The bar in three dimensions against Saint-Venant's rod: impulse and duration, and a spring that misses both.
+    """The bar in three dimensions has the impulse and duration of Saint-Venant's rod; a spring misses both.
 
     F/(Z v) = exp(-a t) until the echo at T, then exp(-a s)(2 + exp(-a T) - 2 a s), s = t - T, a = Z/m, until it is 0.
     """
@@ -315,7 +315,7 @@ def test_mass_on_bar(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     [("ring_plate", 7850 * 1e-3 * np.pi * 75e-6 * 2.0, 0.0), ("ball_on_seat", 7850 * np.pi / 6 * 10e-3**3 * 0.5, 0.97)],
 )
 def test_a_free_body_lands_once(name: str, momentum: float, least: float, gallery: Gallery) -> None:
-    """What it brings [N s] and takes away is the impulse; a ball keeps most: waves cross it ten times meanwhile."""
+    """The impulse is what it brings [N s] and takes away; a ball keeps most: waves cross it ten times meanwhile."""
     summary = read_summary(gallery.run_of(ROOT / "examples" / f"{name}.toml"))
     assert summary["contact_count"] == 1
     assert summary["impulse_Ns"] == pytest.approx(momentum * (1 + summary["restitution"]), rel=5e-3)
@@ -436,10 +436,10 @@ def test_the_fastest_flapper(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     """Bodies are linear and there is no gap: speed and stress are in proportion to the bend, and the limit on stress is
     met to the search's last trust region."""
     answer_here(monkeypatch)
-    found = seatfem.optimise(ROOT / "examples" / "optimise_speed_study.toml", tmp_path).as_json()
-    bend = float(found["keys"]["reed.release.tip_deflection"].split()[0])
-    stress, speed = (found["measures"][key]["value"] for key in ("peak_reed_stress_Pa", "impact_velocity_m_per_s"))
-    assert found["met"]
+    optimum = seatfem.optimise(ROOT / "examples" / "optimise_speed_study.toml", tmp_path).as_json()
+    bend = float(optimum["keys"]["reed.release.tip_deflection"].split()[0])
+    stress, speed = (optimum["measures"][key]["value"] for key in ("peak_reed_stress_Pa", "impact_velocity_m_per_s"))
+    assert optimum["met"]
     assert stress == pytest.approx(150e6, rel=3e-3)
     assert speed == pytest.approx(SPEED * bend, rel=3e-3)
     _, other, *_ = (tmp_path / "search.csv").read_text(encoding="utf-8").splitlines()

@@ -48,11 +48,11 @@ nbformat.write(page, sys.argv[1])
 
 
 def executed(folder: Path) -> list[list[dict[str, Any]]]:
-    """What each cell shows: the example of the README, what it leaves, a plot, a mode."""
+    """Return what each cell shows: the example of the README, its results, a plot, a mode."""
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    found = re.search(r"## In Python\n+```python\n(.*?)```", readme, re.DOTALL)
-    example = found[1].replace('"force.png", ', "")  # as figures are shown in notebooks: without a file
-    assert example != found[1]
+    match = re.search(r"## In Python\n+```python\n(.*?)```", readme, re.DOTALL)
+    example = match[1].replace('"force.png", ', "")  # as figures are shown in notebooks: without a file
+    assert example != match[1]
     cells = [example, "results['rod']", "reed", "impact.plot_force(results['rod'], results['spring'])", MODE]
     empty = {"cell_type": "code", "metadata": {}, "outputs": [], "execution_count": None}
     page = {"cells": [empty | {"source": cell} for cell in cells], "metadata": {}, "nbformat": 4, "nbformat_minor": 4}
@@ -66,7 +66,7 @@ def executed(folder: Path) -> list[list[dict[str, Any]]]:
 
 
 def joined(text: Any) -> str:
-    """Of a text that is kept line by line."""
+    """Return the whole of a text that may be kept line by line."""
     return text if isinstance(text, str) else "".join(text)
 
 
@@ -80,9 +80,9 @@ def picture(output: dict[str, Any]) -> NDArray[Any]:
 @pytest.mark.slow
 def test_a_notebook_shows_tables_figures_and_scenes(tmp_path: Path) -> None:
     outputs = executed(tmp_path)
-    told = "".join(joined(out["text"]) for cell in outputs for out in cell if "text" in out)
-    assert "strikes at 653.3 us" in told
-    assert "arning" not in told
+    text = "".join(joined(out["text"]) for cell in outputs for out in cell if "text" in out)
+    assert "strikes at 653.3 us" in text
+    assert "arning" not in text
     shown = [[out for out in cell if "data" in out] for cell in outputs]
     assert [len(cell) for cell in shown] == [0, 1, 1, 1, 1]
     for [table], words in zip(shown[1:3], ("150000 steps of 20 ns", "40 modes"), strict=True):

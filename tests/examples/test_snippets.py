@@ -36,7 +36,7 @@ TARGETS = set(" ".join(re.findall(r"^\.PHONY: (.*)", (ROOT / "Makefile").read_te
 
 
 def blocks(page: Path) -> list[tuple[str, str]]:
-    """Language and content of each fenced block."""
+    """Return language and content of each fenced block."""
     return re.findall(r"^```(\S*)\n(.*?)^```$", page.read_text(encoding="utf-8"), re.DOTALL | re.MULTILINE)
 
 
@@ -66,7 +66,7 @@ def test_snippets(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
 
 
 def validate(text: str) -> None:
-    """A scene, a study, a strength, records of a rig, or keys to be put into a scene."""
+    """Validate a scene, a study, a strength, records of a rig, or keys to be put into a scene."""
     first = text.partition("\n")[0]
     if named := re.fullmatch(r"# in (\S+\.toml)", first):
         load_scene(named[1], changed=dict(dotted(tomllib.loads(text))))
@@ -81,7 +81,7 @@ def validate(text: str) -> None:
 
 
 def dotted(table: dict[str, object], before: str = "") -> Iterator[tuple[str, object]]:
-    """Keys of nested tables, as one names them in a change."""
+    """Yield keys of nested tables, as one names them in a change."""
     for key, value in table.items():
         if isinstance(value, dict) and not before:
             yield from dotted(value, f"{key}.")
@@ -90,14 +90,14 @@ def dotted(table: dict[str, object], before: str = "") -> Iterator[tuple[str, ob
 
 
 def commands(text: str) -> Iterator[list[str]]:
-    """Words of each line; what follows a # is a comment."""
+    """Yield the words of each line; what follows a # is a comment."""
     for line in text.replace("\\\n", " ").splitlines():
         if words := shlex.split(line, comments=True):
             yield words
 
 
 def dear(scene: Path) -> bool:
-    """What is looked at is not run."""
+    """Return whether a scene takes too long to be run here."""
     return look_at(load_scene(scene), DEAR).left.seconds > DEAR
 
 
@@ -118,9 +118,9 @@ def carry_out(words: list[str]) -> None:
         script = rest[0] if rest[0] != "-m" else rest[1].replace(".", "/")
         assert (ROOT / script).exists(), words
     elif name == "pip":
-        asked = re.search(r"\[(.+)\]", rest[-1])
+        extras = re.search(r"\[(.+)\]", rest[-1])
         assert rest[0] == "install"
-        assert asked is None or set(asked[1].split(",")) <= EXTRAS.keys(), words
+        assert extras is None or set(extras[1].split(",")) <= EXTRAS.keys(), words
     elif name == "cp":
         shutil.copy(rest[0], rest[1])
     else:

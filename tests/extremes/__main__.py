@@ -21,7 +21,7 @@ DOCS = Path(__file__).parents[2] / "docs"
 
 
 def main(words: Sequence[str] | None = None) -> int:
-    """Exit code 0: no cell is wrong; 1: some are; 2: the folder cannot be written to."""
+    """Return the exit code 0: no cell is wrong; 1: some are; 2: the folder cannot be written to."""
     given = _arguments(words)
     whole = given.write or (given.subset is None and given.random is None and not given.only)
     cells = battery() if given.random is None else random_cells(min(given.random, MOST_RANDOM))
@@ -48,8 +48,8 @@ def main(words: Sequence[str] | None = None) -> int:
         write_counts(cells, outcomes, DOCS / "extremes.md")
     write_table(cells, outcomes, table)
     gap = gap_of(lambda path: draw_map(cells, outcomes, path), picture)
-    told = (in_words(outcomes), f"wrote {table}", f"note: {gap}" if gap else f"wrote {picture}")
-    sys.stdout.write("\n".join(told) + "\n")
+    messages = (in_words(outcomes), f"wrote {table}", f"note: {gap}" if gap else f"wrote {picture}")
+    sys.stdout.write("\n".join(messages) + "\n")
     return 1 if any(outcome.verdict == "wrong" for outcome in outcomes.values()) else 0
 
 

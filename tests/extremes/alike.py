@@ -31,7 +31,7 @@ STEEL = {
 
 
 def alike_cells() -> tuple[Cell, ...]:
-    """Free bodies, repeated eigenvalues, systems of units."""
+    """Return free bodies, repeated eigenvalues, systems of units."""
     return (
         *swept("free rod, time / transit", [10.0**k for k in range(-1, 7)], free_rod),
         *swept("mass of striker / free rod", [10.0**k for k in range(-8, 9)], struck_free_rod),
@@ -77,7 +77,7 @@ def _block_step(mesh: Any, material: Any) -> Array:
 
 
 def symmetric_block(name: str) -> Finding:
-    """A block of square section: pairs of equal frequencies, against all eigenvalues by a dense solver."""
+    """A block of square section has pairs of equal frequencies, those of a dense solver for all eigenvalues."""
     mesh = _with_corner(box((1.0, 1.0, 2.0), (2, 2, 3), hexes=True))
     model = assemble(mesh, Material(1.0, 0.3, 1.0), fixed="fixed", ports={"contact": "corner"}, order=2)
     values, vectors = linalg.eigh(model.K.toarray(), model.M.toarray())
@@ -90,8 +90,8 @@ def symmetric_block(name: str) -> Finding:
     t = np.linspace(0.0, 20.0, 101)
     exact = np.sin(np.outer(t, omega)) / omega @ strength
     if name == "response":
-        found = solve_modes(model, len(values))
-        ours = np.sin(np.outer(t, found.omega)) / found.omega @ (found.shapes.T @ b) ** 2
+        modes = solve_modes(model, len(values))
+        ours = np.sin(np.outer(t, modes.omega)) / modes.omega @ (modes.shapes.T @ b) ** 2
         return Finding(float(np.abs(ours - exact).max() / np.abs(exact).max()), 1e-8, (), "g(t) by all modes")
     greens = named(name).reduce(model, model.damping, Aims(1.0, 20.0, 1e-3)).greens
     static = float(strength @ (1 / values))
@@ -106,7 +106,7 @@ def symmetric_block(name: str) -> Finding:
 
 
 def unit_systems(name: str) -> Finding:
-    """One seat in three systems of units: the step response in SI, to round-off of the eigensolver."""
+    """One seat in three systems of units has one step response in SI, to round-off of the eigensolver."""
     length, mass, time = {"SI": (1.0, 1.0, 1.0), "mm, t, s": (1e3, 1e-3, 1.0), "m, kg, us": (1.0, 1.0, 1e6)}[name]
     ours, exact = (_step_in(*units) for units in ((length, mass, time), (1.0, 1.0, 1.0)))
     ours = ours * mass / time**2  # compliance: length per force
@@ -123,7 +123,7 @@ def _step_in(length: float, mass: float, time: float) -> Array:
 
 
 def free_rod(time: float) -> Finding:
-    """A free rod by elements and Krylov vectors: S(t) of d'Alembert; late, the flight t^2/(2 m) of the whole."""
+    """A free rod by elements and Krylov vectors has d'Alembert's S(t), and late the flight t^2/(2 m) of the whole."""
     model = rod_model(young=1.0, density=1.0, area=1.0, length=1.0, elements=60, fixed_end=False)
     greens = Krylov().reduce(model, model.damping, Aims(10.0, 4.0, 1e-3)).greens
     ours = float(greens.step_response(time))
@@ -132,7 +132,7 @@ def free_rod(time: float) -> Finding:
 
 
 def struck_free_rod(ratio: float) -> Finding:
-    """A mass on a free rod: N = Z v exp(-Z t/m) until the wave is back after two transits; they part for good.
+    """A mass on a free rod has N = Z v exp(-Z t/m) until the wave is back after two transits; they part for good.
 
     Impulse m v (1 - exp(-2/m)): the rod's end moves on at twice that speed or more. A light mass is watched for 40 m/Z.
     """
@@ -143,7 +143,7 @@ def struck_free_rod(ratio: float) -> Finding:
 
 
 def struck_free_elements(ratio: float) -> Finding:
-    """The same on a rod of finite elements with its rigid mode, for masses that meet its low modes."""
+    """A rod of finite elements with its rigid mode does the same to masses that meet its low modes."""
     model = rod_model(young=1.0, density=1.0, area=1.0, length=1.0, elements=60, fixed_end=False)
     greens = Krylov().reduce(model, model.damping, Aims(10.0, 4.0, 1e-3)).greens
     result = scenes.run(rigid_mass(mass=ratio, velocity=-1.0), Body(greens), Signorini(), 1e-3, 3000)

@@ -13,7 +13,7 @@ EPS = float(np.finfo(float).eps)
 
 
 def replayed(problem: ContactProblem, force: Array, dt: float) -> tuple[Array, Array]:
-    """Gaps at the last 40 times (k, p) by closed forms, and the sizes of the terms they are the sum of."""
+    """Return gaps at the last 40 times (k, p) by closed forms, and the sizes of the terms they are the sum of."""
     n, p = len(force) - 1, force.shape[1]
     t = np.asarray(dt * np.arange(n + 1), dtype=np.float64)
     last = np.arange(max(n + 1 - 40, 1), n + 1)
@@ -34,7 +34,7 @@ def replayed(problem: ContactProblem, force: Array, dt: float) -> tuple[Array, A
 
 
 def _free(problem: ContactProblem, t: Array) -> tuple[Array, Array]:
-    """Striker without contact, (k, p): v h(t) + F S(t) of its one mode and steady load, by closed forms."""
+    """Return the striker's motion without contact, (k, p): v h(t) + F S(t) of its mode and steady load."""
     body, ones = problem.striker, np.ones((1, len(problem.contacts)))
     g = body.greens
     velocity = body.velocity if body.state is None else float(body.state.velocity[0] * g.shapes[0, 0])
@@ -46,7 +46,7 @@ def _free(problem: ContactProblem, t: Array) -> tuple[Array, Array]:
 
 
 def law_deviation(problem: ContactProblem, force: Array, gap: Array, limit: float) -> float:
-    """How far the gap is from where the law's force belongs, over ``limit``."""
+    """Return how far the gap is from where the law's force belongs, over ``limit``."""
     worst = max(0.0, -float(force.min()) / max(float(force.max()), 1e-300) / EPS)
     for c, contact in enumerate(problem.contacts):
         n, pen = force[1:, c], -gap[1:, c]
@@ -60,7 +60,7 @@ def law_deviation(problem: ContactProblem, force: Array, gap: Array, limit: floa
 
 
 def _penetration(law: Law, force: Array) -> Array | None:
-    """The penetration that belongs to a force, where a law has one."""
+    """Return the penetration that belongs to a force, where a law has one."""
     if isinstance(law, Signorini):
         return np.zeros_like(force)
     if isinstance(law, LinearSpring):
@@ -71,8 +71,8 @@ def _penetration(law: Law, force: Array) -> Array | None:
 
 
 def shaken_energy(problem: ContactProblem, force: Array, gap: Array) -> float:
-    """Sum over the steps of the law's own force [N], of a rigid contact the force itself: times the round-off of a gap
-    it is the energy that this costs."""
+    """Return the sum over the steps of the law's own force [N], of a rigid contact the force itself: times the
+    round-off of a gap it is the energy that this costs."""
     total = 0.0
     for c, contact in enumerate(problem.contacts):
         pen = np.maximum(-gap[:, c], 0.0)
@@ -86,7 +86,7 @@ def shaken_energy(problem: ContactProblem, force: Array, gap: Array) -> float:
 
 
 def energy_deviation(result: ImpactResult, shaken: float) -> float:
-    """Energy given by the contacts, or not accounted for, over n eps of the largest term and the gap's round-off."""
+    """Return energy given by contacts, or unaccounted for, over n eps of the largest term and the gap's round-off."""
     e = result.energy
     largest = max(float(np.max(np.abs(e.striker) + np.abs(e.target) + np.abs(e.contact) + np.abs(e.input))), 1e-300)
     lost = e.contact_loss
@@ -96,6 +96,6 @@ def energy_deviation(result: ImpactResult, shaken: float) -> float:
 
 
 def highest_frequency(problem: ContactProblem) -> float:
-    """Highest frequency of both bodies [rad/s]: over a time t its phase is known to eps w t."""
-    found = [float(b.greens.omega.max()) for b in problem.bodies if isinstance(b.greens, ModalGreens)]
-    return max(found)
+    """Return the highest frequency of both bodies [rad/s]: over a time t its phase is known to eps w t."""
+    frequencies = [float(b.greens.omega.max()) for b in problem.bodies if isinstance(b.greens, ModalGreens)]
+    return max(frequencies)

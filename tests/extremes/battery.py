@@ -36,13 +36,13 @@ OF_SCENE_FILES: tuple[Callable[[], tuple[Cell, ...]], ...] = (
 
 @cache
 def battery() -> tuple[Cell, ...]:
-    """All cells, in the order of the map."""
+    """Return all cells, in the order of the map."""
     marches = (cell for provider in PROVIDERS for cell in provider())
     files = (replace(cell, of_scene_file=True) for provider in OF_SCENE_FILES for cell in provider())
     return (*marches, *files)
 
 
 def subset(cells: Sequence[Cell], size: int, *, seed: int) -> tuple[Cell, ...]:
-    """``size`` cells drawn at random, in the order given; all if there are fewer."""
+    """Draw ``size`` cells, in the order given; all if there are fewer."""
     chosen = np.random.default_rng(seed).permutation(len(cells))[:size]
     return tuple(cells[i] for i in np.sort(chosen))

@@ -10,7 +10,7 @@ from seatfem.structures.reduction.factorization import factorize
 
 
 def box(size: tuple[float, float, float], cells: tuple[int, int, int], *, hexes: bool) -> Any:
-    """A box with its underside "fixed", its top "contact", and its four sides."""
+    """Return a box with its underside "fixed", its top "contact", and its four sides."""
     axes = [np.linspace(0.0, s, n + 1) for s, n in zip(size, cells, strict=True)]
     mesh = (skfem.MeshHex if hexes else skfem.MeshTet).init_tensor(*axes)
     edge = [1e-9 * s for s in size]
@@ -24,6 +24,6 @@ def box(size: tuple[float, float, float], cells: tuple[int, int, int], *, hexes:
 
 
 def compliance(model: SecondOrderModel) -> float:
-    """Static displacement of the first port per unit force on it."""
+    """Return the static displacement of the first port per unit force on it."""
     b = model.port_matrix[:, 0]
     return float(b @ factorize(model.K).solve(b))

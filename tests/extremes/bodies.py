@@ -14,7 +14,7 @@ EPS = float(np.finfo(float).eps)
 
 
 def body_cells() -> tuple[Cell, ...]:
-    """One sweep for each number that makes a body extreme."""
+    """Return one sweep for each number that makes a body extreme."""
     sixteen = [10.0**k for k in range(-8, 9)]
     dampings = [0.0, 1e-15, 1e-9, 1e-3, 0.5, 1 - 1e-9, 1.0, 1 + 1e-9, 2.0, 1e3, 1e6]
     return (
@@ -46,7 +46,7 @@ def stiffness_ratio(ratio: float) -> Finding:
 
 
 def mass_ratio(ratio: float) -> Finding:
-    """A mass on a fixed rod: heavy, it meets a spring, else by the method of steps (`_rebound`).
+    """A mass strikes a fixed rod: heavy, it meets a spring, else by the method of steps (`_rebound`).
 
     The spring's half swing pi sqrt(m/K), impulse 2 m v, leaves out m_rod/m. Light, it is absorbed: N = Z v exp(-Z t/m)
     for 2 transits at most.
@@ -67,7 +67,7 @@ def mass_ratio(ratio: float) -> Finding:
 
 
 def _rebound(ratio: float, steps: int = 4000) -> float:
-    """Impulse / (m v) of a mass on the fixed rod: m v' = -f, f = v + r, r(t) = 2 f(t - 2) - r(t - 2), while f > 0.
+    """Return impulse/(m v) of a mass on a fixed rod: m v' = -f, f = v + r, r(t) = 2 f(t - 2) - r(t - 2), while f > 0.
 
     Trapezoidal rule, ``steps`` per round trip. Contact may open and close again: then f = 0 until the surfaces meet.
     """
@@ -92,7 +92,7 @@ def _rebound(ratio: float, steps: int = 4000) -> float:
 
 
 def two_masses(ratio: float) -> Finding:
-    """Two free masses and a spring, conserving step: duration pi sqrt(mu/k), impulse 2 mu v, both momenta."""
+    """Two free masses on a spring have the duration pi sqrt(mu/k), impulse 2 mu v, both momenta; conserving step."""
     mu = ratio / (1 + ratio)
     dt = math.pi * math.sqrt(mu) / 1000
     striker = rigid_mass(mass=ratio, velocity=-1.0)
@@ -104,7 +104,7 @@ def two_masses(ratio: float) -> Finding:
 
 
 def damping(zeta: float) -> Finding:
-    """g, S and the recursion of one mode against 50 digits, from 1e-6 to 1e6 radians."""
+    """One mode's g, S and recursion agree with 50 digits, from 1e-6 to 1e6 radians."""
     errors = [0.0]
     for t in 10.0 ** np.arange(-6, 7):
         for ours, exact in (
@@ -123,7 +123,7 @@ def damping(zeta: float) -> Finding:
 
 
 def modes(number: float) -> Finding:
-    """The rod by its n lowest modes and the residual: the impulse of the blow, off by less than 0.03/n."""
+    """The rod by its n lowest modes and the residual errs by less than 0.03/n in the impulse."""
     n = int(number)
     dt = min(2e-4, 0.4 / (n * math.pi))
     result = scenes.run(rigid_mass(mass=1.0, velocity=-1.0), Body(scenes.modal_rod(n)), Signorini(), dt, int(4 / dt))
@@ -132,7 +132,7 @@ def modes(number: float) -> Finding:
 
 
 def coincidence(separation: float) -> Finding:
-    """Two modes a relative distance apart, in first contact with a mass: by a matrix exponential, to the step.
+    """Two modes a relative distance apart meet a mass as by a matrix exponential, to the step.
 
     And as it closes, the answer meets that of one mode of their common strength.
     """
@@ -180,7 +180,7 @@ def residual_spring(share: float) -> Finding:
 
 
 def instant(value: float) -> Finding:
-    """A mass on a dashpot g(0+) beside a mode, in units of the mode's period; zero is refused.
+    """A mass meets a dashpot g(0+) beside a mode, in units of its period; zero is refused.
 
     A small g(0+) = 1/Z leaves the mass two half masses on the mode, a large one absorbs it: here the force at first,
     N = Z v exp(-Z t/m), over a time that resolves it.
@@ -204,7 +204,7 @@ def _mode(zeta: float) -> ModalGreens:
 
 
 def _first_contact(force: Array) -> int:
-    """Number of steps up to the end of the first contact."""
+    """Return the number of steps up to the end of the first contact."""
     closed = np.flatnonzero(force > 0)
     gaps = np.flatnonzero(np.diff(closed) > 1)
     return int(closed[gaps[0]] if gaps.size else closed[-1])

@@ -12,7 +12,7 @@ from tests.extremes.cell import Cell, Finding, swept
 
 
 def bouncing_cells() -> tuple[Cell, ...]:
-    """Sweeps over the number of bounces and over what is left of the speed after each."""
+    """Return sweeps over the number of bounces and over what is left of the speed after each."""
     return (
         *swept("bounces", [10.0, 100.0, 1000.0, 10_000.0], bouncing),
         *swept("Zeno, restitution", [0.14, 0.3, 0.5, 0.8, 0.9, 0.97, 0.99], zeno),
@@ -21,7 +21,7 @@ def bouncing_cells() -> tuple[Cell, ...]:
 
 
 def bouncing(bounces: float) -> Finding:
-    """A ball under gravity on a lossless spring, conserving step: it leaves as fast as it came, after every bounce."""
+    """A ball under gravity on a lossless spring leaves each bounce as fast as it came, by the conserving step."""
     gravity, dt, n = 0.2, 0.05, int(bounces)
     flight = 2 / gravity + math.pi
     problem = ContactProblem(scenes.pushed_mass(1.0, -1.0, -gravity), scenes.rigid_wall(), law=LinearSpring(1.0))
@@ -36,7 +36,7 @@ def bouncing(bounces: float) -> Finding:
 
 
 def zeno(e: float) -> Finding:
-    """Bounces that end in finite time: a ball on a spring beside a dashpot, rigid contact, then rest.
+    """A ball on a spring beside a dashpot bounces until it rests, in finite time, by rigid contact.
 
     Without gravity e = exp(-2 z acos(z)/sqrt(1 - z^2)); with it each contact m x'' + c x' + K x = -m G is solved in
     closed form up to N = 0. The step adds damping w h/4; at the end the seat carries the weight.
@@ -55,15 +55,15 @@ def zeno(e: float) -> Finding:
     striker = scenes.pushed_mass(1.0, -1.0, -gravity)
     stepper = ContactStepper(prepare(ContactProblem(striker, Body(seat)), dt, duration))
     stepper.advance(stepper.prepared.steps)
-    found = _speeds_after(stepper.gap[:, 0], stepper.force[:, 0], dt)
-    n = min(len(found), len(speeds) - 1)
-    early = float(np.abs(found[:n] - np.array(speeds[1 : n + 1])).max()) if n else math.inf
+    falls = _speeds_after(stepper.gap[:, 0], stepper.force[:, 0], dt)
+    n = min(len(falls), len(speeds) - 1)
+    early = float(np.abs(falls[:n] - np.array(speeds[1 : n + 1])).max()) if n else math.inf
     rest = abs(float(stepper.force[-100:].mean()) / gravity - 1)
     return Finding(max(early, rest), 0.02, (), f"speed after each of {n} bounces / the first, weight at rest")
 
 
 def sinking(e: float) -> Finding:
-    """A ball on a lossless spring on a dashpot Z that gives way a little at every blow; conserving step.
+    """A ball bounces on a lossless spring on a dashpot Z, which gives way a little each time; conserving step.
 
     The force is a damped oscillator about the weight, N'' + (k/Z) N' + (k/m) N = k G, from N = 0, N' = k v to N = 0
     again, where N' is k times the next speed: e = exp(-pi z/sqrt(1 - z^2)), 2 z = sqrt(k m)/Z, without gravity. At
@@ -80,15 +80,15 @@ def sinking(e: float) -> Finding:
     closed = force > 0
     flight = np.flatnonzero(closed[:-4] & ~closed[1:-3] & ~closed[2:-2] & ~closed[3:-1]) + 2  # second step of each
     speed, middle = (gap[flight + 1] - gap[flight]) / dt, (gap[flight] + gap[flight + 1]) / 2 + gravity * dt**2 / 8
-    found = np.sqrt(np.maximum(speed**2 + 2 * gravity * middle, 0.0))
+    approach = np.sqrt(np.maximum(speed**2 + 2 * gravity * middle, 0.0))
     n = sum(v >= 5 * gravity * dt for v in speeds[1:])
-    off = float(np.abs(found[:n] - np.array(speeds[1 : n + 1])).max()) if len(found) >= n else 1.0
+    off = float(np.abs(approach[:n] - np.array(speeds[1 : n + 1])).max()) if len(approach) >= n else 1.0
     rest = abs(float(force[-200:].mean()) / gravity - 1)
     return Finding(max(off, rest), 2e-3, (), f"speed after each of {n} bounces / the first, weight at rest")
 
 
 def _sinking_speeds(z: float, gravity: float, least: float) -> list[float]:
-    """Speeds of approach, bounce by bounce, down to ``least``: N = G + exp(-z t) (a cos + b sin)."""
+    """Return speeds of approach, bounce by bounce, down to ``least``: N = G + exp(-z t) (a cos + b sin)."""
     speeds, w_d = [1.0], math.sqrt(1 - z * z)
     while speeds[-1] > least:
         a, b = -gravity, (speeds[-1] - z * gravity) / w_d
@@ -106,7 +106,7 @@ def _sinking_speeds(z: float, gravity: float, least: float) -> list[float]:
 
 
 def _speeds(z: float, gravity: float, dt: float) -> list[float]:
-    """Speeds of approach, bounce by bounce, while a flight lasts longer than 20 relaxation times of the seat."""
+    """Return speeds of approach while a flight lasts longer than 20 relaxation times of the seat."""
     speeds, w_d = [1.0], math.sqrt(1 - z * z)
     while 2 * speeds[-1] / gravity > 40 * z + 20 * dt and len(speeds) < 2000:
         v = speeds[-1]
@@ -136,7 +136,7 @@ def _count(force: Array) -> int:
 
 
 def _speeds_after(gap: Array, force: Array, dt: float) -> Array:
-    """Speed at which the ball falls back, from the height of each flight that has ended: sqrt(2 G h)."""
+    """Return speeds at which the ball falls back, from the height of each ended flight: sqrt(2 G h)."""
     closed = force > 0
     ends = np.flatnonzero(closed[:-1] & ~closed[1:])
     starts = np.flatnonzero(closed[1:] & ~closed[:-1])

@@ -40,17 +40,17 @@ class Standing:
 
     @property
     def stated(self) -> float:
-        """Largest error that is right, or that the bar tells."""
+        """Return the largest error that is right, or that the bar tells."""
         return self.bar + self.theory
 
     @property
     def within_target(self) -> bool:
-        """Whether the error is what was asked for."""
+        """Tell whether the error is within the target that was asked for."""
         return self.error <= self.target + self.theory
 
     @property
     def excess(self) -> float:
-        """Error over what is stated; where no bar is known, over the target. Not a number is the worst."""
+        """Return the error over what is stated; where no bar is known, over the target. Not a number is the worst."""
         if not math.isfinite(self.error):
             return math.inf
         return self.error / (self.stated if math.isfinite(self.bar) else self.target + self.theory)
@@ -86,7 +86,7 @@ class Finding:
 
 
 def worst(*pairs: tuple[float, float]) -> tuple[float, float]:
-    """Of several (error, stated), the one that is nearest to its limit, or farthest beyond; not a number beats all."""
+    """Return the pair (error, stated) that is nearest to its limit or farthest beyond; not a number beats all."""
     return max(pairs, key=lambda pair: pair[0] / pair[1] if math.isfinite(pair[0]) else math.inf)
 
 
@@ -112,7 +112,7 @@ class Cell:
 
     @property
     def name(self) -> str:
-        """Unique in the battery."""
+        """Return a name that is unique in the battery."""
         return f"{self.axis} = {self.value}"
 
 
@@ -140,7 +140,7 @@ class Outcome:
 def swept(
     axis: str, values: Sequence[float], check: Callable[[float], Finding], *, form: str = "g"
 ) -> tuple[Cell, ...]:
-    """Cells of a one-at-a-time sweep; the first and the last value are its ends."""
+    """Return cells of a one-at-a-time sweep; the first and the last value are its ends."""
     last = len(values) - 1
     return tuple(
         Cell(axis, format(v, form), _Bound(check, v), i in (0, last), math.log10(v) if v > 0 else -math.inf)
@@ -149,7 +149,7 @@ def swept(
 
 
 def chosen(axis: str, check: Callable[[str], Finding], names: Sequence[str]) -> tuple[Cell, ...]:
-    """Cells of an axis without decades; every one is an end."""
+    """Return cells of an axis without decades; every one is an end."""
     return tuple(Cell(axis, name, _Bound(check, name), True) for name in names)
 
 
@@ -174,13 +174,13 @@ def is_refusal(error: Exception) -> bool:
 
 
 def judged(finding: Finding, seconds: float) -> Outcome:
-    """The verdict on a finding.
+    """Return the verdict on a finding.
 
     Where a number has an error bar, only this excuses an error. Of others advice excuses one up to `EXCUSED`; what is
     not a number is wrong whatever the program said.
     """
-    told = (finding.note, finding.too_costly, *finding.advice)
-    reason = "; ".join(part for part in told if part)
+    remarks = (finding.note, finding.too_costly, *finding.advice)
+    reason = "; ".join(part for part in remarks if part)
     standing = finding.standing
     bar = standing.bar if standing is not None and standing.bar > 0 else math.nan
     if not math.isfinite(finding.error):
@@ -202,12 +202,12 @@ def _verdict(finding: Finding) -> Verdict:
 
 def judge_price(price: Price) -> str:
     """Return in words how a run cost more than `MOST_TIME` or `MOST_MEMORY`; empty where it did not."""
-    told = []
+    remarks = []
     if price.seconds > MOST_TIME:
-        told.append(f"{price.seconds:.0f} s, above {MOST_TIME:g} s")
+        remarks.append(f"{price.seconds:.0f} s, above {MOST_TIME:g} s")
     if price.memory > MOST_MEMORY:
-        told.append(f"{price.memory / 1e9:.1f} GB, above {MOST_MEMORY / 1e9:g} GB")
-    return ", ".join(told)
+        remarks.append(f"{price.memory / 1e9:.1f} GB, above {MOST_MEMORY / 1e9:g} GB")
+    return ", ".join(remarks)
 
 
 @dataclass(frozen=True)

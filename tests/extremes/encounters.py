@@ -12,7 +12,7 @@ EPS = float(np.finfo(float).eps)
 
 
 def encounter_cells() -> tuple[Cell, ...]:
-    """One sweep for each way to meet."""
+    """Return one sweep for each way to meet."""
     speeds = [10.0**k for k in range(-9, 4)]
     small = [10.0**k for k in range(-16, 0)]
     return (
@@ -28,7 +28,7 @@ def encounter_cells() -> tuple[Cell, ...]:
 
 
 def rigid_speed(v: float) -> Finding:
-    """A mass on the fixed rod: the impulse is proportional to the speed (d'Alembert)."""
+    """A mass strikes the fixed rod: the impulse is proportional to the speed (d'Alembert)."""
     result = scenes.run(rigid_mass(mass=1.0, velocity=-v), Body(scenes.FIXED_ROD), Signorini(), 1e-3, 4000)
     return Finding(
         scenes.relative(measures.impulse(result), v * scenes.FIRST_BLOW), 1e-4, scenes.said(result), "impulse"
@@ -36,7 +36,7 @@ def rigid_speed(v: float) -> Finding:
 
 
 def hertz_speed(v: float) -> Finding:
-    """A sphere on a wall: depth (5 m v^2/(4 k))^(2/5), duration 2.943275 depth/v, rebound at v (Hertz)."""
+    """A sphere strikes a wall: depth (5 m v^2/(4 k))^(2/5), duration 2.943275 depth/v, rebound at v (Hertz)."""
     depth = (5 * v**2 / 4e9) ** 0.4
     duration = 2 * math.sqrt(math.pi) / 5 * math.gamma(0.4) / math.gamma(0.9) * 2 * depth / v
     dt = duration / 1000
@@ -50,7 +50,7 @@ def hertz_speed(v: float) -> Finding:
 
 
 def hunt_crossley_speed(v: float) -> Finding:
-    """(1 + e) d V = ln((1 + d V)/(1 - e d V)) on a wall, for any speed; d = 1 s/m. First order in the step."""
+    """A wall has (1 + e) d V = ln((1 + d V)/(1 - e d V)) at any speed; d = 1 s/m. First order in the step."""
     depth = min((5 * v**2 / 4e9) ** 0.4, (2.5e-9 * max(v, math.log1p(v))) ** 0.4)  # elastic, or stopped by the damping
     fine = 3000 if v < 10 else 100
     dt = depth / v / fine
@@ -81,13 +81,13 @@ def grazing(depth: float) -> Finding:
     if len(first):
         inside = (result.time[1:] <= first[0, 1] + dt / 2) & (result.time[1:] > first[0, 0] - dt / 2)
         impulse = float(result.force[1:][inside].sum()) * dt
-    known = 200 * EPS
-    low, high = _grazing_impulse(depth - known), _grazing_impulse(depth + known)
+    round_off = 200 * EPS
+    low, high = _grazing_impulse(depth - round_off), _grazing_impulse(depth + round_off)
     return Finding(max(low - impulse, impulse - high, 0.0) / high, 5e-3, scenes.said(result), "impulse")
 
 
 def _grazing_impulse(depth: float) -> float:
-    """Z times the way of x'' + x' + x = 0 from x = -(1 - depth) down to where x' = 0: the dashpot follows no further.
+    """Return Z times the way of x'' + x' + x = 0 from x = -(1 - depth) to x' = 0: the dashpot follows no further.
 
     Where the way is too short for digits of x, x = -reach within it, which leaves out the square of the speed.
     """
@@ -120,7 +120,7 @@ def preload(push: float) -> Finding:
 
 
 def perpetual(ratio: float) -> Finding:
-    """A mass pushed against a dashpot for 1000 times m/Z: N = F (1 - exp(-Z t/m)), first order."""
+    """A mass is pushed against a dashpot for 1000 times m/Z: N = F (1 - exp(-Z t/m)), first order."""
     dt = ratio / 100
     result = scenes.run(scenes.pushed_mass(ratio, 0.0, -1.0), scenes.dashpot(1.0), Signorini(), dt, 100_000)
     t = result.time[1:] - dt / 2
@@ -130,7 +130,7 @@ def perpetual(ratio: float) -> Finding:
 
 
 def zero_gap(name: str) -> Finding:
-    """Bodies that touch without force, part, press from t = 0, or strike at t = 0."""
+    """Bodies touch without force, part, press from t = 0, or strike at t = 0."""
     mass = rigid_mass(mass=1.0, velocity=0.0)
     if name == "at rest":
         result = scenes.run(mass, Body(scenes.FIXED_ROD), Signorini(), 1e-2, 10_000)

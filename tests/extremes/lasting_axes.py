@@ -24,7 +24,7 @@ PORT = 12e-3  # m, diameter
 
 
 def lasting_cells() -> tuple[Cell, ...]:
-    """Stress, life, gas, measured seats."""
+    """Return cells of stress, life, gas and measured seats."""
     return (
         *swept("reed stress, deflection, m", [10.0**k for k in (-12, -9, -6, -4, -3, -2)], reed_stress),
         *swept("seat stress, speed, m/s", [10.0**k for k in (-6, -3, -1, 0, 1, 2)], seat_stress),
@@ -52,7 +52,7 @@ def lasting_cells() -> tuple[Cell, ...]:
 
 
 def reed_stress(bent: float) -> Finding:
-    """Released from its static shape under a force at the tip: 3 E h d/(2 l^2) at the root, by the modes of the run.
+    """A reed released from a force at its tip has 3 E h d/(2 l^2) at the root, by the modes of the run.
 
     In modes this is a sum of terms 4 (-1)^(n + 1)/x_n^2, cos(x) cosh(x) = -1, which is 1 in the end and 0.4 % more
     after seven terms. The run takes the modes that its plan finds enough for impulse and force.
@@ -66,7 +66,7 @@ def reed_stress(bent: float) -> Finding:
 
 
 def seat_stress(speed: float) -> Finding:
-    """A pillar of Poisson's ratio 0, pressed slowly all over its top: the force over the area, at its middle."""
+    """A pillar of Poisson's ratio 0, pressed slowly all over its top, bears the force over the area at its middle."""
     radius, height, mass, stiffness = 2e-3, 4e-3, 5e-3, 2e5
     omega = math.sqrt(stiffness / mass)
     seat: Table = {
@@ -82,8 +82,8 @@ def seat_stress(speed: float) -> Finding:
         accuracy={"target": "2 %"},
         stress={"points": [["0 m", "0 m", si(height / 2, "m")]], "surface": False, "distance": "0.2 mm"},
     )
-    known = mass * speed * omega / (math.pi * radius**2)
-    return judge(run, Known("peak_seat_stress_Pa", known, 1e-2), Known("peak_force_N", mass * speed * omega, 1e-2))
+    pressure = mass * speed * omega / (math.pi * radius**2)
+    return judge(run, Known("peak_seat_stress_Pa", pressure, 1e-2), Known("peak_force_N", mass * speed * omega, 1e-2))
 
 
 def life(*, cycles: float = 1e9, knee: float = KNEE, knee_cycles: float = CYCLES, slope: float = SLOPE) -> Finding:
@@ -96,7 +96,7 @@ def life(*, cycles: float = 1e9, knee: float = KNEE, knee_cycles: float = CYCLES
 
 
 def load_ratio(ratio: float) -> Finding:
-    """A part of a swing as the block, closed upon itself: from the amplitude down to its ``ratio``, by Goodman."""
+    """A part of a swing is the block, closed upon itself: from the amplitude down to its ``ratio``, by Goodman."""
     turned = math.acos(ratio)
     run = _lasting(turned / (2 * math.pi * FREQUENCY), 1e7, KNEE, CYCLES, SLOPE)
     swing, mean = AMPLITUDE * (1 - ratio) / 2, AMPLITUDE * (1 + ratio) / 2
@@ -130,7 +130,7 @@ def _reed(
 
 
 def flow(ratio: float) -> Finding:
-    """A valve of constant area between two constant pressures: the nozzle's flow, choked below 0.528; none without a
+    """A valve of constant area between two constant pressures has the nozzle's flow, choked below 0.528; none without a
     difference.
 
     It opens at once, but for the first step of the gas: 1/360 of the run.
@@ -190,7 +190,7 @@ def _valve(
 
 
 def measured(*, noise: float = 1e-3, lines: int = 600, band: float = 2.0) -> Finding:
-    """A mass on a seat that a record describes, against the body that was recorded: three modes and a spring.
+    """A mass strikes a seat that a record describes as it does the body that was recorded: three modes and a spring.
 
     ``noise`` is over the signal's root mean square, ``band`` over the highest frequency.
     """

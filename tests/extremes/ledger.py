@@ -36,7 +36,7 @@ def ledger(
     velocity: float,
     push: float,
 ) -> Ledger:
-    """A unit mass on a spring omega^2 (0: free) at ``velocity``, under a steady push, against undamped modes.
+    """Follow a unit mass on a spring omega^2 (0: free) at ``velocity``, under a steady push, against undamped modes.
 
     Of a mode, z = q' + i w q obeys z' = i w z + f, exactly over a step with a constant force; its energy is |z|^2/2.
     A relaxation a^2 exp(-r t) moves by a^2 y, y' = f - r y, and stores r a^2 y^2/2. ``target``: ``None`` stands still.
@@ -58,7 +58,7 @@ def ledger(
 
 
 def _mode(omega: float, force: Array, dt: float, velocity: float) -> tuple[Array, Array]:
-    """Displacement and energy of a unit mass on a spring omega^2, at rest at x = 0 but for its velocity."""
+    """Return displacement and energy of a unit mass on a spring omega^2, at rest at x = 0 but for its velocity."""
     if omega == 0.0:
         v = velocity + dt * np.concatenate([[0.0], np.cumsum(force)])
         return dt * np.concatenate([[0.0], np.cumsum((v[1:] + v[:-1]) / 2)]), v**2 / 2

@@ -23,7 +23,7 @@ ARCS, AROUND, ACROSS = 16, 256, 8  # segments of the lip in the scene, and sprin
 
 
 def lip_cells() -> tuple[Cell, ...]:
-    """Arcs around a lip, parts across it, tilt, its axis, offset."""
+    """Return cells of arcs around a lip, parts across it, tilt, its axis, offset."""
     return (
         *swept("arcs of a lip", [1, 2, 3, 4, 8, 16, 64, 128, 256, 100_000], lambda n: flat(ports=int(n))),
         *swept("parts across a lip", [1, 2, 3, 4, 8, 16, 64, 100_000], lambda n: flat(rings=int(n))),
@@ -34,7 +34,7 @@ def lip_cells() -> tuple[Cell, ...]:
 
 
 def flat(*, ports: int | None = None, rings: int | None = None) -> Finding:
-    """Flat on its lip, however that is divided: m v (1 + e), e = 1 of a law without loss, and half a swing.
+    """A ring flat on its lip, however divided, has m v (1 + e), e = 1 of a law without loss, and half a swing.
 
     A step holds the force of its end: of a ramp over n steps 1/n too much, which the error bars know.
     """
@@ -53,17 +53,17 @@ def flat(*, ports: int | None = None, rings: int | None = None) -> Finding:
 
 
 def tilted(angle: float) -> Finding:
-    """Tilted: impulse and peak force of a rigid ring on 16 springs, by another integration."""
+    """A tilted ring has impulse and peak of a rigid one on 16 springs, by another integration."""
     return on_springs(tilt=math.radians(angle))
 
 
 def beside(share: float) -> Finding:
-    """Beside its centre: the same ring turns as it is pressed back."""
+    """The same ring beside its centre turns as it is pressed back."""
     return on_springs(offset=share * RADIUS)
 
 
 def on_springs(*, tilt: float = 0.0, offset: float = 0.0) -> Finding:
-    """Impulse and peak force of a rigid ring on 16 springs of which each presses while it is shorter than at rest."""
+    """Return impulse and peak force of a rigid ring on 16 springs, each of which presses while it is shortened."""
     middle = 90.0 - 180.0 / ARCS  # deg: an axis about which the lowest place is the middle of an arc
     watched, impulse, peak = rigid_ring(tilt, math.radians(middle), offset)
     run = run_text(
@@ -104,10 +104,10 @@ def rigid_ring(tilt: float, axis: float, offset: float) -> tuple[float, float, f
         return [state[3], state[4], state[5], n.sum() / MASS, float(n @ y) / TURNING, float(n @ x) / TURNING]
 
     times = np.linspace(0.0, LONGEST, 20_001)
-    found = solve_ivp(
+    solution = solve_ivp(
         rate, (0.0, LONGEST), [0.0, 0.0, 0.0, -SPEED, 0.0, 0.0], t_eval=times, rtol=1e-8, atol=1e-14, max_step=1e-6
     )
-    total = np.array([forces(state).sum() for state in found.y.T])
+    total = np.array([forces(state).sum() for state in solution.y.T])
     width, quiet = (round(span / (times[1] - times[0])) for span in (WIDTH, QUIET))
     mean, calm = (np.convolve(total, np.ones(count) / count, "same") for count in (width, quiet))
     last = int(np.flatnonzero((calm < 1e-9 * mean.max()) & (times > WATCHED / 2) & (np.cumsum(total) > 0))[0])

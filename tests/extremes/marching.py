@@ -25,7 +25,7 @@ EPS = float(np.finfo(float).eps)
 
 
 def marching_cells() -> tuple[Cell, ...]:
-    """Sweeps of the step and of the number of steps, and the laws of conservation."""
+    """Return sweeps of the step and of the number of steps, and the laws of conservation."""
     decades = [10.0**k for k in range(-7, 3)]
     lengths = [10.0**k for k in range(2, 8)]
     return (
@@ -41,7 +41,7 @@ def marching_cells() -> tuple[Cell, ...]:
 
 
 def blow_on_rod(rod: Body, dt: float) -> Finding:
-    """A mass on a fixed rod of its own weight against d'Alembert's solution.
+    """A mass strikes a fixed rod of its own weight by d'Alembert's solution.
 
     The impulse of the whole blow; below 1e-6 transits, where a blow takes millions of steps, the force exp(-t) of the
     first 1e5. The step's error is below dt/10, and 1 % is all that is granted; the 40 modes' is below 1e-4.
@@ -61,7 +61,7 @@ def blow_on_rod(rod: Body, dt: float) -> Finding:
 
 
 def spring_for_ever(steps: float, omega: float = 1.0) -> Finding:
-    """A pushed oscillator (omega = 0: a mass) on a linear spring that it never leaves, at rest but for a small swing.
+    """A pushed oscillator (omega = 0: a mass) never leaves its linear spring, at rest but for a small swing.
 
     Conserving step: a linear map of position and velocity, carried to its n-th power in 50 digits. Round-off moves the
     phase by less than eps a step.
@@ -100,7 +100,7 @@ def swing_for_ever(steps: float) -> Finding:
 
 
 def pressed_for_ever(steps: float) -> Finding:
-    """A mass pushed against a dashpot whose memory is summed by FFT over the whole run: against the step's recursion.
+    """A mass pressed on a dashpot whose memory is summed by FFT over the run follows the step's recursion.
 
     Equal ends of mass and dashpot make N_n = (v + h F/(2 m))/(1/Z + h/(2 m)), v += h (F - N)/m, which forgets its
     round-off; but the way is h n, known to eps of itself, and w_0 = h: the force is known to some eps n.
@@ -116,7 +116,7 @@ def pressed_for_ever(steps: float) -> Finding:
 
 
 def conservation(rule: str, name: str) -> Finding:
-    """Energy over 1e6 steps: kept to eps n by the conserving step, never gained beyond it by the passive one.
+    """Energy over 1e6 steps is kept to eps n by the conserving step, never gained beyond it by the passive one.
 
     Each step's energies are rounded, and the force of contact is found to an eps of the penetration: at worst, all one
     way, eps of the largest energy a step. Judged by the program's own ledger and by one made from the force alone
@@ -132,7 +132,7 @@ def conservation(rule: str, name: str) -> Finding:
     striker = scenes.pushed_mass(1.0, -1.0, push) if free else scenes.oscillator(omega, v=-1.0, push=push)
     target = Body(rod) if modes else scenes.rigid_wall()
     result = scenes.run(striker, target, law, dt, n, gap=height, rule=rule)
-    known = ledger(result, law, rod if modes else None, gap=height, omega=omega, velocity=-1.0, push=push)
+    own_ledger = ledger(result, law, rod if modes else None, gap=height, omega=omega, velocity=-1.0, push=push)
     energy = result.energy
     largest = float(np.max(np.abs(energy.input)) + np.max(energy.stored))
     swing, rounding = float(np.max(np.abs(result.gap))), EPS * n
@@ -141,15 +141,15 @@ def conservation(rule: str, name: str) -> Finding:
     moved = rounding + way * float(np.max(result.force)) / largest
     pairs = [
         (float(np.max(np.abs(energy.stored + energy.dissipated - energy.input))) / largest, moved),
-        (float(np.max(np.abs(known.gap - result.gap))) / swing, rounding + way / swing),
+        (float(np.max(np.abs(own_ledger.gap - result.gap))) / swing, rounding + way / swing),
     ]
     if rule == "conserving":
-        changes = energy.stored - energy.input, known.energy - known.energy[0]
+        changes = energy.stored - energy.input, own_ledger.energy - own_ledger.energy[0]
         pairs += [(float(np.max(np.abs(change))) / largest, moved) for change in changes]
         if free:
             pairs.append((_own_energy(striker, law, dt, n, push, height), rounding))
         return Finding(*worst(*pairs), note="energy change over the run")
-    lost, kept = energy.contact_loss, known.energy
+    lost, kept = energy.contact_loss, own_ledger.energy
     gained = np.max(np.maximum.accumulate(lost) - lost), np.max(kept - np.minimum.accumulate(kept))
     pairs += [(float(e) / largest, moved) for e in gained]
     return Finding(*worst(*pairs), note="energy gained or not accounted")

@@ -44,7 +44,7 @@ REFUSED = (  # these are refused, whatever the rest
 
 
 def mixed_cells() -> tuple[Cell, ...]:
-    """The covering array and the random scenes of the short form."""
+    """Return the covering array and the random scenes of the short form."""
     axes = list(LEVELS)
     excluded: set[Pair] = set()
     for a, i, b, j in REFUSED:
@@ -57,7 +57,7 @@ def mixed_cells() -> tuple[Cell, ...]:
 
 
 def random_cells(count: int, seed: int = SEED) -> tuple[Cell, ...]:
-    """Scenes drawn at random, by turns of these axes at any value and of the whole scene language, driven out."""
+    """Return scenes drawn at random, by turns of these axes and of the whole scene language, driven out."""
     draws: tuple[Callable[[int, int], Mix | Driven], ...] = (drawn_mix, Driven)
     scenes = [draws[index % 2](index // 2, seed) for index in range(count)]
     return tuple(Cell("random scenes", f"{seed}-{n:04d}: {scene.words}", scene) for n, scene in enumerate(scenes))
@@ -71,7 +71,7 @@ class Mix:
 
     @property
     def words(self) -> str:
-        """All values, in order."""
+        """Return all values, in order."""
         return ", ".join(
             f"{axis} {value if isinstance(value, str) else f'{value:.3g}'}" for axis, value in self.levels.items()
         )
@@ -98,17 +98,17 @@ class Mix:
 
     @property
     def speed(self) -> float:
-        """Of the striker [m/s]."""
+        """Return the speed of the striker [m/s]."""
         return float(self.levels["speed"])
 
     @property
     def carried(self) -> float:
-        """Speed of the seat [m/s]."""
+        """Return the speed of the seat [m/s]."""
         return BASED[str(self.levels["base"])]
 
     @property
     def mass(self) -> float:
-        """Of a free striker [kg]."""
+        """Return the mass of a free striker [kg], else infinity."""
         size, high = (
             1e-3 * float(self.levels["size"]),
             1e-3 * float(self.levels["size"]) * float(self.levels["thickness"]),
@@ -123,7 +123,7 @@ class Mix:
 
     @property
     def text(self) -> str:
-        """Of the scene."""
+        """Return the scene as the text of its file."""
         size = float(self.levels["size"])
         tables: dict[str, Table | list[Table] | None] = {
             "seat": self._seat(), "reed": self._reed(), "contact": self._contact(),
@@ -206,7 +206,7 @@ class Mix:
 
 
 def drawn_mix(index: int, seed: int) -> Mix:
-    """Levels at random, numbers anywhere between their ends; one that is refused as a whole is drawn again."""
+    """Return levels at random, numbers anywhere between their ends; one that is refused as a whole is drawn again."""
     rng = np.random.default_rng([seed, index])
     while True:
         levels = {axis: values[int(rng.integers(len(values)))] for axis, values in LEVELS.items()}
@@ -230,7 +230,7 @@ class Driven:
 
     @property
     def words(self) -> str:
-        """What is in it, and what is driven out."""
+        """Return the words that tell what is in the scene, and what was driven out."""
         return self._scene()[2]
 
     def __call__(self) -> Finding:
@@ -241,14 +241,14 @@ class Driven:
     def _scene(self) -> tuple[str, Files, str]:
         rng = np.random.default_rng([self.seed, self.index])
         drawn = draw_scene(self.index, self.seed)
-        found = list(re.finditer(r'(\w+) = "(-?[\d.e+-]+) ([^"]+)"', drawn.text))
-        text, told = drawn.text, []
-        for match in sorted(rng.choice(len(found), size=rng.integers(1, 4), replace=False).tolist(), reverse=True):
-            key, value, unit = found[match].groups()
+        quantities = list(re.finditer(r'(\w+) = "(-?[\d.e+-]+) ([^"]+)"', drawn.text))
+        text, changes = drawn.text, []
+        for match in sorted(rng.choice(len(quantities), size=rng.integers(1, 4), replace=False).tolist(), reverse=True):
+            key, value, unit = quantities[match].groups()
             new = f"{float(value) * 10 ** rng.uniform(-6, 6):.6g} {unit}"
-            told.append(f"{key} {new}")
-            text = f'{text[: found[match].start()]}{key} = "{new}"{text[found[match].end() :]}'
-        return text, drawn.files, f"{drawn.seat}, {drawn.reed} ({drawn.about}), " + ", ".join(told)
+            changes.append(f"{key} {new}")
+            text = f'{text[: quantities[match].start()]}{key} = "{new}"{text[quantities[match].end() :]}'
+        return text, drawn.files, f"{drawn.seat}, {drawn.reed} ({drawn.about}), " + ", ".join(changes)
 
 
 def balanced(run: SceneRun, *known: Known) -> Finding:

@@ -14,7 +14,7 @@ STIFF = 1e8  # N/m, of seats that springs and gravity press on: the blow is shor
 
 
 def moved_cells() -> tuple[Cell, ...]:
-    """Springs, films, bases and balls."""
+    """Return cells of springs, films, bases and balls."""
     return (
         *swept("valve spring, stiffness, N/m", [10.0**k for k in (-6, -3, 0, 2, 3, 4, 5, 6)], lambda k: sprung(k, 6.0)),
         *swept("valve spring, preload, N", [0.0, *(10.0**k for k in (-9, -3, 0, 1, 2, 3, 4, 6))], preloaded),
@@ -37,7 +37,7 @@ def moved_cells() -> tuple[Cell, ...]:
 
 
 def preloaded(preload: float) -> Finding:
-    """The springs' force on the closed reed."""
+    """Return the springs' force on the closed reed."""
     return sprung(4e3, preload)
 
 
@@ -73,7 +73,7 @@ def sprung(stiffness: float, preload: float, *, lift: float = 1e-3) -> Finding:
 
 
 def film(viscosity: float, floor: float = 0.2) -> Finding:
-    """A film on a rigid seat: v(g) = v - c/(2 m) (1/(g + f)^2 - 1/(h + f)^2), c = mu l w^3.
+    """A film on a rigid seat leaves v(g) = v - c/(2 m) (1/(g + f)^2 - 1/(h + f)^2), c = mu l w^3.
 
     ``viscosity`` is over that which stops the mass as it touches: beyond it, it never lands, and the film takes m v.
     """
@@ -131,7 +131,7 @@ def shaken(amplitude: float, frequency: float = 1e3) -> Finding:
 
 
 def carried(speed: float) -> Finding:
-    """A seat that is carried towards a mass: the blow of the sum of both speeds (Galilei)."""
+    """A seat that is carried towards a mass strikes it with the sum of both speeds (Galilei)."""
     omega = 1e4
     end = 1.3 * math.pi / omega
     records = {"base.csv": csv_text("time [s],velocity [m/s]", [0.0, 2 * end], [speed, speed])}
@@ -140,20 +140,20 @@ def carried(speed: float) -> Finding:
 
 
 def accelerated(value: float) -> Finding:
-    """Reed and seat on one base that accelerates: as under a gravity of the same size, the other way round."""
+    """Reed and seat on one base that accelerates move as under a gravity of the same size, the other way round."""
     way = {"reed": _beam("1 mm"), "contact": {"gap": "0.1 mm"}, "run": run_table(6e-3, 2e-5)}
     seat: Table = {"kind": "spring", "stiffness": "1e5 N/m"}
     records = {"base.csv": csv_text("time [s],acceleration [m/s^2]", [0.0, 1.0], [value, value])}
     base = [{"of": of, "acceleration": "base.csv"} for of in ("reed", "seat")]
-    asked = {"target": "2 %"}
-    run = run_text(scene_text(seat=seat, base=base, accuracy=asked, **way), records)  # type: ignore[arg-type]
+    accuracy = {"target": "2 %"}
+    run = run_text(scene_text(seat=seat, base=base, accuracy=accuracy, **way), records)  # type: ignore[arg-type]
     heavy = {**way, "reed": {**_beam("1 mm"), "gravity": si(-value, "m/s^2")}}
-    exact = run_text(scene_text(seat=seat, accuracy=asked, **heavy))  # type: ignore[arg-type]
+    exact = run_text(scene_text(seat=seat, accuracy=accuracy, **heavy))  # type: ignore[arg-type]
     return judge(run, *same(run, exact, "impulse_Ns", "filtered_peak_force_N", theory=1e-6, barred=False))
 
 
 def ball(*, diameter: float = 0.01, young: float = YOUNG, speed: float = 0.5, facet: float = 0.0625) -> Finding:
-    """A ball of finite elements on a soft spring: the swing of a rigid sphere."""
+    """A ball of finite elements on a soft spring swings as a rigid sphere."""
     mass = DENSITY * math.pi / 6 * diameter**3
     waves = math.sqrt(young / DENSITY) / diameter
     reed: Table = {
@@ -166,7 +166,7 @@ def ball(*, diameter: float = 0.01, young: float = YOUNG, speed: float = 0.5, fa
 
 
 def hertz(speed: float) -> Finding:
-    """A rigid ball on a rigid flat by Hertz' law: k d^2.5/2.5 = m v^2/2, F = k d^1.5, lasting 2.9432 d/v."""
+    """A rigid ball meets a rigid flat by Hertz' law: k d^2.5/2.5 = m v^2/2, F = k d^1.5, lasting 2.9432 d/v."""
     radius, reduced = 5e-3, YOUNG / (1 - POISSON**2) / 2
     stiffness = 4 / 3 * reduced * math.sqrt(radius)
     depth = (1.25 * MASS * speed**2 / stiffness) ** 0.4
@@ -192,7 +192,7 @@ def _mass(speed: float = SPEED) -> Table:
 
 
 def _beam(released: str = "") -> Table:
-    """A steel reed at rest, or let go."""
+    """Return a steel reed at rest, or let go."""
     start = {"release": {"tip_deflection": released}} if released else {}
     size = {"length": "25 mm", "width": "10 mm", "thickness": "0.3 mm"}
     return {"kind": "cantilever", **size, "material": material(YOUNG, DENSITY), "damping_ratio": 0.01, **start}

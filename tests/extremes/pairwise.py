@@ -11,7 +11,7 @@ Pair = tuple[int, int, int, int]  # axis, level, axis, level
 def covering_array(
     levels: Sequence[int], *, seed: int, tries: int = 30, excluded: Collection[Pair] = ()
 ) -> tuple[tuple[int, ...], ...]:
-    """Rows of level numbers, one per axis, that contain all pairs of levels of any two of the axes.
+    """Return rows of level numbers, one per axis, that contain all pairs of levels of any two of the axes.
 
     No row holds an ``excluded`` pair; each axis must keep a level that agrees with whatever the others take.
 
@@ -37,7 +37,7 @@ def covering_array(
 
 
 def pairs_of(row: Sequence[int]) -> set[Pair]:
-    """All pairs of levels in a row."""
+    """Return all pairs of levels in a row."""
     return {(a, row[a], b, row[b]) for a, b in combinations(range(len(row)), 2)}
 
 

@@ -25,7 +25,7 @@ Rows = list[tuple[str, list[Cell]]]
 
 
 def draw_map(cells: Sequence[Cell], outcomes: Mapping[str, Outcome], path: Path) -> None:
-    """Three panels under one legend; panels without cells are left out.
+    """Draw three panels under one legend; panels without cells are left out.
 
     Raises:
         PictureError: matplotlib is missing.
@@ -58,11 +58,11 @@ def draw_map(cells: Sequence[Cell], outcomes: Mapping[str, Outcome], path: Path)
 
 
 def _spacing(row: Sequence[Cell]) -> float:
-    """Smallest distance of two decades of a row; 0 where it has no decades or more than one cell at zero."""
-    found = sorted(cell.decade for cell in row)
-    if any(math.isnan(d) for d in found):
+    """Return the smallest distance of two decades of a row; 0 if it has none, or more than one cell at zero."""
+    decades = sorted(cell.decade for cell in row)
+    if any(math.isnan(d) for d in decades):
         return 0.0
-    return min((b - a if b > a else 0.0 for a, b in pairwise(found)), default=0.0)
+    return min((b - a if b > a else 0.0 for a, b in pairwise(decades)), default=0.0)
 
 
 def _frame(axes: Axes, rows: Rows) -> None:
@@ -121,7 +121,7 @@ def _square(axes: Axes, x: float, y: float, width: float, verdict: Verdict) -> N
 
 
 def _label(cell: Cell) -> str:
-    """The level in few letters: 1e-9 for 1e-09, 1-1e-9 for 0.999999999, names in two lines."""
+    """Return the level in few letters: 1e-9 for 1e-09, 1-1e-9 for 0.999999999, names in two lines."""
     try:
         value = float(cell.value)
     except ValueError:

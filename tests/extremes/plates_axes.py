@@ -18,7 +18,7 @@ RIGID = 5e-3  # of a blow on a soft spring: the plate's own compliance, and a st
 
 
 def plate_cells() -> tuple[Cell, ...]:
-    """Thickness, modulus, Poisson's ratio, size, hole and slenderness of plates."""
+    """Return cells of thickness, modulus, Poisson's ratio, size, hole and slenderness of plates."""
     return (
         *swept(
             "disc, thickness / diameter", [1e-4, 1e-3, 3e-3, 1e-2, 3e-2, 0.1, 0.2, 0.4], lambda x: disc(thickness=x)
@@ -43,7 +43,7 @@ def disc(
     diameter: float = 0.01,
     speed: float = 0.5,
 ) -> Finding:
-    """A free disc on a soft spring: m v and the swing of a rigid body; its ringing by Mindlin's theory, in closed form.
+    """A free disc on a soft spring has m v and a rigid body's swing; its ringing is Mindlin's, in closed form.
 
     ``thickness`` is over the diameter. Both ends of an element have curved sides: frequencies are known to 1 %.
     """
@@ -62,7 +62,7 @@ def disc(
 
 
 def ring(hole: float) -> Finding:
-    """A free ring, struck around its middle: the swing of a rigid body of its mass."""
+    """A free ring, struck around its middle, swings as a rigid body of its mass."""
     outer, thickness, speed = 0.02, min(1.5e-3, 0.02 * (1 - hole) / 8), 0.5
     mass = DENSITY * math.pi / 4 * outer**2 * (1 - hole**2) * thickness
     reed: Table = {
@@ -164,7 +164,7 @@ def sheet(slenderness: float) -> Finding:
 
 
 def flapper(scale: float, band: float = 1.0) -> Finding:
-    """A flapper and its seat in proportion: times like the length, impulses like its cube, forces like its square.
+    """A flapper and its seat scale: times go like the length, impulses like its cube, forces like its square.
 
     A ``band`` over 50 kHz changes what modes are in it, which the error bars must know.
     """

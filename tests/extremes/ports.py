@@ -14,7 +14,7 @@ from tests.rod_model import rod_model
 
 
 def port_cells() -> tuple[Cell, ...]:
-    """Sweeps over distance and number of ports."""
+    """Return sweeps over distance and number of ports."""
     return (
         *swept("distance of two ports", [0.0, *(10.0**k for k in range(-16, 0))], near_ports),
         *swept("distance of two ports of elements", [0.0, *(10.0**k for k in range(-16, 0, 3))], near_element_ports),
@@ -44,7 +44,7 @@ def near_ports(distance: float) -> Finding:
 
 
 def crowd(contacts: float) -> Finding:
-    """Many contacts 1e-12 apart: forces never pull, none penetrates, together they press as one."""
+    """Many contacts are 1e-12 apart: forces never pull, none penetrates, together they press as one."""
     p = int(contacts)
     greens = scenes.modal_rod(20)
     spread = 1 + 1e-12 * np.arange(p)
@@ -69,7 +69,7 @@ def near_element_ports(distance: float) -> Finding:
     """
     model = _twice_held(distance)
     greens = Krylov().reduce(model, model.damping, Aims(5.0, 4.0, 1e-3)).greens
-    found = greens.static_compliance()
+    static = greens.static_compliance()
     exact = np.array([[1.0, 1 - distance / 2], [1 - distance / 2, 1 - distance + distance**2 / 2]])
     seat = Body(greens)
     problem = ContactProblem(rigid_mass(mass=1.0, velocity=-1.0), contacts=[Contact(seat, "a"), Contact(seat, "b")])
@@ -77,8 +77,8 @@ def near_element_ports(distance: float) -> Finding:
     impulse = float(result.force.sum()) * result.dt
     return Finding(
         *worst(
-            (float(np.abs(found - exact).max()), 1e-9),
-            (max(-float(np.linalg.eigvalsh(found)[0]), 0.0), 1e-14),
+            (float(np.abs(static - exact).max()), 1e-9),
+            (max(-float(np.linalg.eigvalsh(static)[0]), 0.0), 1e-14),
             (float(np.maximum(-result.gap, 0.0).max()), 1e-9),
             (scenes.relative(impulse, scenes.FIRST_BLOW), 2e-3 + distance / 2),
         ),

@@ -8,7 +8,7 @@ Matrix = Sequence[Sequence[Decimal]]
 
 
 def cosine_sine(x: Decimal) -> tuple[Decimal, Decimal]:
-    """(cos x, sin x) by Taylor's series after halving the argument and doubling the angle."""
+    """Return (cos x, sin x) by Taylor's series after halving the argument and doubling the angle."""
     with localcontext() as context:
         context.prec = DIGITS + 20
         halvings = max(0, x.adjusted() * 4 + 8) if x else 0
@@ -27,14 +27,14 @@ def cosine_sine(x: Decimal) -> tuple[Decimal, Decimal]:
 
 
 def impulse_response(t: float, omega: float, zeta: float) -> float:
-    """h(t) of q'' + 2 zeta w q' + w^2 q = f [s]."""
+    """Return h(t) of q'' + 2 zeta w q' + w^2 q = f [s]."""
     with localcontext() as context:
         context.prec = DIGITS
         return float(_pair(Decimal(t), Decimal(omega), Decimal(zeta))[1])
 
 
 def step_response(t: float, omega: float, zeta: float) -> float:
-    """Integral of h from 0 to t [s^2]."""
+    """Return the integral of h from 0 to t [s^2]."""
     with localcontext() as context:
         context.prec = DIGITS
         time, w, z = Decimal(t), Decimal(omega), Decimal(zeta)
@@ -45,7 +45,7 @@ def step_response(t: float, omega: float, zeta: float) -> float:
 
 
 def _pair(t: Decimal, w: Decimal, z: Decimal) -> tuple[Decimal, Decimal]:
-    """exp(-z w t) times cos(wd t) and sin(wd t)/wd, hyperbolic for z > 1."""
+    """Return exp(-z w t) times cos(wd t) and sin(wd t)/wd, hyperbolic for z > 1."""
     decay = (-z * w * t).exp()
     if w == 0 or z == 1:
         return decay, decay * t
@@ -58,7 +58,7 @@ def _pair(t: Decimal, w: Decimal, z: Decimal) -> tuple[Decimal, Decimal]:
 
 
 def affine_power(matrix: Matrix, offset: Sequence[Decimal], start: Sequence[Decimal], n: int) -> tuple[float, float]:
-    """x_n of x <- A x + b (two components), by squaring the affine map."""
+    """Return x_n of x <- A x + b (two components), by squaring the affine map."""
     with localcontext() as context:
         context.prec = DIGITS
         power, shift = matrix, tuple(offset)

@@ -24,7 +24,7 @@ RINGING = scenes.modal_rod(40, zeta=0.02)
 
 
 def record_cells() -> tuple[Cell, ...]:
-    """Sweeps over what measured records suffer from, and over units."""
+    """Return sweeps over what measured records suffer from, and over units."""
     return (
         *swept("noise of a record / g(0+)", [0.0, *(10.0**k for k in range(-12, 1))], noise),
         *swept("record kept / needed", [1e-3, 1e-2, 0.1, 0.3, 0.5, 0.9, 1.0, 2.0], forbidden_tail),
@@ -44,12 +44,12 @@ def noise(level: float) -> Finding:
     clean = RINGING.impulse_response(t)
     dirty = clean + level * np.random.default_rng(1).standard_normal(len(t))
     dirty[0] = abs(dirty[0])
-    known = _impulse(_blow(clean))
+    clean_impulse = _impulse(_blow(clean))
     result = _blow(dirty)
     modes = _impulse(solve(_problem(RINGING), dt=SPACING, duration=4.0))
     pairs = (
-        (scenes.relative(_impulse(result), known), 1e-12 + min(3 * level, 0.1)),
-        (scenes.relative(known, modes), 2e-4),
+        (scenes.relative(_impulse(result), clean_impulse), 1e-12 + min(3 * level, 0.1)),
+        (scenes.relative(clean_impulse, modes), 2e-4),
     )
     return Finding(*worst(*pairs), scenes.said(result), "impulse")
 
@@ -73,7 +73,7 @@ def cut_tail(share: float) -> Finding:
 
 
 def coarse(ratio: float) -> Finding:
-    """Steps finer and coarser than the samples, against the modes that the samples were taken from."""
+    """Steps finer and coarser than the samples agree with the modes that the samples were taken from."""
     t = SPACING * np.arange(4001)
     dt = SPACING * ratio
     result = solve(_problem(SampledGreens(RINGING.impulse_response(t), SPACING)), dt=dt, duration=4.0)
@@ -82,7 +82,7 @@ def coarse(ratio: float) -> Finding:
 
 
 def length_unit(unit: float) -> Finding:
-    """The same blow with lengths in another unit and masses scaled so that forces stay: mm and t for 1e-3.
+    """Forces stay with lengths in another unit and masses scaled to it: mm and t for 1e-3.
 
     The first contact: later ones may amplify round-off.
     """
@@ -107,7 +107,7 @@ def binary_unit(power: float) -> Finding:
 
 
 def _scaled_blow(*, length: float, mass: float, time: float) -> ImpactResult:
-    """A mass on a damped modal rod under a rigid law, then the units changed."""
+    """Run a mass on a damped modal rod under a rigid law, with changed units."""
     greens = scenes.modal_rod(8, zeta=0.01)
     compliance = time**2 / mass
     residual = Residual(

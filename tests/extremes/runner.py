@@ -28,24 +28,24 @@ def run_battery(
     workers: int = 1,
     progress: Progress = silent,
 ) -> dict[str, Outcome]:
-    """Outcomes by cell name. Each is appended to ``log`` (JSON lines) at once; what it holds is not computed again.
+    """Return outcomes by cell name. Each is put into ``log`` (JSON lines) at once; what it holds is not computed again.
 
     Outcomes of another version of the program or of the battery stay in the file and are ignored. A line that a kill
     cut short is skipped. ``cluster``: the address of a scheduler of dask, whose workers find these tests (PYTHONPATH).
     """
     check_writable(log)
     version, ours = battery_version(), revision()
-    known = folders.outcomes(log, "cell", Outcome, version=version)
-    todo = [cell.name for cell in cells if cell.name not in known]
+    finished = folders.outcomes(log, "cell", Outcome, version=version)
+    todo = [cell.name for cell in cells if cell.name not in finished]
     hired = crew(WORKER, workers=workers) if cluster is None else cluster_crew(cluster, WORKER, lambda job: (job, {}))
     with hired as ask:
         for done, (number, answer) in enumerate(ask(todo, time_limit), start=1):
             name = todo[number]
             outcome = _lost(answer, time_limit) if isinstance(answer, Lost) else Outcome(**json.loads(answer))
-            known[name] = replace(outcome, revision=ours)
-            folders.append(log, {"cell": name, "version": version, **asdict(known[name])})
+            finished[name] = replace(outcome, revision=ours)
+            folders.append(log, {"cell": name, "version": version, **asdict(finished[name])})
             progress(f"extremes, {name.partition(' = ')[0]}", done / len(todo))
-    return {cell.name: known[cell.name] for cell in cells if cell.name in known}
+    return {cell.name: finished[cell.name] for cell in cells if cell.name in finished}
 
 
 def logged(log: Path, revision: str = "") -> dict[str, Outcome]:
@@ -55,8 +55,8 @@ def logged(log: Path, revision: str = "") -> dict[str, Outcome]:
     """
     whole = [line for line in log.read_text(encoding="utf-8").splitlines() if line.endswith("}")]
     version = str(json.loads(whole[-1])["version"]) if whole else ""
-    known = folders.outcomes(log, "cell", Outcome, version=version)
-    return {name: replace(outcome, revision=outcome.revision or revision) for name, outcome in known.items()}
+    outcomes = folders.outcomes(log, "cell", Outcome, version=version)
+    return {name: replace(outcome, revision=outcome.revision or revision) for name, outcome in outcomes.items()}
 
 
 def revision() -> str:
@@ -69,7 +69,7 @@ def revision() -> str:
 
 
 def battery_version() -> str:
-    """Of the program, of the battery itself, and of what draws its random scenes."""
+    """Return the version of the program, of the battery, and of what draws its random scenes."""
     drawn = sorted((Path(__file__).parents[2] / "benchmarks").glob("drawn_*.py"))
     return f"{code_version()} {hash_of([Path(__file__).parent, *drawn])}"
 

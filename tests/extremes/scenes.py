@@ -18,12 +18,12 @@ s = t - 2, up to s = 1 + exp(-2)/2 (d'Alembert, by steps of the round trip)."""
 
 
 def modal_rod(n: int, *, zeta: float = 0.0, rest: str = "exponential") -> ModalGreens:
-    """`FIXED_ROD` by its ``n`` lowest modes and the residual of the given kind ("exponential", "spring", "none")."""
+    """Return `FIXED_ROD` by its ``n`` lowest modes and the residual of a kind ("exponential", "spring", "none")."""
     omega = np.asarray((np.arange(n) + 0.5) * np.pi, dtype=np.float64)
-    left = max(1.0 - float(np.sum(2.0 / omega**2)), 0.0)
+    rest_share = max(1.0 - float(np.sum(2.0 / omega**2)), 0.0)
     residual = {
-        "exponential": Residual.exponential(left, 1.0),
-        "spring": Residual.spring(left),
+        "exponential": Residual.exponential(rest_share, 1.0),
+        "spring": Residual.spring(rest_share),
         "none": Residual.none(),
     }
     return ModalGreens(
@@ -34,7 +34,7 @@ def modal_rod(n: int, *, zeta: float = 0.0, rest: str = "exponential") -> ModalG
 def oscillator(
     omega: float, mass: float = 1.0, *, zeta: float = 0.0, x: float = 0.0, v: float = 0.0, push: float = 0.0
 ) -> Body:
-    """One mode of modal ``mass``, released at ``x`` with the velocity ``v``, under a steady force ``push``."""
+    """Return one mode of modal ``mass``, released at ``x`` with velocity ``v``, under a steady force ``push``."""
     shape = np.array([[1.0 / np.sqrt(mass)]])
     greens = ModalGreens(np.array([omega]), np.array([zeta]), shape, Residual.none())
     root = np.sqrt(mass)
@@ -43,25 +43,25 @@ def oscillator(
 
 
 def pushed_mass(mass: float, velocity: float, push: float) -> Body:
-    """A rigid mass under a steady force."""
+    """Return a rigid mass under a steady force."""
     free = rigid_mass(mass=mass, velocity=velocity)
     return Body(free.greens, velocity=velocity, loads=(steady(np.array([1.0 / np.sqrt(mass)]), push),))
 
 
 def steady(shape: Array, force: float) -> Load:
-    """A force that never changes."""
+    """Return a force that never changes."""
     return Load(shape, lambda t: np.full(np.shape(t), force))
 
 
 def dashpot(impedance: float) -> Body:
-    """A semi-infinite rod: g = 1/Z for ever."""
+    """Return a semi-infinite rod: g = 1/Z for ever."""
     shape = np.array([[1.0 / np.sqrt(impedance)]])
     none = np.zeros(0)
     return Body(ModalGreens(none, none, np.zeros((0, 1)), Residual(shape, np.zeros(1), np.zeros((1, 1)))))
 
 
 def rigid_wall() -> Body:
-    """Nothing moves."""
+    """Return a body of which nothing moves."""
     none = np.zeros(0)
     return Body(ModalGreens(none, none, np.zeros((0, 1)), Residual.none()))
 
@@ -77,23 +77,23 @@ def run(
     rule: str = "passive",
     engine: Engine = "auto",
 ) -> ImpactResult:
-    """One contact, ``steps`` steps."""
+    """March one contact over ``steps`` steps."""
     problem = ContactProblem(striker, target, gap=gap, law=law)
     return solve(problem, dt=dt, duration=dt * steps, rule=rule, engine=engine)
 
 
 def said(result: ImpactResult) -> tuple[str, ...]:
-    """The advice that came with the result."""
+    """Return the advice that came with the result."""
     return tuple(str(advice) for advice in result.advice)
 
 
 def relative(ours: float, exact: float) -> float:
-    """|ours/exact - 1|."""
+    """Return |ours/exact - 1|."""
     return abs(ours - exact) / abs(exact)
 
 
 def clinging_force(greens: ModalGreens, mass: float, t: float) -> float:
-    """Force at time ``t`` of a mass that strikes at unit speed and has not left yet: matrix exponential, no step.
+    """Return the force at ``t`` of a mass that strikes at unit speed and has not left: matrix exponential, no step.
 
     With one relaxation a^2 exp(-r t) and states v of the mass, q, q' of the modes and y' = N - r y, the velocities at
     the contact agree:  v = sum phi q' + a^2 (N - r y),  thus N; and m v' = -N.
@@ -116,7 +116,7 @@ def clinging_force(greens: ModalGreens, mass: float, t: float) -> float:
 
 
 def sprung_force(greens: ModalGreens, mass: float, dt: float, n: int) -> Array:
-    """Forces at dt, 2 dt, ... n dt of a mass that strikes a body with a bare compliance c at unit speed, and stays.
+    """Return forces at dt, ... n dt of a mass that strikes a body with a bare compliance c at unit speed, and stays.
 
     With states x, x' of the mass and q, q' of the modes: N = (x - sum phi q)/c, m x'' = -N, powers of one exponential.
     """

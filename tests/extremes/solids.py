@@ -25,7 +25,7 @@ NUS = (0.0, 1e-9, 0.25, 0.4, 0.45, 0.49, 0.499, 0.4999)
 
 
 def solid_cells() -> tuple[Cell, ...]:
-    """Sweeps over shapes, materials and meshes."""
+    """Return sweeps over shapes, materials and meshes."""
     lengths = [10.0**k for k in range(-3, 4)]
     return (
         *swept("length / thickness, Euler-Bernoulli", lengths, slender_beam),
@@ -40,7 +40,7 @@ def solid_cells() -> tuple[Cell, ...]:
 
 
 def slender_beam(ratio: float) -> Finding:
-    """Tip: the sum of phi^2/w^2 over 60 modes is L^3/(3 EI) to 4.1e-2/n^3 (the modes' sum rule)."""
+    """The tip's sum of phi^2/w^2 over 60 modes is L^3/(3 EI) to 4.1e-2/n^3 (the modes' sum rule)."""
     beam = Cantilever(young=2e11, density=7800.0, length=ratio * 1e-3, width=1e-2, thickness=1e-3)
     modes = beam.modes(60)
     total = float(np.sum(modes.deflection(beam.length) ** 2 / modes.omega**2))
@@ -49,7 +49,7 @@ def slender_beam(ratio: float) -> Finding:
 
 
 def stubby_beam(ratio: float) -> Finding:
-    """The same for shear and rotary inertia: L^3/(3 EI) + L/(kappa A G), 60 modes leave out less than 0.5/n."""
+    """The tip with shear and rotary inertia has L^3/(3 EI) + L/(kappa A G); n modes leave out less than 0.5/n."""
     beam = TimoshenkoCantilever(young=2e11, density=7800.0, length=ratio * 1e-3, width=1e-2, thickness=1e-3)
     modes = beam.modes(60)
     total = float(np.sum(modes.deflection(beam.length) ** 2 / modes.omega**2))
@@ -65,7 +65,7 @@ def solid_bar(ratio: float) -> Finding:
 
 
 def half_space(nu: float) -> Finding:
-    """g from its own series, integrated over the crossing time: the static compliance; g(0+) = 1/(rho c_p A)."""
+    """g from its own series integrates over the crossing time to the static compliance; g(0+) = 1/(rho c_p A)."""
     patch = half_space_patch(young=1.0, poisson=nu, density=1.0, radius=1.0)
     t = np.linspace(0.0, patch.crossing_time * 1.01, 400_001)
     g = patch.impulse_response(t)
@@ -78,7 +78,7 @@ def half_space(nu: float) -> Finding:
 
 
 def guided_column(nu: float) -> Finding:
-    """A column between smooth walls: l/((lambda + 2 mu) A) soft for any Poisson ratio, at most twice as far in time."""
+    """A column between smooth walls is l/((lambda + 2 mu) A) soft for any Poisson ratio, at most twice in time."""
     material = Material(1.0, nu, 1.0)
     lam, mu = material.lame
     mesh = box((1.0, 1.0, 2.0), (2, 2, 6), hexes=True)
@@ -91,7 +91,7 @@ def guided_column(nu: float) -> Finding:
 
 
 def bonded_block(nu: float) -> Finding:
-    """A block bonded to its base, the test of locking: against displacement and pressure as separate unknowns.
+    """A block bonded to its base does not lock: displacement and pressure as separate unknowns give the same.
 
     The reference is a mixed element (quadratic displacement, linear pressure) on the same mesh; five cells across leave
     2.3 % between them where the solid hardly changes its volume.
@@ -124,7 +124,7 @@ def slivers(height: float) -> Finding:
 
 
 def patch_elements(number: float) -> Finding:
-    """A square patch pressed on a block, 1 to 3 quadratic hexes wide: scikit-fem's own assembly gives the same.
+    """A square patch pressed on a block, 1 to 3 quadratic hexes wide, sinks as by scikit-fem's own assembly.
 
     The stress jumps at the edge of the patch: first order, squared in the energy but for the corners' share. Against
     1, 2 and 4 across, extrapolated (Aitken), it comes from below and is off by less than 0.08/n^1.5.
@@ -133,9 +133,9 @@ def patch_elements(number: float) -> Finding:
     one, two, four = (compliance(_patch_model(k)) for k in (1, 2, 4))
     limit = four + (four - two) ** 2 / (2 * two - one - four)
     ours = compliance(_patch_model(n))
-    known = _plain_compliance(n)
+    expected = _plain_compliance(n)
     return Finding(
-        *worst((scenes.relative(ours, known), 1e-9), (scenes.relative(ours, limit), 0.08 / n**1.5)),
+        *worst((scenes.relative(ours, expected), 1e-9), (scenes.relative(ours, limit), 0.08 / n**1.5)),
         note="static compliance",
     )
 
@@ -152,7 +152,7 @@ def _patch_model(n: int) -> SecondOrderModel:
 
 
 def _plain_compliance(n: int) -> float:
-    """The same by scikit-fem's forms, facet integrals and boundary conditions; the patch is a unit square."""
+    """Return the same by scikit-fem's forms, facet integrals and boundary conditions; the patch is a unit square."""
     lam, mu = Material(1.0, 0.3, 1.0).lame
     u = skfem.Basis(_patch_mesh(n), skfem.ElementVector(skfem.ElementHex2()), intorder=4)
     form = skfem.BilinearForm(lambda u, v, _: 2 * mu * ddot(sym_grad(u), sym_grad(v)) + lam * div(u) * div(v))
@@ -163,7 +163,7 @@ def _plain_compliance(n: int) -> float:
 
 
 def _mixed_compliance(mesh: Any, material: Material) -> float:
-    """Mean displacement of "contact" per unit force on it by the Taylor-Hood pair, "fixed" held."""
+    """Return the mean displacement of "contact" per unit force by the Taylor-Hood pair, "fixed" held."""
     lam, mu = material.lame
     u = skfem.Basis(mesh, skfem.ElementVector(skfem.ElementTetP2()), intorder=4)
     p = u.with_element(skfem.ElementTetP1())

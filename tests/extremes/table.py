@@ -63,15 +63,15 @@ def read_table(path: Path) -> dict[str, Outcome]:
 
 
 def in_words(outcomes: Mapping[str, Outcome]) -> str:
-    """How many ended how, and every one that is wrong or slow."""
+    """Tell how many ended how, and every one that is wrong or slow."""
     counts = Counter(o.verdict for o in outcomes.values())
     head = f"{len(outcomes)} cells: " + ", ".join(f"{counts[v]} {v}" for v in VERDICTS)
-    told = [
+    lines = [
         f"{o.verdict}: {name}: error {o.error:.2e}, stated {o.stated:.2e}; {o.reason}"
         for name, o in outcomes.items()
         if o.verdict in ("wrong", "slow")
     ]
-    return "\n".join([head, *told])
+    return "\n".join([head, *lines])
 
 
 def write_counts(cells: Sequence[Cell], outcomes: Mapping[str, Outcome], page: Path) -> None:
@@ -93,20 +93,20 @@ def counts(cells: Sequence[Cell], outcomes: Mapping[str, Outcome]) -> str:
         axes[kind].add(cell.axis)
     lines = [f"| | axes | runs | {' | '.join(MEANING[v] for v in VERDICTS)} |", "|---|" + "---|" * (2 + len(VERDICTS))]
     every = [outcome for group in groups.values() for outcome in group]
-    for name, found in (*groups.items(), ("all", every)):
-        if found:
-            number = Counter(o.verdict for o in found)
+    for name, members in (*groups.items(), ("all", every)):
+        if members:
+            number = Counter(o.verdict for o in members)
             several = len(axes.get(name, ())) or len({cell.axis for cell in run})
-            lines.append(f"| {name} | {several} | {len(found)} | {' | '.join(str(number[v]) for v in VERDICTS)} |")
-    left = f"{len(cells) - len(run)} of {len(cells)} runs are still to be made.\n" if len(run) < len(cells) else ""
-    return "\n".join([*lines, "", f"{_standing(every)} {_revisions(every)}", left])
+            lines.append(f"| {name} | {several} | {len(members)} | {' | '.join(str(number[v]) for v in VERDICTS)} |")
+    remaining = f"{len(cells) - len(run)} of {len(cells)} runs are still to be made.\n" if len(run) < len(cells) else ""
+    return "\n".join([*lines, "", f"{_standing(every)} {_revisions(every)}", remaining])
 
 
 def _revisions(outcomes: Sequence[Outcome]) -> str:
     """Return how many outcomes are of which revision of the program."""
     number = Counter(o.revision for o in outcomes if o.revision)
-    told = ", ".join(f"{count} of {revision}" for revision, count in number.most_common())
-    return f"By revision of the program: {told}." if told else ""
+    versions = ", ".join(f"{count} of {revision}" for revision, count in number.most_common())
+    return f"By revision of the program: {versions}." if versions else ""
 
 
 def group_of(cell: Cell) -> str:

@@ -87,9 +87,9 @@ print((peak() - before) / sheet.memory(modes))
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="Linux alone tells the peak of a process by itself")
 def test_the_memory_of_a_plate_is_foreseen() -> None:
-    """Within the fifth that is stated, and what the libraries keep beside: 12,675 unknowns, 142 modes."""
-    told = subprocess.run([sys.executable, "-c", PLATE], capture_output=True, text=True, check=True)
-    assert 0.6 < float(told.stdout) < 1.4
+    """A plate of 12,675 unknowns and 142 modes takes the foreseen memory within a fifth and what libraries keep."""
+    process = subprocess.run([sys.executable, "-c", PLATE], capture_output=True, text=True, check=True)
+    assert 0.6 < float(process.stdout) < 1.4
 
 
 @pytest.mark.slow

@@ -18,7 +18,7 @@ Patch = pytest.MonkeyPatch
 
 
 def forces(patch: Patch) -> None:
-    """Every contact force 3 % larger."""
+    """Make every contact force 3 % larger."""
     run = scenes.run
     patch.setattr(scenes, "run", lambda *a, **k: larger(run(*a, **k)))
     for module in (ports, records):
@@ -31,28 +31,28 @@ def larger(result: Any) -> Any:
 
 
 def dashpots(patch: Patch) -> None:
-    """Every dashpot 3 % stiffer."""
+    """Make every dashpot 3 % stiffer."""
     dashpot = scenes.dashpot
     patch.setattr(scenes, "dashpot", lambda impedance: dashpot(OFF * impedance))
 
 
 def gravity(patch: Patch) -> None:
-    """Every push 3 % larger."""
+    """Make every push 3 % larger."""
     steady = scenes.steady
     patch.setattr(scenes, "steady", lambda shape, force: steady(shape, OFF * force))
 
 
 def frequencies(patch: Patch) -> None:
-    """Every striker's frequency 3 % higher."""
+    """Make every striker's frequency 3 % higher."""
     oscillator = scenes.oscillator
     patch.setattr(scenes, "oscillator", lambda omega, *a, **k: oscillator(OFF * omega, *a, **k))
 
 
 def stiffness(patch: Patch) -> None:
-    """Every finite element model 3 % stiffer."""
+    """Make every finite element model 3 % stiffer."""
     for module, name in ((solids, "assemble"), (alike, "rod_model"), (ports, "rod_model")):
-        made = getattr(module, name)
-        patch.setattr(module, name, lambda *a, _made=made, **k: stiffer(_made(*a, **k)))
+        original = getattr(module, name)
+        patch.setattr(module, name, lambda *a, _made=original, **k: stiffer(_made(*a, **k)))
 
 
 def stiffer(model: Any) -> Any:
@@ -60,37 +60,37 @@ def stiffer(model: Any) -> Any:
 
 
 def reductions(patch: Patch) -> None:
-    """Every Green's function by Krylov vectors 3 % larger."""
+    """Make every Green's function by Krylov vectors 3 % larger."""
     krylov = alike.Krylov.reduce
 
     def larger(self: Any, *given: Any) -> Any:
-        found = krylov(self, *given)
-        return replace(found, greens=replace(found.greens, shapes=math.sqrt(OFF) * found.greens.shapes))
+        reduced = krylov(self, *given)
+        return replace(reduced, greens=replace(reduced.greens, shapes=math.sqrt(OFF) * reduced.greens.shapes))
 
     patch.setattr(alike.Krylov, "reduce", larger)
 
 
 def samples(patch: Patch) -> None:
-    """Every record 3 % larger."""
+    """Make every record 3 % larger."""
     sampled = records.SampledGreens
     patch.setattr(records, "SampledGreens", lambda g, *a, **k: sampled(OFF * np.asarray(g), *a, **k))
 
 
 def beams(patch: Patch) -> None:
-    """Every beam 3 % stiffer."""
+    """Make every beam 3 % stiffer."""
     for name in ("Cantilever", "TimoshenkoCantilever"):
         beam = getattr(solids, name)
         patch.setattr(solids, name, lambda _beam=beam, **k: _beam(**{**k, "young": OFF * k["young"]}))
 
 
 def modes(patch: Patch) -> None:
-    """The damping's own formulas, 3 % of the frequency."""
+    """Change 3 % of the frequency in the damping's own formulas."""
     one = bodies._mode
     patch.setattr(bodies, "_mode", lambda zeta: replace(one(zeta), omega=OFF * one(zeta).omega))
 
 
 def summaries(patch: Patch) -> None:
-    """Every number of summary.json 3 % larger."""
+    """Make every number of summary.json 3 % larger."""
 
     def run_scene(scene: Any, folder: Any, **given: Any) -> Any:
         outcome = real(scene, folder, **given)
@@ -149,7 +149,7 @@ MUTANTS: tuple[tuple[Callable[[Patch], None], tuple[str, ...]], ...] = (
     ids=lambda part: part if isinstance(part, str) else part.__name__,
 )
 def test_three_per_cent_are_seen(mutate: Callable[[Patch], None], name: str, monkeypatch: Patch) -> None:
-    """Right as it is (`test_extremes` covers most; here the drawn ones may differ), wrong with the mutant."""
+    """A mutant of 3 % makes a cell wrong that is right as it is (`test_extremes` covers most)."""
     mutate(monkeypatch)
     outcome = carry_out(CELLS[name])
     unknown = outcome.verdict == "barred" and math.isinf(outcome.bar)  # stated as not known, off by more than asked for

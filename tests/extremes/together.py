@@ -91,23 +91,23 @@ class Scene:
 
     @property
     def text(self) -> str:
-        """All values, in order."""
+        """Return all values, in order."""
         return ", ".join(f"{f.name} {_text(getattr(self, f.name))}" for f in fields(self))
 
 
 @cache
 def together_cells(seeds: tuple[int, ...] = SEEDS) -> tuple[Cell, ...]:
-    """One covering array per seed: in each, every pair of levels of any two axes occurs, but for the `REFUSED`."""
+    """Return a covering array per seed, with all pairs of levels of any two axes but for the `REFUSED`."""
     counts = [len(levels) for levels in LEVELS.values()]
     axes = list(LEVELS)
     excluded = {(axes.index(a), LEVELS[a].index(i), axes.index(b), LEVELS[b].index(j)) for a, i, b, j in REFUSED}
     rows = [row for seed in seeds for row in covering_array(counts, seed=seed, excluded=excluded)]
-    found = [Scene(**{k: v[i] for (k, v), i in zip(LEVELS.items(), row, strict=True)}) for row in rows]  # type: ignore[arg-type]
-    return tuple(Cell("pairwise", f"{n:03d}: {scene.text}", scene) for n, scene in enumerate(found))
+    drawn = [Scene(**{k: v[i] for (k, v), i in zip(LEVELS.items(), row, strict=True)}) for row in rows]  # type: ignore[arg-type]
+    return tuple(Cell("pairwise", f"{n:03d}: {scene.text}", scene) for n, scene in enumerate(drawn))
 
 
 def checked(scene: Scene) -> Finding:
-    """The largest deviation, each over what round-off may make of it.
+    """Return the largest deviation, each over what round-off may make of it.
 
     Where a run has no advice, and is short, the step must not matter: a quarter of it changes the impulse by 10 % at
     most.
@@ -123,18 +123,18 @@ def checked(scene: Scene) -> Finding:
     rounding = EPS * (1e4 + 64 * scene.steps + 4 * phase)
     advice = scenes.said(result)
     shaken = balances.shaken_energy(problem, force, gap) * float(scale.max()) * 64 * EPS
-    found = {"motion": float(np.max(np.abs(gap[-len(expected) :] - expected) / (scale * rounding)))}
+    deviations = {"motion": float(np.max(np.abs(gap[-len(expected) :] - expected) / (scale * rounding)))}
     if scene.rule == "passive":
-        found["law"] = balances.law_deviation(problem, force, gap, float(scale.max()) * rounding)
+        deviations["law"] = balances.law_deviation(problem, force, gap, float(scale.max()) * rounding)
     if not any(text.startswith("overlap") for text in advice):  # energy given, and told with the answer
-        found["energy"] = balances.energy_deviation(result, shaken)
+        deviations["energy"] = balances.energy_deviation(result, shaken)
     if not advice and scene.steps <= 300 and scene.modes <= 100:
         finer = _solved(scene, problem, dt / 4)
         impulses = [float(np.sum(r.force)) * r.dt for r in (result, finer)]
-        found["step"] = abs(impulses[0] - impulses[1]) / max(*impulses, np.finfo(float).tiny) / 0.1
-    worst = max(found, key=lambda name: found[name])
-    advice = advice if found[worst] <= 1 else ()  # advice excuses no equation that is not met
-    return Finding(found[worst], 1.0, advice, f"{worst}, over what it may be")
+        deviations["step"] = abs(impulses[0] - impulses[1]) / max(*impulses, np.finfo(float).tiny) / 0.1
+    worst = max(deviations, key=lambda name: deviations[name])
+    advice = advice if deviations[worst] <= 1 else ()  # advice excuses no equation that is not met
+    return Finding(deviations[worst], 1.0, advice, f"{worst}, over what it may be")
 
 
 def _solved(scene: Scene, problem: ContactProblem, dt: float) -> ImpactResult:
@@ -142,7 +142,7 @@ def _solved(scene: Scene, problem: ContactProblem, dt: float) -> ImpactResult:
 
 
 def problem_of(scene: Scene) -> ContactProblem:
-    """The contact problem of a scene."""
+    """Return the contact problem of a scene."""
     m, length = scene.unit, scene.unit
     seat, striker = Body(_seat(scene)), _striker(scene)
     way = {"closed": 0.0, "open": 0.3 * scene.step * scene.steps, "grazing": 1e-13, "pressed in": -1e-3 * scene.step}
@@ -173,11 +173,11 @@ def _seat(scene: Scene) -> ModalGreens:
         shapes[:, 1] *= np.where(np.arange(n) % 2 == 0, 1.0, -1.0)
     if scene.ports == "twins":
         shapes[:, 1] *= 1 + 1e-14
-    left = 0.2 / n
+    rest = 0.2 / n
     residual = {
         "none": Residual.none(p),
-        "relaxation": Residual.exponential(left * np.eye(p) / scene.unit, np.eye(p) / scene.unit),
-        "spring": Residual.spring(left * np.eye(p) / scene.unit),
+        "relaxation": Residual.exponential(rest * np.eye(p) / scene.unit, np.eye(p) / scene.unit),
+        "spring": Residual.spring(rest * np.eye(p) / scene.unit),
         "dominant spring": Residual.spring(1e6 * np.eye(p) / scene.unit),
     }[scene.residual]
     names = tuple(str(i) for i in range(p))
@@ -195,7 +195,7 @@ def _striker(scene: Scene) -> Body:
 
 
 def _push(scene: Scene) -> float:
-    """A force that would stop the striker within some transits, or hold a seat of unit stiffness down."""
+    """Return a force that would stop the striker within some transits, or hold a seat of unit stiffness down."""
     return scene.push * scene.unit**2 * scene.speed * min(1.0, scene.mass)
 
 

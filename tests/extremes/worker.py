@@ -22,7 +22,7 @@ def reply(name: str) -> str:
 
 @cache
 def _cells() -> dict[str, Cell]:
-    """Of a process, once; bodies are stored for this process alone."""
+    """Make the cells of this process once; it stores bodies for itself alone."""
     cells = {cell.name: cell for cell in (*battery(), *random_cells(MOST_RANDOM))}
     limit_process(memory=MEMORY_LIMIT)
     os.environ[VARIABLE] = tempfile.mkdtemp()  # removed with the crew's folder

@@ -31,7 +31,7 @@ ROD = {"young": 200e9, "density": 7850.0, "area": 1e-6, "length": 0.03}
 
 
 def complaint(folder: Path, text: str, capsys: pytest.CaptureFixture[str]) -> str:
-    """What `seatfem run` says of a scene that it refuses as bad input; it leaves no file."""
+    """Return what `seatfem run` says of a scene that it refuses as bad input, and check that it leaves no file."""
     scene = folder / "scene.toml"
     scene.write_text(text, encoding="utf-8")
     assert run_command(["run", str(scene), "-o", str(folder / "out"), "--quiet"]) == BAD_INPUT
@@ -56,7 +56,7 @@ TETRAHEDRON = """*NODE
 
 
 def test_what_cannot_be_assembled_is_told_of_its_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Rubber in straight tetrahedra, which lock."""
+    """Rubber in straight tetrahedra, which lock, is refused with the name of its file."""
     (tmp_path / "rubber.inp").write_text(TETRAHEDRON, encoding="utf-8")
     rubber = 'material = { young = "1 MPa", poisson = 0.4999, density = "1000 kg/m^3" }\n'
     seat = f'[seat]\nkind = "mesh"\nfile = "rubber.inp"\nunit = "mm"\n{rubber}'
@@ -95,9 +95,9 @@ def test_a_greens_function_that_is_no_seat(
 def test_a_step_that_the_filtered_force_cannot_be_read_from(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Found when the run is put together, it is told with its line like what the file alone shows."""
     text = SPRING + REED + RUN + 'time_step = "0.6 us"'
-    told = complaint(tmp_path, text, capsys)
-    assert told.startswith(f"seatfem: {tmp_path / 'scene.toml'}:{text.count(chr(10)) + 1}: run.time_step = 0.6 us ")
-    assert re.search(r" 0\.5 us .*run\.filter_width = 1 us", told)
+    message = complaint(tmp_path, text, capsys)
+    assert message.startswith(f"seatfem: {tmp_path / 'scene.toml'}:{text.count(chr(10)) + 1}: run.time_step = 0.6 us ")
+    assert re.search(r" 0\.5 us .*run\.filter_width = 1 us", message)
 
 
 @pytest.mark.slow
@@ -123,8 +123,8 @@ def test_a_step_too_coarse_for_the_reed_is_a_warning_with_the_lost_energy(tmp_pa
 
 
 def test_more_steps_than_can_be_stored(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    told = complaint(tmp_path, SPRING + REED + RUN + "time_step = '1 ps'", capsys)
-    assert re.search(r"8e\+08 steps .*0\.001 ns .*run\.time_step.* 2e\+07", told)
+    message = complaint(tmp_path, SPRING + REED + RUN + "time_step = '1 ps'", capsys)
+    assert re.search(r"8e\+08 steps .*0\.001 ns .*run\.time_step.* 2e\+07", message)
     with pytest.raises(RunError, match=r"1.6e\+08 steps .*0.005 ns .*run.filter_width"):
         check_length(load_text(tmp_path, SPRING + REED + RUN), 5e-12)
 
@@ -132,8 +132,8 @@ def test_more_steps_than_can_be_stored(tmp_path: Path, capsys: pytest.CaptureFix
 def test_a_seat_s_file_that_ends_before_the_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The message names the key, both times and the remedy."""
     save_greens(impact.single_mode(frequency_hz=1e4, mass=1.0).known_for(2e-5), tmp_path / "seat.h5")
-    told = complaint(tmp_path, GREENS + BALL + RUN, capsys)
-    assert re.search(r"seat\.file = seat\.h5: .*run\.duration.* 20 us .*shorten", told)
+    message = complaint(tmp_path, GREENS + BALL + RUN, capsys)
+    assert re.search(r"seat\.file = seat\.h5: .*run\.duration.* 20 us .*shorten", message)
 
 
 @pytest.mark.parametrize(

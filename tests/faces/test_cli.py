@@ -190,8 +190,8 @@ def test_completion_knows_verbs_and_options(shell: str, capsys: pytest.CaptureFi
     for word in ("optimise", "run", "max-time", "no-pictures", "up-to"):
         assert word in script
     if shell == "bash" and shutil.which("bash"):
-        asked = "COMP_WORDS=(seatfem mo); COMP_CWORD=1; _seatfem; echo ${COMPREPLY[@]}"
-        done = subprocess.run(["bash", "-c", f"{script}\n{asked}"], capture_output=True, text=True, check=True)
+        program = "COMP_WORDS=(seatfem mo); COMP_CWORD=1; _seatfem; echo ${COMPREPLY[@]}"
+        done = subprocess.run(["bash", "-c", f"{script}\n{program}"], capture_output=True, text=True, check=True)
         assert done.stdout.split() == ["modes"]
 
 
@@ -252,8 +252,8 @@ def test_failures_are_one_line(
 ) -> None:
     pipeline.act = failing(error)
     assert run_command(["run", str(SPRING_SCENE), "--quiet"]) == code
-    (told,) = capsys.readouterr().err.splitlines()
-    assert re.match(f"seatfem: .*{message}", told)
+    (line,) = capsys.readouterr().err.splitlines()
+    assert re.match(f"seatfem: .*{message}", line)
 
 
 def test_debug_shows_the_traceback(pipeline: Pipeline, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -342,8 +342,8 @@ def test_set_changes_keys(pipeline: Pipeline, tmp_path: Path, capfd: pytest.Capt
 def test_init_writes_a_scene_once(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "mine.toml"
     assert run_command(["init", "ball", "--output", str(file), "--schema"]) == DONE
-    told = " ".join(capfd.readouterr().out.split())
-    assert "next: seatfem draw" in told
+    output = " ".join(capfd.readouterr().out.split())
+    assert "next: seatfem draw" in output
     assert file.read_text(encoding="utf-8").startswith("#:schema seatfem.schema.json\n")
     assert json.loads((tmp_path / "seatfem.schema.json").read_text(encoding="utf-8"))["title"] == "seatfem scene"
     written = file.read_bytes()
@@ -379,15 +379,15 @@ def test_letters_that_a_terminal_lacks_end_nothing() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("asked", "threads"), [(None, "1"), ("3", "3")])
-def test_dense_products_take_one_thread_unless_asked_for_more(asked: str | None, threads: str) -> None:
-    """Set before numpy is there, which reads it once."""
+@pytest.mark.parametrize(("setting", "threads"), [(None, "1"), ("3", "3")])
+def test_dense_products_take_one_thread_unless_asked_for_more(setting: str | None, threads: str) -> None:
+    """The number of threads is set before numpy is imported, which reads it once."""
     code = (
         "import atexit, os, sys; from seatfem.faces import cli; assert 'numpy' not in sys.modules;"
         "atexit.register(lambda: print(os.environ['OPENBLAS_NUM_THREADS'])); sys.argv[1:] = ['--version']; cli.main()"
     )
     environment = {key: value for key, value in os.environ.items() if key != "OPENBLAS_NUM_THREADS"}
-    environment |= {} if asked is None else {"OPENBLAS_NUM_THREADS": asked}
+    environment |= {} if setting is None else {"OPENBLAS_NUM_THREADS": setting}
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=False)
     assert done.stdout.splitlines()[-1] == threads, done.stderr
 

@@ -18,11 +18,11 @@ def test_a_scene_is_drawn_beside_the_shell_and_told_in_a_sentence(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     assert run_command(["draw", str(SCENE)]) == DONE
-    told = capsys.readouterr().out.splitlines()
-    assert told[0].startswith(
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].startswith(
         "reed (cantilever) 34 x 12 x 0.3 mm over a lip of 9.2 to 10.8 mm diameter, gap 0 mm, stopper"
     )
-    assert told[1:] == ["wrote suction_valve-drawing.png"]
+    assert lines[1:] == ["wrote suction_valve-drawing.png"]
     assert [path.name for path in tmp_path.iterdir()] == ["suction_valve-drawing.png"]
     assert (tmp_path / "suction_valve-drawing.png").read_bytes().startswith(b"\x89PNG")
 

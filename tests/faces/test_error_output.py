@@ -16,8 +16,8 @@ BALL = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[run]\nd
 STEEL = 'material = "steel"\n'
 
 
-def told(text: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> list[str]:
-    """What `seatfem plan` says of a scene that is refused, a line a problem, without the folder."""
+def refusal_lines(text: str, folder: Path, capsys: pytest.CaptureFixture[str]) -> list[str]:
+    """Return what `seatfem plan` says of a scene that it refuses, a line a problem, without the folder."""
     scene = folder / "scene.toml"
     scene.write_text(text, encoding="utf-8")
     assert run_command(["plan", str(scene)]) == BAD_INPUT
@@ -52,6 +52,6 @@ def test_a_bad_file_is_told_with_a_remedy(
     keys: str, file: str, content: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / file).write_text(content, encoding="utf-8")
-    lines = told(f"[seat]\n{keys}{BALL}", tmp_path, capsys)
+    lines = refusal_lines(f"[seat]\n{keys}{BALL}", tmp_path, capsys)
     assert any(file in line for line in lines)
     check(lines, content, 3 * WIDEST)  # with the words of a reader, or an example of a header

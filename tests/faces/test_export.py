@@ -54,11 +54,11 @@ def test_spreadsheets(folder: Path, tmp_path: Path) -> None:
     np.testing.assert_array_equal(values[:, 1], run.force)
     assert values[:, 2].max() == pytest.approx(impact.measures.filtered_peak_force(run, 10e-6), rel=1e-12)  # roundoff
     with (tmp_path / "summary.csv").open(encoding="utf-8", newline="") as file:
-        told = {row["key"]: row for row in csv.DictReader(file)}
+        by_key = {row["key"]: row for row in csv.DictReader(file)}
     summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
-    assert float(told["impulse_Ns"]["value"]) == summary["impulse_Ns"]
-    assert float(told["impulse_Ns"]["error bar"]) == summary["error_bar_impulse_Ns"]
-    assert float(told["impulse_Ns"]["spring baseline"]) == summary["spring_impulse_Ns"]
+    assert float(by_key["impulse_Ns"]["value"]) == summary["impulse_Ns"]
+    assert float(by_key["impulse_Ns"]["error bar"]) == summary["error_bar_impulse_Ns"]
+    assert float(by_key["impulse_Ns"]["spring baseline"]) == summary["spring_impulse_Ns"]
 
 
 @pytest.mark.slow
@@ -96,7 +96,7 @@ def test_a_scene_is_no_run(tmp_path: Path, capfd: pytest.CaptureFixture[str]) ->
 
 @pytest.mark.slow
 def test_reduced_models(folder: Path, tmp_path: Path) -> None:
-    """The state space is g itself; the matrices are read back, and give g without what is left over."""
+    """The state space is g itself; the matrices, read back, give g without the residual."""
     assert run_command(["export", str(folder), "--to", "reduced", "-o", str(tmp_path), "--quiet"]) == DONE
     greens = load_greens(folder / "seat.h5")
     modal = greens.modal
@@ -104,8 +104,8 @@ def test_reduced_models(folder: Path, tmp_path: Path) -> None:
     exact = greens.impulse_response(t)
     for held in (np.load(tmp_path / "reduced.npz"), io.loadmat(tmp_path / "reduced.mat")):
         assert not {"A", "B", "C", "D", "M", "Cq", "K", "phi", "states", "ports"} - set(held)
-        found = [(held["C"] @ linalg.expm(held["A"] * moment) @ held["B"])[0, 0] for moment in t]
-        np.testing.assert_allclose(found, exact, atol=1e-9 * np.abs(exact).max())
+        samples = [(held["C"] @ linalg.expm(held["A"] * moment) @ held["B"])[0, 0] for moment in t]
+        np.testing.assert_allclose(samples, exact, atol=1e-9 * np.abs(exact).max())
         np.testing.assert_array_equal(held["D"], modal.residual.compliance)
     assert "q_0 [m sqrt(kg)]" in (tmp_path / "README.txt").read_text(encoding="utf-8")
     model = read_matrices(
@@ -138,23 +138,23 @@ def test_a_scene_is_computed_for_its_reduced_model(folder: Path, tmp_path: Path)
 @pytest.mark.slow
 def test_the_folder_of_a_run_makes_decks(folder: Path, tmp_path: Path) -> None:
     assert run_command(["export", str(folder), "--to", "calculix", "-o", str(tmp_path), "--quiet"]) == DONE
-    told = (tmp_path / "README.txt").read_text(encoding="utf-8")
-    assert "CAX6" in told
-    assert "contact.inp    is not written: reed.kind = 'rigid_mass': a plate lands" in told
+    readme = (tmp_path / "README.txt").read_text(encoding="utf-8")
+    assert "CAX6" in readme
+    assert "contact.inp    is not written: reed.kind = 'rigid_mass': a plate lands" in readme
 
 
 @pytest.fixture(scope="module")
 def modes(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Array, Array]:
-    """A folder of modes, their frequencies, and the mass-normalised shapes of the last node of the skin."""
+    """Give a folder of modes, their frequencies, and the mass-normalised shapes of the skin's last node."""
     sides = (8e-3, 6e-3, 4e-3)
     mesh = skfem.MeshTet.init_tensor(*(np.linspace(0, side, 3) for side in sides))
     mesh = mesh.with_boundaries({"contact": lambda x: x[2] > 4e-3 - 1e-9, "fixed": lambda x: x[2] < 1e-9})
     model = assemble(mesh, Material(200e9, 0.3, 7850.0), order=2)
-    found, skin, where = solve_modes(model, 3), skin_of(model), tmp_path_factory.mktemp("modes")
-    shapes = [skin.moved(model.expand(shape)[:, skin.nodes].T) for shape in found.shapes.T]
-    made = mode_frames(skin, shapes, ["1", "2", "3"], "", found.frequencies_hz)
-    save_moving(made, where / "modes.h5")
-    return where, found.frequencies_hz, np.array(shapes)[:, -1]
+    solved, skin, where = solve_modes(model, 3), skin_of(model), tmp_path_factory.mktemp("modes")
+    shapes = [skin.moved(model.expand(shape)[:, skin.nodes].T) for shape in solved.shapes.T]
+    frames = mode_frames(skin, shapes, ["1", "2", "3"], "", solved.frequencies_hz)
+    save_moving(frames, where / "modes.h5")
+    return where, solved.frequencies_hz, np.array(shapes)[:, -1]
 
 
 def test_modes_come_back(modes: tuple[Path, Array, Array], tmp_path: Path) -> None:
@@ -172,12 +172,12 @@ def test_modes_for_paraview(modes: tuple[Path, Array, Array], tmp_path: Path) ->
     pyvista = pytest.importorskip("pyvista")
     folder, frequencies, _ = modes
     assert run_command(["export", str(folder), "--to", "vtk", "-o", str(tmp_path), "--quiet"]) == DONE
-    made, series = load_moving(folder / "modes.h5"), pyvista.get_reader(tmp_path / "modes_motion.pvd")
+    bodies, series = load_moving(folder / "modes.h5"), pyvista.get_reader(tmp_path / "modes_motion.pvd")
     np.testing.assert_allclose(series.time_values, frequencies, rtol=1e-8)
     series.set_active_time_value(series.time_values[1])
     body = series.read()[0]
-    np.testing.assert_allclose(body.points, made.points, atol=1e-9)
-    np.testing.assert_allclose(body.point_data["displacement [m]"], made.displacement[1], atol=1e-9)
+    np.testing.assert_allclose(body.points, bodies.points, atol=1e-9)
+    np.testing.assert_allclose(body.point_data["displacement [m]"], bodies.displacement[1], atol=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -199,14 +199,14 @@ def test_bad_input(
 def test_a_copy_of_a_scene_without_its_files(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     assert run_command(["init", "cad", "-o", str(tmp_path / "scene.toml"), "--quiet"]) == DONE
     assert run_command(["export", str(tmp_path), "--to", "calculix", "--quiet"]) == BAD_INPUT
-    told = capfd.readouterr().err
-    assert "seat.file: no such file" in told
-    assert "export the scene itself" in told
+    message = capfd.readouterr().err
+    assert "seat.file: no such file" in message
+    assert "export the scene itself" in message
 
 
 @pytest.mark.slow
 def test_the_copy_of_a_scene_finds_its_files(tmp_path: Path, folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """From the folder of results, by whole paths; comments and other strings stay."""
+    """The copy in the folder of results names files by whole paths; comments and other strings stay."""
     home = tmp_path / "ours"
     (home / "seats").mkdir(parents=True)
     copy(folder / "seat.h5", home / "seats" / "one.h5")

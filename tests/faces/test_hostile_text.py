@@ -24,7 +24,7 @@ OWN = re.compile(r"\x1b\[[0-9;?]*[a-zA-Z]")  # what rich writes for colours and 
 
 
 def seen(text):
-    """The text holds nothing that a terminal acts upon, but line ends and what rich paints with."""
+    """Return the text, once it has nothing that a terminal acts upon but line ends and rich's colours."""
     strange = {c for c in text if unicodedata.category(c) in ("Cc", "Cf", "Cs", "Zl", "Zp")} - {"\n", "\t"}
     assert not strange, strange
     return text
@@ -52,8 +52,8 @@ def test_messages_tables_and_bars(terminal, capsys):
     with progress_bars(console) as progress:
         progress(EVIL, 0.5)
         progress(EVIL, 1.0)
-    told = seen(OWN.sub("", capsys.readouterr().err).replace("\r", ""))
-    assert told.count("[red]b[/red]:skull:") >= 4
+    text = seen(OWN.sub("", capsys.readouterr().err).replace("\r", ""))
+    assert text.count("[red]b[/red]:skull:") >= 4
 
 
 def test_a_table_leaves_room_for_escapes(capsys):

@@ -21,7 +21,7 @@ JUDGED = "landing_impulse_Ns, landing_filtered_peak_force_N"
 
 
 def landing(number: int, body: str = "seat", **numbers: object) -> dict[str, object]:
-    """A landing of a suction valve, as summary.json lists it."""
+    """Return a landing of a suction valve, as summary.json lists it."""
     return {
         "body": body, "number": number, "time_s": 9.0006e-3, "place_deg": 348.75, "place_m": 0.0335,
         "closing_speed_m_per_s": 1.49, "filtered_peak_force_N": 43.8, "peak_time_s": 9.0056e-3, "static_load_N": 3.1,
@@ -33,7 +33,7 @@ def landing(number: int, body: str = "seat", **numbers: object) -> dict[str, obj
 
 @pytest.fixture
 def summary() -> dict[str, object]:
-    """Of the suction valve: pressed on by the gas, hit once at the stopper, two landings on the seat."""
+    """Return a suction valve's summary: pressed by the gas, one hit at the stopper, two landings on the seat."""
     records = [
         landing(1, "stopper", excess_peak_force_N=81.0),
         landing(1),
@@ -138,12 +138,12 @@ def toy() -> Iterator[None]:
 @pytest.mark.parametrize("prefix", ["", "landing_"])
 def test_a_measure_of_the_user_is_a_row(summary: dict[str, Any], prefix: str) -> None:
     key = f"{prefix}force_squared_N2s"
-    asked = {**summary, "accuracy_measures": "toy_square", "accuracy_judged_keys": key}
+    changed = {**summary, "accuracy_measures": "toy_square", "accuracy_judged_keys": key}
     value = {key: 12.5, f"error_bar_{key}": 0.125, f"spring_{key}": 10.0}
-    lines = printed(asked, **value)
+    lines = printed(changed, **value)
     assert f"squared force ({key}) 12.50 ± 0.12 10.00 -20 % 20 1 %, reached" in lines
-    assert re.match("Squared force: .*10 .*12", verdict({**asked, **value}))
-    assert any(line.startswith("squared force: asked for") for line in printed(asked))
+    assert re.match("Squared force: .*10 .*12", verdict({**changed, **value}))
+    assert any(line.startswith("squared force: asked for") for line in printed(changed))
 
 
 def test_landings_as_csv(tmp_path: Path) -> None:

@@ -21,7 +21,7 @@ def test_the_sheet_is_long_and_each_mistake_stands_in_it_once() -> None:
 def test_a_mistake_is_answered(
     mistake: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    """Exit code 2, every text of the answer, no picture of Python's insides, and no file left."""
+    """A mistake ends with exit code 2, the texts of its answer, no traceback and no new file."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "200")
     texts = {"pressure.csv": RECORD, "scene.toml": SHEET["scene"], "strength.toml": SHEET["strength"]}
@@ -33,14 +33,14 @@ def test_a_mistake_is_answered(
     for name, text in texts.items():
         Path(name).write_text(text, encoding="utf-8")
     assert run_command(mistake.get("command", ["plan", "scene.toml"])) == BAD_INPUT
-    told = " ".join(capfd.readouterr().err.replace("│", " ").split())  # a box of whatever width
-    assert [words for words in mistake["answer"] if words not in told] == [], told
-    assert [words for words in (*mistake.get("never", ()), "Traceback", "pydantic") if words in told] == []
+    answer = " ".join(capfd.readouterr().err.replace("│", " ").split())  # a box of whatever width
+    assert [words for words in mistake["answer"] if words not in answer] == [], answer
+    assert [words for words in (*mistake.get("never", ()), "Traceback", "pydantic") if words in answer] == []
     assert {path.name for path in tmp_path.iterdir()} == set(texts)
 
 
 def test_the_scene_of_the_sheet_is_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Without a mistake there is a plan of it, with the speed of the crank as a number or with its unit."""
+    """The sheet's scene has no mistake itself, with the speed of the crank as a number or with a unit."""
     monkeypatch.chdir(tmp_path)
     Path("pressure.csv").write_text(RECORD, encoding="utf-8")
     from seatfem.study.scene import load_scene
@@ -51,7 +51,7 @@ def test_the_scene_of_the_sheet_is_one(tmp_path: Path, monkeypatch: pytest.Monke
 
 
 def test_faces_are_listed_line_by_line(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """One face a line; a key with a line end in it makes no line of its own."""
+    """Each face has a line; a key with a line end in it makes no further one."""
     part = Path(__file__).parents[2] / "meshes" / "annular_seat.step"
     green = '{ kind = "colour", colour = [0, 255, 0] }'
     body = f'[seat]\nkind = "cad"\nfile = "{part.as_posix()}"\nmaterial = "steel"\ncontact = {green}\n'
@@ -68,9 +68,9 @@ def test_faces_are_listed_line_by_line(tmp_path: Path, capfd: pytest.CaptureFixt
 
 def test_init_without_a_kind_lists_them_by_groups(capsys: pytest.CaptureFixture[str]) -> None:
     assert run_command(["init"]) == 0
-    told = capsys.readouterr().out
+    output = capsys.readouterr().out
     places = [
-        told.index(words) for words in ("reeds", "flapper", "seats", "annular", "strikers", "ball", "imported", "cad")
+        output.index(words) for words in ("reeds", "flapper", "seats", "annular", "strikers", "ball", "imported", "cad")
     ]
     assert places == sorted(places)
 

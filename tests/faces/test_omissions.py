@@ -52,10 +52,10 @@ def test_what_is_open_is_told(changed: dict[str, object], sentence: str) -> None
 
 
 def test_a_reed_that_lands_with_no_value_asked_of_the_landing() -> None:
-    asked = {**WHOLE, "accuracy_judged_keys": "landing_restitution", "landing_restitution": None}
-    assert list(omissions(asked)) == []  # nothing landed: the verdict says so
-    (told,) = omissions({**asked, "landing_time_s": 1e-3, "error_bar_landing_time_s": 1e-6})
-    assert told.endswith(": restitution.")
+    judged = {**WHOLE, "accuracy_judged_keys": "landing_restitution", "landing_restitution": None}
+    assert list(omissions(judged)) == []  # nothing landed: the verdict says so
+    (note,) = omissions({**judged, "landing_time_s": 1e-3, "error_bar_landing_time_s": 1e-6})
+    assert note.endswith(": restitution.")
 
 
 def test_the_package_names_scenes_that_were_checked() -> None:

@@ -30,34 +30,34 @@ def test_the_program_prints_one_object_and_nothing_else(
     monkeypatch.setattr("seatfem.study.runs.forecast.PURSE", {False: 1e-3, True: 1e-3})
     assert run_command(["plan", str(SLEEVE), "--json"]) == DONE
     out, err = capsys.readouterr()
-    told, known = json.loads(out), json.loads(plan_json(look.plan, look))
+    printed, expected = json.loads(out), json.loads(plan_json(look.plan, look))
     assert all(re.fullmatch(r"[a-z ,]+: [\d.]+ s", line) for line in err.splitlines())  # of progress
-    assert told.keys() == OF_A_PLAN | OF_A_LOOK
-    assert {key: told[key] for key in OF_A_PLAN} == {key: known[key] for key in OF_A_PLAN}
+    assert printed.keys() == OF_A_PLAN | OF_A_LOOK
+    assert {key: printed[key] for key in OF_A_PLAN} == {key: expected[key] for key in OF_A_PLAN}
     assert run_command(["plan", str(SLEEVE), "--json", "--quiet"]) == DONE
     assert capsys.readouterr() == ("", "")
 
 
 @pytest.mark.slow
 def test_every_part_of_the_look_is_there(look: Look) -> None:
-    told, done = json.loads(plan_json(look.plan, look)), look.done
-    assert told["level"] == look.plan.level == "spring"
-    assert told["target"] == load_scene(SLEEVE).accuracy.target
-    assert told["judged"] == judged_line(look.plan)
-    assert [choice["key"] for choice in told["choices"]] == [choice.key for choice in look.plan.choices]
-    assert all(choice.keys() == {"key", "value", "reason", "given", "leaves"} for choice in told["choices"])
-    assert told["error"] == {
+    printed, done = json.loads(plan_json(look.plan, look)), look.done
+    assert printed["level"] == look.plan.level == "spring"
+    assert printed["target"] == load_scene(SLEEVE).accuracy.target
+    assert printed["judged"] == judged_line(look.plan)
+    assert [choice["key"] for choice in printed["choices"]] == [choice.key for choice in look.plan.choices]
+    assert all(choice.keys() == {"key", "value", "reason", "given", "leaves"} for choice in printed["choices"])
+    assert printed["error"] == {
         "impulse": done.left.relative("landing_impulse"), "filtered_peak": done.left.relative("landing_filtered_peak"),
     }  # fmt: skip
-    assert told["meets_target"] is done.met is False
-    assert told["stages_s"] == look.stages
-    assert told["left"] == asdict(look.left)
+    assert printed["meets_target"] is done.met is False
+    assert printed["stages_s"] == look.stages
+    assert printed["left"] == asdict(look.left)
     keys = {"rounds", "seconds", "seat", "contact", "after", "memory", "error", "changes", "why"}
-    assert told["left"].keys() == keys
-    spent = sum(told["stages_s"].values())
-    assert told["time_s"] == pytest.approx(spent + told["left"]["seconds"] + told["left"]["after"])
-    assert told["memory_bytes"] == told["left"]["memory"] >= done.memory > 50e6
-    assert any("the reed covers 50 % of the lip" in note for note in told["notes"])
+    assert printed["left"].keys() == keys
+    spent = sum(printed["stages_s"].values())
+    assert printed["time_s"] == pytest.approx(spent + printed["left"]["seconds"] + printed["left"]["after"])
+    assert printed["memory_bytes"] == printed["left"]["memory"] >= done.memory > 50e6
+    assert any("the reed covers 50 % of the lip" in note for note in printed["notes"])
 
 
 @pytest.mark.slow

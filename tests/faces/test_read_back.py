@@ -17,7 +17,7 @@ def read(name: str, **changed: object) -> dict[str, str]:
 
 
 def test_a_record_is_told_with_its_heads_rows_and_ranges() -> None:
-    told = read("suction_flapper.toml")
+    parts = read("suction_flapper.toml")
     rows = (EXAMPLES / "suction_cycle.csv").read_text(encoding="utf-8").splitlines()
     numbers = [tuple(map(float, row.split(","))) for row in rows if re.match(r"-?\d", row)]
     low, high = min(p for _, p in numbers), max(p for _, p in numbers)
@@ -26,33 +26,33 @@ def test_a_record_is_told_with_its_heads_rows_and_ranges() -> None:
         f"[bar] {low:g} to {high:g}), rpm 3000"
     )
     course = f"read as pressure {low / 10:g} MPa to {100 * high:g} kPa repeated every 20 ms"
-    assert f"pressure (file {words}, angle 30 deg, {course})" in told["load 1"]
-    assert "area [95 mm^2, 85 mm^2, 60 mm^2]" in told["load 1"]
-    assert told["load 2"] == "gravity -9.81 m/s^2"
-    assert told["stopper"] == "spring, stiffness 20 N/um, lift 2 mm"
+    assert f"pressure (file {words}, angle 30 deg, {course})" in parts["load 1"]
+    assert "area [95 mm^2, 85 mm^2, 60 mm^2]" in parts["load 1"]
+    assert parts["load 2"] == "gravity -9.81 m/s^2"
+    assert parts["stopper"] == "spring, stiffness 20 N/um, lift 2 mm"
 
 
 def test_another_unit_reads_differently(tmp_path: Path) -> None:
-    """A thickness in um where mm was meant, and a pressure whose head says kPa in place of bar."""
+    """A thickness in um where mm was meant, or a head in kPa instead of bar, can be seen."""
     assert "thickness 0.3 mm" in read("tilted_landing.toml")["reed"]
     assert "thickness 3 um" in read("tilted_landing.toml", **{"reed.thickness": "3 um"})["reed"]
     record = tmp_path / "course.csv"
     record.write_text("time [ms],pressure [kPa]\n0,-1\n2.5,20\n", encoding="utf-8")
-    told = read("tilted_landing.toml", load=[{"pressure": {"file": str(record)}, "area": "80 mm^2"}])["load"]
+    reading = read("tilted_landing.toml", load=[{"pressure": {"file": str(record)}, "area": "80 mm^2"}])["load"]
     columns = "2 rows, divided by commas, decimal point: time [ms] 0 to 2.5, pressure [kPa] -1 to 20"
     course = "read as pressure -1 kPa to 20 kPa from 0 ms to 2.5 ms"
-    assert told == f"pressure (file course.csv ({columns}), {course}), area 80 mm^2"
+    assert reading == f"pressure (file course.csv ({columns}), {course}), area 80 mm^2"
 
 
 @pytest.mark.slow
 def test_struck_faces_releases_and_strengths_are_told() -> None:
-    told = read("life_of_a_flapper.toml")
-    assert told["seat, face"].startswith("flat ring, mean radius 5.5 mm, width 1 mm; area 34.558 mm^2")
-    assert "material steel (young 200 GPa" in told["seat"]
-    assert "release (mode 1, velocity -2 m/s)" in told["reed"]
+    parts = read("life_of_a_flapper.toml")
+    assert parts["seat, face"].startswith("flat ring, mean radius 5.5 mm, width 1 mm; area 34.558 mm^2")
+    assert "material steel (young 200 GPa" in parts["seat"]
+    assert "release (mode 1, velocity -2 m/s)" in parts["reed"]
     table = "file invented_strip.csv (5 rows, divided by commas, decimal point: stress [MPa] 410 to 735"
-    assert f"ultimate 1.8 GPa, curve ({table}" in told["life"]
-    assert "impact velocity 8 m/s" in told["life"]
+    assert f"ultimate 1.8 GPa, curve ({table}" in parts["life"]
+    assert "impact velocity 8 m/s" in parts["life"]
     of_cad = read("kidney_landing.toml")
     assert of_cad["seat, face"].startswith("lip 34.2")
     assert "file kidney_seat.step (72 kB)" in of_cad["seat"]
@@ -68,14 +68,14 @@ def test_struck_faces_releases_and_strengths_are_told() -> None:
 )
 @pytest.mark.parametrize("name", sorted(path.name for path in EXAMPLES.glob("*.toml") if "study" not in path.name))
 def test_every_example_is_told_in_short(name: str) -> None:
-    told = read(name)
-    assert {"seat", "reed"} <= told.keys()
-    assert all(0 < len(words) < 700 and "None" not in words and "Path(" not in words for words in told.values())
+    parts = read(name)
+    assert {"seat", "reed"} <= parts.keys()
+    assert all(0 < len(words) < 700 and "None" not in words and "Path(" not in words for words in parts.values())
 
 
 @pytest.mark.slow
 def test_plan_run_and_json_begin_with_it(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
-    """Where something was read from a file: of others the scene says it already."""
+    """Plan, run and JSON begin with what was read from files; a scene without files has no such part."""
     scene = tmp_path / "scene.toml"
     plain = (EXAMPLES / "flapper_on_spring.toml").read_text(encoding="utf-8")
     scene.write_text(plain, encoding="utf-8")

@@ -36,7 +36,7 @@ HOSTILE = "<script>document.title='taken'</script>"
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Of a run whose title is no text for a page."""
+    """Run and report a scene whose title is no text for a page."""
     where = tmp_path_factory.mktemp("report")
     text = EXAMPLE.read_text(encoding="utf-8").replace("Flapper reed on a spring", f"Reed {HOSTILE}")
     scene = where / "reed.toml"
@@ -91,7 +91,7 @@ def test_no_text_of_a_scene_runs_in_it(folder: Path) -> None:
 
 @pytest.mark.slow
 def test_it_names_no_address_to_ask(folder: Path) -> None:
-    """Of its own: plotly's source names some that it asks only for maps."""
+    """Outside the scripts, where plotly names sources of maps, the page names no address."""
     page = re.sub(r"<script>.*?</script>", "", (folder / "report.html").read_text(encoding="utf-8"), flags=re.DOTALL)
     assert "://" not in page
 
@@ -105,7 +105,7 @@ def test_a_curve_keeps_its_peaks() -> None:
 
 
 def test_force_along_the_lip_is_that_of_segments_not_of_the_parts_across_them() -> None:
-    """Two segments of three rings each, in newtons."""
+    """The figure sums three rings of two segments each, in newtons."""
     force = np.array([[0, 0, 0, 0, 0, 0], [1, 2, 3, 10, 20, 30], [0, 1, 0, 0, 10, 0]], dtype=float)
     run: Any = SimpleNamespace(rows=Rows(1e-6, np.arange(3), force, force, force), dt=1e-6)
     (drawn,) = lip_figure(run, 2).data
@@ -129,15 +129,15 @@ def test_hot_spots_and_life_are_tables() -> None:
     assert hot_spots({}) == hot_spots({"seat_stress_hot_spots": "many"}) == ""
     unknown = {"peak_seat_stress_Pa": 21.18e6, "error_bar_peak_seat_stress_Pa": 42.9e6}
     assert "not known (21 ± 43 MPa)" in hot_spots({"seat_stress_hot_spots": [spot], **unknown})
-    found = life_table({"life_margin": 1.234567, "error_bar_life_margin": 0.05, "life_at": "<b>"})
-    assert "<td>margin</td><td>1.235 ± 0.050</td>" in found
+    table = life_table({"life_margin": 1.234567, "error_bar_life_margin": 0.05, "life_at": "<b>"})
+    assert "<td>margin</td><td>1.235 ± 0.050</td>" in table
     assert "not known (1.20 ± 0.70)" in life_table({"life_margin": 1.2, "error_bar_life_margin": 0.7})
-    assert "&lt;b&gt;" in found
+    assert "&lt;b&gt;" in table
     assert life_table({"peak": 1.0}) == ""
 
 
 def landings(count: int) -> list[dict[str, object]]:
-    """As summary.json lists them, each weaker than the one before."""
+    """Return landings as summary.json lists them, each weaker than the one before."""
     return [
         {
             "body": "seat", "number": number, "time_s": 1e-4 * number, "duration_s": 2e-5,
@@ -202,15 +202,15 @@ def test_a_scene_is_no_folder_of_a_run(tmp_path: Path, capsys: pytest.CaptureFix
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="the browser is named by the variable BROWSER")
 def test_view_opens_the_page_in_the_browser(folder: Path, tmp_path: Path) -> None:
-    page, asked = tmp_path / "a page.html", tmp_path / "asked"
+    page, request = tmp_path / "a page.html", tmp_path / "asked"
     program = tmp_path / "browser"
-    program.write_text(f'#!/bin/sh\nprintf %s "$*" > {asked}\n', encoding="utf-8")
+    program.write_text(f'#!/bin/sh\nprintf %s "$*" > {request}\n', encoding="utf-8")
     program.chmod(0o755)
     words = [sys.executable, "-m", "seatfem", "view", str(folder), "-o", str(page)]
     shown = {**os.environ, "BROWSER": f"{program} %s"}
-    told = subprocess.run(words, env=shown, capture_output=True, text=True, timeout=300, check=True)
-    assert told.stdout == f"wrote {page}\n"
-    assert asked.read_text(encoding="utf-8") == page.as_uri()
+    process = subprocess.run(words, env=shown, capture_output=True, text=True, timeout=300, check=True)
+    assert process.stdout == f"wrote {page}\n"
+    assert request.read_text(encoding="utf-8") == page.as_uri()
     assert page.read_text(encoding="utf-8").startswith("<!doctype html>")
 
 
@@ -223,21 +223,21 @@ def _no_browser(address: str) -> bool:
 def test_view_without_a_browser_says_where_the_page_is(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, screen: str
 ) -> None:
-    """No screen: nothing is asked; a screen without a browser: the library's error is no error of the verb."""
+    """The page's place is told where no browser opens; none is asked without a screen."""
     monkeypatch.setattr(sys, "platform", "linux")
     for name in SCREENS:
         monkeypatch.setenv(name, screen)
-    asked: list[str] = []
-    monkeypatch.setattr(webbrowser, "open", lambda address: asked.append(address) or _no_browser(address))
+    addresses: list[str] = []
+    monkeypatch.setattr(webbrowser, "open", lambda address: addresses.append(address) or _no_browser(address))
     page = tmp_path / "page.html"
     assert run_command(["view", str(folder), "-o", str(page)]) == DONE
-    assert asked == ([page.as_uri()] if screen else [])
+    assert addresses == ([page.as_uri()] if screen else [])
     assert f"no browser opens here; open {page} in one" in capsys.readouterr().out
     assert page.is_file()
     if screen:
-        asked.clear()
+        addresses.clear()
         assert run_command(["view", str(folder), "-o", str(page), "--no-browser"]) == DONE
-        assert asked == []
+        assert addresses == []
         assert capsys.readouterr().out == f"wrote {page}\n"
 
 
@@ -248,7 +248,7 @@ def test_view_of_no_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> N
 
 @pytest.fixture(scope="module")
 def browser(folder: Path, chromium: Any) -> Any:
-    """The report in a headless Chromium."""
+    """Open the report in a headless Chromium."""
     chromium.get((folder / "report.html").as_uri())
     return chromium
 
@@ -259,8 +259,8 @@ def test_a_browser_draws_it_without_a_complaint(browser: Any, tmp_path: Path) ->
     assert browser.title.startswith("Reed <script>")
     plots = browser.find_elements("css selector", ".js-plotly-plot")
     assert len(plots) >= 4
-    asked = browser.execute_script("return performance.getEntriesByType('resource').map(e => e.name)")
-    assert [name for name in asked if not name.startswith("data:")] == []
+    resources = browser.execute_script("return performance.getEntriesByType('resource').map(e => e.name)")
+    assert [name for name in resources if not name.startswith("data:")] == []
     browser.execute_script("arguments[0].scrollIntoView()", plots[0])
     plots[0].screenshot(str(tmp_path / "force.png"))
     shades = np.asarray(Image.open(tmp_path / "force.png").convert("L"))
@@ -293,7 +293,7 @@ def test_its_controls_work(browser: Any) -> None:
 
 
 def _body(browser: Any, name: str) -> tuple[Any, Any]:
-    """A figure of a body that is drawn, in sight, and its canvas."""
+    """Return a figure of a body that is drawn, in sight, and its canvas."""
     figure = browser.find_element("css selector", f"figure.body[data-file='{name}']")
     until(lambda: figure.get_attribute("data-ready"), f"{name} is drawn")
     canvas = figure.find_element("css selector", "canvas")
@@ -336,8 +336,8 @@ def test_time_is_scrubbed_and_a_click_tells_the_stress(browser: Any) -> None:
 
     down = float(rows[0] + 12 - after.shape[0] / 2)  # on the top face
     ActionChains(browser).move_to_element_with_offset(canvas, 0, round(down)).click().perform()
-    told = until(lambda: (text := figure.find_element("css selector", ".probe").text).startswith("At") and text, "told")
-    assert "10.00) mm: displacement (0.00, 0.00, 1.00) µm; von Mises stress 50.00 MPa or more (4 µs)" in told
+    info = until(lambda: (text := figure.find_element("css selector", ".probe").text).startswith("At") and text, "told")
+    assert "10.00) mm: displacement (0.00, 0.00, 1.00) µm; von Mises stress 50.00 MPa or more (4 µs)" in info
     put(browser, figure.find_element("css selector", "[data-of=colour]"), "0")
     changed(canvas, after, "coloured by displacement", share=0.0)
     assert "displacement [µm]" in figure.text
@@ -439,7 +439,7 @@ def test_a_browser_that_draws_no_bodies_shows_pictures_of_them(folder: Path, chr
     ["title=it's $(touch made)", 'title="$(touch made)"', "title=`touch made`; touch made", "a b\nc", "$HOME!!", "--x"],
 )
 def test_the_command_that_does_it_again_is_safe_in_a_shell(tmp_path: Path, change: str) -> None:
-    """What a shell makes of it are these very words, and nothing is run."""
+    """A shell reads the command as these very words and runs nothing else."""
     (tmp_path / "scene.toml").write_text(f"# --set {change!r}\n[seat]\n", encoding="utf-8")
     page = html.unescape(provenance(tmp_path, {}))
     command = page[page.index("seatfem run scene.toml") : page.index("</td>", page.index("seatfem run scene.toml"))]

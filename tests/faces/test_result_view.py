@@ -65,7 +65,7 @@ def test_stress_after_the_first_landing_replaces_the_largest_of_all() -> None:
 
 
 def test_a_bar_above_half_of_the_value_leaves_it_not_known() -> None:
-    """Wherever the bar comes from, and whether the plan took a spring for the seat or not; instants have no share."""
+    """A value with a bar above its half is not known, whatever the plan's seat; instants are."""
     stress = {"peak_seat_stress_Pa": 21.18e6, "error_bar_peak_seat_stress_Pa": 42.9e6}
     for level in ("spring", "axisymmetric"):
         assert row("largest, von Mises", **stress, plan_seat_level=level) == (
@@ -120,10 +120,10 @@ def test_seat_and_spring_alike_by_choice_is_said(changed: dict[str, object], wor
 def test_measures_asked_for_decide_and_others_do_not() -> None:
     """The stress was asked for: the peak's difference is not the answer."""
     stress = "peak_reed_stress_after_contact_Pa"
-    asked = {
+    changed = {
         **RUN, "accuracy_measures": "stress", stress: 1e8, f"spring_{stress}": 1.001e8, f"error_bar_{stress}": 1e6
     }  # fmt: skip
-    assert re.match("A spring is enough .*reed stress after", verdict(asked))
+    assert re.match("A spring is enough .*reed stress after", verdict(changed))
 
 
 def test_nothing_to_compare_where_seat_or_bar_is_missing() -> None:
@@ -146,7 +146,7 @@ LIP: dict[str, object] = {
 
 
 def test_a_contact_along_a_lip_has_a_block_of_its_own() -> None:
-    """Force and impulse per length with bars, their places, what they are averaged over; the bed of springs beside."""
+    """A block shows force and impulse per length with bars, places, averages and the baseline."""
     lines = printed(**LIP, accuracy_measures="line_force", error_unknown="mesh")
     first = lines.index("along the lip")
     assert first > next(k for k, line in enumerate(lines) if line.startswith("seat displacement"))
@@ -184,7 +184,7 @@ LIFE: dict[str, object] = {
 
 
 def test_the_life_of_the_reed() -> None:
-    """Margins in the table, and a sentence that says where, by what, and whose numbers."""
+    """The table has margins, and a sentence says where, by what criterion, and whose strength."""
     lines = printed(**LIFE)
     assert "margin on stress 1.350 ± 0.050 1.400 +3.7 % 1" in lines
     assert "cycles to failure 2.3e12 (asked 4.5e9)" in lines
@@ -196,8 +196,8 @@ def test_the_life_of_the_reed() -> None:
     assert re.search(r"fails .*1\.2e6 .*4\.5e9 .*99\.9 % .*0\.7 \+- 0\.05", short)
     assert "no multiple of the stress" in lasting({**LIFE, "life_margin": None})
     speed = {"life_speed_margin": 4.0, "life_speed_m_per_s": 2.0, "life_speed_limit_m_per_s": 8.0}
-    told = lasting({**speed, "life_speed_source": "a report"})
-    assert re.fullmatch(r"fatigue: .*2 m/s, 0\.25 .*8 m/s .*\(a report\)", told)
+    sentence = lasting({**speed, "life_speed_source": "a report"})
+    assert re.fullmatch(r"fatigue: .*2 m/s, 0\.25 .*8 m/s .*\(a report\)", sentence)
 
 
 @pytest.mark.slow(but="None")
@@ -208,8 +208,8 @@ def test_a_summary_of_another_version_is_still_readable(value: object, tmp_path:
     whole = {**RUN, **LIFE, **speed, "life_multiaxial_margin": 2.0}
     for key in whole:
         summary = {name: old if name != key else value for name, old in whole.items() if name != key or value != ABSENT}
-        told = lasting(summary)
-        assert told.count(" endures ") + told.count(" fails ") + told.count("no stress") >= 1
+        sentence = lasting(summary)
+        assert sentence.count(" endures ") + sentence.count(" fails ") + sentence.count("no stress") >= 1
         assert verdict(summary)
         assert result_table(summary).row_count
         assert "to reproduce" in provenance(tmp_path, {**summary, "stages_s": {"plan": value}})

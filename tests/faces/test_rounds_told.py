@@ -18,7 +18,7 @@ Told = pytest.CaptureFixture[str]
 
 @pytest.fixture
 def scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Three rounds: modes and step, then the step alone."""
+    """Write a scene of three rounds: modes and step, then the step alone."""
     (tmp_path / "scene.toml").write_text(REED_ON_SPRING + 'target = "0.3 %"\n', encoding="utf-8")
     monkeypatch.chdir(tmp_path)
 
@@ -30,23 +30,23 @@ def summary() -> dict[str, Any]:
 @pytest.mark.slow
 @pytest.mark.usefixtures("scene")
 def test_a_round_is_a_line(capsys: Told) -> None:
-    """What was refined, from what error to what, at what price; what one round has, the next one had."""
+    """A line tells what was refined, from what error to what, at what price, and begins where the last one ended."""
     assert run_command(RUN) == DONE
     lines = [line for line in capsys.readouterr().err.splitlines() if line.startswith("round")]
     bars = r"impulse \+-(\S+ %(?: -> \S+ %)?); peak force \+-(\S+ %(?: -> \S+ %)?)"
     cost = r"[\d.]+ s, [\d.]+ GB"
     first, *others = lines
     assert len(lines) == summary()["accuracy_rounds"] == 3
-    found = re.fullmatch(rf"round 1: {bars}; target 0.3 % missed; {cost}; the next about \S+ s", first)
-    assert found, first
-    before = found.groups()
+    match = re.fullmatch(rf"round 1: {bars}; target 0.3 % missed; {cost}; the next about \S+ s", first)
+    assert match, first
+    before = match.groups()
     for number, line in enumerate(others, start=2):
         end = "reached" if line is others[-1] else "missed"
         ahead = "" if line is others[-1] else r"; the next about \S+ s"
         pattern = rf"round {number} \((.+)\): {bars}; target 0.3 % {end}; {cost}{ahead}"
-        found = re.fullmatch(pattern, line)
-        assert found, line
-        changes, *moved = found.groups()
+        match = re.fullmatch(pattern, line)
+        assert match, line
+        changes, *moved = match.groups()
         assert all(re.fullmatch(r"\S+ \S+( \S+)? -> \S+( \S+)?", change) for change in changes.split(", "))
         assert [bar.partition(" -> ")[0] for bar in moved] == list(before)
         before = tuple(bar.partition(" -> ")[2] or bar for bar in moved)
@@ -68,10 +68,10 @@ def test_ctrl_c_in_the_second_round_leaves_the_first(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(rounds, "run_contacts", stopping)
     assert run_command(RUN) == INTERRUPTED
     assert "Traceback" not in capsys.readouterr().err
-    left = summary()
-    assert (left["accuracy_rounds"], left["accuracy_met"]) == (1, False)
-    assert left["accuracy_stopped_because"] == f"round 2 {rounds.UNFINISHED}"
-    assert left["landing_impulse_Ns"] > 0
+    kept = summary()
+    assert (kept["accuracy_rounds"], kept["accuracy_met"]) == (1, False)
+    assert kept["accuracy_stopped_because"] == f"round 2 {rounds.UNFINISHED}"
+    assert kept["landing_impulse_Ns"] > 0
     assert {"wave", "spring"} <= load_results(Path("out/result.h5")).keys()
     assert not [path for path in Path("out").iterdir() if path.name.startswith(".")]
 

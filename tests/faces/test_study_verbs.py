@@ -21,7 +21,7 @@ Told = pytest.CaptureFixture[str]
 
 @pytest.fixture
 def study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Three scenes, whose runs are answered at once; the one of 3 g fails."""
+    """Write a study of three scenes, whose runs are answered at once; the one of 3 g fails."""
 
     def answer(changed: dict[str, object]) -> dict[str, object]:
         if changed["reed.mass"] == "3 g":
@@ -73,9 +73,9 @@ def test_plan_tells_of_a_study(study: Path, capsys: Told) -> None:
         r"3 scenes: about [\d.]+ s expected with \d+ workers? \([\d.]+ s a scene, ", capsys.readouterr().out
     )
     assert run_command(["plan", "gaps.toml", "--json"]) == DONE
-    told = json.loads(capsys.readouterr().out)
-    assert told["scenes"] == 3
-    assert told["time_s"] >= told["start"] + told["each"]
+    plan = json.loads(capsys.readouterr().out)
+    assert plan["scenes"] == 3
+    assert plan["time_s"] >= plan["start"] + plan["each"]
     assert run_command(["plan", "gaps.toml", "--quiet"]) == DONE
     assert not any(capsys.readouterr())
 
@@ -190,9 +190,9 @@ def test_plan_tells_of_a_search(study: Path, tmp_path: Path, capsys: Told) -> No
     out = capsys.readouterr().out
     assert re.match(r"search: .*40 scenes: .*[\d.]+ s .*target: 3 scenes: .*[\d.]+ s", out)
     assert run_command(["plan", "gaps.toml", "--json"]) == DONE
-    told = json.loads(capsys.readouterr().out)
-    assert (told["search"]["scenes"], told["confirmation"]["scenes"]) == (40, 3)
-    assert told["time_s"] > 40 * told["search"]["each"]
+    plan = json.loads(capsys.readouterr().out)
+    assert (plan["search"]["scenes"], plan["confirmation"]["scenes"]) == (40, 3)
+    assert plan["time_s"] > 40 * plan["search"]["each"]
 
 
 @pytest.mark.parametrize("verb", ["optimise", "plan"])

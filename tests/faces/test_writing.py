@@ -48,7 +48,7 @@ def scene_file(folder: Path, text: str) -> Path:
 
 @pytest.fixture
 def tiny_disk(tmp_path: Path) -> Iterator[Path]:
-    """A real file system of 64 kB; only root may mount one."""
+    """Mount a real file system of 64 kB; only root may do so."""
     folder = tmp_path / "disk"
     folder.mkdir()
     mount = ["mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", str(folder)]
@@ -141,10 +141,10 @@ def test_a_folder_that_cannot_be_written_to_is_found_first(
     (tmp_path / "file").write_text("", encoding="utf-8")
     out = tmp_path / "file" / "deep" / "out"
     assert run_command([verb, str(scene_file(tmp_path, BLOCK + BALL)), "-o", str(out), "--quiet"]) == BAD_INPUT
-    told = capsys.readouterr().err
-    assert f"{out}" in told
-    assert "(Not a directory); choose another place with --output" in told
-    assert "Traceback" not in told
+    message = capsys.readouterr().err
+    assert f"{out}" in message
+    assert "(Not a directory); choose another place with --output" in message
+    assert "Traceback" not in message
 
 
 def test_looking_leaves_nothing_behind(tmp_path: Path) -> None:
@@ -172,10 +172,10 @@ def test_a_cache_that_cannot_be_written_costs_a_warning(
     monkeypatch.setenv("SEATFEM_STORE", str(folder))
     out = tmp_path / "seat.h5"
     assert run_command(["greens", str(scene_file(tmp_path, BLOCK + BALL)), "-o", str(out), "--quiet"]) == DONE
-    told = capsys.readouterr().err
-    assert re.match(rf"warning: the seat is not kept .*{folder}: .*SEATFEM_STORE", told)
-    assert len(told.splitlines()) <= 3  # of the seat that the plan looks at, as a whole and in rings, and of the run's
-    assert all(line.startswith("warning: the seat is not kept") for line in told.splitlines())
+    said = capsys.readouterr().err
+    assert re.match(rf"warning: the seat is not kept .*{folder}: .*SEATFEM_STORE", said)
+    assert len(said.splitlines()) <= 3  # of the seat that the plan looks at, as a whole and in rings, and of the run's
+    assert all(line.startswith("warning: the seat is not kept") for line in said.splitlines())
     assert load_greens(out).provenance["seat_key"]
 
 
@@ -192,23 +192,23 @@ def test_a_user_without_a_home_keeps_nothing(monkeypatch: pytest.MonkeyPatch) ->
 
 
 def test_a_kept_function_carries_key_and_seal(tmp_path: Path) -> None:
-    told: list[str] = []
-    store, elsewhere = Store(tmp_path, told.append), content_key({"seat": "b"})
+    messages: list[str] = []
+    store, elsewhere = Store(tmp_path, messages.append), content_key({"seat": "b"})
     path = store.put(KEY, SEAT)
     assert load_greens(path, key=KEY).static_compliance() == pytest.approx(SEAT.static_compliance())
     store.path(elsewhere).write_bytes(path.read_bytes())  # another's function under the right name
     assert store.get(elsewhere) is None
-    assert f"belongs to the key '{KEY}'" in told[-1]
+    assert f"belongs to the key '{KEY}'" in messages[-1]
     path.write_bytes(bytes(USER_BLOCK) + path.read_bytes()[USER_BLOCK:])  # the seal taken off
     assert store.get(KEY) is None
-    assert "carries no seal of its content" in told[-1]
+    assert "carries no seal of its content" in messages[-1]
     with h5py.File(path, "r+") as file:
         file["omega"][...] *= 2
     seal_before = store.put(elsewhere, SEAT).read_bytes()[:USER_BLOCK]
     path.write_bytes(seal_before + path.read_bytes()[USER_BLOCK:])  # other numbers under an old seal
     assert store.get(KEY) is None
-    assert "changed since it was written" in told[-1]
-    assert len(told) == 3
+    assert "changed since it was written" in messages[-1]
+    assert len(messages) == 3
     save_greens(OTHER, path)  # sealed, and of no key
     with pytest.raises(OtherKeyError, match="'of nothing'"):
         load_greens(path, key=KEY)
@@ -266,8 +266,8 @@ def test_the_coarser_function_is_kept_first_and_under_its_own_key(
     (coarser,) = kept
     assert coarser != seat_key(scene)
     assert store.get(seat_key(scene)) is None  # nothing is taken for complete
-    found = seat_of(scene, Cache(tmp_path / "seat.h5", store))
-    assert (found.reused, found.coarser is None) == (False, False)
+    seat = seat_of(scene, Cache(tmp_path / "seat.h5", store))
+    assert (seat.reused, seat.coarser is None) == (False, False)
     store.path(coarser).write_bytes(store.path(seat_key(scene)).read_bytes())  # the fine one in its place
     again = seat_of(scene, Cache(tmp_path / "other.h5", store))
     assert again.coarser is None or not again.reused
@@ -300,9 +300,9 @@ def test_the_key_holds_the_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     changes = {"pictures/plots.py": False, "faces/cli.py": False, "structures/krylov.py": True, "new/room.py": True}
     for name, counts in changes.items():
         (package / name).write_text("a = 2\n", encoding="utf-8")
-        found = hash_of([package], NOT_NUMERICS)
-        assert (found != first) is counts, name
-        first = found
+        code_hash = hash_of([package], NOT_NUMERICS)
+        assert (code_hash != first) is counts, name
+        first = code_hash
     assert hash_of([tmp_path / "nothing"]) == hash_of([])  # the version of the package
     for name in NOT_NUMERICS:
         assert (ROOT / name).exists(), f"{name}: renamed? Its successor would count"
@@ -310,15 +310,15 @@ def test_the_key_holds_the_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
 
 @pytest.mark.slow
 def test_two_runs_at_once_in_one_folder_and_one_cache(tmp_path: Path) -> None:
-    """Two real programs: each ends well, and what they leave is whole."""
+    """Two real programs in one folder both end well, and what they leave is whole."""
     scene = scene_file(tmp_path, BLOCK + BALL)
     environment = os.environ | {"PYTHONPATH": str(ROOT), "SEATFEM_STORE": str(tmp_path / "store")}
     command = [sys.executable, "-m", "seatfem", "run", str(scene), "-o", str(tmp_path / "out")]
     command += ["--quiet", "--no-pictures", "--rounds", "1"]
     both = [subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True) for _ in range(2)]
-    told = [process.communicate(timeout=300)[1] for process in both]
+    errors = [process.communicate(timeout=300)[1] for process in both]
     assert all(process.returncode in (DONE, FAILED) for process in both)  # whether the target is met is not the point
-    assert "Traceback" not in "".join(told)
+    assert "Traceback" not in "".join(errors)
     assert json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))["impulse_Ns"] > 0
     assert set(load_results(tmp_path / "out" / "result.h5")) >= {"wave", "spring"}
     key = load_greens(tmp_path / "out" / "seat.h5").provenance["seat_key"]
@@ -329,8 +329,8 @@ def test_two_runs_at_once_in_one_folder_and_one_cache(tmp_path: Path) -> None:
 
 
 def test_no_writer_goes_round_whole_file() -> None:
-    """What a user finds on the disk is written by `impact.files.safe_files.whole_file`; the exceptions are private
-    folders, journals and /proc."""
+    """All files for users are written by `impact.files.safe_files.whole_file`, except for private folders, journals and
+    /proc."""
     allowed = {
         "seatfem/machine/resources.py",
         "impact/files/safe_files.py", "seatfem/jobs/folders.py", "seatfem/jobs/processes.py", "seatfem/jobs/cluster.py",
@@ -338,12 +338,12 @@ def test_no_writer_goes_round_whole_file() -> None:
     }  # fmt: skip
     allowed |= {"seatfem/structures/mesh/_gmsh_worker.py", "seatfem/structures/formats/_meshio_worker.py"}
     words = (".write_text(", ".write_bytes(", "savefig(", "imwrite(", ".save(", "savez(", '.open("w', '.open("a')
-    found = set()
+    writers = set()
     for path in [*(ROOT / "impact").rglob("*.py"), *(ROOT / "seatfem").rglob("*.py")]:
         text = path.read_text(encoding="utf-8")
         if any(word in text for word in words) and not {"whole_file(", "write_whole("} & set(_calls(text)):
-            found.add(path.relative_to(ROOT).as_posix())
-    assert found - allowed <= {"seatfem/faces/other_verbs.py"}  # `machine.save`, which is whole_file's
+            writers.add(path.relative_to(ROOT).as_posix())
+    assert writers - allowed <= {"seatfem/faces/other_verbs.py"}  # `machine.save`, which is whole_file's
 
 
 def _calls(text: str) -> list[str]:
@@ -352,7 +352,7 @@ def _calls(text: str) -> list[str]:
 
 @pytest.fixture
 def read_only(tmp_path: Path) -> Iterator[tuple[Path, list[str]]]:
-    """A folder into which nobody may write, and how a command is begun to which that applies, root's too."""
+    """Give a folder without the right to write, and how to start a command that obeys it, even for root."""
     folder = tmp_path / "read only"
     folder.mkdir()
     folder.chmod(0o555)
@@ -371,7 +371,7 @@ def read_only(tmp_path: Path) -> Iterator[tuple[Path, list[str]]]:
 @pytest.mark.slow
 @pytest.mark.own_gmsh
 def test_faces_of_a_part_in_a_folder_that_is_read_only(read_only: tuple[Path, list[str]]) -> None:
-    """The table is told; of the picture its own name, no temporary one, and the remedy."""
+    """The table is printed; the picture is refused by its own name, with the remedy."""
     folder, program = read_only
     part = str(ROOT / "meshes" / "bar.step")
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}

@@ -12,7 +12,7 @@ LENGTH, DT = 0.03, 1e-7
 
 
 def test_means_over_whole_arcs_and_parts_of_arcs() -> None:
-    """By hand, around the end of the line: 2.5 of 5 arcs, from each begin of an arc and up to each end."""
+    """The means are those summed by hand, around the end of the line, from each begin of an arc and up to each end."""
     force = np.array([[1.0, 2.0, 4.0, 8.0, 16.0]])
     begin = [1 + 2 + 4 / 2, 2 + 4 + 8 / 2, 4 + 8 + 16 / 2, 8 + 16 + 1 / 2, 16 + 1 + 2 / 2]
     end = [1 + 16 + 8 / 2, 2 + 1 + 16 / 2, 4 + 2 + 1 / 2, 8 + 4 + 2 / 2, 16 + 8 + 4 / 2]
@@ -23,7 +23,7 @@ def test_means_over_whole_arcs_and_parts_of_arcs() -> None:
 
 
 def test_no_part_of_the_line_has_a_larger_mean() -> None:
-    """By brute force: parts that begin anywhere on a closed line and on an open one."""
+    """Brute force over parts that begin anywhere finds no larger mean, on a closed line and on an open one."""
     rng = np.random.default_rng(5)
     lengths, force, fine = rng.uniform(0.5, 2, 9), rng.uniform(0, 1, 9), 20_000
     borders = np.concatenate([[0], np.cumsum(lengths)])
@@ -39,8 +39,8 @@ def test_no_part_of_the_line_has_a_larger_mean() -> None:
 
 
 def test_where_it_is_largest() -> None:
-    """1 + cos(th - t0) per radian: over a quarter about t0 its mean is 1 + sin(a)/a, a = pi/4; arcs of 2 pi/64 leave
-    an eighth of the square of half of one."""
+    """A force 1 + cos(th - t0) per radian has its largest mean about t0: 1 + sin(a)/a over a quarter, a = pi/4; arcs of
+    2 pi/64 leave an eighth of the square of half of one."""
     arcs, top = 64, 2 * np.pi * 40 / 64
     th = 2 * np.pi * (np.arange(arcs) + 0.5) / arcs
     force = np.zeros((50, arcs))
@@ -55,15 +55,15 @@ def test_where_it_is_largest() -> None:
 
 
 def test_a_long_run_is_averaged_in_blocks_and_its_memory_stays_small(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Besides the force of 24 arcs, a few columns: at once they are ten times that."""
+    """Blocks take less memory than the force of 24 arcs and give the mean of all at once."""
     rng = np.random.default_rng(3)
     force, edges = rng.uniform(0, 1, (50_000, 24)), np.cumsum(rng.uniform(0.5, 2, 50_001)) * DT
     tracemalloc.start()
-    found = line_force_peak(force, edges, 300 * DT, LENGTH, 0.1)
+    largest = line_force_peak(force, edges, 300 * DT, LENGTH, 0.1)
     assert tracemalloc.get_traced_memory()[1] < force.nbytes
     tracemalloc.stop()
     monkeypatch.setattr(histories, "TOGETHER", 10**9)
-    assert line_force_peak(force, edges, 300 * DT, LENGTH, 0.1) == pytest.approx(found, rel=1e-13)
+    assert line_force_peak(force, edges, 300 * DT, LENGTH, 0.1) == pytest.approx(largest, rel=1e-13)
 
 
 def test_uneven_arcs_are_weighed_by_their_lengths() -> None:
@@ -83,9 +83,9 @@ def test_uneven_arcs_are_weighed_by_their_lengths() -> None:
 
 
 def test_means_in_time_keep_the_impulse_of_each_arc() -> None:
-    """Of a front that runs around, nothing at the ends of the record."""
+    """The means of a front that runs around keep each arc's impulse and stay below its peak."""
     arcs, t = 16, np.arange(401)[:, None]
     force = np.maximum(0.0, 3.0 - np.abs(t - 100 - 12 * np.arange(arcs)) / 10) * (t > 0)
-    found = per_length(force, DT, 2e-6, LENGTH)
-    np.testing.assert_allclose(found.sum(axis=0) * LENGTH / arcs, force[1:].sum(axis=0), rtol=1e-12)
-    assert 0.8 * 3.0 * arcs / LENGTH < found.max() < 3.0 * arcs / LENGTH
+    means = per_length(force, DT, 2e-6, LENGTH)
+    np.testing.assert_allclose(means.sum(axis=0) * LENGTH / arcs, force[1:].sum(axis=0), rtol=1e-12)
+    assert 0.8 * 3.0 * arcs / LENGTH < means.max() < 3.0 * arcs / LENGTH

@@ -25,7 +25,7 @@ NAMES = [f"{b.family} {i}" for i, b in enumerate(BEAMS)]
 
 
 def polynomials(xi: np.ndarray, size: int, envelope: np.polynomial.Polynomial) -> list[np.ndarray]:
-    """Envelope times Legendre polynomials of 2 xi - 1: values, first and second derivatives, each (size, G)."""
+    """Return the envelope times Legendre polynomials of 2 xi - 1 and two derivatives, each (size, G)."""
     out = [np.zeros((size, len(xi))) for _ in range(3)]
     e = [envelope.deriv(k)(xi) if k else envelope(xi) for k in range(3)]
     for j in range(size):
@@ -37,7 +37,7 @@ def polynomials(xi: np.ndarray, size: int, envelope: np.polynomial.Polynomial) -
 
 
 def galerkin(beam: RectangularBeam, size: int) -> np.ndarray:
-    """Angular frequencies from the energies, with polynomials that meet the clamps."""
+    """Return angular frequencies from the energies, with polynomials that meet the clamps."""
     x, weights = gauss(0.0, 1.0, size)
     length = beam.length
     if isinstance(beam, TimoshenkoCantilever):
@@ -76,23 +76,23 @@ def test_frequencies(beam: RectangularBeam) -> None:
 
 @pytest.mark.parametrize("beam", BEAMS, ids=NAMES)
 def test_modes_sum_to_the_static_compliance(beam: RectangularBeam) -> None:
-    """What n modes leave out falls like n^-3 (a force at a point of an Euler-Bernoulli beam) or 1/n (shear)."""
+    """The share left out by n modes falls like n^-3 (a force on an Euler-Bernoulli beam) or 1/n (shear)."""
     places = np.array([0.31, 0.5, 0.77, 1.0]) * beam.length
     exact = np.array([[beam.compliance(x, y) for y in places] for x in places])
     np.testing.assert_array_equal(exact, exact.T)
-    left = {}
+    shares = {}
     for n in (60, 240):
         modes = beam.modes(n)
         scaled = modes.deflection(places) / modes.omega[:, None]
         rest = exact - scaled.T @ scaled
         assert np.linalg.eigvalsh(rest)[0] > -1e-14 * np.trace(exact)
-        left[n] = np.trace(rest[:3, :3]) / np.trace(exact)  # without the tip, where a mass makes it fall faster
+        shares[n] = np.trace(rest[:3, :3]) / np.trace(exact)  # without the tip, where a mass makes it fall faster
     if not isinstance(beam, TimoshenkoCantilever):
-        assert left[60] < 1e-5
-        assert np.log(left[60] / left[240]) / np.log(4) == pytest.approx(3, abs=0.15)
+        assert shares[60] < 1e-5
+        assert np.log(shares[60] / shares[240]) / np.log(4) == pytest.approx(3, abs=0.15)
     elif beam.thickness > 1e-3:  # the slender one is still below its cutoff, on its way from 3 to 1
-        assert left[60] < 2e-2
-        assert np.log(left[60] / left[240]) / np.log(4) == pytest.approx(1, abs=0.1)
+        assert shares[60] < 2e-2
+        assert np.log(shares[60] / shares[240]) / np.log(4) == pytest.approx(1, abs=0.1)
 
 
 @pytest.mark.parametrize("thickness", [25.4e-6, 0.305e-3, 2.54e-3, 25.4e-3, 254e-3])

@@ -41,7 +41,7 @@ def test_contact_points_have_the_exact_static_compliance(beam: RectangularBeam, 
 @pytest.mark.parametrize(("at", "waves"), [(1.0, 1), (0.6, 2)])
 @pytest.mark.parametrize("zeta", [0.0, 0.1])
 def test_timoshenko_starts_with_its_shear_wave_impedance(at: float, waves: int, zeta: float) -> None:
-    """g(0+) of the residual is the continuum's: of a sum of 600 modes, extrapolated to t = 0."""
+    """g(0+) is the continuum's, and that of 600 modes extrapolated to t = 0."""
     beam = TimoshenkoCantilever(**SQUAT)
     greens = reed(beam, contact_at=at * L, damping_ratio=zeta, n_modes=30).greens
     start = greens.initial_value()[0, 0]
@@ -86,7 +86,7 @@ def test_mode_release() -> None:
 
 @pytest.mark.parametrize("beam", BEAMS, ids=NAMES)
 def test_a_given_mode_is_found_again(beam: RectangularBeam) -> None:
-    """Exact without shear; with it the release is normal to the axis, so a slender reed's mode comes out to (h/L)^2."""
+    """A mode's shape gives that mode, exactly without shear and to (h/L)^2 in a slender reed with shear."""
     modes = beam.modes(8)
     shape = GivenShape(shape=lambda x: modes.deflection(x)[2], velocity=lambda x: -3 * modes.deflection(x)[5])
     state = reed(beam, n_modes=8, release=shape).state

@@ -19,10 +19,10 @@ COVERED = 0.95  # wanted share of the measures whose true error is inside the ba
 
 
 def modes_of_rod(n: int, rest: str = "exponential", error: ErrorEstimate | None = None) -> ModalGreens:
-    """The ``n`` lowest modes of `EXACT`, (k - 1/2) pi c/l, each with 2/mass, and the flexibility of the others."""
+    """Return the ``n`` lowest modes of `EXACT`, (k - 1/2) pi c/l, each with 2/mass, and the others' flexibility."""
     omega = (np.arange(n) + 0.5) * np.pi / TRANSIT
-    left = TRANSIT - float(np.sum(2 / TRANSIT / omega**2))
-    residual = Residual.exponential(left, 1.0) if rest == "exponential" else Residual.spring(left)
+    flexibility = TRANSIT - float(np.sum(2 / TRANSIT / omega**2))
+    residual = Residual.exponential(flexibility, 1.0) if rest == "exponential" else Residual.spring(flexibility)
     shapes = np.full((n, 1), math.sqrt(2 / TRANSIT))
     return ModalGreens(omega, np.zeros(n), shapes, residual, error=error or ErrorEstimate(mesh=0.0))
 
@@ -33,7 +33,7 @@ def blow(seat: impact.GreensFunction, mass: float, law: Law) -> ContactProblem:
     )
 
 
-def told(problem: ContactProblem, dt: float, duration: float, width: float) -> Mapping[str, float]:
+def measure_run(problem: ContactProblem, dt: float, duration: float, width: float) -> Mapping[str, float]:
     result = impact.solve(problem, dt=dt, duration=duration)
     group = measures.contact_groups(result)[0]
     return {
@@ -45,7 +45,7 @@ def told(problem: ContactProblem, dt: float, duration: float, width: float) -> M
 
 
 def drawn(rng: np.random.Generator) -> tuple[Budget, Mapping[str, float]]:
-    """A mass of 0.2 to 15 rods, any law, 6 to 60 modes, a filter no shorter than the period of the highest."""
+    """Draw a mass of 0.2 to 15 rods, any law, 6 to 60 modes, a filter no shorter than the highest period."""
     mass, n, k = 10 ** rng.uniform(-0.7, 1.2), int(rng.integers(6, 60)), 10 ** rng.uniform(-0.5, 2.5) / TRANSIT
     hertz = k / math.sqrt(TRANSIT)
     laws: list[Law] = [
@@ -59,20 +59,20 @@ def drawn(rng: np.random.Generator) -> tuple[Budget, Mapping[str, float]]:
     width = max(2 * TRANSIT / (n - 0.5), 2.5 * dt) * rng.uniform(1, 4)
     duration = TRANSIT * (3.5 * math.sqrt(mass * (1 + 1 / (k * TRANSIT))) + 6)
     seat = modes_of_rod(n, rng.choice(["exponential", "spring"]))
-    found = impact.error_budget(blow(seat, mass, law), dt=dt, duration=duration, filter_width=width)
+    budget = impact.error_budget(blow(seat, mass, law), dt=dt, duration=duration, filter_width=width)
     fine = TRANSIT / round(8 * TRANSIT / dt)
-    return found, told(blow(EXACT, mass, law), fine, duration, width)
+    return budget, measure_run(blow(EXACT, mass, law), fine, duration, width)
 
 
 @pytest.mark.slow
 def test_true_errors_of_a_random_set_are_inside_the_bars() -> None:
     rng, inside, excess = np.random.default_rng(3), [], []
     for _ in range(20):
-        found, truth = drawn(rng)
-        for name, value in found.values.items():
+        budget, truth = drawn(rng)
+        for name, value in budget.values.items():
             error = abs(value - truth[name])
-            inside.append(error <= found.bar(name))
-            excess.append((error - found.bar(name)) / truth[name])
+            inside.append(error <= budget.bar(name))
+            excess.append((error - budget.bar(name)) / truth[name])
     assert len(inside) == 80
     assert np.mean(inside) >= COVERED
     assert max(excess) < 0.02  # of the value: what is outside is not far
@@ -84,30 +84,30 @@ def test_sources_are_named_by_body_and_the_unknown_too() -> None:
     )
     seat = modes_of_rod(5, error=ErrorEstimate(reduction=0.01))
     problem = ContactProblem(striker, Body(seat), law=impact.LinearSpring(1 / TRANSIT))
-    found = impact.error_budget(problem, dt=2e-7, duration=3e-4)
-    assert set(found.values) == {"impulse", "contact_duration", "target_displacement"}
-    assert found.sources == ("striker mesh", "striker reduction", "target mesh", "target reduction", "time_step")
-    assert found.unknown == ("target mesh",)
-    assert "in no bar: target mesh" in str(found)
-    assert f"{found.values['impulse']:.5g} +- " in str(found)
+    budget = impact.error_budget(problem, dt=2e-7, duration=3e-4)
+    assert set(budget.values) == {"impulse", "contact_duration", "target_displacement"}
+    assert budget.sources == ("striker mesh", "striker reduction", "target mesh", "target reduction", "time_step")
+    assert budget.unknown == ("target mesh",)
+    assert "in no bar: target mesh" in str(budget)
+    assert f"{budget.values['impulse']:.5g} +- " in str(budget)
 
 
 def test_a_coarser_companion_takes_the_place_of_the_stated_error() -> None:
     law, dt = impact.LinearSpring(5 / TRANSIT), TRANSIT / 100
     seat = modes_of_rod(24, error=ErrorEstimate(0.0, None))
     companion = impact.Coarser(modes_of_rod(12), ratio=2.0)
-    found = impact.error_budget(
+    budget = impact.error_budget(
         blow(seat, 1.0, law), dt=dt, duration=6 * TRANSIT, coarser={"target mesh": companion},
         others={"law": blow(seat, 1.0, impact.LinearSpring(4.5 / TRANSIT))},
     )  # fmt: skip
-    assert found.unknown == ()
+    assert budget.unknown == ()
     values = [
         measures.impulse(impact.solve(blow(g, 1.0, law), dt=2 * dt, duration=6 * TRANSIT))
         for g in (seat, modes_of_rod(12))
     ]
-    assert found.parts["target mesh"]["impulse"] == pytest.approx(abs(values[0] - values[1]), rel=1e-9)
-    assert found.parts["target reduction"]["impulse"] == 0.0
-    assert found.dominant("target_displacement") == "law"
+    assert budget.parts["target mesh"]["impulse"] == pytest.approx(abs(values[0] - values[1]), rel=1e-9)
+    assert budget.parts["target reduction"]["impulse"] == 0.0
+    assert budget.dominant("target_displacement") == "law"
 
 
 def test_several_contacts_and_measures_of_ones_own() -> None:
@@ -116,10 +116,10 @@ def test_several_contacts_and_measures_of_ones_own() -> None:
     law = impact.LinearSpring(3 / TRANSIT)
     problem = ContactProblem(mass, contacts=[Contact(seat, gap=0.02 * TRANSIT, law=law) for seat in seats])
     run = {"dt": TRANSIT / 50, "duration": 6 * TRANSIT}
-    found = impact.error_budget(problem, **run, filter_width=TRANSIT / 2)
-    assert {"impulse 0", "impulse 1", "filtered_peak 1", "contact_duration 0"} <= set(found.values)
-    assert "target 1 reduction" in found.parts
-    assert 0 < found.bar("impulse 0") < 0.05 * found.values["impulse 0"]
+    budget = impact.error_budget(problem, **run, filter_width=TRANSIT / 2)
+    assert {"impulse 0", "impulse 1", "filtered_peak 1", "contact_duration 0"} <= set(budget.values)
+    assert "target 1 reduction" in budget.parts
+    assert 0 < budget.bar("impulse 0") < 0.05 * budget.values["impulse 0"]
     own = impact.error_budget(problem, **run, measures={"momentum": measures.total_impulse})
     assert list(own.values) == ["momentum"]
     exact = ContactProblem(mass, contacts=[Contact(Body(EXACT), gap=0.02 * TRANSIT, law=law) for _ in seats])
@@ -142,7 +142,7 @@ def test_what_a_budget_refuses() -> None:
 
 
 def test_runs_in_threads_leave_what_they_leave_one_after_the_other() -> None:
-    """Bit for bit, and all at once: four runs that wait for each other end."""
+    """Four runs that wait for each other end, with the errors of single ones bit for bit."""
     problem = blow(modes_of_rod(12), 1.0, impact.LinearSpring(20 / TRANSIT))
     seat = problem.target
     others = [with_body(problem, seat, impact.Body(modes_of_rod(n))) for n in (9, 6)]
@@ -151,7 +151,7 @@ def test_runs_in_threads_leave_what_they_leave_one_after_the_other() -> None:
     gate = threading.Barrier(4, timeout=20)
 
     def run(one: ContactProblem, step: float) -> Mapping[str, float]:
-        return told(one, step, duration, width)
+        return measure_run(one, step, duration, width)
 
     def together(one: ContactProblem, step: float) -> Mapping[str, float]:
         gate.wait()
@@ -165,9 +165,9 @@ def test_runs_in_threads_leave_what_they_leave_one_after_the_other() -> None:
 
 
 def test_durations_of_whole_steps_err_by_a_step() -> None:
-    """Even where no other step changes them."""
+    """A duration errs by a step even if no other step changes it."""
     problem, dt = blow(EXACT, 1.0, impact.Signorini()), TRANSIT / 50
     constant = {"contact_duration": 1e-4, "contact_duration 1": 0.0, "impulse": 1.0}
     quantities = {name: lambda result, value=value: value for name, value in constant.items()}
-    left = impact.error_budget(problem, dt=dt, duration=TRANSIT, measures=quantities)
-    assert left.parts["time_step"] == {"contact_duration": pytest.approx(dt), "contact_duration 1": 0.0, "impulse": 0.0}
+    bars = impact.error_budget(problem, dt=dt, duration=TRANSIT, measures=quantities)
+    assert bars.parts["time_step"] == {"contact_duration": pytest.approx(dt), "contact_duration 1": 0.0, "impulse": 0.0}

@@ -21,14 +21,14 @@ OFF = 1.03  # a coefficient that is wrong by so much must show
 
 
 def first_frequency(stiffness: float) -> float:
-    """Of a cantilever with a spring at its tip [rad/s]: (1 + cos x cosh x) x^3 EI/L^3 + k (sin x cosh x - cos x sinh x)
-    = 0."""
+    """Return the frequency [rad/s] of a cantilever with a spring k at its tip, the first root of (1 + cos x cosh x) x^3
+    EI/L^3 + k (sin x cosh x - cos x sinh x) = 0."""
 
-    def left(x: float) -> float:
+    def characteristic(x: float) -> float:
         swings = math.sin(x) * math.cosh(x) - math.cos(x) * math.sinh(x)
         return (1 + math.cos(x) * math.cosh(x)) * x**3 * TIP / 3 + stiffness * swings
 
-    return float(brentq(left, 1.0, 3.9, xtol=1e-14)) ** 2 * math.sqrt(OF_MODE)
+    return float(brentq(characteristic, 1.0, 3.9, xtol=1e-14)) ** 2 * math.sqrt(OF_MODE)
 
 
 def sprung_reed(n_modes: int, stiffness: float, damping_ratio: float = 0.0) -> SprungBody:
@@ -60,7 +60,7 @@ def test_a_mass_on_a_spring() -> None:
 
 
 def test_the_first_frequency_of_a_cantilever_with_a_spring_at_its_tip() -> None:
-    """Of third order in the number of modes; with 40 of them a spring 3 % off is seen a thousand times as large."""
+    """The error falls with the third power of the number of modes; with 40, a spring 3 % off is far above it."""
     stiffness = 9 * TIP
     exact = first_frequency(stiffness)
     errors = [omega_of(sprung_reed(n, stiffness))[0] / exact - 1 for n in (5, 10, 20, 40)]
@@ -71,8 +71,8 @@ def test_the_first_frequency_of_a_cantilever_with_a_spring_at_its_tip() -> None:
 
 
 def test_its_own_modes_under_the_forces_of_its_springs_move_alike() -> None:
-    """What a run with springs knows is what the reed without them does under their recorded forces: the same gap by
-    either, to second order in the step."""
+    """A run with springs moves as the reed without them does under their recorded forces: both gaps agree to second
+    order in the step."""
     free = impact.cantilever_reed(**REED, n_modes=6, tip_deflection=0.3e-3)
     shapes = np.column_stack([free.greens.modal.shapes, 0.3 * free.greens.modal.shapes])
     body, errors = on_springs(free, shapes, [400.0, 900.0]), []

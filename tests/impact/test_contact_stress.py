@@ -23,7 +23,7 @@ def test_reduced_modulus_of_equal_and_rigid_partners() -> None:
 
 
 def test_axis_stress_is_the_integral_of_point_loads() -> None:
-    """Boussinesq: sigma_z = -(3/(2 pi)) P z^3/s^5, hoop + radial from the trace (1 + nu) P z/(pi s^3), over rings."""
+    """Stress on the axis is Boussinesq's, sigma_z = -(3/(2 pi)) P z^3/s^5, trace -(1 + nu) P z/(pi s^3), over rings."""
     poisson, z = 0.27, np.array([0.2, 0.5, 1.0, 2.5])
     r, w = np.polynomial.legendre.leggauss(400)
     r, w = (1 + r) / 2, w / 2
@@ -40,7 +40,7 @@ def test_axis_stress_is_the_integral_of_point_loads() -> None:
 
 
 def test_a_line_contact_carries_its_load() -> None:
-    """The half ellipse of pressure, pi b p0/2, is the load, and p0 = sqrt(N' E*/(pi R)) (Johnson 4.45)."""
+    """The half ellipse pi b p0/2 is the load, and p0 = sqrt(N' E*/(pi R)) (Johnson 4.45)."""
     load, modulus, radius = 3e5, 1.1e11, 4e-3
     line = cs.hertz_line(force_per_length=load, reduced_modulus=modulus, radius=radius)
     assert line.pressure == pytest.approx(math.sqrt(load * modulus / (math.pi * radius)), rel=1e-14)
@@ -48,7 +48,7 @@ def test_a_line_contact_carries_its_load() -> None:
 
 
 def test_line_stress_is_the_integral_of_line_loads() -> None:
-    """Flamant: sigma_z = -(2/pi) P z^3/s^4, sigma_x = -(2/pi) P x^2 z/s^4."""
+    """Stress below a line is the integral of Flamant's -(2/pi) P z^3/s^4 and -(2/pi) P x^2 z/s^4."""
     z = np.array([[0.2], [0.8], [2.0]])
     n = 2000
     x = np.cos(np.pi * np.arange(1, n + 1) / (n + 1))  # Gauss-Chebyshev of the second kind: weight sqrt(1 - x^2)
@@ -72,7 +72,7 @@ def test_first_contact_of_waves() -> None:
 
 
 def test_tip_step_stress_of_a_section() -> None:
-    """sigma = M y/I with M = v sqrt(EI rho A) m."""
+    """The stress is M y/I with M = v sqrt(EI rho A) m, and sections scale it."""
     young, density, width, height, speed = 200e9, 7850.0, 0.01, 3e-4, 1.5
     area, inertia = width * height, width * height**3 / 12
     moment = speed * math.sqrt(young * inertia * density * area)

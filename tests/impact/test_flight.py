@@ -13,7 +13,7 @@ from impact.march.prepared import BLOCK, Prepared
 
 
 def ball(*, ports: int = 1, modes: int = 0, mass: float = 2.0) -> Body:
-    """A mass (with elastic modes) under its weight of 1 N, thrown down at 1 m/s."""
+    """Return a mass (with elastic modes) under its weight of 1 N, thrown down at 1 m/s."""
     omega = np.concatenate([[0.0], 3.0 + np.arange(modes)])
     shapes = np.full((1 + modes, ports), 1 / np.sqrt(mass)) * (1 + 0.1 * np.arange(ports))
     names = tuple(str(k) for k in range(ports))
@@ -48,7 +48,7 @@ def test_the_march_follows_the_replay_of_its_forces(ports: int, modes: int) -> N
 
 
 def deviation(prepared: Prepared) -> tuple[float, np.ndarray]:
-    """Of the march's gaps from those of the bodies under its forces; and these."""
+    """Return how far the march's gaps are from those of the bodies under its forces, and these forces."""
     stepper = ContactStepper(prepared)
     stepper.advance(prepared.steps)
     replayed = impact.collect(stepper).gap.reshape(stepper.gap.shape)

@@ -143,7 +143,7 @@ def test_a_smooth_response_has_none() -> None:
 
 
 def test_noise_by_coherence_is_that_of_averaged_blows() -> None:
-    """Ten blows with noise in the output: the scatter of H1 over many such records, and what their coherence says."""
+    """The coherence of ten noisy blows gives the scatter of H1 over many such records."""
     rng = np.random.default_rng(2)
     averages, records = 10, 4000
     force = rng.normal(size=(records, averages)) + 1j * rng.normal(size=(records, averages))

@@ -12,7 +12,7 @@ MORE = 1.05  # of the force while the bodies part: restitution sqrt(1.05) = 1.02
 
 
 def spring_times(opening: float) -> Law:
-    """A spring that bears ``opening`` times its force while the bodies part."""
+    """Return a spring that bears ``opening`` times its force while the bodies part."""
 
     def force(pen: float, start: float, dt: float) -> float:
         return STIFFNESS * pen if pen >= start else opening * STIFFNESS * pen
@@ -21,7 +21,7 @@ def spring_times(opening: float) -> Law:
 
 
 def blow(law: Law, *, duration: float = 3e-4, preload: bool = False) -> ImpactResult:
-    """A mass on a seat that hardly yields; five thousand steps to the touch, which lasts 99 us."""
+    """Run a mass onto a seat that hardly yields; the touch, of 99 us, has five thousand steps."""
     problem = ContactProblem(
         impact.rigid_mass(mass=MASS, velocity=-SPEED), Body(impact.spring(stiffness=1e12)), law=law, preload=preload
     )

@@ -53,12 +53,12 @@ VALVE = ReedValve(
 
 def compressor(side: str = "suction", **changes: object) -> Compressor:
     start = {"suction": HIGH, "discharge": LOW}[side].pressure
-    made = Compressor(AIR, CRANK, VALVE, LOW, HIGH, side, other_area=2e-5, start_pressure=start)  # type: ignore[arg-type]
-    return replace(made, **changes)  # type: ignore[arg-type]
+    drive = Compressor(AIR, CRANK, VALVE, LOW, HIGH, side, other_area=2e-5, start_pressure=start)  # type: ignore[arg-type]
+    return replace(drive, **changes)  # type: ignore[arg-type]
 
 
 def test_choked_flow() -> None:
-    """p_u sqrt(k/(R T)) (2/(k + 1))^((k + 1)/(2 (k - 1))); in textbooks 0.0404 p/sqrt(T) in SI for air."""
+    """The flow is p_u sqrt(k/(R T)) (2/(k + 1))^((k + 1)/(2 (k - 1))); for air that is 0.0404 p/sqrt(T) in SI."""
     k, r = AIR.k, AIR.constant
     exact = 2e5 * math.sqrt(k / (r * 300)) * (2 / (k + 1)) ** ((k + 1) / (2 * (k - 1)))
     assert AIR.critical == pytest.approx(0.528282, rel=1e-6)
@@ -69,7 +69,7 @@ def test_choked_flow() -> None:
 
 
 def test_flow_below_the_choke() -> None:
-    """Density times velocity of an isentropic change, v^2/2 = c_p (T_u - T); for small drops sqrt(2 rho dp)."""
+    """The flow is density times velocity of an isentropic change; for small drops it is sqrt(2 rho dp)."""
     gas = of_molar_mass(1.108, 0.102)
     for ratio in (0.65, 0.9, 0.999):
         now = 300 * ratio ** ((gas.k - 1) / gas.k)
@@ -79,7 +79,7 @@ def test_flow_below_the_choke() -> None:
 
 
 def test_a_vessel_fills_from_a_plenum() -> None:
-    """Choked: p rises by k R T_u m'/V a second; at rest at the plenum's pressure, having taken V (p - p0)/(k R T_u)."""
+    """Pressure rises by k R T_u m'/V a second while choked, and ends at the plenum's with V dp/(k R T_u) gained."""
     state = np.zeros(STATE)
     state[:2] = 1e5, 1e5 * 1e-3 / (AIR.constant * 300)
     before, slope = state.copy(), 1.4 * AIR.constant * 350 * 1e-5 * AIR.flux(5e5, 350.0, 4e5) / 1e-3
@@ -115,7 +115,7 @@ def marched(
 
 
 def reference(drive: Compressor, gap: float, span: float) -> Array:
-    """Lift, pressure and mass at the end by an adaptive Runge-Kutta method; the equations written anew."""
+    """Return lift, pressure and mass at the end by an adaptive Runge-Kutta method; the equations are written anew."""
     k, r = 1.4, AIR.constant
 
     def stream(area: float, p1: float, t1: float, p2: float) -> float:
@@ -142,8 +142,8 @@ def reference(drive: Compressor, gap: float, span: float) -> Array:
 
     start = drive.start()
     y = [3e-4, 0.0, start[PRESSURE], start[MASS]]
-    found = solve_ivp(rates, (0, span), y, method="DOP853", rtol=1e-10, atol=[1e-12, 1e-9, 1e-4, 1e-14], max_step=2e-5)
-    return np.array([gap + found.y[0, -1], *found.y[2:, -1]])
+    path = solve_ivp(rates, (0, span), y, method="DOP853", rtol=1e-10, atol=[1e-12, 1e-9, 1e-4, 1e-14], max_step=2e-5)
+    return np.array([gap + path.y[0, -1], *path.y[2:, -1]])
 
 
 @pytest.mark.parametrize(
@@ -151,17 +151,17 @@ def reference(drive: Compressor, gap: float, span: float) -> Array:
     [(40.0, 0.95e5, 3.2e-3, 2), (190.0, 1.5e5, 0.64e-3, 2), (40.0, 1.2e5, 9.6e-3, 0)],
 )
 def test_the_coupled_march_against_another_solver(degrees: float, start: float, span: float, order: int) -> None:
-    """An intake, a backflow, and both with the start of the compression: 3 % of any coefficient shows. Of second order;
-    where the pressures cross, as the flow is no smooth function there, of order 1.5 with a factor that depends on where
-    in a step it happens: only the size is asserted. Mass and energy balance to 1e-9."""
+    """An intake, a backflow, and both with compression agree with an adaptive solver, to second order (where pressures
+    cross only the size is known, as the flow is not smooth there); mass and energy balance to 1e-9, and 3 % of any
+    coefficient would show."""
     crank = replace(CRANK, start=math.radians(degrees))
     drive = compressor(crank=crank, start_pressure=start)
     exact, errors = reference(drive, 5e-4, span), []
     for dt in (1e-6, 5e-7, 2.5e-7):
         result, history = marched(drive, dt, span=span)
         assert not np.any(result.force)
-        found = np.array([result.gap[-1], *history.states[-1, [PRESSURE, MASS]]])
-        errors.append(np.abs(found / exact - 1))
+        end_values = np.array([result.gap[-1], *history.states[-1, [PRESSURE, MASS]]])
+        errors.append(np.abs(end_values / exact - 1))
         volume = np.array([crank.volume(t) for t in history.time])
         assert history.mass_residual("suction") < 1e-9
         assert history.energy_residual(1.4, volume) < 1e-9
@@ -188,7 +188,7 @@ def test_a_discharge_valve_lets_out_and_the_ideal_suction_valve_lets_in() -> Non
     assert state[OTHER] == pytest.approx(state[MASS] - drive.start()[MASS], rel=1e-9)
 
     def rate(t: float, p: Array) -> Array:
-        """Of the pressure, from below the plenum's on."""
+        """Return the rate of the pressure, from below the plenum's on."""
         volume, slope = CRANK.volume(t), (CRANK.volume(t + 1e-7) - CRANK.volume(t - 1e-7)) / 2e-7
         came = 3e-5 * AIR.flux(1e5, 293.15, max(1e5 - p[0], 0.0))
         return 1.4 / volume * (AIR.constant * 293.15 * came - p * slope)
@@ -199,7 +199,7 @@ def test_a_discharge_valve_lets_out_and_the_ideal_suction_valve_lets_in() -> Non
 
 
 def test_it_goes_on_where_it_stopped() -> None:
-    """In the middle of a span of the gas, too."""
+    """A march restored in the middle of a span of the gas continues with the very same gaps."""
     problem = impact.ContactProblem(striker(compressor()), impact.Body(impact.spring(stiffness=1e6)), gap=5e-4)
     prepared = impact.prepare(problem, 1e-6, 4e-3)
     whole, first, second = (impact.ContactStepper(prepared) for _ in range(3))
@@ -209,8 +209,8 @@ def test_it_goes_on_where_it_stopped() -> None:
     second.advance(7)
     second.advance(prepared.steps)
     np.testing.assert_array_equal(second.gap, whole.gap)
-    found = gas_history(compressor(), whole.gap[:, 0], 1e-6).states[-1]  # what the march had, found again
-    np.testing.assert_allclose(found, whole.live.fed[1:], rtol=1e-12)
+    state = gas_history(compressor(), whole.gap[:, 0], 1e-6).states[-1]  # what the march had, found again
+    np.testing.assert_allclose(state, whole.live.fed[1:], rtol=1e-12)
     with pytest.raises(impact.ContactError, match="depends on the opening"):
         impact.solve_many(problem, gaps=np.zeros(2), dt=1e-6, duration=1e-4)
 
@@ -259,7 +259,7 @@ def test_what_is_refused(make: object, words: str) -> None:
 
 
 def test_loads_that_followed_the_lift_are_found_again() -> None:
-    """As known courses they lead to the same run: of gas that is fed back, and of an area by the lift."""
+    """Gas that is fed back and areas by the lift, given as known courses, lead to the same run."""
     turned = impact.Load(np.array([KILO]), lambda t: -0.3 * np.cos(900 * t), lambda lift: 1 + 2e3 * lift)
     dt = 5e-6
     for loads in (striker(compressor()).loads, (turned,), (*striker(compressor()).loads, turned)):

@@ -49,8 +49,8 @@ def test_a_grid_is_cut_at_a_step(step: int, ends: list[int]) -> None:
 def test_rows_of_a_window_with_the_times_of_their_parts(
     start: int, stop: int, rows: list[int], times: list[float]
 ) -> None:
-    found, edges = STEPS.cut(start, stop)
-    assert np.arange(5)[found].tolist() == rows
+    cut, edges = STEPS.cut(start, stop)
+    assert np.arange(5)[cut].tolist() == rows
     np.testing.assert_allclose(edges, 1e-3 * np.array(times))
 
 

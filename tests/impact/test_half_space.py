@@ -19,25 +19,25 @@ POISSON = [0.0, 0.05, 0.2, 0.2629, 0.263082, 0.27, 0.3, 0.4, 0.45, 0.49, 0.4999,
 
 
 def patch_of(poisson: float) -> HalfSpacePatch:
-    """c_s = 1, a = 1."""
+    """Return a patch with c_s = 1, a = 1."""
     return half_space_patch(young=2 * (1 + poisson), poisson=poisson, density=1.0, radius=1.0)
 
 
 @pytest.mark.parametrize("poisson", POISSON)
 def test_disk_response_has_the_laplace_transform_of_the_wave_equation(poisson: float) -> None:
-    """int exp(-s T) dS/dT dT against the slowness integral of Lamb's solution times the disk's (2 J1(z)/z)^2."""
+    """The transform of dS/dT is Lamb's slowness integral times the disk's (2 J1(z)/z)^2."""
     response = DiskResponse.from_poisson(poisson)
     kappa2 = (1 - 2 * poisson) / (2 * (1 - poisson))
     for s in (0.3, 2.0, 10.0):
         time, weight = panels(np.union1d(response.breaks, response.breaks[-1] * np.geomspace(1e-6, 1.0, 40)))
-        left = np.sum(weight * np.exp(-s * time) * response(time, integrated=False))
+        transform = np.sum(weight * np.exp(-s * time) * response(time, integrated=False))
         # z = s q/2; slowness q by panels to z = 200, where the part beyond 1 - nu has decayed like z^-4: 1e-8
         q, weight = panels(np.concatenate([np.linspace(0, 4, 60), np.linspace(4, 400 / s, 300)[1:]]))
         root_p, root_s = np.sqrt(q**2 + kappa2), np.sqrt(q**2 + 1)
         rayleigh = (2 * q**2 + 1) ** 2 - 4 * q**2 * root_p * root_s
         part = (q * root_p / rayleigh - (1 - poisson)) * (2 * j1(s * q / 2) / (s * q / 2)) ** 2
         right = 1 + s * 3 * math.pi / (32 * (1 - poisson)) * np.sum(weight * part)
-        assert left == pytest.approx(right, abs=1e-8)
+        assert transform == pytest.approx(right, abs=1e-8)
 
 
 def panels(edges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -128,7 +128,7 @@ def test_exact_part_of_a_sum_is_left_out() -> None:
 
 
 def test_hertz_striker_on_a_corrected_seat_is_hertz_in_series_with_the_bulk() -> None:
-    """The seat's local and bulk compliance, minus the local one: the same force as on the bulk alone."""
+    """A seat less its local compliance bears the force of the bulk alone."""
     seat = merged((MODE, ModalGreens(np.zeros(0), np.zeros(0), np.zeros((0, 1)), Residual.spring(LOCAL + 1e-11))))
     bulk = merged((MODE, impact.spring(stiffness=1e11)))
     striker, law = impact.rigid_mass(mass=0.004, velocity=-1.0), impact.Hertz(stiffness=1e10)
@@ -141,7 +141,7 @@ def test_hertz_striker_on_a_corrected_seat_is_hertz_in_series_with_the_bulk() ->
 
 
 def seat_of(compliance: float, relaxing: float, modal: tuple[float, ...]) -> ModalGreens:
-    """Bare and relaxing compliance and modes at 1, 2, ... MHz with the given static shares, all in units of LOCAL."""
+    """Return bare and relaxing compliance and modes at 1, 2, ... MHz with these static shares, in units of LOCAL."""
     omega = 2e6 * np.pi * np.arange(1, len(modal) + 1)
     shapes = omega[:, None] * np.sqrt(LOCAL * np.array(modal))[:, None]
     rates = np.array([2e7])

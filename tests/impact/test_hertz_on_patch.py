@@ -18,7 +18,7 @@ LARGEST = (PEAK / STIFFNESS) ** (1 / 3)  # square root of the indentation at the
 
 
 def law_with(firmness: float, damping: float = 0.0) -> HertzOnPatch:
-    """Law whose curve is used up to this share of its limit."""
+    """Return a law whose curve is used up to this share of its limit."""
     return HertzOnPatch(STIFFNESS, 2 * firmness / (3 * STIFFNESS * LARGEST), damping)
 
 
@@ -70,7 +70,7 @@ def test_in_series_with_the_patch_it_is_hertz(firmness: float) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("firmness", [0.1, 0.4])
 def test_damping_in_series_with_the_patch_is_hunt_and_crossleys(firmness: float) -> None:
-    """Exact to first order in d V: e = .9 within a share of (d V)^2 = .02; without the patch's part it is .02 off."""
+    """Restitution of 0.91 agrees to first order in d V; without the patch's part it is 0.02 off."""
     damping = 0.15 / SPEED
     law = law_with(firmness, damping)
     plain = struck(impact.HuntCrossley(STIFFNESS, damping), 1e-15)

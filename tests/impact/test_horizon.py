@@ -27,13 +27,13 @@ def ball(speed: float, force: Callable[[Array], Array]) -> impact.Body:
 
 
 def dropped(height: float) -> impact.ContactProblem:
-    """A ball that falls from a height and bounces without loss."""
+    """Return a ball that falls from a height and bounces without loss."""
     weight = ball(0.0, lambda t: np.full_like(t, -MASS * G))
     return impact.ContactProblem(weight, rigid_seat(), gap=height, law=impact.LinearSpring(stiffness=STIFFNESS))
 
 
 def shaken(q: float) -> impact.ContactProblem:
-    """A ball that bounces once a period on a table with the acceleration q g cos(w t), seen from the table.
+    """Return a ball that bounces once a period on a table with the acceleration q g cos(w t), seen from the table.
 
     It touches where the table turns upward, so that without a disturbance all flights are alike: v = g T/2.
     """
@@ -46,8 +46,8 @@ def shaken(q: float) -> impact.ContactProblem:
 
 
 def growth_on_a_table(q: float, n: int) -> list[float]:
-    """Differences of place before each touch over that of the gap: of the time of a touch, dt' = dt + 2 dv/g, of the
-    speed after it, dv' = dv + 2 q g dt'; the first touch, later by dt = d/v, is faster by g (1 + 2 q) dt."""
+    """Return differences of place before each touch over that of the gap: of the time of a touch, dt' = dt + 2 dv/g, of
+    the speed after it, dv' = dv + 2 q g dt'; the first touch, later by dt = d/v, is faster by g (1 + 2 q) dt."""
     late, fast, growth = 1.0, G * (1 + 2 * q), [1.0]
     while len(growth) < n:
         late += 2 * fast / G
@@ -76,7 +76,7 @@ def test_bounces_on_a_table_grow_apart_as_their_map_has_it() -> None:
 
 
 @pytest.mark.parametrize(
-    ("growth", "difference", "known"),
+    ("growth", "difference", "count"),
     [
         ([1.0, 4.0, 16.0, 64.0], 1e-12, 4),
         ([1.0, 4.0, 16.0, 64.0], 1e-2, 2),  # 16 % before the third
@@ -85,8 +85,8 @@ def test_bounces_on_a_table_grow_apart_as_their_map_has_it() -> None:
         ([np.nan, 4.0], 1e-12, 2),
     ],
 )
-def test_landings_are_known_until_a_difference_is_felt(growth: list[float], difference: float, known: int) -> None:
-    assert Horizon(np.array(growth)).known(difference) == known
+def test_landings_are_known_until_a_difference_is_felt(growth: list[float], difference: float, count: int) -> None:
+    assert Horizon(np.array(growth)).known(difference) == count
 
 
 def test_the_rate_is_that_of_small_differences() -> None:
@@ -102,8 +102,8 @@ def test_bodies_that_never_part_have_no_horizon() -> None:
 
 @pytest.mark.slow
 def test_between_two_walls_a_ball_falls_behind_by_two_a_flight() -> None:
-    """With both walls further off by d each flight but the first is longer by 2 d, and at the other wall's touch all of
-    it is missing: 1, 3, 5, ... d."""
+    """Both walls further off by d make each flight but the first longer by 2 d; at the other wall's touch all of it is
+    missing: 1, 3, 5, ... d."""
     law, width, v = impact.LinearSpring(stiffness=STIFFNESS), 0.2, 1.0
     contacts = [
         impact.Contact(impact.Body(rigid_seat()), gap=width / 2, law=law),

@@ -25,7 +25,7 @@ def seat(tmp_path):
 
 
 def changed(path, change):
-    """The file after a change by someone who seals it again."""
+    """Return the file after a change by someone who seals it again."""
     with h5py.File(path, "r+") as file:
         change(file)
     seal(path)
@@ -103,7 +103,7 @@ def copied_into(group, file):
 
 
 def parts_of_parts(file):
-    """60 parts of 60 parts of 60 parts, by links to three groups."""
+    """Write 60 parts of 60 parts of 60 parts, by links to three groups."""
     below = file.create_group("leaf")
     copied_into(below, file)
     for level in (file.create_group("one"), file.create_group("two"), file):
@@ -137,7 +137,7 @@ def test_sums_of_a_crowd_of_parts(seat):
 
 
 def at_one_place(path, name, count, length):
-    """An attribute of ``count`` texts that all lie at one place: their descriptors in the file are made the same."""
+    """Write an attribute of ``count`` texts at one place: their descriptors in the file are made the same."""
     with h5py.File(path, "r+") as file:
         file.attrs.create(name, ["x" * length, *["a"] * (count - 1)], dtype=h5py.string_dtype())
     data = bytearray(path.read_bytes())
@@ -156,7 +156,7 @@ def at_one_place(path, name, count, length):
 @pytest.mark.parametrize("sealed", [True, False])
 @pytest.mark.parametrize("name", ["more", "provenance"])
 def test_texts_at_one_place(seat, sealed, name):
-    """450 MB from a file of 0.3 MB; without a seal it is tried in another process first."""
+    """Texts of 450 MB in a file of 0.3 MB are refused in little memory; without a seal another process tries first."""
     at_one_place(seat, name, 1500, 300_000)
     if sealed:
         seal(seat)
@@ -171,7 +171,7 @@ def test_texts_at_one_place(seat, sealed, name):
 
 @pytest.mark.slow
 def test_one_text_of_many_groups(seat):
-    """60 kB that 1,500 groups point to, one by one: counted as they are read."""
+    """A text of 60 kB that 1,500 groups point to is counted as often as it is read, and refused."""
 
     def change(file):
         file.attrs["long"] = "x" * 60_000
@@ -192,7 +192,7 @@ def test_one_text_of_many_groups(seat):
 
 @pytest.mark.slow
 def test_the_trial_of_a_file_takes_little(seat, tmp_path, monkeypatch):
-    """What stands in for HDF5 takes memory without end: the trial ends at its limit, and the caller is told."""
+    """An opener that takes memory without end stops at its limit, and the caller is told."""
     (tmp_path / "h5py.py").write_text("Dataset = Group = None\ndef File(*_):\n    return bytearray(8 << 30)\n")
     (tmp_path / "numpy.py").write_text("")
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
@@ -208,13 +208,13 @@ def test_groups_nested_without_end(seat):
 
 
 def packed(file):
-    """2 GB of zeros in a few million bytes."""
+    """Write a dataset of 2 GB of zeros in a few million bytes."""
     file.create_dataset("values", (1, 1, 1 << 28), "f8", chunks=(1, 1, 1 << 22), compression="gzip", fillvalue=1.0)
     file["values"][0, 0, : 1 << 24] = 0.0
 
 
 def one_chunk(file):
-    """A chunk far larger than the dataset that it belongs to."""
+    """Write a chunk far larger than the dataset that it belongs to."""
     file.create_dataset("values", (1, 1, 8), "f8", chunks=(1, 1, 1 << 28), maxshape=(1, 1, None), compression="gzip")
 
 
@@ -231,7 +231,7 @@ def test_more_than_the_file_has_room_for(seat, make):
 
 @pytest.mark.slow
 def test_results_that_compress_well_are_read(tmp_path):
-    """A long rest: the most that the program's own files claim for their size."""
+    """A long rest, the most that our own files claim for their size, is read."""
     seat = impact.Body(impact.spring(stiffness=1e7))
     problem = impact.ContactProblem(impact.rigid_mass(mass=1e-3, velocity=-1e-9), seat, gap=1.0)
     result = impact.solve(problem, dt=1e-6, duration=0.5)

@@ -43,7 +43,7 @@ def one_by_one(
 
 
 def compare(batch: ImpactBatch, s: int, alone: impact.ImpactResult, side: int = 1) -> None:
-    """Measures to 1e-12; differences of nearly equal gaps only to their own round-off."""
+    """Compare measures to 1e-12, and differences of nearly equal gaps to their own round-off."""
     np.testing.assert_allclose(batch.force[s], alone.force, rtol=0, atol=1e-11 * max(alone.force.max(), 1e-300))
     np.testing.assert_allclose(batch.gap[s], alone.gap, rtol=0, atol=1e-11 * np.abs(alone.gap).max())
     assert batch.peak_force[s] == pytest.approx(measures.peak_force(alone), rel=1e-12)

@@ -12,7 +12,7 @@ from impact.march.loop.forces import contact_force as march_force
 
 
 def contact_force(code: int, k: float, pen: float, w0: float) -> float:
-    """Force of a passive step that starts at no penetration."""
+    """Return the force of a passive step that starts at no penetration."""
     return float(march_force(code, PASSIVE, k, 0.0, 0.0, None, pen, 0.0, w0, w0, 1.0))
 
 

@@ -24,7 +24,7 @@ def test_damped_start_is_smooth_through_critical_damping() -> None:
 
 @pytest.mark.parametrize(("zeta", "dt"), [(0.1, 0.01), (0.1, 0.5), (0.7, 0.05), (1.5, 0.02)])
 def test_kernel_of_the_damped_rod_is_exact_at_its_step(zeta: float, dt: float) -> None:
-    """Modes that outlive a step, and a spring for the rest: the same weights as the closed form."""
+    """Modes that outlive a step, and a spring for the rest, have the closed form's weights."""
     rod = impact.fixed_rod(**ROD, damping_ratio=zeta)
     kernel = rod.step_kernel(dt, 200)
     assert kernel.weights is None
@@ -47,7 +47,7 @@ def test_a_rod_is_marched_by_so_many_poles_at_most(kind: type[DampedFixedRod], z
 
 
 def test_a_damped_rod_comes_to_rest_without_a_jump() -> None:
-    """Where the step response becomes the static compliance, both are the same to round-off."""
+    """The step response passes into the static compliance without a jump above round-off."""
     rod = impact.fixed_rod(**ROD, damping_ratio=0.1)
     assert isinstance(rod, DampedFixedRod)
     end = 40 / rod.slowest_decay

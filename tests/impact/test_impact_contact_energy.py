@@ -15,7 +15,7 @@ STEPS = st.floats(-3.0, 1.0).map(lambda exponent: 10.0**exponent)
 
 
 def body(rng: np.random.Generator, ports: int, moving: bool) -> Body:
-    """1-8 modes from rigid to overdamped at several ports, with a coupled residual that makes them yield at once."""
+    """Draw 1-8 modes from rigid to overdamped at several ports, with a coupled residual that yields at once."""
     n = int(rng.integers(1, 9))
     omega = rng.uniform(0.0, FASTEST, n) * (rng.random(n) > 0.15)
     zeta = rng.choice([0.0, 0.01, 0.1, 1.0, 2.0], n)
@@ -47,7 +47,7 @@ def law(rng: np.random.Generator, with_potential: bool = False) -> Law:
 
 
 def problem(seed: int, with_potential: bool = False) -> ContactProblem:
-    """A moving striker over several ports of one target and stoppers of others, all open by 0.01 at the start."""
+    """Draw a moving striker over ports of one target and stoppers of others, all open by 0.01 at the start."""
     rng = np.random.default_rng(seed)
     count = int(rng.integers(1, 5))
     striker, shared = body(rng, count, moving=True), body(rng, count, moving=False)
@@ -84,7 +84,7 @@ def test_energy_never_grows_whatever_the_contacts(seed: int, step: float) -> Non
 @settings(max_examples=40, deadline=None)
 @given(seed=SEEDS, step=STEPS)
 def test_conserving_contacts_lose_nothing(seed: int, step: float) -> None:
-    """The contacts, not the bodies: those are damped."""
+    """Contacts lose no energy; only the damped bodies do."""
     result = collide(problem(seed, with_potential=True), step, 200, rule="conserving")
     largest = result.energy.stored.max()
     assert np.all(result.force >= 0)
@@ -101,7 +101,7 @@ def test_conserving_contacts_lose_nothing(seed: int, step: float) -> None:
     damping_ratio=st.sampled_from([0.0, 0.05, 0.5]),
 )
 def test_ledger_closes_on_rods(seed: int, steps: int, end: float, damping_ratio: float) -> None:
-    """Waves on a reflecting rod and poles of a damped one, struck by a random modal body."""
+    """Energy balances for waves on a reflecting rod and poles of a damped one, struck by a random body."""
     rng = np.random.default_rng(seed)
     rod = {"young": 1.0, "density": 1.0, "area": 1.0, "length": 1.0}
     if damping_ratio > 0:

@@ -38,7 +38,7 @@ def two_seats(*laws: Law) -> ContactProblem:
 @pytest.mark.slow(but="mass_on")
 @pytest.mark.parametrize("problem", [mass_on, lambda law: two_seats(law, impact.LinearSpring(stiffness=500.0), law)])
 def test_a_law_of_ones_own_is_the_built_in_one(problem: Callable[[Law], ContactProblem]) -> None:
-    """Plain and compiled bit for bit; the built-in law of the same formula differs by the order of its operations."""
+    """A plain and a compiled law agree bit for bit, and with the built-in one but for round-off."""
     laws = PlainLaw(hunt_crossley), compiled_law(hunt_crossley), impact.HuntCrossley(stiffness=300.0, damping=0.2)
     a, b, c = (impact.solve(problem(law), dt=1e-3, duration=1.0, rule="passive") for law in laws)
     assert np.all(a.force.max(axis=0) > 0.1)
@@ -97,7 +97,7 @@ def restitution(law: Law, steps: int) -> float:
 
 
 def extrapolated(law: Law) -> float:
-    """Limit of a first-order value, the second order gone as well: steps h, h/2, h/4."""
+    """Return the limit of a first-order value, without the second order: steps h, h/2, h/4."""
     e = [restitution(law, steps) for steps in (8000, 16000, 32000)]
     once = [2 * e[1] - e[0], 2 * e[2] - e[1]]
     return (4 * once[1] - once[0]) / 3
@@ -121,7 +121,7 @@ def test_hunt_crossley_restitution_for_any_exponent(exponent: float, damping: fl
 @settings(max_examples=100, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_no_step_gains_energy(seed: int) -> None:
-    """N (end - start) >= Psi(end) - Psi(start) for every law; equality by the conserving rule, without damping."""
+    """Every law has N (end - start) >= Psi(end) - Psi(start), with equality by the conserving undamped rule."""
     rng = np.random.default_rng(seed)
     start, pen = rng.uniform(-1, 1, 2)
     w0, k, dt = 10.0 ** rng.uniform([-6, -2, -3], [2, 4, 1])
@@ -182,7 +182,7 @@ def test_impossible_laws_are_refused(make: Callable[[], object], words: str) -> 
 
 @pytest.mark.slow
 def test_a_failing_law_is_told_where_it_fails() -> None:
-    """By the step that meets it, and by a batch."""
+    """The step that meets the fault and a batch name the law and its error."""
     problem = mass_on(PlainLaw(broken))
     stepper = impact.ContactStepper(impact.prepare(problem, 1e-3, 0.1))
     stepper.advance(9)  # still open
@@ -195,7 +195,7 @@ def test_a_failing_law_is_told_where_it_fails() -> None:
 
 
 def rod_of_modes(n: int) -> Body:
-    """A fixed rod of unit impedance and transit by its ``n`` lowest modes, 1 % damped."""
+    """Return a fixed rod of unit impedance and transit by its ``n`` lowest modes, 1 % damped."""
     omega = (np.arange(n) + 0.5) * np.pi
     residual = Residual.exponential(1 - float(np.sum(2 / omega**2)), 1.0)
     return Body(ModalGreens(omega, np.full(n, 0.01), np.full((n, 1), np.sqrt(2.0)), residual))
@@ -224,7 +224,7 @@ def test_a_contact_stiffer_than_the_step_resolves_does_not_ring() -> None:
 
 
 def test_the_law_of_a_sphere_has_the_stiffness_of_hertz() -> None:
-    """(4/3) E* sqrt(R), E* of both bodies; a rigid second body where none is given."""
+    """The stiffness is (4/3) E* sqrt(R) with E* of both bodies; a second body not given is rigid."""
     steel = 210e9 / (2 * (1 - 0.3**2))
     law = impact.Hertz.from_sphere(radius=5e-3, young=210e9, poisson=0.3, young_2=210e9, poisson_2=0.3)
     assert law.stiffness == pytest.approx(4 / 3 * steel * 5e-3**0.5, rel=1e-14)

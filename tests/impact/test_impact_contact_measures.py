@@ -16,7 +16,7 @@ SPRING = Body(impact.spring(stiffness=1e12))
 
 
 def record(force: np.ndarray, dt: float = DT) -> ImpactResult:
-    """A force (n,) between bodies that stand still."""
+    """Return the record of a force (n,) between bodies that stand still."""
     n = len(force) + 1
     zero = np.zeros(n)
     rows = RunRows(dt, np.arange(n), np.concatenate([[0.0], force]), zero, zero, zero, EnergyLedger(*[zero] * 6))
@@ -24,7 +24,7 @@ def record(force: np.ndarray, dt: float = DT) -> ImpactResult:
 
 
 def between(law: impact.Law, duration: float = 1.0, dt: float = 1e-4) -> ImpactResult:
-    """A mass between a seat at once and a stopper a bit further; a second seat that is never reached."""
+    """Run a mass between a seat at once and a stopper a bit further; a second seat is never reached."""
     contacts = [Contact(SPRING, gap=0.01, law=law), Contact(SPRING, gap=0.05, law=law, side=-1)]
     contacts.append(Contact(SPRING, gap=1.0, law=law))
     striker = impact.rigid_mass(mass=0.5, velocity=-1.0)
@@ -74,7 +74,7 @@ def test_a_contact_that_never_closes() -> None:
 
 
 def test_speeds_before_and_after_a_lossy_contact() -> None:
-    """Hunt-Crossley, d V = 1/2: leaves at 0.748435 V, reaches the stopper with it, leaves at e(0.748 d V) of that."""
+    """A mass leaves Hunt-Crossley at d V = 1/2 with 0.748435 V, and the stopper with less by its own loss."""
     result = between(impact.HuntCrossley(stiffness=1e6, damping=0.5), duration=0.15, dt=2e-5)
     e = 0.748434931597
     assert measures.impact_velocity(result, contact=0) == pytest.approx(1.0, rel=1e-9)
@@ -161,7 +161,7 @@ def test_a_side_that_cannot_be_told_is_not_guessed() -> None:
 
 
 def test_spectrum_is_the_transform_of_the_stepwise_force() -> None:
-    """Against the integral of exp(-2 pi i f t) over each step, at the grid's own frequencies."""
+    """Amplitudes are the integrals of exp(-2 pi i f t) over the steps, on any grid."""
     force = np.random.default_rng(3).uniform(0, 1, 37)
     result = record(force)
     frequency, amplitude = measures.spectrum(result)
@@ -183,7 +183,7 @@ def test_spectrum_is_the_transform_of_the_stepwise_force() -> None:
 
 @pytest.mark.parametrize("width", [2.0, 5.0, 12.3, 80.0])
 def test_hann_average_against_quadrature(width: float) -> None:
-    """Integral of N(t - s) (1 + cos(2 pi s/w))/w, by the midpoint rule with 2,000 points per step."""
+    """The average is the integral of N(t - s) (1 + cos(2 pi s/w))/w by 2,000 midpoints a step."""
     force = np.random.default_rng(4).uniform(0, 1, 25)
     result = record(force)
     filtered = measures.filtered_force(result, width * DT, window="hann")

@@ -17,7 +17,7 @@ SEAT = ModalGreens(
 
 
 def contact_forces(codes, rules, numbers, user, pen, start, w, dt, force) -> bool:  # type: ignore[no-untyped-def]
-    """The forces of one step without films, as `march_many` finds them, in place; whether they were found."""
+    """Change the forces of one step without films in place, as `march_many` does; return whether they are solved."""
     if (shifted := linear_laws(codes, rules, numbers, w)) is not None:
         active_set(shifted, pen, force)
         return True
@@ -25,7 +25,7 @@ def contact_forces(codes, rules, numbers, user, pen, start, w, dt, force) -> boo
 
 
 def compliance(kind: str, p: int, rng: np.random.Generator) -> np.ndarray:
-    """(p, p) symmetric positive definite."""
+    """Return (p, p) a symmetric positive definite matrix."""
     if kind == "random":
         shapes = rng.normal(size=(p, 3 * p))
     elif kind == "twins":  # two ports almost at one place
@@ -73,10 +73,10 @@ def test_stiff_contacts_almost_at_one_place_share_the_force_of_one(code: int, ap
     both = np.outer(root, root)
     ones, numbers = np.ones(3, dtype=np.int64), np.tile([1e8, 0.0, 0.0], (3, 1))
     force, alone = np.zeros(3), np.zeros(1)
-    found = contact_forces(code * ones, ones, numbers, None, np.full(3, 1e-3), np.zeros(3), both, 1.0, force)
+    is_solved = contact_forces(code * ones, ones, numbers, None, np.full(3, 1e-3), np.zeros(3), both, 1.0, force)
     thrice = np.array([[3e8, 0.0, 0.0]])
     contact_forces(code * ones[:1], ones[:1], thrice, None, np.full(1, 1e-3), np.zeros(1), both[:1, :1], 1.0, alone)
-    assert found
+    assert is_solved
     assert np.all(force >= 0)
     assert force.sum() == pytest.approx(alone[0], rel=1e-9 + 3 * apart)
 
@@ -137,7 +137,7 @@ def pressed(course: object, interference: float = 1e-4, law: Law | None = None) 
 
 @pytest.mark.parametrize("law", [impact.Signorini(), impact.LinearSpring(stiffness=1e6)])
 def test_pressed_reed_stays_in_equilibrium(law: Law) -> None:
-    """Interference and a closing force F at the tip: N (c_reed + c_seat + 1/k) = interference + F c_reed."""
+    """Its force N has N (c_reed + c_seat + 1/k) = interference + F c_reed, with F at the tip."""
     load, interference = 0.05, 1e-4
     result = impact.solve(pressed(lambda t: np.full_like(t, load), interference, law), dt=1e-6, duration=2e-3)
     greens = reed().greens
@@ -154,7 +154,7 @@ def test_pressed_reed_stays_in_equilibrium(law: Law) -> None:
 
 
 def test_pressed_reed_opens_under_a_later_load_and_comes_back() -> None:
-    """A force of 0.3 N against 0.0866 N of preload from 1 to 3 ms."""
+    """A reed pressed by 0.0866 N opens under 0.3 N from 1 to 3 ms, and strikes harder as it returns."""
 
     def course(t: np.ndarray) -> np.ndarray:
         return np.where((t > 1e-3) & (t < 3e-3), -0.3, 0.0)
@@ -210,7 +210,7 @@ def test_step_by_step_is_solve_bit_for_bit(law: Law) -> None:
 
 
 def test_a_greens_function_is_a_body_at_rest() -> None:
-    """Everywhere where a body is wanted; the same one in several contacts is the same body."""
+    """A Green's function serves as a body everywhere, and in several contacts as the same one."""
     ball, plate = impact.rigid_mass(mass=1e-3, velocity=-1.0), impact.spring(stiffness=1e6)
     bare = impact.solve(impact.ContactProblem(ball, plate), dt=1e-6, duration=2e-4)
     whole = impact.solve(impact.ContactProblem(ball, impact.Body(plate)), dt=1e-6, duration=2e-4)
@@ -248,24 +248,24 @@ def test_the_energy_of_an_overlap_is_put_in(seat: impact.GreensFunction, overlap
     assert result.energy.residual < 1e-9
     assert result.energy.contact_loss.min() >= -1e-12 * result.energy.input[-1]
     assert np.max(result.energy.stored - result.energy.input) <= 1e-9 * result.energy.input[-1]
-    (told,) = (advice for advice in result.advice if "overlap" in advice.name)
-    assert told.value == pytest.approx(overlap)
-    assert f"{put_in:.3g} J, counted as put in" in told.reason
+    (note,) = (advice for advice in result.advice if "overlap" in advice.name)
+    assert note.value == pytest.approx(overlap)
+    assert f"{put_in:.3g} J, counted as put in" in note.reason
 
 
 def oscillator(stiffness: float, load: float) -> impact.Body:
-    """A unit mass on a soft spring under a steady load."""
+    """Return a unit mass on a soft spring under a steady load."""
     greens = impact.single_mode(frequency_hz=stiffness**0.5 / (2 * np.pi), mass=1.0)
     return impact.Body(greens, loads=(impact.Load(np.array([1.0]), lambda t: np.full(t.shape, load)),))
 
 
-@pytest.mark.parametrize(("stiffness", "told"), [(1e-4, True), (1e2, False)])
-def test_a_preload_far_beyond_the_gap_is_told(stiffness: float, told: bool) -> None:
-    """10 N on a spring of 1e-4 N/m: 1e5 m, of which a gap keeps 2e-11 m; the seat yields 1e-5 m."""
+@pytest.mark.parametrize(("stiffness", "is_told"), [(1e-4, True), (1e2, False)])
+def test_a_preload_far_beyond_the_gap_is_told(stiffness: float, is_told: bool) -> None:
+    """A gap keeps 2e-11 m of the 1e5 m by which 10 N move 1e-4 N/m; the seat yields 1e-5 m: advice says so."""
     problem = impact.ContactProblem(oscillator(stiffness, -10.0), impact.spring(stiffness=1e6), preload=True)
     result = impact.solve(problem, dt=1e-4, duration=1e-2)
-    found = [advice for advice in result.advice if "round-off of the gap" in advice.name]
-    assert bool(found) is told
-    if told:
-        assert found[0].value == pytest.approx(2.2e-16 * 1e5 / 1e-5, rel=0.1)
-        assert "deflected by 1e+05 m" in found[0].reason
+    notes = [advice for advice in result.advice if "round-off of the gap" in advice.name]
+    assert bool(notes) is is_told
+    if is_told:
+        assert notes[0].value == pytest.approx(2.2e-16 * 1e5 / 1e-5, rel=0.1)
+        assert "deflected by 1e+05 m" in notes[0].reason

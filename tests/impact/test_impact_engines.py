@@ -13,7 +13,7 @@ from impact.storage.hdf5 import StorageError
 
 
 def random_body(seed: int, ports: int, modes: int = 9) -> ModalGreens:
-    """Rigid, light, critical and heavy damping, relaxations, a dashpot and a bare compliance."""
+    """Return a body with rigid, light, critical and heavy modes, relaxations, a dashpot and a bare compliance."""
     rng = np.random.default_rng(seed)
     omega = np.concatenate([[0.0], rng.uniform(0.5, 150.0, modes - 1)])
     shapes = rng.normal(size=(ports, ports))
@@ -24,7 +24,7 @@ def random_body(seed: int, ports: int, modes: int = 9) -> ModalGreens:
 
 
 def contacts(count: int, law: impact.Law | None = None) -> ContactProblem:
-    """A free random body thrown on yielding supports, each with its own gap."""
+    """Return a free random body thrown on yielding supports, each with its own gap."""
     striker = random_body(8, count)
     support = ModalGreens(np.array([7.0]), np.array([0.1]), np.array([[0.5]]), Residual.exponential(0.02, 0.1))
     places = [
@@ -38,15 +38,15 @@ def contacts(count: int, law: impact.Law | None = None) -> ContactProblem:
 
 @pytest.mark.parametrize("count", [1, 2, 3, 4])
 def test_engines_give_the_same_impact(count: int) -> None:
-    """Hertz contacts: smooth, so that round-off stays round-off."""
-    found = {
+    """All engines agree to round-off under Hertz's law, which is smooth and does not amplify it."""
+    results = {
         engine: impact.solve(contacts(count), dt=0.01, duration=8.0, engine=engine, block=64)  # type: ignore[arg-type]
         for engine in ("poles", "direct", "fft")
     }
-    poles = found["poles"]
+    poles = results["poles"]
     assert poles.force.max() > 0.1
     for engine, words in (("direct", "direct sum"), ("fft", "FFT in blocks of 64 steps")):
-        other = found[engine]
+        other = results[engine]
         assert words in other.engine
         assert "step weights of 11 poles" in other.engine
         np.testing.assert_allclose(other.force, poles.force, atol=1e-9 * poles.force.max(), rtol=0)
@@ -158,7 +158,7 @@ def test_loads_given_step_by_step_are_the_loads_given_in_advance(engine: history
         return 0.3 * np.sin(4000.0 * t)
 
     dt, duration = 1e-6, 3e-3
-    known = impact.solve(loaded_reed(course), dt=dt, duration=duration, engine=engine)
+    expected = impact.solve(loaded_reed(course), dt=dt, duration=duration, engine=engine)
 
     def fresh() -> ContactStepper:
         return ContactStepper(impact.prepare(loaded_reed(np.zeros_like), dt, duration, engine=engine))
@@ -173,12 +173,12 @@ def test_loads_given_step_by_step_are_the_loads_given_in_advance(engine: history
     files.restore_checkpoint(stepper, tmp_path / "half.h5")
     for amplitude in given[1500:]:
         stepper.step(np.array([amplitude]))
-    told = impact.collect(stepper)
-    assert known.force.max() > 1.0
-    assert np.ptp(known.energy.input) > 1e-6  # the load does work, and the ledger knows it
-    np.testing.assert_allclose(told.force, known.force, atol=1e-9 * known.force.max(), rtol=0)
-    np.testing.assert_allclose(told.energy.input, known.energy.input, rtol=1e-9)
-    assert told.energy.residual < 1e-10
+    stepped = impact.collect(stepper)
+    assert expected.force.max() > 1.0
+    assert np.ptp(expected.energy.input) > 1e-6  # the load does work, and the ledger knows it
+    np.testing.assert_allclose(stepped.force, expected.force, atol=1e-9 * expected.force.max(), rtol=0)
+    np.testing.assert_allclose(stepped.energy.input, expected.energy.input, rtol=1e-9)
+    assert stepped.energy.residual < 1e-10
     with pytest.raises(ContactError, match="3000 steps"):
         stepper.step()
 

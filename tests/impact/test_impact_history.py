@@ -38,7 +38,7 @@ def test_compiled_functions_call_their_own_file_or_are_renewed_with_the_others()
 
 
 def test_the_stamp_of_the_loop_tells_an_edit_of_any_file(tmp_path: Path) -> None:
-    """As it does not change without one."""
+    """The stamp changes with an edit of any file, and not without one."""
     copy = shutil.copytree(Path(march.__file__).parent, tmp_path / "march")
     assert stamp(copy) == STAMP
     for name in ("loop/forces.py", "loop/several.py", "laws.py"):
@@ -48,7 +48,7 @@ def test_the_stamp_of_the_loop_tells_an_edit_of_any_file(tmp_path: Path) -> None
 
 
 def around_a_lip(ports: int) -> ModalGreens:
-    """A held body with waves cos(m t) and sin(m t) around its ports, each the shape of several modes."""
+    """Return a held body with waves cos(m t) and sin(m t) around its ports, each the shape of several modes."""
     rng, places = np.random.default_rng(2), 2 * np.pi * np.arange(ports) / ports
     waves = [np.cos(m * places) for m in range(3)] + [np.sin(m * places) for m in (1, 2)]
     shapes = np.array([rng.normal() * wave for wave in waves for _ in range(6)])
@@ -89,7 +89,7 @@ STEP, STEPS = 2e-6, 3000
 
 @pytest.mark.parametrize("ports", [1, 3, 16])
 def test_mean_displacement_of_the_parts_of_a_lip(ports: int) -> None:
-    """By the modes alone that the mean shows: of those around a lip, with the shapes cos(m t), only m = 0."""
+    """The mean of the parts' displacements follows from the modes that show in it: around a lip cos(m t) with m = 0."""
     rng, around = np.random.default_rng(3), 2 * np.pi * np.arange(ports) / ports
     shapes = np.array([rng.normal() * np.cos(k % 3 * around) for k in range(25)])
     omega = np.sort(rng.uniform(6e3, 5e5, 25))
@@ -100,13 +100,13 @@ def test_mean_displacement_of_the_parts_of_a_lip(ports: int) -> None:
     force = np.maximum(rng.normal(size=(ports, STEPS)).cumsum(axis=1), 0.0)
     expected = body.motion(force).displacement
     for shares in (np.full(ports, 1 / ports), np.arange(1.0, ports + 1)):
-        found = mean_displacement(body, force, shares)
+        means = mean_displacement(body, force, shares)
         # two orders of the same sums over 3,000 steps
-        np.testing.assert_allclose(found, shares @ expected, atol=1e-12 * np.abs(expected).max() * shares.sum())
+        np.testing.assert_allclose(means, shares @ expected, atol=1e-12 * np.abs(expected).max() * shares.sum())
 
 
 def thrown() -> Body:
-    """Free, bent, damped, loaded, with two ports, relaxations and a bare compliance."""
+    """Return a body that is free, bent, damped, loaded, with two ports, relaxations and a bare compliance."""
     rng = np.random.default_rng(11)
     omega = np.sort(rng.uniform(6e3, 5e5, 9))
     omega[:2] = 0.0
@@ -119,14 +119,14 @@ def thrown() -> Body:
 
 @pytest.mark.parametrize("stride", [1, 7])
 def test_coordinates_make_the_displacement_of_the_ports(stride: int) -> None:
-    """Of a body of modes alone, free ones among them, bent, loaded and struck at two ports."""
+    """The coordinates of a loaded body of modes, free ones among them, make its displacement at two struck ports."""
     steps = 700
     bare = thrown()
     assert isinstance(bare.greens, ModalGreens)
     body = replace(bare, greens=replace(bare.greens, residual=Residual.none(2)))
     force = np.maximum(np.random.default_rng(5).normal(size=(2, steps)).cumsum(axis=1), 0.0)
-    found = modal_coordinates(body, force, STEP, stride)
-    assert len(found) == steps // stride + 1
+    coordinates = modal_coordinates(body, force, STEP, stride)
+    assert len(coordinates) == steps // stride + 1
     expected = Discrete.from_body(body, STEP, steps).motion(force).displacement[:, ::stride]
     # two orders of the same sums
-    np.testing.assert_allclose(found @ body.greens.modal.shapes, expected.T, atol=1e-11 * np.abs(expected).max())
+    np.testing.assert_allclose(coordinates @ body.greens.modal.shapes, expected.T, atol=1e-11 * np.abs(expected).max())

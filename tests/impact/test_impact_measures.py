@@ -55,7 +55,7 @@ def test_groups_close_short_openings() -> None:
 
 
 def test_filtered_force_is_the_exact_average() -> None:
-    """A pulse of two steps: a trapezoid of base four and top zero under a filter of two steps; half steps at five."""
+    """A pulse of two steps becomes its exact average by windows of two, four and five steps."""
     result = record([0.0, 0.0, 6.0, 6.0, 0.0, 0.0])
     np.testing.assert_allclose(measures.filtered_force(result, 2 * DT), [0, 0, 3, 6, 3, 0, 0], atol=1e-12)
     np.testing.assert_allclose(measures.filtered_force(result, 4 * DT), [0, 1.5, 3, 3, 3, 1.5, 0], atol=1e-12)
@@ -67,7 +67,7 @@ def test_filtered_force_is_the_exact_average() -> None:
 
 
 def test_the_filtered_peak_is_the_largest_of_any_place_of_the_window() -> None:
-    """Between recorded times, too: two steps of 6 N that a window of three steps holds, where centred ones cut one."""
+    """The window of the peak may begin anywhere: three steps hold two of 6 N, centred ones one."""
     result = record(np.array([0.0, 6.0, 0.0, 6.0, 0.0, 0.0]))
     assert measures.filtered_peak_force(result, 3 * DT) == pytest.approx(4.0)
     assert np.max(measures.filtered_force(result, 3 * DT)) == pytest.approx(3.0)
@@ -125,7 +125,7 @@ def test_restitution_that_does_not_exist_is_refused(result: ImpactResult, words:
 
 
 def test_the_largest_speed_of_closing_is_of_any_contact() -> None:
-    """Over the last open step before each: 1 m/s, then 3, then 2; of a reed that starts shut, only what comes later."""
+    """The largest of 1, 3 and 2 m/s, each over the last open step, is told; a reed that starts shut has later ones."""
     gap = 1e-6 * np.array([2.0, 1.0, 0.0, 0.0, 4.0, 3.0, 0.0, 0.0, 2.0, 0.0, 0.0])
     result = with_rows(record([0.0, 0.0, 5.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0]), gap=gap)
     assert measures.impact_velocity(result) == pytest.approx(1.0)

@@ -93,14 +93,14 @@ def test_error_estimate_adds_what_is_known() -> None:
 def test_arrays_of_the_wrong_shape_are_refused(
     omega: tuple[int, ...], shapes: tuple[int, ...], rates: tuple[int, ...]
 ) -> None:
-    """As a damaged file may hold them."""
+    """Arrays whose shapes do not match, as a damaged file may hold them, are refused."""
     residual = Residual(np.ones(shapes), np.ones(rates), np.zeros((1, 1)))
     with pytest.raises(GreensFunctionError, match="shapes must match"):
         ModalGreens(np.ones(omega), np.zeros(3), np.ones((3, 1)), residual)
 
 
 def test_modes_as_test_programs_list_them() -> None:
-    """Frequencies in hertz, one damping or many, amplitudes at one port or several."""
+    """Frequencies in hertz, one damping or many, and amplitudes at one port or several make the function."""
     one = ModalGreens.from_hz([100.0, 250.0], 0.01, [1.0, 2.0])
     assert np.allclose(one.omega, 2 * np.pi * np.array([100.0, 250.0]), rtol=1e-15)
     assert one.port_names == ("contact",)

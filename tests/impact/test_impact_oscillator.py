@@ -11,7 +11,7 @@ ZETA = [0.0, 1e-12, 0.03, 0.5, 1 - 1e-9, 1.0, 1 + 1e-9, 1.3, 8.0]
 
 
 def exact_step(dt: float, omega: float, zeta: float) -> np.ndarray:
-    """(2, 3) map of (q, q', f), f constant."""
+    """Return the (2, 3) map of (q, q', f), f constant."""
     generator = np.array([[0.0, 1.0, 0.0], [-(omega**2), -2 * zeta * omega, 1.0], [0.0, 0.0, 0.0]])
     # balanced by max(omega, 1/dt), so that every entry is a number of order one
     scale = np.diag([max(omega, 1.0 / dt), 1.0, 1.0])
@@ -33,7 +33,7 @@ def test_transition_is_the_matrix_exponential(omega: float, zeta: float, dt: flo
 
 
 def test_step_response_keeps_its_digits_from_short_to_long() -> None:
-    """t^2/2 - w^2 t^4/24 for w t -> 0, and no jump where the formula changes."""
+    """The response is t^2/2 - w^2 t^4/24 for w t -> 0 and does not jump where the formula changes."""
     t = np.array([1e-9, 1e-6, 1e-3])
     series = t**2 / 2 - t**4 / 24
     np.testing.assert_allclose(oscillator.step_response(t, np.array(1.0), np.array(0.0)), series, rtol=1e-14)

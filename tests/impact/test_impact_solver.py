@@ -90,7 +90,7 @@ def test_a_striker_that_flies_away_is_told_the_sign_of_velocities(velocity: floa
 
 
 def test_units_do_not_matter() -> None:
-    """SI against mm, t, s, N: stresses 1e-6, density 1e-12, lengths 1e3, masses 1e-3, times and forces unchanged."""
+    """A run in mm, t, s, N has the forces and times of SI, and gaps 1e3 as large."""
 
     def collide(length: float, mass: float) -> impact.ImpactResult:
         stress, density = 1 / length**2, mass / length**3

@@ -28,8 +28,8 @@ def path(law: impact.Law, closures: np.ndarray) -> np.ndarray:
 
 
 def test_unloading_is_the_loading_branch_drawn_together() -> None:
-    """Rough faces, from m on: N = k ((pen - (1 - r) m)/r)^n; reloaded the same way, and beyond m as if never unloaded;
-    opened, as new."""
+    """Rough faces unload and reload from m on by N = k ((pen - (1 - r) m)/r)^n, go on beyond m as if never unloaded,
+    and are new once opened."""
     closures = np.array([0.5, 1.0, 0.9, 0.65, 0.5, 0.9, 1.2, 0.0, 0.5])
     force = path(ROUGH, closures)
     expected = [0.75, 3.0, 3 * 0.75**2, 3 * 0.125**2, 0.0, 3 * 0.75**2, 3 * 1.2**2, 0.0, 0.75]
@@ -38,7 +38,7 @@ def test_unloading_is_the_loading_branch_drawn_together() -> None:
 
 
 def test_a_table_of_a_curve_becomes_that_law_at_second_order() -> None:
-    """The table of ROUGH with ever more rows: forces after a partial load and unloading, not from the table's end."""
+    """Tables of ROUGH with ever more rows reach its forces, also after a partial load, at second order."""
     turns, errors = (0.0, 0.83, 0.6, 0.95, 0.6), []
     closures = np.concatenate([np.linspace(*pair, 500) for pair in itertools.pairwise(turns)])
     exact = path(ROUGH, closures)
@@ -71,8 +71,8 @@ def random_joint(rng: np.random.Generator) -> impact.Law:
 @settings(max_examples=80, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_no_history_of_steps_gains_energy(seed: int) -> None:
-    """40 random steps by each rule: N (end - start) >= dPsi in each, equality of conserving steps below the deepest
-    closure; and the work of all from an open start is not negative."""
+    """Each of 40 random steps by each rule has N (end - start) >= dPsi, with equality by the conserving one below the
+    deepest closure, and the work from an open start is not negative."""
     rng = np.random.default_rng(seed)
     law, w0, aims = random_joint(rng), 10.0 ** rng.uniform(-6, 2), rng.uniform(-0.5, 3, 40)
     for rule in RULES:
@@ -98,7 +98,7 @@ def test_no_history_of_steps_gains_energy(seed: int) -> None:
 @pytest.mark.parametrize("law", [ROUGH, TABLE])
 @pytest.mark.parametrize("pen", [0.3, 0.77, 1.6, 1.45])
 def test_stiffness_is_the_slope_of_the_force(law: impact.Law, pen: float) -> None:
-    """On the loading branch, and on the other below a closure of 1.5; rough faces also in closed form."""
+    """The stiffness is the force's difference quotient on loading and below a closure of 1.5; rough faces have 6 x."""
     for deepest in (0.0, 1.5):
         numbers = march_numbers([law.parameters])
         numbers[0, DEEPEST] = deepest
@@ -137,15 +137,15 @@ def test_the_ledger_books_the_loop_as_lost_in_the_contact() -> None:
 
 def test_a_joint_closed_beyond_its_table_is_told() -> None:
     short = impact.TableJoint(closures=(0.1, 0.2), loading=(0.1, 0.5), unloading=(0.0, 0.5))
-    (told,) = struck(short, 1e-3, "auto").advice
-    assert told.name.startswith("closure of contact 0 ")
-    assert told.value == pytest.approx(np.max(-struck(short, 1e-3, "auto").gap) / 0.2)
+    (note,) = struck(short, 1e-3, "auto").advice
+    assert note.name.startswith("closure of contact 0 ")
+    assert note.value == pytest.approx(np.max(-struck(short, 1e-3, "auto").gap) / 0.2)
     assert not struck(TABLE, 1e-3, "auto").advice
 
 
 @pytest.mark.slow
 def test_one_contact_many_and_lanes_march_alike() -> None:
-    """One joint; the same in two halves on one port; and 20 scenes side by side."""
+    """One joint, its two halves on one port, and 20 scenes side by side have the same forces."""
     rod = impact.free_rod(young=4.0, density=1.0, area=3.0, length=2.0)
     mass = impact.rigid_mass(mass=1.0, velocity=-1.0)
     half = impact.RoughJoint(stiffness=1.5, exponent=2.0, recovery=0.4)
@@ -203,7 +203,7 @@ def test_a_film_beside_a_joint_is_refused() -> None:
 
 @pytest.mark.parametrize("law", [ROUGH, TABLE])
 def test_the_static_closure_is_that_of_the_loading_branch(law: impact.Law) -> None:
-    """At forces within the table and beyond; half the joint needs half the force."""
+    """A force's closure is the one that loads to it, beyond the table too; half the joint needs half the force."""
     closures = np.array([0.2, 0.7, 1.3, 2.5])
     forces = path(law, closures)
     np.testing.assert_allclose([law.closure(force) for force in forces], closures, rtol=1e-12)

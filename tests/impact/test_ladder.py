@@ -29,7 +29,7 @@ def discretised(problem: ContactProblem, duration: float, dt: float = H) -> tupl
 
 
 def seat(ports: int = 1, seed: int = 1) -> Body:
-    """Forty modes from 20 kHz on, with what they leave out."""
+    """Return forty modes from 20 kHz on, with what they leave out."""
     shapes = np.random.default_rng(seed).normal(0, 8.0, (40, ports))
     omega = 2 * np.pi * 20e3 * np.arange(1, 41) ** 1.1
     rest = Residual.exponential(2e-9 * np.eye(ports), 2e-2 * np.eye(ports))
@@ -41,7 +41,7 @@ def names(ports: int) -> tuple[str, ...]:
 
 
 def reed(ports: int = 1, **more: object) -> Body:
-    """Twelve modes of a cantilever from 150 Hz on, which yields at once to a force."""
+    """Return twelve modes of a cantilever from 150 Hz on, which yields at once to a force."""
     k = np.arange(1, 13)
     scatter = np.random.default_rng(2).normal(1, 0.05, (12, ports)) if ports > 1 else np.ones((12, 1))
     shapes = 30.0 * ((-1.0) ** (k + 1))[:, None] * scatter
@@ -51,7 +51,7 @@ def reed(ports: int = 1, **more: object) -> Body:
 
 
 def in_gas(ports: int, pressed: Callable[[Array], Array]) -> Body:
-    """A reed under a force on the mean of its ports."""
+    """Return a reed under a force on the mean of its ports."""
     body = reed(ports)
     assert body.greens.modal is not None
     return replace(body, loads=(Load(body.greens.modal.shapes.mean(axis=1), pressed),))
@@ -94,14 +94,14 @@ def test_free_motion_is_exact_whatever_the_steps() -> None:
     exact = moved[:, 0] * begin.displacement + moved[:, 1] * begin.velocity + pushed * shape * 0.3
     psi = greens.shapes[:, 0]
     assert len(run.marched().rows.lengths) == len(levels.lengths)
-    for found, expected, size in zip((q, v), exact, (1.0, omega.clip(1.0)), strict=True):
-        np.testing.assert_allclose(found[:5] / psi / size, expected / size, rtol=1e-9, atol=1e-13)
+    for computed, expected, size in zip((q, v), exact, (1.0, omega.clip(1.0)), strict=True):
+        np.testing.assert_allclose(computed[:5] / psi / size, expected / size, rtol=1e-9, atol=1e-13)
 
 
 @pytest.mark.slow
 def test_a_force_that_rises_within_a_leap_is_a_ramp() -> None:
-    """A free mass under a force b t in the longest steps: b t^3/(6 m), where a constant force in each would leave
-    b t H^2/(12 m); twelve digits of it are seen."""
+    """A free mass under b t moves by b t^3/(6 m) in the longest steps, to ten digits; a constant force in each step
+    would leave b t H^2/(12 m)."""
     ball = impact.rigid_mass(mass=1e-3, velocity=0.0)
     assert ball.greens.modal is not None
     body = replace(ball, loads=(Load(ball.greens.modal.shapes[:, 0], lambda t: 0.2 * t),))
@@ -122,8 +122,8 @@ def test_ramp_response(omega: float, zeta: float) -> None:
     q = oscillator.ramp_response(time, np.array(omega), np.array(zeta))
     step = time[1]
     rate, bend = (q[2:] - q[:-2]) / (2 * step), (q[2:] - 2 * q[1:-1] + q[:-2]) / step**2
-    left = bend + 2 * zeta * omega * rate + omega**2 * q[1:-1] - time[1:-1]
-    assert np.abs(left).max() < 1e-3 * time[-1] * max(1.0, (omega * step) ** 2 * 1e2)
+    residual = bend + 2 * zeta * omega * rate + omega**2 * q[1:-1] - time[1:-1]
+    assert np.abs(residual).max() < 1e-3 * time[-1] * max(1.0, (omega * step) ** 2 * 1e2)
 
 
 LAWS = {
@@ -176,7 +176,7 @@ def gains(law: impact.Law, seed: int) -> float:
 @pytest.mark.parametrize("law", LAWS.values(), ids=LAWS.keys())
 @pytest.mark.parametrize("seed", range(4))
 def test_no_switch_gains_energy(law: impact.Law, seed: int) -> None:
-    """Steps of random lengths, as long as contacts neither open nor close in them, whatever the forces do."""
+    """Steps of random lengths gain no energy while contacts neither open nor close in them."""
     assert gains(law, seed) < 1e-12
 
 
@@ -191,7 +191,7 @@ def oscillating(t: Array) -> Array:
 
 
 def scenes() -> dict[str, tuple[ContactProblem, float]]:
-    """Two kinds of strikers and drives with each law, film, base, side and start."""
+    """Return two kinds of strikers and drives with each law, film, base, side and start."""
     wide, film = seat(6), impact.SqueezeFilm(coefficient=2e-5 * 0.03 * 1e-9, floor=2e-6)
     tilted = [Contact(wide, port=k, striker_port=k, gap=1e-5 + 4e-6 * k) for k in range(6)]
     pressed = [Contact(wide, port=k, striker_port=k) for k in range(6)]
@@ -224,13 +224,13 @@ def taken(run: Marched) -> Array:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", scenes())
 def test_it_is_as_good_as_equal_steps(name: str) -> None:
-    """What the long steps change is at most a tenth of what the fine step leaves, by half of it, and of a bar of 0.3 %;
-    the gaps at the ends of the steps agree, and a quarter of the steps is saved at least."""
+    """Long steps change at most a tenth of what the fine step leaves and of a bar of 0.3 %; gaps at the ends of steps
+    agree, and at least a quarter of the steps is saved."""
     problem, duration = scenes()[name]
     run = march_in_levels(*discretised(problem, duration))
     equal, finer = (march(problem, H / part, duration, equal_steps=True) for part in (1, 2))
-    left = np.abs(taken(finer) - taken(equal))
-    assert np.all(np.abs(taken(run) - taken(equal)) <= 0.1 * (left + 3e-3 * taken(equal)))
+    changes = np.abs(taken(finer) - taken(equal))
+    assert np.all(np.abs(taken(run) - taken(equal)) <= 0.1 * (changes + 3e-3 * taken(equal)))
     stepper = ContactStepper(prepare(problem, H, duration))
     stepper.advance(run.steps)
     apart = np.abs(run.rows.gap - stepper.gap[run.rows.ends]).max()
@@ -242,8 +242,8 @@ def test_it_is_as_good_as_equal_steps(name: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("law", ["spring", "Hertz"])
 def test_order_of_convergence(law: str) -> None:
-    """Peak and impulse of a mass on a seat with a compliant contact, with a share that falls as the square of the step:
-    at each step the error is that of equal steps, to a twentieth, of second order."""
+    """Peak and impulse of a mass on a compliant contact err as at equal steps, to a twentieth and of second order, if
+    the share for long steps falls as the square of the step."""
     ball = impact.rigid_mass(mass=1e-3, velocity=-1.0)
     problem = ContactProblem(ball, seat(), gap=1e-5, law=LAWS[law])
     exact = taken(march(problem, 200e-9 / 32, 1e-3, equal_steps=True))[:2]
@@ -289,7 +289,7 @@ def test_rows_at_equal_steps() -> None:
 
 @pytest.mark.slow
 def test_where_equal_steps_take_long_smooth_motion_takes_longer_ones(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Not for a rod by step weights, which has no state to pass on, nor where a load follows the opening."""
+    """Long steps are taken for modes, but not on a rod by step weights or under loads by opening."""
     monkeypatch.setattr(ladder, "WORTHWHILE", 0.0)
     ball, rod = (
         impact.rigid_mass(mass=1e-3, velocity=-1.0),

@@ -25,14 +25,14 @@ WEIGHT = 3.0  # N
 
 
 def record(force: np.ndarray, static: np.ndarray, dt: float = 1e-6, speed: float = 1.0) -> ContactRecord:
-    """One contact that closes at ``speed`` whenever it touches."""
+    """Return one contact that closes at ``speed`` whenever it touches."""
     gap = -speed * dt * np.arange(len(force))[:, None]
     grid = TimeGrid.of_equal_steps(dt, len(force) - 1)
     return ContactRecord(force, force > 0, grid, force[:, None], gap, static, 2 * dt, np.array([speed]))
 
 
 def fallen(weight: float = WEIGHT, dt: float = 1e-7) -> tuple[impact.ContactProblem, impact.ImpactResult]:
-    """A mass thrown at a spring under a constant load that presses it down."""
+    """Run a mass thrown at a spring under a constant load that presses it down."""
     mass = impact.rigid_mass(mass=MASS, velocity=-SPEED)
     load = impact.Load(np.array([1 / math.sqrt(MASS)]), lambda t: np.full_like(t, -weight))
     body = impact.Body(mass.greens, velocity=-SPEED, loads=(load,))
@@ -47,7 +47,7 @@ def of_run(problem: impact.ContactProblem, result: impact.ImpactResult, static: 
 
 
 def test_a_mass_on_a_spring_lands_with_its_speed_and_momentum() -> None:
-    """Closed forms of a mass m with speed v on a spring k under a load W, but for the loss of the step."""
+    """Landing measures of a mass on a spring under a load are the closed forms, but for the step's loss."""
     problem, result = fallen()
     load = static_load(problem, float(result.time[-1]))
     static = load.course(result.time)
@@ -102,7 +102,7 @@ def test_what_a_held_reed_gives_back_is_the_root_of_its_energies() -> None:
 
 @pytest.mark.parametrize("stiffness", [1e3, 1e5])
 def test_the_static_load_of_a_reed_is_that_of_two_springs(stiffness: float) -> None:
-    """S = (u - gap)/(C_reed + C_seat + C_law), u the reed's own deflection under the load; none before it touches."""
+    """The load is (u - gap)/(C_reed + C_seat + C_law), u the free deflection, and zero before it touches."""
     reed = impact.cantilever_reed(
         young=200e9, density=7850, length=25.4e-3, width=10e-3, thickness=0.3e-3, damping_ratio=0.01, n_modes=6,
         tip_deflection=0.0,
@@ -123,7 +123,7 @@ def test_the_static_load_of_a_reed_is_that_of_two_springs(stiffness: float) -> N
 
 
 def test_a_hertzian_contact_presses_by_its_secant() -> None:
-    """A held spring pressed into a Hertzian seat: F C + (F/k)^(2/3) = interference."""
+    """A held spring pressed into a Hertzian seat has F C + (F/k)^(2/3) = interference."""
     stiffness, interference = 1e9, 20e-6
     spring = impact.spring(stiffness=1e6)
     law = impact.Hertz(stiffness=stiffness)
@@ -158,10 +158,10 @@ def test_a_pressed_reed_trembles_within_the_band(excess: float, landings: int) -
     force = np.zeros(1000)
     force[100:900] = 10.0
     force[150:160] *= 1 + excess
-    found = find_landings(record(force, np.full(1000, 10.0)))
-    assert len(found) == landings
+    tremblings = find_landings(record(force, np.full(1000, 10.0)))
+    assert len(tremblings) == landings
     if landings:
-        assert found[0].static_load == pytest.approx(10.0)
+        assert tremblings[0].static_load == pytest.approx(10.0)
 
 
 def test_a_preload_is_no_landing_and_a_release_at_no_gap_is_one() -> None:

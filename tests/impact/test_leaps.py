@@ -30,7 +30,7 @@ def replays(modal: ModalGreens, state: ModalState, load: np.ndarray, spans: np.n
 
 
 def test_leaps_end_where_equal_steps_do() -> None:
-    """Forces constant over each leap, and loads on a straight line: displacements, energies and work at its end."""
+    """Leaps under constant forces and straight loads end with the displacements, energies and work of equal steps."""
     modal, state, shape = make_body(1)
     random, lengths = np.random.default_rng(2), np.array([1, 4, 16])
     levels = random.integers(0, 3, 40)
@@ -74,7 +74,7 @@ def test_energy_balances_under_loads_that_rise(wrong: float) -> None:
 
 
 def test_straight_loads_are_seen_as_mean_and_rise() -> None:
-    """Of a load on a line, constant over each fine step, the mean and the rise over a leap follow exactly."""
+    """The mean and the rise over a leap of a straight load, constant over each fine step, are exact."""
     time = np.arange(20) + 0.5
     means, rises = find_loads(np.array([2.0 + 0.5 * time]), np.array([0, 1, 5, 20]))
     np.testing.assert_allclose(means[0], [2.25, 3.5, 8.25])

@@ -24,7 +24,7 @@ NOW = np.zeros(1)
 
 
 def sag(beam: RectangularBeam, at: float, *loads: ReedLoad, n_modes: int = 60) -> float:
-    """Static deflection under the loads at t = 0, from the modes alone."""
+    """Return the static deflection under the loads at t = 0, from the modes alone."""
     body = reed(beam, n_modes=n_modes, contact_at=at, loads=loads)
     force = sum(load.shape * load.amplitude(NOW)[0] for load in body.loads)
     return float(body.greens.shapes[:, 0] @ (force / body.greens.omega**2))
@@ -36,7 +36,7 @@ def test_uniform_pressure_on_a_cantilever() -> None:
 
 @pytest.mark.parametrize("beam", [CANTILEVER, ClampedClamped(**REED), TimoshenkoCantilever(**STUBBY)])
 def test_pressure_over_a_hole_with_a_profile(beam: RectangularBeam) -> None:
-    """Against the static compliance integrated over the hole."""
+    """The deflection is the static compliance integrated over the hole."""
     hole, at = (0.55 * L, 0.9 * L), 0.8 * L
     exact = W * quad(lambda x: (1 + x / L) * beam.compliance(at, x), *hole, points=[at], epsabs=0, epsrel=1e-10)[0]
     load = Pressure(lambda t: 1.0, between=hole, profile=lambda x: 1 + x / L)
@@ -70,14 +70,14 @@ def test_field_of_a_polynomial_is_exact() -> None:
 
 
 def flight(load: ReedLoad, *, dt: float, duration: float, zeta: float = 0.0, n_modes: int = 15) -> impact.ImpactResult:
-    """The reed under a load, its seat out of reach."""
+    """Run the reed under a load, its seat out of reach."""
     body = cantilever_reed(**REED, damping_ratio=zeta, n_modes=n_modes, loads=[load])
     seat = impact.Body(impact.spring(stiffness=1e6))
     return impact.solve(impact.ContactProblem(body, seat, gap=1.0), dt=dt, duration=duration)
 
 
 def test_oscillating_load_is_second_order_in_the_step() -> None:
-    """One undamped mode under F cos(w t): q = F phi (cos w t - cos w1 t)/(w1^2 - w^2)."""
+    """A mode under F cos(w t) tends to F phi (cos w t - cos w1 t)/(w1^2 - w^2) at second order."""
     w1 = CANTILEVER.frequencies(1)[0]
     w, phi, end = 0.6 * w1, CANTILEVER.shapes(1, L)[0], 2e-3
     exact = phi**2 * (np.cos(w * end) - np.cos(w1 * end)) / (w1**2 - w**2)
@@ -125,7 +125,7 @@ def oscillator(motion: impact.BaseMotion) -> impact.Body:
 
 
 def place(body: impact.Body, dt: float, duration: float) -> Array:
-    """Of a body that touches nothing, its base included."""
+    """Return the displacement of a body that touches nothing, its base included."""
     result = impact.solve(impact.ContactProblem(body, FAR, gap=1.0), dt=dt, duration=duration)
     np.testing.assert_allclose(result.gap, 1.0 + result.striker_displacement, rtol=1e-12)
     return result.striker_displacement
@@ -145,8 +145,8 @@ def test_a_shaken_oscillator_follows_its_closed_form() -> None:
 
 
 def test_a_clamp_in_resonance_swings_its_beam_as_known() -> None:
-    """Of a cantilever: w_1(L) int rho A w_1 = 1.5660 (from its first root 1.8751); the tip swings by 1.5660 a/(2 zeta
-    w_1^2) once it has settled."""
+    """The tip swings by 1.5660 a/(2 zeta w_1^2) once it has settled, as w_1(L) int rho A w_1 = 1.5660 for a cantilever
+    (its first root is 1.8751)."""
     zeta, a = 0.05, 100.0
     first = 1.8751040687**2 * np.sqrt(206e9 * 3e-4**2 / (12 * 7800)) / 25e-3**2
     swinging = impact.BaseMotion(lambda t: -a / first**2 * np.sin(first * t), lambda t: a * np.sin(first * t))
@@ -159,14 +159,14 @@ def test_a_clamp_in_resonance_swings_its_beam_as_known() -> None:
 
 
 def test_a_seat_that_comes_up_is_struck_as_by_what_comes_down() -> None:
-    """Galilei: forces and gap of a mass that falls at V, with all energies accounted for."""
-    v, found = 0.5, []
+    """A rising seat has by Galilei the forces and gap of a falling mass, and energies balance."""
+    v, runs = 0.5, []
     for velocity, base in ((-v, None), (0.0, lambda t: v * t)):
         seat = impact.Body(impact.fixed_rod(young=2e11, density=7850.0, area=1e-5, length=2e-2), base=base)
         striker = impact.rigid_mass(mass=1e-3, velocity=velocity)
         problem = impact.ContactProblem(striker, seat, gap=1e-6, law=impact.LinearSpring(1e8))
-        found.append(impact.solve(problem, dt=2e-8, duration=60e-6))
-    fell, rose = found
+        runs.append(impact.solve(problem, dt=2e-8, duration=60e-6))
+    fell, rose = runs
     size = fell.force.max()
     assert size > 50.0
     np.testing.assert_allclose(rose.force, fell.force, atol=1e-9 * size)

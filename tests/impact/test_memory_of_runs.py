@@ -23,7 +23,7 @@ either needs 3.6."""
 
 
 def reed(parts: int, **more: object) -> Body:
-    """Twelve modes of a cantilever from 150 Hz on, which lies askew and yields at once to a force."""
+    """Return twelve modes of a cantilever from 150 Hz on, which lies askew and yields at once to a force."""
     k, scatter = np.arange(1, 13), np.random.default_rng(2).normal(1, 0.05, (12, parts))
     omega = 2 * np.pi * 150.0 * ((k - 0.4) / 0.6) ** 2
     rest = Residual.spring(1e-7 * np.eye(parts))
@@ -32,7 +32,7 @@ def reed(parts: int, **more: object) -> Body:
 
 
 def seat(parts: int, **more: object) -> Body:
-    """Forty modes from 20 kHz on, with what they leave out."""
+    """Return forty modes from 20 kHz on, with what they leave out."""
     shapes = np.random.default_rng(1).normal(0, 8.0, (40, parts))
     omega = 2 * np.pi * 20e3 * np.arange(1, 41) ** 1.1
     rest = Residual.exponential(2e-9 * np.eye(parts), 2e-2 * np.eye(parts))
@@ -49,14 +49,14 @@ def on_a_seat(parts: int, body: Body) -> list[Contact]:
 
 @pytest.fixture
 def long_runs(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Every run takes long steps, and is as large as those whose displacements are not kept."""
+    """Let every run take long steps, and be as large as those whose displacements are not kept."""
     monkeypatch.setattr(ladder, "WORTHWHILE", 0.0)
     monkeypatch.setattr(solver, "LARGE", 0)
 
 
 @pytest.fixture
 def traced() -> Iterator[Callable[[], int]]:
-    """The most memory since the last look [bytes]."""
+    """Yield a function of the most memory since the last look [bytes]."""
 
     def look() -> int:
         _, most = tracemalloc.get_traced_memory()
@@ -99,25 +99,25 @@ def test_memory_does_not_grow_with_the_number_of_varied_runs(long_runs: None, tr
 def test_displacements_on_demand_are_those_that_are_kept(
     equal_steps: bool, long_runs: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Of striker and targets, on a seat whose base moves and a stopper; at all contacts, some, and weighted."""
+    """Replayed displacements of all bodies at all contacts, some, and weighted are those that a run keeps."""
     below = seat(3, base=lambda time: 2e-6 * np.sin(3e3 * time))
     above = Contact(impact.spring(stiffness=1e6), side=-1, striker_port=1, gap=2e-4)
     problem = ContactProblem(reed(3), contacts=[*on_a_seat(3, below), above])
-    made = impact.solve(problem, dt=STEP, duration=5e-3, equal_steps=equal_steps)
+    replayed = impact.solve(problem, dt=STEP, duration=5e-3, equal_steps=equal_steps)
     monkeypatch.setattr(solver, "LARGE", 1e9)
     kept = impact.solve(problem, dt=STEP, duration=5e-3, equal_steps=equal_steps)
-    assert made.rows.is_uniform == equal_steps
-    np.testing.assert_array_equal(made.gap, kept.gap)
+    assert replayed.rows.is_uniform == equal_steps
+    np.testing.assert_array_equal(replayed.gap, kept.gap)
     shares = np.array([0.2, 0.5, 0.1, 0.3])
     for name in ("striker_displacement", "target_displacement"):
-        lazy, whole = getattr(made.rows, name), getattr(kept.rows, name)
+        lazy, whole = getattr(replayed.rows, name), getattr(kept.rows, name)
         assert isinstance(lazy, Replayed)
         size = 1e-11 * np.abs(whole).max()
         np.testing.assert_allclose(lazy, whole, rtol=0, atol=size)
         np.testing.assert_allclose(lazy[:, 1:3], whole[:, 1:3], rtol=0, atol=size)
         np.testing.assert_allclose(lazy[:, 3], whole[:, 3], rtol=0, atol=size)
         np.testing.assert_allclose(lazy @ shares, whole @ shares, rtol=0, atol=size)
-        np.testing.assert_allclose(getattr(made, name), getattr(kept, name), rtol=0, atol=size)
+        np.testing.assert_allclose(getattr(replayed, name), getattr(kept, name), rtol=0, atol=size)
 
 
 @pytest.mark.slow

@@ -34,7 +34,7 @@ def test_at_the_contact_it_is_the_driving_point_response(zeta: float) -> None:
 
 @pytest.mark.parametrize("at", [0.0, 0.3, 0.75])
 def test_wavefronts_are_the_limit_of_the_modes_at_first_order(at: float) -> None:
-    """(7) against (8), undamped. Left out: at most 2 sum (2/(Z l/c))/omega_k^2 over k > n, near 4/(6 pi^2 n)."""
+    """Modes (8) tend to wavefronts (7) undamped, with an error of at most 4/(6 pi^2 n)."""
     exact = displacement_response(rods(0.0), TIME, at=at)
     error = [
         np.abs(fixed_rod_modes(rods(0.0), n, at=(at,)).step_response(TIME, 1, 0) - exact).max() for n in (50, 100, 200)
@@ -62,7 +62,7 @@ def test_axial_force_is_the_slope_of_the_displacement(rod: impact.GreensFunction
 
 
 def test_ends() -> None:
-    """u(l) = 0 at a fixed end, no force at a free one, no reflection at a matched one: equations (5)-(6)."""
+    """A fixed end does not move, a free one bears no force, a matched one reflects nothing: equations (5)-(6)."""
     np.testing.assert_allclose(displacement_response(rods(0.0), TIME, at=1.0), 0.0, atol=1e-14)
     np.testing.assert_allclose(displacement_response(rods(0.1), TIME, at=1.0), 0.0, atol=1e-14)
     np.testing.assert_allclose(force_response(impact.free_rod(**ROD), TIME, at=1.0), 0.0, atol=1e-14)
@@ -117,7 +117,7 @@ def test_impossible_stress_is_refused(area: float, at: float, words: str) -> Non
 
 
 def test_table_1() -> None:
-    """K and Z of both readings; the spring's errors in the first contact on the strip, where both nearly agree."""
+    """K and Z of both readings are the table's, and the spring's errors on the strip are those of the first contact."""
     assert [case.stiffness for case in CASES] == pytest.approx([2.78e5, 2.78e4, 2.78e7, 2.78e6])
     assert [case.impedance for case in CASES] == pytest.approx([0.16522885] * 2 + [16.522885] * 2, rel=1e-7)
     case = CASES[0]

@@ -36,7 +36,7 @@ def measured(greens: impact.ModalGreens | impact.PoleGreens, noise: float = 0.0,
 
 
 def coupled(dashpot: float, ports: int) -> impact.PoleGreens:
-    """Two masses, a dashpot between the second and the ground only: its modes are complex."""
+    """Return two masses, a dashpot between the second and the ground only: its modes are complex."""
     m, k = np.diag([0.02, 0.03]), np.array([[4e7, -3e7], [-3e7, 5e7]])
     w = 5e4
     c, zero = np.diag([0.0, dashpot]) / w, np.zeros((2, 2))
@@ -48,7 +48,7 @@ def coupled(dashpot: float, ports: int) -> impact.PoleGreens:
 
 
 def filtered_error(fit: impact.GreensFunction, truth: impact.GreensFunction) -> float:
-    """After the Hann pulse of the band, over the largest value."""
+    """Return the error after the Hann pulse of the band, over the largest value."""
     t = np.linspace(0, 5e-3, 800)
     exact = truth.filtered_matrix(t, 2 / F[-1])
     return float(np.abs(fit.filtered_matrix(t, 2 / F[-1]) - exact).max() / np.abs(exact).max())
@@ -61,8 +61,8 @@ def test_exact_responses_give_the_modes_back(truth: impact.ModalGreens) -> None:
     assert isinstance(fit, impact.ModalGreens)
     assert fit.omega == pytest.approx(truth.omega, rel=1e-9)
     assert fit.zeta == pytest.approx(truth.zeta, rel=1e-7)
-    for found, shape in zip(fit.shapes, truth.shapes, strict=True):
-        assert np.outer(found, found) == pytest.approx(np.outer(shape, shape), rel=1e-6)
+    for mode, shape in zip(fit.shapes, truth.shapes, strict=True):
+        assert np.outer(mode, mode) == pytest.approx(np.outer(shape, shape), rel=1e-6)
     assert fit.residual.compliance == pytest.approx(truth.residual.compliance, rel=1e-6)
     assert fit.error_estimate.reduction is not None
     assert fit.error_estimate.reduction < 1e-9
@@ -90,7 +90,7 @@ def test_one_percent_noise(truth: impact.ModalGreens, seed: int) -> None:
 
 @pytest.mark.slow
 def test_the_error_estimate_covers_the_error() -> None:
-    """Random bodies, some with modes beyond the band; noise of each line or of the whole record."""
+    """The true error of random noisy bodies is near or below the estimate, also with modes beyond the band."""
     ratios = []
     for seed in range(6, 12):
         rng = np.random.default_rng(seed)
@@ -223,7 +223,7 @@ STATIC = 2.11e-8  # m/N
 
 
 def hammered() -> impact.ModalGreens:
-    """Modes at 2.3, 6.1 and 11.8 kHz, 9 % of the static compliance above them."""
+    """Return modes at 2.3, 6.1 and 11.8 kHz, with 9 % of the static compliance above them."""
     omega, parts = 2 * np.pi * np.array([2.3e3, 6.1e3, 11.8e3]), np.array([1.2e-8, 5e-9, 2.1e-9])
     shapes = (omega * np.sqrt(parts))[:, None]
     return impact.ModalGreens(
@@ -232,7 +232,7 @@ def hammered() -> impact.ModalGreens:
 
 
 def accelerance(body: impact.GreensFunction, noise: float, seed: int) -> FrequencyResponse:
-    """White noise, a part of the root mean square of all lines."""
+    """Return an accelerance with white noise, a part of the root mean square of all lines."""
     exact = body.transfer(HAMMER_S)[:, 0, 0] * HAMMER_S**2
     size = noise * np.sqrt(np.mean(np.abs(exact) ** 2)) / np.sqrt(2)
     rng = np.random.default_rng(seed)
@@ -245,11 +245,11 @@ def accelerance(body: impact.GreensFunction, noise: float, seed: int) -> Frequen
 def test_a_noisy_accelerance_gives_its_modes_and_its_static_compliance(seed: int) -> None:
     """Divided by the squared frequency, the noise of the lowest lines is 400 times the receptance."""
     fit = fit_response(accelerance(hammered(), 0.02, seed))
-    found, report = fit.greens, fit.greens.provenance["fit"]
-    assert isinstance(found, impact.ModalGreens)
-    assert found.frequencies_hz == pytest.approx([2.3e3, 6.1e3, 11.8e3], rel=1e-3)
+    greens, report = fit.greens, fit.greens.provenance["fit"]
+    assert isinstance(greens, impact.ModalGreens)
+    assert greens.frequencies_hz == pytest.approx([2.3e3, 6.1e3, 11.8e3], rel=1e-3)
     assert (report["free"], report["pole_pairs"], report["modes_beyond_band_hz"]) == (False, 3, [])
-    static = [float(each.static_compliance()[0, 0]) / STATIC for each in (found, *fit.draws)]
+    static = [float(each.static_compliance()[0, 0]) / STATIC for each in (greens, *fit.draws)]
     deviation = np.std(static[1:])
     assert 0.001 < deviation < 0.01
     assert abs(static[0] - 1) < 4 * deviation

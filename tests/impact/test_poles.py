@@ -52,7 +52,7 @@ def test_modes_and_their_poles_are_the_same_function(ports: tuple[int, int]) -> 
 
 
 def state_step(force_at: int = 0) -> tuple[np.ndarray, np.ndarray]:
-    """Exact step of the non-proportional system for a constant force, by the matrix exponential."""
+    """Return the exact step of the non-proportional system for a constant force, by the matrix exponential."""
     a = np.block([[np.zeros((2, 2)), np.eye(2)], [-np.linalg.solve(M, K), -np.linalg.solve(M, C)]])
     b = np.zeros(4)
     b[2 + force_at] = 1 / M[force_at, force_at]
@@ -87,10 +87,10 @@ def test_real_mobility_is_that_of_the_transfer_function() -> None:
     w = np.array([10.0, 2e3, 4.4e3, 1e5])
     both = complex_modes(M, C, K, np.eye(2))
     exact = [np.linalg.inv(K + 1j * x * C - x**2 * M) * 1j * x for x in w]
-    found, size = real_mobility(both, w)
-    assert np.all(np.abs(found - np.real(exact)) <= 1e-12 * size[:, None, None])
-    assert found[:3] == pytest.approx(np.real(exact)[:3], rel=1e-6)
-    assert np.all(size >= np.trace(found, axis1=1, axis2=2) * (1 - 1e-9))
+    mobility, size = real_mobility(both, w)
+    assert np.all(np.abs(mobility - np.real(exact)) <= 1e-12 * size[:, None, None])
+    assert mobility[:3] == pytest.approx(np.real(exact)[:3], rel=1e-6)
+    assert np.all(size >= np.trace(mobility, axis1=1, axis2=2) * (1 - 1e-9))
 
 
 def test_passive_systems_are_found_passive() -> None:
@@ -142,14 +142,14 @@ TIMES = np.array([0.0, 1e-4, 7e-4, 3e-3])
 
 
 def oscillators() -> ModalGreens:
-    """Two ports: a rigid motion, one overdamped mode, one hardly damped, a relaxation and a bare compliance."""
+    """Return two ports with a rigid motion, an overdamped and a light mode, a relaxation and a bare compliance."""
     rest = Residual(np.array([[0.2, 0.1]]), np.array([4e3]), np.array([[2e-6, 1e-6], [1e-6, 3e-6]]))
     omega, zeta = np.array([0.0, 2e3, 5e3]), np.array([0.0, 1.5, 0.01])
     return ModalGreens(omega, zeta, np.array([[1.0, 1.0], [0.5, -0.7], [-0.3, 0.9]]), rest, ("a", "b"))
 
 
 def poles() -> PoleGreens:
-    """The same of complex shapes, with real poles and a rigid motion."""
+    """Return the same with complex shapes, real poles and a rigid motion."""
     return PoleGreens(
         np.array([-50 + 2e3j, -80 + 6e3j]),
         np.array([[0.02 - 0.02j, 0.01 + 0.005j], [0.005 - 0.01j, 0.01 - 0.012j]]),
@@ -169,9 +169,9 @@ def test_the_state_space_is_g(greens: GreensFunction) -> None:
     assert len(space.states) == len(space.A)
     for i in (0, 1):
         for j in (0, 1):
-            found = [space.C[i] @ linalg.expm(space.A * t) @ space.B[:, j] for t in TIMES]
+            response = [space.C[i] @ linalg.expm(space.A * t) @ space.B[:, j] for t in TIMES]
             exact = greens.impulse_response(TIMES, i, j)
-            np.testing.assert_allclose(found, exact, rtol=1e-9, atol=1e-12 * np.abs(exact).max())
+            np.testing.assert_allclose(response, exact, rtol=1e-9, atol=1e-12 * np.abs(exact).max())
     np.testing.assert_array_equal(space.D, greens.transfer(np.array([1e12 + 0j]))[0].real.round(12))
 
 
@@ -182,7 +182,7 @@ def test_a_rod_has_no_state_space() -> None:
 
 
 def test_receptance_arrays_and_back() -> None:
-    """Frequency, response, reference; and poles fitted to them."""
+    """Arrays have frequency, response, reference in this order, and fitted poles reproduce them."""
     shapes = np.array([[0.5, -0.7], [-0.3, 0.9]])
     greens = ModalGreens(np.array([2e3, 5e3]), np.array([0.02, 0.01]), shapes, Residual.none(2), ("a", "b"))
     f = np.linspace(5.0, 1500.0, 300)

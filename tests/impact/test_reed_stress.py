@@ -20,7 +20,7 @@ def reed(n_modes: int, **more: object) -> Body:
 
 
 def test_release_from_the_static_shape() -> None:
-    """3 E (h/2) d (L - x)/L^3; the modes left out carry 2/(pi n)^2 of the largest at the clamp, less than 8 near it."""
+    """The start has 3 E (h/2) d (L - x)/L^3, less 2/(pi n)^2 of the largest at the clamp by n modes."""
     top = 1.5 * BEAM.young * BEAM.thickness * 1e-3 / BEAM.length**2
     for n in (5, 40):
         body = reed(n, release=impact.StaticShape(1e-3))
@@ -36,7 +36,7 @@ def test_release_from_the_static_shape() -> None:
 @pytest.mark.parametrize("at", [None, 0.6 * BEAM.length])
 @pytest.mark.parametrize("n", [1, 3, 30])
 def test_a_steady_force_gives_the_static_stress_with_any_number_of_modes(n: int, at: float | None) -> None:
-    """M c/I = 6 N (a - x)/(b h^2) up to the contact, none beyond; critical damping has forgotten the start."""
+    """Stress is 6 N (a - x)/(b h^2) up to the contact and none beyond, once damping has ended the motion."""
     body = reed(n, contact_at=at, damping_ratio=1.0)
     force, dt = np.full(4001, 3.0), 6e-6
     force[0] = 0.0
@@ -61,7 +61,7 @@ def test_a_load_at_the_contact_bends_as_a_contact_force_does(at: float | None) -
 
 
 def test_free_vibration_in_one_mode() -> None:
-    """sigma = (E h/2) w'' cos(omega t), w'' by differences of the shape itself; peak at the clamp, at its sampling."""
+    """Stress is (E h/2) w'' cos(omega t), with w'' by differences of the shape; its peak is at the clamp."""
     body, k = reed(6, release=impact.ModeShape(3, 1e-4)), 2
     omega = float(BEAM.frequencies(6)[k])
     dt = 0.01 / omega
@@ -101,17 +101,17 @@ def test_the_start_and_a_landing_cut_the_record() -> None:
     force, dt, since = np.zeros(1501), 5e-7, 4e-4
     force[200:230], force[801:850] = 0.2, 1.0  # a light touch first; the landing begins at step 800
     find = partial(reed_stress, force, dt, body, BEAM, contact_at=0.6 * BEAM.length)
-    found = find(since=since)
+    peaks = find(since=since)
     places = np.linspace(0, BEAM.length, 8 * 8 + 1)
     field = np.abs(bending_stress(force, dt, body, BEAM, places, contact_at=0.6 * BEAM.length)).max(axis=0)
-    values = [peak.value for peak in (found.at_start, found.initial, found.before_landing, found.after_landing)]
+    values = [peak.value for peak in (peaks.at_start, peaks.initial, peaks.before_landing, peaks.after_landing)]
     np.testing.assert_allclose(values, [field[0], field[:200].max(), field[:801].max(), field[801:].max()], rtol=1e-9)
-    assert found.after_contact.value == pytest.approx(field[200:].max(), rel=1e-9)
-    assert found.at_start.time == 0.0
-    assert found.before_landing.time <= since < found.after_landing.time
-    assert find(since=since - 1e-12).after_landing == found.after_landing
+    assert peaks.after_contact.value == pytest.approx(field[200:].max(), rel=1e-9)
+    assert peaks.at_start.time == 0.0
+    assert peaks.before_landing.time <= since < peaks.after_landing.time
+    assert find(since=since - 1e-12).after_landing == peaks.after_landing
     alone = find()
-    assert (alone.initial, alone.after_contact, alone.at_start) == (found.initial, found.after_contact, found.at_start)
+    assert (alone.initial, alone.after_contact, alone.at_start) == (peaks.initial, peaks.after_contact, peaks.at_start)
     assert alone.before_landing is None
     assert alone.after_landing is None
 

@@ -22,12 +22,12 @@ def mass_on_rod(alpha: float, end: float = math.inf):
 
 def test_rigid_mass_on_a_fixed_rod() -> None:
     """Contact lasts 5.89959 l/c for alpha = 1/4 (Timoshenko & Goodier); lambda = 1/sqrt(alpha)."""
-    found = regime(*mass_on_rod(0.25))
-    assert found.mass_ratio == pytest.approx(0.25)
-    assert found.zener_lambda == pytest.approx(2.0)
-    assert found.round_trips_per_contact == pytest.approx(5.89959 / 2, abs=0.01)
-    assert found.predicted_sign == "under"
-    assert found.predicted_impulse_error > 0
+    card = regime(*mass_on_rod(0.25))
+    assert card.mass_ratio == pytest.approx(0.25)
+    assert card.zener_lambda == pytest.approx(2.0)
+    assert card.round_trips_per_contact == pytest.approx(5.89959 / 2, abs=0.01)
+    assert card.predicted_sign == "under"
+    assert card.predicted_impulse_error > 0
 
 
 def test_an_absorbing_end_turns_the_sign_at_equal_masses() -> None:
@@ -40,13 +40,13 @@ def test_card_of_table_1(number: int, sign: str) -> None:
     case, reed = CASES[number], table_1_reed()
     greens = fixed_rod_modes(case.rod, 40, residual=True)
     result = strike(greens, dt=50e-9, duration=1.2e-3)
-    found = regime(reed, impact.Body(case.rod), result)
-    assert found.predicted_sign == sign
+    card_1 = regime(reed, impact.Body(case.rod), result)
+    assert card_1.predicted_sign == sign
     reed_mass = 25.4e-3 * 10e-3 * 0.305e-3 * 7850 / 4  # phi_1^2 = 4/mass at the tip
-    assert found.mass_ratio == pytest.approx(7850 * case.area * case.length / reed_mass, rel=1e-9)
+    assert card_1.mass_ratio == pytest.approx(7850 * case.area * case.length / reed_mass, rel=1e-9)
     # as modes it is the same seat, but for the impedance its damping lowers: 0.941
-    assert regime(reed, impact.Body(greens), result).round_trip == pytest.approx(found.round_trip)
-    assert regime(reed, impact.Body(greens), result).mass_ratio == pytest.approx(found.mass_ratio / 0.941**2, rel=1e-3)
+    assert regime(reed, impact.Body(greens), result).round_trip == pytest.approx(card_1.round_trip)
+    assert regime(reed, impact.Body(greens), result).mass_ratio == pytest.approx(card_1.mass_ratio / 0.941**2, rel=1e-3)
     card = regime_card(reed, impact.Body(case.rod), result)
     assert "\n" not in card
     assert "Z^2/K" in card  # no number without its meaning

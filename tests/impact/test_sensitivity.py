@@ -16,27 +16,27 @@ the penetrations, over NEAR 2e-11, a hundred steps of a joint's kink, and the sq
 
 
 def bars(stiffness=6e-3, recovery=0.67, gap=0.2345, velocity=-1.0, young=1.0):
-    """A bar strikes an endless one through a joint that remembers; touched on and off."""
+    """Return a bar that strikes an endless one through a joint that remembers; touched on and off."""
     striker = impact.Body(impact.free_rod(**UNIT | {"young": young}, length=40.0), velocity)
     seat = impact.semi_infinite_rod(**UNIT)
     return impact.ContactProblem(striker, seat, gap=gap, law=impact.RoughJoint(stiffness, 2.0, recovery))
 
 
 def mass(stiffness=3.0, damping=0.2, gap=0.1019, velocity=-0.937, damping_ratio=0.05):
-    """A mass on a short damped rod; it touches twice."""
+    """Return a mass on a short damped rod; it touches twice."""
     seat = impact.fixed_rod(**UNIT, length=3.0, damping_ratio=damping_ratio)
     striker, law = impact.rigid_mass(mass=1.0, velocity=velocity), impact.HuntCrossley(stiffness, damping, 1.5)
     return impact.ContactProblem(striker, seat, gap=gap, law=law)
 
 
 def rigid(gap=0.1019, velocity=-0.937, damping_ratio=0.05):
-    """The same without a law, Signorini's."""
+    """Return the same without a law, Signorini's."""
     seat = impact.fixed_rod(**UNIT, length=3.0, damping_ratio=damping_ratio)
     return impact.ContactProblem(impact.rigid_mass(mass=1.0, velocity=velocity), seat, gap=gap)
 
 
 def pair(stiffness=1.0, recovery=0.5, velocity=-0.937, hertz=2.0):
-    """A bar between two contacts of different laws."""
+    """Return a bar between two contacts of different laws."""
     bar = impact.Body(impact.free_rod(**UNIT, length=10.0), velocity)
     one, other = (impact.Body(impact.fixed_rod(**UNIT, length=x, damping_ratio=0.02)) for x in (3.0, 2.0))
     first = impact.Contact(one, gap=0.0511, law=impact.RoughJoint(stiffness, 2.0, recovery))
@@ -44,7 +44,7 @@ def pair(stiffness=1.0, recovery=0.5, velocity=-0.937, hertz=2.0):
 
 
 def modes(deflection=5e-5, damping_ratio=0.02):
-    """A beam reed, by its modes, on a rod, by the poles of all."""
+    """Return a beam reed, by its modes, on a rod, by the poles of all."""
     reed = impact.cantilever_reed(
         young=200e9, density=7850.0, length=25e-3, width=10e-3, thickness=3e-4, damping_ratio=damping_ratio,
         n_modes=6, tip_deflection=deflection,
@@ -82,7 +82,7 @@ def neighbours(case, key, width=NEAR):
 
 
 def difference(case, key, width):
-    """The derivative by two whole marches, and whether all steps are as closed in both as in the middle."""
+    """Return the derivative by two whole marches, and whether all steps are as closed in both as in the middle."""
     value, base = usual(case, key), marched(case).force
     low, high = (marched(case, **{key: value * (1 + s * width)}).force for s in (-1, 1))
     alike = np.array_equal(low != 0, base != 0) and np.array_equal(high != 0, base != 0)
@@ -106,7 +106,7 @@ SMOOTH = [(mass, "gap"), (mass, "damping_ratio"), (bars, "recovery"), (pair, "re
 @pytest.mark.slow(but="modes")
 @pytest.mark.parametrize(("case", "key"), SMOOTH, ids=[f"{case.__name__}-{key}" for case, key in SMOOTH])
 def test_marches_come_near_it_with_the_square_of_their_distance(case, key):
-    """Of keys in which the march is bent enough to be seen above round-off, and keeps its contact steps."""
+    """Differences of marches approach the slope with the square of their width, at equal contact steps."""
     [slope] = force_sensitivities(marched(case), [neighbours(case, key)])
     apart = []
     for width in (4e-3, 2e-3, 1e-3):

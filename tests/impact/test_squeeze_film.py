@@ -27,7 +27,7 @@ def names(ports: int) -> tuple[str, ...]:
 
 
 def seat(ports: int) -> impact.Body:
-    """Modes from 20 kHz to 2 MHz that add up to some 20 N/um, different from port to port."""
+    """Return modes from 20 kHz to 2 MHz that add up to some 20 N/um, different from port to port."""
     omega = 2 * np.pi * np.linspace(20e3, 2e6, 40)
     shapes = np.abs(np.random.default_rng(0).normal(1, 0.3, (40, ports)))
     shapes *= np.sqrt(1 / (2e7 * np.sum(1 / omega**2)))
@@ -38,7 +38,7 @@ def seat(ports: int) -> impact.Body:
 def landing(
     film: impact.SqueezeFilm | None, velocity: float, dt: float, law: impact.Law = LAWS[0], **more: object
 ) -> impact.ImpactResult:
-    """A mass on a seat that yields at once."""
+    """Run a mass on a seat that yields at once."""
     striker = impact.rigid_mass(mass=MASS, velocity=-velocity)
     problem = impact.ContactProblem(striker, more.pop("target", RIGID), gap=GAP, law=law, film=film)  # type: ignore[arg-type]
     return impact.solve(problem, dt=dt, duration=more.pop("duration", 200e-6))  # type: ignore[arg-type]
@@ -58,15 +58,15 @@ def test_a_mass_loses_to_the_film_what_its_gap_says(dt: float) -> None:
     opened, mean = result.gap + FLOOR, np.diff(result.gap) / dt
     taken = 0.5 * FILM.coefficient * (1 / opened**2 - 1 / opened[0] ** 2)
     velocity = -0.2 + taken / MASS
-    known = 0.5 * (velocity[1:] + velocity[:-1])
+    mean_speed = 0.5 * (velocity[1:] + velocity[:-1])
     assert np.all(result.solid == 0)
-    np.testing.assert_allclose(mean, known, atol=1e-9 * 0.2, rtol=0)
+    np.testing.assert_allclose(mean, mean_speed, atol=1e-9 * 0.2, rtol=0)
     assert opened.min() == pytest.approx((2 * 0.2 * MASS / FILM.coefficient + 1 / (GAP + FLOOR) ** 2) ** -0.5, rel=1e-6)
 
 
 def test_a_step_any_shorter_changes_less_and_never_blows_up() -> None:
-    """With the c of the step before, c(floor) = 622 N s/m against h/W0 = 1e4 to 2e5 N s/m of this mass and far below
-    of a stiff seat: there the explicit march fails."""
+    """A step of any length is stable, where c(floor) = 622 N s/m against h/W0 = 1e4 to 2e5 N s/m: a march with the c of
+    the step before fails."""
     runs = [landing(FILM, 1.0, dt, target=seat(1)) for dt in (200e-9, 100e-9, 50e-9, 25e-9, 1e-9)]
     impulse, peak = np.array([(measures.impulse(run), measures.film_force_peak(run)) for run in runs]).T
     off = np.abs(impulse[:-1] - impulse[-1])
@@ -106,13 +106,13 @@ def test_solid_contact_and_film_exclude_each_other_in_the_gap() -> None:
 
 @pytest.mark.parametrize("law", LAWS)
 def test_several_ports_that_share_a_film_are_one(law: impact.Law) -> None:
-    """Under one rigid face: the springs of five ports, five times as soft, and a fifth of film and law at each."""
+    """Five ports with a fifth of spring, film and law each have the forces of one under a rigid face."""
     fifth = {impact.LinearSpring: impact.LinearSpring(2e8), impact.Hertz: impact.Hertz(2e11)}.get(
         type(law), impact.HuntCrossley(2e11, 0.1) if law is LAWS[3] else law
     )
     striker = impact.rigid_mass(mass=MASS, velocity=-1.0)
     omega, shape = np.array([2 * np.pi * 60e3]), np.array([[8.0]])
-    found = []
+    forces = []
     for ports, each in ((1, law), (5, fifth)):
         # each port moves alone on its own spring, and with all others in one mode
         rest = Residual.spring(np.eye(ports) * ports / 5e8)
@@ -120,14 +120,14 @@ def test_several_ports_that_share_a_film_are_one(law: impact.Law) -> None:
         film = FILM.part(1 / ports)
         contacts = [impact.Contact(body, port=k, gap=GAP, law=each, film=film) for k in range(ports)]
         result = impact.solve(impact.ContactProblem(striker, contacts=contacts), dt=50e-9, duration=100e-6)
-        found.append([each.reshape(len(result.time), -1).sum(axis=1) for each in (result.force, result.film)])
-    size = found[0][0].max()
-    np.testing.assert_allclose(found[1][0], found[0][0], atol=1e-8 * size)
-    np.testing.assert_allclose(found[1][1], found[0][1], atol=1e-8 * size)
+        forces.append([each.reshape(len(result.time), -1).sum(axis=1) for each in (result.force, result.film)])
+    size = forces[0][0].max()
+    np.testing.assert_allclose(forces[1][0], forces[0][0], atol=1e-8 * size)
+    np.testing.assert_allclose(forces[1][1], forces[0][1], atol=1e-8 * size)
 
 
 def test_the_strip_is_that_of_stefan_and_reynolds() -> None:
-    """mu l w^3 = 6.2e-16 N s m^2, 622 N s/m at a micron; 1 bar on 34.6 mm^2."""
+    """mu l w^3 gives 622 N s/m at a micron, by Reynolds' pressure too; 1 bar on 34.6 mm^2 is the tension."""
     film = impact.SqueezeFilm.strip(**STRIP)
     assert film.coefficient / FLOOR**3 == pytest.approx(622.0, rel=1e-3)
     assert film.tension == pytest.approx(3.456, rel=1e-3)
@@ -152,7 +152,7 @@ def test_bad_films_are_refused(keys: dict[str, float], words: str) -> None:
 
 
 def test_flight_beyond_the_film_is_taken_in_long_steps() -> None:
-    """The same forces, and far from the seat none of them."""
+    """Long steps far from the seat leave the film's forces and the impulse as they are."""
     thin = impact.SqueezeFilm(1e-22, 1e-9)
     striker = impact.cantilever_reed(
         young=206e9, density=7800, length=25e-3, width=1e-2, thickness=3e-4, tip_deflection=20 * FAR * 1e-9, n_modes=5
@@ -210,7 +210,7 @@ def test_scenes_side_by_side_have_no_film() -> None:
 
 @pytest.mark.parametrize("seed", range(12))
 def test_whatever_law_film_and_step_no_energy_is_gained(seed: int) -> None:
-    """Films of any strength beside laws of any stiffness, some contacts without one."""
+    """No energy is gained with films and laws of any strength, some contacts without a film."""
     draw = np.random.default_rng(seed)
     ports, law = int(draw.choice([1, 2, 5])), LAWS[seed % 4]
     body, striker = seat(ports), impact.rigid_mass(mass=MASS, velocity=-(10 ** draw.uniform(-1.5, 0.5)))
@@ -247,7 +247,7 @@ def test_a_law_that_lets_go_before_the_gap_opens() -> None:
 
 
 def test_a_pressed_reed_that_is_pulled_off_is_held_by_its_film() -> None:
-    """At rest under its preload the film bears nothing; as the load turns, it pulls before the gap opens far."""
+    """The film bears nothing under a preload at rest; as the load turns, it pulls before the gap opens far."""
     turning = impact.Pressure(lambda t: -2e3 * np.cos(2 * np.pi * t / 4e-3))
     striker = impact.cantilever_reed(
         young=206e9, density=7800, length=25e-3, width=1e-2, thickness=3e-4, n_modes=8, tip_deflection=0.0,

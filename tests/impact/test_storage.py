@@ -62,7 +62,7 @@ def file(tmp_path: Path) -> Path:
 
 
 def assert_same(read: object, written: object) -> None:
-    """Bit for bit, field by field."""
+    """Compare two results bit for bit, field by field."""
     assert type(read) is type(written)
     for field in fields(written):  # type: ignore[arg-type]
         a, b = getattr(read, field.name), getattr(written, field.name)
@@ -77,7 +77,7 @@ def assert_same(read: object, written: object) -> None:
 
 @pytest.mark.parametrize("seat", ["spring", "rod", "damped rod"])
 def test_results_are_read_as_they_were_written(seat: str, tmp_path: Path) -> None:
-    """Advice included: the second result's step is too coarse for its reed."""
+    """Results come back bit for bit, with the advice on a step too coarse for its reed."""
     mass = impact.rigid_mass(mass=1e-3, velocity=-1.0)
     reed = impact.cantilever_reed(**REED, damping_ratio=0.03, n_modes=7, tip_deflection=1e-3)
     target = impact.Body(KINDS[seat])
@@ -292,12 +292,12 @@ def test_a_killed_writer_leaves_no_half_file(sent: signal.Signals, tmp_path: Pat
         process.wait(timeout=20)
     assert time.monotonic() - start < 20
     assert path.read_text() == "older"
-    left = sorted(p.name for p in tmp_path.iterdir())
-    assert left == ["result.h5"] if sent is signal.SIGINT else left[-1] == "result.h5" and left[0].startswith(".")
+    names = sorted(p.name for p in tmp_path.iterdir())
+    assert names == ["result.h5"] if sent is signal.SIGINT else names[-1] == "result.h5" and names[0].startswith(".")
 
 
 def in_long_steps() -> impact.ImpactResult:
-    """A reed on its seat, in steps of several lengths."""
+    """Run a reed on its seat, in steps of several lengths."""
     reed = impact.cantilever_reed(**REED, damping_ratio=0.03, n_modes=7, tip_deflection=1e-4)
     one = discretise(impact.ContactProblem(reed, impact.spring(stiffness=1e6)), 1e-7, 2e-3)
     levels = prepare_levels(one)
@@ -306,7 +306,7 @@ def in_long_steps() -> impact.ImpactResult:
 
 
 def test_steps_of_different_lengths_are_kept_as_they_are(tmp_path: Path) -> None:
-    """A row a step on file, and the same histories at equal steps; programs before schema 2 refuse it."""
+    """The file has a row for each step, and gives the same histories; it states schema 2."""
     result = in_long_steps()
     assert len(result.rows.ends) < len(result.time) / 2
     save_results(tmp_path / "r.h5", {"wave": result}, {})

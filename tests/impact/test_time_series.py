@@ -101,7 +101,7 @@ TURN = "angle [deg],pressure [bar]\n0,1\n90,3\n180,1\n270,-1\n"
 
 
 def test_crank_angles_repeat(tmp_path: Path) -> None:
-    """3000 rpm: 20 ms a turn, 90 deg are 5 ms; the line from 270 deg goes on to the first sample of the next turn."""
+    """A turn at 3000 rpm takes 20 ms, and the line from 270 deg goes on to the next turn's first sample."""
     path = written(tmp_path, TURN)
     series = read_time_series(path, "pressure", rpm=3000)
     t = np.array([0.0, 5e-3, 17.5e-3, 20e-3, 45e-3, -15e-3])

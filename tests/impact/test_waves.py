@@ -21,14 +21,14 @@ def wave(rise: float, lasts: float, recorded_at: float = 0.0) -> impact.Incoming
 
 
 def passed_on(law: impact.Law, coming: impact.IncomingWave, dt: float, ratio: float = 1.0) -> impact.ImpactResult:
-    """A wave through a joint into a bar of ``ratio`` times the area."""
+    """Run a wave through a joint into a bar of ``ratio`` times the area."""
     first = Body(impact.semi_infinite_rod(**ROD), base=coming.outwards)
     second = Body(impact.semi_infinite_rod(**{**ROD, "area": ratio * AREA}))
     return impact.solve(ContactProblem(second, first, law=law), dt=dt, duration=1.2e-4)
 
 
 def test_the_free_end_moves_by_twice_the_wave() -> None:
-    """-2 c times the integral of the strain, late by the way from the gauge; a wave that came before is refused."""
+    """The end moves by -2 c times the strain's integral, late by its way; an earlier wave is refused."""
     coming = wave(1e-5, 5e-5, recorded_at=0.1)
     late = 0.1 / SPEED
     time = late + np.array([-1e-6, 5e-6, 3e-5, 5.5e-5, 1.0])
@@ -46,7 +46,7 @@ def test_the_free_end_moves_by_twice_the_wave() -> None:
 @pytest.mark.parametrize("slip", [1.0, 1.03])
 @pytest.mark.parametrize("ratio", [0.25, 1.0, 3.0])
 def test_a_bar_of_other_impedance_is_given_its_share(ratio: float, slip: float) -> None:
-    """Force 2 Z_2/(Z_1 + Z_2) of the incident one, back as tension (Z_1 - Z_2)/(Z_1 + Z_2) of its strain."""
+    """The bar takes 2 Z_2/(Z_1 + Z_2) of the force, and (Z_1 - Z_2)/(Z_1 + Z_2) of the strain comes back."""
     coming = wave(1e-5, 8e-5)
     result = passed_on(impact.Signorini(), coming, 1e-6, ratio)
     plateau = (result.time > 2e-5) & (result.time < 7e-5)

@@ -44,7 +44,7 @@ class Crowd:
             process.wait()
 
     def hire(self) -> None:
-        """One more worker, of one thread."""
+        """Start one more worker, of one thread."""
         name = f"worker{len(self.workers)}"
         self.workers.append(self._started("worker", self.address, "--no-nanny", "--nthreads", "1", place=name))
 

@@ -40,7 +40,7 @@ SPEEDS = '{ kind = "uniform", from = "-2 m/s", to = "-1 m/s" }'
 
 
 def study_of(folder: Path, number: int) -> Path:
-    """Of a scene that names a table and a Green's function, in two folders."""
+    """Write a study of a scene that names a table and a Green's function, in two folders."""
     for name in ("scenes", "parts"):
         (folder / name).mkdir(parents=True)
     impact.save_greens(impact.rigid_mass(mass=2e-3, velocity=0.0).greens, folder / "parts" / "mass.h5")
@@ -90,37 +90,37 @@ def without_files(job: str) -> tuple[str, dict[str, Path]]:
 
 
 def wait_for_both(address: str) -> int:
-    """How many workers there are, at most a minute after they were started."""
+    """Return how many workers there are, at most a minute after they were started."""
     end = time.monotonic() + 60
-    while (found := threads_of(address)) < 2 and time.monotonic() < end:
+    while (threads := threads_of(address)) < 2 and time.monotonic() < end:
         time.sleep(0.1)
-    return found
+    return threads
 
 
 def cell_as_here(address: str, log: Path) -> None:
-    """A cell of the battery at the extremes ends as it does here."""
+    """Check that a cell of the battery at the extremes ends as it does here."""
     cell = battery()[0]
-    [found] = run_battery([cell], log, cluster=address).values()
-    assert repr(replace(found, seconds=0.0, revision="")) == repr(
+    [outcome] = run_battery([cell], log, cluster=address).values()
+    assert repr(replace(outcome, seconds=0.0, revision="")) == repr(
         replace(cells_here(cell), seconds=0.0)
     )  # nan is not nan
 
 
 def trade_as_here(address: str, scene: Path, journal: Path) -> None:
-    """Points of the trade have the values that they have here."""
+    """Check that points of the trade have the values that they have here."""
     points = [Point("coarse", "all keys"), Point("other", "all keys")]
-    found = run_points(scene, points, journal, cluster=address)
-    assert values_of(found["coarse"]) == values_of(found["other"]) == values_of(carry_out(scene, points[0]))
+    outcomes = run_points(scene, points, journal, cluster=address)
+    assert values_of(outcomes["coarse"]) == values_of(outcomes["other"]) == values_of(carry_out(scene, points[0]))
     assert len(journal.read_text(encoding="utf-8").splitlines()) == 2
 
 
 def values_of(outcome: Outcome) -> dict[str, object]:
-    """The summary without what the computer has taken for it."""
+    """Return the summary without what the computer has taken for it."""
     return {key: value for key, value in outcome.summary.items() if key not in (PROCESSOR, MEMORY)}
 
 
 def ends_as_here(address: str, path: Path, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """By SIGKILL, twice, and by the limit of time."""
+    """Check that jobs that die by SIGKILL, twice, or reach the limit of time end as they do on this computer."""
     monkeypatch.setattr("seatfem.study.sweep.runner.WORKER", "tests.study.dying_worker:reply")
     (path.parent / "scene.toml").write_text(
         SCENE.replace('kind = "greens"\nfile = "../parts/mass.h5"', 'kind = "rigid_mass"\nmass = "1 g"'),
@@ -137,10 +137,10 @@ def given_up(address: str) -> None:
     """Whoever stops asking ends the jobs that have begun: the only thread is free again, long before their limit."""
     begun = time.monotonic()
     with cluster_crew(address, ANSWERS, without_files) as ask:
-        asked = ask(["a", "hang"], 600.0)
-        next(asked)
+        answers = ask(["a", "hang"], 600.0)
+        next(answers)
         time.sleep(0.5)  # the second has begun: it takes a minute
-        asked.close()
+        answers.close()
         [(_, answer)] = ask(["b"], 600.0)
     assert str(answer).startswith("b, ")
     assert time.monotonic() - begun < 30
@@ -148,7 +148,7 @@ def given_up(address: str) -> None:
 
 @pytest.mark.slow
 def test_a_job_that_kills_computers_is_lost(tmp_path: Path) -> None:
-    """After as many as the scheduler allows; and a scheduler that ends is told."""
+    """A job is lost after as many computers as allowed; a scheduler that ends is an error with a remedy."""
     with Crowd(tmp_path / "theirs", hidden=tmp_path / "mine", losses=0) as crowd:
         crowd.hire()
         with cluster_crew(crowd.address, ANSWERS, without_files) as ask:
@@ -172,7 +172,7 @@ def test_what_is_no_address(address: str) -> None:
 
 
 def test_nobody_is_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """At a port that is known to be free."""
+    """A port where nobody listens, --workers beside it and a missing package are refused with a remedy."""
     monkeypatch.setattr(cluster, "PATIENCE", 0.3)
     with socket.create_server(("127.0.0.1", 0)) as held:
         address = f"tcp://127.0.0.1:{held.getsockname()[1]}"

@@ -19,31 +19,31 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSI
 
 @pytest.mark.slow
 def test_jobs_are_answered_in_other_processes() -> None:
-    """Each once, by as many processes as were asked for, which take one thread each and serve several batches."""
+    """Two other processes of one thread each answer every job of several batches once."""
     with crew(ANSWERS, workers=2) as ask:
         batches = [[f"slow {batch} {k}" for k in range(3)] for batch in range(2)]
         answers = [answer for jobs in batches for _, answer in sorted(ask(jobs, 60.0))]
-    told = [str(answer).split(", ") for answer in answers]
-    assert [job for job, _, _ in told] == [*batches[0], *batches[1]]
-    assert {threads for _, _, threads in told} == {"1"}
-    pids = {pid for _, pid, _ in told}
+    parts = [str(answer).split(", ") for answer in answers]
+    assert [job for job, _, _ in parts] == [*batches[0], *batches[1]]
+    assert {threads for _, _, threads in parts} == {"1"}
+    pids = {pid for _, pid, _ in parts}
     assert len(pids) == 2
     assert str(os.getpid()) not in pids
 
 
 @pytest.mark.slow
 def test_what_is_lost_costs_itself_alone() -> None:
-    """With the reason, the end of its log and its time; the jobs before and after it are answered."""
+    """A lost job has its reason, the end of its log and its time; jobs before and after it are answered."""
     with crew(ANSWERS) as ask:
-        found = dict(ask(["a", "die", "fail", "b", "hang", "c"], 1.5))
-    lost = {number: answer for number, answer in found.items() if isinstance(answer, Lost)}
+        answers = dict(ask(["a", "die", "fail", "b", "hang", "c"], 1.5))
+    lost = {number: answer for number, answer in answers.items() if isinstance(answer, Lost)}
     assert sorted(lost) == [1, 2, 4]
     assert lost[1].in_words() == "the process died (signal SIGKILL): at die"
     assert lost[2].in_words() == "the process died (exit code 1): KeyError: 'no such thing'"
     assert [each.hung for each in lost.values()] == [False, False, True]
     assert lost[4].log.splitlines()[-1] == "at hang"
     assert 1.5 <= lost[4].seconds < 10.0
-    pids = [str(found[number]).split(", ")[1] for number in (0, 3, 5)]
+    pids = [str(answers[number]).split(", ")[1] for number in (0, 3, 5)]
     assert len(set(pids)) == 3
 
 
@@ -66,10 +66,10 @@ def test_whoever_stops_asking_ends_what_has_begun() -> None:
 
     begun = time.monotonic()
     with crew(ANSWERS) as ask:
-        asked = ask(jobs(), 60.0)
-        next(asked)
+        answers = ask(jobs(), 60.0)
+        next(answers)
         assert next(taken) == 1
-        asked.close()
+        answers.close()
         [(_, answer)] = ask(["c"], 60.0)
     assert str(answer).startswith("c, ")
     assert time.monotonic() - begun < 30
@@ -78,9 +78,9 @@ def test_whoever_stops_asking_ends_what_has_begun() -> None:
 @pytest.mark.slow
 def test_workers_that_cannot_be_started_are_told_for_each_job() -> None:
     with crew("tests.jobs.no_such_module:reply", workers=2) as ask:
-        found = dict(ask(["a", "b", "c"], 60.0))
+        answers = dict(ask(["a", "b", "c"], 60.0))
     words = "the process died (exit code 1): ModuleNotFoundError: No module named 'tests.jobs.no_such_module'"
-    assert [answer.in_words() for _, answer in sorted(found.items()) if isinstance(answer, Lost)] == [words] * 3
+    assert [answer.in_words() for _, answer in sorted(answers.items()) if isinstance(answer, Lost)] == [words] * 3
 
 
 @pytest.mark.slow
@@ -93,7 +93,7 @@ def test_what_workers_leave_is_removed() -> None:
 
 @pytest.mark.slow
 def test_workers_neither_run_the_script_again_nor_take_modules_beside_it(tmp_path: Path) -> None:
-    """A script without a guard, in a folder with files from elsewhere, started as `python -m` would."""
+    """A script without a guard beside foreign modules runs once, and its workers take none of them."""
     for name in ("pebble", "runpy", "psutil"):
         (tmp_path / f"{name}.py").write_text("import pathlib; pathlib.Path('ran').touch(); raise SystemExit(7)")
     script = f"from seatfem.jobs.crew import crew\nwith crew({ANSWERS!r}) as ask: print(*ask(['a'], 60.0))\n"

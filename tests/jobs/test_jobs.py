@@ -33,7 +33,7 @@ SHORT = '[seat]\nkind = "spring"\nstiffness = "1 N/um"\n' + LONG[LONG.index("[re
 
 @contextmanager
 def program(folder: Path, *command: str) -> Iterator[subprocess.Popen[str]]:
-    """A program with a TMPDIR of its own, which is empty; nothing of it survives the test."""
+    """Start a program with an empty TMPDIR of its own; nothing of it survives the test."""
     temporary = folder / "tmp"
     temporary.mkdir(exist_ok=True)
     environment = os.environ | {"TMPDIR": str(temporary), "PYTHONPATH": str(ROOT)}
@@ -62,7 +62,7 @@ def scene(folder: Path, text: str = LONG) -> str:
 
 
 def workers(process: subprocess.Popen[str], which: str, busy: float = 0.0) -> list[psutil.Process]:
-    """All descendants, once one whose command line holds ``which`` has taken that much processor time."""
+    """Return all descendants once one whose command line holds ``which`` took that much processor time."""
     top = psutil.Process(process.pid)
 
     def at_work() -> list[psutil.Process]:
@@ -77,21 +77,21 @@ def workers(process: subprocess.Popen[str], which: str, busy: float = 0.0) -> li
     return wait_for(at_work, 120, process)
 
 
-def wait_for(found: Callable[[], list[psutil.Process]], most: float, process: subprocess.Popen[str]):
+def wait_for(find: Callable[[], list[psutil.Process]], most: float, process: subprocess.Popen[str]):
     end = time.monotonic() + most
     while time.monotonic() < end and process.poll() is None:
-        if family := found():
+        if family := find():
             return family
         time.sleep(0.05)
     raise AssertionError(f"no worker at work (the program: {process.poll()})")
 
 
 def alive(family: Sequence[psutil.Process]) -> list[psutil.Process]:
-    """Those that still run after `SOON`; nobody may be there to bury a zombie."""
+    """Return those that still run after `SOON`; nobody may be there to bury a zombie."""
     end = time.monotonic() + SOON
-    while time.monotonic() < end and (left := [m for m in family if _runs(m)]):
+    while time.monotonic() < end and (remaining := [m for m in family if _runs(m)]):
         time.sleep(0.05)
-    return left
+    return remaining
 
 
 def _runs(member: psutil.Process) -> bool:
@@ -105,7 +105,7 @@ def error_bars_of(folder: Path) -> list[str]:
 
 
 def next_start(folder: Path) -> None:
-    """Any run of the program."""
+    """Run the program once more."""
     (folder / "next.toml").write_text(SHORT, encoding="utf-8")
     with seatfem(folder, "plan", "next.toml", "--quiet") as process:
         assert process.wait(60) == 0, process.stderr.read()
@@ -135,9 +135,9 @@ def test_asked_to_end_the_program_tidies_up(tmp_path: Path) -> None:
         process.terminate()
         assert process.wait(ASKED) == 143
         assert alive(family) == []
-        told = process.stderr.read()
-    assert "seatfem: interrupted" in told
-    assert "Traceback" not in told
+        message = process.stderr.read()
+    assert "seatfem: interrupted" in message
+    assert "Traceback" not in message
     assert error_bars_of(tmp_path) == []
     assert not list((tmp_path / "out").glob("*"))
 
@@ -334,13 +334,13 @@ def test_two_programs_share_a_journal(tmp_path: Path) -> None:
     environment = os.environ | {"PYTHONPATH": str(ROOT)}
     both = [subprocess.Popen([*command, who], cwd=tmp_path, env=environment) for who in ("a", "b")]
     assert [process.wait(60) for process in both] == [0, 0]
-    found = list(folders.entries(tmp_path / "log"))
+    entries = list(folders.entries(tmp_path / "log"))
     for who in ("a", "b"):
-        assert [entry["k"] for entry in found if entry["who"] == who] == list(range(300))
+        assert [entry["k"] for entry in entries if entry["who"] == who] == list(range(300))
 
 
 def test_every_interpreter_is_started_without_the_current_folder() -> None:
-    """-P: Python puts it first otherwise, for -c and -m."""
+    """Every started interpreter has -P: Python puts the current folder first otherwise."""
     started = [
         (path, line)
         for room in ("impact", "seatfem")

@@ -149,7 +149,7 @@ def rigid_face_cases() -> tuple[Case, ...]:
 
     @cache
     def compliance(young: float) -> Array:
-        """(8, 8) of the rings, at infinite depth; see the docstring of the module."""
+        """Return (8, 8) of the rings, at infinite depth; see the docstring of the module."""
         one, two, four = (_rings(radius, young) for radius in (8.0, 16.0, 32.0))
         before, after = 2 * two - one, 2 * four - two
         return np.asarray(after + (after - before) / 7)

@@ -120,7 +120,7 @@ def _falling_weight() -> tuple[Case, Case, Case]:
 
 
 def _blown_mass() -> Case:
-    """Let go at x = 1/2 under the load 1 - x that its opening takes from it: x = 1 - cos(t)/2."""
+    """Return the case x = 1 - cos(t)/2 of a mass let go at x = 1/2 under the load 1 - x that its opening takes."""
 
     def lifted(strength: float, steps: int) -> float:
         jet = impact.Load(np.ones(1), lambda t: np.full_like(t, strength), lambda opening: 1.0 - opening)

@@ -116,7 +116,7 @@ def _flight(damping_ratio: float) -> tuple[Case, Case]:
 
 
 def _first_crossing(damping_ratio: float, young_factor: float) -> tuple[float, float]:
-    """Time and speed at which the tip passes the level of the seat, which is out of reach here.
+    """Return time and speed at which the tip passes the level of the seat, which is out of reach here.
 
     The march is exact at its 200 steps; a polynomial through ten of them (0.05 rad each) is exact to 1e-13.
     """

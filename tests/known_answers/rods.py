@@ -44,7 +44,7 @@ def first_impact(result: impact.ImpactResult) -> slice:
 
 
 def end_of_contact(result: impact.ImpactResult) -> float:
-    """Time at which the falling force reaches zero [s]: a parabola through its last whole steps, second order.
+    """Return when the falling force reaches zero [s]: a parabola through its last whole steps, second order.
 
     The force of a step belongs to the step's middle; the last step is left out, as contact ends within it.
     """

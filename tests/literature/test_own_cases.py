@@ -45,7 +45,7 @@ def mass_on_rod(alpha: float, reflection: float) -> list[float]:
 def until(
     rates: Callable[[float, np.ndarray], list[float]], start: list[float], stop: Stop
 ) -> tuple[float, np.ndarray]:
-    """Time and state when ``stop`` falls to zero."""
+    """Return time and state when ``stop`` falls to zero."""
 
     def falls(t: float, y: np.ndarray) -> float:
         return stop(t, y) if t > 1e-3 else 1.0
@@ -70,14 +70,14 @@ def pad() -> list[float]:
 
 
 def soft_tip() -> list[float]:
-    """Mass velocity v and spring compression d: d' = v - N/Z, v' = -N, N = d, Z = 2.5."""
+    """Return rebound velocity and largest compression of d' = v - N/Z, v' = -N, N = d, Z = 2.5."""
     _, end = until(lambda t, y: [y[1] - y[0] / 2.5, -y[0]], [0.0, 1.0], lambda t, y: y[0])
     _, top = until(lambda t, y: [y[1] - y[0] / 2.5, -y[0]], [0.0, 1.0], lambda t, y: y[1] - y[0] / 2.5)
     return [-end[1], top[0]]
 
 
 def deepest(height: float) -> float:
-    """A weight dropped on a spring, m = k = g = 1."""
+    """Return the lowest place of a weight dropped on a spring, m = k = g = 1."""
     _, lowest = until(lambda t, y: [y[1], 1 - y[0]], [0.0, math.sqrt(2 * height)], lambda t, y: y[1])
     return float(lowest[0])
 
@@ -97,7 +97,7 @@ def chain() -> list[float]:
 
 
 def infinite_beam() -> list[float]:
-    """s v = 1/(1 + s^(-1/2)) in the Laplace domain, M C = 1: v = sum (-t^(1/2))^n/Gamma(n/2 + 1), and N = -v'."""
+    """Solve s v = 1/(1 + s^(-1/2)) (Laplace), M C = 1: v = sum (-t^(1/2))^n/Gamma(n/2 + 1), and N = -v'."""
     n = np.arange(120)
     gamma = np.array([math.gamma(k / 2 + 1) for k in n])
     terms = (-1.0) ** n / gamma
@@ -105,14 +105,14 @@ def infinite_beam() -> list[float]:
 
 
 def slow_plate() -> list[float]:
-    """int s^3 dt along Hertz's s'' = -s^(3/2), to and fro."""
+    """Return int s^3 dt along Hertz's s'' = -s^(3/2), to and fro."""
     end, state = until(lambda t, y: [y[1], -(max(y[0], 0.0) ** 1.5), y[0] ** 3], [0, 1, 0], lambda t, y: y[0])
     assert end == pytest.approx(3.2180654597, rel=1e-9)
     return [float(state[2])]
 
 
 def radiation(poisson: float) -> float:
-    """Im of the point compliance over omega, rho = c_s = 1: Lamb's slowness integral and its Rayleigh residue."""
+    """Return Im of point compliance over omega, rho = c_s = 1: Lamb's slowness integral and its Rayleigh residue."""
     kappa2 = (1 - 2 * poisson) / (2 * (1 - poisson))
 
     def rate(x: float) -> float:
@@ -129,13 +129,13 @@ def radiation(poisson: float) -> float:
 
 
 def propped_cantilever(spring: float) -> float:
-    """EI w'''' = -q, clamped at 0; w'' = 0, w''' = spring w at 1 (EI = q = L = 1): w = a x^2 + b x^3 - x^4/24."""
+    """Solve EI w'''' = -q, clamped at 0; w'' = 0, w''' = spring w at 1 (EI = q = L = 1): w = a x^2 + b x^3 - x^4/24."""
     _, b = np.linalg.solve([[2.0, 6.0], [1.0, 1.0 - 6.0 / spring]], [0.5, 1 / 24 - 1.0 / spring])
     return float(1 - 6 * b)
 
 
 def two_supports() -> list[float]:
-    """By flexibilities: deflections at x = 1, 2 of a cantilever of length 2 under q = 1 and under unit forces there."""
+    """Return two supports' forces by flexibilities: a cantilever of length 2, held at x = 1 and 2, under q = 1."""
     at = np.array([1.0, 2.0])
     a, b = np.minimum.outer(at, at), np.maximum.outer(at, at)
     under_pressure = at**2 * (6 * 2.0**2 - 4 * 2.0 * at + at**2) / 24
@@ -143,7 +143,7 @@ def two_supports() -> list[float]:
 
 
 def clearance_period() -> list[float]:
-    """Four equal quarters: from the centre to rest in the spring."""
+    """Return the four equal quarters' time, each from the centre to rest in the spring."""
 
     def rates(t: float, y: np.ndarray) -> list[float]:
         return [y[1], -max(y[0] - 1.0, 0.0)]
@@ -152,7 +152,7 @@ def clearance_period() -> list[float]:
 
 
 def lattice(impedances: tuple[float, float], delays: tuple[int, int]) -> list[float]:
-    """Impulse and restitution of two free rods that meet at speed 1, in unit time steps; waves as two delay lines."""
+    """Return impulse and restitution of free rods that meet at speed 1, by unit steps and two delay lines each."""
     lines = [np.zeros(d) for d in delays]
     velocities, impulse, forces = (-1.0, 0.0), 0.0, []
     z1, z2 = impedances
@@ -211,7 +211,7 @@ def test_every_derivation_is_used() -> None:
 
 
 def test_light_rod_is_a_spring() -> None:
-    """alpha -> 0: half a period of the mass on K = E A/l, lengthened by a third of the rod's mass (Rayleigh)."""
+    """Contact lasts half a period on K = E A/l with a third of the rod's mass added (Rayleigh) as alpha -> 0."""
     alpha = 0.01
     end, _, _ = mass_on_rod(alpha, -1.0)
     assert end == pytest.approx(math.pi * math.sqrt((1 + alpha / 3) / alpha), rel=2e-2)

@@ -28,7 +28,7 @@ ROUND = {
 
 
 def rows(edge: str, n: int, k: float, r: float, solutions: int) -> list[list[float]]:
-    """The two conditions of an edge at r for w = Z_n(k r) cos n th, one column per Z: J, I, Y, K.
+    """Return the two conditions of an edge at r for w = Z_n(k r) cos n th, one column per Z: J, I, Y, K.
 
     Of Z'' only the sign in Z'' = -Z'/x -/+ (1 -/+ n^2/x^2) Z matters: laplace w = -/+ k^2 w.
     """
@@ -79,12 +79,12 @@ def test_breathing_sphere() -> None:
     speeds = math.sqrt((1 - 2 * NU) / (2 - 2 * NU))
     for value in ENTRIES["sphere_radial_nu0.3"]["value"]:
         x = value / speeds
-        found = sphere_frequency("radial", 0.98 * x, 1.02 * x)
-        assert found * speeds == pytest.approx(value, rel=1e-9)
+        frequency = sphere_frequency("radial", 0.98 * x, 1.02 * x)
+        assert frequency * speeds == pytest.approx(value, rel=1e-9)
 
 
 def test_round_bar_is_rayleighs_for_long_waves_and_for_short_ones() -> None:
-    """c/c_0 = 1 - (nu k a)^2/4 with an error of order (k a)^4; the surface wave, off by 1/(k a)."""
+    """Long waves have c/c_0 = 1 - (nu k a)^2/4 to (k a)^4, short ones the surface wave's speed to 1/(k a)."""
     nu = 0.29
     for k in (0.05, 0.1):
         assert bar_frequency(k) / k == pytest.approx(1 - (nu * k) ** 2 / 4, abs=0.1 * k**4)
@@ -92,26 +92,26 @@ def test_round_bar_is_rayleighs_for_long_waves_and_for_short_ones() -> None:
 
 
 def test_tube_by_its_differential_equation() -> None:
-    """u'' + u'/r - u/r^2 = 0 with sigma_r = -p at the bore, 0 outside; E = p = a = 1."""
+    """The widening solves u'' + u'/r - u/r^2 = 0 with sigma_r = -p at the bore and 0 outside."""
     a, b = 1.0, 2.0
     lam, mu = NU / ((1 + NU) * (1 - 2 * NU)), 1 / (2 * (1 + NU))
 
     def stress(u: float, du: float, r: float) -> float:
         return (lam + 2 * mu) * du + lam * u / r
 
-    found = solve_bvp(
+    solution = solve_bvp(
         lambda r, y: np.stack([y[1], y[0] / r**2 - y[1] / r]),
         lambda left, right: np.array([stress(*left, a) + 1.0, stress(*right, b)]),
         np.linspace(a, b, 20),
         np.ones((2, 20)),
         tol=1e-10,
     )
-    assert found.sol(a)[0] == pytest.approx(tube_widening(a, b, NU), rel=1e-8)
+    assert solution.sol(a)[0] == pytest.approx(tube_widening(a, b, NU), rel=1e-8)
 
 
 @pytest.mark.parametrize(("wave", "printed"), [((1, 1), 0.0932), ((1, 2), 0.2226), ((2, 2), 0.3421), ((1, 3), 0.4171)])
 def test_thick_plate_of_srinivas(wave: tuple[int, int], printed: float) -> None:
-    """Srinivas, Rao & Joga Rao, J. Sound Vib. 12 (1970) 187: w h (rho/G)^(1/2) of the square plate, h/a = 0.1."""
+    """w h (rho/G)^(1/2) is that of Srinivas, Rao & Joga Rao, J. Sound Vib. 12 (1970) 187, h/a = 0.1."""
     steel = Material(200e9, 0.3, 8000.0)
-    found = bending_frequency(math.pi / 10 * math.hypot(*wave), 0.5, steel)
-    assert 2 * math.pi * found / steel.c_s == pytest.approx(printed, abs=6e-5)
+    frequency = bending_frequency(math.pi / 10 * math.hypot(*wave), 0.5, steel)
+    assert 2 * math.pi * frequency / steel.c_s == pytest.approx(printed, abs=6e-5)

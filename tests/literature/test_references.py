@@ -174,7 +174,7 @@ def test_table_claims_the_reference(entry: str, part: int | str | None, key: tup
 
 
 def parts(entry: dict[str, object]) -> set[int | str | None]:
-    """The numbers that an entry states."""
+    """Return the numbers that an entry states."""
     value = entry["value"]
     more = {key for key in ("tau_c", "smax") if key in entry}
     return more | (

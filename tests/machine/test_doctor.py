@@ -32,12 +32,12 @@ def test_what_is_needed_is_read_from_the_package() -> None:
 
 
 def test_a_missing_reader_of_universal_files_is_a_gap_with_its_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
-    known = doctor.installed_version
+    original = doctor.installed_version
     monkeypatch.setattr(doctor, "_try", lambda code: (True, ""))
-    monkeypatch.setattr(doctor, "installed_version", lambda name: None if name == "pyuff" else known(name))
-    (found,) = (check for check in doctor_report() if check.name == "extra uff")
-    assert (found.ok, found.required, found.remedy) == (False, False, "pip install 'seatfem[uff]'")
-    assert found.detail == "not installed: pyuff"
+    monkeypatch.setattr(doctor, "installed_version", lambda name: None if name == "pyuff" else original(name))
+    (finding,) = (check for check in doctor_report() if check.name == "extra uff")
+    assert (finding.ok, finding.required, finding.remedy) == (False, False, "pip install 'seatfem[uff]'")
+    assert finding.detail == "not installed: pyuff"
 
 
 def test_the_system_packages_are_those_that_ci_installs() -> None:
@@ -93,8 +93,8 @@ def test_pictures_without_their_packages(monkeypatch: pytest.MonkeyPatch) -> Non
 )
 def test_a_crash_in_a_probe_is_a_finding(monkeypatch: pytest.MonkeyPatch, code: str, detail: str) -> None:
     monkeypatch.setattr(doctor, "GMSH_PROBE", code)
-    found = doctor.check_gmsh()
-    assert (found.ok, found.detail) == (False, f"gmsh {detail}")
+    finding = doctor.check_gmsh()
+    assert (finding.ok, finding.detail) == (False, f"gmsh {detail}")
 
 
 def test_a_probe_that_hangs_is_a_finding(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -123,17 +123,17 @@ for number, verb in enumerate({verbs}):
 
 
 def hides(path: str) -> bool:
-    """Whether a file may be hidden from a command."""
+    """Return whether a file may be hidden from a command."""
     mount = ["unshare", "-rm", "mount", "--bind", "/dev/null", path]
     return shutil.which("unshare") is not None and subprocess.run(mount, capture_output=True).returncode == 0
 
 
 def without(libraries: tuple[str, ...], verbs: list[list[str]], **environment: str) -> subprocess.CompletedProcess[str]:
-    """Command lines in an interpreter on a machine that lacks the libraries."""
+    """Run command lines in an interpreter on a machine that lacks the libraries."""
     code = VERBS.format(verbs=verbs)
-    known = subprocess.run(["/sbin/ldconfig", "-p"], capture_output=True, text=True).stdout if libraries else ""
-    found = [line.split()[-1] for line in known.splitlines() if line.split()[:1] and line.split()[0] in libraries]
-    files = sorted({os.path.realpath(file) for file in found})
+    listing = subprocess.run(["/sbin/ldconfig", "-p"], capture_output=True, text=True).stdout if libraries else ""
+    paths = [line.split()[-1] for line in listing.splitlines() if line.split()[:1] and line.split()[0] in libraries]
+    files = sorted({os.path.realpath(file) for file in paths})
     command = [sys.executable, "-P", "-c", code]
     if files and hides(files[0]):
         mounts = "; ".join(f"mount --bind /dev/null {file}" for file in files)
@@ -157,8 +157,8 @@ def test_on_a_machine_without_gl_it_says_what_is_missing_and_goes_on_without_mes
     verbs += [["run", drawn, *quick, "-o", out]]
     done = without(HIDDEN, verbs, SEATFEM_STORE=store)
     assert re.findall(r"exit code \d: (\d)", done.stdout) == ["1", "0", "0", "1"], done
-    told = " ".join(done.stdout.replace("│", " ").split())
-    assert re.search("off-screen rendering gap .*libEGL", told)
+    output = " ".join(done.stdout.replace("│", " ").split())
+    assert re.search("off-screen rendering gap .*libEGL", output)
     meshing, run = done.stderr.splitlines()
     command = "apt-get install --no-install-recommends libglu1-mesa libgl1"
     assert re.fullmatch(f"meshing: .*; {command}", meshing)
@@ -175,6 +175,6 @@ def test_without_a_home_and_with_nothing_to_write_to(tmp_path: Path) -> None:
     done = without((), [["doctor"]], XDG_CACHE_HOME="", SEATFEM_STORE="", HOME=nowhere)
     assert "exit code 0: 0" in done.stdout
     assert done.stderr == ""
-    told = " ".join(done.stdout.replace("│", " ").split())
-    assert re.search("cache folder gap .*Not a directory", told)
-    assert "set SEATFEM_STORE to a folder" in told
+    output = " ".join(done.stdout.replace("│", " ").split())
+    assert re.search("cache folder gap .*Not a directory", output)
+    assert "set SEATFEM_STORE to a folder" in output

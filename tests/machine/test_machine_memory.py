@@ -15,7 +15,7 @@ WITHOUT_LIMIT = 9223372036854771712  # as version 1 writes it
 
 
 def system(root: Path, groups: str, files: dict[str, str]) -> Path:
-    """A folder that looks like the /proc and /sys of a system."""
+    """Return a folder that looks like the /proc and /sys of a system."""
     for name, text in {"proc/self/cgroup": groups, **files}.items():
         path = root / name
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -14,11 +14,11 @@ RUN = "import sys; from seatfem.faces.cli import run_command; sys.exit(run_comma
 
 
 def answer(folder: Path, module: str, code: str, *arguments: str) -> str:
-    """What the program says where such a module lies before the installed one."""
+    """Return what the program says if such a module lies before the installed one."""
     (folder / module).mkdir()
     (folder / module / "__init__.py").write_text(code, encoding="utf-8")
-    made = f"import sys; sys.path[:0] = [{str(folder)!r}, {str(ROOT)!r}]; {RUN}"
-    done = subprocess.run([sys.executable, "-c", made, *arguments], capture_output=True, text=True, cwd=folder)
+    program = f"import sys; sys.path[:0] = [{str(folder)!r}, {str(ROOT)!r}]; {RUN}"
+    done = subprocess.run([sys.executable, "-c", program, *arguments], capture_output=True, text=True, cwd=folder)
     assert done.returncode == 1
     return " ".join(done.stderr.split())
 
@@ -35,9 +35,9 @@ def answer(folder: Path, module: str, code: str, *arguments: str) -> str:
 def test_a_broken_package_is_named(module: str, code: str, whose: str, reason: str, tmp_path: Path) -> None:
     """It is no bug of this program, whatever its import raises."""
     (tmp_path / "scene.toml").write_text('[reed]\nkind = "ball"\ndiameter = "1 furlong"\n', encoding="utf-8")
-    told = answer(tmp_path, module, code, "plan", "scene.toml")
-    assert re.search(rf"{whose} is installed but .*\({reason}\).*: pip install --force-reinstall {whose}$", told)
-    assert "this is a bug" not in told
+    message = answer(tmp_path, module, code, "plan", "scene.toml")
+    assert re.search(rf"{whose} is installed but .*\({reason}\).*: pip install --force-reinstall {whose}$", message)
+    assert "this is a bug" not in message
 
 
 @pytest.mark.parametrize(

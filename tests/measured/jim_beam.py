@@ -62,10 +62,10 @@ def predict(record: MeasuredSet) -> Mapping[str, Estimate]:
     changes += [scaled(plate_modes(each, COARSE, places)[0]) - scaled(coarse) for each in (higher, thicker)]
     bars = np.sqrt(np.sum(np.square(changes), axis=0) + (scaled(fine) * spread / target) ** 2)
     macs = np.array([assurance(a, b) for a, b in zip(shapes, ours.T, strict=True)])
-    left = np.abs(macs - [assurance(a, b) for a, b in zip(shapes, coarse_shapes.T, strict=True)])
+    differences = np.abs(macs - [assurance(a, b) for a, b in zip(shapes, coarse_shapes.T, strict=True)])
 
     names = {f"frequency of mode {k + 1}": Estimate(scaled(fine)[k], bars[k]) for k in range(MODES)}
-    names |= {f"MAC of mode {k + 1}": Estimate(macs[k], left[k]) for k in range(MODES)}
+    names |= {f"MAC of mode {k + 1}": Estimate(macs[k], differences[k]) for k in range(MODES)}
     modulus = 1e-9 * plates.material.young * (target / fine[fitted]) ** 2
     error = abs((fine[fitted] - coarse[fitted]) / 2 / fine[fitted])
     return names | {"modulus": Estimate(modulus, 2 * modulus * math.hypot(spread / target, error))}

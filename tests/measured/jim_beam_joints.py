@@ -55,12 +55,12 @@ def predict(record: MeasuredSet) -> Mapping[str, Estimate]:
         np.array([assurance(a, b) for a, b in zip(shapes, each.T, strict=True)])
         for each in (ours, coarse_shapes, harder_shapes)
     )
-    left = np.abs(others[0] - macs) + np.abs(others[1] - others[0])
+    changes = np.abs(others[0] - macs) + np.abs(others[1] - others[0])
 
     raw = plate_modes(own, FINE, places)[0][modes[0]]
     modulus = 1e-9 * plates.material.young * (whole / raw) ** 2
     names = {f"frequency of mode {k + 1}": Estimate(fine[k], bars[k]) for k in range(MODES)}
-    names |= {f"MAC of mode {k + 1}": Estimate(macs[k], left[k]) for k in range(MODES)}
+    names |= {f"MAC of mode {k + 1}": Estimate(macs[k], changes[k]) for k in range(MODES)}
     return names | {
         "modulus": Estimate(modulus, 2 * modulus * spread / whole),
         "joint": Estimate(100 * own.joint, 100 * abs(other.joint - own.joint)),

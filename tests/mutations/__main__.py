@@ -191,9 +191,9 @@ def print_shares() -> None:
     rows = list(read_rows().values())
     for group in (*GROUPS, ""):
         counts = Counter(row["found_by"] for row in rows if group in ("", row["group"]))
-        found = counts["test"] + counts["test-all"]
-        share = counts["test"] / max(found, 1)
-        sys.stdout.write(f"{group or 'all':9} {found} of {counts.total()} found, {share:.0%} of these by make test\n")
+        total = counts["test"] + counts["test-all"]
+        share = counts["test"] / max(total, 1)
+        sys.stdout.write(f"{group or 'all':9} {total} of {counts.total()} found, {share:.0%} of these by make test\n")
 
 
 if __name__ == "__main__":

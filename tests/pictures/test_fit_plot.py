@@ -39,7 +39,7 @@ NOISY_F = np.arange(50.0, 12e3, 25.0)
 
 
 def candidate(criterion: float, *modes: tuple[float, float]) -> Candidate:
-    """Of pairs of frequency [Hz] and damping ratio."""
+    """Return a candidate with modes of these frequencies [Hz] and damping ratios."""
     pairs = [2 * np.pi * f * (-zeta + 1j * np.sqrt(1 - zeta**2)) for f, zeta in modes]
     return Candidate(Poles(np.array(pairs), np.zeros(0)), criterion)
 

@@ -61,7 +61,7 @@ def test_a_second_run_in_another_folder_shows_the_same_pictures(scene, tmp_path,
 
 
 def test_the_greens_function_of_a_divided_patch_is_drawn_as_a_whole(scene, tmp_path, monkeypatch):
-    """That of 64 arcs, port by port, took half a minute."""
+    """A divided patch is drawn as one port: 64 of them took half a minute."""
     shown = []
     monkeypatch.setattr(pictures, "plot_greens", lambda greens, path, **options: shown.append(greens))
     monkeypatch.setattr(pictures, "_seat_pictures", lambda *_: [])

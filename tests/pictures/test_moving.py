@@ -17,49 +17,49 @@ from tests.moving_block import END, SIDES, block_modes, block_wave
 
 
 def test_it_is_read_as_it_was_written(tmp_path: Path) -> None:
-    """Displacements to half a step of the largest, stress to half a step of its scale."""
-    made = block_wave()
-    save_moving(made, tmp_path / "stress_wave.h5")
-    found = moving_bodies(tmp_path)["stress_wave.h5"]
-    assert found.values is not None
-    assert made.values is not None
-    np.testing.assert_allclose(found.points, made.points, atol=1e-9)
-    np.testing.assert_array_equal(found.triangles, made.triangles)
-    np.testing.assert_allclose(found.displacement, made.displacement, atol=0.51e-6 / FINEST)
-    np.testing.assert_allclose(found.values, made.values, atol=0.51 * END / (UNTOLD - 1))
+    """Displacements come back to half a step of the largest, stress to half a step of its scale."""
+    wave = block_wave()
+    save_moving(wave, tmp_path / "stress_wave.h5")
+    read_back = moving_bodies(tmp_path)["stress_wave.h5"]
+    assert read_back.values is not None
+    assert wave.values is not None
+    np.testing.assert_allclose(read_back.points, wave.points, atol=1e-9)
+    np.testing.assert_array_equal(read_back.triangles, wave.triangles)
+    np.testing.assert_allclose(read_back.displacement, wave.displacement, atol=0.51e-6 / FINEST)
+    np.testing.assert_allclose(read_back.values, wave.values, atol=0.51 * END / (UNTOLD - 1))
     for name in ("title", "labels", "quantity", "unit", "low", "high", "note"):
-        assert getattr(found, name) == getattr(made, name)
-    assert found.before == len(made.triangles)
+        assert getattr(read_back, name) == getattr(wave, name)
+    assert read_back.before == len(wave.triangles)
 
 
 @pytest.mark.slow
 def test_what_is_left_out_of_a_body_keeps_its_place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """On the same corners, with their own displacements; the block is still closed and as large."""
+    """A thinned body keeps its corners with their displacements, and its surface is as large."""
     monkeypatch.setattr(moving, "MOST_TRIANGLES", 300)
-    made = block_modes()
-    save_moving(made, tmp_path / "modes.h5")
-    found = load_moving(tmp_path / "modes.h5")
-    assert len(found.triangles) <= 310 < len(made.triangles) == found.before
-    numbers = [int(np.linalg.norm(made.points - point, axis=1).argmin()) for point in found.points]
-    np.testing.assert_allclose(found.points, made.points[numbers], atol=1e-9)
-    np.testing.assert_allclose(found.displacement, made.displacement[:, numbers], atol=1 / FINEST)
+    body = block_modes()
+    save_moving(body, tmp_path / "modes.h5")
+    read_back = load_moving(tmp_path / "modes.h5")
+    assert len(read_back.triangles) <= 310 < len(body.triangles) == read_back.before
+    numbers = [int(np.linalg.norm(body.points - point, axis=1).argmin()) for point in read_back.points]
+    np.testing.assert_allclose(read_back.points, body.points[numbers], atol=1e-9)
+    np.testing.assert_allclose(read_back.displacement, body.displacement[:, numbers], atol=1 / FINEST)
     a, b, c = SIDES
-    corners = found.points[found.triangles]
+    corners = read_back.points[read_back.triangles]
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1).sum() / 2
     assert area == pytest.approx(2 * (a * b + b * c + c * a), rel=0.01)
 
 
 def test_modes_are_scaled_and_go_around() -> None:
-    """n = 2 of a section: u_r cos 2 th, u_th sin 2 th."""
+    """A section's mode n = 2 goes around as u_r cos 2 th, u_th sin 2 th, and is scaled to 1."""
     angles = np.array([0.0, np.pi / 4, np.pi / 2])
     points = np.stack([np.cos(angles), np.sin(angles), np.zeros(3)], axis=1)
     skin = Skin(points, np.array([[0, 1, 2]]), np.array([0]), np.zeros(3, dtype=np.int64), angles)
     around = skin.moved(np.array([[3.0, 4.0, 5.0]]), 2)
     s = np.sqrt(0.5)
     np.testing.assert_allclose(around, [[3, 0, 5], [-4 * s, 4 * s, 0], [0, -3, -5]], atol=1e-12)
-    made = mode_frames(skin, [around], ["1"], "")
-    assert made.largest == pytest.approx(1.0)
-    assert made.time is None
+    frames = mode_frames(skin, [around], ["1"], "")
+    assert frames.largest == pytest.approx(1.0)
+    assert frames.time is None
 
 
 def _another(name: str, values: Any) -> Callable[[h5py.File], None]:

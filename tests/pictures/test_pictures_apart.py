@@ -35,7 +35,7 @@ def hanging(path):
 
 @contextmanager
 def drawn_apart(pictures: Sequence[Picture], folder: Path) -> Iterator[Callable[[str], str]]:
-    """Take them, and give what waits for one by its name."""
+    """Take pictures, and give what waits for one by its name."""
     with drawing_apart() as painter:
         painter.take(pictures)
         yield lambda name: painter.wait(name, folder)
@@ -43,7 +43,7 @@ def drawn_apart(pictures: Sequence[Picture], folder: Path) -> Iterator[Callable[
 
 @pytest.fixture
 def drawers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """A module that both processes can import."""
+    """Give a module that both processes can import."""
     (tmp_path / "drawers.py").write_text(WORKER, encoding="utf-8")
     monkeypatch.setenv("PYTHONPATH", f"{tmp_path}{os.pathsep}{os.environ.get('PYTHONPATH', '')}")
     monkeypatch.syspath_prepend(str(tmp_path))
@@ -82,7 +82,7 @@ def test_what_hangs_is_ended(drawers, tmp_path: Path, monkeypatch: pytest.Monkey
 
 
 def test_leaving_the_block_ends_the_work(drawers, tmp_path: Path) -> None:
-    """As Ctrl-C does."""
+    """An interrupt such as Ctrl-C stops a hanging picture at once."""
     begun = time.perf_counter()
     with pytest.raises(KeyboardInterrupt), drawn_apart([("a.png", drawers.hanging)], tmp_path):
         raise KeyboardInterrupt
@@ -103,7 +103,7 @@ def test_what_cannot_be_handed_over_is_drawn_here(tmp_path: Path) -> None:
 def test_a_worker_that_cannot_be_started_costs_its_pictures_and_no_wait(
     drawers, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """As where the system has no thread left for it."""
+    """A worker for which the system has no thread is reported with the picture's name."""
 
     def refuse(*_: object, **__: object) -> None:
         raise RuntimeError("can't start new thread")

@@ -32,7 +32,7 @@ def rod():
 
 @pytest.fixture(scope="module")
 def modal():
-    """Two modes, a relaxation and a bare spring: every term a modal function can have."""
+    """Return two modes, a relaxation and a bare spring: every term a modal function can have."""
     return ModalGreens(
         omega=2 * np.pi * np.array([60e3, 210e3]),
         zeta=np.array([0.1, 0.2]),
@@ -179,7 +179,7 @@ def test_an_unknown_format_lists_the_known_ones(tmp_path: Path) -> None:
 
 @pytest.fixture(scope="module")
 def block():
-    """A small quadratic block with named faces, and its model."""
+    """Give a small quadratic block with named faces, and its model."""
     straight = skfem.MeshTet.init_tensor(*[np.linspace(0.0, length, 3) for length in (2e-3, 2e-3, 3e-3)])
     mesh = skfem.MeshTet2.from_mesh(straight)
     mesh = mesh.with_boundaries({"fixed": lambda x: x[2] < 1e-9, "contact": lambda x: x[2] > 3e-3 - 1e-9})
@@ -193,7 +193,7 @@ def grid(block) -> CellGrid:
 
 @pytest.fixture(scope="module")
 def shapes(grid: CellGrid) -> list[np.ndarray]:
-    """Bending and stretching of the block."""
+    """Return bending and stretching of the block."""
     x, _, z = grid.points.T
     zero = np.zeros_like(z)
     return [np.array([z**2, zero, -2 * (x - 1e-3) * z]), np.array([zero, zero, z])]
@@ -238,8 +238,8 @@ def test_hexahedra_are_in_the_order_of_vtk(order: int, drawing: None) -> None:
     grid = CellGrid.of_model(assemble(named, Material(1.0, 0.3, 1.0)))
     pyvista = rendering.import_pyvista()
     for cells, volume in ((grid.cells, 1 / 8), (grid.linear_cells, 1 / 8 if order == 1 else 1 / 64)):
-        found = seat_plots._unstructured(pyvista, grid.points, cells).compute_cell_sizes()["Volume"]
-        assert np.abs(found) == pytest.approx(np.full(len(cells), volume), rel=1e-9)
+        volumes = seat_plots._unstructured(pyvista, grid.points, cells).compute_cell_sizes()["Volume"]
+        assert np.abs(volumes) == pytest.approx(np.full(len(cells), volume), rel=1e-9)
     assert len(grid.linear_cells) == (8 if order == 1 else 64)
 
 
@@ -252,8 +252,8 @@ def test_grid_of_bare_matrices_is_refused(block) -> None:
 def test_visible_facets_close_the_half_that_is_kept(block) -> None:
     mesh = block.dofs.mesh
     kept = mesh.p[1][mesh.t].mean(axis=0) > 1e-3
-    found = seat_plots._visible_facets(mesh, kept, ("contact", "fixed"))
-    facets = np.concatenate(list(found.values()))
+    visible = seat_plots._visible_facets(mesh, kept, ("contact", "fixed"))
+    facets = np.concatenate(list(visible.values()))
     assert len(np.unique(facets)) == len(facets)
     a, b, c = (mesh.p[:, mesh.facets[k, facets]] for k in range(3))
     area = np.linalg.norm(np.cross(b - a, c - a, axis=0), axis=0).sum() / 2
@@ -377,7 +377,7 @@ def test_pictures_enlarge_the_hardest_contact(tmp_path: Path) -> None:
 
 
 def record(number: int, excess: float, start: float, body: str = "seat") -> dict[str, object]:
-    """Of a landing, as summary.json lists it."""
+    """Return a landing as summary.json lists it."""
     times = {"time_s": start, "duration_s": 2e-5, "peak_time_s": start + 5e-6}
     return {"body": body, "number": number, "filtered_peak_force_N": 20.0, "excess_peak_force_N": excess, **times}
 

@@ -57,7 +57,7 @@ def example(name: str, **changed: object) -> Scene:
 
 
 def words_in(picture: Path) -> list[str]:
-    """What an SVG says."""
+    """Return the texts in an SVG."""
     text = picture.read_text(encoding="utf-8")
     return [re.sub(r"<[^>]+>", "", each) for each in re.findall(r"<text.*?</text>", text, re.DOTALL)]
 
@@ -121,7 +121,7 @@ def test_a_flapper_lies_on_the_middle_of_its_port() -> None:
 
 
 def test_the_tilt_of_a_stopper_is_drawn(tmp_path: Path) -> None:
-    """Its axis, and a dot where the reed's own face, which a spring meets, is met first; other tilts, another side."""
+    """The drawing has the tilt's axis and a dot where the reed is met first, on the other side for minus."""
     for degrees, side in ((0.1, -1), (-0.1, 1)):
         *_, tilt = layout_of(example("kidney_landing", stopper__tilt=f"{degrees} deg")).tilts
         assert (tilt.body.role, tilt.angle) == ("stopper", pytest.approx(math.radians(degrees)))
@@ -186,7 +186,7 @@ def test_turning_over_twice_changes_nothing() -> None:
 
 
 def test_the_share_below_a_reed() -> None:
-    """A ring of 4 to 5 mm below a beam as wide as its bore, whose tip lies over the middle: 2/(2 pi) of the angle."""
+    """A ring of 4 to 5 mm below a beam as wide as its bore, up to the middle, is covered by asin(2/4.5)/pi."""
     seat = layout_of(example("flapper_on_annular_seat")).seat.views
     reed = of_beam("beam", ((0.0, 4e-3), (20e-3, 4e-3)), 0.3e-3, 20e-3).turned_over()
     mean = math.asin(2 / 4.5) / math.pi
@@ -208,11 +208,11 @@ def test_sizes_are_kept_apart(tmp_path: Path) -> None:
     seat = replace(layout.seat, views=replace(layout.seat.views, sizes=many))
     draw_layout(replace(layout, seat=seat), tmp_path / "many.svg")
     text = (tmp_path / "many.svg").read_text(encoding="utf-8")
-    found = re.findall(r'<text[^>]*?x="([\d.]+)" y="([\d.]+)"[^>]*>width number', text)
-    assert len(found) == 8
-    assert len({y for _, y in found}) == 8
+    places = re.findall(r'<text[^>]*?x="([\d.]+)" y="([\d.]+)"[^>]*>width number', text)
+    assert len(places) == 8
+    assert len({y for _, y in places}) == 8
     wide = float(re.findall(r'viewBox="0 0 ([\d.]+)', text)[0])
-    assert all(0 < float(x) < wide for x, _ in found)
+    assert all(0 < float(x) < wide for x, _ in places)
 
 
 def test_a_reed_beside_the_port_is_refused() -> None:
@@ -228,7 +228,7 @@ def test_a_reed_beside_the_port_is_refused() -> None:
 
 
 def test_a_contact_on_what_holds_the_seat_is_refused() -> None:
-    """The underside, which rests on its joint, and faces of both sides."""
+    """A contact on the underside, which rests on its joint, or on faces of both sides is refused."""
     with pytest.raises(SceneError, match=r"seat.contact: .*valve_body.step:.*'underside'"):
         draw_scene(example("flapper_on_valve_body", seat__contact={"number": 8}), Path("never.png"))
     faces = {"of": [{"number": 11}, {"number": 8}]}

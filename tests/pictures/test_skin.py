@@ -36,7 +36,7 @@ def test_a_box_has_six_faces(kind: Any, order: int) -> None:
 
 
 def test_a_tube_is_laid_open() -> None:
-    """Walls and ends over the angle that is drawn, by chords, and the two cuts; closed everywhere."""
+    """The skin has chords of walls and ends over the angle drawn, and both cuts, and is closed."""
     a, b, height = 1e-3, 3e-3, 4e-3
     mesh = skfem.MeshQuad.init_tensor(np.linspace(a, b, 4), np.linspace(0, height, 5))
     mesh = mesh.with_boundaries({"fixed": lambda x: x[1] < 1e-9, "contact": lambda x: x[1] > height - 1e-9})
@@ -68,7 +68,7 @@ def _volume(points: np.ndarray, triangles: np.ndarray) -> float:
 
 @pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
 def test_triangles_are_wound_outward_however_they_were(share: float) -> None:
-    """Of two blocks apart from each other, a share of whose triangles is turned over."""
+    """The triangles of two blocks face outward again after a share of them was turned over."""
     body = block("Block", ("1",))
     points = np.concatenate([body.points, body.points + np.array([1.0, 0.0, 0.0])])
     triangles = np.concatenate([body.triangles, body.triangles + len(body.points)])

@@ -9,7 +9,7 @@ from seatfem.structures.shapes import Flapper
 
 
 def rectangle() -> None:
-    """20 mm by 8 mm, in the plane x = 3 mm: y and z are its coordinates; a hole of 2 mm radius at (14, 0) mm."""
+    """Draw 20 mm by 8 mm in the plane x = 3 mm, with y and z as coordinates, and a hole of 2 mm at (14, 0) mm."""
     occ = gmsh.model.occ
     occ.cut([(2, occ.addRectangle(0, -4, 0, 20, 8))], [(2, occ.addDisk(14, 0, 0, 2, 2))])
     occ.rotate(occ.getEntities(2), 0, 0, 0, 1, 1, 1, 2.0943951023931953)  # x -> y -> z
@@ -17,7 +17,7 @@ def rectangle() -> None:
 
 
 def slotted() -> None:
-    """A flapper with a slot in its neck and a hole in its paddle."""
+    """Draw a flapper with a slot in its neck and a hole in its paddle."""
     shape = Flapper(8e-3, 2e-3, 6e-3, 15e-3, 16e-3, 0.3e-3, slot_width=2e-3, slot_length=8e-3, hole_diameter=6e-3)
     shape.build(gmsh.model.occ)
 

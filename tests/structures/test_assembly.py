@@ -14,7 +14,7 @@ SIDES = {"contact": lambda x: x[2] > 1 - 1e-9, "fixed": lambda x: x[2] < 1e-9, "
 
 
 def block(order, bend=0.0, n=3):
-    """Unit cube of Kuhn tetrahedra; ``bend`` curves its upper part."""
+    """Return a unit cube of Kuhn tetrahedra; ``bend`` curves its upper part."""
     mesh = skfem.MeshTet.init_tensor(*(np.linspace(0, 1, n + 1) for _ in range(3))).with_boundaries(SIDES)
     if order == 1:
         return mesh

@@ -20,7 +20,7 @@ FACES = {"contact": lambda x: x[2] > 1 - 1e-9, "fixed": lambda x: x[2] < 1e-9, "
 
 
 def block(kind, order, n=2, distort=0.0, curve=0.0, top=1.0):
-    """A cube; ``distort`` moves inner corners at random, ``curve`` every node of order 2 along a smooth field."""
+    """Return a cube; ``distort`` moves inner corners, ``curve`` every node of order 2 along a smooth field."""
     first, second = (skfem.MeshTet, skfem.MeshTet2) if kind == "tet" else (skfem.MeshHex, skfem.MeshHex2)
     mesh = first.init_tensor(*(np.linspace(0, 1, n + 1),) * 3).with_boundaries(FACES)
     points = np.array(mesh.p)
@@ -35,7 +35,7 @@ def block(kind, order, n=2, distort=0.0, curve=0.0, top=1.0):
 
 
 def inner_nodes(mesh, model):
-    """Nodes off the cube's surface, whatever its sides were bent to."""
+    """Return nodes off the cube's surface, whatever its sides were bent to."""
     basis = skfem.Basis(mesh, {8: skfem.ElementHex2, 4: skfem.ElementTetP2}[len(mesh.t)](), intorder=1)
     nodes = basis.get_dofs(mesh.boundary_facets()).all() if model.size == basis.N * 3 else mesh.boundary_nodes()
     return np.setdiff1d(np.arange(model.size // 3), nodes)
@@ -87,7 +87,7 @@ def halves(kind="tet"):
 
 @pytest.mark.parametrize("kind", ["tet", "hex"])
 def test_regions_in_series_add_their_compliances_and_damp_by_their_own(kind):
-    """nu = 0: u = F (L_1/E_1 + L_2/E_2)/A; C and H are the sums over the regions."""
+    """A push has u = F (L_1/E_1 + L_2/E_2)/A for nu = 0; C and H are the sums over the regions."""
     soft = Material(1e9, 0.0, 1000.0, loss_factor=0.1, rayleigh=(3.0, 1e-6))
     hard = Material(4e9, 0.0, 3000.0, loss_factor=0.02, rayleigh=(5.0, 2e-6))
     model = assemble(halves(kind), {"low": soft, "high": hard}, order=2)
@@ -130,7 +130,7 @@ def test_loose_parts_and_flat_elements_are_located():
 
 
 def compliance(kind, order, n, poisson, dilatation="auto"):
-    """Of a clamped cube pushed on its side: it bends and bulges."""
+    """Return the compliance of a clamped cube pushed on its side, which bends and bulges."""
     model = assemble(
         block(kind, order, n), Material(1.0, poisson, 1.0), order=order, ports={"side": "side"}, dilatation=dilatation
     )

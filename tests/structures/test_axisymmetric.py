@@ -18,7 +18,7 @@ KINDS = [(skfem.MeshTri, 1), (skfem.MeshTri, 2), (skfem.MeshQuad, 1), (skfem.Mes
 
 
 def ring(inner=0.0, outer=1.0, height=2.0, n=(3, 4), kind=skfem.MeshQuad):
-    """Meridian of a (hollow) cylinder: contact on top, fixed below."""
+    """Return the meridian of a (hollow) cylinder: contact on top, fixed below."""
     mesh = kind.init_tensor(np.linspace(inner, outer, n[0] + 1), np.linspace(0, height, n[1] + 1))
     return mesh.with_boundaries(
         {
@@ -30,7 +30,7 @@ def ring(inner=0.0, outer=1.0, height=2.0, n=(3, 4), kind=skfem.MeshQuad):
 
 
 def curved(mesh, bend=0.05):
-    """Second-order copy with curved sides; the axis stays straight."""
+    """Return a second-order copy with curved sides; the axis stays straight."""
     kind = skfem.MeshTri2 if isinstance(mesh, skfem.MeshTri) else skfem.MeshQuad2
     second = kind.from_mesh(mesh)
     points = np.array(second.doflocs)
@@ -39,18 +39,18 @@ def curved(mesh, bend=0.05):
 
 
 def volume(mesh):
-    """By the divergence theorem on the outline."""
+    """Return the volume by the divergence theorem on the outline."""
     outline = skfem.FacetBasis(mesh, mesh.elem(), facets=mesh.boundary_facets(), intorder=9)
     return math.pi * float((outline.global_coordinates().value[0] ** 2 * outline.normals[0] * outline.dx).sum())
 
 
 def unknowns(model, amplitudes):
-    """The vector of unknowns whose expansion is (3, n_nodes) ``amplitudes``."""
+    """Return the vector of unknowns whose expansion is (3, n_nodes) ``amplitudes``."""
     return model.dofs.turned.T @ np.asarray(amplitudes).T.ravel()
 
 
 def rigid_motions(model, harmonic):
-    """Amplitudes (U, V, W): along z; along x and about y."""
+    """Return amplitudes (U, V, W): along z; along x and about y."""
     r, _, z = model.dofs.points
     one, none = np.ones_like(r), np.zeros_like(r)
     return [(none, none, one)] if harmonic == 0 else [(one, -one, none), (z, -z, -r)]

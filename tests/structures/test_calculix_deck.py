@@ -25,7 +25,7 @@ here = pytest.mark.skipif(bool(calculix.absent()), reason=calculix.absent())
 
 
 def block(kind: type = skfem.MeshTet, material: Material | Orthotropic = STEEL, copies: int = 1) -> SecondOrderModel:
-    """Clamped below, pushed above; or the half of one that is twice as long."""
+    """Return a block clamped below, pushed above; or the half of one that is twice as long."""
     mesh = kind.init_tensor(*(np.linspace(0, side, n + 1) for side, n in zip(SIDES, (3, 2, 2), strict=True)))
     named = {"contact": lambda x: x[2] > SIDES[2] - 1e-9, "fixed": lambda x: x[2] < 1e-9, "cut": lambda x: x[0] < 1e-9}
     cut = ("cut",) if copies > 1 else ()
@@ -33,14 +33,14 @@ def block(kind: type = skfem.MeshTet, material: Material | Orthotropic = STEEL, 
 
 
 def ring() -> SecondOrderModel:
-    """The half section of one, clamped below, pushed above."""
+    """Return the half section of one, clamped below, pushed above."""
     mesh = skfem.MeshTri.init_tensor(np.linspace(2e-3, 5e-3, 4), np.linspace(0, 4e-3, 5))
     named = {"contact": lambda x: x[1] > 4e-3 - 1e-9, "fixed": lambda x: x[1] < 1e-9}
     return assemble_axisymmetric(mesh.with_boundaries(named), STEEL, order=2)
 
 
 def test_the_loads_are_those_of_the_port() -> None:
-    """On the nodes of the deck, in its order."""
+    """The deck's loads are the port's forces on its nodes, in its order."""
     for model, axis in ((block(), 2), (ring(), 2)):
         deck, [port] = calculix_body(model, STEEL), model.ports.values()
         of_port = model.expand(port.vector)[axis][: len(deck.loads)]
@@ -59,7 +59,7 @@ def test_the_loads_are_those_of_the_port() -> None:
     ids=["tetrahedra", "orthotropic", "hexahedra", "triangles"],
 )
 def test_frequencies(model: SecondOrderModel, material: Material, element: str, apart: float) -> None:
-    """What CalculiX's fewer points or nodes leave on these coarse meshes; 3 % of the modulus are 1.5 %."""
+    """CalculiX's frequencies agree within what its fewer points leave on coarse meshes; 3 % of modulus are 1.5 %."""
     deck = calculix_body(model, material)
     assert deck.element == element
     text, _ = calculix.run([*deck.lines, *deck.frequency(5)])
@@ -133,9 +133,9 @@ def test_the_verb_writes_decks_that_run_and_our_answers(tmp_path: Path, capfd: p
     (tmp_path / "bar.toml").write_text(SCENE, encoding="utf-8")
     deck = tmp_path / "deck"
     assert run_command(["export", str(tmp_path / "bar.toml"), "--to", "calculix", "-o", str(deck)]) == DONE
-    told = capfd.readouterr().out
-    assert f"wrote {deck / 'static.inp'}" in told
-    assert "note: no contact.inp: reed.kind = 'rigid_mass'" in told
+    output = capfd.readouterr().out
+    assert f"wrote {deck / 'static.inp'}" in output
+    assert "note: no contact.inp: reed.kind = 'rigid_mass'" in output
     assert not (deck / "contact.inp").exists()
     mesh = (deck / "mesh.inp").read_text(encoding="ascii")
     include = "*INCLUDE, INPUT=mesh.inp\n"
@@ -184,7 +184,7 @@ target = "30 %"
 
 
 def exported(scene: str, folder: Path) -> Path:
-    """The folder of a scene's decks."""
+    """Return the folder of a scene's decks."""
     (folder / "scene.toml").write_text(scene, encoding="utf-8")
     deck = folder / "deck"
     assert run_command(["export", str(folder / "scene.toml"), "--to", "calculix", "-o", str(deck), "--quiet"]) == DONE
@@ -194,7 +194,7 @@ def exported(scene: str, folder: Path) -> Path:
 @here
 @pytest.mark.slow
 def test_a_reed_lands_tilted(tmp_path: Path) -> None:
-    """On a lip of the whole seat, that the run itself has as a half section; C3D20R of 2 mm are 1 % too stiff."""
+    """CalculiX's whole seat is struck like the run's half section; its C3D20R of 2 mm are 1 % too stiff."""
     deck = exported(LANDING, tmp_path)
     assert "CAX6" in (deck / "README.txt").read_text(encoding="utf-8")
     lines = (deck / "contact.inp").read_text(encoding="ascii").splitlines()
@@ -211,7 +211,7 @@ def test_a_reed_lands_tilted(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("old", "new", "told"),
+    ("old", "new", "words"),
     [
         ('gap = "1 um"', 'gap = "1 mm"', "within run.duration|so soon"),
         ("[contact]", 'pressure = "-1 bar"\n[contact]', "reed"),
@@ -220,17 +220,17 @@ def test_a_reed_lands_tilted(tmp_path: Path) -> None:
     ],
     ids=["away", "loaded", "wavy", "rigid"],
 )
-def test_landings_that_no_deck_holds(tmp_path: Path, old: str, new: str, told: str) -> None:
+def test_landings_that_no_deck_holds(tmp_path: Path, old: str, new: str, words: str) -> None:
     deck = exported(LANDING.replace(old, new), tmp_path)
-    assert re.search(told, (deck / "README.txt").read_text(encoding="utf-8"))
+    assert re.search(words, (deck / "README.txt").read_text(encoding="utf-8"))
     assert not {"contact.inp", "whole.inp"} & {path.name for path in deck.iterdir()}
 
 
 @pytest.mark.slow
 def test_a_whole_seat_that_is_too_large(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("seatfem.study.runs.calculix_contact.MOST", 1000)
-    told = (exported(LANDING, tmp_path) / "README.txt").read_text(encoding="utf-8")
-    assert "unknowns are more than ccx can march (1000)" in told
+    readme = (exported(LANDING, tmp_path) / "README.txt").read_text(encoding="utf-8")
+    assert "unknowns are more than ccx can march (1000)" in readme
     assert not (tmp_path / "deck" / "contact.inp").exists()
 
 

@@ -12,7 +12,7 @@ WAVE = np.sin(np.linspace(0, 30, 400))
 
 
 def estimates(error: Callable[[int], float], *, sized: bool) -> tuple[np.ndarray, np.ndarray]:
-    """(what is stated, what is true) at each check of a response that is off by ``error`` of the number of vectors."""
+    """Return (what is stated, what is true) at each check of a response off by ``error`` of its vectors."""
     history, stated, true = History(1e-3), [], []
     exact = np.cos(np.linspace(0, 9, 400))
     for n in SIZES:
@@ -24,9 +24,9 @@ def estimates(error: Callable[[int], float], *, sized: bool) -> tuple[np.ndarray
 
 @pytest.mark.parametrize("order", [2.0, 3.0, 6.0])
 def test_slow_algebraic_convergence_is_stated_within_a_factor_of_five(order: float) -> None:
-    """Undamped seats: e ~ n^-2, stated less than twice; n^-6 is stated from the last changes."""
+    """The stated error covers the true one of e ~ n^-order, and is at most five times as large later."""
     stated, true = estimates(lambda n: 0.1 * (10 / n) ** order, sized=True)
-    known = np.isfinite(stated)
-    assert known.sum() >= len(SIZES) - 3
-    assert np.all(true[known] <= stated[known])
+    is_known = np.isfinite(stated)
+    assert is_known.sum() >= len(SIZES) - 3
+    assert np.all(true[is_known] <= stated[is_known])
     assert np.all(stated[8:] <= 5 * true[8:])

@@ -33,7 +33,7 @@ AIMS = Aims(BAND, DURATION, 0.01)
 
 @cache
 def face(length: float) -> Land:
-    """Of the lip: between two circles, or racetracks of straight sides."""
+    """Return the lip's face between two circles, or between racetracks of straight sides."""
     turns = 2 * np.pi * np.arange(720) / 720
     shift = length / 2 * np.sign(np.round(np.cos(turns), 12))
     edges = []
@@ -45,7 +45,7 @@ def face(length: float) -> Land:
 
 @cache
 def model(arcs: int, rings: int = 1, slices: int = 16, straight: int = 0) -> SecondOrderModel:
-    """Of hexahedra, ``straight`` of them on either side of a racetrack."""
+    """Return a model of hexahedra, ``straight`` of them on either side of a racetrack."""
     length = LENGTH if straight else 0.0
     mesh = around(meridian(), slices, straight, length)
     across = [facet for facet in mesh.boundary_facets() if np.allclose(mesh.p[2, mesh.facets[:, facet]], HEIGHT)]
@@ -75,7 +75,7 @@ def test_parts_under_one_load_are_the_whole_face(arcs: int, rings: int, straight
 @pytest.mark.slow
 @pytest.mark.parametrize("static", [True, False])
 def test_one_load_on_all_arcs_is_that_of_one_port(static: bool) -> None:
-    """Statics to round-off; in the band to how the exponentials of both begin."""
+    """One load on all arcs has the statics of one port to round-off, and its response in the band."""
     many, one = (face_greens(model(n), AIMS, ZETA, static=static)[0] for n in (8, 1))
     assert as_a_whole(many).static_compliance() == pytest.approx(one.static_compliance(), rel=1e-9)
     assert as_a_whole(many).initial_value() == pytest.approx(one.initial_value(), rel=1e-9)
@@ -87,8 +87,8 @@ def test_one_load_on_all_arcs_is_that_of_one_port(static: bool) -> None:
 
 
 def off(slices: int, c: float = 1.0) -> tuple[float, float]:
-    """Statics and answers in the band of 8 arcs against the body of revolution, of its largest; ``c``: that one with a
-    modulus c^2 as high."""
+    """Return how far off are statics and answers in the band of 8 arcs against the body of revolution, of its largest;
+    ``c``: that one with a modulus c^2 as high."""
     lip = Lip((INNER + EDGE) / 2, EDGE - INNER, 8)
     patches = {
         name: RingPatch(float(angle), 2 * math.pi / 8)
@@ -96,16 +96,16 @@ def off(slices: int, c: float = 1.0) -> tuple[float, float]:
     }
     turned = lip_greens(lambda n: assemble_axisymmetric(meridian(), STEEL, harmonic=n, order=2), patches, AIMS, ZETA)
     greens, _ = face_greens(model(8, 1, slices), AIMS, ZETA)
-    known = turned.static_compliance() / c**2
+    expected = turned.static_compliance() / c**2
     mine, right = greens.filtered_matrix(TIMES, 1 / BAND), turned.filtered_matrix(TIMES * c, c / BAND) / c
-    static = float(np.abs(greens.static_compliance() - known).max() / known.max())
+    static = float(np.abs(greens.static_compliance() - expected).max() / expected.max())
     return static, float(np.abs(mine - right).max() / np.abs(right).max())
 
 
 @pytest.mark.slow
 def test_a_body_of_revolution_answers_as_one() -> None:
-    """The same section: slices alone differ, whose error falls with their second power (measured 0.77 % with 16, 0.33 %
-    with 24, 0.18 % with 32, where harmonics leave up to 0.2 %); as much in the band. A modulus 3 % higher is seen."""
+    """Slices answer as the body of revolution with an error that falls at second order (measured 0.77 % with 16, 0.18 %
+    with 32, where harmonics leave up to 0.2 %); a modulus 3 % higher is seen."""
     for coarse, fine in zip(off(16), off(32), strict=True):
         assert fine < 2.5e-3
         assert coarse / fine > 3

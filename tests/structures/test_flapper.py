@@ -47,7 +47,7 @@ def test_the_mesh_follows_the_outline(meshes: dict[float, PlateMesh]) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(("size", "tolerance"), [(2e-3, 2e-3), (1e-3, 1e-3)])
 def test_frequencies(meshes: dict[float, PlateMesh], size: float, tolerance: float) -> None:
-    """To 0.1 % on the finer mesh; the third is stated to 1 Hz in 1644.7."""
+    """The finer mesh has the frequencies to 0.1 %; the third is stated to 1 Hz in 1644.7."""
     model = assemble_plate(meshes[size], STEEL, REED.thickness, clamped="clamped")
     modes = solve_modes(model, 5)
     assert modes.complete
@@ -58,18 +58,6 @@ def test_the_sheet_is_a_solid_too() -> None:
     mesh = make_mesh(replace(REED, thickness=2e-3), MeshSpec(4e-3, curved=False))
     assert mesh.quality.volume == pytest.approx(2e-3 * REED.area, rel=0.02)
     assert {"contact", "fixed"} <= set(mesh.mesh.boundaries)
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"thickness": 0.0}, r"Flapper.thickness = 0 mm:.*finite.*> 0"),
-        ({"thickness": 6e-3}, r"Flapper.thickness = 6 mm:.*< 6 mm \(neck_width"),
-    ],
-)
-def test_what_is_no_flapper_is_refused(change: dict[str, float], message: str) -> None:
-    with pytest.raises(GeometryError, match=message):
-        replace(REED, **change)
 
 
 class Elsewhere(Flapper):
@@ -122,6 +110,8 @@ def test_the_mesh_has_its_holes(reed: Flapper) -> None:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
+        ({"thickness": 0.0}, r"Flapper.thickness = 0 mm:.*finite.*> 0"),
+        ({"thickness": 6e-3}, r"Flapper.thickness = 6 mm:.*< 6 mm \(neck_width"),
         ({"slot_width": 1e-3}, r"Flapper.slot_length = None: slot_width"),
         ({"slot_length": 1e-3}, r"Flapper.slot_width = None: slot_length"),
         ({"slot_width": 5.4e-3, "slot_length": 8e-3}, r"Flapper.slot_width = 5.4 mm:.*< 5.4 mm \(neck"),

@@ -15,12 +15,12 @@ def area(points, cells) -> float:
 
 
 def angles_of(points, cells):
-    found = {}
+    angles = {}
     for cell in cells:
         x = points[list(cell)]
         nodes = np.vstack([x, (x + np.roll(x, -1, axis=0)) / 2, *([x.mean(axis=0)] * (len(cell) == 4))])
-        found[cell] = corner_angles(nodes, np.arange(len(nodes))[None, :])[0]
-    return found
+        angles[cell] = corner_angles(nodes, np.arange(len(nodes))[None, :])[0]
+    return angles
 
 
 def test_angles_follow_the_curved_edges():

@@ -33,7 +33,7 @@ SP-160 (1969), table 2.5; the values are rounded and up to 0.2 % off their own e
 
 
 def edge(n: int, nu: float, k: float) -> float:
-    """Zero where J_n(k r/a) + c I_n(k r/a) has no moment and no edge force. Source: Leissa, equation 2.8."""
+    """Return 0 where J_n(k r/a) + c I_n(k r/a) has no moment and no edge force. Source: Leissa, equation 2.8."""
     j, dj, i, di = jv(n, k), jvp(n, k), iv(n, k), ivp(n, k)
     moments = k**2 * j + (1 - nu) * (k * dj - n**2 * j), k**2 * i - (1 - nu) * (k * di - n**2 * i)
     forces = k**3 * dj + (1 - nu) * n**2 * (k * dj - j), k**3 * di - (1 - nu) * n**2 * (k * di - i)
@@ -42,22 +42,22 @@ def edge(n: int, nu: float, k: float) -> float:
 
 @pytest.fixture(scope="module")
 def thin() -> SolvedSheet:
-    """h/a = 0.004: shear takes 1e-5 of its frequencies."""
+    """Solve a sheet with h/a = 0.004: shear takes 1e-5 of its frequencies."""
     return solved_sheet(Sheet(THIN, STEEL, 1.5e3), (Lip.disc(1e-3),), 0.0)
 
 
 @pytest.mark.slow
 def test_frequencies_of_a_free_disc(thin: SolvedSheet) -> None:
-    """To 0.1 % of Kirchhoff's plate: elements a fifth of the wave at the cutoff leave 0.06 %; pairs to that."""
+    """Elements a fifth of the cutoff's wave have Kirchhoff's frequencies and pairs to 0.1 % (measured 0.06)."""
     rigidity = STEEL.young * THIN.thickness**3 / (12 * (1 - STEEL.poisson**2))
     scale = (THIN.diameter / 2) ** 2 * math.sqrt(STEEL.density * THIN.thickness / rigidity)
-    found = thin.plate.modes.omega * scale
+    scaled = thin.plate.modes.omega * scale
     for mode, ((n, _), published) in zip((3, 5, 6, 8), LEISSA.items(), strict=True):
         root = brentq(lambda k, n=n: edge(n, STEEL.poisson, k), *(math.sqrt(published * f) for f in (0.98, 1.02)))
         assert root**2 == pytest.approx(published, rel=2e-3)
-        assert found[mode] == pytest.approx(root**2, rel=1e-3)
+        assert scaled[mode] == pytest.approx(root**2, rel=1e-3)
         if n:
-            assert found[mode + 1] == pytest.approx(found[mode], rel=1e-3)
+            assert scaled[mode + 1] == pytest.approx(scaled[mode], rel=1e-3)
 
 
 @pytest.mark.slow
@@ -72,18 +72,18 @@ def test_frequencies_of_a_free_disc(thin: SolvedSheet) -> None:
 )
 def test_three_rigid_modes_and_its_mass(shape: Flat, band: float, lip: Lip) -> None:
     """w = 1, x, y alone cost no energy; pushed about its centre, it has the mass of the drawing, not of the mesh."""
-    found = solved_sheet(Sheet(shape, STEEL, band), (lip,), 0.0)
-    assert found.plate.modes.complete
-    assert np.sum(found.plate.modes.omega == 0) == 3
-    assert not found.plate.modes.frequencies_hz[:3].any()
-    assert found.greens.mass() == pytest.approx(STEEL.density * shape.area * shape.thickness, rel=1e-9)
-    assert found.greens.residual.static()[0, 0] > 0
+    solved = solved_sheet(Sheet(shape, STEEL, band), (lip,), 0.0)
+    assert solved.plate.modes.complete
+    assert np.sum(solved.plate.modes.omega == 0) == 3
+    assert not solved.plate.modes.frequencies_hz[:3].any()
+    assert solved.greens.mass() == pytest.approx(STEEL.density * shape.area * shape.thickness, rel=1e-9)
+    assert solved.greens.residual.static()[0, 0] > 0
 
 
 @pytest.mark.slow
 def test_what_its_modes_leave_out(thin: SolvedSheet) -> None:
-    """The static compliance of all modes above a third of the band, by those up to the band, to the 0.1 % of the
-    shift; it is not lost in that of the rigid modes, which is infinite."""
+    """The residual of modes to a third of the band holds the compliance of those above, to the 0.1 % of the shift,
+    which the infinite one of rigid modes does not hide."""
     narrow = solved_sheet(Sheet(THIN, STEEL, 0.5e3, size=1.2e-3), (Lip.disc(1e-3),), 0.0)
     wide = solved_sheet(Sheet(THIN, STEEL, 5e3, size=1.2e-3), (Lip.disc(1e-3),), 0.0)
     between = wide.greens.omega > narrow.greens.omega[-1] * (1 + 1e-6)
@@ -133,8 +133,8 @@ def difference_from_solid(thickness: float, share: float) -> float:
 
 @pytest.mark.slow
 def test_a_plate_is_its_solid_while_waves_are_long() -> None:
-    """g of a ring at the hole of a plate as thick as it is wide, but for 6 %: by how many thicknesses the shortest wave
-    has, the plate is off a solid of revolution by 0.3 %, 1.6 % and 5.7 %, measured; the last is refused beyond."""
+    """A ring almost as thick as wide is off a solid of revolution by 0.3, 1.6 and 5.7 % (measured) as its thickness is
+    1/6, 1/4 and 1/3 of the shortest wave; beyond, the plate is refused."""
     thickness = 0.94 * 8e-3
     off = [difference_from_solid(thickness, share) for share in (1 / 6, 1 / 4, 1 / 3)]
     assert off[0] < 0.005

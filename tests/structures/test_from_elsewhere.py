@@ -63,7 +63,7 @@ class Mine(Modal):
 
 
 def run(folder: Path, code: str) -> subprocess.CompletedProcess[str]:
-    """A script, started from a folder where another module has its name."""
+    """Run a script from a folder where another module has its name."""
     script, elsewhere = folder / "mine.py", folder / "elsewhere"
     script.write_text(code)
     elsewhere.mkdir()
@@ -77,7 +77,7 @@ def run(folder: Path, code: str) -> subprocess.CompletedProcess[str]:
 
 @pytest.mark.slow
 def test_a_shape_of_the_script_that_runs_is_meshed(tmp_path: Path) -> None:
-    """What it imports from beside it is found, too."""
+    """A script's shape is meshed, and its import from beside it works."""
     (tmp_path / "beside.py").write_text("HEIGHT = 3e-3\n")
     done = run(tmp_path, SHAPE.format(more="from beside import HEIGHT") + f'if __name__ == "__main__":\n    {RUNS}')
     assert done.stderr == ""
@@ -95,15 +95,15 @@ def module(folder: Path, code: str, name: str) -> ModuleType:
     path = folder / "shapes_of_mine.py"
     path.write_text(code)
     spec = importlib.util.spec_from_file_location(name, path)
-    sys.modules[name] = made = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(made)
-    return made
+    sys.modules[name] = loaded = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(loaded)
+    return loaded
 
 
 def test_a_shape_comes_from_its_file_whatever_else_has_its_name(tmp_path: Path) -> None:
-    made = module(tmp_path, SHAPE.format(more="HEIGHT = 3e-3"), "colorsys")  # as one of the standard library
+    pucks = module(tmp_path, SHAPE.format(more="HEIGHT = 3e-3"), "colorsys")  # as one of the standard library
     try:
-        again = decode(encode(made.Puck(5e-3)))
+        again = decode(encode(pucks.Puck(5e-3)))
     finally:
         del sys.modules["colorsys"]
     assert type(again).__module__.startswith("seatfem_shapes_of_")
@@ -111,25 +111,25 @@ def test_a_shape_comes_from_its_file_whatever_else_has_its_name(tmp_path: Path) 
 
 
 def test_a_shape_in_no_file_is_refused(tmp_path: Path) -> None:
-    made = module(tmp_path, SHAPE.format(more="HEIGHT = 3e-3"), "pucks_lost")
+    pucks = module(tmp_path, SHAPE.format(more="HEIGHT = 3e-3"), "pucks_lost")
     del sys.modules["pucks_lost"]
     with pytest.raises(GeometryError, match="'Puck' is in no file"):
-        encode(made.Puck(5e-3))
+        encode(pucks.Puck(5e-3))
 
 
 def test_keys_follow_the_code_from_elsewhere(tmp_path: Path) -> None:
-    """A shape's, a kind's and a reduction's: where its file changes, what was computed by it is not used again."""
+    """A change of the file of a shape, kind or reduction changes the key of what is computed by it."""
     keys, hashes = [], []
     for i, height in enumerate((3e-3, 4e-3)):
-        made = module(tmp_path, SHAPE.format(more=f"HEIGHT = {height}") + KIND + REDUCER, f"pucks_{i}")
+        pucks = module(tmp_path, SHAPE.format(more=f"HEIGHT = {height}") + KIND + REDUCER, f"pucks_{i}")
         try:
-            disc = made.Disc(kind="puck", radius="5 mm", material="steel")
+            disc = pucks.Disc(kind="puck", radius="5 mm", material="steel")
             keys += [key_of(disc, Method("axisymmetric", 1e5, reduction=name)) for name in ("krylov", "mine")]
             hashes.append(fingerprint(disc.geometry()))
-            other = made.Disc.__mro__[1]
+            other = pucks.Disc.__mro__[1]
             assert other.__module__ == "seatfem.structures.kinds.turned"
         finally:
-            del made.Mine.name, made.Disc.model_fields["kind"], made.Puck.family, sys.modules[f"pucks_{i}"]
+            del pucks.Mine.name, pucks.Disc.model_fields["kind"], pucks.Puck.family, sys.modules[f"pucks_{i}"]
     assert len(set(keys)) == 4
     assert hashes[0] != hashes[1]
 
@@ -139,11 +139,11 @@ def test_the_code_of_a_reduction_counts_alone(tmp_path: Path) -> None:
     from seatfem.structures.kinds.turned import Annular
 
     seat = Annular(kind="annular", bore_radius="4 mm", lip_width="2 mm", material="steel")
-    found = []
+    keys = []
     for i, height in enumerate((3e-3, 4e-3)):
-        made = module(tmp_path, SHAPE.format(more=f"HEIGHT = {height}") + REDUCER, f"reductions_{i}")
+        pucks = module(tmp_path, SHAPE.format(more=f"HEIGHT = {height}") + REDUCER, f"reductions_{i}")
         try:
-            found.append([key_of(seat, Method("axisymmetric", 1e5, reduction=n)) for n in ("mine", "auto", "krylov")])
+            keys.append([key_of(seat, Method("axisymmetric", 1e5, reduction=n)) for n in ("mine", "auto", "krylov")])
         finally:
-            del made.Mine.name, made.Puck.family, sys.modules[f"reductions_{i}"]
-    assert [one == other for one, other in zip(*found, strict=True)] == [False, False, True]
+            del pucks.Mine.name, pucks.Puck.family, sys.modules[f"reductions_{i}"]
+    assert [one == other for one, other in zip(*keys, strict=True)] == [False, False, True]

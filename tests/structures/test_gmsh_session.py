@@ -20,16 +20,16 @@ COARSE = MeshSpec(size=2.5e-3)
 
 
 def started(monkeypatch) -> list[subprocess.Popen[str]]:
-    """The gmsh processes that are started from here on."""
-    found: list[subprocess.Popen[str]] = []
+    """Return the gmsh processes that are started from here on."""
+    processes: list[subprocess.Popen[str]] = []
 
     class Watched(subprocess.Popen):
         def __init__(self, *args, **options):
             super().__init__(*args, **options)
-            found.append(self)
+            processes.append(self)
 
     monkeypatch.setattr(subprocess, "Popen", Watched)
-    return found
+    return processes
 
 
 def assert_same(mesh: SeatMesh | MeridianMesh, expected: SeatMesh | MeridianMesh) -> None:
@@ -51,7 +51,7 @@ def assert_same(mesh: SeatMesh | MeridianMesh, expected: SeatMesh | MeridianMesh
     ("make", "geometry"), [(make_mesh, Stopper()), (make_meridian, AnnularSeat())], ids=["tetrahedra", "triangles"]
 )
 def test_a_session_makes_the_meshes_of_single_processes(monkeypatch, make, geometry) -> None:
-    """Fine, coarse, and fine again, by one process: nothing of one mesh is left in the next."""
+    """One process meshes fine, coarse and fine again like single ones: no mesh changes the next."""
     size = 2.5e-3 if make is make_mesh else 0.8e-3
     fine = MeshSpec(size=size, contact_size=size / 2)
     coarse = MeshSpec(size=1.6 * size, contact_size=0.8 * size)
@@ -67,7 +67,7 @@ def test_a_session_makes_the_meshes_of_single_processes(monkeypatch, make, geome
 
 @pytest.mark.slow
 def test_a_session_goes_on_after_a_failure(monkeypatch) -> None:
-    """With another process: the one that failed is not asked again."""
+    """A session starts another process after one that failed."""
     processes = started(monkeypatch)
     with GmshSession() as gmsh:
         with RAISES(MeshingError, match="no_such_task"):  # a mistake of the program, no refusal

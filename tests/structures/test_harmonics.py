@@ -34,18 +34,18 @@ def ring_response():
 
 
 def equally(patches, harmonics):
-    """Sum of the weights of all pairs of patches on one ring."""
+    """Return the sum of the weights of all pairs of patches on one ring."""
     return summed(patches, harmonics, np.ones((1, 1, len(harmonics))), [0] * len(patches))
 
 
 @pytest.fixture(scope="module")
 def three():
-    """120 degrees apart, of 0.6 rad, the first turned by 0.3 rad."""
+    """Return g of three patches 120 degrees apart, of 0.6 rad, the first turned by 0.3 rad."""
     return solve({name: RingPatch(0.3 + 2 * math.pi * k / 3, 0.6) for k, name in enumerate("abc")})
 
 
 def test_fourier_series_of_patches_sums_to_their_own_pressure():
-    """Parseval: sum of all weights is 2 pi/w on a patch, 0 between two; the rest of a long sum falls like 1/n."""
+    """All weights sum by Parseval to 2 pi/w on a patch and 0 between two; the rest falls like 1/n."""
     patches = {"a": RingPatch(0.2, 0.5), "b": RingPatch(1.5, 1.0)}
     total = 1 + 2 * equally(patches, np.arange(1, 20_001))
     np.testing.assert_allclose(total, np.diag([2 * math.pi / 0.5, 2 * math.pi]), atol=2e-3)

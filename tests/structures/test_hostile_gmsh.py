@@ -22,7 +22,7 @@ ZIPPED = b"\x1f\x8b\x08\x00"
 
 @pytest.fixture
 def spell(tmp_path):
-    """A script that leaves a mark, and where."""
+    """Return a script that leaves a mark, and where."""
     mark = tmp_path / "mark"
     return f'SystemCall "touch {mark}";\nPrintf("") > "{mark}";\n'.encode(), mark
 

@@ -28,7 +28,7 @@ DECK = "*NODE\n1,0,0,0\n2,1,0,0\n3,0,1,0\n4,0,0,1\n*ELEMENT,TYPE=C3D4\n1,1,2,3,4
 
 @contextmanager
 def bounded():
-    """Little time and memory, whatever the file claims."""
+    """Check that a block takes little time and memory, whatever the file claims."""
     start = time.process_time()
     tracemalloc.start()
     yield
@@ -45,7 +45,7 @@ def refused(path, text, message):
 
 
 def test_files_that_include_files_that_include_files(tmp_path):
-    """14 lines each in 8 files: 14^8 readings."""
+    """Eight files with 14 inclusions each, which would be 14^8 readings, are refused."""
     for level in range(8):
         (tmp_path / f"{level}.inp").write_text(f"*INCLUDE, INPUT={level + 1}.inp\n" * 14)
     (tmp_path / "8.inp").write_text(DECK)

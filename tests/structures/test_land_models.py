@@ -29,7 +29,7 @@ STEEL = Material(YOUNG, 0.3, 7850.0)
 
 @cache
 def kidney_statics(steps: int, arcs: int) -> Array:
-    """(arcs, arcs) of a wall on the kidney's lip, of so many hexahedra along it, two across and three high; clamped."""
+    """Return (arcs, arcs) of a clamped wall on the kidney's lip, with so many hexahedra along, 2 across, 3 high."""
     inner, outer = FaceLip(KIDNEY, 1).cuts(np.arange(steps) / steps)
     levels = np.linspace(0.0, HEIGHT, 4)
     cuts = zip(inner, outer, strict=True)
@@ -63,7 +63,7 @@ def test_a_kidney_answers_as_a_whole() -> None:
 
 
 def block(arcs: int, rings: int, apart: float, material: Material) -> tuple[Array, FaceLip]:
-    """Statics of a bar of 12 by 1 mm under its top, but for what lies nearer to its middle than ``apart``; its lip."""
+    """Return statics of a bar of 12 by 1 mm under its top, but for the middle as far as ``apart``; its lip."""
     x = np.linspace(-6e-3, 6e-3, 37)
     mesh = skfem.MeshHex.init_tensor(x, np.linspace(-0.5e-3, 0.5e-3, 3), np.linspace(0, HEIGHT, 5))
     mesh = mesh.with_boundaries(
@@ -76,8 +76,8 @@ def block(arcs: int, rings: int, apart: float, material: Material) -> tuple[Arra
     faces = [np.array([(a, -0.5e-3), (b, -0.5e-3), (b, 0.5e-3), (a, 0.5e-3)]) for a, b in ends]
     edges = np.array((0, 0, HEIGHT)) + np.concatenate([closed(face) for face in faces])
     lip = FaceLip(land_of(edges, (0, 0, 1)), arcs, rings)
-    found, _ = face_greens(assemble(mesh, material, lip=lip), AIMS, static=True)
-    return found.static_compliance(), lip
+    greens, _ = face_greens(assemble(mesh, material, lip=lip), AIMS, static=True)
+    return greens.static_compliance(), lip
 
 
 @pytest.mark.parametrize(("arcs", "rings"), [(8, 1), (10, 2)])
@@ -91,7 +91,7 @@ def test_a_strip_on_a_block_without_poissons_ratio(arcs: int, rings: int) -> Non
 
 @pytest.mark.slow
 def test_two_faces_know_of_each_other() -> None:
-    """Reciprocity, mirror symmetry, and as a whole the two faces under one pressure; one hardly moves the other."""
+    """Compliances of two faces are reciprocal, mirrored, and have the means of both; one hardly moves the other."""
     compliance, lip = block(8, 1, 2e-3, STEEL)
     assert lip.pieces == ((4, False), (4, False))
     np.testing.assert_allclose(compliance, compliance.T, atol=1e-12 * compliance.max())
@@ -117,7 +117,7 @@ def scene_of(folder: Path, contact: str, name: str = "kidney_seat", size: float 
 
 @pytest.mark.slow
 def test_a_kidney_of_a_step_file(tmp_path: Path) -> None:
-    """By gmsh: in 16 arcs as a whole, and in one port, on the same mesh."""
+    """A kidney meshed by gmsh has the same static compliance in 16 arcs as in one port."""
     many, one = (seat_of(scene_of(tmp_path, f"ports = {arcs}"), mesh_error=False) for arcs in (16, 1))
     assert many.greens.ports == Division(16).names
     whole = as_a_whole(many.greens).static_compliance()[0, 0]

@@ -33,7 +33,7 @@ def mean(patch, of):
 
 
 def division_greens(division: Division) -> ModalGreens:
-    """Ports of a division that answer each in its own way."""
+    """Return ports of a division that answer each in its own way."""
     count = len(division.names)
     root = np.random.default_rng(count).normal(size=(count, count))
     rest = Residual.spring(root @ root.T)
@@ -54,9 +54,9 @@ def test_the_parts_of_a_lip_have_its_area(lip: Lip) -> None:
 
 
 def test_means_over_arcs_have_their_closed_forms() -> None:
-    """Over an arc of half angle a about t, with s = sin(2 a)/(2 a): x^2 -> M (1 + s cos 2t)/2, x y -> M s sin(2t)/2,
-    x -> N sin(a)/a cos t, M and N the means of r^2 and r over the area. Midpoints of 8 parts of an arc of 30 degrees
-    leave (a/8)^2/6 of it, 2e-4."""
+    """Means over an arc of half angle a about t are M (1 + s cos 2t)/2 for x^2, M s sin(2t)/2 for x y and N sin(a)/a
+    cos t for x, s = sin(2 a)/(2 a), M and N the means of r^2 and r; 8 midpoints an arc of 30 degrees leave (a/8)^2/6,
+    2e-4."""
     second = (LIP.outer**2 + LIP.inner**2) / 2
     first = 2 / 3 * (LIP.outer**3 - LIP.inner**3) / (LIP.outer**2 - LIP.inner**2)
     a = math.pi / LIP.arcs
@@ -105,7 +105,7 @@ def test_other_ports_are_no_division(names: tuple[str, ...]) -> None:
 
 
 def test_fewer_parts_are_means_of_more() -> None:
-    """In one step or in two, by hand for arcs of two rings, and of a body that has another port before them."""
+    """Fewer parts are the means by hand of more, in one step or in two, also behind another port."""
     there = Division(12, 2)
     greens = division_greens(there)
     static = greens.static_compliance()
@@ -158,7 +158,7 @@ def test_a_whole_disc_on_a_half_space(arcs: int, monkeypatch: pytest.MonkeyPatch
 
 
 def test_a_known_body_keeps_its_own_answer_in_arcs() -> None:
-    """As a whole it moves as before; each part begins with 1/(rho c_p A_i), alone."""
+    """The body as a whole moves as before; each part begins with 1/(rho c_p A_i), alone."""
     whole = ModalGreens(
         np.array([1e5, 3e5]), np.array([0.01, 0.02]), np.array([[4.0], [7.0]]),
         Residual.exponential(np.array([[1e-10]]), np.array([[1 / 1500.0]])), ("contact",),

@@ -34,7 +34,7 @@ CUBE = Counts(dof=3e5, nnz=2.5e7, mass_nnz=8e6)
 
 
 def block(shape, order, cells):
-    """A seat of nx x ny x nz cells, standing on its fixed face."""
+    """Return a seat of nx x ny x nz cells, standing on its fixed face."""
     kinds = {("tet", 1): MeshTet, ("tet", 2): MeshTet2, ("hex", 1): MeshHex, ("hex", 2): MeshHex2}
     straight = kinds[shape, 1].init_tensor(*(1e-3 * np.arange(n + 1) for n in cells))
     mesh = straight if order == 1 else kinds[shape, 2].from_mesh(straight)
@@ -79,7 +79,7 @@ print(1024 * (solve((10, 10, 10)) - before))
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="the peak is read from /proc")
 def test_the_prediction_is_within_a_factor_of_a_process_of_its_own():
-    """28 000 unknowns; a factor 1.5 either way."""
+    """A process with 28 000 unknowns takes the predicted memory within a factor of 1.5."""
     pytest.importorskip("pypardiso")
     folder = Path(__file__).parent
     threads = {"OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1", "PYTHONPATH": str(folder)}
@@ -90,7 +90,7 @@ def test_the_prediction_is_within_a_factor_of_a_process_of_its_own():
 
 
 def test_the_prediction_on_two_grids_is_within_a_third_of_the_processes_of_the_table():
-    """docs/performance.md: 74,000 to a million unknowns; Python and the mesh take 0.25 GB of each."""
+    """The table's 74,000 to a million unknowns take what is predicted beside 0.25 GB for Python and mesh."""
     table = json.loads((RESULTS / "speed_growth.json").read_text(encoding="utf-8"))
     columns = {name: table["columns"].index(name) for name in ("unknowns", "solved by", "memory [GB]", MATRICES)}
     rows = [{name: row[place] for name, place in columns.items()} for row in table["rows"]]
@@ -106,10 +106,10 @@ def test_the_refusal_names_need_memory_key_and_what_would_fit():
     need = memory_need(CUBE)
     with pytest.raises(MemoryNeedError, match=r"^seat.mesh.size: 3e\+05 unknowns.* GB") as refused:
         check_memory(CUBE, size=1e-3, levels=("axisymmetric", "sector"), available=1e9)
-    told = str(refused.value)
-    assert f"{need / 1e9:.2g} GB of memory, 1 GB" in told
-    assert 'seat.model = "axisymmetric", or seat.model = "sector"' in told
-    size = float(told.partition('seat.mesh.size = "')[2].partition(" mm")[0])
+    message = str(refused.value)
+    assert f"{need / 1e9:.2g} GB of memory, 1 GB" in message
+    assert 'seat.model = "axisymmetric", or seat.model = "sector"' in message
+    size = float(message.partition('seat.mesh.size = "')[2].partition(" mm")[0])
     check_memory(CUBE.scaled(size**-3), available=1e9)  # the size it advises does fit
     with pytest.raises(MemoryNeedError):
         check_memory(CUBE.scaled((0.9 * size) ** -3), available=1e9)

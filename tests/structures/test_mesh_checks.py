@@ -24,7 +24,7 @@ def reference_element(nodes):
 
 
 def side_by_side(nodes, gap):
-    """Two equal elements, the second moved along x; no node is shared."""
+    """Return two equal elements, the second moved along x; no node is shared."""
     one = reference_element(nodes)
     points = np.vstack([one.points, one.points + np.array([1.0 + gap, 0.0, 0.0])])
     return MeshArrays(points, np.arange(2 * nodes).reshape(2, nodes), {}, {}, "two.inp")
@@ -163,7 +163,7 @@ def one_tet(order: int = 1) -> MeshArrays:
 
 
 def grid(nodes: int) -> MeshArrays:
-    """2 x 2 x 1 hexahedra of 8 or 27 nodes on [0, 2] x [0, 2] x [0, 1]."""
+    """Return 2 x 2 x 1 hexahedra of 8 or 27 nodes on [0, 2] x [0, 2] x [0, 1]."""
     shifts = np.array([(i, j, 0) for i in range(2) for j in range(2)], dtype=float)
     every = (CELL_KINDS[nodes].nodes[None] + shifts[:, None]).reshape(-1, 3)
     points, cells = np.unique(every, axis=0, return_inverse=True)

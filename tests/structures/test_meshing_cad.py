@@ -269,10 +269,10 @@ open(sys.argv[2], "w").write(json.dumps([areas, volumes, len(gmsh.model.getEntit
 @pytest.mark.slow
 def test_healing_keeps_colours_and_regions(tmp_path):
     part = CadPart(INSERT, regions=(Region("ring", colour=ORANGE), Region("body", colour=GREY)))
-    found = tmp_path / "found.json"
-    command = [sys.executable, "-c", HEALING, json.dumps(encode(part)), str(found)]
+    record = tmp_path / "found.json"
+    command = [sys.executable, "-c", HEALING, json.dumps(encode(part)), str(record)]
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL, cwd=MESHES.parent)
-    areas, volumes, faces = json.loads(found.read_text())
+    areas, volumes, faces = json.loads(record.read_text())
     assert areas == pytest.approx({"contact": 1e6 * ring(8e-3, 4e-3), "fixed": 1e6 * PLATE}, rel=1e-6)
     inset = 1e6 * ring(8e-3, 4e-3) * 3  # mm^3
     assert volumes == pytest.approx({"ring": inset, "body": 1e6 * PLATE * 9 - inset}, rel=1e-6)

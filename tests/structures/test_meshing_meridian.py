@@ -16,7 +16,7 @@ FAMILIES = [AnnularSeat(), FILLETED, FLAT, CONE, Stopper(), Stopper(dome_radius=
 
 
 def exact(geometry) -> dict[str, float]:
-    """Contact area by the formulas of the ring, of the cone's frustum, and of the spherical cap."""
+    """Return the contact area of the ring, frustum or spherical cap by its formula, and the fixed area."""
     if isinstance(geometry, AnnularSeat):
         inner = geometry.bore_radius + geometry.lip_edge_radius
         outer = geometry.bore_radius + geometry.lip_width - geometry.lip_edge_radius
@@ -32,7 +32,7 @@ def exact(geometry) -> dict[str, float]:
 
 
 def volume(geometry) -> float:
-    """Plate, cylinder or ring, less the cone or the dome's spandrel."""
+    """Return the volume of plate, cylinder or ring, less the cone or the dome's spandrel."""
     if isinstance(geometry, ConicalSeat):
         depth, wide = geometry.face_width * math.cos(math.pi / 4), 4e-3 + geometry.face_width * math.sin(math.pi / 4)
         frustum = math.pi / 3 * depth * (wide**2 + wide * 4e-3 + 4e-3**2)

@@ -18,7 +18,7 @@ SPEC = MeshSpec(3e-3, 2e-3)
 
 
 def exact(geometry) -> tuple[float, float, float]:
-    """Volume, contact area, fixed area."""
+    """Return volume, contact area, fixed area."""
     if isinstance(geometry, Bar):
         section = geometry.width * geometry.height
         return section * geometry.length, section, section
@@ -70,7 +70,7 @@ def test_mesh_is_the_closed_form(geometry, sector):
 
 
 def closed(mesh) -> bool:
-    """Contact and symmetry planes share no facet, and no facet in a cut plane is left without its name."""
+    """Return whether contact and symmetry planes share no facet, and each facet in a cut plane has its name."""
     named = np.concatenate([mesh.boundaries["symmetry_0"], mesh.boundaries["symmetry_1"]])
     others = np.setdiff1d(mesh.boundary_facets(), named)
     x, y, _ = mesh.p[:, mesh.facets[:, others]]

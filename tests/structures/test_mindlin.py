@@ -17,20 +17,20 @@ STEEL = Material(206e9, 0.3, 7800.0)
 
 
 def patch_of(lip: Lip, centre: tuple[float, float]) -> Patch:
-    """Of one that is not divided."""
+    """Return the one patch of a lip that is not divided."""
     (patch,) = lip.patches(centre).values()
     return patch
 
 
 def bulged(points: Array) -> Array:
-    """The unit square with curved elements inside and straight sides."""
+    """Return the unit square with curved elements inside and straight sides."""
     x, y = points.T
     bulge = 0.06 * np.sin(np.pi * x) * np.sin(np.pi * y)
     return np.stack([x + bulge * np.cos(2 * y), y - bulge], axis=1)
 
 
 def straightened(mesh: PlateMesh, corners: Array) -> PlateMesh:
-    """The mesh with its vertices elsewhere, and straight sides between them."""
+    """Return the mesh with its vertices elsewhere, and straight sides between them."""
     points, cells = corners.copy(), mesh.cells
     for k in range(4):
         points[cells[:, 4 + k]] = (corners[cells[:, k]] + corners[cells[:, (k + 1) % 4]]) / 2
@@ -43,12 +43,12 @@ def rigidity(h: float, material: Material = STEEL) -> float:
 
 
 def reduced_frequencies(model: SecondOrderModel, h: float, n: int) -> Array:
-    """omega a^2 sqrt(rho h/D) of a plate with a = 1 m."""
+    """Return omega a^2 sqrt(rho h/D) of a plate with a = 1 m."""
     return np.asarray(solve_modes(model, n).omega * np.sqrt(STEEL.density * h / rigidity(h)))
 
 
 def supported(h: float, m: int, n: int) -> float:
-    """omega [rad/s] of the simply supported unit square, w = sin(m pi x) sin(n pi y), a = A grad of it: exact.
+    """Return omega [rad/s] of the simply supported unit square, w = sin(m pi x) sin(n pi y), a = A grad of it: exact.
 
     With k^2 = pi^2 (m^2 + n^2) and S = kappa G h, K = [[S k^2, -S k^2], [-S k^2, D k^4 + S k^2]] and
     M = diag(rho h, rho h^3/12 k^2). Source: R. D. Mindlin, J. Appl. Mech. 18 (1951) 31.
@@ -64,7 +64,7 @@ def supported(h: float, m: int, n: int) -> float:
 @pytest.mark.parametrize("warp", [None, bulged])
 @pytest.mark.parametrize("h", [0.2, 0.01])
 def test_a_simply_supported_plate_converges_with_order_four(h: float, warp: Warp | None) -> None:
-    """Hard supports; thick and thin, of squares and of curved elements alike."""
+    """Frequencies under hard supports converge alike for thick and thin plates, squares and curved elements."""
     exact = np.sort([supported(h, m, n) for m in range(1, 6) for n in range(1, 6)])[:6]
     held: dict[str, tuple[Unknown, ...]] = {
         "left": ("w", "a_y"),
@@ -120,32 +120,32 @@ def test_a_strip_without_contraction_is_a_timoshenko_beam() -> None:
 
 
 def test_static_deflection_under_pressure() -> None:
-    """Mean deflection of a strip under unit force, uniform: L^3/(20 E I) + L/(3 kappa G A), nu = 0."""
+    """A strip's mean deflection under unit force, spread evenly, is L^3/(20 E I) + L/(3 kappa G A), nu = 0."""
     length, width, h = 0.1, 0.02, 0.02
     mesh = grid((8, 2), (length, width))
     model = assemble_plate(mesh, Material(206e9, 0.0, 7800.0), h, clamped="left")
     b = everywhere(mesh)[model.dofs.free]
-    found = b @ scipy.sparse.linalg.spsolve(model.K.tocsc(), b)
+    deflection = b @ scipy.sparse.linalg.spsolve(model.K.tocsc(), b)
     inertia, section = width * h**3 / 12, width * h
     exact = length**3 / (20 * 206e9 * inertia) + length / (3 * 5 / 6 * 103e9 * section)
-    assert found == pytest.approx(exact, rel=1e-3)
+    assert deflection == pytest.approx(exact, rel=1e-3)
     assert exact - length**3 / (20 * 206e9 * inertia) > 0.03 * exact  # the shear counts
 
 
 def constant_curvature(mesh: PlateMesh) -> Array:
-    """w = x^2/2 - x y + y^2 and its slopes, at the nodes, as unknowns."""
+    """Return w = x^2/2 - x y + y^2 and its slopes, at the nodes, as unknowns."""
     x, y = mesh.points.T
     return np.stack([x**2 / 2 - x * y + y**2, mesh.side * (x - y), mesh.side * (2 * y - x)], axis=1).ravel()
 
 
 def curvature_energy(h: float) -> float:
-    """2 U of it on the unit square: D ((1 + 2)^2 - 2 (1 - nu) (1 * 2 - 1))."""
+    """Return 2 U of it on the unit square: D ((1 + 2)^2 - 2 (1 - nu) (1 * 2 - 1))."""
     return rigidity(h) * (9 - 2 * (1 - STEEL.poisson))
 
 
 @pytest.mark.parametrize("h", [0.2, 1e-3])
 def test_constant_curvature_on_distorted_elements(h: float) -> None:
-    """The patch test: no forces inside, the exact energy."""
+    """Distorted elements pass the patch test: no forces inside, and the exact energy."""
     mesh = grid((4, 4), (1.0, 1.0))
     inside = np.all((mesh.points > 1e-9) & (mesh.points < 1 - 1e-9), axis=1)
     moved = mesh.points + 0.06 * inside[:, None] * np.random.default_rng(1).uniform(-1, 1, mesh.points.shape)
@@ -181,7 +181,7 @@ def test_what_cannot_be_is_refused() -> None:
 
 @pytest.mark.parametrize("load", ["pressure", "gravity"])
 def test_a_uniform_load_bends_a_strip_as_a_beam(load: str) -> None:
-    """q L^4/(8 E I) at the tip, no Poisson effect; shear adds E h^2/(3 kappa G L^2) = 2e-5. By K, and by modes."""
+    """The tip sinks by q L^4/(8 E I), by K and by modes; shear adds E h^2/(3 kappa G L^2) = 2e-5."""
     length, width, thickness = 50e-3, 5e-3, 0.25e-3
     material = Material(206e9, 0.0, 7800.0)
     mesh = grid((20, 2), (length, width))

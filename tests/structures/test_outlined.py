@@ -42,9 +42,9 @@ def turned(places: tuple[tuple[float, float], ...], angle: float) -> tuple[tuple
 def test_the_square_cantilever_plate() -> None:
     rigidity = STEEL.young * PLATE.thickness**3 / (12 * (1 - STEEL.poisson**2))
     scale = 2 * np.pi * 1e-4 * math.sqrt(STEEL.density * PLATE.thickness / rigidity)
-    found = frequencies(PLATE) * scale
-    assert (found < YOUNG).all()
-    assert found == pytest.approx(YOUNG, rel=8e-3)
+    scaled = frequencies(PLATE) * scale
+    assert (scaled < YOUNG).all()
+    assert scaled == pytest.approx(YOUNG, rel=8e-3)
 
 
 def test_it_may_lie_anywhere_and_run_either_way() -> None:
@@ -59,7 +59,7 @@ def test_it_may_lie_anywhere_and_run_either_way() -> None:
 
 @pytest.mark.slow
 def test_beyond_a_line_all_is_clamped() -> None:
-    """As if the sheet ended there: an edge on the line, and a longer sheet cut by it, are the same."""
+    """A sheet cut by the clamping line is the same as one whose edge lies on it."""
     longer = ((-4e-3, -5e-3), *SQUARE[1:3], (-4e-3, 5e-3))
     for outline in (SQUARE, longer):
         cut = Outlined(outline, 0.05e-3, (8e-3, 0.0), side=(-2.0, 0.0, 0.0))
@@ -78,8 +78,8 @@ def test_a_flapper_by_its_corners() -> None:
     lower = [(a, -b) for a, b in upper[:-1]]
     shape = Outlined((*lower, *upper[::-1]), 0.3e-3, reed.centre, segment=((0.0, -4e-3), (0.0, 4e-3)))
     assert shape.area == pytest.approx(reed.area, rel=1.2e-3)
-    found = plate_modes(Sheet(shape, STEEL, 10e3)).modes.frequencies_hz[:3]
-    assert found == pytest.approx((196.6, 915.2, 1644.0), rel=5e-3)
+    lowest = plate_modes(Sheet(shape, STEEL, 10e3)).modes.frequencies_hz[:3]
+    assert lowest == pytest.approx((196.6, 915.2, 1644.0), rel=5e-3)
 
 
 SLOT = ((4e-3, -1e-3), (6e-3, -1e-3, 1.0), (6e-3, 1e-3), (4e-3, 1e-3, 1.0))  # round ends
@@ -87,7 +87,7 @@ DISC = ((10e-3, 0.0, 1.0), (-10e-3, 0.0, 1.0))
 
 
 def test_a_line_cuts_arcs_exactly() -> None:
-    """A disc of radius r beyond x = -r/2: pi r^2 less the segment of 120 degrees; the hole at the other end is gone."""
+    """A disc cut at x = -r/2 has pi r^2 less the segment of 120 degrees; the hole beyond the cut is gone."""
     slots = tuple(tuple((x + off, *rest) for x, *rest in SLOT) for off in (-12.5e-3, -2e-3))
     cut = Outlined(DISC, 0.1e-3, (7e-3, 0.0), side=(-1.0, 0.0, 5e-3), holes=slots)
     lost = 1e-4 / 2 * (2 * math.pi / 3 - math.sin(2 * math.pi / 3))
@@ -192,7 +192,7 @@ UMBRELLA = Outlined(DISC, 0.04e-3, (0.0, 0.0), holes=(WASHER,), hole=(0.0, 0.0))
 
 
 def held_inside(k: float, n: int, ratio: float) -> float:
-    """Zero where J, Y, I, K_n(k r/a) have a sum at rest and level at r = ratio a, without moment and force at r = a.
+    """Return 0 where J, Y, I, K_n(k r/a) have a sum at rest and level at r = ratio a, and free at r = a.
 
     Source: Leissa, Vibration of Plates, NASA SP-160, section 2.2, w = (A J_n + B Y_n + C I_n + D K_n) cos n th.
     """
@@ -209,14 +209,14 @@ def held_inside(k: float, n: int, ratio: float) -> float:
 
 @pytest.mark.slow
 def test_a_disc_held_at_its_middle_converges_to_the_bessel_determinant() -> None:
-    """With order 2, first without nodal diameters, then with n = 1 and 2; h/a = 0.004: shear takes 2e-4 at most."""
+    """The frequencies of n = 0, 1, 2 converge with order 2; at h/a = 0.004 shear takes 2e-4 at most."""
     rigidity = STEEL.young * UMBRELLA.thickness**3 / (12 * (1 - STEEL.poisson**2))
     scale = 2 * np.pi * 10e-3**2 * math.sqrt(STEEL.density * UMBRELLA.thickness / rigidity)
     exact = [brentq(lambda k, n=n: held_inside(k, n, 0.25), 1.2, 3.2) ** 2 for n in (1, 0, 2)]
-    found = np.array(
+    lowest = np.array(
         [plate_modes(Sheet(UMBRELLA, STEEL, 1e3, size)).modes.frequencies_hz[:5] for size in (2e-3, 1e-3, 0.5e-3)]
     )
-    tilting, breathing, folded = (scale * found[:, k] for k in ([0, 1], [2], [3, 4]))
+    tilting, breathing, folded = (scale * lowest[:, k] for k in ([0, 1], [2], [3, 4]))
     for modes, root in zip((tilting, breathing, folded), exact, strict=True):
         assert modes[-1] == pytest.approx(root, rel=3e-4)
     coarse, middle, fine = breathing[:, 0]
@@ -225,7 +225,7 @@ def test_a_disc_held_at_its_middle_converges_to_the_bessel_determinant() -> None
 
 
 def test_the_nodes_of_a_clamped_hole_are_those_of_its_edge() -> None:
-    """Round or with corners, wherever the point lies in it; the other hole stays free."""
+    """A hole around the point, round or not, is clamped along its edge; the other one stays free."""
     square = ((5e-3, -1e-3), (7e-3, -1e-3), (7e-3, 1e-3), (5e-3, 1e-3))
     for point, held in (((1e-3, 1e-3), WASHER), ((2.5e-3, 0.0), WASHER), ((6.5e-3, 0.5e-3), square)):
         shape = replace(UMBRELLA, holes=(WASHER, square), hole=point)

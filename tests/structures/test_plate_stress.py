@@ -17,7 +17,7 @@ LENGTH, WIDTH, THICKNESS = 20e-3, 2e-3, 0.2e-3
 
 
 def strip(columns: int, rows: int) -> PlateMesh:
-    """Clamped at x = 0."""
+    """Return a strip clamped at x = 0."""
     x, y = np.linspace(0, LENGTH, 2 * columns + 1), np.linspace(0, WIDTH, 2 * rows + 1)
     number = np.arange(x.size * y.size).reshape(x.size, y.size)
     cells = [
@@ -30,7 +30,7 @@ def strip(columns: int, rows: int) -> PlateMesh:
 
 
 def test_a_strip_under_a_tip_force_is_a_beam() -> None:
-    """Without Poisson's ratio to the root; F = 1 N over the last element's end."""
+    """A plate without Poisson's ratio has the beam's stress to the root; F = 1 N acts over the last element's end."""
     beam = Material(200e9, 0.0, 7850.0)
     mesh = strip(20, 2)
     tip = Patch(np.array([(LENGTH, y) for y in np.linspace(0, WIDTH, 21)]), np.ones(21))
@@ -44,16 +44,16 @@ def test_a_strip_under_a_tip_force_is_a_beam() -> None:
 
 
 def field_error(columns: int) -> float:
-    """Of the stress of w = (x/a)^4/24 at the nodes, the interior rotations being interpolated."""
+    """Return the error of the stress of w = (x/a)^4/24 at the nodes, with interpolated interior rotations."""
     material = Material(200e9, 0.3, 7850.0)
     mesh = strip(columns, 2)
     model = assemble_plate(mesh, material, THICKNESS)
     x = mesh.points[:, 0] / LENGTH
     unknowns = np.stack([x**4 / 24, mesh.side * x**3 / 6 / LENGTH, 0 * x], axis=1).ravel()
-    found = (plate_stress(mesh, material, THICKNESS, model, plate_nodes(mesh)) @ unknowns).reshape(-1, 6)
+    computed = (plate_stress(mesh, material, THICKNESS, model, plate_nodes(mesh)) @ unknowns).reshape(-1, 6)
     edge = 200e9 * THICKNESS / 2 / (1 - 0.3**2) / LENGTH**2
     exact = -edge * np.stack([x**2 / 2, 0.3 * x**2 / 2, *np.zeros((4, len(x)))], axis=1)
-    return float(np.abs(found - exact).max() / edge)
+    return float(np.abs(computed - exact).max() / edge)
 
 
 def test_stress_at_the_nodes_is_of_second_order() -> None:
@@ -75,8 +75,8 @@ def test_pure_bending_is_exact() -> None:
         return (plate_stress(mesh, material, THICKNESS, model, sites) @ unknowns).reshape(-1, 6)
 
     moment = 200e9 * THICKNESS**3 / 12 / (1 - 0.3**2) * np.array([1 + 0.3 * 2, 2 + 0.3 * 1, 0, 0, 0, 0.7 * 0.5])
-    found = stress(1.0, 2.0, 0.5)
-    np.testing.assert_allclose(found, np.tile(-6 * moment / THICKNESS**2, (len(found), 1)), rtol=1e-8, atol=10.0)
+    tensor = stress(1.0, 2.0, 0.5)
+    np.testing.assert_allclose(tensor, np.tile(-6 * moment / THICKNESS**2, (len(tensor), 1)), rtol=1e-8, atol=10.0)
 
 
 def test_points_off_the_plate_are_refused() -> None:
@@ -86,7 +86,7 @@ def test_points_off_the_plate_are_refused() -> None:
 
 @pytest.mark.slow
 def test_the_first_mode_of_a_strip_bears_root_3_rho_c_v_at_its_clamp() -> None:
-    """Of tip velocity v, at a quarter of its period; it goes on under a force that hardly presses."""
+    """The clamp bears root 3 rho c v of the tip's v after a quarter period, also under a force that hardly presses."""
     beam = Material(200e9, 0.0, 7850.0)
     mesh = strip(12, 1)
     tip = Patch(np.array([(LENGTH, WIDTH / 2)]), np.ones(1))
@@ -104,11 +104,11 @@ def test_the_first_mode_of_a_strip_bears_root_3_rho_c_v_at_its_clamp() -> None:
     quarter = np.pi / 2 / omega[0]
     force = np.zeros(int(1.5 * quarter / dt))
     force[int(1.2 * quarter / dt) :] = 1e-6
-    found = largest(field, force, dt)
+    peaks = largest(field, force, dt)
     exact = np.sqrt(3 * 200e9 * 7850) * speed
-    assert found.initial.von_mises[0] == pytest.approx(exact, rel=0.01)
-    assert found.initial.von_mises_time[0] == pytest.approx(quarter, rel=0.01)
-    assert found.after_contact.von_mises[0] == pytest.approx(exact * np.cos(0.2 * np.pi / 2), rel=0.02)
+    assert peaks.initial.von_mises[0] == pytest.approx(exact, rel=0.01)
+    assert peaks.initial.von_mises_time[0] == pytest.approx(quarter, rel=0.01)
+    assert peaks.after_contact.von_mises[0] == pytest.approx(exact * np.cos(0.2 * np.pi / 2), rel=0.02)
     at_once = at_time(field, force, dt, int(quarter / dt))
     assert von_mises(at_once)[0] == pytest.approx(exact, rel=0.01)
 

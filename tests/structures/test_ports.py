@@ -14,7 +14,7 @@ AROUND, UP = 48, 8
 
 
 def tube(top: float) -> tuple[skfem.MeshHex, skfem.MeshQuad]:
-    """A thick tube 1 high, its bore from radius 1 below to ``top`` above: in space, and its half section."""
+    """Return a thick tube 1 high, its bore from radius 1 to ``top``: in space, and its half section."""
     section = skfem.MeshQuad.init_tensor(np.array([0.0, 0.5, 1.0]), np.linspace(0, 1, UP + 1))
     bore = 1 + (top - 1) * section.p[1]
     flat = skfem.MeshQuad(np.stack([bore + section.p[0] * (3 - bore), section.p[1]]), section.t)
@@ -36,12 +36,12 @@ def tube(top: float) -> tuple[skfem.MeshHex, skfem.MeshQuad]:
 
 
 def heights(model: SecondOrderModel) -> list[float]:
-    """Mean height of each ring."""
-    found = []
+    """Return the mean height of each ring."""
+    means = []
     for port in model.ports.values():
         weight = np.linalg.norm(model.expand(port.vector), axis=0)
-        found.append(float(weight @ model.dofs.points[2] / weight.sum()))
-    return found
+        means.append(float(weight @ model.dofs.points[2] / weight.sum()))
+    return means
 
 
 @pytest.mark.parametrize(("top", "up"), [(1.0, True), (1.5, True), (0.5, False)])

@@ -42,7 +42,7 @@ def rod():
 
 @pytest.fixture(scope="module")
 def block():
-    """Steel block, two patches on its top, about 1000 unknowns, not symmetric."""
+    """Return a steel block, two patches on its top, about 1000 unknowns, not symmetric."""
     mesh = skfem.MeshTet.init_tensor(
         np.linspace(0, 12e-3, 5) ** 1.05, np.linspace(0, 11e-3, 5), np.linspace(0, 4e-3, 3)
     )
@@ -52,7 +52,7 @@ def block():
 
 @cache
 def spectrum(size, *matrices):
-    """Of two matrices as bytes: the models serve many tests."""
+    """Return eigenvalues and modes of two matrices, given as bytes to be kept for many tests."""
     return scipy.linalg.eigh(*(np.frombuffer(matrix).reshape(size, size) for matrix in matrices))
 
 
@@ -133,8 +133,8 @@ def test_vectors_of_rounded_solutions_make_the_same_g(block, monkeypatch, dampin
 @pytest.mark.slow
 @pytest.mark.parametrize("damping", [Damping(), Damping(0.05)])
 def test_modal_error_is_below_its_estimate(block, damping):
-    found = Modal().reduce(block, damping, Aims(1e5, 5e-5, 2e-2))
-    greens, modes = found.greens, found.modes
+    narrow = Modal().reduce(block, damping, Aims(1e5, 5e-5, 2e-2))
+    greens, modes = narrow.greens, narrow.modes
     stated = greens.error_estimate.reduction
     error = true_error(greens, block, damping, 1e5, 5e-5)
     assert error <= stated <= 2e-2
@@ -158,7 +158,7 @@ def test_an_unknown_impedance_gives_a_bare_spring(rod):
 
 @pytest.mark.slow
 def test_the_marched_samples_are_second_order(rod):
-    """Newmark against the exact modes of the same matrices, after the pulse: error/4 when h is halved."""
+    """Newmark's samples tend to all modes of the same matrices after the pulse at second order."""
     duration, width = 4e-5, 1e-5
     t = np.linspace(0, duration, 161)
     exact = all_modes(rod, Damping()).filtered(t, width)
@@ -267,11 +267,11 @@ WIDTH, SPAN, SHORT = 1 / 4e5, 4e-5, 5e-6
 
 
 def late_error(model, greens, ratio, duration):
-    """Largest error of g after the pulse, relative to its largest value, over ``duration``; all modes are the truth."""
+    """Return the largest error of g after the pulse over ``duration``, of its largest value; all modes are true."""
     exact = all_modes(model, model.damping.plus(ratio))
     t = np.linspace(0.0, duration, 2000)
-    truth, found = (g.filtered_matrix(t, WIDTH) for g in (exact, greens))
-    return float(np.abs(truth - found).max() / np.abs(truth).max())
+    truth, computed = (g.filtered_matrix(t, WIDTH) for g in (exact, greens))
+    return float(np.abs(truth - computed).max() / np.abs(truth).max())
 
 
 @pytest.mark.slow
@@ -300,16 +300,16 @@ def test_where_krylov_vectors_do_not_suffice_the_next_way_is_taken(block, monkey
     ways = {"krylov": Krylov(most=12), "modes": Modal()}
     monkeypatch.setattr(reductions, "reducers", lambda: ways)
     arguments = {"bandwidth": 1 / WIDTH, "duration": SPAN, "tolerance": 2e-2}
-    found, modes = greens_function(block, **arguments), greens_function(block, **arguments, method="modes")
-    assert found.origin["method"] == "modes"
-    assert "not by krylov: 12 Krylov vectors leave" in found.origin["reason"]
-    assert np.array_equal(found.omega, modes.omega)
+    greens, modes = greens_function(block, **arguments), greens_function(block, **arguments, method="modes")
+    assert greens.origin["method"] == "modes"
+    assert "not by krylov: 12 Krylov vectors leave" in greens.origin["reason"]
+    assert np.array_equal(greens.omega, modes.omega)
     with pytest.raises(ConvergenceError, match=r"^krylov: 12 Krylov vectors leave .*seat\.greens\.max_vectors"):
         greens_function(block, **arguments, max_vectors=12)
     ways["modes"] = Modal(most=3)
-    with pytest.raises(ConvergenceError, match=r"(?s)^krylov: 12 Krylov.*bandwidth.*; modes: .*") as told:
+    with pytest.raises(ConvergenceError, match=r"(?s)^krylov: 12 Krylov.*bandwidth.*; modes: .*") as refused:
         greens_function(block, **arguments)
-    assert "use method" not in str(told.value)
+    assert "use method" not in str(refused.value)
 
 
 @pytest.mark.parametrize("method", ["krylov", "second_order"])
@@ -364,8 +364,8 @@ def test_a_free_block_keeps_its_rigid_part_exactly(method):
 
 @pytest.mark.slow
 def test_a_band_below_the_lowest_mode_is_answered(block):
-    found = Modal().reduce(block, Damping(), Aims(2e4, 1e-4, 2e-2))
-    greens, modes = found.greens, found.modes
+    narrow = Modal().reduce(block, Damping(), Aims(2e4, 1e-4, 2e-2))
+    greens, modes = narrow.greens, narrow.modes
     assert len(modes.omega) >= 1
     assert true_error(greens, block, Damping(), 2e4, 1e-4) <= greens.error_estimate.reduction <= 2e-2
 

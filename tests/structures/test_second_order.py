@@ -34,13 +34,13 @@ def test_coupled_damping_is_the_matrix_exponential():
     first = np.block([[np.zeros((5, 5)), np.eye(5)], [-np.diag(omega**2), -C]])
     for t in (0.3, 2.0, 11.0):
         exact = ports.T @ scipy.linalg.expm(first * t)[:5, 5:] @ ports
-        found = [[float(greens.impulse_response(t, i, j)) for j in range(2)] for i in range(2)]
-        assert np.array(found) == pytest.approx(exact, abs=1e-11)
+        response = [[float(greens.impulse_response(t, i, j)) for j in range(2)] for i in range(2)]
+        assert np.array(response) == pytest.approx(exact, abs=1e-11)
 
 
 @pytest.mark.parametrize("share", [0.1, 1.0, 5.0])
 def test_a_rod_on_a_dashpot_is_dalemberts(share):
-    """Force at one end, dashpot share*Z at the other: echoes (-1)^... times ((1 - share)/(1 + share))^n."""
+    """Between the echoes of a dashpot share*Z, g is 1/Z (1 + 2 sum of R^k), R = (1 - share)/(1 + share)."""
     model = rod_model(**ROD, elements=80, fixed_end=False)
     far = np.zeros(model.size)
     far[np.argmax(model.dofs.points[0, model.dofs.free])] = 1.0
@@ -118,6 +118,6 @@ def test_a_space_of_all_there_is_is_exact(name: str, frequencies: tuple[float, .
     greens = greens_function(model, bandwidth=100e3, duration=2e-4, tolerance=1e-6, method=name)
     exact = poles(Coupled(omega, C, push[:, None]), ("contact",))
     t = np.linspace(0.0, 2e-4, 300)
-    found, right = (g.filtered(t, 1e-5) for g in (greens, exact))
+    computed, right = (g.filtered(t, 1e-5) for g in (greens, exact))
     assert greens.error_estimate.reduction <= 1e-6
-    assert np.abs(found - right).max() < 1e-9 * np.abs(right).max()
+    assert np.abs(computed - right).max() < 1e-9 * np.abs(right).max()

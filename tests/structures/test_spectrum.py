@@ -21,7 +21,7 @@ STEEL = {"young": 200e9, "poisson": 0.3, "density": 7850.0}
 
 
 def pencil(values, seed=0):
-    """Dense K and M with the eigenvalues ``values``: M a random positive matrix, M = L L', K = L Q diag Q' L'."""
+    """Return dense K and M with the eigenvalues ``values``: M = L L' a random positive matrix, K = L Q diag Q' L'."""
     rng = np.random.default_rng(seed)
     n = len(values)
     lower = np.tril(rng.normal(size=(n, n)) * 0.3 / np.sqrt(n), -1) + np.diag(rng.uniform(0.7, 1.4, n))
@@ -46,19 +46,19 @@ SPECTRA = {
 @pytest.mark.parametrize(("name", "backend"), [*((name, "auto") for name in SPECTRA), ("clusters", "superlu")])
 def test_random_pencils_are_solved_whole(name, backend):
     values = SPECTRA[name]
-    found = solve_modes(pencil(values), 16, backend=backend)
-    assert found.complete
+    modes = solve_modes(pencil(values), 16, backend=backend)
+    assert modes.complete
     # round-off of a dense K of norm max(values) is eps of that, some ten times over
-    assert found.omega**2 == pytest.approx(values[:16], rel=1e-9, abs=20 * 2.2e-16 * values.max())
-    assert np.array_equal(found.shapes, solve_modes(pencil(values), 16, backend=backend).shapes)
+    assert modes.omega**2 == pytest.approx(values[:16], rel=1e-9, abs=20 * 2.2e-16 * values.max())
+    assert np.array_equal(modes.shapes, solve_modes(pencil(values), 16, backend=backend).shapes)
 
 
 @pytest.mark.slow
 def test_all_below_a_frequency():
     values, model, limit = SPECTRA["tenfold"], pencil(SPECTRA["tenfold"]), 8.5
-    found = solve_modes(model, up_to_hz=np.sqrt(limit) / (2 * np.pi))
-    assert found.complete
-    assert len(found.omega) == np.sum(values < limit)
+    modes = solve_modes(model, up_to_hz=np.sqrt(limit) / (2 * np.pi))
+    assert modes.complete
+    assert len(modes.omega) == np.sum(values < limit)
     assert len(solve_modes(model, 3, up_to_hz=np.sqrt(limit) / (2 * np.pi)).omega) == 3
 
 
@@ -82,9 +82,9 @@ def test_a_shift_that_is_an_eigenvalue_is_moved():
 def test_several_shifts_are_taken_for_many(monkeypatch):
     monkeypatch.setattr(spectrum, "_AT_ONCE", 12)
     values, model = SPECTRA["clusters"], pencil(SPECTRA["clusters"])
-    found = solve_modes(model, 60)
-    assert found.complete
-    assert found.omega**2 == pytest.approx(values[:60], rel=1e-9)
+    modes = solve_modes(model, 60)
+    assert modes.complete
+    assert modes.omega**2 == pytest.approx(values[:60], rel=1e-9)
 
 
 @pytest.fixture(scope="module")
@@ -119,10 +119,10 @@ def test_it_says_so_where_nothing_counts(square_block, monkeypatch):
         return replace(factorize(matrix, definite=definite, **named), negative_pivots=None)
 
     monkeypatch.setattr(eigen_search, "factorize", blind)
-    found = solve_modes(model, 10)
+    modes = solve_modes(model, 10)
     assert exact.complete
-    assert not found.complete
-    assert found.frequencies_hz == pytest.approx(exact.frequencies_hz, rel=1e-9)
+    assert not modes.complete
+    assert modes.frequencies_hz == pytest.approx(exact.frequencies_hz, rel=1e-9)
 
 
 @pytest.mark.slow
@@ -154,7 +154,7 @@ def test_unusable_requests(square_block):
 
 
 def test_progress_is_reported_before_each_block(monkeypatch):
-    """By it a limit of time ends the search; one of some 160 modes had a single report."""
+    """A report, by which a limit of time ends the search, stands before each block."""
     events = []
     expand = spectrum.BlockLanczos.expand
 

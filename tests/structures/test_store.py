@@ -28,8 +28,8 @@ def test_what_was_put_is_got(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_writers_and_readers_at_once_never_meet_half_a_file(tmp_path: Path) -> None:
-    told: list[str] = []
-    store = Store(tmp_path, told.append)
+    problems: list[str] = []
+    store = Store(tmp_path, problems.append)
     store.put(KEY, SEAT)
 
     def work(number: int) -> bool:
@@ -39,7 +39,7 @@ def test_writers_and_readers_at_once_never_meet_half_a_file(tmp_path: Path) -> N
 
     with ThreadPoolExecutor(4) as pool:
         assert all(pool.map(work, range(40)))
-    assert told == []
+    assert problems == []
     assert [path.name for path in tmp_path.iterdir()] == [f"{KEY}.h5"]
 
 

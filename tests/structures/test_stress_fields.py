@@ -24,7 +24,7 @@ SQUARE = 2e-3 * 3e-3  # of the block's face
 
 
 def block(kind: Any) -> Any:
-    """2 x 3 x 4 mm; nothing leaves the planes x = 0, y = 0, z = 0; pushed at z = 4 mm."""
+    """Return a block of 2 x 3 x 4 mm, held normally on x = 0, y = 0 and z = 0, and pushed at z = 4 mm."""
     mesh = kind().refined(1).scaled((2e-3, 3e-3, 4e-3))
     sides = {name: (lambda x, k=k: x[k] < 1e-9) for k, name in enumerate(("x0", "y0", "z0"))}
     return mesh.with_boundaries({**sides, "contact": lambda x: x[2] > 4e-3 - 1e-9})
@@ -36,15 +36,15 @@ def block(kind: Any) -> Any:
 def test_uniform_tension_along_the_normal_is_exact(kind: Any, order: int, material: Any) -> None:
     mesh = block(kind)
     model = assemble(mesh, material, fixed=(), sliding=("x0", "y0", "z0"), order=order)
-    made = elements_of(mesh, order)
-    for sites in (on_surface(made), at_points(made, np.array([(1.1e-3, 1.3e-3, 2.7e-3)]))):
+    elements = elements_of(mesh, order)
+    for sites in (on_surface(elements), at_points(elements, np.array([(1.1e-3, 1.3e-3, 2.7e-3)]))):
         push = np.linalg.solve(model.K.toarray(), model.port_matrix)
-        stress = (solid_stress(made, material, model, sites) @ push).reshape(-1, 6)
+        stress = (solid_stress(elements, material, model, sites) @ push).reshape(-1, 6)
         np.testing.assert_allclose(stress, [[0, 0, 1 / SQUARE, 0, 0, 0]] * len(sites), atol=1e-9 / SQUARE)
 
 
 def section(rows: int, columns: int, length: float, radii: Any, kind: Any = skfem.MeshQuad2) -> Any:
-    """Between r = radii(z)[0] and radii(z)[1], curved elements; z = 0 "fixed", z = length "contact"."""
+    """Return curved elements between r = radii(z)[0] and [1]; z = 0 is "fixed", z = length "contact"."""
     straight = skfem.MeshQuad.init_tensor(np.linspace(0, 1, columns + 1), np.linspace(0, length, rows + 1))
     mesh = (straight if kind is skfem.MeshQuad2 else straight.to_meshtri()).with_boundaries(
         {"fixed": lambda x: x[1] < 1e-9, "contact": lambda x: x[1] > length - 1e-9, "inner": lambda x: x[0] < 1e-9}
@@ -58,17 +58,17 @@ def section(rows: int, columns: int, length: float, radii: Any, kind: Any = skfe
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", [skfem.MeshQuad2, skfem.MeshTri2])
 def test_a_thick_walled_ring_under_pressure_has_the_stress_of_lame(kind: Any) -> None:
-    """In plane strain, at its surfaces; the error falls as h^2 at least."""
+    """Stress in plane strain at the ring's surfaces is Lame's; the error falls as h^2 at least."""
     a, b, height = 2e-3, 4e-3, 1e-3
     errors = []
     for columns in (4, 8):
         mesh = section(2, columns, height, lambda z: (a + 0 * z, b + 0 * z), kind)
         model = assemble_axisymmetric(mesh, STEEL, fixed=(), sliding=("fixed", "contact"), ports={"contact": "inner"})
-        made = elements_of(mesh)
-        sites = on_surface(made)
+        elements = elements_of(mesh)
+        sites = on_surface(elements)
         push = np.linalg.solve(model.K.toarray(), model.port_matrix)[:, 0]
         of_one_pascal = -2 * np.pi * a * height * push  # inwards
-        stress = (solid_stress(made, STEEL, model, sites) @ of_one_pascal).reshape(-1, 6)
+        stress = (solid_stress(elements, STEEL, model, sites) @ of_one_pascal).reshape(-1, 6)
         ratio = (b / sites.points[:, 0]) ** 2
         hoop, radial = ((1 + s * ratio) * a**2 / (b**2 - a**2) for s in (1, -1))
         exact = np.stack([radial, hoop, STEEL.poisson * (radial + hoop), *np.zeros((3, len(ratio)))], axis=1)
@@ -86,13 +86,13 @@ def half_sine(t: Array) -> Array:
 
 
 def rod(vectors: int, dt: float) -> StressField:
-    """Without Poisson's ratio a cylinder is the rod of the textbook; its own end at z = LENGTH is struck."""
+    """Return a cylinder without Poisson's ratio, which is the textbook's rod, struck at z = LENGTH."""
     thin = Material(200e9, 0.0, 7850.0, "rod")
     mesh = section(200, 1, LENGTH, lambda z: (0 * z, RADIUS + 0 * z))
     model = assemble_axisymmetric(mesh, thin)
-    made = elements_of(mesh)
+    elements = elements_of(mesh)
     points = np.array([(RADIUS / 2, LENGTH * (1 - x)) for x in (0.001, 0.1, 0.5)])
-    functional = solid_stress(made, thin, model, at_points(made, points))
+    functional = solid_stress(elements, thin, model, at_points(elements, points))
     return recover(model, functional, points, bandwidth=100e3, dt=dt, vectors=vectors)
 
 
@@ -115,7 +115,7 @@ def test_a_rod_under_a_pulse_has_the_stress_of_its_waves_with_exact_delays() -> 
 
 
 def filleted(z: Array) -> tuple[Array, Array]:
-    """A seat: bore of 1 mm, 4 mm outside, a lip of 1 mm width and a fillet of 1 mm between them."""
+    """Return the radii of a seat: bore of 1 mm, 4 mm outside, a lip of 1 mm and a fillet of 1 mm between."""
     foot, fillet = 2e-3, 1e-3
     lift = np.clip(z - foot, 0.0, fillet)
     wide = 3e-3 - np.sqrt(np.maximum(fillet**2 - (fillet - lift) ** 2, 0.0)) * 2
@@ -123,16 +123,16 @@ def filleted(z: Array) -> tuple[Array, Array]:
 
 
 def newmark(model: SecondOrderModel, force: Array, dt: float) -> Array:
-    """(n, steps + 1) by the rule of constant average acceleration."""
+    """Return (n, steps + 1) unknowns by the rule of constant average acceleration."""
     M, K, b = model.M, model.K, model.port_matrix[:, 0]
     solver = splu((M * (4 / dt**2) + K).tocsc())
     u = v = np.zeros(model.size)
-    a, found = np.zeros(model.size), np.zeros((len(force), model.size))
+    a, courses = np.zeros(model.size), np.zeros((len(force), model.size))
     for m in range(1, len(force)):
         new = solver.solve(b * force[m] + M @ (4 / dt**2 * u + 4 / dt * v + a))
         a, v, u = 4 / dt**2 * (new - u) - 4 / dt * v - a, 2 / dt * (new - u) - v, new
-        found[m] = u
-    return found.T
+        courses[m] = u
+    return courses.T
 
 
 @pytest.mark.slow
@@ -141,9 +141,9 @@ def test_a_filleted_seat_under_a_pulse_follows_a_time_integration() -> None:
     dt = width / 100
     mesh = section(24, 8, 4e-3, filleted)
     model = assemble_axisymmetric(mesh, STEEL)
-    made = elements_of(mesh)
+    elements = elements_of(mesh)
     points = np.array([(1.999e-3, 3e-3), (1.5e-3, 3.99e-3), (1e-3, 2e-3)])
-    functional = solid_stress(made, STEEL, model, at_points(made, points))
+    functional = solid_stress(elements, STEEL, model, at_points(elements, points))
     steps = round(duration / dt)
 
     def pulse(t: Array) -> Array:
@@ -151,13 +151,13 @@ def test_a_filleted_seat_under_a_pulse_follows_a_time_integration() -> None:
 
     field = recover(model, functional, points, bandwidth=0.3e6, dt=dt)
     force = pulse(dt * (np.arange(steps + 1) - 0.5))
-    found = histories(field, force, dt)
+    stress = histories(field, force, dt)
     half = dt / 2
     exact = (functional @ newmark(model, pulse(half * np.arange(2 * steps + 1)), half)).reshape(3, 6, -1)[:, :, ::2]
     scale = np.abs(exact).max(axis=(1, 2))
-    assert (np.abs(found - exact).max(axis=(1, 2)) < 0.01 * scale).all()
+    assert (np.abs(stress - exact).max(axis=(1, 2)) < 0.01 * scale).all()
     peak = largest(field, force, dt).after_contact
-    at_once = np.moveaxis(found, 1, 2)
+    at_once = np.moveaxis(stress, 1, 2)
     np.testing.assert_allclose(peak.von_mises, von_mises(at_once).max(axis=1), rtol=5e-3)
     np.testing.assert_allclose(peak.principal, principal(at_once)[..., 2].max(axis=1), rtol=5e-3)
     assert (peak.von_mises_time > 0).all()
@@ -165,33 +165,33 @@ def test_a_filleted_seat_under_a_pulse_follows_a_time_integration() -> None:
 
 def test_what_is_refused() -> None:
     mesh = section(2, 2, 1e-3, lambda z: (1e-3 + 0 * z, 2e-3 + 0 * z))
-    made, model = elements_of(mesh), assemble_axisymmetric(mesh, STEEL)
+    elements, model = elements_of(mesh), assemble_axisymmetric(mesh, STEEL)
     with pytest.raises(ModelError, match="off the body"):
-        at_points(made, np.array([(2.5e-3, 0.5e-3)]))
+        at_points(elements, np.array([(2.5e-3, 0.5e-3)]))
     rubber = Material(1e7, 0.499, 1000.0, "rubber")
     with pytest.raises(ModelError, match="rubber"):
-        solid_stress(made, rubber, model, on_surface(made))
+        solid_stress(elements, rubber, model, on_surface(elements))
     free = assemble_axisymmetric(mesh, STEEL, fixed=())
-    functional = solid_stress(made, STEEL, free, on_surface(made))
+    functional = solid_stress(elements, STEEL, free, on_surface(elements))
     with pytest.raises(ModelError, match="nothing holds"):
-        recover(free, functional, on_surface(made).points, bandwidth=1e5, dt=1e-7)
+        recover(free, functional, on_surface(elements).points, bandwidth=1e5, dt=1e-7)
 
 
 @pytest.mark.parametrize("kind", [skfem.MeshHex, skfem.MeshTet])
 def test_singular_edges_are_found(kind: Any) -> None:
-    """An L: its reentrant edge at x = y = 1 and the rim of its clamped face x = 2, nothing else."""
+    """An L has singular edges at x = y = 1 and around its clamped face x = 2, and no others."""
     mesh = kind.init_tensor(*[np.linspace(0, 2, 3)] * 2, np.linspace(0, 1, 2))
     centres = mesh.p[:, mesh.t].mean(axis=1)
     mesh = mesh.restrict(np.flatnonzero(~((centres[0] < 1) & (centres[1] < 1))))
     mesh = mesh.with_boundaries({"fixed": lambda x: x[0] > 2 - 1e-9})
-    found = singular_points(mesh, ("fixed",))
-    reentrant = np.isclose(found[:, :2], 1).all(axis=1)
-    rim = np.isclose(found[:, 0], 2) & (np.isin(found[:, 1], (0, 2)) | np.isin(found[:, 2], (0, 1)))
+    singular = singular_points(mesh, ("fixed",))
+    reentrant = np.isclose(singular[:, :2], 1).all(axis=1)
+    rim = np.isclose(singular[:, 0], 2) & (np.isin(singular[:, 1], (0, 2)) | np.isin(singular[:, 2], (0, 1)))
     assert (reentrant | rim).all()
     assert reentrant.any()
     assert rim.any()
     points = np.array([(1.0, 1.0, 0.5), (1.2, 1.0, 0.5), (1.4, 1.0, 0.0)])
-    np.testing.assert_array_equal(near(points, found, 0.3), [True, True, False])
+    np.testing.assert_array_equal(near(points, singular, 0.3), [True, True, False])
 
 
 def test_the_corner_of_a_section_is_found_and_the_axis_is_none() -> None:
@@ -204,17 +204,17 @@ def test_the_corner_of_a_section_is_found_and_the_axis_is_none() -> None:
 
 
 def test_what_a_mesh_leaves_is_looked_for_at_every_place() -> None:
-    """A peak of 10 that is converged, one of 9 that was 7 on the coarser mesh and may be 11; other sites there."""
+    """A peak of 9 that was 7 on the coarser mesh may pass a converged one of 10: its error counts."""
     fine, coarse = (np.column_stack([x, 0 * x]) for x in (np.arange(0.0, 60.0, 0.5), np.arange(0.25, 60.0, 1.0)))
 
-    def left(second: float, weight: float, factor: float = 1.0) -> float:
+    def mesh_error(second: float, weight: float, factor: float = 1.0) -> float:
         def peaks(points: Array, height: float) -> Array:
             x = points[:, 0]
             return 10 * np.exp(-(((x - 15) / 8) ** 2)) + height * np.exp(-(((x - 45) / 8) ** 2))
 
         return peak_mesh_error(fine, peaks(fine, 9.0), coarse, factor * peaks(coarse, second), weight)
 
-    assert left(7.0, 1.0) == pytest.approx(1.0, abs=0.1)
-    assert left(7.0, 2.0) == pytest.approx(3.0, abs=0.1)
-    assert left(9.0, 1.0) == pytest.approx(0.0, abs=0.1)
-    assert left(9.0, 1.5, factor=0.8) == pytest.approx(3.0, abs=0.1)
+    assert mesh_error(7.0, 1.0) == pytest.approx(1.0, abs=0.1)
+    assert mesh_error(7.0, 2.0) == pytest.approx(3.0, abs=0.1)
+    assert mesh_error(9.0, 1.0) == pytest.approx(0.0, abs=0.1)
+    assert mesh_error(9.0, 1.5, factor=0.8) == pytest.approx(3.0, abs=0.1)

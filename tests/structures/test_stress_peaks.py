@@ -30,13 +30,13 @@ class Two:
 
 
 def test_no_block_is_passed_over_that_holds_the_largest() -> None:
-    """First 1.9 in tension along one axis; then (1, -1, -1), whose von Mises stress of 2 is twice its principal one."""
+    """The search has 1.9 of one axis as principal, and 2 of a later (1, -1, -1) as von Mises stress."""
     field, force = Two((1.9, 0.0, 0.0), (1.0, -1.0, -1.0)), np.zeros((1000, 2))
     force[100, 0] = force[900, 1] = 1.0
-    found = largest(field, force, 0.5).after_contact
-    assert found.von_mises[0] == 2.0
-    assert found.von_mises_time[0] == 450.0
-    assert found.principal[0] == 1.9
+    peaks = largest(field, force, 0.5).after_contact
+    assert peaks.von_mises[0] == 2.0
+    assert peaks.von_mises_time[0] == 450.0
+    assert peaks.principal[0] == 1.9
 
 
 def test_a_landing_cuts_the_record_for_both_stresses() -> None:
@@ -44,21 +44,21 @@ def test_a_landing_cuts_the_record_for_both_stresses() -> None:
     field, force = Two((1.0, 0.0, 0.0), (1.0, -1.0, -1.0)), np.zeros((1000, 2))
     force[0, 0] = 0.5
     force[100, 1], force[601, 0] = 1.0, 1.5
-    found = largest(field, force, 0.5, since=300.0)
-    spans = found.spans
-    before, since = found.within(spans.until(spans.landing)), found.within(spans.after(spans.landing))
+    peaks = largest(field, force, 0.5, since=300.0)
+    spans = peaks.spans
+    before, since = peaks.within(spans.until(spans.landing)), peaks.within(spans.after(spans.landing))
     assert before.von_mises[0] == 2.0
     assert before.principal[0] == pytest.approx(1.0, rel=1e-12)
     assert (before.von_mises_time[0], before.principal_time[0]) == (50.0, 50.0)
     assert (since.von_mises[0], since.principal[0], since.von_mises_time[0]) == (1.5, 1.5, 300.5)
-    assert (found.after_contact.von_mises[0], found.after_contact.principal[0]) == (2.0, 1.5)
-    assert found.within(spans.start).von_mises[0] == 0.5
-    assert found.initial.von_mises[0] == 0.0
+    assert (peaks.after_contact.von_mises[0], peaks.after_contact.principal[0]) == (2.0, 1.5)
+    assert peaks.within(spans.start).von_mises[0] == 0.5
+    assert peaks.initial.von_mises[0] == 0.0
 
 
 @pytest.mark.slow
 def test_hot_spots_are_the_tops_of_hills() -> None:
-    """On a line three hills; the shoulder of the first, higher than the others, is no top."""
+    """A line with three hills has three hot spots; the higher shoulder of the first is none."""
     x = np.linspace(0, 10, 1001)
     values = 3 * np.exp(-((x - 2) ** 2)) + 1.0 * np.exp(-((x - 6) ** 2)) + 0.2 * np.exp(-((x - 9.5) ** 2))
     points = np.column_stack([x, 0 * x, 0 * x])

@@ -17,7 +17,7 @@ TURN = np.array([[0.8, -0.36, 0.48], [0.6, 0.48, -0.64], [0.0, 0.8, 0.6]])  # a 
 
 
 def box(x, y, z, order=2):
-    """A box of hexahedra with the corners 0 and the last of x, y, z; faces x0, x1, ... and a contact of a quarter."""
+    """Return a box of hexahedra with corners 0 and the last of x, y, z; faces x0, x1, ..., a quarter's contact."""
     faces = {f"{'xyz'[a]}{k}": face(a, (x, y, z)[a][-k]) for a in range(3) for k in (0, 1)}
     faces["contact"] = lambda p: (p[2] > z[-1] - 1e-9) & (np.abs(p[0]) < 0.5) & (np.abs(p[1]) < 0.5)
     mesh = skfem.MeshHex.init_tensor(*(np.asarray(c, dtype=float) for c in (x, y, z))).with_boundaries(faces)
@@ -40,7 +40,7 @@ def compliance(model):
 
 @pytest.mark.parametrize("turn", [False, True])
 def test_a_block_on_an_elastic_foundation_sinks_by_the_pressure_over_its_stiffness(turn):
-    """nu = 0: u = F/(k A) + F L/(E A), A = 2, L = 3; sideways u = F/(k_t A)."""
+    """The block sinks by F/(k A) + F L/(E A) for nu = 0, and moves sideways by F/(k_t A)."""
     mesh = box([0, 1], [0, 1, 2], [0, 1, 3])
     mesh = turned(mesh) if turn else mesh
     model = assemble(mesh, ROD, fixed=(), supports=(Foundation("z0", 0.5, 0.25),), ports={"top": "z1"})
@@ -74,7 +74,7 @@ def test_dashpots_act_by_area_and_direction():
 
 
 def march(model, force, step, count):
-    """Displacement of the port, average acceleration (Newmark)."""
+    """Return the displacement of the port by average acceleration (Newmark)."""
     b = model.port_matrix[:, 0]
     solve = sparse.linalg.splu((model.M + step / 2 * model.C + step**2 / 4 * model.K).tocsc()).solve
     u, v, a, seen = np.zeros(model.size), np.zeros(model.size), np.zeros(model.size), []
@@ -88,7 +88,7 @@ def march(model, force, step, count):
 
 @pytest.mark.slow
 def test_a_rod_with_an_absorbing_end_is_semi_infinite():
-    """u = integral of F/(rho c A): nothing comes back from the end within three transits (reflection below 1 %)."""
+    """The end's motion is the integral of F/(rho c A) for three transits: less than 1 % comes back."""
     mesh = box([0, 1], [0, 1], np.linspace(0, 10, 41))
     sides = ("x0", "x1", "y0", "y1")
     model = assemble(mesh, ROD, fixed=(), sliding=sides, supports=(Absorbing("z0"),), ports={"top": "z1"})
@@ -117,10 +117,10 @@ def test_a_sphere_of_waves_leaves_through_an_absorbing_block():
     seen = {}
     for name, (size, supports) in cases.items():
         mesh = box(np.arange(0, size + 0.1, 0.5), np.arange(0, size + 0.1, 0.5), np.arange(-size, 0.1, 0.5), 1)
-        made = assemble(
+        model = assemble(
             mesh, solid, mass="nodal", supports=supports or (Dashpot("x1", 0.0),), fixed=(), sliding=("x0", "y0")
         )
-        seen[name] = march(made, pulse, 0.1, 88)  # the echo of the far walls needs 2 * 5/1.1 = 9
+        seen[name] = march(model, pulse, 0.1, 88)  # the echo of the far walls needs 2 * 5/1.1 = 9
     returned = {name: np.abs(seen[name] - seen["far"]).max() / np.abs(seen["far"]).max() for name in cases}
     assert returned["dashpots"] < 0.13
     assert returned["springs"] < 0.045

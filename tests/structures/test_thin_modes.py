@@ -18,7 +18,7 @@ TWO_DIAMETERS, ONE_CIRCLE = 5.358, 9.003  # lambda^2 of the free disc, nu = 0.3 
 
 
 def free_disc(ratio, n):
-    """A disc, thickness ``ratio`` times its radius, of one layer of hexahedra, 2 n across."""
+    """Return a disc, thickness ``ratio`` times its radius, of one layer of hexahedra, 2 n across."""
     x = np.linspace(-1, 1, 2 * n + 1)
     square = skfem.MeshHex.init_tensor(x, x, np.array([0.0, ratio * RADIUS]))
     x, y, z = square.p
@@ -27,7 +27,7 @@ def free_disc(ratio, n):
 
 
 def unit(ratio):
-    """w / lambda^2 of Kirchhoff's plate [rad/s]."""
+    """Return w / lambda^2 of Kirchhoff's plate [rad/s]."""
     return ratio / RADIUS * math.sqrt(STEEL.young / (12 * (1 - STEEL.poisson**2) * STEEL.density))
 
 
@@ -52,14 +52,14 @@ def test_free_thin_disc_has_six_rigid_modes_and_kirchhoffs_frequencies(modes):
 
 @pytest.mark.slow
 def test_rigid_modes_are_told_from_bending_by_round_off_alone(thin, modes):
-    """Matrices from elsewhere: the rigid shapes are not known."""
+    """Matrices without known rigid shapes have six rigid modes and the same bending."""
     unknown = solve_modes(replace(thin, dofs=None), 9)
     assert np.all(unknown.frequencies_hz[:6] == 0.0)
     assert unknown.frequencies_hz[6:] == pytest.approx(modes.frequencies_hz[6:], rel=1e-4)
 
 
 def held_column(height):
-    """Between smooth walls, clamped below; its lowest layer of quadratic tetrahedra ``height`` times as high."""
+    """Return a column between smooth walls, clamped below; its lowest tetrahedra are ``height`` times as high."""
     mesh = skfem.MeshTet.init_tensor(*(np.linspace(0, 1, n + 1) for n in (2, 2, 3)))
     points = mesh.p.copy()
     points[2, np.isclose(points[2], 1 / 3)] *= height

@@ -10,7 +10,7 @@ from seatfem.study.sweep import runner as one
 
 
 def answer_here(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """Gives the jobs, which are listed as they are asked."""
+    """Let this process answer; return the jobs, which are listed as they are asked."""
     jobs: list[str] = []
 
     def ask(given: list[str], limit: float) -> Iterator[tuple[int, str]]:
@@ -30,11 +30,11 @@ Answer = Callable[[dict[str, object]], dict[str, object] | one.Outcome]
 
 
 def answer_by(monkeypatch: pytest.MonkeyPatch, answer: Answer) -> None:
-    """Lets a function of the changed keys give the summary of each scene, or its whole outcome."""
+    """Let a function of the changed keys give the summary of each scene, or its whole outcome."""
 
     def carried_out(path: object, changed: dict[str, object], *_: object, **__: object) -> one.Outcome:
-        found = answer(changed)
-        return found if isinstance(found, one.Outcome) else one.Outcome("done", "", 0.0, found)
+        outcome = answer(changed)
+        return outcome if isinstance(outcome, one.Outcome) else one.Outcome("done", "", 0.0, outcome)
 
     monkeypatch.setattr(one, "_carried_out", carried_out)
 

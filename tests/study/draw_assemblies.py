@@ -12,19 +12,19 @@ from valve_plate_assembly import Bodies, flapper, plate, write
 
 
 def turned(occ: Any, bodies: Bodies) -> None:
-    """By 30 degrees in the plane, and shifted."""
+    """Turn bodies by 30 degrees in the plane, and shift them."""
     occ.rotate(bodies, 0, 0, 0, 0, 0, 1, math.radians(30))
     occ.translate(bodies, 17.0, -9.0, 4.0)
 
 
 def tumbled(occ: Any, bodies: Bodies) -> None:
-    """Square to no axis of the file."""
+    """Turn bodies so that they are square to no axis of the file."""
     occ.rotate(bodies, 3, -2, 1, 1, 2, 3, math.radians(50))
     occ.translate(bodies, -5.0, 8.0, 21.0)
 
 
 def tilted(occ: Any, bodies: Bodies) -> None:
-    """By 0.4 degrees about a direction 35 degrees from the reed's axis, through a point under its paddle."""
+    """Tilt bodies by 0.4 degrees about 35 degrees from the reed's axis, through a point under its paddle."""
     occ.rotate(bodies, 0, 0, 6.52, math.cos(math.radians(35)), math.sin(math.radians(35)), 0, math.radians(0.4))
     occ.translate(bodies, 0, 0, 0.03)
 
@@ -39,7 +39,7 @@ def shifted(x: float, y: float, z: float) -> Any:
 
 
 def in_lengths(part: Any, factor: float) -> Any:
-    """The part with all of its lengths times a factor, as of a file in another unit."""
+    """Scale all lengths of the part by a factor, as of a file in another unit."""
 
     def drawn(occ: Any) -> Bodies:
         kept = {name: value for name, value in vars(parts).items() if name.isupper()}
@@ -57,7 +57,7 @@ def times(value: Any, factor: float) -> Any:
 
 
 def plate_with_pin(occ: Any) -> Bodies:
-    """With a pin of 2 mm that rises through the neck of the flapper."""
+    """Return the plate with a pin of 2 mm that rises through the neck of the flapper."""
     return list(occ.fuse(plate(occ), [(3, occ.addCylinder(-15, 0, 5, 0, 0, 3, 1))])[0])
 
 

@@ -39,7 +39,7 @@ RECORD = (
 
 
 def meshed_bar(elements: int = ELEMENTS) -> impact.ModalGreens:
-    """The bar, by linear elements whose mass cancels their first error in frequency."""
+    """Return the bar, by linear elements whose mass cancels their first error in frequency."""
     length, stiffness, mass = 0.2 / elements, 206e9 * 1e-4, 7800.0 * 1e-4
     k = stiffness / length * np.array([[1.0, -1.0], [-1.0, 1.0]])
     m = mass * length / 12 * np.array([[5.0, 1.0], [1.0, 5.0]])
@@ -53,7 +53,7 @@ def meshed_bar(elements: int = ELEMENTS) -> impact.ModalGreens:
 
 
 def joint_by_table() -> impact.TableJoint:
-    """The joint, of straight pieces, on a loading and an unloading branch that the law of the fit lies between."""
+    """Return the joint, of straight pieces, on loading and unloading branches with the fit's law between them."""
     closures = 1.6 * TRUE["contact.law.closure"] * 1e-6 * np.linspace(0, 1, KNOTS + 1) ** 1.5
     forces = 4e3 * (closures / (TRUE["contact.law.closure"] * 1e-6)) ** 2
     recovery = TRUE["contact.law.recovery"]
@@ -65,7 +65,7 @@ def joint_by_table() -> impact.TableJoint:
 
 
 def true_record() -> tuple[np.ndarray, np.ndarray]:
-    """Times [s] and forces [N] without noise, as the record has them: late by the delay."""
+    """Return times [s] and forces [N] without noise, as the record has them: late by the delay."""
     striker = impact.rigid_mass(mass=0.06, velocity=TRUE["reed.velocity"])
     problem = impact.ContactProblem(striker, meshed_bar(), gap=20e-6, law=joint_by_table())
     result = impact.solve(problem, dt=STEP, duration=LASTS)
@@ -74,7 +74,7 @@ def true_record() -> tuple[np.ndarray, np.ndarray]:
 
 
 def noise(count: int, seed: int, correlation: float = 0.0) -> np.ndarray:
-    """Standard noise, that of neighbours with this correlation."""
+    """Return standard noise, that of neighbours with this correlation."""
     draws = np.random.default_rng(seed).standard_normal(count)
     for k in range(1, count):
         draws[k] = correlation * draws[k - 1] + np.sqrt(1 - correlation**2) * draws[k]

@@ -39,7 +39,7 @@ run = { duration = "0.1 ms", filter_width = "4 us" }
 
 
 def scene_of(*parts: str, **changes: object) -> Scene:
-    """Tables put together; ``changes``: dotted keys with _ for the dot between table and key."""
+    """Return tables put together; ``changes``: dotted keys with _ for the dot between table and key."""
     data: dict[str, Any] = tomllib.loads("\n".join(parts))
     for dotted, value in changes.items():
         *tables, key = dotted.split("__")

@@ -19,10 +19,10 @@ LENGTH, ANGLE = 1e-6, 1e-4  # m, rad
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    found = tmp_path_factory.mktemp("assemblies")
+    drawn = tmp_path_factory.mktemp("assemblies")
     script = Path(__file__).with_name("draw_assemblies.py")
-    subprocess.run([sys.executable, str(script), str(found)], check=True, stdout=subprocess.DEVNULL, timeout=100)
-    return found
+    subprocess.run([sys.executable, str(script), str(drawn)], check=True, stdout=subprocess.DEVNULL, timeout=100)
+    return drawn
 
 
 def written(folder: Path, seat: str, reed: str, *changes: tuple[str, str]) -> Path:
@@ -45,7 +45,7 @@ def loaded(folder: Path, seat: str, reed: str, *changes: tuple[str, str]) -> Sce
 @pytest.mark.slow
 @pytest.mark.parametrize("moved", ["", "turned_", "tumbled_"])
 def test_a_pair_lies_as_it_is_drawn_wherever_it_is_moved(folder: Path, moved: str) -> None:
-    """The same gap, the same place, no tilt; the reed has its x axis from clamp to lip, so that one half is meshed."""
+    """Gap, place and tilt stay as drawn; the reed's x axis leads from clamp to lip, so that one half is meshed."""
     scene = loaded(folder, f"{moved}plate", f"{moved}flapper")
     contact, reed = scene.contact, scene.reed.geometry()
     assert contact.gap == pytest.approx(GAP, abs=LENGTH)
@@ -86,7 +86,7 @@ def test_a_tilted_pair_that_is_turned(folder: Path) -> None:
 
 @pytest.mark.slow
 def test_a_reed_that_lies_off_the_port(folder: Path) -> None:
-    """Shifted by (0.4, -0.3) mm: the contact follows the lip, or the lip lies off a stated contact."""
+    """A shift by (0.4, -0.3) mm moves the contact with the lip, or the lip off a stated contact."""
     scene = loaded(folder, "plate", "off_flapper")
     assert scene.reed.geometry().centre == pytest.approx((-ROOT - 0.4e-3, 0.3e-3), abs=LENGTH)
     assert scene.contact.offset == pytest.approx((0.0, 0.0), abs=LENGTH)
@@ -158,8 +158,8 @@ def test_what_does_not_fit_together(
 ) -> None:
     with pytest.raises(SceneError) as caught:
         loaded(folder, *pair.split(), *([change] if change else []))
-    told = {problem.key: problem.message for problem in caught.value.problems}
-    assert [each for each in words if each not in told[key]] == [], told[key]
+    messages = {problem.key: problem.message for problem in caught.value.problems}
+    assert [each for each in words if each not in messages[key]] == [], messages[key]
 
 
 @pytest.mark.slow

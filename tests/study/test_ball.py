@@ -31,12 +31,12 @@ def scene_of(folder: Path, reed: str = BALL + FLIGHT, seat: str = SPRING) -> Sce
 
 
 def breathing(x: float) -> float:
-    """Zero for the radial mode of a free sphere, x = w R/c_p. Source: A. E. H. Love, Elasticity, article 196."""
+    """Return 0 at the radial mode of a free sphere, x = w R/c_p. Source: A. E. H. Love, Elasticity, article 196."""
     return math.cos(x) / math.sin(x) * x - 1 + RATIO / 4 * x**2
 
 
 def twist(x: float) -> float:
-    """Zero for the lowest toroidal mode, d/dr (j_2(r)/r) = 0 at r = x = w R/c_s: x j_2' = j_2."""
+    """Return 0 at the lowest toroidal mode, d/dr (j_2(r)/r) = 0 at r = x = w R/c_s: x j_2' = j_2."""
     j = (3 / x**3 - 1 / x) * math.sin(x) - 3 / x**2 * math.cos(x)
     before = math.sin(x) / x**2 - math.cos(x) / x
     return x * (before - 3 / x * j) - j
@@ -47,13 +47,13 @@ def test_modes_of_a_free_sphere(tmp_path: Path) -> None:
     """Its facet is a 100th of its section and moves them by less than a part in a thousand; six are rigid."""
     modes = modes_of(scene_of(tmp_path).reed, Wanted(48), Stopwatch(), lambda *given: None)
     assert modes.complete
-    found = 2 * np.pi * modes.frequencies_hz * RADIUS / SHEAR_WAVE
-    assert np.sum(found == 0) == 6
+    scaled = 2 * np.pi * modes.frequencies_hz * RADIUS / SHEAR_WAVE
+    assert np.sum(scaled == 0) == 6
     torsion = brentq(twist, 2.0, 3.0)
     assert torsion == pytest.approx(2.5011, rel=1e-4)
-    assert found[6:11] == pytest.approx([torsion] * 5, rel=1e-3)
+    assert scaled[6:11] == pytest.approx([torsion] * 5, rel=1e-3)
     radial = brentq(breathing, 1.5, 3.0) * math.sqrt(RATIO)
-    assert np.abs(found / radial - 1).min() < 1e-3
+    assert np.abs(scaled / radial - 1).min() < 1e-3
 
 
 @pytest.mark.slow

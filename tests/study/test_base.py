@@ -27,7 +27,7 @@ DT, DURATION, RATE, WAY = 2e-7, 3e-3, 2000.0, 0.2e-3
 
 
 def scene_of(folder: Path, text: str) -> Scene:
-    """With the three records of one motion, s = A (1 - cos W t), from rest."""
+    """Return the scene beside three records of one motion, s = A (1 - cos W t), from rest."""
     t = np.linspace(0, 4e-3, 4001)
     for kind, unit, values in (
         ("displacement", "m", WAY * (1 - np.cos(RATE * t))),

@@ -59,7 +59,7 @@ def own_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def loop(scene: Any, folder: Path, most: int = 9) -> list[Round]:
-    """The rounds of a scene, each as it was yielded last."""
+    """Return the rounds of a scene, each as it was yielded last."""
     every = rounds(begin_plan(scene), folder, Stopwatch(), silent, limits=Limits(most))
     return list({done.number: done for done in every}.values())
 
@@ -71,7 +71,7 @@ def round_of(
     refined: Mapping[str, tuple[Refinement, ...]] | None = None,
     **given: Any,
 ) -> Round:
-    """A round of a mass on an annular seat with waves, whose impulse of 1 N s has these errors by key."""
+    """Return a round of a mass on a seat with waves, whose impulse of 1 N s has these errors by key."""
     scene = scene_of(ANNULAR, MASS, accuracy={"target": target, "measures": ["impulse"], "landing": "run"}, **given)
     plan = begin_plan(scene)
     plan = replace(plan, method=plan.method.replaced({MODEL: "axisymmetric"}), refined=refined or {})
@@ -80,8 +80,8 @@ def round_of(
     for key, part in by_key.items():
         source = sources.setdefault(converge.source_of(key), {"impulse": 0.0})
         source["impulse"] += part["impulse"]
-    left = Budget({"impulse": 1.0}, sources, tuple(sources), by_key)
-    return cast(Round, SimpleNamespace(plan=plan, left=left, judged=("impulse",), number=1, spent={}))
+    budget = Budget({"impulse": 1.0}, sources, tuple(sources), by_key)
+    return cast(Round, SimpleNamespace(plan=plan, left=budget, judged=("impulse",), number=1, spent={}))
 
 
 def test_stated_keys_are_kept_and_the_others_begin_coarse() -> None:
@@ -133,7 +133,7 @@ def test_two_loops_take_the_same_way(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_spring_is_dismissed_where_waves_count(tmp_path: Path) -> None:
-    """Of a long bar the waves return while the contact lasts."""
+    """The plan's spring is replaced when the waves of a long bar return while the contact lasts."""
     scene = scene_of(BAR, MASS, accuracy={"target": 0.05, "landing": "run"})
     first, *_, last = loop(scene, tmp_path)
     assert first.plan.level == "spring"
@@ -180,13 +180,13 @@ def test_a_measure_whose_bar_exceeds_its_value_is_given_up(
     bars = tuple({"impulse": 0.3, "contact_duration": bar} for bar in before)
     done = round_of({SIZE: duration, STEP: 0.15})
     by_key = {SIZE: {"impulse": 0.0, "contact_duration": duration}, STEP: {"impulse": 0.15, "contact_duration": 0.0}}
-    left = Budget(
+    budget = Budget(
         {"impulse": 1.0, "contact_duration": 1.0}, {"mesh": by_key[SIZE], "time_step": by_key[STEP]}, (), by_key
     )
 
     def marked(errors: tuple[Mapping[str, float], ...], judged: tuple[str, ...]) -> Round:
         plan = replace(done.plan, earlier_errors=errors)
-        return cast(Round, SimpleNamespace(plan=plan, left=left, judged=judged, number=3, spent={}))
+        return cast(Round, SimpleNamespace(plan=plan, left=budget, judged=judged, number=3, spent={}))
 
     both = mark(marked(bars, ("impulse", "contact_duration"))).factors
     assert {key: both[key] for key in both.keys() - {STEP}} == factors
@@ -268,8 +268,8 @@ def test_bands_end_where_a_seat_in_segments_has_too_many_modes(
     assert most / 1.1**3 < len(done.seat.greens.modal.omega) <= most
     assert done.plan.method.value(BAND) <= min(first, 100e3)
     errors = {name: 0.2 * value for name, value in done.left.values.items()}
-    left = Budget(done.left.values, {"reduction": errors}, ("reduction",), {BAND: errors})
-    further, why = refine_plan(replace(done, left=left))
+    budget = Budget(done.left.values, {"reduction": errors}, ("reduction",), {BAND: errors})
+    further, why = refine_plan(replace(done, left=budget))
     assert further is None
     for words in (BAND, "kHz", f"more than {most} modes", "state a longer run.filter_width"):
         assert words in why

@@ -40,7 +40,7 @@ def as_csv(folder: Path, text: str) -> str:
 
 @pytest.mark.parametrize("way", ["heights", "x", "x, y"])
 def test_a_plane_is_a_tilt(tmp_path: Path, way: str) -> None:
-    """Of pitch over x, however it is written; of roll over x and y: to round-off."""
+    """A plane written in any way has the gaps of its tilt, pitch over x or roll over x and y, to round-off."""
     rise, ends = math.tan(math.radians(0.3)), (0.0, 40.0)
     if way == "heights":
         keys = "curvature = { heights = [" + ", ".join(f'["{x} mm", "{-rise * x!r} mm"]' for x in ends) + "] }"
@@ -76,26 +76,24 @@ def test_openings_are_means_of_the_shape(tmp_path: Path) -> None:
 def test_own_shapes(tmp_path: Path) -> None:
     """The height at the centre is the one stated; the paddle is nearly straight: the openings differ by its rise along
     the axis, within 5 %."""
-    found = {}
+    gaps = {}
     for shape in ("mode", "force", "pressure"):
         scene = scene_of(tmp_path, f'curvature = {{ deflection = "0.2 mm", shape = "{shape}" }}')
-        found[shape] = scene.geometry.gaps(Division(ARCS))
-        rise = WIDTH / (4 * RADIUS) * np.ptp(found[shape])  # from the rim, where the gap is, to the centre line
-        assert GAP < found[shape].min() - rise < GAP + 0.03 * np.ptp(found[shape])  # a mean over an arc
+        gaps[shape] = scene.geometry.gaps(Division(ARCS))
+        rise = WIDTH / (4 * RADIUS) * np.ptp(gaps[shape])  # from the rim, where the gap is, to the centre line
+        assert GAP < gaps[shape].min() - rise < GAP + 0.03 * np.ptp(gaps[shape])  # a mean over an arc
         heights = scene.reed.heights(
             np.array([(0.0, 0.0), (RADIUS, 0.0), (-RADIUS, 0.0), (0.0, RADIUS), (0.0, -RADIUS)])
         )
         assert heights[0] == pytest.approx(0.2e-3, rel=1e-9)
         assert heights[3] == pytest.approx(heights[4], rel=1e-9)  # it is mirrored
-        assert np.ptp(found[shape]) == pytest.approx(heights[1] - heights[2], rel=0.05)
-    assert np.ptp(found["force"]) == pytest.approx(np.ptp(found["mode"]), rel=0.1)
-    assert np.abs(found["force"] - found["pressure"]).max() > 1e-7
+        assert np.ptp(gaps[shape]) == pytest.approx(heights[1] - heights[2], rel=0.05)
+    assert np.ptp(gaps["force"]) == pytest.approx(np.ptp(gaps["mode"]), rel=0.1)
+    assert np.abs(gaps["force"] - gaps["pressure"]).max() > 1e-7
     default = scene_of(tmp_path, 'curvature = { deflection = "0.2 mm" }')
-    np.testing.assert_array_equal(default.geometry.gaps(Division(ARCS)), found["mode"])
+    np.testing.assert_array_equal(default.geometry.gaps(Division(ARCS)), gaps["mode"])
     down = scene_of(tmp_path, 'curvature = { deflection = "-0.2 mm" }').geometry.gaps(Division(ARCS))
-    np.testing.assert_allclose(
-        down - GAP, (found["mode"] - GAP)[::-1][np.roll(np.arange(ARCS), ARCS // 2)], atol=2.5e-6
-    )
+    np.testing.assert_allclose(down - GAP, (gaps["mode"] - GAP)[::-1][np.roll(np.arange(ARCS), ARCS // 2)], atol=2.5e-6)
 
 
 SPRING = 'kind = "spring"\nstiffness = "20 N/um"\n'

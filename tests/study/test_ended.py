@@ -52,20 +52,20 @@ def test_the_next_run_begins_with_the_last_ones_plan_and_meets_at_once(tmp_path)
 
 @pytest.mark.slow
 def test_error_bars_are_found_again_but_not_in_studies(tmp_path, monkeypatch):
-    """Bit by bit; where the forces differ, nothing is on file, or a file was changed by hand, they are computed."""
+    """Bars on file come back bit by bit, and are computed if forces differ, in studies, or if the file was changed."""
     plan = plan_of(tmp_path)
-    first, asked = last_of(plan, tmp_path), []
-    monkeypatch.setattr("seatfem.study.runs.rounds.error_budget", lambda *args: asked.append(args) or first.left)
+    first, calls = last_of(plan, tmp_path), []
+    monkeypatch.setattr("seatfem.study.runs.rounds.error_budget", lambda *args: calls.append(args) or first.left)
     assert last_of(plan, tmp_path).left == first.left
-    assert not asked
+    assert not calls
     last_of(replace(plan, method=plan.method.replaced({"run.time_step": first.result.dt / 2})), tmp_path)
-    assert len(asked) == 1
+    assert len(calls) == 1
     list(rounds(plan, tmp_path, Stopwatch(), silent, limits=Limits(steady=True)))
-    assert len(asked) == 2
+    assert len(calls) == 2
     for file in (cache_folder() / "numbers").glob("*.json"):
         file.write_text(file.read_text().replace('"values": {', '"values": {"reed": 0.0, '))
     assert last_of(plan, tmp_path).left == first.left
-    assert len(asked) == 3
+    assert len(calls) == 3
 
 
 @pytest.mark.slow

@@ -42,40 +42,40 @@ def test_narrowing_keeps_the_statics_and_the_start() -> None:
 
 
 def test_a_spring_has_an_error_of_the_time_step_only(scene: Scene) -> None:
-    """A mass on a spring: half a sine, peak V sqrt(K m). The march is of first order, the bar covers it."""
+    """The step's bar alone covers the error of the peak V sqrt(K m), and is of first order."""
     exact = math.sqrt(40e6 * 1e-4)
     striker, spring = striker_of(scene), impact.spring(stiffness=40e6)
     bars = []
     for dt in (4e-8, 2e-8, 1e-8):
         result = run_contacts(scene, striker, spring, dt).seat
-        found = error_budget(scene, stated_method(scene), Solved(spring, plane=True), striker, Touches(result))
-        assert {source: part["impulse"] for source, part in found.parts.items() if source != "time_step"} == {
+        budget = error_budget(scene, stated_method(scene), Solved(spring, plane=True), striker, Touches(result))
+        assert {source: part["impulse"] for source, part in budget.parts.items() if source != "time_step"} == {
             "mesh": 0.0, "reduction": 0.0, "model": 0.0, "patch": 0.0,
         }  # fmt: skip
-        assert found.unknown == ()
-        assert found.dominant("seat_displacement") == "time_step"
+        assert budget.unknown == ()
+        assert budget.dominant("seat_displacement") == "time_step"
         # the largest displacement is the peak force over K
-        error = abs(found.values["seat_displacement"] * 40e6 - exact)
-        assert 0 < error <= found.bar("seat_displacement") * 40e6 <= 5 * error
-        bars.append(found.bar("seat_displacement"))
+        error = abs(budget.values["seat_displacement"] * 40e6 - exact)
+        assert 0 < error <= budget.bar("seat_displacement") * 40e6 <= 5 * error
+        bars.append(budget.bar("seat_displacement"))
     assert np.log2(np.array(bars[:-1]) / bars[1:]) == pytest.approx([1, 1], abs=0.15)
 
 
 def test_an_error_of_g_becomes_one_of_the_force_not_of_the_impulse(scene: Scene) -> None:
-    """K off by 4 %: peak of a mass on a spring off by 2 %, the impulse 2 m V not at all (beyond the step's error)."""
+    """A stiffness 4 % off changes the peak on a spring by 2 %, and the impulse not beyond the step."""
     striker, spring = striker_of(scene), impact.spring(stiffness=40e6)
     result = run_contacts(scene, striker, spring, 1e-8).seat
-    found = error_budget(scene, stated_method(scene), Solved(spring, level_error=0.04), striker, Touches(result))
-    peak, impulse = (found.parts["model"][name] / found.values[name] for name in ("filtered_peak", "impulse"))
+    budget = error_budget(scene, stated_method(scene), Solved(spring, level_error=0.04), striker, Touches(result))
+    peak, impulse = (budget.parts["model"][name] / budget.values[name] for name in ("filtered_peak", "impulse"))
     assert peak == pytest.approx(1 - 1 / math.sqrt(1.04), rel=0.1)
     assert impulse < 2e-3
 
 
 def test_a_bar_over_its_value() -> None:
     parts = {"mesh": {"impulse": 0.3, "peak_force": 0.1}, "time_step": {"impulse": 0.1, "peak_force": 0.0}}
-    found = Budget({"impulse": -10.0, "peak_force": 0.0}, parts)
-    assert found.relative("impulse") == pytest.approx(SAFETY * 0.04)
-    assert found.relative("peak_force") == math.inf
+    budget = Budget({"impulse": -10.0, "peak_force": 0.0}, parts)
+    assert budget.relative("impulse") == pytest.approx(SAFETY * 0.04)
+    assert budget.relative("peak_force") == math.inf
 
 
 def test_a_seat_taken_for_a_spring_has_its_floor(scene: Scene) -> None:
@@ -84,16 +84,16 @@ def test_a_seat_taken_for_a_spring_has_its_floor(scene: Scene) -> None:
     result, method = run_contacts(scene, striker, seat, 1e-8).seat, stated_method(scene)
     as_spring = replace(method, seat=replace(method.seat, level="spring"))
     solved = Solved(seat.with_error(ErrorEstimate(1e-3, 1e-3), {}), plane=True)
-    found = error_budget(scene, as_spring, solved, striker, Touches(result))
+    budget = error_budget(scene, as_spring, solved, striker, Touches(result))
     floors = {**FLOORS, "model": FLOOR_OF_SPRING, "patch": 0.0}
     for source in ("model", "mesh", "reduction"):
-        assert found.parts[source]["impulse"] >= floors[source] * found.values["impulse"] > 0
+        assert budget.parts[source]["impulse"] >= floors[source] * budget.values["impulse"] > 0
     exact = error_budget(scene, method, Solved(seat, plane=True), striker, Touches(result))
     assert all(exact.parts[source]["impulse"] == 0 for source in ("model", "mesh", "reduction"))
 
 
 def touches(*pieces: tuple[int, float]) -> ContactRecord:
-    """Of forces [N] that each last so many microseconds."""
+    """Return a record of touches with forces [N] that each last so many microseconds."""
     force = np.concatenate([[0.0], *(np.full(steps, each) for steps, each in pieces), [0.0]])
     return ContactRecord(force, 1e-6, 1e-6, np.zeros_like(force))
 
@@ -119,7 +119,7 @@ def test_a_duration_may_jump(pieces: tuple[tuple[int, float], ...], share: float
 
 
 def test_a_record_is_cut_at_a_time() -> None:
-    """With as many steps as there are until then, so that its impulse is that of those."""
+    """A record cut at a time has as many steps as there are until then, and their impulse."""
     cut = _until(touches((50, 2.0)), 30e-6)
     assert cut.dt * cut.force.sum() == pytest.approx(60e-6, rel=1e-12)
 
@@ -138,7 +138,7 @@ def test_a_jump_is_in_the_bar_of_the_duration_alone() -> None:
 
 
 def test_times_known_to_whole_steps_err_by_a_step() -> None:
-    """Of a landing that is the whole first contact, of one that is not, and of a contact without a landing."""
+    """A duration errs by a step for a whole contact, by a jump for a resolved landing, by nothing without one."""
     force = np.zeros(100)
     force[21:31] = 1.0
     whole = Landing(20e-6, 30e-6, 25e-6, 0, 1.0, 1.0, 0.0, 1.0, 1e-5, pressed_on=False, cut_off=False)

@@ -32,7 +32,7 @@ def run(scene: Scene, dt: float = 5e-7, duration: float = 3e-3) -> ImpactResult:
 
 
 def test_a_fall(tmp_path: Path) -> None:
-    """x = gap - v t + a t^2/2 under gravity, a pressure on an area, a force, and a frame that moves away downwards."""
+    """Gravity, pressure on an area, force and a receding frame all give x = gap - v t + a t^2/2."""
     loads = (
         'gravity = "-200 m/s^2"',
         'pressure = "-1 bar"\narea = "2 mm^2"',
@@ -52,9 +52,9 @@ def test_loads_add_up(tmp_path: Path) -> None:
 
 
 def test_an_area_that_falls_with_the_lift_is_a_spring(tmp_path: Path) -> None:
-    """F = p A0 (1 - x/L) under a mass that never lands: x = L + (x0 - L) cos wt - v/w sin wt, w^2 = p A0/(m L).
+    """A mass under p A0 (1 - x/L) moves by L + (x0 - L) cos wt - v/w sin wt, w^2 = p A0/(m L), at second order.
 
-    Held for 32 steps at what the opening will be in their middle: of second order, and the ledger counts its work.
+    The load is held for 32 steps at what the opening will be in their middle, and the ledger counts its work.
     """
     load = '[[load]]\npressure = "10 bar"\narea = [["0 mm", "4 mm^2"], ["2 mm", "0.000001 mm^2"]]\n'
     scene = scene_of(tmp_path, MASS + load)
@@ -88,7 +88,7 @@ def test_as_by_the_keys_of_a_beam(own: str, load: str, tmp_path: Path) -> None:
 
 
 def test_a_pressure_in_crank_angle(tmp_path: Path) -> None:
-    """20 mbar on 80 mm^2 at 60 deg, 2 ms a turn, which begins at 300 deg."""
+    """A record of 20 mbar at 60 deg acts on 80 mm^2 in a turn of 2 ms that begins at 300 deg."""
     (tmp_path / "p.csv").write_text("angle [deg],pressure [mbar]\n0,0\n60,20\n120,0\n210,0\n300,0\n", encoding="utf-8")
     load = '[[load]]\npressure = { file = "p.csv", rpm = 30000, angle = "300 deg" }\narea = "80 mm^2"\n'
     scene = scene_of(tmp_path, REED + load)
@@ -120,9 +120,9 @@ def test_a_pressure_in_crank_angle(tmp_path: Path) -> None:
     ],
 )  # fmt: skip
 def test_what_is_wrong_is_named(reed: str, load: str, words: str, tmp_path: Path) -> None:
-    told = refusal(scene_of, tmp_path, f"{reed}[[load]]\n{load}")
-    assert re.search(words, told)
-    assert int(told.split("scene.toml:")[1].split(":")[0]) >= (SEAT + reed).count("\n") + 1
+    message = refusal(scene_of, tmp_path, f"{reed}[[load]]\n{load}")
+    assert re.search(words, message)
+    assert int(message.split("scene.toml:")[1].split(":")[0]) >= (SEAT + reed).count("\n") + 1
 
 
 def test_loads_need_no_other_motion(tmp_path: Path) -> None:

@@ -72,13 +72,13 @@ def test_a_face_is_divided_where_the_scene_says_so(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("axis", "slopes"), [(0.0, (0, 1)), (90.0, (-1, 0)), (30.0, (-0.5, 0.75**0.5))])
 def test_a_tilt_opens_a_slot_by_a_plane(tmp_path: Path, axis: float, slopes: tuple[float, float]) -> None:
-    """tan(tilt) (y cos axis - x sin axis), its mean over each arc; the lowest point of the outer rim is at the gap:
-    half the slot's length, or its width, below the middle."""
+    """Openings are the means over arcs of tan(tilt) (y cos axis - x sin axis) over the outer rim's lowest point, half
+    the slot's length or width below the middle."""
     scene = scene_of(tmp_path, SLOT, f'ports = 48\ntilt = "0.3 deg"\ntilt_axis = "{axis} deg"\n')
     lip = scene.seat.region(48)
     gaps, rise = scene.geometry.gaps(Division(48)), math.tan(math.radians(0.3))
-    (mean, *found) = best_plane(gaps[None], closed_line(lip))[0]
-    np.testing.assert_allclose(found, rise * np.array(slopes), atol=1e-6 * rise)
+    (mean, *fitted) = best_plane(gaps[None], closed_line(lip))[0]
+    np.testing.assert_allclose(fitted, rise * np.array(slopes), atol=1e-6 * rise)
     if axis in (0.0, 90.0):
         assert mean - GAP == pytest.approx(rise * (3.5e-3 if axis == 0.0 else 6e-3), rel=2e-3)
     assert gaps.min() >= GAP + 0.99 * rise * 0.5e-3  # the straight side that lies lowest, on its centre line
@@ -86,7 +86,7 @@ def test_a_tilt_opens_a_slot_by_a_plane(tmp_path: Path, axis: float, slopes: tup
 
 @pytest.mark.slow
 def test_a_pitched_landing_around_a_slot_is_its_mirror_image(tmp_path: Path) -> None:
-    """Of y, but for the meshes of seat and reed; its figure shows arcs where they are, by their angles."""
+    """A pitched landing mirrors in y but for the meshes; its figure shows arcs where they are, by their angles."""
     pytest.importorskip("matplotlib")
     seat = SLOT + 'model = "spring"\nmesh = { size = "4 mm", contact_size = "1.2 mm" }\n'
     scene = scene_of(tmp_path, seat, 'ports = 16\ntilt = "0.2 deg"\ntilt_axis = "90 deg"\n')
@@ -109,21 +109,21 @@ def test_a_pitched_landing_around_a_slot_is_its_mirror_image(tmp_path: Path) -> 
 
 @pytest.mark.slow
 def test_a_drawing_of_a_seat_answers_as_the_seat(tmp_path: Path) -> None:
-    """The annular seat of finite elements in space, from its STEP file, and by Fourier harmonics: impulse, peak and
-    force per length of a tilted landing within the bars that the drawing states, and closely so; statics to 2 %, what
-    two elements across the lip leave of an arc (measured 1.5 %; one element leaves 3.5 %, and three 0.9 %)."""
+    """The annular seat from its STEP file in space lands a tilted reed as by Fourier harmonics: impulse, peak and force
+    per length are within the drawing's bars, and statics to 2 %, as two elements across the lip leave 1.5 % of an arc
+    (measured; one leaves 3.5 %, three 0.9 %)."""
     annular = 'kind = "annular"\nbore_radius = "4 mm"\nlip_width = "1 mm"\n' + STEEL
     band = 'greens = {{ bandwidth = "40 kHz" }}\nmesh = {{ size = "{}", contact_size = "{}" }}\n'
-    found = []
+    landings = []
     for seat, sizes in ((annular, ("2 mm", "0.3 mm")), (cad("annular_seat"), ("3 mm", "0.5 mm"))):
         scene = scene_of(tmp_path, seat + band.format(*sizes), 'ports = 16\ntilt = "0.3 deg"\n')
         solved = seat_of(scene)
         touches = run_contacts(scene, striker_of(scene), solved.greens, 1e-7)
-        found.append((scene, solved, touches, measured(touches, scene.run.filter_width)))
-    (_, known, _, right), (scene, solved, touches, values) = found
+        landings.append((scene, solved, touches, measured(touches, scene.run.filter_width)))
+    (_, reference, _, right), (scene, solved, touches, values) = landings
     assert Division.from_greens(solved.greens) == Division(16)
     assert solved.about["seat_level"] == "3d"
-    statics, exact = (each.greens.static_compliance() for each in (solved, known))
+    statics, exact = (each.greens.static_compliance() for each in (solved, reference))
     assert np.abs(statics - exact).max() < 0.02 * exact.max()
     assert touches.seat.energy.residual < 1e-9
     assert values["impulse"] == pytest.approx(right["impulse"], rel=2e-3)
@@ -135,7 +135,7 @@ def test_a_drawing_of_a_seat_answers_as_the_seat(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_mesh_that_is_given(tmp_path: Path) -> None:
-    """Its patch in twice as many arcs, for the error bar; no more than it has elements."""
+    """A given mesh is divided into twice as many arcs for the error bar, and at most into its elements."""
     scene = scene_of(tmp_path, MESHED, "ports = 8\n")
     solved = seat_of(scene)
     assert Division.from_greens(solved.in_rings) == Division(16)
@@ -146,7 +146,7 @@ def test_a_mesh_that_is_given(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_plans_mesh_each_arc(tmp_path: Path) -> None:
-    """One element at least, by a spring here; a coarser stated one is refused with what would do."""
+    """The plan gives each arc an element at least; a coarser stated size is refused with one that would do."""
     plan = begin_plan(scene_of(tmp_path, SLOT + 'model = "spring"\n', 'ports = 48\ntilt = "0.2 deg"\n', 0.04))
     lip = plan.method.seat.lip
     assert isinstance(lip, FaceLip)
@@ -159,7 +159,7 @@ def test_plans_mesh_each_arc(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_arcs_of_a_face_are_chosen(tmp_path: Path) -> None:
-    """As of a circle, the fewest whose convergence can be estimated."""
+    """The plan takes the fewest arcs whose convergence can be estimated, as for a circle."""
     plan = begin_plan(scene_of(tmp_path, SLOT + 'model = "spring"\n', 'tilt = "0.2 deg"\n', 0.04))
     assert plan.method.ports == 16
     assert plan.is_open("contact.ports")
@@ -168,7 +168,7 @@ def test_arcs_of_a_face_are_chosen(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_lip_leaves_no_sectors(tmp_path: Path) -> None:
-    """Of a plate with one port: four quarters, where its land is struck as a whole."""
+    """A plate with one port is solved as a quarter only if its land is struck as a whole, not in arcs."""
     one = PLATE.replace("ports = 4", "ports = 1")
     scene = scene_of(tmp_path, one, "ports = 16\n", 0.04)
     assert scene.seat.stated().level == "sector"
@@ -221,7 +221,7 @@ def test_keys_that_a_lip_has_no_place_for(tmp_path: Path, seat: str, contact: st
 
 
 def test_a_lip_of_several_faces_has_whole_arcs_on_each(tmp_path: Path) -> None:
-    """Chosen so where the scene states none, under a disc that covers all of them."""
+    """A disc over six faces gets six arcs on each, where the scene states no number."""
     disc = 'kind = "disc"\ndiameter = "80 mm"\nthickness = "2 mm"\nvelocity = "-1 m/s"\n'
     text = scene_text(cad("valve_plate"), 'tilt = "0.1 deg"\n').replace(LANDING, disc)
     lip = load_text(tmp_path, text).geometry.lip()
@@ -239,6 +239,6 @@ def test_a_slot_partly_off_the_reed(tmp_path: Path) -> None:
 
 
 def test_rings_keep_their_arcs(tmp_path: Path) -> None:
-    """A ring of a body of revolution is a `Lip`, as ever."""
+    """A ring of a body of revolution stays a `Lip`, not a `FaceLip`."""
     seat = 'kind = "annular"\nbore_radius = "5 mm"\nlip_width = "1 mm"\nlip_edge_radius = "0 mm"\n' + STEEL
     assert scene_of(tmp_path, seat, "ports = 12\n").geometry.lip() == Lip(5.5e-3, 1e-3, 12)

@@ -64,7 +64,7 @@ def test_the_film_of_a_lip_is_spread_over_its_arcs(tmp_path: Path) -> None:
 
 
 def test_a_mass_is_stopped_by_the_momentum_of_its_film(tmp_path: Path) -> None:
-    """Where it stays is known: k/2 (1/(g + f)^2 - 1/(g0 + f)^2) = m v; a coefficient 3 % off moves it by 1.5 %."""
+    """The mass stops at k/2 (1/(g + f)^2 - 1/(g0 + f)^2) = m v; a coefficient 3 % off moves the place by 1.5 %."""
     scene = load_text(tmp_path, MASS)
     result = run_contacts(scene, striker_of(scene), impact.spring(stiffness=1e15), DT).seat
     k = 18e-6 * 34.56e-3 * 1e-9
@@ -82,25 +82,25 @@ def test_a_mass_is_stopped_by_the_momentum_of_its_film(tmp_path: Path) -> None:
 def test_a_run_tells_of_its_film_and_of_none(tmp_path: Path) -> None:
     scene = load_text(tmp_path, MASS.replace("-0.2 m/s", "-2 m/s"))
     outcome = run_scene(scene, tmp_path, pictures=False)
-    found = outcome.summary
+    summary = outcome.summary
     without = load_text(tmp_path, MASS.replace("-0.2 m/s", "-2 m/s").replace("film = ", "# film = "))
     plain = run_scene(without, tmp_path / "plain", pictures=False).summary
-    assert found["stiction_force_peak_N"] == pytest.approx(0.4e5 * 34.56e-6)
-    assert found["film_force_peak_N"] > 10.0  # type: ignore[operator]
-    assert found["without_film_impulse_Ns"] == pytest.approx(plain["impulse_Ns"], rel=1e-3)
-    assert found["without_film_filtered_peak_force_N"] == pytest.approx(plain["filtered_peak_force_N"], rel=1e-2)
-    assert found["impulse_Ns"] < 0.95 * plain["impulse_Ns"]  # type: ignore[operator]
-    assert found["energy_residual"] < 1e-9  # type: ignore[operator]
-    assert simpler(found).startswith("simpler models: without the film ")
+    assert summary["stiction_force_peak_N"] == pytest.approx(0.4e5 * 34.56e-6)
+    assert summary["film_force_peak_N"] > 10.0  # type: ignore[operator]
+    assert summary["without_film_impulse_Ns"] == pytest.approx(plain["impulse_Ns"], rel=1e-3)
+    assert summary["without_film_filtered_peak_force_N"] == pytest.approx(plain["filtered_peak_force_N"], rel=1e-2)
+    assert summary["impulse_Ns"] < 0.95 * plain["impulse_Ns"]  # type: ignore[operator]
+    assert summary["energy_residual"] < 1e-9  # type: ignore[operator]
+    assert simpler(summary).startswith("simpler models: without the film ")
     assert not any(key.startswith(("film", "without_film", "stiction")) for key in plain)
     assert any("A gas, as viscosity = 1.8e-05 Pa s says" in message for message in outcome.messages)
     loaded = impact.load_results(tmp_path / "result.h5")["wave"]
-    assert measures.film_force_peak(loaded) == found["film_force_peak_N"]
+    assert measures.film_force_peak(loaded) == summary["film_force_peak_N"]
 
 
 @pytest.mark.slow
 def test_arcs_under_a_rigid_face_have_the_film_of_one_port(tmp_path: Path) -> None:
-    """Of an even gap: the same total force at every step; under a plate whose paddle turns as it comes, far less."""
+    """Arcs under an even gap give the total force of one port at every step; under a turning paddle far less."""
     seat, _, rest = LANDING.partition("[reed]")
     rigid = seat + '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n' + rest[rest.index("[contact]") :]
     many, one = (struck(load_text(tmp_path, rigid.replace("MORE", f"{AIR}\nports = {n}")), n) for n in (8, 1))
@@ -114,7 +114,7 @@ def test_arcs_under_a_rigid_face_have_the_film_of_one_port(tmp_path: Path) -> No
 
 
 def test_tilt_within_an_arc_raises_its_floor(tmp_path: Path) -> None:
-    """By half of what lies between the lowest and the highest of its corners, R tan(tilt) sin(angle) on both rims."""
+    """The floor rises by half the range of R tan(tilt) sin(angle) over the corners of the arc, on both rims."""
     scene = lip(tmp_path, f'{AIR}\nports = 8\ntilt = "0.1 deg"')
     films = scene.geometry.films(Division(8))
     slope = math.tan(math.radians(0.1))

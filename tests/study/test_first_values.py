@@ -103,7 +103,7 @@ def test_a_stated_step_that_misses_the_waves_is_told(transits: float, steps: int
 
 @pytest.mark.parametrize("factor", [1.0, 3.0])
 def test_chosen_steps_end_with_the_run(factor: float) -> None:
-    """Also those of the error bars, twice and four times as long: what is known of g may end there."""
+    """Steps of the run and of its error bars, up to four times as long, end with it: g may be known no longer."""
     scene = scene_of(SPRING, REED, run__duration="0.7713 ms")
     method = begin_plan(scene).method
     dt = (method if factor == 1 else ladder_of(STEP).refine(scene, method, factor)).time_step

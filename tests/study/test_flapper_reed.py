@@ -30,51 +30,51 @@ def solved_of(reed: Structure) -> SolvedSheet:
 
 @pytest.mark.slow
 def test_it_lands_with_a_velocity_in_one_mode(tmp_path: Path) -> None:
-    """At the paddle's centre, whichever patch touches; undeformed."""
+    """The paddle's centre has the stated velocity in one mode, undeformed, whichever patch touches."""
     more = 'contact_radius = "5.5 mm"\ncontact_width = "1 mm"\nrelease = { mode = 3, velocity = "-2 m/s" }\n'
     for release, mode in ((more, 3), (more.replace("mode = 3, ", ""), 1)):
         scene = scene_of(tmp_path, FLAPPER + COARSE, more=release)
-        body, found = striker_of(scene), solved_of(scene.reed)
+        body, solved = striker_of(scene), solved_of(scene.reed)
         assert not body.state.displacement.any()
         assert np.flatnonzero(body.state.velocity) == [mode - 1]
-        assert found.plate.centre @ body.state.velocity == pytest.approx(-2.0)
+        assert solved.plate.centre @ body.state.velocity == pytest.approx(-2.0)
 
 
 @pytest.mark.slow
 def test_frequencies_and_static_compliance(tmp_path: Path) -> None:
-    """Modes of the scene's own mesh; the compliance is complete however few they are."""
+    """The scene's mesh has the known frequencies, and few modes have the whole static compliance."""
     reed = scene_of(tmp_path, FLAPPER + COARSE, more=LANDING).reed
-    found = solved_of(reed)
-    assert found.plate.modes.complete
-    assert found.plate.modes.frequencies_hz[:5] == pytest.approx((196.6, 915.2, 1644.7, 4856.6, 6221.4), rel=2e-3)
-    compliance = found.greens.static_compliance()[0, 0]
+    solved = solved_of(reed)
+    assert solved.plate.modes.complete
+    assert solved.plate.modes.frequencies_hz[:5] == pytest.approx((196.6, 915.2, 1644.7, 4856.6, 6221.4), rel=2e-3)
+    compliance = solved.greens.static_compliance()[0, 0]
     wide = solved_of(reed.model_copy(update={"greens": reed.greens.model_copy(update={"bandwidth": 60e3})}))  # type: ignore[attr-defined]
-    assert len(wide.plate.modes.omega) > 1.7 * len(found.plate.modes.omega)
+    assert len(wide.plate.modes.omega) > 1.7 * len(solved.plate.modes.omega)
     assert compliance == pytest.approx(wide.greens.static_compliance()[0, 0], rel=1e-3)
-    error = found.greens.error_estimate
+    error = solved.greens.error_estimate
     assert 0 < error.reduction < 0.01
     assert 0 < error.mesh < 0.05
 
 
 @pytest.mark.slow
 def test_the_mesh_error_covers_the_truth(tmp_path: Path) -> None:
-    """Against elements half as large."""
+    """Elements half as large change g by less than the stated mesh error."""
     reed = scene_of(tmp_path, FLAPPER + COARSE, more=LANDING).reed
-    found = solved_of(reed)
+    solved = solved_of(reed)
     sheet: Sheet = reed.sheet()  # type: ignore[attr-defined]
     finer = solved_of(reed.model_copy(update={"mesh": reed.mesh.model_copy(update={"size": sheet.element_size / 2})}))  # type: ignore[attr-defined]
     t = np.linspace(0, 2e-3, 2000)
-    g, truth = (each.greens.filtered(t, 1 / 30e3) for each in (found, finer))
-    assert np.abs(g - truth).max() / np.abs(truth).max() < found.greens.error_estimate.mesh
+    g, truth = (each.greens.filtered(t, 1 / 30e3) for each in (solved, finer))
+    assert np.abs(g - truth).max() / np.abs(truth).max() < solved.greens.error_estimate.mesh
 
 
 @pytest.mark.slow
 def test_it_is_struck_and_stops(tmp_path: Path) -> None:
-    """As a seat under a ball, and as a stopper."""
+    """A flapper serves as a seat under a ball and as a stopper."""
     scene = scene_of(tmp_path, BALL, FLAPPER + COARSE)
-    found = summary_of(scene, tmp_path / "out")
-    assert found["contact_count"] != 0
-    assert "Mindlin plate" in str(found["seat_model"])
+    summary = summary_of(scene, tmp_path / "out")
+    assert summary["contact_count"] != 0
+    assert "Mindlin plate" in str(summary["seat_model"])
     stopper = f'[stopper]\ngap = "0.5 mm"\n{FLAPPER}{COARSE}'
     reed = 'kind = "cantilever"\nlength = "20 mm"\nn_modes = 4\nrelease = { tip_deflection = "0.2 mm" }\n'
     body = load_text(tmp_path, f"[seat]\n{SPRING}[reed]\n{reed}{stopper}{RUN.format('')}").stopper
@@ -90,7 +90,7 @@ def test_natural_modes(tmp_path: Path) -> None:
 
 
 def test_what_its_function_depends_on(tmp_path: Path) -> None:
-    """Not on how it starts; on its contact, its band and its elements."""
+    """The key changes with contact, band, elements and damping, and not with how the reed starts."""
     keys = {
         more: key_of(reed := scene_of(tmp_path, FLAPPER, more=LANDING + more).reed, reed.stated())
         for more in ("", 'contact_radius = "2 mm"\n', COARSE, 'mesh = { size = "2 mm" }\n', "damping_ratio = 0.01\n")
@@ -116,9 +116,9 @@ def test_a_landing_that_begins_in_touch(tmp_path: Path) -> None:
     """No step before it tells the closing speed: it is unknown, not a number that JSON has no word for."""
     scene = scene_of(tmp_path, FLAPPER + COARSE, more=LANDING)
     scene = scene.model_copy(update={"contact": scene.contact.model_copy(update={"gap": 0.0})})
-    found = summary_of(scene, tmp_path / "out")
-    assert found["contact_count"] != 0
-    assert found["impact_velocity_m_per_s"] is None
+    summary = summary_of(scene, tmp_path / "out")
+    assert summary["contact_count"] != 0
+    assert summary["impact_velocity_m_per_s"] is None
 
 
 def test_a_mode_above_the_band_is_refused(tmp_path: Path) -> None:

@@ -42,9 +42,9 @@ def landed(
 
 def stress(done: Round) -> float:
     field = plate_field(done)
-    found = largest(field, plate_pushes(done, done.touches), done.result.dt)
-    largest_since = float(found.after_contact.von_mises.max())
-    assert found.initial.von_mises.max() < 1e-12 * largest_since  # it flies as a rigid body, to round-off
+    peaks = largest(field, plate_pushes(done, done.touches), done.result.dt)
+    largest_since = float(peaks.after_contact.von_mises.max())
+    assert peaks.initial.von_mises.max() < 1e-12 * largest_since  # it flies as a rigid body, to round-off
     return largest_since
 
 

@@ -40,7 +40,7 @@ def scene_of(folder: Path, text: str, run: str = RUN) -> Scene:
 
 
 def record(folder: Path, *, over: bool = False) -> None:
-    """A cylinder's pressure over a turn; with ``over``, as 1 bar less it, which is what opens a suction valve."""
+    """Write a cylinder's pressure over a turn; with ``over``, 1 bar less it, which opens a suction valve."""
     angle = np.arange(0, 360, 10)
     turn = np.radians(angle)
     p = 1.0 - 0.15 * np.sin(turn) + np.where(angle > 180, 0.6 * np.sin(turn) ** 2, 0.0)
@@ -55,7 +55,7 @@ def solved(scene: Scene, duration: float = 0.02) -> ImpactResult:
 
 @pytest.mark.parametrize("valve", ["suction", "discharge"])
 def test_a_prescribed_pressure_is_that_of_a_load(valve: str, tmp_path: Path) -> None:
-    """To round-off, impacts included; one area for both directions, as [[load]] has it."""
+    """Gas of a prescribed pressure and [[load]] of the same give equal runs to round-off, impacts included."""
     area = '[["0 mm", "110 mm^2"], ["2 mm", "70 mm^2"]]'
     force = f'[gas.force]\nforward = {{ area = {area}, source = "bench" }}\n'
     record(tmp_path)
@@ -94,7 +94,7 @@ def test_directions_have_areas_of_their_own(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_what_a_run_says_of_its_gas(tmp_path: Path) -> None:
-    """Two cycles: angles, impacts, masses, balances; the record adds up to the summary."""
+    """Two cycles have angles, impacts, masses and balances that add up with the record."""
     text = GAS + CRANK + 'cycles = 2\nstart_pressure = "5 bar"\nother_valve_area = "60 mm^2"\n'
     scene = scene_of(
         tmp_path, '[contact]\npreload = true\n[accuracy]\ntarget = "10 %"\n' + text, '[run]\nfilter_width = "20 us"\n'
@@ -103,30 +103,30 @@ def test_what_a_run_says_of_its_gas(tmp_path: Path) -> None:
     drive = gas_of(scene.gas)
     assert isinstance(drive, Compressor)
     outcome = run_scene(scene, tmp_path / "out", pictures=False)
-    found = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
-    assert found["gas_cycles"] == pytest.approx(2.0)
+    keys = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
+    assert keys["gas_cycles"] == pytest.approx(2.0)
     lowest = 4e-6 * 5 ** (1 / 1.4)  # the volume at which the clearance's gas is down to 1 bar
     crank = drive.crank
     opens = next(a for a in np.arange(0, 90, 0.01) if crank.volume(a / 18000) > lowest)
-    first, second = found["gas_opening_deg"]
+    first, second = keys["gas_opening_deg"]
     assert opens < first < opens + 8
     assert second - first == pytest.approx(360, abs=5)
-    assert 180 < found["gas_closing_deg"][0] < 240
-    assert 1.99e-3 < found["gas_largest_lift_m"] < 2.1e-3
-    assert all(1 < speed < 5 for speed in found["gas_seating_velocity_m_per_s"])
-    assert all(number >= 1 for number in found["gas_seat_impacts"] + found["gas_stopper_impacts"])
-    assert found["gas_mass_residual"] < 1e-9
-    assert found["gas_energy_residual"] < 1e-9
-    net = np.subtract(found["gas_mass_forward_kg"], found["gas_mass_back_kg"])
-    step = found["time_step_s"] / 3
+    assert 180 < keys["gas_closing_deg"][0] < 240
+    assert 1.99e-3 < keys["gas_largest_lift_m"] < 2.1e-3
+    assert all(1 < speed < 5 for speed in keys["gas_seating_velocity_m_per_s"])
+    assert all(number >= 1 for number in keys["gas_seat_impacts"] + keys["gas_stopper_impacts"])
+    assert keys["gas_mass_residual"] < 1e-9
+    assert keys["gas_energy_residual"] < 1e-9
+    net = np.subtract(keys["gas_mass_forward_kg"], keys["gas_mass_back_kg"])
+    step = keys["time_step_s"] / 3
     again = run_contacts(scene, striker_of(scene, 60), seat_of(scene).greens, step)
     finer = cycle_masses(scene.gas, scene.run.duration, GasRun.from_run(scene.gas, again).history, of_other=True)
     for key, masses in finer.items():
-        bars = found[f"error_bar_{key}"]
+        bars = keys[f"error_bar_{key}"]
         assert len(bars) == 2
-        assert (np.abs(np.subtract(masses, found[key])) < bars).all()
-    assert max(found["error_bar_gas_mass_forward_kg"]) < 0.01 * min(found["gas_mass_forward_kg"])
-    assert net[1] == pytest.approx(found["gas_mass_other_valve_kg"][1], rel=0.03)  # the second cycle is nearly periodic
+        assert (np.abs(np.subtract(masses, keys[key])) < bars).all()
+    assert max(keys["error_bar_gas_mass_forward_kg"]) < 0.01 * min(keys["gas_mass_forward_kg"])
+    assert net[1] == pytest.approx(keys["gas_mass_other_valve_kg"][1], rel=0.03)  # the second cycle is nearly periodic
     rows = np.loadtxt(tmp_path / "out" / "gas.csv", delimiter=",", skiprows=1)
     assert np.sum(rows[1:, 4] * np.diff(rows[:, 0])) == pytest.approx(net.sum(), rel=2e-3)
     warmth = rows[:, 2] * rows[:, 6] / rows[:, 7] / 287.05
@@ -142,7 +142,7 @@ def test_what_a_run_says_of_its_gas(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_steps_follow_the_crank(tmp_path: Path) -> None:
-    """At least twice a degree of the crank, whoever chooses the step."""
+    """A step is at most half a degree of the crank over 32, whoever chooses it; a longer one is refused."""
     scene = scene_of(tmp_path, GAS + CRANK, RUN.replace("20 us", "400 us"))
     most = 1 / 50 / 360 / 2 / 32
     assert fallback_step(scene.run, scene.gas, impact.spring(stiffness=1e6)) == pytest.approx(most)
@@ -187,19 +187,19 @@ P = GAS + 'cylinder_pressure = "p.csv"\n'
 )
 def test_what_is_wrong_is_named(text: str, csv: str, words: str, tmp_path: Path) -> None:
     (tmp_path / "p.csv").write_text(csv, encoding="utf-8")
-    told = refusal(scene_of, tmp_path, text)
-    assert re.search(words, told)
-    assert int(told.split("scene.toml:")[1].split(":")[0]) > (SEAT + REED).count("\n")
+    message = refusal(scene_of, tmp_path, text)
+    assert re.search(words, message)
+    assert int(message.split("scene.toml:")[1].split(":")[0]) > (SEAT + REED).count("\n")
 
 
 @pytest.mark.slow
 def test_a_reed_in_gas_is_bent_as_by_the_same_load(tmp_path: Path) -> None:
-    """Its largest stresses, and the measure `stress`, which every run of the error budget looks at."""
+    """Gas and an equal load give the same largest stresses and the same measure `stress`."""
     area = '[["0 mm", "110 mm^2"], ["2 mm", "70 mm^2"]]'
     record(tmp_path)
-    asked = '[accuracy]\nmeasures = ["impulse", "stress"]\n'
+    accuracy = '[accuracy]\nmeasures = ["impulse", "stress"]\n'
     gas = 'angle = "30 deg"\ncylinder_pressure = "p.csv"\n[gas.force]\nforward = { area = '
-    driven = scene_of(tmp_path, f'{asked}{GAS}{gas}{area}, source = "bench" }}\n')
+    driven = scene_of(tmp_path, f'{accuracy}{GAS}{gas}{area}, source = "bench" }}\n')
     one = _stress(driven)
     record(tmp_path, over=True)
     load = f'[[load]]\npressure = {{ file = "p.csv", rpm = 3000, angle = "30 deg" }}\narea = {area}\n'
@@ -215,5 +215,5 @@ def _stress(scene: Scene) -> dict[str, float]:
     striker, seat = striker_of(scene), impact.spring(stiffness=5e7)
     touches = run_contacts(scene, striker, seat, 8e-7)
     met, lift = touches.stopper_force, lift_of(touches)
-    found = stress_of(scene.geometry, striker, touches.seat.force, 8e-7, lift, stopper=met)
-    return {"initial": found.initial.value, "stress": found.after_contact.value}
+    stress = stress_of(scene.geometry, striker, touches.seat.force, 8e-7, lift, stopper=met)
+    return {"initial": stress.initial.value, "stress": stress.after_contact.value}

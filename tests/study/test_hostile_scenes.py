@@ -36,10 +36,10 @@ SLOW = 6.0  # s of the processor; each took a minute, or grew with a power of it
 )
 def test_a_scene_of_many_of_a_kind(text, message, tmp_path):
     start = time.process_time()
-    with pytest.raises(SceneError) as told:
+    with pytest.raises(SceneError) as refused:
         load_text(tmp_path, text)
-    assert re.search(message, str(told.value))
-    assert len(told.value.problems) <= 101
+    assert re.search(message, str(refused.value))
+    assert len(refused.value.problems) <= 101
     assert time.process_time() - start < SLOW
 
 
@@ -109,7 +109,7 @@ run = { duration = "100 us" }
 
 @pytest.mark.slow
 def test_what_takes_long_is_refused_first(tmp_path):
-    """A line of 4 nm on a cone."""
+    """An arc of 4 nm on a cone is refused with key and limits within the time allowed."""
     (tmp_path / "cone.toml").write_text(CONE)
     (cone,) = run_bounded([["run", "cone.toml"]], tmp_path)
     assert_refused(cone, "cone.toml:2: seat.arc: 5.72958e-05 deg", "0.36 and 360 deg")

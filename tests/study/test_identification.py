@@ -24,13 +24,13 @@ def record():
 
 
 def fitted(result):
-    """By key: value, low, high, in the units of the file."""
+    """Return by key the value, low and high, in the units of the file."""
     return {key: (value, each.value(ends.low), each.value(ends.high)) for key, each, value, ends in result}
 
 
 @pytest.mark.slow
 def test_intervals_hold(record, tmp_path):
-    """Records by another mesh, step and law than the fit's. The table of 100 draws is in docs/howto/identify.md."""
+    """Intervals hold the truth of records by another mesh, step and law; 100 draws are in docs/howto/identify.md."""
     time, force = record
     held = dict.fromkeys(TRUE, 0)
     for seed in range(DRAWS):
@@ -44,7 +44,7 @@ def test_intervals_hold(record, tmp_path):
 
 @pytest.mark.slow
 def test_a_coefficient_that_is_off_by_three_percent_is_seen(record, tmp_path):
-    """With a fifth of the noise the true values come back, and a modulus of 3 % more moves one out of its interval."""
+    """The true values come back at a fifth of the noise; a modulus 3 % more moves one out of its interval."""
     time, force = record
     quiet = RECORD.replace('noise = "40 N"', 'noise = "8 N"')
     given = force + NOISE / 5 * noise(len(time), 1)
@@ -58,12 +58,12 @@ def test_a_coefficient_that_is_off_by_three_percent_is_seen(record, tmp_path):
 
 @pytest.mark.slow
 def test_the_derivatives_are_those_of_the_records(record, tmp_path):
-    """By all keys, those of the records, too; to the square of the differences' width."""
-    asked, samples = load_identification(write_files(tmp_path, *record, RECORD.replace("[fit]", "[fit]\n" + GAIN)))
-    model = Model(asked, samples)
-    at = np.array([each.share(TRUE.get(key, 1.0) * 1.013) for key, each in asked.fit.items()])
+    """The derivatives by all keys, those of the records too, agree with differences of marches."""
+    study, samples = load_identification(write_files(tmp_path, *record, RECORD.replace("[fit]", "[fit]\n" + GAIN)))
+    model = Model(study, samples)
+    at = np.array([each.share(TRUE.get(key, 1.0) * 1.013) for key, each in study.fit.items()])
     slopes, width = model.jacobian(at), 1e-4
-    for column, key in enumerate(asked.fit):
+    for column, key in enumerate(study.fit):
         step = width * np.eye(len(at))[column]
         by_marches = (model.residuals(at + step) - model.residuals(at - step)) / (2 * width)
         error = np.abs(slopes[:, column] - by_marches)
@@ -77,7 +77,7 @@ GAIN = "gain.force = { start = 1.0, from = 0.5, to = 2.0 }"
 
 @pytest.mark.slow
 def test_what_is_told_only_together_is_said(record, tmp_path):
-    """A wider gap is a later touch, and so is a delay."""
+    """The result names gap and delay as correlated: a wider gap is a later touch, and so is a delay."""
     damped = SCENE.replace("damping_ratio = 0.02", "damping_ratio = 0.03")
     gap = 'contact.gap = { start = "20 um", from = "0 um", to = "60 um" }\n'
     text = RECORD.replace("[fit]\n", f"[fit]\n{gap}").replace("seat.damping_ratio", "# ").replace("reed.velocity", "# ")
@@ -89,7 +89,7 @@ def test_what_is_told_only_together_is_said(record, tmp_path):
 
 @pytest.mark.slow
 def test_what_the_record_does_not_tell_is_said(record, tmp_path):
-    """In a record of the first rise the joint is hardly unloaded: its recovery may be anything."""
+    """A record of the first rise hardly unloads the joint: the result says that it does not tell its recovery."""
     time, force = record
     text = RECORD.replace('noise = "40 N"', 'noise = "40 N"\nto = "40 us"')
     text = text.replace("seat.damping_ratio = {", "# {")
@@ -108,7 +108,7 @@ def test_correlated_residuals_widen_intervals():
 
 
 def test_the_profile_of_a_line_is_exact():
-    """Of y = a x + b with unit noise: the interval is t over the root of the sum of (x - mean)^2."""
+    """The interval of a in y = a x + b with known noise is t over the root of the sum of (x - mean)^2."""
     x = np.linspace(-1, 2, 40)
     y = 0.3 * x + 0.5 + 0.01 * np.sin(7 * x)
 

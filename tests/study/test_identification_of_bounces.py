@@ -28,7 +28,7 @@ FITS = {
 
 @pytest.fixture(scope="module")
 def bounces(tmp_path_factory):
-    """Times [s] and forces [N] of a reed that bounces on its seat, at a fine step."""
+    """Give times [s] and forces [N] of a reed that bounces on its seat, at a fine step."""
     path = tmp_path_factory.mktemp("bounces") / "reed.toml"
     path.write_text(SCENE, encoding="utf-8")
     scene = load_scene(path, {"run.time_step": "0.05 us"})
@@ -73,7 +73,7 @@ def test_a_record_that_no_start_reaches_tells_nothing(bounces, tmp_path):
 
 @pytest.mark.slow
 def test_the_part_of_the_step_is_in_the_interval_and_said(bounces, tmp_path):
-    """With little noise the step of the fit moves the gap out of the interval that noise alone would have."""
+    """The step of the fit moves the gap out of the interval that little noise alone would have."""
     fit = 'contact.gap = { start = "0.052 mm", from = "0.02 mm", to = "0.2 mm" }'
     result = identify(write_files(tmp_path, bounces, fit, 0.03))
     [(_, fitted, _, ends)] = result

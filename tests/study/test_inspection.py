@@ -30,7 +30,7 @@ def written(folder: Path, seat: str) -> Path:
     return path
 
 
-def told(folder: Path, seat: str, capsys: pytest.CaptureFixture[str], verb: str = "plan") -> list[str]:
+def plan_messages(folder: Path, seat: str, capsys: pytest.CaptureFixture[str], verb: str = "plan") -> list[str]:
     assert run_command([verb, str(written(folder, seat)), *(["-o", str(folder / "out")] if verb == "run" else [])]) == (
         BAD_INPUT
     )
@@ -47,29 +47,29 @@ def test_every_wrong_selector_is_told_at_its_line(verb, tmp_path, capsys):
         + 'groups.bores = { radius = "3 mm" }\nregions.ring = { order = 3 }\nmaterials.core = "titanium"\n'
         + 'supports = [{ kind = "bolted", on = "rimm", normal = "5 GPa/mm" }]\n'
     )
-    found = told(tmp_path, seat, capsys, verb)
-    assert [line.split(":")[1:3] for line in found] == [
+    lines = plan_messages(tmp_path, seat, capsys, verb)
+    assert [line.split(":")[1:3] for line in lines] == [
         ["5", " seat.contact"], ["6", " seat.fixed"], ["7", " seat.groups.bores"], ["8", " seat.regions.ring"],
         ["9", " seat.materials.core"], ["10", " seat.supports.0.on"],
     ]  # fmt: skip
-    assert "number 77" in found[0]
-    assert "6 separate faces match" in found[2]
-    assert "seatfem faces valve_plate.step" in found[0]
+    assert "number 77" in lines[0]
+    assert "6 separate faces match" in lines[2]
+    assert "seatfem faces valve_plate.step" in lines[0]
 
 
 def test_a_wrong_unit_is_told_at_its_key(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (found,) = told(tmp_path, CAD.format(MESHES / "bar.step") + 'unit = "inch"\n', capsys)
-    assert found.startswith("scene.toml:5: seat.unit: ")
-    (found,) = told(tmp_path, MESH + 'unit = "um"\n', capsys)
-    assert found.startswith("scene.toml:5: seat.unit: ")
+    (line,) = plan_messages(tmp_path, CAD.format(MESHES / "bar.step") + 'unit = "inch"\n', capsys)
+    assert line.startswith("scene.toml:5: seat.unit: ")
+    (line,) = plan_messages(tmp_path, MESH + 'unit = "um"\n', capsys)
+    assert line.startswith("scene.toml:5: seat.unit: ")
 
 
 @pytest.mark.slow
 def test_wrong_groups_of_a_mesh_are_told_together(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    found = told(tmp_path, MESH + 'contact = "contac"\nfixed = "clamp"\n', capsys)
-    assert [line.split(":")[1:3] for line in found] == [["5", " seat.contact"], ["6", " seat.fixed"]]
-    found = told(tmp_path, MESH + 'supports = [{ kind = "sliding", on = "x" }]\n', capsys)
-    assert re.match("scene.toml:5: seat.supports.0.on: .*'x'; .*'contact'", found[0])
+    lines = plan_messages(tmp_path, MESH + 'contact = "contac"\nfixed = "clamp"\n', capsys)
+    assert [line.split(":")[1:3] for line in lines] == [["5", " seat.contact"], ["6", " seat.fixed"]]
+    lines = plan_messages(tmp_path, MESH + 'supports = [{ kind = "sliding", on = "x" }]\n', capsys)
+    assert re.match("scene.toml:5: seat.supports.0.on: .*'x'; .*'contact'", lines[0])
 
 
 @pytest.mark.parametrize(
@@ -85,9 +85,9 @@ def test_wrong_groups_of_a_mesh_are_told_together(tmp_path: Path, capsys: pytest
 )  # fmt: skip
 def test_wrong_headers_are_told_by_a_plan(seat, place, words, tmp_path, capsys):
     (tmp_path / "seat.csv").write_text("a,b\n1,2\n", encoding="utf-8")
-    found = told(tmp_path, f"[seat]\n{seat}\n", capsys)
-    assert place in found[0]
-    assert words in found[0]
+    lines = plan_messages(tmp_path, f"[seat]\n{seat}\n", capsys)
+    assert place in lines[0]
+    assert words in lines[0]
 
 
 def test_supports_of_drawn_seats_are_looked_up_without_a_file(tmp_path: Path) -> None:
@@ -99,7 +99,7 @@ def test_supports_of_drawn_seats_are_looked_up_without_a_file(tmp_path: Path) ->
 
 @pytest.mark.slow
 def test_a_file_is_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """By the plan, and not again by the same process; a changed file is."""
+    """A process reads a file once for its plans, and again after the file changed."""
     calls: list[str] = []
     gmsh, read = cad.run_gmsh, mesh_files.run_gmsh
     monkeypatch.setattr(cad, "run_gmsh", lambda job, *more: (calls.append(job["task"]), gmsh(job, *more))[1])
@@ -123,10 +123,10 @@ def test_a_file_is_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 def test_numbers_are_those_of_the_file_and_stay_through_fragmenting() -> None:
     """The ring's top is face 8 of the file; the common faces of two solids have two numbers each."""
     part = CadPart(MESHES / "insert_seat.step", contact=NumberedFace((8,)), fixed=NumberedFace((3,)))
-    found = inspect_geometry(part)
-    assert found.problems == ()
-    assert [face.numbers for face in found.faces if "contact" in face.groups] == [(8,)]
-    assert sorted(face.numbers for face in found.faces if len(face.numbers) == 2) == [(4, 7), (6, 9)]
+    inspected = inspect_geometry(part)
+    assert inspected.problems == ()
+    assert [face.numbers for face in inspected.faces if "contact" in face.groups] == [(8,)]
+    assert sorted(face.numbers for face in inspected.faces if len(face.numbers) == 2) == [(4, 7), (6, 9)]
     mesh = make_mesh(part, COARSE)
     assert mesh.quality.cad_areas["contact"] == pytest.approx(np.pi * (8e-3**2 - 4e-3**2), rel=1e-9)
     assert mesh.quality.cad_areas["fixed"] == pytest.approx(np.pi * (12e-3**2 - 4e-3**2), rel=1e-9)
@@ -134,7 +134,7 @@ def test_numbers_are_those_of_the_file_and_stay_through_fragmenting() -> None:
 
 @pytest.mark.slow
 def test_a_cylinder_is_selected_by_its_radius_alone() -> None:
-    """Bolt holes beside the axis; of the ports of an extruded plate, which the file calls extrusions, too."""
+    """A radius selects bolt holes off the axis, and ports that the file calls extrusions."""
     body = CadPart(MESHES / "valve_body.step", fixed=CylinderFace(2.25e-3, several=True))
     shape = inspect_geometry(body).shape
     holes = [face for face in inspect_geometry(body).faces if "fixed" in face.groups]
@@ -148,14 +148,14 @@ def test_a_cylinder_is_selected_by_its_radius_alone() -> None:
 
 
 def test_of_several_cylinders_that_about_the_z_axis_is_meant(tmp_path: Path) -> None:
-    """As ever where no axis is given."""
+    """A radius without an axis means the cylinder about the z axis."""
     scene = load_scene(written(tmp_path, CAD.format(MESHES / "valve_body.step") + 'fixed = { radius = "4 mm" }\n'))
     (bore,) = (face for face in inspect_geometry(scene.seat.geometry()).faces if "fixed" in face.groups)
     assert bore.area == pytest.approx(2 * np.pi * 4e-3 * 14e-3, rel=1e-9)
 
 
 def test_what_a_shape_measures() -> None:
-    """Against the drawing: lip 0.8 mm wide between its rounded edges, plate 6 mm thick clamped at its rim."""
+    """Widths, depths and spans of parts are those of their drawings."""
     annular = inspect_geometry(CadPart(MESHES / "annular_seat.step")).shape
     assert annular.volume == pytest.approx(3231.0e-9, rel=1e-3)
     assert annular.width("contact") == pytest.approx(0.8e-3, rel=0.02)  # straight edges of coarse circles
@@ -178,7 +178,7 @@ def test_a_mesh_measures_what_its_cad_does(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_cad_plate_is_measured_like_the_same_plate_drawn_here(tmp_path: Path) -> None:
-    """From its faces: lands 1 mm wide, on a plate that bends between its rim; not a patch as wide as the reed."""
+    """A CAD plate's faces give lands 1 mm wide on a plate that bends inside its rim, not one as wide as the reed."""
     drawn = Plate.model_validate(
         {
             "kind": "plate", "ports": 6, "port_radius": "3 mm", "pitch": "10 mm", "margin": "5 mm", "thickness": "6 mm",
@@ -187,12 +187,12 @@ def test_a_cad_plate_is_measured_like_the_same_plate_drawn_here(tmp_path: Path) 
     ).patch()  # fmt: skip
     seat = CAD.format(MESHES / "valve_plate.step") + "contact = { number = 11 }\n"
     scene = load_scene(written(tmp_path, seat))
-    found = scene.seat.patch()
-    assert found.area == pytest.approx(drawn.area, rel=0.02)
-    assert found.width == pytest.approx(drawn.width, rel=0.05)
-    assert found.depth == pytest.approx(drawn.depth, rel=1e-6)
+    patch = scene.seat.patch()
+    assert patch.area == pytest.approx(drawn.area, rel=0.02)
+    assert patch.width == pytest.approx(drawn.width, rel=0.05)
+    assert patch.depth == pytest.approx(drawn.depth, rel=1e-6)
     for key in ("bending", "bending_frequency"):  # a plate with its load off the centre is stiffer than at the centre
-        assert 1 / 4 < getattr(found, key) / getattr(drawn, key) < 4
+        assert 1 / 4 < getattr(patch, key) / getattr(drawn, key) < 4
 
 
 @pytest.mark.slow

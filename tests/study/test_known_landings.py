@@ -24,7 +24,7 @@ SCENE = (
 
 
 def shaken(folder: Path, duration: str, more: str = "") -> Path:
-    """A ball on a table that shakes with 5 g at 50 Hz."""
+    """Write a ball on a table that shakes with 5 g at 50 Hz."""
     rows = (f"{t / 4000:.5f},{49.05 * math.cos(100 * math.pi * t / 4000):.6f}" for t in range(12001))
     (folder / "table.csv").write_text("\n".join(["time [s],acceleration [m/s^2]", *rows]) + "\n", encoding="utf-8")
     path = folder / "shaken.toml"

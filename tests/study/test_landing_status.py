@@ -31,7 +31,7 @@ def swept(folder: Path, monkeypatch: pytest.MonkeyPatch, more: str = "", velocit
 
 @pytest.mark.slow
 def test_means_are_of_scenes_that_land(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """2 m v, whatever the gap: with the others the mean would be a quarter less. The tolerance is the steps'."""
+    """Means over scenes that land are 2 m v to the steps' tolerance; all scenes would give a quarter less."""
     table = swept(tmp_path, monkeypatch)
     assert list(table.columns["landing_status"]) == STATUSES
     assert list(table.columns["status"]) == ["done", "done", "done", "missed", "done"]  # of a part nothing is known
@@ -87,7 +87,7 @@ outputs = {{ measures = ["landing_impulse_Ns"] }}
 
 @pytest.mark.slow
 def test_side_by_side_they_are_told_apart_as_one_by_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """By when the mass arrives and leaves; bars of a sample are those of scenes that land, and of no others."""
+    """Status follows from when the mass arrives and leaves; scenes that land have a sample's bars, no others."""
     answer_here(monkeypatch)
     text = """design = "latin_hypercube"
 number = 64
@@ -121,20 +121,20 @@ SOUGHT = '[vary]\ncontact.gap = { from = "0 mm", to = "0.4 mm" }\n[optimise]\nmi
 def test_an_optimum_lands(measure: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Half of the range has no impulse at all, a quarter a part of it; the least is 2 m v of the scenes that land."""
     answer_here(monkeypatch)
-    found = run_optimum(load_study(study_file(tmp_path, SOUGHT % measure)), tmp_path / "out")
-    assert found.best.outcome.summary["landing_status"] == "landed"
-    assert {each.outcome.summary["landing_status"] for each in found.searched} == set(STATUSES)
-    assert found.best.value(measure) == pytest.approx(2e-3, rel=5e-3)
-    assert "of 12 scenes left out" in found.as_json()["left_out"] or len(found.searched) < 12
-    assert found.as_json()["left_out"].endswith(("cut off", "no landing"))
+    optimum = run_optimum(load_study(study_file(tmp_path, SOUGHT % measure)), tmp_path / "out")
+    assert optimum.best.outcome.summary["landing_status"] == "landed"
+    assert {each.outcome.summary["landing_status"] for each in optimum.searched} == set(STATUSES)
+    assert optimum.best.value(measure) == pytest.approx(2e-3, rel=5e-3)
+    assert "of 12 scenes left out" in optimum.as_json()["left_out"] or len(optimum.searched) < 12
+    assert optimum.as_json()["left_out"].endswith(("cut off", "no landing"))
 
 
 @pytest.mark.slow
 def test_an_optimum_of_what_needs_no_landing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     answer_here(monkeypatch)
-    found = run_optimum(load_study(study_file(tmp_path, SOUGHT % "landing_count")), tmp_path / "out")
-    assert found.best.value("landing_count") == 0
-    assert found.as_json()["left_out"] == ""
+    optimum = run_optimum(load_study(study_file(tmp_path, SOUGHT % "landing_count")), tmp_path / "out")
+    assert optimum.best.value("landing_count") == 0
+    assert optimum.as_json()["left_out"] == ""
 
 
 @pytest.mark.slow
@@ -147,7 +147,7 @@ def test_no_optimum_where_nothing_lands(tmp_path: Path, monkeypatch: pytest.Monk
 
 @pytest.mark.slow
 def test_what_the_program_says(tmp_path, monkeypatch, capsys):
-    """How many are left out; a measure that stays empty, in all scenes that count or in some."""
+    """The command tells how many scenes are left out, and which measures no or only some scenes have."""
     answer_here(monkeypatch)
     monkeypatch.chdir(tmp_path)
     study_file(tmp_path, GAPS.format('["-1 m/s", "-1.1 m/s"]'))
@@ -157,8 +157,8 @@ def test_what_the_program_says(tmp_path, monkeypatch, capsys):
     assert "empty" not in out
     assert (tmp_path / "out" / "main_effects.png").is_file()
     assert ",landing_status,status," in (tmp_path / "out" / TABLE).read_text(encoding="utf-8").splitlines()[0]
-    asked = '[outputs]\nmeasures = ["landing_peak_reed_stress_Pa", "impulse_Ns"]\n'  # a rigid mass bears none
-    study_file(tmp_path, GAPS.format('"-1 m/s"') + asked)
+    outputs = '[outputs]\nmeasures = ["landing_peak_reed_stress_Pa", "impulse_Ns"]\n'  # a rigid mass bears none
+    study_file(tmp_path, GAPS.format('"-1 m/s"') + outputs)
     assert run_command(["sweep", "study.toml", "-o", "out", "--no-pictures"]) == FAILED
     assert "landing_peak_reed_stress_Pa: no scene has it, of 3 that landed\n" in capsys.readouterr().out
     study_file(tmp_path, '[vary]\ncontact.gap = ["0.3 mm", "0.35 mm"]')

@@ -52,6 +52,6 @@ def test_the_price_by_some_is_that_by_all(folder, monkeypatch):
 def test_checking_reports_how_far_it_is(folder, monkeypatch):
     monkeypatch.setattr(cases, "TOLD_EVERY", 20)
     (folder / "study.toml").write_text(GRID)
-    told = []
-    cases.cases_of(load_study(folder / "study.toml"), progress=lambda *stage: told.append(stage))
-    assert told == [("checking scenes", share) for share in (0.25, 0.5, 0.75, 1.0)]
+    reports = []
+    cases.cases_of(load_study(folder / "study.toml"), progress=lambda *stage: reports.append(stage))
+    assert reports == [("checking scenes", share) for share in (0.25, 0.5, 0.75, 1.0)]

@@ -29,15 +29,15 @@ Build = Callable[..., Solved]
 @pytest.fixture
 def seat(tmp_path: Path) -> Callable[[str], Drawn]:
     def read(text: str) -> Drawn:
-        found = load_text(tmp_path, "[seat]\n" + text + REST).seat
-        return found
+        body = load_text(tmp_path, "[seat]\n" + text + REST).seat
+        return body
 
     return read
 
 
 @pytest.fixture(scope="module")
 def build(tmp_path_factory: pytest.TempPathFactory) -> Build:
-    """Every seat is built once."""
+    """Give a function that builds every seat once."""
     path = tmp_path_factory.mktemp("levels") / "scene.toml"
 
     @cache
@@ -61,9 +61,9 @@ def build(tmp_path_factory: pytest.TempPathFactory) -> Build:
     ],
 )
 def test_what_applies_and_what_is_chosen(text, levels, chosen, seat):
-    found = seat(text).levels()
-    assert {level.level for level in found if level.applies} == levels
-    assert all(level.reason for level in found)
+    possible = seat(text).levels()
+    assert {level.level for level in possible if level.applies} == levels
+    assert all(level.reason for level in possible)
     assert seat(text).level(0.0025).level == chosen
 
 
@@ -73,14 +73,14 @@ def test_a_level_that_does_not_apply_is_refused_with_what_does(seat: Callable[[s
 
 
 def test_loves_correction_grows_with_the_square_of_the_band(seat: Callable[[str], Drawn]) -> None:
-    """nu^2 w^2 r^2/(2 c_0^2) by hand: nu 0.3, r^2 = 32/12 mm^2, c_0^2 = 200e9/7850, at 100 kHz."""
+    """The error is nu^2 w^2 r^2/(2 c_0^2) with r^2 = 32/12 mm^2, and a hundredfold at ten times the band."""
     one, ten = (seat(BAR.replace("100 kHz", band)) for band in ("100 kHz", "1 MHz"))
     assert one.love_error(1e5) == pytest.approx(0.09 * (2 * np.pi * 1e5) ** 2 * (32e-6 / 12) / 2 / (200e9 / 7850))
     assert ten.love_error(1e6) == pytest.approx(100 * one.love_error(1e5))
 
 
 def difference(one: Solved, other: Solved, band: float) -> float:
-    """Largest difference of g after the Hann pulse of the band, relative."""
+    """Return the largest difference of g after the Hann pulse of the band, relative."""
     t = np.linspace(0, 20e-6, 200)
     a, b = (answer.greens.filtered(t, 1 / band) for answer in (one, other))
     return float(np.abs(a - b).max() / np.abs(a).max())

@@ -69,7 +69,7 @@ def test_the_margin_of_one_mode_in_free_flight(tmp_path: Path, periods: int) -> 
 
 
 def test_the_initial_bending_is_in_the_block(tmp_path: Path) -> None:
-    """A quarter period, from the deflection to none: closed upon itself, half the range about half the stress."""
+    """A quarter period from the deflection to none has half its stress as range and as mean."""
     scene = scene_of(tmp_path)
     short = scene.model_copy(update={"run": scene.run.model_copy(update={"duration": 0.25 / FREQUENCY})})
     amplitude = YOUNG * THICKNESS / 2 * (ROOT / LENGTH) ** 2 * 0.5e-3 / 2
@@ -80,7 +80,7 @@ def test_the_initial_bending_is_in_the_block(tmp_path: Path) -> None:
 
 
 def test_the_last_turn_alone(tmp_path: Path) -> None:
-    """Under a load in crank angle the block is the last turn, in which the start is not."""
+    """The block under a load in crank angle is the last turn, without the start."""
     (tmp_path / "load.csv").write_text(
         "angle [deg],force [N]\n0,0.1\n90,0\n180,-0.1\n270,0\n360,0.1\n", encoding="utf-8"
     )
@@ -93,8 +93,8 @@ def test_the_last_turn_alone(tmp_path: Path) -> None:
     assert block_from(whole.life, whole.turn, touches) == 0
     start = np.zeros(len(touches.seat.time))
     start[: first - 1] = 1e9  # all before the block is passed over
-    found = lasting(scene.life, touches, first, [("reed, root", start)]).of_one_axis
-    assert found[0].life.margin == math.inf
+    verdicts = lasting(scene.life, touches, first, [("reed, root", start)]).of_one_axis
+    assert verdicts[0].life.margin == math.inf
     assert keys_of(scene)["life_margin"] > 1.01 * keys_of(whole)["life_margin"]  # type: ignore[operator]
 
 
@@ -117,19 +117,19 @@ def test_what_a_run_tells(tmp_path: Path) -> None:
     limit = 'impact_speed_limit = "8 m/s"\nsource = "invented, too"\n'
     scene = scene_of(tmp_path, ASKED + limit, gap="0 mm", periods=1)
     outcome = run_scene(scene, tmp_path / "out", pictures=False)
-    told = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
-    assert told["life_margin"] == pytest.approx(keys_of(scene)["life_margin"], rel=0.01)
-    assert told["error_bar_life_margin"] > 0
-    share = told["error_bar_peak_reed_stress_after_contact_Pa"] / told["peak_reed_stress_after_contact_Pa"]
-    assert told["error_bar_life_margin"] == pytest.approx(told["life_margin"] * share / (1 - share))
-    assert told["life_speed_margin"] == pytest.approx(8 / told["life_speed_m_per_s"])
-    assert told["life_speed_m_per_s"] >= told["impact_velocity_m_per_s"] > 0
-    assert (told["life_criterion"], told["life_survival"], told["life_design_cycles"]) == ("goodman", 0.999, 4.5e9)
-    assert told["life_strength_source"] == "invented for tests"
-    assert {"spring_life_margin", "life_cycles", "life_damage_per_cycle", "life_at"} <= told.keys()
+    keys = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
+    assert keys["life_margin"] == pytest.approx(keys_of(scene)["life_margin"], rel=0.01)
+    assert keys["error_bar_life_margin"] > 0
+    share = keys["error_bar_peak_reed_stress_after_contact_Pa"] / keys["peak_reed_stress_after_contact_Pa"]
+    assert keys["error_bar_life_margin"] == pytest.approx(keys["life_margin"] * share / (1 - share))
+    assert keys["life_speed_margin"] == pytest.approx(8 / keys["life_speed_m_per_s"])
+    assert keys["life_speed_m_per_s"] >= keys["impact_velocity_m_per_s"] > 0
+    assert (keys["life_criterion"], keys["life_survival"], keys["life_design_cycles"]) == ("goodman", 0.999, 4.5e9)
+    assert keys["life_strength_source"] == "invented for tests"
+    assert {"spring_life_margin", "life_cycles", "life_damage_per_cycle", "life_at"} <= keys.keys()
     page = (Path(__file__).parents[2] / "docs" / "life.md").read_text(encoding="utf-8")
     in_scenes = page.partition("## In scenes")[2].partition("## Strength files")[0]
-    assert set(re.findall(r"^\| `(life_\w+)` \|", in_scenes, re.MULTILINE)) <= told.keys()
+    assert set(re.findall(r"^\| `(life_\w+)` \|", in_scenes, re.MULTILINE)) <= keys.keys()
     words = in_words(outcome.summary)
     assert "4.5e9 cycles with 99.9 % survival" in words
     assert "invented for tests" in words
@@ -186,10 +186,10 @@ def test_nobody_asked(tmp_path: Path) -> None:
     ],
 )  # fmt: skip
 def test_refused(tmp_path: Path, life: str, strength: str, said: str) -> None:
-    """With the scene's file and line, before anything is computed."""
-    told = refusal(scene_of, tmp_path, life, strength=strength)
-    assert re.search(said, told)
-    assert told.startswith(str(tmp_path / "scene.toml") + ":")
+    """A scene's life is refused with the scene's file and line before anything is computed."""
+    message = refusal(scene_of, tmp_path, life, strength=strength)
+    assert re.search(said, message)
+    assert message.startswith(str(tmp_path / "scene.toml") + ":")
 
 
 def test_a_mass_has_no_stress_but_a_speed(tmp_path: Path) -> None:
@@ -207,7 +207,7 @@ def test_a_mass_has_no_stress_but_a_speed(tmp_path: Path) -> None:
 
 
 def test_below_the_contact_of_a_ball(tmp_path: Path) -> None:
-    """Hertz's impact on a stiff support: p0 of the largest force; Crossland by half the largest shear stress.
+    """Crossland's margin is that of half the largest shear stress under Hertz's p0 on a stiff support.
 
     sqrt(J2a) = tau/sqrt 3 with tau = 0.310 p0 at nu = 0.3 (Johnson), and no tension: the pressure's largest value is 0.
     The support's compliance takes 2e-4 of the force, depths and digits 1e-3.
@@ -260,8 +260,8 @@ def test_a_reed_that_is_released_and_struck(tmp_path: Path) -> None:
         pictures=False,
     ).summary
     allowed = 400e6 * (450 * 10 ** (3.09023 * 0.25)) ** (-1 / 23)
-    found = (summary[f"{key}_Pa"] for key in ("initial_reed_stress", "peak_reed_stress_after_contact"))
-    before, after = (float(str(value)) for value in found)
+    stresses = (summary[f"{key}_Pa"] for key in ("initial_reed_stress", "peak_reed_stress_after_contact"))
+    before, after = (float(str(value)) for value in stresses)
     amplitude, mean = (after + before) / 2, abs(after - before) / 2
     assert summary["life_margin"] == pytest.approx(1 / (amplitude / allowed + mean / 1800e6), rel=1e-3)
     assert summary["life_at"] == f"reed, root, face {'towards' if before > after else 'away from'} the seat"

@@ -39,7 +39,7 @@ LIFE = '[life]\nstrength = "strength.toml"\ncriterion = "swt"\ncycles = 4.5e9\n'
 def run(
     folder: Path, text: str, monkeypatch: pytest.MonkeyPatch | None = None
 ) -> tuple[dict[str, object], list[Round]]:
-    """Summary, and the round."""
+    """Run a scene, and return its summary and the round."""
     (folder / "strength.toml").write_text(STRENGTH, encoding="utf-8")
     kept: list[Round] = []
     if monkeypatch is not None:
@@ -74,7 +74,7 @@ def test_a_plate_in_free_flight_fails_where_and_when_its_stress_says(tmp_path, m
 
 @pytest.mark.slow
 def test_the_points_with_the_largest_ranges_of_each_region(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """No less than the largest von Mises stress of any difference of two states, and no more than sqrt 5 times it."""
+    """Ranges lie between the largest von Mises stress of differences of two states and sqrt 5 times it."""
     soft = SPRING.replace("20 N/um", "0.2 N/um")  # whose landing asks little of what lies above the plate's modes
     text = soft + THROWN + RUN.format(0.4) + LIFE + 'multiaxial = "crossland"\n'
     keys, (done,) = run(tmp_path, text, monkeypatch)
@@ -96,7 +96,7 @@ def test_the_points_with_the_largest_ranges_of_each_region(tmp_path: Path, monke
 
 @pytest.mark.slow
 def test_a_plate_that_meets_its_stopper_alone_has_a_bar(tmp_path: Path) -> None:
-    """What half the step changes of stress and margin is within the bars, as it is of the stopper's force."""
+    """The bars of stress, margin and the stopper's force hold what half the step changes."""
     bent = REED + 'release = { deflection = "-1 mm" }\n[contact]\ngap = "1.5 mm"\n'
     stopper = '[stopper]\nkind = "spring"\nstiffness = "0.02 N/um"\ngap = "50 um"\n'
     keys, finer = (run(tmp_path, SPRING + bent + stopper + each + LIFE)[0] for each in (RUN.format(1.5), FINER))
@@ -109,7 +109,7 @@ def test_a_plate_that_meets_its_stopper_alone_has_a_bar(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_margin_over_speed_is_the_allowed_speed_over_it(tmp_path: Path) -> None:
-    """A linear reed on a linear seat it touches from the start: margin * speed stays, and is the allowed one."""
+    """Margin times speed stays the allowed speed of a linear reed on a linear seat that it touches at first."""
     text = SPRING + THROWN + RUN.format(1.2) + LIFE + 'curves = { speed = ["1 m/s", "2 m/s", "16 m/s"] }\n'
     keys, _ = run(tmp_path, text)
     rows = (tmp_path / "out" / "margin_over_speed.csv").read_text(encoding="utf-8").splitlines()

@@ -85,7 +85,7 @@ class Bench:
 
 @pytest.fixture(autouse=True)
 def _arcs_alone(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What rings across them leave is another term of the patch's share (test_parts_across)."""
+    """Leave out what rings across arcs miss, another term of the patch's share (test_parts_across)."""
     monkeypatch.setattr("seatfem.study.ladders.patch.of_rings_across", lambda *_: ())
 
 
@@ -97,17 +97,17 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Bench:
 @pytest.mark.slow
 @pytest.mark.parametrize("tilt", [PITCH, BACK, FLAT])
 def test_what_lands_in_pitch_lands_alike_on_both_sides(bench: Bench, tilt: tuple[str, str]) -> None:
-    """Of a mirrored mesh, modes that are even or odd, and a residual without cancellation: round-off, times 1e3 by the
-    contacts. A mesh that is not mirrored leaves 1e-3, Lanczos' modes alone 1e-5."""
+    """Forces on mirrored meshes with even or odd modes mirror to round-off, times 1e3 by the contacts; a mesh that is
+    not mirrored leaves 1e-3, Lanczos' modes alone 1e-5."""
     force = bench.land(32, tilt).force
     assert np.abs(force - force[:, ::-1]).max() < 1e-9 * force.max()
 
 
 @pytest.mark.parametrize(("axis", "lowest"), [(0.0, 270.0), (90.0, 0.0), (30.0, 300.0)])
 def test_a_tilt_opens_as_a_sine(tmp_path: Path, axis: float, lowest: float) -> None:
-    """R tan(tilt) (1 + sin(th - axis)) over the lowest point of the centre line, which lies half the width's rise above
-    the rim; the mean over arcs of 2 pi/N has sinc(1/N) in its sine; 128 midpoints of each arc leave (pi/4096)^2/6,
-    1e-7. Roll lets the side at 270 deg touch first, pitch the tip."""
+    """Openings are R tan(tilt) (1 + sin(th - axis)) over the centre line's lowest point, which is half the width's rise
+    above the rim; means over arcs of 2 pi/N have sinc(1/N), and 128 midpoints leave 1e-7. Roll lets the side at 270 deg
+    touch first, pitch the tip."""
     arcs = 32
     gaps = scene_of(tmp_path, keys(arcs, ("0.3 deg", f"{axis} deg"))).geometry.gaps(Division(arcs))
     th = 2 * np.pi * (np.arange(arcs) + 0.5) / arcs
@@ -122,8 +122,8 @@ def test_a_tilt_opens_as_a_sine(tmp_path: Path, axis: float, lowest: float) -> N
 
 
 def test_waviness_is_linear_between_its_angles(tmp_path: Path) -> None:
-    """A tent from 0 at 0 deg to 8 um at 90 deg and back at 180 deg, with 4 arcs: means 4, 4, 0, 0 um; tilted the other
-    way by negative heights, the smallest is where it dips."""
+    """A tent from 0 to 8 um at 90 deg and back at 180 deg has means 4, 4, 0, 0 um over 4 arcs; with a negative height
+    the gap is smallest where it dips."""
     tent = 'waviness = [["0 deg", "0 um"], ["90 deg", "8 um"], ["180 deg", "0 um"]]\n'
     gaps = scene_of(tmp_path, keys(4, FLAT, tent)).geometry.gaps(Division(4))
     np.testing.assert_allclose(gaps, GAP + np.array([4e-6, 4e-6, 0, 0]), atol=1e-9)
@@ -156,18 +156,18 @@ def test_a_rigid_face_on_an_even_lip_is_one_contact(bench: Bench, ports: int) ->
     """Arcs by symmetry carry equal forces, as one port does that is made of them."""
     scene = scene_of(bench.folder, keys(ports), reed=MASS)
     greens, striker = bench.seat(scene).greens, striker_of(scene)
-    found = [
+    runs = [
         impact.solve(problem_of(scene, striker, impact.Body(g)), dt=2e-8, duration=20e-6)
         for g in (greens, as_a_whole(greens))
     ]
-    several, one = (result.force for result in found)
+    several, one = (result.force for result in runs)
     assert one.max() > 0
     np.testing.assert_allclose(several, np.repeat(one[:, None] / ports, ports, 1), atol=1e-9 * one.max())
 
 
 def test_landings_of_the_reference(bench: Bench) -> None:
-    """Values with 300 modes of the plate and a half-space for a seat; here 73 modes and finite elements of the seat:
-    2 % of the impulse, 5 us hold together what 1 us does not."""
+    """Impulses are within 2 % of a reference with 300 modes of the plate and a half-space as seat; here the plate has
+    73 modes and the seat finite elements."""
     assert bench.impulse(32) == pytest.approx(1538e-6, rel=0.02)
     assert bench.impulse(32, ROLL) == pytest.approx(1450e-6, rel=0.02)
     assert bench.impulse(32, BACK) == pytest.approx(1450e-6, rel=0.02)
@@ -179,9 +179,8 @@ TILTS = [FLAT, ("1 deg", "0 deg"), ("0.1 deg", "90 deg"), PITCH, ("1 deg", "90 d
 @pytest.mark.slow
 @pytest.mark.parametrize("tilt", TILTS)
 def test_more_arcs_change_little(bench: Bench, tilt: tuple[str, str]) -> None:
-    """Against 128 arcs: the impulse of 32 to 1.2 % (measured 0.01 to 1.11 %; of longer records, at 1 degree in pitch,
-    where the far side is struck later, 1.4 %), the peak over 1 us of 64 to 3 % (measured 0.00 to 2.7 %), over 5 us to
-    1.5 %; in every one energy is kept."""
+    """32 arcs have the impulse of 128 to 1.2 % (measured up to 1.11 %; 1.4 % of longer records in pitch), 64 their peak
+    over 1 us to 3 % (measured up to 2.7 %) and over 5 us to 1.5 %; energy is kept."""
     assert bench.impulse(32, tilt) == pytest.approx(bench.impulse(128, tilt), rel=0.012)
     assert bench.peak(64, tilt) == pytest.approx(bench.peak(128, tilt), rel=0.03)
     assert bench.peak(64, tilt, 5e-6) == pytest.approx(bench.peak(128, tilt, 5e-6), rel=0.015)
@@ -190,17 +189,17 @@ def test_more_arcs_change_little(bench: Bench, tilt: tuple[str, str]) -> None:
 
 @pytest.mark.slow
 def test_peaks_converge_with_the_second_power_of_the_arcs(bench: Bench) -> None:
-    """Root mean squares over all tilts, against 128 arcs: 40, 8.5 and 0.4 % with 16, 32 and 64, orders 2.2 and 4.3.
-    The impulse, far closer from the start, goes with the first power: 1.4 and 0.2 % with 16 and 64."""
+    """Peaks differ from 128 arcs by 40, 8.5 and 0.4 % (root mean square over tilts) with 16, 32 and 64, orders 2.2 and
+    4.3; impulses, far closer from the start, by 1.4 and 0.2 % with 16 and 64."""
 
-    def left(arcs: int, measure: Callable[[int, tuple[str, str]], float]) -> float:
+    def mean_difference(arcs: int, measure: Callable[[int, tuple[str, str]], float]) -> float:
         return math.sqrt(np.mean([(measure(arcs, tilt) / measure(128, tilt) - 1) ** 2 for tilt in TILTS]))
 
-    peaks = [left(arcs, bench.peak) for arcs in (16, 32, 64)]
+    peaks = [mean_difference(arcs, bench.peak) for arcs in (16, 32, 64)]
     assert peaks[0] / peaks[1] > 3.5
     assert peaks[1] / peaks[2] > 4.0
     assert peaks[2] < 0.02
-    assert left(16, bench.impulse) / left(64, bench.impulse) > 3.5
+    assert mean_difference(16, bench.impulse) / mean_difference(64, bench.impulse) > 3.5
 
 
 def test_saved_loaded_and_taken_up_again(bench: Bench, tmp_path: Path) -> None:
@@ -275,22 +274,22 @@ def stated(bench: Bench) -> Callable[[int, tuple[str, str]], Stated]:
 def test_the_bar_covers_what_more_arcs_change(
     stated: Callable[[int, tuple[str, str]], Stated], ports: int, tilt: tuple[str, str]
 ) -> None:
-    found = stated(ports, tilt)
+    landing = stated(ports, tilt)
     for name in ("impulse", "filtered_peak", "line_force"):
-        assert found.bars[name] > found.true[name], name
+        assert landing.bars[name] > landing.true[name], name
     if tilt[0] != "0.1 deg":  # where it is most of the bar, the patch's share alone is of that size: 0.38 of it or more
         for name in ("impulse", "line_force"):
-            assert 3 * found.patch[name] > found.true[name], name
-    assert found.patch["filtered_peak"] < 0.6 * found.values["filtered_peak"]
+            assert 3 * landing.patch[name] > landing.true[name], name
+    assert landing.patch["filtered_peak"] < 0.6 * landing.values["filtered_peak"]
     if ports == 32:
-        assert found.patch["impulse"] < 0.01 * found.values["impulse"]
+        assert landing.patch["impulse"] < 0.01 * landing.values["impulse"]
 
 
 @pytest.mark.slow
 def test_where_no_more_arcs_can_be_half_as_many_tell(
     bench: Bench, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    """A third of what half as many change: of second order, too."""
+    """The error at the largest number of arcs is a third of what half as many change: second order."""
     monkeypatch.setattr("seatfem.structures.rings.MOST_CHOSEN", 16)
     scene = scene_of(tmp_path, keys(16, ROLL), duration="0.1 ms")
     seat = seat_of(scene, method=stated_method(scene).seat)
@@ -311,26 +310,26 @@ def test_where_no_more_arcs_can_be_half_as_many_tell(
 
 @pytest.mark.slow
 def test_the_bar_of_the_band_holds_what_wider_bands_change_and_falls(tmp_path: Path) -> None:
-    """On PEEK; with the error of one arc under a pulse as short as the band is wide it hardly fell."""
+    """The band's bar on PEEK holds what wider bands change, and halves from 160 to 400 kHz."""
     steel = 'young = "206 GPa", poisson = 0.3, density = "7800 kg/m^3"'
     soft = 'young = "4 GPa", poisson = 0.4, density = "1300 kg/m^3"'
-    left, values = [], []
+    errors, values = [], []
     for band in (160, 250, 400):
         seat = SEAT.replace("100 kHz", f"{band} kHz").replace(steel, soft)
         scene = scene_of(tmp_path, keys(16, ROLL), seat=seat, duration='0.1 ms"\nfilter_width = "4 us')
         solved, striker, method = seat_of(scene, mesh_error=False), striker_of(scene), stated_method(scene)
         touches = run_contacts(scene, striker, solved.greens, DT)
-        left.append(error_budget(scene, method, solved, striker, touches).parts["reduction"])
+        errors.append(error_budget(scene, method, solved, striker, touches).parts["reduction"])
         values.append(measured(run_contacts(scene, striker, solved.greens, 2 * DT), scene.run.filter_width))
     for name in ("impulse", "filtered_peak", "line_force"):
         for k in (0, 1):
-            assert 1.5 * left[k][name] > abs(values[k][name] - values[-1][name]), name
-        assert left[-1][name] < 0.5 * left[0][name], name
+            assert 1.5 * errors[k][name] > abs(values[k][name] - values[-1][name]), name
+        assert errors[-1][name] < 0.5 * errors[0][name], name
 
 
 @pytest.mark.slow
 def test_statics_are_off_by_what_the_waves_change(tmp_path: Path) -> None:
-    """Those of the same mesh, at twice the step; a run that has them needs none beside."""
+    """A static seat errs by what waves of its mesh change at twice the step; one with waves does not."""
     stated = SEAT.replace('greens = { bandwidth = "100 kHz" }', 'model = "spring"')
     scene = scene_of(tmp_path, keys(4, ROLL), reed=MASS, seat=stated, duration="20 us")
     method, striker, dt = stated_method(scene), striker_of(scene), DT / 5
@@ -339,13 +338,13 @@ def test_statics_are_off_by_what_the_waves_change(tmp_path: Path) -> None:
     waves = seat_of(scene, method=how, mesh_error=False)
     np.testing.assert_allclose(waves.greens.static_compliance(), seat.greens.static_compliance(), rtol=1e-6)
     touches = run_contacts(scene, striker, seat.greens, dt)
-    left = error_budget(scene, method, seat, striker, touches).parts["model"]
+    errors = error_budget(scene, method, seat, striker, touches).parts["model"]
     still, moved = (
         measured(run_contacts(scene, striker, g, 2 * dt), scene.run.filter_width) for g in (seat.greens, waves.greens)
     )
     for name in ("impulse", "filtered_peak", "line_impulse"):
-        assert left[name] == pytest.approx(abs(moved[name] - still[name]), rel=1e-6), name
-    assert left["impulse"] > 0.01 * still["impulse"]
+        assert errors[name] == pytest.approx(abs(moved[name] - still[name]), rel=1e-6), name
+    assert errors["impulse"] > 0.01 * still["impulse"]
     assert method_beside(scene.seat, how) is None
     assert begin_method(scene_of(tmp_path, keys(4, ROLL), reed=MASS)).seat.level == "axisymmetric"
 

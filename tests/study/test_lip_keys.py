@@ -37,10 +37,10 @@ def scene_of(folder: Path, contact: str, reed: str = REED, seat: str = LIP) -> S
     ],
 )
 def test_keys_alone(tmp_path: Path, contact: str, key: str, words: str) -> None:
-    told = refusal(scene_of, tmp_path, contact + "\n")
-    assert f"contact.{key}" in told
-    assert re.search(words, told)
-    assert "scene.toml:" in told  # and the line
+    message = refusal(scene_of, tmp_path, contact + "\n")
+    assert f"contact.{key}" in message
+    assert re.search(words, message)
+    assert "scene.toml:" in message  # and the line
 
 
 @pytest.mark.parametrize(
@@ -60,9 +60,9 @@ def test_keys_alone(tmp_path: Path, contact: str, key: str, words: str) -> None:
     ],
 )
 def test_keys_beside_others(tmp_path: Path, contact: str, reed: str, seat: str, key: str, words: str) -> None:
-    told = refusal(scene_of, tmp_path, contact + "\n", reed, seat)
-    assert f"contact.{key}" in told
-    assert re.search(words, told)
+    message = refusal(scene_of, tmp_path, contact + "\n", reed, seat)
+    assert f"contact.{key}" in message
+    assert re.search(words, message)
 
 
 def test_the_largest_tilt_is_within_its_limit(tmp_path: Path) -> None:
@@ -72,19 +72,19 @@ def test_the_largest_tilt_is_within_its_limit(tmp_path: Path) -> None:
 
 
 def test_a_load_as_a_single_table(tmp_path: Path) -> None:
-    told = refusal(scene_of, tmp_path, '[load]\npressure = "-1 bar"\narea = "80 mm^2"\n')
-    assert re.search(r"scene.toml:\d+: load: .*write \[\[load\]\]", told)
+    message = refusal(scene_of, tmp_path, '[load]\npressure = "-1 bar"\narea = "80 mm^2"\n')
+    assert re.search(r"scene.toml:\d+: load: .*write \[\[load\]\]", message)
 
 
 def test_a_seat_modelled_in_space_is_struck_as_a_whole(tmp_path: Path) -> None:
-    """As by any other reed: who states the model does not get another one."""
+    """A seat whose stated model is in space keeps it, and has no arcs."""
     assert scene_of(tmp_path, "", seat=LIP + 'model = "3d"\n').geometry.lip() is None
     lip = scene_of(tmp_path, "").geometry.lip()
     assert lip.arcs == 32
 
 
 def test_an_uneven_lip_has_arcs(tmp_path: Path) -> None:
-    """Under a rigid face, too; no more than can be with their rings."""
+    """A tilted, wavy or offset lip has arcs even under a rigid face, and no more than its rings allow."""
     for contact, arcs in (('tilt = "0.1 deg"', 32), ('waviness = [["0 deg", "1 um"]]\nrings = 16', 16)):
         lip = scene_of(tmp_path, contact + "\n", MASS).geometry.lip()
         assert lip.arcs == arcs

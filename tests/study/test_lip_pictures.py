@@ -30,7 +30,7 @@ SCENE = (
 
 @pytest.fixture(scope="module")
 def landed(tmp_path_factory: pytest.TempPathFactory) -> Any:
-    """A round as far as pictures ask for it, on springs; and its baseline."""
+    """Run a round as far as pictures ask for it, on springs, and its baseline."""
     scene, springs = load_text(tmp_path_factory.mktemp("lip"), SCENE), bed(Division(ARCS, 2), 5e6)
     striker = striker_of(scene)
     touches, stiffer = (run_contacts(scene, striker, seat, 2e-7) for seat in (springs, bed(Division(ARCS, 2), 5e7)))
@@ -65,18 +65,18 @@ def test_the_plate_that_is_drawn_is_the_one_that_touched(landed: Any) -> None:
     """Nodes near the lip's outer circle move as the arcs next to them, which the march knows; what the modes left out
     is not drawn."""
     lip = by_arc(landed.done.touches, Division(ARCS, 2))
-    found = landing_of(landed.done, lip)
-    corners = found.overlay.points.reshape(-1, 4, 3)[..., :2]
+    frames = landing_of(landed.done, lip)
+    corners = frames.overlay.points.reshape(-1, 4, 3)[..., :2]
     inner, outer = corners[:, :2], corners[:, 2:]
     (x, y), radius = outer.mean(axis=(0, 1)), RADIUS
     for edge, away in ((inner, 5e-3), (outer, 6e-3)):
         np.testing.assert_allclose(np.linalg.norm(edge - (x, y), axis=2), away, rtol=1e-9)
-    places = (found.points[:, :2] - (x, y)) @ np.array([1, 1j])
-    deflection = found.displacement[..., 2]
+    places = (frames.points[:, :2] - (x, y)) @ np.array([1, 1j])
+    deflection = frames.displacement[..., 2]
     near = np.flatnonzero(np.abs(np.abs(places) - radius) < 0.5e-3)
     arcs = Lip(radius, 1e-3, ARCS).angles
     off = np.abs(np.angle(places[near, None] / np.exp(1j * arcs)))
-    steps = np.searchsorted(landed.done.touches.seat.time, found.time - 1e-12)
+    steps = np.searchsorted(landed.done.touches.seat.time, frames.time - 1e-12)
     moved = landed.done.touches.parts.striker_displacement[steps].reshape(len(steps), ARCS, 2).mean(axis=2)
     near, arcs_of = near[off.min(axis=1) < 0.3], off.argmin(axis=1)[off.min(axis=1) < 0.3]
     assert len(near) >= ARCS
@@ -85,12 +85,12 @@ def test_the_plate_that_is_drawn_is_the_one_that_touched(landed: Any) -> None:
         assert np.abs(deflection[:, node] - moved[:, arc]).max() < 0.15 * np.ptp(moved)
     mean = np.abs(deflection[:, near].mean(axis=1) - moved.mean(axis=1))
     assert mean.max() < 0.03 * np.ptp(moved)
-    assert np.all(np.diff(found.time) > 0)
-    middles = found.overlay.height.reshape(ARCS, -1, 4).mean(axis=(1, 2))
+    assert np.all(np.diff(frames.time) > 0)
+    middles = frames.overlay.height.reshape(ARCS, -1, 4).mean(axis=(1, 2))
     assert np.corrcoef(middles, -lip.gap[0])[0, 1] > 0.99
-    force = found.overlay.values.mean(axis=1) * 2 * np.pi * radius
+    force = frames.overlay.values.mean(axis=1) * 2 * np.pi * radius
     assert force.max() > 0
-    assert found.labels[int(force.argmax())].endswith(f"force {text(float(force.max()), 'N')}")
+    assert frames.labels[int(force.argmax())].endswith(f"force {text(float(force.max()), 'N')}")
 
 
 @pytest.mark.slow
@@ -117,12 +117,12 @@ def test_figure_of_the_lip_says_over_what_it_is_averaged(landed: Any, tmp_path: 
 
 
 def test_the_landing_is_kept_for_reports(landed: Any, tmp_path: Path) -> None:
-    """Up and down as the plate moves, to 1/32767 of the farthest; the film's times and forces."""
-    found = landing_of(landed.done, by_arc(landed.done.touches, Division(ARCS, 2)))
+    """The file has the plate's motion to 1/32767 of the farthest, and the film's times and forces."""
+    frames = landing_of(landed.done, by_arc(landed.done.touches, Division(ARCS, 2)))
     dict(lip_pictures(landed.done, landed.baseline))["landing.h5"](tmp_path / "landing.h5")
     kept = load_moving(tmp_path / "landing.h5")
-    np.testing.assert_allclose(kept.displacement, found.displacement, atol=1e-4 * kept.largest)
-    np.testing.assert_array_equal(kept.time, found.time)
+    np.testing.assert_allclose(kept.displacement, frames.displacement, atol=1e-4 * kept.largest)
+    np.testing.assert_array_equal(kept.time, frames.time)
     assert "force" in kept.labels[0]
 
 
@@ -133,9 +133,9 @@ def test_no_pictures_of_other_contacts(landed: Any) -> None:
 
 def test_what_cannot_be_drawn_of_the_plate_is_told_and_the_figure_is_there(landed: Any, tmp_path: Path) -> None:
     broken = SimpleNamespace(**{**vars(landed.done), "striker": None})
-    found = dict(lip_pictures(broken, landed.baseline))
+    pictures = dict(lip_pictures(broken, landed.baseline))
     with pytest.raises(AttributeError):
-        found["landing.gif"](tmp_path / "landing.gif")
+        pictures["landing.gif"](tmp_path / "landing.gif")
 
 
 @pytest.mark.slow
@@ -148,10 +148,10 @@ def test_landing_is_a_film_of_all_its_times(landed: Any, tmp_path: Path) -> None
         pytest.skip(str(gap))
     from PIL import Image
 
-    found = landing_of(landed.done, by_arc(landed.done.touches, Division(ARCS, 2)))
+    frames = landing_of(landed.done, by_arc(landed.done.touches, Division(ARCS, 2)))
     few = replace(
-        found, displacement=found.displacement[::12], labels=found.labels[::12], time=found.time[::12],
-        values=found.values[::12], overlay=replace(found.overlay, values=found.overlay.values[::12]),
+        frames, displacement=frames.displacement[::12], labels=frames.labels[::12], time=frames.time[::12],
+        values=frames.values[::12], overlay=replace(frames.overlay, values=frames.overlay.values[::12]),
     )  # fmt: skip
     animate_frames(few, tmp_path / "landing.gif", title="t")
     with Image.open(tmp_path / "landing.gif") as film:
@@ -160,10 +160,10 @@ def test_landing_is_a_film_of_all_its_times(landed: Any, tmp_path: Path) -> None
 
 
 def test_heights_are_exaggerated_by_round_numbers_up_to_a_share_of_the_plate(landed: Any) -> None:
-    found = landing_of(landed.done, by_arc(landed.done.touches, Division(ARCS, 2)))
-    drawn = found.exaggeration * max(found.largest, np.abs(found.overlay.height).max()) / found.size
+    frames = landing_of(landed.done, by_arc(landed.done.touches, Division(ARCS, 2)))
+    drawn = frames.exaggeration * max(frames.largest, np.abs(frames.overlay.height).max()) / frames.size
     assert LANDING / 2.5 < drawn <= LANDING
-    assert text(found.exaggeration, "")[0] in "125"
+    assert text(frames.exaggeration, "")[0] in "125"
     one = np.zeros((3, 1))
     with pytest.raises(PictureError, match="8 arcs need as many"):
         landing_frames(None, one, one, (one, one), np.zeros(7), np.zeros((3, ARCS)), one)  # type: ignore[arg-type]

@@ -33,7 +33,7 @@ def law_in(scene: Scene) -> object:
 
 
 def test_the_law_leaves_the_half_spaces_share_to_the_patch(tmp_path: Path) -> None:
-    """Of a disc, a rectangle, and of both bodies where a ball of finite elements strikes."""
+    """The law subtracts the half-space under a disc, a rectangle, and both bodies where an elastic ball strikes."""
     c = disk_compliance(young=YOUNG, poisson=POISSON, radius=5e-3)
     assert law_in(scene_of(DISC, tmp_path)) == HertzOnPatch(25.9e9, c)
     lossy = HERTZ.replace('"hertz"', '"hunt_crossley"').replace(" }", ', damping = "0.1 s/m" }')
@@ -67,14 +67,14 @@ def test_nothing_is_taken_where_no_patch_brings_a_share(seat: str, tmp_path: Pat
     ],
 )
 def test_nothing_is_taken_from_laws_of_the_joint_alone(law: str, kind: type, tmp_path: Path) -> None:
-    """Nor from one's own, unless they say that they hold the indentation of both bodies; lips in parts stay."""
+    """Laws of a joint, and own ones unless they hold the indentation, stay; a lip in parts does too."""
     assert isinstance(law_in(scene_of(DISC, tmp_path, law)), kind)
     assert scene_of(ANNULAR, tmp_path, law + "ports = 16\n").contact.ports == 16
     assert not ContactLaw.holds_indentation
 
 
 def test_a_rectangle_is_a_square_where_its_sides_are_equal() -> None:
-    """Also one of sides 1 and 3: the mean of 1/r over it is 1.5988441176 by quadrature."""
+    """Equal sides give the square's value, and 1 by 3 the mean of 1/r by quadrature, 1.5988441176."""
     of = {"young": 1.0, "poisson": 0.3}
     square = square_compliance(**of, side=2.0)
     assert rectangle_compliance(**of, sides=(2.0, 2.0)) == pytest.approx(square, rel=1e-14)
@@ -99,7 +99,7 @@ def test_unknown_shares_are_refused(seat: str, contact: str, more: str, said: st
 
 @pytest.mark.slow
 def test_a_patch_smaller_than_the_contact_is_refused(tmp_path: Path) -> None:
-    """Contact radius 2.4 mm, patch of 1.2 mm: between bodies of one material the law ends at 1.67 times the patch's."""
+    """A patch of 1.2 mm is refused for a contact of 2.4 mm: the law ends at 1.67 times the patch."""
     path = tmp_path / "scene.toml"
     path.write_text(f"{DISC}{MASS}[contact]\n{HERTZ}{STEP}".replace('"5 mm"', '"1.2 mm"'), encoding="utf-8")
     with pytest.raises(
@@ -133,8 +133,8 @@ def test_the_force_of_a_ball_does_not_depend_on_the_patch(tmp_path: Path) -> Non
 
 @pytest.mark.slow
 def test_waves_in_the_block_take_little(tmp_path: Path) -> None:
-    """The same block with its waves, which carry half a per cent away; patch of 5 mm, twice the contact. By Hertz's law
-    as it is, on the same g, the force is 58.7 kN."""
+    """Waves of a block carry half a per cent away from a patch twice the contact; Hertz's law on the same g, with the
+    patch counted twice, has 58.7 kN."""
     path = tmp_path / "scene.toml"
     seat = DISC.replace('"5 mm"', '"5 mm"\nmodel = "axisymmetric"')
     path.write_text(f"{seat}{MASS}[contact]\n{HERTZ}{STEP}", encoding="utf-8")
@@ -170,6 +170,6 @@ def test_a_small_ball_of_finite_elements_or_rigid(reed: str, within: float, face
     exact = hertz_impact(stiffness=stiffness, mass=7850 * math.pi / 6 * 5e-3**3, speed=1.0)
     assert exact.force == pytest.approx(107.3, abs=0.1)
     assert summary["peak_force_N"] == pytest.approx(exact.force, rel=within)
-    known = summary["error_bar_filtered_peak_force_N"] + facet * exact.force
-    assert abs(summary["peak_force_N"] - exact.force) < known
+    tolerance = summary["error_bar_filtered_peak_force_N"] + facet * exact.force
+    assert abs(summary["peak_force_N"] - exact.force) < tolerance
     assert summary["contact_duration_s"] == pytest.approx(exact.duration, rel=within)

@@ -91,11 +91,11 @@ def test_landings_are_those_of_equal_steps(seed: int) -> None:
     impulses = [float(each.rows.spans @ each.rows.force[1:].sum(axis=1)) for each in (run, equal)]
     assert impulses[0] == pytest.approx(impulses[1], rel=3e-4)
     long = numbers(landings_of_march(run, WIDTH), like)
-    for (one, found), (_, half) in zip(long, numbers(landings_of_march(finer, WIDTH), like), strict=True):
+    for (one, other), (_, half) in zip(long, numbers(landings_of_march(finer, WIDTH), like), strict=True):
         exact = np.array([getattr(one, name) for name in NAMES])
         size = np.array([WIDTH, *np.abs(exact[1:])])
         whole = np.array([2.01 * STEP, 0.0, 0.0, 0.0])  # starts are whole steps, of both runs
-        assert np.all(np.abs(found - exact) <= 0.1 * (3 * np.abs(half - exact) + BAR * size) + whole), one
+        assert np.all(np.abs(other - exact) <= 0.1 * (3 * np.abs(half - exact) + BAR * size) + whole), one
     assert len(run.rows.ends) < 0.6 * run.steps
 
 

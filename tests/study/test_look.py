@@ -41,20 +41,20 @@ def beam_scene(folder: Path, target: str, duration: str = "0.75 ms", step: str =
     return load_text(folder, text, f'target = "{target}"\n')
 
 
-def told(look: Look) -> list[str]:
+def tell(look: Look) -> list[str]:
     return list(look_lines(look))
 
 
 @pytest.mark.slow
 def test_a_run_goes_on_from_a_look_that_met_its_target(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """One round, with the seat and the error bars of the look: nothing of them is computed again."""
+    """The run takes one round with the seat and the error bars of the look, and computes none again."""
     scene = lip_scene(tmp_path, "10 %")
     look = look_at(scene, 600.0)
     assert look.done.met
     assert look.done.number > 1
     assert (look.left.rounds, look.left.seconds, look.left.why) == (0, 0.0, "")
-    assert told(look)[0].startswith("target reached: ")
-    assert told(look)[1].startswith("left to do: nothing more; a run repeats the contact")
+    assert tell(look)[0].startswith("target reached: ")
+    assert tell(look)[1].startswith("left to do: nothing more; a run repeats the contact")
     monkeypatch.setattr("seatfem.study.runs.rounds.error_budget", lambda *given: pytest.fail("computed again"))
     lines: list[str] = []
     outcome = run_scene(scene, tmp_path / "out", pictures=False, tell=lines.append)
@@ -72,23 +72,23 @@ def test_a_run_goes_on_from_a_look_that_met_its_target(tmp_path: Path, monkeypat
 def test_what_is_left_is_foretold_and_the_run_takes_the_same_way(tmp_path: Path) -> None:
     scene = lip_scene(tmp_path, "4 %")
     look = look_at(scene, NO_TIME)
-    left, done = look.left, look.done
-    assert (done.met, done.number, left.why) == (False, 1, "")
-    assert left.rounds >= 1
-    assert left.seconds > 0
-    assert left.error.keys() == set(done.judged)
-    for name, bar in left.error.items():
+    ahead, done = look.left, look.done
+    assert (done.met, done.number, ahead.why) == (False, 1, "")
+    assert ahead.rounds >= 1
+    assert ahead.seconds > 0
+    assert ahead.error.keys() == set(done.judged)
+    for name, bar in ahead.error.items():
         if done.left.relative(name) > 0.04:
             assert AIM * 0.04 <= bar <= 0.04
         else:
             assert bar == done.left.relative(name)
-    assert left.changes.startswith("seat.model spring -> axisymmetric, ")
+    assert ahead.changes.startswith("seat.model spring -> axisymmetric, ")
     assert cached_plan(scene) is None  # it has not met its target
     lines: list[str] = []
     outcome = run_scene(scene, tmp_path / "out", pictures=False, tell=lines.append)
     assert outcome.met
     assert len(lines) > 1
-    assert lines[1].startswith(f"round 2 ({left.changes}): ")  # what was foretold
+    assert lines[1].startswith(f"round 2 ({ahead.changes}): ")  # what was foretold
     assert outcome.plan is not None
     assert converge(scene).plan.method == outcome.plan.method == look_at(scene, NO_TIME).plan.method
 
@@ -101,15 +101,15 @@ def test_a_reason_names_what_the_value_before_left(tmp_path: Path) -> None:
     assert re.fullmatch(r"[\d.]+ % of (impulse|peak force)", before.leaves)
     assert last.plan.choice("seat.model").value == "axisymmetric"
     assert last.plan.choice("seat.model").reason == f"spring before left {before.leaves}, measured"
-    assert not any("predict" in line for look in (first, last) for line in told(look))
+    assert not any("predict" in line for look in (first, last) for line in tell(look))
 
 
 @pytest.mark.slow
 def test_the_lines_add_up_to_the_bars(tmp_path: Path) -> None:
     """The parts of the keys are those of the bar, with its safety factor: 100 % of it to the digits shown."""
     look = look_at(lip_scene(tmp_path, "4 %"), NO_TIME)
-    found = [re.match(r"(.*) \+-([\d.]+) % is left by: (.*)", line) for line in told(look)]
-    parts = {match[1]: (float(match[2]), match[3]) for match in found if match}
+    matches = [re.match(r"(.*) \+-([\d.]+) % is left by: (.*)", line) for line in tell(look)]
+    parts = {match[1]: (float(match[2]), match[3]) for match in matches if match}
     assert parts.keys() == {"impulse", "peak force"}
     for whole, keys in parts.values():
         shares = [float(share) for share in re.findall(r"([\d.]+) %", keys)]
@@ -125,8 +125,8 @@ def test_a_target_that_a_stated_key_keeps_out_of_reach_is_told(tmp_path: Path) -
     assert max(look.left.error.values()) > 1e-3
     assert look.left.why.startswith(f"{source_in_words('time_step')} (run.time_step) leaves ")
     assert look.left.why.endswith("of peak force, and the file states it")
-    assert told(look)[0].startswith("target missed so far: peak force +-")
-    assert f"left to do: nothing more: {look.left.why}" in told(look)
+    assert tell(look)[0].startswith("target missed so far: peak force +-")
+    assert f"left to do: nothing more: {look.left.why}" in tell(look)
 
 
 @pytest.mark.slow
@@ -135,8 +135,8 @@ def test_without_a_landing_there_is_nothing_to_judge(tmp_path: Path) -> None:
     scene = beam_scene(tmp_path, "2 %", duration="0.3 ms")
     look = look_at(scene, 600.0)
     assert (look.done.met, look.done.number, look.left.rounds) == (None, 1, 0)
-    assert told(look)[0].startswith("nothing to judge: ")
-    assert "left to do: nothing more: there is no landing to judge" in told(look)
+    assert tell(look)[0].startswith("nothing to judge: ")
+    assert "left to do: nothing more: there is no landing to judge" in tell(look)
     assert cached_plan(scene) is None
     data = json.loads(plan_json(look.plan, look))
     assert data["meets_target"] is False
@@ -146,7 +146,7 @@ def test_without_a_landing_there_is_nothing_to_judge(tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("is_interrupted", [False, True])
 def test_a_look_leaves_no_files(is_interrupted: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Beside the store: neither where it was started, nor among temporary files, nor if it is interrupted."""
+    """A look, even interrupted, leaves no files where it was started nor among temporary ones."""
     here, temporary = tmp_path / "here", tmp_path / "temporary"
     for folder in (here, temporary):
         folder.mkdir()
@@ -204,7 +204,7 @@ def test_a_forecast_promises_nothing_that_cannot_be_refined(tmp_path: Path) -> N
     assert by_step > 0.005
     assert look.left.rounds > 0
     assert by_step <= look.left.error[peak] <= look.done.left.relative(peak)
-    assert re.search(r"\(time step \(run.time_step\) leaves .* and the file states it\)", "\n".join(told(look)))
+    assert re.search(r"\(time step \(run.time_step\) leaves .* and the file states it\)", "\n".join(tell(look)))
 
 
 @pytest.mark.parametrize(("load", "longer"), [(0.0, 1.0), (1.0, 1.0), (3.5, 3.5)])
@@ -226,18 +226,18 @@ def test_a_study_is_priced_by_looks_at_three_of_its_scenes(tmp_path: Path, monke
 
     def look(scene: Scene, seconds: float) -> SimpleNamespace:
         looked.append(scene.reed.length)
-        left = SimpleNamespace(
+        remaining = SimpleNamespace(
             seat={25e-3: 5.0, 27e-3: 1.0}.get(scene.reed.length, 3.0), contact=1e3 * scene.reed.length
         )
-        return SimpleNamespace(left=left, done=SimpleNamespace(memory=1e9 * scene.reed.length))
+        return SimpleNamespace(left=remaining, done=SimpleNamespace(memory=1e9 * scene.reed.length))
 
     monkeypatch.setattr(sweep, "look_at", look)
-    found = sweep.ahead(load_study(study), cases)
+    price = sweep.ahead(load_study(study), cases)
     assert looked == pytest.approx([25e-3, 29e-3, 27e-3])
-    assert (found.each, found.seat, found.memory) == pytest.approx((27.0, 5.0, 29e6))
-    assert (found.scenes, found.beside) == (5, 0)
-    assert found.seconds(1) == pytest.approx(sweep.START + found.seats * 5.0 + 5 * 27.0)
-    assert "expected with 1 worker (27 s a scene, 5 s a seat" in found.in_words(1)
+    assert (price.each, price.seat, price.memory) == pytest.approx((27.0, 5.0, 29e6))
+    assert (price.scenes, price.beside) == (5, 0)
+    assert price.seconds(1) == pytest.approx(sweep.START + price.seats * 5.0 + 5 * 27.0)
+    assert "expected with 1 worker (27 s a scene, 5 s a seat" in price.in_words(1)
 
 
 @pytest.mark.slow
@@ -246,10 +246,10 @@ def test_a_study_is_priced_by_what_a_look_expects_of_the_last_round(tmp_path: Pa
     study = tmp_path / "study.toml"
     study.write_text('scene = "scene.toml"\n[vary]\nreed.length = ["25.4 mm"]\n')
     look = look_at(scene, sweep.LOOK)
-    found = sweep.ahead(load_study(study), cases_of(load_study(study)))
-    assert found.seats == 0  # a spring
-    assert 0 < found.each < 10 * look.left.contact
-    assert found.memory > 50e6
+    price = sweep.ahead(load_study(study), cases_of(load_study(study)))
+    assert price.seats == 0  # a spring
+    assert 0 < price.each < 10 * look.left.contact
+    assert price.memory > 50e6
 
 
 @pytest.mark.slow

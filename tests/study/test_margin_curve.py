@@ -33,14 +33,14 @@ def scene(tmp_path: Path) -> Path:
 def test_the_allowed_speed(scene: Path, tmp_path: Path) -> None:
     """Rigid unilateral contact of linear bodies without gap: stress grows with the speed, so that margin * speed is
     the speed allowed, found by runs to 1e-3; the step does not depend on the speed, and nothing else does."""
-    told: list[str] = []
-    curve = margin_curve(scene, KEY, ["-2 m/s", "-1 m/s", "-16 m/s"], tmp_path / "runs", tell=told.append)
+    messages: list[str] = []
+    curve = margin_curve(scene, KEY, ["-2 m/s", "-1 m/s", "-16 m/s"], tmp_path / "runs", tell=messages.append)
     products = [-value * margin for value, margin in zip(curve.values, curve.margins, strict=True)]
     assert products == pytest.approx([products[0]] * len(products), rel=1e-9)
     assert curve.allowed == pytest.approx(-products[0], rel=2e-3)
     assert (curve.unit, curve.label) == ("m/s", f"{KEY} [m/s]")
     assert list(curve.values) == sorted(curve.values)
-    assert 3 < len(curve.values) == len(told) <= 15
+    assert 3 < len(curve.values) == len(messages) <= 15
     assert all(bar is not None and bar > 0 for bar in curve.bars)
     rows = (tmp_path / "runs" / "margin.csv").read_text(encoding="utf-8").splitlines()
     assert rows[0] == f"{KEY} [m/s],life_margin,error_bar"

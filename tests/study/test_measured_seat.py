@@ -49,8 +49,8 @@ def scene(folder: Path, noise: float, seat: str = SEAT, odd: float = 1.0, body: 
 
 @pytest.mark.slow
 def test_bars_of_seat_and_baseline_hold_the_truth(tmp_path: Path) -> None:
-    asked = scene(tmp_path, 0.02)
-    summary = run_scene(asked, tmp_path / "out", pictures=False).summary
+    path = scene(tmp_path, 0.02)
+    summary = run_scene(path, tmp_path / "out", pictures=False).summary
     static = float(BODY.static_compliance()[0, 0])
     apart = abs(summary["seat_static_stiffness_N_per_m"] * static - 1)
     assert apart < summary["error_bar_seat_static_stiffness_N_per_m"] * static < 0.05
@@ -75,8 +75,8 @@ def test_bars_of_seat_and_baseline_hold_the_truth(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_run_that_finds_its_seat_again_has_the_same_bars(tmp_path: Path) -> None:
-    asked = scene(tmp_path, 0.02)
-    first, again = (run_scene(asked, tmp_path / "out", pictures=False).summary for _ in range(2))
+    path = scene(tmp_path, 0.02)
+    first, again = (run_scene(path, tmp_path / "out", pictures=False).summary for _ in range(2))
     assert again["seat_reused"]
     for key in ("error_record_impulse_Ns", "error_bar_spring_impulse_Ns", "error_bar_seat_static_stiffness_N_per_m"):
         assert again[key] == pytest.approx(first[key], rel=1e-6)
@@ -84,10 +84,10 @@ def test_a_run_that_finds_its_seat_again_has_the_same_bars(tmp_path: Path) -> No
 
 @pytest.mark.slow
 def test_lines_that_do_not_fit_are_advised(tmp_path: Path) -> None:
-    asked = scene(tmp_path, 0.002, odd=1.4)
-    (advice,) = advice_of(asked, asked.seat.fit().greens)  # type: ignore[attr-defined]
+    path = scene(tmp_path, 0.002, odd=1.4)
+    (advice,) = advice_of(path, path.seat.fit().greens)  # type: ignore[attr-defined]
     assert "misfit of the seat's poles over the noise of the record" in str(advice) or "miss beyond" in str(advice)
-    ranges = fit_of(asked.seat.fit().greens).ranges  # type: ignore[attr-defined]
+    ranges = fit_of(path.seat.fit().greens).ranges  # type: ignore[attr-defined]
     assert any(low < 8.6e3 and high > 8.4e3 for low, high in ranges)
     assert f"from {ranges[0][0]:.4g} to {ranges[0][1]:.4g} Hz" in str(advice)
     assert "seat.free = true" in advice.remedy
@@ -126,7 +126,7 @@ def test_courses_of_any_header(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_rigid_contact_that_a_record_cannot_tell_is_refused_in_words_of_a_scene(tmp_path: Path) -> None:
-    """Neither a mass nor modes yield at once."""
+    """A mass on modes without flexibility is refused by keys of the scene: neither yields at once."""
     scene(tmp_path, 0.02, body=replace(BODY, residual=impact.Residual.spring(0.0)))
     path = tmp_path / "scene.toml"
     rigid = path.read_text(encoding="utf-8").replace('law = { kind = "spring", stiffness = "5e7 N/m" }', "")

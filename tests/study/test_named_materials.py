@@ -52,9 +52,9 @@ def test_an_unknown_name_lists_what_there_is(load: Load, given: str, place: str)
 
 
 def test_every_material_is_a_sound_solid_with_a_source() -> None:
-    for name, found in NAMED_MATERIALS.items():
-        assert found is named_material(name)
-        assert found.source
-        solid = Solid(young=found.young, poisson=found.poisson, density=found.density)
+    for name, material in NAMED_MATERIALS.items():
+        assert material is named_material(name)
+        assert material.source
+        solid = Solid(young=material.young, poisson=material.poisson, density=material.density)
         assert 1300 < solid.c_0 < 5400  # from polymers to light metals; waves in metals are near 5 km/s
     assert named_material("Cast iron") is NAMED_MATERIALS["grey cast iron"]

@@ -36,18 +36,18 @@ def seat_of(text, tmp_path):
     return load_text(tmp_path, text + RUN)
 
 
-def found(text, tmp_path, count=None, up_to_hz=None):
+def solve_text(text, tmp_path, count=None, up_to_hz=None):
     return modes_of(seat_of(text, tmp_path).seat, Wanted.from_limits(count, up_to_hz), Stopwatch(), silent)
 
 
 @pytest.fixture(scope="module")
 def annular(tmp_path_factory):
-    return found(ANNULAR, tmp_path_factory.mktemp("annular"), 16)
+    return solve_text(ANNULAR, tmp_path_factory.mktemp("annular"), 16)
 
 
 @pytest.mark.slow
 def test_a_body_of_revolution_has_pairs_and_torsion_beside_what_its_ring_excites(annular, tmp_path):
-    whole = found(ANNULAR.replace("[seat]", '[seat]\nmodel = "3d"'), tmp_path, 16)
+    whole = solve_text(ANNULAR.replace("[seat]", '[seat]\nmodel = "3d"'), tmp_path, 16)
     assert annular.complete
     assert whole.complete
     # both meshes leave errors of their own: the solid's tetrahedra are straight across 2.5 mm
@@ -62,7 +62,7 @@ def test_a_body_of_revolution_has_pairs_and_torsion_beside_what_its_ring_excites
 @pytest.mark.slow
 def test_shares_are_parts_of_the_static_compliance(tmp_path):
     """All modes of a bar together hold its whole compliance; the end's mean moves along the bar."""
-    whole = found(BAR, tmp_path, 10**6)
+    whole = solve_text(BAR, tmp_path, 10**6)
     shares = [mode.share for mode in whole.modes]
     assert min(shares) >= 0.0
     assert sum(shares) == pytest.approx(1.0, rel=1e-6)
@@ -74,8 +74,8 @@ def test_shares_are_parts_of_the_static_compliance(tmp_path):
 
 @pytest.mark.slow
 def test_a_bar_that_is_a_rod_for_its_load_bends(tmp_path):
-    """Two planes of bending, one frequency but for the mesh: below the bar's only mode that its end's load excites."""
-    modes = found(BAR, tmp_path, 3).modes
+    """Two bending modes of one frequency lie below the only one that the load on the end excites."""
+    modes = solve_text(BAR, tmp_path, 3).modes
     assert modes[0].frequency_hz == pytest.approx(modes[1].frequency_hz, rel=1e-3)
     beam = 1.8751**2 * 2e-3 / math.sqrt(12) * math.sqrt(200e9 / 7850) / (2 * math.pi * (12e-3) ** 2)
     assert 0.9 * beam < modes[0].frequency_hz < 1.02 * beam  # shear and rotary inertia, slenderness 6
@@ -84,7 +84,7 @@ def test_a_bar_that_is_a_rod_for_its_load_bends(tmp_path):
 
 @pytest.mark.slow
 def test_an_arc_shares_among_its_harmonics(tmp_path):
-    arc = found(ANNULAR.replace("[seat]", '[seat]\narc = "60 deg"'), tmp_path, 30)
+    arc = solve_text(ANNULAR.replace("[seat]", '[seat]\narc = "60 deg"'), tmp_path, 30)
     shares = {}
     for mode in arc.modes:
         shares[mode.diameters] = shares.get(mode.diameters, 0.0) + (mode.share or 0.0)
@@ -96,10 +96,10 @@ def test_an_arc_shares_among_its_harmonics(tmp_path):
 @pytest.mark.slow
 def test_a_limit_in_hertz(annular, tmp_path):
     limit = float(annular.frequencies_hz[7]) * 1.001
-    up_to = found(ANNULAR, tmp_path, None, limit)
+    up_to = solve_text(ANNULAR, tmp_path, None, limit)
     assert up_to.frequencies_hz == pytest.approx(annular.frequencies_hz[annular.frequencies_hz < limit], rel=1e-9)
-    assert len(found(ANNULAR, tmp_path, None, 10.0).modes) == 0
-    assert len(found(ANNULAR, tmp_path, 2, limit).modes) <= 3
+    assert len(solve_text(ANNULAR, tmp_path, None, 10.0).modes) == 0
+    assert len(solve_text(ANNULAR, tmp_path, 2, limit).modes) <= 3
     with pytest.raises(ModelError, match="--count 0"):
         Wanted.from_limits(0, None)
 

@@ -68,7 +68,7 @@ def test_stated_ports_are_obeyed(folder: Path) -> None:
 
 @pytest.mark.slow
 def test_the_bar_is_what_arcs_change(folder: Path) -> None:
-    """Computed here from the bodies: the seat's answer as a whole over a half-space under 16 arcs, against one port."""
+    """The bar is the difference between one port and the whole seat over a half-space under 16 arcs."""
     done = first_round(folder)
     scene, method = done.plan.scene, done.plan.method
     whole, patch = done.seat.greens.modal, scene.seat.patch()
@@ -100,8 +100,8 @@ def test_the_bar_holds_against_arcs(folder: Path) -> None:
 def test_rounds_end_where_one_port_leaves_too_much(folder: Path) -> None:
     """The file states it, and no other key undoes that."""
     done = first_round(folder)
-    left = {"landing_impulse": 0.4 * done.left.values["landing_impulse"]}
-    budget = replace(done.left, parts={"lip": left}, by_key={ONE_PORT: left})
+    errors = {"landing_impulse": 0.4 * done.left.values["landing_impulse"]}
+    budget = replace(done.left, parts={"lip": errors}, by_key={ONE_PORT: errors})
     plan, why = refine_plan(replace(done, left=budget))
     assert plan is None
     assert why == "single contact point instead of the lip leaves 60 % of impulse, and it cannot be made smaller"
@@ -109,7 +109,7 @@ def test_rounds_end_where_one_port_leaves_too_much(folder: Path) -> None:
 
 @pytest.mark.slow
 def test_rings_are_the_same_model_stated_and_refined(folder: Path) -> None:
-    """Of one contact they divide the seat's face, the reed's is rigid: methods, values and errors are equal."""
+    """Rings that divide one contact give equal methods, values and errors, stated or refined to."""
     stated, first = plan_of(folder, "ports = 1\nrings = 4"), plan_of(folder, "ports = 1")
     ladder = ladder_of(RINGS)
     assert ladder is not None

@@ -21,27 +21,27 @@ MASS = 'reed.mass = { from = "0.2 g", to = "5 g" }\n'
 SOUGHT = '[optimise]\nminimise = "filtered_peak_force_N"\nsubject_to = ["max_seat_displacement_m <= 3e-5"]\n'
 
 
-def number(found: Optimum, key: str) -> float:
-    return float(str(found.as_json()["keys"][key]).split()[0])
+def number(optimum: Optimum, key: str) -> float:
+    return float(str(optimum.as_json()["keys"][key]).split()[0])
 
 
 @pytest.mark.slow
 def test_the_softest_spring_that_is_stiff_enough(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """k = m (v / x)^2, F = m v^2 / x at the limit x, with the error bars of runs: that of x, squared, is k's."""
+    """The optimum is k = m (v / x)^2, F = m v^2 / x at the limit x, within twice x's error bar."""
     answer_here(monkeypatch)
-    found = run_optimum(load_study(study_file(tmp_path, STIFFNESS + SOUGHT)), tmp_path / "out")
-    [limit] = found.as_json()["constraints"]
+    optimum = run_optimum(load_study(study_file(tmp_path, STIFFNESS + SOUGHT)), tmp_path / "out")
+    [limit] = optimum.as_json()["constraints"]
     share = limit["error_bar"] / 3e-5
     assert 1e-4 < share < 5e-3
-    assert number(found, "seat.stiffness") == pytest.approx(1e-3 / 3e-5**2 / 1e6, rel=2 * (share + 1e-3))
-    force = found.as_json()["measures"]["filtered_peak_force_N"]
+    assert number(optimum, "seat.stiffness") == pytest.approx(1e-3 / 3e-5**2 / 1e6, rel=2 * (share + 1e-3))
+    force = optimum.as_json()["measures"]["filtered_peak_force_N"]
     assert force["value"] == pytest.approx(1e-3 / 3e-5, rel=share + 1e-3 + force["error_bar"] / force["value"])
-    assert found.is_met
-    assert len(found.searched) <= 40
+    assert optimum.is_met
+    assert len(optimum.searched) <= 40
 
 
 def closed_form(changed: dict[str, object]) -> dict[str, object]:
-    """Of runs whose displacement is 4 % and whose force 7 % off in the search, and right at the target."""
+    """Return measures whose displacement is 4 % and force 7 % off in the search, and right at the target."""
     stiffness, mass = 1e6 * amount(changed["seat.stiffness"]), 1e-3 * amount(changed.get("reed.mass", "1 g"))
     coarse = "accuracy" in changed
     return {
@@ -64,29 +64,29 @@ def test_a_limit_is_met_at_the_target_not_at_the_loose_accuracy(tmp_path, monkey
     answer_here(monkeypatch)
     answer_by(monkeypatch, closed_form)
     sought = SOUGHT.replace('e-5"]', 'e-5", "impulse_Ns >= 2e-3"]')
-    found = run_optimum(load_study(study_file(tmp_path, STIFFNESS + MASS + sought)), tmp_path / "out")
-    assert number(found, "reed.mass") == pytest.approx(1.0, rel=2e-3)
-    assert number(found, "seat.stiffness") == pytest.approx(1e-3 / 3e-5**2 / 1e6, rel=6e-3)
-    assert found.best.value("filtered_peak_force_N") == pytest.approx(1e-3 / 3e-5, rel=4e-3)
-    assert found.is_met
-    first = min(found.confirmed, key=lambda each: each.case.number)
+    optimum = run_optimum(load_study(study_file(tmp_path, STIFFNESS + MASS + sought)), tmp_path / "out")
+    assert number(optimum, "reed.mass") == pytest.approx(1.0, rel=2e-3)
+    assert number(optimum, "seat.stiffness") == pytest.approx(1e-3 / 3e-5**2 / 1e6, rel=6e-3)
+    assert optimum.best.value("filtered_peak_force_N") == pytest.approx(1e-3 / 3e-5, rel=4e-3)
+    assert optimum.is_met
+    first = min(optimum.confirmed, key=lambda each: each.case.number)
     assert first.value("max_seat_displacement_m") < 0.97 * 3e-5  # 4 % on the safe side, before anything was shifted
     with (tmp_path / "out" / "optimum.csv").open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == 3
     margin = float(rows[0]["margin of max_seat_displacement_m <= 3e-05"])
-    assert margin == pytest.approx(3e-5 - found.best.value("max_seat_displacement_m"))
+    assert margin == pytest.approx(3e-5 - optimum.best.value("max_seat_displacement_m"))
 
 
 @pytest.mark.slow
 def test_an_optimum_between_the_bounds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Greatest of 5 - (k / 2 - 2 / k)^2, at k = 2: next to a parabola of the shares there."""
+    """The search has the largest 5 - (k / 2 - 2 / k)^2 at k = 2, near a parabola of shares."""
     answer_here(monkeypatch)
     answer_by(monkeypatch, lambda keys: {"life_margin": 5 - ((k := amount(keys["seat.stiffness"])) / 2 - 2 / k) ** 2})
     text = STIFFNESS + '[optimise]\nmaximise = "life_margin"\nmost = 20\n'
-    found = run_optimum(load_study(study_file(tmp_path, text)), tmp_path / "out")
-    assert number(found, "seat.stiffness") == pytest.approx(2.0, rel=0.01)  # 2e-3 of two decades
-    assert len(found.searched) <= 20
+    optimum = run_optimum(load_study(study_file(tmp_path, text)), tmp_path / "out")
+    assert number(optimum, "seat.stiffness") == pytest.approx(2.0, rel=0.01)  # 2e-3 of two decades
+    assert len(optimum.searched) <= 20
 
 
 @pytest.mark.slow
@@ -95,9 +95,9 @@ def test_scenes_that_fail_are_outside(tmp_path: Path, monkeypatch: pytest.Monkey
     answer_here(monkeypatch)
     answer_by(monkeypatch, closed_form_of_stiff_seats)
     text = STIFFNESS + '[optimise]\nminimise = "filtered_peak_force_N"\n'
-    found = run_optimum(load_study(study_file(tmp_path, text)), tmp_path / "out")
-    assert found.as_json()["failed"] > 3
-    assert 0.6 <= number(found, "seat.stiffness") < 0.63
+    optimum = run_optimum(load_study(study_file(tmp_path, text)), tmp_path / "out")
+    assert optimum.as_json()["failed"] > 3
+    assert 0.6 <= number(optimum, "seat.stiffness") < 0.63
     answer_by(monkeypatch, lambda _: 1 / 0)
     with pytest.raises(StudyError, match=r"13 scenes .*ZeroDivisionError"):
         run_optimum(load_study(study_file(tmp_path, text)), tmp_path / "none")
@@ -110,7 +110,7 @@ def test_scenes_that_fail_are_outside(tmp_path: Path, monkeypatch: pytest.Monkey
 
 @pytest.mark.slow
 def test_it_goes_on_where_it_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """At any scene: no scene twice, the same files."""
+    """A search stopped at any scene repeats none and leaves the same files."""
     answer_by(monkeypatch, closed_form)
     path = study_file(tmp_path, STIFFNESS + MASS + SOUGHT)
     jobs = answer_here(monkeypatch)
@@ -131,17 +131,17 @@ def test_it_goes_on_where_it_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyP
 def test_a_seat_that_does_not_vary_is_computed_once_a_level(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The one of the search does not serve at the target."""
     jobs = answer_here(monkeypatch)
-    known = Outcome("done", "", 0.0)
+    outcome = Outcome("done", "", 0.0)
     answer_by(
         monkeypatch,
-        lambda keys: replace(known, summary={"impulse_Ns": amount(keys["reed.mass"])}, start={"work": 1 / len(jobs)}),
+        lambda keys: replace(outcome, summary={"impulse_Ns": amount(keys["reed.mass"])}, start={"work": 1 / len(jobs)}),
     )
     text = f'[vary]\n{MASS}[optimise]\nminimise = "impulse_Ns"\nmost = 8\n'
-    found = run_optimum(load_study(study_file(tmp_path, text, MESHED)), tmp_path / "out")
+    optimum = run_optimum(load_study(study_file(tmp_path, text, MESHED)), tmp_path / "out")
     starts = [(json.loads(job)["start"], "accuracy" in json.loads(job)["changed"]) for job in jobs]
     assert starts[0] == ({}, True)
     assert [start for start, coarse in starts[1:5] if coarse] == [{"work": 1.0}] * PILOTS
-    assert [start for start, coarse in starts[5:] if coarse] == [{"work": 0.5}] * (len(found.searched) - 1 - PILOTS)
+    assert [start for start, coarse in starts[5:] if coarse] == [{"work": 0.5}] * (len(optimum.searched) - 1 - PILOTS)
     fine = [start for start, coarse in starts if not coarse]
     assert fine[0] == {}
     assert fine[1:] == [fine[1]] * (len(fine) - 1)

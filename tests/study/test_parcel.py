@@ -16,7 +16,7 @@ REED = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[run]\nd
 
 
 def unpacked(path: Path, changed: dict[str, object], folder: Path) -> tuple[Scene, dict[str, Path]]:
-    """As another computer reads it, from a folder of its own; and which file is which."""
+    """Return the scene as another computer reads it, from a folder of its own, and which file is which."""
     place, there, files = packed(path, changed)
     for name, file in files.items():
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
@@ -32,7 +32,7 @@ def unpacked(path: Path, changed: dict[str, object], folder: Path) -> tuple[Scen
     [("flapper_on_valve_body", 1), ("suction_flapper", 1), ("life_of_a_flapper", 2), ("flapper_on_spring", 0)],
 )
 def test_a_scene_is_the_same_elsewhere(name: str, count: int, tmp_path: Path) -> None:
-    """But for where its files lie; one table, and a table that another names."""
+    """An unpacked scene is the same but for its files' places, also with tables that name others."""
     path = EXAMPLES / f"{name}.toml"
     there, files = unpacked(path, {"run.duration": "1.5 ms"}, tmp_path)
     text = there.model_dump_json()
@@ -43,7 +43,7 @@ def test_a_scene_is_the_same_elsewhere(name: str, count: int, tmp_path: Path) ->
 
 
 def test_files_that_vary_travel_too(tmp_path: Path) -> None:
-    """In place of the scene's own; each with what it is read with, under the names that stand in it."""
+    """Files that vary are packed in place of the scene's own, with those that they include under the names in them."""
     for name in ("a b.inp", "nodes.inp", "c.inp"):
         text = "*INCLUDE, INPUT=nodes.inp\n" if name[0] != "n" else "*NODE\n1, 0, 0, 0\n"
         (tmp_path / name).write_text(text, encoding="utf-8")
@@ -66,7 +66,7 @@ def test_halves_and_hdf5_of_a_mesh(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("other", ["../nodes.inp", "my nodes.inp"])
 def test_what_cannot_travel(other: str, tmp_path: Path) -> None:
-    """A name that means something else elsewhere."""
+    """An included name that means something else elsewhere is refused."""
     folder = tmp_path / "deck"
     folder.mkdir()
     (folder / other).write_text("*NODE\n", encoding="utf-8")
@@ -77,8 +77,8 @@ def test_what_cannot_travel(other: str, tmp_path: Path) -> None:
 
 
 def test_what_a_file_is_read_with_counts(tmp_path: Path) -> None:
-    """Halves of a mesh, the HDF5 of an .xdmf and what a deck includes: in what a study knows a scene by, and in what
-    its seat is kept under."""
+    """A change of a mesh's other half, an .xdmf's HDF5 or an included deck changes the scene's content and the seat's
+    key."""
     for name in ("disk.ele", "disk.node", "arrays.h5", "nodes.inp"):
         (tmp_path / name).write_bytes(b"one")
     (tmp_path / "disk.xdmf").write_text('<DataItem Format="HDF">arrays.h5:/data0</DataItem>', encoding="utf-8")

@@ -51,7 +51,7 @@ def in_parts(folder: Path, division: Division) -> Scene:
 
 
 def landed(scene: Scene) -> tuple[impact.ContactProblem, float]:
-    """What lands, and its impulse [N s]."""
+    """Return the problem of the landing, and its impulse [N s]."""
     problem = problem_of(scene, striker_of(scene), impact.Body(seat_of(scene, mesh_error=False).greens))
     return problem, values_of_record(record_of(scene, problem, 250e-9))["impulse"]
 
@@ -93,14 +93,14 @@ def test_the_bar_of_one_part_across_holds_what_more_of_them_find(tmp_path: Path)
 
 
 def last_of_each(scene: Scene, folder: Path) -> list[Round]:
-    """The rounds of a scene, each as it was yielded last."""
+    """Return the rounds of a scene, each as it was yielded last."""
     every = rounds(begin_plan(scene), folder, Stopwatch(), silent)
     return list({done.number: done for done in every}.values())
 
 
 @pytest.fixture(scope="module")
 def done(tmp_path_factory: pytest.TempPathFactory) -> list[Round]:
-    """Of the scene that states no parts."""
+    """Run the scene that states no parts."""
     folder = tmp_path_factory.mktemp("parts")
     return last_of_each(scene_of(folder), folder)
 
@@ -132,8 +132,8 @@ def test_stated_parts_across_stay_and_tell_what_they_leave(tmp_path: Path) -> No
 @pytest.mark.parametrize(("key", "divided"), [(RINGS, THREE), (PORTS, Division(32, 1))])
 def test_a_round_divides_by_what_leaves_most(done: list[Round], key: str, divided: Division) -> None:
     first = done[0]
-    left = {"landing_impulse": 0.05 * first.left.values["landing_impulse"]}
-    budget = replace(first.left, parts={"patch": left}, by_key={key: left})
+    errors = {"landing_impulse": 0.05 * first.left.values["landing_impulse"]}
+    budget = replace(first.left, parts={"patch": errors}, by_key={key: errors})
     plan, why = refine_plan(replace(first, left=budget))
     assert plan is not None, why
     assert plan.method.seat.division == divided

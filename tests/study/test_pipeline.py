@@ -70,7 +70,7 @@ class Ran:
 
 
 def run(text: str, folder: Path, progress: Progress = silent, *, pictures: bool = False) -> Ran:
-    """Without pictures, which are tested elsewhere and take most of a small run's time."""
+    """Run a scene, without pictures unless asked: they take most of a small run's time."""
     folder.mkdir(parents=True, exist_ok=True)
     scene = folder.parent / f"{folder.name}.toml"
     scene.write_text(text, encoding="utf-8")
@@ -78,14 +78,14 @@ def run(text: str, folder: Path, progress: Progress = silent, *, pictures: bool 
 
 
 def without_vtk(patch: pytest.MonkeyPatch) -> None:
-    """Stand-ins for what VTK draws (see test_plots)."""
+    """Replace what VTK draws by stand-ins (see test_plots)."""
     for name in ("plot_mesh", "plot_modes", "animate_mode"):
         patch.setattr(plots, name, lambda *given, path, **options: path.touch())
 
 
 @pytest.fixture(scope="module")
 def annular(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Ran]:
-    """With the curves drawn, and a store of its own: other files run this scene, too."""
+    """Run the annular seat with its curves drawn, and a store of its own: other files run this scene, too."""
     with pytest.MonkeyPatch.context() as patch:
         without_vtk(patch)
         patch.setenv(VARIABLE, str(tmp_path_factory.mktemp("store")))
@@ -93,7 +93,7 @@ def annular(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Ran]:
 
 
 def assert_same_results(one: Path, other: Path) -> None:
-    """Bit for bit."""
+    """Compare the results bit for bit."""
     a, b = load_results(one / "result.h5"), load_results(other / "result.h5")
     assert set(a) == set(b) == {"wave", "spring"}
     for name in a:
@@ -102,7 +102,7 @@ def assert_same_results(one: Path, other: Path) -> None:
 
 
 def test_a_run_that_finds_its_seat_on_file_without_pictures_draws_its_mesh_and_modes(tmp_path, monkeypatch):
-    """As after ``plan``; the numbers are those on file, and a third run copies the pictures."""
+    """A later run has the seat's numbers on file and draws its mesh and modes; a third one copies the pictures."""
     without_vtk(monkeypatch)
     monkeypatch.setenv(VARIABLE, str(tmp_path / "store"))
     quick = ANNULAR.replace('"0.9 ms"', '"0.3 ms"')
@@ -130,24 +130,24 @@ def test_summary_has_the_demanded_keys_for_the_seat_and_for_the_spring(annular: 
     assert "Infinity" not in text
     results = load_results(annular.folder / "result.h5")
     for prefix, name in (("", "wave"), ("spring_", "spring")):
-        found, result = annular.summary, results[name]
-        assert found[prefix + "filter_width_s"] == 1e-6
-        assert found[prefix + "peak_force_N"] == measures.peak_force(result) > 0
-        assert found[prefix + "filtered_peak_force_N"] == measures.filtered_peak_force(result, 1e-6)
-        assert found[prefix + "impulse_Ns"] == measures.impulse(result)
+        summary, result = annular.summary, results[name]
+        assert summary[prefix + "filter_width_s"] == 1e-6
+        assert summary[prefix + "peak_force_N"] == measures.peak_force(result) > 0
+        assert summary[prefix + "filtered_peak_force_N"] == measures.filtered_peak_force(result, 1e-6)
+        assert summary[prefix + "impulse_Ns"] == measures.impulse(result)
         groups, raw = measures.contact_groups(result, merge=30e-6), measures.contact_intervals(result)
-        assert found[prefix + "contact_count"] == len(groups)
-        assert found[prefix + "contact_count_raw"] == len(raw) >= len(groups)
-        assert 0 <= found[prefix + "first_contact_s"] - groups[0, 0] <= result.dt
+        assert summary[prefix + "contact_count"] == len(groups)
+        assert summary[prefix + "contact_count_raw"] == len(raw) >= len(groups)
+        assert 0 <= summary[prefix + "first_contact_s"] - groups[0, 0] <= result.dt
         assert groups[0, 0] == raw[0, 0]
-        assert abs(found[prefix + "contact_duration_s"] - (groups[0, 1] - groups[0, 0])) <= 2 * result.dt
+        assert abs(summary[prefix + "contact_duration_s"] - (groups[0, 1] - groups[0, 0])) <= 2 * result.dt
         number, (start, end) = measures.hardest_group(result)
-        assert found[prefix + "hardest_blow"] == number + 1
-        assert found[prefix + "hardest_blow_duration_s"] == end - start
-        assert start <= found[prefix + "peak_time_s"] <= end
-        assert found[prefix + "max_seat_displacement_m"] == np.abs(result.target_displacement).max()
-        assert found[prefix + "energy_residual"] == result.energy.residual < 1e-9
-        assert 0 < found[prefix + "wall_time_s"] < 600
+        assert summary[prefix + "hardest_blow"] == number + 1
+        assert summary[prefix + "hardest_blow_duration_s"] == end - start
+        assert start <= summary[prefix + "peak_time_s"] <= end
+        assert summary[prefix + "max_seat_displacement_m"] == np.abs(result.target_displacement).max()
+        assert summary[prefix + "energy_residual"] == result.energy.residual < 1e-9
+        assert 0 < summary[prefix + "wall_time_s"] < 600
 
 
 @pytest.mark.slow
@@ -174,29 +174,29 @@ def test_a_seat_computed_as_its_spring_is_its_own_baseline(tmp_path: Path) -> No
 
 @pytest.mark.slow
 def test_error_of_the_seat_is_stated_in_parts(annular: Ran) -> None:
-    """The mesh error from a coarser mesh, the reduction error within the tolerance of the scene."""
-    found = annular.summary
-    assert 0 < found["greens_error_reduction"] <= 0.03
-    assert 1e-4 < found["greens_error_mesh"] < 0.1
-    assert found["greens_error"] == pytest.approx(found["greens_error_reduction"] + found["greens_error_mesh"])
-    assert found["coarse_dof"] < found["seat_dof"]
+    """The error has the coarser mesh's part and that of the reduction, within its tolerance."""
+    summary = annular.summary
+    assert 0 < summary["greens_error_reduction"] <= 0.03
+    assert 1e-4 < summary["greens_error_mesh"] < 0.1
+    assert summary["greens_error"] == pytest.approx(summary["greens_error_reduction"] + summary["greens_error_mesh"])
+    assert summary["coarse_dof"] < summary["seat_dof"]
     stored = load_greens(annular.folder / "seat.h5")
-    assert stored.error_estimate.total == found["greens_error"]
-    assert stored.provenance["dof"] == found["seat_dof"]
+    assert stored.error_estimate.total == summary["greens_error"]
+    assert stored.provenance["dof"] == summary["seat_dof"]
 
 
 @pytest.mark.slow
 def test_every_measure_has_an_error_bar_split_by_source(annular: Ran) -> None:
-    """1.5 times the sum of the parts; the mesh's part is what the coarser mesh changes, so it is not nothing."""
-    found = annular.summary
+    """A bar is 1.5 times the sum of its parts, and the mesh's part is not nothing."""
+    summary = annular.summary
     for key in ("impulse_Ns", "filtered_peak_force_N", "contact_duration_s", "max_seat_displacement_m"):
-        parts = [found[f"error_{source}_{key}"] for source in SOURCES]
-        assert found[f"error_bar_{key}"] == pytest.approx(1.5 * sum(parts))
-    assert found["error_unknown"] == ""
-    peak = found["filtered_peak_force_N"]
-    assert 1e-5 * peak < found["error_mesh_filtered_peak_force_N"] < 0.2 * peak
+        parts = [summary[f"error_{source}_{key}"] for source in SOURCES]
+        assert summary[f"error_bar_{key}"] == pytest.approx(1.5 * sum(parts))
+    assert summary["error_unknown"] == ""
+    peak = summary["filtered_peak_force_N"]
+    assert 1e-5 * peak < summary["error_mesh_filtered_peak_force_N"] < 0.2 * peak
     # a force is at most as sensitive as g itself: a stiff contact follows g, a soft one the root of it
-    assert 0 < found["error_reduction_filtered_peak_force_N"] < 0.2 * peak
+    assert 0 < summary["error_reduction_filtered_peak_force_N"] < 0.2 * peak
 
 
 @pytest.mark.slow
@@ -219,7 +219,7 @@ def test_a_run_writes_what_it_says_and_nothing_else(annular: Ran) -> None:
 
 @pytest.mark.slow
 def test_another_folder_and_another_reed_do_not_compute_the_seat_again(tmp_path: Path) -> None:
-    """From the store, with the error bars that the coarser mesh gives; a wider band is another seat."""
+    """The store gives the seat with the error bars from its coarser mesh; a wider band is another seat."""
     first = run(BAR, tmp_path / "one").summary
     again = run(BAR.replace("1 mm", "0.5 mm"), tmp_path / "two")
     assert (first["seat_reused"], again.summary["seat_reused"]) == (False, True)
@@ -232,7 +232,7 @@ def test_another_folder_and_another_reed_do_not_compute_the_seat_again(tmp_path:
 
 @pytest.mark.slow
 def test_a_seat_in_the_folder_keeps_its_error_bars(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where the store is empty: the coarser mesh's function lies next to it, and is used again, too."""
+    """The coarser mesh's function beside the seat gives the same error bars when the store is empty."""
     first = run(BAR, tmp_path / "one").summary
     monkeypatch.setenv(VARIABLE, str(tmp_path / "empty"))
     again = run(BAR, tmp_path / "one").summary
@@ -244,7 +244,7 @@ def test_a_seat_in_the_folder_keeps_its_error_bars(tmp_path: Path, monkeypatch: 
 
 @pytest.mark.slow
 def test_seats_from_other_programs_files(tmp_path: Path) -> None:
-    """A mass on a spring as matrices (in mm, t, s), and as its measured receptance: the same seat."""
+    """Matrices in mm, t, s and the measured receptance of a mass on a spring are the same seat."""
     mass, stiffness, zeta = 0.02, 4e7, 0.05
     for name, value in (("m", 1e-3 * mass), ("k", 1e-3 * stiffness)):
         (tmp_path / f"{name}.mtx").write_text(
@@ -262,17 +262,17 @@ def test_seats_from_other_programs_files(tmp_path: Path) -> None:
     )
     frf = '[seat]\nkind = "frf"\nfile = "frf.csv"\n'
     one, other = (run(text + REED, tmp_path / name).summary for name, text in (("matrices", matrices), ("frf", frf)))
-    for found in (one, other):
-        assert found["seat_static_stiffness_N_per_m"] == pytest.approx(stiffness, rel=1e-3)
+    for summary in (one, other):
+        assert summary["seat_static_stiffness_N_per_m"] == pytest.approx(stiffness, rel=1e-3)
     assert other["impulse_Ns"] == pytest.approx(one["impulse_Ns"], rel=1e-2)
 
 
 @pytest.mark.slow
 def test_a_greens_function_file_stands_for_the_seat(annular: Ran, tmp_path: Path) -> None:
     scene = f'[seat]\nkind = "greens"\nfile = "{(annular.folder / "seat.h5").as_posix()}"\n' + REED
-    found = run(scene, tmp_path / "out")
-    assert_same_results(found.folder, annular.folder)
-    assert found.summary["greens_error"] == annular.summary["greens_error"]
+    ran = run(scene, tmp_path / "out")
+    assert_same_results(ran.folder, annular.folder)
+    assert ran.summary["greens_error"] == annular.summary["greens_error"]
 
 
 @pytest.mark.slow
@@ -289,49 +289,49 @@ def test_when_a_seat_is_used_again(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_time_stepping_gives_the_same_impact_and_is_used_again(tmp_path: Path) -> None:
-    """Rayleigh damping, by time stepping and by Ritz vectors; a mass, so that contact starts at once."""
+    """Time stepping and Ritz vectors agree under Rayleigh damping; the second run reuses the seat."""
     striker = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[run]\nduration = "30 us"\n'
     ritz = BAR.partition("[reed]")[0].replace("damping_ratio = 0.1\n", 'rayleigh = { stiffness = "1 us" }\n') + striker
     text = ritz.replace("bandwidth", 'method = "transient", bandwidth')
-    found, expected = run(text, tmp_path / "stepped").summary, run(ritz, tmp_path / "ritz").summary
+    summary, expected = run(text, tmp_path / "stepped").summary, run(ritz, tmp_path / "ritz").summary
     assert load_greens(tmp_path / "stepped" / "seat.h5").provenance["method"] == "transient"
-    assert 0 < found["greens_error_reduction"] <= 0.03
-    assert 0 < found["greens_error_mesh"] < 0.05
+    assert 0 < summary["greens_error_reduction"] <= 0.03
+    assert 0 < summary["greens_error_mesh"] < 0.05
     for key, within in (("impulse_Ns", 0.06), ("seat_static_stiffness_N_per_m", 1e-6)):  # 0.06: both tolerances
-        assert found[key] == pytest.approx(expected[key], rel=within)
+        assert summary[key] == pytest.approx(expected[key], rel=within)
     assert run(text, tmp_path / "stepped").summary["seat_reused"] is True
 
 
 @pytest.mark.parametrize("damping", [0.0, 0.1])
 def test_the_step_resolves_the_waves_in_a_rod(damping: float, tmp_path: Path) -> None:
-    """Forty steps per transit l/c of a 3 mm rod; the filter alone would allow 50 ns."""
+    """The step is a fortieth of the transit l/c of a 3 mm rod; the filter alone would allow 50 ns."""
     text = ROD.replace("30 mm", "3 mm").replace("area =", f"damping_ratio = {damping}\narea =")
     scene = load_scene(_written(tmp_path / "rod.toml", text))
     rod = impact.fixed_rod(young=200e9, density=7850, area=1e-6, length=3e-3, damping_ratio=damping)
-    found = fallback_step(scene.run, scene.gas, striker_of(scene).greens, rod)
-    assert found == pytest.approx(3e-3 / np.sqrt(200e9 / 7850) / 40)
+    step = fallback_step(scene.run, scene.gas, striker_of(scene).greens, rod)
+    assert step == pytest.approx(3e-3 / np.sqrt(200e9 / 7850) / 40)
 
 
 def test_a_rigid_mass_on_a_rod_is_the_textbooks(tmp_path: Path) -> None:
-    """As heavy as the rod: 2.1353 rho c V A, contact ends at 3.0677 l/c, rebound 0.68762 V (Timoshenko & Goodier)."""
+    """A mass as heavy as the rod has 2.1353 rho c V A, leaves at 3.0677 l/c, with 0.68762 V (Timoshenko & Goodier)."""
     mass, transit = 7850 * 1e-6 * 30e-3, 30e-3 / np.sqrt(200e9 / 7850)
     striker = f'[reed]\nkind = "rigid_mass"\nmass = "{mass} kg"\nvelocity = "-1 m/s"\n[run]\nduration = "18.7 us"\n'
     stepped = f'{striker}time_step = "{transit / 40} s"\n'
-    found = run(ROD.partition("[reed]")[0] + stepped, tmp_path / "out").summary
+    summary = run(ROD.partition("[reed]")[0] + stepped, tmp_path / "out").summary
     # first order in the step, a fortieth of a transit, times a slope of order one
-    step = found["time_step_s"] / transit
+    step = summary["time_step_s"] / transit
     assert step == pytest.approx(1 / 40)
-    assert found["peak_force_N"] == pytest.approx(2.135335 * 1e-6 * np.sqrt(200e9 * 7850), rel=2 * step)
-    assert found["contact_duration_s"] == pytest.approx(3.067668 * transit, abs=2 * step * transit)
-    assert found["impulse_Ns"] == pytest.approx(1.687619 * mass, rel=step)
-    assert found["restitution"] == pytest.approx(0.687619, abs=1.7 * step)  # impulse/(m V) - 1
-    assert found["spring_restitution"] == pytest.approx(1.0, abs=step)
+    assert summary["peak_force_N"] == pytest.approx(2.135335 * 1e-6 * np.sqrt(200e9 * 7850), rel=2 * step)
+    assert summary["contact_duration_s"] == pytest.approx(3.067668 * transit, abs=2 * step * transit)
+    assert summary["impulse_Ns"] == pytest.approx(1.687619 * mass, rel=step)
+    assert summary["restitution"] == pytest.approx(0.687619, abs=1.7 * step)  # impulse/(m V) - 1
+    assert summary["spring_restitution"] == pytest.approx(1.0, abs=step)
 
 
 def test_a_run_without_contact_has_no_times(tmp_path: Path) -> None:
-    found = run(SPRING.replace('"0.9 ms"', '"0.1 ms"'), tmp_path / "out").summary
-    assert found["first_contact_s"] is found["contact_duration_s"] is found["spring_first_contact_s"] is None
-    assert found["contact_count"] == found["impulse_Ns"] == found["peak_force_N"] == 0
+    summary = run(SPRING.replace('"0.9 ms"', '"0.1 ms"'), tmp_path / "out").summary
+    assert summary["first_contact_s"] is summary["contact_duration_s"] is summary["spring_first_contact_s"] is None
+    assert summary["contact_count"] == summary["impulse_Ns"] == summary["peak_force_N"] == 0
 
 
 @pytest.mark.slow
@@ -343,11 +343,11 @@ def test_greens_and_modes_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
     assert first.summary["seat_reused"] is False
     assert compute_greens(scene, tmp_path / "g.h5").summary["seat_reused"] is True
     assert load_greens(tmp_path / "g.h5").error_estimate.total == first.summary["greens_error"]
-    found = write_modes(scene, tmp_path / "modes", count=4)
+    written = write_modes(scene, tmp_path / "modes", count=4)
     table = (tmp_path / "modes" / "modes.csv").read_text(encoding="utf-8").splitlines()
-    frequencies: Any = found.summary["frequencies_hz"]
+    frequencies: Any = written.summary["frequencies_hz"]
     assert [float(row.split(",")[1]) for row in table[1:]] == pytest.approx(frequencies, rel=1e-8)
-    assert {path.name for path in found.files} == {path.name for path in (tmp_path / "modes").iterdir()}
+    assert {path.name for path in written.files} == {path.name for path in (tmp_path / "modes").iterdir()}
 
 
 class Stop:
@@ -362,7 +362,7 @@ class Stop:
 
 
 def assert_whole(folder: Path) -> None:
-    """Whatever is there can be read; nothing temporary is left."""
+    """Check that whatever is there can be read, and nothing temporary is left."""
     for path in folder.iterdir():
         assert not path.name.startswith("."), path
         match path.suffix:
@@ -376,7 +376,7 @@ def assert_whole(folder: Path) -> None:
 
 @pytest.mark.slow(but="reduction")
 @pytest.mark.parametrize(
-    ("stage", "at", "left"),
+    ("stage", "at", "files"),
     [
         ("reduction", 1.0, set()),
         ("stepping", 1.0, {"seat.h5", "seat_coarser.h5"}),
@@ -384,15 +384,15 @@ def assert_whole(folder: Path) -> None:
          {"seat.h5", "seat_coarser.h5", "result.h5", "summary.json", "landings.csv", "force.png", *OF_STRESS}),
     ],
 )  # fmt: skip
-def test_an_interrupted_run_leaves_whole_files_only(stage: str, at: float, left: set[str], tmp_path: Path) -> None:
+def test_an_interrupted_run_leaves_whole_files_only(stage: str, at: float, files: set[str], tmp_path: Path) -> None:
     with pytest.raises(KeyboardInterrupt):
         run(BAR, tmp_path / "out", Stop(stage, at), pictures=True)
-    assert {path.name for path in (tmp_path / "out").iterdir()} == left
+    assert {path.name for path in (tmp_path / "out").iterdir()} == files
     assert_whole(tmp_path / "out")
 
 
 def program(*arguments: str, blocked: tuple[str, ...] = ()) -> list[str]:
-    """The command line of `seatfem`, in an interpreter where some libraries are not installed."""
+    """Return the command line of `seatfem`, in an interpreter where some libraries are not installed."""
     code = (
         f"import sys; sys.modules.update(dict.fromkeys({blocked!r})); from seatfem.faces.cli import main; main()"
         if blocked
@@ -401,7 +401,7 @@ def program(*arguments: str, blocked: tuple[str, ...] = ()) -> list[str]:
     return [sys.executable, "-c", code, *arguments]
 
 
-def told(command: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
+def run_program(command: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=120, check=False)
     assert "Traceback" not in done.stdout + done.stderr
     return done
@@ -410,7 +410,7 @@ def told(command: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
 @pytest.mark.slow
 def test_missing_picture_libraries_are_told_and_the_rest_is_done(tmp_path: Path) -> None:
     (tmp_path / "bar.toml").write_text(BAR, encoding="utf-8")
-    done = told(program("run", "bar.toml", "-o", "out", blocked=("matplotlib", "pyvista")), tmp_path)
+    done = run_program(program("run", "bar.toml", "-o", "out", blocked=("matplotlib", "pyvista")), tmp_path)
     assert done.returncode == 0, done.stderr
     assert {path.name for path in (tmp_path / "out").iterdir()} == {
         *("summary.json", "landings.csv", "result.h5", "seat.h5", "seat_coarser.h5"),
@@ -438,28 +438,28 @@ def test_a_picture_that_fails_is_told_and_costs_no_number(problem, tmp_path, mon
         monkeypatch.setattr(pictures, name, lambda *given, **options: given[-1].write_text(stand_in))
     monkeypatch.setattr(pictures, "plot_greens", lambda greens, path, **options: path.write_text(stand_in))
     monkeypatch.setattr(pictures, "plot_motion", fail)
-    found = run(SPRING, tmp_path / "out", pictures=True)
+    ran = run(SPRING, tmp_path / "out", pictures=True)
     wanted = f"skipped pictures: motion.png: {type(problem).__name__}: {str(problem) or 'no reason given'}"
-    assert [text for text in found.outcome.messages if "picture" in text] == [wanted]
-    assert found.summary["pictures_missing"] == wanted
-    assert found.outcome.met
-    assert {path.name for path in found.outcome.files if path.suffix == ".png"} == {
+    assert [text for text in ran.outcome.messages if "picture" in text] == [wanted]
+    assert ran.summary["pictures_missing"] == wanted
+    assert ran.outcome.met
+    assert {path.name for path in ran.outcome.files if path.suffix == ".png"} == {
         "force.png", "energy.png", "greens.png", "stress_histories.png", "drawing.png"
     }  # fmt: skip
-    assert {path.name for path in found.folder.iterdir()} == {path.name for path in found.outcome.files}
+    assert {path.name for path in ran.folder.iterdir()} == {path.name for path in ran.outcome.files}
 
 
 @pytest.mark.slow
 def test_a_crash_among_the_pictures_leaves_all_numbers(tmp_path: Path) -> None:
-    """As a fault in a graphics driver: the process is gone at once."""
+    """A process that is gone at once, as by a fault in a graphics driver, leaves all numbers."""
     (tmp_path / "s.toml").write_text(SPRING, encoding="utf-8")
     crash = "import os; from seatfem.study.runs import pictures; pictures.plot_motion = lambda *a, **b: os._exit(139)"
     command = [
         sys.executable, "-c", f"{crash}; from seatfem.faces.cli import main; main()", "run", "s.toml", "-o", "out",
     ]  # fmt: skip
-    assert told(command, tmp_path).returncode == 139
-    left = {path.name for path in (tmp_path / "out").iterdir()}
-    assert left == {"summary.json", "landings.csv", "result.h5", "seat.h5", "force.png", *OF_STRESS}
+    assert run_program(command, tmp_path).returncode == 139
+    names = {path.name for path in (tmp_path / "out").iterdir()}
+    assert names == {"summary.json", "landings.csv", "result.h5", "seat.h5", "force.png", *OF_STRESS}
     assert_whole(tmp_path / "out")
     summary = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
     assert set(summary) >= DEMANDED
@@ -476,9 +476,9 @@ def test_a_disk_that_fills_up_among_the_pictures_leaves_the_first_summary(tmp_pa
         return (), ()
 
     monkeypatch.setattr("seatfem.study.runs.pictures.draw_run", fill)
-    found = run(SPRING, tmp_path / "out", pictures=True)
-    assert any("summary.json does not list the pictures" in text for text in found.outcome.messages)
-    assert set(found.summary) >= DEMANDED
+    ran = run(SPRING, tmp_path / "out", pictures=True)
+    assert any("summary.json does not list the pictures" in text for text in ran.outcome.messages)
+    assert set(ran.summary) >= DEMANDED
 
 
 @pytest.mark.slow(but="text1")
@@ -492,7 +492,7 @@ def test_a_disk_that_fills_up_among_the_pictures_leaves_the_first_summary(tmp_pa
     ],
 )
 def test_exit_codes_of_the_program(text, arguments, code, message, tmp_path, monkeypatch, capfd):
-    """By its entry point; real processes end in the tests around this one."""
+    """The entry point ends with the code of the outcome; real processes end in the tests around this one."""
     (tmp_path / "s.toml").write_text(text, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "argv", ["seatfem", *arguments])

@@ -23,7 +23,7 @@ def scene_of(folder: Path, more: str) -> Scene:
 
 
 def plate_of(scene: Scene) -> tuple[Flapper, Array, Array]:
-    """The reed, the mean over the plate and over a disc of 5 mm, of its free unknowns."""
+    """Return the reed, the mean over the plate and over a disc of 5 mm, of its free unknowns."""
     plate = scene.reed.solved().plate
     (disc,) = Lip.disc(5e-3).patches(plate.sheet.shape.centre).values()
     free = plate.model.dofs.free
@@ -36,7 +36,7 @@ def at(reed: Flapper, x: float) -> Array:
 
 
 def still(scene: Scene) -> tuple[Array, Array]:
-    """Static modal coordinates under the loads at t = 0, and the centre's modes."""
+    """Return static modal coordinates under the loads at t = 0, and the centre's modes."""
     body = striker_of(scene)
     modal = body.greens.modal
     pull = sum(load.shape * float(load.amplitude(np.zeros(1))[0]) for load in body.loads)
@@ -45,7 +45,7 @@ def still(scene: Scene) -> tuple[Array, Array]:
 
 @pytest.mark.parametrize("load", ["pressure", "disc", "gravity", "point", "force"])
 def test_static_deflection_under_each_load(load: str, tmp_path: Path) -> None:
-    """The paddle's centre as K says it, to what the modes left out would yield: 3e-6, under a point force 3e-4."""
+    """The paddle's centre sinks as K says, to what the modes left out yield: 3e-6, under a point 3e-4."""
     texts = {
         "pressure": 'pressure = "-20 mbar"\n',
         "disc": 'pressure = "-20 mbar"\npressure_radius = "5 mm"\n',

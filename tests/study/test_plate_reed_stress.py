@@ -35,7 +35,7 @@ AFTER = "peak_reed_stress_after_contact_Pa"
 
 
 def strip(length: float, at: float, band: str, release: str, more: str = "") -> str:
-    """2 mm wide, 0.2 mm thick, without Poisson's ratio: a beam. In mm."""
+    """Return a strip 2 mm wide, 0.2 mm thick, without Poisson's ratio: a beam. In mm."""
     return f"""[reed]
 kind = "sheet"
 outline = [["0 mm", "-1 mm"], ["{length} mm", "-1 mm"], ["{length} mm", "1 mm"], ["0 mm", "1 mm"]]
@@ -50,7 +50,7 @@ release = {release}
 
 
 def run(folder: Path, reed: str, gap: str, duration: str, step: str, more: str = "") -> Mapping[str, object]:
-    """The summary."""
+    """Return the summary of a run."""
     return pipeline.run_scene(
         load_text(
             folder,
@@ -64,43 +64,43 @@ def run(folder: Path, reed: str, gap: str, duration: str, step: str, more: str =
 
 @pytest.mark.slow
 def test_a_strip_stopped_at_its_tip_bears_the_wave_of_a_beam(tmp_path: Path) -> None:
-    """0.8445 rho c_0 v, before the wave is back from the clamp; a strip of 100 mm gives it to 0.3 %. The bar reaches
-    what a band of 200 kHz shows beside the contact, 1.45 rho c_0 v, and at most 1.5 times as far."""
-    found, wider = (
+    """A stopped strip bears 0.8445 rho c_0 v before the wave is back. The bar reaches what a band of 200 kHz shows
+    beside the contact, 1.45 rho c_0 v, and at most 1.5 times as far."""
+    narrow, wider = (
         run(tmp_path, strip(60, 59.5, band, '{ velocity = "-1 m/s" }'), "0.7 um", "80 us", "0.2 us")
         for band in ("50 kHz", "200 kHz")
     )
-    assert found[AFTER] == pytest.approx(0.84453925 * FRONT, rel=0.01)
-    assert found["peak_reed_stress_over_rho_c0_v"] == pytest.approx(0.84453925, rel=0.01)
-    missed = wider[AFTER] - found[AFTER]  # type: ignore[operator]
-    assert missed > 0.6 * found[AFTER]  # type: ignore[operator]
-    assert missed < found["error_bar_" + AFTER] < 1.5 * missed  # type: ignore[operator]
+    assert narrow[AFTER] == pytest.approx(0.84453925 * FRONT, rel=0.01)
+    assert narrow["peak_reed_stress_over_rho_c0_v"] == pytest.approx(0.84453925, rel=0.01)
+    missed = wider[AFTER] - narrow[AFTER]  # type: ignore[operator]
+    assert missed > 0.6 * narrow[AFTER]  # type: ignore[operator]
+    assert missed < narrow["error_bar_" + AFTER] < 1.5 * missed  # type: ignore[operator]
     assert wider["error_bar_" + AFTER] < 0.3 * wider[AFTER]  # type: ignore[operator]
     kappa = THICKNESS / math.sqrt(12) * math.sqrt(YOUNG / DENSITY)
-    wave = math.sqrt(kappa * found["peak_reed_stress_after_contact_time_s"])  # type: ignore[operator]
-    assert 0.5 * wave < 59.5e-3 - found["peak_reed_stress_after_contact_at_m"] < 3 * wave  # type: ignore[operator]
+    wave = math.sqrt(kappa * narrow["peak_reed_stress_after_contact_time_s"])  # type: ignore[operator]
+    assert 0.5 * wave < 59.5e-3 - narrow["peak_reed_stress_after_contact_at_m"] < 3 * wave  # type: ignore[operator]
 
 
 @pytest.mark.slow
 def test_a_strip_in_its_first_mode_bears_root_3_rho_c_v_at_the_clamp(tmp_path: Path) -> None:
-    found = run(tmp_path, strip(20, 18, "10 kHz", '{ velocity = "-1 m/s" }'), "5 mm", "0.8 ms", "0.5 us")
+    summary = run(tmp_path, strip(20, 18, "10 kHz", '{ velocity = "-1 m/s" }'), "5 mm", "0.8 ms", "0.5 us")
     beam = Cantilever(YOUNG, DENSITY, 20e-3, 2e-3, THICKNESS)
     at, tip = beam.shapes(1, np.array([18e-3, 20e-3]))[0]
-    assert found["initial_reed_stress_Pa"] == pytest.approx(math.sqrt(3) * FRONT * tip / at, rel=0.01)
-    assert found["initial_reed_stress_at_m"] == 0.0
-    assert found["initial_reed_stress_time_s"] == pytest.approx(np.pi / 2 / beam.frequencies(1)[0], rel=0.01)
-    assert found[AFTER] is None
-    assert found["error_bar_" + AFTER] is None
+    assert summary["initial_reed_stress_Pa"] == pytest.approx(math.sqrt(3) * FRONT * tip / at, rel=0.01)
+    assert summary["initial_reed_stress_at_m"] == 0.0
+    assert summary["initial_reed_stress_time_s"] == pytest.approx(np.pi / 2 / beam.frequencies(1)[0], rel=0.01)
+    assert summary[AFTER] is None
+    assert summary["error_bar_" + AFTER] is None
 
 
 @pytest.mark.slow
 def test_a_strip_let_go_from_a_deflection_starts_with_the_stress_of_a_beam_at_rest(tmp_path: Path) -> None:
-    """3 E h d/(2 a^2) at its root, under a force at a; what its modes leave out is 0.1 % of it."""
-    found = run(tmp_path, strip(20, 18, "100 kHz", '{ deflection = "0.1 mm" }'), "0 mm", "10 us", "0.1 us")
+    """The root begins with 3 E h d/(2 a^2) of a force at a; modes leave out 0.1 % of it."""
+    summary = run(tmp_path, strip(20, 18, "100 kHz", '{ deflection = "0.1 mm" }'), "0 mm", "10 us", "0.1 us")
     at_rest = 3 * YOUNG * THICKNESS * 1e-4 / 2 / 18e-3**2
-    assert found["initial_reed_stress_Pa"] == pytest.approx(at_rest, rel=0.01)
-    assert found["initial_reed_stress_at_m"] == 0.0
-    assert found["reed_stress_at_start_Pa"] == pytest.approx(at_rest, rel=0.01)
+    assert summary["initial_reed_stress_Pa"] == pytest.approx(at_rest, rel=0.01)
+    assert summary["initial_reed_stress_at_m"] == 0.0
+    assert summary["reed_stress_at_start_Pa"] == pytest.approx(at_rest, rel=0.01)
 
 
 FLAPPER = (
@@ -119,29 +119,29 @@ BLOWN = f'[[load]]\npressure = "{PRESSURE} Pa"\narea = [["0 mm", "10 mm^2"], ["0
 
 
 def in_time(plate: PlateModes, start: Array, pushes: Array, dt: float) -> Array:
-    """(n, steps + 1) unknowns of all elements by the trapezoidal rule (Newmark's of constant average acceleration),
-    undamped, from velocities ``start`` (n,), under loads (n, steps), each constant over its step."""
+    """Return (n, steps + 1) unknowns of all elements by the trapezoidal rule (Newmark's of constant average
+    acceleration), undamped, from velocities ``start`` (n,), under loads (n, steps), each constant over its step."""
     M, K = plate.model.M, plate.model.K
     solver = splu((M + dt**2 / 4 * K).tocsc())
     u, v = np.zeros(len(start)), start
-    found = [u]
+    steps = [u]
     for push in pushes.T:
         new = solver.solve(M @ v - dt**2 / 4 * (K @ v) + dt * (push - K @ u))
         u, v = u + dt / 2 * (v + new), new
-        found.append(u)
-    return np.array(found).T
+        steps.append(u)
+    return np.array(steps).T
 
 
 def watched(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Round, PlateReedStress]]:
-    """The rounds whose stress is told."""
+    """Return the rounds whose stress is told."""
     kept = []
 
-    def told(done: Round, progress: Progress) -> tuple[SeatStress | None, PlateReedStress | None]:
+    def record_stress(done: Round, progress: Progress) -> tuple[SeatStress | None, PlateReedStress | None]:
         seat, reed = stresses(done, progress)
         kept.append((done, reed))
         return seat, reed
 
-    monkeypatch.setattr("seatfem.study.runs.stresses.stresses", told)
+    monkeypatch.setattr("seatfem.study.runs.stresses.stresses", record_stress)
     return kept
 
 
@@ -157,12 +157,12 @@ def watched(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Round, PlateReedStres
     ids=["flapper", "stopper", "by the lift", "free"],
 )
 def test_histories_and_peak_are_those_of_a_time_integration(reed, more, step, allowed, tmp_path, monkeypatch):
-    """Of the same elements under the same forces with half the step, to 1.5 % of the largest: at the root (of a free
-    plate at its edge), the paddle's centre and the place of the largest, which is itself within the bar. A load that
-    follows the lift does so every 32 steps, and bends in the modes alone: 4 % at the centre."""
+    """A time integration of the same elements and forces with half the step gives the same histories to 1.5 % of the
+    largest (4 % at the centre under a load by the lift, which bends in the modes alone) at the root, at the paddle's
+    centre and at the largest's place, and a peak within the bar."""
     kept = watched(monkeypatch)
-    found = run(tmp_path, reed, "2 um", "120 us", step, more)
-    ((done, told),) = kept
+    summary = run(tmp_path, reed, "2 um", "120 us", step, more)
+    ((done, stress),) = kept
     body = done.plan.scene.reed
     plate, dt = body.plate(done.striker.greens), done.result.dt
     sheet, free = plate.sheet, plate.model.dofs.free  # type: ignore[union-attr]
@@ -192,9 +192,9 @@ def test_histories_and_peak_are_those_of_a_time_integration(reed, more, step, al
     exact = (functional @ unknowns).reshape(len(plate.mesh.points), 6, -1)[node]
     in_all = von_mises(np.moveaxis(exact, 1, 2))
     largest, half = in_all.max(axis=1), in_all.shape[1] // 2
-    assert abs(told.found.after_contact.value - largest.max()) < told.bar
-    assert told.bar < 0.7 * largest.max()  # half of it is what segments of the lip change
-    assert found[AFTER] == told.found.after_contact.value
+    assert abs(stress.found.after_contact.value - largest.max()) < stress.bar
+    assert stress.bar < 0.7 * largest.max()  # half of it is what segments of the lip change
+    assert summary[AFTER] == stress.found.after_contact.value
     cut = plate_peaks(done, since=half * dt).found  # as if a landing began in mid-run
     for chosen, there in (("until", in_all[:, : half + 1]), ("after", in_all[:, half + 1 :])):
         peak = cut.within(getattr(cut.spans, chosen)(cut.spans.landing)).von_mises.max()

@@ -53,7 +53,7 @@ def test_momentum_is_the_impulse(plate: str, tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_the_contact_that_is_not_stated(tmp_path: Path) -> None:
-    """In the middle of the annulus, a quarter as wide; and what its Green's function depends on."""
+    """A contact that is not stated lies in the middle of the annulus, a quarter as wide; each has its own key."""
     reeds = [
         scene_of(tmp_path, RING + COARSE + FLIGHT + more).reed
         for more in ("", 'contact_radius = "7.5 mm"\ncontact_width = "1.25 mm"\n', 'contact_width = "2 mm"\n')
@@ -102,9 +102,9 @@ def test_keys_that_do_not_fit(tmp_path: Path, plate: str, change: str, key: str,
     motion = LANDING if plate in (FLAPPER, SHEET) else FLIGHT if "deflection" not in change else ""
     name = change.partition(" ")[0]
     kept = "".join(f"{line}\n" for line in plate.splitlines() if not line.startswith(f"{name} "))
-    told = refusal(scene_of, tmp_path, kept + change + motion)
-    assert key in told
-    assert re.search(message, told)
+    answer = refusal(scene_of, tmp_path, kept + change + motion)
+    assert key in answer
+    assert re.search(message, answer)
 
 
 def test_as_a_seat_it_is_refused(tmp_path: Path) -> None:
@@ -115,16 +115,16 @@ def test_as_a_seat_it_is_refused(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_flapper_with_slot_and_hole_lands(tmp_path: Path) -> None:
-    """On the ring about its hole, at the velocity that is stated for it."""
+    """The ring about its hole lands, at the velocity that is stated for it."""
     scene = scene_of(tmp_path, FLAPPER + SLOT + HOLE + COARSE.replace("50", "20") + LANDING, run=BRIEF)
     body = striker_of(scene)
     start = body.modal_start()
     assert not start.displacement.any()
     speed = start.velocity @ body.greens.modal.shapes[:, 0]  # type: ignore[union-attr]
     assert speed == pytest.approx(-SPEED, rel=1e-6)  # of the contact that is not stated: the ring midway
-    found = summary_of(scene, tmp_path / "out")
-    assert found["contact_count"] > 0
-    assert float(str(found["energy_residual"])) < 1e-9
+    summary = summary_of(scene, tmp_path / "out")
+    assert summary["contact_count"] > 0
+    assert float(str(summary["energy_residual"])) < 1e-9
 
 
 @pytest.mark.slow
@@ -140,9 +140,9 @@ def test_a_sheet_from_a_dxf_file(tmp_path: Path) -> None:
         scene = scene_of(tmp_path, keys + clamped + COARSE + LANDING, run=BRIEF)
         hashes.add(key_of(scene.reed, scene.reed.stated()))
     assert len(hashes) == 2
-    found = summary_of(scene, tmp_path / "out")
-    assert found["contact_count"] > 0
-    assert float(str(found["energy_residual"])) < 1e-9
+    summary = summary_of(scene, tmp_path / "out")
+    assert summary["contact_count"] > 0
+    assert float(str(summary["energy_residual"])) < 1e-9
 
 
 @pytest.mark.parametrize(
@@ -163,6 +163,6 @@ def test_outlines_and_files(tmp_path: Path, change: str, key: str, message: str)
     (tmp_path / "reed.step").write_bytes(STEP.read_bytes())
     (tmp_path / "cut.step").write_bytes(STEP.read_bytes()[:9000])
     kept = "".join(f"{line}\n" for line in SHEET.splitlines() if not line.startswith("outline"))
-    told = refusal(scene_of, tmp_path, kept + change + LANDING)
-    assert key in told
-    assert re.search(message, told)
+    answer = refusal(scene_of, tmp_path, kept + change + LANDING)
+    assert key in answer
+    assert re.search(message, answer)

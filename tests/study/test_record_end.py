@@ -27,7 +27,7 @@ IMPULSE = 2 * MASS * SPEED
 
 
 def impulse_until(end: float) -> float:
-    """Of the seat, by the closed form: a mass between two springs loses nothing and comes back every period."""
+    """Return the seat's impulse in closed form: a mass between two springs loses nothing and returns every period."""
     whole, rest = divmod(end - FIRST, PERIOD)
     part = 0.5 * (1 - np.cos(np.pi * min(rest / TOUCH, 1.0)))
     return float(IMPULSE * (whole + part))
@@ -42,15 +42,15 @@ def budget_at(end: float, folder: Path, more: str = "") -> Budget:
 
 @pytest.mark.slow
 def test_an_end_within_the_delay_of_a_touch_is_in_the_bar_of_the_impulse(tmp_path: Path) -> None:
-    """0.2 touches after the eighth touch of the seat, which the run has not finished: each one came later."""
+    """The bar holds the last touch of the seat, which came later than known and is not finished."""
     late = FIRST + 7 * PERIOD + 1.2 * TOUCH
-    found = budget_at(late, tmp_path)
-    error = abs(found.values["impulse"] - impulse_until(late))
-    assert error > 0.02 * found.values["impulse"]  # an eighth of it is at stake
-    assert error <= found.bar("impulse") <= 2.5 * IMPULSE  # safety, and what was there before
-    assert found.dominant("impulse") == "time_step"
-    assert CLOCK not in found.values
-    assert all(CLOCK not in part for part in found.parts.values())
+    budget = budget_at(late, tmp_path)
+    error = abs(budget.values["impulse"] - impulse_until(late))
+    assert error > 0.02 * budget.values["impulse"]  # an eighth of it is at stake
+    assert error <= budget.bar("impulse") <= 2.5 * IMPULSE  # safety, and what was there before
+    assert budget.dominant("impulse") == "time_step"
+    assert CLOCK not in budget.values
+    assert all(CLOCK not in part for part in budget.parts.values())
 
 
 @pytest.mark.slow
@@ -66,7 +66,7 @@ def test_an_end_in_flight_adds_nothing(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_course_that_covers_the_run_alone_is_not_asked_for_more(tmp_path: Path) -> None:
-    """A base at rest, known until the end of the longest step: what an earlier end changes is in the bar as before."""
+    """A base known until the run's end leaves the bar, with an earlier end, as large as it must be."""
     late = FIRST + 7 * PERIOD + 1.2 * TOUCH
     rows = "".join(f"{late * k / 8 + 4 * STEP * (k == 8):.12g},0\n" for k in range(9))
     (tmp_path / "base.csv").write_text("time [s],displacement [m]\n" + rows, encoding="utf-8")

@@ -64,7 +64,7 @@ def patch_of(scene: Scene) -> tuple[float, float, float]:
 def test_the_region_is_the_struck_land(
     tmp_path: Path, seat: str, area: float, ends: tuple[float, float], model: str
 ) -> None:
-    """However much of the seat is modelled."""
+    """The region is the struck land's, however much of the seat is modelled."""
     assert patch_of(scene_of(tmp_path, seat + model)) == pytest.approx((area, *ends), rel=2e-3)
 
 
@@ -133,7 +133,7 @@ def test_a_width_without_a_radius_is_refused_where_the_reed_meets_the_whole_face
 
 @pytest.mark.slow
 def test_a_broad_face_of_a_drawing_asks_for_the_contact(tmp_path: Path) -> None:
-    """The whole top of a plate, selected in place of its lip."""
+    """The whole top of a plate as contact is refused unless the reed's own face is stated."""
     file = ROOT / "meshes" / "assembly_plate.step"
     broad = f'kind = "cad"\nfile = "{file}"\ncontact = {{ number = 3 }}\nfixed = {{ number = 5 }}\n{STEEL}'
     with pytest.raises(SceneError, match=r"seat\.contact: .*5 holes.*as a whole: state .*reed\.contact_radius"):
@@ -143,7 +143,7 @@ def test_a_broad_face_of_a_drawing_asks_for_the_contact(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_an_open_port_is_met_along_its_land(tmp_path: Path) -> None:
-    """Against another program, by static segments; with a disc in the middle of the open port it was 21 N, 949 uN s."""
+    """Impulse and peak are another program's; a disc in the middle of the port had 21 N, 949 uN s."""
     scene = scene_of(tmp_path, PORTS + 'model = "spring"\n', FLAPPER + IN_MODE + 'greens = { bandwidth = "160 kHz" }\n')
     assert stated_method(scene).ports == 16
     run = run_contacts(scene, striker_of(scene), seat_of(scene, mesh_error=False).greens, 1e-7).seat
@@ -183,13 +183,13 @@ def test_one_part_across_a_stated_ring_is_doubted_too(tmp_path: Path, rings: int
         for each in ((striker_of(scene), impact.Body(solved.greens)), (along, impact.Body(many)))
     ]
     one, several = (values_of_record(record_of(scene, problem, 2e-7))["filtered_peak"] for problem in problems)
-    left = error_budget(scene, stated_method(scene), solved, striker_of(scene), touches)
-    assert left.parts["lip"]["filtered_peak"] >= 0.99 * OF_ONE * abs(several - one) > 0
+    budget = error_budget(scene, stated_method(scene), solved, striker_of(scene), touches)
+    assert budget.parts["lip"]["filtered_peak"] >= 0.99 * OF_ONE * abs(several - one) > 0
 
 
 @pytest.mark.slow
 def test_three_lands_are_divided_alike(tmp_path: Path) -> None:
-    """Of three equal lands numbers of segments are multiples of three."""
+    """Three equal lands have a multiple of three segments."""
     seat = (
         PORTS.replace("ports = 2", "ports = 3").replace('"row"\nstruck = 1', '"circle"').replace('"12 mm"', '"11 mm"')
     )
@@ -215,7 +215,7 @@ def land(width: str) -> str:
 
 
 def block(folder: Path, length: float) -> str:
-    """A block with a strip of 1 mm across its top, ``length`` long [mm], as a table of a seat."""
+    """Return a block with a strip of 1 mm across its top, ``length`` long [mm], as a table of a seat."""
 
     def part(occ: Any) -> Bodies:
         body, strip = occ.addBox(-8, -14, -6, 16, 28, 6), occ.addRectangle(-0.5, -length / 2, 0, 1, length)
@@ -238,8 +238,8 @@ def landing_of(scene: Scene) -> tuple[float, float, float]:
 
 @pytest.mark.slow
 def test_a_land_is_met_as_far_as_the_reed_reaches(tmp_path: Path) -> None:
-    """A disc of 10 mm on a land from 4 to 6 mm about its port, and on one from 4 to 5 mm of the same plate: the mesh of
-    the wider one has no line at 5 mm."""
+    """A disc of 10 mm meets a land from 4 to 6 mm like one from 4 to 5 mm of the same plate, although the mesh of the
+    wider one has no line at 5 mm."""
     wide, narrow = (scene_of(tmp_path, land(width), DISC) for width in ("2 mm", "1 mm"))
     assert patch_of(wide) == pytest.approx((9 * math.pi, 4, 5), rel=3e-3)
     there, alone = landing_of(wide), landing_of(narrow)
@@ -249,7 +249,7 @@ def test_a_land_is_met_as_far_as_the_reed_reaches(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_strip_is_met_as_far_as_the_reed_is_wide(tmp_path: Path) -> None:
-    """A sheet of 12 mm across a strip of 20 mm, and across one of 12 mm on the same block."""
+    """A sheet of 12 mm meets a strip of 20 mm like one of 12 mm on the same block."""
     longer, shorter = (scene_of(tmp_path, block(tmp_path, length), BAND) for length in (20, 12))
     assert patch_of(longer) == pytest.approx((12, 0.5, math.hypot(6, 0.5)), rel=3e-3)
     line, alone = stated_method(longer).seat.lip, stated_method(shorter).seat.lip
@@ -264,7 +264,7 @@ def test_a_strip_is_met_as_far_as_the_reed_is_wide(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_stopper_is_met_as_far_as_the_reed_reaches(tmp_path: Path) -> None:
-    """With a strip as a stopper in place of the seat's: both bodies have what of it lies behind the reed."""
+    """A strip as a stopper meets the reed with that part of it which lies behind the reed."""
     stopper = f'[stopper]\ngap = "1 mm"\n{block(tmp_path, 20)}'
     scene = scene_of(tmp_path, block(tmp_path, 12), BAND, stopper)
     behind = scene.geometry.behind_the_reed()
@@ -278,7 +278,7 @@ def test_a_stopper_is_met_as_far_as_the_reed_reaches(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("seat", "reed", "more", "told"),
+    ("seat", "reed", "more", "words"),
     [
         (land("2 mm").replace("struck = 1\n", ""), DISC, "", "covers 25 %.*leaves a port open"),
         (land("2 mm"), DISC, 'offset = ["1.2 mm", "0 mm"]\n', "leaves a port open; limit: 10 % of its land's width"),
@@ -287,9 +287,9 @@ def test_a_stopper_is_met_as_far_as_the_reed_reaches(tmp_path: Path) -> None:
         ("strip", BAND, 'offset = ["0 mm", "15 mm"]\n', "covers 5 %.*limit: 10 % of the face"),
     ],
 )
-def test_too_little_under_the_reed_is_refused(tmp_path: Path, seat: str, reed: str, more: str, told: str) -> None:
+def test_too_little_under_the_reed_is_refused(tmp_path: Path, seat: str, reed: str, more: str, words: str) -> None:
     seat = block(tmp_path, 20) if seat == "strip" else seat
-    with pytest.raises(SceneError, match=told):
+    with pytest.raises(SceneError, match=words):
         check_files(scene_of(tmp_path, seat, reed, f"[contact]\n{more}" if more else ""))
 
 
@@ -321,14 +321,14 @@ def test_a_stopper_that_is_drawn_above_the_reed_is_met_where_it_is_drawn(tmp_pat
         places = borders[k] + (borders[k + 1] - borders[k]) * (np.arange(40) + 0.5) / 40
         points = np.array([14e-3, 0.0]) + places[:, None] * along
         means = [float(plate.shape_at(mode, points).mean()) for mode in np.eye(len(greens.modal.omega))[:6]]
-        found = greens.modal.shapes[:6, greens.port_index("stopper_" + name)]
-        np.testing.assert_allclose(found, means, atol=0.01 * np.abs(means).max())  # the strip is 1 mm wide
+        shapes = greens.modal.shapes[:6, greens.port_index("stopper_" + name)]
+        np.testing.assert_allclose(shapes, means, atol=0.01 * np.abs(means).max())  # the strip is 1 mm wide
         opening = math.tan(math.radians(0.1)) * places.mean() * math.sin(turn) if arcs > 1 else 0.0
         assert gaps[k] - gaps.mean() == pytest.approx(opening, abs=1e-9)
 
 
 def test_a_round_stopper_that_reaches_off_the_reed_is_refused(tmp_path: Path) -> None:
-    """Whether or not it is met in arcs; with the reed's own face, stated, it is not."""
+    """A round stopper wider than the reed is refused, in arcs or whole, but for a stated face of the reed."""
     seat = 'kind = "spring"\nstiffness = "20 N/um"\n'
     wide = f'[stopper]\ngap = "1 mm"\n{STOPPER}'.replace('"2 mm"', '"7 mm"')
     for more in (wide, wide + "arcs = 8\n"):

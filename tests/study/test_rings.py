@@ -35,7 +35,7 @@ def test_shares_cover_the_patch_and_rings_of_more_make_rings_of_less(rings: int)
 
 
 def strip(borders: np.ndarray) -> float:
-    """Compliance pi E/(2 (1 - nu^2)) w L/F of a rigid face on a strip of half width 1, up to a constant: -ln|x|."""
+    """Return pi E/(2 (1 - nu^2)) w L/F of a rigid face on a strip of half width 1, up to a constant: -ln|x|."""
 
     def twice(d: float) -> float:  # second antiderivative of ln
         return d * d / 2 * math.log(abs(d)) - 3 * d * d / 4 if d else 0.0
@@ -59,7 +59,7 @@ def strip(borders: np.ndarray) -> float:
 
 
 def test_a_rigid_face_on_a_strip_is_reached_with_order_two() -> None:
-    """Exact: ln 2; a uniform pressure: 3/2 - ln 2. Rings of equal width reach it with order one."""
+    """Rings tend to the exact ln 2 from 3/2 - ln 2 with order two, rings of equal width with order one."""
     errors = {p: strip(ring_borders(p)) - math.log(2) for p in (1, 2, 3, 4, 8, 16, 32)}
     assert errors[1] == pytest.approx(1.5 - math.log(4), rel=1e-12)
     assert errors[2] == pytest.approx(errors[1], rel=1e-12)  # by symmetry
@@ -111,7 +111,7 @@ def test_solid_and_meridian_agree() -> None:
 
 @pytest.mark.slow
 def test_a_rectangle_is_divided_by_the_distance_from_its_rim() -> None:
-    """Of a block's patch 2 x 4 mm all is nearer to the rim than 1 mm: area within d of it is 8 - (2 - 2d)(4 - 2d)."""
+    """The outer of four rings of a patch 2 x 4 mm lies at its rim: within d of it are 8 - (2 - 2d)(4 - 2d)."""
     mesh = make_mesh(Block(12e-3, 12e-3, 6e-3, 2e-3, 4e-3), MeshSpec(2e-3, 0.4e-3))
     whole = assemble(mesh, STEEL)
     model = assemble(mesh, STEEL, rings=4)
@@ -171,15 +171,15 @@ def test_a_face_does_not_pull_at_rings() -> None:
 def test_a_scene_asks_for_rings(tmp_path: Path) -> None:
     one = run_scene(load_scene(scene_file(tmp_path)), tmp_path / "one", pictures=False)
     four = run_scene(load_scene(scene_file(tmp_path, "rings = 4")), tmp_path / "four", pictures=False)
-    for found in (one, four):
-        assert found.summary["error_unknown"] == ""
+    for summary in (one, four):
+        assert summary.summary["error_unknown"] == ""
         for key in ("impulse_Ns", "filtered_peak_force_N", "contact_duration_s", "max_seat_displacement_m"):
-            assert f"error_patch_{key}" in found.summary
+            assert f"error_patch_{key}" in summary.summary
     peak = "filtered_peak_force_N"
     values = [json.loads((tmp_path / name / "summary.json").read_text())[peak] for name in ("one", "four")]
     change = abs(values[1] - values[0])
     assert 0.005 < change / values[1] < 0.05
-    patch, less = (float(str(found.summary[f"error_patch_{peak}"])) for found in (one, four))
+    patch, less = (float(str(summary.summary[f"error_patch_{peak}"])) for summary in (one, four))
     assert patch > change
     assert 0 < less < 0.6 * patch
     assert float(str(four.summary["seat_static_stiffness_N_per_m"])) > float(

@@ -36,19 +36,19 @@ def key_of(plan: Plan) -> str:
 
 
 def carry_out(*given: Any, **more: Any) -> rounds.Round:
-    """The last of the rounds."""
+    """Return the last of the rounds."""
     *_, last = rounds.rounds(*given, **more)
     return last
 
 
 def with_step(plan: Plan, dt: float) -> Plan:
-    """The same plan with a step it would not begin with; the key stays open."""
+    """Return the same plan with a step it would not begin with; the key stays open."""
     return replace(plan, method=plan.method.replaced({"run.time_step": dt}))
 
 
 @pytest.mark.slow
 def test_a_missed_target_is_reached_by_refining(tmp_path: Path) -> None:
-    """A step far too long: its share shrinks, all else stays."""
+    """Rounds that begin with a step far too long shorten it until the target is met."""
     plan = with_step(plan_of(SCENE + 'target = "2 %"\n', tmp_path), 2e-6)
     done = carry_out(plan, tmp_path, Stopwatch(), silent)
     assert done.met
@@ -63,8 +63,8 @@ KEYS = {"time_step": "run.time_step", "model": "reed.n_modes", "mesh": "seat.mes
 
 @pytest.mark.slow
 def test_one_round_makes_all_sources_finer_that_must_be(tmp_path: Path) -> None:
-    """Two, each of which alone would leave too much: the next plan refines both; of one that suffices, it alone; none
-    where one stays that is too large by itself, as the mesh of a spring, and others hardly count."""
+    """The next plan refines both of two sources that leave too much, one where one suffices, and none where a source
+    that stays is too large by itself, like the mesh of a spring."""
     plan = with_step(plan_of(SCENE + 'target = "2 %"\nmeasures = ["impulse"]\n', tmp_path), 2e-6)
     done = carry_out(plan, tmp_path, Stopwatch(), silent)
     value = abs(done.left.values["impulse"])
@@ -72,8 +72,8 @@ def test_one_round_makes_all_sources_finer_that_must_be(tmp_path: Path) -> None:
     def following(**shares: float) -> tuple[Plan | None, str]:
         parts = {source: {"impulse": share * 0.02 * value / 1.5} for source, share in shares.items()}
         by_key = {key: parts[source] for source, key in KEYS.items() if source in parts}
-        left = replace(done.left, parts=parts, by_key=by_key, values={"impulse": done.left.values["impulse"]})
-        return next_round.next_plan(replace(done, left=left, number=1), Limits(), 1e9)
+        budget = replace(done.left, parts=parts, by_key=by_key, values={"impulse": done.left.values["impulse"]})
+        return next_round.next_plan(replace(done, left=budget, number=1), Limits(), 1e9)
 
     def after(**shares: float) -> Plan:
         further, why = following(**shares)
@@ -93,25 +93,25 @@ def test_one_round_makes_all_sources_finer_that_must_be(tmp_path: Path) -> None:
 
 
 def test_what_the_file_states_is_never_changed_and_that_is_told(tmp_path: Path) -> None:
-    """Three modes, and a step that cannot do: one round, because nothing else can help."""
+    """Three stated modes and a stated step end after one round, with words that say why."""
     text = SCENE.replace("[run]", '[run]\ntime_step = "2 us"').replace("release", "n_modes = 3\nrelease")
     done = carry_out(plan_of(text + 'target = "0.1 %"\n', tmp_path), tmp_path, Stopwatch(), silent)
     assert not done.met
     assert done.number == 1
     assert (done.result.dt, done.plan.method.reed.n_modes) == (2e-6, 3)
-    told = missed(done)
-    assert told[0].startswith(
+    messages = missed(done)
+    assert messages[0].startswith(
         ("impulse (impulse_Ns) has an uncertainty of", "peak force (filtered_peak_force_N) has an")
     )
-    assert any("above accuracy.target = 0.1 %" in words for words in told)
+    assert any("above accuracy.target = 0.1 %" in words for words in messages)
     words = r"after 1 round: simplified model of seat or reed \(reed\.n_modes\) leaves .*, and the file states it"
-    assert re.search(words, told[-1])
+    assert re.search(words, messages[-1])
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("n_modes", [1, 2, 3, 5])
 def test_few_modes_of_the_reed_miss_a_target(n_modes: int, tmp_path: Path) -> None:
-    """What leaving out some of them does not tell: a single one has none to leave out."""
+    """One or few modes miss a target of 5 %, by an error of the model that holds what many modes change."""
     text = SCENE.replace("release", f"n_modes = {n_modes}\nrelease") + 'target = "5 %"\n'
     done, many = (carry_out(plan_of(t, tmp_path), tmp_path, Stopwatch(), silent) for t in (text, SCENE))
     assert not done.met
@@ -129,7 +129,7 @@ def test_no_round_beyond_the_number(tmp_path: Path) -> None:
 
 @pytest.mark.slow(but="factorization")
 @pytest.mark.parametrize(
-    ("failure", "told"),
+    ("failure", "words"),
     [
         (FactorizationError("a pivot is zero"), "a pivot is zero"),
         (MeshingError("gmsh crashed"), "gmsh crashed"),
@@ -139,7 +139,7 @@ def test_no_round_beyond_the_number(tmp_path: Path) -> None:
     ],
     ids=["factorization", "meshing", "memory", "greens", "disk"],
 )
-def test_a_finer_round_that_fails_keeps_the_one_before(failure, told, tmp_path, monkeypatch):
+def test_a_finer_round_that_fails_keeps_the_one_before(failure, words, tmp_path, monkeypatch):
     plan, calls = with_step(plan_of(SCENE + 'target = "2 %"\n', tmp_path), 2e-6), []
     run_contacts = rounds.run_contacts
 
@@ -153,8 +153,8 @@ def test_a_finer_round_that_fails_keeps_the_one_before(failure, told, tmp_path, 
     done = carry_out(plan, tmp_path, Stopwatch(), silent)
     assert (done.number, done.result.dt, done.met) == (1, 2e-6, False)
     assert done.stopped.startswith("a finer round ")
-    assert told in done.stopped
-    assert told in missed(done)[-1]
+    assert words in done.stopped
+    assert words in missed(done)[-1]
 
 
 @pytest.mark.slow
@@ -208,44 +208,44 @@ def test_summary_and_exit_code_tell_whether_the_target_was_met(more, code, tmp_p
     text = SCENE.replace("release", f"{more}release") + 'level = "quick"\nmeasures = ["filtered_peak", "stress"]\n'
     scene.write_text(text, encoding="utf-8")
     assert run_command(["run", str(scene), "-o", str(out), "--quiet", "--no-pictures"]) == code
-    found = json.loads((out / "summary.json").read_text(encoding="utf-8"))
+    summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
     assert (out / "result.h5").is_file()
-    assert found["accuracy_target"] == 0.05
-    assert found["accuracy_met"] is (code == 0)
-    assert found["accuracy_measures"] == "filtered_peak, stress"
-    assert (found["accuracy_stopped_because"] == "") == (code == 0)
-    assert found["plan_seat_level"] == "closed form"
-    assert ("reed.n_modes" in found["plan_given"]) == bool(more)
-    assert found["plan_run_time_step"].endswith("s")
-    assert 0 < found["plan_wall_time_s"] < 60
-    assert found["accuracy_rounds"] >= 1
+    assert summary["accuracy_target"] == 0.05
+    assert summary["accuracy_met"] is (code == 0)
+    assert summary["accuracy_measures"] == "filtered_peak, stress"
+    assert (summary["accuracy_stopped_because"] == "") == (code == 0)
+    assert summary["plan_seat_level"] == "closed form"
+    assert ("reed.n_modes" in summary["plan_given"]) == bool(more)
+    assert summary["plan_run_time_step"].endswith("s")
+    assert 0 < summary["plan_wall_time_s"] < 60
+    assert summary["accuracy_rounds"] >= 1
     for key in ("filtered_peak_force_N", "peak_reed_stress_after_contact_Pa"):
-        within = found[f"error_bar_{key}"] <= 0.05 * found[key]
+        within = summary[f"error_bar_{key}"] <= 0.05 * summary[key]
         assert within or code == 1
     # from rest at 1 mm: 3 E (h/2) d/L^2 = 142 MPa, a quarter more where the freely swinging reed bends back
-    assert found["peak_reed_stress_Pa"] == pytest.approx(1.25 * 142e6, rel=0.1)
-    assert 0 <= found["peak_reed_stress_at_m"] <= 25.4e-3
-    assert found["spring_peak_reed_stress_Pa"] == pytest.approx(found["peak_reed_stress_Pa"], rel=1e-6)
+    assert summary["peak_reed_stress_Pa"] == pytest.approx(1.25 * 142e6, rel=0.1)
+    assert 0 <= summary["peak_reed_stress_at_m"] <= 25.4e-3
+    assert summary["spring_peak_reed_stress_Pa"] == pytest.approx(summary["peak_reed_stress_Pa"], rel=1e-6)
     missing = 0.05 if more else 0.01  # of what modes leave out at the clamp: 2/(pi n)^2 of n
-    assert found["reed_stress_at_start_Pa"] == pytest.approx((1 - missing) * 142e6, rel=0.01)
+    assert summary["reed_stress_at_start_Pa"] == pytest.approx((1 - missing) * 142e6, rel=0.01)
     # the largest is before the first touch; what the blow adds is told apart
-    assert found["initial_reed_stress_Pa"] == found["peak_reed_stress_Pa"]
-    assert found["initial_reed_stress_time_s"] < found["first_contact_s"]
-    assert found["peak_reed_stress_after_contact_time_s"] > found["first_contact_s"]
-    assert 0 <= found["peak_reed_stress_after_contact_at_m"] <= 25.4e-3
-    assert "error_bar_peak_reed_stress_Pa" not in found
+    assert summary["initial_reed_stress_Pa"] == summary["peak_reed_stress_Pa"]
+    assert summary["initial_reed_stress_time_s"] < summary["first_contact_s"]
+    assert summary["peak_reed_stress_after_contact_time_s"] > summary["first_contact_s"]
+    assert 0 <= summary["peak_reed_stress_after_contact_at_m"] <= 25.4e-3
+    assert "error_bar_peak_reed_stress_Pa" not in summary
 
 
 @pytest.mark.slow
 def test_each_round_is_told_with_its_bar_time_memory_and_the_price_of_the_next(tmp_path: Path) -> None:
-    told: list[str] = []
+    lines: list[str] = []
     plan = with_step(plan_of(SCENE + 'target = "2 %"\n', tmp_path), 2e-6)
-    done = carry_out(plan, tmp_path, Stopwatch(), silent, tell=told.append)
-    assert len(told) == done.number
+    done = carry_out(plan, tmp_path, Stopwatch(), silent, tell=lines.append)
+    assert len(lines) == done.number
     line = r"round 1: impulse \+-\S+ %; peak force \+-\S+ %; target 2 % missed; \S+ s, \S+ GB; the next about \S+ s$"
-    assert re.match(line, told[0])
-    assert re.match(r"round 2 \(.*run.time_step \S+ us -> \S+ us\): ", told[1])
-    assert f"-> {percent(done.left.relative('filtered_peak'))}; target 2 % reached" in told[-1]
+    assert re.match(line, lines[0])
+    assert re.match(r"round 2 \(.*run.time_step \S+ us -> \S+ us\): ", lines[1])
+    assert f"-> {percent(done.left.relative('filtered_peak'))}; target 2 % reached" in lines[-1]
     assert done.memory > 50e6
     assert set(done.spent) == {"contact", "reed stress", "error budget"}
     assert 0 < sum(done.spent.values()) < 60
@@ -262,7 +262,7 @@ def test_no_round_that_is_expected_to_outlast_the_time_is_begun(tmp_path: Path) 
 
 @pytest.mark.slow
 def test_a_round_that_outlasts_the_time_is_stopped_and_the_one_before_stays(tmp_path, monkeypatch):
-    """Expected to take no time; its first report of progress comes too late."""
+    """A round that reports after the time limit is stopped, and the result is the one before."""
     monkeypatch.setattr(next_round, "expect_time", lambda done, plan: 0.0)
     plan, begun = with_step(plan_of(SCENE + 'target = "2 %"\n', tmp_path), 2e-6), time.perf_counter()
     seen: list[rounds.Round] = []
@@ -277,7 +277,7 @@ def test_a_round_that_outlasts_the_time_is_stopped_and_the_one_before_stays(tmp_
 
 @pytest.mark.slow
 def test_the_time_of_a_round_is_that_of_the_last_one_and_its_further_work(tmp_path: Path) -> None:
-    """Twice the steps on bodies that stay; with twice the modes, four times."""
+    """The expected time grows like the root of twice the steps or four times the work, or as rounds show."""
     done = carry_out(plan_of(SCENE, tmp_path), tmp_path, Stopwatch(), silent, limits=Limits(1))
     done = replace(done, price={"mesh": 10.0, "reduction": 70.0, "contact": 5.0, "error budget": 15.0, "plan": 3.0})
     step, modes = done.plan.method.time_step, done.plan.method.reed.n_modes
@@ -297,7 +297,7 @@ def test_the_time_of_a_round_is_that_of_the_last_one_and_its_further_work(tmp_pa
 
 @pytest.mark.slow
 def test_the_memory_of_a_round_is_that_of_the_last_one_with_what_grows(tmp_path: Path) -> None:
-    """Histories in proportion to equal steps, bodies by their least; never less than what was taken already."""
+    """Histories grow with the steps, bodies by their least, and never below what was taken already."""
     done = carry_out(plan_of(SCENE, tmp_path), tmp_path, Stopwatch(), silent, limits=Limits(1))
     assert done.result.rows.is_uniform
     step, after = done.plan.method.time_step, next_round.AFTERWARDS
@@ -366,9 +366,9 @@ def test_a_run_that_nears_the_end_of_memory_ends_with_the_last_round_on_file(
     words = r"a finer round is not possible: .* was stopped at \S+: 0\.1 GB of memory are left, at least 0\.3 GB"
     assert re.match(words, str(two.summary["accuracy_stopped_because"]))
     assert any("0.1 GB of memory are left" in note for note in two.messages)
-    found = json.loads((tmp_path / "two" / "summary.json").read_text(encoding="utf-8"))
+    summary = json.loads((tmp_path / "two" / "summary.json").read_text(encoding="utf-8"))
     for key in ("impulse_Ns", "filtered_peak_force_N", "error_bar_impulse_Ns"):
-        assert found[key] == one.summary[key]
+        assert summary[key] == one.summary[key]
     alone, kept = (load_results(tmp_path / name / "result.h5")["wave"] for name in ("one", "two"))
     np.testing.assert_array_equal(alone.rows.force, kept.rows.force)
 
@@ -394,12 +394,12 @@ def test_each_finished_round_is_on_file_while_the_next_is_under_way(tmp_path, mo
     monkeypatch.setattr(rounds, "run_contacts", stopping)
     monkeypatch.setattr(pipeline, "begin_plan", lambda scene: with_step(begin_plan(scene), 2e-6))
     assert run_command(["run", str(scene), "-o", str(out), "--quiet"]) == 130
-    found = json.loads((out / "summary.json").read_text(encoding="utf-8"))
-    assert (found["accuracy_rounds"], found["accuracy_met"]) == (1, False)
-    assert found["accuracy_stopped_because"] == "round 2 was begun and not finished"
-    assert found["spring_impulse_Ns"] > 0
+    summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
+    assert (summary["accuracy_rounds"], summary["accuracy_met"]) == (1, False)
+    assert summary["accuracy_stopped_because"] == "round 2 was begun and not finished"
+    assert summary["spring_impulse_Ns"] > 0
     both = load_results(out / "result.h5")
-    assert measures.impulse(both["wave"]) == found["impulse_Ns"]
+    assert measures.impulse(both["wave"]) == summary["impulse_Ns"]
     assert both["wave"].dt == 2e-6
     load_greens(out / "seat.h5")
 
@@ -409,16 +409,16 @@ def test_no_pictures_draws_none_and_says_nothing_of_them(tmp_path: Path, capsys:
     scene, out = tmp_path / "s.toml", tmp_path / "out"
     scene.write_text(SCENE + 'target = "50 %"\n', encoding="utf-8")
     assert run_command(["run", str(scene), "-o", str(out), "--no-pictures"]) == 0
-    asked = {"scene.toml", "plan.json"}
+    expected = {"scene.toml", "plan.json"}
     stress = {"reed_hot_spots.csv", "stress.h5"}
     files = {"summary.json", "landings.csv", "result.h5", "seat.h5"}
-    assert {path.name for path in out.iterdir()} == files | asked | stress
+    assert {path.name for path in out.iterdir()} == files | expected | stress
     assert "skipped" not in capsys.readouterr().out
 
 
 @pytest.mark.slow
 def test_notes_speak_of_keys_and_values(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Of a stated step that damps modes: its key, not the solver's argument; what is assumed, with its value."""
+    """Notes on a step that damps modes name its key, not the solver's argument; those on assumptions give values."""
     scene = tmp_path / "s.toml"
     scene.write_text(SCENE.replace("[run]", '[run]\ntime_step = "2 us"') + 'target = "90 %"\n', encoding="utf-8")
     run_command(["run", str(scene), "-o", str(tmp_path / "out"), "--no-pictures"])
@@ -431,7 +431,7 @@ def test_notes_speak_of_keys_and_values(tmp_path: Path, capsys: pytest.CaptureFi
 
 
 def test_a_run_ends_in_words_before_its_memory_does(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The stage, how far it came, what is left and what is needed, and keys that need less."""
+    """The error names the stage, how far it came, memory left and needed, and keys that need less."""
     heard: list[tuple[str, float]] = []
     progress = rounds.within_limits(lambda stage, done: heard.append((stage, done)))
     progress("stepping", 0.1)

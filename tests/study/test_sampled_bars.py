@@ -87,8 +87,8 @@ def test_reeds_let_go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     alone = carry_out(path.parent / "scene.toml", {**job["changed"], **job["others"][0]}, 1, job["start"], once=True)
     for name in table.measures:
         if not name.startswith(BAR):
-            found = table.numbers(name)[int(np.flatnonzero(others)[0])]
-            assert found == pytest.approx(float(str(alone.summary[name])), rel=1e-7)
+            beside = table.numbers(name)[int(np.flatnonzero(others)[0])]
+            assert beside == pytest.approx(float(str(alone.summary[name])), rel=1e-7)
 
 
 @pytest.mark.slow
@@ -113,15 +113,15 @@ def test_bars_of_a_sample_are_judged_by_the_target(tmp_path: Path) -> None:
     def judged_by(target: float, unknown: str = "", what: Outcome | None = None) -> dict[str, Outcome]:
         common = {"impulse_Ns": -2.0}
         full = {"accuracy_met": True, "accuracy_target": TIGHTER * target, "accuracy_judged_keys": "impulse_Ns"}
-        found = {
+        outcomes = {
             case.key: Outcome("done", "", 1.0, {**common, **full, f"{BAR}impulse_Ns": 2 * bars[case.key]})
             if case.way != "beside"
             else Outcome("done", "", 1.0, common)
             for case in cases
         }
         if unknown:
-            found[unknown] = what or Outcome("done", "", 1.0, common | full)
-        return {case.key: judged(cases, found, ["impulse_Ns"])[case.key] for case in cases if case.way == "beside"}
+            outcomes[unknown] = what or Outcome("done", "", 1.0, common | full)
+        return {case.key: judged(cases, outcomes, ["impulse_Ns"])[case.key] for case in cases if case.way == "beside"}
 
     assert {each.state for each in judged_by(0.051).values()} == {"done"}
     assert {each.summary[f"{BAR}impulse_Ns"] for each in judged_by(0.051).values()} == {SAFETY * 0.08}
@@ -155,5 +155,5 @@ def test_bars_of_a_sample_are_judged_by_the_target(tmp_path: Path) -> None:
 )  # fmt: skip
 def test_what_it_is_not_for(text: str, scene: str, message: str, tmp_path: Path) -> None:
     path = study_file(tmp_path, text, scene)
-    told = refusal(lambda: run_study(load_study(path), tmp_path / "out", file=path))
-    assert re.search(message, told), told
+    answer = refusal(lambda: run_study(load_study(path), tmp_path / "out", file=path))
+    assert re.search(message, answer), answer

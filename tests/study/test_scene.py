@@ -118,8 +118,8 @@ def test_values_are_si_floats_and_defaults_are_filled_in(load: Load) -> None:
     ],
 )  # fmt: skip
 def test_bad_scenes(load: Load, old: str, new: str, message: str) -> None:
-    (told,) = messages(load, changed(old, new))
-    assert re.search(message, told)
+    (answer,) = messages(load, changed(old, new))
+    assert re.search(message, answer)
 
 
 @pytest.mark.parametrize(
@@ -146,8 +146,8 @@ def test_everything_wrong_is_told_at_once_in_the_order_of_the_file(load: Load) -
 
 def test_a_missing_table_names_the_file(load: Load) -> None:
     text = SCENE[: SCENE.index("[run]")]
-    (told,) = messages(load, text)
-    assert re.match("scene.toml: run: .*missing", told)
+    (message,) = messages(load, text)
+    assert re.match("scene.toml: run: .*missing", message)
 
 
 @pytest.mark.parametrize(
@@ -160,8 +160,8 @@ def test_a_missing_table_names_the_file(load: Load) -> None:
     ],
 )
 def test_rod_cross_section(load: Load, section: str, message: str) -> None:
-    (told,) = messages(load, with_seat(f"{ROD}{section}\n"))
-    assert re.search(message, told)
+    (answer,) = messages(load, with_seat(f"{ROD}{section}\n"))
+    assert re.search(message, answer)
 
 
 def test_files_are_found_from_the_folder_of_the_scene(load: Load, tmp_path: Path) -> None:

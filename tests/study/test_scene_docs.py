@@ -21,12 +21,12 @@ PAGES = scene_pages()
 
 def test_the_pages_are_current() -> None:
     written = [DOCS / "scene.md", *(DOCS / "scene").glob("*.md")]
-    found = {path.relative_to(DOCS).as_posix(): path.read_text(encoding="utf-8") for path in written}
-    assert found == PAGES, "run: make docs"
+    pages = {path.relative_to(DOCS).as_posix(): path.read_text(encoding="utf-8") for path in written}
+    assert pages == PAGES, "run: make docs"
 
 
 def test_every_table_is_described_once_and_linked() -> None:
-    """The kinds of bodies under their family, tables on pages of their own, and the first page links all of them."""
+    """Each table stands once, kinds of bodies under their family, and the first page links all pages."""
     for page, kinds in {
         "seats": ("annular", "bar", "block", "rod", "spring"),
         "reeds": ("cantilever", "flapper", "sheet"),
@@ -43,7 +43,7 @@ def test_every_table_is_described_once_and_linked() -> None:
 
 
 def fields(table: type[BaseModel], seen: set[type[BaseModel]]) -> Iterator[tuple[str, FieldInfo]]:
-    """Every key of a table and of the tables in it."""
+    """Yield every key of a table and of the tables in it."""
     seen.add(table)
     for name, field in table.model_fields.items():
         yield f"{table.__name__}.{name}", field

@@ -103,7 +103,7 @@ def test_regions_carry_materials(load):
 
 
 def mass(scene, mesh):
-    """Of a free body [kg]: the sum over the three directions, divided by 3."""
+    """Return the mass of a free body [kg]: the sum over the three directions, divided by 3."""
     return float(matrices(scene.seat, mesh, "3d", lambda stage, done: None).M.sum()) / 3
 
 
@@ -154,9 +154,9 @@ def test_a_free_seat_is_refused_before_it_is_meshed(verb, load, tmp_path, capsys
     load('fixed = { kind = "nothing" }')
     out = tmp_path / ("out" if verb == "run" else "seat.h5")
     assert run_command([verb, str(tmp_path / "scene.toml"), "-o", str(out), "--quiet"]) == BAD_INPUT
-    told = capsys.readouterr().err
-    assert "seat.fixed names no face" in told
-    assert "clamp a face or add a support" in told
+    message = capsys.readouterr().err
+    assert "seat.fixed names no face" in message
+    assert "clamp a face or add a support" in message
     assert not out.exists()
 
 

@@ -90,7 +90,7 @@ def test_a_table_that_is_no_joint_is_refused_with_its_key(wrong, words, tmp_path
 
 
 def test_a_run_obeys_the_law(tmp_path):
-    """A mass on a stiff seat: Hertz's duration 2.94 d/v and largest force, the spring's half period."""
+    """A mass on a stiff seat has Hertz's duration 2.94 d/v and largest force, and the spring's v sqrt(k m)."""
     mass, speed, k = 5e-3, 2.0, 5e9
     scene = scene_with('[contact]\nlaw = { kind = "hertz", stiffness = "5 GN/m^1.5" }', tmp_path)
     result = run_contacts(scene, striker_of(scene), SEAT, 2e-8).seat

@@ -47,7 +47,7 @@ def test_that_of_studies_takes_every_example(example: Path) -> None:
 
 
 def test_a_study_to_begin_with_is_one(tmp_path: Path) -> None:
-    """As it is, and with what stands behind a # in it, which are the keys of the tables."""
+    """The template is a study as it is, and with the keys of its comments, which are all there are."""
     (tmp_path / "flapper.toml").write_text(scene_template("flapper"), encoding="utf-8")
     path, text = tmp_path / "a.toml", study_template(file="a.toml")
     path.write_text(text, encoding="utf-8")

@@ -20,7 +20,7 @@ MIDDLE = '["0 mm", "0 mm", "5 mm"]'
 
 
 def scene(folder: Path, stress: str, seat: str = BAR) -> Path:
-    """A mass on a soft spring: the bar follows it as if at rest."""
+    """Return a mass on a soft spring: the bar follows it as if at rest."""
     file = folder / "scene.toml"
     file.write_text(
         f"[seat]{seat}[reed]\nkind = 'rigid_mass'\nmass = '{MASS} kg'\nvelocity = '-{SPEED} m/s'\n"
@@ -91,7 +91,7 @@ BELOW = '["0 mm", "4.5 mm", "1.5 mm"]'
 @pytest.mark.slow
 def test_a_lip_pressed_all_around_in_arcs_bears_what_it_bears_as_a_whole(tmp_path: Path) -> None:
     """A mass on a soft spring: the force is that of a mass on a spring to 1e-3, on one port or shared by eight."""
-    found = []
+    results = []
     for name, ports, points in (("whole", "", ""), ("arcs", "ports = 8", f"points = [{BELOW}]\n")):
         folder = tmp_path / name
         folder.mkdir()
@@ -99,8 +99,8 @@ def test_a_lip_pressed_all_around_in_arcs_bears_what_it_bears_as_a_whole(tmp_pat
         file = scene(folder, f"{points}distance = '0.1 mm'\napart = '0.6 mm'", RING + model)
         file.write_text(file.read_text().replace("[contact]", f"[contact]\n{ports}"))
         pipeline.run_scene(load_scene(file), folder, pictures=False)
-        found.append(json.loads((folder / "summary.json").read_text()))
-    whole, arcs = found
+        results.append(json.loads((folder / "summary.json").read_text()))
+    whole, arcs = results
     assert arcs["peak_seat_stress_Pa"] == pytest.approx(whole["peak_seat_stress_Pa"], rel=0.01)
     assert arcs["error_bar_peak_seat_stress_Pa"] == pytest.approx(whole["error_bar_peak_seat_stress_Pa"], rel=0.1)
     spots = arcs["seat_stress_hot_spots"]
@@ -135,9 +135,9 @@ def test_what_is_refused_is_refused_before_the_contact(tmp_path: Path, monkeypat
 @pytest.mark.slow
 def test_the_struck_face_is_left_out_by_default(tmp_path: Path) -> None:
     """None of its nodes, nor those of its rim's neighbourhood, is looked at; all others are."""
-    asked, other = (load_scene(scene(tmp_path, f"distance = '1 mm'\n{more}")) for more in ("struck = true", ""))
-    *_, done = rounds(begin_plan(asked), tmp_path, Stopwatch(), silent)
-    whole, rest = (seat_stress(replace(done, plan=replace(done.plan, scene=each))).sites for each in (asked, other))
+    stated, other = (load_scene(scene(tmp_path, f"distance = '1 mm'\n{more}")) for more in ("struck = true", ""))
+    *_, done = rounds(begin_plan(stated), tmp_path, Stopwatch(), silent)
+    whole, rest = (seat_stress(replace(done, plan=replace(done.plan, scene=each))).sites for each in (stated, other))
     top = whole[:, 2].max()
     assert np.isclose(whole[:, 2], top).sum() > 4
     assert top - rest[:, 2].max() >= 1e-3 * (1 - 1e-6)

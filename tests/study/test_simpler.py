@@ -28,16 +28,16 @@ def scene_of(folder: Path, release: str = LANDING, more: str = "") -> Scene:
 
 @pytest.mark.slow
 def test_one_port_is_the_plate_struck_by_the_whole_lip(tmp_path: Path) -> None:
-    """The impact on a spring of the plate's one ring, computed as such, over the mean gap; and no other one."""
+    """One port is the plate's one ring on a spring over the mean gap; a beam is the only other model."""
     scene = scene_of(tmp_path)
-    found = simpler_models(scene, striker_of(scene), bed(Division(8), STIFFNESS), DT)
-    assert list(found) == ["one_port", "beam"]
+    models = simpler_models(scene, striker_of(scene), bed(Division(8), STIFFNESS), DT)
+    assert list(models) == ["one_port", "beam"]
     ring = scene.reed.solved(Lip(*scene.seat.lip_face.ring)).greens
     gap = 1e-6 + (RADIUS + scene.seat.lip_face.ring[1] / 2) * math.tan(TILT)  # the rim is lowest
     body = scene.reed.body(ring)
     problem = impact.ContactProblem(body, impact.Body(impact.spring(stiffness=STIFFNESS)), gap=gap)
     expected = impact.solve(problem, dt=DT, duration=scene.run.duration)
-    result = found["one_port"].seat
+    result = models["one_port"].seat
     assert result.gap[0] == pytest.approx(gap, rel=1e-6)
     assert measures.impulse(expected) > 0
     # what the modes left out, 1e-6 of the compliance, relaxes at eight rates here and at one there
@@ -86,7 +86,7 @@ def test_none_beside_a_contact_of_one_port(tmp_path: Path) -> None:
 
 
 def test_the_column_of_the_annular_seat() -> None:
-    """The flat top of the lip, 0.8 mm wide at a radius of 4.5 mm, over 8.5 mm of steel."""
+    """The column is the lip's flat top, 0.8 mm wide at a radius of 4.5 mm, over 8.5 mm of steel."""
     column = load_scene(EXAMPLES / "flapper_on_annular_seat.toml").seat.column()
     assert column.area == pytest.approx(2 * math.pi * 4.5e-3 * 0.8e-3)
     assert column.stiffness == pytest.approx(2e11 * column.area / 8.5e-3)

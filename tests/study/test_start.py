@@ -39,18 +39,18 @@ def test_the_first_scenes_show_how_to_begin(tmp_path: Path, monkeypatch: pytest.
     assert cases[3].key == cases[0].key
     assert cases[-1].guides == tuple(dict.fromkeys(case.key for case in cases[:-1]))
     run_study(load_study(path), tmp_path / "out")
-    told, found = [json.loads(job) for job in jobs], read_journal(tmp_path / "out" / JOURNAL)
-    first, *others = (found[case.key].start for case in cases)
-    assert told[0]["start"] == {}
-    assert [job["start"] for job in told[1:-1]] == [first] * PILOTS
+    sent, journal = [json.loads(job) for job in jobs], read_journal(tmp_path / "out" / JOURNAL)
+    first, *others = (journal[case.key].start for case in cases)
+    assert sent[0]["start"] == {}
+    assert [job["start"] for job in sent[1:-1]] == [first] * PILOTS
     ranked = sorted((first, *others[:2], *others[3:-1]), key=lambda start: float(start["work"]))
-    assert told[-1]["start"] == ranked[-2]
-    assert found[cases[-1].key].start == {}
+    assert sent[-1]["start"] == ranked[-2]
+    assert journal[cases[-1].key].start == {}
     lines = (tmp_path / "out" / JOURNAL).read_text(encoding="utf-8").splitlines(keepends=True)
     (tmp_path / "out" / JOURNAL).write_text("".join(lines[:-1]), encoding="utf-8")
     jobs.clear()
     run_study(load_study(path), tmp_path / "out")
-    assert [json.loads(job) for job in jobs] == told[-1:]
+    assert [json.loads(job) for job in jobs] == sent[-1:]
 
 
 @pytest.mark.slow
@@ -59,9 +59,9 @@ def test_a_start_that_is_too_coarse_is_refined(tmp_path: Path) -> None:
     path = study_file(tmp_path, MASSES, f'{SPRING}[accuracy]\ntarget = "0.1 %"\n').parent / "scene.toml"
     plan = converge(load_scene(path)).plan
     coarse = replace(plan, method=replace(plan.method, time_step=8 * plan.method.time_step))
-    found = carry_out(path, {"reed.mass": "2 g"}, 4, start_of(coarse))
-    assert found.state == "done"
-    assert found.summary["accuracy_rounds"] in (2, 3)
+    outcome = carry_out(path, {"reed.mass": "2 g"}, 4, start_of(coarse))
+    assert outcome.state == "done"
+    assert outcome.summary["accuracy_rounds"] in (2, 3)
     alone = carry_out(path, {"reed.mass": "2 g"}, 1, start_of(coarse), leads=True)
     assert alone.state == "done"  # by rule
     own = converge(load_scene(path, {"reed.mass": "2 g"})).plan
@@ -89,8 +89,8 @@ def test_a_seat_serves_scenes_of_another_plan(tmp_path: Path) -> None:
     """A longer run begins by rule, with the keys of the seat that is there."""
     path = study_file(tmp_path, MASSES, SPRING).parent / "scene.toml"
     start = {**start_of(begin_plan(load_scene(path))), "seat": {"seat.stiffness": "2 N/um"}}
-    found = carry_out(path, {"run.duration": "0.3 ms"}, 4, start)
-    assert found.summary["seat_static_stiffness_N_per_m"] == pytest.approx(2e6)
+    outcome = carry_out(path, {"run.duration": "0.3 ms"}, 4, start)
+    assert outcome.summary["seat_static_stiffness_N_per_m"] == pytest.approx(2e6)
 
 
 @pytest.mark.slow
@@ -125,6 +125,6 @@ def test_stresses_are_looked_for_where_a_measure_is_one(tmp_path: Path) -> None:
         carry_out(tmp_path / "scene.toml", each.changed, 1, {}, stress=each.stress) for each in cases.values()
     )
     assert full.summary["peak_reed_stress_Pa"] > 1e6
-    known = {key: value for key, value in full.summary.items() if not re.search("stress|time|memory", key)}
-    assert {key: without.summary[key] for key in known} == known
+    others = {key: value for key, value in full.summary.items() if not re.search("stress|time|memory", key)}
+    assert {key: without.summary[key] for key in others} == others
     assert without.summary.get("peak_reed_stress_Pa") is None

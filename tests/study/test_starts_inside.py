@@ -23,11 +23,11 @@ def test_the_gap_that_is_asked_for_serves_and_no_less(tmp_path: Path) -> None:
     with pytest.raises(SceneError, match=r"contact\.gap: .*add ([\d.]+) um") as refused:
         problem(tmp_path, "-40 um", tilt.format(1))
     more = float(str(refused.value).partition(": add ")[2].partition(" um")[0])
-    scene, found = problem(tmp_path, "-40 um", tilt.format(1 + more + 0.01))
-    greens, state = found.striker.greens, found.striker.state
+    scene, problems = problem(tmp_path, "-40 um", tilt.format(1 + more + 0.01))
+    greens, state = problems.striker.greens, problems.striker.state
     bent = greens.modal.shapes.T @ state.displacement
     openings = scene.geometry.gaps(Division(16))
-    openings = openings + bent[[greens.port_index(contact.striker_port) for contact in found.contacts]]
+    openings = openings + bent[[greens.port_index(contact.striker_port) for contact in problems.contacts]]
     assert openings.min() == pytest.approx(0.01e-6, abs=0.03e-6)
     with pytest.raises(SceneError, match="begin inside it"):
         problem(tmp_path, "-40 um", tilt.format(1 + 0.97 * more))

@@ -25,7 +25,7 @@ def run(folder: Path, step: float) -> dict[str, float]:
 
 @pytest.mark.slow
 def test_the_bar_holds_what_a_step_beyond_the_transit_leaves(tmp_path: Path) -> None:
-    """Of 10 mm of steel the transit is 1.98 us; half a step of 5 us, and twice, see no wave, either."""
+    """The bar of a step of 5 us holds the waves of 1.98 us transit that neither half nor twice of it sees."""
     long, fine = run(tmp_path, 5.0), run(tmp_path, 0.02)
     errors = {key: abs(long[key] - fine[key]) for key in KEYS}
     assert max(errors[key] / fine[key] for key in KEYS) > 0.05

@@ -23,9 +23,9 @@ def notes(by_step: float | None, *, judged: tuple[str, ...] = ("peak",)) -> tupl
         ),
         is_given=lambda key: False,
     )
-    left = Budget({"peak": 64.0}, {**parts, "model": {"peak": 20.0}})
+    budget = Budget({"peak": 64.0}, {**parts, "model": {"peak": 20.0}})
     done: Any = SimpleNamespace(
-        plan=plan, left=left, judged=judged, met=False, result=SimpleNamespace(advice=(CONTACTS,))
+        plan=plan, left=budget, judged=judged, met=False, result=SimpleNamespace(advice=(CONTACTS,))
     )
     return rounds._advice(done)
 

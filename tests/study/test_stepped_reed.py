@@ -21,7 +21,7 @@ def scene_of(folder: Path, kind: str, section: str, contact: str = "") -> Scene:
 
 @pytest.mark.slow
 def test_a_uniform_one_is_the_cantilever(tmp_path: Path) -> None:
-    """The same release, contact and force, as far as the modes are the same: 1e-6."""
+    """A uniform stepped reed has the cantilever's impulse, first contact and frequencies."""
     there = '[contact]\nat = "18 mm"\ngap = "1 um"\n'
     mine, theirs = (
         summary_of(scene_of(tmp_path, *each, there), tmp_path / each[0])
@@ -37,9 +37,9 @@ def test_a_tapered_one_lands(tmp_path: Path) -> None:
     assert scene.reed.start_at(20e-3) == pytest.approx(0.2e-3)
     assert scene.reed.span == 20e-3
     assert striker_of(scene).greens.provenance["kind"] == "stepped cantilever"
-    found = summary_of(scene, tmp_path / "out")
-    assert found["contact_count"] != 0
-    assert float(str(found["energy_residual"])) < 1e-9
+    summary = summary_of(scene, tmp_path / "out")
+    assert summary["contact_count"] != 0
+    assert float(str(summary["energy_residual"])) < 1e-9
 
 
 @pytest.mark.parametrize(
@@ -53,6 +53,6 @@ def test_a_tapered_one_lands(tmp_path: Path) -> None:
     ],
 )
 def test_keys_that_do_not_fit(tmp_path: Path, section: str, contact: str, key: str, message: str) -> None:
-    told = refusal(scene_of, tmp_path, "stepped", section, contact)
-    assert key in told
-    assert re.search(message, told)
+    answer = refusal(scene_of, tmp_path, "stepped", section, contact)
+    assert key in answer
+    assert re.search(message, answer)

@@ -40,7 +40,7 @@ def bounced(scene: Scene, dt: float) -> Touches:
 
 
 def extrapolated(coarse: Touches, fine: Touches, measure: Any) -> float:
-    """To a step of zero, of a march of first order."""
+    """Return the value at a step of zero, for a march of first order."""
     return float(2 * measure(fine) - measure(coarse))
 
 
@@ -50,10 +50,10 @@ SECOND = 1e-4 + OF_SEAT + OF_STOPPER + 2 * WAY / SPEED  # s, when the mass comes
 
 
 def test_a_mass_between_two_springs(tmp_path: Path) -> None:
-    """m v^2/2 goes to and fro: half periods pi sqrt(m/k), flights at v, 2 m v each time, peaks v sqrt(k m).
+    """The mass has half periods pi sqrt(m/k), flights at v, 2 m v each time and peaks v sqrt(k m).
 
-    A rigid contact on a spring takes energy in proportion to the step (measured: 4e-3 of the
-    stopper's impulse at 0.05 us), so that errors halve with it and their extrapolation is exact to second order.
+    A rigid contact on a spring takes energy in proportion to the step (measured: 4e-3 of the stopper's impulse at 0.05
+    us), so that errors halve with it and their extrapolation is exact to second order.
     """
     scene = load_text(tmp_path, SEAT + MASS + STOPPER + RUN)
     coarse, fine = bounced(scene, 1e-7), bounced(scene, 5e-8)
@@ -89,13 +89,13 @@ def test_a_mass_released_towards_the_stopper(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_cantilever_released_towards_the_stopper(tmp_path: Path) -> None:
-    """A run of it; without the stopper it is refused, with what to do, and so is a stopper that flies away."""
+    """A reed released away from the seat runs only with a stopper; a stopper that flies away is refused."""
     reed = REED.replace('tip_deflection = "1 mm"', 'mode = 1, velocity = "2 m/s"').replace('pressure = "0.3 bar"\n', "")
     stopper = STOPPER.replace("0.2 mm", "0.5 mm")
     summary = run_scene(load_text(tmp_path, SEAT + reed + stopper + SHORT), tmp_path / "out", pictures=False).summary
     assert 0.5e-3 / 2 < summary["stopper_first_contact_s"] < 0.3e-3 < summary["first_contact_s"]
-    told = refusal(load_text, tmp_path, SEAT + reed + SHORT)
-    assert re.search(r"reed\.release\.velocity: .*fly away.*'-2 m/s'.*\[stopper\]", told)
+    message = refusal(load_text, tmp_path, SEAT + reed + SHORT)
+    assert re.search(r"reed\.release\.velocity: .*fly away.*'-2 m/s'.*\[stopper\]", message)
     away = '[stopper]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "1 m/s"\ngap = "1 mm"\n'
     assert re.search(r"stopper\.velocity: .*'-1 m/s'", refusal(load_text, tmp_path, SEAT + reed + away + SHORT))
 
@@ -127,7 +127,7 @@ def test_a_scene_is_the_problem_built_by_hand(tmp_path: Path) -> None:
 
 
 def test_the_place_of_the_contact_is_one_port(tmp_path: Path) -> None:
-    """Absent, or stated as what it is: seat and stopper on the same port."""
+    """A stopper at the place of the contact, stated or not, shares the seat's port."""
     for at in ("", 'at = "25.4 mm"\n'):
         text = SEAT + REED + '[stopper]\nkind = "spring"\nstiffness = "5 N/um"\ngap = "1.2 mm"\n' + at + SHORT
         scene = load_text(tmp_path, text)
@@ -137,7 +137,7 @@ def test_the_place_of_the_contact_is_one_port(tmp_path: Path) -> None:
 
 
 def test_rings_of_the_seat_stay_apart_from_the_stopper(tmp_path: Path) -> None:
-    """Two rings and a stopper: three contacts, of which the first two are the seat's."""
+    """Two rings and a stopper are three contacts, of which the first two are the seat's."""
     scene = load_text(tmp_path, SEAT + MASS + STOPPER + RUN)
     compliance = 1e-6 * np.array([[1.2, 0.3], [0.3, 1.5]])
     nothing = np.zeros((0, 2))
@@ -160,15 +160,15 @@ def test_rings_of_the_seat_stay_apart_from_the_stopper(tmp_path: Path) -> None:
     np.testing.assert_allclose(touches.stopper.force, byhand.force[:, 2], atol=1e-12 * byhand.force.max())
     np.testing.assert_array_equal(touches.seat.force, touches.parts.force.sum(axis=1))
     assert touches.stopper.force.max() > 1.0
-    asked = values_of_record(record_of(scene, problem_of(scene, striker_of(scene), impact.Body(greens)), 2e-7))
-    assert asked["impulse"] == pytest.approx(measures.impulse(touches.seat), rel=1e-9)
+    values = values_of_record(record_of(scene, problem_of(scene, striker_of(scene), impact.Body(greens)), 2e-7))
+    assert values["impulse"] == pytest.approx(measures.impulse(touches.seat), rel=1e-9)
     mean = touches.seat.target_displacement
-    assert asked["seat_displacement"] == pytest.approx(np.abs(mean).max(), rel=1e-9)
+    assert values["seat_displacement"] == pytest.approx(np.abs(mean).max(), rel=1e-9)
 
 
 @pytest.mark.slow
 def test_the_keys_of_a_run(tmp_path: Path) -> None:
-    """What the seat's keys say is the seat's, the stopper has its own, and so has the spring baseline."""
+    """Seat, stopper and both spring baselines have their own keys, with the values of their results."""
     scene = load_text(tmp_path, SEAT + MASS + STOPPER + RUN)
     out = tmp_path / "out"
     run_scene(scene, out, pictures=False)
@@ -177,13 +177,13 @@ def test_the_keys_of_a_run(tmp_path: Path) -> None:
     assert set(results) == {"wave", "spring", "stopper", "spring_stopper"}
     assert results["wave"].force.ndim == results["stopper"].force.ndim == 1
     for name, prefix in (("stopper", "stopper_"), ("wave", ""), ("spring_stopper", "spring_stopper_")):
-        found = {key: summary[prefix + key] for key in KEYS}
+        values = {key: summary[prefix + key] for key in KEYS}
         one = results[name]
-        assert found["peak_force_N"] == measures.peak_force(one)
-        assert found["filtered_peak_force_N"] == measures.filtered_peak_force(one, 1e-6)
-        assert found["impulse_Ns"] == pytest.approx(measures.impulse(one), rel=1e-13)  # summed in another order
-        assert found["first_contact_s"] == measures.contact_groups(one)[0, 0]
-        assert found["contact_count"] == 2
+        assert values["peak_force_N"] == measures.peak_force(one)
+        assert values["filtered_peak_force_N"] == measures.filtered_peak_force(one, 1e-6)
+        assert values["impulse_Ns"] == pytest.approx(measures.impulse(one), rel=1e-13)  # summed in another order
+        assert values["first_contact_s"] == measures.contact_groups(one)[0, 0]
+        assert values["contact_count"] == 2
     assert summary["stopper_kind"] == "spring"
     assert summary["restitution"] is None  # of a mass that came back from the stopper
     assert summary["energy_residual"] < 1e-12
@@ -215,14 +215,13 @@ CUT = '[run]\nduration = "{} ms"\n[accuracy]\ntarget = "5 %"\n'
 
 
 def stopper_share(scene: Scene, dt: float = 1e-7) -> tuple[Touches, Budget]:
-    """A run with the stopper, and its error budget."""
+    """Return a run with the stopper, and its error budget."""
     touches, seat = bounced(scene, dt), Solved(impact.spring(stiffness=1e6), plane=True)
     return touches, error_budget(scene, stated_method(scene), seat, striker_of(scene), touches)
 
 
 def read_stopper(folder: Path, mesh: float | None) -> Scene:
-    """The mass between its two springs until the middle of the second contact with the seat, the stopper from a file
-    that states an error of its mesh."""
+    """Return the mass between its springs until mid second contact, its stopper from a file with a mesh error."""
     greens = impact.spring(stiffness=4e6).with_error(ErrorEstimate(reduction=0.0, mesh=mesh))
     save_greens(greens, folder / "stopper.h5")
     stopper = STOPPER.replace('"spring"', '"greens"').replace('stiffness = "4 N/um"', 'file = "stopper.h5"')
@@ -248,12 +247,12 @@ def test_an_error_of_the_stopper_is_in_the_bars(tmp_path: Path) -> None:
 def test_an_error_of_the_stopper_is_in_the_bars_of_its_forces(tmp_path: Path) -> None:
     """g larger by e bears a peak smaller by 1 - 1/sqrt(1 + e) and the same impulse 2 m v, which the bars know."""
     peak, impulse = "stopper_filtered_peak_force_N", "stopper_impulse_Ns"
-    left = stopper_share(read_stopper(tmp_path, 0.1), 1e-8)[1]
+    budget = stopper_share(read_stopper(tmp_path, 0.1), 1e-8)[1]
     largest, error = SPEED * math.sqrt(4e6 * MASS_KG), 1 - 1 / math.sqrt(1.1)
-    assert left.parts["stopper"][peak] == pytest.approx(error * largest, rel=0.01)
-    assert left.parts["stopper"][impulse] < 1e-4 * MASS_KG * SPEED
-    assert left.values[peak] == pytest.approx(largest, rel=1e-3)
-    assert abs(left.values[impulse] - 2 * MASS_KG * SPEED) < left.bar(impulse) < 1e-2 * MASS_KG * SPEED
+    assert budget.parts["stopper"][peak] == pytest.approx(error * largest, rel=0.01)
+    assert budget.parts["stopper"][impulse] < 1e-4 * MASS_KG * SPEED
+    assert budget.values[peak] == pytest.approx(largest, rel=1e-3)
+    assert abs(budget.values[impulse] - 2 * MASS_KG * SPEED) < budget.bar(impulse) < 1e-2 * MASS_KG * SPEED
 
 
 def test_what_is_not_known_of_a_stopper_is_named(tmp_path: Path) -> None:
@@ -273,19 +272,19 @@ def test_the_mesh_and_the_patch_of_a_stopper_are_in_the_bars(tmp_path: Path) -> 
     coarse, fine = (load_text(tmp_path, near + disc.format(size) + CUT.format(0.4)) for size in (0.7, 0.35))
     rings = fine.stopper.model_copy(update={"arcs": 1, "rings": 8})  # which no file asks of a rigid mass
     divided = fine.model_copy(update={"stopper": rings})
-    touches, left = stopper_share(coarse)
-    share, seat = left.parts["stopper"]["impulse"], measures.impulse(touches.seat)
+    touches, budget = stopper_share(coarse)
+    share, seat = budget.parts["stopper"]["impulse"], measures.impulse(touches.seat)
     of_mesh, of_both = (abs(measures.impulse(bounced(each, 1e-7).seat) - seat) for each in (fine, divided))
     assert 1e-6 < of_mesh < of_both < share < 3 * of_both
     peak = "stopper_filtered_peak_force_N"
     truth = stopper_values(bounced(divided, 1e-7).stopper_force, 1e-7, coarse.run.filter_width)[peak]
-    off = abs(truth - left.values[peak])
-    assert 0.01 * truth < off < SAFETY * left.parts["stopper"][peak] < 4 * off
+    off = abs(truth - budget.values[peak])
+    assert 0.01 * truth < off < SAFETY * budget.parts["stopper"][peak] < 4 * off
 
 
 @pytest.mark.slow
 def test_the_modes_of_a_stopper_that_is_a_beam_are_in_the_bars(tmp_path: Path) -> None:
-    """As those of the reed: two modes of a beam have a larger share than forty."""
+    """The bars count a beam's modes as a stopper like a reed's: two have a larger share than forty."""
     beam = '[stopper]\nkind = "cantilever"\nlength = "4 mm"\ngap = "0.2 mm"\nn_modes = {}\n'
     scenes = (load_text(tmp_path, SEAT + MASS + beam.format(n) + CUT.format(1.07)) for n in (2, 40))
     few, many = (stopper_share(scene)[1].parts["stopper"]["impulse"] for scene in scenes)
@@ -354,10 +353,10 @@ def test_a_reed_that_starts_inside_the_stopper_is_refused(release: str, at: str,
             SEAT + reed + f'[stopper]\nkind = "spring"\nstiffness = "1 N/um"\ngap = "{gap} mm"\nat = "{at}"\n' + SHORT
         )
 
-    told = refusal(load_text, tmp_path, with_gap(0.999 * limit))
-    found = re.search(rf"stopper\.gap: {0.999 * limit:.6g} mm: .*gap at least ([\d.]+) mm", told)
-    assert found
-    assert float(found[1]) == pytest.approx(limit, rel=2e-3)
+    message = refusal(load_text, tmp_path, with_gap(0.999 * limit))
+    match = re.search(rf"stopper\.gap: {0.999 * limit:.6g} mm: .*gap at least ([\d.]+) mm", message)
+    assert match
+    assert float(match[1]) == pytest.approx(limit, rel=2e-3)
     assert load_text(tmp_path, with_gap(1.002 * limit)).stopper is not None
 
 

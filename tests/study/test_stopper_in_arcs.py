@@ -59,7 +59,7 @@ def struck(scene: Scene, dt: float = 1e-7) -> Touches:
 
 
 def test_what_is_met(tmp_path: Path) -> None:
-    """The stopper's own disc, or the reed's contact; the whole of it where the scene asks for no parts."""
+    """The plate meets the stopper's own disc or the reed's contact, as a whole if the scene asks for no parts."""
     assert scene_of(tmp_path, DISC).geometry.stopper_lip() is None
     assert scene_of(tmp_path, DISC + "arcs = 12\nrings = 2\n").geometry.stopper_lip() == Lip(3e-3, 6e-3, 12, 2)
     own = scene_of(tmp_path, SPRING + 'tilt = "0.1 deg"\n').geometry.stopper_lip()
@@ -68,8 +68,8 @@ def test_what_is_met(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_uniform_load_on_all_arcs_is_that_on_one_port(tmp_path: Path) -> None:
-    """The stopper of finite elements: the mean of 32 arcs in two rings under a uniform pressure, against its disc as a
-    whole on the same mesh; symmetric. And the reed's own ports."""
+    """A stopper's 32 arcs in two rings have under a uniform pressure the compliance of its disc on the same mesh,
+    symmetric; the reed's own ports likewise."""
     many, one = (stopper_of(scene_of(tmp_path, DISC + keys)) for keys in ("arcs = 32\nrings = 2\n", ""))
     assert many.greens.ports == Division(32, 2).names
     compliance = many.greens.static_compliance()
@@ -84,8 +84,8 @@ def test_uniform_load_on_all_arcs_is_that_on_one_port(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_free_ring_is_pushed_against_its_stopper(tmp_path: Path) -> None:
-    """By 14 N at its own ring: the ledger closes, arcs share the force alike, and the forces on the ports
-    move the plate's own modes, its flight among them, as the march has it, but for what other modes leave."""
+    """A free ring pressed by 14 N closes the ledger, its arcs share the force alike, and the forces on the ports move
+    its own modes as the march has it, but for what other modes leave."""
     free = FREE.replace("-1 m/s", "-0.01 m/s")
     scene = scene_of(tmp_path, SPRING + "arcs = 8\n", free, '[[load]]\nforce = "14 N"\n', "0.2 ms")
     touches, body = struck(scene), striker_of(scene)
@@ -105,7 +105,7 @@ def test_a_free_ring_is_pushed_against_its_stopper(tmp_path: Path) -> None:
 
 
 def test_more_arcs_of_a_stopper_than_elements_are_refused(tmp_path: Path) -> None:
-    """In keys of its own table."""
+    """Too many arcs are refused by the stopper's own key."""
     path = Path(__file__).parents[2] / "meshes" / "annular_seat.msh"
     scene = scene_of(tmp_path, f'kind = "mesh"\nfile = "{path}"\n{STEEL}arcs = 64\n')
     with pytest.raises(ModelError, match=r"^stopper\.arcs = 64: .*5\d elements .*fewer$"):
@@ -123,18 +123,18 @@ def test_a_tilted_stopper_is_met_on_one_flank_first(tmp_path: Path) -> None:
     means = -math.tan(math.radians(0.1)) * lip.line()[..., 1].mean(axis=1)
     np.testing.assert_allclose(np.diff(gaps), np.diff(means), atol=1e-12)
     assert gaps.mean() - GAP == pytest.approx(math.tan(math.radians(0.1)) * 6e-3, rel=1e-6)
-    found = {}
+    results = {}
     for tilt in ("0", "0.1", "-0.1", "0.2"):
         scene = scene_of(tmp_path, DISC + keys + f'tilt = "{tilt} deg"\n')
         touches = struck(scene, 2e-7)
         assert touches.seat.energy.residual < 1e-9
         force = touches.stopper_parts.force
         first = np.where(force.any(axis=0), (force > 0).argmax(axis=0), 10**6)
-        found[tilt] = (first, measures.filtered_peak_force(touches.stopper, 5e-6), force.sum(axis=0))
-    first = found["0.1"][0]
+        results[tilt] = (first, measures.filtered_peak_force(touches.stopper, 5e-6), force.sum(axis=0))
+    first = results["0.1"][0]
     assert int(first.argmin()) in (1, 2, 3)  # between the sides of the reed's -y and of the tip, which comes up first
-    np.testing.assert_allclose(found["-0.1"][2], found["0.1"][2][::-1], atol=0.02 * found["0.1"][2].max())
-    assert found["0.2"][1] < 0.97 * found["0.1"][1] < 0.97 * found["0"][1]
+    np.testing.assert_allclose(results["-0.1"][2], results["0.1"][2][::-1], atol=0.02 * results["0.1"][2].max())
+    assert results["0.2"][1] < 0.97 * results["0.1"][1] < 0.97 * results["0"][1]
 
 
 @pytest.mark.slow
@@ -154,9 +154,9 @@ def test_stress_of_a_plate_that_meets_its_stopper_in_arcs(tmp_path: Path) -> Non
     its results say, and the run has a stress."""
     reed = REED.replace('deflection = "-1 mm"', 'velocity = "-1 m/s"')
     scene = scene_of(tmp_path, SPRING + 'arcs = 4\ntilt = "0.1 deg"\n', reed)
-    asked = scene.accuracy.model_copy(update={"measures": ("impulse", "stress")})
+    accuracy = scene.accuracy.model_copy(update={"measures": ("impulse", "stress")})
     near = scene.contact.model_copy(update={"gap": 2e-5})
-    scene = scene.model_copy(update={"accuracy": asked, "contact": near})
+    scene = scene.model_copy(update={"accuracy": accuracy, "contact": near})
     striker, seat = striker_of(scene), impact.Body(impact.spring(stiffness=5e7))
     field = plate_field(scene.geometry, striker, Division())
     arcs = [striker.greens.port_index(STOPPER + name) for name in Division(4).names]
@@ -210,7 +210,7 @@ def test_a_stopper_whose_face_is_not_flat(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("radius", [0.2, 2.0])
 def test_the_rise_of_a_face_is_its_sagitta(radius: float) -> None:
-    """L^2/(8 R) of a cylinder, however it lies in space."""
+    """A cylinder's face rises by L^2/(8 R), however it lies in space."""
     x, y = np.meshgrid(np.linspace(-0.015, 0.015, 61), np.linspace(-0.005, 0.005, 3), indexing="ij")
     points = np.stack([x, y, radius - np.sqrt(radius**2 - x**2)], axis=-1).reshape(-1, 3)
     turn = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
@@ -230,14 +230,14 @@ def test_a_stopper_of_a_file_without_a_face_in_arcs(tmp_path: Path) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("more", ["", 'tilt = "0.3 deg"\n'], ids=["flat", "tilted"])
 def test_what_few_arcs_leave_is_in_the_bars_of_the_stopper_s_force(more: str, tmp_path: Path) -> None:
-    """Of 8 arcs, against 64: within their share of the peak, which is not much larger."""
+    """The arcs' share of the peak's bar holds what 8 arcs leave against 64, and is not much larger."""
     peak = "stopper_filtered_peak_force_N"
     few, many = (scene_of(tmp_path, f"{SPRING}arcs = {arcs}\n{more}") for arcs in (8, 64))
     touches, truth = struck(few, 4e-7), struck(many, 4e-7).stopper_force
     seat = Solved(impact.spring(stiffness=5e7), plane=True)
-    left = error_budget(few, stated_method(few), seat, striker_of(few), touches)
-    off = abs(left.values[peak] - stopper_values(truth, 4e-7, few.run.filter_width)[peak])
-    assert 1e-3 * left.values[peak] < off < SAFETY * left.parts["stopper"][peak] < 4 * off
+    budget = error_budget(few, stated_method(few), seat, striker_of(few), touches)
+    off = abs(budget.values[peak] - stopper_values(truth, 4e-7, few.run.filter_width)[peak])
+    assert 1e-3 * budget.values[peak] < off < SAFETY * budget.parts["stopper"][peak] < 4 * off
 
 
 PARTS = "arcs = 24\nrings = 4\n"
@@ -250,10 +250,10 @@ def test_rings_of_a_whole_stopper_are_compared_with_arcs(tmp_path: Path) -> None
     truth = struck(fine := scene_of(tmp_path, DISC + PARTS), 4e-7).stopper_force
     for rings in (2, 4):
         scene = scene_of(tmp_path, f"{DISC}arcs = 1\nrings = {rings}\n")
-        left = error_budget(scene, stated_method(scene), seat, striker_of(scene), struck(scene, 4e-7))
-        off = abs(left.values[peak] - stopper_values(truth, 4e-7, fine.run.filter_width)[peak])
-        assert left.unknown == ()
-        assert 0.05 * left.values[peak] < off < SAFETY * left.parts["stopper"][peak] < 4 * off
+        budget = error_budget(scene, stated_method(scene), seat, striker_of(scene), struck(scene, 4e-7))
+        off = abs(budget.values[peak] - stopper_values(truth, 4e-7, fine.run.filter_width)[peak])
+        assert budget.unknown == ()
+        assert 0.05 * budget.values[peak] < off < SAFETY * budget.parts["stopper"][peak] < 4 * off
 
 
 @pytest.mark.slow
@@ -262,12 +262,12 @@ def test_a_stated_contact_on_another_face_is_in_the_bar_of_the_stopper_s_force(t
     once and in parts."""
     peak, seat = "stopper_filtered_peak_force_N", Solved(impact.spring(stiffness=5e7), plane=True)
     stated = scene_of(tmp_path, DISC, REED + 'contact_radius = "1 mm"\n')
-    left = error_budget(stated, stated_method(stated), seat, striker_of(stated), struck(stated, 4e-7))
+    budget = error_budget(stated, stated_method(stated), seat, striker_of(stated), struck(stated, 4e-7))
     off = []
     for parts in ("", PARTS):
         truth = struck(own := scene_of(tmp_path, DISC + parts), 4e-7).stopper_force
-        off.append(abs(left.values[peak] - stopper_values(truth, 4e-7, own.run.filter_width)[peak]))
-    assert 0.05 * left.values[peak] < max(off) <= SAFETY * left.parts["stopper"][peak] < 4 * max(off)
+        off.append(abs(budget.values[peak] - stopper_values(truth, 4e-7, own.run.filter_width)[peak]))
+    assert 0.05 * budget.values[peak] < max(off) <= SAFETY * budget.parts["stopper"][peak] < 4 * max(off)
 
 
 LEANING = REED.replace('deflection = "-1 mm"', 'mode = 1, velocity = "1.8 m/s"')
@@ -285,8 +285,8 @@ def test_what_the_division_of_a_stopper_leaves_is_in_all_bars_of_its_landing(tmp
         stopper = scene.stopper.model_copy(update={"gap": 4e-4})  # type: ignore[union-attr]
         scene = scene.model_copy(update={"stopper": stopper})
         touches = struck(scene, 2e-7)
-        left = error_budget(scene, stated_method(scene), seat, striker_of(scene), touches)
-        budgets.append({key: (left.values[f"stopper 0 {key}"], left.bar(f"stopper 0 {key}")) for key in keys})
+        budget = error_budget(scene, stated_method(scene), seat, striker_of(scene), touches)
+        budgets.append({key: (budget.values[f"stopper 0 {key}"], budget.bar(f"stopper 0 {key}")) for key in keys})
     for key in keys:
         (whole, of_whole), (arcs, of_arcs), (finest, of_finest) = (each[key] for each in budgets)
         assert 4 * of_finest < abs(finest - whole) < of_whole
@@ -295,7 +295,7 @@ def test_what_the_division_of_a_stopper_leaves_is_in_all_bars_of_its_landing(tmp
 
 
 def test_what_is_said_of_a_whole_stopper_can_be_stated(tmp_path: Path) -> None:
-    """Of a face that a plate meets, what the remedy states, and then again; of one that cannot be divided nothing."""
+    """The remedy's arcs and rings can be stated, and then again; a face that cannot be divided has none."""
     scene = scene_of(tmp_path, DISC)
     assert remedy_by_key(scene, "stopper.arcs") == "state stopper.arcs = 16 and stopper.rings = 3"
     divided = scene_of(tmp_path, DISC + "arcs = 16\nrings = 3\n")
@@ -306,8 +306,7 @@ def test_what_is_said_of_a_whole_stopper_can_be_stated(tmp_path: Path) -> None:
 
 
 def test_rounds_divide_a_stopper_that_the_file_leaves_whole(tmp_path: Path) -> None:
-    """From its face as a whole on, up to 192 parts, as the reed and the plan's scene have them; what the file states
-    stays."""
+    """Rounds divide a whole face up to 192 parts, in reed and plan alike; what the file states stays."""
     ladder, scene = ladder_of("stopper.arcs"), scene_of(tmp_path, DISC)
     plan, seen = Plan(scene, stated_method(scene), ()), []
     while (method := ladder.refine(scene, plan.method, 2.0)) is not None:  # type: ignore[union-attr]

@@ -60,12 +60,12 @@ def test_a_source_is_enough(tmp_path: Path) -> None:
     ],
 )
 def test_curves(tmp_path: Path, curve: str, expected: tuple[float, float]) -> None:
-    found = load_strength(written(tmp_path, f'source = "invented"\n[curve]\n{curve}\n')).curve
-    assert (found.first_slope, found.last_slope) == pytest.approx(expected, rel=1e-4)
+    loaded = load_strength(written(tmp_path, f'source = "invented"\n[curve]\n{curve}\n')).curve
+    assert (loaded.first_slope, loaded.last_slope) == pytest.approx(expected, rel=1e-4)
 
 
 @pytest.mark.parametrize(
-    ("changed", "told"),
+    ("changed", "words"),
     [
         (('source = "invented for tests"', ""), "source: required"),
         (('"invented for tests"', '"  "'), "2: source: .*empty"),
@@ -89,10 +89,10 @@ def test_curves(tmp_path: Path, curve: str, expected: tuple[float, float]) -> No
          "two points or more"),
     ],
 )  # fmt: skip
-def test_what_is_refused(tmp_path: Path, changed: tuple[str, str], told: str) -> None:
+def test_what_is_refused(tmp_path: Path, changed: tuple[str, str], words: str) -> None:
     text = WHOLE.replace(*changed)
     assert text != WHOLE
-    with pytest.raises(SceneError, match=told):
+    with pytest.raises(SceneError, match=words):
         load_strength(written(tmp_path, text))
 
 
@@ -108,7 +108,7 @@ def test_a_curve_of_a_table(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("rows", "told"),
+    ("rows", "words"),
     [
         ("stress [MPa],cycles\n500,1e5\n,1e7\n", "sn.csv, line 3, column 1: ''"),
         ("stress [MPa],cycles\n500,1e5\n400\n", r"sn.csv, line 3: 1.*2.*\(separator ','\)"),
@@ -122,9 +122,9 @@ def test_a_curve_of_a_table(tmp_path: Path) -> None:
         ("", "sn.csv: no table"),
     ],
 )
-def test_a_table_that_is_none(tmp_path: Path, rows: str, told: str) -> None:
+def test_a_table_that_is_none(tmp_path: Path, rows: str, words: str) -> None:
     (tmp_path / "sn.csv").write_text(rows, encoding="utf-8")
-    with pytest.raises(SceneError, match=r"\.toml:3: curve\.file: (.|\n)*" + told.removeprefix("curve.file: ")):
+    with pytest.raises(SceneError, match=r"\.toml:3: curve\.file: (.|\n)*" + words.removeprefix("curve.file: ")):
         load_strength(written(tmp_path, 'source = "x"\n[curve]\nfile = "sn.csv"\n'))
 
 
@@ -156,6 +156,6 @@ def keys_of(table: type[BaseModel]) -> set[str]:
 
 def test_the_page_names_every_key() -> None:
     [section] = re.findall(r"^## Strength files$(.*?)^## ", PAGE.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
-    told = set(re.findall(r"^\| `(\w+)` \|", section, re.MULTILINE))
-    assert told == keys_of(StrengthTable) | keys_of(CurveTable)
+    listed = set(re.findall(r"^\| `(\w+)` \|", section, re.MULTILINE))
+    assert listed == keys_of(StrengthTable) | keys_of(CurveTable)
     assert tables_in(StrengthTable.model_fields["curve"].annotation) == (CurveTable,)

@@ -67,8 +67,8 @@ def test_an_asked_stress_is_that_of_the_table(ring: dict[str, object], tmp_path:
 
 @pytest.mark.slow
 def test_stress_of_a_ball_is_that_below_a_disk_under_uniform_pressure(tmp_path: Path) -> None:
-    """Timoshenko and Goodier: sigma_z = -(1 - c^3), sigma_r = -((1 + 2 nu)/2 - (1 + nu) c + c^3/2), c = cos of the cone
-    of the disk's edge, over the pressure; on the axis von Mises is their difference."""
+    """Von Mises on the axis is Timoshenko and Goodier's difference of sigma_z = -(1 - c^3) and sigma_r = -((1 + 2 nu)/2
+    - (1 + nu) c + c^3/2), c = cos of the cone of the disk's edge, over the pressure."""
     summary = run(tmp_path, BALL)
     c, nu = np.linspace(0, 1, 20001), 0.3
     difference = np.abs((1 - c**3) - ((1 + 2 * nu) / 2 - (1 + nu) * c + c**3 / 2))

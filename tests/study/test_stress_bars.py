@@ -60,10 +60,10 @@ def test_a_stress_without_a_bar_is_told(bars: tuple[float, float], named: int) -
     ],
 )  # fmt: skip
 def test_what_makes_most_of_a_large_bar_is_named(by_key: Mapping[str, float], edge: float, words: str) -> None:
-    """Of a bar of 30 % what makes more than half of it; of 20 % nothing."""
-    bar, asked = sum(by_key.values()), SimpleNamespace(surface=True, distance=1e-4)
+    """Notes name what makes more than half of a bar of 30 %, and nothing of a bar of 20 %."""
+    bar, stress = sum(by_key.values()), SimpleNamespace(surface=True, distance=1e-4)
     seat = SimpleNamespace(**{**ALONE, "by_key": by_key}, bar=bar, bars=(bar, 0.1), from_excluded=edge)
-    scene = SimpleNamespace(stress=asked, reed=SimpleNamespace(thin_plate=None), seat=Annular.model_construct())
+    scene = SimpleNamespace(stress=stress, reed=SimpleNamespace(thin_plate=None), seat=Annular.model_construct())
     plan = SimpleNamespace(level="axisymmetric", refused={}, scene=scene)
     notes = [note for note in stress_notes(cast("Plan", plan), cast("SeatStress", seat)) if "uncertainty" in note]
     assert len(notes) == (words != "")

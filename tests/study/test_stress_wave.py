@@ -48,7 +48,7 @@ def load(folder: Path, stress: str = "frames = 12", criterion: str = "crossland"
 
 @pytest.fixture(scope="module")
 def pressed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Any, Any]:
-    """A mass on a soft spring presses a bar: its last round, and the stress in it."""
+    """Give the last round of a mass on a soft spring that presses a bar, and the stress in it."""
     folder = tmp_path_factory.mktemp("pressed")
     scene = load(folder, 'frames = 12\nframes_from = "10 us"\nframes_until = "340 us"')
     *_, done = rounds(begin_plan(scene), folder, Stopwatch(), silent)
@@ -56,27 +56,27 @@ def pressed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Any, Any]:
 
 
 def few(done: Any, scene: Any) -> Any:
-    """The same round, of a scene that asks for other frames."""
+    """Return the same round, of a scene that asks for other frames."""
     return replace(done, plan=replace(done.plan, scene=scene))
 
 
 @pytest.mark.slow
 def test_frames_are_the_histories_at_their_times(pressed: tuple[Any, Any]) -> None:
-    """Whether by a field of stress or by the unknowns themselves."""
+    """Frames made by a field of stress or by the unknowns themselves are its histories at their times."""
     done, stress = pressed
     force, dt = force_by_port(done, done.touches), done.result.dt
     nodes = np.array([5, 17, 30])
-    made = elements_of(stress.mesh)
-    sites = at_nodes(made, nodes)
-    functional = solid_stress(made, done.plan.scene.seat.material.solid, stress.model, sites)
+    elements = elements_of(stress.mesh)
+    sites = at_nodes(elements, nodes)
+    functional = solid_stress(elements, done.plan.scene.seat.material.solid, stress.model, sites)
     field = recover(stress.model, functional, sites.points, bandwidth=100e3, dt=dt, damping_ratio=0.05)
     steps = range(140, 1600, 140)
     exact = np.moveaxis(histories(field, force, dt)[:, :, list(steps)], 2, 0)
     np.testing.assert_allclose(in_frames(field, force, dt, steps), exact, atol=1e-9 * np.abs(exact).max())
     response = Response.from_model(stress.model, bandwidth=100e3, damping_ratio=0.05)
     moved = response_in_frames(response, force, dt, steps)
-    found = np.moveaxis((functional @ moved.T).reshape(3, 6, -1), 2, 0)
-    np.testing.assert_allclose(found, exact, atol=1e-6 * np.abs(exact).max())
+    computed = np.moveaxis((functional @ moved.T).reshape(3, 6, -1), 2, 0)
+    np.testing.assert_allclose(computed, exact, atol=1e-6 * np.abs(exact).max())
 
 
 @pytest.mark.slow
@@ -97,7 +97,7 @@ def test_the_wave_shows_the_pressure_and_how_the_bar_gives_way(pressed: tuple[An
 
 @pytest.mark.slow
 def test_its_files_and_pictures(pressed: tuple[Any, Any], tmp_path: Path) -> None:
-    """As many pictures and files as times; the exaggeration is a round number that moves the body by 5 % at most."""
+    """Each time has a picture and a file; the exaggeration moves the body by 2 to 5 % of its size."""
     done, stress = few(pressed[0], load(tmp_path, "frames = 4")), pressed[1]
     pictures = dict(wave_pictures(done, stress))
     assert set(pictures) == {"stress_wave.gif", "stress_wave.png", "seat_stress.pvd", "stress_wave.h5"}
@@ -129,11 +129,11 @@ def test_its_files_and_pictures(pressed: tuple[Any, Any], tmp_path: Path) -> Non
 @pytest.mark.slow
 def test_parts_that_do_not_fit_together_are_refused(pressed: tuple[Any, Any]) -> None:
     skin = skin_of(pressed[1].model)
-    values, moved, known = np.ones((3, len(skin.nodes))), np.zeros((3, len(skin.nodes), 3)), skin.nodes >= 0
+    values, moved, is_known = np.ones((3, len(skin.nodes))), np.zeros((3, len(skin.nodes), 3)), skin.nodes >= 0
     with pytest.raises(PictureError, match="need as many"):
-        wave_frames("", skin, values[:2], moved, np.arange(3.0), 0.0, known)
+        wave_frames("", skin, values[:2], moved, np.arange(3.0), 0.0, is_known)
     with pytest.raises(PictureError, match="no stress is computed"):
-        wave_frames("", skin, values, moved, np.arange(3.0), 0.0, ~known)
+        wave_frames("", skin, values, moved, np.arange(3.0), 0.0, ~is_known)
 
 
 @pytest.mark.slow
@@ -153,11 +153,11 @@ def test_margins_of_a_bar_that_is_pressed(pressed: tuple[Any, Any], tmp_path: Pa
     scene = load(tmp_path, criterion=criterion)
     demand = scene.life.demand("seat")
     middle = stress.field.at(np.flatnonzero(np.abs(stress.field.points[:, 2] - 5e-3) < 1.1e-3))
-    found = margins(middle, force_by_port(done, done.touches), done.result.dt, demand)
+    values = margins(middle, force_by_port(done, done.touches), done.result.dt, demand)
     amplitude = demand.strength.curve.stress(4.5e9)
     exact = 310e6 * 2 * np.sqrt(3) / PRESSURE if criterion else 2 * amplitude / PRESSURE
-    assert len(found) > 4
-    assert found == pytest.approx(exact, rel=0.03)
+    assert len(values) > 4
+    assert values == pytest.approx(exact, rel=0.03)
 
 
 @pytest.mark.slow
@@ -192,7 +192,7 @@ def test_times_that_cannot_be_are_refused(tmp_path: Path, stress: str, said: str
 
 @pytest.mark.slow
 def test_a_plate_that_strikes_is_shown_as_it_moves(tmp_path: Path) -> None:
-    """Where it is touched it is drawn as far as the run says; stress is told away from the contact, and only there."""
+    """The struck patch moves as far as the run says; stress is shown away from the contact, and only there."""
     reed = f"[reed]\n{FLAPPER}greens = {{ bandwidth = '10 kHz' }}\nrelease = {{ velocity = '-1 m/s' }}\n"
     reed += "contact_radius = '1 mm'\n[contact]"
     text = SCENE.format(stress="frames = 8", criterion="")
@@ -210,11 +210,11 @@ def test_a_plate_that_strikes_is_shown_as_it_moves(tmp_path: Path) -> None:
     assert moved == pytest.approx(
         exact, abs=0.03 * np.abs(exact).max()
     )  # of the patch of 2 x 3 mm, and without residual
-    known = np.isfinite(wave.values).all(axis=0)
-    assert np.isnan(wave.values[:, ~known]).all()
-    assert not known[struck].any()
-    assert known.sum() > 0.5 * len(known)
-    assert wave.values[-1, known].max() > 0
+    is_known = np.isfinite(wave.values).all(axis=0)
+    assert np.isnan(wave.values[:, ~is_known]).all()
+    assert not is_known[struck].any()
+    assert is_known.sum() > 0.5 * len(is_known)
+    assert wave.values[-1, is_known].max() > 0
 
 
 ARCS = """
@@ -236,7 +236,7 @@ PLACE = np.array([1e-3, 2e-3, 5e-3])
 
 @pytest.mark.slow
 def test_the_wave_and_the_margins_of_a_ring_struck_in_arcs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """At any angle the stress of the ring's own field, and the map's least margin where that is looked at."""
+    """The wave at any angle is the stress of the ring's own field; a map shows each point with its own margin."""
     (tmp_path / "seat.toml").write_text(STRENGTH, encoding="utf-8")
     *_, done = rounds(begin_plan(load_text(tmp_path, ARCS)), tmp_path, Stopwatch(), silent, limits=Limits(rounds=1))
     stress = seat_stress(done)
@@ -263,6 +263,6 @@ def test_the_wave_and_the_margins_of_a_ring_struck_in_arcs(tmp_path: Path, monke
     # in place of margins the distance from a place: each point is drawn with its own
     monkeypatch.setattr(afterwards, "margins", lambda field, *_, **__: np.linalg.norm(field.points - PLACE, axis=1))
     (drawn,) = dict(margin_pictures(done, Stressed.from_round(done, stress, None)))["margin_map.png"].args[0]  # type: ignore[attr-defined]
-    told = np.isfinite(drawn.colours[0])
-    assert told.sum() >= len(stress.sites)
-    np.testing.assert_allclose(drawn.colours[0][told], np.linalg.norm(drawn.points[told] - PLACE, axis=1), atol=1e-12)
+    seen = np.isfinite(drawn.colours[0])
+    assert seen.sum() >= len(stress.sites)
+    np.testing.assert_allclose(drawn.colours[0][seen], np.linalg.norm(drawn.points[seen] - PLACE, axis=1), atol=1e-12)

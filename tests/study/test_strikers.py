@@ -35,7 +35,7 @@ def scene_of(folder: Path, striker: str, more: str = "", seat: str = SPRING) -> 
 
 
 def same(one: impact.Body, other: impact.Body) -> None:
-    """Equal in state and loads."""
+    """Check that two bodies are equal in state and loads."""
     assert one.modal_start().displacement == pytest.approx(other.modal_start().displacement, rel=1e-12)
     assert len(one.loads) == len(other.loads)
     t = np.linspace(0.0, 1e-3, 11)
@@ -76,8 +76,8 @@ def test_loads_drive_a_reed_at_rest(tmp_path: Path) -> None:
 
 
 def test_a_preload_starts_in_equilibrium(tmp_path: Path) -> None:
-    """A constant pressure holds the tip on the seat with 3/8 of its force, Roark's propped cantilever, as on a rigid
-    one: the reed is softer than the seat by five orders."""
+    """A constant pressure holds the tip on the seat with 3/8 of its force, as on Roark's rigid support: the reed is
+    softer than the seat by five orders."""
     scene = scene_of(tmp_path, CANTILEVER, 'pressure = "-0.01 bar"\n[contact]\npreload = true\n')
     assert problem_of(scene, striker_of(scene), impact.Body(impact.spring(stiffness=2e7))).preload
     summary = summary_of(scene, tmp_path / "out")
@@ -89,8 +89,8 @@ def test_a_preload_starts_in_equilibrium(tmp_path: Path) -> None:
 def test_a_free_function_strikes_as_the_mass_it_is_of(tmp_path: Path) -> None:
     impact.save_greens(impact.rigid_mass(mass=2e-3, velocity=0.0).greens, tmp_path / "mass.h5")
     ball = 'kind = "rigid_mass"\nmass = "2 g"\nvelocity = "-0.5 m/s"\n'
-    known = 'kind = "greens"\nfile = "mass.h5"\nvelocity = "-0.5 m/s"\n'
-    one, other = (summary_of(scene_of(tmp_path, text), tmp_path / "out") for text in (ball, known))
+    striker = 'kind = "greens"\nfile = "mass.h5"\nvelocity = "-0.5 m/s"\n'
+    one, other = (summary_of(scene_of(tmp_path, text), tmp_path / "out") for text in (ball, striker))
     for key in ("impulse_Ns", "filtered_peak_force_N", "max_seat_displacement_m"):
         assert one[key] == pytest.approx(other[key], rel=1e-12)
 
@@ -151,7 +151,7 @@ FREE_ROD = (
 
 
 def open_scene_of(folder: Path, striker: str, gap: str, target: str = "10 %") -> Scene:
-    """Its step is left open."""
+    """Return a scene whose step is left open."""
     run = OPEN.replace("10 %", target)
     return load_text(folder, f'{SPRING}[reed]\n{striker}[contact]\ngap = "{gap}"\n{run}')
 
@@ -160,19 +160,19 @@ def open_scene_of(folder: Path, striker: str, gap: str, target: str = "10 %") ->
 def test_a_coarse_striker_is_told_of_and_not_the_seat(tmp_path: Path) -> None:
     """A spring has no mesh: what is left is the striker's, and finer elements of it reduce that slowly."""
     outcome = run_scene(open_scene_of(tmp_path, COARSE_BAR, "0.2 um", "3 %"), tmp_path / "out")
-    found = outcome.summary
-    assert found["error_striker_impulse_Ns"] > 0.01 * found["impulse_Ns"]
-    assert found["error_mesh_impulse_Ns"] == 0.0
-    assert found["error_bar_impulse_Ns"] > 1.5 * found["error_striker_impulse_Ns"]
-    assert "(reed.mesh.size) leaves " in str(found["accuracy_stopped_because"])
-    assert any("refine reed.mesh" in told for told in outcome.messages)
+    summary = outcome.summary
+    assert summary["error_striker_impulse_Ns"] > 0.01 * summary["impulse_Ns"]
+    assert summary["error_mesh_impulse_Ns"] == 0.0
+    assert summary["error_bar_impulse_Ns"] > 1.5 * summary["error_striker_impulse_Ns"]
+    assert "(reed.mesh.size) leaves " in str(summary["accuracy_stopped_because"])
+    assert any("refine reed.mesh" in message for message in outcome.messages)
 
 
 def test_what_is_not_known_of_a_striker_is_named(tmp_path: Path) -> None:
     g = impact.rigid_mass(mass=2e-3, velocity=0.0).greens
     impact.save_greens(g.with_error(ErrorEstimate(0.0, None)), tmp_path / "mass.h5")
-    known = 'kind = "greens"\nfile = "mass.h5"\nvelocity = "-0.5 m/s"\n'
-    assert summary_of(scene_of(tmp_path, known), tmp_path / "out")["error_unknown"] == "striker's mesh"
+    striker = 'kind = "greens"\nfile = "mass.h5"\nvelocity = "-0.5 m/s"\n'
+    assert summary_of(scene_of(tmp_path, striker), tmp_path / "out")["error_unknown"] == "striker's mesh"
 
 
 def test_a_rod_thrown_over_a_gap_meets_the_target(tmp_path: Path) -> None:
@@ -217,7 +217,7 @@ def test_a_motion_that_no_key_can_bring_about_is_told_at_once(striker: str, tmp_
 
 
 def test_a_striker_is_told_of_in_keys_of_its_own_table(tmp_path: Path) -> None:
-    """The same body, with the same mistake, as a seat and as a striker."""
+    """The same mistake in a seat and in a striker is refused by the key of its own table."""
     ball = 'kind = "rigid_mass"\nmass = "2 g"\nvelocity = "-0.5 m/s"\n'
     wrong = BAR + 'model = "axisymmetric"\n'
     for role, scene in {
@@ -230,8 +230,8 @@ def test_a_striker_is_told_of_in_keys_of_its_own_table(tmp_path: Path) -> None:
 
 def test_files_that_are_called_as_a_table_keep_their_names() -> None:
     bar = next(kind for kind in kinds_of() if kind.__name__ == "BarSeat").model_construct()
-    told = "/tmp/seat.mesh: seat.mesh.size and reed.greens, not seat.h5"
-    assert in_words_of("reed", bar, told) == "/tmp/seat.mesh: reed.mesh.size and reed.greens, not seat.h5"
+    text = "/tmp/seat.mesh: seat.mesh.size and reed.greens, not seat.h5"
+    assert in_words_of("reed", bar, text) == "/tmp/seat.mesh: reed.mesh.size and reed.greens, not seat.h5"
 
 
 @pytest.mark.slow
@@ -239,8 +239,8 @@ def test_a_beam_that_is_struck_has_an_error_of_its_modes(tmp_path: Path) -> None
     """Three modes are not enough, and the run says so; more are kept unless the file says how many."""
     ball = 'kind = "rigid_mass"\nmass = "0.2 g"\nvelocity = "-0.5 m/s"\n'
     few = "[seat]\n" + CANTILEVER.replace("n_modes = 8", "n_modes = 3")
-    found = summary_of(scene_of(tmp_path, ball, seat=few), tmp_path / "few")
-    assert found["error_model_filtered_peak_force_N"] > 0.05 * found["filtered_peak_force_N"]
+    summary = summary_of(scene_of(tmp_path, ball, seat=few), tmp_path / "few")
+    assert summary["error_model_filtered_peak_force_N"] > 0.05 * summary["filtered_peak_force_N"]
     many = "[seat]\n" + CANTILEVER.replace("n_modes = 8", "n_modes = 200")
     one, other = (scene_of(tmp_path, ball, seat=text) for text in (few, many))
     assert key_of(one.seat, stated_method(one).seat) != key_of(other.seat, stated_method(other).seat)

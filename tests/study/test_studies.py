@@ -53,14 +53,14 @@ def study_file(folder: Path, text: str, scene: str = SPRING) -> Path:
 
 
 def rows(folder: Path) -> list[dict[str, str]]:
-    """Without what the clock says."""
+    """Return the rows of a study's table without what the clock says."""
     with (folder / TABLE).open(newline="", encoding="utf-8") as file:
         return [{key: value for key, value in row.items() if key != "wall_time_s"} for row in csv.DictReader(file)]
 
 
 @pytest.mark.slow
 def test_the_table_has_what_runs_of_the_scenes_have(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Impulse of a mass on a spring, 2 m v, and its peak v sqrt(k m), to the error bars told."""
+    """The table has 2 m v and v sqrt(k m) of a mass on a spring to its bars, and a run's own number."""
     answer_here(monkeypatch)
     text = '[vary]\nreed.mass = ["1 g", "4 g"]\nreed.velocity = ["-1 m/s", "-2 m/s"]'
     path = study_file(tmp_path, text)
@@ -81,7 +81,7 @@ def test_the_table_has_what_runs_of_the_scenes_have(tmp_path: Path, monkeypatch:
 
 @pytest.mark.slow
 def test_nothing_is_computed_twice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Equal scenes, a study that is larger, other measures of the same one, another design with the same scenes."""
+    """Equal scenes, larger studies, other measures and other designs take what was computed already."""
     jobs = answer_here(monkeypatch)
     out = tmp_path / "out"
     run_study(load_study(study_file(tmp_path, '[vary]\nreed.mass = ["1 g", "0.001 kg", "2 g"]')), out)
@@ -97,7 +97,7 @@ def test_nothing_is_computed_twice(tmp_path: Path, monkeypatch: pytest.MonkeyPat
 
 @pytest.mark.slow
 def test_a_seat_of_several_scenes_is_computed_once(tmp_path: Path, store_of_the_test: Path) -> None:
-    """By the first; by two workers; the numbers do not depend on how many there are, nor on what is in the store."""
+    """A study's first scene computes the seat; its numbers depend neither on the number of workers nor on the store."""
     text = '[vary]\nreed.mass = ["1 g", "1.1 g"]'
     path = study_file(tmp_path, text, MESHED)
     run_study(load_study(path), tmp_path / "one", Effort(workers=1))
@@ -134,8 +134,8 @@ def kill_at_random(command: list[str], journal: Path, chance: random.Random, mos
 @posix
 @pytest.mark.slow
 def test_a_study_survives_kills_at_any_moment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nothing lost, nothing computed twice, all numbers bit for bit those of a run that nobody disturbed. Three kills,
-    or as many as SEATFEM_KILLS says (50 take two minutes)."""
+    """A study killed three times, or as many as SEATFEM_KILLS says (50 take two minutes), loses nothing, computes
+    nothing twice and has all numbers of one that nobody disturbed."""
     kills = int(os.environ.get("SEATFEM_KILLS", "3"))
     scenes = 6 * kills
     path = study_file(tmp_path, DRAWN.format(scenes))
@@ -158,7 +158,7 @@ def test_a_study_survives_kills_at_any_moment(tmp_path: Path, monkeypatch: pytes
 
 @pytest.mark.slow
 def test_a_scene_that_fails_stands_in_the_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Exit code 1, its message and values; tried again when it is asked for."""
+    """A failed scene has a row with its message and values, and is tried again if that is asked for."""
     text = '[vary]\nrun.duration = "0.2 ms"\nseat.mesh.size = ["1 mm", "60 mm"]'
     jobs = answer_here(monkeypatch)
     real = one._carried_out
@@ -172,8 +172,8 @@ def test_a_scene_that_fails_stands_in_the_table(tmp_path: Path, monkeypatch: pyt
     path = study_file(tmp_path, text, MESHED)
     table = run_study(load_study(path), tmp_path / "out")
     assert list(table.columns["status"])[1] == "failed"
-    [told] = table.failures()
-    assert told.startswith("scene 2 (run.duration [ms] = 0.2, seat.mesh.size [mm] = 60.0): failed: RuntimeError: no")
+    [message] = table.failures()
+    assert message.startswith("scene 2 (run.duration [ms] = 0.2, seat.mesh.size [mm] = 60.0): failed: RuntimeError: no")
     assert rows(tmp_path / "out")[1]["message"] == "RuntimeError: no mesh of that kind"
     assert rows(tmp_path / "out")[1]["landing_impulse_Ns"] == ""
     monkeypatch.setattr(one, "_carried_out", real)
@@ -318,16 +318,16 @@ def test_sweeps_from_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     (tmp_path / "scene.toml").write_text(SPRING, encoding="utf-8")
     vary = {"reed.mass": {"from": "1 g", "to": "2 g"}}
     monkeypatch.setattr("seatfem.study.sweep.table.find_spec", lambda name: None)  # no pandas
-    found = seatfem.sweep(
+    table = seatfem.sweep(
         tmp_path / "scene.toml", vary, design="latin_hypercube", number=3, measures=["restitution", "impulse_Ns"]
     )
-    assert list(found) == [
+    assert list(table) == [
         "scene", "reed.mass [g]", "restitution", "error_bar_restitution", "impulse_Ns", "error_bar_impulse_Ns",
         "landing_status",
         "status", "wall_time_s", "message", "notes",
     ]  # fmt: skip
-    assert found["impulse_Ns"] == pytest.approx([2e-3 * mass for mass in found["reed.mass [g]"]], rel=5e-3)
-    assert found["notes"] == [""] * 3
+    assert table["impulse_Ns"] == pytest.approx([2e-3 * mass for mass in table["reed.mass [g]"]], rel=5e-3)
+    assert table["notes"] == [""] * 3
     assert [path.name for path in tmp_path.iterdir()] == ["scene.toml"]
     with pytest.raises(SceneError, match="number: required"):
         seatfem.sweep(tmp_path / "scene.toml", vary, design="monte_carlo")
@@ -337,7 +337,7 @@ def test_sweeps_from_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
 
 @pytest.mark.parametrize("package", ["pandas", "pyarrow"])
 def test_a_broken_package_is_told_before_the_first_scene(package, tmp_path, monkeypatch):
-    """Not when the table is written, after hours."""
+    """A package that fails to import is refused before the first scene, not hours later."""
     (tmp_path / package).mkdir()
     (tmp_path / package / "__init__.py").write_text("raise RuntimeError('built for another numpy')", encoding="utf-8")
     monkeypatch.syspath_prepend(tmp_path)
@@ -350,7 +350,7 @@ def test_a_broken_package_is_told_before_the_first_scene(package, tmp_path, monk
 
 
 def test_tables_for_pandas_and_parquet(tmp_path: Path) -> None:
-    """Where they are installed; else no file."""
+    """A Parquet file comes back through pandas; without these packages none is written."""
     columns = {"scene": [1, 2], "a": [0.1, None], "name": ["x", "y"]}
     try:
         import pandas
@@ -360,6 +360,6 @@ def test_tables_for_pandas_and_parquet(tmp_path: Path) -> None:
         assert not list(tmp_path.iterdir())
         return
     assert write_parquet(tmp_path / "a.parquet", columns)
-    found = pandas.read_parquet(tmp_path / "a.parquet")
-    assert found["a"][0] == 0.1
-    assert list(found) == list(columns)
+    frame = pandas.read_parquet(tmp_path / "a.parquet")
+    assert frame["a"][0] == 0.1
+    assert list(frame) == list(columns)

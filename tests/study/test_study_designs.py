@@ -20,33 +20,33 @@ def study(folder: Path, text: str) -> Study:
     return load_study(study_file(folder, text))
 
 
-def values(made: Study, key: str) -> np.ndarray:
-    return np.array([number_and_unit(changed[key])[0] for changed in changes_of(made)])
+def values(loaded: Study, key: str) -> np.ndarray:
+    return np.array([number_and_unit(changed[key])[0] for changed in changes_of(loaded)])
 
 
 def test_a_grid_takes_every_value_with_every_other(tmp_path: Path) -> None:
-    made = study(
+    loaded = study(
         tmp_path, '[vary]\nreed.mass = ["1 g", "2 g"]\nseat.stiffness = { from = "1 N/um", to = "9 N/um", number = 3 }'
     )
-    found = [(changed["reed.mass"], changed["seat.stiffness"]) for changed in changes_of(made)]
+    pairs = [(changed["reed.mass"], changed["seat.stiffness"]) for changed in changes_of(loaded)]
     levels = ["1.0 N/um", "5.0 N/um", "9.0 N/um"]
-    assert found == [(mass, level) for mass in ("1 g", "2 g") for level in levels]
-    assert made.number_of_scenes == 6
+    assert pairs == [(mass, level) for mass in ("1 g", "2 g") for level in levels]
+    assert loaded.number_of_scenes == 6
 
 
 def test_levels_of_a_logarithmic_range(tmp_path: Path) -> None:
-    made = study(tmp_path, '[vary]\n"reed.mass" = { from = "1 g", to = "100 g", number = 3, scale = "log" }')
-    assert values(made, "reed.mass") == pytest.approx([1, 10, 100], rel=1e-15)
+    loaded = study(tmp_path, '[vary]\n"reed.mass" = { from = "1 g", to = "100 g", number = 3, scale = "log" }')
+    assert values(loaded, "reed.mass") == pytest.approx([1, 10, 100], rel=1e-15)
 
 
 def test_a_single_value_is_that_of_all_scenes(tmp_path: Path) -> None:
-    made = study(tmp_path, '[vary]\nrun.duration = "1 ms"\nreed.mass = ["1 g", "2 g"]')
-    assert [changed["run.duration"] for changed in changes_of(made)] == ["1 ms", "1 ms"]
+    loaded = study(tmp_path, '[vary]\nrun.duration = "1 ms"\nreed.mass = ["1 g", "2 g"]')
+    assert [changed["run.duration"] for changed in changes_of(loaded)] == ["1 ms", "1 ms"]
 
 
 def test_a_zip_takes_one_of_each(tmp_path: Path) -> None:
-    made = study(tmp_path, 'design = "zip"\n[vary]\nreed.mass = ["1 g", "2 g"]\nreed.velocity = ["-1 m/s", "-3 m/s"]')
-    assert [tuple(changed.values()) for changed in changes_of(made)] == [("1 g", "-1 m/s"), ("2 g", "-3 m/s")]
+    loaded = study(tmp_path, 'design = "zip"\n[vary]\nreed.mass = ["1 g", "2 g"]\nreed.velocity = ["-1 m/s", "-3 m/s"]')
+    assert [tuple(changed.values()) for changed in changes_of(loaded)] == [("1 g", "-1 m/s"), ("2 g", "-3 m/s")]
 
 
 TABLE = 'kind = "table", points = [["1 g", 0], ["2 g", 0.5], ["6 g", 1]]'
@@ -64,12 +64,12 @@ EXACT = [
 @pytest.mark.parametrize(("words", "exact"), EXACT)
 @pytest.mark.parametrize("design", ["latin_hypercube", "sobol"])
 def test_what_is_drawn_has_the_distribution_asked_for(words: str, exact: object, design: str, tmp_path: Path) -> None:
-    """Of n even shares the distribution function is off by at most 1/n; quantiles are scipy's, which has its own."""
-    made = study(tmp_path, f'design = "{design}"\nnumber = 1024\n[vary]\nreed.mass = {{ {words} }}')
-    found = values(made, "reed.mass")
-    assert stats.kstest(found, exact.cdf).statistic <= 1 / 1024 + 1e-9
-    shares = shares_of(made)[:, 0]
-    assert found == pytest.approx(exact.ppf(shares), rel=1e-9)
+    """The distribution function of n even shares is off by at most 1/n; quantiles are scipy's, computed apart."""
+    loaded = study(tmp_path, f'design = "{design}"\nnumber = 1024\n[vary]\nreed.mass = {{ {words} }}')
+    draws = values(loaded, "reed.mass")
+    assert stats.kstest(draws, exact.cdf).statistic <= 1 / 1024 + 1e-9
+    shares = shares_of(loaded)[:, 0]
+    assert draws == pytest.approx(exact.ppf(shares), rel=1e-9)
 
 
 @pytest.mark.parametrize("design", ["latin_hypercube", "sobol", "monte_carlo", "sobol_indices"])
@@ -81,7 +81,7 @@ def test_the_same_seed_draws_the_same(design: str, tmp_path: Path) -> None:
 
 
 def test_more_of_a_sequence_begins_as_less_of_it(tmp_path: Path) -> None:
-    """So that a study that is made larger takes what is in its journal."""
+    """A larger study begins with the scenes of the smaller one, and takes them from its journal."""
     text = 'design = "{}"\nnumber = {}\n[vary]\nreed.mass = {{ from = "1 g", to = "5 g" }}\nreed.n = [1, 2]'
     for design in ("sobol", "monte_carlo"):
         few, many = (list(changes_of(study(tmp_path, text.format(design, number)))) for number in (8, 16))
@@ -90,9 +90,9 @@ def test_more_of_a_sequence_begins_as_less_of_it(tmp_path: Path) -> None:
 
 def test_blocks_of_saltelli(tmp_path: Path) -> None:
     keys = "\n".join(f'{key} = {{ from = "1 g", to = "5 g" }}' for key in ("reed.mass", "reed.a", "reed.b"))
-    made = study(tmp_path, f'design = "sobol_indices"\nnumber = 16\n[vary]\n{keys}')
-    first, second, *mixed = shares_of(made).reshape(5, 16, 3)
-    assert made.number_of_scenes == 80
+    loaded = study(tmp_path, f'design = "sobol_indices"\nnumber = 16\n[vary]\n{keys}')
+    first, second, *mixed = shares_of(loaded).reshape(5, 16, 3)
+    assert loaded.number_of_scenes == 80
     assert not np.any(first == second)
     for column, block in enumerate(mixed):
         assert np.array_equal(block[:, column], second[:, column])
@@ -101,8 +101,8 @@ def test_blocks_of_saltelli(tmp_path: Path) -> None:
 
 
 def test_an_entry_of_a_list_is_drawn_as_often_as_another(tmp_path: Path) -> None:
-    made = study(tmp_path, 'design = "latin_hypercube"\nnumber = 12\n[vary]\nreed.mass = ["1 g", "2 g", "4 g"]')
-    assert sorted(values(made, "reed.mass")) == [1] * 4 + [2] * 4 + [4] * 4
+    loaded = study(tmp_path, 'design = "latin_hypercube"\nnumber = 12\n[vary]\nreed.mass = ["1 g", "2 g", "4 g"]')
+    assert sorted(values(loaded, "reed.mass")) == [1] * 4 + [2] * 4 + [4] * 4
 
 
 BAD = [
@@ -141,9 +141,9 @@ BAD = [
 
 @pytest.mark.parametrize(("text", "message"), BAD)
 def test_what_is_wrong_with_a_study_is_told_with_its_place(text: str, message: str, tmp_path: Path) -> None:
-    told = refusal(study, tmp_path, text)
-    assert re.search(message, told)
-    assert f"{tmp_path / 'study.toml'}" in told
+    answer = refusal(study, tmp_path, text)
+    assert re.search(message, answer)
+    assert f"{tmp_path / 'study.toml'}" in answer
 
 
 def test_a_study_without_its_scene(tmp_path: Path) -> None:
@@ -199,7 +199,7 @@ def test_equal_scenes_have_one_key_and_others_another(tmp_path: Path) -> None:
 
 
 def test_numbers_are_written_with_all_their_digits(tmp_path: Path) -> None:
-    made = study(tmp_path, 'design = "monte_carlo"\nnumber = 50\n[vary]\nreed.mass = { from = "1 g", to = "5 g" }')
-    shares = shares_of(made)[:, 0]
-    assert np.array_equal(values(made, "reed.mass"), 1.0 + 4.0 * shares)
-    assert all(math.isfinite(value) for value in values(made, "reed.mass"))
+    loaded = study(tmp_path, 'design = "monte_carlo"\nnumber = 50\n[vary]\nreed.mass = { from = "1 g", to = "5 g" }')
+    shares = shares_of(loaded)[:, 0]
+    assert np.array_equal(values(loaded, "reed.mass"), 1.0 + 4.0 * shares)
+    assert all(math.isfinite(value) for value in values(loaded, "reed.mass"))

@@ -75,7 +75,7 @@ def test_the_coarse_seat_has_a_reduction_of_its_own(greens: Mapping[str, object]
 
 
 def changed_by_waves(scene: Scene, greens: GreensFunction) -> float:
-    """The relative change of the filtered peak by a seat's waves, against its static compliance."""
+    """Return the relative change of the filtered peak by a seat's waves, against its static compliance."""
     seats = greens, impact.spring(stiffness=1 / face_compliance(greens))
     problems = [problem_of(scene, striker_of(scene), impact.Body(seat)) for seat in seats]
     waves, static = (values_of_record(record_of(scene, each, 5e-8))["filtered_peak"] for each in problems)
@@ -84,7 +84,7 @@ def changed_by_waves(scene: Scene, greens: GreensFunction) -> float:
 
 @pytest.mark.slow
 def test_a_coarse_seat_changes_as_much_as_a_fine_one() -> None:
-    """Of a mesh twice as fine and a band twice as wide, within the doubt that the error budget has."""
+    """A mesh and a band twice as fine change it by less than the doubt that the error budget has."""
     scene = scene_of(CONE)
     method = coarse_method(scene.seat, stated_method(scene).seat, scene.seat.patch(), scene.run.filter_width)
     twice = replace(method, size=method.size / 2, contact_size=method.contact_size / 2, bandwidth=2 * method.bandwidth)
@@ -101,13 +101,13 @@ def test_the_surrogate_stands_for_a_coarse_seat_that_cannot_be_made(monkeypatch:
 
     monkeypatch.setattr(level, "solve_body", impossible)
     scene = scene_of(CONE)
-    known = scene.seat.estimate()
+    estimate = scene.seat.estimate()
     spring = impact.spring(stiffness=1 / scene.seat.patch().compliance)
     problem = problem_of(scene, striker_of(scene), impact.Body(spring))
     method = stated_method(scene).replaced({"seat.model": "spring"})
     variation = level._waves(ComputedRun(scene, method, Solved(spring), problem))
     assert variation.weight == DOUBT
-    np.testing.assert_array_equal(variation.problem.target.greens.modal.omega, known.omega)
+    np.testing.assert_array_equal(variation.problem.target.greens.modal.omega, estimate.omega)
 
 
 THIN = """
@@ -143,7 +143,7 @@ def test_what_a_coarse_seat_struck_as_a_whole_tells_of_a_tilted_landing_is_enoug
 
 
 def test_segments_of_a_seat_that_is_meshed_in_space_have_an_element_each() -> None:
-    """Twice as many arcs want elements half as long, which the scene leaves open; stated ones are kept."""
+    """Twice as many arcs get elements half as long if the scene leaves their size open."""
     for stated in ({}, {"seat__mesh": {"contact_size": "1.3 mm"}}):
         scene = scene_of(THIN, **stated)
         method = begin_method(scene)

@@ -18,11 +18,11 @@ BLOCK = re.compile(r"# \[\[?([\w.]+)\]\]?")
 
 
 def blocks(text: str) -> dict[str, tuple[int, int]]:
-    """The lines of each, from its name to where the next one begins, or something that is none."""
+    """Return the lines of each, from its name to where the next one begins, or something that is none."""
     lines = text.splitlines()
     begins = [k for k, line in enumerate(lines) if BLOCK.match(line)]
     ends = {k for k, line in enumerate(lines) if not line.startswith("# ") or line.startswith("#   ")} | {len(lines)}
-    names = {k: found[1] for k in begins if (found := BLOCK.match(lines[k]))}
+    names = {k: match[1] for k in begins if (match := BLOCK.match(lines[k]))}
     return {name: (k, min(end for end in (*ends, *begins) if end > k)) for k, name in names.items()}
 
 
@@ -32,12 +32,12 @@ COURSE = "time [ms],displacement [um]\n0,0\n1,2\n5,0\n"
 @pytest.mark.slow(but="flapper")
 @pytest.mark.parametrize("kind", NAMES)
 def test_every_table_behind_a_mark_works_as_it_stands(kind: str, tmp_path: Path) -> None:
-    """Once the marks of all its lines are taken away, as an editor does; files that are named are put there."""
+    """A table works once the marks of its lines are taken away; files that it names are put there."""
     text = scene_template(kind)
     bare = loaded(text, tmp_path)
     assert kind in (bare.seat.kind, bare.reed.kind)
-    found = blocks(text)
-    for name, (first, last) in found.items():
+    tables = blocks(text)
+    for name, (first, last) in tables.items():
         lines = text.splitlines()
         lines[first:last] = [line.removeprefix("# ") for line in lines[first:last]]
         scene = loaded("\n".join(lines), tmp_path)
@@ -45,13 +45,13 @@ def test_every_table_behind_a_mark_works_as_it_stands(kind: str, tmp_path: Path)
         assert table in scene.model_fields_set
         assert not part or part in getattr(scene, table).model_fields_set
     reed_is_plate = kind in ("flapper", "sheet")
-    assert {"stopper", "load", "gas", "life"} <= found.keys()
-    assert ("stress" in found) == (bare.seat.elastic is not None)
-    assert not reed_is_plate or {"base", "reed.mesh", "reed.curvature", "contact.film", "seat.mesh"} <= found.keys()
+    assert {"stopper", "load", "gas", "life"} <= tables.keys()
+    assert ("stress" in tables) == (bare.seat.elastic is not None)
+    assert not reed_is_plate or {"base", "reed.mesh", "reed.curvature", "contact.film", "seat.mesh"} <= tables.keys()
 
 
 def loaded(text: str, folder: Path) -> Scene:
-    """With files that hold a course, or nothing, in place of those that are not there."""
+    """Load a scene with files that hold a course, or nothing, in place of those that are not there."""
     for _ in range(4):
         try:
             return load(text, folder)

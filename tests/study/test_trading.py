@@ -53,7 +53,7 @@ def small(tmp_path: Path) -> Path:
 
 
 def test_front_against_its_definition():
-    """On a coarse grid, so that ties abound: on the front is whatever nothing beats, once for equal points."""
+    """The front on a coarse grid, where ties abound, has what nothing beats, and equal points once."""
     rng = np.random.default_rng(7)
     for _ in range(50):
         points = rng.integers(0, 5, size=(12, 2)).astype(float)
@@ -66,7 +66,7 @@ def test_front_against_its_definition():
 
 
 def begun(name: str) -> tuple[Scene, RunMethod, RunMethod]:
-    """An example with its keys open, its first method, and one three rungs finer in every key."""
+    """Return an example with its keys open, its first method, and one three rungs finer in every key."""
     scene = load_scene(EXAMPLES / f"{name}.toml", ALL_OPEN)
     start = begin_method(scene)
     return scene, start, finer_in_all(scene, finer_in_all(scene, finer_in_all(scene, start)))
@@ -80,13 +80,13 @@ def is_finer(key: str, value: float, other: float) -> bool:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", DRAWN + CLOSED)
 def test_states_lead_from_the_first_values_to_the_last_and_every_key_is_finer_from_one_to_the_next(name: str):
-    """As far as the last one goes: with one key at its first value, that stays, and no state is finer than the last."""
+    """States lead as far as the last one goes: a key that stays keeps its value, and none is finer than the last."""
     scene, start, end = begun(name)
     held = "reed.n_modes" if end.reed.n_modes else "run.time_step"
     end = end.replaced({held: start.value(held)})
-    found = states(scene, start, end)
-    assert (found[0], found[-1].values) == (start, end.values)
-    for before, after in pairwise(found):
+    ladder = states(scene, start, end)
+    assert (ladder[0], ladder[-1].values) == (start, end.values)
+    for before, after in pairwise(ladder):
         assert after.value(held) == start.value(held)
         for key, value in after.values.items():
             if isinstance(value, float) and value != before.value(key):
@@ -99,7 +99,7 @@ def test_states_lead_from_the_first_values_to_the_last_and_every_key_is_finer_fr
 @pytest.mark.slow
 @pytest.mark.parametrize("name", DRAWN + CLOSED)
 def test_the_reference_is_finer_in_every_key(name: str):
-    """By a factor of two in the error: step and tolerance by as much, modes by the factor of their comparisons."""
+    """The reference halves the error in each key: step and tolerance by two, modes as in their comparisons."""
     scene, start, _ = begun(name)
     finer = finer_in_all(scene, start)
     assert finer.time_step == pytest.approx(start.time_step / LEAST)
@@ -117,7 +117,7 @@ def test_the_reference_is_finer_in_every_key(name: str):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", DRAWN)
 def test_around_the_converged_state_one_key_is_varied_to_both_sides(name: str):
-    """The first value and a finer one of every key that has them, and every level that describes the seat."""
+    """Each key has a point at its first value and a finer one, and the model one at each level."""
     scene, start, end = begun(name)
     points = list(around(scene, start, end))
     for point in points:
@@ -129,8 +129,8 @@ def test_around_the_converged_state_one_key_is_varied_to_both_sides(name: str):
         assert one == start.value(key)
         assert is_finer(key, other, end.value(key))
     applying = {level.level for level in scene.seat.levels() if level.applies}
-    known = {"spring", *applying} if end.ports is None else {"spring"}
-    assert {point.values[MODEL] for point in points if point.varied == MODEL} == known - {end.value(MODEL)}
+    expected = {"spring", *applying} if end.ports is None else {"spring"}
+    assert {point.values[MODEL] for point in points if point.varied == MODEL} == expected - {end.value(MODEL)}
 
 
 def test_settings_are_stated_and_taken_out(small: Path):
@@ -147,7 +147,7 @@ def test_settings_are_stated_and_taken_out(small: Path):
 
 
 def run_point(scene: Path, point: Point, limit: float) -> Outcome:
-    """One point in a process of its own."""
+    """Run one point in a process of its own."""
     return run_points(scene, [point], None, time_limit=limit)[point.name]
 
 
@@ -168,7 +168,7 @@ def carry_out_by(monkeypatch: pytest.MonkeyPatch, carry: Callable[[Path, Point, 
 
 @pytest.mark.slow
 def test_a_point_in_a_process_of_its_own(small: Path, monkeypatch: pytest.MonkeyPatch):
-    """Twice the step, the same impulse to the order of the step; its own memory and time."""
+    """A point in its own process has the impulse to the order of its step, and its own memory and time."""
     monkeypatch.setenv("SEATFEM_STORE", "/nowhere")
     point = Point("coarse", "run.time_step", {"run.time_step": 200e-9})
     outcome = run_point(small, point, 120.0)
@@ -194,7 +194,7 @@ def test_what_fails_or_hangs_is_an_outcome(small: Path, monkeypatch: pytest.Monk
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="no limit of processor time")
 def test_a_point_that_takes_too_much_processor_time_is_stopped(small: Path):
-    """Ten million steps; loading the program alone takes more than the second that is allowed."""
+    """A point of ten million steps is stopped after the one second that is allowed."""
     steps = {"run.duration": "0.1 s", "run.time_step": "10 ns"}
     stopped = run_point(small, Point("long", "run.time_step", {"run.time_step": 1e-8}, settings=steps), 1.0)
     assert stopped.state == "stopped"
@@ -250,7 +250,7 @@ def test_a_point_that_was_stopped_is_tried_again_with_more_time(small: Path, mon
 
 
 def trade_of(costs: list[float], impulses: list[float], peaks: list[float], floor: float = 1e-3) -> Trade:
-    """Points "0", "1", ... and the converged one, the last, against the values 1."""
+    """Return points "0", "1", ... and the converged one, the last, against the values 1."""
     names = [*(str(k) for k in range(len(costs) - 1)), OWN_CHOICE]
     outcomes = {
         name: Outcome("done", summary={"processor_s": cost, "impulse": i, "filtered_peak": p})
@@ -265,59 +265,59 @@ def trade_of(costs: list[float], impulses: list[float], peaks: list[float], floo
 
 def test_errors_below_the_floor_do_not_count():
     """A lucky coarse point does not beat its equals, and the converged one is judged by the worst of its measures."""
-    found = trade_of([1.0, 2.0, 4.0, 3.0], [1.1, 1.0, 1.0, 1.0001], [1.2, 1.05, 1.0, 1.0002])
-    assert found.error(OWN_CHOICE, "filtered_peak") == pytest.approx(2e-4)
-    assert found.trusted_error(OWN_CHOICE) == 1e-3
-    assert found.front("impulse") == ("0", "1")
-    assert found.front("filtered_peak") == ("0", "1", OWN_CHOICE)
-    assert found.front() == ("0", "1", OWN_CHOICE)
-    assert found.excess(OWN_CHOICE) == 1.0
-    assert found.excess("2") == pytest.approx(4 / 3)
-    assert found.excess("2", error=0.02) == pytest.approx(4 / 3)
-    assert math.isnan(found.excess("1", error=0.02))
-    assert math.isnan(found.excess("never"))
-    assert math.isnan(found.error("never", "impulse"))
+    points = trade_of([1.0, 2.0, 4.0, 3.0], [1.1, 1.0, 1.0, 1.0001], [1.2, 1.05, 1.0, 1.0002])
+    assert points.error(OWN_CHOICE, "filtered_peak") == pytest.approx(2e-4)
+    assert points.trusted_error(OWN_CHOICE) == 1e-3
+    assert points.front("impulse") == ("0", "1")
+    assert points.front("filtered_peak") == ("0", "1", OWN_CHOICE)
+    assert points.front() == ("0", "1", OWN_CHOICE)
+    assert points.excess(OWN_CHOICE) == 1.0
+    assert points.excess("2") == pytest.approx(4 / 3)
+    assert points.excess("2", error=0.02) == pytest.approx(4 / 3)
+    assert math.isnan(points.excess("1", error=0.02))
+    assert math.isnan(points.excess("never"))
+    assert math.isnan(points.error("never", "impulse"))
 
 
 def test_a_point_that_does_not_tell_a_measure_is_on_the_fronts_of_others_alone():
-    found = trade_of([1.0, 2.0, 3.0], [1.0, 1.1, 1.2], [1.1, 1.1, 1.2])
-    del found.outcomes["0"].summary["filtered_peak"]  # type: ignore[attr-defined]
-    assert math.isnan(found.trusted_error("0"))
-    assert "0" in found.front("impulse")
-    assert "0" not in found.front()
-    assert "0" not in found.front("filtered_peak")
+    points = trade_of([1.0, 2.0, 3.0], [1.0, 1.1, 1.2], [1.1, 1.1, 1.2])
+    del points.outcomes["0"].summary["filtered_peak"]  # type: ignore[attr-defined]
+    assert math.isnan(points.trusted_error("0"))
+    assert "0" in points.front("impulse")
+    assert "0" not in points.front()
+    assert "0" not in points.front("filtered_peak")
 
 
 def test_a_point_that_does_not_land_has_no_error_of_a_landing():
     """It is no rival of those that land, and the words count it; of the whole run it has one."""
-    found = trade_of([1.0, 2.0, 3.0], [0.0, 1.1, 1.05], [0.0, 1.1, 1.05])
-    found.outcomes["0"].summary["landing_status"] = "no landing"  # type: ignore[index]
-    found.outcomes["1"].summary["landing_status"] = "landed"  # type: ignore[index]
-    assert found.front() == ("0", "1", OWN_CHOICE)
-    assert found.left_out_in_words() == ""
+    points = trade_of([1.0, 2.0, 3.0], [0.0, 1.1, 1.05], [0.0, 1.1, 1.05])
+    points.outcomes["0"].summary["landing_status"] = "no landing"  # type: ignore[index]
+    points.outcomes["1"].summary["landing_status"] = "landed"  # type: ignore[index]
+    assert points.front() == ("0", "1", OWN_CHOICE)
+    assert points.left_out_in_words() == ""
     of_landings = {
-        name: replace(each, summary=each.summary | {f"landing_{key}": each.summary.get(key) for key in found.measures})
-        for name, each in found.outcomes.items()
+        name: replace(each, summary=each.summary | {f"landing_{key}": each.summary.get(key) for key in points.measures})
+        for name, each in points.outcomes.items()
     }
-    measures = tuple(f"landing_{name}" for name in found.measures)
-    found = replace(found, measures=measures, outcomes=of_landings, floor=dict.fromkeys(measures, 1e-3))
-    assert math.isnan(found.error("0", "landing_impulse"))
-    assert found.front() == ("1", OWN_CHOICE)
-    assert in_words(found).splitlines()[1] == "1 of 3 points left out: 1 no landing"
+    measures = tuple(f"landing_{name}" for name in points.measures)
+    points = replace(points, measures=measures, outcomes=of_landings, floor=dict.fromkeys(measures, 1e-3))
+    assert math.isnan(points.error("0", "landing_impulse"))
+    assert points.front() == ("1", OWN_CHOICE)
+    assert in_words(points).splitlines()[1] == "1 of 3 points left out: 1 no landing"
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("duration", "status"), [("10 us", "cut off"), ("40 us", "no landing")])
 def test_no_trade_without_a_landing(duration, status, small, monkeypatch, capsys):
-    """Whether the run ends in it or before it; a part of a contact is compared where the whole run is asked of."""
+    """Runs that end in a landing or before it are refused; the whole run is compared if a measure asks for it."""
     carry_out_by(monkeypatch, in_this_process)
     gap = 'contact = { gap = "0.1 mm" }\n' if status == "no landing" else ""
     text = SMALL.replace("0.1 ms", duration) + gap
     small.write_text(text, encoding="utf-8")
     assert run_command(["trade", str(small), "-o", str(small.parent / "out"), "--quick"]) == BAD_INPUT
-    told = " ".join(capsys.readouterr().err.split())
-    assert "no landing to compare" in told
-    assert f"{status}; lengthen run.duration = {duration}" in told
+    message = " ".join(capsys.readouterr().err.split())
+    assert "no landing to compare" in message
+    assert f"{status}; lengthen run.duration = {duration}" in message
     whole = SMALL.replace("0.1 ms", "10 us").replace('"2 %",', '"2 %", landing = "run",')
     small.write_text(whole.replace(', "contact_duration"', ""), encoding="utf-8")  # which the end cuts
     assert run_command(["trade", str(small), "-o", str(small.parent / "whole"), "--quick", "--quiet"]) == DONE
@@ -334,9 +334,9 @@ def test_the_program_end_to_end(small: Path, monkeypatch: pytest.MonkeyPatch, ca
     monkeypatch.setattr(trade, "code_version", lambda: "this")
     folder = small.parent / "out"
     assert run_command(["trade", str(small), "-o", str(folder), "--quick"]) == 0
-    told = capsys.readouterr().out
-    assert "Pareto front" in told
-    assert f"{OWN_CHOICE}:" in told
+    output = capsys.readouterr().out
+    assert "Pareto front" in output
+    assert f"{OWN_CHOICE}:" in output
     data = json.loads((folder / "trade.json").read_text(encoding="utf-8"))
     with (folder / "trade.csv").open(newline="", encoding="utf-8") as file:
         rows = {row["name"]: row for row in csv.DictReader(file)}

@@ -50,7 +50,7 @@ def test_a_reed_that_is_no_beam_is_refused(tmp_path, capsys, monkeypatch):
 
 @pytest.mark.slow
 def test_shear_of_a_thick_reed_is_in_the_bar(tmp_path: Path) -> None:
-    """Against Timoshenko's static compliance, and as the change of the measures that it makes."""
+    """The shear error is Timoshenko's compliance over the slender one's, and is in the measures' bars."""
     scene = scene_of(tmp_path, 25, 3, 0.05)
     beam = impact.TimoshenkoCantilever(young=200e9, density=7850.0, length=25e-3, width=10e-3, thickness=3e-3)
     slender = impact.Cantilever(young=200e9, density=7850.0, length=25e-3, width=10e-3, thickness=3e-3)
@@ -67,14 +67,14 @@ def test_shear_of_a_thick_reed_is_in_the_bar(tmp_path: Path) -> None:
     )
 
 
-@pytest.mark.parametrize(("deflection", "told"), [(0.5, False), (2.9, False), (3.1, True), (88.0, True)])
-def test_large_deflections_are_told(deflection: float, told: bool, tmp_path: Path) -> None:
-    found = advice_of(scene_of(tmp_path, 30, 0.3, deflection))
-    assert len(found) == told
-    if told:
-        assert found[0].value == pytest.approx(deflection / 30)
-        assert f"{deflection / 0.3:.3g} thicknesses" in found[0].reason
-        assert "release it from at most 3 mm" in found[0].remedy
+@pytest.mark.parametrize(("deflection", "is_told"), [(0.5, False), (2.9, False), (3.1, True), (88.0, True)])
+def test_large_deflections_are_told(deflection: float, is_told: bool, tmp_path: Path) -> None:
+    notes = advice_of(scene_of(tmp_path, 30, 0.3, deflection))
+    assert len(notes) == is_told
+    if is_told:
+        assert notes[0].value == pytest.approx(deflection / 30)
+        assert f"{deflection / 0.3:.3g} thicknesses" in notes[0].reason
+        assert "release it from at most 3 mm" in notes[0].remedy
 
 
 def test_a_filter_beyond_the_measured_band_is_told(tmp_path: Path) -> None:
@@ -84,9 +84,9 @@ def test_a_filter_beyond_the_measured_band_is_told(tmp_path: Path) -> None:
         fit = {"fit": {"band_hz": [100.0, highest]}}
         return ModalGreens(np.array([1e5]), np.array([0.01]), np.ones((1, 1)), Residual.none(), origin=fit)
 
-    (found,) = advice_of(scene, seat(2e4))
-    assert found.value == pytest.approx(25.0)
-    assert "use run.filter_width >= 50 us" in found.remedy
+    (note,) = advice_of(scene, seat(2e4))
+    assert note.value == pytest.approx(25.0)
+    assert "use run.filter_width >= 50 us" in note.remedy
     assert advice_of(scene, seat(6e5)) == ()
     (other,) = advice_of(scene, seat(6e5), seat(2e4))
     assert "the reed was measured up to 20 kHz" in str(other)
@@ -103,24 +103,24 @@ accuracy = { target = 0.1, measures = ["impulse"] }
 
 @pytest.mark.slow
 def test_a_stated_spring_has_what_waves_change_in_the_bars_of_all_measures(tmp_path: Path) -> None:
-    """Of the displacement, which was not asked for, too."""
+    """The bars hold what waves change in the displacement, too, whether or not it was asked for."""
     path, out = tmp_path / "annular.toml", tmp_path / "out"
     path.write_text(ANNULAR, encoding="utf-8")
     run_command(["run", str(path), "-o", str(out), "--quiet", "--no-pictures"])
-    found = json.loads((out / "summary.json").read_text(encoding="utf-8"))
-    assert found["plan_seat_level"] == "spring"
-    assert found["max_seat_displacement_m"] > 0
-    assert found["error_model_max_seat_displacement_m"] > 0.01 * found["max_seat_displacement_m"]
-    assert found["error_bar_max_seat_displacement_m"] > found["error_model_max_seat_displacement_m"]
-    assert found["error_bar_impulse_Ns"] > 0
+    first = json.loads((out / "summary.json").read_text(encoding="utf-8"))
+    assert first["plan_seat_level"] == "spring"
+    assert first["max_seat_displacement_m"] > 0
+    assert first["error_model_max_seat_displacement_m"] > 0.01 * first["max_seat_displacement_m"]
+    assert first["error_bar_max_seat_displacement_m"] > first["error_model_max_seat_displacement_m"]
+    assert first["error_bar_impulse_Ns"] > 0
     path.write_text(ANNULAR.replace('["impulse"]', '["impulse", "seat_displacement"]'), encoding="utf-8")
     run_command(["run", str(path), "-o", str(out), "--quiet", "--no-pictures"])
-    asked = json.loads((out / "summary.json").read_text(encoding="utf-8"))
-    assert asked["error_bar_max_seat_displacement_m"] > 0
+    second = json.loads((out / "summary.json").read_text(encoding="utf-8"))
+    assert second["error_bar_max_seat_displacement_m"] > 0
 
 
 def test_a_beam_that_is_pressed_on_a_port_says_that_it_does_not_dish() -> None:
-    """9 bar on 0.3 mm over a hole of 9.2 mm: 3 p r^2/(4 t^2) = 158.7 MPa, 3.3/2 of it with an edge free to turn."""
+    """The note gives 3 p r^2/(4 t^2) = 159 MPa, 3.3/2 of it with a free edge, for 9 bar over 9.2 mm."""
     examples = Path(__file__).parents[2] / "examples"
     (note,) = dishing_of(load_scene(examples / "valve_on_cast_iron.toml"))
     assert "900 kPa over a port of 9.2 mm" in note

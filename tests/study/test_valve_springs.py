@@ -48,8 +48,8 @@ def frequencies(scene: Scene) -> np.ndarray:
 @pytest.mark.slow
 @pytest.mark.parametrize("places", ['number = 4\nradius = "7.5 mm"\n', ""])
 def test_a_ring_plate_heaves_and_rocks(places: str, tmp_path: Path) -> None:
-    """sqrt(k/m), and twice sqrt(k r^2/2 / I) about a diameter, I = m ((R^2 + r_i^2)/4 + h^2/12). The ring bends by k
-    over its own stiffness, 2e-4 of either; k or m 3 % off are 1.5 %. Spread around the mean circle they do the same."""
+    """The ring heaves with sqrt(k/m) and rocks twice with sqrt(k r^2/2 / I), I = m ((R^2 + r_i^2)/4 + h^2/12), for
+    point and spread springs; it bends by 2e-4 of either, and k or m 3 % off are 1.5 %."""
     omega = frequencies(scene_of(tmp_path, RING, SPRING + places))
     turns = RING_MASS * ((1e-4 + 25e-6) / 4 + 1.5e-3**2 / 12)
     rocks, heaves = math.sqrt(4e3 * 7.5e-3**2 / 2 / turns), math.sqrt(4e3 / RING_MASS)
@@ -58,7 +58,7 @@ def test_a_ring_plate_heaves_and_rocks(places: str, tmp_path: Path) -> None:
 
 
 def test_a_rigid_mass_lands_under_its_springs(tmp_path: Path) -> None:
-    """x = (P/k) (cos wt - 1) + ... from the lift g on: the force on it is P + k (g + x), and P as it touches."""
+    """The mass moves as its oscillator; the springs' force is P + k (g + x) and, as it touches, P."""
     scene = scene_of(tmp_path, MASS, f'{SPRING}[contact]\ngap = "1 mm"\n', 'duration = "2 ms"\ntime_step = "0.2 us"')
     striker, seat = striker_of(scene), impact.spring(stiffness=1e8)
     touches = run_contacts(scene, striker, seat, 2e-7)
@@ -75,10 +75,10 @@ def test_a_rigid_mass_lands_under_its_springs(tmp_path: Path) -> None:
 
 
 def test_the_stress_of_a_reed_that_springs_press_closed(tmp_path: Path) -> None:
-    """At rest on its seat, a spring of k and preload P at a = 15 mm: S = P + k u(a), N at the tip, which bends it most
-    below the spring, by (L - a) N. With P 3 % off that is 3 % off, with k 0.4 %. At a force beside the contact the
-    modes leave out what falls like 1/n."""
-    found = {}
+    """A spring of k and preload P at a = 15 mm presses the reed with S = P + k u(a), and N at the tip bends it most
+    below the spring, by (L - a) N. 3 % of P moves the stress by 3 %, of k by 0.4 %; modes leave out what falls like
+    1/n."""
+    stresses = {}
     for n_modes in (40, 80):
         more = f'n_modes = {n_modes}\n[contact]\npreload = true\n{SPRING}at = "15 mm"\n'
         scene = scene_of(tmp_path, BEAM, more, 'duration = "0.1 ms"\ntime_step = "1 us"')
@@ -87,7 +87,7 @@ def test_the_stress_of_a_reed_that_springs_press_closed(tmp_path: Path) -> None:
         stress = stress_of(scene.geometry, striker, touches.seat.force, 1e-6, touches.seat.gap)
         assert stress.largest.value == pytest.approx(stress.at_start.value, rel=1e-3)  # it stays at rest
         assert touches.seat.force == pytest.approx(touches.seat.force[0], rel=1e-6)
-        found[n_modes] = stress.at_start.value
+        stresses[n_modes] = stress.at_start.value
 
     def below_it(stiffness: float) -> float:
         a, tip = 15e-3, SPAN
@@ -96,12 +96,12 @@ def test_the_stress_of_a_reed_that_springs_press_closed(tmp_path: Path) -> None:
         contact = np.linalg.solve(rows, [0.0, 0.0, 6.0])[1]
         return (tip - a) * contact * 200e9 * 0.15e-3 / RIGIDITY
 
-    assert 2 * found[80] - found[40] == pytest.approx(below_it(4e3), rel=1e-3)
-    assert 2 * found[80] - found[40] != pytest.approx(below_it(1.03 * 4e3), rel=2e-3)
+    assert 2 * stresses[80] - stresses[40] == pytest.approx(below_it(4e3), rel=1e-3)
+    assert 2 * stresses[80] - stresses[40] != pytest.approx(below_it(1.03 * 4e3), rel=2e-3)
 
 
 def test_every_body_of_an_error_bar_has_the_springs(tmp_path: Path) -> None:
-    """The same by another Green's function, with fewer modes, without its highest modes, and as a problem."""
+    """Bodies by other Green's functions or modes, and the problem's own, all have the springs."""
     ring, beam = scene_of(tmp_path, RING, SPRING), None
     striker = striker_of(ring)
     again = striker_of(ring, greens=ring.reed.body().greens)
@@ -187,7 +187,7 @@ def test_what_is_wrong_with_springs(reed: str, spring: str, words: str, tmp_path
 
 
 def test_a_plate_that_its_springs_leave_free_to_rock(tmp_path: Path) -> None:
-    """In arcs, each of which then moves as a free body."""
+    """A ring in arcs that its springs leave free to rock is refused: each arc would move as a free body."""
     more = f'{SPRING}points = [["6 mm", "0 mm"]]\n'
     scene = scene_of(tmp_path, RING, more)
     greens = scene.reed.solved(scene.reed.own_lip.__class__(7e-3, 1e-3, 4)).greens

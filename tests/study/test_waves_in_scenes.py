@@ -64,7 +64,7 @@ def test_a_wave_comes_is_passed_on_and_seen(tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize("slip", [1.0, 1.03])
 def test_a_striker_drives_a_chain(slip, tmp_path):
-    """Strain v/(2c) for 2 l/c in both bars, each delayed by its way; the striker's own for as long, less its ways."""
+    """Both bars see v/(2c) for 2 l/c, each later by its way, and the striker for as long less its ways."""
     summary, seen = run(CHAIN, tmp_path)
     time, strain = seen["time [s]"], -10.0 / (2 * SPEED)
     agrees = []
@@ -79,7 +79,7 @@ def test_a_striker_drives_a_chain(slip, tmp_path):
 
 
 def test_a_gauge_on_a_beam_sees_its_bending(tmp_path):
-    """A force at the tip for ever: 6 F (l - x)/(E b h^2) in the face towards the seat, pressed."""
+    """A lasting force at the tip has the strain 6 F (l - x)/(E b h^2)."""
     text = '[seat]\nkind = "spring"\nstiffness = "1 kN/m"\n[reed]\nkind = "cantilever"\nlength = "20 mm"\n'
     text += 'release = { tip_deflection = "1 mm" }\n[run]\nduration = "0.1 ms"\n'
     gauge = '[[gauge]]\nname = "root"\nof = "reed"\nat = "5 mm"\n'
@@ -131,7 +131,7 @@ def test_impossible_chains_are_refused(old, new, words, tmp_path):
 
 @pytest.mark.slow
 def test_a_landing_reed_has_its_gauge_in_the_results(tmp_path):
-    """At the root of a cantilever the strain is that of its largest stress, if that lies there, over E."""
+    """The strain at a cantilever's root is that of its largest stress, if that lies there, over E."""
     text = (
         '\n[seat]\nkind = "spring"\nstiffness = "1 N/um"\n[reed]\nkind = "cantilever"\nlength = "20 mm"\nn_modes = 6\n'
         'release = { tip_deflection = "0.3 mm" }\n[[gauge]]\nname = "root"\nof = "reed"\nat = "0 mm"\n[run]\n'

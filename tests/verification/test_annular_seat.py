@@ -29,7 +29,7 @@ def mesh_of(source: str, spec: MeshSpec) -> SeatMesh:
 
 @cache
 def response(source: str, spec: MeshSpec, young: float = YOUNG) -> np.ndarray:
-    """g of the lip after a 100 kHz Hann pulse, over three pulse widths."""
+    """Return g of the lip after a 100 kHz Hann pulse, over three pulse widths."""
     model = assemble(mesh_of(source, spec), Material(young, 0.3, DENSITY))
     greens = greens_function(model, bandwidth=BANDWIDTH, duration=DURATION, tolerance=5e-3)
     return greens.filtered(np.linspace(0, DURATION, 151), 1 / BANDWIDTH)
@@ -45,9 +45,9 @@ def test_seat_from_step_has_the_parametric_seats_greens_function() -> None:
 
     Measured: sources 0.3 %, sizes 1.4 %; a modulus 3 % off: 3 %.
     """
-    drawn, made = response("step", COARSE), response("parameters", COARSE)
-    assert not np.array_equal(drawn, made)
-    mesh_error = difference(made, response("parameters", FINE))
+    drawn, parametric = response("step", COARSE), response("parameters", COARSE)
+    assert not np.array_equal(drawn, parametric)
+    mesh_error = difference(parametric, response("parameters", FINE))
     assert mesh_error < 0.02
-    assert difference(drawn, made) < mesh_error
-    assert difference(response("step", COARSE, 1.03 * YOUNG), made) > mesh_error
+    assert difference(drawn, parametric) < mesh_error
+    assert difference(response("step", COARSE, 1.03 * YOUNG), parametric) > mesh_error

@@ -35,7 +35,7 @@ SOFT = Material(2.5, 0.25, 1.0)
 
 
 def manufactured(points, harmonic):
-    """(u, force), each (3, n) amplitudes of u_r, u_th, u_z."""
+    """Return (u, force), each (3, n) amplitudes of u_r, u_th, u_z."""
     r, _, z = points
     below, above = jv(harmonic - 1, WAVE * r), jv(harmonic + 1, WAVE * r)
     slope, over_r = WAVE / 2 * (below - above), WAVE / 2 * (below + above) * (harmonic > 0)
@@ -47,7 +47,7 @@ def manufactured(points, harmonic):
 
 
 def manufactured_error(kind, order, harmonic, inner, n):
-    """Relative L2 error; the exact displacement is prescribed on the outline, the axis is inside the body."""
+    """Return the relative L2 error; the outline has the exact displacement, and the axis is inside the body."""
     mesh = rectangle(inner, inner + 1, 0.3, 1.3, (n, n), kind)
     model = assemble_axisymmetric(mesh, SOFT, harmonic=harmonic, fixed=(), ports={}, order=order)
     u, force = manufactured(model.dofs.points, harmonic)

@@ -43,7 +43,7 @@ def test_the_force_is_that_on_zeners_plate(patch: float) -> None:
     model = assemble_axisymmetric(mesh, Material(YOUNG, POISSON, DENSITY), fixed=(), ports={"contact": "contact"})
     plate = seatfem.greens_function(model, bandwidth=3e5, duration=6 * TIME, tolerance=3e-3)
     local = disk_compliance(young=YOUNG, poisson=POISSON, radius=patch)
-    known, off = (struck(plate, HertzOnPatch(STIFFNESS, share * local)) for share in (1.0, 1.1))
-    assert known == pytest.approx((force, rebound), rel=5e-3, abs=0.015)
-    assert abs(off[0] - known[0]) > 0.003 * force
+    right, off = (struck(plate, HertzOnPatch(STIFFNESS, share * local)) for share in (1.0, 1.1))
+    assert right == pytest.approx((force, rebound), rel=5e-3, abs=0.015)
+    assert abs(off[0] - right[0]) > 0.003 * force
     assert struck(plate, impact.Hertz(stiffness=STIFFNESS))[0] < 0.97 * force

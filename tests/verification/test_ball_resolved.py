@@ -32,7 +32,7 @@ DURATION = 1.5 * HERTZ.duration
 
 
 def block(size: tuple[float, float], patch: float, rings: int = 1) -> impact.GreensFunction:
-    """A disc of this radius and thickness, clamped below, struck on a patch in rings [m]."""
+    """Return a disc of this radius and thickness, clamped below, struck on a patch in rings [m]."""
     elements = MeshSpec(size=size[1] / 6, contact_size=patch / (30 if rings > 1 else 12), rings=rings)
     mesh = make_meridian(Stopper(radius=size[0], thickness=size[1], contact_radius=patch), elements)
     model = assemble_axisymmetric(mesh, Material(**PEEK, density=1300.0), ports={"contact": "contact"}, rings=rings)
@@ -40,7 +40,7 @@ def block(size: tuple[float, float], patch: float, rings: int = 1) -> impact.Gre
 
 
 def resolved(size: tuple[float, float]) -> float:
-    """Largest force [N] of the ball's face on the rings."""
+    """Return the largest force [N] of the ball's face on the rings."""
     patch, seat = 1.3 * CONTACT, Body(block(size, 1.3 * CONTACT, RINGS))
     borders = ring_borders(RINGS)
     heights = patch**2 * (borders[1:] + borders[:-1]) / (4 * RADIUS)
@@ -64,8 +64,8 @@ def by_law(seat: impact.GreensFunction, law: impact.Law) -> float:
 def test_one_patch_has_the_force_of_the_resolved_contact(
     size: tuple[float, float], above_hertz: float, within: float
 ) -> None:
-    """Of sizes in contact radii: short and thin blocks, firmer than a half-space by up to 20 % of the force, differ by
-    what is their own; under a patch of two contact radii, two thirds of the thickness, 2 % of it is the patch's."""
+    """Blocks sized in contact radii have the resolved force: short and thin ones are firmer than a half-space by up to
+    20 %; under a patch of two contact radii, two thirds of the thickness, 2 % of it is the patch's."""
     metres = (size[0] * CONTACT, size[1] * CONTACT)
     exact = resolved(metres)
     assert exact / HERTZ.force - 1 == pytest.approx(above_hertz, abs=0.005)

@@ -28,13 +28,13 @@ SIZES = (8e-3, 5.2e-3, 3.2e-3, 2.6e-3, 2e-3)
 
 
 def hann_integral(t: np.ndarray, width: float) -> np.ndarray:
-    """Integral of p from 0 to t: 0 before, 1 after the pulse."""
+    """Return the integral of p from 0 to t: 0 before, 1 after the pulse."""
     s = np.clip(t / width, 0.0, 1.0)
     return np.asarray(s - np.sin(2 * np.pi * s) / (2 * np.pi))
 
 
 def echoes(t, width):
-    """(rho c A) g of the fixed rod after the pulse: d'Alembert's waves, exact."""
+    """Return (rho c A) g of the fixed rod after the pulse: d'Alembert's waves, exact."""
     n = int(t.max() / ROUND_TRIP) + 1
     return hann_integral(t, width) + sum(
         2 * (-1) ** k * hann_integral(t - k * ROUND_TRIP, width) for k in range(1, n + 1)
@@ -48,7 +48,7 @@ def bar(size, width=WIDTH):
 
 @cache
 def model(size):
-    """nu = 0 with sliding sides: the 1-D rod, exactly."""
+    """Return a model with nu = 0 and sliding sides: the 1-D rod, exactly."""
     return assemble(bar(size), {"young": E, "poisson": 0.0, "density": RHO}, sliding=("sides_x", "sides_y"))
 
 
@@ -57,7 +57,7 @@ def mean_size(mesh):
 
 
 def fitted_order(errors):
-    """Slope over all meshes: unstructured meshes scatter about it by their luck of shapes."""
+    """Return the slope over all meshes: unstructured ones scatter about it by their luck of shapes."""
     return np.polyfit(np.log([mean_size(bar(size)) for size in SIZES]), np.log(errors), 1)[0]
 
 
@@ -93,10 +93,10 @@ def test_g_after_the_pulse_converges_at_its_order():
 
 @pytest.mark.slow
 def test_what_poissons_ratio_adds_falls_with_slenderness_as_rayleigh_and_love_predict():
-    """nu = 0.3, free sides, sliding end: w lowered by (nu k r)^2/2, r the polar radius of gyration, r^2 = w^2/6.
+    """Poisson's ratio lowers w by (nu k r)^2/2, r^2 = w^2/6 the square of the polar radius of gyration.
 
-    The next term is (k r)^4: the ratio of the measured to the predicted drop tends to 1 at second order in w/l.
-    After the pulse the whole difference from the 1-D rod is second order in w/l.
+    The next term is (k r)^4: the ratio of the measured to the predicted drop tends to 1 at second order in w/l. After
+    the pulse the whole difference from the 1-D rod is second order in w/l.
     """
     nu, widths = 0.3, np.array([8e-3, 4e-3, 2e-3])
     k = np.array([1, 3, 5]) * np.pi / (2 * LENGTH)

@@ -85,7 +85,7 @@ class Case:
 
 
 def case(folder: Path, law: str) -> Case:
-    """One round of the scene, its files, and its bodies on the same meshes again."""
+    """Run one round of the scene, its files, and its bodies on the same meshes again."""
     scene = load_text(folder, SCENE.replace("LAW", law))
     done = run_scene(scene, folder / "out", limits=Limits(rounds=1), pictures=False)
     result, method = load_results(folder / "out" / "result.h5")["lip"], done.plan.method
@@ -103,35 +103,35 @@ def case(folder: Path, law: str) -> Case:
 
 
 def thrown(sheet: Sheet, reed: SecondOrderModel) -> np.ndarray:
-    """(n,) velocities in the first mode, so that the paddle's centre has `SPEED` towards the seat."""
-    known, shape = plate_modes(sheet), first_mode(reed)
-    centre = average(known.mesh, Patch(np.array([sheet.shape.centre]), np.ones(1)))[0][known.dofs.free]
+    """Return (n,) velocities in the first mode, so that the paddle's centre has `SPEED` towards the seat."""
+    modes, shape = plate_modes(sheet), first_mode(reed)
+    centre = average(modes.mesh, Patch(np.array([sheet.shape.centre]), np.ones(1)))[0][modes.dofs.free]
     return -SPEED / (centre @ shape) * shape
 
 
-def by_matrices(known: Case, dt: float, stiffness: float | None = STIFFNESS / 8, **other: Any) -> np.ndarray:
-    """(n, arcs) of the same bodies, or of others in their place."""
-    bodies = other.get("reed", known.reed), other.get("seat", known.seat)
-    start = other["start"] if "start" in other else thrown(known.sheet, known.reed)
-    return marched(bodies, start, known.gaps, dt, DURATION, stiffness)
+def by_matrices(outcome: Case, dt: float, stiffness: float | None = STIFFNESS / 8, **other: Any) -> np.ndarray:
+    """Return (n, arcs) forces of the same bodies, or of others in their place."""
+    bodies = other.get("reed", outcome.reed), other.get("seat", outcome.seat)
+    start = other["start"] if "start" in other else thrown(outcome.sheet, outcome.reed)
+    return marched(bodies, start, outcome.gaps, dt, DURATION, stiffness)
 
 
-def told(force: np.ndarray, dt: float) -> tuple[float, float]:
-    """Impulse, and the largest mean force over `WIDTH`."""
+def impulse_and_peak(force: np.ndarray, dt: float) -> tuple[float, float]:
+    """Return the impulse, and the largest mean force over `WIDTH`."""
     total = force.sum(axis=1)
     return float(total.sum() * dt), largest_average(total, dt, WIDTH)
 
 
-def within_bars(known: Case, right: tuple[float, float]) -> bool:
-    """Whether the run's impulse and peak are within the bars that its summary states."""
+def within_bars(outcome: Case, right: tuple[float, float]) -> bool:
+    """Return whether the run's impulse and peak are within the bars that its summary states."""
     values = (
-        (known.summary[key], known.summary[f"error_bar_{key}"]) for key in ("impulse_Ns", "filtered_peak_force_N")
+        (outcome.summary[key], outcome.summary[f"error_bar_{key}"]) for key in ("impulse_Ns", "filtered_peak_force_N")
     )
     return all(0 < abs(value - exact) < bar for (value, bar), exact in zip(values, right, strict=True))
 
 
 def apart(one: np.ndarray, other: np.ndarray, *steps: float) -> float:
-    """Of two courses of the force, averaged over `WIDTH`: root mean square of their difference over that of one."""
+    """Return the RMS difference of two courses of force, averaged over `WIDTH`, relative to the first one."""
     means = []
     for force, dt in zip((one, other), steps, strict=True):
         at, every = np.arange(0.0, DURATION, EVERY), round(WIDTH / EVERY)
@@ -147,15 +147,15 @@ def springs(tmp_path_factory: pytest.TempPathFactory) -> Case:
 
 @pytest.mark.slow
 def test_a_run_is_its_matrices_marched(springs: Case) -> None:
-    """On springs under each arc: impulse to 0.3 %, peak to 0.2 %, and the mean force at all times to 0.5 %, measured;
-    the least coefficient that is 3 % off changes it by 1.3 %. The march of the matrices is of second order."""
-    found = [by_matrices(springs, dt) for dt in STEPS]
-    coarse, fine = (apart(found[k + 1], found[k], STEPS[k + 1], STEPS[k]) for k in range(2))
+    """A run has the impulse of its matrices to 0.3 %, the peak to 0.2 %, the mean force to 0.5 %, measured; 3 % of the
+    least coefficient change it by 1.3 %. The march of the matrices is of second order."""
+    forces = [by_matrices(springs, dt) for dt in STEPS]
+    coarse, fine = (apart(forces[k + 1], forces[k], STEPS[k + 1], STEPS[k]) for k in range(2))
     assert coarse / fine == pytest.approx(4, abs=1.2)
-    right = told(found[-1], STEPS[-1])
+    right = impulse_and_peak(forces[-1], STEPS[-1])
     assert within_bars(springs, right)
-    assert told(springs.force, springs.dt) == pytest.approx(right, rel=0.005)
-    assert apart(found[-1], springs.force, STEPS[-1], springs.dt) < CLOSE
+    assert impulse_and_peak(springs.force, springs.dt) == pytest.approx(right, rel=0.005)
+    assert apart(forces[-1], springs.force, STEPS[-1], springs.dt) < CLOSE
 
 
 OFF = {
@@ -171,9 +171,9 @@ def scaled(model: SecondOrderModel, stiffness: float, mass: float) -> SecondOrde
     return replace(model, K=stiffness * model.K, M=mass * model.M, known=model.damping)
 
 
-def thicker(known: Case) -> dict[str, Any]:
-    sheet = replace(known.sheet, shape=replace(known.sheet.shape, thickness=1.03 * known.sheet.shape.thickness))
-    reed = model_of(sheet, (known.lip,))
+def thicker(outcome: Case) -> dict[str, Any]:
+    sheet = replace(outcome.sheet, shape=replace(outcome.sheet.shape, thickness=1.03 * outcome.sheet.shape.thickness))
+    reed = model_of(sheet, (outcome.lip,))
     return {"reed": reed, "start": thrown(sheet, reed)}
 
 
@@ -186,9 +186,9 @@ def test_what_is_three_percent_off_is_seen(key: str, springs: Case) -> None:
 
 @pytest.mark.slow
 def test_where_arcs_and_lip_are_rigid_the_bars_hold(tmp_path: Path) -> None:
-    """Signorini's condition in each arc: what the run leaves out above three times its band bounces on. Impulse to 2.3
-    %, peak to 0.3 %, measured."""
-    known = case(tmp_path, RIGID)
-    right = told(by_matrices(known, STEPS[-1], stiffness=None), STEPS[-1])
-    assert within_bars(known, right)
-    assert told(known.force, known.dt) == pytest.approx(right, rel=0.03)
+    """Signorini's condition in each arc, where what lies above three times the band bounces on, changes impulse by 2.3
+    % and peak by 0.3 % (measured), within the bars."""
+    outcome = case(tmp_path, RIGID)
+    right = impulse_and_peak(by_matrices(outcome, STEPS[-1], stiffness=None), STEPS[-1])
+    assert within_bars(outcome, right)
+    assert impulse_and_peak(outcome.force, outcome.dt) == pytest.approx(right, rel=0.03)

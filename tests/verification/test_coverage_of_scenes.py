@@ -31,22 +31,22 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
 def less(old: Any, new: Any) -> bool:
-    """Whether a number is smaller than before."""
+    """Return whether a number is smaller than before."""
     return bool(new < old)
 
 
 def more(old: Any, new: Any) -> bool:
-    """Whether a number is larger than before."""
+    """Return whether a number is larger than before."""
     return bool(new > old)
 
 
 def no_less(old: Any, new: Any) -> bool:
-    """Whether a number is not smaller than before."""
+    """Return whether a number is not smaller than before."""
     return bool(new >= old)
 
 
 def of_waves(old: Any, new: Any) -> bool:
-    """Whether neither a spring nor a rod stands for a body."""
+    """Return whether neither a spring nor a rod stands for a body."""
     return new not in ("spring", "rod")
 
 
@@ -74,7 +74,7 @@ HOW: Mapping[str, Callable[[Any, Any], bool] | None] = {
 
 
 def sized(seat: Structure, method: Method) -> Method:
-    """With the sizes of elements that a method leaves to the band."""
+    """Return the method with the sizes of elements that it leaves to the band."""
     if not isinstance(seat, Drawn) or method.exact:
         return method
     spec = seat.mesh_spec(replace(method, level=seat.discrete(method.level)))
@@ -82,7 +82,7 @@ def sized(seat: Structure, method: Method) -> Method:
 
 
 def coarser_keys(scene: Scene, method: RunMethod, by: Finer) -> list[str]:
-    """Keys that a reference has no finer than a run by the method."""
+    """Return the keys that a reference has no finer than a run by the method."""
     finer, how = finer_in_every_key(scene, method, by)
     if scene.seat.elastic is not None and method.seat.level in ("spring", "rod"):
         method = replace(method, seat=replace(method.seat, level=scene.seat.discrete(method.seat.level)))  # type: ignore[attr-defined]
@@ -104,7 +104,7 @@ def coarser_keys(scene: Scene, method: RunMethod, by: Finer) -> list[str]:
 
 
 def _is_chosen(scene: Scene, method: RunMethod, key: str) -> bool:
-    """Whether the key says anything of a run of the scene."""
+    """Return whether the key says anything of a run of the scene."""
     if method.value(key) is None:
         return False
     if key == keys.RINGS:
@@ -157,7 +157,7 @@ def test_the_true_error_is_inside_the_bar() -> None:
 
 @of_the_table
 def test_enough_scenes_were_judged() -> None:
-    """With all kinds of seats and strikers that are drawn."""
+    """The judged scenes are 120 or more and have every kind of seat and striker that is drawn."""
     scenes = {(row.seed, row.index): row for row in JUDGED}
     assert len(scenes) >= 120
     assert {row.seat for row in scenes.values()} == set(SEATS)
@@ -166,22 +166,22 @@ def test_enough_scenes_were_judged() -> None:
 
 @of_the_table
 def test_true_errors_are_inside_the_bars() -> None:
-    known = [row for row in JUDGED if row.asked and is_known(row)]
-    assert share(known, is_inside) >= 0.97
+    comparable = [row for row in JUDGED if row.asked and is_known(row)]
+    assert share(comparable, is_inside) >= 0.97
 
 
 @of_the_table
 @pytest.mark.parametrize(("measure", "most"), [("impulse", 7), ("filtered_peak", 7.5)])
 def test_bars_are_no_wider_than_they_need_be(measure: str, most: float) -> None:
-    """Of peaks 7 is missed by 0.1 since bars of plates know what lies beyond their bands."""
+    """The bars are no wider than stated; those of peaks know what lies beyond a plate's band, and miss 7 by 0.1."""
     assert width([row for row in JUDGED if row.asked and kind_of(row) == measure]) <= most
 
 
 @of_the_table
 def test_bars_are_within_the_target() -> None:
-    """Where all is left to the plan; scenes that state a mesh or a band too coarse for their target cannot meet it."""
-    asked = [row for row in JUDGED if row.asked == "measures" and not row.stated]
-    assert share(asked, in_target) >= 0.9
+    """Nine of ten bars of scenes that state neither mesh nor band meet the target."""
+    planned = [row for row in JUDGED if row.asked == "measures" and not row.stated]
+    assert share(planned, in_target) >= 0.9
 
 
 @of_the_table
@@ -199,7 +199,7 @@ def test_the_package_has_the_counts_of_the_tables() -> None:
 
 
 def test_numbers_with_a_bar_that_is_shown_are_counted_by_kind(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of a scene one inside and one outside, of another one inside; a bar above half of its value does not count."""
+    """The table counts numbers inside their bars by kind of scene; bars above half of their value do not count."""
     lines = ("seed,index,seat,reed,value,bar,inside", "1,0,rod,ball,2,1,True", "1,0,rod,ball,-2,0.5,False")
     more = ("1,1,rod,ball,2,0.1,True", "1,2,rod,ball,2,1.1,True", "1,3,rod,ball,2,nan,", "1,4,rod,disc,2,0.1,True")
     (tmp_path / "made_up.csv").write_text("\n".join((*lines, *more)) + "\n", encoding="utf-8")

@@ -28,17 +28,17 @@ def test_the_true_error_is_inside_the_bar(index: int) -> None:
 
 
 def test_true_errors_are_inside_the_bars() -> None:
-    known = [row for row in ROWS if row.bar == row.bar]
+    with_bar = [row for row in ROWS if row.bar == row.bar]
     assert len({(row.seed, row.index) for row in ROWS}) >= 44
-    assert share(known, is_inside) >= 0.97
+    assert share(with_bar, is_inside) >= 0.97
 
 
 def test_bars_of_the_seat_decide_where_the_target_is_met() -> None:
-    """Below a quarter of the stress in nine of ten scenes that reached their target, and leave the seat's mesh open."""
+    """Nine of ten scenes that met their target with an open seat mesh have bars below a quarter of the stress."""
     met = [row for row in ROWS if row.measure == "seat_stress" and row.met == "True" and not row.stated]
-    known = [row for row in met if row.bar == row.bar]
-    assert len(known) >= 14
-    assert share(known, lambda row: row.bar < 0.25 * row.value) >= 0.9
+    with_bar = [row for row in met if row.bar == row.bar]
+    assert len(with_bar) >= 14
+    assert share(with_bar, lambda row: row.bar < 0.25 * row.value) >= 0.9
 
 
 def test_the_table_is_of_the_scenes_drawn_today() -> None:

@@ -33,7 +33,7 @@ ELEMENTS = {
 
 
 def bulge(x: Array) -> Array:
-    """The unit cube with all faces curved."""
+    """Return the unit cube with all faces curved."""
     bump = 0.12 * np.sin(math.pi * x)
     return x + np.stack([bump[1] * (0.5 + x[2]), bump[2] * (0.5 + x[0]), bump[0] * (0.5 + x[1])])
 
@@ -52,7 +52,7 @@ def cube(shape: str, n: int, curved: bool) -> skfem.Mesh:
 
 
 def errors(shape: str, order: int, n: int, curved: bool, material: Material = MATERIAL) -> RelativeErrors:
-    """``material`` is the one assembled."""
+    """Return the errors; ``material`` is the one assembled."""
     element = ELEMENTS[shape, order][0]()
     return relative_errors(cube(shape, n, curved), element, order, WAVES, MATERIAL, assembled=material)
 

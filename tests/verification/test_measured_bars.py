@@ -25,7 +25,7 @@ def test_a_pulse_three_per_cent_longer_is_told_apart() -> None:
 
 
 def test_laws_without_a_memory_throw_back_too_much_when_the_joint_opens() -> None:
-    """Their stiffness fitted to the first blip: the second one is off by more than three times its uncertainty."""
+    """Laws fitted to the first blip miss the second by more than three times its uncertainty."""
     coming, (closing, opening) = bar_on_bar.incident(DATA), (DATA["fitted"][key] for key in ("closure", "recovery"))
     for law in (lambda k: impact.LinearSpring(k), lambda k: impact.Hertz(k)):
         stiffness = bar_on_bar.stiffness_for(coming, law, closing["value"])
@@ -41,21 +41,21 @@ KNOWN = np.array([row["uncertainty"] for row in SHOT["predicted"]])
 
 @pytest.mark.slow
 def test_the_waves_of_the_bar_are_those_of_pochhammer_and_chree() -> None:
-    """At fourth order, to 1e-4 at three quarters of the wave numbers; 3 % more of Poisson's ratio is told apart."""
+    """The bar's waves converge at fourth order, to 1e-4 at 3/4 of the wave numbers; 3 % of Poisson's ratio show."""
     rows = striker_shot.WAVES * 3 // 4
     errors = []
     for elements in (1, 2):
-        known = striker_shot.speeds(RECORD, elements)
-        number = known[rows, 0]
+        speeds = striker_shot.speeds(RECORD, elements)
+        number = speeds[rows, 0]
         exact = bar_frequency(number, SHOT["geometry"]["poisson"]) / number
-        errors.append(abs(known[rows, 1] - exact))
+        errors.append(abs(speeds[rows, 1] - exact))
     assert np.log2(errors[0] / errors[1]) > 3.5
     assert errors[1] < 1e-4 < abs(bar_frequency(number, 1.03 * SHOT["geometry"]["poisson"]) / number - exact)
 
 
 def test_neither_a_bar_without_dispersion_nor_one_three_per_cent_faster_agrees() -> None:
-    known = striker_shot.speeds(RECORD, 2)
-    plain = known.copy()
+    speeds = striker_shot.speeds(RECORD, 2)
+    plain = speeds.copy()
     plain[:, 1] = 1.0
-    for other in (striker_shot.crests(RECORD, plain), striker_shot.crests(RECORD, known, 1.03**2)):
+    for other in (striker_shot.crests(RECORD, plain), striker_shot.crests(RECORD, speeds, 1.03**2)):
         assert np.abs(other - MEASURED).max() > 3 * KNOWN.max()

@@ -18,14 +18,14 @@ OMEGA, SHARES = 2 * np.pi * np.array([50e3, 120e3, 310e3]), np.array([6.0, 5.0, 
 
 
 def block(kind=skfem.MeshTet, cells=(3, 2, 2)):
-    """A block, clamped below, pushed above."""
+    """Return a block, clamped below, pushed above."""
     mesh = kind.init_tensor(*(np.linspace(0, side, n + 1) for side, n in zip(SIDES, cells, strict=True)))
     named = {"contact": lambda x: x[2] > SIDES[2] - 1e-9, "fixed": lambda x: x[2] < 1e-9}
     return assemble(mesh.with_boundaries(named), STEEL, order=2)
 
 
 def seat(factor=1.0):
-    """Of three undamped modes."""
+    """Return a seat of three undamped modes."""
     return ModalGreens(factor * OMEGA, 0 * OMEGA, SHARES[:, None], Residual.none())
 
 
@@ -54,9 +54,9 @@ def test_newmark_of_scipy_finds_the_same(exact):
 
 @pytest.mark.skipif(bool(siconos_impact.absent()), reason=siconos_impact.absent())
 def test_siconos_finds_the_same(exact):
-    """The theta rule at second order; Moreau-Jean at first, with a foot and its drift of half a step."""
-    found = siconos_impact.march(OMEGA, SHARES, (160e-9, 80e-9))
-    theta, jean = ([scene.apart(course, exact)[0] for course in found[rule]] for rule in siconos_impact.RULES)
+    """The theta rule agrees at second order, Moreau-Jean, with a foot and its drift, at first order."""
+    courses = siconos_impact.march(OMEGA, SHARES, (160e-9, 80e-9))
+    theta, jean = ([scene.apart(course, exact)[0] for course in courses[rule]] for rule in siconos_impact.RULES)
     assert np.log2(theta[0] / theta[1]) > 1.7
     assert theta[1] < 0.2
     assert np.log2(jean[0] / jean[1]) > 0.7
@@ -66,16 +66,16 @@ def test_siconos_finds_the_same(exact):
 @pytest.mark.slow
 @pytest.mark.skipif(bool(calculix.absent()), reason=calculix.absent())
 def test_the_contact_of_calculix_finds_the_same():
-    """As Newmark's rule with its mass and step; its damping moves 0.07 % here, 3 % of the modulus move 2 %.
+    """CalculiX's contact has the force of a march with its mass and step; 3 % of the modulus would be seen.
 
-    The momentum that its mass loses is the integral of the force that is read off the penetration.
+    Its damping moves 0.07 %. The momentum that its mass loses is the integral of the force read off the penetration.
     """
     model, dt = block(cells=(2, 2, 1)), 0.1e-6
     theirs, lost = calculix_impact.march(model, dt)
     assert lost == pytest.approx(scene.impulse(theirs), rel=1e-5)
-    found = solve_modes(calculix.with_its_mass(model, STEEL), model.size)
+    modes = solve_modes(calculix.with_its_mass(model, STEEL), model.size)
     [port] = model.ports.values()
-    squares, shares = (2 * np.pi * found.frequencies_hz) ** 2, port.vector @ found.shapes
+    squares, shares = (2 * np.pi * modes.frequencies_hz) ** 2, port.vector @ modes.shapes
     right, wrong = (scene.of_points(plain_impact.by_modes(f * squares, shares, dt), dt, 0.0) for f in (1.0, 1.03))
     assert scene.apart(theirs, right)[0] < 0.2
     assert scene.apart(theirs, wrong)[0] > 1.0
@@ -83,7 +83,7 @@ def test_the_contact_of_calculix_finds_the_same():
 
 @pytest.mark.skipif(bool(calculix.absent()), reason=calculix.absent())
 def test_the_mass_explains_what_the_frequencies_differ_by():
-    """With four points for our mass, too: the seven digits that it prints."""
+    """Our frequencies with the four points of its mass agree with all seven digits that it prints."""
     model = block()
     same = calculix.with_its_mass(model, STEEL)
     theirs = calculix.frequencies(model, STEEL, 5).values

@@ -47,8 +47,8 @@ def doubts(scene):
 
 def ratios(summary, scene, doubts):
     """Return the differences over what both programs say that they leave open."""
-    found = solve(scene, fidelity(LEVEL))
-    return [abs(summary[key] - found[key]) / (summary[f"error_bar_{key}"] + doubts[key]) for key in KEYS]
+    reference = solve(scene, fidelity(LEVEL))
+    return [abs(summary[key] - reference[key]) / (summary[f"error_bar_{key}"] + doubts[key]) for key in KEYS]
 
 
 @pytest.mark.slow

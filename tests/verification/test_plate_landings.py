@@ -41,12 +41,12 @@ def seat() -> SecondOrderModel:
 
 @cache
 def as_seat() -> ModalGreens:
-    """By modes up to 400 kHz."""
+    """Return the seat's response by modes up to 400 kHz."""
     return by_modes(seat(), 400e3, 130e3)[0]
 
 
 def by_modes(model: SecondOrderModel, cutoff: float, band: float) -> tuple[ModalGreens, Modes]:
-    """By modes up to a cutoff [Hz], and these."""
+    """Return the response by modes up to a cutoff [Hz], and these modes."""
     modes = solve_modes(model, up_to_hz=cutoff)
     return with_modes(model, model.damping, modes, cutoff, Aims(band, 1e-4, 0.5), [0]), modes
 
@@ -57,13 +57,13 @@ def as_reed(cutoff: float) -> tuple[ModalGreens, Modes]:
 
 
 def openings(tilt: float, axis: float) -> np.ndarray:
-    """Of a lip that is tilted [m], at the middles of its arcs."""
+    """Return the openings of a tilted lip [m] at the middles of its arcs."""
     rise = LIP.radius * math.tan(math.radians(tilt)) * np.sin(LIP.angles - axis)
     return np.asarray(GAP + rise - rise.min())
 
 
 def by_greens(seat: ModalGreens, gaps: np.ndarray, cutoff: float, dt: float = DT):
-    """The plate by modes up to a cutoff [Hz], released with the velocity of the first one."""
+    """Run the plate by modes up to a cutoff [Hz], released with the velocity of the first one."""
     greens, modes = as_reed(cutoff)
     rate = np.zeros(len(modes.omega))
     rate[0] = -SPEED / greens.shapes[0].mean()
@@ -74,7 +74,7 @@ def by_greens(seat: ModalGreens, gaps: np.ndarray, cutoff: float, dt: float = DT
     return result, modes.shapes[:, 0] * rate[0]
 
 
-def told(force: np.ndarray, dt: float) -> tuple[float, float]:
+def impulse_and_peak(force: np.ndarray, dt: float) -> tuple[float, float]:
     total = force.sum(axis=1)
     return float(total.sum() * dt), largest_average(total, dt, 5e-6)
 
@@ -83,7 +83,7 @@ TILTS = [(0.0, 0.0), (0.2, 0.0), (-0.2, math.pi / 2)]
 
 
 def course(force: np.ndarray, dt: float) -> np.ndarray:
-    """(400,) impulse up to every half microsecond [N s]."""
+    """Return (400,) the impulse up to every half microsecond [N s]."""
     every = round(5e-7 / dt)
     return np.asarray(np.cumsum(force.sum(axis=1))[every - 1 :: every] * dt)
 
@@ -91,33 +91,33 @@ def course(force: np.ndarray, dt: float) -> np.ndarray:
 @pytest.mark.slow
 @pytest.mark.parametrize(("tilt", "axis"), TILTS)
 def test_a_landing_on_a_bed_of_springs_is_that_of_its_matrices(tilt: float, axis: float) -> None:
-    """Modes up to 400 kHz and what they leave out, against all unknowns of the same mesh: impulse at all times and mean
-    force of 5 us to 0.3 %, measured. The run's step is ten times shorter: its error is of first order. A plate 3 %
-    heavier or stiffer lands otherwise by 0.8 % of the impulse and more."""
+    """Modes up to 400 kHz and their residual have the impulse at all times and the mean force of 5 us of all unknowns
+    to 0.3 % (measured), at a step ten times shorter. A plate 3 % heavier or stiffer lands otherwise by 0.8 % of the
+    impulse and more."""
     gaps, dt = openings(tilt, axis), 1.25e-7
     landing, start = by_greens(bed(Division(8), 8 * BED), gaps, 400e3, dt / 10)
-    found, close = course(landing.force[1:], dt / 10), 0.005
+    computed, close = course(landing.force[1:], dt / 10), 0.005
 
     def by_matrices(material: Material) -> np.ndarray:
         return marched([plate(material=material)], start, gaps, dt, DURATION, BED)
 
     right = by_matrices(STEEL)
-    assert np.abs(course(right, dt) - found).max() < close * found[-1]
-    assert told(landing.force[1:], dt / 10)[1] == pytest.approx(told(right, dt)[1], rel=close)
+    assert np.abs(course(right, dt) - computed).max() < close * computed[-1]
+    assert impulse_and_peak(landing.force[1:], dt / 10)[1] == pytest.approx(impulse_and_peak(right, dt)[1], rel=close)
     for other in (replace(STEEL, density=1.03 * STEEL.density), replace(STEEL, young=1.03 * STEEL.young)):
-        assert np.abs(course(by_matrices(other), dt) - found).max() > close * found[-1]
+        assert np.abs(course(by_matrices(other), dt) - computed).max() > close * computed[-1]
 
 
 @pytest.mark.slow
 def test_two_plates_collide_as_their_matrices_do() -> None:
-    """Signorini's condition between the arcs of a reed and of a plate clamped all around, 1.5 mm thick: both by modes,
-    and by all their unknowns. Impulses to 0.5 % measured; the means over 5 us to 1.6 %, for a step of 0.2 us does not
-    resolve how a clamped plate answers at once."""
+    """A reed and a clamped plate of 1.5 mm under Signorini's condition in each arc collide by modes as by all unknowns:
+    impulses to 0.5 % (measured), means over 5 us to 1.6 %, as a step of 0.2 us does not resolve how a clamped plate
+    answers at once."""
     gaps = openings(0.2, 0.0)
     landing, start = by_greens(as_seat(), gaps, 400e3)
     assert landing.energy.residual < 1e-9
-    impulse, peak = told(landing.force[1:], DT)
-    right = told(marched([plate(), seat()], start, gaps, 2e-7, DURATION), 2e-7)
+    impulse, peak = impulse_and_peak(landing.force[1:], DT)
+    right = impulse_and_peak(marched([plate(), seat()], start, gaps, 2e-7, DURATION), 2e-7)
     assert impulse == pytest.approx(right[0], rel=0.01)
     assert peak == pytest.approx(right[1], rel=0.025)
 

@@ -17,7 +17,7 @@ KIDNEY = KidneyLand(4.5e-3, math.radians(75), 1.2e-3, 2.2e-3)
 
 @pytest.mark.slow
 def test_lowest_frequency_of_a_free_disc() -> None:
-    """Two diameters, no circle: k^2 a^2 = 5.358 at nu = 0.3 (Leissa, Vibration of Plates, table 2.5), of a thin one."""
+    """A thin disc's lowest pair has k^2 a^2 = 5.358 at nu = 0.3 (Leissa, Vibration of Plates, table 2.5)."""
     radius, h = 10e-3, 0.1e-3
     omega, _, _ = reed_modes(Ring(0.0, radius), STEEL, h, 6, 20e3)
     rigidity = math.sqrt(STEEL.young * h**2 / (12 * (1 - STEEL.poisson**2) * STEEL.density))
@@ -29,7 +29,7 @@ def test_lowest_frequency_of_a_free_disc() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("hole", [0.0, 1e-3])
 def test_a_stiff_ring_rebounds_from_a_spring_like_a_mass(hole) -> None:
-    """Impulse 2 m v, peak v sqrt(k m), spread evenly along the land."""
+    """The ring has the impulse 2 m v and the peak v sqrt(k m), spread evenly along the land."""
     h, outer, speed, stiffness = 1e-3, 4e-3, 2.0, 1e7
     mass = STEEL.density * h * math.pi * (outer**2 - hole**2)
     period = 2 * math.pi * math.sqrt(mass / stiffness)
@@ -55,7 +55,7 @@ def test_a_mass_stays_on_a_rigid_point() -> None:
 
 
 def test_smallest_opening_is_on_a_rim() -> None:
-    """Of two lands under a pitch: lowest at the outer rim of one of them, by the tilt times its distance."""
+    """The lowest place of two lands under a pitch is at an outer rim, by the tilt times its distance."""
     lands = [RoundLand((x, 0.0), 1e-3, 2e-3) for x in (-3e-3, 3e-3)]
     fall = Fall(2e-6, 1e-3, math.pi / 2, 1.0, math.inf, 1e-4, 1e-6)  # h = -x tan(tilt)
     gaps = openings(fall, Region(lands), np.array([[5e-3, 0.0], [0.0, 0.0], [-5e-3, 0.0]]))

@@ -36,7 +36,7 @@ def annular(rayleigh=None):
 
 
 def bar():
-    """Hexahedra with a nodal mass."""
+    """Return hexahedra with a nodal mass."""
     sides = {"fixed": lambda x: x[2] < 1e-9, "contact": lambda x: x[2] > 20e-3 - 1e-9}
     grid = np.linspace(-3e-3, 3e-3, 3), np.linspace(-3e-3, 3e-3, 3), np.linspace(0, 20e-3, 8)
     mesh = skfem.MeshHex.init_tensor(*grid).with_boundaries(sides)
@@ -44,7 +44,7 @@ def bar():
 
 
 def block(**options):
-    """Two patches, on hexahedra with a nodal mass; nothing symmetric."""
+    """Return two patches, on hexahedra with a nodal mass; nothing is symmetric."""
     mesh = skfem.MeshHex.init_tensor(np.linspace(0, 12e-3, 6), np.linspace(0, 11e-3, 5), np.linspace(0, 5e-3, 4))
     mesh = mesh.with_boundaries(
         {
@@ -59,12 +59,12 @@ def block(**options):
 
 @cache
 def conical():
-    """Axisymmetric, triangles."""
+    """Return an axisymmetric model of triangles."""
     return assemble_axisymmetric(make_meridian(ConicalSeat(), MeshSpec(size=2e-3, contact_size=0.7e-3)), STEEL)
 
 
 def plate():
-    """Lands of two ports in a rectangular plate, tetrahedra."""
+    """Return lands of two ports in a rectangular plate, tetrahedra."""
     geometry = ValvePlate(ports=2, layout="row", port_radius=2e-3, pitch=7e-3, margin=3e-3, thickness=3e-3)
     mesh = make_mesh(geometry, MeshSpec(size=3e-3, contact_size=1.5e-3)).mesh
     return assemble(mesh, STEEL, ports={"first": "land_1", "second": "land_2"})
@@ -105,7 +105,7 @@ def test_reductions_agree_within_their_stated_errors(seat):
 
 @pytest.mark.parametrize(("method", "ratio"), [("krylov", 0.5), ("modes", 0.1), ("krylov", 0.0)])
 def test_the_first_velocity_is_one_over_rho_c_area(method, ratio):
-    """(2/pi) acos(zeta)/sqrt(1 - zeta^2) of it under modal damping; then g falls, with no gap or jump in between."""
+    """g(0+) is 1/(rho c_p A), times (2/pi) acos(zeta)/sqrt(1 - zeta^2) under modal damping."""
     model = conical()
     greens = greens_function(
         model, bandwidth=2e5, duration=2e-5, tolerance=TOLERANCE, damping_ratio=ratio, method=method
@@ -117,7 +117,7 @@ def test_the_first_velocity_is_one_over_rho_c_area(method, ratio):
 
 @pytest.mark.slow
 def test_modes_equal_scipys_on_scikit_fems_own_matrices():
-    """skfem.asm, skfem.condense, eigsh with its own factorization; same quadrature: the curved elements' 4 and 6."""
+    """Frequencies are those of skfem's matrices by eigsh, with the same quadrature of orders 4 and 6."""
     mesh = annular_mesh()
 
     @skfem.BilinearForm

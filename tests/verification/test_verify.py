@@ -55,7 +55,7 @@ def test_case_passes_with_the_order_of_theory_and_can_fail(name: str) -> None:
 
 
 def assert_order_of_steps(row: Row) -> None:
-    """Within 1 % where the error is a smooth series in h = 1/200 or less: the next term leaves O(h) in the order.
+    """Check an order to 1 % where the error is a smooth series in h = 1/200 or less: the next term leaves O(h).
 
     The end of contact, which falls anywhere within a step, leaves 3 %; physical limits (light plate, heavy mass), whose
     parameter is not that small, 5 %. The passive march is of first order at jumps, of second on the grid.
@@ -71,7 +71,7 @@ def assert_order_of_steps(row: Row) -> None:
 
 
 def assert_order_of_elements(row: Row) -> None:
-    """Frequencies and compliances of quadratic elements: 4; with smooth loads in time: 2; limits of thin plates: 2.
+    """Check orders: 4 for frequencies and compliances of quadratic elements, 2 in time and for limits of thin plates.
 
     The membrane's corners (clamped and free, 78.7 degrees) allow 2 x 0.83 at the least, 4 where a mode spares them.
     """

@@ -70,7 +70,7 @@ def test_what_is_no_history_of_tensors(stress: np.ndarray) -> None:
 
 
 def test_the_corners_of_a_history_decide_its_life() -> None:
-    """The normal stress on each plane, pressure and sphere keep their extremes to `SAME` of the largest turn."""
+    """The corners keep extremes on planes, of pressure and sphere to `SAME` of the largest turn."""
     rng, t = np.random.default_rng(3), 31e-9 * np.arange(100_000)
     waves = np.array([150.0, 900.0, 2600.0, 15e3, 60e3])
     history: np.ndarray = 50e6 + sum(

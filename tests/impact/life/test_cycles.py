@@ -17,7 +17,7 @@ ASTM = [-2.0, 1.0, -3.0, 5.0, -1.0, 3.0, -4.0, 4.0, -2.0]
 
 
 def round_to_millis(value: float) -> float:
-    """Differences whose products underflow escape the package."""
+    """Round to millis: differences whose products underflow escape the package."""
     return round(value, 3)
 
 
@@ -26,17 +26,17 @@ histories = few_levels | arrays(np.float64, st.integers(1, 60), elements=st.floa
 
 
 def rows(cycles: Cycles) -> list[tuple[float, float, float]]:
-    """(range, mean, count), sorted."""
+    """Return (range, mean, count), sorted."""
     return sorted(zip(cycles.ranges.tolist(), cycles.means.tolist(), cycles.counts.tolist(), strict=True))
 
 
 def test_the_example_of_the_standard() -> None:
-    """Its table: 3: 0.5, 4: 1.5, 6: 0.5, 8: 1, 9: 0.5; means by hand."""
-    found = rainflow(ASTM, repeated=False)
-    told = [(3, -0.5, 0.5), (4, -1, 0.5), (4, 1, 1), (6, 1, 0.5), (8, 0, 0.5), (8, 1, 0.5), (9, 0.5, 0.5)]
-    assert rows(found) == told
+    """The counts are those of the standard's table; the means were found by hand."""
+    cycles = rainflow(ASTM, repeated=False)
+    expected = [(3, -0.5, 0.5), (4, -1, 0.5), (4, 1, 1), (6, 1, 0.5), (8, 0, 0.5), (8, 1, 0.5), (9, 0.5, 0.5)]
+    assert rows(cycles) == expected
     by_range = Counter[float]()
-    for size, _, count in rows(found):
+    for size, _, count in rows(cycles):
         by_range[size] += count
     assert by_range == {3: 0.5, 4: 1.5, 6: 0.5, 8: 1.0, 9: 0.5}
 
@@ -44,7 +44,7 @@ def test_the_example_of_the_standard() -> None:
 @pytest.mark.slow
 @given(histories)
 def test_the_loop_counts_as_the_package(history: np.ndarray) -> None:
-    """Which has half cycles where the highest peak is; they come in pairs."""
+    """The package counts the same cycles from the highest peak on, where its half cycles come in pairs."""
     counts = Counter[tuple[float, float]]()
     for size, mean, count, *_ in extract_cycles(from_peak(history)):
         counts[size, mean] += count
@@ -66,7 +66,7 @@ def test_what_is_no_history(history: list[float]) -> None:
 @pytest.mark.slow
 @given(histories, st.integers(1, 5))
 def test_plateaus_do_not_count(history: np.ndarray, samples: int) -> None:
-    """Nor do values between two turning points."""
+    """Repeated values and values between two turning points add no cycles."""
     held = np.repeat(history, samples)
     between = np.insert(history, 1, (history[0] + history[min(1, len(history) - 1)]) / 2)
     assert rows(rainflow(held)) == rows(rainflow(history))

@@ -34,13 +34,13 @@ blocks_of_stress = arrays(
 
 
 def reversed_cycles(amplitude: float, count: float = 1.0) -> Cycles:
-    """Without a mean."""
+    """Return cycles without a mean."""
     return Cycles(np.array([2 * amplitude]), np.zeros(1), np.array([count]))
 
 
 @pytest.mark.parametrize(("share", "z"), [(0.9, 1.28155), (0.977, 1.99539), (0.99, 2.32635), (0.999, 3.09023)])
 def test_survival_by_the_normal_distribution(share: float, z: float) -> None:
-    """Tables of the normal distribution."""
+    """Quantiles of life are those of tables of the normal distribution."""
     assert math.log10(KNEE.life(450e6) / KNEE.life(450e6, share)) / 0.25 == pytest.approx(z, abs=5e-6)
 
 
@@ -66,7 +66,7 @@ def test_a_table_goes_through_its_points() -> None:
 
 
 @pytest.mark.parametrize(
-    ("made", "told"),
+    ("build", "words"),
     [
         (lambda: tabled([(400e6, 1e5), (420e6, 1e6)]), r"4e\+08 Pa.*100000 cycles.*4.2e\+08 Pa"),
         (lambda: tabled([(400e6, 1e5), (300e6, 1e5)]), "points rise"),
@@ -83,9 +83,9 @@ def test_a_table_goes_through_its_points() -> None:
         (lambda: Curve((), (), 1.0, 1.0), "needs points"),
     ],
 )
-def test_curves_that_are_refused(made: object, told: str) -> None:
-    with pytest.raises(LifeError, match=told):
-        made()  # type: ignore[operator]
+def test_curves_that_are_refused(build: object, words: str) -> None:
+    with pytest.raises(LifeError, match=words):
+        build()  # type: ignore[operator]
 
 
 def test_miner_adds_up_cycles() -> None:
@@ -95,18 +95,18 @@ def test_miner_adds_up_cycles() -> None:
 
 def test_a_life_by_hand() -> None:
     """300 about 200 MPa is 337.5 MPa for Goodman: N = 1e7 (400/337.5)^23."""
-    found = life(Cycles(np.array([600e6]), np.array([200e6]), np.ones(1)), INVENTED, Goodman(1800e6), blocks=CLOSINGS)
-    assert found.blocks == pytest.approx(1e7 * (400 / 337.5) ** 23)
+    result = life(Cycles(np.array([600e6]), np.array([200e6]), np.ones(1)), INVENTED, Goodman(1800e6), blocks=CLOSINGS)
+    assert result.blocks == pytest.approx(1e7 * (400 / 337.5) ** 23)
     stress = KNEE.stress(CLOSINGS) / 1e6  # f 300/(1 - f 200/1800) = stress
-    assert found.margin == pytest.approx(stress / (300 + stress / 9), rel=1e-9)
-    assert found.damage == pytest.approx(1 / found.blocks)
-    assert (found.survival, found.advice) == (0.5, ())
+    assert result.margin == pytest.approx(stress / (300 + stress / 9), rel=1e-9)
+    assert result.damage == pytest.approx(1 / result.blocks)
+    assert (result.survival, result.advice) == (0.5, ())
 
 
 def test_margin_without_mean_is_the_curves_stress_over_the_amplitude() -> None:
     for share in (0.5, 0.999):
-        found = margin(reversed_cycles(250e6), INVENTED, Goodman(1800e6), blocks=CLOSINGS, survival=share)
-        assert found == pytest.approx(KNEE.stress(CLOSINGS, share) / 250e6, rel=1e-9)
+        life_margin = margin(reversed_cycles(250e6), INVENTED, Goodman(1800e6), blocks=CLOSINGS, survival=share)
+        assert life_margin == pytest.approx(KNEE.stress(CLOSINGS, share) / 250e6, rel=1e-9)
 
 
 @pytest.mark.slow
@@ -114,18 +114,18 @@ def test_margin_without_mean_is_the_curves_stress_over_the_amplitude() -> None:
 @given(blocks_of_stress, st.sampled_from(("goodman", "gerber", "swt", "walker", "morrow")), st.floats(0.3, 3.0))
 def test_a_margin_scales_with_stress_and_uses_up_the_part(history: np.ndarray, name: str, factor: float) -> None:
     judge, cycles = mean_stress(name, INVENTED), rainflow(history)
-    found = margin(cycles, INVENTED, judge, blocks=1e6)
+    life_margin = margin(cycles, INVENTED, judge, blocks=1e6)
     scaled = margin(rainflow(factor * history), INVENTED, judge, blocks=1e6)
-    assert scaled == pytest.approx(found / factor, rel=1e-6)
-    if math.isfinite(found):
-        at_it = Cycles(found * cycles.ranges, found * cycles.means, cycles.counts)
+    assert scaled == pytest.approx(life_margin / factor, rel=1e-6)
+    if math.isfinite(life_margin):
+        at_it = Cycles(life_margin * cycles.ranges, life_margin * cycles.means, cycles.counts)
         assert damage(at_it, INVENTED, judge) * 1e6 == pytest.approx(
             1, rel=1e-4
         )  # smax of 1 Pa: 1e-7 off, to the 12th power
 
 
 def test_a_margin_at_a_jump() -> None:
-    """An endurance limit; a mean that breaks the part before cycles do."""
+    """The margin is exact at an endurance limit, and where the mean breaks the part before cycles do."""
     limited = Strength("invented", curve=basquin(400e6, 1e7, 12.0, math.inf))
     assert margin(reversed_cycles(200e6), limited, SmithWatsonTopper(), blocks=1e9) == pytest.approx(2.0, rel=1e-9)
     steady = Cycles(np.array([2.0]), np.array([900e6]), np.ones(1))
@@ -142,10 +142,10 @@ def test_nothing_to_bear() -> None:
 
 def test_a_part_that_breaks_says_so() -> None:
     broken = Cycles(np.array([100e6]), np.array([2100e6]), np.ones(1))
-    found = life(broken, INVENTED, Morrow(2000e6), blocks=1e6)
-    assert (found.damage, found.blocks) == (math.inf, 0.0)
-    assert [each.name for each in found.advice] == ["mean_stress", "largest_stress"]
-    assert "limit 2e+09): no cycle survives" in str(found.advice[0])
+    result = life(broken, INVENTED, Morrow(2000e6), blocks=1e6)
+    assert (result.damage, result.blocks) == (math.inf, 0.0)
+    assert [each.name for each in result.advice] == ["mean_stress", "largest_stress"]
+    assert "limit 2e+09): no cycle survives" in str(result.advice[0])
 
 
 def test_a_curve_of_pulsating_stress() -> None:
@@ -174,16 +174,16 @@ def test_a_curve_of_pulsating_stress() -> None:
 def test_extreme_strengths_give_a_number(
     knee: float, cycles: float, slope: float, scatter: float, history: np.ndarray, name: str, ratio: float
 ) -> None:
-    """Any curve that is accepted: a damage >= 0, a margin >= 0, and less of it for more survivors."""
+    """Any accepted curve gives a damage >= 0 and a margin >= 0, which is less for more survivors."""
     curve = basquin(knee, cycles, slope, scatter=scatter)
     ultimate = 2.1 * knee / (1 - ratio)  # little above the largest stress at the knee
     extreme = Strength(
         "invented", ultimate=ultimate, fatigue_strength=2 * knee, walker_exponent=0.5, curve=curve, loading_ratio=ratio
     )
     judge = mean_stress(name, extreme)
-    found = [life(rainflow(history), extreme, judge, blocks=1e6, survival=share) for share in (0.5, 0.999)]
-    assert 0 <= found[0].damage <= found[1].damage
-    assert found[0].margin >= found[1].margin * (1 - 1e-6) >= 0
+    lives = [life(rainflow(history), extreme, judge, blocks=1e6, survival=share) for share in (0.5, 0.999)]
+    assert 0 <= lives[0].damage <= lives[1].damage
+    assert lives[0].margin >= lives[1].margin * (1 - 1e-6) >= 0
 
 
 @pytest.mark.parametrize("blocks", [0.0, -1.0, math.inf, math.nan])
@@ -199,8 +199,8 @@ def test_a_life_needs_a_curve() -> None:
 
 def test_the_rule_of_a_closing_speed() -> None:
     allowed = Strength("invented: at most 8 m/s", impact_velocity=8.0)
-    found = speed_margin(-5.0, allowed)
-    assert (found.margin, found.speed, found.source) == (1.6, 5.0, "invented: at most 8 m/s")
+    result = speed_margin(-5.0, allowed)
+    assert (result.margin, result.speed, result.source) == (1.6, 5.0, "invented: at most 8 m/s")
     assert speed_margin(0.0, allowed).margin == math.inf
     with pytest.raises(LifeError, match="'impact_velocity'"):
         speed_margin(5.0, INVENTED)
@@ -213,7 +213,7 @@ NAMES = ("goodman", "gerber", "swt", "walker", "morrow")
 
 
 def one(judge: MeanStress, amplitude: float, mean: float) -> float:
-    """In MPa."""
+    """Return the equivalent of one amplitude and mean, all in MPa."""
     return float(judge.equivalent(np.array([amplitude * MPA]), np.array([mean * MPA]))[0] / MPA)
 
 
@@ -255,7 +255,7 @@ def test_messages_name_what_is_missing() -> None:
 
 
 @pytest.mark.parametrize(
-    ("fields", "told"),
+    ("fields", "words"),
     [
         ({"source": " "}, "source is empty"),
         ({"ultimate": -1.0}, "ultimate = -1 must be positive"),
@@ -264,6 +264,6 @@ def test_messages_name_what_is_missing() -> None:
         ({"torsion_limit": float("nan")}, "torsion_limit = nan"),
     ],
 )
-def test_strength_refuses(fields: dict[str, object], told: str) -> None:
-    with pytest.raises(LifeError, match=told):
+def test_strength_refuses(fields: dict[str, object], words: str) -> None:
+    with pytest.raises(LifeError, match=words):
         Strength(**{"source": "invented", **fields})  # type: ignore[arg-type]

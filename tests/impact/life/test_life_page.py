@@ -17,21 +17,21 @@ TIME = 2 * np.pi * np.arange(720) / 720
 
 
 def rows(columns: int, *names: str) -> dict[str, list[str]]:
-    """Of the table with so many columns that has them."""
-    found = {}
+    """Return the named rows of the page's tables with so many columns."""
+    table = {}
     for line in PAGE.splitlines():
         name, *cells = [cell.strip() for cell in line.strip("| ").split("|")]
         if name in names and len(cells) == columns - 1 and re.match(r"\d", cells[1]):
-            found[name] = cells
-    assert set(found) == set(names)
-    return found
+            table[name] = cells
+    assert set(table) == set(names)
+    return table
 
 
 def test_mean_stresses() -> None:
     table = rows(4, "goodman", "gerber", "morrow", "walker", "swt")
     for name, cells in table.items():
-        [found] = mean_stress(name, INVENTED).equivalent(np.array([300.0]), np.array([200.0]))
-        assert f"{found:.2f}" == cells[1].split()[0]
+        [equivalent] = mean_stress(name, INVENTED).equivalent(np.array([300.0]), np.array([200.0]))
+        assert f"{equivalent:.2f}" == cells[1].split()[0]
 
 
 @pytest.mark.slow
@@ -39,10 +39,10 @@ def test_criteria_of_several_axes() -> None:
     table = rows(4, "dang_van", "crossland", "papadopoulos")
     for name, cells in table.items():
         judge = multiaxial(name, Strength("the page", torsion_limit=310.0, bending_limit=500.0))
-        for told, lag, mean in zip(cells, (0.0, np.pi / 2, 0.0), (0.0, 0.0, 200.0), strict=True):
+        for cell, lag, mean in zip(cells, (0.0, np.pi / 2, 0.0), (0.0, 0.0, 200.0), strict=True):
             stress = np.zeros((len(TIME), 6))
             stress[:, 0], stress[:, 5] = 300 * np.sin(TIME) + mean, 150 * np.sin(TIME - lag)
-            assert judge.value(stress) == pytest.approx(float(told), abs=1.5e-3)
+            assert judge.value(stress) == pytest.approx(float(cell), abs=1.5e-3)
 
 
 def test_curves_and_maps() -> None:

@@ -19,7 +19,7 @@ CRITERIA: tuple[type[Multiaxial], ...] = (Crossland, DangVan, Papadopoulos)
 
 
 def bending_and_torsion(sa: float, ta: float, *, lag: float = 0.0, mean: float = 0.0) -> np.ndarray:
-    """(n, 6) of stresses in MPa."""
+    """Return (n, 6) stresses of bending and torsion, in MPa."""
     stress = np.zeros((len(TIME), 6))
     stress[:, 0] = 1e6 * (sa * np.sin(TIME) + mean)
     stress[:, 5] = 1e6 * ta * np.sin(TIME - lag)
@@ -67,7 +67,7 @@ def test_limits_that_make_no_criterion(kind: type[Multiaxial], ratio: float) -> 
 @settings(deadline=None, max_examples=12)
 @given(st.integers(1, 30), st.integers(0, 10**6), st.floats(0.2, 5.0))
 def test_axes_order_and_scale_do_not_count(number: int, seed: int, factor: float) -> None:
-    """Turned bodies, reversed and shuffled time; all criteria are of first degree.
+    """Turned bodies and shuffled times have equal values; all criteria are of first degree.
 
     The mean over planes is as exact as asked for; a turn changes where its nodes lie.
     """
@@ -164,8 +164,8 @@ def test_what_a_path_is_made_of_does_not_count(number: int, seed: int) -> None:
 @pytest.mark.parametrize("lag", [0.0, np.pi / 4, np.pi / 2])
 @pytest.mark.parametrize("ta", [75.0, 150.0, 250.0])
 def test_bending_and_torsion_in_closed_form(ta: float, lag: float) -> None:
-    """Of Papadopoulos sqrt(sa^2/3 + ta^2) + (3 t/f - sqrt 3) sa/3 at any lag; of Crossland the longer half axis of the
-    ellipse in place of the root, its square an eigenvalue of ((a^2, a t cos), (a t cos, t^2)), a = sa/sqrt 3."""
+    """Papadopoulos is sqrt(sa^2/3 + ta^2) + (3 t/f - sqrt 3) sa/3 at any lag; Crossland has in place of the root the
+    ellipse's longer half axis, whose square is an eigenvalue of ((a^2, a t cos), (a t cos, t^2)), a = sa/sqrt 3."""
     stress, slant = bending_and_torsion(300, ta, lag=lag), (3 * TORSION / BENDING - np.sqrt(3)) * 100
     a, cross = 300 / np.sqrt(3), 300 / np.sqrt(3) * ta * np.cos(lag)
     radius = np.sqrt(np.linalg.eigvalsh([[a**2, cross], [cross, ta**2]])[1])
@@ -178,7 +178,7 @@ grid = arrays(np.float64, st.tuples(st.integers(1, 25), st.integers(1, 5)), elem
 
 
 def gap(points: np.ndarray, centre: np.ndarray, radius: float) -> float:
-    """How far the centre is from the hull of the points on the sphere, over the radius: 0 for the smallest sphere."""
+    """Return how far the centre is from the hull of points on the sphere, over the radius: 0 for the smallest."""
     distance = np.linalg.norm(points - centre, axis=1)
     assert distance.max() <= radius * (1 + 1e-12) + 1e-15 * np.abs(points).max()
     if radius == 0:

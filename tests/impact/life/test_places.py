@@ -29,7 +29,7 @@ def test_a_block_taken_twice_has_half_the_life_and_time_no_direction() -> None:
 
 
 def test_the_bar_of_a_margin_is_that_of_histories_at_the_end_of_theirs() -> None:
-    """Evaluated again at stresses 1 - b and 1 + b: the larger of both deviations."""
+    """The bar is the larger deviation of the margins at stresses 1 - b and 1 + b."""
     here, bar = margin(WALK), 0.07
     off = [abs(margin(factor * WALK) - here) for factor in (1 - bar, 1 + bar)]
     assert margin_error(here, bar) == pytest.approx(max(off), rel=1e-9)
@@ -37,11 +37,11 @@ def test_the_bar_of_a_margin_is_that_of_histories_at_the_end_of_theirs() -> None
 
 
 def test_the_worst_place_is_found_by_its_mean_too() -> None:
-    """Of equal amplitudes the one in tension; of the same in compression it is passed over, or no worse."""
+    """The place in tension is worse than one of equal amplitude in compression and one without a mean."""
     wave = 100e6 * np.cos(np.linspace(0, 2 * np.pi, 101))
-    found = judged([("pressed", wave - 300e6), ("pulled", wave + 300e6), ("even", 0.9 * wave)], DEMAND)
-    assert found.at == "pulled"
-    assert found.life.margin == pytest.approx(1 / (0.1 / INVENTED.curve.stress(4.5e9, 0.999) * 1e9 + 300 / 1800))  # type: ignore[union-attr]
+    worst = judged([("pressed", wave - 300e6), ("pulled", wave + 300e6), ("even", 0.9 * wave)], DEMAND)
+    assert worst.at == "pulled"
+    assert worst.life.margin == pytest.approx(1 / (0.1 / INVENTED.curve.stress(4.5e9, 0.999) * 1e9 + 300 / 1800))  # type: ignore[union-attr]
 
 
 def test_tensors_are_judged_beside_and_only_where_a_criterion_is_stated() -> None:
@@ -49,9 +49,9 @@ def test_tensors_are_judged_beside_and_only_where_a_criterion_is_stated() -> Non
     bending = np.zeros((101, 6))
     bending[:, 0] = 250e6 * wave
     both = [("root", 100e6 * wave), ("fillet", bending), ("flank", 0.5 * bending)]
-    found = judged(both, replace(DEMAND, several_axes=Crossland(310e6, 500e6)))
-    assert (found.at, found.tensor_at) == ("root", "fillet")
-    assert found.tensor_margin == pytest.approx(2.0, rel=1e-6)
+    worst = judged(both, replace(DEMAND, several_axes=Crossland(310e6, 500e6)))
+    assert (worst.at, worst.tensor_at) == ("root", "fillet")
+    assert worst.tensor_margin == pytest.approx(2.0, rel=1e-6)
     with pytest.raises(LifeError, match=r"fillet: .*several axes"):
         judged(both, DEMAND)
 
@@ -77,8 +77,8 @@ def test_a_contact_of_hertz_at_its_largest_force() -> None:
     deepest = max(shear, key=lambda name: shear[name])
     assert shear[deepest] == pytest.approx(0.310 * whole.pressure, rel=2e-3)
     assert float(deepest.split()[0]) == pytest.approx(0.481e6 * whole.half_width, rel=0.05)  # the next depth: 8 %
-    found = judged(paths.items(), replace(DEMAND, judge=None, several_axes=Crossland(310e6, 500e6)))
-    assert found.tensor_at == deepest
+    worst = judged(paths.items(), replace(DEMAND, judge=None, several_axes=Crossland(310e6, 500e6)))
+    assert worst.tensor_at == deepest
     with pytest.raises(LifeError, match="under -1 N"):
         list(hertz_path(-1.0, stiffness=stiffness, modulus=modulus))
 
@@ -99,26 +99,26 @@ def blocks(size: int) -> Iterator[np.ndarray]:
 
 @pytest.mark.parametrize("size", [1, 3, 8])
 def test_points_below_a_share_of_the_hot_spot_are_skipped(size: int) -> None:
-    """However the points are cut into blocks: 0.7 x 120 = 84 MPa."""
-    found = cycle_map(blocks(size), judged_by_goodman)
-    np.testing.assert_allclose(found.ranges, 2 * SIZES)
-    assert np.flatnonzero(~np.isnan(found.values)).tolist() == [1, 5, 7]
-    assert (found.skipped, found.share) == (5, 0.7)
+    """Points below 0.7 x 120 = 84 MPa are skipped, however the points are cut into blocks."""
+    mapped = cycle_map(blocks(size), judged_by_goodman)
+    np.testing.assert_allclose(mapped.ranges, 2 * SIZES)
+    assert np.flatnonzero(~np.isnan(mapped.values)).tolist() == [1, 5, 7]
+    assert (mapped.skipped, mapped.share) == (5, 0.7)
     for k in (1, 5, 7):
-        assert found.values[k] == judged_by_goodman(rainflow(HISTORIES[k]))
+        assert mapped.values[k] == judged_by_goodman(rainflow(HISTORIES[k]))
 
 
 def test_a_share_of_nothing_skips_nothing() -> None:
-    found = cycle_map(blocks(3), judged_by_goodman, 0.0)
-    assert found.skipped == 0
-    np.testing.assert_array_equal(found.values, [judged_by_goodman(rainflow(each)) for each in HISTORIES])
+    mapped = cycle_map(blocks(3), judged_by_goodman, 0.0)
+    assert mapped.skipped == 0
+    np.testing.assert_array_equal(mapped.values, [judged_by_goodman(rainflow(each)) for each in HISTORIES])
 
 
 def test_margins_of_points() -> None:
     histories = np.random.default_rng(8).normal(size=(5, 40, 6)) * 1e8
     judge = Crossland(310e6, 500e6)
-    found = margin_map([histories[:2], histories[2:]], judge)
-    assert found.tolist() == [judge.margin(each) for each in histories]
+    mapped = margin_map([histories[:2], histories[2:]], judge)
+    assert mapped.tolist() == [judge.margin(each) for each in histories]
 
 
 def test_what_is_no_map() -> None:
