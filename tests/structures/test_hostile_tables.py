@@ -14,7 +14,7 @@ import pytest
 from impact.bodies.time_series import TimeSeriesError, read_time_series
 from impact.measured.frf import FrequencyResponseError, read_frf
 from impact.measured.reading import read_impulse_response
-from seatfem.structures.formats.abaqus import Budget, with_included
+from seatfem.structures.formats.decks import Deck, with_included
 from seatfem.structures.formats.matrices import read_matrices
 from seatfem.structures.formats.mesh_files import read_mesh
 from seatfem.structures.formats.uff import UffError, read_modes_uff
@@ -55,7 +55,7 @@ def test_files_that_include_files_that_include_files(tmp_path):
 
 
 def test_a_deck_as_large_as_its_files_together(tmp_path, monkeypatch):
-    monkeypatch.setattr(Budget.__init__, "__defaults__", (200, 3000))
+    monkeypatch.setattr(Deck.__init__, "__defaults__", (200, 3000))
     (tmp_path / "part.inp").write_text("** " + "x" * 1000)
     deck = "*INCLUDE, INPUT=part.inp\n" * 3
     refused(tmp_path / "a.inp", deck, r"part\.inp: .* MB; .*up to")
