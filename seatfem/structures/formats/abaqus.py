@@ -131,6 +131,8 @@ def _blocks(path: Path, notes: list[str]) -> Iterator[Block]:
             yield block
         block = Block(keyword, options, [], place)
         in_step = keyword == "STEP" or (in_step and keyword != "ENDSTEP")
+        if any(name.startswith("*") for name in options):
+            raise block.fail("ends in a comma, after which another keyword stands; remove the comma")
         unread = options.keys() - READ[keyword].split() if keyword in READ else set()
         if unread or keyword == "INCLUDE":
             raise block.fail(
@@ -154,24 +156,21 @@ Key = tuple[int, str]
 """Number of the instance and name in lower case."""
 
 
-def spelled(names: Mapping[Key, str], instances: Mapping[str, int]) -> dict[Key, str]:
+def spelled(names: Mapping[Key, str], instances: Mapping[str, tuple[int, str]]) -> dict[Key, str]:
     """Return the names of sets or surfaces, after that of their instance where others have the same name."""
-    count = Counter(name for _, name in names)
-    return {
-        key: f"{list(instances)[key[0] - 1]}.{name}" if key[0] and count[key[1]] > 1 else name
-        for key, name in names.items()
-    }
+    count, titles = Counter(name for _, name in names), dict(instances.values())
+    return {key: f"{titles[key[0]]}.{name}" if key[0] and count[key[1]] > 1 else name for key, name in names.items()}
 
 
 @dataclass(eq=False)
 class Sets:
     """Named sets of node or element numbers, by instance; names are not case-sensitive, as in Abaqus.
 
-    ``instances``: lower-case name -> number. The numbers of instance k are those of its part + k `SPAN`.
+    ``instances``: lower-case name -> number and name. The numbers of instance k are those of its part + k `SPAN`.
     """
 
     kind: str
-    instances: Mapping[str, int]
+    instances: Mapping[str, tuple[int, str]]
     members: dict[Key, list[Integers]] = field(default_factory=dict)
     names: dict[Key, str] = field(default_factory=dict)
     internal: set[Key] = field(default_factory=set)
@@ -204,7 +203,7 @@ class Sets:
         """Return the numbers that a word names, itself or the members of a set, and count them."""
         instance, name = self._instance(block), word.strip('"')
         if name.rpartition(".")[0].casefold() in self.instances:
-            instance, name = self.instances[name.rpartition(".")[0].casefold()], name.rpartition(".")[2]
+            instance, name = self.instances[name.rpartition(".")[0].casefold()][0], name.rpartition(".")[2]
         if name.isdecimal():
             return np.array(block.whole([name]), dtype=np.int64) + instance * SPAN
         parts = self.members.get((instance, name.casefold()))
@@ -218,7 +217,7 @@ class Sets:
         name = block.options.get("INSTANCE")
         if name is not None and name.casefold() not in self.instances:
             raise block.fail(f"there is no *INSTANCE {name!r}; correct the name")
-        return block.instance if name is None else self.instances[name.casefold()]
+        return block.instance if name is None else self.instances[name.casefold()][0]
 
     def named(self) -> dict[str, Integers]:
         """Return the sets that were named by a user, without repeated numbers."""
@@ -248,10 +247,12 @@ class Sets:
         return np.concatenate(parts)
 
 
-def _placed(path: Path, notes: list[str]) -> tuple[list[Block], dict[str, int], list[tuple[Floats, Floats]]]:
+def _placed(
+    path: Path, notes: list[str]
+) -> tuple[list[Block], dict[str, tuple[int, str]], list[tuple[Floats, Floats]]]:
     """Return the blocks with those of parts as often as these are placed, the instances by name, and their moves."""
     parts: dict[str, list[Block]] = {}
-    instances: dict[str, int] = {}
+    instances: dict[str, tuple[int, str]] = {}
     moves = [(np.eye(3), np.zeros(3))]
     placed: list[Block] = []
     part, repeated, opened = placed, 0, ""
@@ -269,13 +270,13 @@ def _placed(path: Path, notes: list[str]) -> tuple[list[Block], dict[str, int], 
                 of = block.options.get("PART", "").casefold()
                 if of not in parts:
                     raise block.fail(f"PART={of!r}: must be one of {', '.join(map(repr, parts)) or 'no parts'}")
-                opened, instances[name] = "INSTANCE", len(moves)
+                opened, instances[name] = "INSTANCE", (len(moves), block.options.get("NAME", ""))
                 moves.append(_move(block))
                 repeated += sum(len(each.rows) for each in parts[of]) if uses[of] else 0
                 uses[of] += 1
                 if repeated > MOST_MEMBERS:
                     raise block.fail(f"{repeated} lines of parts are repeated by instances; at most {MOST_MEMBERS:.0e}")
-                placed += [replace(each, instance=instances[name]) for each in parts[of]]
+                placed += [replace(each, instance=instances[name][0]) for each in parts[of]]
             case "ENDPART" | "ENDINSTANCE" if block.keyword != f"END{opened}":
                 raise block.fail(f"nothing that it ends is open; remove it, or add *{block.keyword[3:]}")
             case "ENDPART" | "ENDINSTANCE":
@@ -323,6 +324,8 @@ def read_abaqus(path: Path) -> file_mesh.FileMesh:
     for key, block in blocks.items():
         match block.options.get("TYPE", "ELEMENT").upper():
             case "NODE":
+                if any(len(row) > 2 for row in block.rows):
+                    raise block.fail("a line must have a set or node and, if anything, its area")
                 members = [node_sets.members_of(row[0], block) for row in block.rows]
                 named_nodes[names[key]] = deck.rows(np.concatenate([np.empty(0, dtype=np.int64), *members]))
             case "ELEMENT":

@@ -73,11 +73,9 @@ class Deck:
                 yield from self._lines_named_by(whole, place, path)
                 whole = ""
             elif len(whole) > LONGEST:
-                raise MeshError(
-                    f"{place}: goes on for more than {LONGEST} characters; end the line, or write it shorter"
-                )
+                raise MeshError(f"{place}: goes on for more than {LONGEST} characters; shorten it")
         if whole:
-            raise MeshError(f"{place}: goes on after the end of the file; end the line")
+            raise MeshError(f"{place}: goes on after the end of the file; remove its last comma, or close its quotes")
 
     def _lines_named_by(self, line: str, place: str, path: Path) -> Iterator[tuple[str, str]]:
         if name := self.included(line):

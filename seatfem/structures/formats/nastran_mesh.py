@@ -41,12 +41,12 @@ OUTSIDE = re.compile(
     DEBUG|DEFORM|DEFUSET|DELAY|DEQATN|DESVAR|DIVERG|DLINK|DLOAD|DMI|DMNCON|DMRLAW|DOPTPRM|DPHASE|DRAN|DRESP|DSCREEN|
     DSHAPE|DSIZE|DTABLE|DTI|DTPG|DTPL|DV|DYPARAM|ECHO|EIG|ELIST|ENDDYNA|EOS|EPOINT|ERPPNL|EXTFILE|EXTRN|FACET|FAIL|
     FATIGUE|FBALOAD|FBODY|FLFACT|FLSYM|FLUTTER|FORCE|FREEPT|FREQ|FRF|FSLIST|FTG|GENEL|GENGAF|GMBC|GMBND|GMCONV|GMLOAD|
-    GMQVOL|GMSPC|GRAV|GROUP|GUST|HADA|HEATLOS|HGSUPPR|HYBDAMP|HYDROS|INCLUDE|INIT|IPSTRAIN|ISTRSS|ITER|JOINT|LEAKAGE|
+    GMQVOL|GMSPC|GRAV|GROUP|GUST|HADA|HEATLOS|HGSUPPR|HYBDAMP|HYDROS|INIT|IPSTRAIN|ISTRSS|ITER|JOINT|LEAKAGE|
     LOAD|LORENZI|LSEQ|MACREEP|MARC|MARPRN|MAT|MAUXCMD|MBOLT|MDB|MDELAM|MDLPRM|MDMIAUX|MFLUID|MICPNT|MKAERO|MODTRAK|
     MOMAX|MOMENT|MONCNCM|MOND|MONGRP|MONPNT|MONSUM|MPC|MPROCS|MT8AD|MTCREEP|MTHERM|NHRMPRM|NLA|NLC|NLF|NLH|NLO|NLP|NLR|
     NLS|NOLIN|NSM|NTHICK|OMIT|OUTPUT|OUTRCV|PAABSF|PAC|PAERO|PAFOIL|PANEL|PANLST|PARAM|PBAR|PBCOMP|PBDISCR|PBE|PBFAST|
     PBLD|PBMS|PBODY|PBRSECT|PBSPOT|PBUS|PCO|PDAMP|PDISTB|PDUM|PELAS|PENTA|PFAST|PGAP|PGPLSN|PHBDY|PIHEX|PINT|PLCOMP|
-    PLOAD|PLOT|PLPLANE|PLSOLID|PLT|PLY|PMASS|PMIC|PMREBA|PPLANE|PQDM|PQDP|PQUAD|PRAC|PRESAX|PRESPT|PRESTRS|PRIM|PROD|
+    PLOAD(?!4)|PLOT|PLPLANE|PLSOLID|PLT|PLY|PMASS|PMIC|PMREBA|PPLANE|PQDM|PQDP|PQUAD|PRAC|PRESAX|PRESPT|PRESTRS|PRIM|PROD|
     PSEAM|PSHE|PSHLN|PSLDN|PSOLID|PSPOT|PSPRMAT|PTORDRG|PTR|PTSHELL|PTUBE|PTWIST|PVAL|PVISC|PWELD|PWSEAM|QBDY|QHBDY|
     QSET|QVECT|QVOL|RAD|RAND|RBAR|RBAX|RBE|RBJ|RCONN|RCROSS|RELEASE|RESTART|RFORCE|RGYRO|RIGID|RINGFL|RJOINT|RLOAD|
     ROTHYBD|ROTOR|ROTPARM|RROD|RSPIN|RSPLINE|RSSCON|RTRPLT|RVDOF|SBPRET|SEBNDRY|SEBSET|SECONCT|SECSET|SEDLINK|SEDRSP|
@@ -106,8 +106,9 @@ def read_cards(path: Path) -> Iterator[Card]:
     card, label = Card("", [], str(path)), ""
     for place, line in _bulk(path):
         head, data, mark = _split(line, place)
-        if head[:1] in ("", "+", "*"):
-            if head.lstrip("+* ") not in ("", label):
+        passed_over = card.name and card.name not in KNOWN
+        if head[:1] in ("", "+", "*") or (passed_over and head[:1].isdigit()):
+            if not passed_over and head.lstrip("+* ") not in ("", label):
                 raise MeshError(f"{place}: {head}: continues another line than the one before; put it after its own")
             card.fields.extend([""] * (-len(card.fields) % len(data)) + data)
         else:
@@ -164,11 +165,11 @@ def _split(line: str, place: str) -> tuple[str, list[str], str]:
             line[73:80].strip().upper(),
         )
     head, *data = (word.strip() for word in line.split(","))
-    if head[:1].isdigit():  # goes on without a marker
-        head, data = "", [head, *data]
     width = LARGE if "*" in head else SMALL
     if any(data[width + 1 :]) or "".join(data[width:])[:1] not in ("", "+", "*"):
-        raise MeshError(f"{place}: {head[:80]}: has more than {width} fields; continue it on a line that begins with +")
+        raise MeshError(
+            f"{place}: {head[:80]}: has more than {width} fields; write the others on a line that begins with +"
+        )
     return head.upper(), [*data[:width], *[""] * (width - len(data))], "".join(data[width:]).lstrip("+* ").upper()
 
 
@@ -199,6 +200,8 @@ class Places:
     def add_grid(self, card: Card) -> None:
         number, (x, y, z) = card.integer(0), card.reals(2, 5)
         grid = (x, y, z, card.integer(1, -1))
+        if len(card.fields) < SMALL:
+            raise card.fail("has half an entry in large fields; add its other line, which begins with *")
         if any(card.fields[8:]) or self.grids.setdefault(number, grid) != grid:
             raise card.fail(f"node {number} is there twice, or has more than 8 fields; check its lines")
         for at in (5, 7):
@@ -244,10 +247,10 @@ class Places:
             if None in grids:
                 raise card.fail("a node of it is not defined; add its GRID")
             points = np.vstack([self.basic(grid[3], np.array([grid[:3]]), card, depth) for grid in grids if grid])
-        elif any(card.fields[8:11]):
+        elif any(card.fields[8:11]) and not any(card.fields[11:]):
             points = self.basic(card.integer(1, 0), np.reshape(card.reals(2, 11), (3, 3)), card, depth)
         else:
-            raise card.fail("its third point is missing; add the continuation line")
+            raise card.fail("must have the three coordinates of three points; check its lines")
         z, toward = points[1:] - points[0]
         y = np.cross(z, toward)
         axes = np.array([np.cross(y, z), y, z])
@@ -272,6 +275,8 @@ def _collect(path: Path) -> tuple[file_mesh.Deck, Solids, Mapping[str, list[Card
                 places.add_grid(card)
             case "GRDSET":
                 places.default = card.integer(1, 0)
+                if card.fields[0] or any(card.fields[2:5]):
+                    raise card.fail("fields 2, 4, 5 and 6 must be blank")
             case name if name in SYSTEMS:
                 places.add_system(card)
             case name if name in SOLIDS or name in OTHER_SOLIDS:
@@ -279,11 +284,11 @@ def _collect(path: Path) -> tuple[file_mesh.Deck, Solids, Mapping[str, list[Card
                 if number in solids:
                     raise card.fail(f"element {number} is there twice; remove one")
                 solids[number] = (name, _solid_nodes(card))
-                properties[f"PID {card.integer(1, number)}"].append(number)
+                properties[f"PID {card.integer(1)}"].append(number)
             case name if name in SKINS:
                 shells.append(card.integer(0))
                 skins.append([-len(shells), *(card.integer(2 + k) for k in range(SKINS[name]))])
-                properties[f"PID {card.integer(1, shells[-1])}"].append(-len(shells))
+                properties[f"PID {card.integer(1)}"].append(-len(shells))
             case "SPC" | "SPC1":
                 held[f"SPC {card.integer(0)}"].append(card)
             case "PLOAD4":
@@ -330,7 +335,8 @@ def _held_nodes(held: Mapping[str, list[Card]], ids: Integers) -> dict[str, Inte
             starts = [2] if card.name == "SPC1" else [at for at in (1, 4) if any(card.fields[at : at + 3])]
             for at in starts:
                 card.degrees(at - 1 if card.name == "SPC1" else at + 1)
-            text = " ".join(filter(None, card.fields[2:])) if starts == [2] else " ".join(map(card.field, starts))
+            words = filter(None, card.fields[2:]) if starts == [2] else (str(card.integer(at)) for at in starts)
+            text = " ".join(words)
             if _RANGE.sub("", text.upper()):
                 raise card.fail(f"{text[:80]!r}: must be whole numbers, or two with THRU between")
             for first, last in _RANGE.findall(text.upper()):
