@@ -1,8 +1,8 @@
 """Decks as programs and people write them: what they hold, and what each line may change when it is taken away.
 
-First line: number of elements, extent, and groups, f(aces), n(odes) or v(olume's elements) by number. Before each bar stands
-what the line is: "" no part of any answer, or one that cannot be missed; "e" one element; "=A" the groups A alone; "*" what
-the format makes of the rest. "@name" begins another file; {nodes} are those of two bricks, 1 to 12, in planes x = 0, 1, 2.
+First line: number of elements, extent, and groups with the number of their f(aces), n(odes) or v(olume's elements).
+Before each bar stands what the line is: nothing: no part of any answer, or one that cannot be missed; "e": one element;
+"=A": the groups A alone; "*": what the format makes of the rest. "@name" begins another file.
 """
 
 X = [(x, y, z) for x in (0, 1, 2) for y, z in ((0, 0), (1, 0), (1, 1), (0, 1))]
@@ -129,7 +129,7 @@ e|2, 5, 9, 10, 6, 8, 12, 11, 7
 |*Restart, write, frequency=0
 |*Output, field, variable=PRESELECT
 |*End Step""",
-    "placed": f"""4; 3 2 2; Both 8n; Seat-2.Base 4n
+    "placed": f"""4; 2 2 2; Both 8n; Seat-2.Base 4n
 |*PART, NAME=Seat
 |*NODE
 {lines(IN)}
@@ -144,8 +144,8 @@ e|2, 5, 9, 10, 6, 8, 12, 11, 7
 *|0., 1., 0.
 |*END INSTANCE
 |*INSTANCE, NAME=Seat-2, PART=Seat
-|0., 0., 1.
-*|0., 0., 1., 0., 0., 2., 90.
+|1., 0., 1.
+*|1., 0., 1., 1., 0., 2., 90.
 |*END INSTANCE
 =Both|*NSET, NSET=Both
 =Both|Seat-1.Base, Seat-2.Base

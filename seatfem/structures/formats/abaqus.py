@@ -43,7 +43,7 @@ OUTSIDE = re.compile(
     """,
     re.VERBOSE,
 )
-"""Beginnings of keywords, without blanks, that change no node, element or set: materials, constraints, steps, output."""
+"""Beginnings of keywords, without blanks, that change no node, element or set: materials, constraints, steps, ..."""
 SOLID = re.compile(r"[DAQ]?C3D(4|8|10|20|27)[A-Z]*$")
 OTHER_SOLID = re.compile(r"[DAQE]?C3D|COH3D|CSS|SC\d|CCL")
 SKIN = re.compile(r"(?:S|DS|STRI|SFM3D|M3D|R3D|CPS|CPE)(3|4|6|8|9)5?[A-Z]*\d?$")
@@ -272,7 +272,7 @@ def _placed(
                     raise block.fail(f"PART={of!r}: must be one of {', '.join(map(repr, parts)) or 'no parts'}")
                 opened, instances[name] = "INSTANCE", (len(moves), block.options.get("NAME", ""))
                 moves.append(_move(block))
-                repeated += sum(len(each.rows) for each in parts[of]) if uses[of] else 0
+                repeated += sum(1 + len(each.rows) for each in parts[of]) if uses[of] else 0
                 uses[of] += 1
                 if repeated > MOST_MEMBERS:
                     raise block.fail(f"{repeated} lines of parts are repeated by instances; at most {MOST_MEMBERS:.0e}")

@@ -12,7 +12,10 @@ from seatfem.structures.mesh.io import MeshError
 MOST_FILES = 200
 LONGEST = 4096  # largest number of characters of a line with those that it goes on in
 MOST_BYTES = 512 * MB  # largest size of all files of a deck [bytes]
-_INCLUDED = re.compile(r"""^(?:\*[^\n*]*?\bINPUT[ \t]*=|INCLUDE\s)\s*['"]?([^'",\n]+)""", re.IGNORECASE | re.MULTILINE)
+_INCLUDED = re.compile(
+    r"""^(?:\*[^*]*?\b(?:INPUT|FILE)\s*=|[ \t]*INCLUDE)\s*(?:['"]([^'"]{1,4096})['"]|([^'",\n]+))""",
+    re.IGNORECASE | re.MULTILINE,
+)
 _NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[DE]?[+-][0-9]{1,4}|[DE][0-9]{1,4})?", re.IGNORECASE)
 _EXPONENT = re.compile(r"(?<=[0-9.])(?:[DE]|(?=[+-]))", re.IGNORECASE)
 
@@ -99,5 +102,5 @@ def with_included(path: Path) -> tuple[Path, ...]:
         files[file] = None
         if path.suffix.lower() in (".inp", ".bdf", ".nas", ".dat", ".fem"):
             names = _INCLUDED.findall(read_text(file, MOST_BYTES, MeshError, errors="replace"))[:MOST_FILES]
-            waiting += filter(None, (_inside(name, path, file) for name in names))
+            waiting += filter(None, (_inside(re.sub(r"\n\s*", "", "".join(name)), path, file) for name in names))
     return tuple(files)

@@ -190,8 +190,8 @@ class Deck:
         missing = io.distinct(numbers[self.node_ids[rows] != numbers])
         if len(missing):
             raise io.MeshError(
-                f"{self.source}: {self.what} {missing[0] % SPAN} is used and not defined, export it too ({len(missing)} "
-                f"such {self.what}s)"
+                f"{self.source}: {self.what} {missing[0] % SPAN} is used and not defined, export it too "
+                f"({len(missing)} such {self.what}s)"
             )
         return np.asarray(rows)
 

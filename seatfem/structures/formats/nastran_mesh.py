@@ -95,10 +95,11 @@ class Card:
         except ValueError as error:
             raise self.fail(f"fields {start + 2} to {stop + 1}: {error}") from None
 
-    def degrees(self, at: int) -> None:
-        """Raise `MeshError` unless a field holds degrees of freedom."""
-        if not re.fullmatch("[0-6]+", self.field(at).replace(" ", "")):
+    def degrees(self, at: int) -> str:
+        """Return the degrees of freedom in a field."""
+        if not re.fullmatch("[0-6 ]+", self.field(at)):
             raise self.fail(f"field {at + 2} is {self.field(at)[:80]!r}: must be digits from 1 to 6")
+        return self.field(at)
 
 
 def read_cards(path: Path) -> Iterator[Card]:
@@ -158,17 +159,13 @@ def _split(line: str, place: str) -> tuple[str, list[str], str]:
         line = line.expandtabs(8)
         head = line[:8].strip().upper()
         width = LARGE if "*" in head else SMALL
-        size = 64 // width
-        return (
-            head,
-            [line[8 + size * k : 8 + size * (k + 1)].strip() for k in range(width)],
-            line[73:80].strip().upper(),
-        )
+        data = [line[at : at + 64 // width].strip() for at in range(8, 72, 64 // width)]
+        return head, data, line[73:80].strip().upper()
     head, *data = (word.strip() for word in line.split(","))
     width = LARGE if "*" in head else SMALL
     if any(data[width + 1 :]) or "".join(data[width:])[:1] not in ("", "+", "*"):
         raise MeshError(
-            f"{place}: {head[:80]}: has more than {width} fields; write the others on a line that begins with +"
+            f"{place}: {head[:80]}: has more than {width} fields; write others on a line that begins with +"
         )
     return head.upper(), [*data[:width], *[""] * (width - len(data))], "".join(data[width:]).lstrip("+* ").upper()
 
@@ -200,12 +197,12 @@ class Places:
     def add_grid(self, card: Card) -> None:
         number, (x, y, z) = card.integer(0), card.reals(2, 5)
         grid = (x, y, z, card.integer(1, -1))
-        if len(card.fields) < SMALL:
-            raise card.fail("has half an entry in large fields; add its other line, which begins with *")
-        if any(card.fields[8:]) or self.grids.setdefault(number, grid) != grid:
-            raise card.fail(f"node {number} is there twice, or has more than 8 fields; check its lines")
-        for at in (5, 7):
-            card.integer(at, 0) if card.field(at) != "-1" else None
+        if len(card.fields) < SMALL or any(card.fields[SMALL:]) or self.grids.setdefault(number, grid) != grid:
+            raise card.fail(
+                f"node {number} must be there once, in 8 small fields or two lines of 4 large ones; mend it"
+            )
+        for at in (at for at in (5, 7) if card.field(at) != "-1"):
+            card.integer(at, 0)
         if card.field(6):
             card.degrees(6)
 
@@ -274,9 +271,9 @@ def _collect(path: Path) -> tuple[file_mesh.Deck, Solids, Mapping[str, list[Card
             case "GRID":
                 places.add_grid(card)
             case "GRDSET":
+                if places.default or any(card.fields[at] for at in (0, 2, 3, 4)) or any(card.fields[8:]):
+                    raise card.fail("must be there once, with no more than CP, CD, PS and SEID; check its commas")
                 places.default = card.integer(1, 0)
-                if card.fields[0] or any(card.fields[2:5]):
-                    raise card.fail("fields 2, 4, 5 and 6 must be blank")
             case name if name in SYSTEMS:
                 places.add_system(card)
             case name if name in SOLIDS or name in OTHER_SOLIDS:
@@ -330,25 +327,27 @@ def _held_nodes(held: Mapping[str, list[Card]], ids: Integers) -> dict[str, Inte
     sets: dict[str, Integers] = {}
     members = 0
     for name, cards in held.items():
-        parts: list[Integers] = []
+        parts = [np.empty(0, dtype=np.int64)]
         for card in cards:
-            starts = [2] if card.name == "SPC1" else [at for at in (1, 4) if any(card.fields[at : at + 3])]
-            for at in starts:
-                card.degrees(at - 1 if card.name == "SPC1" else at + 1)
-            words = filter(None, card.fields[2:]) if starts == [2] else (str(card.integer(at)) for at in starts)
-            text = " ".join(words)
-            if _RANGE.sub("", text.upper()):
+            if card.name == "SPC1":
+                card.degrees(1)
+                text = " ".join(filter(None, card.fields[2:])).upper()
+            else:
+                pairs = [at for at in (1, 4) if any(card.fields[at : at + 3])]
+                text = " ".join(str(card.integer(at)) for at in pairs if card.degrees(at + 1))
+            if _RANGE.sub("", text):
                 raise card.fail(f"{text[:80]!r}: must be whole numbers, or two with THRU between")
-            for first, last in _RANGE.findall(text.upper()):
-                span = np.searchsorted(ids, [int(first), int(last or 0) + 1])
-                parts.append(ids[span[0] : span[1]] if last else np.array([int(first)]))
+            ends = [(int(first), int(last or 0)) for first, last in _RANGE.findall(text)]
+            parts.append(np.array([first for first, last in ends if not last], dtype=np.int64))
+            for first, last in (each for each in ends if each[1]):
+                parts.append(ids[np.searchsorted(ids, first) : np.searchsorted(ids, last + 1)])
                 members += len(parts[-1])
-                if members > MOST_HELD:
-                    raise card.fail(
-                        f"the sets have {members:.4g} nodes up to here; all of a deck may have {MOST_HELD:.0e} together; "
-                        "check the numbers around THRU"
-                    )
-        sets[name] = np.concatenate([np.empty(0, dtype=np.int64), *parts])
+            if members > MOST_HELD:
+                raise card.fail(
+                    f"ranges have {members:.4g} nodes up to here; all of a deck may have {MOST_HELD:.0e}; check the "
+                    "numbers around THRU"
+                )
+        sets[name] = np.concatenate(parts)
     return sets
 
 
