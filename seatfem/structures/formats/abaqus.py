@@ -15,9 +15,14 @@ from seatfem.structures.mesh.io import Floats, Integers, MeshError, distinct
 
 MOST_MEMBERS = 5_000_000  # largest number of members of all sets of a deck, and of lines of repeated instances
 SPAN = file_mesh.SPAN
-SETS = "GENERATE INTERNAL INSTANCE UNSORTED INPUT"
+SETS = "GENERATE INTERNAL INSTANCE UNSORTED FREQUENCY INPUT"
 READ: Mapping[str, str] = MappingProxyType(
-    {"NODE": "NSET SYSTEM INPUT", "ELEMENT": "TYPE ELSET INPUT", "NSET": f"NSET {SETS}", "ELSET": f"ELSET {SETS}"}
+    {
+        "NODE": "NSET SYSTEM INPUT",
+        "ELEMENT": "TYPE ELSET INPUT DLOAD PARENT",
+        "NSET": f"NSET {SETS}",
+        "ELSET": f"ELSET {SETS}",
+    }
     | {"SURFACE": "NAME TYPE INTERNAL TRIM MAXRATIO NOOFFSET NOTHICK SCALETHICK REGIONTYPE PROPERTY", "PART": "NAME"}
     | {"INSTANCE": "NAME PART", "INCLUDE": "INPUT FILE"}
 )
@@ -85,7 +90,7 @@ def _lines(path: Path) -> Iterator[tuple[str, str]]:
     """Yield place and text of every line; a keyword line that ends in a comma is joined with the next."""
 
     def content(line: str) -> str:
-        return "" if line.lstrip().startswith("**") else line.strip()
+        return "" if line.lstrip().startswith("**") or line.strip() == "*" else line.strip()
 
     def goes_on(line: str) -> bool:
         return line.startswith("*") and line.endswith(",")
@@ -119,9 +124,9 @@ def _blocks(path: Path, notes: list[str]) -> Iterator[Block]:
     in_step = False
     for place, line in _lines(path):
         if not line.startswith("*"):
-            if block is None:
+            if block is None and line[0] in "0123456789+-.,":
                 raise MeshError(f"{place}: data before the first keyword; write the keyword, or ** before a comment")
-            if block.keyword in READ:
+            if block and block.keyword in READ:
                 block.rows.append([word.strip() for word in line.rstrip(" \t,").split(",")])
             continue
         keyword, options = _keyword(line)
