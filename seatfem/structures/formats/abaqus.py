@@ -74,9 +74,9 @@ class Block:
 
     def whole(self, words: Sequence[str]) -> list[int]:
         """Return whole numbers of up to nine digits."""
-        for word in words:
-            if not (word.isdecimal() and word.isascii() and len(word) <= 9):
-                raise self.fail(f"{', '.join(words)[:80]}: {word!r} must be a whole number of up to nine digits")
+        joined = "".join(words)
+        if not (joined.isdecimal() and joined.isascii() and 0 < min(map(len, words)) <= max(map(len, words)) <= 9):
+            raise self.fail(f"{', '.join(words)[:80]}: must be whole numbers of up to nine digits")
         return [int(word) for word in words]
 
     def reals(self, words: Sequence[str]) -> list[float]:
@@ -138,11 +138,10 @@ def _blocks(path: Path, notes: list[str]) -> Iterator[Block]:
         in_step = keyword == "STEP" or (in_step and keyword != "ENDSTEP")
         if any(name.startswith("*") for name in options):
             raise block.fail("ends in a comma, after which another keyword stands; remove the comma")
-        unread = options.keys() - READ[keyword].split() if keyword in READ else set()
+        unread = sorted(options.keys() - READ[keyword].split()) if keyword in READ else []
         if unread or keyword == "INCLUDE":
-            raise block.fail(
-                f"{', '.join(sorted(unread))[:80]}: is no parameter that is read; remove it, or write another"
-            )
+            known = ", ".join(READ[keyword].split())
+            raise block.fail(f"{', '.join(unread)[:80] or 'no file'}: its parameters must be among {known}")
         if in_step and keyword in ("NODE", "ELEMENT", "PART", "INSTANCE"):
             raise block.fail("stands in a *STEP; write it before the first one")
         if keyword not in READ and not OUTSIDE.match(keyword):

@@ -16,15 +16,18 @@ _INCLUDED = re.compile(
     r"""^(?:\*[^*]*?\b(?:INPUT|FILE)\s*=|[ \t]*INCLUDE)\s*(?:['"]([^'"]{1,4096})['"]|([^'",\n]+))""",
     re.IGNORECASE | re.MULTILINE,
 )
-_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[DE]?[+-][0-9]{1,4}|[DE][0-9]{1,4})?", re.IGNORECASE)
-_EXPONENT = re.compile(r"(?<=[0-9.])(?:[DE]|(?=[+-]))", re.IGNORECASE)
+_PLAIN = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[Ee][+-]?[0-9]{1,4})?")
+_EXPONENT = re.compile(r"(?<=[0-9.])(?:[Dd]|(?=[+-]))")
 
 
 def number(text: str) -> float:
     """Return the number in a field: 1.5, 1.5E-3, 1.5D-3, 1.5-3; blank is 0. Raises `ValueError`."""
-    if text and not _NUMBER.fullmatch(text):
-        raise ValueError(f"{text[:80]!r} must be a number")
-    return float(_EXPONENT.sub("E", text) or 0.0)
+    plain = text or "0"
+    if not _PLAIN.fullmatch(plain):
+        plain = _EXPONENT.sub("E", text, count=1)
+        if not _PLAIN.fullmatch(plain):
+            raise ValueError(f"{text[:80]!r} must be a number")
+    return float(plain)
 
 
 def _inside(name: str, deck: Path, beside: Path) -> Path | None:

@@ -84,11 +84,11 @@ class Card:
 
     def integer(self, at: int, default: int | None = None) -> int:
         text = self.field(at)
-        if not text and default is not None:
-            return default
-        if not (text.isdecimal() and text.isascii() and len(text) <= 9):
+        if text.isdecimal() and text.isascii() and len(text) <= 9:
+            return int(text)
+        if text or default is None:
             raise self.fail(f"field {at + 2} is {text[:80]!r}: must be a whole number of up to nine digits")
-        return int(text)
+        return default
 
     def reals(self, start: int, stop: int) -> list[float]:
         try:
@@ -142,10 +142,10 @@ def _bulk(path: Path) -> list[tuple[str, str]]:
     lines: list[tuple[str, str]] = []
     begun = False
     for place, line in _lines(path):
-        word = re.sub(r"\s", "", line[:80]).upper()
+        word = line[:80].strip().upper()
         if word.startswith("BEGIN"):
-            if begun or word not in ("BEGINBULK", "BEGIN"):
-                raise MeshError(f"{place}: {line.strip()[:80]}: one section BEGIN BULK is read; write the parts as one")
+            if begun or word.split() not in (["BEGIN", "BULK"], ["BEGIN"]):
+                raise MeshError(f"{place}: {word}: one section BEGIN BULK is read; write the parts as one")
             begun, lines = True, []
         elif word.startswith("ENDDATA"):
             break
