@@ -146,9 +146,7 @@ def _blocks(path: Path, notes: list[str]) -> Iterator[Block]:
             raise block.fail("stands in a *STEP; write it before the first one")
         if keyword not in READ and not OUTSIDE.match(keyword):
             if not in_step:
-                raise block.fail(
-                    "is not known, and may change the mesh; write out all nodes and elements, and remove it"
-                )
+                raise block.fail("is not known, and may change the mesh; write out nodes and elements, and remove it")
             unknown[keyword[:80]] += 1
     if block:
         yield block
@@ -158,9 +156,11 @@ def _blocks(path: Path, notes: list[str]) -> Iterator[Block]:
 
 Key = tuple[int, str]
 """Number of the instance and name in lower case."""
+Instances = dict[str, tuple[int, str]]
+"""Number and name of each instance by its name in lower case."""
 
 
-def spelled(names: Mapping[Key, str], instances: Mapping[str, tuple[int, str]]) -> dict[Key, str]:
+def spelled(names: Mapping[Key, str], instances: Instances) -> dict[Key, str]:
     """Return the names of sets or surfaces, after that of their instance where others have the same name."""
     count, titles = Counter(name for _, name in names), dict(instances.values())
     return {key: f"{titles[key[0]]}.{name}" if key[0] and count[key[1]] > 1 else name for key, name in names.items()}
@@ -170,11 +170,11 @@ def spelled(names: Mapping[Key, str], instances: Mapping[str, tuple[int, str]]) 
 class Sets:
     """Named sets of node or element numbers, by instance; names are not case-sensitive, as in Abaqus.
 
-    ``instances``: lower-case name -> number and name. The numbers of instance k are those of its part + k `SPAN`.
+    The numbers of instance k are those of its part + k `SPAN`.
     """
 
     kind: str
-    instances: Mapping[str, tuple[int, str]]
+    instances: Instances
     members: dict[Key, list[Integers]] = field(default_factory=dict)
     names: dict[Key, str] = field(default_factory=dict)
     internal: set[Key] = field(default_factory=set)
@@ -184,10 +184,8 @@ class Sets:
         """Count members. Raises `MeshError` if the sets together have too many."""
         self.count += added
         if self.count > MOST_MEMBERS:
-            raise block.fail(
-                f"{added:.4g} members, {self.count:.4g} with those before; all sets of a deck may have "
-                f"{MOST_MEMBERS:.0e} together; check first, last and step"
-            )
+            before = f"{added:.4g} members, {self.count:.4g} with those before"
+            raise block.fail(f"{before}; sets may have {MOST_MEMBERS:.0e} together; check first, last and step")
 
     def add(self, name: str, numbers: Integers, block: Block) -> None:
         if not name:
@@ -251,12 +249,10 @@ class Sets:
         return np.concatenate(parts)
 
 
-def _placed(
-    path: Path, notes: list[str]
-) -> tuple[list[Block], dict[str, tuple[int, str]], list[tuple[Floats, Floats]]]:
+def _placed(path: Path, notes: list[str]) -> tuple[list[Block], Instances, list[tuple[Floats, Floats]]]:
     """Return the blocks with those of parts as often as these are placed, the instances by name, and their moves."""
     parts: dict[str, list[Block]] = {}
-    instances: dict[str, tuple[int, str]] = {}
+    instances: Instances = {}
     moves = [(np.eye(3), np.zeros(3))]
     placed: list[Block] = []
     part, repeated, opened = placed, 0, ""
@@ -288,9 +284,7 @@ def _placed(
             case _:
                 part.append(replace(block, instance=len(moves) - 1 if opened == "INSTANCE" else 0))
     if opened or (parts and not instances and len(parts) > 1):
-        raise MeshError(
-            f"{path}: {len(parts)} blocks *PART, and no *INSTANCE or *END {opened}; add it, or write one part"
-        )
+        raise MeshError(f"{path}: {len(parts)} blocks *PART need *INSTANCE and *END {opened or 'PART'}; add it")
     return [*(() if instances else next(iter(parts.values()), ())), *placed], instances, moves
 
 
@@ -408,9 +402,7 @@ def _elements(block: Block) -> file_mesh.Elements | None:
     if not match and not OTHER_SOLID.match(kind) and OTHER.match(kind):
         return None
     if not match and not OTHER_SOLID.match(kind):
-        raise block.fail(
-            f"TYPE={kind[:80]}: is not known; write solids as C3D4, C3D10, C3D8 or C3D20, skins as S3 or S4"
-        )
+        raise block.fail(f"TYPE={kind[:80]}: is not known; write solids as C3D4, C3D10, C3D8, C3D20, skins as S3, S4")
     width = 6 if kind.startswith("STRI65") else int(match.group(1)) if match else 0
     numbers: list[int] = []
     for row in block.rows:

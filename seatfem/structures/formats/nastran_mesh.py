@@ -165,9 +165,7 @@ def _split(line: str, place: str) -> tuple[str, list[str], str]:
     head, *data = (word.strip() for word in line.split(","))
     width = LARGE if "*" in head else SMALL
     if any(data[width + 1 :]) or "".join(data[width:])[:1] not in ("", "+", "*"):
-        raise MeshError(
-            f"{place}: {head[:80]}: has more than {width} fields; write others on a line that begins with +"
-        )
+        raise MeshError(f"{place}: {head[:80]}: more than {width} fields; write the rest on a line that begins with +")
     return head.upper(), [*data[:width], *[""] * (width - len(data))], "".join(data[width:]).lstrip("+* ").upper()
 
 
@@ -199,9 +197,7 @@ class Places:
         number, (x, y, z) = card.integer(0), card.reals(2, 5)
         grid = (x, y, z, card.integer(1, -1))
         if len(card.fields) < SMALL or any(card.fields[SMALL:]) or self.grids.setdefault(number, grid) != grid:
-            raise card.fail(
-                f"node {number} must be there once, in 8 small fields or two lines of 4 large ones; mend it"
-            )
+            raise card.fail(f"node {number} must be there once, in 8 small fields or twice 4 large ones; mend it")
         for at in (at for at in (5, 7) if card.field(at) != "-1"):
             card.integer(at, 0)
         if card.field(6):
@@ -344,10 +340,7 @@ def _held_nodes(held: Mapping[str, list[Card]], ids: Integers) -> dict[str, Inte
                 parts.append(ids[np.searchsorted(ids, first) : np.searchsorted(ids, last + 1)])
                 members += len(parts[-1])
             if members > MOST_HELD:
-                raise card.fail(
-                    f"ranges have {members:.4g} nodes up to here; all of a deck may have {MOST_HELD:.0e}; check the "
-                    "numbers around THRU"
-                )
+                raise card.fail(f"ranges have {members:.4g} nodes, may have {MOST_HELD:.0e} together; check THRU")
         sets[name] = np.concatenate(parts)
     return sets
 
