@@ -234,7 +234,7 @@ def _meshes(folder: Path) -> Path:
 
 
 def _mesh_files(folder: Path, meshes: Path) -> Iterator[Specimen]:
-    for name in ("tet-1-2.unv", "tet-2-2.inp", "hex-1-2.inp", "tet-2-2.unv", "tet-1-2.bdf", "hex-1-2.bdf"):
+    for name in ("tet-1-2.unv", "tet-2-2.unv", "tet-2-2.inp", "tet-1-2.bdf"):
         yield _mesh_file(folder, meshes / name, 2.5)
     vtu = meshes / "tet-1-2.vtu"
     _write_vtu(meshes / "tet-1-2.inp", vtu)

@@ -89,14 +89,12 @@ def growths() -> Iterator[Growth]:
     texts: dict[str, tuple[Callable[[int], str], Callable[[Path], object]]] = {
         "elements.bdf": (lambda n: _bulk(n), mesh),
         "held-nodes.bdf": (lambda n: _bulk(4) + "SPC1,1,123,1,THRU,4\n" * n, mesh),
-        "properties.bdf": (lambda n: _bulk(n, properties=True), mesh),
         "continued.bdf": (lambda n: _bulk(4) + "SPC1,1,123,1\n" + "+,1,2,3,4\n" * n, mesh),
         "one-place.bdf": (lambda n: _bulk(n, spread=0.0), mesh),
         "elements.inp": (_deck, mesh),
         "sets.inp": (lambda n: _deck(4) + "".join(f"*NSET, NSET=N{k}\n1, 2, 3\n" for k in range(n)), mesh),
         "surfaces.inp": (lambda n: _deck(4) + "".join(f"*SURFACE, NAME=N{k}\n1, S1\n" for k in range(n)), mesh),
         "set-of-sets.inp": (lambda n: _deck(4) + "*NSET, NSET=A\n1,2\n*NSET, NSET=B\n" + "A,A\n" * n, mesh),
-        "open-keyword.inp": (lambda n: "*NSET," + "A=B,\n" * n, mesh),
         "elements.unv": (_universal, mesh),
         "groups.unv": (lambda n: _universal(4, groups=n), mesh),
         "elements.vtk": (_vtk, mesh),
@@ -252,12 +250,12 @@ def _points(count: int) -> list[tuple[float, float, float]]:
     return [(radius * math.cos(turn * k), radius * math.sin(turn * k), rise * k) for k in range(count + 3)]
 
 
-def _bulk(count: int, *, spread: float = 1.0, properties: bool = False) -> str:
+def _bulk(count: int, *, spread: float = 1.0) -> str:
     nodes = [
         f"GRID,{k},,{spread * x:.5f},{spread * y:.5f},{spread * z:.5f}\n"
         for k, (x, y, z) in enumerate(_points(count), 1)
     ]
-    solids = [f"CTETRA,{k},{k if properties else 1},{k},{k + 1},{k + 2},{k + 3}\n" for k in range(1, count + 1)]
+    solids = [f"CTETRA,{k},1,{k},{k + 1},{k + 2},{k + 3}\n" for k in range(1, count + 1)]
     return "".join(nodes + solids)
 
 

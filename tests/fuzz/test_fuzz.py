@@ -223,9 +223,7 @@ def test_broken_matrices(name: str, tmp_path: Path) -> None:
 UNV_NODES = "    -1\n  2411\n         1         1         1        11\n   0.0D+00   0.0D+00\n    -1\n"
 MESHES = {
     "short.unv": UNV_NODES,
-    "long.inp": f"*NODE\n1, 0, 0, 0\n*ELEMENT, TYPE=C3D4\n{'9' * 30}, 1, 1, 1, 1\n",
     "empty.inp": "",
-    "long.bdf": f"GRID,1,,0.,0.,0.\nCTETRA,{'9' * 30},1,1,1,1,1\n",
 }
 
 

@@ -14,7 +14,7 @@ import pytest
 from impact.bodies.time_series import TimeSeriesError, read_time_series
 from impact.measured.frf import FrequencyResponseError, read_frf
 from impact.measured.reading import read_impulse_response
-from seatfem.structures.formats.abaqus import Budget, with_included
+from seatfem.structures.formats.decks import Deck, with_included
 from seatfem.structures.formats.matrices import read_matrices
 from seatfem.structures.formats.mesh_files import read_mesh
 from seatfem.structures.formats.uff import UffError, read_modes_uff
@@ -24,6 +24,7 @@ from seatfem.structures.model import ModelError
 SLOW = 10.0  # s of the processor, while every allocation is counted
 MUCH = 100e6  # bytes
 DECK = "*NODE\n1,0,0,0\n2,1,0,0\n3,0,1,0\n4,0,0,1\n*ELEMENT,TYPE=C3D4\n1,1,2,3,4\n"
+BULK = "GRID,1,,0.,0.,0.\nGRID,2,,1.,0.,0.\nGRID,3,,0.,1.,0.\nGRID,4,,0.,0.,1.\nCTETRA,1,3,1,2,3,4\n"
 
 
 @contextmanager
@@ -55,59 +56,52 @@ def test_files_that_include_files_that_include_files(tmp_path):
 
 
 def test_a_deck_as_large_as_its_files_together(tmp_path, monkeypatch):
-    monkeypatch.setattr(Budget.__init__, "__defaults__", (200, 3000))
+    monkeypatch.setattr(Deck.__init__, "__defaults__", (200, 3000))
     (tmp_path / "part.inp").write_text("** " + "x" * 1000)
     deck = "*INCLUDE, INPUT=part.inp\n" * 3
     refused(tmp_path / "a.inp", deck, r"part\.inp: .* MB; .*up to")
 
 
 @pytest.mark.parametrize(
-    ("lines", "message"),
+    ("name", "lines", "message"),
     [
-        ("*NSET, NSET=A, GENERATE\n1,400000000\n", r"a\.inp:8: \*NSET: 4e\+08 members.*2e\+05"),
-        ("*NSET, NSET=A, GENERATE\n" + "1,30000\n" * 20, r"a\.inp:8: \*NSET: 3e\+04 members"),
-        ("*NSET, NSET=A, GENERATE\n1," + "9" * 300 + "\n", r"a\.inp:8: \*NSET: 1e\+300 members"),
-        ("*NSET, NSET=A, GENERATE\n1,4,0\n", "GENERATE .*first, last, step"),
-        ("*NSET, NSET=A, GENERATE\n1\n", "GENERATE .*first, last, step"),
-        ("*ELSET, ELSET=A, GENERATE\n1,400000000\n", r"\*ELSET: 4e\+08 members"),
+        ("a.inp", "*NSET, NSET=A, GENERATE\n1,400000000\n", r"a\.inp:8: \*NSET: 4e\+08 members.*2e\+05"),
+        ("a.inp", "*ELSET, ELSET=A, GENERATE\n" + "1,30000\n" * 20, r"a\.inp:8: \*ELSET: 3e\+04 members"),
+        ("a.inp", "*NSET, NSET=A, GENERATE\n1," + "9" * 300 + "\n", r"\*NSET: .*nine digits"),
         (
+            "a.inp",
             "*NSET, NSET=S0, GENERATE\n1,5000\n"
             + "".join(f"*NSET, NSET=S{k + 1}\nS{k},S{k},S{k}\n" for k in range(30)),
             r"\*NSET: 5000 members, 2\.05e\+05",
         ),
         (
+            "a.inp",
             "*ELSET, ELSET=E, GENERATE\n1,5000\n*SURFACE, NAME=S\n" + "E,S1\n" * 1000,
             r"\*SURFACE: 5000 members, 2\.05e\+05",
         ),
-        ("*ELEMENT,TYPE=C3D5\n²,1\n", "surface group|tetrahedra"),
-        ("*NSET, NSET=A\n²\n", "NSET '²'"),
-        ("*NSET, NSET=A\n--1\n", "NSET '--1'"),
-        ("*NSET" + ",\n" * 200_000, "NSET= is missing"),
-    ],
-)
-def test_sets_of_more_than_there_is(tmp_path, monkeypatch, lines, message):
-    monkeypatch.setattr("seatfem.structures.formats.abaqus.MOST_MEMBERS", 200_000)
-    refused(tmp_path / "a.inp", DECK + lines, message)
-
-
-@pytest.mark.parametrize(
-    ("lines", "message"),
-    [
-        ("SPC1,4,123,1,THRU,400000000\n", r"a\.bdf:6: SPC1: 4e\+08 nodes, .*2e\+05"),
-        ("SPC1,4,123,1,THRU,90000\n" * 5, r"a\.bdf:8: SPC1: 9e\+04 nodes, 2\.7e\+05"),
         (
-            "".join(f"SPC1,{k},123,1,THRU,90000\n" for k in range(5)),
-            r"a\.bdf:8: SPC1: 9e\+04 nodes, 2\.7e\+05",
+            "a.inp",
+            "*PART, NAME=P\n*NSET, NSET=A\n"
+            + "1\n" * 5000
+            + "*END PART\n"
+            + "".join(f"*INSTANCE, NAME=I{k}, PART=P\n*END INSTANCE\n" for k in range(90)),
+            r"a\.inp:\d+: \*INSTANCE: 2\d+ lines .*at most 2e\+05",
         ),
-        ("SPC1,4,123,²\n", "'²': .*THRU"),
-        ("SPC1,4,123,1,THRU,²\n", "THRU .*between"),
-        ("CTETRA,2,3,²,2,3,4\n", "element 2 has 3 nodes"),
+        ("a.inp", "*NSET" + ",\n" * 200_000, r"a\.inp:8: .*4096"),
+        ("a.bdf", "INCLUDE 'a\n" * 200_000, r"a\.bdf:1: .*4096|within the deck's folder"),
+        ("a.bdf", "".join(f"SPC1,{k},123,1,THRU,90000\n" for k in range(900)), "SPC1: ranges have .*2e.03"),
+        (
+            "a.bdf",
+            "".join(f"CORD2R,{k},{k + 1},0.,0.,0.,0.,0.,1.\n,1.,0.,0.\n" for k in range(1, 5000)) + "GRID,5,1\n",
+            "CORD2R: coordinate system 102 ",
+        ),
     ],
 )
-def test_numbers_written_out(tmp_path, monkeypatch, lines, message):
-    monkeypatch.setattr("seatfem.structures.formats.nastran_mesh.MOST_HELD", 200_000)
-    nodes = "GRID,1,,0.,0.,0.\nGRID,2,,1.,0.,0.\nGRID,3,,0.,1.,0.\nGRID,4,,0.,0.,1.\nCTETRA,1,3,1,2,3,4\n"
-    refused(tmp_path / "a.bdf", nodes + lines, message)
+def test_decks_that_stand_for_much(tmp_path, monkeypatch, name, lines, message):
+    """Sets, repeated parts, endless lines and systems in each other are refused within bounds of time and memory."""
+    monkeypatch.setattr("seatfem.structures.formats.abaqus.MOST_MEMBERS", 200_000)
+    monkeypatch.setattr("seatfem.structures.formats.nastran_mesh.MOST_HELD", 2_000)
+    refused(tmp_path / name, (DECK if name == "a.inp" else BULK) + lines, message)
 
 
 def test_a_universal_mesh_of_promises(tmp_path):

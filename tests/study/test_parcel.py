@@ -64,11 +64,11 @@ def test_halves_and_hdf5_of_a_mesh(tmp_path: Path) -> None:
         assert list(packed(tmp_path / "scene.toml", {})[2]) == ["0/input.toml", f"1/input{name[4:]}", inner]
 
 
-@pytest.mark.parametrize("other", ["../nodes.inp", "my nodes.inp"])
+@pytest.mark.parametrize("other", ["mesh/nodes.inp", "my nodes.inp"])
 def test_what_cannot_travel(other: str, tmp_path: Path) -> None:
     """An included name that means something else elsewhere is refused."""
     folder = tmp_path / "deck"
-    folder.mkdir()
+    (folder / other).parent.mkdir(parents=True)
     (folder / other).write_text("*NODE\n", encoding="utf-8")
     (folder / "deck.inp").write_text(f"*INCLUDE, INPUT={other}\n", encoding="utf-8")
     (folder / "scene.toml").write_text(MESH.format("deck.inp") + REED, encoding="utf-8")

@@ -3,6 +3,7 @@ from seatfem.structures.formats import (
     _meshio_worker as _meshio_worker,
     abaqus as abaqus,
     calculix_deck as calculix_deck,
+    decks as decks,
     dxf as dxf,
     file_mesh as file_mesh,
     matrices as matrices,

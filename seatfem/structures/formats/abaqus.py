@@ -1,281 +1,373 @@
-"""Abaqus input files (.inp): keyword blocks, sets, included files, and their meshes."""
+"""Abaqus and CalculiX input files (.inp): keyword blocks, parts and their instances, sets, and their meshes."""
 
 import re
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
-from impact.files.safe_files import MB, read_bytes, read_text
-from seatfem.structures.formats import file_mesh
+from seatfem.structures.formats import decks, file_mesh
 from seatfem.structures.mesh.io import Floats, Integers, MeshError, distinct
 
-_WHOLE = re.compile(r"[+-]?[0-9]{1,18}")
-GENERATORS = ("NGEN", "NFILL", "NCOPY", "NMAP", "ELGEN", "ELCOPY", "SYSTEM", "TRANSFORM SYSTEM")
-DEPTH = 8  # largest depth of nested *INCLUDE
-MOST_FILES = 200
-MOST_BYTES = 512 * MB  # largest size of all files of a deck [bytes]
-MOST_MEMBERS = 5_000_000  # largest number of members of all sets of a deck
-_INCLUDE = re.compile(r'^\*[ \t]*INCLUDE[ \t]*,\s*INPUT[ \t]*=[ \t]*"?([^",\r\n]+)', re.IGNORECASE | re.MULTILINE)
-
-
-@dataclass
-class Budget:
-    """Remaining number and size of files of a deck; each file counts as often as it is included."""
-
-    files: int = MOST_FILES
-    size: int = MOST_BYTES
-
-    def text(self, path: Path) -> str:
-        """Return the text of a file. Raises `MeshError` if the deck exceeds its limits."""
-        if self.files == 0:
-            raise MeshError(f"{path}: is included after {MOST_FILES} other files, the most of a deck; write one file")
-        data = read_bytes(path, self.size, MeshError)
-        self.files -= 1
-        self.size -= len(data)
-        return data.decode("utf-8", errors="replace")
+MOST_MEMBERS = 5_000_000  # largest number of members of all sets of a deck, and of lines of repeated instances
+SPAN = file_mesh.SPAN
+SETS = "GENERATE INTERNAL INSTANCE UNSORTED FREQUENCY INPUT"
+READ: Mapping[str, str] = MappingProxyType(
+    {
+        "NODE": "NSET SYSTEM INPUT",
+        "ELEMENT": "TYPE ELSET INPUT DLOAD PARENT",
+        "NSET": f"NSET {SETS}",
+        "ELSET": f"ELSET {SETS}",
+    }
+    | {"SURFACE": "NAME TYPE INTERNAL TRIM MAXRATIO NOOFFSET NOTHICK SCALETHICK REGIONTYPE PROPERTY", "PART": "NAME"}
+    | {"INSTANCE": "NAME PART", "INCLUDE": "INPUT FILE"}
+)
+"""Keywords that are read, and their parameters."""
+OUTSIDE = re.compile(
+    r"""
+    ACOUSTIC|ADAPTIVE|ADIABATIC|AMPLITUDE|ANISO|ANNEAL|AQUA|ASSEMBLY|AXIAL|BASE|BEAM|BIAXIAL|BLOCKAGE|BOND|BOUNDARY|
+    BRITTLE|BUCK|BULK|CADDED|CAP|CAST|CAVITY|CECHARGE|CECURRENT|CENTROID|CFD|CFILM|CFLOW|CFLUX|CHANGE|CLAY|CLEARANCE|
+    CLOAD|CO-|COHESIVE|COMB|COMPLEX|COMPOSITE|CONC|COND|CONN|CONST|CONT|CORR|COUPL|CRACK|CRAD|CREEP|CRUSH|CYCL|CZONE|
+    DADDED|DAMAGE|DAMP|DASH|DEBOND|DECH|DECU|DEFORM|DEMPOT|DENSITY|DEPVAR|DESIGN|DETON|DFL|DIAG|DIEL|DIFF|DIRECT|
+    DISCRETE|DISPLAY|DISTRIB|DLOAD|DOMAIN|DRAG|DRUCKER|DSA|DSE|DSF|DSL|DYNAMIC|ELASTIC|ELECTR|ELEMENTMATRIX|ELEMENTO|
+    ELEMENTPRO|ELEMENTRE|ELFILE|ELPRINT|EMBEDDED|EMISS|END|ENERGY|ENRICH|EOS|EPJOINT|EQUATION|EULERIAN|EVENT|EXPANSION|
+    EXTERNAL|EXTREME|FABRIC|FACE|FAIL|FASTENER|FEAS|FIELD|FILE|FILM|FILTER|FIXED|FLEX|FLOW|FLUID|FOUND|FRACT|FRAME|FREQ|
+    FRICT|GAP|GAS|GEL|GEO|GLOBAL|GREEN|HCF|HEAD|HEAT|HOUR|HYPER|HYPO|HYST|IMPED|INCI|INCR|INERTIA|INITIAL|INTEG|
+    INTERFACE|ITS|JOINT|JOULE|KAPPA|KINEMATIC|LATENT|LOAD|LOW|M1|M2|MAGNET|MAPS|MASS|MATERIAL|MATRIX|MEAN|MEDIA|
+    MEMBRANE|MODAL|MODELCHANGE|MOHR|MOIST|MOLEC|MONITOR|MOTION|MPC|MULLINS|NETWORK|NOANALYSIS|NOCOMP|NODAL|NODEFILE|
+    NODEOUTPUT|NODEPRINT|NODERESP|NONSTRUCT|NORMAL|NOTENS|OBJECTIVE|ORIENT|ORNL|OUTPUT|PARAMETER|PERF|PERIODIC|PERM|
+    PHYS|PIEZO|PIPE|PLANAR|PLASTIC|POROUS|POST|POTENTIAL|PRE|PRINT|PROPERTY|PSD|RADIA|RANDOM|RATE|RATIOS|REACTION|REBAR|
+    REFLECTION|RELEASE|RESPONSE|RESTART|RETAINED|RIGID|ROBUST|ROTARY|SECTION|SELECT|SENSIT|SFILM|SFLOW|SHEAR|SHELL|SIMP|
+    SLIDE|SLOAD|SOFT|SOIL|SOL|SORP|SPEC|SPRING|SRAD|STATIC|STEADY|STEP|SUBMODEL|SUBSTRUCT|SUPERELASTIC|SURFACEBEH|
+    SURFACEFLAW|SURFACEINT|SURFACEPRO|SURFACESEC|SWELL|SYMMETRICRESULTS|TABLE|TEMP|TENS|THERM|TIE|TIMEP|TORQUE|TRACER|
+    TRANS|TRIAX|TRS|UEL|UNCOUP|UNDEX|UNI|UNLOAD|USER|VALUES|VARIABLE|VIEW|VISCO|VOID|VOLUM|WAVE|WIND
+    """,
+    re.VERBOSE,
+)
+"""Beginnings of keywords, without blanks, that change no node, element or set: materials, constraints, steps, ..."""
+SOLID = re.compile(r"[DAQ]?C3D(4|8|10|20|27)[A-Z]*$")
+OTHER_SOLID = re.compile(r"[DAQE]?C3D|COH3D|CSS|SC\d|CCL")
+SKIN = re.compile(r"(?:S|DS|STRI|SFM3D|M3D|R3D|CPS|CPE)(3|4|6|8|9)5?[A-Z]*\d?$")
+OTHER = re.compile(
+    r"[AD]?C[12]D|[ADEGQCM]*(AX|AXA)\d|SAX|RAX|SFM|CPEG|CIN|ACIN|ASI|B[23]|PIPE|ELBOW|FRAME|D?T[23]D|F[23]D|R2D2|RB[23]D|MASS|"
+    r"ROTARYI|HEATCAP|SPRING|DASHPOT|D?GAP|CONN|DCOUP|DRAG|JOINT|ITS|LS|FC|PSI|P[CD]3D|KCONN|GK|COH|D$|V?U\d|US"
+)
+"""Lines, plane and axisymmetric solids, springs, masses, users' own elements."""
 
 
 @dataclass(frozen=True)
 class Block:
-    """Keyword line with its options, and its data lines split at commas."""
+    """Keyword line with its parameters, its data lines split at commas, and the number of its instance, 0 for none."""
 
     keyword: str
     options: Mapping[str, str]
-    rows: Sequence[list[str]]
+    rows: list[list[str]]
     place: str
+    instance: int = 0
 
     def fail(self, why: str) -> MeshError:
         return MeshError(f"{self.place}: *{self.keyword}: {why}")
 
-    def integers(self) -> Integers:
-        """Return all numbers of the data lines."""
+    def whole(self, words: Sequence[str]) -> list[int]:
+        """Return whole numbers of up to nine digits."""
+        joined = "".join(words)
+        if not (joined.isdecimal() and joined.isascii() and 0 < min(map(len, words)) <= max(map(len, words)) <= 9):
+            raise self.fail(f"{', '.join(words)[:80]}: must be whole numbers of up to nine digits")
+        return [int(word) for word in words]
+
+    def reals(self, words: Sequence[str]) -> list[float]:
         try:
-            return np.array([int(word) for row in self.rows for word in row if word], dtype=np.int64)
+            return [decks.number(word) for word in words]
         except ValueError as error:
-            raise self.fail(f"whole numbers expected ({error})") from None
+            raise self.fail(f"{', '.join(words)[:80]}: {error}") from None
 
 
-def read_blocks(path: Path) -> list[Block]:
-    """Return all blocks of a file, with included ones in place; `MeshError` for those that move or generate nodes."""
-    blocks = list(_blocks(path, 0, Budget()))
-    for block in blocks:
-        if block.keyword in GENERATORS:
-            raise block.fail("not supported; write the file with every node and element listed")
-        if block.keyword == "INSTANCE" and any(any(row) for row in block.rows):
-            raise block.fail("the instance is moved or turned; write a flat input file")
-    for keyword in ("PART", "INSTANCE"):
-        names = [block.options.get("NAME", "") for block in blocks if block.keyword == keyword]
-        if len(names) > 1:
-            raise MeshError(f"{path}: {len(names)} blocks *{keyword} ({', '.join(names)}); write a flat input file")
-    return blocks
+def _lines(path: Path) -> Iterator[tuple[str, str]]:
+    """Yield place and text of every line; a keyword line that ends in a comma is joined with the next."""
 
+    def content(line: str) -> str:
+        return "" if line.lstrip().startswith("**") or line.strip() == "*" else line.strip()
 
-def _blocks(path: Path, depth: int, budget: Budget) -> Iterator[Block]:
-    head: tuple[str, dict[str, str], str] | None = None
-    rows: list[list[str]] = []
-    for place, line in _logical_lines(path, budget):
-        if not line.startswith("*"):
-            rows.append([word.strip() for word in line.split(",")])
-            continue
-        if head:
-            yield Block(head[0], head[1], rows, head[2])
-        keyword, options = _keyword(line)
-        head, rows = (keyword, options, place), []
-        if "INPUT" in options:
-            if keyword != "INCLUDE":
-                raise MeshError(f"{place}: *{keyword}, INPUT=: not supported; use *INCLUDE")
-            other = path.parent / options["INPUT"]
-            if depth >= DEPTH or not other.exists():
-                raise MeshError(
-                    f"{place}: INCLUDE: no such file {other}, or files that include each other; write one file"
-                )
-            yield from _blocks(other, depth + 1, budget)
-    if head:
-        yield Block(head[0], head[1], rows, head[2])
+    def goes_on(line: str) -> bool:
+        return line.startswith("*") and line.endswith(",")
 
+    def included(line: str) -> str | None:
+        keyword, options = _keyword(line) if line.startswith("*") else ("", {})
+        return (
+            options.get("INPUT" if "INPUT" in options or keyword != "INCLUDE" else "FILE") if keyword in READ else None
+        )
 
-def _logical_lines(path: Path, budget: Budget) -> Iterator[tuple[str, str]]:
-    """Yield place and text of every line with content; a keyword line that ends in a comma is joined with the next."""
-    pieces: list[str] = []
-    place = ""
-    for number, raw in enumerate(budget.text(path).splitlines(), start=1):
-        line = raw.strip()
-        if not line or line.startswith("**"):
-            continue
-        place = place if pieces else f"{path}:{number}"
-        pieces.append(line)
-        if not (pieces[0].startswith("*") and line.endswith(",")):
-            yield place, "".join(pieces)
-            pieces = []
-    if pieces:
-        yield place, "".join(pieces)
+    return decks.Deck(path, content, goes_on, included).lines()
 
 
 def _keyword(line: str) -> tuple[str, dict[str, str]]:
+    """Return keyword and parameters of a line, without blanks in their names, which may be abbreviated."""
     keyword, *words = line[1:].split(",")
-    pairs = [word.partition("=") for word in words if word.strip()]
-    options = {_squeezed(key).upper(): value.strip().strip('"') for key, _, value in pairs}
-    return _squeezed(keyword).upper(), options
+    keyword = re.sub(r"\s", "", keyword).upper()
+    known, options = READ.get(keyword, "").split(), {}
+    for name, _, value in (word.partition("=") for word in words if word.strip()):
+        key = re.sub(r"\s", "", name).upper()
+        meant = [full for full in known if full.startswith(key)]
+        key = meant[0] if len(meant) == 1 and key not in known else key
+        options[key if key not in options else f"{key} twice"] = value.strip().strip('"')
+    return keyword, options
 
 
-def _squeezed(text: str) -> str:
-    return re.sub(r"\s+", " ", text.strip())
+def _blocks(path: Path, notes: list[str]) -> Iterator[Block]:
+    """Yield the blocks of the keywords that are read, and *STEP and the ends of others."""
+    block: Block | None = None
+    unknown: Counter[str] = Counter()
+    in_step = False
+    for place, line in _lines(path):
+        if not line.startswith("*"):
+            if block is None and line[0] in "0123456789+-.,":
+                raise MeshError(f"{place}: data before the first keyword; write the keyword, or ** before a comment")
+            if block and block.keyword in READ:
+                block.rows.append([word.strip() for word in line.rstrip(" \t,").split(",")])
+            continue
+        keyword, options = _keyword(line)
+        if keyword == "INCLUDE" and [*options] in (["INPUT"], ["FILE"]):
+            continue
+        if block:
+            yield block
+        block = Block(keyword, options, [], place)
+        in_step = keyword == "STEP" or (in_step and keyword != "ENDSTEP")
+        if any(name.startswith("*") for name in options):
+            raise block.fail("ends in a comma, after which another keyword stands; remove the comma")
+        unread = sorted(options.keys() - READ[keyword].split()) if keyword in READ else []
+        if unread or keyword == "INCLUDE":
+            known = ", ".join(READ[keyword].split())
+            raise block.fail(f"{', '.join(unread)[:80] or 'no file'}: its parameters must be among {known}")
+        if in_step and keyword in ("NODE", "ELEMENT", "PART", "INSTANCE"):
+            raise block.fail("stands in a *STEP; write it before the first one")
+        if keyword not in READ and not OUTSIDE.match(keyword):
+            if not in_step:
+                raise block.fail("is not known, and may change the mesh; write out nodes and elements, and remove it")
+            unknown[keyword[:80]] += 1
+    if block:
+        yield block
+    if unknown:
+        notes.append(f"{path}: not known in its steps, and not read: " + ", ".join(f"*{name}" for name in unknown))
+
+
+Key = tuple[int, str]
+"""Number of the instance and name in lower case."""
+Instances = dict[str, tuple[int, str]]
+"""Number and name of each instance by its name in lower case."""
+
+
+def spelled(names: Mapping[Key, str], instances: Instances) -> dict[Key, str]:
+    """Return the names of sets or surfaces, after that of their instance where others have the same name."""
+    count, titles = Counter(name for _, name in names), dict(instances.values())
+    return {key: f"{titles[key[0]]}.{name}" if key[0] and count[key[1]] > 1 else name for key, name in names.items()}
 
 
 @dataclass(eq=False)
 class Sets:
-    """Named sets of node or element numbers; names are not case-sensitive, as in Abaqus."""
+    """Named sets of node or element numbers, by instance; names are not case-sensitive, as in Abaqus.
+
+    The numbers of instance k are those of its part + k `SPAN`.
+    """
 
     kind: str
-    members: dict[str, list[Integers]] = field(default_factory=dict)
-    names: dict[str, str] = field(default_factory=dict)
-    internal: set[str] = field(default_factory=set)
+    instances: Instances
+    members: dict[Key, list[Integers]] = field(default_factory=dict)
+    names: dict[Key, str] = field(default_factory=dict)
+    internal: set[Key] = field(default_factory=set)
     count: float = 0
 
     def used(self, added: float, block: Block) -> None:
         """Count members. Raises `MeshError` if the sets together have too many."""
         self.count += added
         if self.count > MOST_MEMBERS:
-            raise block.fail(
-                f"{added:.4g} members, {self.count:.4g} with those before; all sets of a deck may have "
-                f"{MOST_MEMBERS:.0e} together; check first, last and step"
-            )
+            before = f"{added:.4g} members, {self.count:.4g} with those before"
+            raise block.fail(f"{before}; sets may have {MOST_MEMBERS:.0e} together; check first, last and step")
 
-    def add(self, name: str, numbers: Integers) -> None:
-        self.names.setdefault(name.casefold(), name)
-        self.members.setdefault(name.casefold(), []).append(numbers)
+    def add(self, name: str, numbers: Integers, block: Block) -> None:
+        if not name:
+            raise block.fail(f"{self.kind}= is missing; add it")
+        key = (block.instance, name.casefold())
+        self.names.setdefault(key, name)
+        self.members.setdefault(key, []).append(numbers)
+        if "INTERNAL" in block.options:
+            self.internal.add(key)
 
     def add_block(self, block: Block) -> None:
         """Add the block of *NSET or *ELSET: numbers, names of earlier sets, or ranges under GENERATE."""
-        name = block.options.get(self.kind)
-        if not name:
-            raise block.fail(f"{self.kind}= is missing; add it")
-        if "INTERNAL" in block.options:
-            self.internal.add(name.casefold())
-        self.add(name, self._ranges(block) if "GENERATE" in block.options else self._listed(block))
+        numbers = self._ranges(block) if "GENERATE" in block.options else self._listed(block)
+        self.add(block.options.get(self.kind, ""), numbers, block)
 
     def members_of(self, word: str, block: Block) -> Integers:
         """Return the numbers that a word names, itself or the members of a set, and count them."""
-        word = word.strip('"').rpartition(".")[2]  # without the instance's name
-        if _WHOLE.fullmatch(word):
-            return np.array([int(word)], dtype=np.int64)
-        if word.casefold() not in self.members:
+        instance, name = self._instance(block), word.strip('"')
+        if name.rpartition(".")[0].casefold() in self.instances:
+            instance, name = self.instances[name.rpartition(".")[0].casefold()][0], name.rpartition(".")[2]
+        if name.isdecimal():
+            return np.array(block.whole([name]), dtype=np.int64) + instance * SPAN
+        parts = self.members.get((instance, name.casefold()))
+        if parts is None:
             listed = ", ".join(map(repr, sorted(self.names.values()))) or "none"
             raise block.fail(f"no {self.kind} {word!r} before this line; there are: {listed}")
-        parts = self.members[word.casefold()]
         self.used(sum(map(len, parts)), block)
         return np.concatenate(parts)
 
+    def _instance(self, block: Block) -> int:
+        name = block.options.get("INSTANCE")
+        if name is not None and name.casefold() not in self.instances:
+            raise block.fail(f"there is no *INSTANCE {name!r}; correct the name")
+        return block.instance if name is None else self.instances[name.casefold()][0]
+
     def named(self) -> dict[str, Integers]:
         """Return the sets that were named by a user, without repeated numbers."""
-        return {
-            self.names[key]: distinct(np.concatenate(parts))
-            for key, parts in self.members.items()
-            if key not in self.internal
-        }
+        users = {key: parts for key, parts in self.members.items() if key not in self.internal}
+        names = spelled(self.names, self.instances)
+        return {names[key]: distinct(np.concatenate(parts)) for key, parts in users.items()}
 
     def _listed(self, block: Block) -> Integers:
         numbers: list[int] = []
         sets: list[Integers] = [np.empty(0, dtype=np.int64)]
         for row in block.rows:
             for word in filter(None, row):
-                if _WHOLE.fullmatch(word):
-                    numbers.append(int(word))
+                if word.isdecimal():
+                    numbers += block.whole([word])
                 else:
                     sets.append(self.members_of(word, block))
-        return distinct(np.concatenate([np.array(numbers, dtype=np.int64), *sets]))
+        return distinct(np.concatenate([np.array(numbers, dtype=np.int64) + self._instance(block) * SPAN, *sets]))
 
     def _ranges(self, block: Block) -> Integers:
-        try:
-            triples = [[int(word) for word in row if word] for row in block.rows]
-            ranges = [range(first, last + 1, *step) for first, last, *step in triples]
-        except (TypeError, ValueError) as error:
-            raise block.fail(f"GENERATE needs first, last, step ({error})") from None
-        for each in ranges:
-            self.used(max(0.0, (each.stop - each.start) / each.step), block)
-        parts = (np.arange(each.start, each.stop, each.step, dtype=np.int64) for each in ranges)
-        return np.concatenate([np.empty(0, dtype=np.int64), *parts])
+        parts = [np.empty(0, dtype=np.int64)]
+        for row in block.rows:
+            first, last, step, *rest = (*block.whole(row), *(1, 1)[len(row) - 1 :]) if len(row) > 1 else (1, 0, 0)
+            if rest or step < 1 or last < first:
+                raise block.fail(f"{', '.join(row)[:80]}: GENERATE needs first, last, step")
+            self.used((last - first) // step + 1, block)
+            parts.append(np.arange(first, last + 1, step, dtype=np.int64) + self._instance(block) * SPAN)
+        return np.concatenate(parts)
 
 
-def with_included(path: Path) -> tuple[Path, ...]:
-    """Return ``path`` and, for an Abaqus input file, every file that is included, at any depth.
+def _placed(path: Path, notes: list[str]) -> tuple[list[Block], Instances, list[tuple[Floats, Floats]]]:
+    """Return the blocks with those of parts as often as these are placed, the instances by name, and their moves."""
+    parts: dict[str, list[Block]] = {}
+    instances: Instances = {}
+    moves = [(np.eye(3), np.zeros(3))]
+    placed: list[Block] = []
+    part, repeated, opened = placed, 0, ""
+    uses: Counter[str] = Counter()
+    for block in _blocks(path, notes):
+        name = block.options.get("NAME", "").casefold()
+        if opened and block.keyword in ("PART", "INSTANCE", "ASSEMBLY", "ENDASSEMBLY", "STEP"):
+            raise block.fail(f"*END {opened} is missing before it; add it")
+        match block.keyword:
+            case "PART" | "INSTANCE" if name in (parts if block.keyword == "PART" else instances):
+                raise block.fail(f"{name!r} is there twice; rename one")
+            case "PART":
+                opened, part = "PART", parts.setdefault(name, [])
+            case "INSTANCE":
+                of = block.options.get("PART", "").casefold()
+                if of not in parts:
+                    raise block.fail(f"PART={of!r}: must be one of {', '.join(map(repr, parts)) or 'no parts'}")
+                opened, instances[name] = "INSTANCE", (len(moves), block.options.get("NAME", ""))
+                moves.append(_move(block))
+                repeated += sum(1 + len(each.rows) for each in parts[of]) if uses[of] else 0
+                uses[of] += 1
+                if repeated > MOST_MEMBERS:
+                    raise block.fail(f"{repeated} lines of parts are repeated by instances; at most {MOST_MEMBERS:.0e}")
+                placed += [replace(each, instance=instances[name][0]) for each in parts[of]]
+            case "ENDPART" | "ENDINSTANCE" if block.keyword != f"END{opened}":
+                raise block.fail(f"nothing that it ends is open; remove it, or add *{block.keyword[3:]}")
+            case "ENDPART" | "ENDINSTANCE":
+                part, opened = placed, ""
+            case _:
+                part.append(replace(block, instance=len(moves) - 1 if opened == "INSTANCE" else 0))
+    if opened or (parts and not instances and len(parts) > 1):
+        raise MeshError(f"{path}: {len(parts)} blocks *PART need *INSTANCE and *END {opened or 'PART'}; add it")
+    return [*(() if instances else next(iter(parts.values()), ())), *placed], instances, moves
 
-    Missing files are omitted. `read_nastran` refuses INCLUDE.
-    """
-    files: dict[Path, None] = {}  # in order
-    waiting = [path]
-    while waiting and len(files) <= MOST_FILES:  # reading refuses a deck of more files
-        file = waiting.pop().resolve()
-        if file in files or not file.is_file():
-            continue
-        files[file] = None
-        if path.suffix.lower() == ".inp":
-            text = read_text(file, MOST_BYTES, MeshError, errors="replace")
-            waiting += [file.parent / name.strip() for name in _INCLUDE.findall(text)[:MOST_FILES]]
-    return tuple(files)
 
-
-SOLID = re.compile(r"[DAQ]?C3D(4|8|10|20|27)[A-Z]*$")
-OTHER_SOLID = re.compile(r"[DAQ]?C3D|COH3D|CSS|SC\d|CCL")
-SKIN = re.compile(r"(?:S|DS|STRI|SFM3D|M3D|R3D|CPS|CPE)(3|4|6|8|9)5?[A-Z]*\d?$")
+def _move(block: Block) -> tuple[Floats, Floats]:
+    """Return rotation (3, 3) and shift of an instance: x -> rotation x + shift."""
+    rows = [block.reals(row) for row in block.rows]
+    if [len(row) for row in rows] not in ([], [1], [2], [3], [1, 7], [2, 7], [3, 7]):
+        raise block.fail("needs a line of translation x, y, z, and one of two points on an axis and degrees, or none")
+    shift, turn = np.zeros(3), np.eye(3)
+    for row in rows[:1]:
+        shift[: len(row)] = row
+    for row in rows[1:]:
+        start, axis = np.array(row[:3]), np.array(row[3:6]) - row[:3]
+        if not np.any(axis):
+            raise block.fail("the two points on its axis are one; move one")
+        turn = Rotation.from_rotvec(np.deg2rad(row[6]) * axis / np.linalg.norm(axis)).as_matrix()
+        shift = start + turn @ (shift - start)
+    return turn, shift
 
 
 def read_abaqus(path: Path) -> file_mesh.FileMesh:
-    """Return the mesh of *NODE, *ELEMENT, *NSET, *ELSET and *SURFACE, flat or with one part and one instance.
+    """Return the mesh of *NODE, *ELEMENT, *NSET, *ELSET and *SURFACE, flat or of parts and their placed instances.
 
     Solids are C3D4, C3D10, C3D8, C3D20, C3D27 with any suffix. Surfaces are those of *SURFACE (faces S1.. of elements,
     or TYPE=NODE), element sets of skin elements (S3, S4R, M3D4, ...), and node sets. Element sets of solids are
-    volumes; sets that Abaqus/CAE marks internal are omitted. Raises `MeshError` naming file and line.
+    volumes; sets that Abaqus/CAE marks internal are omitted. Keywords of `OUTSIDE` are passed over, others in steps
+    are noted. Raises `MeshError` naming file and line, also for any other keyword.
     """
-    deck, node_sets, element_sets, blocks = _collect(path)
+    notes: list[str] = []
+    deck, node_sets, element_sets, blocks = _collect(path, notes)
     assembly = file_mesh.assembled(deck)
-    if len(distinct(assembly.ids)) < len(assembly.ids):
-        raise MeshError(f"{path}: an element number is used twice; number them anew")
     surfaces, named_nodes = dict(assembly.mesh.surfaces), dict(assembly.mesh.node_sets)
     file_mesh.check_group_count(len(surfaces) + len(named_nodes) + len(blocks), str(path))
-    for block in blocks:
-        name = block.options.get("NAME", "")
-        if block.options.get("TYPE", "ELEMENT").upper() == "NODE":
-            named_nodes[name] = deck.rows(np.concatenate([node_sets.members_of(row[0], block) for row in block.rows]))
-        else:
-            surfaces[name] = file_mesh.stacked(
-                list(_surface(block, assembly, element_sets)), file_mesh.face_width(assembly.mesh.cells)
-            )
-    return replace(assembly.mesh, surfaces=surfaces, node_sets=named_nodes)
+    names = spelled({key: block.options["NAME"] for key, block in blocks.items()}, node_sets.instances)
+    for key, block in blocks.items():
+        match block.options.get("TYPE", "ELEMENT").upper():
+            case "NODE":
+                if any(len(row) > 2 for row in block.rows):
+                    raise block.fail("a line must have a set or node and, if anything, its area")
+                members = [node_sets.members_of(row[0], block) for row in block.rows]
+                named_nodes[names[key]] = deck.rows(np.concatenate([np.empty(0, dtype=np.int64), *members]))
+            case "ELEMENT":
+                faces = list(_surface(block, assembly, element_sets))
+                surfaces[names[key]] = file_mesh.stacked(faces, file_mesh.face_width(assembly.mesh.cells))
+            case kind if kind not in ("CYLINDER", "REVOLUTION", "SEGMENTS", "CUTTING SURFACE", "USER"):  # rigid ones
+                raise block.fail(f"TYPE={kind}: must be ELEMENT or NODE")
+    return replace(assembly.mesh, surfaces=surfaces, node_sets=named_nodes, notes=tuple(notes))
 
 
-def _collect(path: Path) -> tuple[file_mesh.Deck, Sets, Sets, list[Block]]:
+def _collect(path: Path, notes: list[str]) -> tuple[file_mesh.Deck, Sets, Sets, dict[Key, Block]]:
     """Return the deck, its sets including internal ones, and the blocks of *SURFACE."""
     ids: list[Integers] = [np.empty(0, dtype=np.int64)]
     points: list[Floats] = [np.empty((0, 3))]
     solids: list[file_mesh.Elements] = []
     skins: list[file_mesh.Elements] = []
-    node_sets, element_sets = Sets("NSET"), Sets("ELSET")
-    surfaces: list[Block] = []
-    for block in read_blocks(path):
+    blocks, instances, moves = _placed(path, notes)
+    node_sets, element_sets = Sets("NSET", instances), Sets("ELSET", instances)
+    surfaces: dict[Key, Block] = {}
+    for block in blocks:
         match block.keyword:
             case "NODE":
                 numbers, places = _nodes(block)
+                turn, shift = moves[block.instance]
                 ids.append(numbers)
-                points.append(places)
+                points.append(places @ turn.T + shift)
                 if "NSET" in block.options:
-                    node_sets.add(block.options["NSET"], numbers)
+                    node_sets.add(block.options["NSET"], numbers, block)
             case "ELEMENT":
                 elements = _elements(block)
                 if elements is not None:
                     (skins if SKIN.match(elements.type) else solids).append(elements)
-                    if "ELSET" in block.options:
-                        element_sets.add(block.options["ELSET"], elements.ids)
-            case "NSET" if "ELSET" not in block.options:
-                node_sets.add_block(block)
+                if "ELSET" in block.options:
+                    known = np.empty(0, dtype=np.int64) if elements is None else elements.ids
+                    element_sets.add(block.options["ELSET"], known, block)
             case "NSET":
-                raise block.fail("ELSET=: not supported; list the nodes")
+                node_sets.add_block(block)
             case "ELSET":
                 element_sets.add_block(block)
             case "SURFACE":
-                surfaces.append(block)
+                key = block.instance, block.options.get("NAME", "").casefold()
+                if not key[1] or key in surfaces:
+                    raise block.fail(f"NAME={key[1]!r}: is missing, or there twice; write another one")
+                surfaces[key] = block
             case _:
                 pass
     named = element_sets.named(), node_sets.named()
@@ -286,14 +378,20 @@ def _collect(path: Path) -> tuple[file_mesh.Deck, Sets, Sets, list[Block]]:
 
 
 def _nodes(block: Block) -> tuple[Integers, Floats]:
-    if block.options.get("SYSTEM", "R").upper() != "R":
-        raise block.fail(f"SYSTEM={block.options['SYSTEM']}: must be rectangular")
-    try:
-        rows = [[float(word or 0.0) for word in (*row[:4], "", "", "")[:4]] for row in block.rows]
-    except ValueError as error:
-        raise block.fail(f"number, x, y, z expected ({error})") from None
-    table = np.array(rows, dtype=float).reshape(-1, 4)
-    return table[:, 0].astype(np.int64), table[:, 1:]
+    system = block.options.get("SYSTEM", "R").upper()
+    if system not in ("R", "C"):
+        raise block.fail(f"SYSTEM={system}: must be R or C; write rectangular coordinates")
+    numbers, places = [], []
+    for row in block.rows:
+        if len(row) > 4 and len(row) != 7:  # 7: with a normal
+            raise block.fail(f"{', '.join(row)[:80]}: must be number, x, y, z")
+        numbers += block.whole(row[:1])
+        places.append([*block.reals(row[1:]), 0.0, 0.0, 0.0][:3])
+    table = np.array(places, dtype=float).reshape(-1, 3)
+    if system == "C":
+        angle = np.deg2rad(table[:, 1])
+        table = np.c_[table[:, 0] * np.cos(angle), table[:, 0] * np.sin(angle), table[:, 2]]
+    return np.array(numbers, dtype=np.int64) + block.instance * SPAN, table
 
 
 def _elements(block: Block) -> file_mesh.Elements | None:
@@ -301,16 +399,22 @@ def _elements(block: Block) -> file_mesh.Elements | None:
     kind = block.options.get("TYPE", "").upper()
     solid, skin = SOLID.match(kind), SKIN.match(kind)
     match = solid or skin
-    if not match:
-        if OTHER_SOLID.match(kind):
-            first = [[int(row[0])] for row in block.rows if row[0].isdecimal()]
-            return file_mesh.Elements(kind, np.array(first, dtype=np.int64).reshape(-1, 1), usable=False)
+    if not match and not OTHER_SOLID.match(kind) and OTHER.match(kind):
         return None
-    width = 6 if kind.startswith("STRI65") else int(match.group(1))
-    numbers = block.integers()
+    if not match and not OTHER_SOLID.match(kind):
+        raise block.fail(f"TYPE={kind[:80]}: is not known; write solids as C3D4, C3D10, C3D8, C3D20, skins as S3, S4")
+    width = 6 if kind.startswith("STRI65") else int(match.group(1)) if match else 0
+    numbers: list[int] = []
+    for row in block.rows:
+        begun = match is not None and len(numbers) % (1 + width)
+        numbers += block.whole(row if match else row[:1])
+        if match and (begun + len(row)) > 1 + width:
+            raise block.fail(f"TYPE={kind}: {', '.join(row)[:80]}: must be number and {width} nodes")
     if len(numbers) % (1 + width):
-        raise block.fail(f"TYPE={kind}: {len(numbers)} numbers must be a multiple of {1 + width} (number and nodes)")
-    table = numbers.reshape(-1, 1 + width)
+        raise block.fail(f"TYPE={kind}: its last element must have {width} nodes")
+    table = np.array(numbers, dtype=np.int64).reshape(-1, 1 + width) + block.instance * SPAN
+    if match is None:
+        return file_mesh.Elements(kind, table, usable=False)
     return file_mesh.Elements(kind, table if solid else table[:, : 4 if width in (3, 6) else 5])
 
 
@@ -321,8 +425,9 @@ def _surface(block: Block, assembly: file_mesh.Assembled, element_sets: Sets) ->
     by_side: dict[str, list[Integers]] = {}
     for row in block.rows:
         side = row[1].upper() if len(row) > 1 else ""
-        if side not in ("SPOS", "SNEG", "") and not (re.fullmatch(r"S[1-9]", side) and 1 <= int(side[1]) <= len(faces)):
-            raise block.fail(f"{', '.join(row)}: the face must be S1 to S{len(faces)}, SPOS or SNEG")
+        is_face = re.fullmatch(r"S[1-9]", side) and int(side[1]) <= len(faces)
+        if len(row) > 2 or not (is_face or side in ("SPOS", "SNEG", "")):
+            raise block.fail(f"{', '.join(row)[:80]}: must be set and face, S1 to S{len(faces)}, SPOS or SNEG")
         by_side.setdefault(side, []).append(element_sets.members_of(row[0], block))
     for side, parts in by_side.items():
         members = np.concatenate(parts)

@@ -4,7 +4,7 @@ Abaqus, Nastran and VTK have the same order of an element's vertices, but differ
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 import numpy as np
@@ -14,6 +14,7 @@ from scipy.sparse.csgraph import connected_components
 
 from seatfem.structures.mesh import checks, io
 
+SPAN = 10**9  # numbers of nodes and elements of a deck are below; those of a k-th copy of a part are larger by k SPAN
 MOST_GROUPS = 5000  # largest number of groups of a file: sets of nodes, of elements, surfaces
 Groups = tuple[tuple[int, ...], ...]
 TET_RING: Groups = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
@@ -41,7 +42,8 @@ class FileMesh:
     """Nodes, elements and groups of a file, in its length unit and gmsh's node order.
 
     ``points`` (n, 3); ``cells`` (m, k) rows of ``points``, k = 20 or as in `MeshArrays`; ``surfaces``: name -> vertices
-    (f, 3) or (f, 4); ``volumes``: name -> rows of ``cells``; ``node_sets``: name -> rows of ``points``.
+    (f, 3) or (f, 4); ``volumes``: name -> rows of ``cells``; ``node_sets``: name -> rows of ``points``;
+    ``notes``: what the reader passed over and does not know, in sentences.
     """
 
     points: io.Floats
@@ -49,6 +51,7 @@ class FileMesh:
     surfaces: Mapping[str, io.Integers] = field(default_factory=dict)
     volumes: Mapping[str, io.Integers] = field(default_factory=dict)
     node_sets: Mapping[str, io.Integers] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
 
 def one_kind(counts: Mapping[str, tuple[int, io.Integers | None]], source: str) -> None:
@@ -106,11 +109,10 @@ def merged(mesh: FileMesh, tolerance: float, source: str) -> FileMesh:
     _, label = connected_components(graph, directed=False)
     _, first = np.unique(label, return_index=True)
     keep = first[label]
-    return FileMesh(
-        points=mesh.points,
+    return replace(
+        mesh,
         cells=keep[mesh.cells],
         surfaces={name: keep[faces] for name, faces in mesh.surfaces.items()},
-        volumes=mesh.volumes,
         node_sets={name: keep[rows] for name, rows in mesh.node_sets.items()},
     )
 
@@ -188,8 +190,8 @@ class Deck:
         missing = io.distinct(numbers[self.node_ids[rows] != numbers])
         if len(missing):
             raise io.MeshError(
-                f"{self.source}: {self.what} {missing[0]} is used and not defined, export it too ({len(missing)} "
-                f"such {self.what}s)"
+                f"{self.source}: {self.what} {missing[0] % SPAN} is used and not defined, export it too "
+                f"({len(missing)} such {self.what}s)"
             )
         return np.asarray(rows)
 
@@ -204,10 +206,20 @@ class Assembled:
     skin: io.Integers
 
 
+def _check_numbers(what: str, numbers: io.Integers, rows: io.Integers | io.Floats | None, source: str) -> None:
+    """Raise `MeshError` for a number that is there twice, with different ``rows`` if there are any."""
+    order = np.argsort(numbers, kind="stable")
+    twice = np.flatnonzero(numbers[order[1:]] == numbers[order[:-1]])
+    if rows is not None:
+        twice = twice[np.any(rows[order[twice]] != rows[order[twice + 1]], axis=1)]
+    if len(twice):
+        raise io.MeshError(f"{source}: {what} {numbers[order[twice[0]]] % SPAN} is there twice; remove one")
+
+
 def assembled(deck: Deck) -> Assembled:
     """Return the deck by rows: the solids of a set are a volume, its skins a surface, its nodes a node set.
 
-    Raises `MeshError`: solids of several kinds, nodes that are used and not defined.
+    Raises `MeshError`: solids of several kinds, nodes that are used and not defined, numbers that are there twice.
     """
     check_group_count(len(deck.element_sets) + len(deck.node_sets), deck.source)
     counts: dict[str, tuple[int, io.Integers | None]] = {}
@@ -217,6 +229,8 @@ def assembled(deck: Deck) -> Assembled:
     one_kind(counts, deck.source)
     cells = to_gmsh(deck.rows(np.concatenate([each.nodes for each in deck.solids])), deck.order)
     ids, width = np.concatenate([each.ids for each in deck.solids]), face_width(cells)
+    _check_numbers("element", ids, None, deck.source)
+    _check_numbers(deck.what, deck.node_ids, deck.points, deck.source)
     skins = stacked([each.table for each in deck.skins if each.nodes.shape[1] == width], 1 + width)
     skin_ids, skin = skins[:, 0], deck.rows(skins[:, 1:])
     volumes = {name: np.flatnonzero(np.isin(ids, members)) for name, members in deck.element_sets.items()}

@@ -20,7 +20,7 @@ from impact.files.safe_files import MB, check_file, read_text
 from impact.notices import Progress, silent
 from seatfem.jobs.folders import private_folder
 from seatfem.jobs.processes import answer_of, end_worker, start_worker, tell_worker
-from seatfem.structures.formats import abaqus, file_mesh, nastran_mesh
+from seatfem.structures.formats import abaqus, decks, file_mesh, nastran_mesh
 from seatfem.structures.formats.file_mesh import FileMesh, merged, to_arrays
 from seatfem.structures.mesh import checks, meshing
 from seatfem.structures.mesh.gmsh_process import STAGE, MeshingError, run_gmsh
@@ -142,7 +142,7 @@ def beside(path: Path) -> tuple[Path, ...]:
 
 def all_files(path: Path) -> tuple[Path, ...]:
     """Return ``path`` and every existing file that belongs to it: included files, and the files of `beside`."""
-    included = abaqus.with_included(path)
+    included = decks.with_included(path)
     return (*included, *(other for other in beside(path) if other.is_file())) if included else ()
 
 
@@ -270,7 +270,12 @@ def read_mesh(
     if merge is None:
         checks.check_coincident(arrays)
     provenance = meshing.MeshProvenance(
-        source=str(path), content_hash=_content_hash(arrays), gmsh_version=version, geometry={}, spec={}
+        source=str(path),
+        content_hash=_content_hash(arrays),
+        gmsh_version=version,
+        geometry={},
+        spec={},
+        notes=mesh.notes,
     )
     seat = meshing.seat_mesh(arrays, provenance, required=tuple(names.values()), parts=parts)
     progress(STAGE, 1.0)

@@ -209,7 +209,7 @@ def of_mesh(name: str, mesh: SeatMesh, notes: tuple[str, ...]) -> Part:
     """Return the faces of a mesh: parts of its surface without sharp edges inside."""
     shape = shape_of(mesh)
     faces, rows = faces_of(shape)
-    return Part(name, faces, shape, rows, regions_of(mesh), notes, numbered=False)
+    return Part(name, faces, shape, rows, regions_of(mesh), (*notes, *mesh.provenance.notes), numbered=False)
 
 
 def _assumed(path: Path, unit: str, other: str) -> str:

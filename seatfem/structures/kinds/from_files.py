@@ -185,6 +185,9 @@ file = "seat.msh"
             if why := struck_side_problem(normals, shape, self.struck_face, self.held, self.bedded):
                 yield ("contact",), naming(self.file, why)
 
+    def file_notes(self) -> tuple[str, ...]:
+        return self.read().provenance.notes
+
     def part(self) -> inspection.mesh_file.Part:
         return inspection.mesh_file.of_mesh(self.file.name, self.read(), ())
 

@@ -331,6 +331,10 @@ class Structure(Striking):
         """Yield the problems found on opening its files."""
         return iter(())
 
+    def file_notes(self) -> tuple[str, ...]:
+        """Return what was passed over or repaired on reading its files, in sentences."""
+        return ()
+
     def surface(self) -> Shape | None:
         """Return the surface of a body from a file; ``None`` for others."""
         return None
