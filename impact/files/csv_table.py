@@ -238,8 +238,9 @@ def head_of(cell: str) -> Head:
 
 
 def normal_unit(unit: str) -> str:
-    """Return a unit in the notation of tables of units: u for micro, ^2 for a superscript, one space for a product."""
-    return " ".join(unit.translate(_SAME).split())
+    """Return a unit in the notation of tables of units: u for micro, ^2 for a square, one space for a product."""
+    squares = re.sub(r"(?<=[A-Za-z])(\*\*)?2\b", "^2", unit)
+    return " ".join(re.sub(r"\bsec\b", "s", squares).translate(_SAME).split())
 
 
 def _separator_of(first: str) -> str:

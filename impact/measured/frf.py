@@ -21,14 +21,16 @@ from impact.quantities import brief
 
 Kind = Literal["receptance", "mobility", "accelerance"]
 HERTZ = {"Hz": 1.0, "kHz": 1e3, "MHz": 1e6}
-_LENGTHS = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "nm": 1e-9}
+_LENGTHS = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "nm": 1e-9, "in": 0.0254}
+_FORCES = {"N": 1.0, "mN": 1e-3, "kN": 1e3, "lbf": 4.4482216152605}
 _ORDER = {"receptance": 0, "mobility": 1, "accelerance": 2}
-_SUFFIX = {
-    "receptance": ("{}/N",),
-    "mobility": ("{}/(N s)", "{}/s/N", "({}/s)/N"),
-    "accelerance": ("{}/(N s^2)", "{}/s^2/N", "({}/s^2)/N"),
+_FORMS = {
+    "receptance": ("{0}/{1}",),
+    "mobility": ("{0}/({1} s)", "{0}/s/{1}", "({0}/s)/{1}"),
+    "accelerance": ("{0}/({1} s^2)", "{0}/s^2/{1}", "({0}/s^2)/{1}"),
 }
-_MASSES = {"1/kg": 1.0, "1/g": 1e3, "g/N": 9.80665}  # accelerance is 1/mass; g/N: standard gravity per force
+_GRAVITY = 9.80665  # m/s^2
+_MASSES = {"1/kg": 1.0, "1/g": 1e3}  # accelerance is 1/mass
 _ROLES: dict[str, tuple[str, ...]] = {
     "frequency": ("frequency", "freq", "f"),
     "real": ("real", "re"),
@@ -41,7 +43,7 @@ _ROLES: dict[str, tuple[str, ...]] = {
 _LIKE = (
     "must be like 'frequency [Hz],mobility real [mm/(N s)],mobility imag [mm/(N s)]', or have magnitude [m/N, "
     f"dB re 1 m/N] and phase [deg]; or give columns and units; quantities: {', '.join(_ORDER)}; "
-    f"also in {', '.join(_MASSES)}"
+    f"also in {', '.join(_MASSES)}, g/N"
 )
 _ANGLES = {"deg": np.pi / 180, "rad": 1.0}
 RECIPROCITY_LIMIT = 0.2
@@ -168,11 +170,11 @@ def read_frf(
 ) -> FrequencyResponse:
     """Read an FRF under a header such as ``frequency [Hz],mobility real [mm/(N s)],mobility imag [mm/(N s)]``.
 
-    The frequency may be in Hz, kHz, MHz; receptance, mobility or accelerance in {m, mm, um, nm} per N, (N s), (N s^2),
-    accelerance also in 1/kg or g/N (g = 9.80665 m/s^2); parts are real and imag, or magnitude (also in dB re one of
-    these) and phase [deg, rad]. The noise follows from a column of coherence (with ``averages``) or of variance, in the
-    square of the response's unit, real and imaginary part together; otherwise it is estimated from the lines by the
-    pole fit. Separators, decimals and other columns as in `impact.read_time_series`.
+    The frequency may be in Hz, kHz, MHz; receptance, mobility or accelerance in m, mm, um, nm, in per N, (N s), (N s^2)
+    or in place of N, mN, kN, lbf, accelerance also in 1/kg or g/N (g = 9.80665 m/s^2); parts are real and imag, or
+    magnitude (also in dB re one of these) and phase [deg, rad]. The noise follows from a column of coherence (with
+    ``averages``) or of variance, in the square of the response's unit, real and imaginary part together; otherwise it
+    is estimated from the lines by the pole fit. Separators, decimals and other columns as in `impact.read_time_series`.
 
     Args:
         columns: column names by role (frequency, real, imag, magnitude, phase, coherence, variance), if not evident.
@@ -237,7 +239,7 @@ def _columns_of(table: CsvTable, columns: Stated, units: Stated, quantity: Kind 
     match = re.fullmatch(r"dB(?:\s+re\.?\s+(?:1\s+)?(.+))?", texts[0])  # "dB re 1 m/N"
     unit, decibel = (texts[0], False) if match is None else (normal_unit(match[1] or ""), True)
     stated_kinds = {kind for k in (places[part] for part in parts) if (kind := read[k][0])}
-    kinds = [kind for kind in get_args(Kind) if unit in _scales(kind)]
+    kinds = [kind for kind in get_args(Kind) if unit in response_units(kind)]
     if quantity is not None:
         stated_kinds |= {quantity}
     kinds = [kind for kind in kinds if stated_kinds <= {kind}]
@@ -246,7 +248,7 @@ def _columns_of(table: CsvTable, columns: Stated, units: Stated, quantity: Kind 
     hertz = normal_unit(units.get("frequency", table.heads[places["frequency"]].unit))
     if len(kinds) != 1 or len(set(texts)) != 1 or not angles or hertz not in HERTZ or (decibel and parts[0] == "real"):
         raise TimeSeriesError(f"{table.path}, line {table.head_line}: header {table.header!r} {_LIKE}")
-    factors = {"frequency": HERTZ[hertz], "response": _scales(kinds[0])[unit], "phase": _ANGLES.get(angle, 1.0)}
+    factors = {"frequency": HERTZ[hertz], "response": response_units(kinds[0])[unit], "phase": _ANGLES.get(angle, 1.0)}
     roles = ("frequency", *parts, *(role for role in ("coherence", "variance") if role in places))
     return _Columns({role: places[role] for role in roles}, factors, kinds[0], parts, decibel)
 
@@ -276,11 +278,15 @@ def _deviation(
     return deviation_by_coherence(response, coherence, averages)
 
 
-def _scales(kind: str) -> dict[str, float]:
-    """Return the units of a quantity and their factors to SI."""
-    forms = _SUFFIX.get(kind, ())
-    scales = {form.format(unit): factor for form in forms for unit, factor in _LENGTHS.items()}
-    return scales | (_MASSES if kind == "accelerance" else {})
+def response_units(kind: Kind) -> dict[str, float]:
+    """Return the units of a quantity and their factors to SI, as "mm/s^2/N"; g is the standard gravity."""
+    scales = {
+        form.format(length, force): metre / newton
+        for force, newton in _FORCES.items()
+        for form in _FORMS[kind]
+        for length, metre in _LENGTHS.items()
+    }
+    return scales | ({f"g/{f}": _GRAVITY / n for f, n in _FORCES.items()} | _MASSES if kind == "accelerance" else {})
 
 
 def of_impulse_response(greens: SampledGreens, *, highest: float | None = None) -> FrequencyResponse:

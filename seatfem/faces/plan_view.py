@@ -36,7 +36,8 @@ _NONE: Final = FieldInfo(default=None)
 
 
 def read_back(scene: Scene) -> tuple[tuple[str, str], ...]:
-    """Return the keys that a scene file states as rows (key, value), and the struck face of each body.
+    """Return the keys that a scene file states as rows (key, value), the struck face of each body, and what its file
+    says besides.
 
     Raises:
         SceneError: a file that cannot be read, or has no such face.
@@ -52,6 +53,8 @@ def read_back(scene: Scene) -> tuple[tuple[str, str], ...]:
             rows.append((f"{key} {number}" if len(tables) > 1 else key, words))
             if isinstance(table, Structure) and (face := _struck(table, along=key == "seat" and scene.contact)):
                 rows.append((f"{key}, face", face))
+            if isinstance(table, Structure) and (notes := table.file_notes()):
+                rows.append((f"{key}, file", "; ".join(notes)))
     return tuple(rows)
 
 

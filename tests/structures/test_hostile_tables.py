@@ -112,7 +112,7 @@ def test_numbers_written_out(tmp_path, monkeypatch, lines, message):
 
 def test_a_universal_mesh_of_promises(tmp_path):
     promise = "    -1\n  2412\n" + f"{1:10}{111:10}{1:10}{1:10}{1:10}{400000000:10}\n         1\n    -1\n"
-    refused(tmp_path / "a.unv", promise, "universal file")
+    refused(tmp_path / "a.unv", promise, "element 1 .*400000000 nodes: must be 4")
 
 
 M3 = "%%MatrixMarket matrix coordinate real general\n"

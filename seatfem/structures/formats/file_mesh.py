@@ -4,7 +4,7 @@ Abaqus, Nastran and VTK have the same order of an element's vertices, but differ
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 import numpy as np
@@ -41,7 +41,8 @@ class FileMesh:
     """Nodes, elements and groups of a file, in its length unit and gmsh's node order.
 
     ``points`` (n, 3); ``cells`` (m, k) rows of ``points``, k = 20 or as in `MeshArrays`; ``surfaces``: name -> vertices
-    (f, 3) or (f, 4); ``volumes``: name -> rows of ``cells``; ``node_sets``: name -> rows of ``points``.
+    (f, 3) or (f, 4); ``volumes``: name -> rows of ``cells``; ``node_sets``: name -> rows of ``points``. ``unit``:
+    metres per length unit, ``None`` if the file does not state it; ``notes``: what was left aside, for the user.
     """
 
     points: io.Floats
@@ -49,6 +50,8 @@ class FileMesh:
     surfaces: Mapping[str, io.Integers] = field(default_factory=dict)
     volumes: Mapping[str, io.Integers] = field(default_factory=dict)
     node_sets: Mapping[str, io.Integers] = field(default_factory=dict)
+    unit: float | None = None
+    notes: tuple[str, ...] = ()
 
 
 def one_kind(counts: Mapping[str, tuple[int, io.Integers | None]], source: str) -> None:
@@ -106,11 +109,10 @@ def merged(mesh: FileMesh, tolerance: float, source: str) -> FileMesh:
     _, label = connected_components(graph, directed=False)
     _, first = np.unique(label, return_index=True)
     keep = first[label]
-    return FileMesh(
-        points=mesh.points,
+    return replace(
+        mesh,
         cells=keep[mesh.cells],
         surfaces={name: keep[faces] for name, faces in mesh.surfaces.items()},
-        volumes=mesh.volumes,
         node_sets={name: keep[rows] for name, rows in mesh.node_sets.items()},
     )
 

@@ -1,7 +1,8 @@
-"""Universal files (UFF): modes of dataset 55, frequency and impulse responses of dataset 58. Needs the extra [uff]."""
+"""Universal files (UFF): modes of dataset 55, frequency and impulse responses of dataset 58; writing needs pyuff."""
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -10,50 +11,99 @@ from pathlib import Path
 from typing import Any, Final, Literal, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from impact.files.safe_files import MB, check_file, whole_file
+from impact.bodies.time_series import SECONDS, Stated
+from impact.files.csv_table import normal_unit
+from impact.files.safe_files import MB, whole_file
 from impact.greens import base, modal
 from impact.greens.sampled import SampledGreens, Tail
-from impact.measured.frf import FrequencyResponse, Kind, receptance
+from impact.measured.frf import HERTZ, FrequencyResponse, Kind, receptance, response_units
 from impact.names import how_to_mend
+from seatfem.structures.formats.universal import SIZES, Dataset, Units, read_datasets, read_units
 
 Direction = Literal["+x", "-x", "+y", "-y", "+z", "-z"]
 Place = tuple[int, Direction]
 """Node number, and direction of the outward normal of the struck face."""
 System = Literal["SI", "mm-N-s", "inch-lbf-s"]
-UNITS: dict[str, tuple[float, float]] = {
-    "SI": (1.0, 1.0),
-    "mm-N-s": (1e-3, 1.0),
-    "inch-lbf-s": (0.0254, 4.4482216152605),
+UNITS: dict[str, Units] = {
+    "SI": Units(1.0, 1.0),
+    "mm-N-s": Units(1e-3, 1.0),
+    "inch-lbf-s": Units(0.0254, 4.4482216152605),
 }
-"""Metres and newtons per unit of the file."""
 LIMIT = 256 * MB
 _AXES = {"x": 1, "y": 2, "z": 3}
 _ORDINATES: dict[int, Kind] = {8: "receptance", 11: "mobility", 12: "accelerance"}
 _FORCES = (9, 13)
 _TIME_RESPONSE, _FRF, _NORMAL_MODE = 1, 4, 2
+_FREQUENCY, _TIME = 18, 17
+_NO_LABEL = ("", "NONE", "None", "none")
+_NAMES = 5  # lines of text at the beginning of datasets 55 and 58
 
 
 class UffError(ValueError):
-    """Error of a universal file that cannot be used; the message names file, dataset and remedy."""
+    """Error of a universal file that cannot be used; the message names file, line, dataset and remedy."""
 
 
 @dataclass(frozen=True)
-class _File:
-    """Datasets of one type, and metres and newtons per unit."""
+class _Axis:
+    """Data type and unit of an axis of dataset 58; ``unit`` is "" where none is stated."""
 
-    path: Path
-    sets: list[dict[str, Any]]
-    metre: float
-    newton: float
+    type: int
+    unit: str
+
+
+@dataclass(frozen=True)
+class _Function:
+    """Dataset 58: function type, nodes and directions of response and reference, axes, and values (n,) over ``x``."""
+
+    dataset: Dataset
+    type: int
+    response: tuple[int, int]
+    reference: tuple[int, int]
+    abscissa: _Axis
+    ordinate: _Axis
+    force: _Axis
+    x: base.Array
+    values: NDArray[Any]
+
+    def fail(self, why: str) -> UffError:
+        return UffError(f"{self.dataset.path}:{self.dataset.line}: dataset 58: {why}")
+
+    def sign(self, place: Place, end: tuple[int, int]) -> float:
+        return (1.0 if place[1][0] == "+" else -1.0) * math.copysign(1.0, end[1])
+
+
+@dataclass(frozen=True)
+class _Mode:
+    """Dataset 55 of a normal mode; ``shape``: values of three directions at each node."""
+
+    dataset: Dataset
+    number: int
+    frequency: float
+    mass: float
+    damping: float
+    shape: Mapping[int, NDArray[Any]]
+
+    def fail(self, why: str) -> UffError:
+        return UffError(f"{self.dataset.path}:{self.dataset.line}: dataset 55: mode {self.number} {why}")
+
+    def displacement(self, place: Place) -> float:
+        node, direction = place
+        if node not in self.shape:
+            numbers = f"{len(self.shape)} from {min(self.shape, default=0)} to {max(self.shape, default=0)}"
+            raise self.fail(f"has no node {node}; it has {numbers}")
+        value = self.shape[node][_AXES[direction[1]] - 1]
+        if abs(np.imag(value)) > 1e-6 * abs(value):
+            raise self.fail("is complex: export normal modes, or fit its FRFs")
+        return float(np.real(value)) * (1.0 if direction[0] == "+" else -1.0)
 
 
 def read_modes_uff(
     path: str | os.PathLike[str],
     *,
     ports: Mapping[str, Place | Sequence[Place]],
-    units: System | None = None,
+    system: System | None = None,
     damping_ratio: float | None = None,
     modal_mass: float | None = None,
     compliance: base.Array | float | None = None,
@@ -65,41 +115,43 @@ def read_modes_uff(
 
     Args:
         ports: node and direction by name; several places are averaged.
-        units: units of a file without dataset 164, one of `UNITS`.
+        system: units of the file, one of `UNITS`, in place of those of dataset 164.
         damping_ratio: replaces the damping in the file.
         modal_mass: replaces the modal mass in the file, in its unit of mass (1 for mass-normalised shapes).
         compliance: static compliance of all modes above the last, scalar or (p, p) [m/N], a massless spring.
 
     Raises:
-        UffError: pyuff missing, no such file, no normal modes, no units, a node that is missing, a modal mass that is
-            not positive, complex shapes.
+        UffError: no such file, no normal modes, no units, a node that is missing, a modal mass that is not positive,
+            complex shapes.
     """
-    file = _read(Path(path), 55, units)
-    modes = [dataset for dataset in file.sets if dataset.get("analysis_type") == _NORMAL_MODE]
+    file, (sets, stated) = Path(path), _read(Path(path), 55, system)
+    modes = [mode for dataset in sets if (mode := _mode(dataset)) is not None]
     if not modes:
-        raise UffError(f"{file.path}: no normal modes (dataset 55, analysis type 2) in it; export them")
+        raise UffError(f"{file}: no normal modes (dataset 55, analysis type 2) in it; export them")
+    if stated is None:
+        raise UffError(f"{file}: states no units (dataset 164); state system, one of {', '.join(UNITS)}")
+    numbers = [mode.number for mode in modes]
+    if twice := {number for number in numbers if numbers.count(number) > 1}:
+        raise UffError(f"{file}: mode {min(twice)} is there twice (dataset 55); remove one")
     places = {name: _places(port) for name, port in ports.items()}
-    per_mass = file.newton / file.metre  # kilograms per unit of mass
+    per_mass = stated.newton / stated.metre  # kilograms per unit of mass
     omega, zeta, shapes = np.zeros(len(modes)), np.zeros(len(modes)), np.zeros((len(modes), len(places)))
     for k, mode in enumerate(modes):
-        number = mode.get("mode_n", k + 1)
-        mass = float(mode["modal_m"]) if modal_mass is None else modal_mass
+        mass = mode.mass if modal_mass is None else modal_mass
         if not mass > 0:
-            raise UffError(
-                f"{file.path}: mode {number} has the modal mass {mass:g}; give modal_mass=1.0 if its shapes are "
-                "mass-normalised"
+            raise mode.fail(
+                f"has the modal mass {mass:g}, must be positive; state modal_mass = 1 if its shapes are mass-normalised"
             )
-        omega[k] = 2 * np.pi * float(mode["freq"])
-        damping = float(mode["modal_damp_vis"]) + float(mode["modal_damp_his"]) / 2
-        zeta[k] = damping if damping_ratio is None else damping_ratio
-        values = [np.mean([_displacement(file.path, mode, place) for place in port]) for port in places.values()]
+        omega[k] = 2 * np.pi * mode.frequency
+        zeta[k] = mode.damping if damping_ratio is None else damping_ratio
+        values = [np.mean([mode.displacement(place) for place in port]) for port in places.values()]
         shapes[k] = np.array(values) / np.sqrt(mass * per_mass)
     order = np.argsort(omega, kind="stable")
     p = len(places)
     residual = modal.Residual.none(p) if compliance is None else modal.Residual.spring(compliance)
     origin = {
         "kind": "modes",
-        "file": file.path.name,
+        "file": file.name,
         "modes": len(modes),
         "ports": {n: str(v) for n, v in places.items()},
     }
@@ -107,46 +159,62 @@ def read_modes_uff(
 
 
 def read_frf_uff(
-    path: str | os.PathLike[str], *, ports: Mapping[str, Place], units: System | None = None
+    path: str | os.PathLike[str],
+    *,
+    ports: Mapping[str, Place],
+    system: System | None = None,
+    units: Stated | None = None,
+    quantity: Kind | None = None,
 ) -> FrequencyResponse:
     """Return frequency responses of datasets 58 between the given ports, as receptance.
 
     They are receptance, mobility or accelerance by the ordinate's data type (8, 11 or 12) over a force (9 or 13). One
-    of G_ij and G_ji is enough; every G_ii is needed. A direction opposite to the port's changes the sign.
+    of G_ij and G_ji is enough; every G_ii is needed. A direction opposite to the port's changes the sign. Their unit is
+    that of dataset 164, or of the labels of the axes ("m/s^2" over "N"), which must not contradict each other.
+
+    Args:
+        system: units of the file, one of `UNITS`, in place of those that it states.
+        units: units of "response" (as "g/N") and "frequency" as in `impact.read_frf`, in place of the file's.
+        quantity: measured quantity, where the data type leaves it open (0, 1).
 
     Raises:
-        UffError: pyuff missing, no such file, no units, a response that is missing, ambiguous or of another quantity.
+        UffError: no such file, no units or several, a response that is missing, ambiguous or of another quantity.
         FrequencyResponseError: errors of `FrequencyResponse`.
     """
-    file = _read(Path(path), 58, units)
+    file, (sets, stated) = Path(path), _read(Path(path), 58, system)
+    if unknown := sorted({*(units or {})} - {"response", "frequency"}):
+        raise UffError(f"{file}: units knows response and frequency of a universal file, not {unknown[0]}: remove it")
+    functions = [_function(dataset) for dataset in sets]
     names, p = tuple(ports), len(ports)
-    table: dict[tuple[int, int], dict[str, Any]] = {}
-    for i, j, dataset in _between(file, ports, _FRF):
+    table: dict[tuple[int, int], _Function] = {}
+    for i, j, function in _between(functions, ports, _FRF):
         if (i, j) in table:
-            raise UffError(f"{file.path}: two frequency responses from port {names[j]!r} to {names[i]!r}: keep one")
-        table[i, j] = dataset
+            raise UffError(f"{file}: two frequency responses from port {names[j]!r} to {names[i]!r}: keep one")
+        table[i, j] = function
     missing = [f"{names[i]} / {names[j]}" for i in range(p) for j in range(i + 1) if not {(i, j), (j, i)} & set(table)]
     if missing:
-        raise UffError(f"{file.path}: no frequency response for the ports {', '.join(missing)}; {_listing(file)}")
-    first = table[0, 0]
-    frequency, kinds = np.asarray(first["x"], dtype=float), set()
+        listing = _listing(functions)
+        raise UffError(f"{file}: no frequency response for the ports {', '.join(missing)}; {listing}")
+    frequency, kinds = table[0, 0].x, set()
     values = np.zeros((len(frequency), p, p), dtype=complex)
-    for (i, j), dataset in table.items():
-        kinds.add(_kind(file.path, dataset))
-        x = np.asarray(dataset["x"], dtype=float)
+    for (i, j), function in table.items():
+        kind, scale = _scale(function, stated, system is not None, units or {}, quantity)
+        kinds.add(kind)
+        x = function.x
         if x.shape != frequency.shape or np.any(np.abs(x - frequency) > 1e-3 * np.median(np.diff(frequency))):
-            raise UffError(f"{file.path}: {names[i]} / {names[j]} must have the frequencies of {names[0]} / {names[0]}")
-        sign = _sign(dataset, "rsp", ports[names[i]]) * _sign(dataset, "ref", ports[names[j]])
-        values[:, i, j] = sign * np.asarray(dataset["data"]) * file.metre / file.newton
+            raise UffError(f"{file}: {names[i]} / {names[j]} must have the frequencies of {names[0]} / {names[0]}")
+        sign = function.sign(ports[names[i]], function.response) * function.sign(ports[names[j]], function.reference)
+        values[:, i, j] = sign * function.values * scale
         if (j, i) not in table:
             values[:, j, i] = values[:, i, j]
     if len(kinds) > 1:
-        raise UffError(f"{file.path}: {', '.join(sorted(kinds))} at once: convert them to one quantity")
-    return receptance(frequency, values, kinds.pop(), port_names=names, origin={"file": file.path.name})
+        raise UffError(f"{file}: {', '.join(sorted(kinds))} at once: convert them to one quantity")
+    hertz = _abscissa(table[0, 0], _FREQUENCY, HERTZ, (units or {}).get("frequency"))
+    return receptance(hertz * frequency, values, kinds.pop(), port_names=names, origin={"file": file.name})
 
 
 def read_impulse_response_uff(
-    path: str | os.PathLike[str], *, ports: Mapping[str, Place], units: System | None = None, tail: Tail = "forbid"
+    path: str | os.PathLike[str], *, ports: Mapping[str, Place], system: System | None = None, tail: Tail = "forbid"
 ) -> SampledGreens:
     """Return g(t) of one port from dataset 58: a time response (type 1) of displacement per unit impulse.
 
@@ -154,105 +222,185 @@ def read_impulse_response_uff(
         UffError: as `read_frf_uff`; more than one port.
         GreensFunctionError: errors of `SampledGreens.from_series`.
     """
-    file = _read(Path(path), 58, units)
+    file, (sets, stated) = Path(path), _read(Path(path), 58, system)
     if len(ports) != 1:
-        raise UffError(
-            f"{file.path}: {len(ports)} ports; impulse responses are read for one; stack the values for more"
-        )
+        raise UffError(f"{file}: {len(ports)} ports; impulse responses are read for one; stack the values for more")
     (name, place) = next(iter(ports.items()))
-    responses = [dataset for _, _, dataset in _between(file, ports, _TIME_RESPONSE)]
+    functions = [_function(dataset) for dataset in sets]
+    responses = [function for _, _, function in _between(functions, ports, _TIME_RESPONSE)]
     if len(responses) != 1:
         raise UffError(
-            f"{file.path}: {len(responses)} time responses of port {name!r}, one is needed; {_listing(file)}"
+            f"{file}: {len(responses)} time responses of port {name!r}, one is needed; {_listing(functions)}"
         )
-    if responses[0]["ordinate_spec_data_type"] != 8:
-        raise UffError(f"{file.path}: the time response is no displacement (data type 8): integrate it first")
-    sign = _sign(responses[0], "rsp", place) * _sign(responses[0], "ref", place)
-    values = sign * np.real(responses[0]["data"]) * file.metre / file.newton
-    origin = {"kind": "measured", "file": file.path.name}
+    (response,) = responses
+    if response.ordinate.type != 8:
+        raise response.fail("the time response is no displacement (data type 8): integrate it first")
+    _, scale = _scale(response, stated, system is not None, {}, None)
+    seconds = _abscissa(response, _TIME, SECONDS, None)
+    values = response.sign(place, response.response) * response.sign(place, response.reference) * scale
+    origin = {"kind": "measured", "file": file.name}
     try:
-        return SampledGreens.from_series(responses[0]["x"], values, tail=tail, port_names=(name,), origin=origin)
+        return SampledGreens.from_series(
+            seconds * response.x, values * np.real(response.values), tail=tail, port_names=(name,), origin=origin
+        )
     except base.GreensFunctionError as problem:
-        raise base.GreensFunctionError(f"{file.path}: {problem}") from problem
+        raise base.GreensFunctionError(f"{file}: {problem}") from problem
 
 
-def _read(path: Path, kind: int, units: System | None) -> _File:
-    pyuff = _pyuff(path.name)
+def _read(path: Path, kind: int, system: System | None) -> tuple[list[Dataset], Units | None]:
+    """Return the datasets of a kind, and the units by ``system``, or else by dataset 164, if it is there."""
     if not path.exists():
         raise UffError(f"{path}: no such file; check the path")
-    check_file(path, LIMIT, UffError)
-    if units is not None and units not in get_args(System):
-        raise UffError(f"units {units!r} are unknown; choose from {', '.join(get_args(System))}")
-    try:
-        uff = pyuff.UFF(str(path))
-        types = [int(number) for number in uff.get_set_types()]
-        sets = [uff.read_sets(n) for n, number in enumerate(types) if number == kind]
-        declared = [uff.read_sets(n) for n, number in enumerate(types) if number == 164]
-        _refuse_incomplete(path, sets)
-    except UffError:
-        raise
-    except Exception as problem:  # pyuff raises plain Exception
-        raise UffError(f"{path}: cannot be read as a universal file, export it again: {problem}") from problem
+    if system is not None and system not in get_args(System):
+        raise UffError(f"system {system!r} is unknown; choose from {', '.join(get_args(System))}")
+    sets, others = list[Dataset](), set[int]()
+    units = None if system is None else UNITS[system]
+    for dataset in read_datasets(path, LIMIT, UffError):
+        others.add(dataset.number)
+        if dataset.number == kind:
+            sets.append(dataset)
+        elif dataset.number == 164 and system is None:
+            if units not in (None, stated := read_units(dataset)):
+                raise dataset.fail("states other units than the one before; remove one")
+            units = stated
     if not sets:
-        raise UffError(f"{path}: no dataset {kind} in it; it holds {sorted(set(types)) or 'nothing'}")
-    if units is None and not declared:
-        raise UffError(f"{path}: states no units (dataset 164); give units=, one of {', '.join(UNITS)}")
-    per_unit = [1 / x for x in UNITS[units]] if units else [float(declared[0][name]) for name in ("length", "force")]
-    if not all(0 < x < np.inf for x in per_unit):
-        raise UffError(f"{path}: dataset 164 states the units 1/{per_unit[0]:g} m and 1/{per_unit[1]:g} N; give units=")
-    return _File(path, sets, 1 / per_unit[0], 1 / per_unit[1])
+        raise UffError(f"{path}: no dataset {kind} in it; it holds {sorted(others) or 'nothing'}")
+    return sets, units
 
 
-def _refuse_incomplete(path: Path, sets: list[dict[str, Any]]) -> None:
-    """Raise `UffError` for values that are not finite or without abscissae, and for shapes with missing nodes."""
-    for number, one in enumerate(sets, start=1):
-        shapes = [(f"r{axis}", one.get(f"r{axis}"), one.get("node_nums")) for axis in (1, 2, 3)]
-        for name, values, places in (("data", one.get("data"), one.get("x")), *shapes):
-            if values is not None and (places is None or np.shape(values) != np.shape(places)):
-                raise UffError(
-                    f"{path}: dataset {number} of its type is incomplete: {name} {np.shape(values)}, "
-                    f"{0 if places is None else np.size(places)} places; export it again"
-                )
-            if values is not None and not np.all(np.isfinite(values)):
-                raise UffError(f"{path}: dataset {number} of its type: {name} must be finite")
+def _mode(dataset: Dataset) -> _Mode | None:
+    """Return the normal mode in dataset 55; ``None`` of another analysis."""
+    for _ in range(_NAMES):
+        dataset.text()
+    _, analysis, _, _, form, width = dataset.integers(6)
+    if analysis != _NORMAL_MODE:
+        return None
+    if form not in (2, 5) or width not in (3, 6):
+        raise dataset.fail(f"{width} values of data type {form} at a node, must be 3 or 6 of type 2 or 5: export it so")
+    _, reals, _, number = dataset.integers(4)
+    if reals != 4:
+        raise dataset.fail(f"{reals} numbers follow, must be 4: frequency, modal mass, two ratios of damping")
+    frequency, mass, viscous, hysteretic = dataset.reals(4)
+    if frequency < 0 or viscous < 0 or hysteretic < 0:
+        raise dataset.fail(f"mode {number}: frequency and damping must be 0 or more")
+    shape: dict[int, NDArray[Any]] = {}
+    while dataset.has_more:
+        (node,) = dataset.integers(1)
+        if node in shape:
+            raise dataset.fail(f"mode {number} has node {node} twice; remove one")
+        values = np.array(dataset.reals(width if form == 2 else 2 * width))
+        shape[node] = values[:3] if form == 2 else values[:6:2] + 1j * values[1:6:2]
+    return _Mode(dataset, number, frequency, mass, viscous + hysteretic / 2, shape)
 
 
-def _between(file: _File, ports: Mapping[str, Place], function: int) -> Iterator[tuple[int, int, dict[str, Any]]]:
-    """Yield the datasets of a function type with force at port j and response at port i, as (i, j, dataset)."""
-    where = {(node, _AXES[direction[1]]): k for k, (node, direction) in enumerate(ports.values())}
-    for dataset in file.sets:
-        response = where.get((int(dataset["rsp_node"]), abs(int(dataset["rsp_dir"]))))
-        reference = where.get((int(dataset["ref_node"]), abs(int(dataset["ref_dir"]))))
-        if dataset["func_type"] == function and response is not None and reference is not None:
-            yield response, reference, dataset
+def _function(dataset: Dataset) -> _Function:
+    """Return the function in dataset 58 or 58b."""
+    for _ in range(_NAMES):
+        dataset.text()
+    line = dataset.text()
+    try:
+        function = int(line[:5])
+        node, direction, other, along = (int(word) for at in (41, 66) for word in line[at : at + 14].split())
+    except ValueError:
+        raise dataset.fail(f"{line.strip()[:80]!r} must state function type, nodes and directions") from None
+    words = dataset.text().split()
+    if len(words) < 5 or not all(word.isdecimal() for word in words[:3]) or int(words[0]) not in SIZES:
+        raise dataset.fail("must state a data type of 2, 4, 5 or 6, number of values, spacing, first value and step")
+    form, count, even = map(int, words[:3])
+    try:
+        first, step = (float(word.replace("D", "E")) for word in words[3:5])
+    except ValueError:
+        raise dataset.fail(f"{words[3]!r} and {words[4]!r} must be numbers") from None
+    abscissa, ordinate, force, _ = (_axis(dataset) for _ in range(4))
+    size, parts = SIZES[form]
+    columns = parts + (even != 1)
+    if dataset.order:
+        numbers = np.frombuffer(dataset.binary[: len(dataset.binary) // size * size], f"{dataset.order}f{size}")
+        if numbers.size != columns * count:
+            raise dataset.fail(f"{numbers.size} numbers, must be {columns * count} by its head; export it again")
+        numbers = numbers.astype(float)
+    else:
+        numbers = np.array(dataset.reals(columns * count) if count else [])
+    if dataset.has_more:
+        dataset.text()
+        raise dataset.fail(f"goes on after {count} values; export it again")
+    rows = numbers.reshape(count, columns)
+    if not np.all(np.isfinite(rows)):
+        raise dataset.fail("values must be finite")
+    x = np.asarray(rows[:, 0] if even != 1 else first + step * np.arange(count), dtype=np.float64)
+    values = rows[:, -1] if parts == 1 else rows[:, -2] + 1j * rows[:, -1]
+    ends = (node, direction), (other, along)
+    return _Function(dataset, function, *ends, abscissa, ordinate, force, x, values)
 
 
-def _kind(path: Path, dataset: dict[str, Any]) -> Kind:
-    ordinate, force = int(dataset["ordinate_spec_data_type"]), int(dataset["orddenom_spec_data_type"])
-    if ordinate not in _ORDINATES or force not in _FORCES:
-        raise UffError(
-            f"{path}: a frequency response of data type {ordinate} over {force}; displacement (8), velocity (11) or "
+def _axis(dataset: Dataset) -> _Axis:
+    line = dataset.text()
+    if not (kind := line[:10].strip()).isdecimal():
+        raise dataset.fail(f"{line.strip()[:80]!r} must begin with the data type of an axis")
+    label = normal_unit(line[46:67])
+    return _Axis(int(kind), "" if label in _NO_LABEL else label)
+
+
+def _scale(
+    function: _Function, stated: Units | None, is_chosen: bool, units: Stated, quantity: Kind | None
+) -> tuple[Kind, float]:
+    """Return the quantity of a response and its factor to SI: as the caller chose, or else by dataset 164 and the
+    labels of the axes. Raises `UffError` for units that are not stated, not known or contradict each other."""
+    ordinate, force = function.ordinate, function.force
+    kind = _ORDINATES.get(ordinate.type, quantity if ordinate.type in (0, 1) else None)
+    if kind is None or force.type not in _FORCES:
+        raise function.fail(
+            f"a response of data type {ordinate.type} over {force.type}; displacement (8), velocity (11) or "
             "acceleration (12) over force (13) is needed"
         )
-    return _ORDINATES[ordinate]
-
-
-def _sign(dataset: dict[str, Any], end: str, place: Place) -> float:
-    along = 1.0 if place[1][0] == "+" else -1.0
-    return along * float(np.sign(int(dataset[f"{end}_dir"])))
-
-
-def _displacement(path: Path, mode: dict[str, Any], place: Place) -> float:
-    node, direction = place
-    if node not in (numbers := np.asarray(mode["node_nums"]).astype(int)):
-        raise UffError(
-            f"{path}: mode {mode.get('mode_n')} has no node {node}; it has {len(numbers)} from {numbers.min()} to "
-            f"{numbers.max()}"
+    known = response_units(kind)
+    if (response := units.get("response")) is not None:
+        if is_chosen:
+            raise function.fail("system and units.response both state its units; remove one")
+        if normal_unit(response) not in known:
+            raise function.fail(f"{response!r} is no unit of {kind}; state one of {', '.join(known)}")
+        return kind, known[normal_unit(response)]
+    of_file = None if stated is None else stated.metre / stated.newton
+    if is_chosen and of_file is not None:
+        return kind, of_file
+    remedy = f"state units.response, as {next(iter(known))!r}, or system, one of {', '.join(UNITS)}"
+    if not ordinate.unit:
+        if of_file is None:
+            raise function.fail(f"states no units, neither in dataset 164 nor by labels of its axes; {remedy}")
+        return kind, of_file
+    label = f"{ordinate.unit}/{force.unit}" if force.unit else ordinate.unit
+    scale = known.get(label, known.get(ordinate.unit))
+    if scale is None and not force.unit and stated is not None and f"{ordinate.unit}/N" in known:
+        scale = known[f"{ordinate.unit}/N"] / stated.newton
+    if scale is None:
+        raise function.fail(f"the labels of its axes, {label!r}, are no unit of {kind} that is known; {remedy}")
+    if of_file is not None and not math.isclose(scale, of_file, rel_tol=1e-6):
+        raise function.fail(
+            f"its axes are labelled {label!r}, which contradicts dataset 164 (1 unit of it is {of_file:.6g} in SI); "
+            f"{remedy}"
         )
-    value = np.asarray(mode[f"r{_AXES[direction[1]]}"])[np.flatnonzero(numbers == node)[0]]
-    if abs(np.imag(value)) > 1e-6 * abs(value):
-        raise UffError(f"{path}: mode {mode.get('mode_n')} is complex: export normal modes, or fit its FRFs")
-    return float(np.real(value)) * (1.0 if direction[0] == "+" else -1.0)
+    return kind, scale
+
+
+def _abscissa(function: _Function, kind: int, units: Mapping[str, float], chosen: str | None) -> float:
+    """Return the factor of the abscissa to SI. Raises `UffError` for another data type, and an unknown unit."""
+    unit = chosen or function.abscissa.unit or next(iter(units))
+    if function.abscissa.type not in (kind, 0) or unit not in units:
+        raise function.fail(
+            f"its abscissa is of data type {function.abscissa.type} in {unit!r}, must be {kind} in {', '.join(units)}"
+        )
+    return units[unit]
+
+
+def _between(
+    functions: Sequence[_Function], ports: Mapping[str, Place], kind: int
+) -> Iterator[tuple[int, int, _Function]]:
+    """Yield the functions of a type with force at port j and response at port i, as (i, j, function)."""
+    where = {(node, _AXES[direction[1]]): k for k, (node, direction) in enumerate(ports.values())}
+    for function in functions:
+        response, reference = (where.get((n, abs(along))) for n, along in (function.response, function.reference))
+        if function.type == kind and response is not None and reference is not None:
+            yield response, reference, function
 
 
 def _places(port: Place | Sequence[Place]) -> list[Place]:
@@ -262,8 +410,8 @@ def _places(port: Place | Sequence[Place]) -> list[Place]:
     return [place for place in port if isinstance(place, tuple)]
 
 
-def _listing(file: _File) -> str:
-    pairs = [f"{f['rsp_node']}:{f['rsp_dir']}/{f['ref_node']}:{f['ref_dir']}" for f in file.sets]
+def _listing(functions: Sequence[_Function]) -> str:
+    pairs = [f"{f.response[0]}:{f.response[1]}/{f.reference[0]}:{f.reference[1]}" for f in functions]
     return f"it holds (response/reference, node:direction) {', '.join(pairs[:8])}" + (", ..." if len(pairs) > 8 else "")
 
 

@@ -334,6 +334,10 @@ class Structure(Striking):
         """Return the surface of a body from a file; ``None`` for others."""
         return None
 
+    def file_notes(self) -> tuple[str, ...]:
+        """Return what its file states, leaves open or holds besides, as the user might not expect."""
+        return ()
+
     def inputs(self) -> Inputs:
         """Return the data that determine its Green's function together with the method."""
         return Inputs(self.model_dump(mode="json", exclude=set(self._beside_greens)), (type(self),))
