@@ -5,14 +5,19 @@ from typing import Any
 
 import numpy as np
 import pytest
+import pyuff
 
 import impact
 from impact.measured.frf import FrequencyResponse
 from impact.measured.pole_fit import fit_poles
-from seatfem.structures.formats import uff
-from seatfem.structures.formats.uff import UffError, read_frf_uff, read_impulse_response_uff, read_modes_uff
-
-pytest.importorskip("pyuff")
+from seatfem.structures.formats.uff import (
+    UffError,
+    read_frf_uff,
+    read_impulse_response_uff,
+    read_modes_uff,
+    write_modes_uff,
+    write_receptance_uff,
+)
 from tests.uff_sets import function_set, mode_set, unit_set, write_sets
 
 BODY = impact.ModalGreens(
@@ -103,7 +108,7 @@ def test_what_is_refused(tmp_path: Path) -> None:
     path = write_sets(tmp_path / "modes.uff", *modes(masses, masses))
     with pytest.raises(UffError, match=r"modes.uff:.*\(dataset 164\).*system.*SI"):
         read_modes_uff(path, ports=PORTS)
-    with pytest.raises(UffError, match="system .cgs. is unknown"):
+    with pytest.raises(UffError, match=r"system .cgs. is unknown"):
         read_modes_uff(path, ports=PORTS, system="cgs")  # type: ignore[arg-type]
     with pytest.raises(UffError, match=r"mode 1.*node 5.*3.*7.*9"):
         read_modes_uff(path, ports={"lip": (5, "+z")}, system="SI")
@@ -128,15 +133,19 @@ def test_what_is_refused(tmp_path: Path) -> None:
         read_frf_uff(write_sets(tmp_path / "strain.uff", strain), ports={"lip": PORTS["lip"]}, system="SI")
 
 
-def test_without_pyuff_files_are_read_and_a_writer_says_how_to_get_it(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    path = write_sets(tmp_path / "modes.uff", unit_set(), *modes(np.ones(3), np.ones(3)))
-
-    def missing(name: str) -> Any:
-        raise ModuleNotFoundError(f"No module named {name!r}")
-
-    monkeypatch.setattr(uff, "import_module", missing)
-    assert len(read_modes_uff(path, ports=PORTS).omega) == 3
-    with pytest.raises(UffError, match=r"pyuff.*pip.*'seatfem\[uff\]'"):
-        uff.write_receptance_uff(BODY, F, tmp_path / "a.uff")
+def test_pyuff_reads_what_is_written(tmp_path: Path) -> None:
+    """Modes, nodes, units and responses are those of the body, by another reader of the format."""
+    write_receptance_uff(BODY, F, tmp_path / "g.uff")
+    units, *functions = pyuff.UFF(str(tmp_path / "g.uff")).read_sets()
+    assert (units["length"], units["force"]) == (1.0, 1.0)
+    ends = [(one["rsp_node"], one["ref_node"]) for one in functions]
+    assert ends == [(1, 1), (2, 1), (2, 2)]
+    for one, (i, j) in zip(functions, ends, strict=True):
+        assert one["x"] == pytest.approx(F)
+        assert np.abs(one["data"] - G[:, i - 1, j - 1]).max() < 1e-10 * np.abs(G).max()
+    points, shapes = np.arange(6.0).reshape(2, 3), np.arange(12.0).reshape(2, 2, 3)
+    write_modes_uff(points, shapes, np.array([10.0, 20.0]), np.array([0.5, 2.0]), tmp_path / "m.uff")
+    _, nodes, *found = pyuff.UFF(str(tmp_path / "m.uff")).read_sets()
+    assert np.allclose([nodes["x"], nodes["y"], nodes["z"]], points.T)
+    assert [(one["freq"], one["modal_m"]) for one in found] == [(10.0, 0.5), (20.0, 2.0)]
+    assert [one["r3"].tolist() for one in found] == shapes[:, :, 2].tolist()

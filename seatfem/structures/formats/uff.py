@@ -1,12 +1,11 @@
-"""Universal files (UFF): modes of dataset 55, frequency and impulse responses of dataset 58; writing needs pyuff."""
+"""Universal files (UFF): modes of dataset 55, frequency and impulse responses of dataset 58."""
 
 from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
 from typing import Any, Final, Literal, get_args
 
@@ -15,11 +14,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from impact.bodies.time_series import SECONDS, Stated
 from impact.files.csv_table import normal_unit
-from impact.files.safe_files import MB, whole_file
+from impact.files.safe_files import MB, write_whole
 from impact.greens import base, modal
 from impact.greens.sampled import SampledGreens, Tail
 from impact.measured.frf import HERTZ, FrequencyResponse, Kind, receptance, response_units
-from impact.names import how_to_mend
 from seatfem.structures.formats.universal import SIZES, Dataset, Units, read_datasets, read_units
 
 Direction = Literal["+x", "-x", "+y", "-y", "+z", "-z"]
@@ -416,19 +414,7 @@ def _listing(functions: Sequence[_Function]) -> str:
 
 
 ALONG: Final = 3  # code of the direction +z, the outward normal of every port
-_FRF_SET: Final[dict[str, Any]] = {
-    **{f"id{k}": "NONE" for k in range(1, 6)},
-    **{"binary": 0, "func_type": 4, "ver_num": 0, "load_case_id": 0, "rsp_dir": ALONG, "ref_dir": ALONG},
-    **{"ord_data_type": 6, "abscissa_spacing": 1, "z_axis_value": 0.0, "z_axis_spec_data_type": 0},
-    **{"abscissa_spec_data_type": 18, "ordinate_spec_data_type": 8, "orddenom_spec_data_type": 13},
-}
-"""Settings of a response: double precision, even frequency steps, displacement over force."""
-_MODE_SET: Final[dict[str, Any]] = {
-    **{f"id{k}": "NONE" for k in range(1, 6)},
-    **{"model_type": 1, "analysis_type": 2, "data_ch": 2, "spec_data_type": 8, "data_type": 2, "n_data_per_node": 3},
-    **{"load_case": 0, "modal_damp_vis": 0.0, "modal_damp_his": 0.0},
-}
-"""Settings of a mode: structural, normal mode, translations, displacement, real."""
+_ID_LINES: Final = ["NONE"] * _NAMES
 
 
 def write_receptance_uff(greens: base.GreensFunction, frequency: ArrayLike, path: str | os.PathLike[str]) -> None:
@@ -438,17 +424,31 @@ def write_receptance_uff(greens: base.GreensFunction, frequency: ArrayLike, path
         frequency: at least two evenly spaced frequencies (n,) [Hz].
 
     Raises:
-        UffError: pyuff is missing; frequencies that are not evenly spaced.
+        UffError: frequencies that are not evenly spaced.
         GreensFunctionError: a representation whose transform is not known in closed form.
         OutputError: ``path`` cannot be written.
     """
     f = np.asarray(frequency, dtype=np.float64)
     if f.ndim != 1 or len(f) < 2 or not np.allclose(np.diff(f), f[1] - f[0], rtol=1e-6) or f[1] <= f[0]:
         raise UffError("frequency: give at least two frequencies in even, rising steps")
-    pyuff = _pyuff()
     values = greens.transfer(np.asarray(2j * np.pi * f, dtype=np.complex128))
-    sets = [_unit_set(pyuff), *_functions(pyuff, f, values, greens.ports)]
-    _write(pyuff, sets, path)
+    axes = [
+        f"{kind:10}{0:5}{0:5}{0:5} {label:<20} {unit:<20}"
+        for kind, label, unit in (
+            (_FREQUENCY, "Frequency", "Hz"),
+            (8, "Receptance", "m"),
+            (13, "Force", "N"),
+            (0, "", ""),
+        )
+    ]
+    sets = []
+    for i, j in zip(*np.tril_indices(len(greens.ports)), strict=True):
+        ends = "".join(f" {greens.ports[k][:10]:<10}{k + 1:10}{ALONG:4}" for k in (i, j))
+        form = f"{6:10}{len(f):10}{1:10}{f[0]:13.5e}{f[1] - f[0]:13.5e}{0.0:13.5e}"
+        numbers = [f"{x:20.11e}" for x in values[:, i, j].copy().view(float)]
+        rows = ["".join(numbers[k : k + 4]) for k in range(0, len(numbers), 4)]
+        sets.append((58, [*_ID_LINES, f"{_FRF:5}{0:10}{0:5}{0:10}{ends}", form, *axes, *rows]))
+    _write(sets, path)
 
 
 def write_modes_uff(
@@ -462,59 +462,25 @@ def write_modes_uff(
         frequency, modal_mass: frequencies (m,) [Hz], and modal masses (m,) for these shapes [kg].
 
     Raises:
-        UffError: pyuff is missing. OutputError: ``path`` cannot be written.
+        OutputError: ``path`` cannot be written.
     """
-    pyuff = _pyuff()
-    numbers, ones = np.arange(1, len(points) + 1), np.ones(len(points), dtype=int)
-    x, y, z = np.asarray(points, dtype=float).T
-    sets = [
-        _unit_set(pyuff),
-        pyuff.prepare_15(node_nums=numbers, def_cs=0 * ones, disp_cs=0 * ones, color=ones, x=x, y=y, z=z),
-        *(
-            pyuff.prepare_55(
-                **_MODE_SET,
-                mode_n=k,
-                freq=float(f),
-                modal_m=float(mass),
-                node_nums=numbers,
-                **{f"r{axis}": shape[:, axis - 1] for axis in (1, 2, 3)},
-            )
-            for k, (shape, f, mass) in enumerate(zip(shapes, frequency, modal_mass, strict=True), start=1)
-        ),
-    ]
-    _write(pyuff, sets, path)
+    nodes = [f"{k:10}{0:10}{0:10}{1:10}{_in_columns(point)}" for k, point in enumerate(points, start=1)]
+    head = "".join(f"{number:10}" for number in (1, _NORMAL_MODE, 2, 8, 2, 3))
+    sets = [(15, nodes)]
+    for k, (shape, f, mass) in enumerate(zip(shapes, frequency, modal_mass, strict=True), start=1):
+        places = [line for n, each in enumerate(shape, start=1) for line in (f"{n:10}", _in_columns(each))]
+        values = _in_columns((f, mass, 0.0, 0.0))
+        sets.append((55, [*_ID_LINES, head, f"{2:10}{4:10}{0:10}{k:10}", values, *places]))
+    _write(sets, path)
 
 
-def _pyuff(what: str = "writing a universal file") -> Any:
-    try:
-        return import_module("pyuff")
-    except ImportError as missing:
-        raise UffError(f"{what} needs pyuff: {how_to_mend('pyuff', 'uff', missing)}") from missing
+def _in_columns(numbers: Iterable[float]) -> str:
+    return "".join(f"{number:13.5e}" for number in numbers)
 
 
-def _write(pyuff: Any, sets: list[Any], path: str | os.PathLike[str]) -> None:
-    with whole_file(Path(path)) as temporary:
-        temporary.unlink()
-        pyuff.UFF(str(temporary)).write_sets(sets, mode="add")
-
-
-def _unit_set(pyuff: Any) -> Any:
-    scales = {"length": 1.0, "force": 1.0, "temp": 1.0, "temp_offset": 273.15}
-    return pyuff.prepare_164(units_code=1, units_description="SI", temp_mode=1, **scales)
-
-
-def _functions(pyuff: Any, f: base.Array, values: Any, names: tuple[str, ...]) -> list[Any]:
-    step = {"num_pts": len(f), "abscissa_min": float(f[0]), "abscissa_inc": float(f[1] - f[0]), "x": f}
-    return [
-        pyuff.prepare_58(
-            **_FRF_SET,
-            **step,
-            rsp_ent_name=response[:10],
-            rsp_node=i + 1,
-            ref_ent_name=force[:10],
-            ref_node=j + 1,
-            data=values[:, i, j],
-        )
-        for i, response in enumerate(names)
-        for j, force in enumerate(names[: i + 1])
-    ]
+def _write(sets: Sequence[tuple[int, list[str]]], path: str | os.PathLike[str]) -> None:
+    """Write datasets, each by its number and lines, behind one that states SI units."""
+    one, zero = "  1.00000000000000000D+00", "  2.73150000000000000D+02"
+    units = (164, [f"{1:10}{'SI: Meter (newton)':<20}{2:10}", 3 * one, zero])
+    text = "".join(f"    -1\n{number:6}\n" + "\n".join(lines) + "\n    -1\n" for number, lines in (units, *sets))
+    write_whole(path, text.encode("ascii", errors="replace"))
