@@ -208,7 +208,9 @@ def read_frf_uff(
     if len(kinds) > 1:
         raise UffError(f"{file}: {', '.join(sorted(kinds))} at once: convert them to one quantity")
     hertz = _abscissa(table[0, 0], _FREQUENCY, HERTZ, (units or {}).get("frequency"))
-    return receptance(hertz * frequency, values, kinds.pop(), port_names=names, origin={"file": file.name})
+    kind = kinds.pop()
+    origin = {"file": file.name, "read_as": f"{kind}, values in {scale:.6g} {next(iter(response_units(kind)))}"}
+    return receptance(hertz * frequency, values, kind, port_names=names, origin=origin)
 
 
 def read_impulse_response_uff(
@@ -359,19 +361,20 @@ def _scale(
             raise function.fail(f"{response!r} is no unit of {kind}; state one of {', '.join(known)}")
         return kind, known[normal_unit(response)]
     of_file = None if stated is None else stated.metre / stated.newton
-    if is_chosen and of_file is not None:
+    if of_file is not None and (is_chosen or not ordinate.unit):
         return kind, of_file
-    remedy = f"state units.response, as {next(iter(known))!r}, or system, one of {', '.join(UNITS)}"
-    if not ordinate.unit:
-        if of_file is None:
-            raise function.fail(f"states no units, neither in dataset 164 nor by labels of its axes; {remedy}")
-        return kind, of_file
-    label = f"{ordinate.unit}/{force.unit}" if force.unit else ordinate.unit
+    label = f"{ordinate.unit}/{force.unit.removesuffix(' s') or 'N'}"  # N s of an impulse
     scale = known.get(label, known.get(ordinate.unit))
-    if scale is None and not force.unit and stated is not None and f"{ordinate.unit}/N" in known:
-        scale = known[f"{ordinate.unit}/N"] / stated.newton
+    if not force.unit and scale is not None and ordinate.unit not in known:  # over the unit of force of the file
+        scale = None if stated is None else scale / stated.newton
+    remedy = (
+        f"state units.response, as {label if label in known else next(iter(known))!r}, or system: {', '.join(UNITS)}"
+    )
     if scale is None:
-        raise function.fail(f"the labels of its axes, {label!r}, are no unit of {kind} that is known; {remedy}")
+        why = (
+            f"labels {label!r} are no unit of {kind} that is known" if ordinate.unit else "there are no labels of axes"
+        )
+        raise function.fail(f"states no units that are known: dataset 164 is missing, or {why}; {remedy}")
     if of_file is not None and not math.isclose(scale, of_file, rel_tol=1e-6):
         raise function.fail(
             f"its axes are labelled {label!r}, which contradicts dataset 164 (1 unit of it is {of_file:.6g} in SI); "

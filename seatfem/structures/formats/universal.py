@@ -112,7 +112,7 @@ def read_datasets(path: Path, most: int, error: type[Exception]) -> Iterator[Dat
                 dataset.lines = [line() or "" for _ in range(_HEAD_OF_58)]
                 dataset.order = "<" if binary[1] == "1" else ">"
                 dataset.binary = _values(file, dataset, binary[2], most)
-            while (text := line()) is not None and text.strip() != "-1":
+            while (text := line()) is not None and (text.rstrip() != "    -1" if binary else text.strip() != "-1"):
                 if binary and text:
                     raise fail("the values of dataset 58b must end at a line of -1")
                 dataset.lines += [] if binary else [text]

@@ -194,6 +194,10 @@ file = "response.csv"
     def problems(self) -> Iterator[structure.Finding]:
         yield from opened(self.response, {"file": self.file})
 
+    def file_notes(self) -> tuple[str, ...]:
+        read_as = self.response().origin.get("read_as")
+        return () if read_as is None else (f"read as {read_as}",)
+
     @property
     def measured(self) -> structure.Measured | None:
         return self
