@@ -133,7 +133,7 @@ def test_a_seat_s_file_that_ends_before_the_run(tmp_path: Path, capsys: pytest.C
     """The message names the key, both times and the remedy."""
     save_greens(impact.single_mode(frequency_hz=1e4, mass=1.0).known_for(2e-5), tmp_path / "seat.h5")
     told = complaint(tmp_path, GREENS + BALL + RUN, capsys)
-    assert re.search(r"seat\.file = seat\.h5: .*run\.duration.* 20 us .*shorten", told)
+    assert re.search(r"seat\.file = seat\.h5: .*run\.duration.* 20 us.*shorten", told)
 
 
 @pytest.mark.parametrize(

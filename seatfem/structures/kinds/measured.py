@@ -134,12 +134,11 @@ file = "seat.h5"
         """Return the function in the file; raises `GreensFunctionError` if it ends before ``duration`` [s]."""
         greens = self._read()
         if greens.valid_for < duration * (1 - 1e-9):
+            lasts, known = write_quantity(duration, "time"), write_quantity(greens.valid_for, "time", 6)
             raise base.GreensFunctionError(
-                f"seat.file = {self.file.name}: the run lasts {write_quantity(duration, 'time')} (run.duration) but "
-                f"g is known up to "
-                f"{write_quantity(greens.valid_for, 'time', 6)} only: shorten the run to that, or make the file "
-                f"anew for all of it (seatfem "
-                f"greens, with this run.duration): {greens.remedy_too_short}"
+                f"seat.file = {self.file.name}: the run lasts {lasts} (run.duration) but g is known up to {known}; "
+                "shorten it to that, or make the file anew for all of it (seatfem greens, with this "
+                "run.duration), or from a longer record"
             )
         return greens
 
