@@ -18,6 +18,7 @@ from pydantic import BaseModel
 from seatfem.faces import cli
 from seatfem.fields import kind_of, kinds_below
 from seatfem.structures.kinds import kinds_of
+from seatfem.study.identify.record import Identification
 from seatfem.study.scene import Scene
 from seatfem.study.scene.problems import SceneError, tables_in
 from seatfem.study.scene.strength import StrengthTable
@@ -48,7 +49,7 @@ PYTHON = re.compile(
     r"\b(?:impact|seatfem)\.[a-z]\w*\b(?!\.)|\bimpact\.[A-Z]\w+|\b(?:CadPart|MeshSpec)\b|\b[a-z]\w{2,}=(?=[\d.,;)\s]|$)"
 )
 """What a scene has not: arguments, functions and classes of the packages."""
-STATED = re.compile(r"(?<![\w.-])((?:[a-z]\w*\.)*[a-z]\w*) = (?!=)")
+STATED = re.compile(r"(?<![\w.-])((?:[a-z]\w*\.)*[a-z]\w+) = (?!=)")
 """A key with its value."""
 BODIES = ("seat", "reed", "stopper")
 
@@ -57,7 +58,8 @@ BODIES = ("seat", "reed", "stopper")
 def keys_below(table: type[BaseModel]) -> frozenset[str]:
     """Return the keys of a table, of its kinds, and of all tables in it."""
     inner = (each for field in table.model_fields.values() for each in tables_in(field.annotation))
-    return frozenset(table.model_fields).union(*map(keys_below, (*inner, *kinds_below(table))))
+    own = {field.alias or name for name, field in table.model_fields.items()}
+    return frozenset(own).union(*map(keys_below, (*inner, *kinds_below(table))))
 
 
 def keys_at(file: Path | None, key: str) -> frozenset[str]:
@@ -65,7 +67,7 @@ def keys_at(file: Path | None, key: str) -> frozenset[str]:
     role = key.partition(".")[0]
     table = tomllib.loads(file.read_text(encoding="utf-8")).get(role) if role in BODIES and file is not None else None
     if not isinstance(table, dict):
-        return frozenset().union(*map(keys_below, (Scene, Study, StrengthTable, *kinds_of())))
+        return frozenset().union(*map(keys_below, (Scene, Study, Identification, StrengthTable, *kinds_of())))
     kinds = [each for each in kinds_of() if kind_of(each) == table.get("kind", next(iter(table), ""))]
     others = (tables_in(field.annotation) for name, field in Scene.model_fields.items() if name not in BODIES)
     return frozenset(BODIES).union(*map(keys_below, (*(kinds or kinds_of()), *chain.from_iterable(others))))
@@ -76,8 +78,8 @@ def foreign(error: SceneError) -> list[str]:
     names = []
     for each in error.problems:
         known = keys_at(None if "kind" in each.message else each.file, each.key)
-        stated = [name for name in STATED.findall(each.message) if name.rpartition(".")[2] not in known]
-        names += PYTHON.findall(each.message) + stated
+        stated = {name for name in STATED.findall(each.message) if not each.key.endswith(name)}
+        names += PYTHON.findall(each.message) + [name for name in stated if name.rpartition(".")[2] not in known]
     return names
 
 
@@ -110,4 +112,6 @@ def placed(error: Exception, arguments: Sequence[str]) -> str:
     """What the command line prints of an error; judged where it is bad input."""
     if cli.code_of(error) == cli.BAD_INPUT:
         judge(error)
+        if any(word.endswith(".toml") for word in arguments) and "--set" not in str(error):
+            assert not (names := PYTHON.findall(str(error))), f"{names} is no key where {error}"
     return PLACED(error, arguments)

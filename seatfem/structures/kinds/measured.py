@@ -137,7 +137,7 @@ file = "seat.h5"
             lasts, known = write_quantity(duration, "time"), write_quantity(greens.valid_for, "time", 6)
             raise base.GreensFunctionError(
                 f"seat.file = {self.file.name}: the run lasts {lasts} (run.duration) but g is known up to {known}; "
-                "shorten it to that, or make the file anew for all of it (seatfem greens, with this "
+                "shorten the run to that, or make the file anew for all of it (seatfem greens, with this "
                 "run.duration), or from a longer record"
             )
         return greens
