@@ -35,7 +35,6 @@ _ORDINATES: dict[int, Kind] = {8: "receptance", 11: "mobility", 12: "accelerance
 _FORCES = (9, 13)
 _TIME_RESPONSE, _FRF, _NORMAL_MODE = 1, 4, 2
 _FREQUENCY, _TIME = 18, 17
-_NO_LABEL = ("", "NONE", "None", "none")
 _NAMES = 5  # lines of text at the beginning of datasets 55 and 58
 
 
@@ -44,32 +43,25 @@ class UffError(ValueError):
 
 
 @dataclass(frozen=True)
-class _Axis:
-    """Data type and unit of an axis of dataset 58; ``unit`` is "" where none is stated."""
-
-    type: int
-    unit: str
-
-
-@dataclass(frozen=True)
 class _Function:
-    """Dataset 58: function type, nodes and directions of response and reference, axes, and values (n,) over ``x``."""
+    """Dataset 58: function type, nodes and directions of response and reference, values (n,) over ``x``.
+
+    ``axes``: data type and unit, "" where none is stated, of abscissa, ordinate and force.
+    """
 
     dataset: Dataset
     type: int
-    response: tuple[int, int]
-    reference: tuple[int, int]
-    abscissa: _Axis
-    ordinate: _Axis
-    force: _Axis
+    ends: tuple[tuple[int, int], tuple[int, int]]
+    axes: list[tuple[int, str]]
     x: base.Array
     values: NDArray[Any]
 
-    def fail(self, why: str) -> UffError:
-        return UffError(f"{self.dataset.path}:{self.dataset.line}: dataset 58: {why}")
-
-    def sign(self, place: Place, end: tuple[int, int]) -> float:
-        return (1.0 if place[1][0] == "+" else -1.0) * math.copysign(1.0, end[1])
+    def between(self, response: Place, force: Place) -> NDArray[Any]:
+        """Return the values along the directions of two ports."""
+        signs = [
+            _sign(place) * math.copysign(1.0, end[1]) for place, end in zip((response, force), self.ends, strict=True)
+        ]
+        return self.values * signs[0] * signs[1]
 
 
 @dataclass(frozen=True)
@@ -83,18 +75,15 @@ class _Mode:
     damping: float
     shape: Mapping[int, NDArray[Any]]
 
-    def fail(self, why: str) -> UffError:
-        return UffError(f"{self.dataset.path}:{self.dataset.line}: dataset 55: mode {self.number} {why}")
-
     def displacement(self, place: Place) -> float:
         node, direction = place
         if node not in self.shape:
             numbers = f"{len(self.shape)} from {min(self.shape, default=0)} to {max(self.shape, default=0)}"
-            raise self.fail(f"has no node {node}; it has {numbers}")
+            raise self.dataset.fail(f"mode {self.number} has no node {node}; it has {numbers}")
         value = self.shape[node][_AXES[direction[1]] - 1]
         if abs(np.imag(value)) > 1e-6 * abs(value):
-            raise self.fail("is complex: export normal modes, or fit its FRFs")
-        return float(np.real(value)) * (1.0 if direction[0] == "+" else -1.0)
+            raise self.dataset.fail(f"mode {self.number} is complex: export normal modes, or fit its FRFs")
+        return float(np.real(value)) * _sign(place)
 
 
 def read_modes_uff(
@@ -123,7 +112,7 @@ def read_modes_uff(
             complex shapes.
     """
     file, (sets, stated) = Path(path), _read(Path(path), 55, system)
-    modes = [mode for dataset in sets if (mode := _mode(dataset)) is not None]
+    modes = sorted((mode for each in sets if (mode := _mode(each)) is not None), key=lambda mode: mode.frequency)
     if not modes:
         raise UffError(f"{file}: no normal modes (dataset 55, analysis type 2) in it; export them")
     if stated is None:
@@ -131,20 +120,19 @@ def read_modes_uff(
     numbers = [mode.number for mode in modes]
     if twice := {number for number in numbers if numbers.count(number) > 1}:
         raise UffError(f"{file}: mode {min(twice)} is there twice (dataset 55); remove one")
+    masses = np.array([mode.mass if modal_mass is None else modal_mass for mode in modes])
+    if not masses.min() > 0:
+        raise modes[int(masses.argmin())].dataset.fail(
+            f"mode {modes[int(masses.argmin())].number} has the modal mass {masses.min():g}, must be positive; state "
+            "modal_mass = 1 if its shapes are mass-normalised"
+        )
     places = {name: _places(port) for name, port in ports.items()}
-    per_mass = stated.newton / stated.metre  # kilograms per unit of mass
-    omega, zeta, shapes = np.zeros(len(modes)), np.zeros(len(modes)), np.zeros((len(modes), len(places)))
-    for k, mode in enumerate(modes):
-        mass = mode.mass if modal_mass is None else modal_mass
-        if not mass > 0:
-            raise mode.fail(
-                f"has the modal mass {mass:g}, must be positive; state modal_mass = 1 if its shapes are mass-normalised"
-            )
-        omega[k] = 2 * np.pi * mode.frequency
-        zeta[k] = mode.damping if damping_ratio is None else damping_ratio
-        values = [np.mean([mode.displacement(place) for place in port]) for port in places.values()]
-        shapes[k] = np.array(values) / np.sqrt(mass * per_mass)
-    order = np.argsort(omega, kind="stable")
+    shapes = np.array(
+        [[np.mean([mode.displacement(place) for place in port]) for port in places.values()] for mode in modes]
+    )
+    omega = np.array([2 * np.pi * mode.frequency for mode in modes])
+    zeta = np.array([mode.damping if damping_ratio is None else damping_ratio for mode in modes])
+    kilograms = masses * stated.newton / stated.metre
     p = len(places)
     residual = modal.Residual.none(p) if compliance is None else modal.Residual.spring(compliance)
     origin = {
@@ -153,7 +141,7 @@ def read_modes_uff(
         "modes": len(modes),
         "ports": {n: str(v) for n, v in places.items()},
     }
-    return modal.ModalGreens(omega[order], zeta[order], shapes[order], residual, tuple(places), origin=origin)
+    return modal.ModalGreens(omega, zeta, shapes / np.sqrt(kilograms)[:, None], residual, tuple(places), origin=origin)
 
 
 def read_frf_uff(
@@ -193,7 +181,7 @@ def read_frf_uff(
     if missing:
         listing = _listing(functions)
         raise UffError(f"{file}: no frequency response for the ports {', '.join(missing)}; {listing}")
-    frequency, kinds = table[0, 0].x, set()
+    frequency, kinds, scale = table[0, 0].x, set[Kind](), 1.0
     values = np.zeros((len(frequency), p, p), dtype=complex)
     for (i, j), function in table.items():
         kind, scale = _scale(function, stated, system is not None, units or {}, quantity)
@@ -201,14 +189,12 @@ def read_frf_uff(
         x = function.x
         if x.shape != frequency.shape or np.any(np.abs(x - frequency) > 1e-3 * np.median(np.diff(frequency))):
             raise UffError(f"{file}: {names[i]} / {names[j]} must have the frequencies of {names[0]} / {names[0]}")
-        sign = function.sign(ports[names[i]], function.response) * function.sign(ports[names[j]], function.reference)
-        values[:, i, j] = sign * function.values * scale
+        values[:, i, j] = scale * function.between(ports[names[i]], ports[names[j]])
         if (j, i) not in table:
             values[:, j, i] = values[:, i, j]
     if len(kinds) > 1:
         raise UffError(f"{file}: {', '.join(sorted(kinds))} at once: convert them to one quantity")
-    hertz = _abscissa(table[0, 0], _FREQUENCY, HERTZ, (units or {}).get("frequency"))
-    kind = kinds.pop()
+    hertz, kind = _abscissa(table[0, 0], _FREQUENCY, HERTZ, (units or {}).get("frequency")), kinds.pop()
     origin = {"file": file.name, "read_as": f"{kind}, values in {scale:.6g} {next(iter(response_units(kind)))}"}
     return receptance(hertz * frequency, values, kind, port_names=names, origin=origin)
 
@@ -233,16 +219,13 @@ def read_impulse_response_uff(
             f"{file}: {len(responses)} time responses of port {name!r}, one is needed; {_listing(functions)}"
         )
     (response,) = responses
-    if response.ordinate.type != 8:
-        raise response.fail("the time response is no displacement (data type 8): integrate it first")
+    if response.axes[1][0] != 8:
+        raise response.dataset.fail("the time response is no displacement (data type 8): integrate it first")
     _, scale = _scale(response, stated, system is not None, {}, None)
-    seconds = _abscissa(response, _TIME, SECONDS, None)
-    values = response.sign(place, response.response) * response.sign(place, response.reference) * scale
-    origin = {"kind": "measured", "file": file.name}
+    time = _abscissa(response, _TIME, SECONDS, None) * response.x
+    values, origin = scale * np.real(response.between(place, place)), {"kind": "measured", "file": file.name}
     try:
-        return SampledGreens.from_series(
-            seconds * response.x, values * np.real(response.values), tail=tail, port_names=(name,), origin=origin
-        )
+        return SampledGreens.from_series(time, values, tail=tail, port_names=(name,), origin=origin)
     except base.GreensFunctionError as problem:
         raise base.GreensFunctionError(f"{file}: {problem}") from problem
 
@@ -257,12 +240,9 @@ def _read(path: Path, kind: int, system: System | None) -> tuple[list[Dataset], 
     units = None if system is None else UNITS[system]
     for dataset in read_datasets(path, LIMIT, UffError):
         others.add(dataset.number)
-        if dataset.number == kind:
-            sets.append(dataset)
-        elif dataset.number == 164 and system is None:
-            if units not in (None, stated := read_units(dataset)):
-                raise dataset.fail("states other units than the one before; remove one")
-            units = stated
+        sets += [dataset] if dataset.number == kind else []
+        if dataset.number == 164 and system is None:
+            units = read_units(dataset, units)
     if not sets:
         raise UffError(f"{path}: no dataset {kind} in it; it holds {sorted(others) or 'nothing'}")
     return sets, units
@@ -270,8 +250,7 @@ def _read(path: Path, kind: int, system: System | None) -> tuple[list[Dataset], 
 
 def _mode(dataset: Dataset) -> _Mode | None:
     """Return the normal mode in dataset 55; ``None`` of another analysis."""
-    for _ in range(_NAMES):
-        dataset.text()
+    dataset.at = _NAMES
     _, analysis, _, _, form, width = dataset.integers(6)
     if analysis != _NORMAL_MODE:
         return None
@@ -281,7 +260,7 @@ def _mode(dataset: Dataset) -> _Mode | None:
     if reals != 4:
         raise dataset.fail(f"{reals} numbers follow, must be 4: frequency, modal mass, two ratios of damping")
     frequency, mass, viscous, hysteretic = dataset.reals(4)
-    if frequency < 0 or viscous < 0 or hysteretic < 0:
+    if min(frequency, viscous, hysteretic) < 0:
         raise dataset.fail(f"mode {number}: frequency and damping must be 0 or more")
     shape: dict[int, NDArray[Any]] = {}
     while dataset.has_more:
@@ -290,55 +269,45 @@ def _mode(dataset: Dataset) -> _Mode | None:
             raise dataset.fail(f"mode {number} has node {node} twice; remove one")
         values = np.array(dataset.reals(width if form == 2 else 2 * width))
         shape[node] = values[:3] if form == 2 else values[:6:2] + 1j * values[1:6:2]
+    dataset.at = 0  # what is said later is said of its beginning
     return _Mode(dataset, number, frequency, mass, viscous + hysteretic / 2, shape)
 
 
 def _function(dataset: Dataset) -> _Function:
     """Return the function in dataset 58 or 58b."""
-    for _ in range(_NAMES):
-        dataset.text()
+    dataset.at = _NAMES
     line = dataset.text()
     try:
         function = int(line[:5])
-        node, direction, other, along = (int(word) for at in (41, 66) for word in line[at : at + 14].split())
-    except ValueError:
-        raise dataset.fail(f"{line.strip()[:80]!r} must state function type, nodes and directions") from None
-    words = dataset.text().split()
-    if len(words) < 5 or not all(word.isdecimal() for word in words[:3]) or int(words[0]) not in SIZES:
-        raise dataset.fail("must state a data type of 2, 4, 5 or 6, number of values, spacing, first value and step")
-    form, count, even = map(int, words[:3])
-    try:
+        node, along, other, pushed = (int(word) for at in (41, 66) for word in line[at : at + 14].split())
+        form, count, even = map(int, (words := dataset.text().split())[:3])
         first, step = (float(word.replace("D", "E")) for word in words[3:5])
-    except ValueError:
-        raise dataset.fail(f"{words[3]!r} and {words[4]!r} must be numbers") from None
-    abscissa, ordinate, force, _ = (_axis(dataset) for _ in range(4))
-    size, parts = SIZES[form]
-    columns = parts + (even != 1)
+        axes = [(int(line[:10]), _unit(line[46:67])) for line in (dataset.text() for _ in range(4))]
+        size, parts = SIZES[form if count >= 0 and even in (0, 1) else 0]
+    except (LookupError, ValueError):
+        raise dataset.fail(
+            "must state function type, nodes and directions; then data type (2, 4, 5, 6), count, spacing, first value "
+            "and step; then data types and units of the axes, in their columns; export it again"
+        ) from None
+    columns = parts + 1 - even
     if dataset.order:
         numbers = np.frombuffer(dataset.binary[: len(dataset.binary) // size * size], f"{dataset.order}f{size}")
-        if numbers.size != columns * count:
-            raise dataset.fail(f"{numbers.size} numbers, must be {columns * count} by its head; export it again")
-        numbers = numbers.astype(float)
+        if numbers.size != columns * count or not np.all(np.isfinite(numbers)):
+            raise dataset.fail(f"{numbers.size} numbers, must be {columns * count} finite ones; export it again")
     else:
-        numbers = np.array(dataset.reals(columns * count) if count else [])
+        numbers = np.array(dataset.reals(columns * count))
     if dataset.has_more:
-        dataset.text()
         raise dataset.fail(f"goes on after {count} values; export it again")
-    rows = numbers.reshape(count, columns)
-    if not np.all(np.isfinite(rows)):
-        raise dataset.fail("values must be finite")
-    x = np.asarray(rows[:, 0] if even != 1 else first + step * np.arange(count), dtype=np.float64)
+    rows = numbers.astype(float).reshape(count, columns)
+    x = np.asarray(first + step * np.arange(count) if even else rows[:, 0], dtype=np.float64)
     values = rows[:, -1] if parts == 1 else rows[:, -2] + 1j * rows[:, -1]
-    ends = (node, direction), (other, along)
-    return _Function(dataset, function, *ends, abscissa, ordinate, force, x, values)
+    dataset.at = 0  # what is said later is said of its beginning
+    return _Function(dataset, function, ((node, along), (other, pushed)), axes, x, values)
 
 
-def _axis(dataset: Dataset) -> _Axis:
-    line = dataset.text()
-    if not (kind := line[:10].strip()).isdecimal():
-        raise dataset.fail(f"{line.strip()[:80]!r} must begin with the data type of an axis")
-    label = normal_unit(line[46:67])
-    return _Axis(int(kind), "" if label in _NO_LABEL else label)
+def _unit(label: str) -> str:
+    """Return the unit on an axis; "" for none."""
+    return "" if label.strip().upper() == "NONE" else normal_unit(label)
 
 
 def _scale(
@@ -346,49 +315,44 @@ def _scale(
 ) -> tuple[Kind, float]:
     """Return the quantity of a response and its factor to SI: as the caller chose, or else by dataset 164 and the
     labels of the axes. Raises `UffError` for units that are not stated, not known or contradict each other."""
-    ordinate, force = function.ordinate, function.force
-    kind = _ORDINATES.get(ordinate.type, quantity if ordinate.type in (0, 1) else None)
-    if kind is None or force.type not in _FORCES:
-        raise function.fail(
-            f"a response of data type {ordinate.type} over {force.type}; displacement (8), velocity (11) or "
-            "acceleration (12) over force (13) is needed"
+    _, (ordinate, above), (force, below) = function.axes[:3]
+    fail, kind = function.dataset.fail, _ORDINATES.get(ordinate, quantity if ordinate in (0, 1) else None)
+    if kind is None or force not in _FORCES:
+        raise fail(
+            f"a response of data type {ordinate} over {force}; displacement (8), velocity (11) or acceleration (12) "
+            "over force (13) is needed"
         )
     known = response_units(kind)
     if (response := units.get("response")) is not None:
         if is_chosen:
-            raise function.fail("system and units.response both state its units; remove one")
+            raise fail("system and units.response both state its units; remove one")
         if normal_unit(response) not in known:
-            raise function.fail(f"{response!r} is no unit of {kind}; state one of {', '.join(known)}")
+            raise fail(f"{response!r} is no unit of {kind}; state one of {', '.join(known)}")
         return kind, known[normal_unit(response)]
     of_file = None if stated is None else stated.metre / stated.newton
-    if of_file is not None and (is_chosen or not ordinate.unit):
+    if of_file is not None and (is_chosen or not above):
         return kind, of_file
-    label = f"{ordinate.unit}/{force.unit.removesuffix(' s') or 'N'}"  # N s of an impulse
-    scale = known.get(label, known.get(ordinate.unit))
-    if not force.unit and scale is not None and ordinate.unit not in known:  # over the unit of force of the file
+    label = f"{above}/{below.removesuffix(' s') or 'N'}"  # N s of an impulse
+    scale = known.get(label, known.get(above))
+    if not below and scale is not None and above not in known:  # over the unit of force of the file
         scale = None if stated is None else scale / stated.newton
-    remedy = (
-        f"state units.response, as {label if label in known else next(iter(known))!r}, or system: {', '.join(UNITS)}"
-    )
+    example = label if label in known else next(iter(known))
+    remedy = f"state units.response, as {example!r}, or system: {', '.join(UNITS)}"
     if scale is None:
-        why = (
-            f"labels {label!r} are no unit of {kind} that is known" if ordinate.unit else "there are no labels of axes"
-        )
-        raise function.fail(f"states no units that are known: dataset 164 is missing, or {why}; {remedy}")
+        why = f"labels {label!r} are no unit of {kind} that is known" if above else "there are no labels of axes"
+        raise fail(f"states no units that are known: dataset 164 is missing, or {why}; {remedy}")
     if of_file is not None and not math.isclose(scale, of_file, rel_tol=1e-6):
-        raise function.fail(
-            f"its axes are labelled {label!r}, which contradicts dataset 164 (1 unit of it is {of_file:.6g} in SI); "
-            f"{remedy}"
-        )
+        raise fail(f"its axes are labelled {label!r}, which contradicts dataset 164 ({of_file:.6g} in SI); {remedy}")
     return kind, scale
 
 
 def _abscissa(function: _Function, kind: int, units: Mapping[str, float], chosen: str | None) -> float:
     """Return the factor of the abscissa to SI. Raises `UffError` for another data type, and an unknown unit."""
-    unit = chosen or function.abscissa.unit or next(iter(units))
-    if function.abscissa.type not in (kind, 0) or unit not in units:
-        raise function.fail(
-            f"its abscissa is of data type {function.abscissa.type} in {unit!r}, must be {kind} in {', '.join(units)}"
+    found, label = function.axes[0]
+    unit = chosen or label or next(iter(units))
+    if found not in (kind, 0) or unit not in units:
+        raise function.dataset.fail(
+            f"its abscissa is of data type {found} in {unit!r}, must be {kind} in {', '.join(units)}"
         )
     return units[unit]
 
@@ -399,9 +363,13 @@ def _between(
     """Yield the functions of a type with force at port j and response at port i, as (i, j, function)."""
     where = {(node, _AXES[direction[1]]): k for k, (node, direction) in enumerate(ports.values())}
     for function in functions:
-        response, reference = (where.get((n, abs(along))) for n, along in (function.response, function.reference))
+        response, reference = (where.get((node, abs(along))) for node, along in function.ends)
         if function.type == kind and response is not None and reference is not None:
             yield response, reference, function
+
+
+def _sign(place: Place) -> float:
+    return 1.0 if place[1][0] == "+" else -1.0
 
 
 def _places(port: Place | Sequence[Place]) -> list[Place]:
@@ -412,7 +380,7 @@ def _places(port: Place | Sequence[Place]) -> list[Place]:
 
 
 def _listing(functions: Sequence[_Function]) -> str:
-    pairs = [f"{f.response[0]}:{f.response[1]}/{f.reference[0]}:{f.reference[1]}" for f in functions]
+    pairs = ["/".join(f"{node}:{along}" for node, along in function.ends) for function in functions]
     return f"it holds (response/reference, node:direction) {', '.join(pairs[:8])}" + (", ..." if len(pairs) > 8 else "")
 
 

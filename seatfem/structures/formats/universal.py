@@ -146,21 +146,22 @@ _FORCES: Final = {1: 1.0, 2: 0.224809, 3: 0.101972, 4: 7.23301, 5: 1e3, 6: 1e2, 
 USER_DEFINED: Final = 9
 
 
-def read_units(dataset: Dataset) -> Units:
+def read_units(dataset: Dataset, before: Units | None) -> Units:
     """Return the units of dataset 164: code, words and temperature mode, then factors from SI of length, force and
-    temperature. Raises the dataset's error for factors that are not positive or contradict the code."""
+    temperature. Raises the dataset's error for factors that are not positive or contradict the code, and for other
+    units than those of a dataset ``before``."""
     head = dataset.text()[:10].strip()
     code = int(head) if head.isdecimal() else 0
-    if code != USER_DEFINED and code not in _LENGTHS:
-        raise dataset.fail(f"the code of units is {head!r}, must be 1 to 10; correct it")
-    length, force, _ = dataset.reals(3)
-    if dataset.has_more:
-        dataset.reals(1)  # offset of temperatures
-    if dataset.has_more:
-        dataset.text()
-        raise dataset.fail("must end after four factors; export the file again")
-    for what, factor, of_code in (("length", length, _LENGTHS.get(code)), ("force", force, _FORCES.get(code))):
+    factors = [*dataset.reals(3), *(dataset.reals(1) if dataset.has_more else ())]  # the last: offset of temperatures
+    if dataset.has_more or (code != USER_DEFINED and code not in _LENGTHS):
+        raise dataset.fail(f"the code of units is {head!r}, must be 1 to 10, with four factors; export the file again")
+    for what, factor, of_code in zip(
+        ("length", "force"), factors, (_LENGTHS.get(code), _FORCES.get(code)), strict=False
+    ):
         if not factor > 0 or (of_code and not math.isclose(factor, of_code, rel_tol=1e-3)):
             meant = f"{of_code:g} by its code of units, {code}" if of_code else "positive"
             raise dataset.fail(f"the factor of {what} is {factor:g}, must be {meant}: correct code or factor")
-    return Units(1 / length, 1 / force)
+    units = Units(1 / factors[0], 1 / factors[1])
+    if before not in (None, units):
+        raise dataset.fail("states other units than the one before; remove one")
+    return units

@@ -123,10 +123,7 @@ def _of_type(kind: int, rows: list[list[int]], columns: Mapping[int, tuple[int, 
 
 
 def _read_units(dataset: Dataset, content: _Content) -> None:
-    units = read_units(dataset)
-    if content.units not in (None, units):
-        raise dataset.fail("states other units than the one before; remove one")
-    content.units = units
+    content.units = read_units(dataset, content.units)
 
 
 def _read_nodes(dataset: Dataset, content: _Content) -> None:
