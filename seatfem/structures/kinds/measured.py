@@ -92,7 +92,7 @@ def _triangulate(points: bytes) -> Delaunay:
     return scipy.spatial.Delaunay(np.frombuffer(points).reshape(-1, 2))
 
 
-UNIVERSAL: Final = (".uff", ".unv")
+UNIVERSAL: Final = (".uff", ".unv", ".58", ".uf", ".ufb")
 OF_CSV: Final = ("columns", "averages")
 OF_UNIVERSAL: Final = ("node", "direction", "system")
 """Keys of a frequency response that only one of two kinds of file takes."""
