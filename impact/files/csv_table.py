@@ -221,10 +221,13 @@ def read_csv(
     separator = _separator_of(first.decode(encoding, errors="replace")) if delimiter is None else delimiter
     lines: list[int] = []
     rows: list[list[str]] = []
+    remark: tuple[int, list[str]] | None = None  # the last one above the rows
     with io.TextIOWrapper(opened_file(path, most, error), encoding=encoding, newline="") as text:
         try:
             for number, row in _rows(text, separator):
-                if any(cell.strip() for cell in row) and row[0].strip()[:1] != "#":
+                if row and row[0].strip()[:1] == "#":
+                    remark = remark if rows else (number, [row[0].strip(" #"), *row[1:]])
+                elif any(cell.strip() for cell in row):
                     lines.append(number)
                     rows.append(row)
                 if len(row) > MOST_COLUMNS or len(rows) > MOST_LINES:
@@ -236,6 +239,8 @@ def read_csv(
             raise error(f"{path}: is no CSV text in UTF-8 ({problem}); save it as such") from problem
     if not rows:
         return None
+    if remark is not None and _are_data(*rows[:2]) and len(remark[1]) == len(rows[0]):  # the head is a remark
+        lines, rows = [remark[0], *lines], [remark[1], *rows]
     head, units = _head_of(rows)
     width, body = len(rows[head]), rows[units + 1 :]
     if width > 1 and not rows[head][-1].strip() and all(len(row) == width and not row[-1].strip() for row in body):
@@ -278,10 +283,12 @@ def _is_number(cell: str) -> bool:
     return len(cell) <= LONGEST and bool(_NUMBER.fullmatch(cell) or _COMPLEX.fullmatch(cell.strip()))
 
 
-def _with_unit(head: Head, unit: str) -> Head:
-    """Return a head with the unit in the line beneath it, unless it states one itself."""
-    beneath = unit.strip().strip("[]")
-    return head if head.unit or beneath in ("", "-") else Head(f"{head.text} [{beneath}]", head.name, beneath)
+def _with_unit(head: Head, cell: str) -> Head:
+    """Return a head with the unit in the line beneath it; with both, which is no unit, where they differ."""
+    bare = head_of(cell)
+    unit = (bare.text if bare.name else bare.unit).strip("-")
+    both = f"{head.unit}, {unit}" if head.unit and normal_unit(unit) != normal_unit(head.unit) else unit
+    return Head(f"{head.name} [{both}]", head.name, both) if unit else head
 
 
 def needed_csv(

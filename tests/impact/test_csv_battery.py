@@ -39,6 +39,8 @@ RESPONSES: dict[str, tuple[str, dict[str, Any]]] = {
         PREAMBLE + "Frequency;Accelerance Re;Accelerance Im\n[Hz];[g/N];[g/N]\n"
         + rows(F, H.real / 9.80665, H.imag / 9.80665, mark=";"), {},
     ),
+    "a remark as head": ("# by another program\n# " + ACCELERANCE + rows(*PARTS), {}),
+    "a rule beneath": (ACCELERANCE + "---,---,---\n" + rows(*PARTS), {}),
     "Fortran": (ACCELERANCE + rows(*PARTS).replace("e", "D"), {}),
     "semicolons and commas": (ACCELERANCE.replace(",", ";") + rows(*PARTS, mark=";", decimal=","), {}),
     "tabs": ("Title\tof it\n" + ACCELERANCE.replace(",", "\t") + rows(*PARTS, mark="\t"), {}),
@@ -136,6 +138,7 @@ def test_a_course_changed_in_a_line_is_the_same_or_refused(name: str, tmp_path: 
         ("frequency [Hz],accelerance real [1/kg],mobility imag [1/kg],x", "must be like"),
         ("frequency [Hz],accelerance [1/kg],mobility [m/s/N],x", "response .*2 columns"),
         ("frequency [Hz],accelerance [1/kg],x,y", "must be a complex number"),
+        ("frequency [Hz],accelerance re [1/kg],accelerance im [1/kg],x\nkHz,1/kg,1/kg,-", "must be like"),
     ],
 )
 def test_heads_that_contradict_each_other(head: str, words: str, tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -111,7 +112,7 @@ def read_datasets(path: Path, most: int, error: type[Exception]) -> Iterator[Dat
             if binary:
                 dataset.lines = [line() or "" for _ in range(_HEAD_OF_58)]
                 dataset.order = "<" if binary[1] == "1" else ">"
-                dataset.binary = _values(file, dataset, binary[2], most)
+                dataset.binary = _values(file, dataset, binary[2])
             while (text := line()) is not None and (text.rstrip() != "    -1" if binary else text.strip() != "-1"):
                 if binary and text:
                     raise fail("the values of dataset 58b must end at a line of -1")
@@ -121,7 +122,7 @@ def read_datasets(path: Path, most: int, error: type[Exception]) -> Iterator[Dat
             yield dataset
 
 
-def _values(file: BinaryIO, dataset: Dataset, form: str, most: int) -> bytes:
+def _values(file: BinaryIO, dataset: Dataset, form: str) -> bytes:
     """Return the bytes of binary values, as many as the count and type in the sixth line after the names say."""
     if form != "2":
         raise dataset.fail(f"floating-point format {form} must be 2 (IEEE); export it so, or as text")
@@ -129,7 +130,7 @@ def _values(file: BinaryIO, dataset: Dataset, form: str, most: int) -> bytes:
     if len(words) < 3 or not all(word.isdecimal() for word in words[:3]) or int(words[0]) not in SIZES:
         raise dataset.fail(f"{dataset.lines[6][:80]!r} must begin with data type, count and spacing; export it again")
     (size, parts), uneven = SIZES[int(words[0])], words[2] == "0"
-    return file.read(min(int(words[1]) * size * (parts + uneven), most))
+    return file.read(min(int(words[1]) * size * (parts + uneven), os.fstat(file.fileno()).st_size))
 
 
 @dataclass(frozen=True)
