@@ -108,7 +108,7 @@ class CadPart(shape.Shape):
         if self.unit is None and suffix in BREP_SUFFIXES:
             raise GeometryError(f"{self.path}: a BREP file states no unit; give one (1e-3 for millimetres)")
         if self.unit is not None and not (math.isfinite(self.unit) and self.unit > 0.0):
-            raise GeometryError(f"unit = {self.unit:g}: must be > 0 (metres per length unit of the file)")
+            raise GeometryError(f"CadPart.unit = {self.unit:g}: must be > 0 (metres per length unit of the file)")
         names = ["contact", "fixed", *(group.name for group in self.groups)]
         if len(set(names)) < len(names):
             raise GeometryError(f"groups: each name must stand once, 'contact' and 'fixed' too; found {names}")
