@@ -130,6 +130,8 @@ def _read_nodes(dataset: Dataset, content: _Content) -> None:
     while dataset.has_more:
         if dataset.number == 15:  # on one line
             *head, x, y, z = dataset.reals(7)
+            if any(number % 1 for number in head):
+                raise dataset.fail(f"{head} must be whole numbers; export the file again")
             (label, system, _, _), place = map(int, head), [x, y, z]
         else:
             (label, system, _, _), place = dataset.integers(4), dataset.reals(3)
@@ -148,7 +150,7 @@ def _read_elements(dataset: Dataset, content: _Content) -> None:
             raise dataset.fail(f"element {label} is of type {kind}, which is not known; export the mesh without it")
         if kind in BEAMS:
             dataset.integers(3)
-        expected = len(SOLIDS.get(kind, ())) or count
+        expected = len(SOLIDS.get(kind, ())) or max(count, len(SKINS.get(kind, ())), 1)
         if count != expected:
             raise dataset.fail(f"element {label} of type {kind} has {count} nodes: must be {expected}")
         if kind in NO_SOLIDS:
