@@ -1,7 +1,8 @@
 """CSV tables of other programs and analysers, read, and CSV tables of this program, written and read.
 
-Columns are separated by tabs, semicolons or commas; numbers have a decimal point or comma; a header is ``name [unit]``,
-``name (unit)`` or ``name``. An ambiguous file is refused with a reason.
+Columns are separated by tabs, semicolons, commas or blanks; numbers have a decimal point or comma; a header is ``name
+[unit]``, ``name (unit)`` or ``name``, or has the units in a line beneath, and stands above the first rows of numbers;
+lines before it are left aside. An ambiguous file is refused with a reason.
 """
 
 import csv
@@ -11,6 +12,7 @@ import os
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Final
 
@@ -24,9 +26,16 @@ Array = NDArray[np.float64]
 
 MOST_COLUMNS: Final = 64
 MOST_LINES: Final = 2_000_000
-SEPARATORS: Final[Mapping[str, str]] = {"\t": "tabs", ";": "semicolons", ",": "commas"}
+LONGEST: Final = 100  # characters of a number
+SEPARATORS: Final[Mapping[str, str]] = {"\t": "tabs", ";": "semicolons", ",": "commas", " ": "blanks"}
 _LOOKED_AT: Final = 200  # number of lines that determine separator and decimal mark
 _NUMBER: Final = re.compile(r"\s*[+-]?(\d+([.,]\d*)?|[.,]\d+)([eEdD][+-]?\d+)?\s*")
+_UNIT: Final = re.compile(
+    r"(?:(?:[numckMGµμ]?(?:m|s|g|N|Pa|Hz|V|W|J|bar|rad)|lbf|psi|in|deg|sec|°|%|dB(?: re\.?)?|\d)(?![a-zA-Z])"
+    r"|[-\s/()\[\]^*·⋅²])+"
+)
+"""What a line of units under the header may hold."""
+_COMPLEX: Final = re.compile(r"\(?[+-]?[\d.,]+([eEdD][+-]?\d+)? ?[-+,;] ?[ij]?[+-]?[\d.,]+([eEdD][+-]?\d+)? ?\*?[ij)]*")
 _SAME: Final = str.maketrans({"µ": "u", "μ": "u", "²": "^2", "·": " ", "*": " ", "⋅": " ", "°": "deg"})
 
 
@@ -43,8 +52,8 @@ class Head:
 class CsvTable:
     """Table as text: headers, and rows of cells with their line numbers.
 
-    ``error`` is raised for errors in the file at ``path``; ``heads`` and ``head_line`` belong to the first line with
-    content, ``lines`` and ``rows`` to the others; ``separator`` and ``decimal`` mark.
+    ``error`` is raised for errors in the file at ``path``; ``heads`` stand in the line ``head_line``, the others, with
+    numbers ``lines``, are ``rows``; ``separator`` and ``decimal`` mark; ``before``: lines with content above the head.
     """
 
     path: Path
@@ -55,13 +64,14 @@ class CsvTable:
     rows: list[list[str]] = field(repr=False)
     separator: str = ","
     decimal: str = "."
+    before: int = 0
 
     @property
     def dialect(self) -> str:
-        """Return separator and decimal mark in words."""
-        return f"divided by {SEPARATORS.get(self.separator, repr(self.separator))}, decimal " + (
-            "comma" if self.decimal == "," else "point"
-        )
+        """Return separator, decimal mark, and number of lines left aside, in words."""
+        mark = "comma" if self.decimal == "," else "point"
+        aside = f", {self.before} lines above the head left aside" if self.before else ""
+        return f"divided by {SEPARATORS.get(self.separator, repr(self.separator))}, decimal {mark}{aside}"
 
     @property
     def header(self) -> str:
@@ -82,17 +92,38 @@ class CsvTable:
                 row[place] = self._number(line, column, cells[column])
         return values
 
+    def complex_numbers(self, column: int) -> NDArray[np.complex128]:
+        """Return a column (n,) of cells such as 1.2e-3+4.5e-4i or (1.2e-3, 4.5e-4). Raises ``error`` for others."""
+        values = np.empty(len(self.rows), dtype=np.complex128)
+        for k, (line, cells) in enumerate(zip(self.lines, self.rows, strict=True)):
+            text = re.sub(r"[\s()*]", "", self._pointed(cells[column])).lower().replace("i", "j")
+            parts = re.split("[,;]", text)
+            try:
+                values[k] = (
+                    complex(*map(float, parts)) if len(parts) == 2 else complex(text if text[-1:] == "j" else "")
+                )
+            except (TypeError, ValueError):
+                values[k] = np.nan
+            if not np.isfinite(values[k]):
+                raise self._fail(line, column, cells[column], "a complex number, as 1.2e-3+4.5e-4i")
+        return values
+
     def _number(self, line: int, column: int, cell: str) -> float:
-        text = cell.replace(",", ".") if self.decimal == "," else cell
+        text = self._pointed(cell)
         try:
             value = float(text) if "_" not in text else math.nan
         except ValueError:
             value = math.nan
         if not math.isfinite(value):
-            raise self.error(
-                f"{self.path}, line {line}, column {column + 1}: {cell.strip()[:80]!r} must be a finite number"
-            )
+            raise self._fail(line, column, cell, "a finite number")
         return value
+
+    def _pointed(self, cell: str) -> str:
+        """Return a number with a decimal point, and its exponent after the letter E."""
+        return re.sub("[dD]", "E", cell.replace(",", ".") if self.decimal == "," else cell)
+
+    def _fail(self, line: int, column: int, cell: str, needed: str) -> Exception:
+        return self.error(f"{self.path}, line {line}, column {column + 1}: {cell.strip()[:80]!r} must be {needed}")
 
     def column_of(self, role: str, names: Sequence[str], stated: Mapping[str, str]) -> int | None:
         """Return the number of the column that ``stated`` names for a role, otherwise one of the ``names``; ``None`` if
@@ -190,27 +221,74 @@ def read_csv(
     separator = _separator_of(first.decode(encoding, errors="replace")) if delimiter is None else delimiter
     lines: list[int] = []
     rows: list[list[str]] = []
-    with opened_file(path, most, error) as file:
+    remark: tuple[int, list[str]] | None = None  # the last one above the rows
+    with io.TextIOWrapper(opened_file(path, most, error), encoding=encoding, newline="") as text:
         try:
-            reader = csv.reader(io.TextIOWrapper(file, encoding=encoding, newline=""), delimiter=separator)
-            for row in reader:
-                if any(cell.strip() for cell in row) and row[0].strip()[:1] != "#":
-                    lines.append(reader.line_num)
+            for number, row in _rows(text, separator):
+                if row and row[0].strip()[:1] == "#":
+                    remark = remark if rows else (number, [row[0].strip(" #"), *row[1:]])
+                elif any(cell.strip() for cell in row):
+                    lines.append(number)
                     rows.append(row)
                 if len(row) > MOST_COLUMNS or len(rows) > MOST_LINES:
                     raise error(
-                        f"{path}, line {reader.line_num}: {len(row)} columns, {len(rows)} lines; at most "
+                        f"{path}, line {number}: {len(row)} columns, {len(rows)} lines; at most "
                         f"{MOST_COLUMNS} and {MOST_LINES} are read: resample the record, or cut it"
                     )
         except (UnicodeDecodeError, csv.Error) as problem:
             raise error(f"{path}: is no CSV text in UTF-8 ({problem}); save it as such") from problem
     if not rows:
         return None
-    if len(rows[0]) > 1 and all(len(row) == len(rows[0]) and not row[-1].strip() for row in rows):
-        rows = [row[:-1] for row in rows]  # an empty last column, left by separators at line ends
-    heads = tuple(head_of(cell) for cell in rows[0])
-    table = CsvTable(path, error, heads, lines[0], tuple(lines[1:]), rows[1:], separator)
+    if remark is not None and _are_data(*rows[:2]) and len(remark[1]) == len(rows[0]):  # the head is a remark
+        lines, rows = [remark[0], *lines], [remark[1], *rows]
+    head, units = _head_of(rows)
+    width, body = len(rows[head]), rows[units + 1 :]
+    if width > 1 and not rows[head][-1].strip() and all(len(row) == width and not row[-1].strip() for row in body):
+        width, body = width - 1, [row[:-1] for row in body]  # an empty last column, left by separators at line ends
+    cells = zip(rows[head][:width], rows[units] if units > head else [""] * width, strict=False)
+    heads = tuple(_with_unit(head_of(cell), unit) for cell, unit in cells)
+    table = CsvTable(path, error, heads, lines[head], tuple(lines[units + 1 :]), body, separator, before=head)
     return _with_decimal(table)
+
+
+def _rows(text: io.TextIOWrapper, separator: str) -> Iterator[tuple[int, list[str]]]:
+    """Yield the number and the cells of each line; between words blanks stand in twos or more."""
+    if separator != " ":
+        reader = csv.reader(text, delimiter=separator)
+        yield from ((reader.line_num, row) for row in reader)
+        return
+    for number, line in enumerate(text, start=1):
+        words = line.split()
+        yield number, words if all(map(_NUMBER.fullmatch, words)) else re.split(r"\s{2,}", line.strip())
+
+
+def _head_of(rows: list[list[str]]) -> tuple[int, int]:
+    """Return the places of the header and of the units beneath it, which are one without such a line: the last rows
+    without a number before the first two of numbers."""
+    first = next((k for k, pair in enumerate(pairwise([*rows, rows[-1]])) if _are_data(*pair)), 1)
+    last = max((k for k in range(first) if not any(map(_is_number, rows[k]))), default=0)
+    texts = [cell.strip() for cell in rows[last] if cell.strip()]
+    is_beneath = last > 0 and len(rows[last - 1]) == len(rows[last]) and all(map(_UNIT.fullmatch, texts))
+    return last - is_beneath, last
+
+
+def _are_data(*rows: list[str]) -> bool:
+    """Return whether rows are equally long, and numbers more than half of the cells of each that are not empty."""
+    cells = [[cell for cell in row if cell.strip()] for row in rows]
+    numbers = (sum(_is_number(cell) for cell in row) for row in cells)
+    return len({len(row) for row in rows}) == 1 and all(2 * n > len(row) for n, row in zip(numbers, cells, strict=True))
+
+
+def _is_number(cell: str) -> bool:
+    return len(cell) <= LONGEST and bool(_NUMBER.fullmatch(cell) or _COMPLEX.fullmatch(cell.strip()))
+
+
+def _with_unit(head: Head, cell: str) -> Head:
+    """Return a head with the unit in the line beneath it; with both, which is no unit, where they differ."""
+    bare = head_of(cell)
+    unit = (bare.text if bare.name else bare.unit).strip("-")
+    both = f"{head.unit}, {unit}" if head.unit and normal_unit(unit) != normal_unit(head.unit) else unit
+    return Head(f"{head.name} [{both}]", head.name, both) if unit else head
 
 
 def needed_csv(
@@ -238,15 +316,23 @@ def head_of(cell: str) -> Head:
 
 
 def normal_unit(unit: str) -> str:
-    """Return a unit in the notation of tables of units: u for micro, ^2 for a superscript, one space for a product."""
-    return " ".join(unit.translate(_SAME).split())
+    """Return a unit in the notation of tables of units: u for micro, ^2 for a square, one space for a product."""
+    squares = re.sub(r"(?<=[A-Za-z])(\*\*)?2\b", "^2", unit)
+    return " ".join(re.sub(r"\bsec\b", "s", squares).translate(_SAME).split())
 
 
 def _separator_of(first: str) -> str:
-    """Return the first of tab, semicolon and comma that occurs in each of the first lines; a comma if there is none."""
-    lines = [line for line in first.splitlines() if line.strip() and line.lstrip()[:1] != "#"][:_LOOKED_AT]
-    whole = lines[:-1] if len(lines) > 2 else lines  # the last line may be truncated
-    return next((mark for mark in SEPARATORS if whole and all(mark in line for line in whole)), ",")
+    """Return the separator that divides most of the last lines into numbers; without numbers the first one that occurs
+    in each line; a comma if there is none."""
+    lines = [line for line in first.splitlines() if line.strip() and line.lstrip()[:1] != "#"]
+    whole = (lines[:-1] if len(lines) > 2 else lines)[-_LOOKED_AT:]  # the last line may be truncated
+    counts = dict.fromkeys(SEPARATORS, 0)
+    for mark in SEPARATORS:
+        rows = (line.split() if mark == " " else line.replace('"', "").split(mark) for line in whole)
+        counts[mark] = sum(len(row) > 1 and _are_data(row) for row in rows)
+    best = max(counts, key=counts.__getitem__)
+    marks = [mark for mark in SEPARATORS if mark != " "]
+    return best if counts[best] else next((mark for mark in marks if whole and all(mark in x for x in whole)), ",")
 
 
 def _with_decimal(table: CsvTable) -> CsvTable:
@@ -259,7 +345,10 @@ def _with_decimal(table: CsvTable) -> CsvTable:
             "columns and stand in the numbers, too; export it with semicolons or tabs, or with decimal points"
         )
     comma, point = (
-        next(((line, cell) for line, cell in _cells(table) if mark in cell and _NUMBER.fullmatch(cell)), None)
+        next(
+            ((line, cell) for line, cell in _cells(table) if mark in cell and _is_number(cell) and ")" not in cell),
+            None,
+        )
         for mark in (",", ".")
     )
     if comma and point:
@@ -267,7 +356,9 @@ def _with_decimal(table: CsvTable) -> CsvTable:
             f"{table.path}, line {max(comma[0], point[0])}: {point[1].strip()!r} has a decimal point, "
             f"{comma[1].strip()!r} (line {comma[0]}) a comma: write all numbers alike, without marks of thousands"
         )
-    if both := next(((line, cell) for line, cell in _cells(table) if re.search(r"\d[.,]\d{3}[.,]\d", cell)), None):
+    if both := next(
+        ((line, cell) for line, cell in _cells(table) if re.search(r"^\s*[+-]?\d+[.,]\d{3}[.,]\d", cell)), None
+    ):
         raise table.error(
             f"{table.path}, line {both[0]}: {both[1].strip()[:80]!r} has points and commas: write numbers without "
             "marks of thousands"

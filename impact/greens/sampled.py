@@ -204,7 +204,7 @@ class SampledGreens(StatedGreens):
             return self.static
         if self.tail == "forbid":
             raise GreensFunctionError(
-                "the static compliance is unknown: give static=, or a tail rule other than forbid"
+                "the static compliance is unknown: read the record with the argument static, or a tail rule but forbid"
             )
         if self.tail == "zero":
             return np.asarray(self._integral[:, :, -1])

@@ -21,14 +21,16 @@ from impact.quantities import brief
 
 Kind = Literal["receptance", "mobility", "accelerance"]
 HERTZ = {"Hz": 1.0, "kHz": 1e3, "MHz": 1e6}
-_LENGTHS = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "nm": 1e-9}
+_LENGTHS = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "nm": 1e-9, "in": 0.0254}
+_FORCES = {"N": 1.0, "mN": 1e-3, "kN": 1e3, "lbf": 4.4482216152605}
 _ORDER = {"receptance": 0, "mobility": 1, "accelerance": 2}
-_SUFFIX = {
-    "receptance": ("{}/N",),
-    "mobility": ("{}/(N s)", "{}/s/N", "({}/s)/N"),
-    "accelerance": ("{}/(N s^2)", "{}/s^2/N", "({}/s^2)/N"),
+_FORMS = {
+    "receptance": ("{0}/{1}",),
+    "mobility": ("{0}/({1} s)", "{0}/s/{1}", "({0}/s)/{1}"),
+    "accelerance": ("{0}/({1} s^2)", "{0}/s^2/{1}", "({0}/s^2)/{1}"),
 }
-_MASSES = {"1/kg": 1.0, "1/g": 1e3, "g/N": 9.80665}  # accelerance is 1/mass; g/N: standard gravity per force
+_GRAVITY = 9.80665  # m/s^2
+_MASSES = {"1/kg": 1.0, "1/g": 1e3}  # accelerance is 1/mass
 _ROLES: dict[str, tuple[str, ...]] = {
     "frequency": ("frequency", "freq", "f"),
     "real": ("real", "re"),
@@ -37,11 +39,13 @@ _ROLES: dict[str, tuple[str, ...]] = {
     "phase": ("phase", "angle"),
     "coherence": ("coherence", "coh"),
     "variance": ("variance", "var"),
+    "response": ("response", "complex", "frf"),
 }
+_PARTS: tuple[tuple[str, ...], ...] = (("real", "imag"), ("magnitude", "phase"), ("response",))
 _LIKE = (
     "must be like 'frequency [Hz],mobility real [mm/(N s)],mobility imag [mm/(N s)]', or have magnitude [m/N, "
-    f"dB re 1 m/N] and phase [deg]; or give columns and units; quantities: {', '.join(_ORDER)}; "
-    f"also in {', '.join(_MASSES)}"
+    "dB re 1 m/N] and phase [deg], or one column of complex numbers; or give columns and units; quantities: "
+    f"{', '.join(_ORDER)}; also in {', '.join(_MASSES)}, g/N"
 )
 _ANGLES = {"deg": np.pi / 180, "rad": 1.0}
 RECIPROCITY_LIMIT = 0.2
@@ -168,14 +172,16 @@ def read_frf(
 ) -> FrequencyResponse:
     """Read an FRF under a header such as ``frequency [Hz],mobility real [mm/(N s)],mobility imag [mm/(N s)]``.
 
-    The frequency may be in Hz, kHz, MHz; receptance, mobility or accelerance in {m, mm, um, nm} per N, (N s), (N s^2),
-    accelerance also in 1/kg or g/N (g = 9.80665 m/s^2); parts are real and imag, or magnitude (also in dB re one of
-    these) and phase [deg, rad]. The noise follows from a column of coherence (with ``averages``) or of variance, in the
-    square of the response's unit, real and imaginary part together; otherwise it is estimated from the lines by the
-    pole fit. Separators, decimals and other columns as in `impact.read_time_series`.
+    The frequency may be in Hz, kHz, MHz; receptance, mobility or accelerance in m, mm, um, nm, in per N, (N s), (N s^2)
+    or in place of N, mN, kN, lbf, accelerance also in 1/kg or g/N (g = 9.80665 m/s^2); parts are real and imag, or
+    magnitude (also in dB re one of these) and phase [deg, rad]; without these a response may be one column of complex
+    numbers, as 1e-3+2e-4i. The noise follows from a column of coherence (with
+    ``averages``) or of variance, in the square of the response's unit, real and imaginary part together; otherwise it
+    is estimated from the lines by the pole fit. Separators, decimals and other columns as in `impact.read_time_series`.
 
     Args:
-        columns: column names by role (frequency, real, imag, magnitude, phase, coherence, variance), if not evident.
+        columns: column names by role (frequency, real, imag, magnitude, phase, response, coherence, variance), if not
+            evident.
         units: units of frequency, response and phase, if the header lacks them.
         quantity: measured quantity, if neither header nor units state it.
         averages: number of averaged hammer blows.
@@ -191,11 +197,13 @@ def read_frf(
     except TimeSeriesError as problem:
         raise FrequencyResponseError(str(problem)) from problem
     try:
-        numbers = table.numbers(list(layout.places.values()))
-        values = dict(zip(layout.places, numbers.T, strict=True))
+        places = {role: place for role, place in layout.places.items() if role != "response"}
+        values = dict(zip(places, table.numbers(list(places.values())).T, strict=True))
         f = layout.factors["frequency"] * values["frequency"]
         scale, response = layout.factors["response"], np.empty(len(f), dtype=complex)
-        if layout.parts == ("real", "imag"):
+        if layout.parts == ("response",):
+            response[:] = scale * table.complex_numbers(layout.places["response"])
+        elif layout.parts == ("real", "imag"):
             response[:] = scale * (values["real"] + 1j * values["imag"])
         else:
             size = 10 ** (values["magnitude"] / 20) if layout.decibel else values["magnitude"]
@@ -214,7 +222,7 @@ class _Columns:
     places: Mapping[str, int]
     factors: Mapping[str, float]
     kind: Kind
-    parts: tuple[str, str]
+    parts: tuple[str, ...]
     decibel: bool
 
 
@@ -226,27 +234,29 @@ def _columns_of(table: CsvTable, columns: Stated, units: Stated, quantity: Kind 
         )
     read = {k: _said(head.name) for k, head in enumerate(table.heads)}
     names = {role: [table.heads[k].name.lower() for k, (_, part) in read.items() if part == role] for role in _ROLES}
-    numbers = {role: table.column_of(role, names[role], columns) for role in _ROLES}
-    places = {role: place for role, place in numbers.items() if place is not None}
-    pairs = [pair for pair in (("real", "imag"), ("magnitude", "phase")) if set(pair) <= set(places)]
-    if "frequency" not in places or not pairs:
+    places: dict[str, int] = {}
+    for role in _ROLES:  # complex numbers last, where there are no parts, or where they are stated
+        if role != "response" or role in columns or not any({*pair} <= {*places} for pair in _PARTS):
+            place = table.column_of(role, names[role], columns)
+            places |= {} if place is None else {role: place}
+    parts = max(_PARTS, key=lambda pair: ({*pair} <= {*places}, len({*pair} & {*columns})))
+    if not {"frequency", *parts} <= {*places}:
         raise TimeSeriesError(f"{table.path}, line {table.head_line}: header {table.header!r} {_LIKE}")
-    parts = pairs[0]
     heads = [table.heads[places[part]] for part in parts]
     texts = [normal_unit(units.get("response", head.unit)) for head in heads[: 2 if parts[0] == "real" else 1]]
     match = re.fullmatch(r"dB(?:\s+re\.?\s+(?:1\s+)?(.+))?", texts[0])  # "dB re 1 m/N"
     unit, decibel = (texts[0], False) if match is None else (normal_unit(match[1] or ""), True)
     stated_kinds = {kind for k in (places[part] for part in parts) if (kind := read[k][0])}
-    kinds = [kind for kind in get_args(Kind) if unit in _scales(kind)]
+    kinds = [kind for kind in get_args(Kind) if unit in response_units(kind)]
     if quantity is not None:
         stated_kinds |= {quantity}
     kinds = [kind for kind in kinds if stated_kinds <= {kind}]
-    angle = normal_unit(units.get("phase", heads[1].unit))
-    angles = parts[0] == "real" or angle in _ANGLES
+    polar = parts[0] == "magnitude"
+    angle = normal_unit(units.get("phase", heads[1].unit)) if polar else "rad"
     hertz = normal_unit(units.get("frequency", table.heads[places["frequency"]].unit))
-    if len(kinds) != 1 or len(set(texts)) != 1 or not angles or hertz not in HERTZ or (decibel and parts[0] == "real"):
+    if len(kinds) != 1 or len(set(texts)) != 1 or angle not in _ANGLES or hertz not in HERTZ or (decibel and not polar):
         raise TimeSeriesError(f"{table.path}, line {table.head_line}: header {table.header!r} {_LIKE}")
-    factors = {"frequency": HERTZ[hertz], "response": _scales(kinds[0])[unit], "phase": _ANGLES.get(angle, 1.0)}
+    factors = {"frequency": HERTZ[hertz], "response": response_units(kinds[0])[unit], "phase": _ANGLES[angle]}
     roles = ("frequency", *parts, *(role for role in ("coherence", "variance") if role in places))
     return _Columns({role: places[role] for role in roles}, factors, kinds[0], parts, decibel)
 
@@ -254,8 +264,10 @@ def _columns_of(table: CsvTable, columns: Stated, units: Stated, quantity: Kind 
 def _said(name: str) -> tuple[str, str]:
     """Return the quantity and the role in the name of a column, "" for each that it does not state."""
     words = re.split(r"[\s_.:|]+", name.lower())
-    roles = [role for role, synonyms in _ROLES.items() if any(word in synonyms for word in words)]
-    return next((word for word in words if word in _ORDER), ""), roles[0] if len(roles) == 1 else ""
+    quantity = next((word for word in words if word in _ORDER), "")
+    roles = [role for role, synonyms in _ROLES.items() if not {*words}.isdisjoint(synonyms)]
+    parts = [role for role in roles if role != "response"]
+    return quantity, parts[0] if len(parts) == 1 else "response" if not parts and (roles or quantity) else ""
 
 
 def _deviation(
@@ -276,11 +288,15 @@ def _deviation(
     return deviation_by_coherence(response, coherence, averages)
 
 
-def _scales(kind: str) -> dict[str, float]:
-    """Return the units of a quantity and their factors to SI."""
-    forms = _SUFFIX.get(kind, ())
-    scales = {form.format(unit): factor for form in forms for unit, factor in _LENGTHS.items()}
-    return scales | (_MASSES if kind == "accelerance" else {})
+def response_units(kind: Kind) -> dict[str, float]:
+    """Return the units of a quantity and their factors to SI, as "mm/s^2/N"; g is the standard gravity."""
+    scales = {
+        form.format(length, force): metre / newton
+        for force, newton in _FORCES.items()
+        for form in _FORMS[kind]
+        for length, metre in _LENGTHS.items()
+    }
+    return scales | ({f"g/{f}": _GRAVITY / n for f, n in _FORCES.items()} | _MASSES if kind == "accelerance" else {})
 
 
 def of_impulse_response(greens: SampledGreens, *, highest: float | None = None) -> FrequencyResponse:

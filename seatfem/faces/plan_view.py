@@ -30,13 +30,15 @@ from seatfem.units import write_quantity
 SHOWN: Final = 4  # largest number of values of a list that are shown; longer lists are shown as number and range
 HOW: Final = ("run", "accuracy", "title")
 """Tables and keys that are omitted, as the table of the plan states them."""
+TABLES: Final = (".csv", ".tsv", ".txt", ".asc")
 STRENGTHS: Final = ("strength", "seat_strength")
 NOT_SHOWN: Final = ("kind", "name", "mesh", "greens")
 _NONE: Final = FieldInfo(default=None)
 
 
 def read_back(scene: Scene) -> tuple[tuple[str, str], ...]:
-    """Return the keys that a scene file states as rows (key, value), and the struck face of each body.
+    """Return the keys that a scene file states as rows (key, value), the struck face of each body, and what its file
+    says besides.
 
     Raises:
         SceneError: a file that cannot be read, or has no such face.
@@ -52,6 +54,8 @@ def read_back(scene: Scene) -> tuple[tuple[str, str], ...]:
             rows.append((f"{key} {number}" if len(tables) > 1 else key, words))
             if isinstance(table, Structure) and (face := _struck(table, along=key == "seat" and scene.contact)):
                 rows.append((f"{key}, face", face))
+            if isinstance(table, Structure) and (notes := table.file_notes()):
+                rows.append((f"{key}, file", "; ".join(notes)))
     return tuple(rows)
 
 
@@ -142,7 +146,7 @@ def _file(path: Path, key: str) -> str:
     if key.rpartition(".")[2] in STRENGTHS:
         # only scenes with a [life] table
         return f"{path.name} ({_words(load.load_table(path, study.scene.strength.StrengthTable), key)})"
-    if path.suffix.lower() == ".csv" and (columns := _columns(path)):
+    if path.suffix.lower() in TABLES and (columns := _columns(path)):
         return f"{path.name} ({columns})"
     return f"{path.name} ({math.ceil(path.stat().st_size / 1000):,} kB)"
 

@@ -1,5 +1,7 @@
 """Every refusal that a test provokes is judged (`tests/refusals.py`): what it names, and what it says to do."""
 
+from pathlib import Path
+
 import pytest
 
 from seatfem.faces import cli
@@ -36,3 +38,28 @@ def test_any_other_fails_the_test_that_provokes_it(text: str, lack: str) -> None
             raise error
     with refusals.RAISES(AssertionError, match=f"does not say {lack}: "):
         cli.placed(wrong, ["run"])
+
+
+FOREIGN = [
+    ("frf", "states no units; give units=, one of SI, or mm-N-s", ["units="]),
+    ("modes", "mode 1 has the modal mass 0; state modal_mass=1.0 for it", ["modal_mass="]),
+    ("mesh", "the law is rigid; add a residual (impact.Residual)", ["impact.Residual"]),
+    ("frf", "nodes coincide; state merge = 0.1 mm", ["merge"]),
+    ("modes", "2 parts; accept seat.parts = 2", ["seat.parts"]),
+    ("mesh", "nodes coincide; state merge = 0.1 mm, with contact.gap = 1 mm and run.duration = 3 ms", []),
+    ("frf", "states no units; take kind = 'mesh' with parts = 2, or state units = { response = 'g/N' }", []),
+]
+
+
+@pytest.mark.parametrize(("kind", "words", "names"), FOREIGN)
+def test_keys_of_other_tables_and_arguments_of_python_are_found(
+    kind: str, words: str, names: list[str], tmp_path: Path
+) -> None:
+    """In a refusal of a scene, by the kind of the table that it is about."""
+    path = tmp_path / "scene.toml"
+    path.write_text(f'[seat]\nkind = "{kind}"\n', encoding="utf-8")
+    error = SceneError((Problem(path, 1, "seat.file", f"a.uff: {words}"),))
+    assert refusals.foreign(error) == names
+    if names:
+        with refusals.RAISES(AssertionError, match=names[0]), pytest.raises(SceneError):
+            raise error

@@ -31,13 +31,13 @@ def test_what_is_needed_is_read_from_the_package() -> None:
     assert [len(names) for names in list(extras.values())[1:]] == sorted(map(len, list(extras.values())[1:]))
 
 
-def test_a_missing_reader_of_universal_files_is_a_gap_with_its_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
-    original = doctor.installed_version
+def test_a_missing_library_of_an_extra_is_a_gap_with_its_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
+    known = doctor.installed_version
     monkeypatch.setattr(doctor, "_try", lambda code: (True, ""))
-    monkeypatch.setattr(doctor, "installed_version", lambda name: None if name == "pyuff" else original(name))
-    (finding,) = (check for check in doctor_report() if check.name == "extra uff")
-    assert (finding.ok, finding.required, finding.remedy) == (False, False, "pip install 'seatfem[uff]'")
-    assert finding.detail == "not installed: pyuff"
+    monkeypatch.setattr(doctor, "installed_version", lambda name: None if name == "plotly" else known(name))
+    (found,) = (check for check in doctor_report() if check.name == "extra report")
+    assert (found.ok, found.required, found.remedy) == (False, False, "pip install 'seatfem[report]'")
+    assert found.detail == "not installed: plotly"
 
 
 def test_the_system_packages_are_those_that_ci_installs() -> None:

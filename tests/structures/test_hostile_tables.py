@@ -17,9 +17,10 @@ from impact.measured.reading import read_impulse_response
 from seatfem.structures.formats.decks import Deck, with_included
 from seatfem.structures.formats.matrices import read_matrices
 from seatfem.structures.formats.mesh_files import read_mesh
-from seatfem.structures.formats.uff import UffError, read_modes_uff
+from seatfem.structures.formats.uff import UffError, read_frf_uff, read_modes_uff
 from seatfem.structures.mesh.io import MeshError
 from seatfem.structures.model import ModelError
+from tests.universal_files import function
 
 SLOW = 10.0  # s of the processor, while every allocation is counted
 MUCH = 100e6  # bytes
@@ -106,7 +107,16 @@ def test_decks_that_stand_for_much(tmp_path, monkeypatch, name, lines, message):
 
 def test_a_universal_mesh_of_promises(tmp_path):
     promise = "    -1\n  2412\n" + f"{1:10}{111:10}{1:10}{1:10}{1:10}{400000000:10}\n         1\n    -1\n"
-    refused(tmp_path / "a.unv", promise, "universal file")
+    refused(tmp_path / "a.unv", promise, "element 1 .*400000000 nodes: must be 4")
+
+
+def test_a_binary_response_of_promises(tmp_path):
+    head = function().splitlines()[2:13]
+    head[6] = head[6].replace(f"{10:10}", f"{10**8:10}")
+    path = tmp_path / "a.uff"
+    path.write_text("    -1\n    58b     1     2          11           0\n" + "\n".join(head) + "\n    -1\n")
+    with bounded(), pytest.raises(UffError, match=r"a\.uff:\d+: dataset 58 has no end"):
+        read_frf_uff(path, ports={"contact": (1, "+z")})
 
 
 M3 = "%%MatrixMarket matrix coordinate real general\n"

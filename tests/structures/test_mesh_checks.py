@@ -128,7 +128,7 @@ def test_merging_on_reading(tmp_path):
     assert whole.quality.nodes == 12
     assert whole.quality.volume == pytest.approx(2.0, rel=1e-5)
     assert whole.quality.areas == pytest.approx({"contact": 1.0, "fixed": 1.0})
-    assert whole.provenance.notes[0].startswith("5 nodes ")
+    assert whole.provenance.notes[-1].startswith("5 nodes ")
     assert "dropped" in str(whole)
     assert whole.provenance.content_hash != apart.provenance.content_hash
 
@@ -139,7 +139,7 @@ def test_a_mirrored_file_says_that_it_was_mended(tmp_path):
     path.write_text(f"{one}*Nset, nset=L\n1, 4, 5, 8\n*Nset, nset=R\n2, 3, 6, 7\n")
     seat = read_mesh(path, contact="L", fixed="R")
     assert seat.quality.min_scaled_jacobian == pytest.approx(1.0)
-    assert "mirrored node order" in seat.provenance.notes[0]
+    assert any("mirrored node order" in note for note in seat.provenance.notes)
 
 
 def test_a_patch_inside_the_mesh(tmp_path):

@@ -5,14 +5,19 @@ from typing import Any
 
 import numpy as np
 import pytest
+import pyuff
 
 import impact
 from impact.measured.frf import FrequencyResponse
 from impact.measured.pole_fit import fit_poles
-from seatfem.structures.formats import uff
-from seatfem.structures.formats.uff import UffError, read_frf_uff, read_impulse_response_uff, read_modes_uff
-
-pytest.importorskip("pyuff")
+from seatfem.structures.formats.uff import (
+    UffError,
+    read_frf_uff,
+    read_impulse_response_uff,
+    read_modes_uff,
+    write_modes_uff,
+    write_receptance_uff,
+)
 from tests.uff_sets import function_set, mode_set, unit_set, write_sets
 
 BODY = impact.ModalGreens(
@@ -50,8 +55,8 @@ def test_modes_in_their_own_units(tmp_path: Path) -> None:
     si = write_sets(tmp_path / "si.uff", unit_set(1.0, 1.0), *modes(masses, np.sqrt(masses)))
     mm = write_sets(tmp_path / "mm.uff", unit_set(1000.0, 1.0), *modes(masses / 1e3, np.sqrt(masses)))
     bare = write_sets(tmp_path / "bare.uff", *modes(masses / 1e3, np.sqrt(masses), his=0.004))
-    for path, units in ((si, None), (mm, None), (bare, "mm-N-s")):
-        read = read_modes_uff(path, ports=PORTS, units=units)  # type: ignore[arg-type]
+    for path, system in ((si, None), (mm, None), (bare, "mm-N-s")):
+        read = read_modes_uff(path, ports=PORTS, system=system)  # type: ignore[arg-type]
         assert read.omega == pytest.approx(BODY.omega, rel=1e-5)  # 5 digits in the file
         assert read.zeta == pytest.approx(BODY.zeta, rel=1e-5)
         assert read.shapes == pytest.approx(BODY.shapes, rel=1e-4)
@@ -71,7 +76,7 @@ def test_frequency_responses_of_every_quantity(tmp_path: Path, ordinate: int, or
     assert read.frequency == pytest.approx(F)
     assert np.abs(read.receptance - G).max() < 1e-9 * np.abs(G).max()
     turned = [function(1, 0, -h[:, 1, 0], rsp_dir=1, ordinate_spec_data_type=ordinate), *sets[:2]]
-    read = read_frf_uff(write_sets(tmp_path / "turned.uff", *turned), ports=PORTS, units="mm-N-s")
+    read = read_frf_uff(write_sets(tmp_path / "turned.uff", *turned), ports=PORTS, system="mm-N-s")
     assert np.abs(read.receptance - G).max() < 1e-9 * np.abs(G).max()
 
 
@@ -89,49 +94,58 @@ def test_an_impulse_response(tmp_path: Path) -> None:
     t = 1e-5 * np.arange(500)
     g = BODY.impulse_response(t)
     path = write_sets(tmp_path / "g.uff", function_set(t, 1e3 * g, in_time=True))
-    read = read_impulse_response_uff(path, ports={"lip": PORTS["lip"]}, units="mm-N-s")
+    read = read_impulse_response_uff(path, ports={"lip": PORTS["lip"]}, system="mm-N-s")
     assert read.values[0, 0] == pytest.approx(g, abs=1e-9 * np.abs(g).max())
     assert read.ports == ("lip",)
     with pytest.raises(UffError, match=r"2 ports.*responses"):
-        read_impulse_response_uff(path, ports=PORTS, units="SI")
+        read_impulse_response_uff(path, ports=PORTS, system="SI")
     with pytest.raises(UffError, match=r"0.*responses.*'stop'"):
-        read_impulse_response_uff(path, ports={"stop": PORTS["stop"]}, units="SI")
+        read_impulse_response_uff(path, ports={"stop": PORTS["stop"]}, system="SI")
 
 
 def test_what_is_refused(tmp_path: Path) -> None:
     masses = np.ones(3)
     path = write_sets(tmp_path / "modes.uff", *modes(masses, masses))
-    with pytest.raises(UffError, match=r"modes.uff:.*\(dataset 164\).*units=.*SI"):
+    with pytest.raises(UffError, match=r"modes.uff:.*\(dataset 164\).*system.*SI"):
         read_modes_uff(path, ports=PORTS)
-    with pytest.raises(UffError, match="units 'cgs' are unknown"):
-        read_modes_uff(path, ports=PORTS, units="cgs")  # type: ignore[arg-type]
+    with pytest.raises(UffError, match=r"system .cgs. is unknown"):
+        read_modes_uff(path, ports=PORTS, system="cgs")  # type: ignore[arg-type]
     with pytest.raises(UffError, match=r"mode 1.*node 5.*3.*7.*9"):
-        read_modes_uff(path, ports={"lip": (5, "+z")}, units="SI")
+        read_modes_uff(path, ports={"lip": (5, "+z")}, system="SI")
     with pytest.raises(UffError, match=r"dataset 58.*\[55\]"):
-        read_frf_uff(path, ports=PORTS, units="SI")
+        read_frf_uff(path, ports=PORTS, system="SI")
     with pytest.raises(UffError, match=r"none.uff: no such file"):
         read_frf_uff(tmp_path / "none.uff", ports=PORTS)
     (tmp_path / "text.uff").write_text("no universal file")
-    with pytest.raises(UffError, match=r"dataset 58.*nothing"):
+    with pytest.raises(UffError, match=r"text.uff:1: 'no universal file' .*export"):
         read_frf_uff(tmp_path / "text.uff", ports=PORTS)
     massless = write_sets(tmp_path / "massless.uff", *modes(0 * masses, masses))
-    with pytest.raises(UffError, match=r"modal.*0.*modal_mass=1.0"):
-        read_modes_uff(massless, ports=PORTS, units="SI")
-    assert read_modes_uff(massless, ports=PORTS, units="SI", modal_mass=1.0).shapes == pytest.approx(BODY.shapes)
+    with pytest.raises(UffError, match=r"mode 1 .*mass 0, .*modal_mass = 1 "):
+        read_modes_uff(massless, ports=PORTS, system="SI")
+    assert read_modes_uff(massless, ports=PORTS, system="SI", modal_mass=1.0).shapes == pytest.approx(BODY.shapes)
     one = function(0, 0, G[:, 0, 0])
     with pytest.raises(UffError, match=r"stop / lip, stop / stop; .*7:3/7:3"):
-        read_frf_uff(write_sets(tmp_path / "one.uff", one), ports=PORTS, units="SI")
+        read_frf_uff(write_sets(tmp_path / "one.uff", one), ports=PORTS, system="SI")
     with pytest.raises(UffError, match=r"'lip'.*'lip'"):
-        read_frf_uff(write_sets(tmp_path / "twice.uff", one, one), ports={"lip": PORTS["lip"]}, units="SI")
+        read_frf_uff(write_sets(tmp_path / "twice.uff", one, one), ports={"lip": PORTS["lip"]}, system="SI")
     strain = function(0, 0, G[:, 0, 0], ordinate_spec_data_type=3)
     with pytest.raises(UffError, match="data type 3 over 13"):
-        read_frf_uff(write_sets(tmp_path / "strain.uff", strain), ports={"lip": PORTS["lip"]}, units="SI")
+        read_frf_uff(write_sets(tmp_path / "strain.uff", strain), ports={"lip": PORTS["lip"]}, system="SI")
 
 
-def test_without_pyuff_the_message_says_how_to_get_it(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    def missing(name: str) -> Any:
-        raise ModuleNotFoundError(f"No module named {name!r}")
-
-    monkeypatch.setattr(uff, "import_module", missing)
-    with pytest.raises(UffError, match=r"pyuff.*pip.*'seatfem\[uff\]'"):
-        read_frf_uff(tmp_path / "a.uff", ports=PORTS)
+def test_pyuff_reads_what_is_written(tmp_path: Path) -> None:
+    """Modes, nodes, units and responses are those of the body, by another reader of the format."""
+    write_receptance_uff(BODY, F, tmp_path / "g.uff")
+    units, *functions = pyuff.UFF(str(tmp_path / "g.uff")).read_sets()
+    assert (units["length"], units["force"]) == (1.0, 1.0)
+    ends = [(one["rsp_node"], one["ref_node"]) for one in functions]
+    assert ends == [(1, 1), (2, 1), (2, 2)]
+    for one, (i, j) in zip(functions, ends, strict=True):
+        assert one["x"] == pytest.approx(F)
+        assert np.abs(one["data"] - G[:, i - 1, j - 1]).max() < 1e-10 * np.abs(G).max()
+    points, shapes = np.arange(6.0).reshape(2, 3), np.arange(12.0).reshape(2, 2, 3)
+    write_modes_uff(points, shapes, np.array([10.0, 20.0]), np.array([0.5, 2.0]), tmp_path / "m.uff")
+    _, nodes, *found = pyuff.UFF(str(tmp_path / "m.uff")).read_sets()
+    assert np.allclose([nodes["x"], nodes["y"], nodes["z"]], points.T)
+    assert [(one["freq"], one["modal_m"]) for one in found] == [(10.0, 0.5), (20.0, 2.0)]
+    assert [one["r3"].tolist() for one in found] == shapes[:, :, 2].tolist()

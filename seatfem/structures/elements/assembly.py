@@ -207,7 +207,7 @@ def _modes(made: shape_functions.Discretization, solids: Sequence[Solid], dilata
             if (kind, made.order) not in _MODES:
                 raise ModelError(
                     f"material {solid.name!r}: poisson = {solid.poisson} above {PROJECT_ABOVE} locks tetrahedra of "
-                    "order 1; use order=2"
+                    "order 1; mesh it with elements of order 2"
                 )
             modes[k] = _MODES[kind, made.order]
     return modes

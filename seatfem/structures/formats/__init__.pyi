@@ -10,5 +10,7 @@ from seatfem.structures.formats import (
     mesh_files as mesh_files,
     nastran_mesh as nastran_mesh,
     uff as uff,
+    universal as universal,
+    universal_mesh as universal_mesh,
     writing as writing,
 )

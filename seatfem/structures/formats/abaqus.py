@@ -151,7 +151,7 @@ def _blocks(path: Path, notes: list[str]) -> Iterator[Block]:
     if block:
         yield block
     if unknown:
-        notes.append(f"{path}: not known in its steps, and not read: " + ", ".join(f"*{name}" for name in unknown))
+        notes.append("not known in its steps, and not read: " + ", ".join(f"*{name}" for name in unknown))
 
 
 Key = tuple[int, str]

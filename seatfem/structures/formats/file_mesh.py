@@ -42,8 +42,8 @@ class FileMesh:
     """Nodes, elements and groups of a file, in its length unit and gmsh's node order.
 
     ``points`` (n, 3); ``cells`` (m, k) rows of ``points``, k = 20 or as in `MeshArrays`; ``surfaces``: name -> vertices
-    (f, 3) or (f, 4); ``volumes``: name -> rows of ``cells``; ``node_sets``: name -> rows of ``points``;
-    ``notes``: what the reader passed over and does not know, in sentences.
+    (f, 3) or (f, 4); ``volumes``: name -> rows of ``cells``; ``node_sets``: name -> rows of ``points``. ``unit``:
+    metres per length unit, ``None`` if the file does not state it; ``notes``: what was left aside, for the user.
     """
 
     points: io.Floats
@@ -51,6 +51,7 @@ class FileMesh:
     surfaces: Mapping[str, io.Integers] = field(default_factory=dict)
     volumes: Mapping[str, io.Integers] = field(default_factory=dict)
     node_sets: Mapping[str, io.Integers] = field(default_factory=dict)
+    unit: float | None = None
     notes: tuple[str, ...] = ()
 
 

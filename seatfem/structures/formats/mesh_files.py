@@ -20,7 +20,7 @@ from impact.files.safe_files import MB, check_file, read_text
 from impact.notices import Progress, silent
 from seatfem.jobs.folders import private_folder
 from seatfem.jobs.processes import answer_of, end_worker, start_worker, tell_worker
-from seatfem.structures.formats import abaqus, decks, file_mesh, nastran_mesh
+from seatfem.structures.formats import abaqus, decks, file_mesh, nastran_mesh, universal_mesh
 from seatfem.structures.formats.file_mesh import FileMesh, merged, to_arrays
 from seatfem.structures.mesh import checks, meshing
 from seatfem.structures.mesh.gmsh_process import STAGE, MeshingError, run_gmsh
@@ -218,7 +218,7 @@ def _values(name: str, data: list[NDArray[Any]]) -> list[tuple[str, int]]:
 BY_GMSH = (".msh", ".med")
 READERS: Mapping[str, Callable[[Path], FileMesh]] = MappingProxyType(
     {
-        ".unv": nastran_mesh.read_unv,
+        ".unv": universal_mesh.read_unv,
         ".inp": abaqus.read_abaqus,
         ".bdf": nastran_mesh.read_nastran,
         ".nas": nastran_mesh.read_nastran,
@@ -236,7 +236,7 @@ def read_mesh(
     *,
     contact: str | None = "contact",
     fixed: str | None = "fixed",
-    unit: float = 1.0,
+    unit: float | None = None,
     merge: float | None = None,
     parts: int = 1,
     progress: Progress = silent,
@@ -249,9 +249,9 @@ def read_mesh(
 
     ``contact``, ``fixed``: names of the file's groups, renamed "contact" and "fixed"; case is ignored if exactly one
     group matches; ``fixed=None``: the seat is free; ``contact=None``: nothing is struck. ``unit``: metres per length
-    unit, which files do not state. ``merge``: distance [m] within which nodes are merged; ``None``: coincident nodes
-    are an error; 0: they are kept. ``parts``: number of parts of the mesh that share no node. A mesh with every element
-    mirrored is reflected back, which the provenance notes.
+    unit; ``None``: as the file states, otherwise 1. ``merge``: distance [m] within which nodes are merged; ``None``:
+    coincident nodes are an error; 0: they are kept. ``parts``: number of parts of the mesh that share no node. A mesh
+    with every element mirrored is reflected back, which the provenance notes.
 
     Raises `FileNotFoundError`, and `MeshError` naming the file: unreadable, other or several kinds of elements, a size
     outside 0.1 mm to 10 m, a missing or empty group, and the errors of `check_mesh`.
@@ -261,6 +261,7 @@ def read_mesh(
     if contact is not None and contact == fixed:
         raise MeshError(f"{path}: contact and fixed are both {contact!r}: must be two groups")
     mesh, version = _read(path, progress)
+    unit, notes = _unit_of(mesh, unit)
     if merge:
         mesh = merged(mesh, merge / unit, str(path))
     arrays = to_arrays(mesh, unit, str(path))
@@ -270,16 +271,23 @@ def read_mesh(
     if merge is None:
         checks.check_coincident(arrays)
     provenance = meshing.MeshProvenance(
-        source=str(path),
-        content_hash=_content_hash(arrays),
-        gmsh_version=version,
-        geometry={},
-        spec={},
-        notes=mesh.notes,
+        str(path), _content_hash(arrays), gmsh_version=version, geometry={}, spec={}, notes=(*mesh.notes, *notes)
     )
     seat = meshing.seat_mesh(arrays, provenance, required=tuple(names.values()), parts=parts)
     progress(STAGE, 1.0)
     return seat
+
+
+def _unit_of(mesh: FileMesh, unit: float | None) -> tuple[float, tuple[str, ...]]:
+    """Return metres per length unit, and a note on it unless only the caller states it; the caller's counts."""
+    stated = mesh.unit
+    if unit is None and stated is None:
+        return 1.0, ("states no unit of length, m is assumed; unit says otherwise",)
+    if unit is None or stated is None:
+        known = unit or stated or 1.0
+        return known, () if stated is None else (f"states its unit of length, {stated:.6g} m",)
+    other = abs(stated / unit - 1) > 1e-6
+    return unit, (f"states a unit of length of {stated:.6g} m; the stated one, {unit:.6g} m, counts",) * other
 
 
 def _content_hash(arrays: MeshArrays) -> str:
@@ -292,7 +300,7 @@ def _content_hash(arrays: MeshArrays) -> str:
     return digest.hexdigest()
 
 
-def _check_request(path: Path, unit: float, merge: float | None) -> None:
+def _check_request(path: Path, unit: float | None, merge: float | None) -> None:
     if not path.exists():
         raise FileNotFoundError(f"{path}: no such mesh file; check the path")
     check_file(path, LIMIT, MeshError)
@@ -304,7 +312,7 @@ def _check_request(path: Path, unit: float, merge: float | None) -> None:
     if suffix not in BY_GMSH and suffix not in READERS:
         suffixes = ", ".join((*BY_GMSH, *READERS))
         raise MeshError(f"{path}: {suffix or 'no suffix'}: mesh files must be one of {suffixes}")
-    if not 0.0 < unit < float("inf"):
+    if unit is not None and not 0.0 < unit < float("inf"):
         raise MeshError(f"{path}: unit = {unit:g}: must be > 0 (metres per length unit of the file)")
     if merge is not None and not 0.0 <= merge < float("inf"):
         raise MeshError(f"{path}: merge = {merge:g} m: must be >= 0 (distance within which nodes become one)")
@@ -348,8 +356,7 @@ def _check_size(arrays: MeshArrays, unit: float) -> None:
     number = " x ".join(f"{length / unit:.4g}" for length in extent)
     raise MeshError(
         f"{arrays.source}: the mesh would be {' x '.join(f'{length:.4g}' for length in extent)} m large "
-        f"(unit = {unit:g} m); give the unit. Its numbers span {number}: in millimetres that is unit = 0.001, "
-        "in metres unit = 1",
+        f"(unit = {unit:g} m); give the unit in which its numbers span {number}",
         field="unit",
     )
 

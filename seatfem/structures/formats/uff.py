@@ -1,59 +1,96 @@
-"""Universal files (UFF): modes of dataset 55, frequency and impulse responses of dataset 58. Needs the extra [uff]."""
+"""Universal files (UFF): modes of dataset 55, frequency and impulse responses of dataset 58."""
 
 from __future__ import annotations
 
+import math
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
 from typing import Any, Final, Literal, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from impact.files.safe_files import MB, check_file, whole_file
+from impact.bodies.time_series import SECONDS, Stated
+from impact.files.csv_table import normal_unit
+from impact.files.safe_files import MB, write_whole
 from impact.greens import base, modal
 from impact.greens.sampled import SampledGreens, Tail
-from impact.measured.frf import FrequencyResponse, Kind, receptance
-from impact.names import how_to_mend
+from impact.measured.frf import HERTZ, FrequencyResponse, Kind, receptance, response_units
+from seatfem.structures.formats.universal import SIZES, Dataset, Units, read_datasets, read_units
 
 Direction = Literal["+x", "-x", "+y", "-y", "+z", "-z"]
 Place = tuple[int, Direction]
 """Node number, and direction of the outward normal of the struck face."""
 System = Literal["SI", "mm-N-s", "inch-lbf-s"]
-UNITS: dict[str, tuple[float, float]] = {
-    "SI": (1.0, 1.0),
-    "mm-N-s": (1e-3, 1.0),
-    "inch-lbf-s": (0.0254, 4.4482216152605),
+UNITS: dict[str, Units] = {
+    "SI": Units(1.0, 1.0),
+    "mm-N-s": Units(1e-3, 1.0),
+    "inch-lbf-s": Units(0.0254, 4.4482216152605),
 }
-"""Metres and newtons per unit of the file."""
 LIMIT = 256 * MB
 _AXES = {"x": 1, "y": 2, "z": 3}
 _ORDINATES: dict[int, Kind] = {8: "receptance", 11: "mobility", 12: "accelerance"}
 _FORCES = (9, 13)
 _TIME_RESPONSE, _FRF, _NORMAL_MODE = 1, 4, 2
+_FREQUENCY, _TIME = 18, 17
+_NAMES = 5  # lines of text at the beginning of datasets 55 and 58
 
 
 class UffError(ValueError):
-    """Error of a universal file that cannot be used; the message names file, dataset and remedy."""
+    """Error of a universal file that cannot be used; the message names file, line, dataset and remedy."""
 
 
 @dataclass(frozen=True)
-class _File:
-    """Datasets of one type, and metres and newtons per unit."""
+class _Function:
+    """Dataset 58: function type, nodes and directions of response and reference, values (n,) over ``x``.
 
-    path: Path
-    sets: list[dict[str, Any]]
-    metre: float
-    newton: float
+    ``axes``: data type and unit, "" where none is stated, of abscissa, ordinate and force.
+    """
+
+    dataset: Dataset
+    type: int
+    ends: tuple[tuple[int, int], tuple[int, int]]
+    axes: list[tuple[int, str]]
+    x: base.Array
+    values: NDArray[Any]
+
+    def between(self, response: Place, force: Place) -> NDArray[Any]:
+        """Return the values along the directions of two ports."""
+        signs = [
+            _sign(place) * math.copysign(1.0, end[1]) for place, end in zip((response, force), self.ends, strict=True)
+        ]
+        return self.values * signs[0] * signs[1]
+
+
+@dataclass(frozen=True)
+class _Mode:
+    """Dataset 55 of a normal mode; ``shape``: values of three directions at each node."""
+
+    dataset: Dataset
+    number: int
+    frequency: float
+    mass: float
+    damping: float
+    shape: Mapping[int, NDArray[Any]]
+
+    def displacement(self, place: Place) -> float:
+        node, direction = place
+        if node not in self.shape:
+            numbers = f"{len(self.shape)} from {min(self.shape, default=0)} to {max(self.shape, default=0)}"
+            raise self.dataset.fail(f"mode {self.number} has no node {node}; it has {numbers}")
+        value = self.shape[node][_AXES[direction[1]] - 1]
+        if abs(np.imag(value)) > 1e-6 * abs(value):
+            raise self.dataset.fail(f"mode {self.number} is complex: export normal modes, or fit its FRFs")
+        return float(np.real(value)) * _sign(place)
 
 
 def read_modes_uff(
     path: str | os.PathLike[str],
     *,
     ports: Mapping[str, Place | Sequence[Place]],
-    units: System | None = None,
+    system: System | None = None,
     damping_ratio: float | None = None,
     modal_mass: float | None = None,
     compliance: base.Array | float | None = None,
@@ -65,88 +102,105 @@ def read_modes_uff(
 
     Args:
         ports: node and direction by name; several places are averaged.
-        units: units of a file without dataset 164, one of `UNITS`.
+        system: units of the file, one of `UNITS`, in place of those of dataset 164.
         damping_ratio: replaces the damping in the file.
         modal_mass: replaces the modal mass in the file, in its unit of mass (1 for mass-normalised shapes).
         compliance: static compliance of all modes above the last, scalar or (p, p) [m/N], a massless spring.
 
     Raises:
-        UffError: pyuff missing, no such file, no normal modes, no units, a node that is missing, a modal mass that is
-            not positive, complex shapes.
+        UffError: no such file, no normal modes, no units, a node that is missing, a modal mass that is not positive,
+            complex shapes.
     """
-    file = _read(Path(path), 55, units)
-    modes = [dataset for dataset in file.sets if dataset.get("analysis_type") == _NORMAL_MODE]
+    file, (sets, stated) = Path(path), _read(Path(path), 55, system)
+    modes = sorted((mode for each in sets if (mode := _mode(each)) is not None), key=lambda mode: mode.frequency)
     if not modes:
-        raise UffError(f"{file.path}: no normal modes (dataset 55, analysis type 2) in it; export them")
+        raise UffError(f"{file}: no normal modes (dataset 55, analysis type 2) in it; export them")
+    if stated is None:
+        raise UffError(f"{file}: states no units (dataset 164); state system, one of {', '.join(UNITS)}")
+    numbers = [mode.number for mode in modes]
+    if twice := {number for number in numbers if numbers.count(number) > 1}:
+        raise UffError(f"{file}: mode {min(twice)} is there twice (dataset 55); remove one")
+    masses = np.array([mode.mass if modal_mass is None else modal_mass for mode in modes])
+    if not masses.min() > 0:
+        raise modes[int(masses.argmin())].dataset.fail(
+            f"mode {modes[int(masses.argmin())].number} has the modal mass {masses.min():g}, must be positive; state "
+            "modal_mass = 1 if its shapes are mass-normalised"
+        )
     places = {name: _places(port) for name, port in ports.items()}
-    per_mass = file.newton / file.metre  # kilograms per unit of mass
-    omega, zeta, shapes = np.zeros(len(modes)), np.zeros(len(modes)), np.zeros((len(modes), len(places)))
-    for k, mode in enumerate(modes):
-        number = mode.get("mode_n", k + 1)
-        mass = float(mode["modal_m"]) if modal_mass is None else modal_mass
-        if not mass > 0:
-            raise UffError(
-                f"{file.path}: mode {number} has the modal mass {mass:g}; give modal_mass=1.0 if its shapes are "
-                "mass-normalised"
-            )
-        omega[k] = 2 * np.pi * float(mode["freq"])
-        damping = float(mode["modal_damp_vis"]) + float(mode["modal_damp_his"]) / 2
-        zeta[k] = damping if damping_ratio is None else damping_ratio
-        values = [np.mean([_displacement(file.path, mode, place) for place in port]) for port in places.values()]
-        shapes[k] = np.array(values) / np.sqrt(mass * per_mass)
-    order = np.argsort(omega, kind="stable")
+    shapes = np.array(
+        [[np.mean([mode.displacement(place) for place in port]) for port in places.values()] for mode in modes]
+    )
+    omega = np.array([2 * np.pi * mode.frequency for mode in modes])
+    zeta = np.array([mode.damping if damping_ratio is None else damping_ratio for mode in modes])
+    kilograms = masses * stated.newton / stated.metre
     p = len(places)
     residual = modal.Residual.none(p) if compliance is None else modal.Residual.spring(compliance)
     origin = {
         "kind": "modes",
-        "file": file.path.name,
+        "file": file.name,
         "modes": len(modes),
         "ports": {n: str(v) for n, v in places.items()},
     }
-    return modal.ModalGreens(omega[order], zeta[order], shapes[order], residual, tuple(places), origin=origin)
+    return modal.ModalGreens(omega, zeta, shapes / np.sqrt(kilograms)[:, None], residual, tuple(places), origin=origin)
 
 
 def read_frf_uff(
-    path: str | os.PathLike[str], *, ports: Mapping[str, Place], units: System | None = None
+    path: str | os.PathLike[str],
+    *,
+    ports: Mapping[str, Place],
+    system: System | None = None,
+    units: Stated | None = None,
+    quantity: Kind | None = None,
 ) -> FrequencyResponse:
     """Return frequency responses of datasets 58 between the given ports, as receptance.
 
     They are receptance, mobility or accelerance by the ordinate's data type (8, 11 or 12) over a force (9 or 13). One
-    of G_ij and G_ji is enough; every G_ii is needed. A direction opposite to the port's changes the sign.
+    of G_ij and G_ji is enough; every G_ii is needed. A direction opposite to the port's changes the sign. Their unit is
+    that of dataset 164, or of the labels of the axes ("m/s^2" over "N"), which must not contradict each other.
+
+    Args:
+        system: units of the file, one of `UNITS`, in place of those that it states.
+        units: units of "response" (as "g/N") and "frequency" as in `impact.read_frf`, in place of the file's.
+        quantity: measured quantity, where the data type leaves it open (0, 1).
 
     Raises:
-        UffError: pyuff missing, no such file, no units, a response that is missing, ambiguous or of another quantity.
+        UffError: no such file, no units or several, a response that is missing, ambiguous or of another quantity.
         FrequencyResponseError: errors of `FrequencyResponse`.
     """
-    file = _read(Path(path), 58, units)
+    file, (sets, stated) = Path(path), _read(Path(path), 58, system)
+    if unknown := sorted({*(units or {})} - {"response", "frequency"}):
+        raise UffError(f"{file}: units knows response and frequency of a universal file, not {unknown[0]}: remove it")
+    functions = [_function(dataset) for dataset in sets]
     names, p = tuple(ports), len(ports)
-    table: dict[tuple[int, int], dict[str, Any]] = {}
-    for i, j, dataset in _between(file, ports, _FRF):
+    table: dict[tuple[int, int], _Function] = {}
+    for i, j, function in _between(functions, ports, _FRF):
         if (i, j) in table:
-            raise UffError(f"{file.path}: two frequency responses from port {names[j]!r} to {names[i]!r}: keep one")
-        table[i, j] = dataset
+            raise UffError(f"{file}: two frequency responses from port {names[j]!r} to {names[i]!r}: keep one")
+        table[i, j] = function
     missing = [f"{names[i]} / {names[j]}" for i in range(p) for j in range(i + 1) if not {(i, j), (j, i)} & set(table)]
     if missing:
-        raise UffError(f"{file.path}: no frequency response for the ports {', '.join(missing)}; {_listing(file)}")
-    first = table[0, 0]
-    frequency, kinds = np.asarray(first["x"], dtype=float), set()
+        listing = _listing(functions)
+        raise UffError(f"{file}: no frequency response for the ports {', '.join(missing)}; {listing}")
+    frequency, kinds, scale = table[0, 0].x, set[Kind](), 1.0
     values = np.zeros((len(frequency), p, p), dtype=complex)
-    for (i, j), dataset in table.items():
-        kinds.add(_kind(file.path, dataset))
-        x = np.asarray(dataset["x"], dtype=float)
+    for (i, j), function in table.items():
+        kind, scale = _scale(function, stated, system is not None, units or {}, quantity)
+        kinds.add(kind)
+        x = function.x
         if x.shape != frequency.shape or np.any(np.abs(x - frequency) > 1e-3 * np.median(np.diff(frequency))):
-            raise UffError(f"{file.path}: {names[i]} / {names[j]} must have the frequencies of {names[0]} / {names[0]}")
-        sign = _sign(dataset, "rsp", ports[names[i]]) * _sign(dataset, "ref", ports[names[j]])
-        values[:, i, j] = sign * np.asarray(dataset["data"]) * file.metre / file.newton
+            raise UffError(f"{file}: {names[i]} / {names[j]} must have the frequencies of {names[0]} / {names[0]}")
+        values[:, i, j] = scale * function.between(ports[names[i]], ports[names[j]])
         if (j, i) not in table:
             values[:, j, i] = values[:, i, j]
     if len(kinds) > 1:
-        raise UffError(f"{file.path}: {', '.join(sorted(kinds))} at once: convert them to one quantity")
-    return receptance(frequency, values, kinds.pop(), port_names=names, origin={"file": file.path.name})
+        raise UffError(f"{file}: {', '.join(sorted(kinds))} at once: convert them to one quantity")
+    hertz, kind = _abscissa(table[0, 0], _FREQUENCY, HERTZ, (units or {}).get("frequency")), kinds.pop()
+    origin = {"file": file.name, "read_as": f"{kind}, values in {scale:.6g} {next(iter(response_units(kind)))}"}
+    return receptance(hertz * frequency, values, kind, port_names=names, origin=origin)
 
 
 def read_impulse_response_uff(
-    path: str | os.PathLike[str], *, ports: Mapping[str, Place], units: System | None = None, tail: Tail = "forbid"
+    path: str | os.PathLike[str], *, ports: Mapping[str, Place], system: System | None = None, tail: Tail = "forbid"
 ) -> SampledGreens:
     """Return g(t) of one port from dataset 58: a time response (type 1) of displacement per unit impulse.
 
@@ -154,105 +208,168 @@ def read_impulse_response_uff(
         UffError: as `read_frf_uff`; more than one port.
         GreensFunctionError: errors of `SampledGreens.from_series`.
     """
-    file = _read(Path(path), 58, units)
+    file, (sets, stated) = Path(path), _read(Path(path), 58, system)
     if len(ports) != 1:
-        raise UffError(
-            f"{file.path}: {len(ports)} ports; impulse responses are read for one; stack the values for more"
-        )
+        raise UffError(f"{file}: {len(ports)} ports; impulse responses are read for one; stack the values for more")
     (name, place) = next(iter(ports.items()))
-    responses = [dataset for _, _, dataset in _between(file, ports, _TIME_RESPONSE)]
+    functions = [_function(dataset) for dataset in sets]
+    responses = [function for _, _, function in _between(functions, ports, _TIME_RESPONSE)]
     if len(responses) != 1:
         raise UffError(
-            f"{file.path}: {len(responses)} time responses of port {name!r}, one is needed; {_listing(file)}"
+            f"{file}: {len(responses)} time responses of port {name!r}, one is needed; {_listing(functions)}"
         )
-    if responses[0]["ordinate_spec_data_type"] != 8:
-        raise UffError(f"{file.path}: the time response is no displacement (data type 8): integrate it first")
-    sign = _sign(responses[0], "rsp", place) * _sign(responses[0], "ref", place)
-    values = sign * np.real(responses[0]["data"]) * file.metre / file.newton
-    origin = {"kind": "measured", "file": file.path.name}
+    (response,) = responses
+    if response.axes[1][0] != 8:
+        raise response.dataset.fail("the time response is no displacement (data type 8): integrate it first")
+    _, scale = _scale(response, stated, system is not None, {}, None)
+    time = _abscissa(response, _TIME, SECONDS, None) * response.x
+    values, origin = scale * np.real(response.between(place, place)), {"kind": "measured", "file": file.name}
     try:
-        return SampledGreens.from_series(responses[0]["x"], values, tail=tail, port_names=(name,), origin=origin)
+        return SampledGreens.from_series(time, values, tail=tail, port_names=(name,), origin=origin)
     except base.GreensFunctionError as problem:
-        raise base.GreensFunctionError(f"{file.path}: {problem}") from problem
+        raise base.GreensFunctionError(f"{file}: {problem}") from problem
 
 
-def _read(path: Path, kind: int, units: System | None) -> _File:
-    pyuff = _pyuff(path.name)
+def _read(path: Path, kind: int, system: System | None) -> tuple[list[Dataset], Units | None]:
+    """Return the datasets of a kind, and the units by ``system``, or else by dataset 164, if it is there."""
     if not path.exists():
         raise UffError(f"{path}: no such file; check the path")
-    check_file(path, LIMIT, UffError)
-    if units is not None and units not in get_args(System):
-        raise UffError(f"units {units!r} are unknown; choose from {', '.join(get_args(System))}")
-    try:
-        uff = pyuff.UFF(str(path))
-        types = [int(number) for number in uff.get_set_types()]
-        sets = [uff.read_sets(n) for n, number in enumerate(types) if number == kind]
-        declared = [uff.read_sets(n) for n, number in enumerate(types) if number == 164]
-        _refuse_incomplete(path, sets)
-    except UffError:
-        raise
-    except Exception as problem:  # pyuff raises plain Exception
-        raise UffError(f"{path}: cannot be read as a universal file, export it again: {problem}") from problem
+    if system is not None and system not in get_args(System):
+        raise UffError(f"system {system!r} is unknown; choose from {', '.join(get_args(System))}")
+    sets, others = list[Dataset](), set[int]()
+    units = None if system is None else UNITS[system]
+    for dataset in read_datasets(path, LIMIT, UffError):
+        others.add(dataset.number)
+        sets += [dataset] if dataset.number == kind else []
+        if dataset.number == 164 and system is None:
+            units = read_units(dataset, units)
     if not sets:
-        raise UffError(f"{path}: no dataset {kind} in it; it holds {sorted(set(types)) or 'nothing'}")
-    if units is None and not declared:
-        raise UffError(f"{path}: states no units (dataset 164); give units=, one of {', '.join(UNITS)}")
-    per_unit = [1 / x for x in UNITS[units]] if units else [float(declared[0][name]) for name in ("length", "force")]
-    if not all(0 < x < np.inf for x in per_unit):
-        raise UffError(f"{path}: dataset 164 states the units 1/{per_unit[0]:g} m and 1/{per_unit[1]:g} N; give units=")
-    return _File(path, sets, 1 / per_unit[0], 1 / per_unit[1])
+        raise UffError(f"{path}: no dataset {kind} in it; it holds {sorted(others) or 'nothing'}")
+    return sets, units
 
 
-def _refuse_incomplete(path: Path, sets: list[dict[str, Any]]) -> None:
-    """Raise `UffError` for values that are not finite or without abscissae, and for shapes with missing nodes."""
-    for number, one in enumerate(sets, start=1):
-        shapes = [(f"r{axis}", one.get(f"r{axis}"), one.get("node_nums")) for axis in (1, 2, 3)]
-        for name, values, places in (("data", one.get("data"), one.get("x")), *shapes):
-            if values is not None and (places is None or np.shape(values) != np.shape(places)):
-                raise UffError(
-                    f"{path}: dataset {number} of its type is incomplete: {name} {np.shape(values)}, "
-                    f"{0 if places is None else np.size(places)} places; export it again"
-                )
-            if values is not None and not np.all(np.isfinite(values)):
-                raise UffError(f"{path}: dataset {number} of its type: {name} must be finite")
+def _mode(dataset: Dataset) -> _Mode | None:
+    """Return the normal mode in dataset 55; ``None`` of another analysis."""
+    dataset.at = _NAMES
+    _, analysis, _, _, form, width = dataset.integers(6)
+    if analysis != _NORMAL_MODE:
+        return None
+    if form not in (2, 5) or width not in (3, 6):
+        raise dataset.fail(f"{width} values of data type {form} at a node, must be 3 or 6 of type 2 or 5: export it so")
+    _, reals, _, number = dataset.integers(4)
+    if reals != 4:
+        raise dataset.fail(f"{reals} numbers follow, must be 4: frequency, modal mass, two ratios of damping")
+    frequency, mass, viscous, hysteretic = dataset.reals(4)
+    if min(frequency, viscous, hysteretic) < 0:
+        raise dataset.fail(f"mode {number}: frequency and damping must be 0 or more")
+    shape: dict[int, NDArray[Any]] = {}
+    while dataset.has_more:
+        (node,) = dataset.integers(1)
+        if node in shape:
+            raise dataset.fail(f"mode {number} has node {node} twice; remove one")
+        values = np.array(dataset.reals(width if form == 2 else 2 * width))
+        shape[node] = values[:3] if form == 2 else values[:6:2] + 1j * values[1:6:2]
+    dataset.at = 0  # what is said later is said of its beginning
+    return _Mode(dataset, number, frequency, mass, viscous + hysteretic / 2, shape)
 
 
-def _between(file: _File, ports: Mapping[str, Place], function: int) -> Iterator[tuple[int, int, dict[str, Any]]]:
-    """Yield the datasets of a function type with force at port j and response at port i, as (i, j, dataset)."""
+def _function(dataset: Dataset) -> _Function:
+    """Return the function in dataset 58 or 58b."""
+    dataset.at = _NAMES
+    line = dataset.text()
+    try:
+        function = int(line[:5])
+        node, along, other, pushed = (int(word) for at in (41, 66) for word in line[at : at + 14].split())
+        form, count, even = map(int, (words := dataset.text().split())[:3])
+        first, step = (float(word.replace("D", "E")) for word in words[3:5])
+        axes = [(int(line[:10]), _unit(line[46:67])) for line in (dataset.text() for _ in range(4))]
+        size, parts = SIZES[form if count >= 0 and even in (0, 1) else 0]
+    except (LookupError, ValueError):
+        raise dataset.fail(
+            "must state function type, nodes and directions; then data type (2, 4, 5, 6), count, spacing, first value "
+            "and step; then data types and units of the axes, in their columns; export it again"
+        ) from None
+    columns = parts + 1 - even
+    if dataset.order:
+        numbers = np.frombuffer(dataset.binary[: len(dataset.binary) // size * size], f"{dataset.order}f{size}")
+        if numbers.size != columns * count or not np.all(np.isfinite(numbers)):
+            raise dataset.fail(f"{numbers.size} numbers, must be {columns * count} finite ones; export it again")
+    else:
+        numbers = np.array(dataset.reals(columns * count))
+    if dataset.has_more:
+        raise dataset.fail(f"goes on after {count} values; export it again")
+    rows = numbers.astype(float).reshape(count, columns)
+    x = np.asarray(first + step * np.arange(count) if even else rows[:, 0], dtype=np.float64)
+    values = rows[:, -1] if parts == 1 else rows[:, -2] + 1j * rows[:, -1]
+    dataset.at = 0  # what is said later is said of its beginning
+    return _Function(dataset, function, ((node, along), (other, pushed)), axes, x, values)
+
+
+def _unit(label: str) -> str:
+    """Return the unit on an axis; "" for none."""
+    return "" if label.strip().upper() == "NONE" else normal_unit(label)
+
+
+def _scale(
+    function: _Function, stated: Units | None, is_chosen: bool, units: Stated, quantity: Kind | None
+) -> tuple[Kind, float]:
+    """Return the quantity of a response and its factor to SI: as the caller chose, or else by dataset 164 and the
+    labels of the axes. Raises `UffError` for units that are not stated, not known or contradict each other."""
+    _, (ordinate, above), (force, below) = function.axes[:3]
+    fail, kind = function.dataset.fail, _ORDINATES.get(ordinate, quantity if ordinate in (0, 1) else None)
+    if kind is None or force not in _FORCES:
+        raise fail(
+            f"a response of data type {ordinate} over {force}; displacement (8), velocity (11) or acceleration (12) "
+            "over force (13) is needed"
+        )
+    known = response_units(kind)
+    if (response := units.get("response")) is not None:
+        if is_chosen:
+            raise fail("system and units.response both state its units; remove one")
+        if normal_unit(response) not in known:
+            raise fail(f"{response!r} is no unit of {kind}; state one of {', '.join(known)}")
+        return kind, known[normal_unit(response)]
+    of_file = None if stated is None else stated.metre / stated.newton
+    if of_file is not None and (is_chosen or not above):
+        return kind, of_file
+    label = f"{above}/{below.removesuffix(' s') or 'N'}"  # N s of an impulse
+    scale = known.get(label, known.get(above))
+    if not below and scale is not None and above not in known:  # over the unit of force of the file
+        scale = None if stated is None else scale / stated.newton
+    example = label if label in known else next(iter(known))
+    remedy = f"state units.response, as {example!r}, or system: {', '.join(UNITS)}"
+    if scale is None:
+        why = f"labels {label!r} are no unit of {kind} that is known" if above else "there are no labels of axes"
+        raise fail(f"states no units that are known: dataset 164 is missing, or {why}; {remedy}")
+    if of_file is not None and not math.isclose(scale, of_file, rel_tol=1e-6):
+        raise fail(f"its axes are labelled {label!r}, which contradicts dataset 164 ({of_file:.6g} in SI); {remedy}")
+    return kind, scale
+
+
+def _abscissa(function: _Function, kind: int, units: Mapping[str, float], chosen: str | None) -> float:
+    """Return the factor of the abscissa to SI. Raises `UffError` for another data type, and an unknown unit."""
+    found, label = function.axes[0]
+    unit = chosen or label or next(iter(units))
+    if found not in (kind, 0) or unit not in units:
+        raise function.dataset.fail(
+            f"its abscissa is of data type {found} in {unit!r}, must be {kind} in {', '.join(units)}"
+        )
+    return units[unit]
+
+
+def _between(
+    functions: Sequence[_Function], ports: Mapping[str, Place], kind: int
+) -> Iterator[tuple[int, int, _Function]]:
+    """Yield the functions of a type with force at port j and response at port i, as (i, j, function)."""
     where = {(node, _AXES[direction[1]]): k for k, (node, direction) in enumerate(ports.values())}
-    for dataset in file.sets:
-        response = where.get((int(dataset["rsp_node"]), abs(int(dataset["rsp_dir"]))))
-        reference = where.get((int(dataset["ref_node"]), abs(int(dataset["ref_dir"]))))
-        if dataset["func_type"] == function and response is not None and reference is not None:
-            yield response, reference, dataset
+    for function in functions:
+        response, reference = (where.get((node, abs(along))) for node, along in function.ends)
+        if function.type == kind and response is not None and reference is not None:
+            yield response, reference, function
 
 
-def _kind(path: Path, dataset: dict[str, Any]) -> Kind:
-    ordinate, force = int(dataset["ordinate_spec_data_type"]), int(dataset["orddenom_spec_data_type"])
-    if ordinate not in _ORDINATES or force not in _FORCES:
-        raise UffError(
-            f"{path}: a frequency response of data type {ordinate} over {force}; displacement (8), velocity (11) or "
-            "acceleration (12) over force (13) is needed"
-        )
-    return _ORDINATES[ordinate]
-
-
-def _sign(dataset: dict[str, Any], end: str, place: Place) -> float:
-    along = 1.0 if place[1][0] == "+" else -1.0
-    return along * float(np.sign(int(dataset[f"{end}_dir"])))
-
-
-def _displacement(path: Path, mode: dict[str, Any], place: Place) -> float:
-    node, direction = place
-    if node not in (numbers := np.asarray(mode["node_nums"]).astype(int)):
-        raise UffError(
-            f"{path}: mode {mode.get('mode_n')} has no node {node}; it has {len(numbers)} from {numbers.min()} to "
-            f"{numbers.max()}"
-        )
-    value = np.asarray(mode[f"r{_AXES[direction[1]]}"])[np.flatnonzero(numbers == node)[0]]
-    if abs(np.imag(value)) > 1e-6 * abs(value):
-        raise UffError(f"{path}: mode {mode.get('mode_n')} is complex: export normal modes, or fit its FRFs")
-    return float(np.real(value)) * (1.0 if direction[0] == "+" else -1.0)
+def _sign(place: Place) -> float:
+    return 1.0 if place[1][0] == "+" else -1.0
 
 
 def _places(port: Place | Sequence[Place]) -> list[Place]:
@@ -262,25 +379,13 @@ def _places(port: Place | Sequence[Place]) -> list[Place]:
     return [place for place in port if isinstance(place, tuple)]
 
 
-def _listing(file: _File) -> str:
-    pairs = [f"{f['rsp_node']}:{f['rsp_dir']}/{f['ref_node']}:{f['ref_dir']}" for f in file.sets]
+def _listing(functions: Sequence[_Function]) -> str:
+    pairs = ["/".join(f"{node}:{along}" for node, along in function.ends) for function in functions]
     return f"it holds (response/reference, node:direction) {', '.join(pairs[:8])}" + (", ..." if len(pairs) > 8 else "")
 
 
 ALONG: Final = 3  # code of the direction +z, the outward normal of every port
-_FRF_SET: Final[dict[str, Any]] = {
-    **{f"id{k}": "NONE" for k in range(1, 6)},
-    **{"binary": 0, "func_type": 4, "ver_num": 0, "load_case_id": 0, "rsp_dir": ALONG, "ref_dir": ALONG},
-    **{"ord_data_type": 6, "abscissa_spacing": 1, "z_axis_value": 0.0, "z_axis_spec_data_type": 0},
-    **{"abscissa_spec_data_type": 18, "ordinate_spec_data_type": 8, "orddenom_spec_data_type": 13},
-}
-"""Settings of a response: double precision, even frequency steps, displacement over force."""
-_MODE_SET: Final[dict[str, Any]] = {
-    **{f"id{k}": "NONE" for k in range(1, 6)},
-    **{"model_type": 1, "analysis_type": 2, "data_ch": 2, "spec_data_type": 8, "data_type": 2, "n_data_per_node": 3},
-    **{"load_case": 0, "modal_damp_vis": 0.0, "modal_damp_his": 0.0},
-}
-"""Settings of a mode: structural, normal mode, translations, displacement, real."""
+_ID_LINES: Final = ["NONE"] * _NAMES
 
 
 def write_receptance_uff(greens: base.GreensFunction, frequency: ArrayLike, path: str | os.PathLike[str]) -> None:
@@ -290,17 +395,31 @@ def write_receptance_uff(greens: base.GreensFunction, frequency: ArrayLike, path
         frequency: at least two evenly spaced frequencies (n,) [Hz].
 
     Raises:
-        UffError: pyuff is missing; frequencies that are not evenly spaced.
+        UffError: frequencies that are not evenly spaced.
         GreensFunctionError: a representation whose transform is not known in closed form.
         OutputError: ``path`` cannot be written.
     """
     f = np.asarray(frequency, dtype=np.float64)
     if f.ndim != 1 or len(f) < 2 or not np.allclose(np.diff(f), f[1] - f[0], rtol=1e-6) or f[1] <= f[0]:
         raise UffError("frequency: give at least two frequencies in even, rising steps")
-    pyuff = _pyuff()
     values = greens.transfer(np.asarray(2j * np.pi * f, dtype=np.complex128))
-    sets = [_unit_set(pyuff), *_functions(pyuff, f, values, greens.ports)]
-    _write(pyuff, sets, path)
+    axes = [
+        f"{kind:10}{0:5}{0:5}{0:5} {label:<20} {unit:<20}"
+        for kind, label, unit in (
+            (_FREQUENCY, "Frequency", "Hz"),
+            (8, "Receptance", "m"),
+            (13, "Force", "N"),
+            (0, "", ""),
+        )
+    ]
+    sets = []
+    for i, j in zip(*np.tril_indices(len(greens.ports)), strict=True):
+        ends = "".join(f" {greens.ports[k][:10]:<10}{k + 1:10}{ALONG:4}" for k in (i, j))
+        form = f"{6:10}{len(f):10}{1:10}{f[0]:13.5e}{f[1] - f[0]:13.5e}{0.0:13.5e}"
+        numbers = [f"{x:20.11e}" for x in values[:, i, j].copy().view(float)]
+        rows = ["".join(numbers[k : k + 4]) for k in range(0, len(numbers), 4)]
+        sets.append((58, [*_ID_LINES, f"{_FRF:5}{0:10}{0:5}{0:10}{ends}", form, *axes, *rows]))
+    _write(sets, path)
 
 
 def write_modes_uff(
@@ -314,59 +433,25 @@ def write_modes_uff(
         frequency, modal_mass: frequencies (m,) [Hz], and modal masses (m,) for these shapes [kg].
 
     Raises:
-        UffError: pyuff is missing. OutputError: ``path`` cannot be written.
+        OutputError: ``path`` cannot be written.
     """
-    pyuff = _pyuff()
-    numbers, ones = np.arange(1, len(points) + 1), np.ones(len(points), dtype=int)
-    x, y, z = np.asarray(points, dtype=float).T
-    sets = [
-        _unit_set(pyuff),
-        pyuff.prepare_15(node_nums=numbers, def_cs=0 * ones, disp_cs=0 * ones, color=ones, x=x, y=y, z=z),
-        *(
-            pyuff.prepare_55(
-                **_MODE_SET,
-                mode_n=k,
-                freq=float(f),
-                modal_m=float(mass),
-                node_nums=numbers,
-                **{f"r{axis}": shape[:, axis - 1] for axis in (1, 2, 3)},
-            )
-            for k, (shape, f, mass) in enumerate(zip(shapes, frequency, modal_mass, strict=True), start=1)
-        ),
-    ]
-    _write(pyuff, sets, path)
+    nodes = [f"{k:10}{0:10}{0:10}{1:10}{_in_columns(point)}" for k, point in enumerate(points, start=1)]
+    head = "".join(f"{number:10}" for number in (1, _NORMAL_MODE, 2, 8, 2, 3))
+    sets = [(15, nodes)]
+    for k, (shape, f, mass) in enumerate(zip(shapes, frequency, modal_mass, strict=True), start=1):
+        places = [line for n, each in enumerate(shape, start=1) for line in (f"{n:10}", _in_columns(each))]
+        values = _in_columns((f, mass, 0.0, 0.0))
+        sets.append((55, [*_ID_LINES, head, f"{2:10}{4:10}{0:10}{k:10}", values, *places]))
+    _write(sets, path)
 
 
-def _pyuff(what: str = "writing a universal file") -> Any:
-    try:
-        return import_module("pyuff")
-    except ImportError as missing:
-        raise UffError(f"{what} needs pyuff: {how_to_mend('pyuff', 'uff', missing)}") from missing
+def _in_columns(numbers: Iterable[float]) -> str:
+    return "".join(f"{number:13.5e}" for number in numbers)
 
 
-def _write(pyuff: Any, sets: list[Any], path: str | os.PathLike[str]) -> None:
-    with whole_file(Path(path)) as temporary:
-        temporary.unlink()
-        pyuff.UFF(str(temporary)).write_sets(sets, mode="add")
-
-
-def _unit_set(pyuff: Any) -> Any:
-    scales = {"length": 1.0, "force": 1.0, "temp": 1.0, "temp_offset": 273.15}
-    return pyuff.prepare_164(units_code=1, units_description="SI", temp_mode=1, **scales)
-
-
-def _functions(pyuff: Any, f: base.Array, values: Any, names: tuple[str, ...]) -> list[Any]:
-    step = {"num_pts": len(f), "abscissa_min": float(f[0]), "abscissa_inc": float(f[1] - f[0]), "x": f}
-    return [
-        pyuff.prepare_58(
-            **_FRF_SET,
-            **step,
-            rsp_ent_name=response[:10],
-            rsp_node=i + 1,
-            ref_ent_name=force[:10],
-            ref_node=j + 1,
-            data=values[:, i, j],
-        )
-        for i, response in enumerate(names)
-        for j, force in enumerate(names[: i + 1])
-    ]
+def _write(sets: Sequence[tuple[int, list[str]]], path: str | os.PathLike[str]) -> None:
+    """Write datasets, each by its number and lines, behind one that states SI units."""
+    one, zero = "  1.00000000000000000D+00", "  2.73150000000000000D+02"
+    units = (164, [f"{1:10}{'SI: Meter (newton)':<20}{2:10}", 3 * one, zero])
+    text = "".join(f"    -1\n{number:6}\n" + "\n".join(lines) + "\n    -1\n" for number, lines in (units, *sets))
+    write_whole(path, text.encode("ascii", errors="replace"))

@@ -176,9 +176,8 @@ def open_part(path: Path, unit: LengthUnit | None = None) -> Part:
     """
     if path.suffix.lower() in cad.STEP_SUFFIXES + cad.BREP_SUFFIXES:
         return _of_cad(path, unit)
-    length: LengthUnit = unit or "m"
-    notes = () if unit else (_assumed(path, length, "--unit mm"),)
-    return of_mesh(path.name, read_mesh(path, contact=None, fixed=None, unit=METRES[length]), notes)
+    mesh = read_mesh(path, contact=None, fixed=None, unit=None if unit is None else METRES[unit])
+    return of_mesh(path.name, mesh, tuple(f"{path.name} {note}" for note in mesh.provenance.notes))
 
 
 def of_geometry(geometry: Geometry, name: str) -> Part:
@@ -191,7 +190,8 @@ def _of_cad(path: Path, unit: LengthUnit | None) -> Part:
     length: LengthUnit | None = "mm" if brep and unit is None else unit
     part = CadPart(path, None if length is None else METRES[length])
     inspected = inspect_geometry(part, picture=True)
-    notes = (_assumed(path, "mm", "--unit m"),) if brep and unit is None else ()
+    assumed = f"{path.name} states no unit of length, mm is assumed; --unit m says otherwise"
+    notes = (assumed,) if brep and unit is None else ()
     return _of_inspected(path.name, inspected, None, notes)
 
 
@@ -209,8 +209,4 @@ def of_mesh(name: str, mesh: SeatMesh, notes: tuple[str, ...]) -> Part:
     """Return the faces of a mesh: parts of its surface without sharp edges inside."""
     shape = shape_of(mesh)
     faces, rows = faces_of(shape)
-    return Part(name, faces, shape, rows, regions_of(mesh), (*notes, *mesh.provenance.notes), numbered=False)
-
-
-def _assumed(path: Path, unit: str, other: str) -> str:
-    return f"{path.name} states no unit of length, {unit} is assumed; {other} says otherwise"
+    return Part(name, faces, shape, rows, regions_of(mesh), notes, numbered=False)

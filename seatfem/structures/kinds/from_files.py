@@ -150,7 +150,9 @@ file = "seat.msh"
 
     kind: Literal["mesh"]
     file: ExistingFile = Field(description="the mesh file, relative to the scene's folder")
-    unit: LengthUnit = Field("m", description="length unit of the file")
+    unit: LengthUnit | None = Field(
+        None, description="length unit of the file; absent: as a universal file states, otherwise m"
+    )
     contact: str = Field("contact", description="name of the surface group that is struck")
     fixed: str = Field("fixed", description="name of the surface group that is clamped; empty for a free body")
     merge: Gap | None = Field(
@@ -165,8 +167,9 @@ file = "seat.msh"
     def read(self, progress: Progress = silent) -> SeatMesh:
         """Return the mesh in the file, cached while the file and those it includes are unchanged."""
         states = tuple(state_of(part) for part in formats.mesh_files.all_files(self.file))
+        unit = None if self.unit is None else METRES[self.unit]
         progress("meshing", 0.0)
-        mesh = _read(self.file, self.contact, self.fixed or None, METRES[self.unit], self.merge, self.parts, states)
+        mesh = _read(self.file, self.contact, self.fixed or None, unit, self.merge, self.parts, states)
         progress("meshing", 1.0)
         return mesh
 
@@ -185,14 +188,14 @@ file = "seat.msh"
             if why := struck_side_problem(normals, shape, self.struck_face, self.held, self.bedded):
                 yield ("contact",), naming(self.file, why)
 
-    def file_notes(self) -> tuple[str, ...]:
-        return self.read().provenance.notes
-
     def part(self) -> inspection.mesh_file.Part:
         return inspection.mesh_file.of_mesh(self.file.name, self.read(), ())
 
     def surface(self) -> Shape:
         return inspection.mesh_file.shape_of(self.read())
+
+    def file_notes(self) -> tuple[str, ...]:
+        return self.read().provenance.notes
 
     def patch(self) -> Patch | None:
         return of_shape(inspection.mesh_file.shape_of(self.read()), self.supports, self.material.mean)
@@ -228,7 +231,7 @@ def _read(
     file: Path,
     contact: str,
     fixed: str | None,
-    unit: float,
+    unit: float | None,
     merge: float | None,
     parts: int,
     states: tuple[FileState, ...],

@@ -6,11 +6,11 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, Self, TypeVar
 
 import numpy as np
 import scipy
-from pydantic import Field
+from pydantic import Field, model_validator
 from threadpoolctl import threadpool_limits
 
 import impact
@@ -20,10 +20,10 @@ from impact.greens import base, modal
 from impact.greens.base import Array
 from impact.measured.frf import FrequencyResponseError, read_frf
 from seatfem import structures
-from seatfem.fields import ExistingFile, Tolerance, default
+from seatfem.fields import ExistingFile, KeyProblem, Tolerance, default
 from seatfem.machine.resources import Stopwatch
 from seatfem.structures import formats, rings
-from seatfem.structures.formats.uff import read_frf_uff, read_modes_uff
+from seatfem.structures.formats.uff import Direction, System, read_frf_uff, read_modes_uff
 from seatfem.structures.inspection.cad import FileState, opened, state_of
 from seatfem.structures.kinds import elastic, structure
 from seatfem.structures.kinds.motion import Moving, ResponseColumns, ResponseUnits, stated_in
@@ -92,9 +92,11 @@ def _triangulate(points: bytes) -> Delaunay:
     return scipy.spatial.Delaunay(np.frombuffer(points).reshape(-1, 2))
 
 
-UNIVERSAL: Final = (".uff", ".unv")
+UNIVERSAL: Final = (".uff", ".unv", ".58", ".uf", ".ufb")
+OF_CSV: Final = ("columns", "averages")
+OF_UNIVERSAL: Final = ("node", "direction", "system")
+"""Keys of a frequency response that only one of two kinds of file takes."""
 Made = TypeVar("Made")
-Direction = Literal["+x", "-x", "+y", "-y", "+z", "-z"]
 
 
 def read_once(read: Callable[..., Made], arguments: tuple[Any, ...], *files: Path) -> Made:
@@ -132,12 +134,11 @@ file = "seat.h5"
         """Return the function in the file; raises `GreensFunctionError` if it ends before ``duration`` [s]."""
         greens = self._read()
         if greens.valid_for < duration * (1 - 1e-9):
+            lasts, known = write_quantity(duration, "time"), write_quantity(greens.valid_for, "time", 6)
             raise base.GreensFunctionError(
-                f"seat.file = {self.file.name}: the run lasts {write_quantity(duration, 'time')} (run.duration) but "
-                f"g is known up to "
-                f"{write_quantity(greens.valid_for, 'time', 6)} only: shorten the run to that, or make the file "
-                f"anew for all of it (seatfem "
-                f"greens, with this run.duration): {greens.remedy_too_short}"
+                f"seat.file = {self.file.name}: the run lasts {lasts} (run.duration) but g is known up to {known}; "
+                "shorten the run to that, or make the file anew for all of it (seatfem greens, with this "
+                "run.duration), or from a longer record"
             )
         return greens
 
@@ -167,7 +168,10 @@ file = "response.csv"
         None, description="measured quantity, where neither heads nor units state it"
     )
     columns: ResponseColumns | None = Field(None, description="heads of the columns, where they do not say their role")
-    units: ResponseUnits | None = Field(None, description="units of the columns, where the header does not say them")
+    units: ResponseUnits | None = Field(
+        None, description="units of the columns, or of a universal file, where these do not say them"
+    )
+    system: System | None = Field(None, description="units of a universal file, in place of those that it states")
     averages: int | None = Field(
         None,
         ge=1,
@@ -175,8 +179,23 @@ file = "response.csv"
         description="number of averaged hammer blows; with the column of coherence it gives the noise",
     )
 
+    @model_validator(mode="after")
+    def _keys_of_the_file(self) -> Self:
+        is_universal = self.file.suffix.lower() in UNIVERSAL
+        others, words = (OF_CSV, "CSV files") if is_universal else (OF_UNIVERSAL, "universal files")
+        for key in others:
+            if key in self.model_fields_set and getattr(self, key) is not None:
+                raise KeyProblem(key, f"is for {words}, {self.file.name} is none; remove the key")
+        if is_universal and self.node is None:
+            raise KeyProblem("node", f"{self.file.name} is a universal file; state the number of the contact's node")
+        return self
+
     def problems(self) -> Iterator[structure.Finding]:
         yield from opened(self.response, {"file": self.file})
+
+    def file_notes(self) -> tuple[str, ...]:
+        read_as = self.response().origin.get("read_as")
+        return () if read_as is None else (f"read as {read_as}",)
 
     @property
     def measured(self) -> structure.Measured | None:
@@ -186,15 +205,14 @@ file = "response.csv"
         """Return the measured response of the contact, cached in the process.
 
         Raises:
-            FrequencyResponseError: an error of `read_frf`, or no node for a universal file.
-            UffError, OSError: an error of the readers.
+            FrequencyResponseError, UffError, OSError: an error of the readers.
         """
         return read_once(_record, self._reading, self.file)
 
     @property
     def _reading(self) -> tuple[Any, ...]:
         columns, units = (tuple(stated_in(roles).items()) for roles in (self.columns, self.units))
-        return self.file, self.node, self.direction, self.averages, self.quantity, columns, units
+        return self.file, self.node, self.direction, self.averages, self.quantity, columns, units, self.system
 
     def solve(
         self, method: Method, duration: float, watch: Stopwatch, progress: notices.Progress, *, mesh_error: bool = True
@@ -220,14 +238,21 @@ direction = "+z"
     file: ExistingFile = Field(description="the universal file")
     node: int = Field(strict=True, description="number of the contact's node")
     direction: Direction = Field(description="outward normal of the contact")
-    system: Literal["SI", "mm-N-s", "inch-lbf-s"] | None = Field(None, description="units, if the file states none")
+    system: System | None = Field(None, description="units of the file, in place of those that it states")
+    modal_mass: float | None = Field(
+        None,
+        gt=0,
+        strict=True,
+        description="modal mass of all modes in the file's unit of mass, in place of those in the file: 1 for "
+        "mass-normalised shapes",
+    )
 
     def problems(self) -> Iterator[structure.Finding]:
         yield from opened(self.function, {"file": self.file})
 
     def function(self) -> modal.ModalGreens:
         """Return the modes in the file, cached in the process. Raises `UffError`, `OSError`."""
-        return read_once(_modes, (self.file, self.node, self.direction, self.system), self.file)
+        return read_once(_modes, (self.file, self.node, self.direction, self.system, self.modal_mass), self.file)
 
     def solve(
         self, method: Method, duration: float, watch: Stopwatch, progress: notices.Progress, *, mesh_error: bool = True
@@ -282,14 +307,19 @@ damping_ratio = 0.02
 
 
 def _record(
-    file: Path, node: int | None, direction: Direction, averages: int | None, quantity: Any, columns: Any, units: Any
+    file: Path,
+    node: int,
+    direction: Direction,
+    averages: int | None,
+    quantity: Any,
+    columns: Any,
+    units: Any,
+    system: System | None,
 ) -> FrequencyResponse:
-
     if file.suffix.lower() not in UNIVERSAL:
         return read_frf(file, columns=dict(columns), units=dict(units), quantity=quantity, averages=averages)
-    if node is None:
-        raise FrequencyResponseError(f"{file}: a universal file needs seat.node, the contact's node number")
-    return read_frf_uff(file, ports={"contact": (node, direction)})
+    ports = {"contact": (node, direction)}
+    return read_frf_uff(file, ports=ports, system=system, units=dict(units), quantity=quantity)
 
 
 def _fitted(arguments: tuple[Any, ...], tolerance: float, free: bool | None) -> PoleFit:
@@ -305,8 +335,8 @@ def _fitted(arguments: tuple[Any, ...], tolerance: float, free: bool | None) -> 
         ) from problem
 
 
-def _modes(file: Path, node: int, direction: Direction, units: Any) -> modal.ModalGreens:
-    return read_modes_uff(file, ports={"contact": (node, direction)}, units=units)
+def _modes(file: Path, node: int, direction: Direction, system: Any, modal_mass: float | None) -> modal.ModalGreens:
+    return read_modes_uff(file, ports={"contact": (node, direction)}, system=system, modal_mass=modal_mass)
 
 
 def _matrices(

@@ -56,6 +56,7 @@ class ResponseColumns(Roles):
     imag: str | None = Field(None, description="of imaginary parts")
     magnitude: str | None = Field(None, description="of magnitudes, also in decibels")
     phase: str | None = Field(None, description="of phases")
+    response: str | None = Field(None, description="of complex numbers, as 1.2e-3+4.5e-4i or (1.2e-3, 4.5e-4)")
     coherence: str | None = Field(None, description="of coherence, with averages")
     variance: str | None = Field(
         None, description="of the noise: squared error of the complex value, in the square of its unit"

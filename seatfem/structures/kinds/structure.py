@@ -331,13 +331,13 @@ class Structure(Striking):
         """Yield the problems found on opening its files."""
         return iter(())
 
-    def file_notes(self) -> tuple[str, ...]:
-        """Return what was passed over or repaired on reading its files, in sentences."""
-        return ()
-
     def surface(self) -> Shape | None:
         """Return the surface of a body from a file; ``None`` for others."""
         return None
+
+    def file_notes(self) -> tuple[str, ...]:
+        """Return what its file states, leaves open or holds besides, as the user might not expect."""
+        return ()
 
     def inputs(self) -> Inputs:
         """Return the data that determine its Green's function together with the method."""

@@ -111,7 +111,7 @@ class CadPart(shape.Shape):
             raise GeometryError(f"CadPart.unit = {self.unit:g}: must be > 0 (metres per length unit of the file)")
         names = ["contact", "fixed", *(group.name for group in self.groups)]
         if len(set(names)) < len(names):
-            raise GeometryError(f"CadPart.groups: each name must stand once, 'contact' and 'fixed' too; found {names}")
+            raise GeometryError(f"groups: each name must stand once, 'contact' and 'fixed' too; found {names}")
 
     @property
     def patches(self) -> selectors.Patches:
@@ -164,9 +164,8 @@ def check_size(part: CadPart, extent: tuple[float, ...]) -> None:
         stated = stated_unit(part.path)
         if unit is not None and not part.overrule and not math.isclose(unit, stated, rel_tol=1e-6):
             raise GeometryError(
-                f"{part.path}: the file states {stated:g} m per unit, CadPart.unit says {unit:g}; the part measures "
-                f"{_box(extent, stated / unit)} by the file, {_box(extent)} by CadPart.unit. Leave unit out, or set "
-                f"overrule = True",
+                f"{part.path}: the file states {stated:g} m per unit, unit says {unit:g}; the part measures "
+                f"{_box(extent, stated / unit)} by the file, {_box(extent)} by unit. Leave unit out, or export it anew",
                 "unit",
             )
         unit = stated if unit is None else unit
@@ -175,7 +174,7 @@ def check_size(part: CadPart, extent: tuple[float, ...]) -> None:
         factor = 1e-3 if max(extent) > LARGEST else 1e3
         raise GeometryError(
             f"{part.path}: measures {_box(extent)} at {unit:g} m per unit; a seat is {SMALLEST:g} to {LARGEST:g} m. At "
-            f"{factor * unit:g} m per unit it would measure {_box(extent, factor)}; check CadPart.unit",
+            f"{factor * unit:g} m per unit it would measure {_box(extent, factor)}; check the unit",
             "unit",
         )
 

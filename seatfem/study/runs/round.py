@@ -195,7 +195,6 @@ def remarks(done: Round) -> tuple[str, ...]:
     return (
         *([f"asked for, but without a value: {', '.join(map(spoken, empty))}: {NO_VALUE}"] if empty else []),
         *([f"not given, taken from the paper's reed: {', '.join(assumed)}"] if assumed else []),
-        *(f"{name}: {note}" for name, body in scene.bodies.items() for note in body.file_notes()),
         *map(str, limits),
         *_advice(done),
         *validity.film_notes(scene.geometry, done.result),
