@@ -69,6 +69,7 @@ def test_step_states_its_unit(tmp_path, entities, unit):
 @pytest.mark.parametrize("factor", ["1.", "1.E999"])
 def test_a_step_unit_that_leads_nowhere_is_named(tmp_path, of, factor):
     path = tmp_path / "a.step"
-    path.write_text(f"#9=(NAMED_UNIT(*)PLANE_ANGLE_UNIT()SI_UNIT($,.RADIAN.));\n{CONTEXT}{converted('X', factor, of)}\n")
+    angle = "#9=(NAMED_UNIT(*)PLANE_ANGLE_UNIT()SI_UNIT($,.RADIAN.));"
+    path.write_text(f"{angle}\n{CONTEXT}{converted('X', factor, of)}\n")
     with pytest.raises(GeometryError, match=r"a\.step: #3 .*export"):
         stated_unit(path)

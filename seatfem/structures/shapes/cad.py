@@ -89,7 +89,8 @@ class CadPart(shape.Shape):
     none, so it needs one. ``overrule``: take ``unit`` although the STEP file states another. ``contact`` and
     ``fixed`` select the faces of the two groups, each by one selector or the union of several; by default the faces
     painted pure red and pure blue; with ``fixed`` = () nothing is clamped. ``groups``: more of them. ``regions``:
-    names of solids; those without one are "solid_1", "solid_2", ..., and a single one is "seat".
+    names of solids; those without one are "solid_1", "solid_2", ..., and a single one is "seat". ``solid``: number
+    (from 1) or name of the only solid that counts; None: those that hang together with the struck face; 0: all.
     """
 
     family: ClassVar[str] = "cad"
@@ -101,6 +102,7 @@ class CadPart(shape.Shape):
     groups: tuple[Group, ...] = ()
     regions: tuple[Region, ...] = ()
     overrule: bool = False
+    solid: int | str | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "path", Path(self.path))
@@ -238,7 +240,7 @@ def state_directly(path: Path) -> None:
     direct: dict[str, str] = {}
     for unit in used:
         if converted := _CONVERTED.search(statements[unit]):
-            metres, factor, si = _metres(path, statements, unit)
+            _, factor, si = _metres(path, statements, unit)
             direct[converted[1]] = f"{converted[1]}=LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE({factor:.17E}),{si});"
     if direct:
         text = re.sub(r"(#\d+)\s*=[^;]*;", lambda statement: direct.get(statement[1], statement[0]), text)
