@@ -42,16 +42,16 @@ CIRCLE = "0\nCIRCLE\n10\n{}\n20\n{}\n40\n{}\n"
 HOLES = [(3 * (k % 20) - 30, 3 * (k // 20) - 30) for k in range(400)]
 DRAWINGS = {
     "lines.dxf": ("".join(LINE.format(k, k + 1) for k in range(4900)), "(4900, 0) mm"),
-    "crowd.dxf": ("".join(LINE.format(k, k + 1) for k in range(50_000)), "more than 10000 corners"),
+    "crowd.dxf": ("".join(LINE.format(k, k + 1) for k in range(50_000)), "more than 20000 entities"),
     "same.dxf": (LINE.format(0, 0) * 4900, "4898 points"),
-    "long.dxf": ("0\nLWPOLYLINE\n" + "10\n0\n20\n0\n" * 400_000, "more than 10000 corners"),
-    "empty.dxf": ("0\nA\n" * 1_000_000, "no LINE, ARC, CIRCLE, LWPOLYLINE"),
+    "long.dxf": ("0\nPOLYLINE\n" + "10\n0\n20\n0\n" * 400_000, "no LINE, ARC, CIRCLE"),
+    "empty.dxf": ("0\nA\n" * 1_000_000, "more than 20000 entities"),
     "far.dxf": (LINE.format("1e300", "-1e300"), "a LINE beyond 1000 m"),
     "holes.dxf": (
         CIRCLE.format(0, 0, 60) + "".join(CIRCLE.format(x, y, 1) for x, y in HOLES),
         "28872: ",
     ),
-    "unit.dxf": (None, "no length unit"),
+    "unit.dxf": (None, "near line: 8"),
 }
 SHEET = """
 [seat]

@@ -323,8 +323,5 @@ def _chain(gmsh: Any, tag: int, frame: Frame) -> Array:
     count = {"Line": 1, "Circle": math.ceil((high - low) / math.pi - 1e-9)}.get(kind, ARCS)
     at = np.linspace(low, high, 2 * count + 1)
     points = frame.seen(MILLIMETRE * np.reshape(gmsh.model.getValue(1, tag, at), (-1, 3)))
-    start, middle, end = points[:-1:2], points[1::2], points[2::2]
-    first, second = middle - start, end - middle
-    halves = np.arctan2(loops.cross(first, second), (first * second).sum(axis=1))  # of the arc's angle
-    bulges = np.zeros(count) if kind == "Line" else np.tan(halves / 2)
-    return np.column_stack([points[::2], np.append(bulges, 0.0)])
+    chain = loops.arcs_through(points)
+    return chain * (1, 1, 0) if kind == "Line" else chain
