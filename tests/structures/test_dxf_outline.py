@@ -98,7 +98,7 @@ def test_splines_and_ellipses_become_arcs(tmp_path: Path) -> None:
 
     def squeezed(space: Any) -> None:
         CIRCLE(space.doc.blocks.new("C"))
-        space.add_blockref("C", (100, 0), dxfattribs={"yscale": 0.5})
+        space.add_blockref("C", (100, 0), dxfattribs={"yscale": 0.5, "zscale": 0})
 
     def splines(space: Any) -> None:
         points = [(200 + 3 * math.cos(a), 3 * math.sin(a)) for a in np.linspace(0, math.tau, 41)]

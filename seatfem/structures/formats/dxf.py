@@ -171,6 +171,7 @@ def _with_blocks(entities: Iterable[Any], path: Path, depth: int = 0) -> Iterato
                 raise _wrong(path, f"the block {entity.dxf.get('name')!r} {why}; explode or bind it")
             if entity.mcount > MOST_ENTITIES or (entity.has_extension_dict and CLIPPED in entity.get_extension_dict()):
                 raise _wrong(path, f"the block {entity.dxf.name!r} is clipped, or in a large array; explode it")
+            entity.dxf.zscale = entity.dxf.zscale or 1.0  # drawings in the plane may have 0
             several = entity.mcount > 1
             parts = entity.multi_insert() if several else entity.virtual_entities(skipped_entity_callback=refuse)
             yield from _with_blocks(parts, path, depth + 1)
