@@ -12,7 +12,7 @@ import pytest
 import impact
 from impact.files.hdf5_structure import USER_BLOCK, can_be_opened
 from impact.storage.hdf5 import StorageError, load_greens, load_results, save_greens, save_results
-from tests.fuzz.hdf5 import seal
+from tests.fuzz.mutations import seal
 
 SEAT = impact.SampledGreens(np.linspace(0.0, 1e-6, 50), 1e-6, tail="zero")
 
