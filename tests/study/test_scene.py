@@ -311,8 +311,8 @@ def test_stress_is_asked_of_what_bends(load: Load) -> None:
 
 def test_axes_of_a_material_stand_at_right_angles(load: Load) -> None:
     wood = (
-        '{ kind = "orthotropic", young = ["1 GPa", "1 GPa", "1 GPa"], poisson = [0.1, 0.1, 0.1], density = "700 kg/m^3", '
-        'shear = ["1 GPa", "1 GPa", "1 GPa"], axes = [[1, 0, 0], [1, 1, 0], [0, 0, 1]] }'
+        '{ kind = "orthotropic", young = ["1 GPa", "1 GPa", "1 GPa"], poisson = [0.1, 0.1, 0.1], '
+        'density = "700 kg/m^3", shear = ["1 GPa", "1 GPa", "1 GPa"], axes = [[1, 0, 0], [1, 1, 0], [0, 0, 1]] }'
     )
     sides = "".join(f'{key} = "4 mm"\n' for key in ("width", "depth", "thickness", "patch_width", "patch_depth"))
     with pytest.raises(SceneError, match=r"seat\.material\.axes: .*angles"):
