@@ -54,7 +54,7 @@ file = "seat.step"
 
     kind: Literal["cad"]
     file: ExistingFile = Field(description="the file, relative to the scene's folder")
-    unit: LengthUnit | None = Field(None, description="length unit of the file; a STEP file states its own")
+    unit: LengthUnit | None = Field(None, description="length unit of a file that states none, as BREP files do")
     contact: FaceSelector = Field(
         RED_FACES, description="faces that are struck, as in { number = 11 }; by default those painted pure red"
     )
