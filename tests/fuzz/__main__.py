@@ -41,7 +41,7 @@ def main() -> int:
 
 def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--trials", type=int, default=12_000)
+    parser.add_argument("--trials", type=int, default=3000)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--folder", default="fuzz", help="of samples, log and the trial at work")
     parser.add_argument("--only", default="", help="part of the names of the samples")
