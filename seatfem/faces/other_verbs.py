@@ -60,7 +60,7 @@ def faces(
     output:
         File of the picture (.png, .pdf, .svg) or of the table (.csv) [default: the part's name + "-faces.png"].
     unit:
-        Length unit of a BREP or mesh file, which state none [default: mm, m].
+        Length unit of a file that states none [default: of BREP files mm, of meshes m].
     """
     seatfem.machine.libraries.require_gmsh_libraries()
     path, gap = output or Path(f"{part.stem}-faces.png"), ""
@@ -89,7 +89,9 @@ def faces(
         return FAILED if gap and output else DONE
     console().print(seatfem.faces.tables.faces_table(geometry))
     terminal = lines()
-    if len(geometry.regions) > 1:
+    if len(geometry.solids) > 1:
+        console().print(seatfem.faces.tables.solids_table(geometry))
+    elif len(geometry.regions) > 1:
         terminal.print(f"solids: {', '.join(geometry.regions)}")
     how = "contact = { number = 7 } or { numbers = [7, 9] }" if geometry.numbered else "the names of groups"
     terminal.print(f"scenes select by {how}, and as docs/scene.md says")

@@ -71,7 +71,7 @@ def read_table(scene: Scene) -> Table | None:
 
 def _struck(body: Structure, along: Contact | Literal[False]) -> str:
     """Return what is known without a mesh about the struck face of a body and its measured response."""
-    facts = []
+    facts = [counted] if (counted := body.counted()) else []
     if (ring := body.lip_face.ring) is not None:
         mean, width = (write_quantity(size, "length") for size in ring)
         facts.append(f"flat ring, mean radius {mean}, width {width}")

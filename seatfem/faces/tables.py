@@ -268,13 +268,13 @@ def _target(summary: readings.Summary, key: str, value: float | None, bar: float
     return f"{percent(share)}, {'reached' if share <= target else 'missed'}"
 
 
-FACE_COLUMNS = ("number", "surface", "area", "centre", "normal or axis", "radius", "colour", "name", "groups")
-UNITS = ("", "", "mm^2", "mm", "", "mm", "red, green, blue", "", "")
+FACE_COLUMNS = ("number", "surface", "area", "centre", "normal or axis", "radius", "colour", "name", "groups", "solid")
+UNITS = ("", "", "mm^2", "mm", "", "mm", "red, green, blue", "", "", "")
 
 
 def faces_table(part: mesh_file.Part) -> Table:
     """Return a table of the faces, one per row; empty columns are omitted."""
-    rows = [_face_cells(face) for face in part.faces]
+    rows = [_face_cells(face, part) for face in part.faces]
     shown = [column for column in range(len(FACE_COLUMNS)) if any(row[column] for row in rows)]
     table = Table(*(_head(column, "({})") for column in shown))
     for row in rows:
@@ -284,14 +284,25 @@ def faces_table(part: mesh_file.Part) -> Table:
 
 def faces_csv(part: mesh_file.Part) -> str:
     """Return the faces as comma-separated values, with all columns."""
-    return csv_text((_head(column, "[{}]") for column in range(len(FACE_COLUMNS))), map(_face_cells, part.faces))
+    return csv_text(
+        (_head(column, "[{}]") for column in range(len(FACE_COLUMNS))), (_face_cells(face, part) for face in part.faces)
+    )
+
+
+def solids_table(part: mesh_file.Part) -> Table:
+    """Return a table of the solids of a CAD file."""
+    table = Table("solid", "name", "region", "volume (mm^3)", "centre (mm)")
+    for solid in part.solids:
+        centre = _triple([1e3 * c for c in solid.centre], 1e-4)
+        table.add_row(str(solid.number), Text(solid.name), Text(solid.region), f"{1e9 * solid.volume:.5g}", centre)
+    return table
 
 
 def _head(column: int, brackets: str) -> str:
     return f"{FACE_COLUMNS[column]} {brackets.format(UNITS[column])}" if UNITS[column] else FACE_COLUMNS[column]
 
 
-def _face_cells(face: cad.FoundFace) -> tuple[str, ...]:
+def _face_cells(face: cad.FoundFace, part: mesh_file.Part) -> tuple[str, ...]:
     half_angle = 0.0 if face.axis is None else face.axis[2]
     direction = "" if face.axis is None else f"a {_triple(face.axis[1], 1e-6)}"
     return (
@@ -304,6 +315,7 @@ def _face_cells(face: cad.FoundFace) -> tuple[str, ...]:
         "" if face.colour is None else ", ".join(map(str, face.colour[:3])),
         face.name,
         ", ".join(face.groups),
+        ", ".join(map(str, face.solids)) if len(part.solids) > 1 else "",
     )
 
 

@@ -14,7 +14,7 @@ from seatfem.structures.kinds import Structure, kinds_of
 from seatfem.structures.kinds.structure import kind_of
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import Scene, load_scene
-from tests.fuzz import corpus
+from tests.fuzz import samples
 from tests.uff_sets import unit_set, write_sets
 
 pytestmark = pytest.mark.slow
@@ -89,7 +89,7 @@ def write_files(folder: Path) -> None:
     head = "frequency [Hz],receptance real [m/N],receptance imag [m/N]"
     (folder / "frf.csv").write_text("\n".join([head, *rows]) + "\n", encoding="utf-8")
     impact.save_greens(reed(impact.Cantilever(200e9, 7850.0, 20e-3, 10e-3, 1e-3), n_modes=8).greens, folder / "reed.h5")
-    write_sets(folder / "modes.uff", unit_set(), *corpus._modes())
+    write_sets(folder / "modes.uff", unit_set(), *samples.modes())
 
 
 def test_every_kind_that_may_strike_is_here() -> None:

@@ -19,7 +19,7 @@ from impact.storage.hdf5 import OtherKeyError, load_greens, load_results, save_g
 from seatfem.machine.code import NOT_NUMERICS, hash_of
 from seatfem.structures import cache
 from seatfem.structures.cache import Cache, CacheWarning, Store, StoreError, content_key, key_of
-from tests.fuzz.hdf5 import seal
+from tests.fuzz.mutations import seal
 from tests.steps import BAD_INPUT, DONE, FAILED, Scene, load_scene, run_command, seat_of, stated_method
 
 ROOT = Path(__file__).parents[2]

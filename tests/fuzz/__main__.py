@@ -1,69 +1,82 @@
-"""`python -m tests.fuzz [--cases N] [--seed S] [--folder F] [--again]`: mutated files, their verdicts, the table."""
+"""`python -m tests.fuzz [--trials N] [--seed S] [--folder F] [--write] [--growth BYTES]`: damaged files, their fate."""
 
 import argparse
+import csv
 import signal
 import sys
+from collections import defaultdict
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Final
 
-from seatfem.faces.cli import run_command
+from impact.files.safe_files import whole_file
 
-from .corpus import build
-from .plan import cases
-from .runner import run_cases
-from .table import in_words, write_table
-from .trial import PASSED
+from .samples import build, warm_up
+from .trials import PASSED, Verdict, grow_all, run_trials, trials_of
 
-RESULTS = Path(__file__).parents[2] / "benchmarks" / "results"
+TABLE: Final = Path(__file__).parents[2] / "benchmarks" / "results" / "fuzz.csv"
+HEAD: Final = ("file", "mutation", "seed", "cases", *PASSED, "defects", "seconds", "slowest_s", "most_memory_MB")
 
 
 def main() -> int:
+    """Carry out what the arguments ask for; return 1 where a defect was found."""
     given = _arguments()
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(1))  # the process at work is ended too
     folder = Path(given.folder).resolve()
-    corpus = folder / "corpus"
-    specimens = build(corpus)
-    _warm_up(corpus, folder)
-    log = folder / f"log-{given.seed}.jsonl"
+    samples = {name: each for name, each in build(folder / "samples").items() if given.only in name}
     if given.cheap:
-        specimens = tuple(specimen for specimen in specimens if specimen.cheap)
-    chosen = cases(specimens, given.cases, given.seed, only=given.only)
-    if given.again and log.exists():
-        _forget_defects(log)
-    verdicts = run_cases(chosen, corpus, folder / "work", log, _tell)
+        samples = {name: each for name, each in samples.items() if each.share >= 1 and each.read != "draw"}
+    warm_up(folder / "samples", folder / "warm")
+    if given.growth:
+        grown = grow_all(samples, folder, given.growth, _tell)
+        _tell("\n".join(f"{name}: {line}" for name, lines in grown.items() for line in lines) or f"{len(grown)} sound")
+        return int(any(grown.values()))
+    verdicts = run_trials(trials_of(samples, given.trials, given.seed), folder, _tell)
     if given.write:
-        write_table(chosen, verdicts, RESULTS / "fuzz.csv")
-    _tell(in_words(chosen, verdicts))
-    return 0 if all(verdict.word in PASSED for verdict in verdicts.values()) else 1
+        _write(verdicts)
+    defects = sum(verdict.word not in PASSED for verdict in verdicts.values())
+    _tell(f"{len(verdicts)} trials, {defects} defects")
+    return int(defects > 0)
 
 
 def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--cases", type=int, default=12_000)
+    parser.add_argument("--trials", type=int, default=3000)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--folder", default="fuzz", help="of corpus, log and the case at work")
-    parser.add_argument("--only", default="", help="part of the names of the specimens")
+    parser.add_argument("--folder", default="fuzz", help="of samples, log and the trial at work")
+    parser.add_argument("--only", default="", help="part of the names of the samples")
     parser.add_argument("--cheap", action="store_true", help="without gmsh and plans")
-    parser.add_argument("--again", action="store_true", help="carry out again what was a defect")
     parser.add_argument("--write", action="store_true", help="the table benchmarks/results/fuzz.csv")
+    parser.add_argument("--growth", type=int, default=0, help="lines made many, up to so many bytes, instead")
     return parser.parse_args()
 
 
-def _warm_up(corpus: Path, folder: Path) -> None:
-    """Loops compiled once, before limits of memory and time stand."""
-    for name in ("rod-area", "greens-modal", "matrices.npz"):
-        run_command(["greens", str(corpus / name / "scene.toml"), "-o", str(folder / "warm" / f"{name}.h5"), "--quiet"])
-    run_command(["run", str(corpus / "spring-reed" / "scene.toml"), "-o", str(folder / "warm" / "run"), "--quiet"])
-
-
-def _forget_defects(log: Path) -> None:
-    kept = [
-        line for line in log.read_text(encoding="utf-8").splitlines() if any(f'"word": "{p}"' in line for p in PASSED)
-    ]
-    log.write_text("".join(f"{line}\n" for line in kept), encoding="utf-8")
+def _write(verdicts: Mapping[str, Verdict]) -> None:
+    """Write one row for every sample and mutation."""
+    groups: defaultdict[tuple[str, str, str], list[Verdict]] = defaultdict(list)
+    for trial, verdict in verdicts.items():
+        name, mutation, _, seed = trial.split(" ")
+        groups[name, mutation, seed].append(verdict)
+    with whole_file(TABLE) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(HEAD)
+        for key, found in sorted(groups.items()):
+            passed = [sum(verdict.word == word for verdict in found) for word in PASSED]
+            times = [verdict.seconds for verdict in found]
+            most = max(verdict.peak for verdict in found) / 1e6
+            row = (
+                len(found),
+                *passed,
+                len(found) - sum(passed),
+                f"{sum(times):.2f}",
+                f"{max(times):.2f}",
+                f"{most:.0f}",
+            )
+            writer.writerow((*key, *row))
 
 
 def _tell(text: str) -> None:
-    sys.stdout.write(text + "\n")
+    sys.stdout.write(f"{text}\n" if text else "")
     sys.stdout.flush()
 
 

@@ -1,253 +1,246 @@
-"""How a file is changed: byte by byte, line by line, number by number, key by key.
+"""How a file is damaged: byte by byte, line by line, number by number, key by key, and inside of HDF5.
 
-Every mutation takes the sound content and a generator of random numbers, and returns the changed content.
+Every mutation takes the sound content and a generator of random numbers, and returns the damaged content.
 """
 
 import re
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from random import Random
-from types import MappingProxyType
-from typing import Final
+from typing import Any, Final
 
-from .extremes import AMOUNTS, NUMBERS, PLAIN, UNITS
+import h5py
+import numpy as np
 
-Mutation = Callable[[bytes, Random], bytes]
+from impact.files.hdf5_structure import USER_BLOCK, seal_of
 
-_NUMBER: Final = re.compile(rb"[-+]?\d+\.?\d*(?:[eEdD][-+]?\d+)?")
+NUMBERS: Final = (
+    "nan", "inf", "-inf", "0", "-0.0", "-1", "1e308", "1e-308", "5e-324", "1e999", "1" * 400, "9223372036854775808",
+    "4294967296", "2147483648", "1e20", "1e-20", "1e6", "3.7", "", "abc", "1,5", "1e", "--1", "0x10", "１", "1d3",
+    "1_000", "+", "\x00", "é", "2", "3", "1000",
+)  # fmt: skip
+VALUES: Final = (
+    "nan", "-inf", "0", "-1", "1e308", "1e999", "true", '""', '" "', "[]", "{}", "[[]]", "[{}]", "07:32:00", "9" * 30,
+    "9" * 5000, '"nan"', '"\\u0000"', '"\\u202E mm"', '"../../etc/passwd"', '"/"', '"/dev/null"', '"scene.toml"',
+    '"' + "x" * 5000 + '"', "[" + "1," * 20000 + "]", "[" * 3000 + "]" * 3000, "{a=" * 3000 + "1" + "}" * 3000,
+    '"1 m' + " " * 20000 + '!"', '"' + "1/" * 5000 + 's"', '"' + "9" * 100000 + ' mm"', "2", "1000", "-5", '"auto"',
+    '"1 %"', '"100 %"', '"1e-12 %"', "0.5",
+)  # fmt: skip
+AMOUNTS: Final = ("0", "-1", "1e-300", "1e300", "1e999", "nan", "inf", "1e12", "1e-12", "1e6", "1e-6", "1e3", "1e-3")
+UNITS: Final = ("mm", "um", "km", "parsec", "us", "year", "kg", "N/um", "GPa", "MHz", "m/s", "deg", "%", "m^9", "mm mm")
+PLACED: Final = (
+    "surprise = 1", '"\\u0000" = 1', "\n".join(f"k{k} = {k}" for k in range(3000)), "[seat.seat.seat]", "[[reed]]",
+    "[" + "a." * 2000 + "a]", "a." * 2000 + "a = 1",
+)  # fmt: skip
+_NUMBER: Final = re.compile(r"[-+]?\d+\.?\d*(?:[eEdD][-+]?\d+)?")
 _VALUE: Final = re.compile(r"""(?<=[=\[,])\s*("[^"\n]*"|[-+]?[\d.][\w.+-]*|true|false)""")
-_KEY: Final = re.compile(r"(?m)(?:^|(?<=[{,]))[ \t]*([A-Za-z_]\w*)(?=\s*=)")
-_QUANTITY: Final = re.compile(r'"([-+]?\d[\d.eE+-]*) ([^"\s][^"]*)"')
-_LONGEST: Final = 1 << 20
+_KEY: Final = re.compile(r"(?m)(?:^|(?<=[{,]))[ \t]*[A-Za-z_]\w*(?=\s*=)")
+_QUANTITY: Final = re.compile(r'"[-+]?\d[\d.eE+-]* [^"\s][^"]*"')
+_HEAD: Final = re.compile(r"(?m)^\[.*\]$")
+Mutation = Callable[[bytes, Random], bytes]
 
 
 def flipped(data: bytes, random: Random) -> bytes:
-    """One to eight bits."""
     out = bytearray(data)
     for _ in range(random.choice((1, 1, 2, 8))):
-        at = random.randrange(len(out))
-        out[at] ^= 1 << random.randrange(8)
+        out[random.randrange(len(out))] ^= 1 << random.randrange(8)
     return bytes(out)
 
 
 def overwritten(data: bytes, random: Random) -> bytes:
-    """A run of bytes: zeros, ones or noise."""
     at, length = random.randrange(len(data)), random.choice((1, 4, 8, 64, 512))
     run = random.choice((b"\0" * length, b"\xff" * length, random.randbytes(length)))
     return (data[:at] + run + data[at + length :])[: len(data)]
 
 
 def deleted(data: bytes, random: Random) -> bytes:
-    """A run of bytes is missing."""
-    at, length = random.randrange(len(data)), random.choice((1, 2, 8, 100, 1000))
-    return data[:at] + data[at + length :]
+    at = random.randrange(len(data))
+    return data[:at] + data[at + random.choice((1, 2, 8, 100, 1000)) :]
 
 
 def inserted(data: bytes, random: Random) -> bytes:
-    """Bytes too many."""
     at, length = random.randrange(len(data) + 1), random.choice((1, 3, 20, 1000))
     return data[:at] + random.choice((random.randbytes(length), b"\n" * length, b"\0" * length)) + data[at:]
 
 
 def truncated(data: bytes, random: Random) -> bytes:
-    """The end is missing, down to nothing."""
     return data[: random.choice((0, 1, len(data) - 1, random.randrange(len(data)), random.randrange(len(data))))]
 
 
-def duplicated(data: bytes, random: Random) -> bytes:
-    """A part, or the whole, stands there twice."""
+def doubled(data: bytes, random: Random) -> bytes:
     a, b = sorted(random.randrange(len(data) + 1) for _ in range(2))
-    return random.choice((data + data, data[:b] + data[a:b] + data[b:]))
+    return random.choice((data + data, data[:b] + data[a:]))
 
 
-BYTES: Final[Mapping[str, Mutation]] = MappingProxyType(
-    {each.__name__: each for each in (flipped, overwritten, deleted, inserted, truncated, duplicated)}
-)
-
-
-def number_replaced(data: bytes, random: Random) -> bytes:
-    """One to four number fields hold something extreme."""
-    for _ in range(random.choice((1, 1, 1, 4))):
-        data = _at_random(_NUMBER, data, random, lambda _: random.choice(NUMBERS).encode())
-    return data
-
-
-def number_scaled(data: bytes, random: Random) -> bytes:
-    """A number times a power of ten, or a neighbour of it."""
-
-    def scaled(found: bytes) -> bytes:
-        value = float(found.lower().replace(b"d", b"e"))
-        if b"." not in found:
-            return str(int(value) + random.choice((-1, 1, 10, 1000, -100))).encode()
-        return f"{value * random.choice((-1.0, 0.0, 1e3, 1e-3, 1e9, 1e-9, 1e30)):.9g}".encode()
-
-    return _at_random(_NUMBER, data, random, scaled)
-
-
-def line_lost(data: bytes, random: Random) -> bytes:
-    """One to three lines are missing."""
+def lines_changed(data: bytes, random: Random) -> bytes:
+    """Lines are lost, or one stands there twice or elsewhere, or goes on for a hundred thousand characters."""
     lines = data.split(b"\n")
-    at = random.randrange(len(lines))
-    del lines[at : at + random.choice((1, 1, 3))]
+    at, kind = random.randrange(len(lines)), random.randrange(4)
+    if kind == 0:
+        del lines[at : at + random.choice((1, 1, 3))]
+    elif kind == 1:
+        lines.insert(random.randrange(len(lines) + 1), lines[at])
+    elif kind == 2:
+        lines.insert(random.randrange(len(lines)), lines.pop(at))
+    else:
+        lines[at] += random.choice((b",1", b" 1", b"x", b"\t", b" ")) * 100_000
     return b"\n".join(lines)
 
 
-def line_repeated(data: bytes, random: Random) -> bytes:
-    """A line stands there again, somewhere."""
-    lines = data.split(b"\n")
-    lines.insert(random.randrange(len(lines) + 1), random.choice(lines))
-    return b"\n".join(lines)
+def _in_text(pattern: re.Pattern[str], new: Callable[[str, Random], str]) -> Mutation:
+    """Return the mutation that replaces one to three places of a pattern."""
+
+    def changed(data: bytes, random: Random) -> bytes:
+        text = data.decode()
+        for _ in range(random.choice((1, 1, 1, 3))):
+            if places := list(pattern.finditer(text)):
+                place = random.choice(places)
+                text = text[: place.start()] + new(place[0], random) + text[place.end() :]
+        return text.encode()
+
+    return changed
 
 
-def lines_swapped(data: bytes, random: Random) -> bytes:
-    """Two lines have changed places."""
-    lines = data.split(b"\n")
-    a, b = random.randrange(len(lines)), random.randrange(len(lines))
-    lines[a], lines[b] = lines[b], lines[a]
-    return b"\n".join(lines)
+def _scaled(number: str, random: Random) -> str:
+    """Return another number of about that form: a neighbour, or a multiple by a power of ten."""
+    if number.lstrip("+-").isdecimal():
+        return str(int(number[:300]) + random.choice((-1, 1, 10, 1000, -100)))
+    value = float(number.lower().replace("d", "e"))
+    return f"{value * random.choice((-1.0, 0.0, 1e3, 1e-3, 1e9, 1e-9, 1e30)):.9g}"
 
 
-def line_endless(data: bytes, random: Random) -> bytes:
-    """A line goes on for a hundred thousand characters."""
-    lines = data.split(b"\n")
-    at = random.randrange(len(lines))
-    lines[at] += random.choice((b",1", b" 1", b"x", b"\t", b" ")) * 100_000
-    return b"\n".join(lines)
-
-
-TEXT: Final[Mapping[str, Mutation]] = MappingProxyType(
-    {
-        each.__name__: each
-        for each in (number_replaced, number_scaled, line_lost, line_repeated, lines_swapped, line_endless)
-    }
-)
-
-
-def value_replaced(data: bytes, random: Random) -> bytes:
-    """A value of another type or kind."""
-    return _in_text(_VALUE, data, random, lambda _: random.choice(PLAIN))
-
-
-def quantity_replaced(data: bytes, random: Random) -> bytes:
-    """A value with another amount, another unit, or both."""
-
-    def other(found: str) -> str:
-        amount, _, unit = found.strip('"').partition(" ")
-        kind = random.randrange(3)
-        new = random.choice(AMOUNTS) if kind != 1 else amount
-        return f'"{new} {random.choice(UNITS) if kind else unit}"'
-
-    return _in_text(_QUANTITY, data, random, other)
-
-
-def quantity_scaled(data: bytes, random: Random) -> bytes:
-    """One to three values times a power of ten: sound files of scenes that are enormous, tiny, or never end."""
-
-    def scaled(found: str) -> str:
-        amount, _, unit = found.strip('"').partition(" ")
+def _other_quantity(text: str, random: Random) -> str:
+    amount, _, unit = text.strip('"').partition(" ")
+    kind = random.randrange(4)
+    if kind == 3:
         return f'"{float(amount) * 10.0 ** random.randint(-12, 12):.6g} {unit}"'
-
-    for _ in range(random.choice((1, 1, 2, 3))):
-        data = _in_text(_QUANTITY, data, random, scaled)
-    return data
+    return f'"{random.choice(AMOUNTS) if kind != 1 else amount} {random.choice(UNITS) if kind else unit}"'
 
 
-def whole_number_replaced(data: bytes, random: Random) -> bytes:
-    """A count that is too large, zero or negative."""
-    return _in_text(
-        re.compile(r"(?<== )\d+(?=\s*$)", re.MULTILINE),
-        data,
-        random,
-        lambda _: random.choice(("0", "-1", "1", "2", "3", "200", "1000", "1001", "2147483648", "9" * 20)),
-    )
+def _slip(key: str, random: Random) -> str:
+    return random.choice((key[:1] + key[2:] or "x", key.upper(), f'"{key.strip()} "', f"{key}.x", '""'))
 
 
-def key_renamed(data: bytes, random: Random) -> bytes:
-    """A key with a slip of the pen, or another key's name."""
-    keys = _KEY.findall(data.decode()) or ["a"]
-
-    def other(found: str) -> str:
-        stripped = found.strip()
-        slip = stripped[:1] + stripped[2:] or "x"
-        return random.choice((slip, stripped.upper(), random.choice(keys), f'"{stripped} "', f"{stripped}.x", '""'))
-
-    return _in_text(_KEY, data, random, other)
-
-
-def key_added(data: bytes, random: Random) -> bytes:
-    """A key that nobody knows, or that stands there already; many of them."""
+def placed(data: bytes, random: Random) -> bytes:
+    """A line that nobody knows, somewhere, or thousands of them."""
     lines = data.decode().split("\n")
-    new = random.choice(
-        (
-            "surprise = 1",
-            random.choice(lines),
-            '"\\u0000" = 1',
-            "a.b.c.d.e.f = { g = [ { h = 1 } ] }",
-            "\n".join(f"k{k} = {k}" for k in range(3000)),
-            "[seat.seat.seat]",
-            "[[reed]]",
-            "[" + "a." * 2000 + "a]",
-            "a." * 2000 + "a = 1",
-        )
-    )
-    lines.insert(random.randrange(len(lines) + 1), new)
+    lines.insert(random.randrange(len(lines) + 1), random.choice((*PLACED, random.choice(lines))))
     return "\n".join(lines).encode()
 
 
-def table_moved(data: bytes, random: Random) -> bytes:
-    """Headers of tables change places or names."""
-    heads = re.findall(r"(?m)^\[.*\]$", data.decode()) or ["[a]"]
-    return _in_text(
-        re.compile(r"(?m)^\[.*\]$"), data, random, lambda found: random.choice([*heads, f"[{found}]", "[a]", ""])
+BYTES: Final[Mapping[str, Mutation]] = {
+    each.__name__: each for each in (flipped, overwritten, deleted, inserted, truncated, doubled)
+}
+TEXT: Final[Mapping[str, Mutation]] = {
+    "number_replaced": _in_text(_NUMBER, lambda _, random: random.choice(NUMBERS)),
+    "number_scaled": _in_text(_NUMBER, _scaled),
+    "lines_changed": lines_changed,
+}
+TOML: Final[Mapping[str, Mutation]] = {
+    "value_replaced": _in_text(_VALUE, lambda _, random: random.choice(VALUES)),
+    "quantity_replaced": _in_text(_QUANTITY, _other_quantity),
+    "key_renamed": _in_text(_KEY, _slip),
+    "table_moved": _in_text(_HEAD, lambda head, random: random.choice((f"[{head}]", "[a]", "", "[run]", "[seat]"))),
+    "placed": placed,
+    "lines_changed": lines_changed,
+}
+
+
+def seal(path: Path) -> None:
+    """Write the checksum of a closed file with a user block into that block."""
+    with path.open("r+b") as file:
+        file.seek(USER_BLOCK)
+        block = seal_of(file.read())
+        file.seek(0)
+        file.write(block)
+
+
+_ODD: Final[tuple[Any, ...]] = (
+    np.nan, np.inf, 0.0, -1.0, 1e308, 1e-30, 2**62, -5, "", "nan", "modal", "sampled", "poles", "zero", "{", "[]",
+    '["a", "a"]', '{"kind": "modal", "seat_key": [1]}', "[" * 5000, np.zeros(0), np.zeros((3, 3)), b"\xff", True, 1j,
+)  # fmt: skip
+_LINKS: Final = (h5py.SoftLink("/nowhere"), h5py.ExternalLink("other.h5", "/"), h5py.SoftLink("/"))
+
+
+def attribute(file: Any, random: Random) -> None:
+    """Replace an attribute, or take it away."""
+    holder = random.choice([each for each in (file, *(file[name] for name in _objects(file))) if len(each.attrs)])
+    name = random.choice(list(holder.attrs))
+    del holder.attrs[name]
+    if random.random() < 0.7:
+        holder.attrs[name] = random.choice(_ODD)
+
+
+def values(file: Any, random: Random) -> None:
+    """Replace one number of a dataset, or all."""
+    name = random.choice(_datasets(file))
+    array = np.array(file[name][...], dtype=float)
+    new = random.choice((np.nan, np.inf, -np.inf, 0.0, -1.0, 1e308, 1e-308, 1e150, 1e30, 1e9, 1e-9))
+    if array.size and random.random() < 0.6:
+        array.flat[random.randrange(array.size)] = new
+    else:
+        array = random.choice((array * new, np.full_like(array, new)))
+    _replace(file, name, array)
+
+
+def form(file: Any, random: Random) -> None:
+    """Give a dataset another shape or type, or that of another dataset."""
+    name = random.choice(_datasets(file))
+    array = np.array(file[name][...], dtype=float)
+    flat = array.ravel()
+    changes: tuple[Callable[[], Any], ...] = (
+        *(lambda: flat[:-1], lambda: np.append(flat, 1.0), lambda: flat[:0], lambda: array[..., None]),
+        *(lambda: np.stack([array, array]), lambda: array.T.copy(), lambda: array.astype(complex), lambda: "text"),
+        *(lambda: array.astype("S8"), lambda: array.astype(bool), lambda: array.astype([("a", "f8")])),
+        *(lambda: h5py.Empty("f8"), lambda: np.array(file[random.choice(_datasets(file))][...])),
     )
+    _replace(file, name, random.choice(changes)())
 
 
-def values_swapped(data: bytes, random: Random) -> bytes:
-    """One key has another's value."""
-    values = [match[1] for match in _VALUE.finditer(data.decode())] or ["1"]
-    return _in_text(_VALUE, data, random, lambda _: random.choice(values))
+def object_replaced(file: Any, random: Random) -> None:
+    """Take an object away, or put a group or a link that leads nowhere, elsewhere or in a circle in its place."""
+    name = random.choice(_objects(file))
+    del file[name]
+    kind = random.randrange(5)
+    if kind == 1:
+        file.create_group(name)
+    elif kind > 1:
+        file[name] = _LINKS[kind - 2]
 
 
-def many_at_once(data: bytes, random: Random) -> bytes:
-    """Five of the others."""
-    for _ in range(5):
-        data = random.choice((value_replaced, quantity_replaced, key_renamed, values_swapped, table_moved))(
-            data, random
-        )
-    return data
+def enormous(file: Any, random: Random) -> None:
+    """Put a dataset that takes no room in the file and terabytes in memory in the place of another."""
+    name = random.choice(_datasets(file))
+    rank = file[name].ndim or 1
+    shape = tuple(int(1e13 ** (1 / rank)) for _ in range(rank)) if random.random() < 0.5 else (10_000_000,)
+    del file[name]
+    file.create_dataset(name, shape=shape, dtype="f8", chunks=tuple(min(n, 1000) for n in shape), compression="gzip")
 
 
-TOML: Final[Mapping[str, Mutation]] = MappingProxyType(
-    {
-        each.__name__: each
-        for each in (
-            value_replaced,
-            quantity_replaced,
-            quantity_scaled,
-            whole_number_replaced,
-            key_renamed,
-            key_added,
-            table_moved,
-            values_swapped,
-            many_at_once,
-            line_lost,
-        )
-    }
-)
+HDF5: Final[Mapping[str, Callable[[Any, Random], None]]] = {
+    each.__name__: each for each in (attribute, values, form, object_replaced, enormous)
+}
 
 
-def _at_random(pattern: re.Pattern[bytes], data: bytes, random: Random, new: Callable[[bytes], bytes]) -> bytes:
-    places = list(pattern.finditer(data[:_LONGEST]))
-    if not places:
-        return data + new(b"1")
-    match = random.choice(places)
-    return data[: match.start()] + new(match[0]) + data[match.end() :]
+def damage_hdf5(path: Path, name: str, random: Random) -> None:
+    """Change the inside of a file, which stays sound; nine of ten are sealed again, the others have no seal."""
+    with h5py.File(path, "r+") as file:
+        (HDF5[name] if _datasets(file) else attribute)(file, random)
+    seal(path)
+    if random.random() < 0.1:
+        path.write_bytes(b"\0" * USER_BLOCK + path.read_bytes()[USER_BLOCK:])
 
 
-def _in_text(pattern: re.Pattern[str], data: bytes, random: Random, new: Callable[[str], str]) -> bytes:
-    text = data.decode()
-    places = list(pattern.finditer(text))
-    if not places:
-        return data
-    match = random.choice(places)
-    group = 1 if match.re in (_VALUE, _KEY) else 0
-    return (text[: match.start(group)] + new(match[group]) + text[match.end(group) :]).encode()
+def _objects(file: Any) -> list[str]:
+    names: list[str] = []
+    file.visit(names.append)
+    return sorted(names)
+
+
+def _datasets(file: Any) -> list[str]:
+    return [name for name in _objects(file) if isinstance(file[name], h5py.Dataset)]
+
+
+def _replace(file: Any, name: str, new: Any) -> None:
+    del file[name]
+    file[name] = new

@@ -1,7 +1,5 @@
 """HDF5 files made to bring other files' bytes in, to take memory, or to state what is none."""
 
-import json
-import re
 import time
 import tracemalloc
 
@@ -11,204 +9,32 @@ import pytest
 
 import impact
 from impact.files.hdf5_structure import USER_BLOCK, can_be_opened
-from impact.storage.hdf5 import StorageError, load_greens, load_results, save_greens, save_results
-from tests.fuzz.hdf5 import seal
+from impact.storage.hdf5 import StorageError, load_greens, save_greens
+from tests.fuzz.mutations import seal
 
 SEAT = impact.SampledGreens(np.linspace(0.0, 1e-6, 50), 1e-6, tail="zero")
+SECRET_FILE = "secret.h5"
+LITTLE = 32e6  # bytes
 
 
 @pytest.fixture
-def seat(tmp_path):
-    path = tmp_path / "seat.h5"
-    save_greens(SEAT, path)
-    return path
-
-
-def changed(path, change):
-    """Return the file after a change by someone who seals it again."""
-    with h5py.File(path, "r+") as file:
-        change(file)
-    seal(path)
-    return path
-
-
-def replaced(make):
-    def change(file):
-        del file["values"]
-        make(file)
-
-    return change
-
-
-SECRET = np.arange(50.0)
-
-
-def external_storage(file):
-    file.create_dataset("values", (1, 1, 50), "f8", external=[(str(SECRET_FILE), 0, 400)])
-
-
-def external_link(file):
-    file["values"] = h5py.ExternalLink(str(SECRET_FILE), "/values")
-
-
-def soft_link(file):
-    file["values"] = h5py.SoftLink("/static")
+def seat(tmp_path, monkeypatch):
+    """A sound file, beside one with what nobody is to read, which is the current folder's."""
+    monkeypatch.chdir(tmp_path)
+    with h5py.File(SECRET_FILE, "w") as file:
+        file["values"] = np.arange(50.0)
+    save_greens(SEAT, tmp_path / "seat.h5")
+    return tmp_path / "seat.h5"
 
 
 def virtual(file):
     layout = h5py.VirtualLayout((1, 1, 50), "f8")
-    layout[0, 0] = h5py.VirtualSource(str(SECRET_FILE), "values", (50,))
+    layout[0, 0] = h5py.VirtualSource(SECRET_FILE, "values", (50,))
     file.create_virtual_dataset("values", layout)
 
 
-SECRET_FILE = "secret.h5"
-
-
-@pytest.mark.parametrize(
-    ("make", "message"),
-    [
-        (external_storage, r"seat\.h5: values .*another file"),
-        (external_link, r"seat\.h5: values .*ExternalLink"),
-        (soft_link, r"seat\.h5: values .*SoftLink .*'/static'"),
-        (virtual, r"seat\.h5: values .*\(virtual\)"),
-    ],
-)
-def test_no_other_files_bytes_become_numbers(seat, tmp_path, monkeypatch, make, message):
-    monkeypatch.chdir(tmp_path)
-    with h5py.File(tmp_path / SECRET_FILE, "w") as file:
-        file["values"] = SECRET
-    changed(seat, replaced(make))
-    with pytest.raises(StorageError, match=message):
-        load_greens(seat)
-
-
-@pytest.mark.slow
-def test_groups_that_hold_themselves_and_crowds(seat):
-    changed(seat, lambda file: [file.create_group(f"a/{n}") for n in range(20_001)])
-    with pytest.raises(StorageError, match="more than 20000 objects"):
-        load_greens(seat)
-
-
-@pytest.mark.parametrize("of", ["/", "a"])
-def test_groups_of_two_names(seat, of):
-    changed(seat, lambda file: file.create_group("a").__setitem__("again", file[of]))
-    with pytest.raises(StorageError, match=r"seat\.h5: a/again"):
-        load_greens(seat)
-
-
-def copied_into(group, file):
-    for name, value in file.attrs.items():
-        group.attrs[name] = value
-    file.copy("values", group)
-
-
-def parts_of_parts(file):
-    """Write 60 parts of 60 parts of 60 parts, by links to three groups."""
-    below = file.create_group("leaf")
-    copied_into(below, file)
-    for level in (file.create_group("one"), file.create_group("two"), file):
-        level.attrs["kind"] = "sum"
-        parts = level.create_group("parts")
-        for n in range(60):
-            parts[str(n)] = below
-        below = level
-
-
-def test_parts_that_are_links(seat, tmp_path):
-    changed(seat, parts_of_parts)
-    assert seat.stat().st_size < 40_000
-    with pytest.raises(StorageError, match="is a group with another name"):
-        load_greens(seat)
-
-
-def crowd_of_parts(file):
-    leaf = file.create_group("leaf")
-    copied_into(leaf, file)
-    file.attrs["kind"] = "sum"
-    for n in range(1001):
-        file.copy("leaf", f"parts/{n}")
-
-
-@pytest.mark.slow
-def test_sums_of_a_crowd_of_parts(seat):
-    changed(seat, crowd_of_parts)
-    with pytest.raises(StorageError, match=r"seat\.h5: .*1003 parts .*1000"):
-        load_greens(seat)
-
-
-def at_one_place(path, name, count, length):
-    """Write an attribute of ``count`` texts at one place: their descriptors in the file are made the same."""
-    with h5py.File(path, "r+") as file:
-        file.attrs.create(name, ["x" * length, *["a"] * (count - 1)], dtype=h5py.string_dtype())
-    data = bytearray(path.read_bytes())
-    first = next(
-        at
-        for at in range(len(data) - 32)
-        if data[at : at + 4] == length.to_bytes(4, "little") and data[at + 16 : at + 20] == b"\1\0\0\0"
-    )
-    data[first : first + 16 * count] = data[first : first + 16] * count
-    path.write_bytes(data)
-    with h5py.File(path) as file:
-        assert file.attrs.get_id(name).shape == (count,)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("sealed", [True, False])
-@pytest.mark.parametrize("name", ["more", "provenance"])
-def test_texts_at_one_place(seat, sealed, name):
-    """Texts of 450 MB in a file of 0.3 MB are refused in little memory; without a seal another process tries first."""
-    at_one_place(seat, name, 1500, 300_000)
-    if sealed:
-        seal(seat)
-    else:
-        seat.write_bytes(seat.read_bytes()[USER_BLOCK:])
-    tracemalloc.start()
-    with pytest.raises(StorageError, match=rf"seat\.h5:.*'{name}'.*64 MB"):
-        load_greens(seat)
-    assert tracemalloc.get_traced_memory()[1] < 32e6
-    tracemalloc.stop()
-
-
-@pytest.mark.slow
-def test_one_text_of_many_groups(seat):
-    """A text of 60 kB that 1,500 groups point to is counted as often as it is read, and refused."""
-
-    def change(file):
-        file.attrs["long"] = "x" * 60_000
-        for n in range(1500):
-            file.create_group(f"more-{n}").attrs["provenance"] = "x" * 77
-
-    changed(seat, change)
-    data = seat.read_bytes()
-    long = re.search(re.escape((60_000).to_bytes(4, "little")) + rb".{6}\0\0.{2}\0\0", data, re.DOTALL)
-    short = re.escape((77).to_bytes(4, "little")) + rb".{6}\0\0.{2}\0\0"
-    data, count = re.subn(short, lambda _: long[0], data, flags=re.DOTALL)
-    assert count >= 1500
-    seat.write_bytes(data)
-    seal(seat)
-    with pytest.raises(StorageError, match=r"'provenance'.*more-\d+"):
-        load_greens(seat)
-
-
-@pytest.mark.slow
-def test_the_trial_of_a_file_takes_little(seat, tmp_path, monkeypatch):
-    """An opener that takes memory without end stops at its limit, and the caller is told."""
-    (tmp_path / "h5py.py").write_text("Dataset = Group = None\ndef File(*_):\n    return bytearray(8 << 30)\n")
-    (tmp_path / "numpy.py").write_text("")
-    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
-    start = time.monotonic()
-    assert can_be_opened(seat)  # it ended by an error, not by a crash
-    assert time.monotonic() - start < 20
-
-
-def test_groups_nested_without_end(seat):
-    changed(seat, lambda file: file.create_group("/".join("a" * 40)))
-    with pytest.raises(StorageError, match="nested more than 32 deep"):
-        load_greens(seat)
-
-
 def packed(file):
-    """Write a dataset of 2 GB of zeros in a few million bytes."""
+    """Write 2 GB of zeros in a few million bytes."""
     file.create_dataset("values", (1, 1, 1 << 28), "f8", chunks=(1, 1, 1 << 22), compression="gzip", fillvalue=1.0)
     file["values"][0, 0, : 1 << 24] = 0.0
 
@@ -218,56 +44,105 @@ def one_chunk(file):
     file.create_dataset("values", (1, 1, 8), "f8", chunks=(1, 1, 1 << 28), maxshape=(1, 1, None), compression="gzip")
 
 
-@pytest.mark.slow(but="one_chunk")
-@pytest.mark.parametrize("make", [packed, one_chunk])
-def test_more_than_the_file_has_room_for(seat, make):
-    changed(seat, replaced(make))
+VALUES = {
+    "storage": (
+        lambda file: file.create_dataset("values", (1, 1, 50), "f8", external=[(SECRET_FILE, 0, 400)]),
+        "another file",
+    ),
+    "link": (lambda file: file.__setitem__("values", h5py.ExternalLink(SECRET_FILE, "/values")), "ExternalLink"),
+    "soft": (lambda file: file.__setitem__("values", h5py.SoftLink("/static")), r"SoftLink .*'/static'"),
+    "virtual": (virtual, r"\(virtual\)"),
+    "packed": (packed, r"20\d\d MB .*at most"),
+    "one_chunk": (one_chunk, r"20\d\d MB .*at most"),
+    "text": (lambda file: file.__setitem__("values", [b"abc"]), "no real numbers"),
+}
+"""What stands in place of the dataset "values", and what is said of it."""
+
+
+def part(group, file):
+    for name, value in file.attrs.items():
+        group.attrs[name] = value
+    file.copy("values", group)
+
+
+def parts_of_parts(file):
+    """Write 60 parts of 60 parts of 60 parts, by links to three groups."""
+    below = file.create_group("leaf")
+    part(below, file)
+    for level in (file.create_group("one"), file.create_group("two"), file):
+        level.attrs["kind"] = "sum"
+        parts = level.create_group("parts")
+        for n in range(60):
+            parts[str(n)] = below
+        below = level
+
+
+def crowd_of_parts(file):
+    part(file.create_group("leaf"), file)
+    file.attrs["kind"] = "sum"
+    for n in range(1001):
+        file.copy("leaf", f"parts/{n}")
+
+
+GROUPS = {
+    "nested": (lambda file: file.create_group("/".join("a" * 40)), "nested more than 32 deep"),
+    "itself": (lambda file: file.create_group("a").__setitem__("again", file["/"]), "a/again"),
+    "twice": (lambda file: file.create_group("a").__setitem__("again", file["a"]), "a/again"),
+    "links": (parts_of_parts, "is a group with another name"),
+    "crowd": (lambda file: [file.create_group(f"a/{n}") for n in range(20_001)], "more than 20000 objects"),
+    "parts": (crowd_of_parts, "1003 parts .*1000"),
+} | {
+    f"provenance {text[:2]}": (lambda file, text=text: file.attrs.__setitem__("provenance", text), "damaged")
+    for text in ("[" * 100_000, "1" * 10_000, "[]", '"a"', "{")
+}
+"""What is added to the file, and what is said of it."""
+
+
+@pytest.mark.slow(but=("storage", "link", "soft", "virtual", "one_chunk", "nested", "itself", "links"))
+@pytest.mark.parametrize("name", [*VALUES, *GROUPS])
+def test_what_a_sealed_file_may_not_hold(seat, name):
+    """No other file's bytes become numbers, and memory is not taken for what a file claims."""
+    change, message = {**VALUES, **GROUPS}[name]
+    with h5py.File(seat, "r+") as file:
+        if name in VALUES:
+            del file["values"]
+        change(file)
+    seal(seat)
     tracemalloc.start()
-    with pytest.raises(StorageError, match=r"seat\.h5: values .*20\d\d MB .*at most"):
+    with pytest.raises(StorageError, match=rf"seat\.h5: .*{message}"):
         load_greens(seat)
-    assert tracemalloc.get_traced_memory()[1] < 32e6
+    assert tracemalloc.get_traced_memory()[1] < LITTLE
     tracemalloc.stop()
 
 
 @pytest.mark.slow
-def test_results_that_compress_well_are_read(tmp_path):
-    """A long rest, the most that our own files claim for their size, is read."""
-    seat = impact.Body(impact.spring(stiffness=1e7))
-    problem = impact.ContactProblem(impact.rigid_mass(mass=1e-3, velocity=-1e-9), seat, gap=1.0)
-    result = impact.solve(problem, dt=1e-6, duration=0.5)
-    save_results(tmp_path / "r.h5", {"wave": result}, {})
-    assert len(load_results(tmp_path / "r.h5")["wave"].time) == len(result.time)
+@pytest.mark.parametrize("sealed", [True, False])
+@pytest.mark.parametrize("name", ["more", "provenance"])
+def test_texts_at_one_place(seat, sealed, name):
+    """1,500 texts of an attribute lie at one place: 450 MB from 0.3 MB; without a seal another process tries first."""
+    count, length = 1500, 300_000
+    with h5py.File(seat, "r+") as file:
+        file.attrs.create(name, ["x" * length, *["a"] * (count - 1)], dtype=h5py.string_dtype())
+    data = bytearray(seat.read_bytes())
+    size, one = length.to_bytes(4, "little"), b"\1\0\0\0"
+    first = next(at for at in range(len(data) - 32) if data[at : at + 4] == size and data[at + 16 : at + 20] == one)
+    data[first : first + 16 * count] = data[first : first + 16] * count
+    seat.write_bytes(data if sealed else data[USER_BLOCK:])
+    if sealed:
+        seal(seat)
+    tracemalloc.start()
+    with pytest.raises(StorageError, match=rf"seat\.h5:.*'{name}'.*64 MB"):
+        load_greens(seat)
+    assert tracemalloc.get_traced_memory()[1] < LITTLE
+    tracemalloc.stop()
 
 
-@pytest.mark.parametrize(
-    ("key", "value", "message"),
-    [
-        ("valid_for_s", "long", "valid_for_s .*'long'"),
-        ("valid_for_s", [1, 2], r"valid_for_s .*\[1, 2\]"),
-        ("valid_for_s", True, "valid_for_s .*True"),
-        ("refinement", None, "refinement .*None"),
-    ],
-)
-def test_odd_provenance(seat, key, value, message):
-    def change(file):
-        file.attrs["provenance"] = json.dumps(json.loads(file.attrs["provenance"]) | {key: value})
-
-    with pytest.raises(StorageError, match=rf"seat\.h5: damaged: .*{message}"):
-        load_greens(changed(seat, change))
-
-
-@pytest.mark.parametrize("key", ["error_mesh", "schema", "dt"])
-def test_attributes_that_are_no_numbers(seat, key):
-    with pytest.raises(StorageError, match=rf"seat\.h5: .*({key}.*'long'|'long')"):
-        load_greens(changed(seat, lambda file: file.attrs.__setitem__(key, "long")))
-
-
-@pytest.mark.parametrize("text", ["[" * 100_000, "1" * 10_000, "[]", '"a"', "{"])
-def test_provenance_that_is_no_table(seat, text):
-    with pytest.raises(StorageError, match=r"seat\.h5: .*damaged"):
-        load_greens(changed(seat, lambda file: file.attrs.__setitem__("provenance", text)))
-
-
-def test_values_of_another_type(seat):
-    with pytest.raises(StorageError, match=r"values holds .*no real numbers"):
-        load_greens(changed(seat, replaced(lambda file: file.__setitem__("values", [b"abc"]))))
+@pytest.mark.slow
+def test_the_trial_of_a_file_takes_little(seat, tmp_path, monkeypatch):
+    """What stands in for HDF5 takes memory without end: the trial ends at its limit, and the caller is told."""
+    (tmp_path / "h5py.py").write_text("Dataset = Group = None\ndef File(*_):\n    return bytearray(8 << 30)\n")
+    (tmp_path / "numpy.py").write_text("")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    start = time.monotonic()
+    assert can_be_opened(seat)  # it ended by an error, not by a crash
+    assert time.monotonic() - start < 20

@@ -23,7 +23,7 @@ from impact.march.ladder import LadderMarch, finish_march, prepare_levels
 from impact.march.prepared import discretise
 from impact.runs.solver import collect
 from impact.storage.hdf5 import SCHEMA, StorageError, load_greens, load_results, save_greens, save_results
-from tests.fuzz.hdf5 import seal
+from tests.fuzz.mutations import seal
 
 STEEL = {"young": 200e9, "density": 7850.0, "area": 1e-6}
 REED = {"young": 200e9, "density": 7850.0, "length": 25.4e-3, "width": 10e-3, "thickness": 0.305e-3}

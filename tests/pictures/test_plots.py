@@ -430,3 +430,12 @@ def test_powers_of_ten_at_axes_need_no_parser_of_tex(tmp_path: Path) -> None:
     assert {"−2", "4"} <= {label.get_text() for label in linear.get_yticklabels()}
     assert {"10⁻²", "10²"} <= {label.get_text() for label in powers.get_xticklabels()}
     assert "2×10⁻²" in {label.get_text() for label in powers.get_yticklabels(which="both")}
+
+
+@pytest.mark.slow
+def test_the_receptance_of_an_undamped_mode_is_drawn(tmp_path: Path) -> None:
+    """At its own frequency, which is one of those drawn, it is infinite."""
+    omega = 2 * np.pi * np.array([1024.0, 4096.0])
+    modes = ModalGreens(omega, np.zeros(2), np.ones((2, 1)), Residual.spring(1e-9))
+    plot_greens(modes, tmp_path / "greens.png", duration=5e-3, width=1e-4)
+    assert (tmp_path / "greens.png").stat().st_size > 10_000

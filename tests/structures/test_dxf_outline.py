@@ -1,20 +1,26 @@
 """Outlines in DXF files: curves of every kind, units, files that have none; and outlines written and read back."""
 
 import math
+import time
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
+import ezdxf
 import numpy as np
 import pytest
 
 from seatfem.faces.cli import BAD_INPUT, DONE, run_command
 from seatfem.structures.errors import GeometryError
-from seatfem.structures.formats.dxf import MM, read_outline, write_outline
+from seatfem.structures.formats.dxf import read_outline, write_outline
 from seatfem.structures.shapes import Flat, loops
 from seatfem.structures.shapes.flat import Disc, Flapper, RingPlate
 from seatfem.structures.shapes.outlined import Outlined
 from tests.gallery import FLAPPER
 
 HEAD = "0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n{}\n0\nENDSEC\n"
+Draw = Callable[[Any], object]
+"""What draws into a layout of ezdxf."""
 
 
 def entity(name: str, *groups: tuple[int, float]) -> str:
@@ -26,8 +32,17 @@ def line(*ends: float) -> str:
 
 
 def written(path: Path, *entities: str, unit: int | str = 4) -> Path:
+    """Write a drawing as the oldest programs do, without versions and tables."""
     text = f"{HEAD.format(unit)}0\nSECTION\n2\nENTITIES\n{''.join(entities)}0\nENDSEC\n0\nEOF\n"
     path.write_text(text, encoding="utf-8")
+    return path
+
+
+def drawn(path: Path, *draw: Draw, unit: int = 4) -> Path:
+    drawing = ezdxf.new(units=unit)
+    for each in draw:
+        each(drawing.modelspace())
+    drawing.saveas(path)
     return path
 
 
@@ -37,34 +52,85 @@ ARCS = (
     entity("ARC", (10, 20), (20, 0), (40, 3), (50, 270), (51, 90)),
     entity("ARC", (10, 0), (20, 0), (40, 3), (50, 90), (51, 270)),
 )
-CORNERS = ((10, 0), (20, -3)), ((10, 20), (20, -3), (42, 1)), ((10, 20), (20, 3)), ((10, 0), (20, 3), (42, 1))
-POLYLINE = entity("LWPOLYLINE", (90, 4), (70, 1), *(group for corner in CORNERS for group in corner))
+CORNERS = [(0, -3, 0), (20, -3, 1), (20, 3, 0), (0, 3, 1)]
+LWPOLYLINE: Draw = lambda space: space.add_lwpolyline(CORNERS, "xyb", close=True)  # noqa: E731
+FROM_BELOW: Draw = lambda space: space.add_lwpolyline(  # noqa: E731
+    [(-x, y, -bulge) for x, y, bulge in CORNERS], "xyb", close=True, dxfattribs={"extrusion": (0, 0, -1)}
+)
+POLYLINE: Draw = lambda space: space.add_polyline2d(CORNERS, "xyb", close=True)  # noqa: E731
+CIRCLE: Draw = lambda space: space.add_circle((5, 0), 2)  # noqa: E731
 
 
-@pytest.mark.parametrize("entities", [(*STRAIGHT, *ARCS), (ARCS[1], STRAIGHT[1], ARCS[0], STRAIGHT[0]), (POLYLINE,)])
+def block(space: Any, name: str = "B") -> None:
+    """Insert the stadium as the block of a block, moved, turned and twice as large."""
+    inner, outer = space.doc.blocks.new("A"), space.doc.blocks.new(name)
+    LWPOLYLINE(inner)
+    outer.add_blockref("A", (3, 1), dxfattribs={"rotation": 90})
+    outer.add_text("a part")
+    space.add_blockref(name, (9, 9), dxfattribs={"xscale": 2, "yscale": 2})
+
+
+@pytest.mark.parametrize("entities", [(*STRAIGHT, *ARCS), (ARCS[1], STRAIGHT[1], ARCS[0], STRAIGHT[0])])
 def test_a_stadium(entities: tuple[str, ...], tmp_path: Path) -> None:
-    """Lines in any order and direction, arcs, bulges: the same."""
+    """Lines and arcs in any order and direction are one outline, texts are none."""
     (outline,) = read_outline(written(tmp_path / "a.dxf", *entities, entity("TEXT", (10, 1), (20, 1), (40, 1))))
     assert abs(loops.area(outline)) == pytest.approx(STADIUM, rel=1e-12)
     assert np.ptp(loops.polygon(outline)[0], axis=0) == pytest.approx((26e-3, 6e-3), rel=1e-9)
     assert len(outline) == 4
 
 
+@pytest.mark.parametrize(
+    ("draw", "times"),
+    [(LWPOLYLINE, 1), (FROM_BELOW, 1), (POLYLINE, 1), (block, 4)],
+    ids=["lw", "below", "old", "block"],
+)
+def test_polylines_and_blocks(draw: Draw, times: float, tmp_path: Path) -> None:
+    """Polylines of both kinds, from above and below, and those in blocks keep their arcs."""
+    (outline,) = read_outline(drawn(tmp_path / "a.dxf", draw))
+    assert len(outline) == 4
+    assert abs(loops.area(outline)) == pytest.approx(times * STADIUM, rel=1e-12)
+    if draw is not block:
+        assert outline[:, 0].min() == pytest.approx(0.0, abs=1e-15)
+
+
+def test_splines_and_ellipses_become_arcs(tmp_path: Path) -> None:
+    """The areas of an ellipse, of a circle squeezed with its block and of a spline are right to 1e-4 by some arcs."""
+
+    def squeezed(space: Any) -> None:
+        CIRCLE(space.doc.blocks.new("C"))
+        space.add_blockref("C", (100, 0), dxfattribs={"yscale": 0.5, "zscale": 0})
+
+    def splines(space: Any) -> None:
+        points = [(200 + 3 * math.cos(a), 3 * math.sin(a)) for a in np.linspace(0, math.tau, 41)]
+        space.add_spline(points)
+
+    ellipse: Draw = lambda space: space.add_ellipse((0, 0), (0, 9), 0.4)  # noqa: E731
+    outlines = read_outline(drawn(tmp_path / "a.dxf", ellipse, squeezed, splines))
+    areas = [abs(loops.area(loop)) * 1e6 for loop in outlines]
+    assert areas == pytest.approx([math.pi * 9 * 3.6, math.pi * 9, math.pi * 2], rel=1e-4)
+    assert max(map(len, outlines)) < 100
+
+
 def test_inner_loops_come_after_the_outline(tmp_path: Path) -> None:
-    """In whatever order they are drawn; polylines may turn either way."""
-    hole = entity("CIRCLE", (10, 15), (20, 0), (40, 1))
-    outline, found = read_outline(written(tmp_path / "a.dxf", hole, POLYLINE))
+    """In whatever order they are drawn, holes come last; an array of blocks counts as often as it is inserted."""
+
+    def holes(space: Any) -> None:
+        space.doc.blocks.new("H").add_circle((0, 0), 0.5)
+        space.add_blockref("H", (2, 0), dxfattribs={"column_count": 3, "column_spacing": 4})
+
+    outline, *inner = read_outline(drawn(tmp_path / "a.dxf", holes, LWPOLYLINE))
     assert abs(loops.area(outline)) == pytest.approx(STADIUM, rel=1e-12)
-    assert abs(loops.area(found)) == pytest.approx(math.pi * 1e-6, rel=1e-12)
+    assert [abs(loops.area(each)) for each in inner] == pytest.approx([math.pi * 0.25e-6] * 3, rel=1e-12)
+    assert sorted(float(each[:, 0].mean()) for each in inner) == pytest.approx([2e-3, 6e-3, 10e-3])
 
 
 def test_a_circle_and_units(tmp_path: Path) -> None:
-    circle = entity("CIRCLE", (10, 1), (20, 2), (40, 5))
-    (inches,) = read_outline(written(tmp_path / "a.dxf", circle, unit=1))
-    assert np.ptp(loops.polygon(inches)[0], axis=0) == pytest.approx((0.254, 0.254))
-    (stated,) = read_outline(written(tmp_path / "a.dxf", circle, unit=0), 1e-3)
-    assert np.mean(stated[:, :2], axis=0) == pytest.approx((1e-3, 2e-3))
-    assert loops.area(stated) == pytest.approx(math.pi * 25e-6, rel=1e-12)
+    """The header's unit counts where the scene states none."""
+    (inches,) = read_outline(drawn(tmp_path / "a.dxf", CIRCLE, unit=1))
+    assert np.ptp(loops.polygon(inches)[0], axis=0) == pytest.approx((4 * 0.0254, 4 * 0.0254))
+    (stated,) = read_outline(drawn(tmp_path / "a.dxf", CIRCLE, unit=0), 1e-3)
+    assert np.mean(stated[:, :2], axis=0) == pytest.approx((5e-3, 0.0))
+    assert loops.area(stated) == pytest.approx(math.pi * 4e-6, rel=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -74,17 +140,18 @@ def test_a_circle_and_units(tmp_path: Path) -> None:
         (STRAIGHT, 4, r"\(20, -3\)"),
         ((*STRAIGHT, ARCS[0]), 4, "its outline is open at"),
         ((entity("CIRCLE", (10, 5), (20, 0), (40, math.inf)),), 4, "CIRCLE.*numbers"),
-        ((entity("SPLINE", (70, 8)),), 4, "SPLINE.*LINE"),
-        ((entity("ARC", (10, 0), (20, 0), (40, 3)),), 4, "ARC.*numbers"),
-        ((entity("ARC", (10, 0), (20, 0), (40, 3), (50, 0), (51, 9), (230, -1)),), 4, "drawn from below"),
+        ((entity("ARC", (10, 0), (20, 0), (40, 3)),), 4, "ARC.*start_angle"),
+        ((entity("ARC", (10, 0), (20, 0), (40, 3), (50, 0), (51, 9), (210, 1), (220, 0), (230, 0)),), 4, "flatten"),
         ((entity("LINE", (10, 1e300), (20, 0), (11, 0), (21, 0)),), 4, "LINE.*1000 m"),
         ((entity("CIRCLE", (10, 0), (20, 0), (40, 1e200)),), 4, "a CIRCLE beyond 1000 m"),
-        ((entity("LWPOLYLINE", (70, 1), (10, 0), (20, 0), (42, 1e200), (10, 1), (20, 0)),), 4, "a bulge beyond 10000"),
+        ((entity("NOVELTY"),), 4, "a NOVELTY.*convert it"),
+        ((entity("INSERT", (2, "B"), (10, 0), (20, 0)),), 4, "block 'B' is not in the file; explode"),  # type: ignore[arg-type]
+        ((*STRAIGHT, *ARCS, "0\nENDSEC\n0\nSECTION\n2\nENTITIES\n", *STRAIGHT), 4, "several sections ENTITIES"),
         (tuple(line(k, 0, k + 1, 0) for k in range(5001)), 4, "more than 10000 corners"),
-        ((entity("LWPOLYLINE", *[(10, 0), (20, 0)] * 40_001),), 4, "more than 10000 corners"),
-        ((POLYLINE,), "²", 'unit = "mm"'),
-        ((POLYLINE,), "4" * 5000, 'unit = "mm"'),
-        ((POLYLINE,), 0, 'unit = "mm"'),
+        (("0\nPOINT\n" * 20_001,), 4, "more than 20000 entities"),
+        ((*STRAIGHT, *ARCS), "²", "line: 8"),
+        ((*STRAIGHT, *ARCS), "4" * 5000, "not readable"),
+        ((*STRAIGHT, *ARCS), 0, 'unit = "mm"'),
     ],
 )
 def test_what_is_no_outline_is_refused(
@@ -94,12 +161,61 @@ def test_what_is_no_outline_is_refused(
         read_outline(written(tmp_path / "a.dxf", *entities, unit=unit))
 
 
+def nested(space: Any) -> None:
+    """Insert blocks of ten blocks each, eight deep."""
+    for depth in range(8):
+        inner = space.doc.blocks.new(f"B{depth}")
+        for _ in range(10 * (depth > 0)):
+            inner.add_blockref(f"B{depth - 1}", (0, 0))
+    space.add_blockref("B7", (0, 0))
+
+
+def of_itself(space: Any) -> None:
+    space.doc.blocks.new("B").add_blockref("B", (1, 0))
+    space.add_blockref("B", (0, 0))
+
+
+def array(space: Any) -> None:
+    LWPOLYLINE(space.doc.blocks.new("B"))
+    space.add_blockref("B", (0, 0), dxfattribs={"column_count": 30_000, "row_count": 30_000, "row_spacing": 9})
+
+
+def outside(space: Any) -> None:
+    space.doc.add_xref_def("/etc/other.dxf", "X")
+    space.add_blockref("X", (0, 0))
+
+
+@pytest.mark.parametrize(
+    ("draw", "message"),
+    [
+        (lambda space: space.add_lwpolyline([(0, 0, 1e200), (1, 0, 0)], "xyb", close=True), "a bulge beyond 10000"),
+        (lambda space: space.add_lwpolyline([(k % 7, k) for k in range(10_001)]), "more than 10000 corners"),
+        (lambda space: space.add_open_spline([(0, 0), (1, math.nan), (2, 0), (3, 1)]), "SPLINE.*finite"),
+        (lambda space: space.add_3dface([(0, 0), (1, 0), (1, 1), (0, 1)]), "a 3DFACE.*convert it"),
+        (lambda space: space.add_polyline3d([(0, 0), (1, 0), (2, 1)]), "open at"),
+        (lambda space: space.add_polymesh((3, 3)), "AcDbPolygonMesh"),
+        (nested, "more than 20000 entities with those of its blocks"),
+        (of_itself, "block 'B' lies in 16 others"),
+        (array, "block 'B' is clipped, or in a large array"),
+        (outside, "block 'X' is not in the file"),
+    ],
+)
+def test_drawings_that_stand_for_much_or_for_nothing(draw: Draw, message: str, tmp_path: Path) -> None:
+    """What would take long, or lies outside of the plane or of the file, is refused within seconds."""
+    drawn(tmp_path / "a.dxf", draw)
+    start = time.process_time()
+    with pytest.raises(GeometryError, match=message):
+        read_outline(tmp_path / "a.dxf")
+    assert time.process_time() - start < 5.0
+
+
 @pytest.mark.parametrize(
     ("data", "message"),
     [
         (b"AutoCAD Binary DXF\r\n\x1a", "binary"),
         (b"solid\nfacet\n", "no DXF file"),
-        (b"\xff\xfe\x00", "no length unit|no DXF"),
+        (b"\xff\xfe\x00", "no DXF"),
+        (b"0\nSECTION\n2\nENTITIES\n0\nLINE\n10\n", "not readable"),
     ],
 )
 def test_what_is_no_dxf_is_refused(data: bytes, message: str, tmp_path: Path) -> None:
@@ -158,14 +274,3 @@ def test_a_reed_without_an_outline(tmp_path: Path, capfd: pytest.CaptureFixture[
     (tmp_path / "scene.toml").write_text(SCENE.format('kind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"'))
     assert run_command(["export", str(tmp_path / "scene.toml"), "--to", "dxf"]) == BAD_INPUT
     assert "reed.kind = 'rigid_mass' has no outline" in capfd.readouterr().err
-
-
-def test_another_reader_takes_it(tmp_path: Path) -> None:
-    ezdxf = pytest.importorskip("ezdxf")
-    write_outline(REED.drawn, tmp_path / "a.dxf")
-    drawing = ezdxf.readfile(tmp_path / "a.dxf")
-    assert drawing.units == MM
-    assert not drawing.audit().errors
-    for found, loop in zip(drawing.modelspace().query("LWPOLYLINE"), REED.drawn, strict=True):
-        assert found.closed
-        np.testing.assert_allclose(found.get_points("xyb"), loop * (1e3, 1e3, 1), rtol=1e-12)

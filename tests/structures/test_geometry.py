@@ -35,19 +35,41 @@ def test_bad_values_name_field_value_and_limit(spec, values, message):
         spec(**values)
 
 
+MM = "#1=(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MILLI.,.METRE.));"
+CONTEXT = "#8=(GEOMETRIC_REPRESENTATION_CONTEXT(3)GLOBAL_UNIT_ASSIGNED_CONTEXT((#9,#3))REPRESENTATION_CONTEXT('',''));"
+
+
+def converted(name: str, factor: str, of: str = "#1", number: str = "#3") -> str:
+    return (
+        f"{number}=(CONVERSION_BASED_UNIT('{name}',{number}2)LENGTH_UNIT()NAMED_UNIT(#4));\n"
+        f"{number}2=LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE({factor}),{of});\n"
+    )
+
+
 @pytest.mark.parametrize(
     ("entities", "unit"),
     [
-        ("#1 = ( LENGTH_UNIT() NAMED_UNIT(*) SI_UNIT(.MILLI.,.METRE.) );", 1e-3),
-        ("#1=(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT($,.METRE.));", 1.0),
-        (
-            "#1=(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.MILLI.,.METRE.));\n"
-            "#3=(CONVERSION_BASED_UNIT('INCH',#2)LENGTH_UNIT()NAMED_UNIT(#4));",
-            0.0254,
-        ),
+        (CONTEXT + "#3 = ( LENGTH_UNIT() NAMED_UNIT(*) SI_UNIT(.MILLI.,.METRE.) );", 1e-3),
+        (CONTEXT + "#3=(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT($,.METRE.));", 1.0),
+        (CONTEXT + MM + converted("INCH", "25.4"), 0.0254),
+        (MM + converted("METRE", "1.E3") + CONTEXT, 1.0),
+        (CONTEXT + MM + converted("FOOT", "12.", "#5") + converted("an inch", "2.54E+1", number="#5"), 0.3048),
+        (CONTEXT + MM + "#3=(LENGTH_UNIT()NAMED_UNIT(*)SI_UNIT(.CENTI.,.METRE.));", 1e-2),
+        (MM + converted("INCH", "25.4") + CONTEXT.replace(",#3", ""), 0.0),
     ],
 )
 def test_step_states_its_unit(tmp_path, entities, unit):
+    """The unit is what the context assigns, whatever it is called, by way of several multiples; none is 0 here."""
     path = tmp_path / "a.step"
     path.write_text(f"#9=(NAMED_UNIT(*)PLANE_ANGLE_UNIT()SI_UNIT($,.RADIAN.));\n{entities}\n")
-    assert stated_unit(path) == unit
+    assert (stated_unit(path) or 0.0) == pytest.approx(unit, rel=1e-14)
+
+
+@pytest.mark.parametrize("of", ["#3", "#77", "#9"])
+@pytest.mark.parametrize("factor", ["1.", "1.E999"])
+def test_a_step_unit_that_leads_nowhere_is_named(tmp_path, of, factor):
+    path = tmp_path / "a.step"
+    angle = "#9=(NAMED_UNIT(*)PLANE_ANGLE_UNIT()SI_UNIT($,.RADIAN.));"
+    path.write_text(f"{angle}\n{CONTEXT}{converted('X', factor, of)}\n")
+    with pytest.raises(GeometryError, match=r"a\.step: #3 .*export"):
+        stated_unit(path)

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from seatfem.structures.inspection.cad import inspect_geometry
 from seatfem.structures.mesh._gmsh_solid import LADDER, Rung, retry_with_healing
 from seatfem.structures.mesh.gmsh_process import MeshingError
 from seatfem.structures.mesh.meshing import make_mesh
@@ -93,6 +94,35 @@ def test_fillet_and_bolt_holes_count_in_the_volume():
     assert body.cad_volume == pytest.approx(plain + spandrel, rel=1e-6)
     # Twelve quadratic elements per turn enclose a circle to (pi/6)^4/480 = 1.6e-4 of it.
     assert body.volume == pytest.approx(body.cad_volume, rel=2e-4)
+
+
+UNIT = "#452 = ( LENGTH_UNIT() NAMED_UNIT(*) SI_UNIT(.MILLI.,.METRE.) );"
+MULTIPLE = "{} = ( CONVERSION_BASED_UNIT('{}',{}0)LENGTH_UNIT()NAMED_UNIT(#1) );{}0 = {};"
+MEASURE = "LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE({}),{})"
+COMPLEX = "(LENGTH_MEASURE_WITH_UNIT()MEASURE_WITH_UNIT(LENGTH_MEASURE({}),{}))"
+
+
+@pytest.mark.parametrize(
+    ("units", "unit", "factor"),
+    [
+        (MULTIPLE.format("#452", "METRE", "#452", "#452", MEASURE.format("2.", "#901")), None, 2),
+        (MULTIPLE.format("#452", "X", "#452", "#452", COMPLEX.format("2.", "#901")), None, 2),
+        (
+            MULTIPLE.format("#452", "X", "#452", "#452", MEASURE.format("2.", "#900"))
+            + MULTIPLE.format("#900", "Y", "#900", "#900", MEASURE.format("1.5", "#901")),
+            None,
+            3,
+        ),
+        ("#452 = ( NAMED_UNIT(*) PLANE_ANGLE_UNIT() SI_UNIT($,.RADIAN.) );", 5e-3, 5),
+    ],
+)
+def test_lengths_are_read_in_the_unit_that_is_stated(tmp_path, units, unit, factor):
+    """The kernel reads multiples, and multiples of multiples, as what they are; `unit` counts where none is stated."""
+    text, path = (MESHES / "block.step").read_text(), tmp_path / "a.step"
+    assert UNIT in text
+    path.write_text(text.replace(UNIT, units + UNIT.replace("#452", "#901")))
+    sides, plain = (inspect_geometry(CadPart(*each)).shape.extent for each in ((path, unit), (MESHES / "block.step",)))
+    np.testing.assert_allclose(sides, factor * plain, rtol=1e-9)
 
 
 @pytest.mark.slow
@@ -198,7 +228,7 @@ def test_unit_against_header_and_size():
         "says 1;",
         "40 x 40 x 14 mm by the file",
         "4e+04 x 4e+04",
-        "overrule = True",
+        "Leave unit out",
     ):
         assert part in message
     with pytest.raises(GeometryError, match=r"4e\+04 .*0\.001 m.*40 x 40 x 14 mm"):

@@ -271,6 +271,9 @@ def test_the_plan_of_a_study_refuses_a_measure_that_no_summary_has(
         assert run_command(["plan", str(study)]) == BAD_INPUT
         said = " ".join(capsys.readouterr().err.split())
         assert re.search(rf"{study}:1: {key}: .*'landing_stress'; state 'landing_", said)
+    study.write_text(f'outputs.measures = ["life_margin"]\n{vary}')  # a key of scenes that have [life]
+    assert run_command(["plan", str(study)]) == BAD_INPUT
+    assert "'life_margin'" in capsys.readouterr().err
 
 
 BLOCK = """

@@ -307,3 +307,16 @@ def test_stress_is_asked_of_what_bends(load: Load) -> None:
     (refused,) = messages(load, mass + wanted)
     words = "stress is asked of a body of kind 'rigid_mass', which does not bend, it has no stress: remove it, or use"
     assert words in refused
+
+
+def test_axes_of_a_material_stand_at_right_angles(load: Load) -> None:
+    wood = (
+        '{ kind = "orthotropic", young = ["1 GPa", "1 GPa", "1 GPa"], poisson = [0.1, 0.1, 0.1], '
+        'density = "700 kg/m^3", shear = ["1 GPa", "1 GPa", "1 GPa"], axes = [[1, 0, 0], [1, 1, 0], [0, 0, 1]] }'
+    )
+    sides = "".join(f'{key} = "4 mm"\n' for key in ("width", "depth", "thickness", "patch_width", "patch_depth"))
+    with pytest.raises(SceneError, match=r"seat\.material\.axes: .*angles"):
+        load(
+            f'[seat]\nkind = "block"\n{sides}material = {wood}\n'
+            '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[run]\nduration = "1 ms"\n'
+        )

@@ -1,12 +1,13 @@
-"""Outlines in DXF files: lines, arcs, circles and polylines that form closed loops, read and written."""
+"""Outlines in DXF files: curves that form closed loops, read by ezdxf, and written."""
+
+from __future__ import annotations
 
 import io
+import logging
 import math
-import re
-from collections.abc import Iterator, Sequence
-from itertools import chain
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -16,41 +17,84 @@ from seatfem.structures.errors import GeometryError
 from seatfem.structures.shapes import loops
 
 JOINED: Final = 1e-6  # largest distance of end points that count as one, over the outline's size
-LARGEST: Final = 20 * MB
+LARGEST: Final = 8 * MB
+MOST_ENTITIES: Final = 20_000  # ezdxf takes 0.1 ms for each
 MOST_CORNERS: Final = 10_000  # largest number of corners of all curves: each end is compared with all others
 MOST_LENGTH: Final = 1e3  # largest coordinate and radius [m]
+DEEPEST: Final = 16  # most blocks within each other
 FLAT: Final = 1e-9  # bulge below which an edge is straight
 STEEP: Final = 1e4  # bulge above which an arc is a full circle
-UNITS: Final = {1: 0.0254, 2: 0.3048, 4: 1e-3, 5: 1e-2, 6: 1.0, 13: 1e-6}  # metres per unit, by $INSUNITS
-CURVES: Final = ("LINE", "ARC", "CIRCLE", "LWPOLYLINE")
-OTHERS: Final = ("SPLINE", "ELLIPSE", "POLYLINE", "INSERT", "REGION", "3DSOLID", "MLINE")
-"""Entities that could be part of an outline, unlike texts, dimensions and points."""
-Group = tuple[int, str]
-Groups = list[Group]
+CLOSE: Final = 1e-4  # largest distance of a spline or ellipse from the arcs in its place, over its size
+MOST_ARCS: Final = 64  # of a piece between two knots
+UNITS: Final = {
+    1: 0.0254,
+    2: 0.3048,
+    4: 1e-3,
+    5: 1e-2,
+    6: 1.0,
+    9: 2.54e-5,
+    13: 1e-6,
+    14: 0.1,
+}  # metres per unit, by $INSUNITS
+REQUIRED: Final = {
+    "LINE": ("start", "end"),
+    "ARC": ("center", "radius", "start_angle", "end_angle"),
+    "CIRCLE": ("center", "radius"),
+    "LWPOLYLINE": (),
+    "POLYLINE": (),
+    "SPLINE": (),
+    "ELLIPSE": ("center", "major_axis", "ratio"),
+}
+"""Curves that an outline may have, and the numbers without which each has no shape."""
+BESIDE: Final = frozenset(
+    (
+        *(
+            "INSERT",
+            "POINT",
+            "TEXT",
+            "MTEXT",
+            "ATTRIB",
+            "ATTDEF",
+            "DIMENSION",
+            "ARC_DIMENSION",
+            "LEADER",
+            "MULTILEADER",
+        ),
+        *("TOLERANCE", "ACAD_TABLE", "HATCH", "VIEWPORT", "XLINE", "RAY", "IMAGE", "WIPEOUT", "OLEFRAME", "OLE2FRAME"),
+        *("PDFUNDERLAY", "DWFUNDERLAY", "DGNUNDERLAY", "LIGHT", "SUN", "GEODATA"),
+    )
+)
+"""Entities that are no curves of a part: texts, dimensions, construction lines, pictures; what an INSERT inserts is."""
 
 
 def read_outline(path: Path, unit: float | None = None) -> tuple[Array, ...]:
-    """Return closed loops (n, 3) of corners x, y [m] and bulges, the outline first, then its holes; arcs stay arcs.
+    """Return closed loops (n, 3) of corners x, y [m] and bulges, the outline first, then its holes.
+
+    Arcs stay arcs; splines and ellipses become arcs. Blocks count where they are inserted, as often as they are.
 
     Args:
         path: an ASCII file.
         unit: metres per unit of the drawing; ``None``: as stated in its header ($INSUNITS).
 
     Raises:
-        GeometryError: no DXF file, no unit, curves of other types, an outline that is open.
+        GeometryError: no DXF file, no unit, entities that are no curves in the plane, an outline that is open.
     """
+    from ezdxf import filemanagement  # ezdxf loads for half a second
+
+    if not (log := logging.getLogger("ezdxf")).handlers:
+        log.addHandler(logging.NullHandler())  # else its warnings are printed
     text = read_text(path, LARGEST, GeometryError, errors="replace")
-    scale = _unit(_groups(text, path), path) if unit is None else unit
-    chains: list[Array] = []
-    corners = 0
-    for entity in _entities(_groups(text, path), path):
-        curve = _chain(entity, path, MOST_LENGTH / scale)
-        corners += len(curve)
-        if corners > MOST_CORNERS:
-            raise _crowded(path)
-        chains += [curve] if len(curve) > 1 else []
+    _check_size(text, path)
+    try:
+        drawing = filemanagement.read(io.StringIO(text))
+        scale = _unit(drawing.header.get("$INSUNITS"), path) if unit is None else unit
+        chains = list(_chains(drawing.modelspace(), path, MOST_LENGTH / scale))
+    except GeometryError:
+        raise
+    except Exception as problem:  # whatever a damaged file provokes
+        raise _wrong(path, f"not readable ({problem}); export it again, as ASCII DXF") from problem
     if not chains:
-        raise _wrong(path, f"no {', '.join(CURVES)} among its entities; draw its outline with these")
+        raise _wrong(path, f"no {', '.join(REQUIRED)} among its entities; draw its outline with these")
 
     def open_at(point: Array) -> GeometryError:
         x, y = 1e3 * scale * point
@@ -65,98 +109,164 @@ def _wrong(path: Path, what: str) -> GeometryError:
     return GeometryError(f"Outlined.file = {path.name}: {what}")
 
 
-def _crowded(path: Path) -> GeometryError:
-    return _wrong(path, f"its curves have more than {MOST_CORNERS} corners; keep the outline and its holes alone")
+def _crowded(path: Path, what: str) -> GeometryError:
+    return _wrong(path, f"{what}; keep the outline and its holes alone")
 
 
-def _groups(text: str, path: Path) -> Iterator[Group]:
-    """Yield (code, value) of each pair of lines."""
+def _check_size(text: str, path: Path) -> None:
+    """Raise `GeometryError` for a text that is no pairs of lines, or holds more entities than are read, or such that
+    ezdxf passes over."""
     if text.startswith("AutoCAD Binary DXF"):
         raise _wrong(path, "a binary DXF file; save it as ASCII")
-    lines = iter(io.StringIO(text))
-    try:
-        for code, value in zip(lines, lines, strict=False):
-            yield int(code), value.strip()
-    except ValueError:
-        raise _wrong(path, "no DXF file: its lines are no pairs of codes and values; save it as ASCII DXF") from None
+    codes, values = ([line.strip() for line in text.split("\n")[first::2]] for first in (0, 1))
+    if not codes[0].isdecimal():
+        raise _wrong(path, "no DXF file: its lines are no pairs of codes and values; save it as ASCII DXF")
+    if codes.count("0") > MOST_ENTITIES:
+        raise _crowded(path, f"more than {MOST_ENTITIES} entities")
+    if values.count("ENTITIES") > 1:
+        raise _wrong(path, "several sections ENTITIES; export it again")
 
 
-def _unit(groups: Iterator[Group], path: Path) -> float:
-    code = next((next(groups, (0, ""))[1] for group in groups if group == (9, "$INSUNITS")), "")
-    if not re.fullmatch("[0-9]{1,3}", code) or int(code) not in UNITS:
+def _unit(code: object, path: Path) -> float:
+    if not isinstance(code, int) or code not in UNITS:
         raise _wrong(path, 'its header states no length unit that is known; state it: unit = "mm"')
-    return UNITS[int(code)]
+    return UNITS[code]
 
 
-def _entities(groups: Iterator[Group], path: Path) -> Iterator[Groups]:
-    """Yield the groups of each entity in the section ENTITIES, its name first."""
-    section, entity = "", Groups()
-    for code, value in chain(groups, [(0, "")]):
-        if code == 0:
-            if entity:
-                yield entity
-            entity = [(0, value)] if section == "ENTITIES" and value not in ("SECTION", "ENDSEC") else []
-            section = "" if value == "SECTION" else section
-        elif code == 2 and not section:
-            section = value
-        elif entity:
-            entity.append((code, value))
-        if len(entity) > 8 * MOST_CORNERS:
-            raise _crowded(path)
+def _chains(entities: Iterable[Any], path: Path, most: float) -> Iterator[Array]:
+    """Yield the corners and bulges (n, 3) of every curve, the first again at the end of a closed one."""
+    corners = 0
+    for count, entity in enumerate(_with_blocks(entities, path)):
+        if count > MOST_ENTITIES:
+            raise _crowded(path, f"more than {MOST_ENTITIES} entities with those of its blocks")
+        name = entity.dxftype()
+        if name in BESIDE:
+            continue
+        if name not in REQUIRED:
+            raise _wrong(path, f"a {name}; an outline may have {', '.join(REQUIRED)}: explode or convert it")
+        if missing := [each for each in REQUIRED[name] if not entity.dxf.hasattr(each)]:
+            raise _wrong(path, f"draw its {name} again, its {missing[0]} is missing")
+        with np.errstate(all="ignore"):  # numbers are judged by what becomes of them
+            chain = _chain(entity, path, most)
+        corners += len(chain)
+        if corners > MOST_CORNERS:
+            raise _crowded(path, f"its curves have more than {MOST_CORNERS} corners")
+        if len(chain) > 1:
+            yield np.where((np.abs(chain) < FLAT) & (False, False, True), 0.0, chain)
 
 
-def _chain(entity: Groups, path: Path, most: float) -> Array:
-    """Return corners and bulges (n, 3) of a curve, the first again at the end of a closed one; (0, 3) without any."""
-    name = entity[0][1]
-    if name in OTHERS:
-        raise _wrong(path, f"a {name}; an outline may have {', '.join(CURVES)}: explode or convert it")
-    if name not in CURVES:
-        return np.zeros((0, 3))
-    try:
-        values = {code: float(value) for code, value in entity if 10 <= code <= 59 or code in (70, 230)}
-        if not np.isfinite(list(values.values())).all():
-            raise _wrong(path, f"a {name} whose numbers must be finite")
-        if values.get(230, 1.0) < 0:
-            raise _wrong(path, f"a {name} that is drawn from below (extrusion -1); flatten it")
-        if name == "LINE":
-            corners = np.array([[values[10], values[20], 0.0], [values[11], values[21], 0.0]])
-        elif name == "LWPOLYLINE":
-            corners = _polyline(entity, closed=bool(int(values.get(70, 0)) & 1))
-        else:
-            start, end = (values[50], values[51]) if name == "ARC" else (0.0, 360.0)
-            turn = math.radians((end - start) % 360 or 360.0)
-            corners = _arc(np.array([values[10], values[20]]), values[40], math.radians(start), turn)
-    except (KeyError, ValueError) as problem:
-        if isinstance(problem, GeometryError):
-            raise
-        raise _wrong(path, f"draw its {name} again, its numbers are missing or none: {problem}") from problem
-    if np.abs(corners[:, :2]).max() > most or np.abs(corners[:, 2]).max() > STEEP:
+def _with_blocks(entities: Iterable[Any], path: Path, depth: int = 0) -> Iterator[Any]:
+    """Yield every entity, and those of the blocks that are inserted."""
+
+    def refuse(entity: Any, reason: str) -> None:
+        if entity.dxftype() not in BESIDE:
+            raise _wrong(path, f"a {entity.dxftype()} in a block: {reason}; explode it")
+
+    for entity in entities:
+        yield entity
+        if entity.dxftype() == "INSERT":
+            block = entity.block()
+            if depth == DEEPEST or block is None or block.block.is_xref:
+                why = f"lies in {DEEPEST} others" if depth == DEEPEST else "is not in the file"
+                raise _wrong(path, f"the block {entity.dxf.get('name')!r} {why}; explode or bind it")
+            if entity.mcount > MOST_ENTITIES or (entity.has_extension_dict and CLIPPED in entity.get_extension_dict()):
+                raise _wrong(path, f"the block {entity.dxf.name!r} is clipped, or in a large array; explode it")
+            entity.dxf.zscale = entity.dxf.zscale or 1.0  # drawings in the plane may have 0
+            several = entity.mcount > 1
+            parts = entity.multi_insert() if several else entity.virtual_entities(skipped_entity_callback=refuse)
+            yield from _with_blocks(parts, path, depth + 1)
+
+
+def _chain(entity: Any, path: Path, most: float) -> Array:
+    name, dxf = entity.dxftype(), entity.dxf
+    if name == "LINE":
+        corners = np.array([(*dxf.start.vec2, 0.0), (*dxf.end.vec2, 0.0)])
+    elif name in ("ARC", "CIRCLE"):
+        start, end = (dxf.start_angle, dxf.end_angle) if name == "ARC" else (0.0, 360.0)
+        turn = math.radians((end - start) % 360 or 360.0) if math.isfinite(end - start) else math.nan
+        corners = _arc(np.array(dxf.center.vec2), dxf.radius, math.radians(start), turn)
+    elif name == "LWPOLYLINE":
+        corners = _closed(entity.get_points("xyb"), entity.closed)
+    elif name == "POLYLINE":
+        if not (entity.is_2d_polyline or entity.is_3d_polyline):
+            raise _wrong(path, f"a {entity.get_mode()}; an outline may have {', '.join(REQUIRED)}: convert it")
+        vertices = [each.dxf for each in entity.vertices if not each.dxf.flags & FRAME]
+        corners = _closed([(*each.location.vec2, each.bulge) for each in vertices], entity.is_closed)
+    else:
+        corners = _curved(entity, path, most)
+    _check_numbers(corners, name, path, most)
+    if name in ("LINE", "SPLINE", "ELLIPSE"):
+        return corners
+    x, y, z = dxf.extrusion
+    if abs(x) + abs(y) > FLAT:
+        raise _wrong(path, f"a {name} that is drawn in another plane; flatten it")
+    return corners if z > 0 else corners * (-1, 1, -1)
+
+
+CLIPPED: Final = "ACAD_FILTER"  # key of a clipping path
+FRAME: Final = 16  # flag of a vertex that is the control point of a spline
+
+
+def _check_numbers(corners: Array, name: str, path: Path, most: float) -> None:
+    if not np.isfinite(corners).all():
+        raise _wrong(path, f"a {name} whose numbers must be finite")
+    if np.abs(corners[:, :2]).max(initial=0) > most or np.abs(corners[:, 2:]).max(initial=0) > STEEP:
         raise _wrong(
             path, f"a {name} beyond {MOST_LENGTH:g} m, or with a bulge beyond {STEEP:g}; check its numbers and the unit"
         )
-    return np.where((np.abs(corners) < FLAT) & (False, False, True), 0.0, corners)
+
+
+def _closed(rows: Sequence[Sequence[float]], closed: bool) -> Array:
+    points = np.array(rows, dtype=float).reshape(-1, 3)
+    return np.vstack([points, points[:1]]) if closed else points
 
 
 def _arc(centre: Array, radius: float, start: float, turn: float) -> Array:
     """Return corners and bulges of an arc in pieces of at most half a circle."""
-    count = max(1, math.ceil(turn / math.pi - 1e-9))
+    count = max(1, math.ceil(turn / math.pi - 1e-9)) if math.isfinite(turn) else 1
     angles = start + turn * np.arange(count + 1) / count
     points = centre + radius * np.column_stack([np.cos(angles), np.sin(angles)])
     return np.column_stack([points, np.full(count + 1, math.tan(turn / count / 4))])
 
 
-def _polyline(entity: Groups, *, closed: bool) -> Array:
-    """Return the vertices (10, 20), each with the bulge (42) of the edge that follows."""
-    corners: list[list[float]] = []
-    for code, value in entity:
-        if code == 10:
-            corners.append([float(value), math.nan, 0.0])
-        elif code in (20, 42) and corners:
-            corners[-1][1 if code == 20 else 2] = float(value)
-    points = np.array(corners)
-    if len(points) < 2 or not np.isfinite(points).all():
-        raise ValueError("at least two vertices are needed")
-    return np.vstack([points, points[:1]]) if closed else points
+def _curved(entity: Any, path: Path, most: float) -> Array:
+    """Return arcs in place of a spline or an ellipse."""
+    name, tool = entity.dxftype(), entity.construction_tool()
+    if name == "SPLINE":
+        _check_numbers(np.array([(*point.vec2, 0.0) for point in tool.control_points]), name, path, most)
+        knots = np.array(tool.knots())
+        knots, points_at = np.unique(knots[tool.order - 1 : len(tool.control_points) + 1]), tool.points
+    else:
+        _check_numbers(np.array([(*tool.center.vec2, 0.0), (*tool.major_axis.vec2, 0.0)]), name, path, most)
+        turn = (tool.end_param - tool.start_param) % math.tau or math.tau
+        knots, points_at = tool.start_param + turn * np.arange(5) / 4, tool.vertices
+    if not np.isfinite(knots).all() or len(knots) < 2:
+        raise _wrong(path, f"a {name} whose numbers must be finite; draw it again")
+    return _as_arcs(lambda at: np.array([point.vec2 for point in points_at(at)]), knots, path)
+
+
+def _as_arcs(points_at: Callable[[Array], Array], knots: Array, path: Path) -> Array:
+    """Return corners and bulges of arcs through points of a curve that is smooth between its knots, as many as follow
+    it closely."""
+    pieces = 1
+    while pieces <= MOST_ARCS and pieces * len(knots) <= MOST_CORNERS:
+        share = np.arange(4 * pieces) / (4 * pieces)
+        at = np.append((knots[:-1, None] + np.diff(knots)[:, None] * share).ravel(), knots[-1])
+        points = points_at(at)
+        corners = loops.arcs_through(points[::2])
+        start, end, bends = points[:-1:4], points[4::4], 2 * np.arctan(corners[:-1, 2])
+        off = [
+            (loops.bend(start, middle, end) - bends) * _norm(middle - start) * _norm(end - middle) / _norm(end - start)
+            for middle in (points[1::4], points[3::4])
+        ]
+        if np.abs(off).max() <= CLOSE * np.ptp(points, axis=0).max():
+            return corners
+        pieces *= 2
+    raise _wrong(path, f"a curve that {pieces // 2 * (len(knots) - 1)} arcs do not follow; draw it with lines and arcs")
+
+
+def _norm(vectors: Array) -> Array:
+    return np.asarray(np.linalg.norm(vectors, axis=1))
 
 
 MM: Final = 4  # $INSUNITS of millimetres

@@ -188,7 +188,7 @@ class FoundFace:
         radii: least and largest distance from that axis.
         colour, name: colour and name in the file.
         groups: names of the groups that contain it.
-        solids: numbers of the solids that it bounds, from 1.
+        solids: numbers of the solids in the file that it bounds, from 1.
     """
 
     numbers: tuple[int, ...]
@@ -204,6 +204,18 @@ class FoundFace:
     solids: tuple[int, ...]
 
 
+@dataclass(frozen=True)
+class FoundSolid:
+    """One solid of a file: its number in the file's order, from 1, its name there, the region that it belongs to, its
+    volume [m^3] and centroid [m]."""
+
+    number: int
+    name: str
+    region: str
+    volume: float
+    centre: Vector
+
+
 @dataclass(frozen=True, eq=False)
 class Inspected:
     """A geometry's solids and faces.
@@ -215,6 +227,7 @@ class Inspected:
         shape: coarse triangulation, with the groups that could be selected.
         parts: rows of the shape's triangles on each face.
         edges: (e, 2, 3) ends of the straight segments that bound each group of flat faces [m].
+        solids: solids of a file that count, of ``in_file`` in all.
     """
 
     faces: tuple[FoundFace, ...]
@@ -223,6 +236,8 @@ class Inspected:
     shape: Shape
     parts: tuple[Integers, ...] = field(repr=False)
     edges: Mapping[str, Array] = field(default_factory=dict, repr=False)
+    solids: tuple[FoundSolid, ...] = ()
+    in_file: int = 0
 
     @property
     def filled(self) -> float:
@@ -274,7 +289,9 @@ def _inspected(encoded: str, state: FileState | None, picture: bool) -> Inspecte
     shape = Shape(arrays["points"], arrays["triangles"], groups, float(answer["volume"]))
     faces = tuple(_face(face, answer["groups"]) for face in answer["faces"])
     edges = {name: arrays["edges"][arrays["edges_of"] == k] for k, name in enumerate(answer["flat"])}
-    return Inspected(faces, _problems(answer), tuple(answer["regions"]), shape, tuple(rows), edges)
+    solids = tuple(FoundSolid(**solid | {"centre": tuple(solid["centre"])}) for solid in answer["solids"])
+    regions = tuple(answer["regions"])
+    return Inspected(faces, _problems(answer), regions, shape, tuple(rows), edges, solids, answer["in_file"])
 
 
 def _alike(normals: Sequence[Vector | None]) -> bool:

@@ -15,7 +15,7 @@ from scipy.sparse.csgraph import connected_components
 
 from seatfem.structures import errors, lands
 from seatfem.structures.formats.mesh_files import read_mesh
-from seatfem.structures.inspection.cad import Array, FoundFace, Inspected, Integers, Shape, inspect_geometry
+from seatfem.structures.inspection.cad import Array, FoundFace, FoundSolid, Inspected, Integers, Shape, inspect_geometry
 from seatfem.structures.kinds.parts import METRES, LengthUnit
 from seatfem.structures.mesh.meshing import SeatMesh
 from seatfem.structures.shapes import CadPart, Geometry, GeometryError, cad, inspect
@@ -153,6 +153,7 @@ class Part:
         regions: names of its solids.
         notes: notes for the user: groups that could not be selected, or an assumed unit.
         numbered: whether a scene may select its faces by number.
+        solids: its solids where they are those of a CAD file.
     """
 
     name: str
@@ -162,6 +163,7 @@ class Part:
     regions: tuple[str, ...]
     notes: tuple[str, ...] = ()
     numbered: bool = True
+    solids: tuple[FoundSolid, ...] = ()
 
 
 def open_part(path: Path, unit: LengthUnit | None = None) -> Part:
@@ -188,7 +190,7 @@ def of_geometry(geometry: Geometry, name: str) -> Part:
 def _of_cad(path: Path, unit: LengthUnit | None) -> Part:
     brep = path.suffix.lower() in cad.BREP_SUFFIXES
     length: LengthUnit | None = "mm" if brep and unit is None else unit
-    part = CadPart(path, None if length is None else METRES[length])
+    part = CadPart(path, None if length is None else METRES[length], solid=0)
     inspected = inspect_geometry(part, picture=True)
     assumed = f"{path.name} states no unit of length, mm is assumed; --unit m says otherwise"
     notes = (assumed,) if brep and unit is None else ()
@@ -202,7 +204,15 @@ def _of_inspected(name: str, inspected: Inspected, keys: str | None, notes: tupl
     messages = (
         () if keys is None else tuple(f"{keys}{key}: {text.partition(chr(10))[0]}" for key, text in inspected.problems)
     )
-    return Part(name, inspected.faces, inspected.shape, inspected.parts, inspected.regions, (*notes, *messages))
+    return Part(
+        name,
+        inspected.faces,
+        inspected.shape,
+        inspected.parts,
+        inspected.regions,
+        (*notes, *messages),
+        solids=inspected.solids,
+    )
 
 
 def of_mesh(name: str, mesh: SeatMesh, notes: tuple[str, ...]) -> Part:

@@ -7,10 +7,10 @@ from collections.abc import Iterator
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar, Final, Literal, Self
+from typing import TYPE_CHECKING, Annotated, ClassVar, Final, Literal, Self
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from impact.notices import Progress, silent
 from seatfem import structures
@@ -35,6 +35,12 @@ OTHER_NAMES: Final = {"path": "file"}
 """Key of the scene by the field of `CadPart`, where their names differ."""
 
 
+def _solid(given: object) -> object:
+    if (isinstance(given, str) and given) or (isinstance(given, int) and given is not True and given > 0):
+        return given
+    raise ValueError(f"{given!r} is neither a solid's number, from 1, nor its name; `seatfem faces FILE` lists them")
+
+
 class Cad(drawn.Drawn):
     """A solid drawn in a CAD program, read from a STEP or BREP file. `seatfem faces FILE` numbers its faces."""
 
@@ -48,12 +54,18 @@ file = "seat.step"
 
     kind: Literal["cad"]
     file: ExistingFile = Field(description="the file, relative to the scene's folder")
-    unit: LengthUnit | None = Field(None, description="length unit of the file; a STEP file states its own")
+    unit: LengthUnit | None = Field(None, description="length unit of a file that states none, as BREP files do")
     contact: FaceSelector = Field(
         RED_FACES, description="faces that are struck, as in { number = 11 }; by default those painted pure red"
     )
     fixed: ClampSelector = Field(
         BLUE_FACES, description="faces that are clamped, as in { number = 8 }; by default those painted pure blue"
+    )
+    solid: Annotated[int | str, BeforeValidator(_solid)] | None = Field(
+        None,
+        description="the only solid of the file that counts, by number or name, as `seatfem faces FILE` lists them; "
+        "absent: the one that has the struck face, and those that hang together with it",
+        examples=[2],
     )
     along: Direction | None = Field(
         None,
@@ -82,6 +94,7 @@ file = "seat.step"
             fixed=self.fixed.selectors(),
             groups=tuple(Group(name, faces.selectors()) for name, faces in self.groups.items()),
             regions=tuple(region.named(name) for name, region in self.regions.items()),
+            solid=self.solid,
         )
 
     @property
@@ -118,6 +131,11 @@ file = "seat.step"
 
     def surface(self) -> Shape:
         return inspect_geometry(self.geometry()).shape
+
+    def counted(self) -> str:
+        inspected = inspect_geometry(self.geometry())
+        numbers = [str(solid.number) for solid in inspected.solids]
+        return "" if len(numbers) == inspected.in_file else f"solid {', '.join(numbers)} of {inspected.in_file} alone"
 
     def patch(self) -> Patch | None:
         """Return the patch by the contact faces in the file; raises `GeometryError` if there are none."""

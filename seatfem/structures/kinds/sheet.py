@@ -139,8 +139,8 @@ thickness = "0.3 mm"
     )
     file: ExistingFile | None = Field(
         None,
-        description="DXF file of closed loops of lines, arcs and polylines, or STEP file of a plane face or a plate; "
-        "loops within the largest are holes",
+        description="DXF file of closed loops of lines, arcs, polylines, splines and ellipses, in blocks too, or STEP "
+        "file of a plane face or a plate; loops within the largest are holes",
     )
     unit: LengthUnit | None = Field(None, description="length unit of a DXF file; absent: as its header says")
     frame: SheetFrame | None = Field(

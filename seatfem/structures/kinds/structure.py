@@ -407,6 +407,10 @@ class Structure(Striking):
 
     # Estimates before its Green's function is computed
 
+    def counted(self) -> str:
+        """Return in words which part of its file it is; "" where it is all of it. Raises as `patch`."""
+        return ""
+
     def patch(self) -> Patch | None:
         """Return the size of the contact face and the body behind it; ``None`` if the face is not known."""
         return None

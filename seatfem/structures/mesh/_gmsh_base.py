@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from impact import files
 from impact.files.safe_files import MB, opened_file
 from seatfem.structures.mesh.spec import MeshSpec
-from seatfem.structures.shapes import GeometryError
+from seatfem.structures.shapes import GeometryError, cad
 from seatfem.structures.shapes.profile import PER_ARC
 
 BOUNDED: Final = ("building the geometry", "reading the mesh")
@@ -77,9 +77,11 @@ def handed_over(path: Path) -> Iterator[Path]:
             raise GeometryError(
                 f"{path}: is no {suffix} file; it begins with {head[:20]!r} instead of {wanted}. Export it again"
             )
-        if suffix == ".med":
-            files.hdf5_structure.check_structure(copy, GeometryError)
         try:
+            if suffix == ".med":
+                files.hdf5_structure.check_structure(copy, GeometryError)
+            elif suffix == ".step":
+                cad.state_directly(copy)
             yield copy
         except Exception as error:
             message = str(error).replace(str(copy), str(path))

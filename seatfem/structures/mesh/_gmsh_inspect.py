@@ -7,7 +7,7 @@ triangles on its surface, as far as gmsh can generate them.
 import itertools
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -18,7 +18,7 @@ import numpy as np
 from impact.greens.base import Array
 from seatfem.structures.lands import axes_along
 from seatfem.structures.mesh._gmsh_base import KeptModel, growing, handed_over, rows_of, stage
-from seatfem.structures.mesh._gmsh_solid import import_part, read_solids, recall, regions_of
+from seatfem.structures.mesh._gmsh_solid import Imported, import_part, read_solids, recall, regions_of
 from seatfem.structures.mesh.spec import COARSE, GROWTH, SIZE_PER_WIDTH
 from seatfem.structures.shapes import CadPart, Geometry, GeometryError, cad, decode, loops
 from seatfem.structures.shapes.inspect import faces_of, triple, volume_of
@@ -42,15 +42,18 @@ def inspect(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
     gmsh.clear()
     problems: list[Problem] = []
     try:
-        faces, regions = _built(gmsh, geometry, unit, problems)
+        faces, imported = _built(gmsh, geometry, unit, problems)
     except GeometryError as error:
-        return _json({"faces": [], "groups": {}, "regions": {}, "volume": 0.0, "problems": [(error.field, str(error))]})
+        return _json({"faces": [], "problems": [(error.field, str(error))]})
     groups = _groups(faces, geometry.patches, problems)
     flat = [name for name, tags in groups.items() if all(f.kind == "Plane" for f in faces if f.tag in tags)]
+    number_of = {tag: number for number, tags in imported.solids.items() for tag in tags}
     answer = {
-        "faces": [_described(gmsh, face, unit) for face in faces],
+        "faces": [_described(gmsh, face, unit, number_of) for face in faces],
         "groups": groups,
-        "regions": regions,
+        "regions": list(imported.regions),
+        "solids": list(_solids(gmsh, imported, unit)),
+        "in_file": len(imported.names),
         "volume": volume_of(gmsh.model, unit),
         "problems": problems,
         "flat": flat,
@@ -59,13 +62,11 @@ def inspect(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
     return _json(answer) | edges | _coarse_mesh(gmsh, groups.get("contact", []), unit, picture=job["picture"])
 
 
-def _built(
-    gmsh: Any, geometry: Geometry, unit: float, problems: list[Problem]
-) -> tuple[list[Face], dict[str, list[int]]]:
+def _built(gmsh: Any, geometry: Geometry, unit: float, problems: list[Problem]) -> tuple[list[Face], Imported]:
     if not isinstance(geometry, CadPart):
         geometry.build(gmsh.model.occ)
         gmsh.model.occ.synchronize()
-        return faces_of(gmsh.model, unit), {"seat": []}
+        return faces_of(gmsh.model, unit), Imported(regions={"seat": []})
     sound = replace(geometry, regions=_sound_regions(gmsh, geometry, problems))
     gmsh.clear()
     try:
@@ -76,7 +77,21 @@ def _built(
     except Exception as error:  # OpenCASCADE's message about an unreadable file
         raise GeometryError(f"{geometry.path}: cannot be read, export it again: {error}", "path") from error
     gmsh.model.occ.synchronize()
-    return faces_of(gmsh.model, unit, marks), imported.regions
+    return faces_of(gmsh.model, unit, marks), imported
+
+
+def _solids(gmsh: Any, imported: Imported, unit: float) -> Iterator[dict[str, Any]]:
+    """Yield number, name, region, volume [m^3] and centre [m] of each solid of a file."""
+    for number, tags in imported.solids.items():
+        volumes = np.array([gmsh.model.occ.getMass(3, tag) for tag in tags])
+        centres = np.array([gmsh.model.occ.getCenterOfMass(3, tag) for tag in tags])
+        yield {
+            "number": number,
+            "name": imported.names[number],
+            "region": next(name for name, members in imported.regions.items() if tags[0] in members),
+            "volume": unit**3 * float(volumes.sum()),
+            "centre": (unit * np.average(centres, axis=0, weights=volumes)).tolist(),
+        }
 
 
 def _sound_regions(gmsh: Any, part: CadPart, problems: list[Problem]) -> tuple[cad.Region, ...]:
@@ -119,7 +134,7 @@ def _groups(faces: Sequence[Face], patches: Patches, problems: list[Problem]) ->
     return groups
 
 
-def _described(gmsh: Any, face: Face, unit: float) -> dict[str, Any]:
+def _described(gmsh: Any, face: Face, unit: float, number_of: Mapping[int, int]) -> dict[str, Any]:
     axis, radii = face.axis, None
     if axis is not None:
         along = face.radii(axis.point, axis.direction)
@@ -135,7 +150,7 @@ def _described(gmsh: Any, face: Face, unit: float) -> dict[str, Any]:
         "radii": radii,
         "colour": face.colour,
         "name": face.name,
-        "solids": [int(tag) for tag in gmsh.model.getAdjacencies(2, face.tag)[0]],
+        "solids": sorted(number_of.get(int(tag), 1) for tag in gmsh.model.getAdjacencies(2, face.tag)[0]),
     }
 
 
@@ -308,8 +323,5 @@ def _chain(gmsh: Any, tag: int, frame: Frame) -> Array:
     count = {"Line": 1, "Circle": math.ceil((high - low) / math.pi - 1e-9)}.get(kind, ARCS)
     at = np.linspace(low, high, 2 * count + 1)
     points = frame.seen(MILLIMETRE * np.reshape(gmsh.model.getValue(1, tag, at), (-1, 3)))
-    start, middle, end = points[:-1:2], points[1::2], points[2::2]
-    first, second = middle - start, end - middle
-    halves = np.arctan2(loops.cross(first, second), (first * second).sum(axis=1))  # of the arc's angle
-    bulges = np.zeros(count) if kind == "Line" else np.tan(halves / 2)
-    return np.column_stack([points[::2], np.append(bulges, 0.0)])
+    chain = loops.arcs_through(points)
+    return chain * (1, 1, 0) if kind == "Line" else chain

@@ -3,7 +3,7 @@
 Colours, names and regions of imported CAD are preserved by all operations.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from seatfem.structures.mesh._gmsh_base import KeptModel, arrays, handed_over, set_sizes, stage
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import CadPart, Geometry, GeometryError, NumberedFace, cad, decode
-from seatfem.structures.shapes.inspect import Mark, area_of, colour_of, outline_of, patch_tags, volume_of
-from seatfem.structures.shapes.selectors import Colour
+from seatfem.structures.shapes.inspect import Mark, area_of, colour_of, faces_of, outline_of, patch_tags, volume_of
+from seatfem.structures.shapes.selectors import Colour, matching
 from seatfem.structures.shapes.shape import cut, patches_in
 
 SAME_PLACE = 1e-5  # largest distance of coincident points, over the model's size
@@ -28,12 +28,15 @@ class Imported:
     """An imported CAD file.
 
     ``marks``: marks of the faces, while these are unchanged; ``copies``: copies of marked faces, with type and mark, by
-    which the faces are recognized after an operation; ``regions``: name -> solids.
+    which the faces are recognized after an operation; ``regions``: name -> solids; ``solids``: number in the file ->
+    solids; ``names``: number -> name in the file.
     """
 
     marks: dict[int, Mark] = field(default_factory=dict)
     copies: dict[int, tuple[str, Mark]] = field(default_factory=dict)
     regions: dict[str, list[int]] = field(default_factory=dict)
+    solids: dict[int, list[int]] = field(default_factory=dict)
+    names: Mapping[int, str] = field(default_factory=dict)
 
 
 def read_solids(gmsh: Any, part: CadPart) -> None:
@@ -44,20 +47,27 @@ def read_solids(gmsh: Any, part: CadPart) -> None:
 
 
 def import_part(gmsh: Any, part: CadPart, heal: bool, sectors: int, numbered: bool = False) -> Imported:
-    """Import the part, check its size and make the solids conformal; copies of faces stay in the model until `recall`.
+    """Import the part, check its size, keep the solids in question and make them conformal; copies of faces stay in the
+    model until `recall`.
 
     ``numbered``: keep the numbers of all faces, also if none is selected by number.
     """
     numbered = numbered or any(isinstance(s, NumberedFace) for chosen in part.patches.values() for s in chosen)
     model, occ = gmsh.model, gmsh.model.occ
     read_solids(gmsh, part)
+    tags = [tag for _, tag in model.getEntities(3)]
+    listing = _listed(model, tags)
+    solids_in_file = {number: [tag] for number, tag in enumerate(tags, 1)}
+    names = {number: name_of(model, tag) for number, tag in enumerate(tags, 1)}
+    imported = Imported(_marks(model, part), {}, regions_of(model, part, tags), solids_in_file, names)
+    if part.solid:
+        _keep(gmsh, imported, [_chosen(part, names, listing)])
+    solids, marks = model.getEntities(3), imported.marks
     box = np.array(model.getBoundingBox(-1, -1))
     cad.check_size(part, tuple(part.unit_of_model * (box[3:] - box[:3])))
-    solids = model.getEntities(3)
-    marks = _marks(model, part)
-    imported = Imported(marks, regions=regions_of(model, part, [tag for _, tag in solids]))
     if not heal and len(solids) == 1 and sectors == 1:
         return imported
+    owners = _owners(model, part, imported) if len(solids) > 1 and part.solid is None else {}
     imported.marks = {}
     marked = [(tag, mark) for tag, mark in marks.items() if numbered or mark.colour is not None or mark.name]
     copied = occ.copy([(2, tag) for tag, _ in marked]) if marked else []
@@ -69,7 +79,87 @@ def import_part(gmsh: Any, part: CadPart, heal: bool, sectors: int, numbered: bo
     if len(solids) > 1:
         _, pieces = occ.fragment(solids[:1], solids[1:])
         _replaced(imported, solids, [list(piece) for piece in pieces])
+        occ.synchronize()
+        if owners.get("contact"):
+            _keep(gmsh, imported, _struck_part(part, _parts(model, imported), owners, listing))
     return imported
+
+
+def _chosen(part: CadPart, names: Mapping[int, str], listing: str) -> int:
+    """Return the number of the solid that the part chooses by number or name."""
+    numbers = [number for number, name in names.items() if part.solid in (number, name)]
+    if len(numbers) == 1:
+        return numbers[0]
+    words = f"{len(numbers)} solids are called so" if numbers else "no solid is called so"
+    raise GeometryError(f"{part.path}: solid = {part.solid!r}: {words}; choose one by its number:\n{listing}", "solid")
+
+
+def _owners(model: Any, part: CadPart, imported: Imported) -> dict[str, set[int]]:
+    """Return for each group the numbers of the solids with faces that match its selectors."""
+    faces = faces_of(model, part.unit_of_model, imported.marks)
+    number_of = {tag: number for number, tags in imported.solids.items() for tag in tags}
+    return {
+        name: {
+            number_of[int(solid)]
+            for selector in selectors
+            for face in matching(faces, selector)
+            for solid in model.getAdjacencies(2, face.tag)[0]
+        }
+        for name, selectors in part.patches.items()
+    }
+
+
+def _parts(model: Any, imported: Imported) -> list[set[int]]:
+    """Return the sets of solids that hang together, by their numbers: they share points."""
+    parts: list[tuple[set[int], set[int]]] = []
+    for number, tags in imported.solids.items():
+        solids = [(3, tag) for tag in tags]
+        points = {tag for _, tag in model.getBoundary(solids, combined=False, oriented=False, recursive=True)}
+        touching = [each for each in parts if each[1] & points]
+        parts = [each for each in parts if not each[1] & points]
+        parts.append(({number}.union(*(each[0] for each in touching)), points.union(*(each[1] for each in touching))))
+    return [numbers for numbers, _ in parts]
+
+
+def _struck_part(part: CadPart, parts: list[set[int]], owners: Mapping[str, set[int]], listing: str) -> set[int]:
+    """Return the solids that hang together with the one that has the struck faces.
+
+    Raises:
+        GeometryError: there are several, or faces of another group are on other solids alone.
+    """
+    struck, *others = [numbers for numbers in parts if numbers & owners["contact"]]
+    if others:
+        places = ", ".join(map(str, sorted(owners["contact"])))
+        raise GeometryError(
+            f"{part.path}: the struck faces are on solids {places}, which do not touch each other; choose one, as in "
+            f"solid = {min(owners['contact'])}:\n{listing}",
+            "solid",
+        )
+    for name, numbers in owners.items():
+        if numbers and not numbers & struck:
+            words = "do not touch" if len(numbers) > 1 else "does not touch"
+            raise GeometryError(
+                f"{part.path}: the faces {name!r} are on solid {_list(numbers)}, which {words} solid {_list(struck)}, "
+                f"where the struck face is; select faces there:\n{listing}",
+                name if name == "fixed" else f"groups.{name}",
+            )
+    return struck
+
+
+def _list(numbers: Collection[int]) -> str:
+    return ", ".join(map(str, sorted(numbers)))
+
+
+def _keep(gmsh: Any, imported: Imported, numbers: Collection[int]) -> None:
+    """Remove the solids with other numbers from the model, with what bounds them alone."""
+    gone = {tag for number, tags in imported.solids.items() if number not in numbers for tag in tags}
+    gmsh.model.occ.remove([(3, tag) for tag in gone], recursive=True)
+    gmsh.model.occ.synchronize()
+    faces = {tag for _, tag in gmsh.model.getEntities(2)}
+    imported.marks = {tag: mark for tag, mark in imported.marks.items() if tag in faces}
+    imported.solids = {number: imported.solids[number] for number in numbers}
+    remaining = {name: [tag for tag in tags if tag not in gone] for name, tags in imported.regions.items()}
+    imported.regions = {name: tags for name, tags in remaining.items() if tags}
 
 
 def _heal(occ: Any, imported: Imported, solids: list[tuple[int, int]]) -> list[tuple[int, int]]:
@@ -158,7 +248,7 @@ def _marks(model: Any, part: CadPart) -> dict[int, Mark]:
 def regions_of(model: Any, part: CadPart, solids: list[int]) -> dict[str, list[int]]:
     """Return the part's regions; solids outside all of them are "seat", or "solid_1", "solid_2", ..."""
     colours: list[Colour | None] = [colour_of(model, 3, tag) for tag in solids]
-    names = [model.getEntityName(3, tag).rpartition("/")[2] for tag in solids]
+    names = [name_of(model, tag) for tag in solids]
     regions: dict[str, list[int]] = {}
     remaining = list(solids)
     for region in part.regions:
@@ -168,12 +258,9 @@ def regions_of(model: Any, part: CadPart, solids: list[int]) -> dict[str, list[i
             if region.matches(number, colour, name)
         ]
         if not fitting:
-            listing = "\n".join(
-                f"  solid {number}: name {name!r}, " + ("no colour" if colour is None else f"colour {colour}")
-                for number, (colour, name) in enumerate(zip(colours, names, strict=True), 1)
-            )
             raise GeometryError(
-                f"{part.path}: no solid for the region {region.name!r} ({region}); there are:\n{listing}",
+                f"{part.path}: no solid for the region {region.name!r} ({region}); there are:\n"
+                f"{_listed(model, solids)}",
                 f"regions.{region.name}",
             )
         taken = [tag for tag in fitting if tag not in remaining]
@@ -189,15 +276,31 @@ def regions_of(model: Any, part: CadPart, solids: list[int]) -> dict[str, list[i
     return regions | {f"solid_{solids.index(tag) + 1}": [tag] for tag in remaining}
 
 
+def name_of(model: Any, tag: int) -> str:
+    """Return the name of a solid in the file."""
+    return str(model.getEntityName(3, tag)).rpartition("/")[2]
+
+
+def _listed(model: Any, solids: list[int]) -> str:
+    """Return one line for each solid."""
+    colours = [colour_of(model, 3, tag) for tag in solids]
+    return "\n".join(
+        f"  solid {number}: name {name_of(model, tag)!r}, " + ("no colour" if colour is None else f"colour {colour}")
+        for number, (tag, colour) in enumerate(zip(solids, colours, strict=True), 1)
+    )
+
+
 def _replaced(
     imported: Imported, solids: list[tuple[int, int]], pieces: list[list[tuple[int, int]]]
 ) -> list[tuple[int, int]]:
-    """Update the regions after an operation, and return the present solids."""
+    """Update regions and solids after an operation, and return the present solids."""
     after = {old[1]: [new[1] for new in piece] for old, piece in zip(solids, pieces, strict=False)}
     everything = [tag for piece in after.values() for tag in piece]
     if len(set(everything)) < len(everything):
-        raise GeometryError("solids of the CAD file overlap: cut one out of the other, so that they share faces only")
+        remedy = "cut one out of the other, so that they share faces only, or take one, as in solid = 1"
+        raise GeometryError(f"solids of the CAD file overlap: {remedy}", "solid")
     imported.regions = {name: [new for old in tags for new in after[old]] for name, tags in imported.regions.items()}
+    imported.solids = {number: [new for old in tags for new in after[old]] for number, tags in imported.solids.items()}
     return [(3, tag) for tag in everything]
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar, Final
@@ -18,8 +18,8 @@ STEP_SUFFIXES = (".step", ".stp")
 BREP_SUFFIXES = (".brep",)
 
 OTHER_FILES = ("DOCUMENT_FILE", "EXTERNALLY_DEFINED_ITEM")  # entities of an assembly with parts in files of their own
-SI_PREFIX = {"$": 1.0, ".KILO.": 1e3, ".DECI.": 1e-1, ".CENTI.": 1e-2, ".MILLI.": 1e-3, ".MICRO.": 1e-6}
-NAMED_UNIT = {"INCH": 0.0254, "FOOT": 0.3048}
+SI_PREFIX = {"$": 1.0, ".KILO.": 1e3, ".DECI.": 1e-1, ".CENTI.": 1e-2, ".MILLI.": 1e-3, ".MICRO.": 1e-6, ".NANO.": 1e-9}
+MOST_CONVERSIONS: Final = 8  # from a unit to one of the SI: more are a loop
 
 SURFACE_KINDS = {"PLANE": "Plane", "CYLINDRICAL_SURFACE": "Cylinder", "CONICAL_SURFACE": "Cone"}
 SMALLEST, LARGEST = 1e-4, 10.0  # bounds on the longest side of a part's bounding box [m]
@@ -27,7 +27,10 @@ SMALLEST, LARGEST = 1e-4, 10.0  # bounds on the longest side of a part's boundin
 _FACE = re.compile(r"\s*'([^']*)'\s*,\s*\([^)]*\)\s*,\s*(#\d+)")
 _SHELL = re.compile(r"\s*'[^']*'\s*,\s*\(([^)]*)\)")
 _LENGTH_UNIT = re.compile(r"\bLENGTH_UNIT\s*\(\s*\)")
-_NAMED_UNIT = re.compile(r"CONVERSION_BASED_UNIT\s*\(\s*'(\w+)'")
+_LENGTH = re.compile(r"\bLENGTH_UNIT\b|\bLENGTH_MEASURE_WITH_UNIT\b")
+_CONTEXT = re.compile(r"\bGLOBAL_UNIT_ASSIGNED_CONTEXT\s*\(\s*\(([^()]*)\)")
+_CONVERTED = re.compile(r"\bCONVERSION_BASED_UNIT\s*\(\s*'[^']*'\s*,\s*(#\d+)")
+_MEASURE = re.compile(r"LENGTH_MEASURE\s*\(\s*\+?(\d+\.?\d*(?:E[-+]?\d+)?)\s*\)\s*,\s*(#\d+)")
 _SI_UNIT = re.compile(r"SI_UNIT\s*\(\s*(\$|\.\w+\.)\s*,\s*\.METRE\.")
 
 Selection = selectors.Selector | tuple[selectors.Selector, ...]
@@ -86,7 +89,8 @@ class CadPart(shape.Shape):
     none, so it needs one. ``overrule``: take ``unit`` although the STEP file states another. ``contact`` and
     ``fixed`` select the faces of the two groups, each by one selector or the union of several; by default the faces
     painted pure red and pure blue; with ``fixed`` = () nothing is clamped. ``groups``: more of them. ``regions``:
-    names of solids; those without one are "solid_1", "solid_2", ..., and a single one is "seat".
+    names of solids; those without one are "solid_1", "solid_2", ..., and a single one is "seat". ``solid``: number
+    (from 1) or name of the only solid that counts; None: those that hang together with the struck face; 0: all.
     """
 
     family: ClassVar[str] = "cad"
@@ -98,6 +102,7 @@ class CadPart(shape.Shape):
     groups: tuple[Group, ...] = ()
     regions: tuple[Region, ...] = ()
     overrule: bool = False
+    solid: int | str | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "path", Path(self.path))
@@ -162,7 +167,9 @@ def check_size(part: CadPart, extent: tuple[float, ...]) -> None:
     unit = part.unit
     if part.path.suffix.lower() in STEP_SUFFIXES:
         stated = stated_unit(part.path)
-        if unit is not None and not part.overrule and not math.isclose(unit, stated, rel_tol=1e-6):
+        if unit is None and stated is None:
+            raise GeometryError(f'{part.path}: states no length unit; state it: unit = "mm" (--unit mm)', "unit")
+        if unit and stated and not part.overrule and not math.isclose(unit, stated, rel_tol=1e-6):
             raise GeometryError(
                 f"{part.path}: the file states {stated:g} m per unit, unit says {unit:g}; the part measures "
                 f"{_box(extent, stated / unit)} by the file, {_box(extent)} by unit. Leave unit out, or export it anew",
@@ -202,25 +209,68 @@ def step_face_names(path: Path) -> list[tuple[str, str]]:
 def imported_unit(part: CadPart) -> float:
     """Return metres per length unit of the imported model.
 
-    OpenCASCADE turns STEP lengths into millimetres by the unit the file states, and leaves BREP numbers as they are.
+    OpenCASCADE turns STEP lengths into millimetres by the unit the file states, takes them for millimetres where it
+    states none, and leaves BREP numbers as they are.
     """
     if part.unit is None:
         return 1e-3
-    return 1e-3 * part.unit / stated_unit(part.path) if part.path.suffix.lower() in STEP_SUFFIXES else part.unit
+    stated = stated_unit(part.path) if part.path.suffix.lower() in STEP_SUFFIXES else 1e-3
+    return part.unit if stated is None else 1e-3 * part.unit / stated
 
 
-def stated_unit(path: Path) -> float:
-    """Return metres per length unit by the STEP file. Raises `GeometryError` if it states no known unit."""
-    units = [body for _, keyword, body in entities(cad_text(path)) if not keyword and _LENGTH_UNIT.search(body)]
-    named = next(filter(None, (_NAMED_UNIT.search(body) for body in units)), None)
-    if named:
-        scale = NAMED_UNIT.get(named[1].upper())
-    else:
-        si = next(filter(None, (_SI_UNIT.search(body) for body in units)), None)
-        scale = SI_PREFIX.get(si[1]) if si else None
-    if scale is None:
-        raise GeometryError(f"{path}: states no length unit that is known; export it in millimetres")
-    return scale
+def stated_unit(path: Path) -> float | None:
+    """Return metres per length unit by the first context of a STEP file that states one; ``None`` where none does.
+
+    Source: ISO 10303-41, measure_schema: a conversion based unit is a multiple of another unit.
+
+    Raises:
+        GeometryError: a unit is a multiple of nothing that the file holds, or of itself.
+    """
+    statements, used = _length_units(cad_text(path))
+    return _metres(path, statements, used[0])[0] if used else None
+
+
+def state_directly(path: Path) -> None:
+    """Rewrite the multiples in a STEP file that are length units as multiples of a unit of the SI.
+
+    OpenCASCADE takes lengths in multiples of multiples for millimetres.
+    """
+    text = cad_text(path)
+    statements, used = _length_units(text)
+    direct: dict[str, str] = {}
+    for unit in used:
+        if converted := _CONVERTED.search(statements[unit]):
+            _, factor, si = _metres(path, statements, unit)
+            direct[converted[1]] = f"{converted[1]}=LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE({factor:.17E}),{si});"
+    if direct:
+        text = re.sub(r"(#\d+)\s*=[^;]*;", lambda statement: direct.get(statement[1], statement[0]), text)
+        path.write_text(text, "latin-1")
+
+
+def _length_units(text: str) -> tuple[dict[str, str], list[str]]:
+    """Return the statements of lengths and their units by number, and the numbers of the units that contexts assign."""
+    statements: dict[str, str] = {}
+    assigned: list[str] = []
+    for number, keyword, body in entities(text):
+        if keyword.endswith("MEASURE_WITH_UNIT") or (not keyword and _LENGTH.search(body)):
+            statements[number] = body
+        if not keyword and (context := _CONTEXT.search(body)):
+            assigned += re.findall(r"#\d+", context[1])
+    return statements, [unit for unit in assigned if _LENGTH_UNIT.search(statements.get(unit, ""))]
+
+
+def _metres(path: Path, statements: Mapping[str, str], unit: str) -> tuple[float, float, str]:
+    """Return metres per unit, its multiple of a unit of the SI, and the number of that one."""
+    number, factor = unit, 1.0
+    for _ in range(MOST_CONVERSIONS):
+        body = statements.get(number, "")
+        if (si := _SI_UNIT.search(body)) and si[1] in SI_PREFIX and 0.0 < factor < math.inf:
+            return factor * SI_PREFIX[si[1]], factor, number
+        converted = _CONVERTED.search(body)
+        if not converted or not (measure := _MEASURE.search(statements.get(converted[1], ""))):
+            break
+        factor, number = factor * float(measure[1]), measure[2]
+    raise GeometryError(f"{path}: {unit} states no length unit that is known; export it in millimetres")
 
 
 def cad_text(path: Path) -> str:

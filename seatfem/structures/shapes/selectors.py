@@ -349,13 +349,19 @@ SELECTORS: dict[str, type[Selector]] = {
 }
 
 
+def matching(faces: Sequence[Face], selector: Selector) -> list[Face]:
+    """Return the faces that the selector means, however many."""
+    chosen = [face for face in faces if selector.matches(face)]
+    return selector.preferred(chosen) if isinstance(selector, CylinderFace) and chosen else chosen
+
+
 def select(faces: Sequence[Face], selector: Selector, name: str) -> list[Face]:
     """Return the faces for the group ``name``.
 
     Raises `GeometryError`, with a list of the faces, if none matches, or if the matching faces do not touch each other
     although the selector needs one patch.
     """
-    chosen = [face for face in faces if selector.matches(face)]
+    chosen = matching(faces, selector)
     if not chosen:
         lost = ""
         if isinstance(selector, NamedFace) and not any(face.name for face in faces):
@@ -366,8 +372,6 @@ def select(faces: Sequence[Face], selector: Selector, name: str) -> list[Face]:
     ):
         problem = f"number {', '.join(map(str, sorted(lacking)))}"
         raise GeometryError(f"no face for {name!r} ({problem}); choose one of the solid's:\n{listing(faces)}")
-    if isinstance(selector, CylinderFace):
-        chosen = selector.preferred(chosen)
     if isinstance(selector, PointFace):
         if len(chosen) > 1:
             raise GeometryError(

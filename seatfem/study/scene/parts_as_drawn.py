@@ -282,5 +282,5 @@ def _box(sides: Array) -> str:
 def _unit(part: Geometry) -> str:
     """Return the name of a CAD part's length unit."""
     assert isinstance(part, CadPart)
-    unit = cad.stated_unit(part.path) if part.unit is None else part.unit
+    unit = part.unit or cad.stated_unit(part.path) or 1.0
     return next((name for size, name in UNITS.items() if math.isclose(size, unit, rel_tol=1e-6)), f"{unit:g} m")

@@ -8,7 +8,7 @@ with the probability 1/(n + 1); the factor allows for a sample that is not rando
 """
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from functools import cached_property
@@ -155,11 +155,13 @@ def check_outcome(study: Study, outcome: Outcome) -> None:
         check_measures(study, outcome.summary)
 
 
-def check_measures(study: Study, numbers: Mapping[str, object], later: Collection[str] = ()) -> None:
-    """Raise `StudyError` for a measure of the study that ``numbers`` of a scene do not have, and that is none of those
-    that may come ``later``, unless nothing landed."""
+def check_measures(
+    study: Study, numbers: Mapping[str, object], may_come: Callable[[str], bool] = lambda name: False
+) -> None:
+    """Raise `StudyError` for a measure of the study that ``numbers`` of a scene do not have, and that no later stage of
+    a run adds, unless nothing landed."""
     for key, name in study.asked if has_landed(numbers) else ():
-        if name not in numbers and name not in later:
+        if name not in numbers and not may_come(name):
             close = get_close_matches(name, numbers, n=3)
             remedy = f"state {' or '.join(map(repr, close))}" if close else "state a key of summary.json of a run"
             raise StudyError(f"{key}: summary.json of these scenes has no single value {name!r}; {remedy}")

@@ -1,0 +1,284 @@
+"""Trials under limits: a damaged copy of a sound folder is read, or a line of a file made many; and the verdicts."""
+
+import faulthandler
+import io
+import itertools
+import json
+import math
+import os
+import re
+import resource
+import shutil
+import signal
+import sys
+import time
+import traceback
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, redirect_stderr, redirect_stdout
+from dataclasses import asdict, dataclass
+from functools import cache
+from pathlib import Path
+from random import Random
+from typing import Final
+from unittest.mock import patch
+
+import numpy as np
+
+from impact.files.hdf5_structure import seal_holds
+from seatfem.faces.cli import run_command
+from seatfem.jobs.crew import Lost, crew
+from seatfem.jobs.processes import limit_process
+from seatfem.machine.resources import forget_peak, peak_memory
+from seatfem.structures.cache import VARIABLE
+from seatfem.structures.mesh.gmsh_process import GmshSession, MeshingError
+from seatfem.study.impacts import contact
+
+from .mutations import BYTES, HDF5, TEXT, TOML, damage_hdf5
+from .samples import Sample, build
+
+SECONDS: Final = 150.0  # of a trial; gmsh may try to read a file for 100 s
+MEMORY: Final = 4 << 30  # bytes of address space beyond what the libraries map
+PEAK: Final = 1.5e9  # bytes beyond what the program takes at rest
+FLOOD: Final = 20_000  # characters of a message that nobody reads to its end
+STEPS: Final = 200_000  # in place of the 2e7 that a run may store: a trial shall end
+STOPPED: Final = "stopped before gmsh"
+PASSED: Final = ("ran", "refused")
+_NAMED: Final = re.compile(r"\b(seat|reed|run|contact|accuracy|life|title|load)\b")
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """How a trial ended.
+
+    Attributes:
+        word: one of `PASSED`, or the defect.
+        said: the beginning of the message, or the end of the traceback.
+        seconds: of the processor, with those of helping processes.
+        peak: bytes beyond those at rest.
+    """
+
+    word: str
+    said: str
+    seconds: float
+    peak: float
+
+
+def trials_of(samples: dict[str, Sample], total: int, seed: int) -> list[str]:
+    """Return at least ``total`` trials, "SAMPLE MUTATION NUMBER SEED" each: every sample with every mutation that suits
+    it, by the samples' shares, in an order that mixes them."""
+    weight = sum(sample.share for sample in samples.values())
+    found = []
+    for name, sample in samples.items():
+        names = {"toml": (*TOML, *BYTES), "text": (*TEXT, *BYTES), "hdf5": (*HDF5, *BYTES), "bytes": (*BYTES,)}[
+            sample.form
+        ]
+        count = max(1, round(total * sample.share / weight))
+        found += [f"{name} {names[k % len(names)]} {k // len(names)} {seed}" for k in range(count)]
+    Random(seed).shuffle(found)
+    return found
+
+
+def run_trials(trials: Sequence[str], folder: Path, tell: Callable[[str], None]) -> dict[str, Verdict]:
+    """Return the verdicts; a trial that ends its process, or does not end, fails alone."""
+    verdicts: dict[str, Verdict] = {}
+    with crew("tests.fuzz.trials:reply", renew=300) as ask:
+        for number, answer in ask([json.dumps([trial, str(folder.resolve())]) for trial in trials], SECONDS):
+            if isinstance(answer, Lost):
+                verdict = Verdict("hang" if answer.hung else "crash", answer.log[:1100], answer.seconds, 0.0)
+            else:
+                verdict = Verdict(**json.loads(answer))
+            verdicts[trials[number]] = verdict
+            if verdict.word not in PASSED:
+                tell(f"{verdict.word}: {trials[number]} ({verdict.seconds:.3g} s): {verdict.said.strip()}")
+    return verdicts
+
+
+def reply(text: str) -> str:
+    """Answer the crew: carry out a trial."""
+    trial, folder = json.loads(text)
+    _limit(folder)
+    faulthandler.dump_traceback_later(0.9 * SECONDS)  # what it is at when its time is nearly over
+    verdict = carry_out(trial, Path(folder))
+    faulthandler.cancel_dump_traceback_later()
+    return json.dumps(asdict(verdict))
+
+
+@cache
+def _limit(folder: str) -> None:
+    os.chdir(folder)
+    limit_process(memory=MEMORY)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (256 << 20, resource.RLIM_INFINITY))
+    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)  # a longer write raises an `OSError`
+    faulthandler.enable()
+
+
+def carry_out(trial: str, folder: Path) -> Verdict:
+    """Damage a fresh copy of a sample's folder, read it and judge."""
+    name, mutation, _, _ = trial.split(" ")
+    sample, case = build(folder / "samples")[name], folder / "case"
+    shutil.rmtree(case, ignore_errors=True)
+    shutil.copytree(folder / "samples" / sample.name, case)
+    target, random = case / sample.target, Random(trial)
+    try:
+        if mutation in HDF5:
+            damage_hdf5(target, mutation, random)
+        else:
+            target.write_bytes({**BYTES, **TEXT, **TOML}[mutation](target.read_bytes(), random))
+    except (OSError, ValueError, TypeError, IndexError) as error:  # HDF5 cannot be broken in every way
+        return Verdict("refused", f"not written: {error}", 0.0, 0.0)
+    return judged(sample, case)
+
+
+def judged(sample: Sample, case: Path) -> Verdict:
+    """Read the sample in a folder, within which it may write, and judge."""
+    (case / "tmp").mkdir(exist_ok=True)
+    before, at_rest, start = {path.name for path in case.iterdir()}, forget_peak(), _seconds()
+    kept = case if sample.name == "store" else case / "kept"
+    said = io.StringIO()
+    with ExitStack() as stack:
+        stack.enter_context(patch.dict(os.environ, {VARIABLE: str(kept), "TMPDIR": str(case / "tmp")}))
+        stack.enter_context(patch.object(contact, "MAX_STEPS", STEPS))
+        if sample.read == "draw":
+            stack.enter_context(patch.object(GmshSession, "__call__", _stop))
+        stack.enter_context(redirect_stdout(io.StringIO()))
+        stack.enter_context(redirect_stderr(said))
+        code, escaped = _read(sample, case)
+    message, peak = said.getvalue(), peak_memory() - at_rest
+    defect = _defect(sample, case, code, message, escaped, before) or ("memory" if peak > PEAK else "")
+    text = (escaped or message).replace(str(case), "")
+    text = text if len(text) < 1200 else f"{text[:300]} ... {text[-900:]}"
+    word = defect or ("refused" if code == 2 or STOPPED in message or (code == 1 and message) else "ran")
+    return Verdict(word, text, round(_seconds() - start, 3), max(peak, 0.0))
+
+
+def _seconds() -> float:
+    used = (resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+    return sum(each.ru_utime + each.ru_stime for each in used)
+
+
+def _stop(*_: object) -> None:
+    raise MeshingError(STOPPED)
+
+
+def _read(sample: Sample, case: Path) -> tuple[int, str]:
+    """Return the exit code, 2 for a file that a reader refuses, and the traceback of what should not have escaped."""
+    try:
+        if not isinstance(sample.read, str):
+            with np.errstate(all="ignore"):
+                sample.read(case / sample.target)
+            return 0, ""
+        verb = "run" if sample.read == "draw" else sample.read
+        out = case / "out" / ("seat.h5" if verb == "greens" else "")
+        options = ["--no-pictures"] if verb == "run" else []
+        return run_command([verb, str(case / "scene.toml"), "-o", str(out), "--quiet", *options]), ""
+    except Exception as error:
+        if isinstance(sample.read, str) or type(error).__module__.partition(".")[0] not in ("seatfem", "impact"):
+            return 1, traceback.format_exc()
+        sys.stderr.write(f"{error}\n")
+        return 2, ""
+    except BaseException:
+        return 1, traceback.format_exc()
+
+
+def _defect(sample: Sample, case: Path, code: int, message: str, escaped: str, before: set[str]) -> str:
+    """Return the defect in a word; "" without any."""
+    for word, holds in (
+        ("traceback", escaped or "Traceback" in message),
+        ("unexpected", "this is a bug" in message),
+        ("out of memory", "out of memory" in message),
+        ("exit code", code not in (0, 1, 2)),
+        ("flood", len(message) > FLOOD),
+    ):
+        if holds:
+            return word
+    if files := _left_behind(case, before):
+        return files
+    lines = [line for line in message.splitlines() if line.strip() and not line.startswith("warning: ")]
+    summary = case / "out" / "summary.json"
+    if code == 0 or (code == 1 and not lines and summary.exists()):  # a target that was missed, as the summary says
+        return _not_finite(summary) if summary.exists() else ""
+    if not lines:
+        return "silent"
+    return "" if _NAMED.search(message) or any(name in message for name in before) or STOPPED in message else "vague"
+
+
+def _left_behind(case: Path, before: set[str]) -> str:
+    """Return in words which files are temporary, not whole, or where none belong."""
+    if any((case / "tmp").iterdir()):
+        return "temporary files"
+    if {path.name for path in case.iterdir()} - before - {"out", "kept"}:
+        return "stray files"
+    for path in (p for name in ("out", "kept") for p in (case / name).rglob("*") if p.is_file()):
+        if path.name.startswith("."):
+            return "temporary files"
+        if path.stat().st_size == 0 or (path.suffix == ".h5" and seal_holds(path) is not True):
+            return "half-written"
+    return ""
+
+
+def _not_finite(summary: Path) -> str:
+    data = json.loads(summary.read_text(encoding="utf-8"), parse_constant=lambda _: math.nan)
+    bad = [key for key, value in data.items() if isinstance(value, float) and not math.isfinite(value)]
+    return f"not finite: {', '.join(bad[:3])}" if bad else ""
+
+
+# Growth: a line of a sound text, many times, with its whole numbers counted on
+
+FACTOR: Final = 8  # from one size to the next
+MARGIN: Final = 3.0  # on time in proportion to bytes; a square takes `FACTOR` times the proportion
+SHORTEST: Final = 0.1  # s below which a time says nothing
+TAKEN: Final = 150e6  # bytes that any file may take
+PER_BYTE: Final = 200  # and more for each byte of the file: a word of a text becomes an object of Python
+_WHOLE: Final = re.compile(r"(?<![\d.\w])\d+(?![\d.\w])")
+
+
+def growths(sample: Sample, case: Path) -> Iterator[tuple[int, str]]:
+    """Yield number and text of each kind of line in a text, which differs from others by more than numbers."""
+    kinds: dict[str, tuple[int, str]] = {}
+    for number, line in enumerate((case / sample.target).read_text("latin-1").splitlines()):
+        kinds.setdefault(re.sub(r"[-+\d.eE]+", "0", line), (number, line))
+    yield from kinds.values()
+
+
+def grown(sample: Sample, case: Path, number: int, most: int) -> Iterator[str]:
+    """Yield in words where time or memory grows faster than a file in which a line stands ever more often, up to
+    ``most`` bytes, or where its reader fails."""
+    target = case / sample.target
+    sound = target.read_text("latin-1").splitlines()
+    taken = []
+    count = 64
+    while not taken or (taken[-1][0] < most and taken[-1][1] < 20.0):
+        more = (_WHOLE.sub(lambda found, k=k: str(int(found[0]) + k), sound[number]) for k in range(1, count + 1))
+        text = "\n".join([*sound[: number + 1], *more, *sound[number + 1 :]]) + "\n"
+        target.write_text(text, "latin-1")
+        shutil.rmtree(case / "out", ignore_errors=True)
+        verdict = judged(sample, case)
+        taken.append((len(text), verdict.seconds))
+        if verdict.word not in PASSED:
+            yield f"{count}: {verdict.word}: {verdict.said}"
+        if verdict.peak > TAKEN + PER_BYTE * len(text):
+            yield f"{count}: {verdict.peak / 1e6:.0f} MB of memory for {len(text) / 1e6:.3g} MB"
+        count *= FACTOR
+    target.write_text("\n".join(sound) + "\n", "latin-1")
+    yield from squares(taken)
+
+
+def squares(taken: Sequence[tuple[int, float]]) -> Iterator[str]:
+    """Yield in words where times [s] grow faster than sizes."""
+    for (before, first), (after, then) in itertools.pairwise(taken):
+        if then > MARGIN * after / before * max(first, SHORTEST):
+            yield f"{then:.3g} s for {after} bytes, {first:.3g} s for {before}"
+
+
+def grow_all(samples: dict[str, Sample], folder: Path, most: int, tell: Callable[[str], None]) -> dict[str, list[str]]:
+    """Return the defects of each text by the name of its sample and the number of the line."""
+    found = {}
+    for name, sample in samples.items():
+        if sample.form == "text" and sample.target != "part.step":
+            case, start = folder / "grown", time.monotonic()
+            shutil.rmtree(case, ignore_errors=True)
+            shutil.copytree(folder / "samples" / sample.name, case)
+            for number, line in growths(sample, case):
+                found[f"{name} {number} {line[:40]}"] = list(grown(sample, case, number, most))
+            tell(f"{name}: {time.monotonic() - start:.0f} s")
+    return found
