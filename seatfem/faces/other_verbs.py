@@ -393,7 +393,7 @@ def identify(
 
 def study_ahead(path: Path) -> sweeps.sweep.Ahead | sweeps.sweep.SearchAhead | None:
     """Return the expected cost of a study; ``None`` if the file is no study."""
-    if not scene.load.has_table(path, "vary"):
+    if not scene.tables.has_table(path, "vary"):
         return None
     study = sweeps.study.load_study(path)
     if study.optimise is not None:

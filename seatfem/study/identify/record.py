@@ -13,8 +13,9 @@ from pydantic import BeforeValidator, Field
 from impact.bodies.time_series import TimeSeriesError, read_time_series
 from impact.greens.base import Array
 from seatfem import fields
-from seatfem.study.scene.load import load_scene, load_table, located
+from seatfem.study.scene.load import load_scene
 from seatfem.study.scene.problems import Problem, SceneError, scene_error
+from seatfem.study.scene.tables import load_table, located
 from seatfem.study.sweep.study import DOTTED, WholeKey, dotted
 from seatfem.study.sweep.variations import Quantity, Value
 from seatfem.units import UnitError, number_and_unit, parse_fraction, parse_quantity

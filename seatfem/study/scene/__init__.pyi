@@ -1,7 +1,8 @@
 # ruff: noqa: I001 (one import a module)
 from seatfem.study.scene.contact import Contact as Contact
 from seatfem.study.scene.lips import ContactGeometry as ContactGeometry
-from seatfem.study.scene.load import load_scene as load_scene, located as located
+from seatfem.study.scene.load import load_scene as load_scene
+from seatfem.study.scene.tables import located as located
 from seatfem.study.scene.models import Scene as Scene
 from seatfem.study.scene.problems import Problem as Problem, SceneError as SceneError
 from seatfem.study.scene.run import Accuracy as Accuracy, Run as Run
@@ -23,4 +24,5 @@ from seatfem.study.scene import (
     problems as problems,
     run as run,
     strength as strength,
+    tables as tables,
 )

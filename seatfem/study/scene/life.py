@@ -9,9 +9,11 @@ from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar, Final, Literal
 
 from impact import life
+from impact.life.strength import LifeError, Strength
 from seatfem import fields, study, units
 from seatfem.study.scene.contact import STEEPEST
 from seatfem.study.scene.contradictions import contradictions_of_start
+from seatfem.study.scene.problems import SceneError
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -180,17 +182,17 @@ source = "report, page"
         """Return the number of blocks to be survived."""
         return self.cycles or 60 * (self.hours or 0.0) * (self.rpm or 0.0)
 
-    def measured(self, key: str = "strength") -> life.strength.Strength | None:
+    def measured(self, key: str = "strength") -> Strength | None:
         """Return the strength in the file of ``key``; ``None`` without file. Raises `KeyProblem` for a wrong file."""
         if (path := getattr(self, key)) is None:
             return None
         try:
             return self.known.get(path) or self.known.setdefault(path, study.scene.strength.load_strength(path))
-        except study.scene.problems.SceneError as problem:
+        except SceneError as problem:
             raise fields.KeyProblem(key, str(problem).replace("\n", "; ")) from None
 
     @cached_property
-    def known(self) -> dict[Path, life.strength.Strength]:
+    def known(self) -> dict[Path, Strength]:
         """Return the strengths that are read already, by their files."""
         return {}
 
@@ -214,14 +216,14 @@ source = "report, page"
             if criterion := getattr(self, criterion_key):
                 key = criterion_key
                 axes = life.multiaxial.multiaxial(criterion, strength)
-        except life.strength.LifeError as problem:
+        except LifeError as problem:
             raise fields.KeyProblem(key, f"{problem} ({file}: {getattr(self, file).name})") from None
         return life.places.Demand(strength, judge, self.blocks, self.survival, axes)
 
-    def allowed_speed(self) -> life.strength.Strength | None:
+    def allowed_speed(self) -> Strength | None:
         """Return the largest closing speed allowed, as strength with its source; ``None`` if none is stated."""
         if self.impact_speed_limit is not None:
-            return life.strength.Strength(self.source, impact_velocity=self.impact_speed_limit)
+            return Strength(self.source, impact_velocity=self.impact_speed_limit)
         strength = self.measured()
         return strength if strength is not None and strength.impact_velocity is not None else None
 

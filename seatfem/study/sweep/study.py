@@ -11,7 +11,7 @@ from pydantic import AfterValidator, BeforeValidator, Field
 
 from seatfem.fields import Contradictions, ExistingFile, Fraction, Table, absent, default, kinds_below
 from seatfem.study.scene.keys import schema_of, table_lines
-from seatfem.study.scene.load import load_table
+from seatfem.study.scene.tables import load_table
 from seatfem.study.sweep.variations import AnyVariation, Listed, Range, Variation
 
 LEAST: Final = 5  # fewest evaluations: three for a quadratic model of one key, one to start and one to use it

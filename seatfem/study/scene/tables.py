@@ -1,0 +1,118 @@
+"""Reading of a TOML file into a table of checked keys, with messages that name file, line and key."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Callable, Mapping
+from copy import deepcopy
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Final
+
+from pydantic import ValidationError
+
+from impact.files.safe_files import MB, read_text
+from seatfem.fields import AnyTable
+from seatfem.study.scene.problems import KeyPath, SceneError, explain, key_lines, line_of, scene_error, single
+
+LIMIT: Final = 1 * MB  # largest file
+DEEPEST: Final = 32  # most parts of a dotted key
+_DEEP_KEY: Final = re.compile(r"""(?<![\w"'-])(?:(?:"[^"\n]*+"|'[^'\n]*+'|[\w-]++)[ \t]*+\.[ \t]*+){32}""")
+"""Dotted key of more than `DEEPEST` parts, for which reading takes the square of their number."""
+
+
+class _Unreadable(ValueError):
+    """Error of a file that cannot be read as text."""
+
+
+def load_table(path: Path | str, model: type[AnyTable]) -> AnyTable:
+    """Read a TOML file of up to 1 MB that holds the keys of a table; errors as `load_scene`."""
+    return load_as(Path(path), lambda _: model, None)
+
+
+def load_as(
+    path: Path, model_of: Callable[[dict[str, Any]], type[AnyTable]], changed: Mapping[str, object] | None
+) -> AnyTable:
+    """Read a TOML file of up to 1 MB as the table whose type ``model_of`` returns for its data; ``changed`` and errors
+    as in `seatfem.load_scene`."""
+    text = _read(path)
+    data = _parse(text, path)
+    for key, value in (changed or {}).items():
+        _change(data, key, value, path)
+    model = model_of(data)
+    try:
+        return model.model_validate(data, context={"folder": path.parent})
+    except ValidationError as error:
+        raise SceneError(explain(error, model, data, path, _lines(text))) from None
+
+
+def has_table(path: Path, name: str) -> bool:
+    """Return whether a file is TOML with a table of this name."""
+    try:
+        return isinstance(_parse(_read(path), path).get(name), dict)
+    except SceneError:
+        return False
+
+
+def located(error: SceneError, path: Path | None) -> SceneError:
+    """Return the error with the scene's file, if it is known, and the lines of the keys."""
+    if path is None or all(problem.file for problem in error.problems):
+        return error
+    lines = _lines(_read(path))
+    found = (each if each.file else replace(each, file=path, line=line_of(each.path, lines)) for each in error.problems)
+    return SceneError(tuple(sorted(found, key=lambda problem: problem.line)))
+
+
+def _read(path: Path) -> str:
+    try:
+        return read_text(path, LIMIT, _Unreadable)
+    except (OSError, _Unreadable) as error:
+        raise scene_error("", f"cannot be read: {str(error).removeprefix(f'{path}: ')}", path) from None
+    except UnicodeDecodeError as error:
+        words = f"is not UTF-8 text (byte {error.start}), as TOML files are; save it so"
+        raise scene_error("", words, path) from None
+
+
+def _parse(text: str, path: Path) -> dict[str, Any]:
+    if deep_key := _DEEP_KEY.search(text):
+        line = text.count("\n", 0, deep_key.start()) + 1
+        raise scene_error("", f"a key of more than {DEEPEST} parts; use at most four", path, line)
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        place = re.search(r"\(at line (\d+), column (\d+)\)", str(error))
+        line = int(place[1]) if place else text.count("\n") + 1
+        message = re.sub(r"\s*\(at .*\)$", "", str(error))
+        column = f" (column {place[2]})" if place else " (end of file)"
+        raise scene_error("", f"TOML syntax: {message}{column}; mend the line", path, line) from None
+    except RecursionError:
+        raise scene_error("", "tables or arrays are nested too deeply; use at most four levels", path) from None
+    except ValueError as error:  # a whole number of thousands of digits, a date that does not exist
+        raise scene_error("", f"TOML: {error}; mend it", path) from None
+
+
+def _change(data: dict[str, Any], key: str, value: object, path: Path) -> None:
+    """Set or remove one value in the data of a file; missing tables are added."""
+    *tables, last = key.split(".")
+    place: Any = data
+    for name in tables:
+        if value is None and isinstance(place, dict) and name not in place:
+            return
+        known = isinstance(place, list) and name.isdecimal() and int(name) < len(place)
+        place = place[int(name)] if known else place.setdefault(name, {}) if isinstance(place, dict) else None
+    if not isinstance(place, dict):
+        words = "there is no table with such a key; choose another (a list counts its tables from 0)"
+        raise scene_error(key, words, path)
+    if value is None:
+        place.pop(last, None)
+    else:
+        place[last] = deepcopy(value)
+
+
+def _lines(text: str) -> dict[KeyPath, int]:
+    """Return the line of each key; none if the nesting is too deep for the reader."""
+    try:
+        return {single(path): line for path, line in key_lines(text).items()}
+    except RecursionError:
+        return {}
