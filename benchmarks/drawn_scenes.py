@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from drawn_seats import ELASTIC, LIPPED, SOLIDS, Seat, Write, draw_seat
+from drawn_seats import ELASTIC, LANDS, LIPPED, SOLIDS, Seat, Write, draw_seat
 from drawn_strikers import BEAMS, PLATES, Striker, course, draw_striker
 
 from seatfem.study.scene.measures import all_measures
@@ -26,7 +26,8 @@ STRIKERS: Final = (
 """Both by turns, 29 and 16 of them, so that any seat may meet any striker; all else is drawn at random."""
 PATCHED: Final = ("annular", "conical", "stopper", "block", "cad", "mesh", "plate")
 """Seats whose patch brings the local compliance that Hertz's law holds, too: these have a spring in its place."""
-ON_LIPS: Final = 0.4  # of the plates meet a lip, whatever seat has its turn
+ON_LIPS: Final = 0.4  # of the plates meet a lip of revolution, whatever seat has its turn
+EVERY: Final = 3  # that manieth scene is a plate on lands of a plate, a CAD part or a mesh
 STATED: Final = 0.2  # of the scenes state keys that the others leave open
 MEASURES: Final[Mapping[str, float]] = {"impulse": 3, "filtered_peak": 3}
 """How often a measure is asked for, beside once."""
@@ -77,10 +78,16 @@ class DrawnScene:
 def draw_scene(index: int, seed: int) -> DrawnScene:
     """Scene number ``index`` of a seed."""
     rng = np.random.default_rng([seed, index])
-    kind, strikes = SEATS[(index + seed) % len(SEATS)], STRIKERS[(index + seed) % len(STRIKERS)]
-    on_a_lip = strikes in PLATES and rng.random() < ON_LIPS
-    stated = bool(rng.random() < STATED)
-    seat = draw_seat(LIPPED[0] if on_a_lip else kind, rng, stated=stated)
+    turn, on_lands = divmod(index + seed, EVERY)
+    if on_lands == 0:
+        stated, seat = bool(rng.random() < STATED), LANDS[turn % len(LANDS)](rng)
+        plates = [kind for kind in PLATES if seat.is_ring or kind != "ring_plate"]
+        strikes = plates[turn % len(plates)]
+    else:
+        kind, strikes = SEATS[(index + seed) % len(SEATS)], STRIKERS[(index + seed) % len(STRIKERS)]
+        on_a_lip = strikes in PLATES and rng.random() < ON_LIPS
+        stated = bool(rng.random() < STATED)
+        seat = draw_seat(LIPPED if on_a_lip else kind, rng, stated=stated)
     striker = draw_striker(strikes, seat, rng, stated=stated)
     extras = dict(_extras(seat, striker, rng))
     files = {**seat.files, **striker.files, **_files(extras, striker, rng)}
@@ -126,12 +133,12 @@ def _contact(seat: Seat, striker: Striker, extras: Mapping[str, str], rng: np.ra
 def _extras(seat: Seat, striker: Striker, rng: np.random.Generator) -> Iterator[tuple[str, str]]:
     """Further tables, by what they are called in words."""
     beam, plate = striker.kind in BEAMS, striker.kind in PLATES
-    if seat.kind in LIPPED and plate and striker.in_arcs and rng.random() < 0.75:
+    if seat.radius and plate and striker.in_arcs and rng.random() < 0.75:
         tilt, axis = 10 ** rng.uniform(-2, -0.3), rng.uniform(0, 360)
         lines = f'tilt = "{tilt:.5f} deg"\ntilt_axis = "{axis:.3f} deg"\n'
         if rng.random() < 0.25:
             lines += f'offset = ["{rng.uniform(-0.2, 0.2):.4f} mm", "{rng.uniform(-0.2, 0.2):.4f} mm"]\n'
-        if rng.random() < 0.25:
+        if seat.is_ring and rng.random() < 0.25:
             rows = ", ".join(f'["{90 * k} deg", "{height:.3f} um"]' for k, height in enumerate(rng.uniform(0, 5, 4)))
             lines += f"waviness = [{rows}]\n"
         yield "tilted", lines
@@ -179,7 +186,7 @@ def _files(extras: Mapping[str, str], striker: Striker, rng: np.random.Generator
 def _accuracy(seat: Seat, striker: Striker, rng: np.random.Generator) -> str:
     """Target, measures and landing, as far as a scene may state it."""
     known = all_measures()
-    lip = seat.kind in LIPPED and striker.in_arcs
+    lip = bool(seat.radius) and striker.in_arcs
     names = [
         name
         for name, each in known.items()

@@ -18,8 +18,8 @@ PARTS: Final = ("stopper", "conical_seat", "flat_seat", "bar")
 SOLIDS: Final = ("plate", "bar", "block")
 DEAR: Final = ("plate", "block")
 """Kinds that always state a mesh and a band: in space, wider ones take minutes."""
-LIPPED: Final = ("annular",)
-"""Kinds whose struck face is a lip that a tilted reed meets in arcs, at a cost that many scenes can bear."""
+LIPPED: Final = "annular"
+"""The kind of revolution whose struck face is a lip, at a cost that many scenes can bear."""
 NODES: Final = 40  # of a seat given by matrices
 
 Write = Callable[[Path], None]
@@ -33,8 +33,9 @@ class Seat:
     Attributes:
         kind: of [seat].
         table: its lines, the head included.
-        radius: mean radius of its lip [mm]; 0 without one.
+        radius: mean radius of its lip [mm]; 0 without one. Of what is no ring about its middle that of one around it.
         width: of the lip [mm].
+        is_ring: whether the lip is one ring, which a plate may meet with a ring of its own.
         stated: whether keys are stated that the loop would choose.
         files: by name, what writes them.
     """
@@ -43,6 +44,7 @@ class Seat:
     table: str
     radius: float = 0.0
     width: float = 0.0
+    is_ring: bool = True
     stated: bool = False
     files: Mapping[str, Write] = field(default_factory=dict)
 
@@ -141,11 +143,52 @@ def _of_geometry(kind: str, rng: np.random.Generator, stated: bool) -> Seat:
         band = rng.uniform(80, 200) if kind in SOLIDS else rng.uniform(150, 600)
         how += f'greens = {{ bandwidth = "{band:.3f} kHz", tolerance = {rng.uniform(0.005, 0.02):.5f} }}\n'
     values = dict(line.split(" = ") for line in lines.strip().splitlines())
-    if kind not in LIPPED:
+    if kind != LIPPED:
         return Seat(kind, text + how, stated=bool(how))
     bore, width = (float(values[key].strip('" m')) for key in ("bore_radius", "lip_width"))
     edge = float(values.get("lip_edge_radius", '"0 mm"').strip('" m'))
     return Seat(kind, text + how, bore + width / 2, width - 2 * edge, stated=bool(how))
+
+
+def _land(ports: int) -> Callable[[np.random.Generator], Seat]:
+    """A plate with lands around one to three ports, all of which are struck."""
+
+    def draw(rng: np.random.Generator) -> Seat:
+        port, land = rng.uniform(2.0, 3.5) / np.sqrt(ports), rng.uniform(0.6, 1.2)
+        pitch, layout = 2 * (port + land) + rng.uniform(0.5, 1.5), "row" if ports == 2 else "circle"
+        lines = _lines(
+            port_radius=port,
+            pitch=pitch,
+            margin=land + 3,
+            thickness=rng.uniform(3, 6),
+            land_width=land,
+            clamp_width=1.5,
+        )
+        off = {1: 0.0, 2: pitch / 2, 3: pitch / np.sqrt(3)}[ports]
+        text = f'[seat]\nkind = "plate"\nports = {ports}\nlayout = "{layout}"\n{lines}{_coarse(rng)}'
+        width = land if ports == 1 else 0.5
+        return Seat("plate", text, off + port + land - width / 2, width, ports == 1, stated=True)
+
+    return draw
+
+
+def _lip_of(
+    file: str, radius: float, width: float, *, is_ring: bool = True, faces: str = ""
+) -> Callable[[np.random.Generator], Seat]:
+    """The lip of a part in meshes/."""
+    kind = "mesh" if file.endswith(".msh") else "cad"
+
+    def draw(rng: np.random.Generator) -> Seat:
+        text = f'[seat]\nkind = "{kind}"\nfile = "{MESHES / file}"\n{faces}'
+        how = _narrow(rng) if kind == "mesh" else _coarse(rng)
+        return Seat(kind, text + how, radius, width, is_ring, stated=True)
+
+    return draw
+
+
+def _coarse(rng: np.random.Generator) -> str:
+    size = f'mesh = {{ size = "{rng.uniform(3, 4):.3f} mm", contact_size = "{rng.uniform(0.7, 1):.3f} mm" }}\n'
+    return size + _narrow(rng)
 
 
 def _spring(rng: np.random.Generator) -> Seat:
@@ -246,3 +289,13 @@ OTHERS: Final[Mapping[str, Callable[[np.random.Generator], Seat]]] = {
     "spring": _spring, "rod": _rod, "cantilever": _beam, "greens": _greens, "frf": _measured, "matrices": _matrices,
     "cad": _cad, "mesh": _mesh,
 }  # fmt: skip
+
+LANDS: Final[tuple[Callable[[np.random.Generator], Seat], ...]] = (
+    _land(1), _lip_of("kidney_seat.step", 6.3, 1.0, is_ring=False), _land(2), _lip_of("annular_seat.msh", 4.5, 0.8),
+    _lip_of(
+        "assembly_plate.step", 4.6, 1.2,
+        faces='contact = { number = 13 }\nfixed = { radius = "2.25 mm", several = true }\n',
+    ),
+    _land(3), _lip_of("slot_seat.step", 5.5, 1.0, is_ring=False),
+)  # fmt: skip
+"""Seats with lands, lips and strips of plates, CAD parts and meshes, by turns."""

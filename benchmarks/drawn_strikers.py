@@ -117,7 +117,7 @@ def _plate(kind: str, seat: Seat, rng: np.random.Generator, stated: bool) -> Str
     """A plate that touches with a ring of its own, or where the lip of the seat is."""
     radius, width = (seat.radius, seat.width) if seat.radius else (rng.uniform(2.0, 3.5), rng.uniform(0.4, 0.8))
     reach, thickness = radius + width / 2 + rng.uniform(0.5, 2.0), rng.uniform(0.3, 0.8)
-    in_arcs = bool(seat.radius) and rng.random() < 0.7
+    in_arcs = bool(seat.radius) and (not seat.is_ring or rng.random() < 0.7)
     speed = rng.uniform(0.3, 3)
     thrown = f'release = {{ velocity = "-{speed:.4f} m/s" }}\n'
     if kind == "flapper":
