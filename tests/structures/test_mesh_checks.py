@@ -83,7 +83,7 @@ def test_parts_are_counted_and_accepted():
 
 
 def test_unmerged_meshes_say_so():
-    with pytest.raises(MeshError, match=r"4 nodes .*\(1000, 0, 0\).* merge = 2e-05"):
+    with pytest.raises(MeshError, match=r'4 nodes .*\(1000, 0, 0\).* merge = "20 um"'):
         check_coincident(side_by_side(8, 0.0))
 
 

@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 from skfem.quadrature import get_quadrature
 
 from seatfem.structures.mesh import io
+from seatfem.units import write_quantity
 
 FLAT = 1e-9  # largest mean det J of a flat element, over the cube of the longest side of its bounding box
 SAME_PLACE = 1e-7  # largest distance of coincident nodes, over the diagonal of the mesh
@@ -208,8 +209,8 @@ def check_coincident(arrays: io.MeshArrays) -> None:
     if len(pairs):
         raise io.MeshError(
             f"{arrays.source}: {len(np.unique(pairs[:, 1]))} nodes stand where another one stands and the elements "
-            f"there are not joined; first at {_places(places[pairs[:, 0]])}; merge = {1e-5 * diagonal:.1g} (metres) "
-            "joins them, merge = 0 keeps the slit"
+            f"there are not joined; first at {_places(places[pairs[:, 0]])}; state merge = "
+            f'"{write_quantity(1e-5 * diagonal, "length", 1)}", which joins them, or "0 m", which keeps the slit'
         )
 
 
