@@ -521,20 +521,6 @@ e|CTETRA  2       2       2       3       4       5
 |CHEXA,2,1,9,1,4,9,10,5
 |,8,10
 |ENDDATA""",
-    "grids": f"""2; 1 2 1; SPC 1 4n
-|BEGIN BULK
-|GRID,101,0,1.,0.,0.
-|GRID,102,0,1.,0.,5.
-|GRID,103,0,1.,3.,0.
-|CORD1R,5,101,102,103
-*|GRDSET,,5
-{lines("GRID,{},,{},{},{}")}
-|CHEXA,1,3,1,5,6,2,4,8
-|,7,3
-|CHEXA,2,3,5,9,10,6,8,12
-|,11,7
-=SPC 1|SPC1,1,123,1,2,3,4
-|ENDDATA""",
     "plain": f"""2; 1 1 1; PID 1 2v; SPC 1 3n
 {lines("grid	{}		{}	{}	{}", [*TET[:4], (1, 1, 1)])}
 e|ctetra	1	1	1	2	3	4
@@ -650,6 +636,8 @@ e|ctetra,2,1,2,3,4,5
 |DMIG,KAA,0,6,1,0
 |DESVAR,1,T,1.
 |EIGC,1,INV,MAX
+|CORD1R,9,1,2,3
+|GRDSET,,,,,,,6
 |PARAM,WTMASS,.00259
 |ENDDATA""",
     "implicit": f"""2; 2 1 1; PID 3 2v; SPC 5 8n
