@@ -31,32 +31,10 @@ from seatfem.structures.shapes.cad import LARGEST, SMALLEST
 MESHIO_LIMIT: Final = 1024 * MB
 PATIENCE: Final = 3600.0  # longest wall time for a file, sufficient on a busy machine [s]
 FORMATS: Final[Mapping[str, str]] = MappingProxyType(
-    {
-        ".vtu": "vtu",
-        ".vtk": "vtk",
-        ".xdmf": "xdmf",
-        ".xmf": "xdmf",
-        ".cgns": "cgns",
-        ".h5m": "h5m",
-        ".avs": "avsucd",
-        ".xml": "dolfin-xml",
-        ".e": "exodus",
-        ".exo": "exodus",
-        ".ex2": "exodus",
-        ".hmf": "hmf",
-        ".mesh": "medit",
-        ".meshb": "medit",
-        ".vol": "netgen",
-        ".post": "permas",
-        ".dato": "permas",
-        ".su2": "su2",
-        ".tec": "tecplot",
-        ".ele": "tetgen",
-        ".node": "tetgen",
-        ".ugrid": "ugrid",
-        ".f3grid": "flac3d",
-        ".mdpa": "mdpa",
-    }
+    {f".{form}": form for form in ("vtu", "vtk", "xdmf", "cgns", "h5m", "hmf", "su2", "ugrid", "mdpa")}
+    | {".xmf": "xdmf", ".avs": "avsucd", ".xml": "dolfin-xml", ".e": "exodus", ".exo": "exodus", ".ex2": "exodus"}
+    | {".mesh": "medit", ".meshb": "medit", ".vol": "netgen", ".post": "permas", ".dato": "permas", ".tec": "tecplot"}
+    | {".ele": "tetgen", ".node": "tetgen", ".f3grid": "flac3d"}
 )
 SURFACES_ONLY: Final = (".stl", ".ply", ".obj", ".off", ".svg", ".wkt", ".ply2")
 SOLIDS = ("tetra", "tetra10", "hexahedron", "hexahedron20", "hexahedron27")
@@ -78,83 +56,60 @@ def read_by_meshio(path: Path, form: str = "") -> file_mesh.FileMesh:
         copy = _alone(path, form, folder)
         arrays, names = _convert(copy, form, folder, path)
     blocks = [(kind, np.asarray(arrays[f"cells {k}"], dtype=np.int64)) for k, kind in enumerate(names["types"])]
-    elements: dict[str, tuple[int, Integers | None]] = {}
-    for kind, rows in blocks:
-        if kind in SOLIDS or kind.startswith(OTHER_SOLIDS):
-            elements[kind] = (elements.get(kind, (0, None))[0] + len(rows), rows if kind in SOLIDS else None)
-    file_mesh.one_kind(elements, str(path))
-    solid = [k for k, (kind, _) in enumerate(blocks) if kind in SOLIDS]
-    points = arrays["points"]
-    cells = file_mesh.to_gmsh(np.concatenate([blocks[k][1] for k in solid]), file_mesh.VTK)
-    width = file_mesh.face_width(cells)
-    skin = [k for k, (kind, _) in enumerate(blocks) if SKINS.get(kind) == width]
-    faces = file_mesh.stacked([blocks[k][1][:, :width] for k in skin], width)
+    solids = [(kind, rows, kind in SOLIDS) for kind, rows in blocks if kind in SOLIDS or kind.startswith(OTHER_SOLIDS)]
+    cells = file_mesh.to_gmsh(file_mesh.one_kind(solids, str(path)), file_mesh.VTK)
+    points, width = arrays["points"], file_mesh.face_width(cells)
+    faces = file_mesh.stacked([rows[:, :width] for kind, rows in blocks if SKINS.get(kind) == width], width)
     used = np.concatenate([cells.ravel(), faces.ravel()])
     if outside := int(np.sum((used < 0) | (used >= len(points)))):
         raise MeshError(f"{path}: {outside} node numbers of its cells are outside 0 ... {len(points) - 1}")
-    surfaces: dict[str, Integers] = {}
-    volumes: dict[str, Integers] = {}
-    for name, marks in _cell_groups(names, arrays, blocks).items():
-        on_solid, on_skin = (np.flatnonzero(_joined(marks, part)) for part in (solid, skin))
-        volumes |= {name: on_solid} if len(on_solid) else {}
-        surfaces |= {name: faces[on_skin]} if len(on_skin) else {}
+    sizes = [len(rows) for _, rows in blocks]
+    is_solid = np.repeat([kind in SOLIDS for kind, _ in blocks], sizes)
+    is_skin = np.repeat([SKINS.get(kind) == width for kind, _ in blocks], sizes)
+    groups = _cell_groups(names, arrays, sizes)
+    volumes = {name: np.flatnonzero(mask[is_solid]) for name, mask in groups.items() if np.any(mask[is_solid])}
+    surfaces = {name: faces[mask[is_skin]] for name, mask in groups.items() if np.any(mask[is_skin])}
     node_sets = {name: _rows(arrays[f"point_sets {n}"], len(points)) for n, name in enumerate(names["point_sets"])}
     for n, name in enumerate(names["point_data"]):
         data = arrays[f"point_data {n}"]
-        if _values(name, [data]) == [(name, 1)]:
+        if _values(name, data) == [(name, 1)]:
             node_sets[name] = np.flatnonzero(data)
     return file_mesh.FileMesh(points, cells, surfaces, volumes, node_sets)
 
 
 def _alone(path: Path, form: str, folder: Path) -> Path:
-    """Return a copy with a plain name in a private folder, with the second file if the format has one."""
+    """Return a copy with a plain name in a private folder, beside copies of the other files that belong to it."""
     check_file(path, MESHIO_LIMIT, MeshError)
     copy = folder / f"input{path.suffix.lower()}"
     shutil.copyfile(path, copy)
-    if form == "tetgen":
-        other = _other_half(path)
-        check_file(other, MESHIO_LIMIT, MeshError)
-        shutil.copyfile(other, copy.with_suffix(other.suffix))
     if form in ("xdmf", "vtu", "dolfin-xml"):
         text = read_text(copy, MESHIO_LIMIT, MeshError, "latin-1")
         if "\0" in text[:4] or re.search(r"<!\s*(DOCTYPE|ENTITY)|xi:include|XInclude", text, re.IGNORECASE):
             raise MeshError(f"{path}: defines or includes entities, which are not read; write plain XML")
-        if form == "xdmf":
-            _copy_beside(text, path, folder)
+        if form == "xdmf" and re.search(r"Format\s*=\s*[\"']Binary", text, re.IGNORECASE):
+            raise MeshError(f"{path}: takes numbers from a file of raw bytes, not read; write them as XML or HDF")
+    for other in beside(path):
+        target = copy.with_suffix(other.suffix) if form == "tetgen" else folder / other.name
+        if other != path.parent / other.name or target.exists():
+            raise MeshError(f"{path}: takes numbers from {str(other)!r}; put it into the same folder")
+        check_file(other, MESHIO_LIMIT, MeshError)
+        shutil.copyfile(other, target)
     return copy
-
-
-def _other_half(path: Path) -> Path:
-    """Return the path of the second of tetgen's two mesh files."""
-    return path.with_suffix({".ele": ".node", ".node": ".ele"}[path.suffix.lower()])
 
 
 def beside(path: Path) -> tuple[Path, ...]:
     """Return the other files of a mesh, whether they exist or not: tetgen's second file, the HDF5 files of an .xdmf."""
     form = FORMATS.get(path.suffix.lower())
     if form == "tetgen":
-        return (_other_half(path),)
-    if form == "xdmf":
-        names = {match.strip() for match in _BESIDE.findall(read_text(path, MESHIO_LIMIT, MeshError, "latin-1"))}
-        return tuple(path.parent / name for name in sorted(names))
-    return ()
+        return (path.with_suffix({".ele": ".node", ".node": ".ele"}[path.suffix.lower()]),)
+    names = _BESIDE.findall(read_text(path, MESHIO_LIMIT, MeshError, "latin-1")) if form == "xdmf" else []
+    return tuple(path.parent / name for name in sorted({name.strip() for name in names}))
 
 
 def all_files(path: Path) -> tuple[Path, ...]:
     """Return ``path`` and every existing file that belongs to it: included files, and the files of `beside`."""
     included = decks.with_included(path)
     return (*included, *(other for other in beside(path) if other.is_file())) if included else ()
-
-
-def _copy_beside(text: str, path: Path, folder: Path) -> None:
-    """Copy the HDF5 files of an .xdmf, which must be in the same folder."""
-    if re.search(r"Format\s*=\s*[\"']Binary", text, re.IGNORECASE):
-        raise MeshError(f"{path}: takes numbers from a file of raw bytes, which is not read; write them as XML or HDF")
-    for name in sorted({match.strip() for match in _BESIDE.findall(text)}):
-        if name != Path(name).name or name in ("", ".", "..") or (folder / name).exists():
-            raise MeshError(f"{path}: takes numbers from {name!r}; put it into the same folder")
-        check_file(path.parent / name, MESHIO_LIMIT, MeshError)
-        shutil.copyfile(path.parent / name, folder / name)
 
 
 def _convert(copy: Path, form: str, folder: Path, path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
@@ -164,13 +119,11 @@ def _convert(copy: Path, form: str, folder: Path, path: Path) -> tuple[dict[str,
     try:
         tell_worker(worker, json.dumps(job))
         answer = answer_of(worker, PATIENCE)
+        names = json.loads(answer) if answer else {"error": "its reader ended without a word, or took too long"}
     except TimeoutError as error:
-        raise MeshError(
-            f"{path}: not readable as a {path.suffix} file (its reader gave {error}); export it again"
-        ) from error
+        names = {"error": f"its reader gave {error}"}
     finally:
         end_worker(worker)
-    names = json.loads(answer) if answer else {"error": "its reader ended without a word, or took too long"}
     if "error" in names:
         reason = names["error"].replace(str(folder), str(path.parent))
         raise MeshError(f"{path}: not readable as a {path.suffix} file ({reason}); export it again")
@@ -179,19 +132,18 @@ def _convert(copy: Path, form: str, folder: Path, path: Path) -> tuple[dict[str,
 
 
 def _cell_groups(
-    names: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]], blocks: list[tuple[str, Integers]]
-) -> dict[str, list[NDArray[np.bool_]]]:
-    """Return group name -> mask of the cells of each block."""
-    groups: dict[str, list[NDArray[np.bool_]]] = {}
+    names: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]], sizes: list[int]
+) -> dict[str, NDArray[np.bool_]]:
+    """Return group name -> mask of the cells of all blocks, which are of these ``sizes``."""
+    groups: dict[str, NDArray[np.bool_]] = {}
     for n, array in enumerate(names["cell_data"]):
-        data = [arrays[f"cell_data {n} {k}"] for k in range(len(blocks))]
-        groups |= {name: [part == value for part in data] for name, value in _values(array, data)}
+        data = np.concatenate([arrays[f"cell_data {n} {k}"] for k in range(len(sizes))])
+        groups |= {name: data == value for name, value in _values(array, data)}
     for n, name in enumerate(names["cell_sets"]):
-        groups[name] = []
-        for k, (_, rows) in enumerate(blocks):
-            members = np.zeros(len(rows), dtype=bool)
-            members[_rows(arrays[f"cell_sets {n} {k}"], len(rows))] = True
-            groups[name].append(members)
+        members = [_rows(arrays[f"cell_sets {n} {k}"], size) for k, size in enumerate(sizes)]
+        groups[name] = np.concatenate(
+            [np.isin(np.arange(size), part) for part, size in zip(members, sizes, strict=True)]
+        )
     return groups
 
 
@@ -200,16 +152,9 @@ def _rows(members: NDArray[Any], count: int) -> Integers:
     return rows[(rows >= 0) & (rows < count)]
 
 
-def _joined(marks: list[NDArray[np.bool_]], blocks: list[int]) -> NDArray[np.bool_]:
-    return np.concatenate([np.empty(0, dtype=bool), *(marks[k] for k in blocks)])
-
-
-def _values(name: str, data: list[NDArray[Any]]) -> list[tuple[str, int]]:
+def _values(name: str, data: NDArray[Any]) -> list[tuple[str, int]]:
     """Return names and values of the groups in an array; none for real numbers, vectors and numberings."""
-    joined = np.concatenate(data) if data else np.empty(0)
-    if joined.dtype.kind not in "iub":
-        return []
-    values = [int(value) for value in np.unique(joined) if value != 0]
+    values = [int(value) for value in np.unique(data) if value != 0] if data.dtype.kind in "iub" else []
     if values == [1]:
         return [(name, 1)]
     return [(f"{name} {value}", value) for value in values] if len(values) <= MOST_GROUPS else []
@@ -217,14 +162,8 @@ def _values(name: str, data: list[NDArray[Any]]) -> list[tuple[str, int]]:
 
 BY_GMSH = (".msh", ".med")
 READERS: Mapping[str, Callable[[Path], FileMesh]] = MappingProxyType(
-    {
-        ".unv": universal_mesh.read_unv,
-        ".inp": abaqus.read_abaqus,
-        ".bdf": nastran_mesh.read_nastran,
-        ".nas": nastran_mesh.read_nastran,
-        ".dat": nastran_mesh.read_nastran,
-        ".fem": nastran_mesh.read_nastran,
-    }
+    {".unv": universal_mesh.read_unv, ".inp": abaqus.read_abaqus}
+    | dict.fromkeys((".bdf", ".nas", ".dat", ".fem"), nastran_mesh.read_nastran)
     | dict.fromkeys(FORMATS, read_by_meshio)
 )
 CAD = (".step", ".stp", ".brep", ".iges", ".igs")
