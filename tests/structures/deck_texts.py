@@ -233,20 +233,6 @@ e|1, {ONE}
 e|2, {TWO}
 @base.txt
 =Base|1,2,3,4""",
-    "cylindrical": """1; 2 2 1; Rim 4n
-|*NODE, SYSTEM=C
-|1, 1., 0., 0.
-|2, 2., 0., 0.
-|3, 2., 90., 0.
-|4, 1., 90., 0.
-|5, 1., 0., 1.
-|6, 2., 0., 1.
-|7, 2., 90., 1.
-|8, 1., 90., 1.
-|*ELEMENT, TYPE=C3D8
-|1, 1,2,3,4,5,6,7,8
-=Rim|*NSET, NSET=Rim
-=Rim|2,3,6,7""",
     "generated": f"""2; 2 1 1; All 12n; Odd 6n; Some 3n; First 1v; Pair 2v
 |*NODE, NSET=All
 {lines(IN)}

@@ -143,7 +143,7 @@ REFUSED = [
     ("abaqus flat", "1, S2", "1, S7", r"deck.inp:24: \*SURFACE: 1, S7: .*S1 to S6"),
     ("abaqus flat", "1, S2", "Side, S2", "no ELSET 'Side'.*'All'"),
     ("abaqus flat", "*NSET, NSET=Base", "*NSET, NSET=Base, ELSET=All", r"deck.inp:19: \*NSET: ELSET: "),
-    ("abaqus cylindrical", "SYSTEM=C", "SYSTEM=S", r"deck.inp:1: \*NODE: SYSTEM=S: .*rectangular"),
+    ("abaqus flat", "*NODE", "*NODE, SYSTEM=C", r"deck.inp:3: \*NODE: SYSTEM=C: .*rectangular"),
     ("abaqus placed", "PART=Seat", "PART=Reed", r"\*INSTANCE: PART='reed': .*'seat'"),
     ("abaqus placed", "1., 0., 1., 1., 0., 2., 90.", "1., 0., 1., 1., 0., 1., 90.", "two points .*move one"),
     ("abaqus placed", "1., 0., 1., 1., 0., 2., 90.", "1., 0., 1.", r"\*INSTANCE: needs a line of translation"),

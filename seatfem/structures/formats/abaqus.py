@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from seatfem.structures.formats import decks, file_mesh
 from seatfem.structures.mesh.io import Floats, Integers, MeshError, distinct
 
-MOST_MEMBERS = 5_000_000  # largest number of members of all sets of a deck, and of lines of repeated instances
+MOST_MEMBERS = 5_000_000  # largest number of members of all sets of a deck, and of lines of placed parts
 SPAN = file_mesh.SPAN
 SETS = "GENERATE INTERNAL INSTANCE UNSORTED FREQUENCY INPUT"
 READ: Mapping[str, str] = MappingProxyType(
@@ -72,17 +72,15 @@ def _keyword(line: str) -> tuple[str, dict[str, str]]:
 
 def _blocks(path: Path, notes: list[str]) -> Iterator[Block]:
     """Yield the blocks of the keywords that are read, and *STEP and the ends of others."""
-
-    def content(line: str) -> str:
-        return "" if line.lstrip().startswith("**") or line.strip() == "*" else line.strip()
-
-    def goes_on(line: str) -> bool:
-        return line.startswith("*") and line.endswith(",")
-
     block: Block | None = None
     unknown: Counter[str] = Counter()
     in_step = False
-    for place, line in decks.Deck(path, content, goes_on).lines():
+    deck = decks.Deck(
+        path,
+        content=lambda line: re.sub(r"^\s*\*(\*.*|\s*)$", "", line).strip(),
+        goes_on=lambda line: line.startswith("*") and line.endswith(","),
+    )
+    for place, line in deck.lines():
         if not line.startswith("*"):
             if block is None and line[0] in "0123456789+-.,":
                 raise MeshError(f"{place}: data before the first keyword; write the keyword, or ** before a comment")
@@ -96,14 +94,13 @@ def _blocks(path: Path, notes: list[str]) -> Iterator[Block]:
             yield block
         block = Block(place, keyword, options, [])
         in_step = keyword == "*STEP" or (in_step and keyword != "*ENDSTEP")
-        if any(name.startswith("*") for name in options):
-            raise block.fail("ends in a comma, after which another keyword stands; remove the comma")
-        unread = sorted(options.keys() - READ[keyword].split()) if keyword in READ else []
-        if unread or keyword == "*INCLUDE":
-            known = ", ".join(READ[keyword].split())
-            raise block.fail(f"{', '.join(unread)[:80] or 'no file'}: its parameters must be among {known}")
-        if in_step and keyword in ("*NODE", "*ELEMENT", "*PART", "*INSTANCE"):
-            raise block.fail("stands in a *STEP; write it before the first one")
+        known = READ.get(keyword, "").split()
+        wrong = [name for name in options if name.startswith("*") or (known and name not in known)]
+        if wrong or keyword == "*INCLUDE":
+            what = ", ".join(wrong)[:80] or "no file"
+            raise block.fail(
+                f"{what}: parameters must be among {', '.join(known) or 'its own'}; remove it or its comma"
+            )
         if keyword not in READ and not OUTSIDE.match(keyword):
             if not in_step:
                 raise block.fail("is not known, and may change the mesh; write out nodes and elements, and remove it")
@@ -143,8 +140,8 @@ class Sets:
         """Count members. Raises `MeshError` if the sets together have too many."""
         self.count += added
         if self.count > MOST_MEMBERS:
-            before = f"{added:.4g} members, {self.count:.4g} with those before"
-            raise block.fail(f"{before}; sets may have {MOST_MEMBERS:.0e} together; check first, last and step")
+            total = f"{self.count:.4g} with those before, must be at most {MOST_MEMBERS:.0e}"
+            raise block.fail(f"{added:.4g} members, {total}; check first, last and step")
 
     def add(self, numbers: Integers, block: Block) -> None:
         """Add numbers to the set that a block names."""
@@ -206,8 +203,7 @@ def _placed(path: Path, notes: list[str]) -> tuple[list[Block], Instances, list[
     instances: Instances = {}
     moves = [(np.eye(3), np.zeros(3))]
     placed: list[Block] = []
-    part, repeated, opened = placed, 0, ""
-    uses: Counter[str] = Counter()
+    part, lines, opened = placed, 0, ""
     for block in _blocks(path, notes):
         name = block.options.get("NAME", "")
         key, of = name.casefold(), block.options.get("PART", "").casefold()
@@ -224,10 +220,9 @@ def _placed(path: Path, notes: list[str]) -> tuple[list[Block], Instances, list[
                 opened, instances[key] = "INSTANCE", (len(moves), name)
                 placed += [replace(each, instance=len(moves)) for each in parts[of]]
                 moves.append(_move(block))
-                repeated += sum(1 + len(each.rows) for each in parts[of]) if uses[of] else 0
-                uses[of] += 1
-                if repeated > MOST_MEMBERS:
-                    raise block.fail(f"{repeated} lines of parts are repeated by instances; at most {MOST_MEMBERS:.0e}")
+                lines += sum(1 + len(each.rows) for each in parts[of])
+                if lines > MOST_MEMBERS:
+                    raise block.fail(f"{lines} lines of parts are placed so far; must be at most {MOST_MEMBERS:.0e}")
             case "*ENDPART" | "*ENDINSTANCE" if block.name != f"*END{opened}":
                 raise block.fail(f"nothing that it ends is open; remove it, or add *{block.name[4:]}")
             case "*ENDPART" | "*ENDINSTANCE":
@@ -264,36 +259,14 @@ def read_abaqus(path: Path) -> file_mesh.FileMesh:
     volumes; sets that Abaqus/CAE marks internal are omitted. Keywords of `OUTSIDE` are passed over, others in steps
     are noted. Raises `MeshError` naming file and line, also for any other keyword.
     """
-    notes: list[str] = []
-    deck, node_sets, element_sets, blocks = _collect(path, notes)
-    assembly = file_mesh.assembled(deck)
-    surfaces, named_nodes = dict(assembly.mesh.surfaces), dict(assembly.mesh.node_sets)
-    file_mesh.check_group_count(len(surfaces) + len(named_nodes) + len(blocks), str(path))
-    names = spelled({key: block.options["NAME"] for key, block in blocks.items()}, node_sets.instances)
-    for key, block in blocks.items():
-        match block.options.get("TYPE", "ELEMENT").upper():
-            case "NODE":
-                if any(len(row) > 2 for row in block.rows):
-                    raise block.fail("a line must have a set or node and, if anything, its area")
-                members = [node_sets.members_of(row[0], block) for row in block.rows]
-                named_nodes[names[key]] = deck.rows(np.concatenate([_NONE, *members]))
-            case "ELEMENT":
-                faces = list(_surface(block, assembly, element_sets))
-                surfaces[names[key]] = file_mesh.stacked(faces, file_mesh.face_width(assembly.mesh.cells))
-            case kind if kind not in ("CYLINDER", "REVOLUTION", "SEGMENTS", "CUTTING SURFACE", "USER"):  # rigid ones
-                raise block.fail(f"TYPE={kind}: must be ELEMENT or NODE")
-    return replace(assembly.mesh, surfaces=surfaces, node_sets=named_nodes, notes=tuple(notes))
-
-
-def _collect(path: Path, notes: list[str]) -> tuple[file_mesh.Deck, Sets, Sets, dict[Key, Block]]:
-    """Return the deck, its sets including internal ones, and the blocks of *SURFACE."""
     ids: list[Integers] = [_NONE]
     points: list[Floats] = [np.empty((0, 3))]
     solids: list[file_mesh.Elements] = []
     skins: list[file_mesh.Elements] = []
+    notes: list[str] = []
     blocks, instances, moves = _placed(path, notes)
     node_sets, element_sets = Sets("NSET", instances), Sets("ELSET", instances)
-    surfaces: dict[Key, Block] = {}
+    sides: dict[Key, Block] = {}  # of *SURFACE
     for block in blocks:
         match block.name:
             case "*NODE":
@@ -309,40 +282,49 @@ def _collect(path: Path, notes: list[str]) -> tuple[file_mesh.Deck, Sets, Sets, 
                     (skins if SKIN.match(elements.type) else solids).append(elements)
                 if "ELSET" in block.options:
                     element_sets.add(_NONE if elements is None else elements.ids, block)
-            case "*NSET":
-                node_sets.add_lines(block)
-            case "*ELSET":
-                element_sets.add_lines(block)
+            case "*NSET" | "*ELSET":
+                (node_sets if block.name == "*NSET" else element_sets).add_lines(block)
             case "*SURFACE":
                 key = block.instance, block.options.get("NAME", "").casefold()
-                if not key[1] or key in surfaces:
+                if not key[1] or key in sides:
                     raise block.fail(f"NAME={key[1]!r}: is missing, or there twice; write another one")
-                surfaces[key] = block
+                sides[key] = block
             case _:
                 pass
     named = element_sets.named(), node_sets.named()
     deck = file_mesh.Deck(
         str(path), file_mesh.ABAQUS, np.concatenate(ids), np.concatenate(points), solids, skins, *named
     )
-    return deck, node_sets, element_sets, surfaces
+    assembly = file_mesh.assembled(deck)
+    surfaces, named_nodes = dict(assembly.mesh.surfaces), dict(assembly.mesh.node_sets)
+    file_mesh.check_group_count(len(surfaces) + len(named_nodes) + len(sides), str(path))
+    names = spelled({key: block.options["NAME"] for key, block in sides.items()}, instances)
+    for key, block in sides.items():
+        match block.options.get("TYPE", "ELEMENT").upper():
+            case "NODE":
+                if any(len(row) > 2 for row in block.rows):
+                    raise block.fail("a line must have a set or node and, if anything, its area")
+                members = [node_sets.members_of(row[0], block) for row in block.rows]
+                named_nodes[names[key]] = deck.rows(np.concatenate([_NONE, *members]))
+            case "ELEMENT":
+                faces = list(_surface(block, assembly, element_sets))
+                surfaces[names[key]] = file_mesh.stacked(faces, file_mesh.face_width(assembly.mesh.cells))
+            case kind if kind not in ("CYLINDER", "REVOLUTION", "SEGMENTS", "CUTTING SURFACE", "USER"):  # rigid ones
+                raise block.fail(f"TYPE={kind}: must be ELEMENT or NODE")
+    return replace(assembly.mesh, surfaces=surfaces, node_sets=named_nodes, notes=tuple(notes))
 
 
 def _nodes(block: Block) -> tuple[Integers, Floats]:
     """Return numbers and places (n, 3) of the nodes of a block."""
-    system = block.options.get("SYSTEM", "R").upper()
-    if system not in ("R", "C"):
-        raise block.fail(f"SYSTEM={system}: must be R or C; write rectangular coordinates")
+    if (system := block.options.get("SYSTEM", "R").upper()) != "R":
+        raise block.fail(f"SYSTEM={system}: must be R; write rectangular coordinates")
     numbers, places = [], []
     for row in block.rows:
         if len(row) > 4 and len(row) != 7:  # 7: with a normal
             raise block.fail(f"{', '.join(row)[:80]}: must be number, x, y, z")
         numbers += block.integers(row[:1])
         places.append([*block.reals(row[1:]), 0.0, 0.0, 0.0][:3])
-    table = np.array(places, dtype=float).reshape(-1, 3)
-    if system == "C":
-        angle = np.deg2rad(table[:, 1])
-        table = np.c_[table[:, 0] * np.cos(angle), table[:, 0] * np.sin(angle), table[:, 2]]
-    return np.array(numbers, dtype=np.int64) + block.instance * SPAN, table
+    return np.array(numbers, dtype=np.int64) + block.instance * SPAN, np.array(places, dtype=float).reshape(-1, 3)
 
 
 def _elements(block: Block) -> file_mesh.Elements | None:
@@ -356,10 +338,9 @@ def _elements(block: Block) -> file_mesh.Elements | None:
     width = 6 if kind.startswith("STRI65") else int(match[1])
     numbers: list[int] = []
     for row in block.rows:
-        begun = len(numbers) % (1 + width)
-        numbers += block.integers(row)
-        if begun + len(row) > 1 + width:
+        if len(numbers) % (1 + width) + len(row) > 1 + width:
             raise block.fail(f"TYPE={kind}: {', '.join(row)[:80]}: must be number and {width} nodes")
+        numbers += block.integers(row)
     if len(numbers) % (1 + width):
         raise block.fail(f"TYPE={kind}: its last element must have {width} nodes")
     table = np.array(numbers, dtype=np.int64).reshape(-1, 1 + width) + block.instance * SPAN

@@ -24,7 +24,7 @@ from seatfem.structures.formats import abaqus, decks, file_mesh, nastran_mesh, u
 from seatfem.structures.formats.file_mesh import FileMesh, merged, to_arrays
 from seatfem.structures.mesh import checks, meshing
 from seatfem.structures.mesh.gmsh_process import STAGE, MeshingError, run_gmsh
-from seatfem.structures.mesh.io import Integers, MeshArrays, MeshError, distinct, groups
+from seatfem.structures.mesh.io import MeshArrays, MeshError, distinct, groups
 from seatfem.structures.shapes import GeometryError
 from seatfem.structures.shapes.cad import LARGEST, SMALLEST
 
@@ -69,7 +69,10 @@ def read_by_meshio(path: Path, form: str = "") -> file_mesh.FileMesh:
     groups = _cell_groups(names, arrays, sizes)
     volumes = {name: np.flatnonzero(mask[is_solid]) for name, mask in groups.items() if np.any(mask[is_solid])}
     surfaces = {name: faces[mask[is_skin]] for name, mask in groups.items() if np.any(mask[is_skin])}
-    node_sets = {name: _rows(arrays[f"point_sets {n}"], len(points)) for n, name in enumerate(names["point_sets"])}
+    numbers = np.arange(len(points))
+    node_sets = {
+        name: np.flatnonzero(np.isin(numbers, arrays[f"point_sets {n}"])) for n, name in enumerate(names["point_sets"])
+    }
     for n, name in enumerate(names["point_data"]):
         data = arrays[f"point_data {n}"]
         if _values(name, data) == [(name, 1)]:
@@ -131,25 +134,16 @@ def _convert(copy: Path, form: str, folder: Path, path: Path) -> tuple[dict[str,
         return dict(arrays), names
 
 
-def _cell_groups(
-    names: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]], sizes: list[int]
-) -> dict[str, NDArray[np.bool_]]:
-    """Return group name -> mask of the cells of all blocks, which are of these ``sizes``."""
+def _cell_groups(names: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]], sizes: list[int]) -> dict[str, Any]:
+    """Return group name -> mask (n,) of the cells of all blocks, which are of these ``sizes``."""
     groups: dict[str, NDArray[np.bool_]] = {}
     for n, array in enumerate(names["cell_data"]):
         data = np.concatenate([arrays[f"cell_data {n} {k}"] for k in range(len(sizes))])
         groups |= {name: data == value for name, value in _values(array, data)}
     for n, name in enumerate(names["cell_sets"]):
-        members = [_rows(arrays[f"cell_sets {n} {k}"], size) for k, size in enumerate(sizes)]
-        groups[name] = np.concatenate(
-            [np.isin(np.arange(size), part) for part, size in zip(members, sizes, strict=True)]
-        )
+        members = [np.isin(np.arange(size), arrays[f"cell_sets {n} {k}"]) for k, size in enumerate(sizes)]
+        groups[name] = np.concatenate(members)
     return groups
-
-
-def _rows(members: NDArray[Any], count: int) -> Integers:
-    rows = np.asarray(members, dtype=np.int64)
-    return rows[(rows >= 0) & (rows < count)]
 
 
 def _values(name: str, data: NDArray[Any]) -> list[tuple[str, int]]:
@@ -220,11 +214,10 @@ def read_mesh(
 def _unit_of(mesh: FileMesh, unit: float | None) -> tuple[float, tuple[str, ...]]:
     """Return metres per length unit, and a note on it unless only the caller states it; the caller's counts."""
     stated = mesh.unit
-    if unit is None and stated is None:
-        return 1.0, ("states no unit of length, m is assumed; unit says otherwise",)
-    if unit is None or stated is None:
-        known = unit or stated or 1.0
-        return known, () if stated is None else (f"states its unit of length, {stated:.6g} m",)
+    if stated is None:
+        return (unit, ()) if unit else (1.0, ("states no unit of length, m is assumed; unit says otherwise",))
+    if unit is None:
+        return stated, (f"states its unit of length, {stated:.6g} m",)
     other = abs(stated / unit - 1) > 1e-6
     return unit, (f"states a unit of length of {stated:.6g} m; the stated one, {unit:.6g} m, counts",) * other
 
@@ -249,8 +242,7 @@ def _check_request(path: Path, unit: float | None, merge: float | None) -> None:
     if suffix in SURFACES_ONLY:
         raise MeshError(f"{path}: {suffix} files hold surfaces only; fill them with volume elements first")
     if suffix not in BY_GMSH and suffix not in READERS:
-        suffixes = ", ".join((*BY_GMSH, *READERS))
-        raise MeshError(f"{path}: {suffix or 'no suffix'}: mesh files must be one of {suffixes}")
+        raise MeshError(f"{path}: mesh files must be one of {', '.join((*BY_GMSH, *READERS))}")
     if unit is not None and not 0.0 < unit < float("inf"):
         raise MeshError(f"{path}: unit = {unit:g}: must be > 0 (metres per length unit of the file)")
     if merge is not None and not 0.0 <= merge < float("inf"):
@@ -272,8 +264,7 @@ def _read(path: Path, progress: Progress) -> tuple[FileMesh, str]:
         try:
             arrays = run_gmsh({"task": "read", "path": str(path.resolve()), "unit": 1.0}, progress)
         except (GeometryError, MeshingError) as error:
-            message = str(error).removeprefix(f"{path.resolve()}: ")
-            raise MeshError(f"{path}: {message}") from error
+            raise MeshError(f"{path}: {str(error).removeprefix(f'{path.resolve()}: ')}") from error
         surfaces, volumes, node_sets = (groups(arrays, kind) for kind in ("surface", "volume", "nodes"))
         return FileMesh(arrays["points"], arrays["cells"], surfaces, volumes, node_sets), str(arrays["gmsh_version"])
     progress(STAGE, 0.0)
@@ -290,40 +281,27 @@ def _read(path: Path, progress: Progress) -> tuple[FileMesh, str]:
 
 def _check_size(arrays: MeshArrays, unit: float) -> None:
     extent = np.ptp(arrays.points[distinct(arrays.vertices)], axis=0)
-    if SMALLEST <= extent.max() <= LARGEST:
-        return
-    number = " x ".join(f"{length / unit:.4g}" for length in extent)
-    raise MeshError(
-        f"{arrays.source}: the mesh would be {' x '.join(f'{length:.4g}' for length in extent)} m large "
-        f"(unit = {unit:g} m); give the unit in which its numbers span {number}",
-        field="unit",
-    )
+    size, numbers = (" x ".join(f"{length:.4g}" for length in lengths) for lengths in (extent, extent / unit))
+    if not SMALLEST <= extent.max() <= LARGEST:
+        why = f"the mesh would be {size} m large (unit = {unit:g} m); give the unit in which its numbers span {numbers}"
+        raise MeshError(f"{arrays.source}: {why}", field="unit")
 
 
 def _renamed(arrays: MeshArrays, names: Mapping[str, str], mesh: FileMesh) -> MeshArrays:
     """Return surfaces with the program's names; another group called "contact" becomes "contact of the file"."""
     new: dict[str, str] = {}
     missing: list[tuple[str, str]] = []
+    listed = ", ".join(map(repr, sorted(arrays.surfaces))) or "none"
+    if points := ", ".join(map(repr, sorted(mesh.node_sets.keys() - arrays.surfaces.keys()))):
+        listed += f"; node sets that hold no whole face: {points}"
     for name, role in names.items():
-        try:
-            new[_found(name, arrays, mesh)] = role
-        except MeshError as error:
-            missing.append((role, str(error)))
+        alike = [spelled for spelled in arrays.surfaces if spelled.casefold() == name.casefold()]
+        if name in alike or len(alike) == 1:
+            new[name if name in alike else alike[0]] = role
+        else:
+            missing.append((role, f"{arrays.source}: no surface group named {name!r}; the file has: {listed}"))
     if missing:
         raise MeshError("\n".join(message for _, message in missing), problems=tuple(missing))
     given_away = {name: f"{name} of the file" for name in new.values()}
     surfaces = {new.get(name, given_away.get(name, name)): faces for name, faces in arrays.surfaces.items()}
     return dataclasses.replace(arrays, surfaces=surfaces)
-
-
-def _found(name: str, arrays: MeshArrays, mesh: FileMesh) -> str:
-    """Return the name of a surface as spelled in the file."""
-    if name in arrays.surfaces:
-        return name
-    alike = [spelled for spelled in arrays.surfaces if spelled.casefold() == name.casefold()]
-    if len(alike) == 1:
-        return alike[0]
-    listed = ", ".join(map(repr, sorted(arrays.surfaces))) or "none"
-    points = ", ".join(map(repr, sorted(mesh.node_sets.keys() - arrays.surfaces.keys())))
-    extra = f"; node sets that hold no whole face: {points}" if points else ""
-    raise MeshError(f"{arrays.source}: no surface group named {name!r}; the file has: {listed}{extra}")

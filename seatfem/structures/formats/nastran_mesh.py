@@ -149,11 +149,9 @@ def read_nastran(path: Path) -> file_mesh.FileMesh:
                 if card.integer(0) == 0 or systems.setdefault(card.integer(0), card).fields != card.fields:
                     raise card.fail(f"coordinate system {card.field(0)} is there twice, or 0; remove one")
             case name if name in SOLIDS:
-                number = card.integer(0)
-                if number in solids:
-                    raise card.fail(f"element {number} is there twice; remove one")
-                solids[number] = (name, _solid_nodes(card))
-                properties[f"PID {card.integer(1)}"].append(number)
+                properties[f"PID {card.integer(1)}"].append(card.integer(0))
+                if solids.setdefault(card.integer(0), solid := (name, _solid_nodes(card))) is not solid:
+                    raise card.fail(f"element {card.field(0)} is there twice; remove one")
             case name if name in SKINS:
                 shells.append(card.integer(0))
                 skins.append([-len(shells), *card.integers(card.fields[2 : 2 + SKINS[name]])])
@@ -182,13 +180,12 @@ def read_nastran(path: Path) -> file_mesh.FileMesh:
         node_sets=_held_nodes(held, np.sort(ids)),
         what="GRID",
     )
-    mesh, shell_numbers = file_mesh.assembled(deck).mesh, frozenset(shells)
-    faces = {
-        name: [face for card in cards for face in _loaded_faces(card, solids, shell_numbers)]
-        for name, cards in loads.items()
-    }
-    loaded_faces = {name: deck.rows(np.array(loaded, dtype=np.int64)) for name, loaded in faces.items() if loaded}
-    return replace(mesh, surfaces={**mesh.surfaces, **loaded_faces})
+    mesh = file_mesh.assembled(deck).mesh
+    surfaces, known = dict(mesh.surfaces), frozenset(shells)
+    for name, cards in loads.items():
+        if faces := [face for card in cards for face in _loaded_faces(card, solids, known)]:
+            surfaces[name] = deck.rows(np.array(faces))
+    return replace(mesh, surfaces=surfaces)
 
 
 def _places(grids: Mapping[int, tuple[float, ...]], systems: Mapping[int, Card], path: Path) -> Floats:
@@ -263,8 +260,7 @@ def _solid_nodes(card: Card) -> list[int]:
     last = max((at for at, word in enumerate(card.fields) if word not in ("", "0")), default=1)
     nodes = card.integers(card.fields[2 : last + 1])
     if len(nodes) not in SOLIDS[card.name]:
-        few, many = SOLIDS[card.name]
-        raise card.fail(f"element {card.field(0)} has {len(nodes)} nodes: must be {few} or {many}")
+        raise card.fail(f"element {card.field(0)} has {len(nodes)} nodes: must be one of {SOLIDS[card.name]}")
     return nodes
 
 
@@ -275,14 +271,11 @@ def _loaded_faces(card: Card, solids: Solids, shells: Set[int]) -> list[list[int
         if element not in shells:
             raise card.fail(f"element {element} is not defined; add it")
         return []
-    name, nodes = solids[element]
+    nodes, tet = solids[element][1], solids[element][0] == "CTETRA"
     corner, other = card.integer(6), card.integer(7, 0)
-    if name == "CTETRA":
-        faces = [[nodes[k] for k in face] for face in file_mesh.ABAQUS_TET_FACES]
-        chosen = [face for face in faces if corner in face and other not in face]
-    else:
-        faces = [[nodes[k] for k in face] for face in file_mesh.ABAQUS_HEX_FACES]
-        chosen = [face for face in faces if corner in face and face[(face.index(corner) + 2) % 4] == other]
+    columns = file_mesh.ABAQUS_TET_FACES if tet else file_mesh.ABAQUS_HEX_FACES
+    faces = [face for face in ([nodes[k] for k in face] for face in columns) if corner in face]
+    chosen = [face for face in faces if (other not in face if tet else face[face.index(corner) - 2] == other)]
     if len(chosen) != 1:
         raise card.fail(f"nodes {corner} and {other} must name a face of element {element}")
     return chosen
