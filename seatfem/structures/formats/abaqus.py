@@ -98,9 +98,7 @@ def _blocks(path: Path, notes: list[str]) -> Iterator[Block]:
         wrong = [name for name in options if name.startswith("*") or (known and name not in known)]
         if wrong or keyword == "*INCLUDE":
             what = ", ".join(wrong)[:80] or "no file"
-            raise block.fail(
-                f"{what}: parameters must be among {', '.join(known) or 'its own'}; remove it or its comma"
-            )
+            raise block.fail(f"{what}: must be among {', '.join(known) or 'its parameters'}; remove it or its comma")
         if keyword not in READ and not OUTSIDE.match(keyword):
             if not in_step:
                 raise block.fail("is not known, and may change the mesh; write out nodes and elements, and remove it")
@@ -159,11 +157,10 @@ class Sets:
         shift = self._instance(block) * SPAN
         for row in block.rows:
             if "GENERATE" in block.options:
-                first, last, step, *rest = (
-                    (*block.integers(row), *(1, 1)[len(row) - 1 :]) if len(row) > 1 else (1, 0, 0)
-                )
-                if rest or step < 1 or last < first:
+                bounds = block.integers(row if len(row) > 2 else [*row, "1"])
+                if len(bounds) != 3 or bounds[2] == 0 or bounds[1] < bounds[0]:
                     raise block.fail(f"{', '.join(row)[:80]}: GENERATE needs first, last, step")
+                first, last, step = bounds
                 self.used((last - first) // step + 1, block)
                 parts.append(np.arange(first, last + 1, step, dtype=np.int64) + shift)
             else:
@@ -281,7 +278,7 @@ def read_abaqus(path: Path) -> file_mesh.FileMesh:
                 if elements is not None:
                     (skins if SKIN.match(elements.type) else solids).append(elements)
                 if "ELSET" in block.options:
-                    element_sets.add(_NONE if elements is None else elements.ids, block)
+                    element_sets.add(_NONE if elements is None else elements.table[:, 0], block)
             case "*NSET" | "*ELSET":
                 (node_sets if block.name == "*NSET" else element_sets).add_lines(block)
             case "*SURFACE":
@@ -289,15 +286,11 @@ def read_abaqus(path: Path) -> file_mesh.FileMesh:
                 if not key[1] or key in sides:
                     raise block.fail(f"NAME={key[1]!r}: is missing, or there twice; write another one")
                 sides[key] = block
-            case _:
-                pass
-    named = element_sets.named(), node_sets.named()
-    deck = file_mesh.Deck(
-        str(path), file_mesh.ABAQUS, np.concatenate(ids), np.concatenate(points), solids, skins, *named
-    )
+    named, source = (element_sets.named(), node_sets.named()), str(path)
+    deck = file_mesh.Deck(source, file_mesh.ABAQUS, np.concatenate(ids), np.concatenate(points), solids, skins, *named)
     assembly = file_mesh.assembled(deck)
     surfaces, named_nodes = dict(assembly.mesh.surfaces), dict(assembly.mesh.node_sets)
-    file_mesh.check_group_count(len(surfaces) + len(named_nodes) + len(sides), str(path))
+    file_mesh.check_group_count(len(surfaces) + len(named_nodes) + len(sides), source)
     names = spelled({key: block.options["NAME"] for key, block in sides.items()}, instances)
     for key, block in sides.items():
         match block.options.get("TYPE", "ELEMENT").upper():

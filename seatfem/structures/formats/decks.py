@@ -13,7 +13,6 @@ from seatfem.structures.mesh.io import MeshError
 MOST_FILES = 200
 LONGEST = 4096  # largest number of characters of a line with those that it goes on in
 MOST_BYTES = 512 * MB  # largest size of all files of a deck [bytes]
-SUFFIXES = (".inp", ".bdf", ".nas", ".dat", ".fem")
 _NAME = r"""\s*(?:['"]([^'"]{1,4096})['"]|([^'",\n]+))"""
 _BY_KEYWORD = re.compile(
     rf"^\*\s*(?:INCLUDE|NODE|ELEMENT|NSET|ELSET)\s*,(?:[^*]*?,)?\s*(?:INPUT|FILE)\s*={_NAME}", re.I | re.M
@@ -54,10 +53,7 @@ def _names_in(text: str, deck: Path) -> Iterator[str]:
 
 
 def _inside(name: str, deck: Path, beside: Path) -> Path | None:
-    """Return an included file, from the deck's folder or else from that of the file that includes it.
-
-    ``None``: it is missing, outside the deck's folder, or a link.
-    """
+    """Return a file of the deck's folder or that of what includes it; ``None``: it is missing, outside, or a link."""
     top = deck.parent.resolve()
     for folder in (top, beside.parent.resolve()):
         path = Path(os.path.normpath(folder / name.replace("\\", "/")))
@@ -119,7 +115,7 @@ def with_included(path: Path) -> tuple[Path, ...]:
         if file in files or not file.is_file():
             continue
         files[file] = None
-        if path.suffix.lower() in SUFFIXES:
+        if path.suffix.lower() in (".inp", ".bdf", ".nas", ".dat", ".fem"):
             names = islice(_names_in(read_text(file, MOST_BYTES, MeshError, errors="replace"), path), MOST_FILES)
             waiting += filter(None, (_inside(name, path, file) for name in names))
     return tuple(files)

@@ -153,14 +153,6 @@ class Elements:
     table: io.Integers
     usable: bool = True
 
-    @property
-    def ids(self) -> io.Integers:
-        return self.table[:, 0]
-
-    @property
-    def nodes(self) -> io.Integers:
-        return self.table[:, 1:]
-
 
 @dataclass(frozen=True, eq=False)
 class Deck:
@@ -182,16 +174,12 @@ class Deck:
 
     def rows(self, numbers: io.Integers) -> io.Integers:
         """Return the rows of ``points`` with these node numbers. Raises `MeshError` if a number is not defined."""
-        if len(self.node_ids) == 0:
-            raise io.MeshError(f"{self.source}: no {self.what}s; export the mesh with them")
-        order = np.argsort(self.node_ids, kind="stable")
-        position = np.minimum(np.searchsorted(self.node_ids, numbers, sorter=order), len(self.node_ids) - 1)
-        rows = order[position]
-        missing = io.distinct(numbers[self.node_ids[rows] != numbers])
+        missing = io.distinct(numbers[~np.isin(numbers, self.node_ids)])
         if len(missing):
             first = f"{self.what} {missing[0] % SPAN} is used and not defined"
             raise io.MeshError(f"{self.source}: {first}, export it too ({len(missing)} such {self.what}s)")
-        return np.asarray(rows)
+        order = np.argsort(self.node_ids, kind="stable")
+        return np.asarray(order[np.searchsorted(self.node_ids, numbers, sorter=order)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -220,12 +208,12 @@ def assembled(deck: Deck) -> Assembled:
     Raises `MeshError`: solids of several kinds, nodes that are used and not defined, numbers that are there twice.
     """
     check_group_count(len(deck.element_sets) + len(deck.node_sets), deck.source)
-    nodes = one_kind([(each.type, each.nodes, each.usable) for each in deck.solids], deck.source)
+    nodes = one_kind([(each.type, each.table[:, 1:], each.usable) for each in deck.solids], deck.source)
     cells = to_gmsh(deck.rows(nodes), deck.order)
-    ids, width = np.concatenate([each.ids for each in deck.solids]), face_width(cells)
+    ids, width = np.concatenate([each.table[:, 0] for each in deck.solids]), face_width(cells)
     _check_numbers("element", ids, None, deck.source)
     _check_numbers(deck.what, deck.node_ids, deck.points, deck.source)
-    skins = stacked([each.table for each in deck.skins if each.nodes.shape[1] == width], 1 + width)
+    skins = stacked([each.table for each in deck.skins if each.table.shape[1] == 1 + width], 1 + width)
     skin_ids, skin = skins[:, 0], deck.rows(skins[:, 1:])
     volumes = {name: np.flatnonzero(np.isin(ids, members)) for name, members in deck.element_sets.items()}
     surfaces = {name: skin[np.isin(skin_ids, members)] for name, members in deck.element_sets.items()}

@@ -24,7 +24,7 @@ from seatfem.structures.formats import abaqus, decks, file_mesh, nastran_mesh, u
 from seatfem.structures.formats.file_mesh import FileMesh, merged, to_arrays
 from seatfem.structures.mesh import checks, meshing
 from seatfem.structures.mesh.gmsh_process import STAGE, MeshingError, run_gmsh
-from seatfem.structures.mesh.io import MeshArrays, MeshError, distinct, groups
+from seatfem.structures.mesh.io import Integers, MeshArrays, MeshError, distinct, groups
 from seatfem.structures.shapes import GeometryError
 from seatfem.structures.shapes.cad import LARGEST, SMALLEST
 
@@ -69,10 +69,9 @@ def read_by_meshio(path: Path, form: str = "") -> file_mesh.FileMesh:
     groups = _cell_groups(names, arrays, sizes)
     volumes = {name: np.flatnonzero(mask[is_solid]) for name, mask in groups.items() if np.any(mask[is_solid])}
     surfaces = {name: faces[mask[is_skin]] for name, mask in groups.items() if np.any(mask[is_skin])}
-    numbers = np.arange(len(points))
-    node_sets = {
-        name: np.flatnonzero(np.isin(numbers, arrays[f"point_sets {n}"])) for n, name in enumerate(names["point_sets"])
-    }
+    node_sets: dict[str, Integers] = {}
+    for n, name in enumerate(names["point_sets"]):
+        node_sets[name] = np.flatnonzero(np.isin(np.arange(len(points)), arrays[f"point_sets {n}"]))
     for n, name in enumerate(names["point_data"]):
         data = arrays[f"point_data {n}"]
         if _values(name, data) == [(name, 1)]:

@@ -38,9 +38,6 @@ MOST_HELD = 5_000_000  # largest number of nodes in all SPC1 sets of a deck
 _INCLUDE = re.compile(r"\s*INCLUDE\b", re.IGNORECASE)
 _RANGE = re.compile(r"([0-9]{1,9})(?: THRU ([0-9]{1,9}))?(?: |$)")
 
-Solids = Mapping[int, tuple[str, list[int]]]
-"""Name and nodes of each solid, by its number."""
-
 
 @dataclass(frozen=True)
 class Card(decks.Card):
@@ -128,7 +125,7 @@ def read_nastran(path: Path) -> file_mesh.FileMesh:
     """
     grids: dict[int, tuple[float, ...]] = {}  # coordinates and number of the system
     systems: dict[int, Card] = {}
-    solids: dict[int, tuple[str, list[int]]] = {}
+    solids: dict[int, tuple[str, list[int]]] = {}  # name and nodes
     shells: list[int] = []
     skins: list[list[int]] = []  # by the numbers -1, -2, ..., as their own may be those of solids
     properties: defaultdict[str, list[int]] = defaultdict(list)
@@ -162,24 +159,16 @@ def read_nastran(path: Path) -> file_mesh.FileMesh:
                 loads[f"PLOAD4 {card.integer(0)}"].append(card)
             case "DTI" if card.field(0).upper() == "UNITS":
                 raise card.fail("UNITS is not read; remove it, and state the unit of the file")
-            case _:
-                pass
     by_type: defaultdict[str, list[list[int]]] = defaultdict(list)
     for number, (name, corners) in solids.items():
         by_type[f"{name} of {len(corners)} nodes"].append([number, *corners])
-    sides = [[row for row in skins if len(row) == 1 + width] for width in (3, 4)]
-    ids = np.fromiter(grids, dtype=np.int64)
-    deck = file_mesh.Deck(
-        source=str(path),
-        order=file_mesh.NASTRAN,
-        node_ids=ids,
-        points=_places(grids, systems, path),
-        solids=[file_mesh.Elements(name, np.array(rows)) for name, rows in by_type.items()],
-        skins=[file_mesh.Elements("shells", np.array(rows)) for rows in sides if rows],
-        element_sets={name: np.array(properties[name]) for name in sorted(properties)},
-        node_sets=_held_nodes(held, np.sort(ids)),
-        what="GRID",
-    )
+    elements = [file_mesh.Elements(name, np.array(rows)) for name, rows in by_type.items()]
+    by_width = [[row for row in skins if len(row) == 1 + width] for width in (3, 4)]
+    sides = [file_mesh.Elements("shells", np.array(rows)) for rows in by_width if rows]
+    sets = {name: np.array(properties[name]) for name in sorted(properties)}
+    ids, places = np.fromiter(grids, dtype=np.int64), _places(grids, systems, path)
+    node_sets = _held_nodes(held, np.sort(ids))
+    deck = file_mesh.Deck(str(path), file_mesh.NASTRAN, ids, places, elements, sides, sets, node_sets, what="GRID")
     mesh = file_mesh.assembled(deck).mesh
     surfaces, known = dict(mesh.surfaces), frozenset(shells)
     for name, cards in loads.items():
@@ -264,7 +253,7 @@ def _solid_nodes(card: Card) -> list[int]:
     return nodes
 
 
-def _loaded_faces(card: Card, solids: Solids, shells: Set[int]) -> list[list[int]]:
+def _loaded_faces(card: Card, solids: Mapping[int, tuple[str, list[int]]], shells: Set[int]) -> list[list[int]]:
     """Return the face that PLOAD4 names by a vertex and the opposite one (for CTETRA the vertex off the face)."""
     element = card.integer(1)
     if element not in solids:
