@@ -46,15 +46,14 @@ class Card:
         return [float(f"{match[1]}e{match[2] or 0}") for match in matches if match]
 
 
-def _names_in(text: str, deck: Path) -> Iterator[str]:
-    """Yield the names of the files that lines of a deck include."""
-    for match in (_BY_KEYWORD if deck.suffix.lower() == ".inp" else _BY_ENTRY).finditer(text):
-        yield re.sub(r"\n\s*", "", match[1] or match[2]).strip()
+def _including(deck: Path) -> re.Pattern[str]:
+    """Return the pattern of lines by which a deck includes a file."""
+    return _BY_KEYWORD if deck.suffix.lower() == ".inp" else _BY_ENTRY
 
 
-def _inside(name: str, deck: Path, beside: Path) -> Path | None:
+def _inside(match: re.Match[str], deck: Path, beside: Path) -> Path | None:
     """Return a file of the deck's folder or that of what includes it; ``None``: it is missing, outside, or a link."""
-    top = deck.parent.resolve()
+    name, top = re.sub(r"\n\s*", "", match[1] or match[2]).strip(), deck.parent.resolve()
     for folder in (top, beside.parent.resolve()):
         path = Path(os.path.normpath(folder / name.replace("\\", "/")))
         if path.is_file() and path.is_relative_to(top) and path == path.resolve():
@@ -86,22 +85,22 @@ class Deck:
         data = read_bytes(path, self.size, MeshError)
         self.files -= 1
         self.size -= len(data)
-        whole = place = ""
+        whole, place, including = "", "", _including(self.path)
         for number, line in enumerate(data.decode("utf-8-sig", errors="replace").splitlines(), start=1):
             line = self.content(line)
             if line.strip():
                 place, whole = (place, whole + line.strip()) if whole else (f"{path}:{number}", line)
-            if len(whole) > LONGEST and self.goes_on(whole):
-                raise MeshError(f"{place}: goes on for more than {LONGEST} characters; shorten it")
             if whole and not self.goes_on(whole):
                 yield place, whole
-                for name in _names_in(whole, self.path):
-                    file = _inside(name, self.path, path)
+                if match := including.match(whole):
+                    file = _inside(match, self.path, path)
                     if file is None:
                         why = "which is no file within the deck's folder (a link is none); copy it there"
-                        raise MeshError(f"{place}: includes {name[:80]!r}, {why}, or write one file")
+                        raise MeshError(f"{place}: includes {(match[1] or match[2])[:80]!r}, {why}, or write one file")
                     yield from self.lines(file)
                 whole = ""
+            elif len(whole) > LONGEST:
+                raise MeshError(f"{place}: goes on for more than {LONGEST} characters; shorten it")
         if whole:
             raise MeshError(f"{place}: goes on after the end of the file; remove its last comma, or close its quotes")
 
@@ -116,6 +115,7 @@ def with_included(path: Path) -> tuple[Path, ...]:
             continue
         files[file] = None
         if path.suffix.lower() in (".inp", ".bdf", ".nas", ".dat", ".fem"):
-            names = islice(_names_in(read_text(file, MOST_BYTES, MeshError, errors="replace"), path), MOST_FILES)
-            waiting += filter(None, (_inside(name, path, file) for name in names))
+            text = read_text(file, MOST_BYTES, MeshError, errors="replace")
+            matches = islice(_including(path).finditer(text), MOST_FILES)
+            waiting += filter(None, (_inside(match, path, file) for match in matches))
     return tuple(files)
