@@ -20,6 +20,8 @@ def lines(form, places=X, first=1):
 
 
 IN = "{}, {}, {}, {}"
+BLOCK = f"|*NODE\n{lines(IN)}\n|*ELEMENT, TYPE=C3D8\ne|1, {ONE}\ne|2, {TWO}"
+BASE = "=Base|*NSET, NSET=Base\n=Base|1,2,3,4"
 ABAQUS = {
     "flat": f"""2; 2 1 1; Base 4n; All 2v; Top 2f
 |*HEADING
@@ -186,6 +188,12 @@ e|1, {ONE}
 |*Tie, name=Constraint-1, adjust=no
 |s_A, s_B
 |*End Assembly""",
+    "alone": f"""2; 2 1 1; Base 4n
+|*PART, NAME=Seat
+{BLOCK}
+{BASE}
+|*END PART
+|*MATERIAL, NAME=Steel""",
     "quadratic": f"""1; 1 1 1; Base 8n; Low 1f
 |*NODE, NSET=N
 {lines(IN, CORNERS + MIDDLES)}
@@ -216,8 +224,7 @@ e|1, {ONE}
 e|1, {ONE}
 e|2, {TWO}
 @sets.inp
-=Base|*NSET, NSET=Base
-=Base|1,2,3,4
+{BASE}
 @loads.txt
 |*CLOAD
 |9, 1, 1.""",
@@ -233,20 +240,6 @@ e|1, {ONE}
 e|2, {TWO}
 @base.txt
 =Base|1,2,3,4""",
-    "cylindrical": """1; 2 2 1; Rim 4n
-|*NODE, SYSTEM=C
-|1, 1., 0., 0.
-|2, 2., 0., 0.
-|3, 2., 90., 0.
-|4, 1., 90., 0.
-|5, 1., 0., 1.
-|6, 2., 0., 1.
-|7, 2., 90., 1.
-|8, 1., 90., 1.
-|*ELEMENT, TYPE=C3D8
-|1, 1,2,3,4,5,6,7,8
-=Rim|*NSET, NSET=Rim
-=Rim|2,3,6,7""",
     "generated": f"""2; 2 1 1; All 12n; Odd 6n; Some 3n; First 1v; Pair 2v
 |*NODE, NSET=All
 {lines(IN)}
@@ -304,13 +297,8 @@ e|2, {TWO}
 =Base| 1 , 2 ,
 =Base|,3""",
     "materials": f"""2; 2 1 1; Base 4n
-|*NODE
-{lines(IN)}
-|*ELEMENT, TYPE=C3D8
-e|1, {ONE}
-e|2, {TWO}
-=Base|*NSET, NSET=Base
-=Base|1,2,3,4
+{BLOCK}
+{BASE}
 |*ORIENTATION, NAME=O
 |1., 0., 0., 0., 1., 0.
 |*DISTRIBUTION, NAME=D, LOCATION=ELEMENT, TABLE=T
@@ -354,13 +342,8 @@ e|2, {TWO}
 |*INITIAL CONDITIONS, TYPE=TEMPERATURE
 |Base, 20.""",
     "steps": f"""2; 2 1 1; Base 4n; Tip 2n
-|*NODE
-{lines(IN)}
-|*ELEMENT, TYPE=C3D8
-e|1, {ONE}
-e|2, {TWO}
-=Base|*NSET, NSET=Base
-=Base|1,2,3,4
+{BLOCK}
+{BASE}
 |*STEP
 |*FREQUENCY
 |10
@@ -406,6 +389,7 @@ e|2, {TWO}
 }
 GRID, WIDE = "GRID,{},,{},{},{}", "GRID*   {:<16}{:16}{:<16}{:<16}\n|*       {:<16}"
 SMALL = "GRID    {:<8}        {:<8}{:<8}{:<8}"
+BRICKS = f"{lines(GRID)}\n|CHEXA,1,3,1,5,6,2,4,8\n|,7,3\n|CHEXA,2,3,5,9,10,6,8,12\n|,11,7"
 
 
 def wide(places=X, first=1):
@@ -521,19 +505,11 @@ e|CTETRA  2       2       2       3       4       5
 |CHEXA,2,1,9,1,4,9,10,5
 |,8,10
 |ENDDATA""",
-    "grids": f"""2; 1 2 1; SPC 1 4n
+    "displaced": f"""2; 2 1 1; PID 3 2v
 |BEGIN BULK
-|GRID,101,0,1.,0.,0.
-|GRID,102,0,1.,0.,5.
-|GRID,103,0,1.,3.,0.
-|CORD1R,5,101,102,103
-*|GRDSET,,5
-{lines("GRID,{},,{},{},{}")}
-|CHEXA,1,3,1,5,6,2,4,8
-|,7,3
-|CHEXA,2,3,5,9,10,6,8,12
-|,11,7
-=SPC 1|SPC1,1,123,1,2,3,4
+|CORD1R,9,1,2,3
+|GRDSET,,,,,,9,6
+{BRICKS}
 |ENDDATA""",
     "plain": f"""2; 1 1 1; PID 1 2v; SPC 1 3n
 {lines("grid	{}		{}	{}	{}", [*TET[:4], (1, 1, 1)])}
@@ -565,11 +541,7 @@ e|ctetra,2,1,2,3,4,5
 =SPC 5|SPC1,5,123,1,2,3,4""",
     "held": f"""2; 2 1 1; SPC 1 4n; SPC 2 3n; SPC 3 8n
 |BEGIN BULK
-{lines(GRID)}
-|CHEXA,1,3,1,5,6,2,4,8
-|,7,3
-|CHEXA,2,3,5,9,10,6,8,12
-|,11,7
+{BRICKS}
 =SPC 1|SPC,1,1,123,0.,2,123,0.
 =SPC 1|SPC,1,3,3,,4,3
 =SPC 2|SPC1,2,123456,5,6,7
@@ -583,11 +555,7 @@ e|ctetra,2,1,2,3,4,5
 |ENDDATA""",
     "shells": f"""2; 2 1 1; PID 3 2v; PID 4 2f; PID 5 1f; SPC 1 4n
 |BEGIN BULK
-{lines(GRID)}
-|CHEXA,1,3,1,5,6,2,4,8
-|,7,3
-|CHEXA,2,3,5,9,10,6,8,12
-|,11,7
+{BRICKS}
 =PID 4|CQUAD4,11,4,3,4,8,7,45.
 =PID 4|CQUAD4,12,4,7,8,12,11
 =PID 5|CQUAD8,13,5,1,2,3,4
@@ -614,11 +582,7 @@ e|ctetra,2,1,2,3,4,5
 |ENDDATA""",
     "loads": f"""2; 2 1 1; PID 3 2v; SPC 5 4n
 |BEGIN BULK
-{lines(GRID)}
-|CHEXA,1,3,1,5,6,2,4,8
-|,7,3
-|CHEXA,2,3,5,9,10,6,8,12
-|,11,7
+{BRICKS}
 =SPC 5|SPC1,5,123,1,2,3,4
 |PSOLID,3,1
 |MAT1,1,2.1+11,,.3,7850.,1.2-5,20.

@@ -133,7 +133,7 @@ def test_what_is_not_known_is_refused_or_told(deck):
 
 
 REFUSED = [
-    ("abaqus flat", "*ELEMENT, TYPE=C3D8R", "*ELEMENT, TYPE=C3D6", "one of|found: .*C3D6"),
+    ("abaqus flat", "*ELEMENT, TYPE=C3D8R", "*ELEMENT, TYPE=C3D6", r"deck.inp:16: \*ELEMENT: TYPE=C3D6: is not read"),
     ("abaqus flat", "*ELEMENT, TYPE=C3D8R", "*ELEMENT, TYPE=C8D3R", r"deck.inp:16: \*ELEMENT: TYPE=C8D3R"),
     ("abaqus flat", "*ELEMENT, TYPE=C3D8R", "*NGEN\n1, 2\n*ELEMENT, TYPE=C3D8R", r"deck.inp:16: \*NGEN: .*write out"),
     ("abaqus flat", "*NODE", "*SYSTEM\n1.,0.,0.\n*NODE", r"deck.inp:3: \*SYSTEM: "),
@@ -143,7 +143,7 @@ REFUSED = [
     ("abaqus flat", "1, S2", "1, S7", r"deck.inp:24: \*SURFACE: 1, S7: .*S1 to S6"),
     ("abaqus flat", "1, S2", "Side, S2", "no ELSET 'Side'.*'All'"),
     ("abaqus flat", "*NSET, NSET=Base", "*NSET, NSET=Base, ELSET=All", r"deck.inp:19: \*NSET: ELSET: "),
-    ("abaqus cylindrical", "SYSTEM=C", "SYSTEM=S", r"deck.inp:1: \*NODE: SYSTEM=S: .*rectangular"),
+    ("abaqus flat", "*NODE", "*NODE, SYSTEM=C", r"deck.inp:3: \*NODE: SYSTEM=C: .*rectangular"),
     ("abaqus placed", "PART=Seat", "PART=Reed", r"\*INSTANCE: PART='reed': .*'seat'"),
     ("abaqus placed", "1., 0., 1., 1., 0., 2., 90.", "1., 0., 1., 1., 0., 1., 90.", "two points .*move one"),
     ("abaqus placed", "1., 0., 1., 1., 0., 2., 90.", "1., 0., 1.", r"\*INSTANCE: needs a line of translation"),
@@ -152,14 +152,14 @@ REFUSED = [
     ("nastran included", "held.dat", "link.dat", "deck.bdf:8: includes 'link.dat'.*a link is none"),
     ("nastran included", "mesh/nodes.bdf", "/etc/passwd", "deck.bdf:5: includes '/etc/passwd'.*within .*folder"),
     ("nastran free", "BEGIN BULK", "BEGIN SUPER=1", "deck.bdf:7: BEGIN SUPER=1: "),
-    ("nastran free", "PSOLID,3,1", "GRID,13,9,0.,0.,0.", "GRID: coordinate system 9 is missing"),
+    ("nastran free", "PSOLID,3,1", "CORD1R,9,1,2,3\nGRID,13,9,0.,0.,0.", "GRID: coordinate system 9 is no CORD2R"),
     ("nastran free", "PSOLID,3,1", "=,*(1),==", "deck.bdf:25: =: .*write out"),
-    ("nastran free", "PSOLID,3,1", "CPENTA,8,3,1,2,3,5,6,7", "found: .*1 CPENTA of 6 nodes"),
+    ("nastran free", "PSOLID,3,1", "CPENTA,8,3,1,2,3,5,6,7", r"deck.bdf:25: CPENTA: is not read.*CHEXA"),
     ("nastran free", "PSOLID,3,1", "CHEXA,2,3,5,9,10,6,8,12\n,11,7", "CHEXA: element 2 is there twice"),
     ("nastran free", "PLOAD4,9,1,1.+6,,,,3,8", "PLOAD4,9,1,1.+6,,,,3,7", "nodes 3 and 7 must name a face of element 1"),
     ("nastran free", "PLOAD4,9,1,1.+6,,,,3,8", "PLOAD4,9,7,1.+6,,,,3,8", "element 7 is not defined"),
-    ("nastran rectangular", "CORD2R  7       0 ", "CORD2R  7       8 ", "coordinate system [78] .*stands in itself"),
-    ("nastran grids", "GRID,103,0,1.,3.,0.", "GRID,103,0,1.,0.,9.", "CORD1R: its three points are on a line"),
+    ("nastran rectangular", "CORD2R  7       0 ", "CORD2R  7       8 ", "coordinate system 8 .*stands in itself"),
+    ("nastran rectangular", "+       0.      0.", "+       1.      0.", "CORD2R: must have three points .*move one"),
 ]
 
 
@@ -192,7 +192,7 @@ def test_what_steps_do_that_is_not_known_is_told(tmp_path):
     told = read_mesh(tmp_path / "deck.inp", contact=None, fixed="Base")
     assert "*ANEWOUTPUT" in str(told)
     Deck("abaqus flat", tmp_path).content()
-    assert not read_mesh(tmp_path / "deck.inp", contact="top", fixed="BASE").provenance.notes
+    assert "not known" not in str(read_mesh(tmp_path / "deck.inp", contact="top", fixed="BASE").provenance.notes)
 
 
 def test_a_node_set_without_a_face_is_named(tmp_path):

@@ -2,7 +2,7 @@
 
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
@@ -13,100 +13,53 @@ from scipy.spatial.transform import Rotation
 from seatfem.structures.formats import decks, file_mesh
 from seatfem.structures.mesh.io import Floats, Integers, MeshError, distinct
 
-MOST_MEMBERS = 5_000_000  # largest number of members of all sets of a deck, and of lines of repeated instances
+MOST_MEMBERS = 5_000_000  # largest number of members of all sets of a deck, and of lines of placed parts
 SPAN = file_mesh.SPAN
 SETS = "GENERATE INTERNAL INSTANCE UNSORTED FREQUENCY INPUT"
 READ: Mapping[str, str] = MappingProxyType(
-    {
-        "NODE": "NSET SYSTEM INPUT",
-        "ELEMENT": "TYPE ELSET INPUT DLOAD PARENT",
-        "NSET": f"NSET {SETS}",
-        "ELSET": f"ELSET {SETS}",
-    }
-    | {"SURFACE": "NAME TYPE INTERNAL TRIM MAXRATIO NOOFFSET NOTHICK SCALETHICK REGIONTYPE PROPERTY", "PART": "NAME"}
-    | {"INSTANCE": "NAME PART", "INCLUDE": "INPUT FILE"}
+    {"*NODE": "NSET SYSTEM INPUT", "*ELEMENT": "TYPE ELSET INPUT DLOAD PARENT", "*INCLUDE": "INPUT FILE"}
+    | {"*NSET": f"NSET {SETS}", "*ELSET": f"ELSET {SETS}", "*PART": "NAME", "*INSTANCE": "NAME PART"}
+    | {"*SURFACE": "NAME TYPE INTERNAL TRIM MAXRATIO NOOFFSET NOTHICK SCALETHICK REGIONTYPE PROPERTY"}
 )
 """Keywords that are read, and their parameters."""
 OUTSIDE = re.compile(
-    r"""
-    ACOUSTIC|ADAPTIVE|ADIABATIC|AMPLITUDE|ANISO|ANNEAL|AQUA|ASSEMBLY|AXIAL|BASE|BEAM|BIAXIAL|BLOCKAGE|BOND|BOUNDARY|
-    BRITTLE|BUCK|BULK|CADDED|CAP|CAST|CAVITY|CECHARGE|CECURRENT|CENTROID|CFD|CFILM|CFLOW|CFLUX|CHANGE|CLAY|CLEARANCE|
-    CLOAD|CO-|COHESIVE|COMB|COMPLEX|COMPOSITE|CONC|COND|CONN|CONST|CONT|CORR|COUPL|CRACK|CRAD|CREEP|CRUSH|CYCL|CZONE|
-    DADDED|DAMAGE|DAMP|DASH|DEBOND|DECH|DECU|DEFORM|DEMPOT|DENSITY|DEPVAR|DESIGN|DETON|DFL|DIAG|DIEL|DIFF|DIRECT|
-    DISCRETE|DISPLAY|DISTRIB|DLOAD|DOMAIN|DRAG|DRUCKER|DSA|DSE|DSF|DSL|DYNAMIC|ELASTIC|ELECTR|ELEMENTMATRIX|ELEMENTO|
-    ELEMENTPRO|ELEMENTRE|ELFILE|ELPRINT|EMBEDDED|EMISS|END|ENERGY|ENRICH|EOS|EPJOINT|EQUATION|EULERIAN|EVENT|EXPANSION|
-    EXTERNAL|EXTREME|FABRIC|FACE|FAIL|FASTENER|FEAS|FIELD|FILE|FILM|FILTER|FIXED|FLEX|FLOW|FLUID|FOUND|FRACT|FRAME|FREQ|
-    FRICT|GAP|GAS|GEL|GEO|GLOBAL|GREEN|HCF|HEAD|HEAT|HOUR|HYPER|HYPO|HYST|IMPED|INCI|INCR|INERTIA|INITIAL|INTEG|
-    INTERFACE|ITS|JOINT|JOULE|KAPPA|KINEMATIC|LATENT|LOAD|LOW|M1|M2|MAGNET|MAPS|MASS|MATERIAL|MATRIX|MEAN|MEDIA|
-    MEMBRANE|MODAL|MODELCHANGE|MOHR|MOIST|MOLEC|MONITOR|MOTION|MPC|MULLINS|NETWORK|NOANALYSIS|NOCOMP|NODAL|NODEFILE|
-    NODEOUTPUT|NODEPRINT|NODERESP|NONSTRUCT|NORMAL|NOTENS|OBJECTIVE|ORIENT|ORNL|OUTPUT|PARAMETER|PERF|PERIODIC|PERM|
-    PHYS|PIEZO|PIPE|PLANAR|PLASTIC|POROUS|POST|POTENTIAL|PRE|PRINT|PROPERTY|PSD|RADIA|RANDOM|RATE|RATIOS|REACTION|REBAR|
-    REFLECTION|RELEASE|RESPONSE|RESTART|RETAINED|RIGID|ROBUST|ROTARY|SECTION|SELECT|SENSIT|SFILM|SFLOW|SHEAR|SHELL|SIMP|
-    SLIDE|SLOAD|SOFT|SOIL|SOL|SORP|SPEC|SPRING|SRAD|STATIC|STEADY|STEP|SUBMODEL|SUBSTRUCT|SUPERELASTIC|SURFACEBEH|
-    SURFACEFLAW|SURFACEINT|SURFACEPRO|SURFACESEC|SWELL|SYMMETRICRESULTS|TABLE|TEMP|TENS|THERM|TIE|TIMEP|TORQUE|TRACER|
-    TRANS|TRIAX|TRS|UEL|UNCOUP|UNDEX|UNI|UNLOAD|USER|VALUES|VARIABLE|VIEW|VISCO|VOID|VOLUM|WAVE|WIND
+    r"""\*(
+    ACO|ADA|ADI|AMP|ANI|ANN|AQU|ASSEMBLY|AXI|BAS|BEA|BIA|BLO|BON|BOU|BRI|BUC|BUL|CAD|CAP|CAS|CAV|CEC|CEN|CFD|CFI|CFL|
+    CHA|CLA|CLE|CLO|CO-|COH|COM|CONC|COND|CONN|CONS|CONT|COR|COU|CRA|CRE|CRU|CYC|CZO|DAD|DAM|DAS|DEB|DEC|DEF|DEM|DEN|
+    DEP|DES|DET|DFL|DIA|DIE|DIF|DIR|DIS|DLO|DOM|DRA|DRU|DSA|DSE|DSF|DSL|DYN|ELA|ELEC|ELEMENTM|ELEMENTO|ELEMENTP|
+    ELEMENTR|ELF|ELP|EMB|EMI|END|ENE|ENR|EOS|EPJ|EQU|EUL|EVE|EXP|EXT|FAB|FAC|FAI|FAS|FEA|FIE|FIL|FIX|FLE|FLO|FLU|FOU|
+    FRA|FRE|FRI|GAP|GAS|GEL|GEO|GLO|GRE|HCF|HEA|HOU|HYP|HYS|IMPED|INCI|INCR|INE|INI|INT|ITS|JOI|JOU|KAP|KIN|LAT|LOA|LOW|
+    M1|M2|MAG|MAPS|MAS|MAT|MEA|MED|MEM|MOD|MOH|MOI|MOL|MON|MOT|MPC|MUL|NET|NOA|NOC|NODAL|NODEF|NODEO|NODEP|NODER|NON|
+    NOR|NOT|OBJ|ORI|ORN|OUT|PARA|PER|PHY|PIE|PIP|PLA|POR|POS|POT|PRE|PRI|PRO|PSD|RAD|RAN|RAT|REA|REB|REFL|REL|RES|RET|
+    RIG|ROB|ROTAR|SEC|SEL|SEN|SFI|SFL|SHE|SIM|SLI|SLO|SOF|SOI|SOL|SOR|SPE|SPR|SRA|STA|STE|SUBMO|SUBSTRUCT|SUP|SURFACEB|
+    SURFACEF|SURFACEI|SURFACEP|SURFACES|SWE|SYMMETRICR|TAB|TEM|TEN|THE|TIE|TIM|TOR|TRAC|TRANS|TRI|TRS|UEL|UNC|UND|UNIA|
+    UNL|USE|VAL|VAR|VIE|VIS|VOI|VOL|WAV|WIN)
     """,
     re.VERBOSE,
 )
 """Beginnings of keywords, without blanks, that change no node, element or set: materials, constraints, steps, ..."""
 SOLID = re.compile(r"[DAQ]?C3D(4|8|10|20|27)[A-Z]*$")
-OTHER_SOLID = re.compile(r"[DAQE]?C3D|COH3D|CSS|SC\d|CCL")
 SKIN = re.compile(r"(?:S|DS|STRI|SFM3D|M3D|R3D|CPS|CPE)(3|4|6|8|9)5?[A-Z]*\d?$")
 OTHER = re.compile(
-    r"[AD]?C[12]D|[ADEGQCM]*(AX|AXA)\d|SAX|RAX|SFM|CPEG|CIN|ACIN|ASI|B[23]|PIPE|ELBOW|FRAME|D?T[23]D|F[23]D|R2D2|RB[23]D|MASS|"
-    r"ROTARYI|HEATCAP|SPRING|DASHPOT|D?GAP|CONN|DCOUP|DRAG|JOINT|ITS|LS|FC|PSI|P[CD]3D|KCONN|GK|COH|D$|V?U\d|US"
+    r"[AD]?C[12]D|[ADEGQCM]*AXA?\d|SAX|RAX|SFM|CPEG|A?CIN|ASI|B[23]|PIPE|ELBOW|FRAME|D?T[23]D|F[23]D|R2D2|RB[23]D|MASS|ROTARYI|"
+    r"HEATCAP|SPRING|DASHPOT|D?GAP|CONN|DCOUP|DRAG|JOINT|ITS|LS|FC|PSI|P[CD]3D|KCONN|GK|COH(?!3D)|D$|V?U\d|US"
 )
 """Lines, plane and axisymmetric solids, springs, masses, users' own elements."""
+_NONE: Integers = np.empty(0, dtype=np.int64)
 
 
 @dataclass(frozen=True)
-class Block:
+class Block(decks.Card):
     """Keyword line with its parameters, its data lines split at commas, and the number of its instance, 0 for none."""
 
-    keyword: str
     options: Mapping[str, str]
     rows: list[list[str]]
-    place: str
     instance: int = 0
-
-    def fail(self, why: str) -> MeshError:
-        return MeshError(f"{self.place}: *{self.keyword}: {why}")
-
-    def whole(self, words: Sequence[str]) -> list[int]:
-        """Return whole numbers of up to nine digits."""
-        joined = "".join(words)
-        if not (joined.isdecimal() and joined.isascii() and 0 < min(map(len, words)) <= max(map(len, words)) <= 9):
-            raise self.fail(f"{', '.join(words)[:80]}: must be whole numbers of up to nine digits")
-        return [int(word) for word in words]
-
-    def reals(self, words: Sequence[str]) -> list[float]:
-        try:
-            return [decks.number(word) for word in words]
-        except ValueError as error:
-            raise self.fail(f"{', '.join(words)[:80]}: {error}") from None
-
-
-def _lines(path: Path) -> Iterator[tuple[str, str]]:
-    """Yield place and text of every line; a keyword line that ends in a comma is joined with the next."""
-
-    def content(line: str) -> str:
-        return "" if line.lstrip().startswith("**") or line.strip() == "*" else line.strip()
-
-    def goes_on(line: str) -> bool:
-        return line.startswith("*") and line.endswith(",")
-
-    def included(line: str) -> str | None:
-        keyword, options = _keyword(line) if line.startswith("*") else ("", {})
-        return (
-            options.get("INPUT" if "INPUT" in options or keyword != "INCLUDE" else "FILE") if keyword in READ else None
-        )
-
-    return decks.Deck(path, content, goes_on, included).lines()
 
 
 def _keyword(line: str) -> tuple[str, dict[str, str]]:
     """Return keyword and parameters of a line, without blanks in their names, which may be abbreviated."""
-    keyword, *words = line[1:].split(",")
+    keyword, *words = line.split(",")
     keyword = re.sub(r"\s", "", keyword).upper()
     known, options = READ.get(keyword, "").split(), {}
     for name, _, value in (word.partition("=") for word in words if word.strip()):
@@ -122,28 +75,30 @@ def _blocks(path: Path, notes: list[str]) -> Iterator[Block]:
     block: Block | None = None
     unknown: Counter[str] = Counter()
     in_step = False
-    for place, line in _lines(path):
+    deck = decks.Deck(
+        path,
+        content=lambda line: re.sub(r"^\s*\*(\*.*|\s*)$", "", line).strip(),
+        goes_on=lambda line: line.startswith("*") and line.endswith(","),
+    )
+    for place, line in deck.lines():
         if not line.startswith("*"):
             if block is None and line[0] in "0123456789+-.,":
                 raise MeshError(f"{place}: data before the first keyword; write the keyword, or ** before a comment")
-            if block and block.keyword in READ:
+            if block and block.name in READ:
                 block.rows.append([word.strip() for word in line.rstrip(" \t,").split(",")])
             continue
         keyword, options = _keyword(line)
-        if keyword == "INCLUDE" and [*options] in (["INPUT"], ["FILE"]):
+        if keyword == "*INCLUDE" and len(options.keys() & {"INPUT", "FILE"}) == len(options) == 1:
             continue
         if block:
             yield block
-        block = Block(keyword, options, [], place)
-        in_step = keyword == "STEP" or (in_step and keyword != "ENDSTEP")
-        if any(name.startswith("*") for name in options):
-            raise block.fail("ends in a comma, after which another keyword stands; remove the comma")
-        unread = sorted(options.keys() - READ[keyword].split()) if keyword in READ else []
-        if unread or keyword == "INCLUDE":
-            known = ", ".join(READ[keyword].split())
-            raise block.fail(f"{', '.join(unread)[:80] or 'no file'}: its parameters must be among {known}")
-        if in_step and keyword in ("NODE", "ELEMENT", "PART", "INSTANCE"):
-            raise block.fail("stands in a *STEP; write it before the first one")
+        block = Block(place, keyword, options, [])
+        in_step = keyword == "*STEP" or (in_step and keyword != "*ENDSTEP")
+        known = READ.get(keyword, "").split()
+        wrong = [name for name in options if name.startswith("*") or (known and name not in known)]
+        if wrong or keyword == "*INCLUDE":
+            what = ", ".join(wrong)[:80] or "no file"
+            raise block.fail(f"{what}: must be among {', '.join(known) or 'its parameters'}; remove it or its comma")
         if keyword not in READ and not OUTSIDE.match(keyword):
             if not in_step:
                 raise block.fail("is not known, and may change the mesh; write out nodes and elements, and remove it")
@@ -151,12 +106,12 @@ def _blocks(path: Path, notes: list[str]) -> Iterator[Block]:
     if block:
         yield block
     if unknown:
-        notes.append("not known in its steps, and not read: " + ", ".join(f"*{name}" for name in unknown))
+        notes.append("not known in its steps, and not read: " + ", ".join(unknown))
 
 
 Key = tuple[int, str]
 """Number of the instance and name in lower case."""
-Instances = dict[str, tuple[int, str]]
+Instances = dict[str, Key]
 """Number and name of each instance by its name in lower case."""
 
 
@@ -170,36 +125,48 @@ def spelled(names: Mapping[Key, str], instances: Instances) -> dict[Key, str]:
 class Sets:
     """Named sets of node or element numbers, by instance; names are not case-sensitive, as in Abaqus.
 
-    The numbers of instance k are those of its part + k `SPAN`.
+    The numbers of instance k are those of its part + k `SPAN`. ``names``: those that are not internal.
     """
 
     kind: str
     instances: Instances
     members: dict[Key, list[Integers]] = field(default_factory=dict)
     names: dict[Key, str] = field(default_factory=dict)
-    internal: set[Key] = field(default_factory=set)
     count: float = 0
 
     def used(self, added: float, block: Block) -> None:
         """Count members. Raises `MeshError` if the sets together have too many."""
         self.count += added
         if self.count > MOST_MEMBERS:
-            before = f"{added:.4g} members, {self.count:.4g} with those before"
-            raise block.fail(f"{before}; sets may have {MOST_MEMBERS:.0e} together; check first, last and step")
+            total = f"{self.count:.4g} with those before, must be at most {MOST_MEMBERS:.0e}"
+            raise block.fail(f"{added:.4g} members, {total}; check first, last and step")
 
-    def add(self, name: str, numbers: Integers, block: Block) -> None:
-        if not name:
+    def add(self, numbers: Integers, block: Block) -> None:
+        """Add numbers to the set that a block names."""
+        if not (name := block.options.get(self.kind)):
             raise block.fail(f"{self.kind}= is missing; add it")
         key = (block.instance, name.casefold())
-        self.names.setdefault(key, name)
         self.members.setdefault(key, []).append(numbers)
-        if "INTERNAL" in block.options:
-            self.internal.add(key)
+        if "INTERNAL" not in block.options:
+            self.names.setdefault(key, name)
 
-    def add_block(self, block: Block) -> None:
+    def add_lines(self, block: Block) -> None:
         """Add the block of *NSET or *ELSET: numbers, names of earlier sets, or ranges under GENERATE."""
-        numbers = self._ranges(block) if "GENERATE" in block.options else self._listed(block)
-        self.add(block.options.get(self.kind, ""), numbers, block)
+        numbers: list[int] = []
+        parts = [_NONE]
+        shift = self._instance(block) * SPAN
+        for row in block.rows:
+            if "GENERATE" in block.options:
+                bounds = block.integers(row if len(row) > 2 else [*row, "1"])
+                if len(bounds) != 3 or bounds[2] == 0 or bounds[1] < bounds[0]:
+                    raise block.fail(f"{', '.join(row)[:80]}: GENERATE needs first, last, step")
+                first, last, step = bounds
+                self.used((last - first) // step + 1, block)
+                parts.append(np.arange(first, last + 1, step, dtype=np.int64) + shift)
+            else:
+                numbers += block.integers([word for word in row if word.isdecimal()])
+                parts += [self.members_of(word, block) for word in row if word and not word.isdecimal()]
+        self.add(distinct(np.concatenate([np.array(numbers, dtype=np.int64) + shift, *parts])), block)
 
     def members_of(self, word: str, block: Block) -> Integers:
         """Return the numbers that a word names, itself or the members of a set, and count them."""
@@ -207,7 +174,7 @@ class Sets:
         if name.rpartition(".")[0].casefold() in self.instances:
             instance, name = self.instances[name.rpartition(".")[0].casefold()][0], name.rpartition(".")[2]
         if name.isdecimal():
-            return np.array(block.whole([name]), dtype=np.int64) + instance * SPAN
+            return np.array(block.integers([name]), dtype=np.int64) + instance * SPAN
         parts = self.members.get((instance, name.casefold()))
         if parts is None:
             listed = ", ".join(map(repr, sorted(self.names.values()))) or "none"
@@ -223,30 +190,8 @@ class Sets:
 
     def named(self) -> dict[str, Integers]:
         """Return the sets that were named by a user, without repeated numbers."""
-        users = {key: parts for key, parts in self.members.items() if key not in self.internal}
         names = spelled(self.names, self.instances)
-        return {names[key]: distinct(np.concatenate(parts)) for key, parts in users.items()}
-
-    def _listed(self, block: Block) -> Integers:
-        numbers: list[int] = []
-        sets: list[Integers] = [np.empty(0, dtype=np.int64)]
-        for row in block.rows:
-            for word in filter(None, row):
-                if word.isdecimal():
-                    numbers += block.whole([word])
-                else:
-                    sets.append(self.members_of(word, block))
-        return distinct(np.concatenate([np.array(numbers, dtype=np.int64) + self._instance(block) * SPAN, *sets]))
-
-    def _ranges(self, block: Block) -> Integers:
-        parts = [np.empty(0, dtype=np.int64)]
-        for row in block.rows:
-            first, last, step, *rest = (*block.whole(row), *(1, 1)[len(row) - 1 :]) if len(row) > 1 else (1, 0, 0)
-            if rest or step < 1 or last < first:
-                raise block.fail(f"{', '.join(row)[:80]}: GENERATE needs first, last, step")
-            self.used((last - first) // step + 1, block)
-            parts.append(np.arange(first, last + 1, step, dtype=np.int64) + self._instance(block) * SPAN)
-        return np.concatenate(parts)
+        return {name: distinct(np.concatenate(self.members[key])) for key, name in names.items()}
 
 
 def _placed(path: Path, notes: list[str]) -> tuple[list[Block], Instances, list[tuple[Floats, Floats]]]:
@@ -255,31 +200,29 @@ def _placed(path: Path, notes: list[str]) -> tuple[list[Block], Instances, list[
     instances: Instances = {}
     moves = [(np.eye(3), np.zeros(3))]
     placed: list[Block] = []
-    part, repeated, opened = placed, 0, ""
-    uses: Counter[str] = Counter()
+    part, lines, opened = placed, 0, ""
     for block in _blocks(path, notes):
-        name = block.options.get("NAME", "").casefold()
-        if opened and block.keyword in ("PART", "INSTANCE", "ASSEMBLY", "ENDASSEMBLY", "STEP"):
+        name = block.options.get("NAME", "")
+        key, of = name.casefold(), block.options.get("PART", "").casefold()
+        if opened and block.name in ("*PART", "*INSTANCE", "*ASSEMBLY", "*ENDASSEMBLY", "*STEP"):
             raise block.fail(f"*END {opened} is missing before it; add it")
-        match block.keyword:
-            case "PART" | "INSTANCE" if name in (parts if block.keyword == "PART" else instances):
+        match block.name:
+            case "*PART" | "*INSTANCE" if key in (parts if block.name == "*PART" else instances):
                 raise block.fail(f"{name!r} is there twice; rename one")
-            case "PART":
-                opened, part = "PART", parts.setdefault(name, [])
-            case "INSTANCE":
-                of = block.options.get("PART", "").casefold()
-                if of not in parts:
-                    raise block.fail(f"PART={of!r}: must be one of {', '.join(map(repr, parts)) or 'no parts'}")
-                opened, instances[name] = "INSTANCE", (len(moves), block.options.get("NAME", ""))
+            case "*PART":
+                opened, part = "PART", parts.setdefault(key, [])
+            case "*INSTANCE" if of not in parts:
+                raise block.fail(f"PART={of!r}: must be one of {', '.join(map(repr, parts)) or 'no parts'}")
+            case "*INSTANCE":
+                opened, instances[key] = "INSTANCE", (len(moves), name)
+                placed += [replace(each, instance=len(moves)) for each in parts[of]]
                 moves.append(_move(block))
-                repeated += sum(1 + len(each.rows) for each in parts[of]) if uses[of] else 0
-                uses[of] += 1
-                if repeated > MOST_MEMBERS:
-                    raise block.fail(f"{repeated} lines of parts are repeated by instances; at most {MOST_MEMBERS:.0e}")
-                placed += [replace(each, instance=instances[name][0]) for each in parts[of]]
-            case "ENDPART" | "ENDINSTANCE" if block.keyword != f"END{opened}":
-                raise block.fail(f"nothing that it ends is open; remove it, or add *{block.keyword[3:]}")
-            case "ENDPART" | "ENDINSTANCE":
+                lines += sum(1 + len(each.rows) for each in parts[of])
+                if lines > MOST_MEMBERS:
+                    raise block.fail(f"{lines} lines of parts are placed so far; must be at most {MOST_MEMBERS:.0e}")
+            case "*ENDPART" | "*ENDINSTANCE" if block.name != f"*END{opened}":
+                raise block.fail(f"nothing that it ends is open; remove it, or add *{block.name[4:]}")
+            case "*ENDPART" | "*ENDINSTANCE":
                 part, opened = placed, ""
             case _:
                 part.append(replace(block, instance=len(moves) - 1 if opened == "INSTANCE" else 0))
@@ -313,19 +256,49 @@ def read_abaqus(path: Path) -> file_mesh.FileMesh:
     volumes; sets that Abaqus/CAE marks internal are omitted. Keywords of `OUTSIDE` are passed over, others in steps
     are noted. Raises `MeshError` naming file and line, also for any other keyword.
     """
+    ids: list[Integers] = [_NONE]
+    points: list[Floats] = [np.empty((0, 3))]
+    solids: list[file_mesh.Elements] = []
+    skins: list[file_mesh.Elements] = []
     notes: list[str] = []
-    deck, node_sets, element_sets, blocks = _collect(path, notes)
+    blocks, instances, moves = _placed(path, notes)
+    node_sets, element_sets = Sets("NSET", instances), Sets("ELSET", instances)
+    sides: dict[Key, Block] = {}  # of *SURFACE
+    for block in blocks:
+        match block.name:
+            case "*NODE":
+                numbers, places = _nodes(block)
+                turn, shift = moves[block.instance]
+                ids.append(numbers)
+                points.append(places @ turn.T + shift)
+                if "NSET" in block.options:
+                    node_sets.add(numbers, block)
+            case "*ELEMENT":
+                elements = _elements(block)
+                if elements is not None:
+                    (skins if SKIN.match(elements.type) else solids).append(elements)
+                if "ELSET" in block.options:
+                    element_sets.add(_NONE if elements is None else elements.table[:, 0], block)
+            case "*NSET" | "*ELSET":
+                (node_sets if block.name == "*NSET" else element_sets).add_lines(block)
+            case "*SURFACE":
+                key = block.instance, block.options.get("NAME", "").casefold()
+                if not key[1] or key in sides:
+                    raise block.fail(f"NAME={key[1]!r}: is missing, or there twice; write another one")
+                sides[key] = block
+    named, source = (element_sets.named(), node_sets.named()), str(path)
+    deck = file_mesh.Deck(source, file_mesh.ABAQUS, np.concatenate(ids), np.concatenate(points), solids, skins, *named)
     assembly = file_mesh.assembled(deck)
     surfaces, named_nodes = dict(assembly.mesh.surfaces), dict(assembly.mesh.node_sets)
-    file_mesh.check_group_count(len(surfaces) + len(named_nodes) + len(blocks), str(path))
-    names = spelled({key: block.options["NAME"] for key, block in blocks.items()}, node_sets.instances)
-    for key, block in blocks.items():
+    file_mesh.check_group_count(len(surfaces) + len(named_nodes) + len(sides), source)
+    names = spelled({key: block.options["NAME"] for key, block in sides.items()}, instances)
+    for key, block in sides.items():
         match block.options.get("TYPE", "ELEMENT").upper():
             case "NODE":
                 if any(len(row) > 2 for row in block.rows):
                     raise block.fail("a line must have a set or node and, if anything, its area")
                 members = [node_sets.members_of(row[0], block) for row in block.rows]
-                named_nodes[names[key]] = deck.rows(np.concatenate([np.empty(0, dtype=np.int64), *members]))
+                named_nodes[names[key]] = deck.rows(np.concatenate([_NONE, *members]))
             case "ELEMENT":
                 faces = list(_surface(block, assembly, element_sets))
                 surfaces[names[key]] = file_mesh.stacked(faces, file_mesh.face_width(assembly.mesh.cells))
@@ -334,108 +307,56 @@ def read_abaqus(path: Path) -> file_mesh.FileMesh:
     return replace(assembly.mesh, surfaces=surfaces, node_sets=named_nodes, notes=tuple(notes))
 
 
-def _collect(path: Path, notes: list[str]) -> tuple[file_mesh.Deck, Sets, Sets, dict[Key, Block]]:
-    """Return the deck, its sets including internal ones, and the blocks of *SURFACE."""
-    ids: list[Integers] = [np.empty(0, dtype=np.int64)]
-    points: list[Floats] = [np.empty((0, 3))]
-    solids: list[file_mesh.Elements] = []
-    skins: list[file_mesh.Elements] = []
-    blocks, instances, moves = _placed(path, notes)
-    node_sets, element_sets = Sets("NSET", instances), Sets("ELSET", instances)
-    surfaces: dict[Key, Block] = {}
-    for block in blocks:
-        match block.keyword:
-            case "NODE":
-                numbers, places = _nodes(block)
-                turn, shift = moves[block.instance]
-                ids.append(numbers)
-                points.append(places @ turn.T + shift)
-                if "NSET" in block.options:
-                    node_sets.add(block.options["NSET"], numbers, block)
-            case "ELEMENT":
-                elements = _elements(block)
-                if elements is not None:
-                    (skins if SKIN.match(elements.type) else solids).append(elements)
-                if "ELSET" in block.options:
-                    known = np.empty(0, dtype=np.int64) if elements is None else elements.ids
-                    element_sets.add(block.options["ELSET"], known, block)
-            case "NSET":
-                node_sets.add_block(block)
-            case "ELSET":
-                element_sets.add_block(block)
-            case "SURFACE":
-                key = block.instance, block.options.get("NAME", "").casefold()
-                if not key[1] or key in surfaces:
-                    raise block.fail(f"NAME={key[1]!r}: is missing, or there twice; write another one")
-                surfaces[key] = block
-            case _:
-                pass
-    named = element_sets.named(), node_sets.named()
-    deck = file_mesh.Deck(
-        str(path), file_mesh.ABAQUS, np.concatenate(ids), np.concatenate(points), solids, skins, *named
-    )
-    return deck, node_sets, element_sets, surfaces
-
-
 def _nodes(block: Block) -> tuple[Integers, Floats]:
-    system = block.options.get("SYSTEM", "R").upper()
-    if system not in ("R", "C"):
-        raise block.fail(f"SYSTEM={system}: must be R or C; write rectangular coordinates")
+    """Return numbers and places (n, 3) of the nodes of a block."""
+    if (system := block.options.get("SYSTEM", "R").upper()) != "R":
+        raise block.fail(f"SYSTEM={system}: must be R; write rectangular coordinates")
     numbers, places = [], []
     for row in block.rows:
         if len(row) > 4 and len(row) != 7:  # 7: with a normal
             raise block.fail(f"{', '.join(row)[:80]}: must be number, x, y, z")
-        numbers += block.whole(row[:1])
+        numbers += block.integers(row[:1])
         places.append([*block.reals(row[1:]), 0.0, 0.0, 0.0][:3])
-    table = np.array(places, dtype=float).reshape(-1, 3)
-    if system == "C":
-        angle = np.deg2rad(table[:, 1])
-        table = np.c_[table[:, 0] * np.cos(angle), table[:, 0] * np.sin(angle), table[:, 2]]
-    return np.array(numbers, dtype=np.int64) + block.instance * SPAN, table
+    return np.array(numbers, dtype=np.int64) + block.instance * SPAN, np.array(places, dtype=float).reshape(-1, 3)
 
 
 def _elements(block: Block) -> file_mesh.Elements | None:
     """Return the elements of a block; ``None`` for beams, springs and masses, which are neither solids nor skins."""
     kind = block.options.get("TYPE", "").upper()
-    solid, skin = SOLID.match(kind), SKIN.match(kind)
-    match = solid or skin
-    if not match and not OTHER_SOLID.match(kind) and OTHER.match(kind):
-        return None
-    if not match and not OTHER_SOLID.match(kind):
-        raise block.fail(f"TYPE={kind[:80]}: is not known; write solids as C3D4, C3D10, C3D8, C3D20, skins as S3, S4")
-    width = 6 if kind.startswith("STRI65") else int(match.group(1)) if match else 0
+    match = SOLID.match(kind) or SKIN.match(kind)
+    if match is None:
+        if OTHER.match(kind):
+            return None
+        raise block.fail(f"TYPE={kind[:80]}: is not read; write solids as C3D4, C3D10, C3D8, C3D20, skins as S3, S4")
+    width = 6 if kind.startswith("STRI65") else int(match[1])
     numbers: list[int] = []
     for row in block.rows:
-        begun = match is not None and len(numbers) % (1 + width)
-        numbers += block.whole(row if match else row[:1])
-        if match and (begun + len(row)) > 1 + width:
+        if len(numbers) % (1 + width) + len(row) > 1 + width:
             raise block.fail(f"TYPE={kind}: {', '.join(row)[:80]}: must be number and {width} nodes")
+        numbers += block.integers(row)
     if len(numbers) % (1 + width):
         raise block.fail(f"TYPE={kind}: its last element must have {width} nodes")
     table = np.array(numbers, dtype=np.int64).reshape(-1, 1 + width) + block.instance * SPAN
-    if match is None:
-        return file_mesh.Elements(kind, table, usable=False)
-    return file_mesh.Elements(kind, table if solid else table[:, : 4 if width in (3, 6) else 5])
+    return file_mesh.Elements(kind, table if match.re is SOLID else table[:, : 4 if width in (3, 6) else 5])
 
 
 def _surface(block: Block, assembly: file_mesh.Assembled, element_sets: Sets) -> Iterator[Integers]:
     """Yield the faces of the lines of *SURFACE, TYPE=ELEMENT: each names a set or an element, and a face of it."""
     cells = assembly.mesh.cells
     faces = np.array(file_mesh.ABAQUS_TET_FACES if file_mesh.face_width(cells) == 3 else file_mesh.ABAQUS_HEX_FACES)
+    sides = {"": -1, "SPOS": -1, "SNEG": -1} | {f"S{k + 1}": k for k in range(len(faces))}
     by_side: dict[str, list[Integers]] = {}
     for row in block.rows:
-        side = row[1].upper() if len(row) > 1 else ""
-        is_face = re.fullmatch(r"S[1-9]", side) and int(side[1]) <= len(faces)
-        if len(row) > 2 or not (is_face or side in ("SPOS", "SNEG", "")):
+        name, side = row[0], "".join(row[1:2]).upper()
+        if len(row) > 2 or side not in sides:
             raise block.fail(f"{', '.join(row)[:80]}: must be set and face, S1 to S{len(faces)}, SPOS or SNEG")
-        by_side.setdefault(side, []).append(element_sets.members_of(row[0], block))
+        by_side.setdefault(side, []).append(element_sets.members_of(name, block))
     for side, parts in by_side.items():
         members = np.concatenate(parts)
-        if side in ("SPOS", "SNEG", ""):
-            yield assembly.skin[np.isin(assembly.skin_ids, members)]
         rows = np.flatnonzero(np.isin(assembly.ids, members))
+        if sides[side] >= 0:
+            yield cells[rows][:, faces[sides[side]]]
+        else:
+            yield assembly.skin[np.isin(assembly.skin_ids, members)]
         if side == "":
-            mask = file_mesh.free_face_mask(cells, faces)
-            yield cells[:, faces][rows][mask[rows]]
-        elif side not in ("SPOS", "SNEG"):
-            yield cells[rows][:, faces[int(side[1]) - 1]]
+            yield cells[:, faces][rows][file_mesh.free_face_mask(cells, faces)[rows]]

@@ -1,9 +1,10 @@
-"""Text of decks: lines with their places, the files that a deck includes, and its numbers."""
+"""Text of decks: lines with their places, the files that a deck includes, and cards with their numbers."""
 
 import os
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 
 from impact.files.safe_files import MB, read_bytes, read_text
@@ -12,32 +13,49 @@ from seatfem.structures.mesh.io import MeshError
 MOST_FILES = 200
 LONGEST = 4096  # largest number of characters of a line with those that it goes on in
 MOST_BYTES = 512 * MB  # largest size of all files of a deck [bytes]
-_INCLUDED = re.compile(
-    r"""^(?:\*[^*]*?\b(?:INPUT|FILE)\s*=|[ \t]*INCLUDE)\s*(?:['"]([^'"]{1,4096})['"]|([^'",\n]+))""",
-    re.IGNORECASE | re.MULTILINE,
+_NAME = r"""\s*(?:['"]([^'"]{1,4096})['"]|([^'",\n]+))"""
+_BY_KEYWORD = re.compile(
+    rf"^\*\s*(?:INCLUDE|NODE|ELEMENT|NSET|ELSET)\s*,(?:[^*]*?,)?\s*(?:INPUT|FILE)\s*={_NAME}", re.I | re.M
 )
-_PLAIN = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[Ee][+-]?[0-9]{1,4})?")
-_EXPONENT = re.compile(r"(?<=[0-9.])(?:[Dd]|(?=[+-]))")
+_BY_ENTRY = re.compile(rf"^[ \t]*INCLUDE\b{_NAME}", re.I | re.M)
+_WHOLE = re.compile("[0-9]{1,9}")
+_REAL = re.compile(r"([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+))(?:(?:[EeDd]|(?=[+-]))([+-]?[0-9]{1,4}))?")
 
 
-def number(text: str) -> float:
-    """Return the number in a field: 1.5, 1.5E-3, 1.5D-3, 1.5-3; blank is 0. Raises `ValueError`."""
-    plain = text or "0"
-    if not _PLAIN.fullmatch(plain):
-        plain = _EXPONENT.sub("E", text, count=1)
-        if not _PLAIN.fullmatch(plain):
-            raise ValueError(f"{text[:80]!r} must be a number")
-    return float(plain)
+@dataclass(frozen=True)
+class Card:
+    """Card, or keyword with its lines: file and line where it stands, and name."""
+
+    place: str
+    name: str
+
+    def fail(self, why: str) -> MeshError:
+        return MeshError(f"{self.place}: {self.name}: {why}")
+
+    def integers(self, words: Sequence[str]) -> list[int]:
+        """Return whole numbers of up to nine digits."""
+        if not all(map(_WHOLE.fullmatch, words)):
+            raise self.fail(f"{', '.join(words)[:80]!r}: must be whole numbers of up to nine digits")
+        return [int(word) for word in words]
+
+    def reals(self, words: Sequence[str]) -> list[float]:
+        """Return numbers: 1.5, 1.5E-3, 1.5D-3, 1.5-3; blank is 0."""
+        matches = [_REAL.fullmatch(word or "0") for word in words]
+        if wrong := [word for word, match in zip(words, matches, strict=True) if not match]:
+            raise self.fail(f"{', '.join(words)[:80]}: {wrong[0][:80]!r} must be a number")
+        return [float(f"{match[1]}e{match[2] or 0}") for match in matches if match]
 
 
-def _inside(name: str, deck: Path, beside: Path) -> Path | None:
-    """Return an included file, from the deck's folder or else from that of the file that includes it.
+def _including(deck: Path) -> re.Pattern[str]:
+    """Return the pattern of lines by which a deck includes a file."""
+    return _BY_KEYWORD if deck.suffix.lower() == ".inp" else _BY_ENTRY
 
-    ``None``: it is missing, outside the deck's folder, or a link.
-    """
-    top = deck.parent.resolve()
+
+def _inside(match: re.Match[str], deck: Path, beside: Path) -> Path | None:
+    """Return a file of the deck's folder or that of what includes it; ``None``: it is missing, outside, or a link."""
+    name, top = re.sub(r"\n\s*", "", match[1] or match[2]).strip(), deck.parent.resolve()
     for folder in (top, beside.parent.resolve()):
-        path = Path(os.path.normpath(folder / name.strip().replace("\\", "/")))
+        path = Path(os.path.normpath(folder / name.replace("\\", "/")))
         if path.is_file() and path.is_relative_to(top) and path == path.resolve():
             return path
     return None
@@ -47,14 +65,12 @@ def _inside(name: str, deck: Path, beside: Path) -> Path | None:
 class Deck:
     """Deck and its files that may still be read, in number and size; each counts as often as it is included.
 
-    ``content``: a line without comments; ``goes_on``: whether the next line belongs to it; ``included``: the file that
-    it names.
+    ``content``: a line without comments; ``goes_on``: whether the next line belongs to it.
     """
 
     path: Path
     content: Callable[[str], str]
     goes_on: Callable[[str], bool]
-    included: Callable[[str], str | None]
     files: int = MOST_FILES
     size: int = MOST_BYTES
 
@@ -69,29 +85,24 @@ class Deck:
         data = read_bytes(path, self.size, MeshError)
         self.files -= 1
         self.size -= len(data)
-        whole = place = ""
+        whole, place, including = "", "", _including(self.path)
         for number, line in enumerate(data.decode("utf-8-sig", errors="replace").splitlines(), start=1):
             line = self.content(line)
             if line.strip():
                 place, whole = (place, whole + line.strip()) if whole else (f"{path}:{number}", line)
             if whole and not self.goes_on(whole):
                 yield place, whole
-                yield from self._lines_named_by(whole, place, path)
+                if match := including.match(whole):
+                    file = _inside(match, self.path, path)
+                    if file is None:
+                        why = "which is no file within the deck's folder (a link is none); copy it there"
+                        raise MeshError(f"{place}: includes {(match[1] or match[2])[:80]!r}, {why}, or write one file")
+                    yield from self.lines(file)
                 whole = ""
             elif len(whole) > LONGEST:
                 raise MeshError(f"{place}: goes on for more than {LONGEST} characters; shorten it")
         if whole:
             raise MeshError(f"{place}: goes on after the end of the file; remove its last comma, or close its quotes")
-
-    def _lines_named_by(self, line: str, place: str, path: Path) -> Iterator[tuple[str, str]]:
-        if name := self.included(line):
-            file = _inside(name, self.path, path)
-            if file is None:
-                raise MeshError(
-                    f"{place}: includes {name[:80]!r}, which is no file within the deck's folder (a link is none); "
-                    "copy it there, or write one file"
-                )
-            yield from self.lines(file)
 
 
 def with_included(path: Path) -> tuple[Path, ...]:
@@ -104,6 +115,7 @@ def with_included(path: Path) -> tuple[Path, ...]:
             continue
         files[file] = None
         if path.suffix.lower() in (".inp", ".bdf", ".nas", ".dat", ".fem"):
-            names = _INCLUDED.findall(read_text(file, MOST_BYTES, MeshError, errors="replace"))[:MOST_FILES]
-            waiting += filter(None, (_inside(re.sub(r"\n\s*", "", "".join(name)), path, file) for name in names))
+            text = read_text(file, MOST_BYTES, MeshError, errors="replace")
+            matches = islice(_including(path).finditer(text), MOST_FILES)
+            waiting += filter(None, (_inside(match, path, file) for match in matches))
     return tuple(files)

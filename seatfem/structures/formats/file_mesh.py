@@ -3,6 +3,7 @@
 Abaqus, Nastran and VTK have the same order of an element's vertices, but different orders of nodes on edges and faces.
 """
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
@@ -55,26 +56,24 @@ class FileMesh:
     notes: tuple[str, ...] = ()
 
 
-def one_kind(counts: Mapping[str, tuple[int, io.Integers | None]], source: str) -> None:
-    """Raise `MeshError` unless the solid elements are of one kind.
+def one_kind(solids: Sequence[tuple[str, io.Integers, bool]], source: str) -> io.Integers:
+    """Return the nodes (m, k) of solids: name of their type in the file, rows of nodes, whether these are supported.
 
-    ``counts``: name of a solid element type in the file -> (count, its nodes, or ``None`` if it is not supported).
+    Raises `MeshError` unless they are all of one supported kind.
     """
-    usable = {nodes.shape[1] for _, nodes in counts.values() if nodes is not None}
-    if len(usable) == 1 and all(nodes is not None for _, nodes in counts.values()):
-        return
-    kinds = ", ".join(f"{count} {name}" for name, (count, _) in sorted(counts.items())) or "none"
-    raise io.MeshError(
-        f"{source}: volume elements must be tetrahedra or hexahedra, all of one order, 1 or 2; found: {kinds}"
-    )
+    if len({rows.shape[1] for _, rows, _ in solids}) == 1 and all(usable for *_, usable in solids):
+        return np.concatenate([rows for _, rows, _ in solids])
+    counts: Counter[str] = Counter()
+    for name, rows, _ in solids:
+        counts[name] += len(rows)
+    kinds = ", ".join(f"{count} {name}" for name, count in sorted(counts.items())) or "none"
+    raise io.MeshError(f"{source}: solids must be tetrahedra or hexahedra, all of one order, 1 or 2; found: {kinds}")
 
 
 def check_group_count(count: int, source: str) -> None:
     """Raise `MeshError` for more groups than `MOST_GROUPS`, since each is looked up in the whole mesh."""
     if count > MOST_GROUPS:
-        raise io.MeshError(
-            f"{source}: {count} groups and sets, must be at most {MOST_GROUPS}; export those that are used"
-        )
+        raise io.MeshError(f"{source}: {count} groups, must be at most {MOST_GROUPS}; export those that are used")
 
 
 def to_arrays(mesh: FileMesh, unit: float, source: str) -> io.MeshArrays:
@@ -91,8 +90,13 @@ def to_arrays(mesh: FileMesh, unit: float, source: str) -> io.MeshArrays:
     faces = np.array(arrays.kind.faces)
     free = arrays.cells[:, faces][free_face_mask(arrays.cells, faces)]
     complete = {name: free[io.facets_within(free.T, rows)] for name, rows in mesh.node_sets.items()}
-    surfaces = {name: faces for name, faces in complete.items() if len(faces)} | dict(mesh.surfaces)
+    surfaces = without_empty(complete) | dict(mesh.surfaces)
     return io.MeshArrays(points, cells, surfaces, mesh.volumes, source)
+
+
+def without_empty(groups: Mapping[str, io.Integers]) -> dict[str, io.Integers]:
+    """Return the groups that have members."""
+    return {name: members for name, members in groups.items() if len(members)}
 
 
 def free_face_mask(cells: io.Integers, faces: io.Integers) -> NDArray[np.bool_]:
@@ -105,17 +109,14 @@ def free_face_mask(cells: io.Integers, faces: io.Integers) -> NDArray[np.bool_]:
 def merged(mesh: FileMesh, tolerance: float, source: str) -> FileMesh:
     """Return the mesh with nodes that are closer than ``tolerance`` (in the file's unit) merged."""
     pairs = checks.near_pairs(mesh.points, tolerance, source)
-    n = len(mesh.points)
-    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
+    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(mesh.points),) * 2)
     _, label = connected_components(graph, directed=False)
     _, first = np.unique(label, return_index=True)
     keep = first[label]
-    return replace(
-        mesh,
-        cells=keep[mesh.cells],
-        surfaces={name: keep[faces] for name, faces in mesh.surfaces.items()},
-        node_sets={name: keep[rows] for name, rows in mesh.node_sets.items()},
+    surfaces, node_sets = (
+        {name: keep[rows] for name, rows in groups.items()} for groups in (mesh.surfaces, mesh.node_sets)
     )
+    return replace(mesh, cells=keep[mesh.cells], surfaces=surfaces, node_sets=node_sets)
 
 
 def stacked(parts: Sequence[io.Integers], width: int) -> io.Integers:
@@ -139,10 +140,8 @@ def to_gmsh(cells: io.Integers, order: Mapping[int, Groups]) -> io.Integers:
 
 def to_vtk(rows: io.Integers, kind: io.CellKind) -> io.Integers:
     """Return cells (m, k) in VTK's order from scikit-fem's table (k, m) of their nodes."""
-    by_gmsh = np.empty((rows.shape[1], rows.shape[0]), dtype=np.int64)
-    by_gmsh[:, kind.columns] = rows.T
-    cells = np.empty_like(by_gmsh)
-    cells[:, to_gmsh(np.arange(rows.shape[0])[None], VTK)[0]] = by_gmsh
+    cells = np.empty((rows.shape[1], rows.shape[0]), dtype=np.int64)
+    cells[:, to_gmsh(np.arange(rows.shape[0])[None], VTK)[0][kind.columns]] = rows.T
     return cells
 
 
@@ -153,14 +152,6 @@ class Elements:
     type: str
     table: io.Integers
     usable: bool = True
-
-    @property
-    def ids(self) -> io.Integers:
-        return self.table[:, 0]
-
-    @property
-    def nodes(self) -> io.Integers:
-        return self.table[:, 1:]
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,18 +174,12 @@ class Deck:
 
     def rows(self, numbers: io.Integers) -> io.Integers:
         """Return the rows of ``points`` with these node numbers. Raises `MeshError` if a number is not defined."""
-        if len(self.node_ids) == 0:
-            raise io.MeshError(f"{self.source}: no {self.what}s; export the mesh with them")
-        order = np.argsort(self.node_ids, kind="stable")
-        position = np.minimum(np.searchsorted(self.node_ids, numbers, sorter=order), len(self.node_ids) - 1)
-        rows = order[position]
-        missing = io.distinct(numbers[self.node_ids[rows] != numbers])
+        missing = io.distinct(numbers[~np.isin(numbers, self.node_ids)])
         if len(missing):
-            raise io.MeshError(
-                f"{self.source}: {self.what} {missing[0] % SPAN} is used and not defined, export it too "
-                f"({len(missing)} such {self.what}s)"
-            )
-        return np.asarray(rows)
+            first = f"{self.what} {missing[0] % SPAN} is used and not defined"
+            raise io.MeshError(f"{self.source}: {first}, export it too ({len(missing)} such {self.what}s)")
+        order = np.argsort(self.node_ids, kind="stable")
+        return np.asarray(order[np.searchsorted(self.node_ids, numbers, sorter=order)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -223,24 +208,15 @@ def assembled(deck: Deck) -> Assembled:
     Raises `MeshError`: solids of several kinds, nodes that are used and not defined, numbers that are there twice.
     """
     check_group_count(len(deck.element_sets) + len(deck.node_sets), deck.source)
-    counts: dict[str, tuple[int, io.Integers | None]] = {}
-    for each in deck.solids:
-        count = counts.get(each.type, (0, None))[0] + len(each.table)
-        counts[each.type] = (count, each.nodes if each.usable else None)
-    one_kind(counts, deck.source)
-    cells = to_gmsh(deck.rows(np.concatenate([each.nodes for each in deck.solids])), deck.order)
-    ids, width = np.concatenate([each.ids for each in deck.solids]), face_width(cells)
+    nodes = one_kind([(each.type, each.table[:, 1:], each.usable) for each in deck.solids], deck.source)
+    cells = to_gmsh(deck.rows(nodes), deck.order)
+    ids, width = np.concatenate([each.table[:, 0] for each in deck.solids]), face_width(cells)
     _check_numbers("element", ids, None, deck.source)
     _check_numbers(deck.what, deck.node_ids, deck.points, deck.source)
-    skins = stacked([each.table for each in deck.skins if each.nodes.shape[1] == width], 1 + width)
+    skins = stacked([each.table for each in deck.skins if each.table.shape[1] == 1 + width], 1 + width)
     skin_ids, skin = skins[:, 0], deck.rows(skins[:, 1:])
     volumes = {name: np.flatnonzero(np.isin(ids, members)) for name, members in deck.element_sets.items()}
     surfaces = {name: skin[np.isin(skin_ids, members)] for name, members in deck.element_sets.items()}
-    mesh = FileMesh(
-        deck.points,
-        cells,
-        {name: faces for name, faces in surfaces.items() if len(faces)},
-        {name: rows for name, rows in volumes.items() if len(rows)},
-        {name: deck.rows(numbers) for name, numbers in deck.node_sets.items()},
-    )
+    node_sets = {name: deck.rows(numbers) for name, numbers in deck.node_sets.items()}
+    mesh = FileMesh(deck.points, cells, without_empty(surfaces), without_empty(volumes), node_sets)
     return Assembled(mesh, ids, skin_ids, skin)

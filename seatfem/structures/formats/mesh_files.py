@@ -31,32 +31,10 @@ from seatfem.structures.shapes.cad import LARGEST, SMALLEST
 MESHIO_LIMIT: Final = 1024 * MB
 PATIENCE: Final = 3600.0  # longest wall time for a file, sufficient on a busy machine [s]
 FORMATS: Final[Mapping[str, str]] = MappingProxyType(
-    {
-        ".vtu": "vtu",
-        ".vtk": "vtk",
-        ".xdmf": "xdmf",
-        ".xmf": "xdmf",
-        ".cgns": "cgns",
-        ".h5m": "h5m",
-        ".avs": "avsucd",
-        ".xml": "dolfin-xml",
-        ".e": "exodus",
-        ".exo": "exodus",
-        ".ex2": "exodus",
-        ".hmf": "hmf",
-        ".mesh": "medit",
-        ".meshb": "medit",
-        ".vol": "netgen",
-        ".post": "permas",
-        ".dato": "permas",
-        ".su2": "su2",
-        ".tec": "tecplot",
-        ".ele": "tetgen",
-        ".node": "tetgen",
-        ".ugrid": "ugrid",
-        ".f3grid": "flac3d",
-        ".mdpa": "mdpa",
-    }
+    {f".{form}": form for form in ("vtu", "vtk", "xdmf", "cgns", "h5m", "hmf", "su2", "ugrid", "mdpa")}
+    | {".xmf": "xdmf", ".avs": "avsucd", ".xml": "dolfin-xml", ".e": "exodus", ".exo": "exodus", ".ex2": "exodus"}
+    | {".mesh": "medit", ".meshb": "medit", ".vol": "netgen", ".post": "permas", ".dato": "permas", ".tec": "tecplot"}
+    | {".ele": "tetgen", ".node": "tetgen", ".f3grid": "flac3d"}
 )
 SURFACES_ONLY: Final = (".stl", ".ply", ".obj", ".off", ".svg", ".wkt", ".ply2")
 SOLIDS = ("tetra", "tetra10", "hexahedron", "hexahedron20", "hexahedron27")
@@ -78,83 +56,62 @@ def read_by_meshio(path: Path, form: str = "") -> file_mesh.FileMesh:
         copy = _alone(path, form, folder)
         arrays, names = _convert(copy, form, folder, path)
     blocks = [(kind, np.asarray(arrays[f"cells {k}"], dtype=np.int64)) for k, kind in enumerate(names["types"])]
-    elements: dict[str, tuple[int, Integers | None]] = {}
-    for kind, rows in blocks:
-        if kind in SOLIDS or kind.startswith(OTHER_SOLIDS):
-            elements[kind] = (elements.get(kind, (0, None))[0] + len(rows), rows if kind in SOLIDS else None)
-    file_mesh.one_kind(elements, str(path))
-    solid = [k for k, (kind, _) in enumerate(blocks) if kind in SOLIDS]
-    points = arrays["points"]
-    cells = file_mesh.to_gmsh(np.concatenate([blocks[k][1] for k in solid]), file_mesh.VTK)
-    width = file_mesh.face_width(cells)
-    skin = [k for k, (kind, _) in enumerate(blocks) if SKINS.get(kind) == width]
-    faces = file_mesh.stacked([blocks[k][1][:, :width] for k in skin], width)
+    solids = [(kind, rows, kind in SOLIDS) for kind, rows in blocks if kind in SOLIDS or kind.startswith(OTHER_SOLIDS)]
+    cells = file_mesh.to_gmsh(file_mesh.one_kind(solids, str(path)), file_mesh.VTK)
+    points, width = arrays["points"], file_mesh.face_width(cells)
+    faces = file_mesh.stacked([rows[:, :width] for kind, rows in blocks if SKINS.get(kind) == width], width)
     used = np.concatenate([cells.ravel(), faces.ravel()])
     if outside := int(np.sum((used < 0) | (used >= len(points)))):
         raise MeshError(f"{path}: {outside} node numbers of its cells are outside 0 ... {len(points) - 1}")
-    surfaces: dict[str, Integers] = {}
-    volumes: dict[str, Integers] = {}
-    for name, marks in _cell_groups(names, arrays, blocks).items():
-        on_solid, on_skin = (np.flatnonzero(_joined(marks, part)) for part in (solid, skin))
-        volumes |= {name: on_solid} if len(on_solid) else {}
-        surfaces |= {name: faces[on_skin]} if len(on_skin) else {}
-    node_sets = {name: _rows(arrays[f"point_sets {n}"], len(points)) for n, name in enumerate(names["point_sets"])}
+    sizes = [len(rows) for _, rows in blocks]
+    is_solid = np.repeat([kind in SOLIDS for kind, _ in blocks], sizes)
+    is_skin = np.repeat([SKINS.get(kind) == width for kind, _ in blocks], sizes)
+    groups = _cell_groups(names, arrays, sizes)
+    volumes = {name: np.flatnonzero(mask[is_solid]) for name, mask in groups.items() if np.any(mask[is_solid])}
+    surfaces = {name: faces[mask[is_skin]] for name, mask in groups.items() if np.any(mask[is_skin])}
+    node_sets: dict[str, Integers] = {}
+    for n, name in enumerate(names["point_sets"]):
+        node_sets[name] = np.flatnonzero(np.isin(np.arange(len(points)), arrays[f"point_sets {n}"]))
     for n, name in enumerate(names["point_data"]):
         data = arrays[f"point_data {n}"]
-        if _values(name, [data]) == [(name, 1)]:
+        if _values(name, data) == [(name, 1)]:
             node_sets[name] = np.flatnonzero(data)
     return file_mesh.FileMesh(points, cells, surfaces, volumes, node_sets)
 
 
 def _alone(path: Path, form: str, folder: Path) -> Path:
-    """Return a copy with a plain name in a private folder, with the second file if the format has one."""
+    """Return a copy with a plain name in a private folder, beside copies of the other files that belong to it."""
     check_file(path, MESHIO_LIMIT, MeshError)
     copy = folder / f"input{path.suffix.lower()}"
     shutil.copyfile(path, copy)
-    if form == "tetgen":
-        other = _other_half(path)
-        check_file(other, MESHIO_LIMIT, MeshError)
-        shutil.copyfile(other, copy.with_suffix(other.suffix))
     if form in ("xdmf", "vtu", "dolfin-xml"):
         text = read_text(copy, MESHIO_LIMIT, MeshError, "latin-1")
         if "\0" in text[:4] or re.search(r"<!\s*(DOCTYPE|ENTITY)|xi:include|XInclude", text, re.IGNORECASE):
             raise MeshError(f"{path}: defines or includes entities, which are not read; write plain XML")
-        if form == "xdmf":
-            _copy_beside(text, path, folder)
+        if form == "xdmf" and re.search(r"Format\s*=\s*[\"']Binary", text, re.IGNORECASE):
+            raise MeshError(f"{path}: takes numbers from a file of raw bytes, not read; write them as XML or HDF")
+    for other in beside(path):
+        target = copy.with_suffix(other.suffix) if form == "tetgen" else folder / other.name
+        if other != path.parent / other.name or target.exists():
+            raise MeshError(f"{path}: takes numbers from {str(other)!r}; put it into the same folder")
+        check_file(other, MESHIO_LIMIT, MeshError)
+        shutil.copyfile(other, target)
     return copy
-
-
-def _other_half(path: Path) -> Path:
-    """Return the path of the second of tetgen's two mesh files."""
-    return path.with_suffix({".ele": ".node", ".node": ".ele"}[path.suffix.lower()])
 
 
 def beside(path: Path) -> tuple[Path, ...]:
     """Return the other files of a mesh, whether they exist or not: tetgen's second file, the HDF5 files of an .xdmf."""
     form = FORMATS.get(path.suffix.lower())
     if form == "tetgen":
-        return (_other_half(path),)
-    if form == "xdmf":
-        names = {match.strip() for match in _BESIDE.findall(read_text(path, MESHIO_LIMIT, MeshError, "latin-1"))}
-        return tuple(path.parent / name for name in sorted(names))
-    return ()
+        return (path.with_suffix({".ele": ".node", ".node": ".ele"}[path.suffix.lower()]),)
+    names = _BESIDE.findall(read_text(path, MESHIO_LIMIT, MeshError, "latin-1")) if form == "xdmf" else []
+    return tuple(path.parent / name for name in sorted({name.strip() for name in names}))
 
 
 def all_files(path: Path) -> tuple[Path, ...]:
     """Return ``path`` and every existing file that belongs to it: included files, and the files of `beside`."""
     included = decks.with_included(path)
     return (*included, *(other for other in beside(path) if other.is_file())) if included else ()
-
-
-def _copy_beside(text: str, path: Path, folder: Path) -> None:
-    """Copy the HDF5 files of an .xdmf, which must be in the same folder."""
-    if re.search(r"Format\s*=\s*[\"']Binary", text, re.IGNORECASE):
-        raise MeshError(f"{path}: takes numbers from a file of raw bytes, which is not read; write them as XML or HDF")
-    for name in sorted({match.strip() for match in _BESIDE.findall(text)}):
-        if name != Path(name).name or name in ("", ".", "..") or (folder / name).exists():
-            raise MeshError(f"{path}: takes numbers from {name!r}; put it into the same folder")
-        check_file(path.parent / name, MESHIO_LIMIT, MeshError)
-        shutil.copyfile(path.parent / name, folder / name)
 
 
 def _convert(copy: Path, form: str, folder: Path, path: Path) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
@@ -164,13 +121,11 @@ def _convert(copy: Path, form: str, folder: Path, path: Path) -> tuple[dict[str,
     try:
         tell_worker(worker, json.dumps(job))
         answer = answer_of(worker, PATIENCE)
+        names = json.loads(answer) if answer else {"error": "its reader ended without a word, or took too long"}
     except TimeoutError as error:
-        raise MeshError(
-            f"{path}: not readable as a {path.suffix} file (its reader gave {error}); export it again"
-        ) from error
+        names = {"error": f"its reader gave {error}"}
     finally:
         end_worker(worker)
-    names = json.loads(answer) if answer else {"error": "its reader ended without a word, or took too long"}
     if "error" in names:
         reason = names["error"].replace(str(folder), str(path.parent))
         raise MeshError(f"{path}: not readable as a {path.suffix} file ({reason}); export it again")
@@ -178,38 +133,21 @@ def _convert(copy: Path, form: str, folder: Path, path: Path) -> tuple[dict[str,
         return dict(arrays), names
 
 
-def _cell_groups(
-    names: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]], blocks: list[tuple[str, Integers]]
-) -> dict[str, list[NDArray[np.bool_]]]:
-    """Return group name -> mask of the cells of each block."""
-    groups: dict[str, list[NDArray[np.bool_]]] = {}
+def _cell_groups(names: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]], sizes: list[int]) -> dict[str, Any]:
+    """Return group name -> mask (n,) of the cells of all blocks, which are of these ``sizes``."""
+    groups: dict[str, NDArray[np.bool_]] = {}
     for n, array in enumerate(names["cell_data"]):
-        data = [arrays[f"cell_data {n} {k}"] for k in range(len(blocks))]
-        groups |= {name: [part == value for part in data] for name, value in _values(array, data)}
+        data = np.concatenate([arrays[f"cell_data {n} {k}"] for k in range(len(sizes))])
+        groups |= {name: data == value for name, value in _values(array, data)}
     for n, name in enumerate(names["cell_sets"]):
-        groups[name] = []
-        for k, (_, rows) in enumerate(blocks):
-            members = np.zeros(len(rows), dtype=bool)
-            members[_rows(arrays[f"cell_sets {n} {k}"], len(rows))] = True
-            groups[name].append(members)
+        members = [np.isin(np.arange(size), arrays[f"cell_sets {n} {k}"]) for k, size in enumerate(sizes)]
+        groups[name] = np.concatenate(members)
     return groups
 
 
-def _rows(members: NDArray[Any], count: int) -> Integers:
-    rows = np.asarray(members, dtype=np.int64)
-    return rows[(rows >= 0) & (rows < count)]
-
-
-def _joined(marks: list[NDArray[np.bool_]], blocks: list[int]) -> NDArray[np.bool_]:
-    return np.concatenate([np.empty(0, dtype=bool), *(marks[k] for k in blocks)])
-
-
-def _values(name: str, data: list[NDArray[Any]]) -> list[tuple[str, int]]:
+def _values(name: str, data: NDArray[Any]) -> list[tuple[str, int]]:
     """Return names and values of the groups in an array; none for real numbers, vectors and numberings."""
-    joined = np.concatenate(data) if data else np.empty(0)
-    if joined.dtype.kind not in "iub":
-        return []
-    values = [int(value) for value in np.unique(joined) if value != 0]
+    values = [int(value) for value in np.unique(data) if value != 0] if data.dtype.kind in "iub" else []
     if values == [1]:
         return [(name, 1)]
     return [(f"{name} {value}", value) for value in values] if len(values) <= MOST_GROUPS else []
@@ -217,14 +155,8 @@ def _values(name: str, data: list[NDArray[Any]]) -> list[tuple[str, int]]:
 
 BY_GMSH = (".msh", ".med")
 READERS: Mapping[str, Callable[[Path], FileMesh]] = MappingProxyType(
-    {
-        ".unv": universal_mesh.read_unv,
-        ".inp": abaqus.read_abaqus,
-        ".bdf": nastran_mesh.read_nastran,
-        ".nas": nastran_mesh.read_nastran,
-        ".dat": nastran_mesh.read_nastran,
-        ".fem": nastran_mesh.read_nastran,
-    }
+    {".unv": universal_mesh.read_unv, ".inp": abaqus.read_abaqus}
+    | dict.fromkeys((".bdf", ".nas", ".dat", ".fem"), nastran_mesh.read_nastran)
     | dict.fromkeys(FORMATS, read_by_meshio)
 )
 CAD = (".step", ".stp", ".brep", ".iges", ".igs")
@@ -281,11 +213,10 @@ def read_mesh(
 def _unit_of(mesh: FileMesh, unit: float | None) -> tuple[float, tuple[str, ...]]:
     """Return metres per length unit, and a note on it unless only the caller states it; the caller's counts."""
     stated = mesh.unit
-    if unit is None and stated is None:
-        return 1.0, ("states no unit of length, m is assumed; unit says otherwise",)
-    if unit is None or stated is None:
-        known = unit or stated or 1.0
-        return known, () if stated is None else (f"states its unit of length, {stated:.6g} m",)
+    if stated is None:
+        return (unit, ()) if unit else (1.0, ("states no unit of length, m is assumed; unit says otherwise",))
+    if unit is None:
+        return stated, (f"states its unit of length, {stated:.6g} m",)
     other = abs(stated / unit - 1) > 1e-6
     return unit, (f"states a unit of length of {stated:.6g} m; the stated one, {unit:.6g} m, counts",) * other
 
@@ -310,8 +241,7 @@ def _check_request(path: Path, unit: float | None, merge: float | None) -> None:
     if suffix in SURFACES_ONLY:
         raise MeshError(f"{path}: {suffix} files hold surfaces only; fill them with volume elements first")
     if suffix not in BY_GMSH and suffix not in READERS:
-        suffixes = ", ".join((*BY_GMSH, *READERS))
-        raise MeshError(f"{path}: {suffix or 'no suffix'}: mesh files must be one of {suffixes}")
+        raise MeshError(f"{path}: mesh files must be one of {', '.join((*BY_GMSH, *READERS))}")
     if unit is not None and not 0.0 < unit < float("inf"):
         raise MeshError(f"{path}: unit = {unit:g}: must be > 0 (metres per length unit of the file)")
     if merge is not None and not 0.0 <= merge < float("inf"):
@@ -333,8 +263,7 @@ def _read(path: Path, progress: Progress) -> tuple[FileMesh, str]:
         try:
             arrays = run_gmsh({"task": "read", "path": str(path.resolve()), "unit": 1.0}, progress)
         except (GeometryError, MeshingError) as error:
-            message = str(error).removeprefix(f"{path.resolve()}: ")
-            raise MeshError(f"{path}: {message}") from error
+            raise MeshError(f"{path}: {str(error).removeprefix(f'{path.resolve()}: ')}") from error
         surfaces, volumes, node_sets = (groups(arrays, kind) for kind in ("surface", "volume", "nodes"))
         return FileMesh(arrays["points"], arrays["cells"], surfaces, volumes, node_sets), str(arrays["gmsh_version"])
     progress(STAGE, 0.0)
@@ -351,40 +280,27 @@ def _read(path: Path, progress: Progress) -> tuple[FileMesh, str]:
 
 def _check_size(arrays: MeshArrays, unit: float) -> None:
     extent = np.ptp(arrays.points[distinct(arrays.vertices)], axis=0)
-    if SMALLEST <= extent.max() <= LARGEST:
-        return
-    number = " x ".join(f"{length / unit:.4g}" for length in extent)
-    raise MeshError(
-        f"{arrays.source}: the mesh would be {' x '.join(f'{length:.4g}' for length in extent)} m large "
-        f"(unit = {unit:g} m); give the unit in which its numbers span {number}",
-        field="unit",
-    )
+    size, numbers = (" x ".join(f"{length:.4g}" for length in lengths) for lengths in (extent, extent / unit))
+    if not SMALLEST <= extent.max() <= LARGEST:
+        why = f"the mesh would be {size} m large (unit = {unit:g} m); give the unit in which its numbers span {numbers}"
+        raise MeshError(f"{arrays.source}: {why}", field="unit")
 
 
 def _renamed(arrays: MeshArrays, names: Mapping[str, str], mesh: FileMesh) -> MeshArrays:
     """Return surfaces with the program's names; another group called "contact" becomes "contact of the file"."""
     new: dict[str, str] = {}
     missing: list[tuple[str, str]] = []
+    listed = ", ".join(map(repr, sorted(arrays.surfaces))) or "none"
+    if points := ", ".join(map(repr, sorted(mesh.node_sets.keys() - arrays.surfaces.keys()))):
+        listed += f"; node sets that hold no whole face: {points}"
     for name, role in names.items():
-        try:
-            new[_found(name, arrays, mesh)] = role
-        except MeshError as error:
-            missing.append((role, str(error)))
+        alike = [spelled for spelled in arrays.surfaces if spelled.casefold() == name.casefold()]
+        if name in alike or len(alike) == 1:
+            new[name if name in alike else alike[0]] = role
+        else:
+            missing.append((role, f"{arrays.source}: no surface group named {name!r}; the file has: {listed}"))
     if missing:
         raise MeshError("\n".join(message for _, message in missing), problems=tuple(missing))
     given_away = {name: f"{name} of the file" for name in new.values()}
     surfaces = {new.get(name, given_away.get(name, name)): faces for name, faces in arrays.surfaces.items()}
     return dataclasses.replace(arrays, surfaces=surfaces)
-
-
-def _found(name: str, arrays: MeshArrays, mesh: FileMesh) -> str:
-    """Return the name of a surface as spelled in the file."""
-    if name in arrays.surfaces:
-        return name
-    alike = [spelled for spelled in arrays.surfaces if spelled.casefold() == name.casefold()]
-    if len(alike) == 1:
-        return alike[0]
-    listed = ", ".join(map(repr, sorted(arrays.surfaces))) or "none"
-    points = ", ".join(map(repr, sorted(mesh.node_sets.keys() - arrays.surfaces.keys())))
-    extra = f"; node sets that hold no whole face: {points}" if points else ""
-    raise MeshError(f"{arrays.source}: no surface group named {name!r}; the file has: {listed}{extra}")
