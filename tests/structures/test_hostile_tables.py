@@ -3,41 +3,23 @@
 import gzip
 import io
 import pickle
-import time
-import tracemalloc
 import zipfile
-from contextlib import contextmanager
 
 import numpy as np
 import pytest
 
 from impact.bodies.time_series import TimeSeriesError, read_time_series
-from impact.measured.frf import FrequencyResponseError, read_frf
-from impact.measured.reading import read_impulse_response
 from seatfem.structures.formats.decks import Deck, with_included
 from seatfem.structures.formats.matrices import read_matrices
 from seatfem.structures.formats.mesh_files import read_mesh
-from seatfem.structures.formats.uff import UffError, read_frf_uff, read_modes_uff
+from seatfem.structures.formats.uff import UffError, read_frf_uff
 from seatfem.structures.mesh.io import MeshError
 from seatfem.structures.model import ModelError
+from tests.bounded import assert_refused, bounded
 from tests.universal_files import function
 
-SLOW = 10.0  # s of the processor, while every allocation is counted
-MUCH = 100e6  # bytes
 DECK = "*NODE\n1,0,0,0\n2,1,0,0\n3,0,1,0\n4,0,0,1\n*ELEMENT,TYPE=C3D4\n1,1,2,3,4\n"
 BULK = "GRID,1,,0.,0.,0.\nGRID,2,,1.,0.,0.\nGRID,3,,0.,1.,0.\nGRID,4,,0.,0.,1.\nCTETRA,1,3,1,2,3,4\n"
-
-
-@contextmanager
-def bounded():
-    """Check that a block takes little time and memory, whatever the file claims."""
-    start = time.process_time()
-    tracemalloc.start()
-    yield
-    peak = tracemalloc.get_traced_memory()[1]
-    tracemalloc.stop()
-    assert peak < MUCH
-    assert time.process_time() - start < SLOW
 
 
 def refused(path, text, message):
@@ -105,9 +87,39 @@ def test_decks_that_stand_for_much(tmp_path, monkeypatch, name, lines, message):
     refused(tmp_path / name, (DECK if name == "a.inp" else BULK) + lines, message)
 
 
-def test_a_universal_mesh_of_promises(tmp_path):
-    promise = "    -1\n  2412\n" + f"{1:10}{111:10}{1:10}{1:10}{1:10}{400000000:10}\n         1\n    -1\n"
-    refused(tmp_path / "a.unv", promise, "element 1 .*400000000 nodes: must be 4")
+FACES = {
+    "sets.bdf": (BULK + "".join(f"SPC1,{k},123,1,THRU,4\n" for k in range(20_000)), "must be at most 5000"),
+    "full.inp": (DECK + "*NSET, NSET=A, GENERATE\n1,5000000\n", "node 5 "),
+    "surfaces.inp": (
+        DECK + "*ELSET, ELSET=E\n1\n" + "".join(f"*SURFACE, NAME=N{k}\nE, S1\n" for k in range(20_000)),
+        "must be at most 5000",
+    ),
+    "nodes.inp": (
+        DECK.replace("*ELEMENT", "".join(f"{k},0,0,{k}\n" for k in range(5, 4001)) + "*ELEMENT", 1)
+        + "*NSET, NSET=N, GENERATE\n1,4000\n*SURFACE, NAME=S, TYPE=NODE\n"
+        + "N\n" * 9000,
+        "5e+06 together",
+    ),
+    "blanks.xdmf": ("<Xdmf>" + ">" + " " * 400_000, ".xdmf file"),
+    "late.xdmf": ("<?xml version='1.0'?>" + " " * 100_000 + "<!DOCTYPE x><Xdmf/>", "defines or includes entities"),
+    "place.inp": (
+        DECK.replace("*ELEMENT", "".join(f"{k},0,0,0\n" for k in range(5, 40_001)) + "*ELEMENT", 1)
+        + "".join(f"{k},{k},{k + 1},{k + 2},{k + 3}\n" for k in range(5, 39_997)),
+        "pairs of its 39999 nodes are nearer to each other than",
+    ),
+    "promise.unv": (
+        "    -1\n  2412\n" + f"{1:10}{111:10}{1:10}{1:10}{1:10}{400000000:10}\n         1\n    -1\n",
+        "400000000 nodes: must be 4",
+    ),
+}
+
+
+@pytest.mark.slow(but=("full.inp", "late.xdmf", "promise.unv"))
+@pytest.mark.parametrize("name", FACES)
+def test_small_mesh_files_that_stand_for_much(tmp_path, capfd, name):
+    text, words = FACES[name]
+    (tmp_path / name).write_text(text)
+    assert_refused(["faces", str(tmp_path / name)], capfd, words)
 
 
 def test_a_binary_response_of_promises(tmp_path):
@@ -201,21 +213,3 @@ def test_tables_of_many_lines(tmp_path, monkeypatch):
     path.write_text("time [s],force [N]\n" + "1,1\n" * 2000)
     with pytest.raises(TimeSeriesError, match=r"p\.csv, line 1001: 2 columns, 1001 lines"):
         read_time_series(path, "force")
-
-
-@pytest.mark.parametrize(
-    ("read", "error"),
-    [
-        (lambda path: read_time_series(path, "force"), TimeSeriesError),
-        (read_impulse_response, TimeSeriesError),
-        (read_frf, TimeSeriesError),
-        (lambda path: read_modes_uff(path, ports={"contact": (1, "+z")}), UffError),
-    ],
-)
-def test_records_from_devices(tmp_path, read, error):
-    path = tmp_path / "a.csv"
-    path.symlink_to("/dev/zero")
-    with pytest.raises(error, match=r"a\.csv: .*device"):
-        read(path)
-    with pytest.raises((TimeSeriesError, FrequencyResponseError, ValueError), match="no such file"):
-        read(tmp_path / "none.csv")
