@@ -1,8 +1,6 @@
 """Damaged files: a seeded sample of what `python -m tests.fuzz` does, its judgement, and defects that it has found."""
 
 import csv
-import gzip
-import io
 import json
 import re
 import signal
@@ -13,7 +11,6 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from scipy import sparse
 
 import impact
 from impact.march.problem import ContactError
@@ -26,12 +23,8 @@ from impact.storage.hdf5 import (
 )
 from seatfem.faces.cli import BAD_INPUT, MOST_LINES, WIDEST, run_command
 from seatfem.structures.errors import GeometryError
-from seatfem.structures.formats.matrices import read_matrices
-from seatfem.structures.formats.mesh_files import read_mesh
 from seatfem.structures.mesh import gmsh_process
 from seatfem.structures.mesh.gmsh_process import MeshingError
-from seatfem.structures.mesh.io import MeshError
-from seatfem.structures.model import ModelError
 from seatfem.study.scene.problems import MOST
 from tests.fuzz.mutations import seal
 from tests.fuzz.samples import Sample, build, march
@@ -142,49 +135,6 @@ def test_a_march_that_leaves_the_range_of_numbers() -> None:
     )
     with pytest.raises(ContactError, match="leave the range of numbers at "):
         impact.solve(problem, dt=1e-6, duration=1e-4)
-
-
-N = 6
-K = sparse.csr_array(sparse.diags_array([2.0 * np.ones(N), -np.ones(N - 1), -np.ones(N - 1)], offsets=[0, 1, -1]))
-
-
-def packed(matrix: sparse.csr_array, outside: int = 1) -> bytes:
-    """Bytes of a matrix, with a column far outside."""
-    buffer, matrix = io.BytesIO(), matrix.copy()
-    matrix.indices[4] *= outside
-    sparse.save_npz(buffer, matrix)
-    return buffer.getvalue()
-
-
-HEAD = b"%%MatrixMarket matrix coordinate real symmetric\n"
-BROKEN = {
-    "end.mtx": HEAD + b"2 2 2\n1 1 1.0\n2 2 1.0x",
-    "fortran.mtx": HEAD + b"2 2 2\n1 1 1.0D-3\n2 2 1.0\n",
-    "nan.mtx": HEAD + b"2 2 2\n1 1 1.0\n2 2 1.0nan",
-    "more.mtx": HEAD + b"2 2 2\n1 1 1.0 7\n2 2 1.0\n",
-    "nul.mtx": HEAD + b"2 2 2\n1 1 1.0\n2 2 1.00000\0\0\0\0001\n",
-    "vast.mtx": HEAD + b"1000000000 1000000000 1\n1 1 1.0\n",
-    "cut.mtx.gz": gzip.compress(HEAD + b"2 2 2\n1 1 1.0\n2 2 1.0\n", mtime=0)[:-12],
-    "cut.npz": packed(K)[:-40],
-    "outside.npz": packed(K, 10**6),
-    "header.npy": b"\x93NUMPY\x01\x00\x76\x00{'descr': (((" + b" " * 110,
-    "long.inp": b"*NODE\n1, 0, 0, 0\n*ELEMENT, TYPE=C3D4\n" + b"9" * 30 + b", 1, 1, 1, 1\n",
-    "long.bdf": b"GRID,1,,0.,0.,0.\nCTETRA," + b"9" * 30 + b",1,1,1,1,1\n",
-}
-
-
-@pytest.mark.parametrize("name", BROKEN)
-def test_broken_matrices_and_meshes(name: str, tmp_path: Path) -> None:
-    """Some crash the libraries that read them, unless they are looked at first."""
-    sound, path = tmp_path / "K.npz", tmp_path / name
-    sound.write_bytes(packed(K))
-    path.write_bytes(BROKEN[name])
-    if path.suffix in (".inp", ".bdf"):
-        with pytest.raises(MeshError, match=name):
-            read_mesh(path)
-        return
-    with pytest.raises(ModelError, match=f"{name}: .*matrix"):
-        read_matrices(sound, path, ports={"contact": {0: 1.0}})
 
 
 @pytest.mark.slow

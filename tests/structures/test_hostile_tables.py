@@ -7,6 +7,7 @@ import zipfile
 
 import numpy as np
 import pytest
+from scipy import sparse
 
 from impact.bodies.time_series import TimeSeriesError, read_time_series
 from seatfem.structures.formats.decks import Deck, with_included
@@ -71,6 +72,8 @@ def test_a_deck_as_large_as_its_files_together(tmp_path, monkeypatch):
             r"a\.inp:\d+: \*INSTANCE: 2\d+ lines .*at most 2e\+05",
         ),
         ("a.inp", "*NSET" + ",\n" * 200_000, r"a\.inp:8: .*4096"),
+        ("a.inp", "*ELEMENT, TYPE=C3D4\n" + "9" * 30 + ",1,2,3,4\n", r"a\.inp:8: .*9{30}"),
+        ("a.bdf", "CTETRA," + "9" * 30 + ",3,1,2,3,4\n", r"a\.bdf:6: .*9{30}"),
         ("a.bdf", "INCLUDE 'a\n" * 200_000, r"a\.bdf:1: .*4096|within the deck's folder"),
         ("a.bdf", "".join(f"SPC1,{k},123,1,THRU,90000\n" for k in range(900)), "SPC1: ranges have .*2e.03"),
         (
@@ -169,6 +172,17 @@ def test_matrices_that_unfold(tmp_path, monkeypatch):
     )
 
 
+def packed(outside=1):
+    """Bytes of a matrix, with a column far outside."""
+    buffer, matrix = io.BytesIO(), sparse.csr_array(np.eye(6) + 1.0)
+    matrix.indices[4] *= outside
+    sparse.save_npz(buffer, matrix)
+    return buffer.getvalue()
+
+
+TWO = M3.encode() + b"2 2 2\n1 1 1.0"
+
+
 @pytest.mark.parametrize(
     ("name", "data", "message"),
     [
@@ -183,9 +197,18 @@ def test_matrices_that_unfold(tmp_path, monkeypatch):
         ("K.mtx", (M3 + "%" + "x" * 5_000_000 + "\n1 1 1\n1 1 1\n").encode(), "at most 65536 characters"),
         ("K.mtx.gz", gzip.compress((M3 + "%" + "x" * 5_000_000).encode()), "at most 65536 characters"),
         ("K.mtx.gz", gzip.compress(b"\0" * 5_000_000), "at most 65536 characters"),
+        *(("K.mtx", TWO + rest, "matrix") for rest in (
+            b"\n2 2 1.0x", b"D-3\n2 2 1.0\n", b"\n2 2 1.0nan", b" 7\n2 2 1.0\n", b"\n2 2 1.00000\0\0\0\0001\n",
+        )),
+        ("K.mtx", M3.encode() + b"1000000000 1000000000 1\n1 1 1.0\n", "matrix"),
+        ("K.mtx.gz", gzip.compress(TWO + b"\n2 2 1.0\n", mtime=0)[:-12], "matrix"),
+        ("K.npz", packed()[:-40], "matrix"),
+        ("K.npz", packed(10**6), "matrix"),
+        ("K.npy", b"\x93NUMPY\x01\x00\x76\x00{'descr': (((" + b" " * 110, "matrix"),
     ],
-)
-def test_matrices_that_claim(tmp_path, name, data, message):
+)  # fmt: skip
+def test_matrices_that_claim_or_are_broken(tmp_path, name, data, message):
+    """Some crash the libraries that read them, unless they are looked at first."""
     matrix_refused(tmp_path, name, data, message)
 
 
