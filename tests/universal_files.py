@@ -29,18 +29,8 @@ def units(code: int, length: float, force: float = 1.0, offset: bool = True) -> 
 TET = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
 EDGES = [(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)]
 HEX = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
-CONTOUR = (
-    0,
-    4,
-    1,
-    5,
-    2,
-    6,
-    7,
-    8,
-    9,
-    3,
-)  # of a tetrahedron of ten nodes: a face, its middles, the edges upwards, the top
+CONTOUR = (0, 4, 1, 5, 2, 6, 7, 8, 9, 3)
+"""A tetrahedron of ten nodes: a face with its middles, the edges upwards, the top."""
 
 
 def nodes(number: int, places: Sequence[Sequence[float]], system: int = 1) -> str:

@@ -15,7 +15,7 @@ from .samples import build, warm_up
 from .trials import PASSED, Verdict, grow_all, run_trials, trials_of
 
 TABLE: Final = Path(__file__).parents[2] / "benchmarks" / "results" / "fuzz.csv"
-HEAD: Final = ("file", "mutation", "seed", "cases", *PASSED, "defects", "seconds", "slowest_s", "most_memory_MB")
+HEAD: Final = ("file", "seed", "cases", *PASSED, "defects", "seconds", "slowest_s", "most_memory_MB")
 
 
 def main() -> int:
@@ -52,27 +52,19 @@ def _arguments() -> argparse.Namespace:
 
 
 def _write(verdicts: Mapping[str, Verdict]) -> None:
-    """Write one row for every sample and mutation."""
-    groups: defaultdict[tuple[str, str, str], list[Verdict]] = defaultdict(list)
+    """Write one row for every sample."""
+    groups: defaultdict[tuple[str, str], list[Verdict]] = defaultdict(list)
     for trial, verdict in verdicts.items():
-        name, mutation, _, seed = trial.split(" ")
-        groups[name, mutation, seed].append(verdict)
+        name, _, _, seed = trial.split(" ")
+        groups[name, seed].append(verdict)
     with whole_file(TABLE) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(HEAD)
-        for key, found in sorted(groups.items()):
-            passed = [sum(verdict.word == word for verdict in found) for word in PASSED]
-            times = [verdict.seconds for verdict in found]
-            most = max(verdict.peak for verdict in found) / 1e6
-            row = (
-                len(found),
-                *passed,
-                len(found) - sum(passed),
-                f"{sum(times):.2f}",
-                f"{max(times):.2f}",
-                f"{most:.0f}",
-            )
-            writer.writerow((*key, *row))
+        for key, ended in sorted(groups.items()):
+            passed = [sum(verdict.word == word for verdict in ended) for word in PASSED]
+            times = [verdict.seconds for verdict in ended]
+            numbers = f"{sum(times):.2f}", f"{max(times):.2f}", f"{max(verdict.peak for verdict in ended) / 1e6:.0f}"
+            writer.writerow((*key, len(ended), *passed, len(ended) - sum(passed), *numbers))
 
 
 def _tell(text: str) -> None:

@@ -30,6 +30,7 @@ from seatfem.structures.formats.writing import write_mesh
 from seatfem.structures.shapes.flat import Flapper
 from seatfem.study.scene.keys import scene_template
 from seatfem.study.sweep.runner import Outcome, append, read_journal
+from tests import universal_files
 from tests.moving_block import block_modes, block_wave
 from tests.uff_sets import function_set, mode_set, unit_set, write_sets
 
@@ -63,6 +64,7 @@ STRENGTH: Final = (
     'source = "invented"\ntemperature = "120 degC"\nspecimens = 30\nultimate = "1800 MPa"\nloading_ratio = 0\n'
     '[curve]\npoints = [["500 MPa", 1e5], ["400 MPa", 1e7], ["380 MPa", 1e9]]\nscatter = 0.25\nsurvival = "90 %"\n'
 )
+AT_NODE: Final = 'node = 7\ndirection = "+z"\n'
 SCENES: Final = {
     "spring": SPRING + REED + RUN,
     "rod": '[seat]\nkind = "rod"\nyoung = "200 GPa"\ndensity = "7850 kg/m^3"\nlength = "30 mm"\narea = "4 mm^2"\n'
@@ -71,8 +73,8 @@ SCENES: Final = {
     "greens": '[seat]\nkind = "greens"\nfile = "seat.h5"\n' + BALL + RUN,
     "matrices": '[seat]\nkind = "matrices"\nmass = "M%s"\nstiffness = "K%s"\ncontact = "port.csv"\nsystem = "SI"\n'
     'first_dof = 1\ndamping_ratio = 0.01\ngreens = { bandwidth = "50 kHz", tolerance = "5 %%" }\n',
-    "modes": '[seat]\nkind = "modes"\nfile = "modes.uff"\nnode = 7\ndirection = "+z"\nsystem = "SI"\n' + BALL + RUN,
-    "frf": '[seat]\nkind = "frf"\nfile = "frf.%s"\nnode = 7\ndirection = "+z"\ntolerance = "5 %%"\n',
+    "modes": f'[seat]\nkind = "modes"\nfile = "modes.uff"\n{AT_NODE}system = "SI"\n' + BALL + RUN,
+    "frf": '[seat]\nkind = "frf"\nfile = "frf.%s"\ntolerance = "5 %%"\n',
     "load": SPRING + REED + RUN + '[[load]]\npressure = { file = "p.csv" }\narea = "20 mm^2"\n',
     "mesh": '[seat]\nkind = "mesh"\nfile = "mesh%s"\ncontact = "%s"\nfixed = "%s"\n',
     "cad": '[seat]\nkind = "cad"\nfile = "part.step"\n' + COARSE + BALL + RUN,
@@ -155,7 +157,7 @@ def _samples(folder: Path, *, write: bool) -> Iterator[Sample]:
     spring = impact.ModalGreens(SEAT.omega, SEAT.zeta, SEAT.shapes, impact.Residual.spring(1e-8))
     h, g = spring.transfer(2j * np.pi * f)[:, 0, 0], SEAT.impulse_response(t)
     there("frf-csv", SCENES["frf"] % "csv" + BALL + RUN, frf__csv=_table(f, h.real, h.imag, head=FRF))
-    there("frf-uff", SCENES["frf"] % "uff" + BALL + RUN, frf__uff=_universal(function_set(f, h)))
+    there("frf-uff", SCENES["frf"] % "uff" + AT_NODE + BALL + RUN, frf__uff=_universal(function_set(f, h)))
     there("modes", SCENES["modes"], modes__uff=_universal(*modes()))
     there("load", SCENES["load"], p__csv=_table(1e6 * t, 1e6 * g, head="time [us],pressure [bar]"))
     yield Sample("frf-csv", "frf.csv", "text", "run", 2.0)
@@ -189,23 +191,17 @@ DECK: Final = (
 )
 
 
-def _universal_mesh() -> str:
-    nodes = "".join(f"{k:10}{1:10}{1:10}{11:10}\n {x:.5e} {y:.5e} {z:.5e}\n" for k, (x, y, z) in enumerate(CORNERS, 1))
-    elements = "".join(
-        "".join(f"{value:10}" for value in (k, kind, 1, 1, 1, len(of))) + "\n" + "".join(f"{n:10}" for n in of) + "\n"
-        for k, kind, of in ((1, 111, (1, 2, 3, 4)), (2, 91, (1, 2, 3)), (3, 91, (1, 2, 4)))
-    )
-    groups = "".join(
-        f"{k:10}" + f"{0:10}" * 6 + f"{1:10}\n{name}\n{8:10}{k:10}{0:10}{0:10}\n"
-        for k, name in ((2, "contact"), (3, "fixed"))
-    )
-    return "".join(f"    -1\n{n:6}\n{text}    -1\n" for n, text in ((2411, nodes), (2412, elements), (2467, groups)))
+UNIVERSAL: Final = (
+    universal_files.nodes(2411, CORNERS)
+    + universal_files.elements(2412, (111, (1, 2, 3, 4)), (91, (1, 2, 3)), (91, (1, 2, 4)))
+    + universal_files.groups(2467, contact=[(8, 2)], fixed=[(8, 3)])
+)
 
 
 def _meshes(there: Callable[..., None]) -> Iterator[Sample]:
     for ending, share in ((".inp", 2.5), (".bdf", 2.5), (".unv", 2.5), (".vtu", 1.5), (".msh", 0.3), (".med", 0.3)):
         names = ("PID 1", "PID 2") if ending == ".bdf" else ("contact", "fixed")
-        fill = _text(_universal_mesh()) if ending == ".unv" else _text(DECK) if ending == ".inp" else _write
+        fill = _text(UNIVERSAL) if ending == ".unv" else _text(DECK) if ending == ".inp" else _write
         scene = SCENES["mesh"] % (ending, *names) + COARSE + BALL + RUN
         there(f"mesh{ending}", scene, **{f"mesh__{ending[1:]}": fill})
         binary = ending in (".med", ".msh", ".vtu")

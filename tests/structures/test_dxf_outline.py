@@ -1,7 +1,6 @@
 """Outlines in DXF files: curves of every kind, units, files that have none; and outlines written and read back."""
 
 import math
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -16,6 +15,7 @@ from seatfem.structures.formats.dxf import read_outline, write_outline
 from seatfem.structures.shapes import Flat, loops
 from seatfem.structures.shapes.flat import Disc, Flapper, RingPlate
 from seatfem.structures.shapes.outlined import Outlined
+from tests.bounded import bounded
 from tests.gallery import FLAPPER
 
 HEAD = "0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n{}\n0\nENDSEC\n"
@@ -93,8 +93,8 @@ def test_polylines_and_blocks(draw: Draw, times: float, tmp_path: Path) -> None:
         assert outline[:, 0].min() == pytest.approx(0.0, abs=1e-15)
 
 
-def test_splines_and_ellipses_become_arcs(tmp_path: Path) -> None:
-    """The areas of an ellipse, of a circle squeezed with its block and of a spline are right to 1e-4 by some arcs."""
+def test_splines_and_ellipses(tmp_path: Path) -> None:
+    """The areas of an ellipse, of a circle squeezed with its block and of a spline of chords are right to 5e-4."""
 
     def squeezed(space: Any) -> None:
         CIRCLE(space.doc.blocks.new("C"))
@@ -107,8 +107,8 @@ def test_splines_and_ellipses_become_arcs(tmp_path: Path) -> None:
     ellipse: Draw = lambda space: space.add_ellipse((0, 0), (0, 9), 0.4)  # noqa: E731
     outlines = read_outline(drawn(tmp_path / "a.dxf", ellipse, squeezed, splines))
     areas = [abs(loops.area(loop)) * 1e6 for loop in outlines]
-    assert areas == pytest.approx([math.pi * 9 * 3.6, math.pi * 9, math.pi * 2], rel=1e-4)
-    assert max(map(len, outlines)) < 100
+    assert areas == pytest.approx([math.pi * 9 * 3.6, math.pi * 9, math.pi * 2], rel=5e-4)
+    assert max(map(len, outlines)) < 200
 
 
 def test_inner_loops_come_after_the_outline(tmp_path: Path) -> None:
@@ -143,11 +143,11 @@ def test_a_circle_and_units(tmp_path: Path) -> None:
         ((entity("ARC", (10, 0), (20, 0), (40, 3)),), 4, "ARC.*start_angle"),
         ((entity("ARC", (10, 0), (20, 0), (40, 3), (50, 0), (51, 9), (210, 1), (220, 0), (230, 0)),), 4, "flatten"),
         ((entity("LINE", (10, 1e300), (20, 0), (11, 0), (21, 0)),), 4, "LINE.*1000 m"),
-        ((entity("CIRCLE", (10, 0), (20, 0), (40, 1e200)),), 4, "a CIRCLE beyond 1000 m"),
+        ((entity("CIRCLE", (10, 0), (20, 0), (40, 1e200)),), 4, "a CIRCLE .*within 1000 m"),
         ((entity("NOVELTY"),), 4, "a NOVELTY.*convert it"),
-        ((entity("INSERT", (2, "B"), (10, 0), (20, 0)),), 4, "block 'B' is not in the file; explode"),  # type: ignore[arg-type]
+        ((entity("INSERT", (2, "B"), (10, 0), (20, 0)),), 4, "block 'B' is not in the file.*explode"),  # type: ignore[arg-type]
         ((*STRAIGHT, *ARCS, "0\nENDSEC\n0\nSECTION\n2\nENTITIES\n", *STRAIGHT), 4, "several sections ENTITIES"),
-        (tuple(line(k, 0, k + 1, 0) for k in range(5001)), 4, "more than 10000 corners"),
+        (tuple(line(k, 0, k + 1, 0) for k in range(5001)), 4, "10000 corners"),
         (("0\nPOINT\n" * 20_001,), 4, "more than 20000 entities"),
         ((*STRAIGHT, *ARCS), "²", "line: 8"),
         ((*STRAIGHT, *ARCS), "4" * 5000, "not readable"),
@@ -188,31 +188,29 @@ def outside(space: Any) -> None:
 @pytest.mark.parametrize(
     ("draw", "message"),
     [
-        (lambda space: space.add_lwpolyline([(0, 0, 1e200), (1, 0, 0)], "xyb", close=True), "a bulge beyond 10000"),
-        (lambda space: space.add_lwpolyline([(k % 7, k) for k in range(10_001)]), "more than 10000 corners"),
+        (lambda space: space.add_lwpolyline([(0, 0, 1e200), (1, 0, 0)], "xyb", close=True), "bulges up to 10000"),
+        (lambda space: space.add_lwpolyline([(k % 7, k) for k in range(10_001)]), "10000 corners"),
         (lambda space: space.add_open_spline([(0, 0), (1, math.nan), (2, 0), (3, 1)]), "SPLINE.*finite"),
         (lambda space: space.add_3dface([(0, 0), (1, 0), (1, 1), (0, 1)]), "a 3DFACE.*convert it"),
         (lambda space: space.add_polyline3d([(0, 0), (1, 0), (2, 1)]), "open at"),
-        (lambda space: space.add_polymesh((3, 3)), "AcDbPolygonMesh"),
+        (lambda space: space.add_polymesh((3, 3)), "a POLYLINE.*convert it"),
         (nested, "more than 20000 entities with those of its blocks"),
-        (of_itself, "block 'B' lies in 16 others"),
-        (array, "block 'B' is clipped, or in a large array"),
+        (of_itself, "block 'B' .*in 16 others"),
+        (array, "block 'B' .*in a large array"),
         (outside, "block 'X' is not in the file"),
     ],
 )
 def test_drawings_that_stand_for_much_or_for_nothing(draw: Draw, message: str, tmp_path: Path) -> None:
     """What would take long, or lies outside of the plane or of the file, is refused within seconds."""
     drawn(tmp_path / "a.dxf", draw)
-    start = time.process_time()
-    with pytest.raises(GeometryError, match=message):
+    with bounded(5.0), pytest.raises(GeometryError, match=message):
         read_outline(tmp_path / "a.dxf")
-    assert time.process_time() - start < 5.0
 
 
 @pytest.mark.parametrize(
     ("data", "message"),
     [
-        (b"AutoCAD Binary DXF\r\n\x1a", "binary"),
+        (b"AutoCAD Binary DXF\r\n\x1a", "no DXF.*as ASCII"),
         (b"solid\nfacet\n", "no DXF file"),
         (b"\xff\xfe\x00", "no DXF"),
         (b"0\nSECTION\n2\nENTITIES\n0\nLINE\n10\n", "not readable"),

@@ -67,7 +67,7 @@ def import_part(gmsh: Any, part: CadPart, heal: bool, sectors: int, numbered: bo
     cad.check_size(part, tuple(part.unit_of_model * (box[3:] - box[:3])))
     if not heal and len(solids) == 1 and sectors == 1:
         return imported
-    owners = _owners(model, part, imported) if len(solids) > 1 and part.solid is None else {}
+    struck = _struck(model, part, imported) if len(solids) > 1 and part.solid is None else set()
     imported.marks = {}
     marked = [(tag, mark) for tag, mark in marks.items() if numbered or mark.colour is not None or mark.name]
     copied = occ.copy([(2, tag) for tag, _ in marked]) if marked else []
@@ -80,8 +80,8 @@ def import_part(gmsh: Any, part: CadPart, heal: bool, sectors: int, numbered: bo
         _, pieces = occ.fragment(solids[:1], solids[1:])
         _replaced(imported, solids, [list(piece) for piece in pieces])
         occ.synchronize()
-        if owners.get("contact"):
-            _keep(gmsh, imported, _struck_part(part, _parts(model, imported), owners, listing))
+        if struck:
+            _keep(gmsh, imported, _hanging_together(model, part, imported, struck, listing))
     return imported
 
 
@@ -94,60 +94,38 @@ def _chosen(part: CadPart, names: Mapping[int, str], listing: str) -> int:
     raise GeometryError(f"{part.path}: solid = {part.solid!r}: {words}; choose one by its number:\n{listing}", "solid")
 
 
-def _owners(model: Any, part: CadPart, imported: Imported) -> dict[str, set[int]]:
-    """Return for each group the numbers of the solids with faces that match its selectors."""
+def _struck(model: Any, part: CadPart, imported: Imported) -> set[int]:
+    """Return the numbers of the solids with struck faces."""
     faces = faces_of(model, part.unit_of_model, imported.marks)
-    number_of = {tag: number for number, tags in imported.solids.items() for tag in tags}
-    return {
-        name: {
-            number_of[int(solid)]
-            for selector in selectors
-            for face in matching(faces, selector)
-            for solid in model.getAdjacencies(2, face.tag)[0]
-        }
-        for name, selectors in part.patches.items()
-    }
+    tags = {face.tag for selector in part.patches["contact"] for face in matching(faces, selector)}
+    owners = {int(solid) for tag in tags for solid in model.getAdjacencies(2, tag)[0]}
+    return {number for number, solids in imported.solids.items() if owners.intersection(solids)}
 
 
-def _parts(model: Any, imported: Imported) -> list[set[int]]:
-    """Return the sets of solids that hang together, by their numbers: they share points."""
-    parts: list[tuple[set[int], set[int]]] = []
-    for number, tags in imported.solids.items():
-        solids = [(3, tag) for tag in tags]
-        points = {tag for _, tag in model.getBoundary(solids, combined=False, oriented=False, recursive=True)}
-        touching = [each for each in parts if each[1] & points]
-        parts = [each for each in parts if not each[1] & points]
-        parts.append(({number}.union(*(each[0] for each in touching)), points.union(*(each[1] for each in touching))))
-    return [numbers for numbers, _ in parts]
-
-
-def _struck_part(part: CadPart, parts: list[set[int]], owners: Mapping[str, set[int]], listing: str) -> set[int]:
-    """Return the solids that hang together with the one that has the struck faces.
+def _hanging_together(model: Any, part: CadPart, imported: Imported, struck: set[int], listing: str) -> set[int]:
+    """Return the numbers of the solids that hang together with the struck one: they share points.
 
     Raises:
-        GeometryError: there are several, or faces of another group are on other solids alone.
+        GeometryError: several are struck that do not hang together.
     """
-    struck, *others = [numbers for numbers in parts if numbers & owners["contact"]]
-    if others:
-        places = ", ".join(map(str, sorted(owners["contact"])))
-        raise GeometryError(
-            f"{part.path}: the struck faces are on solids {places}, which do not touch each other; choose one, as in "
-            f"solid = {min(owners['contact'])}:\n{listing}",
-            "solid",
-        )
-    for name, numbers in owners.items():
-        if numbers and not numbers & struck:
-            words = "do not touch" if len(numbers) > 1 else "does not touch"
-            raise GeometryError(
-                f"{part.path}: the faces {name!r} are on solid {_list(numbers)}, which {words} solid {_list(struck)}, "
-                f"where the struck face is; select faces there:\n{listing}",
-                name if name == "fixed" else f"groups.{name}",
-            )
-    return struck
-
-
-def _list(numbers: Collection[int]) -> str:
-    return ", ".join(map(str, sorted(numbers)))
+    points = {
+        number: {
+            tag for _, tag in model.getBoundary([(3, t) for t in tags], combined=False, oriented=False, recursive=True)
+        }
+        for number, tags in imported.solids.items()
+    }
+    first = min(struck)
+    together, reached = {first}, points.pop(first)
+    while more := [number for number, own in points.items() if own & reached]:
+        together.update(more)
+        reached = reached.union(*(points.pop(number) for number in more))
+    if struck <= together:
+        return together
+    raise GeometryError(
+        f"{part.path}: the struck faces are on solids {', '.join(map(str, sorted(struck)))}, which do not touch each "
+        f"other; choose one, as in solid = {first}:\n{listing}",
+        "solid",
+    )
 
 
 def _keep(gmsh: Any, imported: Imported, numbers: Collection[int]) -> None:

@@ -94,17 +94,11 @@ def area(loop: Array) -> float:
     return total
 
 
-def bend(start: Array, middle: Array, end: Array) -> Array:
-    """Return the (n,) angles by which ways between points (n, 2) bend in their middles [rad]: wherever these lie on an
-    arc, half of its central angle."""
-    first, second = middle - start, end - middle
-    return np.asarray(np.arctan2(cross(first, second), (first * second).sum(axis=1)))
-
-
 def arcs_through(points: Array) -> Array:
     """Return the (n + 1, 3) open chain of the n arcs through points (2 n + 1, 2), three each."""
-    bulges = np.tan(bend(points[:-1:2], points[1::2], points[2::2]) / 2)
-    return np.column_stack([points[::2], np.append(bulges, 0.0)])
+    first, second = points[1::2] - points[:-1:2], points[2::2] - points[1::2]
+    bends = np.arctan2(cross(first, second), (first * second).sum(axis=1))  # half of each arc's central angle
+    return np.column_stack([points[::2], np.append(np.tan(bends / 2), 0.0)])
 
 
 def turned_over(chain: Array) -> Array:
