@@ -115,7 +115,7 @@ def test_a_binary_response_of_promises(tmp_path):
     head[6] = head[6].replace(f"{10:10}", f"{10**8:10}")
     path = tmp_path / "a.uff"
     path.write_text("    -1\n    58b     1     2          11           0\n" + "\n".join(head) + "\n    -1\n")
-    with bounded(), pytest.raises(UffError, match=r"a\.uff:\d+: dataset 58 has no end"):
+    with bounded(), pytest.raises(UffError, match=r"a\.uff:\d+: dataset 58: has no end"):
         read_frf_uff(path, ports={"contact": (1, "+z")})
 
 

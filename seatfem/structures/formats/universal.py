@@ -7,36 +7,35 @@ import os
 import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from itertools import islice
 from pathlib import Path
 from types import MappingProxyType
-from typing import BinaryIO, Final, TypeVar
+from typing import Any, Final, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
 
 from impact.files.safe_files import opened_file
 
 Number = TypeVar("Number", int, float)
-_BINARY: Final = re.compile(r"\s*58b\s+([12])\s+(\d+)\s", re.IGNORECASE)
+_BINARY: Final = re.compile(r"\s*58b\s+([12])\s+2\s", re.IGNORECASE)  # with the order of bytes, in IEEE format
 _HEAD_OF_58: Final = 11  # lines of text before the values of dataset 58
+_COUNTS: Final = re.compile(r"\s*([2456])\s+(\d{1,12})\s+([01])\s")  # its line 7: data type, count and even spacing
 SIZES: Final[Mapping[int, tuple[int, int]]] = MappingProxyType({2: (4, 1), 4: (8, 1), 5: (4, 2), 6: (8, 2)})
 """Bytes of a number and numbers of a value, by the ordinate data type of dataset 58."""
 
 
 @dataclass
 class Dataset:
-    """Dataset of a file, read line by line; each error names the line.
-
-    Attributes:
-        number: its number, which is its kind.
-        line: number of its first line in the file.
-        binary: values of dataset 58b, with their byte order "<" or ">".
-    """
+    """Dataset of a file, by its number and the number of its first line, read line by line; each error names the line.
+    ``binary``: values of dataset 58b."""
 
     path: Path
     error: type[Exception]
     number: int
     line: int
-    lines: list[str] = field(repr=False)
-    binary: bytes = field(default=b"", repr=False)
-    order: str = ""
+    lines: list[str] = field(default_factory=list, repr=False)
+    binary: NDArray[Any] | None = field(default=None, repr=False)
     at: int = 0
 
     def fail(self, why: str) -> Exception:
@@ -60,7 +59,7 @@ class Dataset:
 
     def reals(self, count: int) -> list[float]:
         """Return the next ``count`` finite numbers, which end with a line; exponents may have the letter D."""
-        return self._numbers(_real, count)
+        return self._numbers(real, count)
 
     def _numbers(self, read: Callable[[str], Number], count: int) -> list[Number]:
         numbers: list[Number] = []
@@ -76,8 +75,9 @@ class Dataset:
         return numbers
 
 
-def _real(word: str) -> float:
-    number = float(word.replace("D", "E").replace("d", "e"))
+def real(word: str) -> float:
+    """Return a number, whose exponent may have the letter D. Raises `ValueError` for others than finite ones."""
+    number = float(word.upper().replace("D", "E"))
     if not math.isfinite(number):
         raise ValueError
     return number
@@ -87,50 +87,36 @@ def read_datasets(path: Path, most: int, error: type[Exception]) -> Iterator[Dat
     """Yield the datasets of a file of at most ``most`` bytes. Raises ``error`` for lines outside of datasets, a dataset
     without number or end, and binary values that are not of IEEE format or of another size than stated."""
     with opened_file(path, most, error) as file:
-        count = 0
-
-        def line() -> str | None:
-            nonlocal count
-            count += 1
-            raw = file.readline()
-            return raw.decode("latin-1").rstrip("\r\n") if raw else None
-
-        def fail(why: str) -> Exception:
-            return error(f"{path}:{count}: {why}; export the universal file again")
-
-        while (opening := line()) is not None:
+        lines = ((number, raw.decode("latin-1").rstrip("\r\n")) for number, raw in enumerate(file, start=1))
+        for number, opening in lines:
             if not opening.strip():
                 continue
-            if opening.strip() != "-1":
-                raise fail(f"{opening.strip()[:80]!r} stands outside of a dataset, which is enclosed by lines of -1")
-            head = line() or ""
+            _, head = next(lines, (0, ""))
             binary = _BINARY.match(head)
-            number = "58" if binary else head.strip()
-            if not number.isdecimal() or len(number) > 6:
-                raise fail(f"{number[:80]!r} must be the number of a dataset")
-            dataset = Dataset(path, error, int(number), count + 1, [])
+            kind = "58" if binary else head.strip()
+            if opening.strip() != "-1" or not re.fullmatch("[0-9]{1,6}", kind):
+                raise error(
+                    f"{path}:{number}: {opening.strip()[:80]!r} and {head.strip()[:80]!r} must be a line of -1 and the "
+                    "number of a dataset, 58b in IEEE format; export the universal file again"
+                )
+            dataset = Dataset(path, error, int(kind), number + 2)
             if binary:
-                dataset.lines = [line() or "" for _ in range(_HEAD_OF_58)]
-                dataset.order = "<" if binary[1] == "1" else ">"
-                dataset.binary = _values(file, dataset, binary[2])
-            while (text := line()) is not None and (text.rstrip() != "    -1" if binary else text.strip() != "-1"):
-                if binary and text:
-                    raise fail("the values of dataset 58b must end at a line of -1")
-                dataset.lines += [] if binary else [text]
-            if text is None:
-                raise fail(f"dataset {number} has no end, a line of -1")
+                dataset.lines += [text for _, text in islice(lines, _HEAD_OF_58)]
+                counts = _COUNTS.match("".join(dataset.lines[6:7]))
+                if counts is None:
+                    raise dataset.fail("line 7 must begin with data type, count and spacing; export it again")
+                form, count, even = map(int, counts.groups())
+                size, parts = SIZES[form]
+                values = file.read(min(count * size * (parts + 1 - even), os.fstat(file.fileno()).st_size))
+                order = "<" if binary[1] == "1" else ">"
+                dataset.binary = np.frombuffer(values[: len(values) // size * size], f"{order}f{size}")
+            for _, text in lines:
+                if text.rstrip() == "    -1" if binary else text.strip() == "-1":
+                    break
+                dataset.lines += [text] if text or not binary else []
+            else:
+                raise dataset.fail("has no end, a line of -1; export the universal file again")
             yield dataset
-
-
-def _values(file: BinaryIO, dataset: Dataset, form: str) -> bytes:
-    """Return the bytes of binary values, as many as the count and type in the sixth line after the names say."""
-    if form != "2":
-        raise dataset.fail(f"floating-point format {form} must be 2 (IEEE); export it so, or as text")
-    words = dataset.lines[6].split()
-    if len(words) < 3 or not all(word.isdecimal() for word in words[:3]) or int(words[0]) not in SIZES:
-        raise dataset.fail(f"{dataset.lines[6][:80]!r} must begin with data type, count and spacing; export it again")
-    (size, parts), uneven = SIZES[int(words[0])], words[2] == "0"
-    return file.read(min(int(words[1]) * size * (parts + uneven), os.fstat(file.fileno()).st_size))
 
 
 @dataclass(frozen=True)
@@ -141,8 +127,10 @@ class Units:
     newton: float
 
 
-_LENGTHS: Final = {1: 1.0, 2: 3.28084, 3: 1.0, 4: 3.28084, 5: 1e3, 6: 1e2, 7: 39.3701, 8: 1e3, 10: 1e3}
-_FORCES: Final = {1: 1.0, 2: 0.224809, 3: 0.101972, 4: 7.23301, 5: 1e3, 6: 1e2, 7: 0.224809, 8: 0.101972, 10: 1.0}
+_PER_SI: Final[Mapping[int, tuple[float, float]]] = MappingProxyType(
+    {1: (1.0, 1.0), 2: (3.28084, 0.224809), 3: (1.0, 0.101972), 4: (3.28084, 7.23301), 5: (1e3, 1e3)}
+    | {6: (1e2, 1e2), 7: (39.3701, 0.224809), 8: (1e3, 0.101972), 10: (1e3, 1.0)}
+)
 """Units per metre and newton by the code of dataset 164; code 9 stands for others."""
 USER_DEFINED: Final = 9
 
@@ -154,11 +142,9 @@ def read_units(dataset: Dataset, before: Units | None) -> Units:
     head = dataset.text()[:10].strip()
     code = int(head) if head.isdecimal() else 0
     factors = [*dataset.reals(3), *(dataset.reals(1) if dataset.has_more else ())]  # the last: offset of temperatures
-    if dataset.has_more or (code != USER_DEFINED and code not in _LENGTHS):
+    if dataset.has_more or (code != USER_DEFINED and code not in _PER_SI):
         raise dataset.fail(f"the code of units is {head!r}, must be 1 to 10, with four factors; export the file again")
-    for what, factor, of_code in zip(
-        ("length", "force"), factors, (_LENGTHS.get(code), _FORCES.get(code)), strict=False
-    ):
+    for what, factor, of_code in zip(("length", "force"), factors, _PER_SI.get(code, (0, 0)), strict=False):
         if not factor > 0 or (of_code and not math.isclose(factor, of_code, rel_tol=1e-3)):
             meant = f"{of_code:g} by its code of units, {code}" if of_code else "positive"
             raise dataset.fail(f"the factor of {what} is {factor:g}, must be {meant}: correct code or factor")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
@@ -40,13 +40,35 @@ SKINS: Final[Mapping[int, tuple[int, ...]]] = MappingProxyType(
 )
 BEAMS: Final = (11, 21, 22, 23, 24)  # types of beams, whose records have one more line
 NO_SOLIDS: Final = frozenset(
-    {*BEAMS, 31, 32, 43, 46, 53, 56, 63, 66, 73, 76, 93, 96, 121, 122, 136, 137, 138, 139, 141, 142, 151, 152, 161}
-    | {171, 172, 181}
+    [
+        *BEAMS,
+        31,
+        32,
+        43,
+        46,
+        53,
+        56,
+        63,
+        66,
+        73,
+        76,
+        93,
+        96,
+        121,
+        122,
+        *range(136, 140),
+        141,
+        142,
+        151,
+        152,
+        161,
+        171,
+        172,
+        181,
+    ]
 )
 """Types of beams, cubic shells, rigid elements, springs, dampers, gaps, masses, axisymmetric shells."""
-GROUPS: Final[Mapping[int, int]] = MappingProxyType(
-    dict.fromkeys((2417, 2429, 2430, 2432), 2) | dict.fromkeys((2435, 2452, 2467, 2477), 4)
-)
+GROUPS: Final = MappingProxyType({2417: 2, 2429: 2, 2430: 2, 2432: 2, 2435: 4, 2452: 4, 2467: 4, 2477: 4})
 """Numbers that describe a member of a group, its code and its number first, by dataset."""
 NODE, ELEMENT = 7, 8
 NOT_READ: Final = MappingProxyType({71: "2412", 752: "2467"})
@@ -66,10 +88,76 @@ class _Content:
     units: Units | None = None
     nodes: dict[int, list[float]] = field(default_factory=dict)
     systems: dict[int, int] = field(default_factory=dict)  # a node of each coordinate system
-    elements: dict[int, tuple[int, list[int]]] = field(default_factory=dict)
-    members: defaultdict[str, list[list[int]]] = field(default_factory=lambda: defaultdict(list))
     basic: dict[int, bool] = field(default_factory=dict)  # whether a coordinate system is the basic one
+    labels: set[int] = field(default_factory=set)  # of elements
+    elements: defaultdict[int, list[list[int]]] = field(default_factory=lambda: defaultdict(list))  # rows by type
+    members: defaultdict[str, list[list[int]]] = field(default_factory=lambda: defaultdict(list))
     aside: Counter[str] = field(default_factory=Counter)
+
+    def read(self, dataset: Dataset) -> None:
+        """Take what a dataset holds. Raises its error for one of the mesh that is not read."""
+        match dataset.number:
+            case 164:
+                self.units = read_units(dataset, self.units)
+            case 15 | 781 | 2411:
+                self._read_nodes(dataset)
+            case 780 | 2412:
+                self._read_elements(dataset)
+            case 18:  # an older form of coordinate systems: whatever refers to it is refused
+                self.basic[-1] = False
+            case 2420:
+                self._read_systems(dataset)
+            case number if number in GROUPS:
+                self._read_groups(dataset)
+            case number if number in NOT_READ:
+                raise dataset.fail(f"is not read: export dataset {NOT_READ[number]} in its place")
+            case number if number not in IRRELEVANT:
+                self.aside[f"dataset {number}"] += 1
+
+    def _read_nodes(self, dataset: Dataset) -> None:
+        while dataset.has_more:
+            if dataset.number == 15:  # on one line
+                *head, x, y, z = dataset.reals(7)
+                (label, system, _, _), place = map(int, head), [x, y, z]
+            else:
+                (label, system, _, _), place = dataset.integers(4), dataset.reals(3)
+            if label in self.nodes:
+                raise dataset.fail(f"node {label} is there twice; remove one")
+            self.nodes[label] = place
+            self.systems.setdefault(system, label)
+
+    def _read_elements(self, dataset: Dataset) -> None:
+        while dataset.has_more:
+            label, kind, *_, count = dataset.integers(8 if dataset.number == 780 else 6)
+            if label in self.labels:
+                raise dataset.fail(f"element {label} is there twice; remove one")
+            if kind not in NAMES and kind not in SKINS and kind not in NO_SOLIDS:
+                raise dataset.fail(f"element {label} is of type {kind}, which is not known; export the mesh without it")
+            if kind in BEAMS:
+                dataset.integers(3)
+            expected = len(SOLIDS.get(kind, ())) or max(count, len(SKINS.get(kind, ())), 1)
+            if count != expected:
+                raise dataset.fail(f"element {label} of type {kind} has {count} nodes: must be {expected}")
+            if kind in NO_SOLIDS:
+                self.aside[f"element of type {kind}"] += 1
+            self.labels.add(label)
+            self.elements[kind].append([label, *dataset.integers(count)])
+
+    def _read_groups(self, dataset: Dataset) -> None:
+        width = GROUPS[dataset.number]
+        while dataset.has_more:
+            count, name = dataset.integers(8)[7], dataset.text().strip()
+            numbers = dataset.integers(width * count)
+            self.members[name] += [numbers[k : k + 2] for k in range(0, len(numbers), width)]
+
+    def _read_systems(self, dataset: Dataset) -> None:
+        dataset.integers(1)
+        dataset.text()  # name of the part
+        while dataset.has_more:
+            label, kind, _ = dataset.integers(3)
+            dataset.text()
+            matrix = np.array([dataset.reals(3) for _ in range(4)])
+            self.basic[label] = kind == 0 and np.allclose(matrix, np.eye(4, 3), atol=1e-9)
 
 
 def read_unv(path: Path) -> file_mesh.FileMesh:
@@ -81,21 +169,13 @@ def read_unv(path: Path) -> file_mesh.FileMesh:
     """
     content = _Content()
     for dataset in read_datasets(path, LIMIT, MeshError):
-        if dataset.number in NOT_READ:
-            raise dataset.fail(f"is not read: export dataset {NOT_READ[dataset.number]} in its place")
-        if (read := _READERS.get(dataset.number)) is not None:
-            read(dataset, content)
-        elif dataset.number not in IRRELEVANT:
-            content.aside[f"dataset {dataset.number}"] += 1
+        content.read(dataset)
     for system, node in content.systems.items():
         if system and not content.basic.get(system, system == 1 and not content.basic):
             raise MeshError(
                 f"{path}: node {node} is given in coordinate system {system}, which must be the basic one; export the "
                 "nodes in it"
             )
-    by_type: defaultdict[int, list[list[int]]] = defaultdict(list)
-    for number, (kind, corners) in content.elements.items():
-        by_type[kind].append([number, *corners])
     groups = {name: np.array(codes, dtype=np.int64).reshape(-1, 2) for name, codes in content.members.items()}
     elements, nodes = (
         {name: codes[codes[:, 0] == code, 1] for name, codes in groups.items() if code in codes[:, 0]}
@@ -106,8 +186,8 @@ def read_unv(path: Path) -> file_mesh.FileMesh:
         order=file_mesh.ABAQUS,
         node_ids=np.fromiter(content.nodes, dtype=np.int64),
         points=np.array(list(content.nodes.values()), dtype=float).reshape(-1, 3),
-        solids=[_of_type(kind, rows, SOLIDS) for kind, rows in by_type.items() if kind in NAMES],
-        skins=[_of_type(kind, rows, SKINS) for kind, rows in by_type.items() if kind in SKINS],
+        solids=[_of_type(kind, rows, SOLIDS) for kind, rows in content.elements.items() if kind in NAMES],
+        skins=[_of_type(kind, rows, SKINS) for kind, rows in content.elements.items() if kind in SKINS],
         element_sets=elements,
         node_sets=nodes,
     )
@@ -120,67 +200,3 @@ def _of_type(kind: int, rows: list[list[int]], columns: Mapping[int, tuple[int, 
     picked = [0, *(1 + column for column in columns.get(kind, ()))]
     table = np.array([[row[k] for k in picked] for row in rows], dtype=np.int64)
     return file_mesh.Elements(f"{NAMES.get(kind, 'shells')} (type {kind})", table, usable=kind in columns)
-
-
-def _read_units(dataset: Dataset, content: _Content) -> None:
-    content.units = read_units(dataset, content.units)
-
-
-def _read_nodes(dataset: Dataset, content: _Content) -> None:
-    while dataset.has_more:
-        if dataset.number == 15:  # on one line
-            *head, x, y, z = dataset.reals(7)
-            if any(number % 1 for number in head):
-                raise dataset.fail(f"{head} must be whole numbers; export the file again")
-            (label, system, _, _), place = map(int, head), [x, y, z]
-        else:
-            (label, system, _, _), place = dataset.integers(4), dataset.reals(3)
-        if label in content.nodes:
-            raise dataset.fail(f"node {label} is there twice; remove one")
-        content.nodes[label] = place
-        content.systems.setdefault(system, label)
-
-
-def _read_elements(dataset: Dataset, content: _Content) -> None:
-    while dataset.has_more:
-        label, kind, *_, count = dataset.integers(8 if dataset.number == 780 else 6)
-        if label in content.elements:
-            raise dataset.fail(f"element {label} is there twice; remove one")
-        if kind not in NAMES and kind not in SKINS and kind not in NO_SOLIDS:
-            raise dataset.fail(f"element {label} is of type {kind}, which is not known; export the mesh without it")
-        if kind in BEAMS:
-            dataset.integers(3)
-        expected = len(SOLIDS.get(kind, ())) or max(count, len(SKINS.get(kind, ())), 1)
-        if count != expected:
-            raise dataset.fail(f"element {label} of type {kind} has {count} nodes: must be {expected}")
-        if kind in NO_SOLIDS:
-            content.aside[f"element of type {kind}"] += 1
-        content.elements[label] = (kind, dataset.integers(count))
-
-
-def _read_groups(dataset: Dataset, content: _Content) -> None:
-    width = GROUPS[dataset.number]
-    while dataset.has_more:
-        count, name = dataset.integers(8)[7], dataset.text().strip()
-        numbers = dataset.integers(width * count)
-        content.members[name] += [numbers[k : k + 2] for k in range(0, len(numbers), width)]
-
-
-def _read_systems(dataset: Dataset, content: _Content) -> None:
-    if dataset.number == 18:  # an older form: whatever refers to it is refused
-        content.basic[-1] = False
-        return
-    dataset.integers(1)
-    dataset.text()  # name of the part
-    while dataset.has_more:
-        label, kind, _ = dataset.integers(3)
-        dataset.text()
-        matrix = np.array([dataset.reals(3) for _ in range(4)])
-        content.basic[label] = kind == 0 and np.allclose(matrix, np.eye(4, 3), atol=1e-9)
-
-
-_READERS: Final[Mapping[int, Callable[[Dataset, _Content], None]]] = MappingProxyType(
-    {164: _read_units, 780: _read_elements, 2412: _read_elements, 18: _read_systems, 2420: _read_systems}
-    | dict.fromkeys((15, 781, 2411), _read_nodes)
-    | dict.fromkeys(GROUPS, _read_groups)
-)
