@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from impact.bodies.time_series import SECONDS, Stated
-from impact.files.csv_table import normal_unit
+from impact.files.csv_table import normal_unit, real
 from impact.files.safe_files import MB, write_whole
 from impact.greens import base, modal
 from impact.greens.sampled import SampledGreens, Tail
 from impact.measured.frf import HERTZ, FrequencyResponse, Kind, receptance, response_units
-from seatfem.structures.formats.universal import SIZES, Dataset, Units, read_datasets, read_units, real
+from seatfem.structures.formats.universal import SIZES, Dataset, Units, read_datasets, read_units
 
 Direction = Literal["+x", "-x", "+y", "-y", "+z", "-z"]
 Place = tuple[int, Direction]

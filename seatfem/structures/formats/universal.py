@@ -15,6 +15,7 @@ from typing import Any, Final, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from impact.files.csv_table import real
 from impact.files.safe_files import opened_file
 
 Number = TypeVar("Number", int, float)
@@ -73,14 +74,6 @@ class Dataset:
                 line = self.lines[self.at - 1].strip()[:80]
                 raise self.fail(f"{line!r} must be one of the lines of {count} numbers; export the file again")
         return numbers
-
-
-def real(word: str) -> float:
-    """Return a number, whose exponent may have the letter D. Raises `ValueError` for others than finite ones."""
-    number = float(word.upper().replace("D", "E"))
-    if not math.isfinite(number):
-        raise ValueError
-    return number
 
 
 def read_datasets(path: Path, most: int, error: type[Exception]) -> Iterator[Dataset]:

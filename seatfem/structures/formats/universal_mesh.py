@@ -40,32 +40,8 @@ SKINS: Final[Mapping[int, tuple[int, ...]]] = MappingProxyType(
 )
 BEAMS: Final = (11, 21, 22, 23, 24)  # types of beams, whose records have one more line
 NO_SOLIDS: Final = frozenset(
-    [
-        *BEAMS,
-        31,
-        32,
-        43,
-        46,
-        53,
-        56,
-        63,
-        66,
-        73,
-        76,
-        93,
-        96,
-        121,
-        122,
-        *range(136, 140),
-        141,
-        142,
-        151,
-        152,
-        161,
-        171,
-        172,
-        181,
-    ]
+    {*BEAMS, 31, 32, 43, 46, 53, 56, 63, 66, 73, 76, 93, 96, 121, 122, 136, 137, 138, 139, 141, 142, 151, 152, 161}
+    | {171, 172, 181}
 )
 """Types of beams, cubic shells, rigid elements, springs, dampers, gaps, masses, axisymmetric shells."""
 GROUPS: Final = MappingProxyType({2417: 2, 2429: 2, 2430: 2, 2432: 2, 2435: 4, 2452: 4, 2467: 4, 2477: 4})
