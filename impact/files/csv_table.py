@@ -52,8 +52,8 @@ class Head:
 
 @dataclass(frozen=True)
 class CsvTable:
-    """Table as text: ``heads`` in a line beneath ``before`` others, ``rows`` of cells in ``lines``, and the ``error`` that
-    is raised for the file."""
+    """Table as text: ``heads`` in a line beneath ``before`` others, ``rows`` of cells in ``lines``, and the ``error``
+    that is raised for the file."""
 
     path: Path
     error: type[Exception]
