@@ -158,11 +158,9 @@ class CsvTable:
             number = self.column_of(role, (role,), columns)
             if number is None:
                 head = self.heads[place] if place < len(self.heads) else head_of("")
-                why = (
-                    f"header {head.text!r} must be '{role} [unit]' with the unit {', '.join(factors)}, or be named by "
-                )
-                why += f"columns = {{ {role} = ... }}{hint(head.name.lower())}"
-                raise self._fail(self.head_line, place, why)
+                units_known = f"'{role} [unit]' with the unit {', '.join(factors)}"
+                by_key = f"be named by columns = {{ {role} = ... }}{hint(head.name.lower())}"
+                raise self._fail(self.head_line, place, f"header {head.text!r} must be {units_known}, or {by_key}")
             numbers.append(number)
         scales = [self.factor_of(k, role, known[role], units) for k, role in zip(numbers, known, strict=True)]
         return self.numbers(numbers), np.array(scales)
@@ -195,32 +193,31 @@ def read_csv(
     than ``most`` bytes, no text, too many columns or lines, ambiguous commas or points in numbers.
     """
     with opened_file(path, most, error) as file:
-        first = file.read(1 << 20)
-    encoding = "utf-8-sig"
+        data = file.read()
     try:
-        first.decode(encoding)
+        text = data.decode("utf-8-sig")
     except UnicodeDecodeError as problem:  # code page of Western Windows, if there are no control characters
-        if problem.start < len(first) - 3 and min(first) >= 9:
-            encoding = "cp1252"
-    separator = _separator_of(first.decode(encoding, errors="replace")) if delimiter is None else delimiter
+        if re.search(rb"[\x00-\x08]", data):
+            raise error(f"{path}: is no CSV text in UTF-8 ({problem}); save it as such") from problem
+        text = data.decode("cp1252", errors="replace")
+    separator = _separator_of(text[: 1 << 20]) if delimiter is None else delimiter
     lines: list[int] = []
     rows: list[list[str]] = []
     remark: tuple[int, list[str]] | None = None  # the last one above the rows
-    with io.TextIOWrapper(opened_file(path, most, error), encoding=encoding, newline="") as text:
-        try:
-            for number, row in _rows(text, separator):
-                if row and row[0].strip()[:1] == "#":
-                    remark = remark if rows else (number, [row[0].strip(" #"), *row[1:]])
-                elif any(cell.strip() for cell in row):
-                    lines.append(number)
-                    rows.append(row)
-                if len(row) > MOST_COLUMNS or len(rows) > MOST_LINES:
-                    raise error(
-                        f"{path}, line {number}: {len(row)} columns, {len(rows)} lines; at most "
-                        f"{MOST_COLUMNS} and {MOST_LINES} are read: resample the record, or cut it"
-                    )
-        except (UnicodeDecodeError, csv.Error) as problem:
-            raise error(f"{path}: is no CSV text in UTF-8 ({problem}); save it as such") from problem
+    try:
+        for number, row in _rows(io.StringIO(text, newline=""), separator):
+            if row and row[0].strip()[:1] == "#":
+                remark = remark if rows else (number, [row[0].strip(" #"), *row[1:]])
+            elif any(cell.strip() for cell in row):
+                lines.append(number)
+                rows.append(row)
+            if len(row) > MOST_COLUMNS or len(rows) > MOST_LINES:
+                raise error(
+                    f"{path}, line {number}: {len(row)} columns, {len(rows)} lines; at most "
+                    f"{MOST_COLUMNS} and {MOST_LINES} are read: resample the record, or cut it"
+                )
+    except csv.Error as problem:
+        raise error(f"{path}: is no CSV text ({problem}); save it as such") from problem
     if not rows:
         return None
     if remark is not None and _are_data(*rows[:2]) and len(remark[1]) == len(rows[0]):  # the head is a remark
@@ -235,7 +232,7 @@ def read_csv(
     return replace(table, decimal=_decimal_of(table))
 
 
-def _rows(text: io.TextIOWrapper, separator: str) -> Iterator[tuple[int, list[str]]]:
+def _rows(text: io.StringIO, separator: str) -> Iterator[tuple[int, list[str]]]:
     """Yield the number and the cells of each line; between words blanks stand in twos or more."""
     if separator != " ":
         reader = csv.reader(text, delimiter=separator)
@@ -275,14 +272,12 @@ def _with_unit(head: Head, cell: str) -> Head:
     return Head(f"{head.name} [{both}]", head.name, both) if unit else head
 
 
-def needed_csv(
-    path: str | os.PathLike[str], error: type[Exception], of_file: type[Exception], like: str, delimiter: str | None
-) -> CsvTable:
-    """Return the table in a file as `read_csv`; raises ``of_file`` if the file is missing or empty."""
+def needed_csv(path: str | os.PathLike[str], error: type[Exception], like: str, delimiter: str | None) -> CsvTable:
+    """Return the table in a file as `read_csv`; raises ``error`` if the file is missing or empty, too."""
     if not Path(path).exists():
-        raise of_file(f"{path}: no such file; check the path")
+        raise error(f"{path}: no such file; check the path")
     if (table := read_csv(Path(path), error, delimiter=delimiter)) is None:
-        raise of_file(f"{path}: is empty; the first line must be like {like}")
+        raise error(f"{path}: is empty; the first line must be like {like}")
     return table
 
 

@@ -11,7 +11,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from impact.bodies.time_series import Stated, TimeSeriesError
+from impact.bodies.time_series import Stated
 from impact.files.csv_table import CsvTable, needed_csv, normal_unit
 from impact.greens.base import Array, ComplexArray
 from impact.greens.sampled import SampledGreens
@@ -186,12 +186,11 @@ def read_frf(
         averages: number of averaged hammer blows.
 
     Raises:
-        FrequencyResponseError: no such file, a header without quantities and units, a cell that is not a number, values
-            that `FrequencyResponse` refuses.
-        TimeSeriesError: no CSV text.
+        FrequencyResponseError: no such file, no CSV text, a header without quantities and units, a cell that is not a
+            number, values that `FrequencyResponse` refuses.
     """
-    table = needed_csv(path, TimeSeriesError, FrequencyResponseError, _LIKE.removeprefix("must be like "), delimiter)
-    table, columns, units = replace(table, error=FrequencyResponseError), columns or {}, units or {}
+    table = needed_csv(path, FrequencyResponseError, _LIKE.removeprefix("must be like "), delimiter)
+    columns, units = columns or {}, units or {}
     if unknown := sorted({*columns} - {*_ROLES}) + sorted({*units} - {"frequency", "response", "phase"}):
         roles = f"columns has {', '.join(_ROLES)}, units has frequency, response and phase"
         raise FrequencyResponseError(f"{table.path}: {unknown[0]!r} is no role: {roles}: remove it")

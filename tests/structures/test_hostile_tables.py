@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from impact.bodies.time_series import TimeSeriesError, read_time_series
+from impact.greens.base import GreensFunctionError
 from impact.measured.frf import FrequencyResponseError, read_frf
 from impact.measured.reading import read_impulse_response
 from seatfem.structures.formats.decks import Deck, with_included
@@ -207,8 +208,8 @@ def test_tables_of_many_lines(tmp_path, monkeypatch):
     ("read", "error"),
     [
         (lambda path: read_time_series(path, "force"), TimeSeriesError),
-        (read_impulse_response, TimeSeriesError),
-        (read_frf, TimeSeriesError),
+        (read_impulse_response, GreensFunctionError),
+        (read_frf, FrequencyResponseError),
         (lambda path: read_modes_uff(path, ports={"contact": (1, "+z")}), UffError),
     ],
 )

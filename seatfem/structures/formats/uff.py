@@ -230,7 +230,10 @@ def _function(dataset: Dataset) -> _Function:
         node, along, other, pushed = (int(word) for at in (41, 66) for word in line[at : at + 14].split())
         form, count, even = map(int, (words := dataset.text().split())[:3])
         first, step = map(real, words[3:5])
-        axes = [(int(line[:10]), _unit(line[46:67])) for line in (dataset.text() for _ in range(4))]
+        axes = [
+            (int(line[:10]), normal_unit(line[46:67].replace("NONE", "")))
+            for line in (dataset.text() for _ in range(4))
+        ]
         _, parts = SIZES[form if count >= 0 and even in (0, 1) else 0]
     except (LookupError, ValueError):
         raise dataset.fail(
@@ -246,11 +249,6 @@ def _function(dataset: Dataset) -> _Function:
     values = rows[:, -1] if parts == 1 else rows[:, -2] + 1j * rows[:, -1]
     dataset.at = 0  # what is said later is said of its beginning
     return _Function(dataset, function, ((node, along), (other, pushed)), axes, x, values)
-
-
-def _unit(label: str) -> str:
-    """Return the unit on an axis; "" for none."""
-    return "" if label.strip().upper() == "NONE" else normal_unit(label)
 
 
 def _responses(
@@ -282,9 +280,7 @@ def _responses(
     for (i, j), function in table.items():
         own, (own_kind, scale) = _abscissa(function, units), _scale(function, stated, is_chosen, units, quantity)
         if own_kind != kind or own.shape != x.shape or np.any(np.abs(own - x) > 1e-3 * np.median(np.diff(x))):
-            raise function.dataset.fail(
-                f"must have the quantity and the abscissa of {names[0]} / {names[0]}; convert it"
-            )
+            raise function.dataset.fail(f"must have quantity and abscissa of {names[0]} / {names[0]}; convert it")
         signs = (np.sign(_CODES[ports[names[k]][1]] * end[1]) for k, end in zip((i, j), function.ends, strict=True))
         values[:, i, j] = scale * math.prod(signs) * function.values
         if (j, i) not in table:
@@ -336,7 +332,6 @@ def _abscissa(function: _Function, stated: Stated) -> base.Array:
     return np.asarray(units[unit] * function.x)
 
 
-ALONG: Final = 3  # code of the direction +z, the outward normal of every port
 _ID_LINES: Final = ["NONE"] * _NAMES
 
 
@@ -359,7 +354,7 @@ def write_receptance_uff(greens: base.GreensFunction, frequency: ArrayLike, path
     axes = [f"{kind:10}{0:5}{0:5}{0:5} {label:<20} {unit:<20}" for kind, label, unit in labels]
     sets = []
     for i, j in zip(*np.tril_indices(len(greens.ports)), strict=True):
-        ends = "".join(f" {greens.ports[k][:10]:<10}{k + 1:10}{ALONG:4}" for k in (i, j))
+        ends = "".join(f" {greens.ports[k][:10]:<10}{k + 1:10}{_CODES['+z']:4}" for k in (i, j))
         form = f"{6:10}{len(f):10}{1:10}{f[0]:13.5e}{f[1] - f[0]:13.5e}{0.0:13.5e}"
         numbers = [f"{x:20.11e}" for x in values[:, i, j].copy().view(float)]
         rows = ["".join(numbers[k : k + 4]) for k in range(0, len(numbers), 4)]
