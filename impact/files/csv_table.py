@@ -52,8 +52,7 @@ class Head:
 
 @dataclass(frozen=True)
 class CsvTable:
-    """Table as text: ``heads`` in a line beneath ``before`` others, ``rows`` of cells in ``lines``, and the ``error``
-    that is raised for the file."""
+    """Table as text: ``heads`` beneath ``before`` lines, ``rows`` of cells in ``lines``; ``error`` is of the file."""
 
     path: Path
     error: type[Exception]

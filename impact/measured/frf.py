@@ -28,7 +28,6 @@ _FORMS = {
     "mobility": ("{0}/({1} s)", "{0}/s/{1}", "({0}/s)/{1}"),
     "accelerance": ("{0}/({1} s^2)", "{0}/s^2/{1}", "({0}/s^2)/{1}"),
 }
-_GRAVITY = 9.80665  # m/s^2
 _MASSES = {"1/kg": 1.0, "1/g": 1e3}  # accelerance is 1/mass
 _ROLES: dict[str, tuple[str, ...]] = {
     "frequency": ("frequency", "freq", "f"),
@@ -85,28 +84,24 @@ class FrequencyResponse:
 
     def __post_init__(self) -> None:
         f: Array = np.asarray(self.frequency, dtype=float)
-        g = np.asarray(self.receptance, dtype=complex)
+        g, deviation, p = np.asarray(self.receptance, dtype=complex), self.deviation, len(self.port_names)
         g = g.reshape(-1, 1, 1) if g.ndim == 1 else g
-        p = len(self.port_names)
         if g.shape != (len(f), p, p) or len(f) < 8:
-            raise FrequencyResponseError(
-                f"{len(f)} frequencies, receptance {g.shape}, {p} ports: give 8 or more of (n, p, p)"
-            )
+            shapes = f"{len(f)} frequencies, receptance {g.shape}, {p} ports"
+            raise FrequencyResponseError(f"{shapes}: give 8 or more of (n, p, p)")
         if bad := int(np.sum(~np.isfinite(f)) + np.sum(~np.isfinite(g))):
             raise FrequencyResponseError(
                 f"{bad} values of the frequency response are not finite: leave these lines out"
             )
         if f[0] <= 0 or np.any(np.diff(f) <= 0):
             raise FrequencyResponseError("frequency must be positive and increase from line to line")
-        deviation = self.deviation
         if deviation is not None:
             deviation = np.asarray(deviation, dtype=float).reshape(g.shape)
-            if not (np.all(np.isfinite(deviation)) and np.all(deviation >= 0)):
+            if not np.all((deviation >= 0) & np.isfinite(deviation)):
                 least = float(np.min(deviation))
                 raise FrequencyResponseError(f"noise of {least:g} m/N: must be finite and not negative at every line")
-        turned = g.transpose(0, 2, 1)
-        as_measured = ((self.shift + 2j * np.pi * f) ** _ORDER[self.measured_as])[:, None, None]
-        asymmetry, size = (float(np.linalg.norm(as_measured * each)) for each in (g - turned, g))
+        turned, weight = g.transpose(0, 2, 1), np.abs(self.shift + 2j * np.pi * f) ** _ORDER[self.measured_as]
+        asymmetry, size = (float(np.linalg.norm(weight[:, None, None] * each)) for each in (g - turned, g))
         skew = asymmetry / max(2 * size, 1e-300)
         if skew > RECIPROCITY_LIMIT:
             raise FrequencyResponseError(
@@ -269,7 +264,7 @@ def response_units(kind: Kind) -> dict[str, float]:
         for form in _FORMS[kind]
         for length, metre in _LENGTHS.items()
     }
-    return scales | ({f"g/{f}": _GRAVITY / n for f, n in _FORCES.items()} | _MASSES if kind == "accelerance" else {})
+    return scales | ({f"g/{f}": 9.80665 / n for f, n in _FORCES.items()} | _MASSES if kind == "accelerance" else {})
 
 
 def of_impulse_response(greens: SampledGreens, *, highest: float | None = None) -> FrequencyResponse:

@@ -149,7 +149,7 @@ IN_58 = [
     ("in SI", columns(6, 10, 1), columns(6, 11, 1), "a line is missing at its end"),
     ("in SI", columns(6, 10, 1), columns(6, 9, 1), "one of the lines of 18 numbers"),
     ("in SI", columns(6, 10, 1), columns(6, 10, 0), "a line is missing at its end"),
-    ("in SI", columns(6, 10, 1), columns(3, 10, 1), r"then data type \(2, 4, 5, 6\)"),
+    ("in SI", columns(6, 10, 1), columns(3, 10, 1), r"data type \(2, 4, 5, 6\)"),
     ("in SI", "        12    0", "        11    0", "'m/s.2/N' are no unit of mobility"),
     ("in SI", "        13    0", "         8    0", "data type 12 over 8"),
     ("in SI", "        18    0", "        17    0", "abscissa is of data type 17"),

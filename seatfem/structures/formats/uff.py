@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,11 +25,7 @@ Direction = Literal["+x", "-x", "+y", "-y", "+z", "-z"]
 Place = tuple[int, Direction]
 """Node number, and direction of the outward normal of the struck face."""
 System = Literal["SI", "mm-N-s", "inch-lbf-s"]
-UNITS: dict[str, Units] = {
-    "SI": Units(1.0, 1.0),
-    "mm-N-s": Units(1e-3, 1.0),
-    "inch-lbf-s": Units(0.0254, 4.4482216152605),
-}
+UNITS = {"SI": Units(1.0, 1.0), "mm-N-s": Units(1e-3, 1.0), "inch-lbf-s": Units(0.0254, 4.4482216152605)}
 LIMIT = 256 * MB
 _CODES = {"+x": 1, "-x": -1, "+y": 2, "-y": -2, "+z": 3, "-z": -3}
 _ORDINATES: dict[int, Kind] = {8: "receptance", 11: "mobility", 12: "accelerance"}
@@ -109,8 +106,9 @@ def read_modes_uff(
         raise UffError(f"{file}: no normal modes (dataset 55, analysis type 2) in it; export them")
     if stated is None:
         raise UffError(f"{file}: states no units (dataset 164); state system, one of {', '.join(UNITS)}")
+    counts = Counter(mode.number for mode in modes)
     for mode in modes:
-        if sum(mode.number == each.number for each in modes) > 1:
+        if counts[mode.number] > 1:
             raise mode.dataset.fail(f"mode {mode.number} is there twice; remove one")
         if modal_mass is None and not mode.mass > 0:
             raise mode.dataset.fail(
@@ -118,9 +116,7 @@ def read_modes_uff(
                 "shapes are mass-normalised"
             )
     masses = np.array([mode.mass if modal_mass is None else modal_mass for mode in modes])
-    places = {
-        name: cast("Sequence[Place]", (port,) if isinstance(port[0], int) else port) for name, port in ports.items()
-    }
+    places = {name: cast("Sequence[Place]", [at] if isinstance(at[0], int) else at) for name, at in ports.items()}
     shapes = [[np.mean([*map(mode.displacement, port)]) for port in places.values()] for mode in modes]
     omega = np.array([2 * np.pi * mode.frequency for mode in modes])
     zeta = np.array([mode.damping if damping_ratio is None else damping_ratio for mode in modes])
@@ -237,8 +233,8 @@ def _function(dataset: Dataset) -> _Function:
         _, parts = SIZES[form if count >= 0 and even in (0, 1) else 0]
     except (LookupError, ValueError):
         raise dataset.fail(
-            "must state function type, nodes and directions; then data type (2, 4, 5, 6), count, spacing, first value "
-            "and step; then data types and units of the axes, in their columns; export it again"
+            "must state function type, nodes and directions; data type (2, 4, 5, 6), count, spacing, first value, "
+            "step; data types and units of the axes, each in its columns: export it again"
         ) from None
     columns = parts + 1 - even
     numbers = np.array(dataset.reals(columns * count)) if dataset.binary is None else dataset.binary.astype(float)
@@ -297,8 +293,7 @@ def _scale(
     fail, kind = function.dataset.fail, _ORDINATES.get(ordinate, quantity if ordinate in (0, 1) else None)
     if kind is None or force not in _FORCES:
         raise fail(
-            f"a response of data type {ordinate} over {force}; displacement (8), velocity (11) or acceleration (12) "
-            "over force (13) is needed"
+            f"a response of data type {ordinate} over {force}, must be 8, 11 or 12 over 13 (force): export it so"
         )
     known = response_units(kind)
     if (response := units.get("response")) is not None:
@@ -312,8 +307,8 @@ def _scale(
     scale = known.get(label, known.get(above))
     if not below and scale is not None and above not in known:  # over the unit of force of the file
         scale = None if stated is None else scale / stated.newton
-    remedy = f"state units.response, as {label if label in known else next(iter(known))!r}, or system: "
-    remedy += ", ".join(UNITS)
+    example = label if label in known else next(iter(known))
+    remedy = f"state units.response, as {example!r}, or system: {', '.join(UNITS)}"
     if scale is None:
         why = f"labels {label!r} are no unit of {kind} that is known" if above else "there are no labels of axes"
         raise fail(f"states no units that are known: dataset 164 is missing, or {why}; {remedy}")
