@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Literal, get_args
 
 import numpy as np
@@ -117,16 +117,9 @@ class FrequencyResponse:
         """Return the values s (n,) of the lines [1/s]."""
         return np.asarray(self.shift + 2j * np.pi * self.frequency, dtype=complex)
 
-    def within(self, lowest: float, highest: float) -> FrequencyResponse:
-        """Return the response at the lines from ``lowest`` to ``highest`` [Hz]."""
-        inside = (self.frequency >= lowest) & (self.frequency <= highest)
-        deviation = None if self.deviation is None else self.deviation[inside]
-        return replace(self, frequency=self.frequency[inside], receptance=self.receptance[inside], deviation=deviation)
-
     @property
     def per_receptance(self) -> ComplexArray:
-        """Return s^k (n,), the ratio of the measured quantity to the receptance; k = 0, 1, 2 for receptance, mobility,
-        accelerance."""
+        """Return s^k (n,), the ratio of the measured quantity to the receptance; k = 0, 1, 2."""
         return np.asarray(self.lines ** _ORDER[self.measured_as])
 
 
