@@ -123,7 +123,7 @@ def read_time_series(
             the message names file, line and column.
     """
     like = f"'time [s],{quantity} [SI unit]'"
-    table = needed_csv(path, TimeSeriesError, TimeSeriesError, like, delimiter)
+    table = needed_csv(path, TimeSeriesError, like, delimiter)
     name = table.path
     if rpm is not None and not (rpm > 0 and math.isfinite(rpm)):
         raise TimeSeriesError(f"{name}: rpm = {rpm:g} must be positive and finite")

@@ -5,6 +5,7 @@ Columns are separated by tabs, semicolons, commas or blanks; numbers have a deci
 lines before it are left aside. An ambiguous file is refused with a reason.
 """
 
+import cmath
 import csv
 import io
 import math
@@ -14,7 +15,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,6 +37,7 @@ _UNIT: Final = re.compile(
 )
 """What a line of units under the header may hold."""
 _COMPLEX: Final = re.compile(r"\(?[+-]?[\d.,]+([eEdD][+-]?\d+)? ?[-+,;] ?[ij]?[+-]?[\d.,]+([eEdD][+-]?\d+)? ?\*?[ij)]*")
+_THOUSANDS: Final = re.compile(r"\s*[+-]?\d+[.,]\d{3}[.,]\d")
 _SAME: Final = str.maketrans({"µ": "u", "μ": "u", "²": "^2", "·": " ", "*": " ", "⋅": " ", "°": "deg"})
 
 
@@ -50,11 +52,7 @@ class Head:
 
 @dataclass(frozen=True)
 class CsvTable:
-    """Table as text: headers, and rows of cells with their line numbers.
-
-    ``error`` is raised for errors in the file at ``path``; ``heads`` stand in the line ``head_line``, the others, with
-    numbers ``lines``, are ``rows``; ``separator`` and ``decimal`` mark; ``before``: lines with content above the head.
-    """
+    """Table as text: ``heads`` beneath ``before`` lines, ``rows`` of cells in ``lines``; ``error`` is of the file."""
 
     path: Path
     error: type[Exception]
@@ -81,68 +79,44 @@ class CsvTable:
     def numbers(self, columns: Sequence[int] | None = None) -> Array:
         """Return the columns (n, k), all for ``None``. Raises ``error`` for rows of other lengths and cells that are no
         finite number."""
-        chosen, count = range(len(self.heads)) if columns is None else columns, len(self.heads)
-        values = np.empty((len(self.rows), len(chosen)))
-        for row, line, cells in zip(values, self.lines, self.rows, strict=True):
-            if len(cells) != count:
-                raise self.error(
-                    f"{self.path}, line {line}: {len(cells)} columns, {count} are needed (separator {self.separator!r})"
-                )
-            for place, column in enumerate(chosen):
-                row[place] = self._number(line, column, cells[column])
-        return values
+        return self._values(range(len(self.heads)) if columns is None else columns, real, "a finite number")
 
     def complex_numbers(self, column: int) -> NDArray[np.complex128]:
         """Return a column (n,) of cells such as 1.2e-3+4.5e-4i or (1.2e-3, 4.5e-4). Raises ``error`` for others."""
-        values = np.empty(len(self.rows), dtype=np.complex128)
-        for k, (line, cells) in enumerate(zip(self.lines, self.rows, strict=True)):
-            text = re.sub(r"[\s()*]", "", self._pointed(cells[column])).lower().replace("i", "j")
-            parts = re.split("[,;]", text)
-            try:
-                values[k] = (
-                    complex(*map(float, parts)) if len(parts) == 2 else complex(text if text[-1:] == "j" else "")
+        return self._values((column,), _complex, "a complex number, as 1.2e-3+4.5e-4i")[:, 0]
+
+    def _values(self, columns: Sequence[int], parse: Callable[[str], complex], needed: str) -> NDArray[Any]:
+        values = np.empty((len(self.rows), len(columns)), dtype=float if parse is real else complex)
+        for row, line, cells in zip(values, self.lines, self.rows, strict=True):
+            if len(cells) != len(self.heads):
+                raise self.error(
+                    f"{self.path}, line {line}: {len(cells)} columns, {len(self.heads)} are needed, {self.dialect}; "
+                    "export it with semicolons or tabs, if commas stand in the numbers, too"
                 )
-            except (TypeError, ValueError):
-                values[k] = np.nan
-            if not np.isfinite(values[k]):
-                raise self._fail(line, column, cells[column], "a complex number, as 1.2e-3+4.5e-4i")
+            for place, column in enumerate(columns):
+                try:
+                    row[place] = parse(cells[column].replace(",", ".") if self.decimal == "," else cells[column])
+                except ValueError:
+                    raise self._fail(line, column, f"{cells[column].strip()[:80]!r} must be {needed}") from None
         return values
 
-    def _number(self, line: int, column: int, cell: str) -> float:
-        text = self._pointed(cell)
-        try:
-            value = float(text) if "_" not in text else math.nan
-        except ValueError:
-            value = math.nan
-        if not math.isfinite(value):
-            raise self._fail(line, column, cell, "a finite number")
-        return value
-
-    def _pointed(self, cell: str) -> str:
-        """Return a number with a decimal point, and its exponent after the letter E."""
-        return re.sub("[dD]", "E", cell.replace(",", ".") if self.decimal == "," else cell)
-
-    def _fail(self, line: int, column: int, cell: str, needed: str) -> Exception:
-        return self.error(f"{self.path}, line {line}, column {column + 1}: {cell.strip()[:80]!r} must be {needed}")
+    def _fail(self, line: int, column: int, why: str) -> Exception:
+        return self.error(f"{self.path}, line {line}, column {column + 1}: {why}")
 
     def column_of(self, role: str, names: Sequence[str], stated: Mapping[str, str]) -> int | None:
         """Return the number of the column that ``stated`` names for a role, otherwise one of the ``names``; ``None`` if
-        absent.
-
-        Raises ``error`` for a stated name that is no header, and for several columns.
-        """
-        if role in stated:
-            name = stated[role].strip().lower()
-            numbers = [k for k, head in enumerate(self.heads) if name in (head.text.lower(), head.name.lower())]
-            words = f"columns.{role} = {stated[role]!r}"
-        else:
-            numbers = [k for k, head in enumerate(self.heads) if head.name.lower() in names]
-            words = f"the name of {role}"
+        absent. Raises ``error`` for a stated name that is no header, and for several columns."""
+        names = (stated[role].strip().lower(),) if role in stated else names
+        numbers = [
+            k
+            for k, head in enumerate(self.heads)
+            if head.name.lower() in names or (role in stated and head.text.lower() in names)
+        ]
         if len(numbers) > 1 or (not numbers and role in stated):
-            heads = ", ".join(repr(head.text) for head in self.heads)
+            words = f"columns.{role} = {stated[role]!r}" if role in stated else f"the name of {role}"
             raise self.error(
                 f"{self.path}, line {self.head_line}: {words} is the head of {len(numbers)} columns; give columns = "
-                f"{{ {role} = ... }} one of {heads}"
+                f"{{ {role} = ... }} one of {', '.join(repr(head.text) for head in self.heads)}"
             )
         return numbers[0] if numbers else None
 
@@ -153,18 +127,14 @@ class CsvTable:
         Raises ``error`` for a missing or unknown unit, and for a stated unit that contradicts a known one.
         """
         head = self.heads[column]
-        unit = normal_unit(stated.get(role, head.unit))
-        if role in stated and normal_unit(head.unit) not in (unit, "") and normal_unit(head.unit) in units:
-            raise self.error(
-                f"{self.path}, line {self.head_line}, column {column + 1}: the head says {head.unit!r}, units.{role} = "
-                f"{stated[role]!r}: remove the key, or correct the head"
-            )
+        own, unit = normal_unit(head.unit), normal_unit(stated.get(role, head.unit))
+        if own in units and own != unit:
+            why = f"the head says {own!r}, units.{role} = {unit!r}: remove the key, or correct the head"
+            raise self._fail(self.head_line, column, why)
         if unit not in units:
             fault = f"unit {unit!r} is unknown" if unit else "has no unit"
-            raise self.error(
-                f"{self.path}, line {self.head_line}, column {column + 1}: header {head.text!r} {fault}: write "
-                f"'{head.name} [unit]', or give units = {{ {role} = ... }}, with the unit {', '.join(units)}"
-            )
+            why = f"header {head.text!r} {fault}: write '{head.name} [unit]', or give units = {{ {role} = ... }}"
+            raise self._fail(self.head_line, column, f"{why}, with the unit {', '.join(units)}")
         return units[unit]
 
     def quantities(
@@ -185,21 +155,32 @@ class CsvTable:
         numbers = []
         for place, (role, factors) in enumerate(known.items()):
             number = self.column_of(role, (role,), columns)
-            if number is None and len(self.heads) < len(known):
-                raise self.error(
-                    f"{self.path}, line {self.head_line}: the header has {len(self.heads)} columns, {len(known)} are "
-                    f"needed: {enumeration(known)}"
-                )
             if number is None:
-                head = self.heads[place]
-                raise self.error(
-                    f"{self.path}, line {self.head_line}, column {place + 1}: header {head.text!r} must be '{role} "
-                    f"[unit]' with the unit {', '.join(factors)}, or be named by columns = {{ {role} = ... }}"
-                    f"{hint(head.name.lower())}"
-                )
+                head = self.heads[place] if place < len(self.heads) else head_of("")
+                units_known = f"'{role} [unit]' with the unit {', '.join(factors)}"
+                by_key = f"be named by columns = {{ {role} = ... }}{hint(head.name.lower())}"
+                raise self._fail(self.head_line, place, f"header {head.text!r} must be {units_known}, or {by_key}")
             numbers.append(number)
         scales = [self.factor_of(k, role, known[role], units) for k, role in zip(numbers, known, strict=True)]
         return self.numbers(numbers), np.array(scales)
+
+
+def real(text: str) -> float:
+    """Return a finite number, whose exponent may have the letter D. Raises `ValueError` for other text."""
+    number = float(text.upper().replace("D", "E").replace("_", "?"))
+    if not math.isfinite(number):
+        raise ValueError
+    return number
+
+
+def _complex(text: str) -> complex:
+    word = re.sub(r"[\s()*]", "", text).lower().replace("i", "j").replace("d", "e")
+    if not word.endswith("j"):
+        first, second = map(real, re.split("[,;]", word))
+        return complex(first, second)
+    if not cmath.isfinite(number := complex(word)):
+        raise ValueError
+    return number
 
 
 def read_csv(
@@ -211,32 +192,31 @@ def read_csv(
     than ``most`` bytes, no text, too many columns or lines, ambiguous commas or points in numbers.
     """
     with opened_file(path, most, error) as file:
-        first = file.read(1 << 20)
-    encoding = "utf-8-sig"
+        data = file.read()
     try:
-        first.decode(encoding)
+        text = data.decode("utf-8-sig")
     except UnicodeDecodeError as problem:  # code page of Western Windows, if there are no control characters
-        if problem.start < len(first) - 3 and min(first) >= 9:
-            encoding = "cp1252"
-    separator = _separator_of(first.decode(encoding, errors="replace")) if delimiter is None else delimiter
+        if re.search(rb"[\x00-\x08]", data):
+            raise error(f"{path}: is no CSV text in UTF-8 ({problem}); save it as such") from problem
+        text = data.decode("cp1252", errors="replace")
+    separator = _separator_of(text[: 1 << 20]) if delimiter is None else delimiter
     lines: list[int] = []
     rows: list[list[str]] = []
     remark: tuple[int, list[str]] | None = None  # the last one above the rows
-    with io.TextIOWrapper(opened_file(path, most, error), encoding=encoding, newline="") as text:
-        try:
-            for number, row in _rows(text, separator):
-                if row and row[0].strip()[:1] == "#":
-                    remark = remark if rows else (number, [row[0].strip(" #"), *row[1:]])
-                elif any(cell.strip() for cell in row):
-                    lines.append(number)
-                    rows.append(row)
-                if len(row) > MOST_COLUMNS or len(rows) > MOST_LINES:
-                    raise error(
-                        f"{path}, line {number}: {len(row)} columns, {len(rows)} lines; at most "
-                        f"{MOST_COLUMNS} and {MOST_LINES} are read: resample the record, or cut it"
-                    )
-        except (UnicodeDecodeError, csv.Error) as problem:
-            raise error(f"{path}: is no CSV text in UTF-8 ({problem}); save it as such") from problem
+    try:
+        for number, row in _rows(io.StringIO(text, newline=""), separator):
+            if row and row[0].strip()[:1] == "#":
+                remark = remark if rows else (number, [row[0].strip(" #"), *row[1:]])
+            elif any(cell.strip() for cell in row):
+                lines.append(number)
+                rows.append(row)
+            if len(row) > MOST_COLUMNS or len(rows) > MOST_LINES:
+                raise error(
+                    f"{path}, line {number}: {len(row)} columns, {len(rows)} lines; at most "
+                    f"{MOST_COLUMNS} and {MOST_LINES} are read: resample the record, or cut it"
+                )
+    except csv.Error as problem:
+        raise error(f"{path}: is no CSV text ({problem}); save it as such") from problem
     if not rows:
         return None
     if remark is not None and _are_data(*rows[:2]) and len(remark[1]) == len(rows[0]):  # the head is a remark
@@ -248,10 +228,10 @@ def read_csv(
     cells = zip(rows[head][:width], rows[units] if units > head else [""] * width, strict=False)
     heads = tuple(_with_unit(head_of(cell), unit) for cell, unit in cells)
     table = CsvTable(path, error, heads, lines[head], tuple(lines[units + 1 :]), body, separator, before=head)
-    return _with_decimal(table)
+    return replace(table, decimal=_decimal_of(table))
 
 
-def _rows(text: io.TextIOWrapper, separator: str) -> Iterator[tuple[int, list[str]]]:
+def _rows(text: io.StringIO, separator: str) -> Iterator[tuple[int, list[str]]]:
     """Yield the number and the cells of each line; between words blanks stand in twos or more."""
     if separator != " ":
         reader = csv.reader(text, delimiter=separator)
@@ -291,27 +271,24 @@ def _with_unit(head: Head, cell: str) -> Head:
     return Head(f"{head.name} [{both}]", head.name, both) if unit else head
 
 
-def needed_csv(
-    path: str | os.PathLike[str], error: type[Exception], of_file: type[Exception], like: str, delimiter: str | None
-) -> CsvTable:
-    """Return the table in a file as `read_csv`; raises ``of_file`` if the file is missing or empty."""
-    name = Path(path)
-    if not name.exists():
-        raise of_file(f"{name}: no such file; check the path")
-    if (table := read_csv(name, error, delimiter=delimiter)) is None:
-        raise of_file(f"{name}: is empty; the first line must be like {like}")
+def needed_csv(path: str | os.PathLike[str], error: type[Exception], like: str, delimiter: str | None) -> CsvTable:
+    """Return the table in a file as `read_csv`; raises ``error`` if the file is missing or empty, too."""
+    if not Path(path).exists():
+        raise error(f"{path}: no such file; check the path")
+    if (table := read_csv(Path(path), error, delimiter=delimiter)) is None:
+        raise error(f"{path}: is empty; the first line must be like {like}")
     return table
 
 
 def head_of(cell: str) -> Head:
     """Return text, name and unit of a header; the unit is in the last pair of brackets or parentheses."""
-    text, pairs = cell.strip(), {"]": "[", ")": "("}
-    if text and (opening := pairs.get(closing := text[-1])):
-        depth = 0
-        for start in range(len(text) - 1, -1, -1):
-            depth += (text[start] == closing) - (text[start] == opening)
-            if depth == 0:
-                return Head(text, text[:start].strip(), text[start + 1 : -1].strip())
+    text = cell.strip()
+    opening = {"]": "[", ")": "("}.get(text[-1:])
+    depth = 0
+    for start in range(len(text) - 1, -1, -1) if opening else ():
+        depth += (text[start] == text[-1]) - (text[start] == opening)
+        if depth == 0:
+            return Head(text, text[:start].strip(), text[start + 1 : -1].strip())
     return Head(text, text, "")
 
 
@@ -330,48 +307,29 @@ def _separator_of(first: str) -> str:
     for mark in SEPARATORS:
         rows = (line.split() if mark == " " else line.replace('"', "").split(mark) for line in whole)
         counts[mark] = sum(len(row) > 1 and _are_data(row) for row in rows)
-    best = max(counts, key=counts.__getitem__)
-    marks = [mark for mark in SEPARATORS if mark != " "]
-    return best if counts[best] else next((mark for mark in marks if whole and all(mark in x for x in whole)), ",")
+    if any(counts.values()):
+        return max(counts, key=counts.__getitem__)
+    return next((mark for mark in "\t;," if whole and all(mark in line for line in whole)), ",")
 
 
-def _with_decimal(table: CsvTable) -> CsvTable:
-    """Return the table with the decimal mark of its cells. Raises its ``error`` for inconsistent or ambiguous marks."""
-    count = len(table.heads)
-    wide = table.rows and count > 1 and all(len(row) > count for row in table.rows[:_LOOKED_AT])
-    if table.separator == "," and wide and len(table.rows) > 1:
-        raise table.error(
-            f"{table.path}, line {table.lines[0]}: {len(table.rows[0])} columns under {count} heads: commas divide the "
-            "columns and stand in the numbers, too; export it with semicolons or tabs, or with decimal points"
-        )
-    comma, point = (
-        next(
-            ((line, cell) for line, cell in _cells(table) if mark in cell and _is_number(cell) and ")" not in cell),
-            None,
-        )
-        for mark in (",", ".")
-    )
-    if comma and point:
-        raise table.error(
-            f"{table.path}, line {max(comma[0], point[0])}: {point[1].strip()!r} has a decimal point, "
-            f"{comma[1].strip()!r} (line {comma[0]}) a comma: write all numbers alike, without marks of thousands"
-        )
-    if both := next(
-        ((line, cell) for line, cell in _cells(table) if re.search(r"^\s*[+-]?\d+[.,]\d{3}[.,]\d", cell)), None
-    ):
-        raise table.error(
-            f"{table.path}, line {both[0]}: {both[1].strip()[:80]!r} has points and commas: write numbers without "
-            "marks of thousands"
-        )
-    return replace(table, decimal="," if comma else ".")
-
-
-def _cells(table: CsvTable) -> Iterator[tuple[int, str]]:
-    """Yield lines and cells that contain a decimal mark: all of them, to read none with the wrong one."""
+def _decimal_of(table: CsvTable) -> str:
+    """Return the decimal mark of all cells. Raises the table's ``error`` for two of them, and marks of thousands."""
+    seen: dict[str, tuple[int, str]] = {}
     for line, row in zip(table.lines, table.rows, strict=True):
         for cell in row:
-            if "," in cell or "." in cell:
-                yield line, cell
+            marks = [mark for mark in ",." if mark in cell]
+            has_thousands = bool(marks and _THOUSANDS.match(cell))
+            if not has_thousands and (not marks or ")" in cell or not _is_number(cell)):
+                continue
+            for mark in marks:
+                seen.setdefault(mark, (line, cell.strip()[:80]))
+            if has_thousands or len(seen) > 1:
+                cells = ", ".join(f"{text!r} (line {at})" for at, text in seen.values())
+                raise table.error(
+                    f"{table.path}, line {line}: {cell.strip()[:80]!r} stands beside {cells}: write all numbers with "
+                    "one decimal mark, without marks of thousands"
+                )
+    return "," if "," in seen else "."
 
 
 Row = Mapping[str, float]
@@ -407,11 +365,9 @@ def write_csv(
 
 def read_rows(path: str | os.PathLike[str]) -> list[Row]:
     """Return rows of numbers by header. Raises `ValueError` that names file and line."""
-    table = read_csv(Path(path), ValueError)
-    if table is None:
+    if (table := read_csv(Path(path), ValueError)) is None:
         return []
-    names = [head.text for head in table.heads]
-    return [dict(zip(names, map(float, row), strict=True)) for row in table.numbers()]
+    return [dict(zip((head.text for head in table.heads), row, strict=True)) for row in table.numbers().tolist()]
 
 
 def without_nan(value: object) -> object:

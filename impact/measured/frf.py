@@ -5,14 +5,13 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
-from pathlib import Path
+from dataclasses import dataclass, field
 from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from impact.bodies.time_series import Stated, TimeSeriesError
+from impact.bodies.time_series import Stated
 from impact.files.csv_table import CsvTable, needed_csv, normal_unit
 from impact.greens.base import Array, ComplexArray
 from impact.greens.sampled import SampledGreens
@@ -29,7 +28,6 @@ _FORMS = {
     "mobility": ("{0}/({1} s)", "{0}/s/{1}", "({0}/s)/{1}"),
     "accelerance": ("{0}/({1} s^2)", "{0}/s^2/{1}", "({0}/s^2)/{1}"),
 }
-_GRAVITY = 9.80665  # m/s^2
 _MASSES = {"1/kg": 1.0, "1/g": 1e3}  # accelerance is 1/mass
 _ROLES: dict[str, tuple[str, ...]] = {
     "frequency": ("frequency", "freq", "f"),
@@ -86,28 +84,24 @@ class FrequencyResponse:
 
     def __post_init__(self) -> None:
         f: Array = np.asarray(self.frequency, dtype=float)
-        g = np.asarray(self.receptance, dtype=complex)
+        g, deviation, p = np.asarray(self.receptance, dtype=complex), self.deviation, len(self.port_names)
         g = g.reshape(-1, 1, 1) if g.ndim == 1 else g
-        p = len(self.port_names)
         if g.shape != (len(f), p, p) or len(f) < 8:
-            raise FrequencyResponseError(
-                f"{len(f)} frequencies, receptance {g.shape}, {p} ports: give 8 or more of (n, p, p)"
-            )
+            shapes = f"{len(f)} frequencies, receptance {g.shape}, {p} ports"
+            raise FrequencyResponseError(f"{shapes}: give 8 or more of (n, p, p)")
         if bad := int(np.sum(~np.isfinite(f)) + np.sum(~np.isfinite(g))):
             raise FrequencyResponseError(
                 f"{bad} values of the frequency response are not finite: leave these lines out"
             )
         if f[0] <= 0 or np.any(np.diff(f) <= 0):
             raise FrequencyResponseError("frequency must be positive and increase from line to line")
-        deviation = self.deviation
         if deviation is not None:
             deviation = np.asarray(deviation, dtype=float).reshape(g.shape)
-            if not (np.all(np.isfinite(deviation)) and np.all(deviation >= 0)):
+            if not np.all((deviation >= 0) & np.isfinite(deviation)):
                 least = float(np.min(deviation))
                 raise FrequencyResponseError(f"noise of {least:g} m/N: must be finite and not negative at every line")
-        turned = g.transpose(0, 2, 1)
-        as_measured = ((self.shift + 2j * np.pi * f) ** _ORDER[self.measured_as])[:, None, None]
-        asymmetry, size = (float(np.linalg.norm(as_measured * each)) for each in (g - turned, g))
+        turned, weight = g.transpose(0, 2, 1), np.abs(self.shift + 2j * np.pi * f) ** _ORDER[self.measured_as]
+        asymmetry, size = (float(np.linalg.norm(weight[:, None, None] * each)) for each in (g - turned, g))
         skew = asymmetry / max(2 * size, 1e-300)
         if skew > RECIPROCITY_LIMIT:
             raise FrequencyResponseError(
@@ -123,16 +117,9 @@ class FrequencyResponse:
         """Return the values s (n,) of the lines [1/s]."""
         return np.asarray(self.shift + 2j * np.pi * self.frequency, dtype=complex)
 
-    def within(self, lowest: float, highest: float) -> FrequencyResponse:
-        """Return the response at the lines from ``lowest`` to ``highest`` [Hz]."""
-        inside = (self.frequency >= lowest) & (self.frequency <= highest)
-        deviation = None if self.deviation is None else self.deviation[inside]
-        return replace(self, frequency=self.frequency[inside], receptance=self.receptance[inside], deviation=deviation)
-
     @property
     def per_receptance(self) -> ComplexArray:
-        """Return s^k (n,), the ratio of the measured quantity to the receptance; k = 0, 1, 2 for receptance, mobility,
-        accelerance."""
+        """Return s^k (n,), the ratio of the measured quantity to the receptance; k = 0, 1, 2."""
         return np.asarray(self.lines ** _ORDER[self.measured_as])
 
 
@@ -187,78 +174,55 @@ def read_frf(
         averages: number of averaged hammer blows.
 
     Raises:
-        FrequencyResponseError: no such file, a header without quantities and units, values `FrequencyResponse` refuses.
-        TimeSeriesError: no CSV text, or a cell that is not a number.
+        FrequencyResponseError: no such file, no CSV text, a header without quantities and units, a cell that is not a
+            number, values that `FrequencyResponse` refuses.
     """
-    table = needed_csv(path, TimeSeriesError, FrequencyResponseError, _LIKE.removeprefix("must be like "), delimiter)
-    name = table.path
-    try:
-        layout = _columns_of(table, columns or {}, units or {}, quantity)
-    except TimeSeriesError as problem:
-        raise FrequencyResponseError(str(problem)) from problem
-    try:
-        places = {role: place for role, place in layout.places.items() if role != "response"}
-        values = dict(zip(places, table.numbers(list(places.values())).T, strict=True))
-        f = layout.factors["frequency"] * values["frequency"]
-        scale, response = layout.factors["response"], np.empty(len(f), dtype=complex)
-        if layout.parts == ("response",):
-            response[:] = scale * table.complex_numbers(layout.places["response"])
-        elif layout.parts == ("real", "imag"):
-            response[:] = scale * (values["real"] + 1j * values["imag"])
-        else:
-            size = 10 ** (values["magnitude"] / 20) if layout.decibel else values["magnitude"]
-            response[:] = scale * size * np.exp(1j * layout.factors["phase"] * values["phase"])
-        deviation = _deviation(name, values, response, scale, averages)
-        origin = {"file": name.name}
-        return receptance(f, response, layout.kind, port_names=(port_name,), origin=origin, deviation=deviation)
-    except FrequencyResponseError as problem:
-        raise FrequencyResponseError(f"{name}: {problem}") from problem
-
-
-@dataclass(frozen=True)
-class _Columns:
-    """Columns of a response by role, their factors to SI, its kind, and whether magnitudes are in decibels."""
-
-    places: Mapping[str, int]
-    factors: Mapping[str, float]
-    kind: Kind
-    parts: tuple[str, ...]
-    decibel: bool
-
-
-def _columns_of(table: CsvTable, columns: Stated, units: Stated, quantity: Kind | None) -> _Columns:
+    table = needed_csv(path, FrequencyResponseError, _LIKE.removeprefix("must be like "), delimiter)
+    columns, units = columns or {}, units or {}
     if unknown := sorted({*columns} - {*_ROLES}) + sorted({*units} - {"frequency", "response", "phase"}):
-        raise TimeSeriesError(
-            f"{table.path}: {unknown[0]!r} is no role: columns has {', '.join(_ROLES)}, units has frequency, "
-            "response and phase: remove it"
-        )
-    read = {k: _said(head.name) for k, head in enumerate(table.heads)}
-    names = {role: [table.heads[k].name.lower() for k, (_, part) in read.items() if part == role] for role in _ROLES}
+        roles = f"columns has {', '.join(_ROLES)}, units has frequency, response and phase"
+        raise FrequencyResponseError(f"{table.path}: {unknown[0]!r} is no role: {roles}: remove it")
+    refusal = FrequencyResponseError(f"{table.path}, line {table.head_line}: header {table.header!r} {_LIKE}")
+    places = _places_of(table, columns)
+    parts = next((parts for parts in _PARTS if {"frequency", *parts} <= {*places}), None)
+    if parts is None:
+        raise refusal
+    heads, is_polar = [table.heads[places[role]] for role in ("frequency", *parts)], "phase" in parts
+    keys = ("frequency", "response", "phase" if is_polar else "response")
+    hertz, *texts = (normal_unit(units.get(key, head.unit)) for key, head in zip(keys, heads, strict=False))
+    decibel = re.fullmatch(r"dB(?:\s+re\.?\s+(?:1\s+)?(.+))?", texts[0]) if is_polar else None  # "dB re 1 m/N"
+    unit = texts[0] if decibel is None else normal_unit(decibel[1] or "")
+    stated = {quantity, *(_said(head.name)[0] for head in heads[1:])} - {None, ""}
+    kinds = [kind for kind in get_args(Kind) if unit in response_units(kind) and stated <= {kind}]
+    if len(kinds) != 1 or hertz not in HERTZ or texts[-1] not in (_ANGLES if is_polar else texts[:1]):
+        raise refusal
+    numbers = [role for role in places if role != "response"]
+    values = dict(zip(numbers, table.numbers([places[role] for role in numbers]).T, strict=True))
+    if parts == ("response",):
+        response = table.complex_numbers(places["response"])
+    elif is_polar:
+        size = values["magnitude"] if decibel is None else 10 ** (values["magnitude"] / 20)
+        response = size * np.exp(1j * _ANGLES[texts[1]] * values["phase"])
+    else:
+        response = values["real"] + 1j * values["imag"]
+    f, response = HERTZ[hertz] * values["frequency"], (scale := response_units(kinds[0])[unit]) * response
+    try:
+        noise, origin = _deviation(values, response, scale, averages), {"file": table.path.name}
+        return receptance(f, response, kinds[0], port_names=(port_name,), origin=origin, deviation=noise)
+    except FrequencyResponseError as problem:
+        raise FrequencyResponseError(f"{table.path}: {problem}") from problem
+
+
+def _places_of(table: CsvTable, columns: Stated) -> dict[str, int]:
+    """Return the columns by role, of the parts of a response only those of one of `_PARTS`."""
+    said = [(head.name.lower(), _said(head.name)[1]) for head in table.heads]
     places: dict[str, int] = {}
     for role in _ROLES:  # complex numbers last, where there are no parts, or where they are stated
         if role != "response" or role in columns or not any({*pair} <= {*places} for pair in _PARTS):
-            place = table.column_of(role, names[role], columns)
+            place = table.column_of(role, [name for name, part in said if part == role], columns)
             places |= {} if place is None else {role: place}
     parts = max(_PARTS, key=lambda pair: ({*pair} <= {*places}, len({*pair} & {*columns})))
-    if not {"frequency", *parts} <= {*places}:
-        raise TimeSeriesError(f"{table.path}, line {table.head_line}: header {table.header!r} {_LIKE}")
-    heads = [table.heads[places[part]] for part in parts]
-    texts = [normal_unit(units.get("response", head.unit)) for head in heads[: 2 if parts[0] == "real" else 1]]
-    match = re.fullmatch(r"dB(?:\s+re\.?\s+(?:1\s+)?(.+))?", texts[0])  # "dB re 1 m/N"
-    unit, decibel = (texts[0], False) if match is None else (normal_unit(match[1] or ""), True)
-    stated_kinds = {kind for k in (places[part] for part in parts) if (kind := read[k][0])}
-    kinds = [kind for kind in get_args(Kind) if unit in response_units(kind)]
-    if quantity is not None:
-        stated_kinds |= {quantity}
-    kinds = [kind for kind in kinds if stated_kinds <= {kind}]
-    polar = parts[0] == "magnitude"
-    angle = normal_unit(units.get("phase", heads[1].unit)) if polar else "rad"
-    hertz = normal_unit(units.get("frequency", table.heads[places["frequency"]].unit))
-    if len(kinds) != 1 or len(set(texts)) != 1 or angle not in _ANGLES or hertz not in HERTZ or (decibel and not polar):
-        raise TimeSeriesError(f"{table.path}, line {table.head_line}: header {table.header!r} {_LIKE}")
-    factors = {"frequency": HERTZ[hertz], "response": response_units(kinds[0])[unit], "phase": _ANGLES[angle]}
-    roles = ("frequency", *parts, *(role for role in ("coherence", "variance") if role in places))
-    return _Columns({role: places[role] for role in roles}, factors, kinds[0], parts, decibel)
+    return {role: place for role, place in places.items() if role in (*parts, "frequency", "coherence", "variance")}
 
 
 def _said(name: str) -> tuple[str, str]:
@@ -270,21 +234,18 @@ def _said(name: str) -> tuple[str, str]:
     return quantity, parts[0] if len(parts) == 1 else "response" if not parts and (roles or quantity) else ""
 
 
-def _deviation(
-    name: Path, values: Mapping[str, Array], response: ComplexArray, scale: float, averages: int | None
-) -> Array | None:
-    """Return the standard deviation of the response (SI) from the file's variance or coherence; ``None`` without
-    either."""
-    if (variance := values.get("variance")) is not None:
+def _deviation(values: Mapping[str, Array], response: ComplexArray, scale: float, averages: int | None) -> Array | None:
+    """Return the standard deviation of the response (SI) from variance or coherence; ``None`` without either."""
+    variance, coherence = values.get("variance"), values.get("coherence")
+    if variance is not None:
         if np.any(variance < 0):
             raise FrequencyResponseError(f"a variance of {variance.min():g} must be 0 or more")
         return np.asarray(scale * np.sqrt(variance))
-    if (coherence := values.get("coherence")) is None or averages is None:
+    if coherence is None or averages is None:
         return None
     if np.any((coherence < 0) | (coherence > 1 + 1e-6)):
-        raise FrequencyResponseError(
-            f"its coherence is {coherence.min():g} to {coherence.max():g}, must be 0 to 1: is it in per cent?"
-        )
+        least, most = coherence.min(), coherence.max()
+        raise FrequencyResponseError(f"its coherence is {least:g} to {most:g}, must be 0 to 1: is it in per cent?")
     return deviation_by_coherence(response, coherence, averages)
 
 
@@ -296,7 +257,7 @@ def response_units(kind: Kind) -> dict[str, float]:
         for form in _FORMS[kind]
         for length, metre in _LENGTHS.items()
     }
-    return scales | ({f"g/{f}": _GRAVITY / n for f, n in _FORCES.items()} | _MASSES if kind == "accelerance" else {})
+    return scales | ({f"g/{f}": 9.80665 / n for f, n in _FORCES.items()} | _MASSES if kind == "accelerance" else {})
 
 
 def of_impulse_response(greens: SampledGreens, *, highest: float | None = None) -> FrequencyResponse:

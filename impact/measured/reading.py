@@ -9,14 +9,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from dataclasses import replace
 from typing import Final
 
 import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from impact.bodies.time_series import SECONDS, Stated, TimeSeriesError
+from impact.bodies.time_series import SECONDS, Stated
 from impact.files.csv_table import needed_csv
 from impact.greens.base import Array, ComplexArray, GreensFunction, GreensFunctionError
 from impact.greens.sampled import Pretrigger, SampledGreens, Tail
@@ -48,14 +47,12 @@ def read_impulse_response(
     as `SampledGreens.from_series`; of several ports, read each and stack the values. ``static``: (1, 1) [m/N].
 
     Raises:
-        GreensFunctionError: what `SampledGreens.from_series` refuses, a header without quantity and unit, other numbers
-            of columns, a cell that is no number.
-        TimeSeriesError: no CSV text. Both name the file.
+        GreensFunctionError: what `SampledGreens.from_series` refuses, no CSV text, a header without quantity and unit,
+            other numbers of columns, a cell that is no number; the message names the file.
     """
-    table = needed_csv(path, TimeSeriesError, GreensFunctionError, _LIKE, delimiter)
-    samples, factors = replace(table, error=GreensFunctionError).quantities(
-        {"time": SECONDS, "impulse_response": _UNITS}, columns or {}, units or {}
-    )
+    table = needed_csv(path, GreensFunctionError, _LIKE, delimiter)
+    known = {"time": SECONDS, "impulse_response": _UNITS}
+    samples, factors = table.quantities(known, columns or {}, units or {})
     time, values = samples.T * factors[:, None]
     try:
         return SampledGreens.from_series(

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import impact
-from impact.bodies.time_series import TimeSeriesError
 from impact.greens.base import Array
 from impact.measured.frf import FrequencyResponse, FrequencyResponseError, moves_away, read_frf
 from impact.measured.reading import deviation_by_coherence, estimate_deviation
@@ -76,10 +75,10 @@ def test_bad_files(tmp_path: Path) -> None:
         read_frf(tmp_path / "empty.csv")
     path = write(tmp_path / "h.csv", header, F, G.real, G.imag)
     path.write_text(path.read_text() + "3100,1\n")
-    with pytest.raises(TimeSeriesError, match=r"h.csv, line 33: 2 columns, 3"):
+    with pytest.raises(FrequencyResponseError, match=r"h.csv, line 33: 2 columns, 3"):
         read_frf(path)
     path.write_text(path.read_text().replace("3100,1\n", "3100,one,2\n"))
-    with pytest.raises(TimeSeriesError, match=r"line 33, column 2: 'one'"):
+    with pytest.raises(FrequencyResponseError, match=r"line 33, column 2: 'one'"):
         read_frf(path)
     with pytest.raises(FrequencyResponseError, match=r"b.csv: frequency"):
         read_frf(write(tmp_path / "b.csv", header, F[::-1], G.real, G.imag))

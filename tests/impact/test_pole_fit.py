@@ -194,7 +194,8 @@ def test_causality(free: bool) -> None:
     mirrored = FrequencyResponse(F, response.receptance.conj())
     with pytest.raises(FrequencyResponseError, match=r"not causal: \d+% .* conjugate"):
         fit_poles(mirrored)
-    assert causality_defect(response.within(5e3, 12e3)) is None
+    high = F > 5e3
+    assert causality_defect(FrequencyResponse(F[high], response.receptance[high])) is None
 
 
 @pytest.mark.slow

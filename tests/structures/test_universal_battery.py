@@ -9,7 +9,7 @@ import pyuff
 
 from impact.measured.frf import FrequencyResponseError
 from seatfem.structures.formats.uff import UffError, read_frf_uff, read_modes_uff
-from seatfem.structures.formats.universal_mesh import read_unv
+from seatfem.structures.formats.universal import read_unv
 from seatfem.structures.mesh.io import MeshError
 from tests.mutated_lines import check_mutants, is_same
 from tests.universal_files import (
@@ -88,7 +88,7 @@ CHANGES = [
     ("tetrahedron", columns(2, 1, 1, 11), columns(1, 1, 1, 11), "node 1 is there twice"),
     ("tetrahedron", columns(2, 91), columns(1, 91), "element 1 is there twice"),
     ("tetrahedron", columns(1, 111), columns(1, 211), "type 211, which is not known"),
-    ("tetrahedron", columns(2, 91), columns(2, 112), "1 tetrahedra .*, 1 wedge"),
+    ("tetrahedron", columns(2, 91), columns(2, 112), "1 tetrahedra .*, 1 wedges"),
     ("tetrahedron", columns(1, 2, 3) + "\n", columns(1, 2, 9) + "\n", "node 9 is used and not defined"),
     ("tetrahedron", "  2467", "   752", "dataset 752: .*export dataset 2467"),
     ("with results", "  2414", "    71", "dataset 71: .*export dataset 2412"),
@@ -147,9 +147,9 @@ def test_a_response_changed_in_a_line_is_the_same_or_refused(name: str, tmp_path
 
 IN_58 = [
     ("in SI", columns(6, 10, 1), columns(6, 11, 1), "a line is missing at its end"),
-    ("in SI", columns(6, 10, 1), columns(6, 9, 1), "one of the lines of 18 numbers|goes on after"),
+    ("in SI", columns(6, 10, 1), columns(6, 9, 1), "one of the lines of 18 numbers"),
     ("in SI", columns(6, 10, 1), columns(6, 10, 0), "a line is missing at its end"),
-    ("in SI", columns(6, 10, 1), columns(3, 10, 1), r"then data type \(2, 4, 5, 6\)"),
+    ("in SI", columns(6, 10, 1), columns(3, 10, 1), r"data type \(2, 4, 5, 6\)"),
     ("in SI", "        12    0", "        11    0", "'m/s.2/N' are no unit of mobility"),
     ("in SI", "        13    0", "         8    0", "data type 12 over 8"),
     ("in SI", "        18    0", "        17    0", "abscissa is of data type 17"),

@@ -11,6 +11,5 @@ from seatfem.structures.formats import (
     nastran_mesh as nastran_mesh,
     uff as uff,
     universal as universal,
-    universal_mesh as universal_mesh,
     writing as writing,
 )

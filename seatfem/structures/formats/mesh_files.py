@@ -20,7 +20,7 @@ from impact.files.safe_files import MB, check_file, read_text
 from impact.notices import Progress, silent
 from seatfem.jobs.folders import private_folder
 from seatfem.jobs.processes import answer_of, end_worker, start_worker, tell_worker
-from seatfem.structures.formats import abaqus, decks, file_mesh, nastran_mesh, universal_mesh
+from seatfem.structures.formats import abaqus, decks, file_mesh, nastran_mesh, universal
 from seatfem.structures.formats.file_mesh import FileMesh, merged, to_arrays
 from seatfem.structures.mesh import checks, meshing
 from seatfem.structures.mesh.gmsh_process import STAGE, MeshingError, run_gmsh
@@ -155,7 +155,7 @@ def _values(name: str, data: NDArray[Any]) -> list[tuple[str, int]]:
 
 BY_GMSH = (".msh", ".med")
 READERS: Mapping[str, Callable[[Path], FileMesh]] = MappingProxyType(
-    {".unv": universal_mesh.read_unv, ".inp": abaqus.read_abaqus}
+    {".unv": universal.read_unv, ".inp": abaqus.read_abaqus}
     | dict.fromkeys((".bdf", ".nas", ".dat", ".fem"), nastran_mesh.read_nastran)
     | dict.fromkeys(FORMATS, read_by_meshio)
 )

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final, Literal, get_args
+from typing import Any, Final, Literal, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from impact.bodies.time_series import SECONDS, Stated
-from impact.files.csv_table import normal_unit
+from impact.files.csv_table import normal_unit, real
 from impact.files.safe_files import MB, write_whole
 from impact.greens import base, modal
 from impact.greens.sampled import SampledGreens, Tail
@@ -24,17 +25,13 @@ Direction = Literal["+x", "-x", "+y", "-y", "+z", "-z"]
 Place = tuple[int, Direction]
 """Node number, and direction of the outward normal of the struck face."""
 System = Literal["SI", "mm-N-s", "inch-lbf-s"]
-UNITS: dict[str, Units] = {
-    "SI": Units(1.0, 1.0),
-    "mm-N-s": Units(1e-3, 1.0),
-    "inch-lbf-s": Units(0.0254, 4.4482216152605),
-}
+UNITS = {"SI": Units(1.0, 1.0), "mm-N-s": Units(1e-3, 1.0), "inch-lbf-s": Units(0.0254, 4.4482216152605)}
 LIMIT = 256 * MB
-_AXES = {"x": 1, "y": 2, "z": 3}
+_CODES = {"+x": 1, "-x": -1, "+y": 2, "-y": -2, "+z": 3, "-z": -3}
 _ORDINATES: dict[int, Kind] = {8: "receptance", 11: "mobility", 12: "accelerance"}
 _FORCES = (9, 13)
 _TIME_RESPONSE, _FRF, _NORMAL_MODE = 1, 4, 2
-_FREQUENCY, _TIME = 18, 17
+_ABSCISSAE = {_FRF: (18, "frequency", HERTZ), _TIME_RESPONSE: (17, "time", SECONDS)}
 _NAMES = 5  # lines of text at the beginning of datasets 55 and 58
 
 
@@ -44,10 +41,8 @@ class UffError(ValueError):
 
 @dataclass(frozen=True)
 class _Function:
-    """Dataset 58: function type, nodes and directions of response and reference, values (n,) over ``x``.
-
-    ``axes``: data type and unit, "" where none is stated, of abscissa, ordinate and force.
-    """
+    """Dataset 58: function type, nodes and directions of response and reference, values (n,) over ``x``, and data type
+    and unit of the axes, "" where none is stated."""
 
     dataset: Dataset
     type: int
@@ -55,13 +50,6 @@ class _Function:
     axes: list[tuple[int, str]]
     x: base.Array
     values: NDArray[Any]
-
-    def between(self, response: Place, force: Place) -> NDArray[Any]:
-        """Return the values along the directions of two ports."""
-        signs = [
-            _sign(place) * math.copysign(1.0, end[1]) for place, end in zip((response, force), self.ends, strict=True)
-        ]
-        return self.values * signs[0] * signs[1]
 
 
 @dataclass(frozen=True)
@@ -76,14 +64,15 @@ class _Mode:
     shape: Mapping[int, NDArray[Any]]
 
     def displacement(self, place: Place) -> float:
-        node, direction = place
+        """Return the component of the shape along a direction at a node."""
+        node, code = place[0], _CODES[place[1]]
         if node not in self.shape:
             numbers = f"{len(self.shape)} from {min(self.shape, default=0)} to {max(self.shape, default=0)}"
             raise self.dataset.fail(f"mode {self.number} has no node {node}; it has {numbers}")
-        value = self.shape[node][_AXES[direction[1]] - 1]
+        value = self.shape[node][abs(code) - 1]
         if abs(np.imag(value)) > 1e-6 * abs(value):
             raise self.dataset.fail(f"mode {self.number} is complex: export normal modes, or fit its FRFs")
-        return float(np.real(value)) * _sign(place)
+        return float(np.real(value) * np.sign(code))
 
 
 def read_modes_uff(
@@ -117,31 +106,25 @@ def read_modes_uff(
         raise UffError(f"{file}: no normal modes (dataset 55, analysis type 2) in it; export them")
     if stated is None:
         raise UffError(f"{file}: states no units (dataset 164); state system, one of {', '.join(UNITS)}")
-    numbers = [mode.number for mode in modes]
-    if twice := {number for number in numbers if numbers.count(number) > 1}:
-        raise UffError(f"{file}: mode {min(twice)} is there twice (dataset 55); remove one")
+    counts = Counter(mode.number for mode in modes)
+    for mode in modes:
+        if counts[mode.number] > 1:
+            raise mode.dataset.fail(f"mode {mode.number} is there twice; remove one")
+        if modal_mass is None and not mode.mass > 0:
+            raise mode.dataset.fail(
+                f"mode {mode.number} has the modal mass {mode.mass:g}, must be positive; state modal_mass = 1 if its "
+                "shapes are mass-normalised"
+            )
     masses = np.array([mode.mass if modal_mass is None else modal_mass for mode in modes])
-    if not masses.min() > 0:
-        raise modes[int(masses.argmin())].dataset.fail(
-            f"mode {modes[int(masses.argmin())].number} has the modal mass {masses.min():g}, must be positive; state "
-            "modal_mass = 1 if its shapes are mass-normalised"
-        )
-    places = {name: _places(port) for name, port in ports.items()}
-    shapes = np.array(
-        [[np.mean([mode.displacement(place) for place in port]) for port in places.values()] for mode in modes]
-    )
+    places = {name: cast("Sequence[Place]", [at] if isinstance(at[0], int) else at) for name, at in ports.items()}
+    shapes = [[np.mean([*map(mode.displacement, port)]) for port in places.values()] for mode in modes]
     omega = np.array([2 * np.pi * mode.frequency for mode in modes])
     zeta = np.array([mode.damping if damping_ratio is None else damping_ratio for mode in modes])
     kilograms = masses * stated.newton / stated.metre
-    p = len(places)
-    residual = modal.Residual.none(p) if compliance is None else modal.Residual.spring(compliance)
-    origin = {
-        "kind": "modes",
-        "file": file.name,
-        "modes": len(modes),
-        "ports": {n: str(v) for n, v in places.items()},
-    }
-    return modal.ModalGreens(omega, zeta, shapes / np.sqrt(kilograms)[:, None], residual, tuple(places), origin=origin)
+    residual = modal.Residual.none(len(ports)) if compliance is None else modal.Residual.spring(compliance)
+    told = {name: str(port) for name, port in places.items()}
+    origin = {"kind": "modes", "file": file.name, "modes": len(modes), "ports": told}
+    return modal.ModalGreens(omega, zeta, shapes / np.sqrt(kilograms)[:, None], residual, tuple(ports), origin=origin)
 
 
 def read_frf_uff(
@@ -167,75 +150,36 @@ def read_frf_uff(
         UffError: no such file, no units or several, a response that is missing, ambiguous or of another quantity.
         FrequencyResponseError: errors of `FrequencyResponse`.
     """
-    file, (sets, stated) = Path(path), _read(Path(path), 58, system)
-    if unknown := sorted({*(units or {})} - {"response", "frequency"}):
-        raise UffError(f"{file}: units knows response and frequency of a universal file, not {unknown[0]}: remove it")
-    functions = [_function(dataset) for dataset in sets]
-    names, p = tuple(ports), len(ports)
-    table: dict[tuple[int, int], _Function] = {}
-    for i, j, function in _between(functions, ports, _FRF):
-        if (i, j) in table:
-            raise UffError(f"{file}: two frequency responses from port {names[j]!r} to {names[i]!r}: keep one")
-        table[i, j] = function
-    missing = [f"{names[i]} / {names[j]}" for i in range(p) for j in range(i + 1) if not {(i, j), (j, i)} & set(table)]
-    if missing:
-        listing = _listing(functions)
-        raise UffError(f"{file}: no frequency response for the ports {', '.join(missing)}; {listing}")
-    frequency, kinds, scale = table[0, 0].x, set[Kind](), 1.0
-    values = np.zeros((len(frequency), p, p), dtype=complex)
-    for (i, j), function in table.items():
-        kind, scale = _scale(function, stated, system is not None, units or {}, quantity)
-        kinds.add(kind)
-        x = function.x
-        if x.shape != frequency.shape or np.any(np.abs(x - frequency) > 1e-3 * np.median(np.diff(frequency))):
-            raise UffError(f"{file}: {names[i]} / {names[j]} must have the frequencies of {names[0]} / {names[0]}")
-        values[:, i, j] = scale * function.between(ports[names[i]], ports[names[j]])
-        if (j, i) not in table:
-            values[:, j, i] = values[:, i, j]
-    if len(kinds) > 1:
-        raise UffError(f"{file}: {', '.join(sorted(kinds))} at once: convert them to one quantity")
-    hertz, kind = _abscissa(table[0, 0], _FREQUENCY, HERTZ, (units or {}).get("frequency")), kinds.pop()
-    origin = {"file": file.name, "read_as": f"{kind}, values in {scale:.6g} {next(iter(response_units(kind)))}"}
-    return receptance(hertz * frequency, values, kind, port_names=names, origin=origin)
+    frequency, values, kind, scale = _responses(Path(path), ports, _FRF, system, units or {}, quantity)
+    origin = {"file": Path(path).name, "read_as": f"{kind}, values in {scale:.6g} {next(iter(response_units(kind)))}"}
+    return receptance(frequency, values, kind, port_names=tuple(ports), origin=origin)
 
 
 def read_impulse_response_uff(
     path: str | os.PathLike[str], *, ports: Mapping[str, Place], system: System | None = None, tail: Tail = "forbid"
 ) -> SampledGreens:
-    """Return g(t) of one port from dataset 58: a time response (type 1) of displacement per unit impulse.
+    """Return g(t) [m/(N s)] from datasets 58: time responses (type 1) of displacement per unit impulse.
 
     Raises:
-        UffError: as `read_frf_uff`; more than one port.
+        UffError: as `read_frf_uff`.
         GreensFunctionError: errors of `SampledGreens.from_series`.
     """
-    file, (sets, stated) = Path(path), _read(Path(path), 58, system)
-    if len(ports) != 1:
-        raise UffError(f"{file}: {len(ports)} ports; impulse responses are read for one; stack the values for more")
-    (name, place) = next(iter(ports.items()))
-    functions = [_function(dataset) for dataset in sets]
-    responses = [function for _, _, function in _between(functions, ports, _TIME_RESPONSE)]
-    if len(responses) != 1:
-        raise UffError(
-            f"{file}: {len(responses)} time responses of port {name!r}, one is needed; {_listing(functions)}"
-        )
-    (response,) = responses
-    if response.axes[1][0] != 8:
-        raise response.dataset.fail("the time response is no displacement (data type 8): integrate it first")
-    _, scale = _scale(response, stated, system is not None, {}, None)
-    time = _abscissa(response, _TIME, SECONDS, None) * response.x
-    values, origin = scale * np.real(response.between(place, place)), {"kind": "measured", "file": file.name}
+    time, values, kind, _ = _responses(Path(path), ports, _TIME_RESPONSE, system, {}, None)
+    if kind != "receptance":
+        raise UffError(f"{path}: the time response is no displacement (data type 8): export it as one")
+    origin, g = {"kind": "measured", "file": Path(path).name}, np.moveaxis(np.real(values), 0, 2)
     try:
-        return SampledGreens.from_series(time, values, tail=tail, port_names=(name,), origin=origin)
+        return SampledGreens.from_series(time, g, tail=tail, port_names=tuple(ports), origin=origin)
     except base.GreensFunctionError as problem:
-        raise base.GreensFunctionError(f"{file}: {problem}") from problem
+        raise base.GreensFunctionError(f"{path}: {problem}") from problem
 
 
 def _read(path: Path, kind: int, system: System | None) -> tuple[list[Dataset], Units | None]:
     """Return the datasets of a kind, and the units by ``system``, or else by dataset 164, if it is there."""
     if not path.exists():
         raise UffError(f"{path}: no such file; check the path")
-    if system is not None and system not in get_args(System):
-        raise UffError(f"system {system!r} is unknown; choose from {', '.join(get_args(System))}")
+    if system is not None and system not in UNITS:
+        raise UffError(f"system {system!r} is unknown; choose from {', '.join(UNITS)}")
     sets, others = list[Dataset](), set[int]()
     units = None if system is None else UNITS[system]
     for dataset in read_datasets(path, LIMIT, UffError):
@@ -281,33 +225,63 @@ def _function(dataset: Dataset) -> _Function:
         function = int(line[:5])
         node, along, other, pushed = (int(word) for at in (41, 66) for word in line[at : at + 14].split())
         form, count, even = map(int, (words := dataset.text().split())[:3])
-        first, step = (float(word.replace("D", "E")) for word in words[3:5])
-        axes = [(int(line[:10]), _unit(line[46:67])) for line in (dataset.text() for _ in range(4))]
-        size, parts = SIZES[form if count >= 0 and even in (0, 1) else 0]
+        first, step = map(real, words[3:5])
+        axes = [
+            (int(line[:10]), normal_unit(line[46:67].replace("NONE", "")))
+            for line in (dataset.text() for _ in range(4))
+        ]
+        _, parts = SIZES[form if count >= 0 and even in (0, 1) else 0]
     except (LookupError, ValueError):
         raise dataset.fail(
-            "must state function type, nodes and directions; then data type (2, 4, 5, 6), count, spacing, first value "
-            "and step; then data types and units of the axes, in their columns; export it again"
+            "must state function type, nodes and directions; data type (2, 4, 5, 6), count, spacing, first value, "
+            "step; data types and units of the axes, each in its columns: export it again"
         ) from None
     columns = parts + 1 - even
-    if dataset.order:
-        numbers = np.frombuffer(dataset.binary[: len(dataset.binary) // size * size], f"{dataset.order}f{size}")
-        if numbers.size != columns * count or not np.all(np.isfinite(numbers)):
-            raise dataset.fail(f"{numbers.size} numbers, must be {columns * count} finite ones; export it again")
-    else:
-        numbers = np.array(dataset.reals(columns * count))
-    if dataset.has_more:
-        raise dataset.fail(f"goes on after {count} values; export it again")
-    rows = numbers.astype(float).reshape(count, columns)
-    x = np.asarray(first + step * np.arange(count) if even else rows[:, 0], dtype=np.float64)
+    numbers = np.array(dataset.reals(columns * count)) if dataset.binary is None else dataset.binary.astype(float)
+    if dataset.has_more or numbers.size != columns * count or not np.all(np.isfinite(numbers)):
+        raise dataset.fail(f"has other than {columns * count} finite numbers, or goes on after them; export it again")
+    rows = numbers.reshape(count, columns)
+    x: base.Array = first + step * np.arange(count, dtype=np.float64) if even else rows[:, 0]
     values = rows[:, -1] if parts == 1 else rows[:, -2] + 1j * rows[:, -1]
     dataset.at = 0  # what is said later is said of its beginning
     return _Function(dataset, function, ((node, along), (other, pushed)), axes, x, values)
 
 
-def _unit(label: str) -> str:
-    """Return the unit on an axis; "" for none."""
-    return "" if label.strip().upper() == "NONE" else normal_unit(label)
+def _responses(
+    path: Path, ports: Mapping[str, Place], form: int, system: System | None, units: Stated, quantity: Kind | None
+) -> tuple[base.Array, base.ComplexArray, Kind, float]:
+    """Return abscissa (n,) and responses (n, p, p) of a function type in SI, their quantity, and factor to SI."""
+    sets, stated = _read(path, 58, system)
+    if unknown := sorted({*units} - {"response", "frequency"}):
+        raise UffError(f"{path}: units knows response and frequency of a universal file, not {unknown[0]}: remove it")
+    functions = [_function(dataset) for dataset in sets]
+    names, p = tuple(ports), len(ports)
+    where = {(node, abs(_CODES[along])): k for k, (node, along) in enumerate(ports.values())}
+    table: dict[tuple[int, int], _Function] = {}
+    for function in functions:
+        i, j = (where.get((node, abs(along)), -1) for node, along in function.ends)
+        if function.type != form or min(i, j) < 0:
+            continue
+        if (i, j) in table:
+            raise UffError(f"{path}: two responses from port {names[j]!r} to {names[i]!r}: keep one")
+        table[i, j] = function
+    missing = [f"{names[i]} / {names[j]}" for i in range(p) for j in range(i + 1) if not {(i, j), (j, i)} & set(table)]
+    if missing:
+        pairs = ["/".join(f"{node}:{along}" for node, along in function.ends) for function in functions[:8]]
+        has = f"it has (response/reference, node:direction) {', '.join(pairs)}" + ", ..." * (len(functions) > 8)
+        raise UffError(f"{path}: no {_ABSCISSAE[form][1]} response for the ports {', '.join(missing)}; {has}")
+    first, is_chosen = table[0, 0], system is not None
+    x, (kind, scale) = _abscissa(first, units), _scale(first, stated, is_chosen, units, quantity)
+    values = np.zeros((len(x), p, p), dtype=complex)
+    for (i, j), function in table.items():
+        own, (own_kind, scale) = _abscissa(function, units), _scale(function, stated, is_chosen, units, quantity)
+        if own_kind != kind or own.shape != x.shape or np.any(np.abs(own - x) > 1e-3 * np.median(np.diff(x))):
+            raise function.dataset.fail(f"must have quantity and abscissa of {names[0]} / {names[0]}; convert it")
+        signs = (np.sign(_CODES[ports[names[k]][1]] * end[1]) for k, end in zip((i, j), function.ends, strict=True))
+        values[:, i, j] = scale * math.prod(signs) * function.values
+        if (j, i) not in table:
+            values[:, j, i] = values[:, i, j]
+    return x, values, kind, scale
 
 
 def _scale(
@@ -319,15 +293,12 @@ def _scale(
     fail, kind = function.dataset.fail, _ORDINATES.get(ordinate, quantity if ordinate in (0, 1) else None)
     if kind is None or force not in _FORCES:
         raise fail(
-            f"a response of data type {ordinate} over {force}; displacement (8), velocity (11) or acceleration (12) "
-            "over force (13) is needed"
+            f"a response of data type {ordinate} over {force}, must be 8, 11 or 12 over 13 (force): export it so"
         )
     known = response_units(kind)
     if (response := units.get("response")) is not None:
-        if is_chosen:
-            raise fail("system and units.response both state its units; remove one")
-        if normal_unit(response) not in known:
-            raise fail(f"{response!r} is no unit of {kind}; state one of {', '.join(known)}")
+        if is_chosen or normal_unit(response) not in known:
+            raise fail(f"units.response = {response!r} must be one of {', '.join(known)}, without system; remove one")
         return kind, known[normal_unit(response)]
     of_file = None if stated is None else stated.metre / stated.newton
     if of_file is not None and (is_chosen or not above):
@@ -346,45 +317,16 @@ def _scale(
     return kind, scale
 
 
-def _abscissa(function: _Function, kind: int, units: Mapping[str, float], chosen: str | None) -> float:
-    """Return the factor of the abscissa to SI. Raises `UffError` for another data type, and an unknown unit."""
-    found, label = function.axes[0]
-    unit = chosen or label or next(iter(units))
-    if found not in (kind, 0) or unit not in units:
-        raise function.dataset.fail(
-            f"its abscissa is of data type {found} in {unit!r}, must be {kind} in {', '.join(units)}"
-        )
-    return units[unit]
+def _abscissa(function: _Function, stated: Stated) -> base.Array:
+    """Return the abscissa (n,) in SI. Raises `UffError` for another data type, and an unknown unit."""
+    (kind, label), (needed, _, units) = function.axes[0], _ABSCISSAE[function.type]
+    unit = stated.get("frequency") or label or next(iter(units))
+    if kind not in (needed, 0) or unit not in units:
+        words = f"is of data type {kind} in {unit!r}, must be {needed} in {', '.join(units)}"
+        raise function.dataset.fail(f"its abscissa {words}: export it so")
+    return np.asarray(units[unit] * function.x)
 
 
-def _between(
-    functions: Sequence[_Function], ports: Mapping[str, Place], kind: int
-) -> Iterator[tuple[int, int, _Function]]:
-    """Yield the functions of a type with force at port j and response at port i, as (i, j, function)."""
-    where = {(node, _AXES[direction[1]]): k for k, (node, direction) in enumerate(ports.values())}
-    for function in functions:
-        response, reference = (where.get((node, abs(along))) for node, along in function.ends)
-        if function.type == kind and response is not None and reference is not None:
-            yield response, reference, function
-
-
-def _sign(place: Place) -> float:
-    return 1.0 if place[1][0] == "+" else -1.0
-
-
-def _places(port: Place | Sequence[Place]) -> list[Place]:
-    one, two = port[0], port[-1]
-    if isinstance(one, int) and isinstance(two, str):
-        return [(one, two)]
-    return [place for place in port if isinstance(place, tuple)]
-
-
-def _listing(functions: Sequence[_Function]) -> str:
-    pairs = ["/".join(f"{node}:{along}" for node, along in function.ends) for function in functions]
-    return f"it holds (response/reference, node:direction) {', '.join(pairs[:8])}" + (", ..." if len(pairs) > 8 else "")
-
-
-ALONG: Final = 3  # code of the direction +z, the outward normal of every port
 _ID_LINES: Final = ["NONE"] * _NAMES
 
 
@@ -403,18 +345,11 @@ def write_receptance_uff(greens: base.GreensFunction, frequency: ArrayLike, path
     if f.ndim != 1 or len(f) < 2 or not np.allclose(np.diff(f), f[1] - f[0], rtol=1e-6) or f[1] <= f[0]:
         raise UffError("frequency: give at least two frequencies in even, rising steps")
     values = greens.transfer(np.asarray(2j * np.pi * f, dtype=np.complex128))
-    axes = [
-        f"{kind:10}{0:5}{0:5}{0:5} {label:<20} {unit:<20}"
-        for kind, label, unit in (
-            (_FREQUENCY, "Frequency", "Hz"),
-            (8, "Receptance", "m"),
-            (13, "Force", "N"),
-            (0, "", ""),
-        )
-    ]
+    labels = ((18, "Frequency", "Hz"), (8, "Receptance", "m"), (13, "Force", "N"), (0, "", ""))
+    axes = [f"{kind:10}{0:5}{0:5}{0:5} {label:<20} {unit:<20}" for kind, label, unit in labels]
     sets = []
     for i, j in zip(*np.tril_indices(len(greens.ports)), strict=True):
-        ends = "".join(f" {greens.ports[k][:10]:<10}{k + 1:10}{ALONG:4}" for k in (i, j))
+        ends = "".join(f" {greens.ports[k][:10]:<10}{k + 1:10}{_CODES['+z']:4}" for k in (i, j))
         form = f"{6:10}{len(f):10}{1:10}{f[0]:13.5e}{f[1] - f[0]:13.5e}{0.0:13.5e}"
         numbers = [f"{x:20.11e}" for x in values[:, i, j].copy().view(float)]
         rows = ["".join(numbers[k : k + 4]) for k in range(0, len(numbers), 4)]
