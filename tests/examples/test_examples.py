@@ -46,6 +46,7 @@ def test_an_example_is_looked_at(
 ) -> None:
     """A look at an example that is not run here has a landing to judge, with bars, and what is left to do."""
     monkeypatch.setattr(forecast, "PURSE", {False: 0.01, True: 0.01})
+    monkeypatch.setattr(forecast, "HANGING", 600.0)  # a slow machine takes more than a minute for the waves of a kidney
     assert run_command(["plan", str(ROOT / "examples" / f"{name}.toml")]) == 0
     output = capsys.readouterr().out
     assert "run.time_step" in output

@@ -104,7 +104,7 @@ FACES = {
         DECK.replace("*ELEMENT", "".join(f"{k},0,0,{k}\n" for k in range(5, 4001)) + "*ELEMENT", 1)
         + "*NSET, NSET=N, GENERATE\n1,4000\n*SURFACE, NAME=S, TYPE=NODE\n"
         + "N\n" * 9000,
-        "5e+06 together",
+        "must be at most 5e+06",
     ),
     "blanks.xdmf": ("<Xdmf>" + ">" + " " * 400_000, ".xdmf file"),
     "late.xdmf": ("<?xml version='1.0'?>" + " " * 100_000 + "<!DOCTYPE x><Xdmf/>", "defines or includes entities"),
