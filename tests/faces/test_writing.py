@@ -337,6 +337,7 @@ def test_no_writer_goes_round_whole_file() -> None:
         "seatfem/jobs/foreman.py", "seatfem/study/trade/trade.py",
     }  # fmt: skip
     allowed |= {"seatfem/structures/mesh/_gmsh_worker.py", "seatfem/structures/formats/_meshio_worker.py"}
+    allowed |= {"seatfem/structures/shapes/cad.py"}  # the copy of a STEP file in a private folder
     words = (".write_text(", ".write_bytes(", "savefig(", "imwrite(", ".save(", "savez(", '.open("w', '.open("a')
     writers = set()
     for path in [*(ROOT / "impact").rglob("*.py"), *(ROOT / "seatfem").rglob("*.py")]:
