@@ -229,7 +229,8 @@ def test_a_study_is_priced_by_looks_at_three_of_its_scenes(tmp_path: Path, monke
         remaining = SimpleNamespace(
             seat={25e-3: 5.0, 27e-3: 1.0}.get(scene.reed.length, 3.0), contact=1e3 * scene.reed.length
         )
-        return SimpleNamespace(left=remaining, done=SimpleNamespace(memory=1e9 * scene.reed.length))
+        done = SimpleNamespace(memory=1e9 * scene.reed.length, plan=SimpleNamespace(scene=scene))
+        return SimpleNamespace(left=remaining, done=done)
 
     monkeypatch.setattr(sweep, "look_at", look)
     price = sweep.ahead(load_study(study), cases)
