@@ -35,7 +35,7 @@ _UNIT: Final = re.compile(
     r"(?:(?:[numckMGµμ]?(?:m|s|g|N|Pa|Hz|V|W|J|bar|rad)|lbf|psi|in|deg|sec|°|%|dB(?: re\.?)?|\d)(?![a-zA-Z])"
     r"|[-\s/()\[\]^*·⋅²])+"
 )
-"""What a line of units under the header may hold."""
+"""Pattern of the units and signs that a line of units under the header holds."""
 _COMPLEX: Final = re.compile(r"\(?[+-]?[\d.,]+([eEdD][+-]?\d+)? ?[-+,;] ?[ij]?[+-]?[\d.,]+([eEdD][+-]?\d+)? ?\*?[ij)]*")
 _THOUSANDS: Final = re.compile(r"\s*[+-]?\d+[.,]\d{3}[.,]\d")
 _SAME: Final = str.maketrans({"µ": "u", "μ": "u", "²": "^2", "·": " ", "*": " ", "⋅": " ", "°": "deg"})

@@ -121,6 +121,7 @@ def test_a_traceback_that_was_asked_for(tmp_path):
 
 def test_nothing_else_writes_to_the_terminal():
     """Rich's own console is made in one place; another may name its type."""
-    texts = {path.name: path.read_text(encoding="utf-8") for path in PACKAGE.rglob("*.py")}
-    makers = [name for name, text in texts.items() if "rich.console import" in text and "Console(" in text]
+    for_types = "if TYPE_CHECKING:\n    from rich.console import Console\n"
+    texts = {path.name: path.read_text(encoding="utf-8").replace(for_types, "") for path in PACKAGE.rglob("*.py")}
+    makers = [name for name, text in texts.items() if "rich.console import" in text]
     assert makers == ["terminal.py"]

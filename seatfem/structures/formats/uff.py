@@ -122,8 +122,8 @@ def read_modes_uff(
     zeta = np.array([mode.damping if damping_ratio is None else damping_ratio for mode in modes])
     kilograms = masses * stated.newton / stated.metre
     residual = modal.Residual.none(len(ports)) if compliance is None else modal.Residual.spring(compliance)
-    told = {name: str(port) for name, port in places.items()}
-    origin = {"kind": "modes", "file": file.name, "modes": len(modes), "ports": told}
+    port_texts = {name: str(port) for name, port in places.items()}
+    origin = {"kind": "modes", "file": file.name, "modes": len(modes), "ports": port_texts}
     return modal.ModalGreens(omega, zeta, shapes / np.sqrt(kilograms)[:, None], residual, tuple(ports), origin=origin)
 
 

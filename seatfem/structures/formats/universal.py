@@ -192,7 +192,7 @@ LIMIT: Final = 512 * MB
 
 @dataclass
 class _Content:
-    """What the datasets of a file hold, while they are read."""
+    """Nodes, elements, groups and units of a file, which its datasets fill while they are read."""
 
     units: Units | None = None
     nodes: dict[int, list[float]] = field(default_factory=dict)

@@ -60,8 +60,10 @@ def located(error: SceneError, path: Path | None) -> SceneError:
     if path is None or all(problem.file for problem in error.problems):
         return error
     lines = _lines(_read(path))
-    found = (each if each.file else replace(each, file=path, line=line_of(each.path, lines)) for each in error.problems)
-    return SceneError(tuple(sorted(found, key=lambda problem: problem.line)))
+    placed = (
+        each if each.file else replace(each, file=path, line=line_of(each.path, lines)) for each in error.problems
+    )
+    return SceneError(tuple(sorted(placed, key=lambda problem: problem.line)))
 
 
 def _read(path: Path) -> str:
