@@ -1,6 +1,6 @@
 # make demo      the example, all the way, into seatfem-demo/
 # make test      lint, types, and the tests that take minutes (all but those marked slow)
-# make test-all  everything: all tests, documentation, the wheel in bare environments; what CI runs after make test
+# make test-all  everything: all tests, documentation, the wheel in bare environments; what CI runs
 # All make .venv and install what they need first; a second run installs nothing.
 
 PYTHON ?= python3
@@ -12,18 +12,21 @@ SINGLE_THREAD := OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 NUMB
 TEST_WORKERS  ?= auto
 
 .DELETE_ON_ERROR:
-.PHONY: help demo test test-all lint types cheap unit installed lowest verify doctor docs extremes frozen mutations fuzz history clean distclean
+.PHONY: help demo test test-all rest lint types cheap slow unit installed lowest verify doctor docs extremes frozen mutations fuzz history clean distclean
 
 help:
 	@sed -n 's/^# //p' Makefile
-	@echo "Also: lint, types, unit (pytest only), verify, doctor, docs (into build/docs), extremes, frozen, mutations, fuzz, history, clean, distclean."
+	@echo "Also: lint, types, slow, unit (all of pytest), verify, doctor, docs (into build/docs), extremes, frozen, mutations, fuzz, history, clean, distclean."
 
 demo: $(VENV)/installed-pictures
 	@$(VENV)/bin/seatfem demo
 
 test: lint types cheap
 
-test-all: lint types unit docs installed lowest
+test-all: test rest
+
+# what make test leaves out
+rest: slow docs installed lowest
 
 lint: $(VENV)/installed-dev
 	$(PY) -m ruff check .
@@ -36,6 +39,10 @@ PYTEST := $(SINGLE_THREAD) $(PY) -m pytest -n $(TEST_WORKERS) --maxprocesses 4 -
 cheap: $(VENV)/installed-dev
 	@$(VENV)/bin/seatfem doctor --quiet
 	$(PYTEST) -m "not slow"
+
+slow: $(VENV)/installed-dev
+	@$(VENV)/bin/seatfem doctor --quiet
+	$(PYTEST) -m slow
 
 unit: $(VENV)/installed-dev
 	@$(VENV)/bin/seatfem doctor --quiet

@@ -7,6 +7,7 @@ import pytest
 
 from seatfem.jobs.crew import Ask
 from seatfem.study.sweep import runner as one
+from seatfem.study.sweep.side_by_side import reply
 
 
 def answer_here(monkeypatch: pytest.MonkeyPatch) -> list[str]:
@@ -16,7 +17,7 @@ def answer_here(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     def ask(given: list[str], limit: float) -> Iterator[tuple[int, str]]:
         for number, job in enumerate(given):
             jobs.append(job)
-            yield number, one.reply(job)
+            yield number, reply(job)
 
     @contextmanager
     def crew(*_: object, **__: object) -> Iterator[Ask]:
