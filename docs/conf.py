@@ -1,7 +1,7 @@
 """The documentation site: `make docs` builds it into build/docs, without a network.
 
 Sources are the project's own Markdown pages, where they are: links between them work here and in a repository browser
-alike. What a section page lists as `- [title](page.md)` is its table of contents; pages that nobody lists are guides.
+alike. What a section page lists as `- [title](page.md)` is its table of contents.
 """
 
 from __future__ import annotations
@@ -46,8 +46,8 @@ suppress_warnings = ["config.cache"]  # the configuration of the gallery holds a
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 4
 autodoc_member_order = "bysource"
-autodoc_typehints = "none"  # docstrings tell units and shapes, which types do not
-napoleon_use_ivar = True  # attributes are told by the docstring of their class
+autodoc_typehints = "none"  # docstrings state units and shapes, which types do not
+napoleon_use_ivar = True  # the docstring of a class describes its attributes
 napoleon_attr_annotations = False
 
 
@@ -64,7 +64,7 @@ def written_pictures(_: Any, block_vars: dict[str, Any], gallery_conf: dict[str,
 sphinx_gallery_conf = {
     "examples_dirs": str(ROOT / "examples"),
     "gallery_dirs": str(ROOT / "docs" / "gallery"),
-    "filename_pattern": r"/(?!bar_as_rod)\w+\.py$",  # which takes 13 s of processor time: shown, not run
+    "filename_pattern": r"/(?!bar_as_rod)\w+\.py$",  # takes 13 s of processor time: shown, not run
     "ignore_pattern": r"readme\.py$",  # shown by README.md
     "remove_config_comments": True,
     "image_scrapers": (written_pictures,),
@@ -86,32 +86,25 @@ FOLDED = r"""\g<0>
 
 </details>"""
 """After the command of a scene, in the built page: what its file says."""
-MADE = ("docs/gallery/", "docs/generated/")
+SECTIONS = (root_doc, "docs/users", "docs/trust", "docs/maintainers", "docs/scene")
 
 
 def contents(app: Sphinx, docname: str, source: list[str]) -> None:
-    """The list of a section page as a hidden toctree, which Sphinx asks for; what only the built pages have."""
+    """Add what only the built pages have: the list of a section page as a hidden toctree, the files of the gallery."""
     if docname == "docs/scenes":
         source[0] = re.sub(r"^\[`seatfem .*\]\((.*\.toml)\)$", FOLDED, source[0], flags=re.MULTILINE)
-    if docname == root_doc:
         source[0] = re.sub(r"\(\.\./examples/(\w+)\.py\)", r"(gallery/\1.rst)", source[0])
-    sections = ("index", "guides", "theory", "reference", "evidence", "project", "scene")
-    if docname not in [f"docs/{name}" for name in sections]:
+    if docname not in SECTIONS:
         return
-    listed = {name: _listed(ROOT / "docs" / f"{name}.md") for name in sections}
-    mine = listed[docname.removeprefix("docs/")]
-    if docname == root_doc:
-        mine.append(("docs/gallery/index", "Python examples"))  # no page before it is built
-    if docname == "docs/guides":
-        known = {name for found in listed.values() for name, _ in found} | {root_doc}
-        others = sorted(name for name in app.env.found_docs - known if not name.startswith(MADE))
-        mine += [(name, "") for name in others]
-    entries = "\n".join(f"{title} </{name}>" if title else f"/{name}" for name, title in mine)
+    listed = _listed(ROOT / f"{docname}.md")
+    if docname == "docs/users":
+        listed.append(("docs/gallery/index", "Python examples"))  # no page before it is built
+    entries = "\n".join(f"{title} </{name}>" for name, title in listed)
     source[0] += f"\n\n```{{toctree}}\n:hidden:\n\n{entries}\n```\n"
 
 
 def _listed(page: Path) -> list[tuple[str, str]]:
-    """Names of the pages that a page lists, as Sphinx calls them, and the words of the links."""
+    """Return the pages that a page lists: their names in Sphinx, and the titles of the links."""
     links = re.findall(r"^- \[([^\]]+)\]\(([\w./]+)\.(?:md|rst)\)", page.read_text(encoding="utf-8"), re.MULTILINE)
     return [(os.path.relpath(page.parent / link, ROOT), title) for title, link in links]
 
@@ -138,7 +131,6 @@ def front_door(app: Sphinx, failure: Exception | None) -> None:
 
 def setup(app: Sphinx) -> None:
     app.connect("source-read", contents)
-    app.connect("env-get-outdated", lambda *_: ["docs/guides"])  # pages may have come that nobody lists
     app.connect("autodoc-process-docstring", as_restructured, priority=900)
     app.connect("build-finished", front_door)
     app.add_html_math_renderer("mathml", inline_renderers=(math, None), block_renderers=(math, None))

@@ -1,4 +1,4 @@
-"""Writes docs/measured.md and the line of README.md: what others measured, ours beside it, and why both differ.
+"""Writes docs/measured.md and the line of README.md: published measurements, our results, and why both differ.
 
     .venv/bin/python docs/measured_page.py
 
@@ -18,7 +18,7 @@ import numpy as np
 from markers import between
 
 from impact.files.safe_files import write_whole
-from seatfem.verify import ComparedSet, Comparison, counted, measured_table, with_uncertainty
+from seatfem.verify import ComparedSet, Comparison, measured_table, with_uncertainty
 
 DOCS = Path(__file__).resolve().parent
 sys.path.insert(0, str(DOCS.parent))
@@ -29,62 +29,72 @@ ROOTS: Final = "../tests/known_answers/round_bars.py"
 HEAD: Final = """\
 # Measured
 
-What others measured and published, beside what this program computes of the same thing. `seatfem verify --measured`
-prints the tables; `docs/measured_page.py` makes this page from them. The sets lie in `tests/measured`: one file of
-numbers, typed in from their sources, and one that predicts them by the public functions. Files of others are not
-shipped.
+Published measurements, beside the predictions of this program. `seatfem verify --measured` prints the tables;
+`docs/measured_page.py` writes this page from them. The sets are in `tests/measured`: one file of numbers, typed in
+from their sources, and one that predicts them by the public functions. Files of others are not shipped.
 
-A number and its uncertainty are the source's, or the row says whose else. Ours has a bar: what the mesh leaves, the
-uncertainty of what was fitted, and the tolerances of what the source states. They overlap if the distance is no more
-than both together. A set in which as many numbers are fitted as predicted does not count. Where a number does not
-agree, its set says why, and the verb fails if that changes.
+Measured numbers and their uncertainties are the source's, unless the row says otherwise. The uncertainty of a
+prediction includes the mesh error, the uncertainty of fitted numbers, and the tolerances of the source's data. Two
+numbers overlap if their difference is at most the sum of both uncertainties. A set with as many fitted as predicted
+numbers does not count. Where numbers disagree, the set says why; the verb fails if that changes.
 
 """
-LEFT: Final = """\
+UNUSED: Final = """\
 ## Damping
 
-The modal test of the plates is also the one measured source here of a damping ratio: 0.28 to 1.9 % over thirteen
-modes of a bolted aluminium rig, 0.44 % in the median. The [default](scene/reeds.md) of this program is none; a user
-who has no measurement of a part of metal has this range.
+The modal test of the plates is also the only measured source of a damping ratio here: 0.28 to 1.9 % over thirteen
+modes of a bolted aluminium rig, with a median of 0.44 %. The [default](scene/reeds.md) of this program is none. Use
+this range if you have no measurement of a metal part.
 
-## Looked at and left
+## Sources that were not used
 
-Pages of which only the beginning could be read give no number that can be compared:
+Only the beginning of these could be read, which gives no number to compare:
 
 - contact times of falling spheres on plates, Appl. Sci. 16 (2026) 89: the abstract says that plate thicknesses follow
   from them within 3 % for an inelasticity parameter below 1.5; its tables could not be read
 - a steel sphere on a steel beam, doi 10.1177/1687814016668089: the abstract says that the first of several
-  sub-impacts lasts as Hertz has it
+  sub-impacts has the duration of Hertz's theory
 - R. Cross, Am. J. Phys. 76 (2008) 908 (balls, springs and rods) and 1999 (the bounce of a ball); D. Gugan, Am. J.
-  Phys. 68 (2000) 920 (croquet balls); Am. J. Phys. 82, 280 (balls on rods): durations were measured, none stands at
-  the beginning
+  Phys. 68 (2000) 920 (croquet balls); Am. J. Phys. 82, 280 (balls on rods): durations were measured, but none is given
+  at the beginning
 - reeds: strains of a reed that opens through an oil film (Yoshizumi and others, AJK2011-07019), papers of the Purdue
   conferences on reed frequencies, lifts and strains: only their abstracts
 
-Others could be read, and were left:
+These could be read, but do not suit:
 
 - edge gaps of reed valves, 0.11 to 0.61 um (abstract of "Edge gap as a geometric parameter to characterize the
-  sealing performance of compressor valves"): inferred from leakage, and an input here (`contact.gap`), no result
+  sealing performance of compressor valves"): inferred from leakage; here the gap is an input (`contact.gap`)
 - a rod of steel of 0.700 m that a hammer touches for 401 us (Pico Technology, Wave speed in a solid): mass and face
-  of the hammer are not given; a flat face leaves after 277 us, rounded ones of 20 to 100 mm and 0.2 to 10 kg after
-  136 to 378 us, so that anything could be said to agree
+  of the hammer are not given. A flat face leaves after 277 us, rounded ones of 20 to 100 mm and 0.2 to 10 kg after
+  136 to 378 us, so that any result could be called agreement
 - a SuperBall, 8.4 ms from drops of 0.4 to 1.6 m (Azbuki): size and stiffness of the ball could not be read
-- Newton's cradle (Lovett and others, 1988): chains of balls, which a scene cannot have
-- restitution of a steel sphere as a fluctuating number (arXiv 1104.0049): of its roughness, which is not modelled
+- Newton's cradle (Lovett and others, 1988): a scene cannot have chains of balls
+- random restitution of a steel sphere (arXiv 1104.0049): caused by its roughness, which is not modelled
 - the beam of pyEMA and SDyPy, seven frequencies from 176 to 4182 Hz and shapes: a stack of glued layers of unknown
   size
 - the plate of permas4edu (example 006): its size is given, its frequencies are in no text
 - a bronze disc, four frequencies from 193 to 1320 Hz: its shape is a file of others
 - the Brake-Reuss beam (BRBtesting): a bolted joint that slips, which is not linear
 - two wires of FeenoX's examples: its author calls the measured values wrong by a factor of two
-- a steel plate of a course (experimental-modal-analysis-steel-plate): without its records
+- a steel plate of a course (experimental-modal-analysis-steel-plate): its records are missing
 """
 
 
 def page(compared: Sequence[ComparedSet]) -> str:
-    """Return the page: counts, a table of the sets, one section each, and what was left."""
+    """Return the page: counts, a table of the sets, one section each, and the sources that were not used."""
     table = "\n".join(["| set | fitted | predicted | overlap |", "|---|---|---|---|", *map(row_of_set, compared)])
-    return HEAD + f"{counted(compared)}.\n\n{table}\n\n" + "".join(section(each) for each in compared) + LEFT
+    return HEAD + f"{agreement(compared)}.\n\n{table}\n\n" + "".join(section(each) for each in compared) + UNUSED
+
+
+def agreement(compared: Sequence[ComparedSet]) -> str:
+    """Return how many predicted numbers of the sets that count agree, and how many numbers were fitted."""
+    sets = [each for each in compared if each.record.counts]
+    rows = [row for each in sets for row in each.rows]
+    fits = sum(len(each.record.fitted) for each in sets)
+    return (
+        f"{sum(row.overlap for row in rows)} of {len(rows)} predicted numbers agree within both uncertainties, "
+        f"in {len(sets)} sets with {fits} fitted numbers"
+    )
 
 
 def title_of(compared: ComparedSet) -> str:
@@ -150,7 +160,7 @@ def section(compared: ComparedSet) -> str:
 
 
 def repeated_reasons(rows: Sequence[Comparison]) -> dict[str, str]:
-    """Return the letters of the reasons that several rows share; they are told once, below the table."""
+    """Return the letters of the reasons that several rows share, which stand once below the table."""
     counts = Counter(row.measured.note for row in rows if not row.overlap)
     return dict(zip((reason for reason, count in counts.items() if count > 1), ascii_lowercase, strict=False))
 
@@ -178,8 +188,8 @@ def main() -> None:
     write_whole(DOCS / "measured.md", page(compared).encode())
     readme = DOCS.parent / "README.md"
     line = (
-        "Against what others measured (`seatfem verify --measured`, "
-        f"[where it agrees, where not, and why](docs/measured.md)), {counted(compared)}."
+        f"Against published measurements (`seatfem verify --measured`): {agreement(compared)} "
+        "([which do not, and why](docs/measured.md))."
     )
     write_whole(readme, between(readme.read_text(encoding="utf-8"), "measured", line).encode())
 

@@ -1,4 +1,4 @@
-"""Writes docs/scenes.md and the gallery of docs/index.md: what the examples say of themselves, and their pictures."""
+"""Writes docs/scenes.md, the gallery: what the examples say of themselves, and their pictures."""
 
 from __future__ import annotations
 
@@ -8,8 +8,6 @@ import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
-
-from markers import between
 
 from impact.files.safe_files import write_whole
 
@@ -24,9 +22,10 @@ PICTURES: Final = {
 }
 """In docs/images, kept by docs/refresh.py and examples/paper/figures.py."""
 HEAD: Final = """\
-# Scenes
+# Gallery
 
-The scenes of `examples/`, made from them by `make docs`; the comments of the files say more.
+The scenes, studies and scripts of `examples/`. `make docs` writes this page from them; the comments of the files say more.
+
 """
 README: Final = "The README's program\n\nA reed strikes a rod, and a spring of the same stiffness, in twenty lines."
 """Of the script that stands in README.md without a docstring."""
@@ -52,23 +51,18 @@ class Example:
 
     @property
     def entry(self) -> str:
-        """Link to what the pages have of it."""
+        """Return the link of its card: a section of the page, the README, or the script."""
         if self.path.stem == "readme":
             return "../README.md#in-python"
         if not self.verb:
             return f"../examples/{self.path.name}"
-        return "scenes.md#" + re.sub(r"[^\w\- ]", "", self.title.lower()).replace(" ", "-")
+        return "#" + re.sub(r"[^\w\- ]", "", self.title.lower()).replace(" ", "-")
 
 
 def scenes_page() -> str:
-    """Return the page of the scenes, as Markdown."""
-    return "".join([HEAD, *(_section(example) for example in scenes())])
-
-
-def index_page() -> str:
-    """Return docs/index.md with the gallery of today's examples."""
-    words = "\n".join(["## Scenes\n", _cards(scenes()), "## In Python\n", _cards(scripts())])
-    return between((DOCS / "index.md").read_text(encoding="utf-8"), "gallery", words)
+    """Return the page as Markdown: cards of all examples, then a section for each scene."""
+    cards = "\n".join([_cards(scenes()), "## In Python\n", _cards(scripts())])
+    return "".join([HEAD, cards, *(_section(example) for example in scenes())])
 
 
 def scenes() -> list[Example]:
@@ -111,4 +105,3 @@ def _section(example: Example) -> str:
 
 if __name__ == "__main__":
     write_whole(DOCS / "scenes.md", scenes_page().encode("utf-8"))
-    write_whole(DOCS / "index.md", index_page().encode("utf-8"))

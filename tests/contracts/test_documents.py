@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from badges import badges
 from rooms import rooms_svg
-from scenes_page import index_page, scenes_page
+from scenes_page import scenes_page
 from summary_page import lines_of_page
 
 from tests.contracts.test_public_names import PUBLIC
@@ -64,7 +64,7 @@ def test_every_place_that_the_architecture_names_is_there() -> None:
 
 def test_what_is_made_from_the_code_is_current() -> None:
     drawn = {f"images/badge_{name}.svg": text for name, text in badges().items()}
-    pages = {"scenes.md": scenes_page(), "index.md": index_page(), "images/rooms.svg": rooms_svg(), **drawn}
+    pages = {"scenes.md": scenes_page(), "images/rooms.svg": rooms_svg(), **drawn}
     pages["summary.md"] = "\n".join(lines_of_page())
     old = [name for name, text in pages.items() if text != (DOCS / name).read_text(encoding="utf-8")]
     assert old == [], "run: make docs"
