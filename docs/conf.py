@@ -96,17 +96,23 @@ def contents(app: Sphinx, docname: str, source: list[str]) -> None:
         source[0] = re.sub(r"\(\.\./examples/(\w+)\.py\)", r"(gallery/\1.rst)", source[0])
     if docname not in SECTIONS:
         return
-    listed = _listed(ROOT / f"{docname}.md")
-    if docname == "docs/users":
-        listed.append(("docs/gallery/index", "Python examples"))  # no page before it is built
-    entries = "\n".join(f"{title} </{name}>" for name, title in listed)
-    source[0] += f"\n\n```{{toctree}}\n:hidden:\n\n{entries}\n```\n"
+    for caption, listed in _listed(ROOT / f"{docname}.md"):
+        if caption.endswith("Python"):
+            listed.append("Python examples </docs/gallery/index>")  # no page before it is built
+        entries = "\n".join(listed)
+        source[0] += f"\n\n```{{toctree}}\n:hidden:\n:caption: {caption}\n\n{entries}\n```\n"
 
 
-def _listed(page: Path) -> list[tuple[str, str]]:
-    """Return the pages that a page lists: their names in Sphinx, and the titles of the links."""
-    links = re.findall(r"^- \[([^\]]+)\]\(([\w./]+)\.(?:md|rst)\)", page.read_text(encoding="utf-8"), re.MULTILINE)
-    return [(os.path.relpath(page.parent / link, ROOT), title) for title, link in links]
+def _listed(page: Path) -> list[tuple[str, list[str]]]:
+    """Return the headings of a page under which pages are listed, each with the entries of its table of contents."""
+    sections = re.split(r"^##? ", page.read_text(encoding="utf-8"), flags=re.MULTILINE)[1:]
+    lists = []
+    for section in sections:
+        links = re.findall(r"^- \[([^\]]+)\]\(([\w./]+)\.(?:md|rst)\)", section, re.MULTILINE)
+        entries = [f"{title} </{os.path.relpath(page.parent / link, ROOT)}>" for title, link in links]
+        if entries:
+            lists.append((section.partition("\n")[0], entries))
+    return lists
 
 
 def as_restructured(app: Sphinx, what: str, name: str, obj: object, options: object, lines: list[str]) -> None:

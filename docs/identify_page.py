@@ -1,4 +1,4 @@
-"""Write the numbers of docs/howto/identify.md: the example, and how often intervals hold in 100 draws.
+"""Write the numbers of docs/howto/identify.md: the example, and how often intervals contain the truth in 100 draws.
 
     .venv/bin/python docs/identify_page.py [DRAWS]
 
@@ -61,7 +61,7 @@ def write_example(figures: dict) -> None:
 
 
 def example() -> str:
-    """What the program says of the example; its picture."""
+    """Return what the program prints for the example; copy its picture."""
     with tempfile.TemporaryDirectory() as folder:
         result = identify(EXAMPLE / "two_bars_record.toml")
         _, gap = write(result, Path(folder))
@@ -71,7 +71,7 @@ def example() -> str:
 
 
 def by_hand() -> str:
-    """The fit beside the two numbers that tests/measured/bar_on_bar.py fits to the heights alone."""
+    """Return the fit beside the two numbers that tests/measured/bar_on_bar.py fits to the heights alone."""
     from seatfem.verify import compare, measured_sets
 
     fits = next(compare(each).fits for each in measured_sets() if each.name == "bar_on_bar")
@@ -82,29 +82,29 @@ def by_hand() -> str:
     (closed, about), (back, around) = ours["contact.law.closure"], ours["contact.law.recovery"]
     hand = f"{micrometres * closure.value:.1f} +- {micrometres * closure.uncertainty:.1f} um"
     return (
-        f"There both numbers were fitted to the heights alone, one after the other: closure {hand}, recovery "
-        f"{recovery.value:.2f} +- {recovery.uncertainty:.2f}. The fit to the whole course gives {closed:.1f} +- "
+        f"There both numbers were fitted to the heights of the blips alone, one after the other: closure {hand}, recovery "
+        f"{recovery.value:.2f} +- {recovery.uncertainty:.2f}. The fit to the whole record gives {closed:.1f} +- "
         f"{about:.1f} um and {back:.2f} +- {around:.2f}: the same numbers within their intervals."
     )
 
 
 def coverage(draws: int) -> str:
-    """How often the intervals of each key hold, for noise without and with correlation."""
+    """Return how often the intervals of each key contain the truth, for noise without and with correlation."""
     with Pool(2) as pool:
         counts = pool.starmap(held_intervals, [(draws, 0.0), (draws, CORRELATED)])
     white, (kept, plain) = counts[0][0], counts[1]
     rows = [["0", "yes", *white.values()], [CORRELATED, "yes", *kept.values()], [CORRELATED, "no", *plain.values()]]
-    heads = ["correlation of the noise", "counts what hangs together", *TRUE]
+    heads = ["correlation of the noise", "correlation is counted", *TRUE]
     lines = [heads, ["---"] * len(heads), *rows]
     text = "\n".join("| " + " | ".join(map(str, line)) + " |" for line in lines)
     return (
-        f"Of {draws} records with a noise of 1.4 % of the peak, of a mass on a bar that was computed with another "
-        f"mesh, another step and a joint by table, so many intervals of 95 % hold what it was computed with:\n\n{text}"
+        "A mass on a bar was computed with another mesh, another step and a joint by table. "
+        f"Of {draws} records of it with a noise of 1.4 % of the peak, so many 95 % intervals contain the true value:\n\n{text}"
     )
 
 
 def held_intervals(draws: int, correlation: float) -> tuple[dict[str, int], dict[str, int]]:
-    """By key, how many intervals hold; and how many would that count every sample: narrower by the weight."""
+    """Return by key how many intervals contain the truth, and how many of those that count every sample do."""
     time, force = true_record()
     kept, plain = dict.fromkeys(TRUE, 0), dict.fromkeys(TRUE, 0)
     with tempfile.TemporaryDirectory() as folder:
