@@ -82,9 +82,10 @@ def by_hand() -> str:
     (closed, about), (back, around) = ours["contact.law.closure"], ours["contact.law.recovery"]
     hand = f"{micrometres * closure.value:.1f} +- {micrometres * closure.uncertainty:.1f} um"
     return (
-        f"There both numbers were fitted to the heights of the blips alone, one after the other: closure {hand}, recovery "
-        f"{recovery.value:.2f} +- {recovery.uncertainty:.2f}. The fit to the whole record gives {closed:.1f} +- "
-        f"{about:.1f} um and {back:.2f} +- {around:.2f}: the same numbers within their intervals."
+        "There both numbers were fitted to the heights of the blips alone, one after the other: "
+        f"closure {hand}, recovery {recovery.value:.2f} +- {recovery.uncertainty:.2f}. "
+        f"The fit to the whole record gives {closed:.1f} +- {about:.1f} um and {back:.2f} +- {around:.2f}: "
+        "the same numbers within their intervals."
     )
 
 
@@ -99,7 +100,8 @@ def coverage(draws: int) -> str:
     text = "\n".join("| " + " | ".join(map(str, line)) + " |" for line in lines)
     return (
         "A mass on a bar was computed with another mesh, another step and a joint by table. "
-        f"Of {draws} records of it with a noise of 1.4 % of the peak, so many 95 % intervals contain the true value:\n\n{text}"
+        f"Of {draws} records of it with a noise of 1.4 % of the peak, so many 95 % intervals contain the true value:"
+        f"\n\n{text}"
     )
 
 

@@ -24,7 +24,7 @@ PICTURES: Final = {
 HEAD: Final = """\
 # Gallery
 
-The scenes, studies and scripts of `examples/`. `make docs` writes this page from them; the comments of the files say more.
+The scenes, studies and scripts of `examples/`; the comments of the files say more. `make docs` writes this page.
 
 """
 README: Final = "The README's program\n\nA reed strikes a rod, and a spring of the same stiffness, in twenty lines."
