@@ -41,13 +41,11 @@ MASS: Final = ROOT / "tests" / "contracts" / "mass_on_spring.toml"
 SCENES, LANES = 20, 64  # of a study
 HEAD: Final = """# Performance
 
-How long a run takes, `seatfem plan` says after a look of a few seconds. This page is for maintainers: written by
-`python benchmarks/speed.py` from the tables that it leaves in `benchmarks/results/`. Ratios carry over to other
-machines, times do not.
+`seatfem plan` estimates the time of a run after a few seconds. This page is for maintainers;
+`python benchmarks/speed.py` writes it from the tables that it saves in `benchmarks/results/`. Ratios are valid for
+other machines, times are not. Comparison with other programs: [peers](peers.md).
 
-Against others: [peers](peers.md).
-
-`make history` measures the main parts against a kernel of NumPy beside them, commit by commit:
+`make history` measures the main parts relative to a kernel of NumPy, commit by commit:
 
 ![Main parts over a kernel of NumPy, by commit](images/history.png)
 """
@@ -91,7 +89,7 @@ def waits_table() -> Table:
         f"Processor time of whole processes, one thread; the imports of numpy, scipy.linalg, h5py, numba and pydantic "
         f"alone took {min(bare):.2g} s. Limits: over these, or of wall time on an idle machine.",
     )
-    return Table("What a user waits for", notes, ("errand", "processor time [s]", "over imports", "limit"), tuple(rows))
+    return Table("What a user waits for", notes, ("task", "processor time [s]", "over imports", "limit"), tuple(rows))
 
 
 def block(cells: int) -> SecondOrderModel:

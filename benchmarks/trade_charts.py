@@ -32,30 +32,31 @@ LIMIT, LIMIT_ON_LIP = 10.0, 40.0  # processor seconds for a point; the reference
 
 HEAD: Final = f"""# Speed for accuracy, measured
 
-By `python benchmarks/trade_charts.py` on {{machine}}. Other programs were running, which is why the charts show
-processor time.
+By `python benchmarks/trade_charts.py` on {{machine}}. Other programs were running, so the charts show processor
+time.
 
 ```text
 seatfem trade SCENE [-o FOLDER] [--quick] [--limit SECONDS]
 ```
 
-runs a scene at many fidelities and draws time against error. Each point runs in a process of its own, on one thread,
-with an empty store. The same command continues a run that was stopped (`trade.jsonl`).
+This command runs a scene at many levels of refinement and draws time against error. Each point runs in a process of
+its own, on one thread, with an empty store. The same command continues a run that was stopped (`trade.jsonl`).
 
-- **The points** are on the ladders of the [loop](methods.md#the-loop), whatever the file states of them. States lead
-  from the first values of a run to its own choice, each with all keys one rung finer, which halves what each leaves.
-  Around the run's own choice each key is varied alone, to its first value and one rung finer, and so are the models of
-  the seat (`--quick` leaves these points out). Two further states have all keys one and two rungs finer.
+- **The points** are on the ladders of the [loop](methods.md#the-loop), also for keys that the file states. A sequence
+  of states leads from the first values of a run to its own choice; in each all keys are one rung finer, which halves
+  the error of each key. Around the run's own choice each key is varied alone, to its first value and one rung finer,
+  and so are the models of the seat (`--quick` omits these points). Two further states have all keys one and two rungs
+  finer.
 - **Time** is processor time from the scene to its measures, without error bars, files, pictures or start of the
-  program. Peak memory is that of the point's process. The limit (`--limit`) is here {LIMIT:g} processor seconds for a
+  program. Memory is the peak of the point's process. The limit (`--limit`) is here {LIMIT:g} processor seconds for a
   point, {LIMIT_ON_LIP:g} for the tilted landing.
 - **Error** is the relative difference from the finest state that ends, all keys two rungs finer where that ends within
-  {LONGER:g} times the limit; a key at its limit is as in the run. The reference's own uncertainty (shaded floor) is
-  what the state one rung coarser changes.
+  {LONGER:g} times the limit; a key at its limit is as in the run. The uncertainty of the reference (shaded floor) is
+  its difference from the state one rung coarser.
 - **Stopped** points (time limit) and failed ones are in the tables, `benchmarks/results/trade_*.csv`, with the reason.
-- **The run's own choice** (star) is what the loop of `seatfem run` ends with if the file leaves all of it open; the
-  diamond is the file as it is, where it states some. *Excess* is its cost over that of the cheapest point that is at
-  least as accurate in the worst of the measures asked for; 1 is on the Pareto front.
+- **The run's own choice** (star) is the final state of the loop of `seatfem run` if the file leaves all keys open; the
+  diamond is the file as it is, if it states some. *Excess* is its time over that of the cheapest point that is at
+  least as accurate in the worst of the requested measures; 1 is on the Pareto front.
 
 | scene | points | target | error of the run's own choice | its time | excess over the front | \
 over the cheapest at target |

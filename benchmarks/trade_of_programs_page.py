@@ -132,45 +132,45 @@ def peers() -> Iterator[Point]:
 HEAD: Final = """# Speed for accuracy, judged by other programs
 
 By `python benchmarks/trade_of_programs_page.py` from what `python benchmarks/trade_of_programs.py` measured on
-{machine}. Other programs were running, which is why the charts show processor time.
+{machine}. Other programs were running, so the charts show processor time.
 
-The reference is not this program itself, finer, as in [Speed for accuracy](trade.md), but a program that shares with
-it the scene files and the equations of these pages alone. Every error is relative.
+The reference is not a finer run of this program, as in [Speed for accuracy](trade.md), but an independent program: both
+share only the scene files and the equations of these pages. All errors are relative.
 
 - **seatfem**: `seatfem run SCENE --no-pictures`, a process with an empty store and one thread, from start to files, for
-  targets of 30, 10, 3 and, but for the CAD seat, 1 %. A dash is the bar that the run states.
+  targets of 30, 10, 3 and, except for the CAD seat, 1 %. A dash is the error bar of the run.
 - **plain program** (`benchmarks/peers/plain_program.py`, `benchmarks/peers/plain_bodies.py`; NumPy, SciPy, Numba, and
-  scikit-fem for an annular seat and a ring): what an engineer writes in an afternoon. Both bodies are sums of modes, in
-  closed form or of finite elements, with a spring for the modes left out; Strang's splitting (velocity Verlet) with
-  steps of {step:g} us over 2^n on level n. It states no error.
+  scikit-fem for an annular seat and a ring): a program of the kind that an engineer writes in an afternoon. Both
+  bodies are sums of modes, in closed form or of finite elements, with a spring for the omitted modes; Strang's
+  splitting (velocity Verlet) with steps of {step:g} us over 2^n on level n. It gives no error bar.
 - **plate on points** (`benchmarks/points`): Mindlin's plate and the seat by spectral elements, a law at each point.
 - **Siconos** (`benchmarks/peers/siconos_landing.py`): its theta rule on the modes of the plain program, in a quarter of
   its steps.
-- **CalculiX**, **scikit-fem and SciPy**: the solver alone, on a mesh that is there, from [peers](peers.md).
+- **CalculiX**, **scikit-fem and SciPy**: the solver alone, on a given mesh, from [peers](peers.md).
 - **Reference**: the finest level of the scene's independent program. Its doubt is the change from the next coarser
-  level. Errors below it, or below 0.001 %, are drawn at the edge of the shaded part.
+  level. Errors below the doubt, or below 0.001 %, are drawn at the edge of the shaded area.
 
-| scene | judged by | doubt | asked 1 % (CAD: 3 %): largest error | time | as accurate by the other | bars that hold |
+| scene | reference | doubt | error at target 1 % (CAD: 3 %) | time | reference program's time | bars that hold |
 |---|---|---|---|---|---|---|
 {rows}
 
 {findings}
 """
-FINDINGS: Final = """Of {all} error bars of seatfem {held} hold, the doubt added.
+FINDINGS: Final = """Of {all} error bars of seatfem {held} contain the reference within its doubt.
 
-- Bars are {wide:.0f} times the error in the median.
-- For the error that seatfem reaches at the least target the other program takes {cheap}, and seatfem {low:.1f} to
-  {high:.1f} times as long: it starts slower, and repeats the contact for bars and baseline. CalculiX, given the
-  mesh, takes longer than all.
-- A target of 30 % is hardly cheaper than one of 3 %: the time is not that of the contact.
-- The tilted flapper misses 1 % by its own bar, and says so.
+- The median ratio of bar to error is {wide:.0f}.
+- For the error that seatfem reaches at the smallest target the reference program takes {cheap}, and seatfem {low:.1f}
+  to {high:.1f} times as long: it starts slower, and repeats the contact for bars and baseline. CalculiX, given the
+  mesh, takes longest.
+- A target of 30 % is hardly cheaper than one of 3 %: most of the time is not spent on the contact.
+- The bar of the tilted flapper exceeds the target of 1 %, and the run says so.
 
 All points: `benchmarks/results/trade_of_programs.csv`.
 """
 ABOUT: Final = {
     "beam_on_rod": """A steel reed, moving in its first mode, lands on a rod of PEEK with its waves; the law is a
-spring. The stress at the contact is a hot spot, for which runs state no bar.""",
-    "repeated_landing": """A steel reed lands on a rod of cast iron, again and again: rainflow, Goodman, a Basquin
+spring. The stress at the contact is a hot spot, for which runs have no bar.""",
+    "repeated_landing": """A steel reed lands on a rod of cast iron repeatedly: rainflow, Goodman, a Basquin
 curve with Haibach's slope, Miner's sum. The strength is invented.""",
     "gas_valve": """The cycle of [the gas page](gas.md) by the midpoint rule, on a beam reed between a seat and a
 stopper; impulse and peak are those of the whole run, with the gas that presses the reed shut.""",
@@ -180,10 +180,11 @@ lands on a bar of PEEK.""",
 seat. CalculiX, scikit-fem and SciPy had a lip with edges of 0.1 mm: the error of their mesh is not in their errors.""",
     "sprung_ring": """The ring of a ring valve, a Mindlin plate in both programs, closes under a valve spring on a lip
 of PEEK.""",
-    "mass_on_slot": """The mass of above on the lip around a slot, a face of a STEP file. The plain program
-meshes a quarter of it with gmsh; seatfem does not look for planes of symmetry.""",
+    "mass_on_slot": """The same mass on the lip around a slot, a face of a STEP file. The plain program
+meshes a quarter of it with gmsh; seatfem does not use planes of symmetry.""",
     "tilted_flapper": """A flapper lands tilted by 0.2 degrees on the lip of a solid steel seat. CalculiX marched our
-mesh of plate and seat ([exchange](exchange.md)), coarse as it could afford; its time is that of the solver alone.""",
+mesh of plate and seat ([exchange](exchange.md)), which is coarse to limit its time; the time is that of the solver
+alone.""",
 }
 
 

@@ -98,9 +98,9 @@ def in_python() -> None:
 
 
 PREFACE = (
-    "The cases of `seatfem verify`, which prints all of them; their sources are in `tests/known_answers`. Errors and\n"
-    "tolerances are relative; each case fails when one of its inputs is 3 % off. All pass that do not say `FAILS`. Of\n"
-    "each family the row nearest to its tolerance:\n\n"
+    "The cases of `seatfem verify`, by families; the command prints all of them. Their sources are in\n"
+    "`tests/known_answers`. Errors and tolerances are relative; each case fails if one of its inputs is 3 % off. All\n"
+    "pass unless marked `FAILS`. The table shows the case of each family that is nearest to its tolerance:\n\n"
 )
 
 

@@ -27,28 +27,28 @@ START = "import seatfem; seatfem.assemble, seatfem.solve_modes, seatfem.greens_f
 
 HEAD = """# Peers
 
-Written by `python -m benchmarks.peers` from `benchmarks/results/peers.json`: other programs on the same mesh, or on the
-same reduced system. CalculiX gets a deck that is written from our own model (nodes, elements, held components, nodal
-forces of the port: `seatfem export --to calculix`). A body of steel of an annular seat's shape, clamped below, in
-tetrahedra of ten nodes.
+This page compares other programs with seatfem on the same mesh, or on the same reduced system;
+`python -m benchmarks.peers` writes it from `benchmarks/results/peers.json`. The deck for CalculiX is written from our
+own model (nodes, elements, constrained components, nodal forces of the port: `seatfem export --to calculix`). The
+body is an annular seat of steel, clamped at its underside, in tetrahedra of ten nodes.
 
-{peers}; seatfem with {versions}, on {processor}, one thread each. Times are processor seconds with other programs
-running beside: read ratios, which are theirs over ours.
+{peers}; seatfem with {versions}, on {processor}, one thread each. Times are processor seconds while other
+programs were running: compare the ratios, which are theirs over ours.
 """
 
-LIMITS = """## Who is better at what
+LIMITS = """## Strengths of each program
 
-- For us: direct dynamics gives the response to one load, and ccx factors anew, twice, in every step; our Green's
-  function is computed once and used again for every reed, law and speed. Our error is estimated; that of a step is not.
-- For CalculiX: its times hold reading the deck and writing the results, and it starts at once, where we load Python and
+- seatfem: direct dynamics gives the response to one load, and ccx factorizes twice in every step; our Green's
+  function is computed once and used again for every reed, law and speed. Our error is estimated; that of a time step
+  in ccx is not.
+- CalculiX: its times include reading the deck and writing the results, and it starts immediately; we load Python and
   its libraries for {start:.1f} s of processor time, not counted above. It needs no band. It has many more elements,
-  materials that yield, large displacements, friction, heat and flow, of which we have nothing.
-- Debian's ccx solves by SPOOLES; builds with PARDISO or PaStiX, which its manual calls faster, were not measured.
+  plasticity, large displacements, friction, heat and flow; we have none of these.
+- Debian's ccx uses SPOOLES; builds with PARDISO or PaStiX, which its manual calls faster, were not measured.
   Hexahedra are not compared: ours of second order have 27 nodes, CalculiX's C3D20 have 20.
-- Siconos solves any number of contacts with friction, and takes bodies that are not linear; it marches by Python calls,
-  a part of its time. Our march is exact between steps, for linear bodies alone.
-- scikit-fem and SciPy need forty lines and no reduction; each step is a solution with the factor, in each further scene
-  anew.
+- Siconos solves any number of contacts with friction, also between nonlinear bodies; a part of its time is that of
+  Python calls. Our march is exact between steps, but only for linear bodies.
+- scikit-fem and SciPy need forty lines and no reduction; each step of each scene is a solution with the factor.
 """
 
 

@@ -54,12 +54,12 @@ def modes_table() -> Table:
         rows.append((name, f"{model.size}", *times, *differences))
     notes = (
         f"The {MODES} lowest natural frequencies; processor seconds from the mesh on. *Apart*: largest relative "
-        "difference of a frequency, as both programs come, and ours with CalculiX's mass.\n\n"
+        "difference of a frequency, with the masses of both programs, and with CalculiX's mass in ours.\n\n"
         "CalculiX integrates stiffness and mass of a C3D10 by four points: exact for the stiffness of straight "
         "elements, too few for the mass, whose integrand is of the fourth degree. We integrate both exactly. With its "
         "four points for our mass, the frequencies of straight elements are the same to the digits that it "
         "prints.\n\n"
-        "ccx of Debian takes ARPACK and SPOOLES; we take a block Lanczos search on PARDISO, and count that no mode is "
+        "Debian's ccx uses ARPACK and SPOOLES; we use block Lanczos on PARDISO, and check by counts that no mode is "
         "missing.",
     )
     columns = ("elements", "unknowns", "CalculiX (s)", "ours (s)", "ratio", "apart", "apart, same mass")
@@ -83,9 +83,9 @@ def impact_table() -> Table:
         "are over those of our first row, the nearest in error. Ours: assembly, Krylov reduction, `solve` with steps "
         f"of {1e9 * STEP:g} ns and its energy ledger.\n\n"
         f"Apart: largest difference of the force, filtered by a Hann window of {1e6 * scene.WIDTH:g} us, over its "
-        "peak; then of the filtered peak, of the impulse and of the duration of contact. From all modes of the same "
-        f"matrices (LAPACK) and steps of {1e9 * FINE:g} ns. *Same mass*: CalculiX from ours with its mass of four "
-        "points, that is the error of its step alone.\n\n"
+        "peak; then of the filtered peak, of the impulse and of the duration of contact. The reference has all modes "
+        f"of the same matrices (LAPACK) and steps of {1e9 * FINE:g} ns. *Same mass*: difference between CalculiX and "
+        "ours with its mass of four points, which is the error of its step alone.\n\n"
         "CalculiX: `*DYNAMIC, DIRECT` with its default numerical damping (ALPHA = -0.05), `*CONTACT PAIR` of a node on "
         "a face with a linear penalty; the mass is a rigid brick. scikit-fem and SciPy: forms by `asm`, SuperLU, "
         "Newmark's trapezoidal rule with one scalar equation of contact, forty lines "
@@ -179,13 +179,13 @@ def siconos_table() -> Table:
         ]
     left = f"\n\n{siconos_impact.NAME} is left out: {reason}." if reason else ""
     notes = (
-        f"The same impact on {len(omega)} undamped modes of our reduction (what it adds to them left out), as diagonal "
-        "matrices. Apart: as above, from the motion that is exact between the changes of contact, whose times are "
-        "searched for (`benchmarks/peers/switching.py`). Processor time of one scene, building its system included.\n\n"
+        f"The same impact on {len(omega)} undamped modes of our reduction (without its residual), as diagonal "
+        "matrices. Apart: as above, from the exact motion between the changes of contact, whose times are "
+        "computed (`benchmarks/peers/switching.py`). Processor time of one scene, building its system included.\n\n"
         "Theta rule: `FirstOrderLinearTIDS`, `EulerMoreauOSI` (theta = gamma = 1/2, for the relation too), the spring "
         "as a complementarity condition: the same system. Moreau-Jean: `LagrangianLinearTIDS`, `MoreauJeanOSI` "
         "(theta = 1/2), `NewtonImpactNSL(0)`: contact without compliance, so that the spring ends in a foot of "
-        f"{1e6 * siconos_impact.FOOT * scene.MASS:g} mg, which sticks as it meets the seat." + left,
+        f"{1e6 * siconos_impact.FOOT * scene.MASS:g} mg, which sticks to the seat at impact." + left,
     )
     columns = ("program", "step (ns)", "time (ms)", "apart (%)", "peak (%)", "impulse (%)", "duration (%)")
     return Table("One reduced system", notes, columns, tuple(rows))
