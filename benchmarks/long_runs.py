@@ -13,9 +13,9 @@ from impact.march.rows import Marched
 
 STEP, TURN, ROUNDS = 20e-9, 20e-3, 3
 NOTES = (
-    "Reeds of 60 modes in gas, over a turn of 20 ms, above a seat of 300 modes, in one piece and tilted in parts, without",
-    "energies. Steps of different lengths relative to equal steps: one thread, interleaved, the smallest of three runs;",
-    "bytes are those of the stored forces and gaps.",
+    "Reeds of 60 modes in gas, over a turn of 20 ms, above a seat of 300 modes, in one piece and tilted in parts,",
+    "without energies. Steps of different lengths relative to equal steps: one thread, interleaved, the smallest of",
+    "three runs; bytes are those of the stored forces and gaps.",
 )
 
 

@@ -41,10 +41,10 @@ SCENES: Final[tuple[tuple[str, str, tuple[str, ...], bool], ...]] = (  # name, f
     ("tilted valve, 20 ms", "benchmarks/long_scenes/tilted_suction_valve.toml", (), False),
 )
 NOTES: Final = (
-    f"Whole runs with all files and pictures, relative to commit {BEFORE}, which takes and stores equal steps (there the",
-    "tilted valve runs out of memory, at 24 GB). Processor time of all threads, the smaller of two runs; memory of the",
-    "program itself, of the earlier commit without files and pictures. *Forecast*: the estimate of `seatfem plan` over",
-    "time and memory of the run. Scenes after an interrupt (Ctrl-C) are left out.",
+    f"Whole runs with all files and pictures, relative to commit {BEFORE}, which takes and stores equal steps (there",
+    "the tilted valve runs out of memory, at 24 GB). Processor time of all threads, the smaller of two runs; memory of",
+    "the program itself, of the earlier commit without files and pictures. *Forecast*: the estimate of `seatfem plan`",
+    "over time and memory of the run. Scenes after an interrupt (Ctrl-C) are left out.",
 )
 
 COLUMNS: Final = (
