@@ -29,13 +29,13 @@ _HEAD = """\
 # Scene files
 
 A scene is a TOML file. Quantities are strings with a unit (`"3 mm"`); pure numbers are bare (`0.1`) or percentages
-(`"10 %"`). Unknown keys are errors, and all errors are reported at once, each with its line. Files are looked for from
-the folder of the scene. These pages are made from the program's own definitions (`make docs`).
+(`"10 %"`). Unknown keys are errors, and all errors are reported at once, each with its line. File names are
+relative to the folder of the scene. `make docs` generates these pages from the program's definitions.
 
 """
 _MATERIALS = """\
-Materials by name; a value beside the name overrules it, as in `material = { name = "steel", young = "210 GPa" }`. The
-values are generic ones at room temperature: a casting may be a tenth off.
+Materials by name. A value beside the name overrides it, for example `material = { name = "steel", young = "210 GPa" }`.
+Values are generic, at room temperature: those of a casting may differ by a tenth.
 
 | name | E (GPa) | nu | density (kg/m^3) | source |
 |---|---|---|---|---|
@@ -43,9 +43,9 @@ values are generic ones at room temperature: a casting may be a tenth off.
 _FACES = """\
 # Faces
 
-Faces of a CAD seat are named by colour, place, surface, name or number; `seatfem faces part.step` shows them, as
-a table and as a picture with their numbers, and `seatfem faces scene.toml` those that a scene selects. A key that only
-one kind of selector has stands for the kind:
+Select faces of a CAD seat by colour, position, surface, name or number. `seatfem faces part.step` shows them in a table
+and in a picture with their numbers, `seatfem faces scene.toml` shows those that a scene selects. The keys determine the
+kind of selector:
 
     contact = { number = 7 }                                   # or { numbers = [7, 9] }
     fixed = { radius = "2.25 mm", several = true }             # all bolt holes, wherever their axes are
@@ -54,11 +54,11 @@ one kind of selector has stands for the kind:
     groups.rim = { colour = [0, 255, 0] }                      # for supports: on = "rim"
     contact = { of = [{ number = 3 }, { name = "SEAT" }] }
 
-Numbers are places in the file's order: they stay as long as the file does, and may change with the next export.
+Numbers follow the order of the file: they are valid for this file, and may change with the next export.
 
 """
 _DRAWING = """\
-`seatfem draw scene.toml` shows where the two touch, in section and from above, with the lip segments and the tilt axis.
+`seatfem draw scene.toml` shows the contact in section and from above, with the lip segments and the tilt axis.
 
 ![Section and plan of a tilted landing](../images/drawing_tilted_landing.png)
 
@@ -67,7 +67,7 @@ _COLUMNS = "| key | holds | default | meaning |\n|---|---|---|---|\n"
 
 
 _FAMILIES: Final = ("seats", "reeds", "strikers", "imported")
-_KINDS = "Each may stand in [seat], [reed] and [stopper].\n\n"
+_KINDS = "Each kind may be used in [seat], [reed] and [stopper].\n\n"
 _INTRODUCED: Final = {
     "seats": f"# Seats\n\n{_KINDS}",
     "reeds": f"# Reeds\n\n{_KINDS}",
@@ -90,7 +90,7 @@ class _Chapter:
 
 
 def scene_pages() -> dict[str, str]:
-    """Return the pages as Markdown, by their names in docs/. A table that may stand in several is described once."""
+    """Return the pages as Markdown, by their names in docs/. A table that several tables may hold is described once."""
     chapters = _chapters()
     places = {each.table: each.page for each in chapters}
     pages = {"scene.md": _index(chapters, places)}

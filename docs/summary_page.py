@@ -14,18 +14,18 @@ PAGE: Final = Path(__file__).with_name("summary.md")
 HEAD: Final = """\
 # Keys of summary.json
 
-The numbers of a run that the terminal, the report and charts show. All are SI, with the unit at the end of the key.
-`error_bar_KEY` is the error bar of a key that has one, `spring_KEY` the same of the spring baseline, `error_mesh_KEY`
-and its like the parts of a bar; `first_landing_KEY` is `landing_KEY` of the first landing, where a scene asks for it.
-A key is absent where a scene has no such part, and `null` where a number is not known, as the restitution of a reed
-that never lets go.
+The results of a run that terminal, report and charts show. All are SI; the key ends with the unit. `error_bar_KEY` is
+the error bar of KEY, if it has one, `spring_KEY` its value for the spring baseline, and `error_mesh_KEY` and similar
+keys are the parts of the bar. `first_landing_KEY` is `landing_KEY` of the first landing, if the scene asks for it. A
+key is absent if the scene has no such part, and `null` if its value is not known, such as the restitution of a reed
+that stays on the seat.
 """
 LANDINGS: Final = """
 ## landings
 
-A list, in the order of time: one record for each landing on seat and stopper, also in landings.csv.
+A list with one record for each landing on seat and stopper, in the order of time; also in landings.csv.
 
-| key | what |
+| key | meaning |
 |---|---|
 """
 PLACES: Final = {"{width}": "filter width", "{touch}": "touch", "{closed}": "", "{cut}": "", "{above}": "", "\n": " "}
@@ -47,7 +47,7 @@ def lines_of_page() -> Iterator[str]:
     results = {row.key: row for row in (*RESULTS, *map(result_of, measures))}
     for group, heading in HEADINGS.items():
         rows = [row for row in results.values() if row.group == group]
-        yield f"## {heading.partition('{')[0]}\n\n| key | what |\n|---|---|"
+        yield f"## {heading.partition('{')[0]}\n\n| key | meaning |\n|---|---|"
         above = ""
         for row in rows:
             above = above if row.words.startswith(" ") else row.words

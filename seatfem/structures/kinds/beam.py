@@ -28,7 +28,8 @@ SHEAR: Final = 0.25 * 2 * (1 + 0.3) / (5 / 6)  # compliance by shear over that b
 
 
 class Release(fields.Table):
-    """How a reed starts: at rest, in the static shape under a force at its tip or in one mode, deflected or moving."""
+    """The initial state of a reed: at rest in the static shape under a force at its tip, or in one mode, with a
+    deflection or a velocity."""
 
     tip_deflection: fields.Length | None = Field(None, description="deflection of the tip, away from the seat")
     mode: int | None = Field(None, strict=True, ge=1, description="number of a mode, with deflection or velocity")

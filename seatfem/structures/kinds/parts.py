@@ -257,7 +257,7 @@ class BoltedSupport(Support):
 
 
 class AbsorbingSupport(Support):
-    """The seat goes on beyond a face: waves leave through it and do not come back."""
+    """The seat continues beyond a face: waves leave through it without reflection."""
 
     kind: Literal["absorbing"]
     centre: tuple[fields.Position, fields.Position, fields.Position] | None = Field(

@@ -29,11 +29,9 @@ def _read_heights(path: Path) -> dict[str, Array]:
 
 
 class Curvature(Table):
-    """The stress-free shape of a reed that is not flat, as its height over the flat one, positive away from the seat.
-
-    It changes the openings by its mean over each part of the lip, on the centre line, and, as the theory is linear,
-    nothing else. As with tilt, contact.gap stays the smallest opening.
-    """
+    """The stress-free shape of a curved reed, as its height over the flat one, positive away from the seat. It changes
+    the openings by its mean over each part of the lip, on the centre line; the theory is linear, so it changes nothing
+    else. As with tilt, contact.gap is the smallest opening."""
 
     sample: ClassVar[str] = 'deflection = "20 um"'
 
@@ -106,11 +104,9 @@ MOST_LOST: Final = 0.05  # largest part of a field's square, integrated over the
 
 
 class PlateRelease(Table):
-    """How a plate starts: undeformed, with the velocities of one of its modes; at rest in a static shape; or with the
-    deflections and velocities of a field.
-
-    A field is projected on the modes by the mass, q = Phi'M w; one of which they leave more than 5 %, of its square
-    integrated over the mass (for a velocity: its kinetic energy), is refused.
+    """The initial state of a plate: undeformed, with the velocities of one of its modes; at rest in a static shape; or
+    with the deflections and velocities of a field. A field is projected on the modes, q = Phi'M w. It is refused if
+    more than 5 % of its square, integrated over the mass (for a velocity: of its kinetic energy), is outside the modes.
     """
 
     mode: int = Field(1, strict=True, ge=1, description="number of the mode, with velocity")

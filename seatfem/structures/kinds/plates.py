@@ -65,8 +65,8 @@ class FreePlate(ThinPlate):
 
 
 class Disc(FreePlate):
-    """A round flat plate that nothing holds, in free flight: a plate valve. It touches with a disc or a ring about its
-    centre. By Mindlin plate elements: it translates and tumbles as a rigid body, and rings in its own modes."""
+    """A free round flat plate of Mindlin plate elements: a plate valve. It moves as a rigid body and in its own modes,
+    and touches with a disc or a ring about its centre."""
 
     shape: ClassVar[type[Flat]] = DiscOutline
     sample: ClassVar[str] = """
@@ -84,8 +84,8 @@ thickness = "1 mm"
 
 
 class RingPlate(FreePlate):
-    """A flat annulus that nothing holds, in free flight: the ring of a ring valve. It touches with a ring about its
-    axis. By Mindlin plate elements: it translates and tumbles as a rigid body, and rings in its own modes."""
+    """A free flat annulus of Mindlin plate elements: the ring of a ring valve. It moves as a rigid body and in its own
+    modes, and touches with a ring about its axis."""
 
     shape: ClassVar[type[Flat]] = RingOutline
     sample: ClassVar[str] = """
@@ -115,8 +115,8 @@ contact_width = "1 mm"
 
 
 class Flapper(plate_loads.ClampedPlate):
-    """A flat reed of even thickness: a clamped root that tapers to a neck, and a round paddle; it touches with a disc
-    or a ring about the paddle's centre. By Mindlin plate elements: it twists, and its paddle bends across."""
+    """A flat reed of constant thickness with a clamped root, a taper, a neck and a round paddle, of Mindlin plate
+    elements: it twists, and its paddle bends across. It touches with a disc or a ring about the paddle's centre."""
 
     about: ClassVar[str] = "the paddle's centre"
 

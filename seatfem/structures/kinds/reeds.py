@@ -88,7 +88,7 @@ class BeamStress:
 
 
 class ClampedClamped(UniformBeam):
-    """A flat leaf, clamped at both ends: an Euler-Bernoulli beam; where nothing is said it strikes with its middle."""
+    """A flat leaf, clamped at both ends: an Euler-Bernoulli beam. By default it strikes with its middle."""
 
     theory: ClassVar[type[Any]] = euler_bernoulli.ClampedClamped
     both_held: ClassVar[bool] = True
@@ -127,8 +127,8 @@ class TipMass(UniformBeam):
 
 
 class Stepped(Beam):
-    """A flat reed of varying width, clamped at its root: an Euler-Bernoulli beam. Its width is linear between the
-    positions given; the same position twice is a step."""
+    """A flat reed of varying width, clamped at its root: an Euler-Bernoulli beam. The width is linear between the given
+    positions; a repeated position is a step."""
 
     long: ClassVar[str] = "the last position in reed.widths"
     sample: ClassVar[str] = """

@@ -140,7 +140,7 @@ class ByName(FaceChoice):
 
 
 class ByNumber(FaceChoice):
-    """Faces by number, as `seatfem faces` shows them: their places in the file, the same as long as the file is."""
+    """Faces by number, as `seatfem faces` shows them: their order in the file, valid until the file changes."""
 
     sample: ClassVar[str] = "number = 1"
 
@@ -160,7 +160,7 @@ class ByNumber(FaceChoice):
 
 
 class Nothing(FaceChoice):
-    """No face: what is clamped of a body that only supports hold, or nothing."""
+    """No face: a body without a clamp, free or held by supports."""
 
     kind: Literal["nothing"]
 
@@ -187,7 +187,7 @@ SimpleSelector = Annotated[_Simple, Field(discriminator="kind"), BeforeValidator
 
 
 class AnyOf(FaceChoice):
-    """All faces that one of several selectors names."""
+    """All faces that match at least one of several selectors."""
 
     kind: Literal["union"]
     of: tuple[SimpleSelector, ...] = Field(min_length=1, description="the selectors")

@@ -108,14 +108,12 @@ AnyClamp = Annotated[
 
 
 class OutlinedSheet(plate_loads.ClampedPlate):
-    """A flat reed of even thickness and any outline, clamped along a straight part of it, beyond a line or at the edge
-    of a hole; it touches with a disc or a ring about a point. By Mindlin plate elements: it twists, and bends across.
-
-    A file holds its outline and holes, as a DXF drawing or as STEP: one plane face, or a solid plate of even thickness.
-    Places are in the file's coordinates. A STEP face lies square to an axis of the file and is seen against it: x and y
-    are the file's own where that axis is z, y and z where it is x, z and x where it is y. Of a face in any position
-    `frame` says where x and y lie. `kind = "plate"` with `outline` or `file` means the same.
-    """
+    """A flat reed of constant thickness and any outline, of Mindlin plate elements: it twists, and bends across. It is
+    clamped along a straight part of the outline, beyond a line or at the edge of a hole, and touches with a disc or a
+    ring about a point. A file may give outline and holes: a DXF drawing, or a STEP file with one plane face or a solid
+    plate of constant thickness. Coordinates are those of the file. A STEP face must be perpendicular to an axis of the
+    file: x and y are the file's own if that axis is z, y and z if it is x, z and x if it is y. For a face in any other
+    position `frame` defines x and y. `kind = "plate"` with `outline` or `file` means the same."""
 
     group: ClassVar[str] = "imported"
     traits: ClassVar[Traits] = replace(plate_loads.ClampedPlate.traits, reed_as_drawn=True)

@@ -204,12 +204,12 @@ contact_radius = "1 mm"
 
 
 class Ball(Turned):
-    """An elastic sphere in free flight. It touches with a small flat facet at its pole, a disc whose radius stays: it
-    translates as a rigid body exactly, and its waves and own compliance are in its Green's function. Hertz's contact of
-    a ball on a flat face, whose disc grows with the force, is law = { kind = "hertz", ... } with the stiffness of both
-    bodies, (4/3) E* sqrt(R): the local compliance of facet and patch is then taken out of the law. State a
-    contact_radius of at least that of the contact, on both bodies; the force does not depend on it. kind = "rigid_mass"
-    in place of the ball leaves its waves out."""
+    """A free elastic sphere. It touches with a small flat facet at its pole, a disc of constant radius. Its rigid
+    motion is exact; its waves and its compliance are in its Green's function. For Hertz's contact of a ball on a flat
+    face, whose disc grows with the force, use law = { kind = "hertz", ... } with the stiffness of both bodies, (4/3) E*
+    sqrt(R): the local compliance of facet and patch is then subtracted from the law. State on both bodies a
+    contact_radius of at least that of the contact; the force does not depend on it. kind = "rigid_mass" in place of the
+    ball omits its waves."""
 
     traits: ClassVar[structure.Traits] = replace(Turned.traits, has_stress=True)
     group: ClassVar[str] = "strikers"

@@ -33,13 +33,14 @@ from seatfem.study.scene.laws import USUAL, ContactLaw, law_as_text, laws
 
 
 class Film(Table):
-    """A fluid in the open gap between reed and seat, beside the law of the contact, as under a long strip: its force on
-    a length l of it is viscosity * l * width^3/(gap + floor)^3 times the closing speed, against it, and as much against
-    the opening one, up to tension_limit on its area. It rests while the gap is closed. Forces and impulses of a run
-    are those of film and bodies together; contacts, their number, duration and restitution those of the bodies alone.
-    summary.json has film_force_peak_N, stiction_force_peak_N (the largest pull), film_loss_J, and what there would be
-    without_film. The fluid does not give way: of a gas the force is an upper bound where the film's pressure exceeds
-    the ambient one.
+    """A fluid in the open gap between reed and seat, in addition to the contact law, modelled as under a long strip.
+
+    On a length l of the strip the force is viscosity * l * width^3/(gap + floor)^3 times the closing speed. It opposes
+    closing and opening alike; in opening it is limited to tension_limit times the area. It is zero while the gap is
+    closed. Forces and impulses of a run are those of film and bodies together; contacts, their number, duration and
+    restitution are those of the bodies alone. summary.json has film_force_peak_N, stiction_force_peak_N (the largest
+    tension), film_loss_J, and the results without_film. The fluid is incompressible: for a gas the force is an upper
+    bound where the film's pressure exceeds the ambient one.
     """
 
     sample: ClassVar[str] = """
@@ -92,11 +93,10 @@ STEEPEST: Final = math.radians(30) * (1 + 1e-12)  # largest tilt; 30 deg itself 
 
 
 class Stopper(Table):
-    """A second body that limits the lift: of any kind, with the keys of that kind beside these. It is at rest, or, free
-    to move, has a velocity towards the seat: it then strikes the reed from behind, as in a chain of a striker and two
-    bars. A reed that is a free rod is met at its back where `at` is its length. Its Green's
-    function is computed as its own keys state; what it is off by stands in the error bars of a run, not of its plan.
-    """
+    """A second body that limits the lift, of any kind, with the keys of that kind. It is at rest, or free with a
+    velocity towards the seat: it then strikes the reed from behind, as in a chain of a striker and two bars. If the
+    reed is a free rod, the stopper meets its back where `at` is the rod's length. The stopper's Green's function
+    follows its own keys; its error is in the error bars of a run, not of a plan."""
 
     inlined: ClassVar[str] = "body"
 
@@ -189,13 +189,15 @@ def stopper_of(kinds: tuple[type[Structure], ...], laws: tuple[type[ContactLaw],
 class Contact(Table):
     """Where and how the two bodies touch.
 
-    The keys from `ports` on are those of a lip: flat faces in one plane, each a ring between two closed lines, however
-    it winds, or a strip with two ends. The ring of a body of revolution is one, the lands of a `plate`, and many a face
-    of `cad` and `mesh`. Their centroid lies at the reed's contact, the part's x axis along the reed. Of flat faces a
-    plate meets what lies under it in plan, at least a tenth, and all round a port a tenth of its land's width. Cuts
-    square across divide them into arcs of equal areas, which are numbered through: face after face by x, a ring from
-    its own x axis anticlockwise about the normal, a strip from its end at the lesser x. Of one ring that each ray from
-    its centroid crosses once places are angles, from the x axis on; of others lengths along the lip.
+    The keys from `ports` on apply to a lip: flat faces in one plane, each a ring between two closed lines of any shape,
+    or a strip with two ends. The ring of a body of revolution, the lands of a `plate`, and many faces of `cad` and
+    `mesh` are lips. The centroid of the faces lies at the reed's contact, the part's x axis along the reed. A plate
+    touches the part of flat faces that lies under it in plan: at least a tenth of a face, and all round a port at least
+    a tenth of its land's width.
+
+    Perpendicular cuts divide the faces into arcs of equal areas. Arcs are numbered face after face, by x; on a ring
+    from its own x axis, anticlockwise about the normal; on a strip from its end at the smaller x. Places are angles
+    from the x axis on a single ring that each ray from its centroid crosses once, and lengths along the lip otherwise.
     """
 
     law: _Law = default(USUAL, "force by penetration; a kind without keys may be written as text")

@@ -48,12 +48,11 @@ class Mount:
 
 
 class Base(fields.Table):
-    """The clamp of the reed, or what the seat or the stopper stands on, moves along the normal, away from the seat
-    positive, by the course of a CSV file that covers the run. Gaps follow it, and the body feels its own inertia: in
-    full a reed, and a seat or stopper that is a beam or a plate; of others only the rigid motion is known, and courses
-    are refused that would bend them by more than 1 % of their way. Displacements and velocities in results are those in
-    space; energies are seen from the base.
-    """
+    """A motion of the reed's clamp, or of the base of the seat or the stopper, along the normal (positive away from the
+    seat), from a CSV file that covers the run. Gaps follow it, and the body has inertia loads: the full load for a
+    reed, and for a seat or stopper that is a beam or a plate. For others only the rigid motion is modelled; motions
+    that would bend them by more than 1 % of the displacement are refused. Displacements and velocities in results are
+    absolute; energies are relative to the base."""
 
     sample: ClassVar[str] = """
 of = "seat"
@@ -114,10 +113,8 @@ def _as_table(given: object) -> object:
 
 
 class AreaByLift(fields.Table):
-    """The area by which a pressure acts, by how far the reed is off its seat; a line between the lifts, held beyond.
-
-    Written as one area, or as a list of pairs of lift and area.
-    """
+    """The effective area of a pressure as a function of the reed's lift: linear between the values, constant beyond.
+    Written as one area, or as a list of pairs of lift and area."""
 
     lift: tuple[fields.Position, ...] = Field(min_length=1, description="opening at the contact, increasing")
     area: tuple[fields.SignedArea, ...] = Field(min_length=1, description="area at each of them")
@@ -141,7 +138,7 @@ class AreaByLift(fields.Table):
 class ExternalLoad(fields.Table):
     """One load on the reed: a pressure on an effective area at the contact (of a plate, spread over the disc that the
     contact covers or encloses, of a ring plate over its whole face), a force, gravity, or the acceleration of the frame
-    that holds it (the reed alone feels it: its mass times the acceleration, the other way round)."""
+    that holds the reed (only the reed has the inertia load, minus its mass times the acceleration)."""
 
     sample: ClassVar[str] = """
 pressure = "-0.2 bar"
@@ -189,9 +186,9 @@ Preload = Annotated[float, BeforeValidator(fields.ReadQuantity("force")), Field(
 
 
 class ValveSpring(fields.Table):
-    """Springs between the reed and a guard at rest, which press the reed on its seat. Each is linear, without mass and
-    damping, and acts all the time. They are part of the reed: of its modes, of its energy, and of every error bar. What
-    they do to the motions that its modes leave out is neglected, as it is of loads."""
+    """Springs between the reed and a fixed guard, which press the reed on its seat. Each is linear, without mass and
+    damping, and acts at all times. They are part of the reed: of its modes, its energy and all its error bars. Their
+    effect on the omitted modes is neglected, like that of loads."""
 
     sample: ClassVar[str] = """
 stiffness = "2 N/mm"
@@ -257,9 +254,9 @@ Strain = Annotated[float, BeforeValidator(fields.read_number), Ge(-0.1), Le(0.1)
 
 
 class Wave(fields.Table):
-    """A wave of strain that comes along an endless rod to its struck end: from a file, or a trapezoid that rises and
-    falls within `rise` and is `duration` wide at half its height. Strain is positive in tension. A gauge records it
-    `recorded_at` from the end, earlier than it arrives by that way over the speed of waves in the rod.
+    """A strain wave that arrives at the struck end of an endless rod: from a file, or a trapezoid that rises and falls
+    within `rise` and has the width `duration` at half its height. Strain is positive in tension. The record is taken at
+    the distance `recorded_at` from the end; the wave arrives later by this distance over the speed of waves in the rod.
     """
 
     sample: ClassVar[str] = """
@@ -311,9 +308,8 @@ duration = "100 us"
 
 
 class Gauge(fields.Table):
-    """A strain gauge along a rod, or on the face of a cantilever reed that looks to the seat; positive in tension, at a
-    point. summary.json has its largest and smallest strain, gauges.csv its course at the middle of each step.
-    """
+    """A strain gauge at a point along a rod, or on the face of a cantilever reed towards the seat; positive in tension.
+    summary.json has its largest and smallest strain, gauges.csv its history at the middle of each step."""
 
     sample: ClassVar[str] = """
 name = "bar"

@@ -91,7 +91,7 @@ class GasPlenum(Table):
 
 
 class MeasuredArea(Table):
-    """An effective area by the lift, a line between its points, held beyond, with its source."""
+    """An effective area as a function of the lift, linear between its points and constant beyond, with its source."""
 
     area: tuple[tuple[Gap, SignedArea], ...] = Field(
         min_length=1, description="[lift, area], the lifts increasing from 0 mm"
@@ -127,9 +127,9 @@ class Directions(Table):
 
 
 class CompressorGas(Table):
-    """The reed as a valve of a compressor: its opening lets gas through, the gas pushes the reed. The cylinder is
-    adiabatic, its pressure computed, or prescribed by a record; the valve that is not the reed is ideal, a nozzle that
-    opens at its plenum's pressure (docs/gas.md). Off where the table is absent."""
+    """The reed as a valve of a compressor: the flow depends on its opening, and the gas loads the reed. The cylinder is
+    adiabatic; its pressure is computed, or prescribed by a record. The other valve is ideal: a nozzle that opens at its
+    plenum's pressure (docs/gas.md). Off if the table is absent."""
 
     sample: ClassVar[str] = """
 valve = "suction"

@@ -85,9 +85,9 @@ class SpringLaw(ContactLaw):
 
 class HertzLaw(ContactLaw):
     """Hertz's contact of a sphere: force = stiffness * penetration^1.5. The stiffness is that of both bodies; the local
-    compliance that a patch of finite elements brings besides is taken out of the law. State a patch at least as large
-    as the contact, and its own width away from edges: the force does not depend on its size. Rings, lips, faces of
-    files and faces in parts are refused."""
+    compliance of a patch of finite elements is subtracted from the law, so the force does not depend on the size of the
+    patch. State a patch at least as large as the contact, and at least its own width away from edges. Rings, lips,
+    faces of files and faces in parts are refused."""
 
     holds_indentation: ClassVar[bool] = True
 
@@ -111,8 +111,8 @@ stiffness = "5 GN/m^1.5"
 
 
 class HuntCrossleyLaw(HertzLaw):
-    """Hertz's contact with a loss: force = stiffness * penetration^1.5 * (1 + damping * rate of penetration). Stiffness
-    and patches are as in hertz."""
+    """Hertz's contact with damping: force = stiffness * penetration^1.5 * (1 + damping * rate of penetration).
+    Stiffness and patches are as in hertz."""
 
     kind: Literal["hunt_crossley"]  # type: ignore[assignment]
     damping: Slowness = default("0 s/m", "3 (1 - e)/(2 v) for the coefficient of restitution e, near 1, at the speed v")
@@ -125,10 +125,10 @@ class HuntCrossleyLaw(HertzLaw):
 
 
 class RoughLaw(ContactLaw):
-    """A joint of rough, conforming faces, bedded in: soft at low load, force = `force` * (closure/`closure`)^exponent.
-    Unloaded, a share `recovery` of its closure comes back, along a branch 1/recovery times as stiff at each force; the
-    rest when it opens, so that the next load finds it as new. Each cycle loses a share 1 - recovery of its work.
-    """
+    """A joint of rough, conforming faces after bedding in. It is soft at low load: force = `force` *
+    (closure/`closure`)^exponent. On unloading a fraction `recovery` of its closure is recovered, along a branch that is
+    1/recovery times as stiff at each force; the rest is recovered when it opens, so that the next load starts from the
+    first branch. Each cycle loses a fraction 1 - recovery of its work."""
 
     remembers: ClassVar[bool] = True
     sample: ClassVar[str] = """
@@ -150,12 +150,11 @@ closure = "2 um"
 
 
 class TableLaw(ContactLaw):
-    """A joint by table: rows of a CSV file, its header as in `closure [um],loading [kN],unloading [kN]`, both forces
-    those of the whole contact. Loading rises from row to row; unloading is what is measured on the way back from the
-    last row, 0 up to the closure that stays until it opens, and nowhere softer than loading at the same force, as it
-    would give energy then. Between rows it is linear, beyond the last one with the slopes that lead to it; unloaded
-    from elsewhere, it goes back along the same branch, shifted.
-    """
+    """A joint by table: rows of a CSV file with a header such as `closure [um],loading [kN],unloading [kN]`. Both
+    forces are those of the whole contact. Loading increases from row to row. Unloading is measured on the way back from
+    the last row; it is 0 up to the closure that remains until the joint opens, and must nowhere be softer than loading
+    at the same force, which would supply energy. Values are linear between rows, and beyond the last row with the
+    slopes that lead to it. Unloading from other forces follows the same branch, shifted."""
 
     remembers: ClassVar[bool] = True
     sample: ClassVar[str] = """

@@ -30,9 +30,9 @@ OF_A_CURVE: Final = 4
 
 
 class Curves(fields.Table):
-    """Margins over other values of a key: for each value the contact is run again, at the same method; every other key
-    stays. Files margin_over_speed.csv and .png, ...; in summary.json life_allowed_speed_m_per_s, ... is the value with
-    a margin of 1, where the curve reaches it."""
+    """Margins over other values of a key: the contact is computed again for each value, with the same method; all other
+    keys stay. Files: margin_over_speed.csv and .png, ...; in summary.json life_allowed_speed_m_per_s, ... is the value
+    with a margin of 1, if the curve reaches it."""
 
     speed: tuple[fields.Speed, ...] = fields.default(
         (), "of the reed at its start, towards the seat or its stopper as the reed's velocity, as [1, 2, 4] m/s"
@@ -105,13 +105,12 @@ TURNS: Final = 2  # least number of turns of the crank for block = "last cycle",
 
 class LifeTable(fields.Table):
     """Fatigue of the reed under its bending stress, and of the seat's surface (`seat_strength`). Stress tensors, of
-    plates and finite elements, are judged on their critical planes. One run is one block of stress that repeats: closed
-    upon itself, so that whatever bends the reed at the start, as its release, comes again with every block. Where loads
-    repeat with the crank, `block = "last cycle"` takes its last turn alone, without the transient of the start.
+    plates and finite elements, are evaluated on their critical planes. One run is one block of stress that repeats:
+    from its end the stress returns to its start, so an initial deflection, such as a release, repeats with every block.
+    If loads repeat with the crank, `block = "last cycle"` uses only the last turn, without the transient at the start.
     summary.json has life_margin, the factor on all stresses at which the damage over the design life is 1; life_cycles,
-    blocks to failure; life_damage_per_cycle; life_at, which body and where; and life_speed_margin, allowed over largest
-    speed of closing. The page [life.md](life.md) tells how.
-    """
+    blocks to failure; life_damage_per_cycle; life_at, the body and the place; and life_speed_margin, allowed over
+    largest closing speed. Theory: [life.md](life.md)."""
 
     sample: ClassVar[str] = """
 impact_speed_limit = "6 m/s"

@@ -37,14 +37,12 @@ SMALLEST: Final = 1e-9  # lengths below this are written as zero [m]
 
 
 class Assembly(fields.Table):
-    """Reed and seat lie as they are drawn, in the one coordinate system of both files: a seat of kind "cad", and a flat
-    reed of kind "sheet" with a STEP file, in any position.
-
-    From the files follow `reed.frame`, `seat.along`, `contact.offset`, `contact.gap` (the smallest opening between the
-    lip and the side of the reed that faces it), `contact.tilt` and `contact.tilt_axis`, so that none of them may be
-    stated. `reed.contact_at` is over the centre of the lip, unless it is stated in coordinates of the file. The struck
-    face is the one that `seat.contact` selects. What is clamped is best selected as a face, as in { number = 1 }. A
-    STEP file with a face alone holds the side of the reed that faces the seat.
+    """Reed and seat have the positions of their files, which share one coordinate system: a seat of kind "cad", and a
+    flat reed of kind "sheet" with a STEP file, in any position. The files determine `reed.frame`, `seat.along`,
+    `contact.offset`, `contact.gap` (the smallest opening between the lip and the side of the reed that faces it),
+    `contact.tilt` and `contact.tilt_axis`, so none of these may be stated. `reed.contact_at` lies over the centre of
+    the lip, unless it is stated in coordinates of the file. `seat.contact` selects the struck face. Select the clamp as
+    a face, for example { number = 1 }. If a STEP file has only a face, it is the side of the reed that faces the seat.
     """
 
     sample: ClassVar[str] = 'placed = "as drawn"'

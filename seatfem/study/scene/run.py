@@ -78,9 +78,8 @@ MOST_FRAMES = 500
 
 
 class Stress(Table):
-    """Stress in the seat's finite elements under the contact forces of the run, by mode acceleration; off where the
-    table is absent. Of a seat that is struck in arcs of its lip, each arc's own force counts.
-    """
+    """Stress in the seat's finite elements under the contact forces of the run, by mode acceleration; off if the table
+    is absent. For a seat that is struck in arcs of its lip the force of each arc acts on its own arc."""
 
     sample: ClassVar[str] = """
 distance = "0.2 mm"
