@@ -122,6 +122,6 @@ def _standing(outcomes: Sequence[Outcome]) -> str:
     unknown = sum(math.isinf(o.bar) for o in outcomes)
     ratio = statistics.median([o.bar / max(o.error, 1e-12) for o in barred]) if barred else math.nan
     return (
-        f"The number that stands worst has an error bar in {len(barred)} of these runs, {ratio:.2g} times its error in "
-        f"the median; in {unknown} it is stated as not known."
+        f"The worst number has an error bar in {len(barred)} of these runs, with a median of {ratio:.2g} times its "
+        f"error; in {unknown} runs the bar is not known."
     )
