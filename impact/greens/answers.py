@@ -10,7 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from impact import greens, quantities
+from impact import quantities
+from impact.greens import base
+from impact.greens import modal as modal_greens
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -70,7 +72,7 @@ class StepKernel:
     S the step response, is convolved. Either may be ``None``. ``engine``: the history engine in words.
     """
 
-    modal: greens.modal.ModalGreens | None
+    modal: modal_greens.ModalGreens | None
     weights: Array | None
     engine: str
 
@@ -97,7 +99,7 @@ class Stored:
     kind: str
     numbers: Mapping[str, float | str] = field(default_factory=dict)
     arrays: Mapping[str, NDArray[Any]] = field(default_factory=dict)
-    parts: tuple[greens.base.GreensFunction, ...] = ()
+    parts: tuple[base.GreensFunction, ...] = ()
 
 
 def check_positive(**values: float) -> None:
