@@ -71,13 +71,18 @@ from impact.greens.base import (
     ErrorEstimate as ErrorEstimate,
     GreensFunction as GreensFunction,
     GreensFunctionError as GreensFunctionError,
+    ScaledGreens as ScaledGreens,
     StepKernel as StepKernel,
+    SumGreens as SumGreens,
 )
 from impact.greens.modal import ModalGreens as ModalGreens, Residual as Residual
-from impact.greens.poles import PoleGreens as PoleGreens
-from impact.greens.transforms import StateSpace as StateSpace, receptance as receptance, state_space as state_space
+from impact.greens.poles import (
+    PoleGreens as PoleGreens,
+    StateSpace as StateSpace,
+    receptance as receptance,
+    state_space as state_space,
+)
 from impact.greens.sampled import SampledGreens as SampledGreens
-from impact.greens.sums import ScaledGreens as ScaledGreens, SumGreens as SumGreens
 from impact.march.joints import RoughJoint as RoughJoint, TableJoint as TableJoint
 from impact.march.laws import (
     CompiledLaw as CompiledLaw,

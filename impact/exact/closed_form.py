@@ -14,8 +14,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from impact.exact.rods import DampedFixedRod, DampedFreeRod, DelayRod, damped_start
-from impact.greens import base, modal
-from impact.greens.answers import Array, ErrorEstimate, GreensFunctionError, check_factor, check_positive
+from impact.greens import modal
+from impact.greens.base import (
+    Array,
+    ErrorEstimate,
+    ExactPort,
+    GreensFunctionError,
+    check_factor,
+    check_positive,
+)
 
 
 def spring(*, stiffness: float) -> modal.ModalGreens:
@@ -126,7 +133,7 @@ def rod_with_end_impedance(
 
 
 @dataclass(frozen=True)
-class PowerGreens(base.ExactPort):
+class PowerGreens(ExactPort):
     """A Green's function g(t) = coefficient * t^exponent, exponent > -1."""
 
     kind: ClassVar[str] = "power_law"

@@ -13,10 +13,11 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from impact.greens import base, modal
-from impact.greens.answers import (
+from impact.greens import modal
+from impact.greens.base import (
     Array,
     ComplexArray,
+    ExactPort,
     GreensFunctionError,
     Rod,
     StepKernel,
@@ -26,7 +27,7 @@ from impact.greens.answers import (
 
 
 @dataclass(frozen=True)
-class TwoEndedRod(base.ExactPort):
+class TwoEndedRod(ExactPort):
     """Undamped free rod with a port at either end, both displaced along the same normal:
 
     g_11 = g_22 = (1/Z) (H(t) + 2 sum_k H(t - k T)),  g_12 = (2/Z) sum_k H(t - (k - 1/2) T),  k = 1, 2, ...
@@ -84,7 +85,7 @@ def rod_of_two_ends(*, young: float, density: float, area: float, length: float)
     return TwoEndedRod(area * math.sqrt(young * density), 2 * length / math.sqrt(young / density))
 
 
-class ExactRod(base.ExactPort):
+class ExactRod(ExactPort):
     """A rod that is known in closed form at every place along it, not at its struck end alone."""
 
     @property
@@ -256,7 +257,7 @@ _AT_REST = 40.0  # exp(-40) = 4e-18: the step response is the static compliance
 
 
 @dataclass(frozen=True)
-class DampedRod(base.ExactPort):
+class DampedRod(ExactPort):
     """A rod, every elastic mode damped by the same ratio zeta; its far end decides which modes it has.
 
     ``impedance``: Z = rho c A [N s/m]; ``transit``: l/c [s]; ``damping_ratio``: zeta > 0, above 1 a pair of real

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from impact.after.result import EnergyLedger, ImpactResult, RunRows
 from impact.exact import closed_form, half_space, rods
 from impact.files import hdf5_structure, safe_files
-from impact.greens import base, modal, sums
+from impact.greens import base, modal
 from impact.greens.poles import PoleGreens
 from impact.greens.sampled import SampledGreens
 from impact.march.prepared import MOST_STEPS
@@ -100,7 +100,7 @@ def _read_greens(file: Any, path: str | os.PathLike[str], depth: int = 0) -> bas
         if depth >= DEEPEST:
             raise _Damage(f"sums of sums, more than {DEEPEST} deep")
         parts = tuple(_read_greens(file[f"parts/{n}"], path, depth + 1) for n in range(len(file["parts"])))
-        return sums.SumGreens(parts) if kind == "sum" else sums.ScaledGreens(parts[0], float(file.attrs["factor"]))
+        return base.SumGreens(parts) if kind == "sum" else base.ScaledGreens(parts[0], float(file.attrs["factor"]))
     origin = json.loads(str(file.attrs["provenance"]))
     if not isinstance(origin, dict):
         raise _Damage("provenance is no table")
