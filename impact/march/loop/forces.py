@@ -85,25 +85,6 @@ def past(recent, force, rest, first, n):
     return u
 
 
-@compiled(nogil=True, fastmath={"reassoc", "contract", "nsz"})
-def displaced(rows, state, w0, force):
-    """Return the part of the gap (n,) by the poles of one contact under a known ``force`` (n,); ``rows`` as in
-    `advance`, ``state``: coordinates q and p."""
-    a11, a21, a22, c1, c2 = rows
-    q, p = state
-    out, last = np.empty(force.size), 0.0
-    for n in range(force.size):
-        u = w0 * force[n]
-        for k in range(q.size):  # `advance`, written out: twice as fast without the rest of the step
-            qk, pk = q[k], p[k]
-            r = a11[k] * qk + (pk + c1[k] * last)
-            q[k] = r
-            p[k] = a21[k] * qk + (a22[k] * pk + (c2[k] * last + FLOOR))
-            u += r
-        out[n], last = u, force[n]
-    return out
-
-
 WIDE = 16
 
 
