@@ -13,7 +13,7 @@ from impact.after.histories import Spans
 from impact.after.result import ImpactResult
 from impact.beams.euler_bernoulli import Cantilever
 from impact.bodies.body import Body
-from impact.exact.rods import ExactRod, on_rod
+from impact.exact.closed_form import ExactRod, on_rod
 from impact.greens.base import Array, ErrorEstimate, GreensFunction, GreensFunctionError
 from impact.greens.modal import ModalGreens, Residual
 from impact.march import grid, history, motion

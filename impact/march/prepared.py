@@ -20,7 +20,7 @@ from impact.greens.base import Array
 from impact.greens.modal import ModalGreens, Residual
 from impact.march import history, laws, motion, replay
 from impact.march import history as engines
-from impact.march.loop.several import active_set
+from impact.march.loop.marches import active_set
 from impact.march.problem import ContactError, ContactProblem, RigidContactError
 from impact.quantities import brief
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impact.after.result import EnergyLedger, ImpactResult, RunRows
-from impact.exact import closed_form, half_space, rods
+from impact.exact import closed_form, half_space
 from impact.files import hdf5_structure, safe_files
 from impact.greens import base, modal
 from impact.greens.poles import PoleGreens
@@ -32,10 +32,10 @@ BLOCK = 1 << 20  # bytes by which a file grows in memory
 DEEPEST = 8  # levels of sums within sums in one file
 MOST_PARTS = 1000  # most parts of all sums of a file
 _CLOSED: dict[str, Callable[..., base.GreensFunction]] = {
-    "delay_rod": rods.DelayRod,
-    "damped_fixed_rod": rods.DampedFixedRod,
-    "damped_free_rod": rods.DampedFreeRod,
-    "two_ended_rod": rods.TwoEndedRod,
+    "delay_rod": closed_form.DelayRod,
+    "damped_fixed_rod": closed_form.DampedFixedRod,
+    "damped_free_rod": closed_form.DampedFreeRod,
+    "two_ended_rod": closed_form.TwoEndedRod,
     "power_law": closed_form.PowerGreens,
     "half_space_patch": half_space.half_space_patch,
 }

@@ -9,8 +9,7 @@ import pytest
 
 import impact
 from impact import measures
-from impact.exact.closed_form import PowerGreens
-from impact.exact.rods import BareFixedRod
+from impact.exact.closed_form import BareFixedRod, PowerGreens
 from impact.greens.base import ErrorEstimate, GreensFunction, GreensFunctionError, ScaledGreens, StepKernel, SumGreens
 from impact.storage.hdf5 import load_greens, save_greens
 
