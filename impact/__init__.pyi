@@ -53,12 +53,12 @@ from impact.exact.closed_form import (
     free_rod as free_rod,
     infinite_beam as infinite_beam,
     infinite_plate as infinite_plate,
+    rod_of_two_ends as rod_of_two_ends,
     rod_with_end_impedance as rod_with_end_impedance,
     semi_infinite_rod as semi_infinite_rod,
     single_mode as single_mode,
     spring as spring,
 )
-from impact.exact.rods import rod_of_two_ends as rod_of_two_ends
 from impact.exact.half_space import (
     HalfSpacePatch as HalfSpacePatch,
     disk_compliance as disk_compliance,
@@ -71,13 +71,18 @@ from impact.greens.base import (
     ErrorEstimate as ErrorEstimate,
     GreensFunction as GreensFunction,
     GreensFunctionError as GreensFunctionError,
+    ScaledGreens as ScaledGreens,
     StepKernel as StepKernel,
+    SumGreens as SumGreens,
 )
 from impact.greens.modal import ModalGreens as ModalGreens, Residual as Residual
-from impact.greens.poles import PoleGreens as PoleGreens
-from impact.greens.transforms import StateSpace as StateSpace, receptance as receptance, state_space as state_space
+from impact.greens.poles import (
+    PoleGreens as PoleGreens,
+    StateSpace as StateSpace,
+    receptance as receptance,
+    state_space as state_space,
+)
 from impact.greens.sampled import SampledGreens as SampledGreens
-from impact.greens.sums import ScaledGreens as ScaledGreens, SumGreens as SumGreens
 from impact.march.joints import RoughJoint as RoughJoint, TableJoint as TableJoint
 from impact.march.laws import (
     CompiledLaw as CompiledLaw,
@@ -95,7 +100,11 @@ from impact.march.laws import (
 from impact.march.prepared import prepare as prepare
 from impact.march.problem import Contact as Contact, ContactError as ContactError, ContactProblem as ContactProblem
 from impact.march.stepper import ContactStepper as ContactStepper, StepState as StepState
-from impact.measured.frf import FrequencyResponse as FrequencyResponse
+from impact.measured.frf import (
+    FrequencyResponse as FrequencyResponse,
+    read_impulse_response as read_impulse_response,
+    sampling_advice as sampling_advice,
+)
 from impact.measured.passivity import (
     PassivityReport as PassivityReport,
     passivity as passivity,
@@ -104,7 +113,6 @@ from impact.measured.passivity import (
 )
 from impact.measured.pole_fit import fit_poles as fit_poles
 from impact.measured.vector_fitting import PolePassivity as PolePassivity, pole_passivity as pole_passivity
-from impact.measured.reading import read_impulse_response as read_impulse_response, sampling_advice as sampling_advice
 from impact.pictures.greens_plots import plot_greens as plot_greens
 from impact.pictures.lip_plots import plot_lip as plot_lip
 from impact.pictures.plots import plot_energy as plot_energy, plot_force as plot_force, plot_motion as plot_motion

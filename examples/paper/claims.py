@@ -14,7 +14,7 @@ import numpy as np
 from paper_case import CASES, DENSITY, FILTER_WIDTH, ROD_DAMPING, YOUNG, Numbers, over_estimates, strike, strike_spring
 
 import impact
-from impact.greens.sums import SumGreens
+from impact.greens.base import SumGreens
 
 THICKNESS = 0.305e-3  # of the reed [m]
 

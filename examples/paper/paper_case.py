@@ -13,7 +13,7 @@ import impact
 from impact import measures
 from impact.after.result import ImpactResult
 from impact.bodies.loads import ReedLoad
-from impact.exact.rods import DampedFixedRod
+from impact.exact.closed_form import DampedFixedRod
 from impact.greens.base import GreensFunction
 
 YOUNG, DENSITY = 200e9, 7850.0  # both bodies [Pa, kg/m^3]

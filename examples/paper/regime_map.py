@@ -17,7 +17,7 @@ from impact.after.measures import filtered_peak_force
 from impact.after.measures import impulse as impulse_of
 from impact.after.regime import EQUAL
 from impact.after.stresses import fixed_rod_modes
-from impact.exact.rods import DampedFixedRod, DelayRod
+from impact.exact.closed_form import DampedFixedRod, DelayRod
 from impact.files.csv_table import Row, read_rows, write_csv
 from impact.greens.base import Array
 from impact.notices import Progress, silent

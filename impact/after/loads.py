@@ -19,7 +19,7 @@ from impact.bodies.loads import SPRINGS, SprungBody
 from impact.greens.base import Array, GreensFunctionError
 from impact.greens.modal import ModalGreens, Residual
 from impact.march import laws, motion
-from impact.march.loop.several import active_set
+from impact.march.loop.marches import active_set
 from impact.march.problem import Contact, ContactProblem
 from impact.march.stepper import held_course
 from impact.quantities import brief

@@ -9,15 +9,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from impact import march
 from impact.after.histories import Spans
 from impact.after.result import ImpactResult
 from impact.beams.euler_bernoulli import Cantilever
 from impact.bodies.body import Body
-from impact.exact.rods import ExactRod, on_rod
+from impact.exact.closed_form import ExactRod, on_rod
 from impact.greens.base import Array, ErrorEstimate, GreensFunction, GreensFunctionError
 from impact.greens.modal import ModalGreens, Residual
-from impact.march import grid
+from impact.march import grid, history, motion
+from impact.march.replay import BodyAtStart, EqualReplay
 
 POINTS_PER_WAVE = 8  # points along the reed per wavelength of the highest mode, at which the stress is evaluated
 ROUND_OFF = 1e-12  # relative round-off of sums over modes
@@ -222,7 +222,8 @@ def coordinates(pushes: Array, dt: float, reed: Body, stride: int) -> Iterator[A
         pull = pull + sum(load.shape * amplitude for load, amplitude in zip(reed.loads, held, strict=True))
         first = first + at_ports @ held
     start = replace(start, displacement=start.displacement + pull / greens.omega**2)
-    replay = march.replay.Replay(followed, dt, start, pushes[:, 0], pushes[:, 0], [load.shape for load in reed.loads])
+    body = BodyAtStart(followed, start, pushes[:, 0], pushes[:, 0], [load.shape for load in reed.loads])
+    replay = EqualReplay(body, dt)
     yield np.append(start.displacement, first)[None, :]
     for part in grid.blocks(pushes.shape[1] - 1, _BLOCK * stride):
         middle = np.asarray(dt * (np.arange(part.start, part.stop) + 0.5), dtype=np.float64)
@@ -283,7 +284,7 @@ def rod_stress(result: ImpactResult, rod: GreensFunction, *, area: float, at: fl
         )
     trip = _steps(2 * uniform.transit, result.dt)
     delay = _steps(at * uniform.transit, result.dt)
-    outgoing = march.motion.reflected(result.force / uniform.impedance, uniform.reflection, trip)
+    outgoing = motion.reflected(result.force / uniform.impedance, uniform.reflection, trip)
     away, back = (np.concatenate([np.zeros(steps), outgoing])[: len(outgoing)] for steps in (delay, trip - delay))
     force = away - uniform.reflection * back
     return np.asarray(uniform.impedance / area * force)
@@ -406,4 +407,4 @@ def modal_displacement(greens: GreensFunction, force: Array, dt: float, *, port:
 
 
 def _superposed(weights: Array, force: Array) -> Array:
-    return np.concatenate([[0.0], march.history.convolve(weights, force[1:])])
+    return np.concatenate([[0.0], history.convolve(weights, force[1:])])

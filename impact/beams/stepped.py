@@ -14,7 +14,7 @@ import scipy
 from numpy.polynomial import Legendre, Polynomial
 from numpy.typing import ArrayLike
 
-from impact.beams.modes import BeamModes, gauss, positive
+from impact.beams.euler_bernoulli import BeamModes, gauss, positive
 from impact.greens.base import Array, GreensFunctionError
 from impact.greens.modal import Residual
 

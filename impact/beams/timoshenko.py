@@ -9,8 +9,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from impact.beams.modes import BeamModes, RectangularBeam, bisected, gauss, positive
-from impact.exact.rods import damped_start
+from impact.beams.euler_bernoulli import BeamModes, RectangularBeam, bisected, gauss, positive
+from impact.exact.closed_form import damped_start
 from impact.greens.base import Array, GreensFunctionError
 from impact.greens.modal import Residual
 

@@ -15,7 +15,7 @@ import scipy
 from numpy.polynomial import legendre
 from numpy.typing import ArrayLike
 
-from impact.beams.modes import BeamModes
+from impact.beams.euler_bernoulli import BeamModes
 from impact.bodies.body import Body, Load, ModalState
 from impact.bodies.time_series import TimeSeries, TimeSeriesError
 from impact.greens.base import Array, GreensFunctionError

@@ -10,8 +10,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from impact.beams.euler_bernoulli import Cantilever
-from impact.beams.modes import BeamModes
+from impact.beams.euler_bernoulli import BeamModes, Cantilever
 from impact.bodies.body import Body, ModalState
 from impact.bodies.loads import ReedLoad
 from impact.greens.base import Array, ErrorEstimate, GreensFunctionError

@@ -24,11 +24,10 @@ from impact.exact.contact_stress import (
     tip_step_moment as tip_step_moment,
     tip_step_stress as tip_step_stress,
 )
-from impact.exact.rods import DampedFixedRod as DampedFixedRod, DampedFreeRod as DampedFreeRod
+from impact.exact.closed_form import DampedFixedRod as DampedFixedRod, DampedFreeRod as DampedFreeRod
 from impact.exact.half_space import point_step_response as point_step_response, rayleigh_speed as rayleigh_speed
 from impact.exact import (
     closed_form as closed_form,
     contact_stress as contact_stress,
     half_space as half_space,
-    rods as rods,
 )

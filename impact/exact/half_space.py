@@ -22,8 +22,19 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
 
-from impact.greens import answers, base, sums
-from impact.greens.base import Array, ComplexArray, GreensFunctionError
+from impact.greens.base import (
+    Array,
+    ComplexArray,
+    ErrorEstimate,
+    ExactPort,
+    GreensFunction,
+    GreensFunctionError,
+    StepKernel,
+    SumGreens,
+    check_factor,
+    check_positive,
+    step_weights,
+)
 from impact.greens.modal import ModalGreens, Residual
 
 
@@ -67,7 +78,7 @@ def punch_compliance(*, young: float, poisson: float, radius: float) -> float:
 
 
 @dataclass(frozen=True)
-class HalfSpacePatch(base.ExactPort):
+class HalfSpacePatch(ExactPort):
     """Mean displacement of a disk on an elastic half-space under a load spread evenly over it; exact.
 
     g(0+) = 1/(rho c_p pi a^2); g falls almost linearly and is exactly zero after 2a/c_R, when S has reached the static
@@ -90,9 +101,9 @@ class HalfSpacePatch(base.ExactPort):
     kind: ClassVar[str] = "half_space_patch"
 
     @property
-    def error_estimate(self) -> answers.ErrorEstimate:
+    def error_estimate(self) -> ErrorEstimate:
         """Return what the Chebyshev series leave, about 1e-13; no mesh."""
-        return answers.ErrorEstimate(self.response.error, 0.0)
+        return ErrorEstimate(self.response.error, 0.0)
 
     @property
     def highest_rate(self) -> float:
@@ -100,7 +111,7 @@ class HalfSpacePatch(base.ExactPort):
 
     def scaled(self, factor: float) -> HalfSpacePatch:
         """Return the patch on 1/``factor`` the stiffness and the density: the same wave speeds."""
-        return replace(self, young=self.young / answers.check_factor(factor), density=self.density / factor)
+        return replace(self, young=self.young / check_factor(factor), density=self.density / factor)
 
     @property
     def crossing_time(self) -> float:
@@ -115,30 +126,30 @@ class HalfSpacePatch(base.ExactPort):
     def _static(self) -> float:
         return disk_compliance(young=self.young, poisson=self.poisson, radius=self.radius)
 
-    def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> answers.Array:
-        time: answers.Array = np.asarray(t, dtype=float)
+    def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
+        time: Array = np.asarray(t, dtype=float)
         scale = self._static / self._unit_time
         values = scale * self.response(np.maximum(time, 0.0) / self._unit_time, integrated=False)
         return np.where(time < 0, 0.0, values)
 
-    def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> answers.Array:
-        time: answers.Array = np.maximum(np.asarray(t, dtype=float), 0.0)
+    def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
+        time: Array = np.maximum(np.asarray(t, dtype=float), 0.0)
         return np.asarray(self._static * self.response(time / self._unit_time, integrated=True))
 
-    def static_compliance(self) -> answers.Array:
+    def static_compliance(self) -> Array:
         """Return 16 (1 - nu^2)/(3 pi^2 E a) [m/N]."""
         return np.array([[self._static]])
 
-    def initial_value(self) -> answers.Array:
+    def initial_value(self) -> Array:
         """Return 1/(rho c_p pi a^2) [m/(N s)]; 0 for nu = 0.5, where c_p is infinite."""
         slowness = math.sqrt((1 + self.poisson) * (1 - 2 * self.poisson) / (1 - self.poisson) / self.young)
         return np.array([[slowness / (math.sqrt(self.density) * math.pi * self.radius**2)]])
 
-    def step_kernel(self, dt: float, n_steps: int) -> answers.StepKernel:
+    def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
         alive = min(n_steps, math.ceil(self.crossing_time / dt))
         weights = np.zeros((1, 1, n_steps))
-        weights[:, :, :alive] = base.step_weights(self, dt, alive)
-        return answers.StepKernel(None, weights, f"half-space kernel, {alive} exact step weights")
+        weights[:, :, :alive] = step_weights(self, dt, alive)
+        return StepKernel(None, weights, f"half-space kernel, {alive} exact step weights")
 
 
 def half_space_patch(*, young: float, poisson: float, density: float, radius: float) -> HalfSpacePatch:
@@ -149,12 +160,12 @@ def half_space_patch(*, young: float, poisson: float, density: float, radius: fl
 
     Sources: as `impact.exact.half_space`; the average over the disk is by the autocorrelation of its area.
     """
-    answers.check_positive(density=density)
+    check_positive(density=density)
     _unit_compliance(young, poisson, radius)
     return HalfSpacePatch(young, poisson, density, radius, DiskResponse.from_poisson(poisson))
 
 
-def without_patch(greens: base.GreensFunction, patch: HalfSpacePatch, *, band_hz: float) -> base.GreensFunction:
+def without_patch(greens: GreensFunction, patch: HalfSpacePatch, *, band_hz: float) -> GreensFunction:
     """Return ``greens`` without the local compliance of ``patch``, for a law that brings its own (Hertz): still
     passive.
 
@@ -182,10 +193,10 @@ def without_patch(greens: base.GreensFunction, patch: HalfSpacePatch, *, band_hz
     if not rest:
         return ModalGreens(np.zeros(0), np.zeros(0), np.zeros((0, 1)), Residual.none(), origin={"kind": "rigid"})
     if len(rest) < len(greens.summands):
-        return rest[0] if len(rest) == 1 else sums.SumGreens(rest)
+        return rest[0] if len(rest) == 1 else SumGreens(rest)
     modal = greens.modal
     if modal is None or len(greens.ports) != 1:
-        raise answers.GreensFunctionError(
+        raise GreensFunctionError(
             f"cannot take a patch out of a {type(greens).__name__} with {len(greens.ports)} ports: give the modes of "
             "one port, or a SumGreens with the patch as a part"
         )
@@ -199,7 +210,7 @@ def _quasi_static_removed(greens: ModalGreens, amount: float, band_hz: float) ->
         relaxed, modal = residual.shapes[:, 0] ** 2 / residual.rates, greens.shapes[:, 0] ** 2 / greens.omega**2
     held = np.where(speed > 2 * np.pi * band_hz, np.concatenate([residual.compliance[0], relaxed, modal]), 0.0)
     if amount > held.sum() * (1 + 1e-12):
-        raise answers.GreensFunctionError(
+        raise GreensFunctionError(
             f"the patch's compliance {amount:.4g} m/N exceeds the {held.sum():.4g} m/N that the residual and the modes "
             f"above {band_hz:g} Hz hold: check the patch's radius and material, add the residual flexibility, refine "
             "the mesh under the patch, or lower band_hz"
@@ -221,15 +232,15 @@ def _quasi_static_removed(greens: ModalGreens, amount: float, band_hz: float) ->
 
 def _unit_compliance(young: float, poisson: float, size: float, name: str = "radius") -> float:
     """Return (1 - nu^2)/(E size)."""
-    answers.check_positive(**{"young": young, name: size})
+    check_positive(**{"young": young, name: size})
     if not 0.0 <= poisson <= 0.5:
-        raise answers.GreensFunctionError(f"poisson = {poisson:g} is outside [0, 0.5]")
+        raise GreensFunctionError(f"poisson = {poisson:g} is outside [0, 0.5]")
     return (1 - poisson**2) / (young * size)
 
 
 def _place(at: str, factors: dict[str, float]) -> float:
     if at not in factors:
-        raise answers.GreensFunctionError(f"at = {at!r}: known places are {', '.join(factors)}")
+        raise GreensFunctionError(f"at = {at!r}: known places are {', '.join(factors)}")
     return factors[at]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Final
@@ -10,10 +11,23 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from impact.greens import answers, base, oscillator
+from impact.greens import oscillator
+from impact.greens.base import (
+    Array,
+    ComplexArray,
+    ErrorEstimate,
+    GreensFunctionError,
+    StatedGreens,
+    StepKernel,
+    Stored,
+    SumGreens,
+    check_factor,
+    check_valid_for,
+)
 from impact.greens.oscillator import combine, decay_responses, hann, mode_responses
 from impact.quantities import brief
 
+_BLOCK = 256  # number of times evaluated at once: memory is this times the number of poles
 Ports = list[int] | slice
 ALL: Final = slice(None)
 
@@ -30,9 +44,9 @@ class Residual:
         compliance: symmetric positive semidefinite bare compliance (p, p) [m/N].
     """
 
-    shapes: answers.Array
-    rates: answers.Array
-    compliance: answers.Array
+    shapes: Array
+    rates: Array
+    compliance: Array
 
     __repr__ = brief
 
@@ -55,7 +69,7 @@ class Residual:
         """
         r0 = _symmetric_psd(compliance, "residual compliance")
         if not (rate > 0 and np.isfinite(rate)):
-            raise answers.GreensFunctionError(f"rate = {rate:g} 1/s must be positive and finite")
+            raise GreensFunctionError(f"rate = {rate:g} 1/s must be positive and finite")
         values, vectors = np.linalg.eigh(r0)
         positive = values > 1e-14 * max(values[-1], 0.0)
         shapes = (vectors[:, positive] * np.sqrt(values[positive] * rate)).T.copy()
@@ -71,12 +85,10 @@ class Residual:
         r0 = _symmetric_psd(compliance, "residual compliance")
         g0 = _symmetric_psd(initial_value, "initial value")
         if r0.shape != g0.shape:
-            raise answers.GreensFunctionError(
-                f"residual compliance is {r0.shape}, initial value {g0.shape}: give equal shapes"
-            )
+            raise GreensFunctionError(f"residual compliance is {r0.shape}, initial value {g0.shape}: give equal shapes")
         scale, vectors = np.linalg.eigh(g0)
         if scale[0] <= 0:
-            raise answers.GreensFunctionError(f"g(0+) must be positive definite; smallest eigenvalue {scale[0]:g}")
+            raise GreensFunctionError(f"g(0+) must be positive definite; smallest eigenvalue {scale[0]:g}")
         root = vectors * np.sqrt(scale) @ vectors.T
         inverse_root = vectors / np.sqrt(scale) @ vectors.T
         taus, modes = np.linalg.eigh(inverse_root @ r0 @ inverse_root)
@@ -93,21 +105,70 @@ class Residual:
         """Return the residual times ``factor``."""
         return Residual(math.sqrt(factor) * self.shapes, self.rates, factor * self.compliance)
 
-    def static(self) -> answers.Array:
+    def static(self) -> Array:
         """Return the static compliance (p, p) [m/N]; ``inf`` for a dashpot (rate 0)."""
         free = self.rates == 0
         bent = self.shapes[~free] / np.sqrt(self.rates[~free])[:, None]
         return np.asarray(bent.T @ bent + endless(self.shapes[free]) + self.compliance)
 
-    def filtered(self, t: answers.Array, width: float, rows: Ports = ALL, columns: Ports = ALL) -> answers.Array:
+    def filtered(self, t: Array, width: float, rows: Ports = ALL, columns: Ports = ALL) -> Array:
         """Return the residual part of g (p, p, nt) after a unit Hann pulse of ``width`` [s], for the ports ``rows``
         under impulses on ``columns`` [m/(N s)]."""
         decays = combine(self.shapes[:, rows], decay_responses(self.rates, t, width), self.shapes[:, columns])
         return decays + self.compliance[rows][:, columns, None] * hann(t, width)
 
 
+class PoleSums(StatedGreens):
+    """Base of sums of oscillators and of complex poles, each term of which is known in closed form."""
+
+    @abstractmethod
+    def _values(self, t: Array, i: int, j: int, integrated: bool) -> Array:
+        """Return g_ij, or its integral without bare compliance, at the times ``t`` (n,) >= 0."""
+
+    @abstractmethod
+    def _compliance(self, i: int, j: int) -> float:
+        """Return the bare compliance [m/N]."""
+
+    @abstractmethod
+    def _filtered(self, t: Array, width: float, rows: list[int], columns: list[int]) -> Array:
+        """Return g (rows, columns, n) after a unit Hann pulse of ``width`` [s]."""
+
+    def _terms(self, counts: Mapping[str, int], noun: str, hertz: Array, ratios: Array, spring: Array) -> tuple[str]:
+        """Return the terms in words: ``counts`` of rigid motions and of real poles, and the oscillations."""
+        (rigid, real), span = (f"{n} {name}" if n else "" for name, n in counts.items()), ""
+        if hertz.size:
+            span = f"{hertz.size} {noun}, {hertz.min():.5g} ... {hertz.max():.5g} Hz, damping ratio "
+            span += f"{ratios.min():.3g} ... {ratios.max():.3g}"
+        parts = (rigid, span, real, "bare compliance" if np.any(spring) else "")
+        return ("; ".join(filter(None, parts)) or "rigid and held",)
+
+    def _sum(self, t: ArrayLike, i: int, j: int, integrated: bool) -> Array:
+        t = np.asarray(t, dtype=float)
+        flat = np.ravel(t)
+        out = np.full(flat.shape, self._compliance(i, j) if integrated else 0.0)
+        for start in range(0, flat.size, _BLOCK):
+            block = slice(start, start + _BLOCK)
+            out[block] += self._values(np.maximum(flat[block], 0.0), i, j, integrated)
+        return np.where(flat < 0, 0.0, out).reshape(t.shape)
+
+    def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
+        return self._sum(t, i, j, integrated=False)
+
+    def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
+        return self._sum(t, i, j, integrated=True)
+
+    def filtered(self, t: ArrayLike, width: float, i: int = 0, j: int = 0) -> Array:
+        t = np.asarray(t, dtype=float)
+        return np.asarray(self._filtered(np.ravel(t), width, [i], [j])[0, 0].reshape(t.shape))
+
+    def filtered_matrix(self, t: ArrayLike, width: float, columns: Sequence[int] | None = None) -> Array:
+        every = list(range(len(self.ports)))
+        pushed = every if columns is None else list(columns)
+        return self._filtered(np.asarray(t, dtype=float), width, every, pushed)
+
+
 @dataclass(frozen=True)
-class ModalGreens(base.PoleSums):
+class ModalGreens(PoleSums):
     """g_ij(t) = sum_k phi_ki phi_kj exp(-zeta_k w_k t) sin(wd_k t)/wd_k + residual, wd = w sqrt(1 - zeta^2).
 
     Attributes:
@@ -121,16 +182,16 @@ class ModalGreens(base.PoleSums):
         valid_for: time up to which g is known [s].
     """
 
-    omega: answers.Array
-    zeta: answers.Array
-    shapes: answers.Array
+    omega: Array
+    zeta: Array
+    shapes: Array
     residual: Residual
     port_names: tuple[str, ...] = ("contact",)
-    error: answers.ErrorEstimate = field(default_factory=answers.ErrorEstimate)
+    error: ErrorEstimate = field(default_factory=ErrorEstimate)
     origin: Mapping[str, object] = field(default_factory=dict)
     valid_for: float = math.inf
 
-    __repr__ = base.PoleSums.__str__
+    __repr__ = PoleSums.__str__
 
     def __post_init__(self) -> None:
         residual, m, p = self.residual, self.omega.size, len(self.port_names)
@@ -138,21 +199,17 @@ class ModalGreens(base.PoleSums):
         relaxations = (residual.shapes.shape, residual.rates.shape, residual.compliance.shape)
         modes = (self.omega.shape, self.zeta.shape, self.shapes.shape)
         if modes != ((m,), (m,), (m, p)) or relaxations != ((r, p), (r,), (p, p)):
-            raise answers.GreensFunctionError(
+            raise GreensFunctionError(
                 f"shapes must match: omega {modes[0]}, zeta {modes[1]}, shapes {modes[2]}, residual shapes "
                 f"{relaxations[0]}, rates {relaxations[1]}, compliance {relaxations[2]}, {p} ports"
             )
         for name, values in (("omega", self.omega), ("zeta", self.zeta), ("shapes", self.shapes)):
             if not np.all(np.isfinite(values)):
-                raise answers.GreensFunctionError(
-                    f"{name} must be finite, {np.sum(~np.isfinite(values))} values are not"
-                )
+                raise GreensFunctionError(f"{name} must be finite, {np.sum(~np.isfinite(values))} values are not")
         for name, values in (("omega", self.omega), ("zeta", self.zeta), ("residual rates", self.residual.rates)):
             if values.size and values.min() < 0:
-                raise answers.GreensFunctionError(
-                    f"{name} must be >= 0 (a body gains no energy); smallest {values.min():g}"
-                )
-        answers.check_valid_for(self.valid_for)
+                raise GreensFunctionError(f"{name} must be >= 0 (a body gains no energy); smallest {values.min():g}")
+        check_valid_for(self.valid_for)
 
     @staticmethod
     def from_hz(
@@ -177,7 +234,7 @@ class ModalGreens(base.PoleSums):
         hertz, shapes = (np.atleast_1d(np.asarray(values, dtype=float)) for values in (frequencies, amplitudes))
         shapes = shapes[:, None] if shapes.ndim == 1 else shapes
         if hertz.ndim != 1 or shapes.ndim != 2 or np.ndim(damping) > 1 or np.size(damping) not in (1, hertz.size):
-            raise answers.GreensFunctionError(
+            raise GreensFunctionError(
                 f"give frequencies (M,), damping (M,) or one, and amplitudes (M,) or (M, p), not {hertz.shape}, "
                 f"{np.shape(damping)} and {np.shape(amplitudes)}"
             )
@@ -195,13 +252,13 @@ class ModalGreens(base.PoleSums):
     def highest_rate(self) -> float:
         return float(self.omega.max(initial=0.0))
 
-    def combined(self, weights: answers.Array, port_names: tuple[str, ...]) -> ModalGreens:
+    def combined(self, weights: Array, port_names: tuple[str, ...]) -> ModalGreens:
         residual = self.residual
         at_ports = Residual(residual.shapes @ weights, residual.rates, weights.T @ residual.compliance @ weights)
         return replace(self, shapes=self.shapes @ weights, residual=at_ports, port_names=port_names)
 
     @property
-    def frequencies_hz(self) -> answers.Array:
+    def frequencies_hz(self) -> Array:
         """Return the undamped natural frequencies (M,) [Hz]."""
         return self.omega / (2 * np.pi)
 
@@ -209,7 +266,7 @@ class ModalGreens(base.PoleSums):
         counts = {"rigid-body modes": int(np.sum(self.omega == 0)), "relaxations": self.residual.rates.size}
         return self._terms(counts, "modes", self.frequencies_hz[self.omega > 0], self.zeta, self.residual.compliance)
 
-    def _values(self, t: answers.Array, i: int, j: int, integrated: bool) -> answers.Array:
+    def _values(self, t: Array, i: int, j: int, integrated: bool) -> Array:
         function = oscillator.step_response if integrated else oscillator.impulse_response
         relax = self.residual.shapes[:, i] * self.residual.shapes[:, j]
         decay = -self.residual.rates * t[:, None]
@@ -221,7 +278,7 @@ class ModalGreens(base.PoleSums):
     def _compliance(self, i: int, j: int) -> float:
         return float(self.residual.compliance[i, j])
 
-    def transfer(self, s: answers.ComplexArray) -> answers.ComplexArray:
+    def transfer(self, s: ComplexArray) -> ComplexArray:
         """Return the sum of phi phi'/(s^2 + 2 zeta w s + w^2) + a a'/(s + rate) + c (n, p, p) [m/N]."""
         residual, w, column = self.residual, self.omega, s[:, None]
         parts = (
@@ -240,22 +297,22 @@ class ModalGreens(base.PoleSums):
         """Return the function with the modes above ``omega`` [rad/s] only, without residual."""
         return self.of_modes(self.omega > omega, Residual.none(len(self.port_names)))
 
-    def stored(self) -> answers.Stored:
+    def stored(self) -> Stored:
         arrays = {name: getattr(self, name) for name in ("omega", "zeta", "shapes")}
         arrays |= {f"residual/{name}": getattr(self.residual, name) for name in ("shapes", "rates", "compliance")}
-        return answers.Stored("modal", arrays=arrays)
+        return Stored("modal", arrays=arrays)
 
-    def static_compliance(self) -> answers.Array:
+    def static_compliance(self) -> Array:
         """Return sum of phi phi'/w^2 plus the residual's (p, p); ``inf`` with a rigid-body mode at the port [m/N]."""
         rigid = self.omega == 0
         bent = self.shapes[~rigid] / self.omega[~rigid, None]
         return np.asarray(bent.T @ bent + endless(self.shapes[rigid]) + self.residual.static())
 
-    def initial_value(self) -> answers.Array:
+    def initial_value(self) -> Array:
         start = np.einsum("ri,rj->ij", self.residual.shapes, self.residual.shapes)
         return np.asarray(start + np.where(self.residual.compliance != 0, np.inf, 0.0))
 
-    def _filtered(self, t: answers.Array, width: float, rows: list[int], columns: list[int]) -> answers.Array:
+    def _filtered(self, t: Array, width: float, rows: list[int], columns: list[int]) -> Array:
         response = self.residual.filtered(t, width, rows, columns)
         for start in range(0, t.size, 1024):  # blocks limit the memory
             block = slice(start, start + 1024)
@@ -263,7 +320,7 @@ class ModalGreens(base.PoleSums):
             response[:, :, block] += combine(self.shapes[:, rows], each, self.shapes[:, columns])
         return response
 
-    def step_matrix(self, dt: float) -> answers.Array:
+    def step_matrix(self, dt: float) -> Array:
         """Return W_0 (p, p): displacement at the end of a step of ``dt`` [s] per unit force during it [m/N]."""
         gains = oscillator.step_response(np.full(self.omega.shape, dt), self.omega, self.zeta)
         res = self.residual
@@ -271,38 +328,48 @@ class ModalGreens(base.PoleSums):
         whole = (self.shapes.T * gains) @ self.shapes + (res.shapes.T * eased) @ res.shapes + res.compliance
         return np.asarray((whole + whole.T) / 2)
 
-    def step_kernel(self, dt: float, n_steps: int) -> answers.StepKernel:
+    def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
         """Return the function as a recursion, which is exact for forces constant over a step."""
-        return answers.StepKernel(self, None, f"pole recursion, {self.marched_poles(dt, n_steps)} poles")
+        return StepKernel(self, None, f"pole recursion, {self.marched_poles(dt, n_steps)} poles")
 
     def marched_poles(self, dt: float, n_steps: float) -> int:
         return len(self.omega) + len(self.residual.rates)
 
-    def inverse_mass(self) -> answers.Array:
+    def inverse_mass(self) -> Array:
         rigid = self.shapes[self.omega == 0]
         return np.asarray(rigid.T @ rigid)
 
     def scaled(self, factor: float) -> ModalGreens:
-        rest = self.residual.scaled(answers.check_factor(factor))
+        rest = self.residual.scaled(check_factor(factor))
         return replace(self, shapes=math.sqrt(factor) * self.shapes, residual=rest)
 
+    def merge(self, others: Sequence[ModalGreens]) -> ModalGreens:
+        """Return the sum of this function and ``others`` as one function with all their poles."""
+        together = SumGreens((self, *others))
+        omega, zeta, shapes = (
+            np.concatenate([getattr(part, name) for part in (self, *others)]) for name in ("omega", "zeta", "shapes")
+        )
+        rest = Residual.together([part.residual for part in (self, *others)])
+        error, origin, known = together.error_estimate, together.provenance, together.valid_for
+        return ModalGreens(omega, zeta, shapes, rest, together.ports, error, origin, known)
 
-def _symmetric_psd(values: ArrayLike, name: str) -> answers.Array:
+
+def _symmetric_psd(values: ArrayLike, name: str) -> Array:
     """Return a symmetric matrix (p, p) without negative eigenvalues of round-off; raises for those beyond 1e-10."""
     matrix = np.atleast_2d(np.asarray(values, dtype=float))
     if matrix.shape[0] != matrix.shape[1] or not np.all(np.isfinite(matrix)):
-        raise answers.GreensFunctionError(f"{name} must be a finite square matrix, got shape {matrix.shape}")
+        raise GreensFunctionError(f"{name} must be a finite square matrix, got shape {matrix.shape}")
     matrix = (matrix + matrix.T) / 2
     eigenvalues, vectors = np.linalg.eigh(matrix)
     limit = 1e-10 * max(abs(eigenvalues[-1]), abs(eigenvalues[0]))
     if eigenvalues[0] < -limit:
-        raise answers.GreensFunctionError(
+        raise GreensFunctionError(
             f"{name} must be positive semidefinite, or the body gains energy; eigenvalue {eigenvalues[0]:g}"
         )
     return matrix if eigenvalues[0] >= 0 else np.asarray(vectors * np.maximum(eigenvalues, 0.0) @ vectors.T)
 
 
-def endless(shapes: answers.Array) -> answers.Array:
+def endless(shapes: Array) -> Array:
     """Return the compliance (p, p) of unrestrained motions (r, p): infinite if both ports take part in one."""
     shared = shapes.T @ shapes
     return np.where(shared != 0, np.copysign(np.inf, shared), 0.0)

@@ -13,7 +13,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from impact.greens.answers import Array, ComplexArray
+from impact.greens.base import Array, ComplexArray
 
 _Numbers = TypeVar("_Numbers", Array, ComplexArray)
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)

@@ -1,4 +1,5 @@
-"""Green's function as a sum over poles: modes coupled by damping, or a fitted measurement."""
+"""Green's function as a sum over poles (modes coupled by damping, or a fitted measurement), and Green's functions in
+other forms: receptance, and state space for control and simulation programs."""
 
 from __future__ import annotations
 
@@ -7,15 +8,30 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+import scipy
+from numpy.typing import ArrayLike
 
-from impact.greens import answers, base, oscillator
-from impact.greens.modal import ModalGreens, Residual, endless
+from impact.greens import oscillator
+from impact.greens.base import (
+    Array,
+    ComplexArray,
+    ErrorEstimate,
+    GreensFunction,
+    GreensFunctionError,
+    StepKernel,
+    Stored,
+    check_factor,
+    check_valid_for,
+)
+from impact.greens.modal import ModalGreens, PoleSums, Residual, endless
+from impact.quantities import brief
 
 _BLOCK = 4096  # number of poles evaluated at once
+_VALUES = 1 << 20  # number of frequencies times modes evaluated at once
 
 
 @dataclass(frozen=True)
-class PoleGreens(base.PoleSums):
+class PoleGreens(PoleSums):
     """Symmetric sum of simple poles, of rigid-body motions and of a bare compliance:
 
         g_ij(t) = 2 Re sum_k r_ki r_kj exp(s_k t) + sum_m sign_m a_mi a_mj exp(-rate_m t)
@@ -45,19 +61,19 @@ class PoleGreens(base.PoleSums):
     Source: Tisseur and Meerbergen, SIAM Review 43 (2001) 235 (the quadratic eigenvalue problem).
     """
 
-    poles: answers.ComplexArray
-    shapes: answers.ComplexArray
-    rates: answers.Array = field(default_factory=lambda: np.zeros((0, 0)))
-    real_shapes: answers.Array = field(default_factory=lambda: np.zeros((0, 0)))
-    signs: answers.Array = field(default_factory=lambda: np.zeros((0, 0)))
-    rigid: answers.Array = field(default_factory=lambda: np.zeros((0, 0)))
-    compliance: answers.Array = field(default_factory=lambda: np.zeros((0, 0)))
+    poles: ComplexArray
+    shapes: ComplexArray
+    rates: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    real_shapes: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    signs: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    rigid: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    compliance: Array = field(default_factory=lambda: np.zeros((0, 0)))
     port_names: tuple[str, ...] = ("contact",)
-    error: answers.ErrorEstimate = field(default_factory=answers.ErrorEstimate)
+    error: ErrorEstimate = field(default_factory=ErrorEstimate)
     origin: Mapping[str, object] = field(default_factory=dict)
     valid_for: float = math.inf
 
-    __repr__ = base.PoleSums.__str__
+    __repr__ = PoleSums.__str__
 
     def __post_init__(self) -> None:
         p = len(self.port_names)
@@ -78,11 +94,11 @@ class PoleGreens(base.PoleSums):
     def highest_rate(self) -> float:
         return float(np.abs(self.poles).max(initial=0.0))
 
-    def inverse_mass(self) -> answers.Array:
+    def inverse_mass(self) -> Array:
         return np.asarray(self.rigid.T @ self.rigid)
 
     def scaled(self, factor: float) -> PoleGreens:
-        root = math.sqrt(answers.check_factor(factor))
+        root = math.sqrt(check_factor(factor))
         return replace(
             self,
             shapes=root * self.shapes,
@@ -95,17 +111,17 @@ class PoleGreens(base.PoleSums):
         counts = {"rigid bodies": len(self.rigid), "real poles": self.rates.size}
         return self._terms(counts, "pole pairs", self.frequencies_hz, self.damping_ratios, self.compliance)
 
-    def combined(self, weights: answers.Array, port_names: tuple[str, ...]) -> PoleGreens:
+    def combined(self, weights: Array, port_names: tuple[str, ...]) -> PoleGreens:
         shapes = {name: getattr(self, name) @ weights for name in ("shapes", "real_shapes", "rigid")}
         return replace(self, compliance=weights.T @ self.compliance @ weights, port_names=port_names, **shapes)
 
     @property
-    def frequencies_hz(self) -> answers.Array:
+    def frequencies_hz(self) -> Array:
         """Return |s_k|/(2 pi) (K,) [Hz]: undamped natural frequencies if the modes are uncoupled."""
         return np.asarray(np.abs(self.poles) / (2 * np.pi))
 
     @property
-    def damping_ratios(self) -> answers.Array:
+    def damping_ratios(self) -> Array:
         """Return the damping ratios -Re s_k/|s_k| (K,)."""
         return np.asarray(-self.poles.real / np.abs(self.poles))
 
@@ -117,7 +133,7 @@ class PoleGreens(base.PoleSums):
         free = omega == 0
         under, over = ~free & (zeta < 1), ~free & (zeta > 1)
         if np.any(~(free | under | over)):
-            raise answers.GreensFunctionError("a mode with zeta = 1 is a double pole: change its zeta by 1e-6")
+            raise GreensFunctionError("a mode with zeta = 1 is a double pole: change its zeta by 1e-6")
         wd = np.where(free, 1.0, omega) * np.sqrt(np.abs((1 - zeta) * (1 + zeta)))
         fast = (zeta * omega + wd)[over]
         slow = omega[over] ** 2 / fast
@@ -137,7 +153,7 @@ class PoleGreens(base.PoleSums):
             modal.valid_for,
         )
 
-    def _values(self, t: answers.Array, i: int, j: int, integrated: bool) -> answers.Array:
+    def _values(self, t: Array, i: int, j: int, integrated: bool) -> Array:
         pairs = 2 * self.shapes[:, i] * self.shapes[:, j]
         decays = self.signs * self.real_shapes[:, i] * self.real_shapes[:, j]
         free = float(self.rigid[:, i] @ self.rigid[:, j])
@@ -154,7 +170,7 @@ class PoleGreens(base.PoleSums):
     def pole_sum(self) -> PoleGreens:
         return self
 
-    def transfer(self, s: answers.ComplexArray) -> answers.ComplexArray:
+    def transfer(self, s: ComplexArray) -> ComplexArray:
         """Return the sum (n, p, p) of residues over distances from the poles, b b'/s^2 and c [m/N]."""
         column = s[:, None]
         parts = (
@@ -171,29 +187,27 @@ class PoleGreens(base.PoleSums):
         high = self.poles.imag > omega
         return PoleGreens(self.poles[high], self.shapes[high], port_names=self.port_names)
 
-    def stored(self) -> answers.Stored:
+    def stored(self) -> Stored:
         names = ("poles", "shapes", "rates", "real_shapes", "signs", "rigid", "compliance")
-        return answers.Stored("poles", arrays={name: getattr(self, name) for name in names})
+        return Stored("poles", arrays={name: getattr(self, name) for name in names})
 
-    def static_compliance(self) -> answers.Array:
+    def static_compliance(self) -> Array:
         free = self.rates == 0
         rates = np.where(free, 1.0, self.rates)
         pairs = -2 * np.einsum("ki,kj,k->ij", self.shapes, self.shapes, 1 / self.poles).real
         real = np.einsum("m,mi,mj->ij", np.where(free, 0.0, self.signs / rates), self.real_shapes, self.real_shapes)
         return np.asarray(pairs + real + self.compliance + endless(self.rigid) + endless(self.real_shapes[free]))
 
-    def initial_value(self) -> answers.Array:
+    def initial_value(self) -> Array:
         pairs = 2 * np.einsum("ki,kj->ij", self.shapes, self.shapes).real
         real = np.einsum("m,mi,mj->ij", self.signs, self.real_shapes, self.real_shapes)
         return np.asarray(pairs + real + np.where(self.compliance != 0, np.inf, 0.0))
 
-    def step_kernel(self, dt: float, n_steps: int) -> answers.StepKernel:
+    def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
         count = len(self.poles) + len(self.rates)
-        return answers.StepKernel(
-            None, self.step_weights(dt, n_steps), f"convolution of {count} poles, {n_steps} weights"
-        )
+        return StepKernel(None, self.step_weights(dt, n_steps), f"convolution of {count} poles, {n_steps} weights")
 
-    def step_weights(self, dt: float, n_steps: int) -> answers.Array:
+    def step_weights(self, dt: float, n_steps: int) -> Array:
         """Return W_m = 2 Re sum_k r_ki r_kj exp(s_k m dt) (exp(s_k dt) - 1)/s_k + ... (p, p, n) [m/N].
 
         exp(s (a J + b) dt) = exp(s a J dt) exp(s b dt), J = sqrt(n): one product of an (n/J, 2K) and a (2K, J) matrix
@@ -222,7 +236,7 @@ class PoleGreens(base.PoleSums):
         out[columns, rows] = out[rows, columns]
         return np.ascontiguousarray(out)
 
-    def _filtered(self, t: answers.Array, width: float, rows: list[int], columns: list[int]) -> answers.Array:
+    def _filtered(self, t: Array, width: float, rows: list[int], columns: list[int]) -> Array:
         free = np.zeros(len(self.rigid))
         parts = (
             (2 * self.shapes, self.shapes, oscillator.exponentials(self.poles, t, width)),
@@ -250,21 +264,114 @@ def _check(g: PoleGreens) -> None:
         if getattr(g, name).shape != shape
     ]
     if wrong:
-        raise answers.GreensFunctionError(f"shapes must match {p} ports: {'; '.join(wrong)}")
+        raise GreensFunctionError(f"shapes must match {p} ports: {'; '.join(wrong)}")
     for name in expected:
         if bad := int(np.sum(~np.isfinite(getattr(g, name)))):
-            raise answers.GreensFunctionError(f"{name} must be finite, {bad} values are not")
+            raise GreensFunctionError(f"{name} must be finite, {bad} values are not")
     if k and g.poles.imag.min() <= 0:
-        raise answers.GreensFunctionError(
+        raise GreensFunctionError(
             f"a pole has Im s = {g.poles.imag.min():g} 1/s: give one of each conjugate pair, that with Im s > 0, and "
             "real poles as rates"
         )
     growth = max(g.poles.real.max(initial=-np.inf), (-g.rates).max(initial=-np.inf))
     if growth > 0:
-        raise answers.GreensFunctionError(
-            f"a pole grows as exp({growth:g} t): a body gains no energy; Re s <= 0 is needed"
-        )
+        raise GreensFunctionError(f"a pole grows as exp({growth:g} t): a body gains no energy; Re s <= 0 is needed")
     if np.any(np.abs(g.signs) != 1) or np.any(g.signs[g.rates == 0] < 0):
-        raise answers.GreensFunctionError(f"signs must be +1 or -1, and +1 at rate 0; smallest {g.signs.min():g}")
-    answers.check_valid_for(g.valid_for)
+        raise GreensFunctionError(f"signs must be +1 or -1, and +1 at rate 0; smallest {g.signs.min():g}")
+    check_valid_for(g.valid_for)
     object.__setattr__(g, "compliance", Residual.spring(g.compliance).compliance)
+
+
+def receptance(
+    greens: GreensFunction, frequency: ArrayLike, i: int | None = None, j: int | None = None
+) -> ComplexArray:
+    """Return H_ij(f) = displacement of port i per unit harmonic force on port j [m/N], at ``frequency`` (...,) > 0
+    [Hz].
+
+    The shape is (..., p, p): frequency, response, reference, as in pyFBS and other programs of substructuring; (...,)
+    if ``i`` and ``j`` are given. For oscillators and relaxations
+
+        H = sum_k phi_ki phi_kj/(w_k^2 - w^2 + 2 i zeta_k w_k w) + sum_r a_ri a_rj/(rate_r + i w) + c_ij,  w = 2 pi f,
+
+    the Fourier transform, with exp(i w t), of `impulse_response` (Ewins, Modal Testing, 2000). Its inverse is
+    `impact.FrequencyResponse` with `impact.fit_poles`.
+
+    Raises:
+        GreensFunctionError: a representation whose transform is not known in closed form.
+    """
+    f = np.asarray(frequency, dtype=float)
+    s = np.asarray(2j * np.pi * np.ravel(f))
+    modes = 0 if greens.modal is None else greens.modal.omega.size
+    rows = max(1, _VALUES // max(1, modes))  # blocks limit the memory
+    chosen = (slice(None), slice(None) if i is None else i, slice(None) if j is None else j)
+    blocks = [greens.transfer(s[start : start + rows])[chosen] for start in range(0, s.size, rows)]
+    p = len(greens.ports)
+    ports = (*([p] * (i is None)), *([p] * (j is None)))
+    return np.concatenate([*blocks, np.zeros((0, *ports), dtype=complex)]).reshape((*f.shape, *ports))
+
+
+@dataclass(frozen=True, eq=False)
+class StateSpace:
+    """x' = A x + B F, u = C x + D F, with g(t) = C exp(A t) B + D delta(t); F [N] and u [m] at the ports.
+
+    Attributes:
+        A, B, C, D: matrices (s, s), (s, p), (p, s) and (p, p); D is the bare compliance [m/N].
+        states: meaning and unit of each state (s,), in words.
+        ports: p names.
+    """
+
+    A: Array
+    B: Array
+    C: Array
+    D: Array
+    states: tuple[str, ...]
+    ports: tuple[str, ...]
+
+    __repr__ = brief
+
+
+def state_space(greens: GreensFunction) -> StateSpace:
+    """Return the exact state space of a function of oscillators, relaxations, complex poles and rigid motions.
+
+    Modal: the states are q_k and q_k' of q'' + 2 zeta w q' + w^2 q = phi' F, then z_r of z' = -rate z + a' F. Complex
+    poles s = -d + i w with shapes r: blocks [[-d, -w], [w, -d]] with inputs (Re r, Im r), outputs 2 (Re r, -Im r).
+
+    Raises:
+        GreensFunctionError: a function that is no finite sum of poles, such as a rod with travelling waves.
+    """
+    if (modal := greens.modal) is not None:
+        return _of_modes(modal)
+    if (poles := greens.pole_sum) is not None:
+        return _of_poles(poles)
+    raise GreensFunctionError(f"{greens}: is no finite sum of poles, and has no state space; fit poles to it first")
+
+
+def _of_modes(greens: ModalGreens) -> StateSpace:
+    residual, m = greens.residual, len(greens.omega)
+    zero = np.zeros((m, m))
+    damping = np.diag(2 * greens.zeta * greens.omega)
+    A = scipy.linalg.block_diag(
+        np.block([[zero, np.eye(m)], [-np.diag(greens.omega**2), -damping]]), -np.diag(residual.rates)
+    )
+    still = np.zeros_like(greens.shapes)
+    B, C = np.vstack([still, greens.shapes, residual.shapes]), np.vstack([greens.shapes, still, residual.shapes]).T
+    names = [f"q_{k} [m sqrt(kg)]" for k in range(m)] + [f"dq_{k}/dt [m sqrt(kg)/s]" for k in range(m)]
+    names += [f"z_{r} [sqrt(m N s)]" for r in range(len(residual.rates))]
+    return StateSpace(A, B, C, residual.compliance, tuple(names), greens.ports)
+
+
+def _of_poles(greens: PoleGreens) -> StateSpace:
+    blocks = [np.array([[s.real, -s.imag], [s.imag, s.real]]) for s in greens.poles]
+    pairs = [np.array([r.real, r.imag]) for r in greens.shapes]
+    outputs = [2 * np.array([r.real, -r.imag]) for r in greens.shapes]
+    doubles = [np.array([[0.0, 1.0], [0.0, 0.0]]) for _ in greens.rigid]
+    still = np.zeros(len(greens.ports))
+    A = scipy.linalg.block_diag(*blocks, -np.diag(greens.rates), *doubles)
+    B = np.vstack([*pairs, greens.real_shapes, *(row for b in greens.rigid for row in (still, b))])
+    C = np.vstack(
+        [*outputs, greens.signs[:, None] * greens.real_shapes, *(row for b in greens.rigid for row in (b, still))]
+    )
+    names = [f"{part} x_{k} [sqrt(m N s)]" for k in range(len(blocks)) for part in ("Re", "Im")]
+    names += [f"z_{r} [sqrt(m N s)]" for r in range(len(greens.rates))]
+    names += [name for n in range(len(doubles)) for name in (f"q_{n} [m sqrt(kg)]", f"dq_{n}/dt [m sqrt(kg)/s]")]
+    return StateSpace(A, B, C.T, greens.compliance, tuple(names), greens.ports)

@@ -11,8 +11,16 @@ from typing import ClassVar, Literal, Self, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from impact.greens.answers import Array, ErrorEstimate, GreensFunctionError, StepKernel, Stored, check_factor
-from impact.greens.base import StatedGreens, step_weights
+from impact.greens.base import (
+    Array,
+    ErrorEstimate,
+    GreensFunctionError,
+    StatedGreens,
+    StepKernel,
+    Stored,
+    check_factor,
+    step_weights,
+)
 from impact.quantities import percent
 
 Tail = Literal["zero", "hold", "rigid", "forbid"]

@@ -20,10 +20,9 @@ from impact.greens.base import Array, GreensFunctionError, Rod, StepKernel
 from impact.greens.modal import ModalGreens
 from impact.march import history, problem
 from impact.march.grid import TimeGrid, blocks
-from impact.march.leaps import LeapReplay, find_loads
 from impact.march.loop.compiled import compiled
-from impact.march.loop.forces import FLOOR, displaced
-from impact.march.replay import Block, Replay, resting, translate
+from impact.march.loop.forces import FLOOR
+from impact.march.replay import Block, BodyAtStart, EqualReplay, LeapReplay, Replay, find_loads
 from impact.quantities import brief
 
 Write = Callable[[slice, Array], None]
@@ -118,7 +117,7 @@ class Discrete:
             calm = np.flatnonzero(np.diff(pushed, prepend=True, append=True)).reshape(-1, 2)
         ends = calm[np.diff(calm, axis=1)[:, 0] >= CALM].ravel()
         for row in sorted({*rows, *ends[ends < max(rows, default=0)].tolist()}):
-            if isinstance(replay, Replay) and not np.any(pushed[now:row]):
+            if isinstance(replay, EqualReplay) and not np.any(pushed[now:row]):
                 replay.coast(row - now)
             else:
                 for part in blocks(row - now):
@@ -163,22 +162,19 @@ def mean_displacement(
     """Return the (n + 1,) mean displacement [m] of the ports under ``force`` (P, n), weighted by ``shares``; with
     ``turn`` as in `Discrete.motion`.
 
-    It equals ``shares @ discrete.motion(force).displacement``, and is several times cheaper for a held body at rest:
-    without energies, and only by modes with a mean displacement.
+    It equals ``shares @ discrete.motion(force).displacement``, and is cheaper: without energies, and for a body at rest
+    only by modes with a mean displacement.
     """
-    kernel = discrete.kernel
-    if grid is not None and not grid.is_uniform:
-        assert kernel.modal is not None
-        moved = _modal_motion(discrete, kernel.modal, force, grid, turn, seen=shares[None], energies=False)
-        return np.asarray(moved.displacement[0])
-    force = force if turn is None else turn @ force
-    if discrete.moves_by_itself or (kernel.modal is not None and not np.all(kernel.modal.omega)):
-        return np.asarray(shares @ discrete.motion(force, grid).displacement)
+    kernel, is_still = discrete.kernel, not discrete.moves_by_itself
+    if kernel.weights is not None and not is_still:
+        return np.asarray(shares @ discrete.motion(force, grid, turn).displacement)
     out = np.zeros(force.shape[1] + 1)
     if kernel.modal is not None:
-        out[1:] += _mean_of_modes(_with_mean_motion(kernel.modal, shares), discrete.dt, force, shares)
+        modal = _with_mean_motion(kernel.modal, shares) if is_still else kernel.modal
+        out += _modal_motion(discrete, modal, force, grid, turn, seen=shares[None], energies=False).displacement[0]
     if kernel.weights is not None:
-        for weights, push in zip(np.einsum("i,ijn->jn", shares, kernel.weights), force, strict=True):
+        pushes = force if turn is None else turn @ force
+        for weights, push in zip(np.einsum("i,ijn->jn", shares, kernel.weights), pushes, strict=True):
             out[1:] += history.convolve(weights, push)
     return out
 
@@ -194,19 +190,6 @@ def _with_mean_motion(modal: ModalGreens, shares: Array) -> ModalGreens:
     return modal.of_modes(kept(modal.shapes), seen)
 
 
-def _mean_of_modes(modal: ModalGreens, dt: float, force: Array, shares: Array) -> Array:
-    """Return the (n,) mean displacement after each step; for one port by the recursion of the time loop."""
-    if len(shares) == 1:
-        rows, state = history.streams(history.Poles.from_modes([(modal, np.ones((1, 1)))], dt, 1).folded())
-        return np.asarray(shares[0] * displaced(rows, state, float(modal.step_matrix(dt)[0, 0]), force[0]))
-    none, rest = np.zeros(len(modal.omega)), modal.residual
-    replay = Replay(modal, dt, ModalState(none, none), np.zeros(len(rest.rates)), np.zeros(len(shares)), [])
-    seen, spring = np.concatenate([modal.shapes, rest.shapes]) @ shares, shares @ rest.compliance
-    loads = np.zeros((0, force.shape[1]))
-    parts = [replay.coordinates(force[:, part], loads[:, part], 1) @ seen for part in blocks(force.shape[1])]
-    return np.asarray(np.concatenate(parts) + spring @ force)
-
-
 def modal_coordinates(body: Body, force: Array, dt: float, stride: int) -> Array:
     """Return the (n // stride + 1, M) modal coordinates q of a body of modes [m sqrt(kg)], at every ``stride``-th step.
 
@@ -218,18 +201,10 @@ def modal_coordinates(body: Body, force: Array, dt: float, stride: int) -> Array
         raise GreensFunctionError(
             f"a {type(body.greens).__name__} has no modal coordinates: take a body that is a sum of modes"
         )
-    discrete, rows = Discrete.from_body(body, dt, force.shape[1]), force.shape[1] // stride
-    start, rigid = find_start(discrete, modal), modal.omega == 0
-    q = np.empty((rows + 1, len(modal.omega)))
-    q[0] = start.displacement
-    q[1:, ~rigid] = _replay(discrete, modal).coordinates(force, discrete.loads, stride)[:, : int(np.sum(~rigid))]
-    channels = np.concatenate([modal.shapes.T, *(load.shape[None] for load in body.loads)])
-    for k in np.flatnonzero(rigid):
-        places, rates = np.empty((2, force.shape[1]))
-        pushed = channels[:, k] @ np.concatenate([force, discrete.loads])
-        translate(dt, resting(start.displacement[k], start.velocity[k]), pushed, places, rates)
-        q[1:, k] = places[stride - 1 :: stride][:rows]
-    return q
+    discrete = Discrete.from_body(body, dt, force.shape[1])
+    body = _start_of(discrete, modal)
+    coordinates = EqualReplay(body, dt).coordinates(force, discrete.loads, stride)
+    return np.vstack([body.state.displacement, coordinates[:, : len(modal.omega)]])
 
 
 def _free_vibration(discrete: Discrete, modal: ModalGreens) -> Array:
@@ -270,7 +245,7 @@ def _modal_motion(
     write: Write | None = None,
 ) -> Motion:
     """Return the motion by modes, as `Discrete.motion`; without ``energies`` these mean nothing. ``seen``: as of
-    `LeapReplay`, for steps that are not all fine ones."""
+    `Replay`."""
     n = force.shape[1]
     start, relaxed, rest = find_start(discrete, modal), find_relaxations(discrete, modal), modal.residual
     spring = rest.compliance @ discrete.rest
@@ -297,25 +272,23 @@ def _put(whole: Array, rows: slice, displacement: Array) -> None:
 
 def _begin_replay(
     discrete: Discrete, modal: ModalGreens, grid: TimeGrid | None, seen: Array | None, *, energies: bool
-) -> tuple[Replay | LeapReplay, Callable[[slice, Array], Block]]:
+) -> tuple[Replay, Callable[[slice, Array], Block]]:
     """Return a replay, and the function that advances it through a slice of the steps under the port forces (P, m) in
     them."""
+    body = _start_of(discrete, modal)
     if grid is None or grid.is_uniform:
-        equal = _replay(discrete, modal)
+        equal = EqualReplay(body, discrete.dt, seen)
         return equal, lambda part, force: equal.advance(force, discrete.loads[:, part], energies=energies)
     (lengths, levels), (means, rises) = grid.levels, find_loads(discrete.loads, grid.ends)
-    start, relaxed = find_start(discrete, modal), find_relaxations(discrete, modal)
-    shapes, spans = [load.shape for load in discrete.body.loads], discrete.dt * lengths.astype(np.float64)
-    leaps = LeapReplay(modal, spans, start, relaxed, discrete.rest, shapes, seen)
+    leaps = LeapReplay(body, discrete.dt * lengths.astype(np.float64), seen)
     return leaps, lambda part, force: leaps.advance(
-        levels[part], force, means[:, part], rises[:, part], energies=energies
+        force, means[:, part], levels[part], rises[:, part], energies=energies
     )
 
 
-def _replay(discrete: Discrete, modal: ModalGreens) -> Replay:
-    loads = [load.shape for load in discrete.body.loads]
-    start, relaxed = find_start(discrete, modal), find_relaxations(discrete, modal)
-    return Replay(modal, discrete.dt, start, relaxed, discrete.rest, loads)
+def _start_of(discrete: Discrete, modal: ModalGreens) -> BodyAtStart:
+    state, relaxed = find_start(discrete, modal), find_relaxations(discrete, modal)
+    return BodyAtStart(modal, state, relaxed, discrete.rest, [load.shape for load in discrete.body.loads])
 
 
 def find_relaxations(discrete: Discrete, modal: ModalGreens) -> Array:

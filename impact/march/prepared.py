@@ -20,7 +20,7 @@ from impact.greens.base import Array
 from impact.greens.modal import ModalGreens, Residual
 from impact.march import history, laws, motion, replay
 from impact.march import history as engines
-from impact.march.loop.several import active_set
+from impact.march.loop.marches import active_set
 from impact.march.problem import ContactError, ContactProblem, RigidContactError
 from impact.quantities import brief
 
@@ -112,7 +112,7 @@ class Pilot:
             return self.base.copy()
         places, rates = np.empty_like(drive), np.empty_like(drive)
         for row in range(len(drive)):
-            replay.translate(h, replay.resting(*self.base[:, row]), drive[row], places[row], rates[row])
+            replay.translate(h, replay.rigid_state(*self.base[:, row]), drive[row], places[row], rates[row])
         self._free[first : first + drive.shape[1]] += (self._flight.psi @ places).T
         return np.array([places[:, -1], rates[:, -1]])
 

@@ -1,14 +1,19 @@
 """Integration of modal coordinates under known forces, for energies, displacements, bending stress and free flight.
 
-The forces are constant over each step, and every recursion is exact for such forces. It runs block by block, so that
-memory does not grow with the run; the caller keeps what it needs of each block.
+The contact forces are constant over each step, and each load is a mean and a straight rise: every recursion is exact
+for such forces, and so are the energies. It runs block by block, so that memory does not grow with the run; the caller
+keeps what it needs of each block.
 """
 
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from impact.bodies.body import ModalState
 from impact.greens import oscillator
@@ -19,6 +24,16 @@ from impact.march.loop.compiled import compiled
 from impact.march.loop.forces import FLOOR, oscillate, padded
 
 CACHED_VALUES, LEAST_TILE = 2**17, 64  # floats of a tile that fit in the cache; fewest steps of a tile
+_FORM = ((0, 0), (0, 1), (0, 2), (0, 3), (1, 1), (1, 2), (1, 3), (2, 2), (2, 3), (3, 3))
+
+
+def find_loads(amplitudes: Array, ends: NDArray[np.int64]) -> tuple[Array, Array]:
+    """Return the means and the rises (L, N) over steps with the ``ends`` (N + 1,) of loads with ``amplitudes`` (L, n),
+    which are constant over each fine step [N]."""
+    lengths, begins, finish = np.diff(ends), amplitudes[:, ends[:-1]], amplitudes[:, ends[1:] - 1]
+    sums = np.concatenate([np.zeros((len(amplitudes), 1)), np.cumsum(amplitudes, axis=1)], axis=1)
+    means = np.where(lengths > 1, (sums[:, ends[1:]] - sums[:, ends[:-1]]) / lengths, begins)
+    return means, (finish - begins) * lengths / np.maximum(lengths - 1, 1)
 
 
 @dataclass(frozen=True)
@@ -35,35 +50,116 @@ class Block:
     load_work: Array
 
 
-class Replay:
-    """Oscillators, rigid-body modes, relaxations and bare compliance of one body, advanced under known forces.
+@dataclass(frozen=True)
+class BodyAtStart:
+    """A body of modes at t = 0: its modal ``state``, relaxations ``relaxed`` (R,) and forces ``held`` (P,) before, and
+    the (M,) modal shapes of its ``loads``."""
+
+    modal: ModalGreens
+    state: ModalState
+    relaxed: Array
+    held: Array
+    loads: Sequence[Array]
+
+
+class Replay(ABC):
+    """Modes, relaxations and bare compliance of one body, advanced under known forces.
 
     Each energy term is integrated by itself, pole by pole and step by step, none as a difference of others.
     """
 
-    def __init__(
-        self, modal: ModalGreens, dt: float, start: ModalState, relaxed: Array, held: Array, loads: Sequence[Array]
-    ) -> None:
-        """Begin at the modal state ``start``, relaxations ``relaxed`` (R,) and forces ``held`` (P,) before t = 0;
-        ``loads``: their (M,) modal shapes."""
-        rigid, rest = modal.omega == 0, modal.residual
-        shapes = np.vstack([modal.shapes.T, *loads])
-        omega, zeta = modal.omega[~rigid], modal.zeta[~rigid]
+    def __init__(self, body: BodyAtStart, spans: Array, seen: Array | None = None) -> None:
+        """Begin at t = 0. ``spans`` (J,): lengths of the steps [s]; ``seen`` (o, P): weights of the sums over ports
+        whose displacements are returned, by default each port's own."""
+        modal, start, relaxed, held, loads = body.modal, body.state, body.relaxed, body.held, body.loads
+        rest, self._ports = modal.residual, modal.shapes.shape[1]
+        self._seen = np.eye(self._ports) if seen is None else seen
+        self._spans, self._rates = spans, (modal.omega, modal.zeta)
+        self._shapes = np.vstack([modal.shapes.T, *loads])
+        self._out = np.vstack([self._seen @ modal.shapes.T, *loads])
+        reach = -rest.rates * spans[:, None]
+        gains = spans[:, None] * oscillator.expm1_over(reach), spans[:, None] * oscillator.expm1_over(2 * reach)
+        self._relaxing = np.stack([np.exp(reach), *gains, np.tile(rest.rates, (len(spans), 1))], axis=1)
+        self._amplitudes, self._compliance = np.ascontiguousarray(rest.shapes.T), rest.compliance
+        self._y, self._last = relaxed.astype(float), held.astype(float)
+        self._load_displacement = self._shapes[self._ports :] @ start.displacement  # (L,), after the last step
+        self._tile = max(LEAST_TILE, CACHED_VALUES // (len(modal.omega) + self._y.size + 1))
+        self._buffers = [np.empty((self._tile, size)) for size in (len(modal.omega), self._y.size)]
+
+    @property
+    @abstractmethod
+    def modal_energy(self) -> float:
+        """Return the present elastic and kinetic energy of the modes [J]."""
+
+    @abstractmethod
+    def _move_modes(
+        self, channels: Array, levels: NDArray[np.int64], rises: Array | None, u: Array, energies: Array | None
+    ) -> Array:
+        """Advance the modes under port forces and means of loads ``channels`` (P + L, m) and ``rises`` (L, m); add
+        their displacements to ``u`` (o + L, m), the energies stored and lost to ``energies`` (2, m); return the (L, m)
+        mean displacements at loads that rise."""
+
+    @property
+    def stored(self) -> float:
+        """Return the present elastic and kinetic energy of the body [J]."""
+        residual_energy = self._relaxing[0, 3] @ self._y**2 + self._last @ self._compliance @ self._last
+        return self.modal_energy + 0.5 * float(residual_energy)
+
+    def advance(
+        self,
+        force: Array,
+        means: Array,
+        levels: NDArray[np.int64] | None = None,
+        rises: Array | None = None,
+        *,
+        energies: bool = True,
+    ) -> Block:
+        """Advance through m steps under port forces (P, m) and loads of ``means`` and ``rises`` (L, m); cheaper without
+        ``energies``. ``levels`` (m,): numbers of the steps' lengths among the spans, by default the first."""
+        m, seen = force.shape[1], len(self._seen)
+        levels = np.zeros(m, dtype=np.int64) if levels is None else levels
+        rises = rises if rises is not None and np.any(rises) else None
+        u, energy = np.zeros((len(self._out), m)), np.zeros((2, m if energies else 0))
+        between = self._move_modes(np.concatenate([force, means]), levels, rises, u, energy if energies else None)
+        stored, lost = energy
+        relaxes = self._y.size > 0 and bool(np.any(self._y) or np.any(force))
+        for part in blocks(m, self._tile) if relaxes else ():
+            y = _modal_forces(force[:, part], self._amplitudes, self._buffers[1])
+            relax(levels[part], self._relaxing, self._y, y, stored[part], lost[part])
+            u[:seen, part] += self._seen @ self._amplitudes @ y.T
+        if np.any(self._compliance):
+            yielded = self._compliance @ force
+            u[:seen] += self._seen @ yielded
+            if energies:  # a spring loaded by a step stores F^2 c/2
+                jump = np.diff(force, axis=1, prepend=self._last[:, None])
+                stored += 0.5 * np.sum(force * yielded, axis=0)
+                lost += 0.5 * np.sum(jump * (self._compliance @ jump), axis=0)
+        before = np.concatenate([self._load_displacement[:, None], u[seen:, :-1]], axis=1)
+        work = np.sum(means * (u[seen:] - before), axis=0)
+        if rises is not None:
+            work += np.sum(rises * ((u[seen:] + before) / 2 - between), axis=0)
+        self._load_displacement, self._last = u[seen:, -1].copy(), force[:, -1].copy()
+        return Block(u[:seen], stored, lost, work)
+
+
+class EqualReplay(Replay):
+    """A replay in equal steps: oscillators side by side in registers, rigid-body modes with the round-off of their
+    sums."""
+
+    def __init__(self, body: BodyAtStart, dt: float, seen: Array | None = None) -> None:
+        """Begin as `Replay` does, with steps of ``dt`` [s]."""
+        super().__init__(body, np.array([dt]), seen)
+        modal, start = body.modal, body.state
+        rigid, self._dt = modal.omega == 0, dt
+        omega, zeta = self._rates = modal.omega[~rigid], modal.zeta[~rigid]
         a, b = oscillator.transition(dt, omega, zeta)
-        self._dt, self._rates, self._ports, self._compliance = dt, (omega, zeta), modal.shapes.shape[1], rest.compliance
-        self._shapes, self._rigid = padded(shapes[:, ~rigid]), shapes[:, rigid].T
+        self._is_rigid, self._rigid, self._moved = rigid, self._shapes[:, rigid].T, self._out[:, rigid].T
+        self._shapes, self._out = padded(self._shapes[:, ~rigid]), padded(self._out[:, ~rigid])
         self._steps = padded(np.array([a[0, 0], a[0, 1], a[1, 0], a[1, 1], b[0], b[1], omega**2]))
         self._q, self._p = padded(start.displacement[~rigid]), padded(start.velocity[~rigid])
-        self._bodies = [resting(q, v) for q, v in zip(start.displacement[rigid], start.velocity[rigid], strict=True)]
-        span = -rest.rates * dt
-        gains = (dt * oscillator.expm1_over(span), dt * oscillator.expm1_over(2 * span))
-        self._relaxing = np.array([[np.exp(span), *gains, rest.rates]])
-        self._amplitudes = np.ascontiguousarray(rest.shapes.T)
-        self._y, self._last = relaxed.astype(float), held.astype(float)
-        self._load_displacement = shapes[self._ports :] @ start.displacement  # (L,), after the last step
-        self._tile = max(LEAST_TILE, CACHED_VALUES // (self._q.size + self._y.size + 1))
-        self._rooms = [np.empty((self._tile, state.size)) for state in (self._q, self._y)]
-        self._levels = np.zeros(self._tile, dtype=np.int64)
+        states = zip(start.displacement[rigid], start.velocity[rigid], strict=True)
+        self._bodies = [rigid_state(q, v) for q, v in states]
+        self._buffers[0] = np.empty((self._tile, self._q.size))
 
     @cached_property
     def _form(self) -> Array:
@@ -73,46 +169,24 @@ class Replay:
         return padded(np.array(rows))
 
     @property
-    def stored(self) -> float:
-        """Return the present elastic and kinetic energy of the body [J]."""
+    def modal_energy(self) -> float:
         swinging = float(np.sum(self._p**2) + np.sum(self._steps[6] * self._q**2))
-        moving = sum((body[1] + self._dt * (body[2] + body[3])) ** 2 for body in self._bodies)
-        resting = float(self._relaxing[0, 3] @ self._y**2 + self._last @ self._compliance @ self._last)
-        return 0.5 * (swinging + float(moving) + resting)
+        return 0.5 * (swinging + float(sum((body[1] + self._dt * (body[2] + body[3])) ** 2 for body in self._bodies)))
 
-    def advance(self, force: Array, loads: Array, *, energies: bool = True) -> Block:
-        """Advance through m steps under port forces (P, m) and load amplitudes (L, m); cheaper without ``energies``."""
-        ports, m = force.shape
-        channels = np.concatenate([force, loads])
-        u, stored_and_lost = np.zeros_like(channels), np.zeros((2, m if energies else 0))
-        stored, lost = stored_and_lost
-        for body, seen in zip(self._bodies, self._rigid, strict=True):
-            places, rates = np.empty(m), np.empty(m)
+    def _move_modes(
+        self, channels: Array, levels: NDArray[np.int64], rises: Array | None, u: Array, energies: Array | None
+    ) -> Array:
+        for body, seen, moved in zip(self._bodies, self._rigid, self._moved, strict=True):
+            places, rates = np.empty((2, channels.shape[1]))
             translate(self._dt, body, seen @ channels, places, rates)
-            u += seen[:, None] * places
-            if energies:
-                stored += 0.5 * rates**2
-        if self._q.size:
-            for part in blocks(m, self._tile):
-                q = _modal_forces(channels[:, part], self._shapes, self._rooms[0])
-                self._oscillate(q, stored_and_lost[:, part] if energies else None)
-                u[:, part] += self._shapes @ q.T
-        work = np.sum(loads * np.diff(u[ports:], axis=1, prepend=self._load_displacement[:, None]), axis=0)
-        self._load_displacement = u[ports:, -1].copy()
-        if self._y.size and (np.any(self._y) or np.any(force)):
-            for part in blocks(m, self._tile):
-                y = _modal_forces(force[:, part], self._amplitudes, self._rooms[1])
-                relax(self._levels[: len(y)], self._relaxing, self._y, y, stored[part], lost[part])
-                u[:ports, part] += self._amplitudes @ y.T
-        if np.any(self._compliance):
-            yields = self._compliance @ force
-            u[:ports] += yields
-            if energies:
-                jump = np.diff(force, axis=1, prepend=self._last[:, None])  # a spring loaded by a step stores F^2 c/2
-                stored += 0.5 * np.sum(force * yields, axis=0)
-                lost += 0.5 * np.sum(jump * (self._compliance @ jump), axis=0)
-        self._last = force[:, -1].copy()
-        return Block(u[:ports], stored, lost, work)
+            u += moved[:, None] * places
+            if energies is not None:
+                energies[0] += 0.5 * rates**2
+        for part in blocks(channels.shape[1], self._tile) if self._q.size else ():
+            q = _modal_forces(channels[:, part], self._shapes, self._buffers[0])
+            self._oscillate(q, None if energies is None else energies[:, part])
+            u[:, part] += self._out @ q.T
+        return u[len(self._seen) :]
 
     def coast(self, steps: int) -> None:
         """Advance through ``steps`` without any force at once; the work of loads is not continued afterwards."""
@@ -133,18 +207,102 @@ class Replay:
             total += energies
 
     def coordinates(self, force: Array, loads: Array, stride: int) -> Array:
-        """Return the (m // stride, K + R) coordinates of oscillators and relaxations at every ``stride``-th step,
-        without rigid-body modes."""
-        channels, swinging, none = np.concatenate([force, loads]), len(self._rates[0]), np.zeros(0)
-        coordinates = np.empty((force.shape[1] // stride, swinging + self._y.size))
+        """Return the (m // stride, M + R) coordinates of modes and relaxations at every ``stride``-th step."""
+        channels, modes, none = np.concatenate([force, loads]), len(self._is_rigid), np.zeros(0)
+        swinging, coordinates = len(self._rates[0]), np.empty((force.shape[1] // stride, modes + self._y.size))
+        for k, body, seen in zip(np.flatnonzero(self._is_rigid), self._bodies, self._rigid, strict=True):
+            places, rates = np.empty((2, force.shape[1]))
+            translate(self._dt, body, seen @ channels, places, rates)
+            coordinates[:, k] = places[stride - 1 :: stride][: len(coordinates)]
         for part in blocks(force.shape[1], self._tile):
-            q = _modal_forces(channels[:, part], self._shapes, self._rooms[0])
-            y = _modal_forces(force[:, part], self._amplitudes, self._rooms[1])
+            q = _modal_forces(channels[:, part], self._shapes, self._buffers[0])
+            y = _modal_forces(force[:, part], self._amplitudes, self._buffers[1])
             self._oscillate(q, None)
-            relax(self._levels[: len(y)], self._relaxing, self._y, y, none, none)
+            relax(np.zeros(len(y), dtype=np.int64), self._relaxing, self._y, y, none, none)
             first, rows = -(part.start + 1) % stride, slice(part.start // stride, part.stop // stride)
-            coordinates[rows, :swinging], coordinates[rows, swinging:] = q[first::stride, :swinging], y[first::stride]
+            coordinates[rows, np.flatnonzero(~self._is_rigid)] = q[first::stride, :swinging]
+            coordinates[rows, modes:] = y[first::stride]
         return coordinates
+
+
+class LeapReplay(Replay):
+    """A replay in steps of several lengths, as `impact.march.ladder` takes them."""
+
+    def __init__(self, body: BodyAtStart, spans: Array, seen: Array | None = None) -> None:
+        """Begin as `Replay` does."""
+        super().__init__(body, spans, seen)
+        start = body.state
+        self._steps = np.array([_find_step(float(span), *self._rates) for span in spans])
+        self._q, self._v = start.displacement.astype(float), start.velocity.astype(float)
+
+    @cached_property
+    def _form(self) -> Array:
+        """Return the (J, 10, K) quadratic forms of the energy that damping takes from each oscillator during a step."""
+        forms = (oscillator.dissipation_form(float(span), *self._rates) for span in self._spans)
+        return np.array([[(1 + (i != j)) * form[i, j] for i, j in _FORM] for form in forms])
+
+    @property
+    def modal_energy(self) -> float:
+        return 0.5 * float(np.sum(self._v**2) + np.sum((self._rates[0] * self._q) ** 2))
+
+    def _move_modes(
+        self, channels: Array, levels: NDArray[np.int64], rises: Array | None, u: Array, energies: Array | None
+    ) -> Array:
+        between, form = np.zeros((len(channels) - self._ports, channels.shape[1])), None
+        stored, lost = np.zeros((2, channels.shape[1])) if energies is None else energies
+        if energies is not None:
+            form = self._form
+        for part in blocks(channels.shape[1], self._tile):
+            q = _modal_forces(channels[:, part], self._shapes, self._buffers[0])
+            f = None if rises is None else np.ascontiguousarray(rises[:, part].T @ self._shapes[self._ports :])
+            _swing(levels[part], self._steps, form, self._q, self._v, q, f, stored[part], lost[part])
+            u[:, part] = self._out @ q.T
+            if f is not None:
+                between[:, part] = self._shapes[self._ports :] @ f.T
+        return between
+
+
+def _find_step(span: float, omega: Array, zeta: Array) -> Array:
+    """Return (13, K): transition of (q, q'), effects of a unit force and of a unit rise about 0, means of q by q, q',
+    force and rise, and w^2, over one ``span`` [s]."""
+    ((a11, a12), (a21, a22)), (b1, b2) = oscillator.transition(span, omega, zeta)
+    full = np.full(omega.shape, span)
+    ramped, far = oscillator.ramp_response(full, omega, zeta), oscillator.ramp_integral(full, omega, zeta)
+    effects = b1, b2, ramped / span - b1 / 2, b1 / span - b2 / 2
+    means = 1 - omega**2 * ramped / span, b1 / span, ramped / span, far / span**2 - ramped / (2 * span)
+    return np.array([a11, a12, a21, a22, *effects, *means, omega**2])
+
+
+@compiled(nogil=True, fastmath={"reassoc", "contract", "nsz"})
+def _swing(levels, steps, form, q, v, pushed, rises, stored, lost):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """Advance oscillators under modal forces ``pushed`` (m, K), which become their coordinates after each step.
+
+    steps (J, 13, K): of `_find_step`; rises (m, K), which become the means of the coordinates, or None; form (J, 10,
+    K): of the energy that damping takes, or None for no energies.
+    """
+    for m in range(pushed.shape[0]):
+        step, f, stored_now, lost_now = steps[levels[m]], pushed[m], 0.0, 0.0
+        if form is not None:
+            d = form[levels[m]]
+        for k in range(q.size):
+            x, y, a, b = q[k], v[k], f[k], 0.0
+            r = step[0, k] * x + step[1, k] * y + step[4, k] * a
+            s = step[2, k] * x + step[3, k] * y + step[5, k] * a + FLOOR
+            if rises is not None:
+                b = rises[m, k]
+                r += step[6, k] * b
+                s += step[7, k] * b
+                rises[m, k] = step[8, k] * x + step[9, k] * y + step[10, k] * a + step[11, k] * b
+            if form is not None:
+                lost_now += x * (d[0, k] * x + d[1, k] * y + d[2, k] * a)
+                lost_now += y * (d[4, k] * y + d[5, k] * a) + d[7, k] * a * a
+                if rises is not None:
+                    lost_now += b * (d[3, k] * x + d[6, k] * y + d[8, k] * a + d[9, k] * b)
+                stored_now += s * s + step[12, k] * r * r
+            q[k], v[k], f[k] = r, s, r
+        if form is not None:
+            stored[m] += 0.5 * stored_now
+            lost[m] += lost_now
 
 
 def _modal_forces(force: Array, shapes: Array, room: Array) -> Array:
@@ -175,7 +333,7 @@ def relax(levels, relaxing, y, pushed, stored, lost):  # type: ignore[no-untyped
             stored[m] += 0.5 * stored_now
 
 
-def resting(place: float, rate: float) -> Array:
+def rigid_state(place: float, rate: float) -> Array:
     """Return the state of a rigid-body mode for `translate`: position, initial velocity, three sums of zero."""
     return np.array([place, rate, 0.0, 0.0, 0.0])
 

@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 from impact.bodies.body import Body, Load
 from impact.greens.base import Array
 from impact.march import history, laws, motion
-from impact.march.loop.marches import march_many, march_one
-from impact.march.loop.several import linear_laws
+from impact.march.loop.marches import linear_laws, march_many, march_one
 from impact.march.prepared import BLOCK as FLIGHT
 from impact.march.prepared import Pilot, Prepared
 from impact.march.problem import Contact, ContactError

@@ -4,6 +4,5 @@ from impact.measured import (
     frf as frf,
     passivity as passivity,
     pole_fit as pole_fit,
-    reading as reading,
     vector_fitting as vector_fitting,
 )

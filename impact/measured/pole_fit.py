@@ -12,7 +12,7 @@ from impact.greens.modal import ModalGreens
 from impact.greens.oscillator import hann
 from impact.greens.poles import PoleGreens
 from impact.greens.sampled import SampledGreens
-from impact.measured import amplitudes, frf, reading
+from impact.measured import amplitudes, frf
 from impact.measured.amplitudes import FitData, free_residues, least_squares, made_passive, modal_fit, response_of
 from impact.measured.vector_fitting import Poles, basis, left_over, pole_passivity, refined
 
@@ -185,7 +185,7 @@ def noise_of(response: frf.FrequencyResponse) -> Array:
     p = len(response.port_names)
     elements = [unit * response.receptance[:, i, j] for i in range(p) for j in range(i, p)]
     f, stride = response.frequency, _lines_alike(response)
-    largest = np.max([reading.estimate_deviation(values[::stride], f[::stride]) for values in elements], axis=0)
+    largest = np.max([frf.estimate_deviation(values[::stride], f[::stride]) for values in elements], axis=0)
     return np.asarray(np.interp(f, f[::stride], largest) / np.abs(unit))
 
 

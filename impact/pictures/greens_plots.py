@@ -10,7 +10,7 @@ import numpy as np
 
 from impact.greens.base import Array, ErrorEstimate, GreensFunction
 from impact.greens.modal import ModalGreens
-from impact.greens.transforms import receptance
+from impact.greens.poles import receptance
 from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, sheet, zero_line
 from impact.quantities import percent, scaled, text
 

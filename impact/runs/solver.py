@@ -33,7 +33,7 @@ from impact.march.prepared import discretise
 from impact.march.problem import ContactError, ContactProblem
 from impact.march.rows import Marched, Replayed, Rows, find_ports
 from impact.march.stepper import ContactStepper
-from impact.measured.reading import sampling_advice
+from impact.measured.frf import sampling_advice
 from impact.notices import Advice, Progress, silent
 from impact.quantities import brief, percent
 from impact.runs.variations import (

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impact.after.result import EnergyLedger, ImpactResult, RunRows
-from impact.exact import closed_form, half_space, rods
+from impact.exact import closed_form, half_space
 from impact.files import hdf5_structure, safe_files
-from impact.greens import base, modal, sums
+from impact.greens import base, modal
 from impact.greens.poles import PoleGreens
 from impact.greens.sampled import SampledGreens
 from impact.march.prepared import MOST_STEPS
@@ -32,10 +32,10 @@ BLOCK = 1 << 20  # bytes by which a file grows in memory
 DEEPEST = 8  # levels of sums within sums in one file
 MOST_PARTS = 1000  # most parts of all sums of a file
 _CLOSED: dict[str, Callable[..., base.GreensFunction]] = {
-    "delay_rod": rods.DelayRod,
-    "damped_fixed_rod": rods.DampedFixedRod,
-    "damped_free_rod": rods.DampedFreeRod,
-    "two_ended_rod": rods.TwoEndedRod,
+    "delay_rod": closed_form.DelayRod,
+    "damped_fixed_rod": closed_form.DampedFixedRod,
+    "damped_free_rod": closed_form.DampedFreeRod,
+    "two_ended_rod": closed_form.TwoEndedRod,
     "power_law": closed_form.PowerGreens,
     "half_space_patch": half_space.half_space_patch,
 }
@@ -100,7 +100,7 @@ def _read_greens(file: Any, path: str | os.PathLike[str], depth: int = 0) -> bas
         if depth >= DEEPEST:
             raise _Damage(f"sums of sums, more than {DEEPEST} deep")
         parts = tuple(_read_greens(file[f"parts/{n}"], path, depth + 1) for n in range(len(file["parts"])))
-        return sums.SumGreens(parts) if kind == "sum" else sums.ScaledGreens(parts[0], float(file.attrs["factor"]))
+        return base.SumGreens(parts) if kind == "sum" else base.ScaledGreens(parts[0], float(file.attrs["factor"]))
     origin = json.loads(str(file.attrs["provenance"]))
     if not isinstance(origin, dict):
         raise _Damage("provenance is no table")

@@ -15,9 +15,10 @@ from rich.text import Text
 
 from impact.files.csv_table import csv_text
 from impact.quantities import in_digits, in_units, percent, plain, text
-from seatfem import readings, results, structures
+from seatfem import readings, results
 from seatfem.faces.verdict import count, difference, is_static, which_landing
 from seatfem.fields import by_group, kind_of
+from seatfem.structures import natural_modes
 from seatfem.structures.kinds import kinds_of
 from seatfem.study.safety import STAGES, source_in_words
 
@@ -32,7 +33,7 @@ def time_line(seconds: Mapping[str, float]) -> str:
     return ", ".join(f"{STAGES.get(stage, stage)} {spent:.1f} s" for stage, spent in longest_first if spent >= 0.05)
 
 
-def modes_table(modes: Sequence[structures.natural_modes.Mode]) -> Table:
+def modes_table(modes: Sequence[natural_modes.Mode]) -> Table:
     """Return a table of modes: number, frequency, nodal diameters of a body of revolution, share of the compliance."""
     revolved = any(mode.diameters is not None for mode in modes)
     table = Table("mode", "frequency", *(["nodal diameters"] if revolved else []), "share of the contact's compliance")

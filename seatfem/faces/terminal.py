@@ -20,8 +20,8 @@ from rich.console import ConsoleOptions, RenderableType
 from rich.segment import Segment
 from rich.text import Text
 
-import seatfem
-from seatfem import faces, study
+from seatfem import study, units
+from seatfem.faces import progress_bars, tables
 from seatfem.study.safety import MOST_ROUNDS
 
 if TYPE_CHECKING:
@@ -78,11 +78,9 @@ def seconds_of(_: object, words: Sequence[Token]) -> float:
     with suppress(ValueError):
         return float(text)
     try:
-        return seatfem.units.parse_quantity(text, "time")
-    except seatfem.units.UnitError:
-        raise seatfem.units.UnitError(
-            f"{text!r} is no time; write seconds, 90, or a number with its unit, '1 min'"
-        ) from None
+        return units.parse_quantity(text, "time")
+    except units.UnitError:
+        raise units.UnitError(f"{text!r} is no time; write seconds, 90, or a number with its unit, '1 min'") from None
 
 
 Seconds = Annotated[float, Parameter(converter=seconds_of)]
@@ -137,7 +135,7 @@ def lines(*, stderr: bool = False, quiet: bool = False) -> Console:
 
 def progress_of(common: Common, console: Console | None = None) -> AbstractContextManager[Progress]:
     """Return progress bars on the ``console`` (default: standard error); silent ones for --quiet."""
-    return faces.progress_bars.progress_bars(console or lines(stderr=True), quiet=common.quiet, verbose=common.verbose)
+    return progress_bars.progress_bars(console or lines(stderr=True), quiet=common.quiet, verbose=common.verbose)
 
 
 def load(path: Path, changes: Sequence[str] = ()) -> Scene:
@@ -162,7 +160,7 @@ def tell(outcome: RunOutcome, common: Common, further_files: Sequence[Path] = ()
     if common.quiet:
         return
     print_outcome(lines(), (), outcome.messages, (*outcome.files, *further_files))
-    lines().print(f"time: {faces.tables.time_line(outcome.stages)}")
+    lines().print(f"time: {tables.time_line(outcome.stages)}")
 
 
 def print_outcome(

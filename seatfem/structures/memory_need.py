@@ -23,7 +23,6 @@ import numpy as np
 from impact.greens.base import Array
 from seatfem.machine import libraries
 from seatfem.machine.resources import available_memory
-from seatfem.structures import reduction
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.method import (
     AUTO,
@@ -36,6 +35,7 @@ from seatfem.structures.method import (
     compactness,
 )
 from seatfem.structures.patch import Patch
+from seatfem.structures.reduction import greens
 from seatfem.units import write_quantity
 
 if TYPE_CHECKING:
@@ -126,7 +126,7 @@ def memory_need(counts: Counts, solver: Solver = "double") -> float:
 
 def solver_of(counts: Counts, method: Method, rings: float = 1, *, tetrahedra: bool = True) -> Solver:
     """Return the solver by which a reduction computes its vectors; ``tetrahedra``: whether these are the elements."""
-    named = None if method.reduction == AUTO else reduction.greens.named(method.reduction)
+    named = None if method.reduction == AUTO else greens.named(method.reduction)
     if not (named is None or named.bears_rounding):
         return "double"
     solver = cheapest_solver(counts.dof, rings, counts.compactness, method.tolerance)

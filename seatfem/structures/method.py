@@ -11,7 +11,8 @@ import numpy as np
 
 from impact.greens.base import Array, ErrorEstimate, GreensFunction
 from impact.greens.modal import ModalGreens, Residual
-from seatfem import structures
+from seatfem.structures import lip as lips
+from seatfem.structures import model as models
 from seatfem.structures.errors import ModelError
 from seatfem.structures.rings import Division, as_a_whole
 
@@ -162,8 +163,8 @@ class Method:
     order: int = 2
     rings: int | None = 1
     n_modes: int | None = None
-    lip: structures.lip.AnyLip | None = None
-    behind: structures.lip.AnyLip | None = None
+    lip: lips.AnyLip | None = None
+    behind: lips.AnyLip | None = None
 
     @property
     def static(self) -> bool:
@@ -256,7 +257,7 @@ class Solved:
     greens: GreensFunction
     coarser: GreensFunction | None = None
     mesh: SeatMesh | MeridianMesh | None = None
-    model: structures.model.SecondOrderModel | None = None
+    model: models.SecondOrderModel | None = None
     modes: Modes | None = None
     about: Mapping[str, object] = field(default_factory=dict)
     level_error: float = 0.0

@@ -9,10 +9,8 @@ import pytest
 
 import impact
 from impact import measures
-from impact.exact.closed_form import PowerGreens
-from impact.exact.rods import BareFixedRod
-from impact.greens.base import ErrorEstimate, GreensFunction, GreensFunctionError, StepKernel
-from impact.greens.sums import ScaledGreens, SumGreens
+from impact.exact.closed_form import BareFixedRod, PowerGreens
+from impact.greens.base import ErrorEstimate, GreensFunction, GreensFunctionError, ScaledGreens, StepKernel, SumGreens
 from impact.storage.hdf5 import load_greens, save_greens
 
 ROD = {"young": 4.0, "density": 9.0, "area": 1.0, "length": 2.0 / 3.0}  # Z = 6, l/c = 1, mass 6

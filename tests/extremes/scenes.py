@@ -5,7 +5,7 @@ from scipy.linalg import expm
 
 from impact import Body, ContactProblem, ImpactResult, ModalGreens, ModalState, Residual, rigid_mass, solve
 from impact.bodies.body import Load
-from impact.exact.rods import DelayRod
+from impact.exact.closed_form import DelayRod
 from impact.greens.base import Array
 from impact.march.history import Engine
 from impact.march.laws import Law

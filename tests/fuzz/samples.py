@@ -17,7 +17,7 @@ import impact
 from impact.bodies.time_series import read_time_series
 from impact.march.prepared import prepare
 from impact.march.stepper import ContactStepper
-from impact.measured.reading import read_impulse_response
+from impact.measured.frf import read_impulse_response
 from impact.storage.hdf5 import load_results, restore_checkpoint, save_checkpoint, save_greens, save_results
 from seatfem.faces.cli import run_command
 from seatfem.faces.report.figures import body_figure

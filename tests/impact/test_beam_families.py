@@ -5,8 +5,7 @@ import pytest
 from numpy.polynomial import legendre
 from scipy.linalg import eigh
 
-from impact.beams.euler_bernoulli import Cantilever, ClampedClamped, TipMassCantilever
-from impact.beams.modes import RectangularBeam, gauss
+from impact.beams.euler_bernoulli import Cantilever, ClampedClamped, RectangularBeam, TipMassCantilever, gauss
 from impact.beams.timoshenko import TimoshenkoCantilever
 from impact.greens.base import GreensFunctionError
 

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 import impact
-from impact.beams.euler_bernoulli import Cantilever, ClampedClamped, TipMassCantilever
-from impact.beams.modes import RectangularBeam
+from impact.beams.euler_bernoulli import Cantilever, ClampedClamped, RectangularBeam, TipMassCantilever
 from impact.beams.timoshenko import TimoshenkoCantilever
 from impact.bodies.reeds import GivenShape, ModeShape, StaticShape, cantilever_reed, reed
 from impact.greens.base import GreensFunctionError

@@ -7,8 +7,14 @@ import pytest
 
 import impact
 from impact.greens.base import Array
-from impact.measured.frf import FrequencyResponse, FrequencyResponseError, moves_away, read_frf
-from impact.measured.reading import deviation_by_coherence, estimate_deviation
+from impact.measured.frf import (
+    FrequencyResponse,
+    FrequencyResponseError,
+    deviation_by_coherence,
+    estimate_deviation,
+    moves_away,
+    read_frf,
+)
 
 BODY = impact.single_mode(frequency_hz=1e3, mass=0.01, damping_ratio=0.05)
 F = np.linspace(100.0, 3000.0, 30)

@@ -11,7 +11,7 @@ import impact
 from impact import Body, ContactProblem, GreensFunctionError, ModalGreens, Residual
 from impact.exact import half_space
 from impact.exact.half_space import DiskResponse, HalfSpacePatch, disk_compliance, half_space_patch
-from impact.greens.sums import SumGreens, merged
+from impact.greens.base import SumGreens
 
 STEEL = {"young": 200e9, "poisson": 0.3, "density": 7850.0, "radius": 1e-3}
 UNIT = {"young": 1.0, "poisson": 0.0}  # (1 - nu^2)/E = 1
@@ -129,8 +129,8 @@ def test_exact_part_of_a_sum_is_left_out() -> None:
 
 def test_hertz_striker_on_a_corrected_seat_is_hertz_in_series_with_the_bulk() -> None:
     """A seat less its local compliance bears the force of the bulk alone."""
-    seat = merged((MODE, ModalGreens(np.zeros(0), np.zeros(0), np.zeros((0, 1)), Residual.spring(LOCAL + 1e-11))))
-    bulk = merged((MODE, impact.spring(stiffness=1e11)))
+    seat = MODE.merge([ModalGreens(np.zeros(0), np.zeros(0), np.zeros((0, 1)), Residual.spring(LOCAL + 1e-11))])
+    bulk = MODE.merge([impact.spring(stiffness=1e11)])
     striker, law = impact.rigid_mass(mass=0.004, velocity=-1.0), impact.Hertz(stiffness=1e10)
     force = [
         impact.solve(ContactProblem(striker, Body(g), law=law), dt=1e-7, duration=1e-4).force

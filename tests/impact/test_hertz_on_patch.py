@@ -9,8 +9,7 @@ import impact
 from impact import Body, ContactProblem, HertzOnPatch, ImpactResult, ModalGreens, Residual
 from impact.exact.contact_stress import hertz_impact
 from impact.march.laws import CONSERVING
-from impact.march.loop.forces import law_force, law_potential, step_force, stiffness
-from impact.march.loop.patch import patch_secant
+from impact.march.loop.forces import law_force, law_potential, patch_secant, step_force, stiffness
 
 STIFFNESS, MASS, SPEED = 2.5e10, 1.0, 3.0
 PEAK = hertz_impact(stiffness=STIFFNESS, mass=MASS, speed=SPEED).force

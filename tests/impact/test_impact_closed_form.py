@@ -7,8 +7,7 @@ import pytest
 
 import impact
 from impact import GreensFunctionError, ModalGreens, Residual
-from impact.exact.closed_form import PowerGreens
-from impact.exact.rods import BareFixedRod, DampedFixedRod, DampedFreeRod, damped_start
+from impact.exact.closed_form import BareFixedRod, DampedFixedRod, DampedFreeRod, PowerGreens, damped_start
 
 ROD = {"young": 4.0, "density": 1.0, "area": 3.0, "length": 2.0}  # c = 2, Z = 6, l/c = 1
 

@@ -141,7 +141,7 @@ def test_no_step_gains_energy(seed: int) -> None:
         end = pen - w0 * force
         before, after = law.potential(np.array([start, end]))
         # the end is known to 1e-16 of pen: that times the force in the work, times Psi' <= 4 Psi/end in the potential
-        round_off = 1e-14 * (before + after + force * (abs(pen) + abs(start)))
+        round_off = 2e-14 * (before + after + force * (abs(pen) + abs(start)))
         round_off += 1e-15 * abs(pen) * 4 * after / end if end > 0 else 0.0
         assert force >= 0.0
         gain = after - before - force * (end - start)

@@ -9,7 +9,7 @@ from scipy.optimize import nnls
 import impact
 from impact import Body, Contact, ContactError, ContactProblem, ContactStepper, Load, ModalGreens, Residual, measures
 from impact.march.laws import Law
-from impact.march.loop.several import active_set, by_sweeps, linear_laws
+from impact.march.loop.marches import active_set, by_sweeps, linear_laws
 
 SEAT = ModalGreens(
     np.array([30.0, 80.0]), np.array([0.1, 0.2]), np.array([[0.7], [0.5]]), Residual.exponential(5e-3, 0.3)

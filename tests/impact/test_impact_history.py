@@ -41,7 +41,7 @@ def test_the_stamp_of_the_loop_tells_an_edit_of_any_file(tmp_path: Path) -> None
     """The stamp changes with an edit of any file, and not without one."""
     copy = shutil.copytree(Path(march.__file__).parent, tmp_path / "march")
     assert stamp(copy) == STAMP
-    for name in ("loop/forces.py", "loop/several.py", "laws.py"):
+    for name in ("loop/forces.py", "loop/marches.py", "laws.py"):
         before = stamp(copy)
         (copy / name).write_text((copy / name).read_text(encoding="utf-8") + "\n", encoding="utf-8")
         assert stamp(copy) != before

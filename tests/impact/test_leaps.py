@@ -5,8 +5,7 @@ import pytest
 
 from impact.bodies.body import ModalState
 from impact.greens.modal import ModalGreens, Residual
-from impact.march.leaps import LeapReplay, find_loads
-from impact.march.replay import Replay
+from impact.march.replay import BodyAtStart, EqualReplay, LeapReplay, find_loads
 
 STEP = 1e-6
 OMEGA = np.array([0.0, 10.0, 3e3, 4e4, 2e5, 3e6, 2e4, 5e5])
@@ -23,10 +22,12 @@ def make_body(seed: int) -> tuple[ModalGreens, ModalState, np.ndarray]:
     return ModalGreens(OMEGA, ZETA, shapes, residual, ("one", "two")), state, random.normal(size=len(OMEGA))
 
 
-def replays(modal: ModalGreens, state: ModalState, load: np.ndarray, spans: np.ndarray) -> tuple[LeapReplay, Replay]:
+def replays(
+    modal: ModalGreens, state: ModalState, load: np.ndarray, spans: np.ndarray
+) -> tuple[LeapReplay, EqualReplay]:
     """Return the body at rest in its residual, in steps of several lengths and in equal ones."""
-    none = np.zeros(2)
-    return LeapReplay(modal, spans, state, none, none, [load]), Replay(modal, STEP, state, none, none, [load])
+    body = BodyAtStart(modal, state, np.zeros(2), np.zeros(2), [load])
+    return LeapReplay(body, spans), EqualReplay(body, STEP)
 
 
 def test_leaps_end_where_equal_steps_do() -> None:
@@ -39,7 +40,7 @@ def test_leaps_end_where_equal_steps_do() -> None:
     leaps, equal = replays(modal, state, shape, STEP * lengths)
     load = np.full((1, ends[-1]), 3.0)
     means, rises = find_loads(load, ends)
-    long = leaps.advance(levels, force, means, rises)
+    long = leaps.advance(force, means, levels, rises)
     fine = equal.advance(np.repeat(force, lengths[levels], axis=1), load)
     last = ends[1:] - 1
     np.testing.assert_allclose(long.displacement, fine.displacement[:, last], rtol=1e-11, atol=1e-12)
@@ -61,7 +62,7 @@ def test_energy_balances_under_loads_that_rise(wrong: float) -> None:
     force, means, rises = random.normal(size=(2, 200)), random.normal(size=(1, 200)), random.normal(size=(1, 200))
     start = leaps.stored
     ports = modal.shapes.T @ state.displacement
-    block = leaps.advance(levels, force, means, rises)
+    block = leaps.advance(force, means, levels, rises)
     moved = np.diff(block.displacement, axis=1, prepend=ports[:, None])
     work = np.sum(force * moved, axis=0)
     change = np.diff(block.stored, prepend=start)
@@ -69,7 +70,7 @@ def test_energy_balances_under_loads_that_rise(wrong: float) -> None:
     size = np.abs(change).max()
     assert (np.abs(balance).max() < 1e-10 * size) == (wrong == 1.0)
     fewer, _ = replays(modal, state, shape, STEP * lengths)
-    off = change + block.lost - work - fewer.advance(levels, force, means, 1.03 * rises).load_work
+    off = change + block.lost - work - fewer.advance(force, means, levels, 1.03 * rises).load_work
     assert np.abs(off).max() > 1e-6 * size
 
 

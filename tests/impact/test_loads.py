@@ -7,8 +7,7 @@ import pytest
 from scipy.integrate import quad
 
 import impact
-from impact.beams.euler_bernoulli import Cantilever, ClampedClamped, TipMassCantilever
-from impact.beams.modes import RectangularBeam
+from impact.beams.euler_bernoulli import Cantilever, ClampedClamped, RectangularBeam, TipMassCantilever
 from impact.beams.timoshenko import TimoshenkoCantilever
 from impact.bodies.loads import Gravity, PointForce, Pressure, PressureField, ReedLoad
 from impact.bodies.reeds import cantilever_reed, reed

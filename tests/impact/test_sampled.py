@@ -5,7 +5,7 @@ import pytest
 
 from impact.greens.base import GreensFunctionError
 from impact.greens.sampled import SampledGreens
-from impact.measured.reading import read_impulse_response
+from impact.measured.frf import read_impulse_response
 
 G = np.array([1.0, 3.0, 2.0])
 H = 0.5  # S(1.0) = 0.5 (1/2 + 3 + 2/2) = 2.25

@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 
 import impact
 from impact.beams.euler_bernoulli import Cantilever
-from impact.exact.rods import ExactRod
+from impact.exact.closed_form import ExactRod
 from impact.greens.modal import ModalGreens, Residual
 from seatfem.verify import Case
 

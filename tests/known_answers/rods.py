@@ -10,7 +10,7 @@ import numpy as np
 
 import impact
 from impact.after.stresses import rod_stress
-from impact.exact.rods import ExactRod
+from impact.exact.closed_form import ExactRod
 from impact.greens.base import Array
 from seatfem.verify import Case, Estimate
 

@@ -11,8 +11,7 @@ from scipy import sparse
 
 from impact.bodies.time_series import TimeSeriesError, read_time_series
 from impact.greens.base import GreensFunctionError
-from impact.measured.frf import FrequencyResponseError, read_frf
-from impact.measured.reading import read_impulse_response
+from impact.measured.frf import FrequencyResponseError, read_frf, read_impulse_response
 from seatfem.structures.formats.decks import Deck, with_included
 from seatfem.structures.formats.matrices import read_matrices
 from seatfem.structures.formats.mesh_files import read_mesh

@@ -3,6 +3,14 @@
 Earlier forces act through poles, oscillators and weighted sums over many steps; the force of one contact follows from
 its law, its film and the step rule (see `impact.march.laws`). A loop over steps with few oscillators would load their
 coefficients, and store and reload their states, at every step; here both remain in registers over all steps.
+
+Hertz's law beside a patch that brings its own local compliance c (`impact.march.laws.HertzOnPatch`): with h =
+sqrt(indentation) over its limit h* = 2/(3 c k), y = h/h*, and q = pen/h*^2,
+
+    q = y^2 - (2/3) y^3,   N = k h*^3 y^3,   Psi = k h*^5 y^5 (2/5 - y/3),   dN/dpen = k h* 3 y/(2 (1 - y)),
+
+up to y = `FIRMEST`, along the tangent beyond. The root is y = 2 sin(a) sin(a + pi/3), a = asin(sqrt(3 q))/3: without
+cancellation for small q.
 """
 
 from __future__ import annotations
@@ -17,9 +25,83 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 
 from impact.greens.base import Array
-from impact.march.laws import BLENDED, FAR, HERTZ, HUNT_CROSSLEY, ON_PATCH, PASSIVE, SIGNORINI, SPRING, USER
+from impact.march.laws import (
+    BLENDED,
+    FAR,
+    FIRMEST,
+    FIRMEST_PENETRATION,
+    FIRMEST_SLOPE,
+    HERTZ,
+    HUNT_CROSSLEY,
+    ON_PATCH,
+    PASSIVE,
+    SIGNORINI,
+    SPRING,
+    USER,
+)
 from impact.march.loop.compiled import compiled
-from impact.march.loop.patch import patch_force, patch_potential, patch_quickness, patch_secant, patch_stiffness
+
+
+@compiled()
+def firmness(k, c, pen):
+    """Return y and how far q lies beyond the end of the curve, at a penetration ``pen`` > 0."""
+    q = pen * (1.5 * c * k) ** 2
+    if q >= FIRMEST_PENETRATION:
+        return FIRMEST, q - FIRMEST_PENETRATION
+    a = math.asin(math.sqrt(3.0 * q)) / 3.0
+    return 2.0 * math.sin(a) * math.sin(a + math.pi / 3.0), 0.0
+
+
+@compiled()
+def patch_force(k, c, pen):
+    """Return N without damping [N] at ``pen`` > 0."""
+    y, beyond = firmness(k, c, pen)
+    return k / (1.5 * c * k) ** 3 * (y**3 + FIRMEST_SLOPE * beyond)
+
+
+@compiled()
+def patch_potential(k, c, pen):
+    """Return Psi [J] at ``pen`` > 0."""
+    y, beyond = firmness(k, c, pen)
+    further = beyond * (FIRMEST**3 + 0.5 * FIRMEST_SLOPE * beyond)
+    return k / (1.5 * c * k) ** 5 * (y**5 * (0.4 - y / 3.0) + further)
+
+
+@compiled()
+def patch_stiffness(k, c, pen):
+    """Return d2Psi/dpen2 [N/m] at ``pen`` > 0."""
+    y, _ = firmness(k, c, pen)
+    return k / (1.5 * c * k) * 1.5 * y / (1.0 - y)
+
+
+@compiled()
+def patch_quickness(k, c, pen):
+    """Return by how much the law's damping acts on the rate of the penetration, 1/(1 - y)^2: once as the indentation
+    changes faster than the penetration, once as the patch gives way to the damping's force, too."""
+    if pen <= 0.0:
+        return 1.0
+    y, _ = firmness(k, c, pen)
+    return 1.0 / (1.0 - y) ** 2
+
+
+@compiled()
+def patch_secant(k, c, p, p0):
+    """Return (Psi(p) - Psi(p0))/(p - p0) for p, p0 > 0, without cancellation for p near p0."""
+    low, high = min(p, p0), max(p, p0)
+    x, beyond = firmness(k, c, high)
+    y, before = firmness(k, c, low)
+    scale = k / (1.5 * c * k) ** 3
+    line = scale * (FIRMEST**3 + 0.5 * FIRMEST_SLOPE * (beyond + before))
+    if before > 0.0:
+        return line
+    squares = x * x + x * y + y * y
+    work = 0.4 * (x**4 + x**3 * y + x * x * y * y + x * y**3 + y**4) - (x**3 + y**3) * squares / 3.0
+    curve = scale * work / (x + y - squares / 1.5)
+    if beyond == 0.0:
+        return curve
+    share = beyond / (1.5 * c * k) ** 2 / (high - low)
+    return share * line + (1.0 - share) * curve
+
 
 FLOOR = 1e-140  # value added to every state at every step, so that decayed modes never become slow denormal numbers
 
@@ -83,25 +165,6 @@ def past(recent, force, rest, first, n):
     for m in range(f.size):
         u += w[m] * (f[m] - rest)
     return u
-
-
-@compiled(nogil=True, fastmath={"reassoc", "contract", "nsz"})
-def displaced(rows, state, w0, force):
-    """Return the part of the gap (n,) by the poles of one contact under a known ``force`` (n,); ``rows`` as in
-    `advance`, ``state``: coordinates q and p."""
-    a11, a21, a22, c1, c2 = rows
-    q, p = state
-    out, last = np.empty(force.size), 0.0
-    for n in range(force.size):
-        u = w0 * force[n]
-        for k in range(q.size):  # `advance`, written out: twice as fast without the rest of the step
-            qk, pk = q[k], p[k]
-            r = a11[k] * qk + (pk + c1[k] * last)
-            q[k] = r
-            p[k] = a21[k] * qk + (a22[k] * pk + (c2[k] * last + FLOOR))
-            u += r
-        out[n], last = u, force[n]
-    return out
 
 
 WIDE = 16

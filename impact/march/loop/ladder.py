@@ -16,7 +16,7 @@ from impact.march.laws import FAR, ROUGH
 from impact.march.loop.compiled import compiled
 from impact.march.loop.forces import FLOOR, advance, advance_many, contact_force, filmed_force
 from impact.march.loop.joints import joint_step, remember
-from impact.march.loop.several import active_set_from, alone, by_sweeps
+from impact.march.loop.marches import active_set_from, alone, by_sweeps
 
 STEP, ROW, LEVEL, SINCE, CALM, WAIT, PENDING, UNSOLVED, PLACE = range(9)
 """Places in the state of the loop: steps done, rows written, present level, rows on it since it was entered, how many

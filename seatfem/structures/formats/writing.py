@@ -17,7 +17,7 @@ from scipy import io, sparse
 from skfem.assembly import Dofs
 
 from impact.files.safe_files import whole_file, write_whole
-from impact.greens import base, transforms
+from impact.greens import base, poles
 from seatfem.structures.formats import file_mesh, mesh_files
 from seatfem.structures.mesh.io import CELL_KINDS, Floats, Integers, MeshError
 from seatfem.structures.mesh.meshing import SeatMesh
@@ -201,7 +201,7 @@ def write_reduced(greens: base.GreensFunction, folder: Path) -> Iterator[Path]:
         GreensFunctionError: a function that is no finite sum of poles.
         OutputError: ``folder`` cannot be written to.
     """
-    space, modal = transforms.state_space(greens), greens.modal
+    space, modal = poles.state_space(greens), greens.modal
     arrays: dict[str, Any] = {name: getattr(space, name) for name in "ABCD"}
     estimate = greens.error_estimate
     arrays |= {f"error_{n}": np.nan if (e := getattr(estimate, n)) is None else e for n in ("reduction", "mesh")}

@@ -13,7 +13,7 @@ from pydantic import Field, model_validator
 import impact
 from impact.after import stresses
 from impact.bodies.body import Body
-from impact.exact.rods import ExactRod
+from impact.exact.closed_form import ExactRod
 from impact.greens.base import Array, GreensFunction
 from impact.quantities import in_units
 from seatfem.fields import Approach, Area, DampingRatio, Density, KeyProblem, Length, Mass, Pressure, Stiffness

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from impact.quantities import in_digits, percent
-from seatfem.structures import errors, inspection, lands, outlines, rings
-from seatfem.structures.inspection import cad
+from seatfem.structures import errors, lands, outlines, rings
+from seatfem.structures.inspection import cad, mesh_file
 from seatfem.structures.lip import Lip
 from seatfem.structures.shapes import GeometryError
 from seatfem.structures.shapes.loops import distances
@@ -159,7 +159,7 @@ def _of_lip(geometry: lips.ContactGeometry, body: Structure, table: str, key: st
         yield ("contact", "waviness"), lips.NO_ANGLES
 
 
-def part_of_scene(path: Path) -> inspection.mesh_file.Part:
+def part_of_scene(path: Path) -> mesh_file.Part:
     """Return the faces of a scene's seat. Raises `GeometryError` if it has none, or `SceneError`."""
     seat = load.load_scene(path).seat
     if seat.elastic is None:

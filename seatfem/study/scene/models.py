@@ -13,13 +13,11 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal
 from pydantic import Field, ValidationError, ValidationInfo, model_validator
 
 from seatfem import fields, units
-from seatfem.structures import kinds
-from seatfem.structures.kinds import Structure, kinds_of
+from seatfem.structures.kinds import Structure, drawn, kinds_of
 from seatfem.structures.kinds.structure import is_loaded
 from seatfem.structures.rings import MOST_RINGS
 from seatfem.structures.shapes.cad import STEP_SUFFIXES
-from seatfem.study import scene
-from seatfem.study.scene import contradictions, drives, measures, problems
+from seatfem.study.scene import contradictions, drives, measures, parts_as_drawn, problems
 from seatfem.study.scene.contact import Contact, Stopper
 from seatfem.study.scene.gas import CompressorGas
 from seatfem.study.scene.life import LifeTable
@@ -69,14 +67,14 @@ def with_places(given: Mapping[str, Any], folder: Path, *, unread: bool = False)
     except ValidationError as error:
         problem = problems.explain(error, kind, seat_table, folder, {})[0]
         raise fields.KeyProblem(f"seat.{problem.key}", problem.message) from None
-    parts = scene.parts_as_drawn.open_parts(seat, file)
+    parts = parts_as_drawn.open_parts(seat, file)
     return {**given, **_keys(parts, seat_table, reed_table, contact)}
 
 
-def _seat_kind(seat: Mapping[str, Any]) -> type[kinds.drawn.Drawn]:
+def _seat_kind(seat: Mapping[str, Any]) -> type[drawn.Drawn]:
     """Return the kind of the seat. Raises `KeyProblem` unless it has a CAD file."""
     kind = _kind(seat)
-    if kind is None or not kind.traits.face_as_drawn or not issubclass(kind, kinds.drawn.Drawn):
+    if kind is None or not kind.traits.face_as_drawn or not issubclass(kind, drawn.Drawn):
         names = _names(each for each in kinds_of() if each.traits.face_as_drawn)
         words = f"seat.kind = {seat.get('kind')!r} has no CAD file; take kind = {names}, or remove [assembly]"
         raise fields.KeyProblem(KEY, words)
