@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import impact
 from impact.files import csv_table
@@ -22,9 +22,7 @@ from seatfem.structures import rings
 from seatfem.structures.formats import dxf, uff, writing
 from seatfem.study import scene
 from seatfem.study.runs import calculix_contact, forecast, pictures, pipeline, rounds, stress_spots
-
-if TYPE_CHECKING:
-    from seatfem.study.scene import Scene
+from seatfem.study.scene import models
 
 BINS: Final = 2000  # number of frequencies of a receptance
 PER_BAND: Final = 1.25  # highest frequency of a receptance over the band of the filter
@@ -177,7 +175,7 @@ FORMATS: Final[Mapping[str, Format]] = {
 """Formats by name; a test checks that README.md and docs/exchange.md name each of them."""
 
 
-def _scene_of(source: Path) -> Scene:
+def _scene_of(source: Path) -> models.Scene:
     """Return the scene of a file, or the copy in the folder of a run with the --set changes of that run."""
     if not source.is_dir():
         return load(source)

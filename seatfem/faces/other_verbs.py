@@ -11,10 +11,12 @@ from typing import TYPE_CHECKING, Annotated, Final, Literal, TypeVar
 
 from cyclopts import Parameter
 
-import seatfem.verify
 from impact.files.safe_files import OutputError, check_writable, whole_file, write_whole
 from impact.pictures import drawing
+from seatfem import verify as verify_cases
 from seatfem.faces import exchange
+from seatfem.faces import tables as terminal_tables
+from seatfem.faces.report import page
 from seatfem.faces.terminal import (
     COMMON,
     DONE,
@@ -27,6 +29,9 @@ from seatfem.faces.terminal import (
     print_outcome,
     progress_of,
 )
+from seatfem.machine import doctor as doctor_checks
+from seatfem.machine import libraries
+from seatfem.pictures import faces_picture
 from seatfem.structures.inspection import mesh_file
 from seatfem.study.identify import fit
 from seatfem.study.scene import files as scene_files
@@ -35,7 +40,6 @@ from seatfem.study.sweep import best, charts
 from seatfem.study.sweep import study as study_tables
 from seatfem.study.sweep import sweep as study_runs
 from seatfem.study.sweep.effort import Effort
-from seatfem.verify import verification_table_view
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -65,7 +69,7 @@ def faces(
     unit:
         Length unit of a file that states none [default: of BREP files mm, of meshes m].
     """
-    seatfem.machine.libraries.require_gmsh_libraries()
+    libraries.require_gmsh_libraries()
     path, gap = output or Path(f"{part.stem}-faces.png"), ""
     try:
         check_writable(path)
@@ -81,15 +85,15 @@ def faces(
         progress("reading the part", 1.0)
     if path.suffix.lower() == ".csv":
         with whole_file(path) as temporary:
-            temporary.write_text(seatfem.faces.tables.faces_csv(geometry), encoding="utf-8")
+            temporary.write_text(terminal_tables.faces_csv(geometry), encoding="utf-8")
     else:
-        gap = gap or drawing.gap_of(lambda file: seatfem.pictures.faces_picture.draw_faces(geometry, file), path)
+        gap = gap or drawing.gap_of(lambda file: faces_picture.draw_faces(geometry, file), path)
     if common.quiet:
         return FAILED if gap and output else DONE
-    console().print(seatfem.faces.tables.faces_table(geometry))
+    console().print(terminal_tables.faces_table(geometry))
     terminal = lines()
     if len(geometry.solids) > 1:
-        console().print(seatfem.faces.tables.solids_table(geometry))
+        console().print(terminal_tables.solids_table(geometry))
     elif len(geometry.regions) > 1:
         terminal.print(f"solids: {', '.join(geometry.regions)}")
     how = "contact = { number = 7 } or { numbers = [7, 9] }" if geometry.numbered else "the names of groups"
@@ -121,7 +125,7 @@ def init(
         Write a JSON schema beside it, too, by which editors complete and check its keys.
     """
     if kind is None:
-        console().print(seatfem.faces.tables.kinds_table())
+        console().print(terminal_tables.kinds_table())
         lines().print("next: seatfem init KIND")
         return DONE
     path, of_study = output or Path(f"{kind}.toml"), kind == study_tables.STUDY
@@ -156,29 +160,27 @@ def verify(*, measured: Annotated[bool, Parameter(negative="")] = False, common:
     """
     if measured:
         return _verify_measured(common)
-    from seatfem.verify import verification_table
-
     with progress_of(common) as progress:
-        rows = verification_table(progress)
+        rows = verify_cases.verification_table(progress)
     if not common.quiet:
-        console().print(verification_table_view(rows))
+        console().print(verify_cases.verification_table_view(rows))
     return DONE if all(row.verdict for row in rows) else FAILED
 
 
 def _verify_measured(common: Common) -> int:
     with progress_of(common) as progress:
-        compared = seatfem.verify.measured_table(progress)
+        compared = verify_cases.measured_table(progress)
     if not common.quiet:
-        console().print(seatfem.verify.measured_table_view(compared))
+        console().print(verify_cases.measured_table_view(compared))
     return DONE if all(row.as_stated for each in compared for row in each.rows) else FAILED
 
 
 def doctor(*, common: Common = COMMON) -> int:
     """Report what is installed, what is missing, and the exact command that mends it."""
-    checks = seatfem.machine.doctor.doctor_report()
+    checks = doctor_checks.doctor_report()
     gaps = [check for check in checks if check.required and not check.ok]
     if not common.quiet:
-        console().print(seatfem.faces.tables.doctor_table(checks))
+        console().print(terminal_tables.doctor_table(checks))
     for gap in gaps:
         lines(stderr=True).print(f"{gap.name}: {gap.detail}; {gap.remedy}")
     return FAILED if gaps else DONE
@@ -199,10 +201,8 @@ def report(folder: Path, /, *, output: Output = None, common: Common = COMMON) -
 
 
 def _write_page(folder: Path, output: Path | None, terminal: Console) -> Path:
-    from seatfem.faces.report.page import write_report
-
     path = output or folder / "report.html"
-    write_report(folder, path)
+    page.write_report(folder, path)
     terminal.print(f"wrote {path}")
     return path
 
@@ -225,11 +225,9 @@ def view(
     output:
         The file [default: report.html in that folder].
     """
-    from seatfem.faces.report.page import open_in_browser
-
     terminal = lines(quiet=common.quiet)
     path = _write_page(folder, output, terminal)
-    if not no_browser and not open_in_browser(path):
+    if not no_browser and not page.open_in_browser(path):
         terminal.print(f"no browser opens here; open {path.resolve()} in one")
     return DONE
 

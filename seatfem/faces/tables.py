@@ -7,7 +7,7 @@ import inspect
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
@@ -18,13 +18,11 @@ from impact.quantities import in_digits, in_units, percent, plain, text
 from seatfem import readings, results
 from seatfem.faces.verdict import count, difference, is_static, which_landing
 from seatfem.fields import by_group, kind_of
+from seatfem.machine.doctor import Check
 from seatfem.structures import natural_modes
+from seatfem.structures.inspection import cad, mesh_file
 from seatfem.structures.kinds import kinds_of
 from seatfem.study.safety import STAGES, source_in_words
-
-if TYPE_CHECKING:
-    from seatfem.machine.doctor import Check
-    from seatfem.structures.inspection import cad, mesh_file
 
 
 def time_line(seconds: Mapping[str, float]) -> str:

@@ -14,14 +14,12 @@ import numpy as np
 
 from impact.greens import base, modal
 from impact.greens.poles import PoleGreens
-from impact.measured import pole_fit
+from impact.measured import amplitudes, frf, pole_fit
 from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, sheet
 from impact.quantities import percent, scaled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from impact.measured import amplitudes, frf
 
 
 QUANTITIES: Final[dict[str, tuple[int, str]]] = {

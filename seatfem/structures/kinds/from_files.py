@@ -15,14 +15,13 @@ from pydantic import BeforeValidator, Field, model_validator
 from impact.notices import Progress, silent
 from seatfem.fields import ExistingFile, Gap, KeyProblem, default
 from seatfem.machine.resources import Stopwatch
-from seatfem.structures import finite_elements, lands, outlines
+from seatfem.structures import errors, finite_elements, lands, outlines
 from seatfem.structures.formats import mesh_files
 from seatfem.structures.inspection import mesh_file
 from seatfem.structures.inspection.cad import FileState, Shape, inspect_geometry, naming, state_of
 from seatfem.structures.kinds import drawn, elastic, structure
 from seatfem.structures.kinds.parts import METRES, LengthUnit
 from seatfem.structures.kinds.selectors import BLUE_FACES, RED_FACES, ClampSelector, Direction, FaceSelector, Region
-from seatfem.structures.mesh import io
 from seatfem.structures.mesh.gmsh_process import MeshingError
 from seatfem.structures.method import Method, Solved
 from seatfem.structures.patch import Column, Patch, of_shape
@@ -196,7 +195,7 @@ file = "seat.msh"
     def problems(self) -> Iterator[structure.Finding]:
         try:
             mesh = self.read()
-        except io.MeshError as error:
+        except errors.MeshError as error:
             for field, message in error.problems:
                 yield (field or "file",), naming(self.file, message)
         except (MeshingError, OSError) as error:

@@ -15,12 +15,11 @@ from seatfem import fields, units
 from seatfem.study.scene import strength as strengths
 from seatfem.study.scene.contact import STEEPEST
 from seatfem.study.scene.contradictions import contradictions_of_start
+from seatfem.study.scene.lips import ContactGeometry
 from seatfem.study.scene.problems import SceneError
 
 if TYPE_CHECKING:
     from pathlib import Path
-
-    from seatfem.study.scene.lips import ContactGeometry
 
 
 UNITS = {"speed": ("m/s", 1.0), "tilt": ("deg", math.degrees(1.0)), "lift": ("mm", 1e3)}

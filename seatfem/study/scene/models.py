@@ -8,7 +8,7 @@ import math
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal
+from typing import Any, ClassVar, Final, Literal
 
 from pydantic import Field, ValidationError, ValidationInfo, model_validator
 
@@ -23,10 +23,6 @@ from seatfem.study.scene.gas import CompressorGas
 from seatfem.study.scene.life import LifeTable
 from seatfem.study.scene.lips import ContactGeometry
 from seatfem.study.scene.run import Accuracy, Run, Stress
-
-if TYPE_CHECKING:
-    from seatfem.study.scene.parts_as_drawn import PartsAsDrawn
-
 
 KEY: Final = "assembly.placed"
 FOLLOWING: Final = (("contact", ("offset", "tilt", "tilt_axis", "gap")), ("seat", ("along",)), ("reed", ("frame",)))
@@ -106,7 +102,7 @@ def _names(bodies: Iterable[type[Structure]]) -> str:
 
 
 def _keys(
-    parts: PartsAsDrawn, seat: Mapping[str, Any], reed: Mapping[str, Any], contact: Mapping[str, Any]
+    parts: parts_as_drawn.PartsAsDrawn, seat: Mapping[str, Any], reed: Mapping[str, Any], contact: Mapping[str, Any]
 ) -> dict[str, Any]:
     """Return [seat], [reed] and [contact] with the keys that follow from the files, unless the clamp is invalid."""
     try:
