@@ -83,7 +83,6 @@ from impact.greens.poles import (
     state_space as state_space,
 )
 from impact.greens.sampled import SampledGreens as SampledGreens
-from impact.march.joints import RoughJoint as RoughJoint, TableJoint as TableJoint
 from impact.march.laws import (
     CompiledLaw as CompiledLaw,
     Hertz as Hertz,
@@ -93,8 +92,10 @@ from impact.march.laws import (
     LawError as LawError,
     LinearSpring as LinearSpring,
     PlainLaw as PlainLaw,
+    RoughJoint as RoughJoint,
     Signorini as Signorini,
     SqueezeFilm as SqueezeFilm,
+    TableJoint as TableJoint,
     compiled_law as compiled_law,
 )
 from impact.march.prepared import prepare as prepare
@@ -113,9 +114,13 @@ from impact.measured.passivity import (
 )
 from impact.measured.pole_fit import fit_poles as fit_poles
 from impact.measured.vector_fitting import PolePassivity as PolePassivity, pole_passivity as pole_passivity
-from impact.pictures.greens_plots import plot_greens as plot_greens
 from impact.pictures.lip_plots import plot_lip as plot_lip
-from impact.pictures.plots import plot_energy as plot_energy, plot_force as plot_force, plot_motion as plot_motion
+from impact.pictures.plots import (
+    plot_energy as plot_energy,
+    plot_force as plot_force,
+    plot_greens as plot_greens,
+    plot_motion as plot_motion,
+)
 from impact.runs.batch import ImpactBatch as ImpactBatch, solve_many as solve_many
 from impact.runs.variations import Budget as Budget
 from impact.runs.solver import (

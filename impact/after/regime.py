@@ -16,8 +16,7 @@ from impact.bodies.body import Body, as_body
 from impact.files.csv_table import read_rows
 from impact.greens.base import Array, GreensFunction, GreensFunctionError
 from impact.march.grid import TimeGrid
-from impact.march.joints import TableJoint
-from impact.march.laws import Signorini
+from impact.march.laws import Signorini, TableJoint
 from impact.march.problem import ContactProblem
 
 EQUAL = 0.02  # relative error in peak force up to which the constant-stiffness model counts as equal to the seat

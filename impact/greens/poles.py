@@ -8,8 +8,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.linalg import block_diag
 
 from impact.greens import oscillator
 from impact.greens.base import (
@@ -350,7 +350,9 @@ def _of_modes(greens: ModalGreens) -> StateSpace:
     residual, m = greens.residual, len(greens.omega)
     zero = np.zeros((m, m))
     damping = np.diag(2 * greens.zeta * greens.omega)
-    A = block_diag(np.block([[zero, np.eye(m)], [-np.diag(greens.omega**2), -damping]]), -np.diag(residual.rates))
+    A = scipy.linalg.block_diag(
+        np.block([[zero, np.eye(m)], [-np.diag(greens.omega**2), -damping]]), -np.diag(residual.rates)
+    )
     still = np.zeros_like(greens.shapes)
     B, C = np.vstack([still, greens.shapes, residual.shapes]), np.vstack([greens.shapes, still, residual.shapes]).T
     names = [f"q_{k} [m sqrt(kg)]" for k in range(m)] + [f"dq_{k}/dt [m sqrt(kg)/s]" for k in range(m)]
@@ -364,7 +366,7 @@ def _of_poles(greens: PoleGreens) -> StateSpace:
     outputs = [2 * np.array([r.real, -r.imag]) for r in greens.shapes]
     doubles = [np.array([[0.0, 1.0], [0.0, 0.0]]) for _ in greens.rigid]
     still = np.zeros(len(greens.ports))
-    A = block_diag(*blocks, -np.diag(greens.rates), *doubles)
+    A = scipy.linalg.block_diag(*blocks, -np.diag(greens.rates), *doubles)
     B = np.vstack([*pairs, greens.real_shapes, *(row for b in greens.rigid for row in (still, b))])
     C = np.vstack(
         [*outputs, greens.signs[:, None] * greens.real_shapes, *(row for b in greens.rigid for row in (b, still))]

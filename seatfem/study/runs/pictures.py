@@ -16,8 +16,7 @@ from impact.after.result import ImpactResult
 from impact.files.csv_table import write_csv
 from impact.notices import Progress
 from impact.pictures.drawing import gap_of
-from impact.pictures.greens_plots import plot_greens
-from impact.pictures.plots import plot_energy, plot_force, plot_gas, plot_motion, plot_strains
+from impact.pictures.plots import plot_energy, plot_force, plot_gas, plot_greens, plot_motion, plot_strains
 from impact.quantities import text
 from seatfem import pictures, structures
 from seatfem.machine.libraries import picture_library_gap
