@@ -1,23 +1,24 @@
 # ruff: noqa: I001 (one import a module)
 from impact.notices import Advice as Advice
 from impact.after import measures as measures
+from impact.after.histories import PeakStress as PeakStress, ReedStress as ReedStress
 from impact.after.landings import ContactRecord as ContactRecord, Landing as Landing, find_landings as find_landings
 from impact.after.regime import Regime as Regime, regime_card as regime_card
 from impact.after.result import EnergyLedger as EnergyLedger, ImpactResult as ImpactResult
-from impact.after.stresses import (
-    PeakStress as PeakStress,
-    ReedStress as ReedStress,
+from impact.after.rods import (
     axial_force as axial_force,
-    bending_stress as bending_stress,
     displacement_response as displacement_response,
     fixed_rod_modes as fixed_rod_modes,
     force_response as force_response,
     modal_displacement as modal_displacement,
-    peak_bending_stress as peak_bending_stress,
-    reed_stress as reed_stress,
     rod_axial_force as rod_axial_force,
     rod_displacement as rod_displacement,
     rod_stress as rod_stress,
+)
+from impact.after.stresses import (
+    bending_stress as bending_stress,
+    peak_bending_stress as peak_bending_stress,
+    reed_stress as reed_stress,
 )
 from impact.beams.euler_bernoulli import (
     Cantilever as Cantilever,

@@ -14,7 +14,7 @@ from typing import Final, Literal, TypeVar
 import numpy as np
 
 from impact.greens.base import Array
-from impact.march.stepper import FOLLOW, foreseen
+from impact.march.grid import FOLLOW, foreseen
 from impact.quantities import brief
 
 __all__ = [

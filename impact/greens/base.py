@@ -369,6 +369,13 @@ def step_weights(greens: GreensFunction, dt: float, n_steps: int) -> Array:
     return np.diff(np.array([[greens.step_response(t, i, j) for j in ports] for i in ports]), axis=2, prepend=0.0)
 
 
+def convolve(weights: Array, force: Array) -> Array:
+    """Return u[n] = sum_m weights[n - m] force[m], by FFT."""
+    n = len(force)
+    size = 1 << (2 * n - 1).bit_length()
+    return np.asarray(np.fft.irfft(np.fft.rfft(weights[:n], size) * np.fft.rfft(force, size), size)[:n])
+
+
 class ExactPort(GreensFunction):
     """One port of a body in closed form: a frozen dataclass whose fields are its parameters."""
 

@@ -194,13 +194,6 @@ class BlockedSum:
         self.memory[:, end:stop] += later[:, size : size + stop - end]
 
 
-def convolve(weights: Array, force: Array) -> Array:
-    """Return u[n] = sum_m weights[n - m] force[m], by FFT."""
-    n = len(force)
-    size = 1 << (2 * n - 1).bit_length()
-    return np.asarray(np.fft.irfft(np.fft.rfft(weights[:n], size) * np.fft.rfft(force, size), size)[:n])
-
-
 Engine = Literal["auto", "poles", "fft", "direct"]
 MARGIN = 0.8  # predicted time with step weights, over that with poles, below which step weights replace poles
 

@@ -15,10 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impact.bodies.body import Body, ModalState
+from impact.exact.closed_form import reflect
 from impact.greens import oscillator
-from impact.greens.base import Array, GreensFunctionError, Rod, StepKernel
+from impact.greens.base import Array, GreensFunctionError, Rod, StepKernel, convolve
 from impact.greens.modal import ModalGreens
-from impact.march import history, problem
+from impact.march import problem
 from impact.march.grid import TimeGrid, blocks
 from impact.march.loop.compiled import compiled
 from impact.march.loop.forces import FLOOR
@@ -175,7 +176,7 @@ def mean_displacement(
     if kernel.weights is not None:
         pushes = force if turn is None else turn @ force
         for weights, push in zip(np.einsum("i,ijn->jn", shares, kernel.weights), pushes, strict=True):
-            out[1:] += history.convolve(weights, push)
+            out[1:] += convolve(weights, push)
     return out
 
 
@@ -307,7 +308,7 @@ def _sampled_motion(discrete: Discrete, weights: Array, force: Array, base: Moti
     u = base.displacement.copy()
     for i in range(ports):
         for j in range(ports):
-            u[i, 1:] += history.convolve(weights[i, j], force[j] - discrete.rest[j])
+            u[i, 1:] += convolve(weights[i, j], force[j] - discrete.rest[j])
     if np.any(discrete.rest):
         u += (body.greens.static_compliance() @ discrete.rest)[:, None]
     drift, modal = np.zeros(ports), discrete.kernel.modal  # the initial translation, of the part known by weights
@@ -333,20 +334,11 @@ def _wave_energy(rod: Rod, force: Array, dt: float, steps: int) -> tuple[Array, 
     """Return the (n + 1,) energies stored in a rod and lost at its far end, from the outgoing wave a = f/Z + R a(t - T)
     of power Z a^2, of which R^2 is reflected."""
     n, r = len(force), rod.reflection
-    a = reflected(force / rod.impedance, r, steps)
+    a = reflect(force / rod.impedance, r, steps)
     power = np.concatenate([[0.0], np.cumsum(rod.impedance * a**2 * dt)])
     now = np.arange(n + 1, dtype=np.float64)
     at_far_end, back = (np.interp(now - np.float64(ago), now, power) for ago in (steps / 2, steps))
     return (power - at_far_end) + r**2 * (at_far_end - back), (1 - r**2) * at_far_end
-
-
-@compiled()
-def reflected(f, r, steps):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """Return the outgoing wave a = f + R a(t - T) of a rod whose waves return after so many steps."""
-    out = f.copy()
-    for m in range(steps, f.size):
-        out[m] += r * out[m - steps]
-    return out
 
 
 class LiveLoads:

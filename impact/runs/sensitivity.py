@@ -22,7 +22,7 @@ from typing import Final
 
 import numpy as np
 
-from impact.greens.base import Array
+from impact.greens.base import Array, convolve
 from impact.march import history, laws
 from impact.march.loop.joints import forces_along
 from impact.march.prepared import Prepared
@@ -92,7 +92,7 @@ def force_sensitivities(stepper: ContactStepper, neighbours: Sequence[Neighbours
             else:
                 gaps, own = other.free.copy(), step_weights(other)
                 for c, d in np.ndindex(p, p):
-                    gaps[1:, c] += history.convolve(own[c, d], stepper.force[:, d])
+                    gaps[1:, c] += convolve(own[c, d], stepper.force[:, d])
             sides.append((gaps, law.forces(other)))
         moved[number] = (sides[1][0] - sides[0][0]) / pair.width
         pushed[number] = (sides[1][1] - sides[0][1]) / pair.width

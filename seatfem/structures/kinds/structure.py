@@ -61,7 +61,7 @@ LOADS: Final = ("force", "pressure", "point_force", "gravity")
 class KnownStress(Protocol):
     """The stress of a striker under known contact forces."""
 
-    def largest(self, *, coarsely: bool, since: float | None = None) -> after.stresses.ReedStress:
+    def largest(self, *, coarsely: bool, since: float | None = None) -> after.histories.ReedStress:
         """Return the largest stresses of the run, and those before and after the time ``since`` of a landing [s]."""
 
     def histories(self, also: Collection[float] = (), *, few: bool = False) -> Iterator[tuple[str, Array]]:

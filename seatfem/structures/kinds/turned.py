@@ -275,7 +275,7 @@ class FacetStress:
     facet: float
     poisson: float
 
-    def largest(self, *, coarsely: bool, since: float | None = None) -> after.stresses.ReedStress:
+    def largest(self, *, coarsely: bool, since: float | None = None) -> after.histories.ReedStress:
         """Return the largest von Mises stress on the axis below the facet, with its depth as the place.
 
         The pressure on the facet is uniform, as for its port in the Green's function: p = N/(pi a^2). The stress is the
@@ -286,15 +286,15 @@ class FacetStress:
         spans, pressed, most = Spans.of_run(self.pressed, self.dt, since), self.pressed, self._most_stressed
         number = spans.of_times(np.arange(len(pressed)))
 
-        def largest(chosen: slice) -> after.stresses.PeakStress:
+        def largest(chosen: slice) -> after.histories.PeakStress:
             in_spans = np.isin(number, np.arange(spans.count)[chosen])
             if not pressed[in_spans].any():
-                return after.stresses.NO_STRESS
+                return after.histories.NO_STRESS
             step = int(np.argmax(np.where(in_spans, pressed, 0.0)))
             value = 2 * most.stress * pressed[step] / (math.pi * self.facet**2)
-            return after.stresses.PeakStress(float(value), most.depth * self.facet, self.dt * step)
+            return after.histories.PeakStress(float(value), most.depth * self.facet, self.dt * step)
 
-        return after.stresses.stress_by_spans(spans, largest)
+        return after.histories.stress_by_spans(spans, largest)
 
     def histories(self, also: Collection[float] = (), *, few: bool = False) -> Iterator[tuple[str, Array]]:
         """Yield the stress tensors at the depth of the largest von Mises stress, by the theory of `largest`."""

@@ -14,9 +14,9 @@ from typing import Final
 import numpy as np
 
 import impact
+from impact.after.histories import ReedStress
 from impact.after.landings import Landing
 from impact.after.loads import spring_displacements, without_springs
-from impact.after.stresses import ReedStress
 from impact.bodies.body import Body
 from impact.bodies.loads import SprungBody
 from impact.files import csv_table

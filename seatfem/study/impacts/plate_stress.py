@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from impact.after.histories import PeakStress, ReedStress, stress_by_spans
 from impact.after.loads import without_springs
-from impact.after.stresses import PeakStress, ReedStress, stress_by_spans
 from impact.bodies.body import Body, ModalState
 from impact.greens.base import Array, GreensFunction
 from impact.march.rows import Marched

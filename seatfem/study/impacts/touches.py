@@ -11,7 +11,7 @@ import numpy as np
 
 import impact
 from impact import measures
-from impact.after import histories, stresses
+from impact.after import histories
 from impact.after.landings import pair_landings
 from impact.after.result import ImpactResult, as_one, of_contacts
 from impact.bodies.body import Body
@@ -170,14 +170,14 @@ RECORD: Final = "record"
 
 
 def measured(
-    touches: Touches, filter_width: float, stress: stresses.ReedStress | None = None, asked: LandingChoice = "hardest"
+    touches: Touches, filter_width: float, stress: histories.ReedStress | None = None, asked: LandingChoice = "hardest"
 ) -> Values:
     """Return the measures of a run by name [SI]; ``stress``: the reed's, if wanted; ``asked``: the landing to judge."""
     return values_of(contact_record_of(touches, filter_width, stress, asked))
 
 
 def contact_record_of(
-    touches: Touches, filter_width: float, stress: stresses.ReedStress | None = None, asked: LandingChoice = "hardest"
+    touches: Touches, filter_width: float, stress: histories.ReedStress | None = None, asked: LandingChoice = "hardest"
 ) -> ContactRecord:
     """Return the record of a run from which its measures are taken."""
     result, landings = touches.seat, () if touches.landings is None else touches.landings.seat

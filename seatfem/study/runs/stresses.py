@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import impact
-from impact.after.stresses import ReedStress
+from impact.after.histories import ReedStress
 from impact.bodies.body import Body
 from impact.greens.base import Array
 from impact.life.places import margin_error

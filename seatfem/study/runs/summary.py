@@ -11,11 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impact import measures
-from impact.after.histories import line_force_peak, line_impulse_peak
+from impact.after.histories import PeakStress, ReedStress, line_force_peak, line_impulse_peak
 from impact.after.landings import Landing
 from impact.after.regime import in_words, regime
 from impact.after.result import ImpactResult
-from impact.after.stresses import PeakStress, ReedStress
 from impact.bodies.body import Body
 from impact.files.safe_files import whole_file
 from impact.greens.base import Array, GreensFunction
