@@ -195,9 +195,7 @@ def closing_speeds(problem: ContactProblem, dt: float) -> Array:
         if body.state is not None and body.greens.modal is not None:
             ports = ports + body.greens.modal.shapes.T @ body.state.velocity
         opening += problem.directions(body).T @ ports
-    if (carried := problem.carried(np.array([0.0, dt]))) is not None:
-        opening += (carried[1] - carried[0]) / dt
-    return -opening
+    return -(opening + np.diff(problem.carried(np.array([0.0, dt])), axis=0)[0] / dt)
 
 
 def own_yield(contacts: Sequence[Contact], striker: Body, dt: float) -> Array | None:
@@ -396,6 +394,7 @@ def _closing_speeds(problem: ContactProblem, force: Array, grid: TimeGrid, loads
         for load, amplitude in zip(problem.striker.loads, loads, strict=True):
             moved = float((modal.shapes[rigid] @ seen) @ load.shape[rigid])
             speed[1:] += moved * dt * np.cumsum(amplitude)
-    if (carried := problem.carried(np.asarray(dt * np.arange(len(speed)), dtype=np.float64))) is not None:
+    if problem.is_carried:
+        carried = problem.carried(np.asarray(dt * np.arange(len(speed)), dtype=np.float64))
         speed += np.gradient(carried[:, face].mean(axis=1), dt)
     return -speed

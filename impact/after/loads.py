@@ -72,9 +72,7 @@ def static_load(problem: ContactProblem, duration: float) -> StaticLoad:
 
 def _openings(problem: ContactProblem, time: Array) -> tuple[Array, Array]:
     """Return the (m, p) gaps under bases and loads without contact [m], and the (p, p) compliance [m/N]."""
-    opening = np.tile([contact.gap for contact in problem.contacts], (len(time), 1))
-    if (carried := problem.carried(time)) is not None:
-        opening = opening + carried
+    opening = np.array([contact.gap for contact in problem.contacts]) + problem.carried(time)
     reach = max(float(np.abs(opening).max()), np.finfo(float).tiny)
     compliance = np.zeros((len(problem.contacts),) * 2)
     for body in problem.bodies:

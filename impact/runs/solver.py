@@ -198,8 +198,7 @@ def collect(march: ContactStepper | Marched) -> ImpactResult:
     whole, time, force = rows.force, rows.time, rows.force[1:]
     carried, gap, at_start = problem.carried(time), np.zeros_like(whole), list[Array]()
     gap += np.array([c.gap for c in problem.contacts])
-    if carried is not None:
-        gap += carried
+    gap += carried
     single = len(run.rest) == 1
     displaced = np.zeros((2, *(gap.shape if single or gap.size <= LARGE else (0, 0))))  # of striker and targets
 
@@ -222,8 +221,7 @@ def collect(march: ContactStepper | Marched) -> ImpactResult:
         at_start += [body.body.greens.static_compliance() @ body.rest for body in bodies]
     deflection = max(float(np.abs(moved).max()) for moved in at_start)
     film = rows.film[1:] if rows.film.size else None
-    energy = ledger(problem, energies, force, gap, film, carried)
-    single = len(run.rest) == 1
+    energy = ledger(problem, energies, force, gap, carried, film)
     pulls = None if film is None else rows.film
     solid = force if film is None else force - film
     first = problem.contacts[0]
