@@ -167,7 +167,7 @@ def coordinates(pushes: Array, dt: float, reed: Body, stride: int) -> Iterator[A
         pull = pull + sum(load.shape * amplitude for load, amplitude in zip(reed.loads, held, strict=True))
         first = first + at_ports @ held
     start = replace(start, displacement=start.displacement + pull / greens.omega**2)
-    body = BodyAtStart(followed, start, pushes[:, 0], pushes[:, 0], [load.shape for load in reed.loads])
+    body = BodyAtStart(followed, start, pushes[:, 0], pushes[:, 0], [load.shape for load in reed.loads], np.eye(ports))
     replay = EqualReplay(body, dt)
     yield np.append(start.displacement, first)[None, :]
     for part in grid.blocks(pushes.shape[1] - 1, _BLOCK * stride):

@@ -148,7 +148,7 @@ def march(
     dt: float,
     duration: float,
     *,
-    bodies: tuple[motion.Discrete, ...] | None = None,
+    bodies: tuple[motion.Discrete, ...] = (),
     equal_steps: bool = False,
     like: TimeGrid | None = None,
 ) -> Marched:

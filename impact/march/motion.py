@@ -203,7 +203,7 @@ def modal_coordinates(body: Body, force: Array, dt: float, stride: int) -> Array
             f"a {type(body.greens).__name__} has no modal coordinates: take a body that is a sum of modes"
         )
     discrete = Discrete.from_body(body, dt, force.shape[1])
-    body = _start_of(discrete, modal)
+    body = _start_of(discrete, modal, np.zeros((0, len(force))))
     coordinates = EqualReplay(body, dt).coordinates(force, discrete.loads, stride)
     return np.vstack([body.state.displacement, coordinates[:, : len(modal.omega)]])
 
@@ -251,7 +251,8 @@ def _modal_motion(
     start, relaxed, rest = find_start(discrete, modal), find_relaxations(discrete, modal), modal.residual
     spring = rest.compliance @ discrete.rest
     moved = modal.shapes.T @ start.displacement + rest.shapes.T @ relaxed + spring
-    moved = moved if seen is None else seen @ moved
+    seen = np.eye(len(moved)) if seen is None else seen
+    moved = seen @ moved
     u, stored, lost, work = np.zeros((len(moved), 0 if write else n + 1)), *np.zeros((3, n + 1))
     swinging = start.velocity @ start.velocity + np.sum((modal.omega * start.displacement) ** 2)
     stored[0] = 0.5 * float(swinging + rest.rates @ relaxed**2 + discrete.rest @ spring)
@@ -272,24 +273,24 @@ def _put(whole: Array, rows: slice, displacement: Array) -> None:
 
 
 def _begin_replay(
-    discrete: Discrete, modal: ModalGreens, grid: TimeGrid | None, seen: Array | None, *, energies: bool
+    discrete: Discrete, modal: ModalGreens, grid: TimeGrid | None, seen: Array, *, energies: bool
 ) -> tuple[Replay, Callable[[slice, Array], Block]]:
     """Return a replay, and the function that advances it through a slice of the steps under the port forces (P, m) in
     them."""
-    body = _start_of(discrete, modal)
+    body = _start_of(discrete, modal, seen)
     if grid is None or grid.is_uniform:
-        equal = EqualReplay(body, discrete.dt, seen)
+        equal = EqualReplay(body, discrete.dt)
         return equal, lambda part, force: equal.advance(force, discrete.loads[:, part], energies=energies)
     (lengths, levels), (means, rises) = grid.levels, find_loads(discrete.loads, grid.ends)
-    leaps = LeapReplay(body, discrete.dt * lengths.astype(np.float64), seen)
+    leaps = LeapReplay(body, discrete.dt * lengths.astype(np.float64))
     return leaps, lambda part, force: leaps.advance(
         force, means[:, part], levels[part], rises[:, part], energies=energies
     )
 
 
-def _start_of(discrete: Discrete, modal: ModalGreens) -> BodyAtStart:
+def _start_of(discrete: Discrete, modal: ModalGreens, seen: Array) -> BodyAtStart:
     state, relaxed = find_start(discrete, modal), find_relaxations(discrete, modal)
-    return BodyAtStart(modal, state, relaxed, discrete.rest, [load.shape for load in discrete.body.loads])
+    return BodyAtStart(modal, state, relaxed, discrete.rest, [load.shape for load in discrete.body.loads], seen)
 
 
 def find_relaxations(discrete: Discrete, modal: ModalGreens) -> Array:

@@ -178,13 +178,12 @@ def discretise(
     rule: str = "auto",
     engine: history.Engine = "auto",
     block: int | None = None,
-    bodies: tuple[motion.Discrete, ...] | None = None,
+    bodies: tuple[motion.Discrete, ...] = (),
 ) -> Discretised:
     """Discretise the bodies over a ``duration`` [s] at the step ``dt`` [s]; arguments and errors as in `prepare`."""
     n, rules = step_count(dt, duration), _rules(problem, rule)
     _refuse_ill_posed(problem)
-    if bodies is None:
-        bodies = tuple(motion.Discrete.from_body(body, dt, n) for body in problem.bodies)
+    bodies = bodies or tuple(motion.Discrete.from_body(body, dt, n) for body in problem.bodies)
     stated = [(id(discrete.body), discrete.dt, discrete.loads.shape[1]) for discrete in bodies]
     if stated != [(id(body), dt, n) for body in problem.bodies]:
         raise ContactError(f"bodies must be those of the problem over {n} steps of {dt:g} s")
@@ -202,7 +201,7 @@ def prepare(
     rule: str = "auto",
     engine: history.Engine = "auto",
     block: int | None = None,
-    bodies: tuple[motion.Discrete, ...] | None = None,
+    bodies: tuple[motion.Discrete, ...] = (),
 ) -> Prepared:
     """Discretise the bodies and their free motion over a ``duration`` [s] at the step ``dt`` [s].
 

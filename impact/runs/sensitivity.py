@@ -147,12 +147,12 @@ class _Law:
         self.by_start = self._slope(s, none, at_start, np.where(joined & remembered, at_start, 0.0))
         self.by_deepest = self._slope(s, none, none, np.where(remembered & ~joined, at_deepest, 0.0))
 
-    def forces(self, prepared: Prepared, end: Array | None = None, start: Array | None = None,
-               deepest: Array | None = None) -> Array:  # fmt: skip
-        """Return the (n, p) forces of the laws and weights of a problem at these penetrations, by default the run's;
-        zero in open steps and for rigid contacts."""
-        end, start = self.end if end is None else end, self.start if start is None else start
-        deepest = self.deepest if deepest is None else deepest
+    def forces(self, prepared: Prepared) -> Array:
+        """Return the (n, p) forces of the laws and weights of a problem at the penetrations of the run."""
+        return self._forces_at(prepared, self.end, self.start, self.deepest)
+
+    def _forces_at(self, prepared: Prepared, end: Array, start: Array, deepest: Array) -> Array:
+        """Return the same at other penetrations; zero in open steps and for rigid contacts."""
         contacts, out = prepared.problem.contacts, np.zeros_like(self.end)
         numbers, together = march_numbers([c.law.parameters for c in contacts]), np.abs(prepared.own).sum(axis=1)
         for c in np.flatnonzero(~self.rigid):
@@ -165,8 +165,8 @@ class _Law:
 
     def _slope(self, s: Prepared, end: Array, start: Array, deepest: Array) -> Array:
         """Return the derivative of the forces along these small changes of penetrations, over the largest of them."""
-        above = self.forces(s, self.end + end, self.start + start, self.deepest + deepest)
-        below = self.forces(s, self.end - end, self.start - start, self.deepest - deepest)
+        above = self._forces_at(s, self.end + end, self.start + start, self.deepest + deepest)
+        below = self._forces_at(s, self.end - end, self.start - start, self.deepest - deepest)
         size = np.maximum(np.maximum(end, start), deepest)
         return np.asarray(np.divide(above - below, 2 * size, out=np.zeros_like(size), where=size > 0))
 

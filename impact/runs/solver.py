@@ -162,7 +162,7 @@ def solve(
     rule: str = "auto",
     engine: Engine = "auto",
     block: int | None = None,
-    bodies: tuple[Discrete, ...] | None = None,
+    bodies: tuple[Discrete, ...] = (),
     equal_steps: bool = False,
     progress: Progress = silent,
 ) -> ImpactResult:
@@ -374,7 +374,7 @@ def error_budget(
     values = values_of(result)
     finer = times(2.0, changes(values, run(problem, step / 2)))
     finer = {name: max(each, step) if "duration" in name and values[name] else each for name, each in finer.items()}
-    return budget_of(run, problem, values, step, sources, filter_width=filter_width, finer=[finer])
+    return budget_of(run, problem, values, step, sources, filter_width=filter_width or math.inf, finer=[finer])
 
 
 def _standard(problem: ContactProblem, filter_width: float | None) -> Mapping[str, Measure]:

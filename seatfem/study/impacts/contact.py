@@ -228,7 +228,7 @@ def run_contacts(
     """Run the scene once: contact of the striker with seat and stopper by the scene's laws. ``flights``: the striker's
     motion without contact, if several runs share it."""
     check_base(scene.mount("seat"), seat, scene.run.duration)
-    problem, bodies = problem_of(scene, striker, impact.Body(seat)), None
+    problem, bodies = problem_of(scene, striker, impact.Body(seat)), tuple[motion.Discrete, ...]()
     if flights is not None:
         flight = flights(striker, dt)
         bodies = (flight, *(motion.Discrete.from_body(body, dt, flight.loads.shape[1]) for body in problem.targets))
