@@ -326,10 +326,10 @@ def _calm_from(mean: Array, static: Array, peak: int, reach: int, band: float) -
     before, after = np.flatnonzero(~above[:peak]), np.flatnonzero(~above[peak:])
     start = int(before[-1]) + 1 if before.size else 0
     stop = peak + int(after[0]) if after.size else len(mean)
-    lasting = max(stop - start, 2 * reach)
+    contact_time = max(stop - start, 2 * reach)
     within = (np.abs(mean - static) <= band * static) & (static > 0)
     runs = histories.closed_steps(within[peak:])
-    return next((peak + int(first) for first, last in runs if last - first >= lasting), None)
+    return next((peak + int(first) for first, last in runs if last - first >= contact_time), None)
 
 
 Stored = Callable[[Sequence[int]], Array | None]

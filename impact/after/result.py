@@ -226,7 +226,7 @@ class ImpactResult(AtEqualSteps):
         peak, when = (in_units(value, unit, 4) for value, unit in ((total.max(), "N"), (time[total.argmax()], "s")))
         size = f"{parts} contact{'s'[: parts > 1]}, {rows.ends[-1]} steps of {in_units(self.dt, 's', 4)}"
         if not rows.is_uniform:
-            size += f", taken as {rows.in_words()}"
+            size += f", taken as {rows.describe()}"
         advice_names = some([advice.name for advice in self.advice]) or "no advice"
         closed = closed_steps(rows.solid.reshape(len(time), -1).sum(axis=1)[1:])
         groups = merged(time[closed])

@@ -18,7 +18,7 @@ from impact.march.replay import BodyAtStart, EqualReplay
 
 POINTS_PER_WAVE = 8  # points along the reed per wavelength of the highest mode, at which the stress is evaluated
 ROUND_OFF = 1e-12  # relative round-off of sums over modes
-SAME = 1e-9  # largest relative misfit of a load's modal shape, fitted by forces on ports, that counts as round-off
+SAME_SHAPE = 1e-9  # largest relative misfit that counts as round-off of a load's modal shape by forces on ports
 _BLOCK = 1024  # time steps whose modal coordinates are held in memory at once
 _FEW = 16  # stride of the first pass over the steps, whose peak rules out most of the others by their bounds
 
@@ -184,7 +184,7 @@ def _at_ports(reed: Body) -> Array:
     shapes, forces = _modal(reed).shapes, np.zeros((len(reed.greens.ports), len(reed.loads)))
     for number, load in enumerate(reed.loads if len(shapes) > len(forces) else ()):  # with M <= p every shape fits
         fitted = np.linalg.lstsq(shapes, load.shape, rcond=None)[0]
-        if np.linalg.norm(shapes @ fitted - load.shape) < SAME * np.linalg.norm(load.shape):
+        if np.linalg.norm(shapes @ fitted - load.shape) < SAME_SHAPE * np.linalg.norm(load.shape):
             forces[:, number] = fitted
     return forces
 

@@ -318,11 +318,11 @@ class GreensFunction(ABC):
         limit = "any time" if math.isinf(self.valid_for) else f"{self.valid_for:.4g} s"
         origin = some([f"{key} = {brief_value(value)}" for key, value in self.provenance.items()], most=6)
         quality = (f"error: {', '.join(parts)}; valid for {limit}", f"origin: {origin or 'not stated'}")
-        return "\n  ".join([f"{type(self).__name__}, {ports}", *self._in_words(), *quality])
+        return "\n  ".join([f"{type(self).__name__}, {ports}", *self._describe(), *quality])
 
     _repr_html_ = as_html
 
-    def _in_words(self) -> tuple[str, ...]:
+    def _describe(self) -> tuple[str, ...]:
         """Return descriptions of the representation, one per line."""
         return ()
 
@@ -520,7 +520,7 @@ class SumGreens(Combination):
     def _with(self, parts: tuple[GreensFunction, ...]) -> SumGreens:
         return SumGreens(parts)
 
-    def _in_words(self) -> tuple[str, ...]:
+    def _describe(self) -> tuple[str, ...]:
         shown = [f"+ {cut(line, 160)}" for part in self.parts[:3] for line in str(part).splitlines()[:2]]
         return (*shown, *([f"+ {len(self.parts) - 3} parts more"] if len(self.parts) > 3 else []))
 
@@ -573,7 +573,7 @@ class ScaledGreens(Combination):
     def _with(self, parts: tuple[GreensFunction, ...]) -> ScaledGreens:
         return replace(self, part=parts[0])
 
-    def _in_words(self) -> tuple[str, ...]:
+    def _describe(self) -> tuple[str, ...]:
         return (f"{self.factor:g} times", *(f"  {line}" for line in str(self.part).splitlines()))
 
     @property

@@ -80,7 +80,7 @@ class TimeGrid:
         """Return the ends of the steps of this grid and of another one, each once."""
         return np.union1d(self.ends, other.ends)
 
-    def in_words(self) -> str:
+    def describe(self) -> str:
         """Return how many steps there are of which length."""
         each = [f"{count} of {in_units(length * self.dt, 's', 3)}" for length, count in sorted(self.lengths.items())]
         return f"{len(self.ends) - 1} steps: {', '.join(each)}"

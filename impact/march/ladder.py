@@ -21,7 +21,7 @@ from impact.march.grid import TimeGrid
 from impact.march.loop import ladder as loop
 from impact.march.prepared import Discretised, discretise, find_free_motion
 from impact.march.problem import ContactProblem
-from impact.march.rows import Marched, Rows
+from impact.march.rows import MarchRun, Rows
 from impact.march.stepper import ContactStepper, LoopLaws
 from impact.notices import Progress, silent
 from impact.quantities import brief
@@ -151,7 +151,7 @@ def march(
     bodies: tuple[motion.Discrete, ...] = (),
     equal_steps: bool = False,
     like: TimeGrid | None = None,
-) -> Marched:
+) -> MarchRun:
     """March a problem over a ``duration`` [s] for its forces and gaps, far cheaper than a run with energies.
 
     ``dt``: fine step [s]; ``equal_steps``, ``like``: as in `begin_march`. ``bodies`` and errors as in `impact.prepare`.
@@ -160,12 +160,12 @@ def march(
     return finish_march(begin_march(discretised, equal_steps=equal_steps, like=like))
 
 
-def finish_march(run: ContactStepper | LadderMarch, progress: Progress = silent) -> Marched:
+def finish_march(run: ContactStepper | LadderMarch, progress: Progress = silent) -> MarchRun:
     """March to the end; return the whole run."""
     while run.done < run.steps:
         run.advance_far()
         progress("stepping", run.done / run.steps)
-    return run.marched()
+    return run.record_run()
 
 
 def begin_march(
@@ -292,10 +292,10 @@ class LadderMarch:
         elif row + 1 == len(self._room[0]):
             self._resize(row + 1 + ROOM)
 
-    def marched(self) -> Marched:
+    def record_run(self) -> MarchRun:
         """Return the whole run, with the histories of this march."""
         ends, force, gap, film = self._room
-        return Marched(
+        return MarchRun(
             problem=self._of.problem,
             bodies=self._of.bodies,
             own=self._levels.own[0],

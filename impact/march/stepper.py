@@ -23,7 +23,7 @@ from impact.march.loop.marches import linear_laws, march_many, march_one
 from impact.march.prepared import BLOCK as FLIGHT
 from impact.march.prepared import Pilot, Prepared
 from impact.march.problem import Contact, ContactError
-from impact.march.rows import Marched, Rows, find_seats
+from impact.march.rows import MarchRun, Rows, find_seats
 from impact.quantities import brief
 
 
@@ -168,7 +168,7 @@ class ContactStepper:
             **({"fed": self.live.fed} if self.live.fed.size else {}),
         }
 
-    def marched(self) -> Marched:
+    def record_run(self) -> MarchRun:
         """Return the run up to the present step."""
         s, n = self.prepared, self.done
         force = np.concatenate([s.rest[None], self.force[:n]])
@@ -176,7 +176,7 @@ class ContactStepper:
         striker = replace(s.bodies[0], loads=s.bodies[0].loads[:, :n] + self.live.amplitudes[:, :n])
         others = (replace(body, loads=body.loads[:, :n]) for body in s.bodies[1:])
         rows = Rows(s.dt, np.arange(n + 1), force, self.gap[: n + 1], film)
-        return Marched(s.problem, (striker, *others), s.own, rows, s.plan.words, self.unsolved)
+        return MarchRun(s.problem, (striker, *others), s.own, rows, s.plan.words, self.unsolved)
 
     def checkpoint(self) -> dict[str, Array]:
         """Return the complete present state as arrays; `impact.storage.hdf5` writes it to a file."""

@@ -33,7 +33,7 @@ STEP: Final = 1e-5
 """Half width of central differences of a law, over the penetration; errors are its square, and eps over it."""
 LEVEL: Final = 1e-9
 """Relative distance from the deepest closure within which a joint is on its loading branch."""
-SAME: Final = 1e-6
+SOLVED: Final = 1e-6
 """Largest difference of a step's force from the law's, over the largest force, at which the run counts as solved."""
 
 
@@ -61,8 +61,8 @@ def why_not(stepper: ContactStepper) -> str:
         return "a law of one's own"
     known = _Law(stepper)
     off = np.abs(known.forces(stepper.prepared) - stepper.force)[:, ~known.rigid]
-    if off.size and off.max() > SAME * np.abs(stepper.force).max():
-        return f"forces that were not found to {SAME:g}"
+    if off.size and off.max() > SOLVED * np.abs(stepper.force).max():
+        return f"forces that were not found to {SOLVED:g}"
     return ""
 
 

@@ -31,7 +31,7 @@ from impact.march.ladder import begin_march, finish_march, march
 from impact.march.motion import Discrete, Motion
 from impact.march.prepared import discretise
 from impact.march.problem import ContactError, ContactProblem
-from impact.march.rows import Marched, Replayed, Rows, find_ports
+from impact.march.rows import MarchRun, Replayed, Rows, find_ports
 from impact.march.stepper import ContactStepper
 from impact.measured.frf import sampling_advice
 from impact.notices import Advice, Progress, silent
@@ -189,9 +189,9 @@ def solve(
     return collect(finish_march(begin_march(discretised, equal_steps=equal_steps), progress))
 
 
-def collect(march: ContactStepper | Marched) -> ImpactResult:
+def collect(march: ContactStepper | MarchRun) -> ImpactResult:
     """Return the result of the steps marched so far; raises `ContactError` if a history is not finite."""
-    run = march.marched() if isinstance(march, ContactStepper) else march
+    run = march.record_run() if isinstance(march, ContactStepper) else march
     run = replace(run, rows=run.rows.of_forces())
     del march  # its gaps are made again from the forces, and a history of many contacts is large
     rows, bodies, problem = run.rows, run.bodies, run.problem
@@ -269,7 +269,7 @@ def _speed_at_start(body: Body, port: str | int, dt: float) -> float:
     return body.velocity_of(port) + float(end - start) / dt
 
 
-def _advice(s: Marched, energy: EnergyLedger) -> Iterator[Advice]:
+def _advice(s: MarchRun, energy: EnergyLedger) -> Iterator[Advice]:
     for number, body in enumerate(s.bodies):
         g = body.body.greens
         name = "striker" if number == 0 else "target"
@@ -330,7 +330,7 @@ def error_budget(
     that source, and the bar is 1.5 times their sum (`impact.Budget`). This includes chattering contacts, for which a
     bound on the error of g does not bound the measures. The sources:
 
-    - "time_step": two and four times the step, and half of it (`impact.runs.variations.left_by_step`); of a duration
+    - "time_step": two and four times the step, and half of it (`impact.runs.variations.find_step_error`); of a duration
       at least the step, as these measures count whole steps;
     - "striker reduction", "target reduction": g larger by its ``error_estimate.reduction``, and the highest modes of a
       `ModalGreens`, those above 1/1.6 and 1/2.5 of the highest frequency, moved into its residual (a filter shorter

@@ -138,8 +138,8 @@ def budget_of(
     """Return the errors by the time step and by the ``sources`` in ``values``, the measures of ``problem`` at the step
     ``dt`` [s].
 
-    The error by the step is `left_by_step`, or what ``finer`` steps tell if that is larger. The sources are compared at
-    the doubled step, if it resolves the filter of ``filter_width`` [s], infinite without one; an unknown source is
+    The error by the step is `find_step_error`, or what ``finer`` steps tell if that is larger. The sources are compared
+    at the doubled step, if it resolves the filter of ``filter_width`` [s], infinite without one; an unknown source is
     ``None``. ``run`` returns the same measures of a problem; a missing measure counts as an infinite error.
     ``threads``: parallel runs; the compiled time loop holds no interpreter lock.
     """
@@ -161,7 +161,7 @@ def budget_of(
     def between(other: float) -> Values:
         return changes(values, results[id(problem), other])
 
-    of_step = left_by_step(dt, filter_width, between)
+    of_step = find_step_error(dt, filter_width, between)
     of_step = {name: max([value, *(each.get(name, 0.0) for each in finer)]) for name, value in of_step.items()}
     parts: dict[str, Values] = {}
     for source, terms in sources.items():
@@ -173,7 +173,7 @@ def budget_of(
     return Budget(values, {**parts, "time_step": of_step}, (*sources, "time_step"))
 
 
-def left_by_step(dt: float, filter_width: float, between: Callable[[float], Values]) -> Values:
+def find_step_error(dt: float, filter_width: float, between: Callable[[float], Values]) -> Values:
     """Return the errors by a step ``dt``; ``between``: function that returns the changes from it to another step [s].
 
     The integration is of first order where the force jumps, so a step twice as long changes as much as the error, and

@@ -82,7 +82,7 @@ def faces(
         with whole_file(path) as temporary:
             temporary.write_text(seatfem.faces.tables.faces_csv(geometry), encoding="utf-8")
     else:
-        gap = gap or pictures.drawing.gap_of(
+        gap = gap or pictures.drawing.try_draw(
             lambda file: seatfem.pictures.faces_picture.draw_faces(geometry, file), path
         )
     if common.quiet:

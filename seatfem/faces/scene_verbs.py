@@ -167,7 +167,7 @@ def trade(
     study.trade.report.write_trade(result, *files)
     terminal = lines(quiet=common.quiet)
     terminal.print(study.trade.report.in_words(result))
-    gap = pictures.drawing.gap_of(lambda path: study.trade.report.draw_trade(result, path), folder / "trade.png")
+    gap = pictures.drawing.try_draw(lambda path: study.trade.report.draw_trade(result, path), folder / "trade.png")
     print_outcome(terminal, (), [gap], files if gap else [*files, folder / "trade.png"])
     return DONE
 

@@ -14,7 +14,7 @@ from impact.after.histories import PeakStress, ReedStress, stress_by_spans
 from impact.after.loads import without_springs
 from impact.bodies.body import Body, ModalState
 from impact.greens.base import Array, GreensFunction
-from impact.march.rows import Marched
+from impact.march.rows import MarchRun
 from impact.march.stepper import with_recorded_loads
 from seatfem import structures
 from seatfem.structures import fields, lip, rings
@@ -212,7 +212,7 @@ class PlateLook:
     field: StressField
     division: rings.Division
 
-    def __call__(self, run: Marched, since: float | None) -> ReedStress | None:
+    def __call__(self, run: MarchRun, since: float | None) -> ReedStress | None:
         """Return the largest stresses, also before and after the start ``since`` of a landing [s]."""
         if not len(self.field.points):
             return None
@@ -241,7 +241,7 @@ class Forces:
     dt: float
 
     @staticmethod
-    def from_march(run: Marched) -> Forces:
+    def from_march(run: MarchRun) -> Forces:
         """Return the contact forces of a run."""
         problem, seats = run.problem, touches.seat_contacts(run.problem)
         parts, above = run.force[:, :seats], run.force[:, seats:]
