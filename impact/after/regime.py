@@ -124,7 +124,8 @@ def describe(numbers: Regime) -> str:
     return (
         f"{verdict}; mass Z^2/K of the seat over the reed's {_number(numbers.mass_ratio)} (Z impedance, "
         "K stiffness), round trips of the seat's wave in the first contact "
-        f"{_number(numbers.round_trips_per_contact)}, Zener lambda {_number(numbers.zener_lambda)} (peak force on a spring over that of the first wave)"
+        f"{_number(numbers.round_trips_per_contact)}, Zener lambda {_number(numbers.zener_lambda)} (peak force on a "
+        "spring over that of the first wave)"
     )
 
 

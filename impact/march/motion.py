@@ -203,9 +203,9 @@ def modal_coordinates(body: Body, force: Array, dt: float, stride: int) -> Array
             f"a {type(body.greens).__name__} has no modal coordinates: take a body that is a sum of modes"
         )
     discrete = Discrete.from_body(body, dt, force.shape[1])
-    body = _start_of(discrete, modal, np.zeros((0, len(force))))
-    coordinates = EqualReplay(body, dt).coordinates(force, discrete.loads, stride)
-    return np.vstack([body.state.displacement, coordinates[:, : len(modal.omega)]])
+    start = _start_of(discrete, modal, np.zeros((0, len(force))))
+    coordinates = EqualReplay(start, dt).coordinates(force, discrete.loads, stride)
+    return np.vstack([start.state.displacement, coordinates[:, : len(modal.omega)]])
 
 
 def _free_vibration(discrete: Discrete, modal: ModalGreens) -> Array:
