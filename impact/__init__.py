@@ -4,7 +4,10 @@ The names in `__init__.pyi` are loaded on first use: what reads a file or asks f
 compiler.
 """
 
+from impact.late import load_late
 from impact.names import public_names
+
+load_late(__name__)
 
 __getattr__, __dir__, __all__ = public_names(
     __name__,

@@ -14,6 +14,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
+from impact.late import import_now
+
 if TYPE_CHECKING:
     import pandas
 
@@ -89,7 +91,7 @@ class FormerModules(MetaPathFinder, Loader):
         """Warn, and fill the module with what the present one holds."""
         place = self.places[module.__name__]
         _warn(module.__name__, place)
-        held = vars(import_module(place)).items()
+        held = vars(import_now(place)).items()
         vars(module).update({name: value for name, value in held if not name.startswith("__")})
 
 

@@ -3,6 +3,9 @@
 The names in `__init__.pyi` are loaded on first use, so that `import seatfem` costs nothing.
 """
 
+from impact.late import load_late
 from impact.names import public_names
+
+load_late(__name__)
 
 __getattr__, __dir__, __all__ = public_names(__name__, __file__, former={"geometry": "seatfem.structures.shapes"})

@@ -77,7 +77,7 @@ from typing import Any, ClassVar, Final, Protocol
 
 import numpy as np
 
-from impact.exact.contact_stress import hertz_stiffness, reduced_modulus
+from impact.exact import contact_stress
 from impact.greens.base import Array
 
 SIGNORINI, SPRING, HERTZ, HUNT_CROSSLEY, ON_PATCH, USER, ROUGH, TABLE = range(8)
@@ -216,8 +216,8 @@ class Hertz(_PowerLaw):
         The second body is rigid unless given. Two spheres have the radius R_1 R_2/(R_1 + R_2). Raises
         `ContactStressError`: a radius or a modulus that is not positive.
         """
-        modulus = reduced_modulus(young=young, poisson=poisson, young_2=young_2, poisson_2=poisson_2)
-        return Hertz(hertz_stiffness(reduced_modulus=modulus, radius=radius))
+        modulus = contact_stress.reduced_modulus(young=young, poisson=poisson, young_2=young_2, poisson_2=poisson_2)
+        return Hertz(contact_stress.hertz_stiffness(reduced_modulus=modulus, radius=radius))
 
 
 @dataclass(frozen=True)

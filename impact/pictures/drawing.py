@@ -73,6 +73,19 @@ def try_draw(draw: Callable[[Path], object], path: Path) -> str:
     return ""
 
 
+def load_matplotlib() -> Any:
+    """Return matplotlib with the modules that drawings use. Raises what importing it raises."""
+    import matplotlib
+    import matplotlib.backends.backend_agg
+    import matplotlib.cm
+    import matplotlib.collections
+    import matplotlib.figure
+    import matplotlib.patches
+    import matplotlib.ticker
+
+    return matplotlib
+
+
 @contextmanager
 def sheet(path: str | os.PathLike[str] | None, width: float, height: float) -> Iterator[Figure]:
     """Yield a matplotlib figure of ``width`` x ``height`` [inch] in the common style, written if the block succeeds.
@@ -82,15 +95,12 @@ def sheet(path: str | os.PathLike[str] | None, width: float, height: float) -> I
     cannot write this format.
     """
     try:
-        import matplotlib
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-
+        matplotlib = load_matplotlib()
     except Exception as missing:  # a broken installation may raise any error
         name = "a figure" if path is None else Path(path).name
         raise PictureError(f"{name} needs matplotlib: {how_to_mend('matplotlib', 'pictures', missing)}") from missing
 
-    class Shown(Figure):
+    class Shown(matplotlib.figure.Figure):
         """Figure that notebooks display, as they display figures of pyplot."""
 
         def _repr_png_(self) -> bytes:
@@ -101,7 +111,7 @@ def sheet(path: str | os.PathLike[str] | None, width: float, height: float) -> I
 
     with matplotlib.rc_context(_STYLE):
         figure = Shown(figsize=(width, height), layout="constrained")
-        formats = FigureCanvasAgg(figure).get_supported_filetypes()
+        formats = matplotlib.backends.backend_agg.FigureCanvasAgg(figure).get_supported_filetypes()
         if path is not None and Path(path).suffix[1:].lower() not in formats:
             raise PictureError(f"{Path(path).name}: unknown picture format; use one of .{', .'.join(sorted(formats))}")
         yield figure
@@ -112,7 +122,9 @@ def sheet(path: str | os.PathLike[str] | None, width: float, height: float) -> I
         with whole_file(path) as temporary:
             if Path(path).suffix.lower() == ".png":  # savefig would draw everything a second time, for its layout
                 figure.dpi, usual = DPI, figure.dpi
-                FigureCanvasAgg(figure).print_png(temporary, pil_kwargs={"compress_level": 4})  # type: ignore[no-untyped-call]
+                matplotlib.backends.backend_agg.FigureCanvasAgg(figure).print_png(
+                    temporary, pil_kwargs={"compress_level": 4}
+                )  # type: ignore[no-untyped-call]
                 figure.dpi = usual
             else:
                 figure.savefig(temporary, dpi=DPI)
@@ -151,17 +163,17 @@ def without_tex(label: str) -> str:
 @cache
 def _formatters() -> dict[type, Any]:
     """Return our formatters by matplotlib's classes: for logarithmic axes, and for the factor beside linear ones."""
-    from matplotlib.ticker import LogFormatterSciNotation, ScalarFormatter
+    ticker = load_matplotlib().ticker
 
-    class Linear(ScalarFormatter):
+    class Linear(ticker.ScalarFormatter):
         def __call__(self, x: float, pos: int | None = None) -> str:
             return without_tex(super().__call__(x, pos))
 
         def get_offset(self) -> str:
             return without_tex(super().get_offset())
 
-    class Powers(LogFormatterSciNotation):
+    class Powers(ticker.LogFormatterSciNotation):
         def __call__(self, x: float, pos: int | None = None) -> str:
             return without_tex(super().__call__(x, pos))
 
-    return {ScalarFormatter: Linear, LogFormatterSciNotation: Powers}
+    return {ticker.ScalarFormatter: Linear, ticker.LogFormatterSciNotation: Powers}

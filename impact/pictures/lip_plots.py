@@ -14,7 +14,7 @@ from impact.after import histories, measures
 from impact.after.histories import MOVING_AVERAGE, ClosedLine, averaged, best_plane, line_impulse, per_length
 from impact.after.result import ImpactResult
 from impact.greens.base import Array
-from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, sheet, time_axis, zero_line
+from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, load_matplotlib, sheet, time_axis, zero_line
 from impact.quantities import scaled
 
 if TYPE_CHECKING:
@@ -235,8 +235,6 @@ def _ports(line: ClosedLine) -> list[str]:
 
 
 def _impulse(axes: Axes, runs: list[ImpactResult], line: ClosedLine, share: float, names: tuple[str, str]) -> None:
-    from matplotlib.ticker import MaxNLocator
-
     length = float(line.borders[-1])
     impulses = [line_impulse(run.rows.force[1:], run.rows.time, line.lengths, share, line.pieces) for run in runs]
     factor, unit = scaled(np.concatenate([values for values, _ in impulses]), "N s/m")
@@ -255,7 +253,7 @@ def _impulse(axes: Axes, runs: list[ImpactResult], line: ClosedLine, share: floa
         if line.rings:
             axes.set_xticks(_middles(line), _ports(line))
     else:
-        axes.set_yticks(MaxNLocator(4).tick_values(0.0, axes.get_ylim()[1])[1:-1])
+        axes.set_yticks(load_matplotlib().ticker.MaxNLocator(4).tick_values(0.0, axes.get_ylim()[1])[1:-1])
         axes.set_rlabel_position(22.5)  # type: ignore[attr-defined]
         axes.tick_params(axis="x", pad=1)
     axes.set_title(f"Impulse per length [{unit}], mean over {1e3 * share * length:.2g} mm")

@@ -17,12 +17,13 @@ from typing import Final, Literal
 from cyclopts import App, CycloptsError
 
 from impact.files.safe_files import FULL
-from seatfem import machine, study
+from seatfem import study
 from seatfem.faces import other_verbs, scene_verbs
 from seatfem.faces.scene_verbs import DEMO_SCENE, demo_scene
 from seatfem.faces.terminal import BAD_INPUT, DONE, FAILED, INTERRUPTED, Console, lines
 from seatfem.jobs import folders, processes
-from seatfem.machine import resources
+from seatfem.machine import doctor, resources
+from seatfem.study.scene import problems
 
 __all__ = ["BAD_INPUT", "DEMO_SCENE", "DONE", "FAILED", "INTERRUPTED", "demo_scene", "main", "run_command"]
 
@@ -47,7 +48,7 @@ def in_words(error: Exception) -> str:
         return f"{error.filename}: no such file; check the path"
     if _is_ours(error) or isinstance(error, OSError):
         return str(error)
-    if words := machine.doctor.broken_package(error):
+    if words := doctor.broken_package(error):
         return words
     if isinstance(error, MemoryError):
         return f"{str(error) or 'out of memory'}; a coarser mesh (seat.mesh.size) needs less"
@@ -75,7 +76,7 @@ def _with_line(text: str, key: str, scene: Path) -> str:
     begins, if the file has either."""
     try:
         error = study.scene.located(
-            study.scene.SceneError((study.scene.problems.Problem(None, 0, "", text, tuple(key.split("."))),)), scene
+            study.scene.SceneError((problems.Problem(None, 0, "", text, tuple(key.split("."))),)), scene
         )
     except study.scene.SceneError:  # an error of the scene file itself
         return text

@@ -9,20 +9,20 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import impact
-import seatfem
-from impact import files
+from impact.files import csv_table
 from impact.notices import Progress, silent
-from seatfem import pictures, structures
-from seatfem.faces import report
+from seatfem import readings
+from seatfem.faces.report import asked, fragments
 from seatfem.faces.terminal import load
-from seatfem.structures import formats
-from seatfem.study import runs, scene
-
-if TYPE_CHECKING:
-    from seatfem.study.scene import Scene
+from seatfem.pictures import moving
+from seatfem.structures import rings
+from seatfem.structures.formats import dxf, uff, writing
+from seatfem.study import scene
+from seatfem.study.runs import calculix_contact, forecast, pictures, pipeline, rounds, stress_spots
+from seatfem.study.scene import models
 
 BINS: Final = 2000  # number of frequencies of a receptance
 PER_BAND: Final = 1.25  # highest frequency of a receptance over the band of the filter
@@ -72,8 +72,8 @@ def export(source: Path, to: str, output: Path | None = None, progress: Progress
 
 
 def _as_csv(source: Path, output: Path, progress: Progress) -> Written:
-    summary = report.fragments.run_summary(source)
-    results, width = impact.load_results(source / runs.pipeline.RESULT_FILE), _filter_width(source, summary)
+    summary = fragments.run_summary(source)
+    results, width = impact.load_results(source / pipeline.RESULT_FILE), _filter_width(source, summary)
     ends = results["wave"].rows.merge_ends(results["spring"].rows)
     columns = {"time [s]": results["wave"].dt * ends}
     for name, words in (("wave", ""), ("spring", "spring ")):
@@ -85,75 +85,73 @@ def _as_csv(source: Path, output: Path, progress: Progress) -> Written:
             f"{words}striker displacement [m]": rows.find_motions(rows.make_displacement("striker"), ends),
             f"{words}seat displacement [m]": rows.find_motions(rows.make_displacement("target"), ends),
         }
-    yield files.csv_table.write_csv(
+    yield csv_table.write_csv(
         output / "force.csv", list(columns), zip(*(v.tolist() for v in columns.values()), strict=True)
     )
-    if (source / runs.stress_spots.HISTORIES_FILE).is_file():
-        time, places = runs.stress_spots.load_histories(source / runs.stress_spots.HISTORIES_FILE)
+    if (source / stress_spots.HISTORIES_FILE).is_file():
+        time, places = stress_spots.load_histories(source / stress_spots.HISTORIES_FILE)
         heads = ["time [s]", *(f"{name} [Pa]" for name in places)]
-        yield files.csv_table.write_csv(
+        yield csv_table.write_csv(
             output / "stress.csv", heads, zip(time.tolist(), *(v.tolist() for v in places.values()), strict=True)
         )
-    yield files.csv_table.write_csv(
-        output / "summary.csv", ["key", "value", "error bar", "spring baseline"], seatfem.readings.measured(summary)
+    yield csv_table.write_csv(
+        output / "summary.csv", ["key", "value", "error bar", "spring baseline"], readings.measured(summary)
     )
 
 
 def _filter_width(source: Path, summary: Mapping[str, object]) -> float:
     """Return the filter's width [s] of a run. Raises `ExportError` if the summary has none above zero."""
-    if (width := seatfem.readings.as_number(summary.get("filter_width_s"))) is None or width <= 0:
+    if (width := readings.as_number(summary.get("filter_width_s"))) is None or width <= 0:
         raise ExportError(
-            f"{source / runs.pipeline.SUMMARY_FILE}: filter_width_s must be a time above 0 s; run the scene again"
+            f"{source / pipeline.SUMMARY_FILE}: filter_width_s must be a time above 0 s; run the scene again"
         )
     return width
 
 
 def _as_uff(source: Path, output: Path, progress: Progress) -> Written:
-    modes = source / runs.pictures.MODES_FILE
-    if not modes.is_file() or (source / runs.pipeline.SUMMARY_FILE).is_file():
-        greens = structures.rings.as_a_whole(impact.load_greens(_seat_of(source)))
-        highest = PER_BAND / _filter_width(source, report.fragments.run_summary(source))
+    modes = source / pictures.MODES_FILE
+    if not modes.is_file() or (source / pipeline.SUMMARY_FILE).is_file():
+        greens = rings.as_a_whole(impact.load_greens(_seat_of(source)))
+        highest = PER_BAND / _filter_width(source, fragments.run_summary(source))
         frequencies = [highest * number / BINS for number in range(1, BINS + 1)]
-        formats.uff.write_receptance_uff(greens, frequencies, output / "receptance.uff")
+        uff.write_receptance_uff(greens, frequencies, output / "receptance.uff")
         yield output / "receptance.uff"
     if not modes.is_file():
         return
-    motion = pictures.moving.load_moving(modes)
+    motion = moving.load_moving(modes)
     if motion.frequency is None or motion.modal_mass is None:
         yield f"no modes.uff: {modes} does not know its frequencies; write it again (seatfem modes -o)"
         return
-    formats.uff.write_modes_uff(
-        motion.points, motion.displacement, motion.frequency, motion.modal_mass, output / "modes.uff"
-    )
+    uff.write_modes_uff(motion.points, motion.displacement, motion.frequency, motion.modal_mass, output / "modes.uff")
     yield output / "modes.uff"
 
 
 def _as_vtk(source: Path, output: Path, progress: Progress) -> Written:
-    names = [name for name in pictures.moving.KEPT if (source / name).is_file()]
+    names = [name for name in moving.KEPT if (source / name).is_file()]
     if not names:
-        remedies = "; ".join(f"{name}: {how}" for name, how in pictures.moving.SOURCES.items())
-        raise ExportError(f"{source}: holds no motion, none of {', '.join(pictures.moving.KEPT)} ({remedies})")
+        remedies = "; ".join(f"{name}: {how}" for name, how in moving.SOURCES.items())
+        raise ExportError(f"{source}: holds no motion, none of {', '.join(moving.KEPT)} ({remedies})")
     for name in names:
         path = output / f"{Path(name).stem}_motion.pvd"
-        pictures.moving.write_moving(pictures.moving.load_moving(source / name), path)
+        moving.write_moving(moving.load_moving(source / name), path)
         yield path
 
 
 def _as_calculix(source: Path, output: Path, progress: Progress) -> Written:
-    plan = runs.forecast.converge(_scene_of(source), progress=progress).plan
-    return runs.calculix_contact.write_calculix(plan, output, progress)
+    plan = forecast.converge(_scene_of(source), progress=progress).plan
+    return calculix_contact.write_calculix(plan, output, progress)
 
 
 def _as_reduced(source: Path, output: Path, progress: Progress) -> Written:
     if source.is_dir():
         seat = _seat_of(source)
     elif source.suffix.lower() == ".toml":
-        seat = output / runs.rounds.SEAT_FILE
-        runs.pipeline.compute_greens(_scene_of(source), seat, progress)
+        seat = output / rounds.SEAT_FILE
+        pipeline.compute_greens(_scene_of(source), seat, progress)
         yield seat
     else:
         seat = source
-    yield from formats.writing.write_reduced(impact.load_greens(seat), output)
+    yield from writing.write_reduced(impact.load_greens(seat), output)
 
 
 def _as_dxf(source: Path, output: Path, progress: Progress) -> Written:
@@ -162,7 +160,7 @@ def _as_dxf(source: Path, output: Path, progress: Progress) -> Written:
         raise ExportError(
             f"{source}: reed.kind = {reed.kind!r} has no outline; use a flat one: flapper, sheet, disc, ring_plate"
         )
-    formats.dxf.write_outline(reed.thin_plate.geometry().drawn, output / "reed.dxf")
+    dxf.write_outline(reed.thin_plate.geometry().drawn, output / "reed.dxf")
     yield output / "reed.dxf"
 
 
@@ -177,15 +175,15 @@ FORMATS: Final[Mapping[str, Format]] = {
 """Formats by name; a test checks that README.md and docs/exchange.md name each of them."""
 
 
-def _scene_of(source: Path) -> Scene:
+def _scene_of(source: Path) -> models.Scene:
     """Return the scene of a file, or the copy in the folder of a run with the --set changes of that run."""
     if not source.is_dir():
         return load(source)
-    path = source / report.asked.SCENE_COPY
+    path = source / asked.SCENE_COPY
     if not path.is_file():
-        raise ExportError(f"{source}: keeps no {report.asked.SCENE_COPY}; give the scene itself")
+        raise ExportError(f"{source}: keeps no {asked.SCENE_COPY}; give the scene itself")
     try:
-        return load(path, report.asked.changes_in(report.fragments.text_of(path)))
+        return load(path, asked.changes_in(fragments.text_of(path)))
     except scene.SceneError as error:
         raise ExportError(
             f"{error}\n{path} is a copy of the scene that was run and names its files where they were: "
@@ -194,6 +192,6 @@ def _scene_of(source: Path) -> Scene:
 
 
 def _seat_of(folder: Path) -> Path:
-    if not (path := folder / runs.rounds.SEAT_FILE).is_file():
-        raise ExportError(f"{folder}: holds no {runs.rounds.SEAT_FILE}; give the folder of a run (seatfem run -o)")
+    if not (path := folder / rounds.SEAT_FILE).is_file():
+        raise ExportError(f"{folder}: holds no {rounds.SEAT_FILE}; give the folder of a run (seatfem run -o)")
     return path

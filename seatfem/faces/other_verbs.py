@@ -11,10 +11,12 @@ from typing import TYPE_CHECKING, Annotated, Final, Literal, TypeVar
 
 from cyclopts import Parameter
 
-import seatfem.verify
-from impact import pictures
 from impact.files.safe_files import OutputError, check_writable, whole_file, write_whole
+from impact.pictures import drawing
+from seatfem import verify as verify_cases
 from seatfem.faces import exchange
+from seatfem.faces import tables as terminal_tables
+from seatfem.faces.report import page
 from seatfem.faces.terminal import (
     COMMON,
     DONE,
@@ -27,12 +29,17 @@ from seatfem.faces.terminal import (
     print_outcome,
     progress_of,
 )
-from seatfem.structures import inspection
-from seatfem.study import identify as identification
-from seatfem.study import scene
-from seatfem.study import sweep as sweeps
+from seatfem.machine import doctor as doctor_checks
+from seatfem.machine import libraries
+from seatfem.pictures import faces_picture
+from seatfem.structures.inspection import mesh_file
+from seatfem.study.identify import fit
+from seatfem.study.scene import files as scene_files
+from seatfem.study.scene import keys, tables
+from seatfem.study.sweep import best, charts
+from seatfem.study.sweep import study as study_tables
+from seatfem.study.sweep import sweep as study_runs
 from seatfem.study.sweep.effort import Effort
-from seatfem.verify import verification_table_view
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -62,7 +69,7 @@ def faces(
     unit:
         Length unit of a file that states none [default: of BREP files mm, of meshes m].
     """
-    seatfem.machine.libraries.require_gmsh_libraries()
+    libraries.require_gmsh_libraries()
     path, gap = output or Path(f"{part.stem}-faces.png"), ""
     try:
         check_writable(path)
@@ -73,24 +80,20 @@ def faces(
     with progress_of(common) as progress:
         progress("reading the part", 0.0)
         geometry = (
-            scene.files.part_of_scene(part)
-            if part.suffix.lower() == ".toml"
-            else inspection.mesh_file.open_part(part, unit)
+            scene_files.part_of_scene(part) if part.suffix.lower() == ".toml" else mesh_file.open_part(part, unit)
         )
         progress("reading the part", 1.0)
     if path.suffix.lower() == ".csv":
         with whole_file(path) as temporary:
-            temporary.write_text(seatfem.faces.tables.faces_csv(geometry), encoding="utf-8")
+            temporary.write_text(terminal_tables.faces_csv(geometry), encoding="utf-8")
     else:
-        gap = gap or pictures.drawing.try_draw(
-            lambda file: seatfem.pictures.faces_picture.draw_faces(geometry, file), path
-        )
+        gap = gap or drawing.try_draw(lambda file: faces_picture.draw_faces(geometry, file), path)
     if common.quiet:
         return FAILED if gap and output else DONE
-    console().print(seatfem.faces.tables.faces_table(geometry))
+    console().print(terminal_tables.faces_table(geometry))
     terminal = lines()
     if len(geometry.solids) > 1:
-        console().print(seatfem.faces.tables.solids_table(geometry))
+        console().print(terminal_tables.solids_table(geometry))
     elif len(geometry.regions) > 1:
         terminal.print(f"solids: {', '.join(geometry.regions)}")
     how = "contact = { number = 7 } or { numbers = [7, 9] }" if geometry.numbered else "the names of groups"
@@ -122,23 +125,21 @@ def init(
         Write a JSON schema beside it, too, by which editors complete and check its keys.
     """
     if kind is None:
-        console().print(seatfem.faces.tables.kinds_table())
+        console().print(terminal_tables.kinds_table())
         lines().print("next: seatfem init KIND")
         return DONE
-    path, of_study = output or Path(f"{kind}.toml"), kind == sweeps.study.STUDY
+    path, of_study = output or Path(f"{kind}.toml"), kind == study_tables.STUDY
     name_in_shell = shlex.quote("".join(letter if letter.isprintable() else "?" for letter in path.name))
     text = (
-        sweeps.study.study_template(file=name_in_shell)
-        if of_study
-        else scene.keys.scene_template(kind, file=name_in_shell)
+        study_tables.study_template(file=name_in_shell) if of_study else keys.scene_template(kind, file=name_in_shell)
     )
     if path.exists():
-        raise scene.keys.NoTemplate(f"{path}: exists already; remove it, or name another file (--output)")
-    name = sweeps.study.STUDY_SCHEMA_FILE if of_study else scene.keys.SCHEMA_FILE
+        raise keys.NoTemplate(f"{path}: exists already; remove it, or name another file (--output)")
+    name = study_tables.STUDY_SCHEMA_FILE if of_study else keys.SCHEMA_FILE
     written = {path: f"#:schema {name}\n{text}" if schema else text}
     if schema:
-        written[path.with_name(name)] = scene.keys.schema_text(
-            sweeps.study.study_schema() if of_study else scene.keys.scene_schema()
+        written[path.with_name(name)] = keys.schema_text(
+            study_tables.study_schema() if of_study else keys.scene_schema()
         )
     check_writable(*written)
     for file, content in written.items():
@@ -159,29 +160,27 @@ def verify(*, measured: Annotated[bool, Parameter(negative="")] = False, common:
     """
     if measured:
         return _verify_measured(common)
-    from seatfem.verify import verification_table
-
     with progress_of(common) as progress:
-        rows = verification_table(progress)
+        rows = verify_cases.verification_table(progress)
     if not common.quiet:
-        console().print(verification_table_view(rows))
+        console().print(verify_cases.verification_table_view(rows))
     return DONE if all(row.verdict for row in rows) else FAILED
 
 
 def _verify_measured(common: Common) -> int:
     with progress_of(common) as progress:
-        compared = seatfem.verify.measured_table(progress)
+        compared = verify_cases.measured_table(progress)
     if not common.quiet:
-        console().print(seatfem.verify.measured_table_view(compared))
+        console().print(verify_cases.measured_table_view(compared))
     return DONE if all(row.as_stated for each in compared for row in each.rows) else FAILED
 
 
 def doctor(*, common: Common = COMMON) -> int:
     """Report what is installed, what is missing, and the exact command that mends it."""
-    checks = seatfem.machine.doctor.doctor_report()
+    checks = doctor_checks.doctor_report()
     gaps = [check for check in checks if check.required and not check.ok]
     if not common.quiet:
-        console().print(seatfem.faces.tables.doctor_table(checks))
+        console().print(terminal_tables.doctor_table(checks))
     for gap in gaps:
         lines(stderr=True).print(f"{gap.name}: {gap.detail}; {gap.remedy}")
     return FAILED if gaps else DONE
@@ -202,10 +201,8 @@ def report(folder: Path, /, *, output: Output = None, common: Common = COMMON) -
 
 
 def _write_page(folder: Path, output: Path | None, terminal: Console) -> Path:
-    from seatfem.faces.report.page import write_report
-
     path = output or folder / "report.html"
-    write_report(folder, path)
+    page.write_report(folder, path)
     terminal.print(f"wrote {path}")
     return path
 
@@ -228,11 +225,9 @@ def view(
     output:
         The file [default: report.html in that folder].
     """
-    from seatfem.faces.report.page import open_in_browser
-
     terminal = lines(quiet=common.quiet)
     path = _write_page(folder, output, terminal)
-    if not no_browser and not open_in_browser(path):
+    if not no_browser and not page.open_in_browser(path):
         terminal.print(f"no browser opens here; open {path.resolve()} in one")
     return DONE
 
@@ -300,7 +295,7 @@ def _run_study(
     study: Path, folder: Path, work: Work, common: Common, carry_out: Callable[..., Made]
 ) -> tuple[str, Made]:
     """Return the heading of a study and the result of ``carry_out``, its table or its search, in a folder."""
-    definition, messages = sweeps.study.load_study(study), lines(stderr=True, quiet=common.quiet)
+    definition, messages = study_tables.load_study(study), lines(stderr=True, quiet=common.quiet)
     with progress_of(common) as progress:
         outcome = carry_out(definition, folder, work, file=study, progress=progress, tell=messages.print)
     return definition.heading, outcome
@@ -322,8 +317,8 @@ def sweep(
         Folder for table, reports and journal [default: the study's name + "-sweep"].
     """
     folder, terminal = output or Path(f"{study.stem}-sweep"), lines(quiet=common.quiet)
-    heading, table = _run_study(study, folder, work, common, sweeps.sweep.run_study)
-    files, gaps = sweeps.charts.write_reports(table, folder, pictures=not work.no_pictures)
+    heading, table = _run_study(study, folder, work, common, study_runs.run_study)
+    files, gaps = charts.write_reports(table, folder, pictures=not work.no_pictures)
     states = list(table.columns["status"])
     counts = ", ".join(f"{states.count(state)} {state}" for state in dict.fromkeys(states))
     terminal.print(f"{heading}: {len(table)} scenes, {counts}")
@@ -332,7 +327,7 @@ def sweep(
         terminal,
         sentences,
         gaps,
-        (folder / sweeps.sweep.TABLE, *filter(Path.exists, [folder / sweeps.sweep.PARQUET]), *files),
+        (folder / study_runs.TABLE, *filter(Path.exists, [folder / study_runs.PARQUET]), *files),
     )
     return DONE if table.has_numbers.all() and not table.unanswered() else FAILED
 
@@ -353,12 +348,12 @@ def optimise(
         Folder for tables, picture and journal [default: the study's name + "-optimum"].
     """
     folder, terminal = output or Path(f"{study.stem}-optimum"), lines(quiet=common.quiet)
-    heading, optimum = _run_study(study, folder, work, common, sweeps.sweep.run_optimum)
+    heading, optimum = _run_study(study, folder, work, common, study_runs.run_optimum)
     numbers = optimum.as_json()
     counts = f"{numbers['searched']} scenes searched, {numbers['failed']} failed, {numbers['confirmed']} confirmed"
     terminal.print(f"{heading}: {counts}")
     files, picture = [folder / name for name in ("optimum.json", "optimum.csv", "search.csv")], folder / "search.png"
-    gap = "" if work.no_pictures else sweeps.best.draw_search(optimum, picture)
+    gap = "" if work.no_pictures else best.draw_search(optimum, picture)
     files += [] if work.no_pictures or gap else [picture]
     sentences = (numbers["left_out"], *optimum.table(optimum.searched).failures(), optimum.in_words())
     print_outcome(terminal, sentences, [gap], files)
@@ -385,19 +380,19 @@ def identify(
     """
     folder, messages = output or Path(f"{record.stem}-identify"), lines(stderr=True, quiet=common.quiet)
     with progress_of(common) as progress:
-        result = identification.fit.identify(record, progress=progress, tell=messages.print)
-    files, gap = identification.fit.write(result, folder, pictures=not no_pictures)
+        result = fit.identify(record, progress=progress, tell=messages.print)
+    files, gap = fit.write(result, folder, pictures=not no_pictures)
     print_outcome(lines(quiet=common.quiet), result.sentences(), [gap], files)
     return DONE
 
 
-def study_ahead(path: Path) -> sweeps.sweep.Ahead | sweeps.sweep.SearchAhead | None:
+def study_ahead(path: Path) -> study_runs.Ahead | study_runs.SearchAhead | None:
     """Return the expected cost of a study; ``None`` if the file is no study."""
-    if not scene.tables.has_table(path, "vary"):
+    if not tables.has_table(path, "vary"):
         return None
-    study = sweeps.study.load_study(path)
+    study = study_tables.load_study(path)
     if study.optimise is not None:
-        return sweeps.sweep.ahead_of(study, file=path)
-    if study.number_of_scenes > sweeps.sweep.LOOKED_AT and study.error_bars == "every":
-        return sweeps.sweep.ahead_of_many(study, file=path)
-    return sweeps.sweep.ahead(study, sweeps.sweep.scenes_of(study, file=path)[0])
+        return study_runs.ahead_of(study, file=path)
+    if study.number_of_scenes > study_runs.LOOKED_AT and study.error_bars == "every":
+        return study_runs.ahead_of_many(study, file=path)
+    return study_runs.ahead(study, study_runs.scenes_of(study, file=path)[0])

@@ -15,7 +15,7 @@ from rich.table import Table
 from impact.files.csv_table import read_csv, without_nan
 from impact.quantities import enumeration, in_digits, in_time, percent
 from impact.runs.variations import safety
-from seatfem import fields, study
+from seatfem import fields
 from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.motion import Record, Recorded
 from seatfem.study import method
@@ -23,7 +23,7 @@ from seatfem.study.plan import Plan
 from seatfem.study.runs import round as rounds
 from seatfem.study.runs.converge import errors_by_key, words_of
 from seatfem.study.runs.forecast import Look
-from seatfem.study.scene import Contact, Scene, drives, files, keys, parcel, tables
+from seatfem.study.scene import Contact, Scene, drives, files, keys, parcel, strength, tables
 from seatfem.study.scene.measures import all_measures, asked_name, short_words
 from seatfem.units import write_quantity
 
@@ -145,7 +145,7 @@ def _file(path: Path, key: str) -> str:
     """Return a file's name; for columns also the number of rows and ranges, for a strength file its content."""
     if key.rpartition(".")[2] in STRENGTHS:
         # only scenes with a [life] table
-        return f"{path.name} ({_words(tables.load_table(path, study.scene.strength.StrengthTable), key)})"
+        return f"{path.name} ({_words(tables.load_table(path, strength.StrengthTable), key)})"
     if path.suffix.lower() in TABLES and (columns := _columns(path)):
         return f"{path.name} ({columns})"
     return f"{path.name} ({math.ceil(path.stat().st_size / 1000):,} kB)"

@@ -10,10 +10,11 @@ from typing import Annotated, Final
 
 from cyclopts import Parameter
 
-import seatfem
-from impact import pictures
-from seatfem import faces, study
-from seatfem.faces import other_verbs, report
+from impact.pictures import drawing as chart_drawing
+from seatfem import units
+from seatfem.faces import other_verbs, plan_view, tables, verdict
+from seatfem.faces.report import asked
+from seatfem.faces.report import checked as checked_scenes
 from seatfem.faces.terminal import (
     COMMON,
     DONE,
@@ -31,7 +32,13 @@ from seatfem.faces.terminal import (
     progress_of,
     tell,
 )
-from seatfem.study import impacts, runs
+from seatfem.pictures import rendering
+from seatfem.study.impacts import layout as layouts
+from seatfem.study.impacts import validity
+from seatfem.study.runs import forecast, next_round, pipeline
+from seatfem.study.scene import parcel
+from seatfem.study.trade import report as trade_report
+from seatfem.study.trade import trade as trades
 
 # Verbs reach the modules that they run by lazy names: `seatfem --help` must not load compilers and finite elements.
 
@@ -101,18 +108,18 @@ def plan(
         return DONE
     checked = load(scene, changes)
     with progress_of(common) as progress:
-        longest = study.runs.forecast.patience() if max_time is None else max_time
-        look = study.runs.forecast.look_at(checked, max_time, progress, longest=longest)
+        longest = forecast.patience() if max_time is None else max_time
+        look = forecast.look_at(checked, max_time, progress, longest=longest)
     if drawing is not None:
-        impacts.layout.draw_scene(checked, drawing, look.plan.method.seat.division)
+        layouts.draw_scene(checked, drawing, look.plan.method.seat.division)
     if json and not common.quiet:
-        sys.stdout.write(faces.plan_view.plan_json(look.plan, look) + "\n")
+        sys.stdout.write(plan_view.plan_json(look.plan, look) + "\n")
     elif not common.quiet:
         wide = console()
-        if (read := faces.plan_view.read_table(checked)) is not None:
+        if (read := plan_view.read_table(checked)) is not None:
             wide.print(read)
-        wide.print(faces.plan_view.choices_table(look.plan))
-        for words in (*faces.plan_view.look_lines(look), *([] if drawing is None else [f"wrote {drawing}"])):
+        wide.print(plan_view.choices_table(look.plan))
+        for words in (*plan_view.look_lines(look), *([] if drawing is None else [f"wrote {drawing}"])):
             wide.print(words, soft_wrap=True)
     return DONE
 
@@ -127,9 +134,9 @@ def draw(scene: SceneFile, /, *, output: Output = None, changes: Changes = (), c
     """
     checked = load(scene, changes)
     path = output or Path(f"{scene.stem}-drawing.png")
-    layout = impacts.layout.draw_scene(checked, path)
-    notes = [impacts.layout.cover_note(layout), *impacts.validity.one_way_notes(checked)]
-    print_outcome(lines(quiet=common.quiet), [impacts.layout.facts_of(layout)], notes, [path])
+    layout = layouts.draw_scene(checked, path)
+    notes = [layouts.cover_note(layout), *validity.one_way_notes(checked)]
+    print_outcome(lines(quiet=common.quiet), [layouts.facts_of(layout)], notes, [path])
     return DONE
 
 
@@ -160,14 +167,14 @@ def trade(
     load(scene)
     folder = output or Path(f"{scene.stem}-trade")
     with progress_of(common) as progress:
-        result = study.trade.trade.measure_trade(
+        result = trades.measure_trade(
             scene, folder / "trade.jsonl", quick=quick, time_limit=limit, cluster=cluster, progress=progress
         )
     files = [folder / "trade.csv", folder / "trade.json"]
-    study.trade.report.write_trade(result, *files)
+    trade_report.write_trade(result, *files)
     terminal = lines(quiet=common.quiet)
-    terminal.print(study.trade.report.in_words(result))
-    gap = pictures.drawing.try_draw(lambda path: study.trade.report.draw_trade(result, path), folder / "trade.png")
+    terminal.print(trade_report.in_words(result))
+    gap = chart_drawing.try_draw(lambda path: trade_report.draw_trade(result, path), folder / "trade.png")
     print_outcome(terminal, (), [gap], files if gap else [*files, folder / "trade.png"])
     return DONE
 
@@ -183,7 +190,7 @@ def greens(scene: SceneFile, /, *, output: Output = None, common: Common = COMMO
     checked = load(scene)
     path = output or Path(f"{scene.stem}-seat.h5")
     with progress_of(common) as progress:
-        outcome = runs.pipeline.compute_greens(checked, path, progress)
+        outcome = pipeline.compute_greens(checked, path, progress)
     tell(outcome, common)
     return DONE
 
@@ -209,15 +216,15 @@ def modes(
         Highest frequency, with its unit, e.g. "50 kHz"; instead of a count, or with it: what ends first.
     """
     try:
-        highest = None if up_to is None else seatfem.units.parse_quantity(up_to, "frequency")
-    except seatfem.units.UnitError as problem:
-        raise seatfem.units.UnitError(f"--up-to: {problem}") from None
+        highest = None if up_to is None else units.parse_quantity(up_to, "frequency")
+    except units.UnitError as problem:
+        raise units.UnitError(f"--up-to: {problem}") from None
     checked = load(scene)
     folder = output or Path(f"{scene.stem}-modes")
     with progress_of(common) as progress:
-        outcome = runs.pipeline.write_modes(checked, folder, progress, count=count, up_to_hz=highest)
+        outcome = pipeline.write_modes(checked, folder, progress, count=count, up_to_hz=highest)
     if not common.quiet and outcome.modes:
-        console().print(faces.tables.modes_table(outcome.modes))
+        console().print(tables.modes_table(outcome.modes))
     tell(outcome, common)
     return DONE
 
@@ -232,30 +239,28 @@ def demo_scene() -> Path:
 def _run(path: Path, folder: Path, effort: Effort, common: Common, changes: Sequence[str] = ()) -> int:
     scene = load(path, changes)
     content = path.read_bytes()
-    limits = runs.next_round.Limits(effort.rounds, math.inf if effort.max_time is None else effort.max_time)
+    limits = next_round.Limits(effort.rounds, math.inf if effort.max_time is None else effort.max_time)
     errors = lines(stderr=True, quiet=common.quiet)
-    if (read := faces.plan_view.read_table(scene)) is not None:
+    if (read := plan_view.read_table(scene)) is not None:
         errors.print(read, soft_wrap=False)
-    drawing = nullcontext() if effort.no_pictures else seatfem.pictures.rendering.drawing_apart()
+    drawing = nullcontext() if effort.no_pictures else rendering.drawing_apart()
     with progress_of(common, errors) as progress, drawing as painter:
-        outcome = runs.pipeline.run_scene(
+        outcome = pipeline.run_scene(
             scene, folder, progress, tell=errors.print, limits=limits, pictures=not effort.no_pictures, painter=painter,
         )  # fmt: skip
-    copies = report.asked.keep_asked(
-        content, study.scene.parcel.files_of(scene), path.parent, outcome.plan, folder, changes
-    )
+    copies = asked.keep_asked(content, parcel.files_of(scene), path.parent, outcome.plan, folder, changes)
     if not common.quiet:
         wide = console(highlight=False)
         title = (scene.title or path.stem).replace("\n", "\\n")
         wide.print(f"\n{title}")
-        wide.print(faces.verdict.verdict(outcome.summary), soft_wrap=True)
-        wide.print(faces.tables.result_table(outcome.summary))
-        if words := report.checked.weak_coverage(outcome.summary):
+        wide.print(verdict.verdict(outcome.summary), soft_wrap=True)
+        wide.print(tables.result_table(outcome.summary))
+        if words := checked_scenes.weak_coverage(outcome.summary):
             wide.print(words, soft_wrap=True)
-        landings = faces.tables.landings_of(outcome.summary)
-        if len(landings) > 1 and (table := faces.tables.landings_table(landings)):  # else the table above has all
+        landings = tables.landings_of(outcome.summary)
+        if len(landings) > 1 and (table := tables.landings_table(landings)):  # else the table above has all
             wide.print(table)
-        sentences = (faces.verdict.pressed_on, faces.verdict.horizon, faces.verdict.simpler, faces.verdict.lasting)
+        sentences = (verdict.pressed_on, verdict.horizon, verdict.simpler, verdict.lasting)
         for words in filter(None, (each(outcome.summary) for each in sentences)):
             wide.print(words, soft_wrap=True)
     tell(outcome, common, copies)

@@ -7,7 +7,7 @@ import inspect
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
@@ -15,15 +15,14 @@ from rich.text import Text
 
 from impact.files.csv_table import csv_text
 from impact.quantities import in_digits, in_units, percent, plain, text
-from seatfem import readings, results, structures
+from seatfem import readings, results
 from seatfem.faces.verdict import count, difference, is_static, which_landing
 from seatfem.fields import by_group, kind_of
+from seatfem.machine.doctor import Check
+from seatfem.structures import natural_modes
+from seatfem.structures.inspection import cad, mesh_file
 from seatfem.structures.kinds import kinds_of
 from seatfem.study.safety import STAGES, source_in_words
-
-if TYPE_CHECKING:
-    from seatfem.machine.doctor import Check
-    from seatfem.structures.inspection import cad, mesh_file
 
 
 def time_line(seconds: Mapping[str, float]) -> str:
@@ -32,7 +31,7 @@ def time_line(seconds: Mapping[str, float]) -> str:
     return ", ".join(f"{STAGES.get(stage, stage)} {spent:.1f} s" for stage, spent in longest_first if spent >= 0.05)
 
 
-def modes_table(modes: Sequence[structures.natural_modes.Mode]) -> Table:
+def modes_table(modes: Sequence[natural_modes.Mode]) -> Table:
     """Return a table of modes: number, frequency, nodal diameters of a body of revolution, share of the compliance."""
     revolved = any(mode.diameters is not None for mode in modes)
     table = Table("mode", "frequency", *(["nodal diameters"] if revolved else []), "share of the contact's compliance")

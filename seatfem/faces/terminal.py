@@ -12,7 +12,7 @@ from collections.abc import Iterable, Sequence
 from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final
+from typing import Annotated, Any, Final
 
 from cyclopts import Parameter, Token
 from rich.console import Console as RichConsole
@@ -20,15 +20,12 @@ from rich.console import ConsoleOptions, RenderableType
 from rich.segment import Segment
 from rich.text import Text
 
-import seatfem
-from seatfem import faces, study
+from impact.notices import Progress
+from seatfem import study, units
+from seatfem.faces import progress_bars, tables
+from seatfem.study.runs import pipeline
 from seatfem.study.safety import MOST_ROUNDS
-
-if TYPE_CHECKING:
-    from impact.notices import Progress
-    from seatfem.study.runs.pipeline import RunOutcome
-    from seatfem.study.scene import Scene
-
+from seatfem.study.scene import models
 
 _UNSEEN: Final = re.compile(
     "[\\x00-\\x08\\x0b-\\x1f\\x7f-\\x9f\\xad\\u034f\\u061c\\u115f\\u1160\\u17b4\\u17b5\\u180b-\\u180f\\u200b-\\u200f"
@@ -78,11 +75,9 @@ def seconds_of(_: object, words: Sequence[Token]) -> float:
     with suppress(ValueError):
         return float(text)
     try:
-        return seatfem.units.parse_quantity(text, "time")
-    except seatfem.units.UnitError:
-        raise seatfem.units.UnitError(
-            f"{text!r} is no time; write seconds, 90, or a number with its unit, '1 min'"
-        ) from None
+        return units.parse_quantity(text, "time")
+    except units.UnitError:
+        raise units.UnitError(f"{text!r} is no time; write seconds, 90, or a number with its unit, '1 min'") from None
 
 
 Seconds = Annotated[float, Parameter(converter=seconds_of)]
@@ -137,10 +132,10 @@ def lines(*, stderr: bool = False, quiet: bool = False) -> Console:
 
 def progress_of(common: Common, console: Console | None = None) -> AbstractContextManager[Progress]:
     """Return progress bars on the ``console`` (default: standard error); silent ones for --quiet."""
-    return faces.progress_bars.progress_bars(console or lines(stderr=True), quiet=common.quiet, verbose=common.verbose)
+    return progress_bars.progress_bars(console or lines(stderr=True), quiet=common.quiet, verbose=common.verbose)
 
 
-def load(path: Path, changes: Sequence[str] = ()) -> Scene:
+def load(path: Path, changes: Sequence[str] = ()) -> models.Scene:
     """Return the scene with ``changes`` applied, each as in --set."""
     return study.scene.load_scene(path, dict(changed(each) for each in changes))
 
@@ -157,12 +152,12 @@ def changed(option: str) -> tuple[str, object]:
         return key, text
 
 
-def tell(outcome: RunOutcome, common: Common, further_files: Sequence[Path] = ()) -> None:
+def tell(outcome: pipeline.RunOutcome, common: Common, further_files: Sequence[Path] = ()) -> None:
     """Print the notes of a run, the files written, and the time by stage."""
     if common.quiet:
         return
     print_outcome(lines(), (), outcome.messages, (*outcome.files, *further_files))
-    lines().print(f"time: {faces.tables.time_line(outcome.stages)}")
+    lines().print(f"time: {tables.time_line(outcome.stages)}")
 
 
 def print_outcome(

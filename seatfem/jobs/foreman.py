@@ -14,12 +14,12 @@ import threading
 import traceback
 from concurrent.futures import Future
 from functools import partial
-from importlib import import_module
 from pathlib import Path
 from typing import TextIO
 
 from pebble import ProcessPool
 
+from impact.late import import_now
 from seatfem.jobs.processes import ORPHANED, answers_to_parent, die_with_parent, lines_from_parent
 
 
@@ -28,7 +28,7 @@ def begin(function: str) -> None:
     die_with_parent()
     threading.Thread(target=_end_with_foreman, daemon=True).start()
     signal.signal(signal.SIGTERM, signal.SIG_DFL)  # pebble's handler would wait for compiled code
-    import_module(function.partition(":")[0])
+    import_now(function.partition(":")[0])
 
 
 def _end_with_foreman() -> None:
@@ -44,7 +44,7 @@ def answered(function: str, job: str, log: str) -> str:
         os.dup2(file.fileno(), 2)
     module, _, name = function.partition(":")
     try:
-        return str(getattr(import_module(module), name)(job))
+        return str(getattr(import_now(module), name)(job))
     except BaseException:
         traceback.print_exc()
         sys.stderr.flush()

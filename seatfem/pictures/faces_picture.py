@@ -12,7 +12,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from impact.pictures.drawing import BLUE, ORANGE, sheet
+from impact.pictures.drawing import BLUE, ORANGE, load_matplotlib, sheet
 from seatfem.pictures.rendering import Image, aim, load_pyvista, new_plotter, shoot
 from seatfem.structures.inspection.mesh_file import Part
 
@@ -209,7 +209,8 @@ def _beside(place: tuple[float, float], occupied: Sequence[tuple[float, float]])
 def _legend(figure: Any, colours: Mapping[str, str]) -> None:
     if not colours:
         return
-    from matplotlib.patches import Patch
-
-    handles = [Patch(facecolor=colour, edgecolor=DARK, label=name) for name, colour in colours.items()]
+    handles = [
+        load_matplotlib().patches.Patch(facecolor=colour, edgecolor=DARK, label=name)
+        for name, colour in colours.items()
+    ]
     figure.legend(handles=handles, loc="outside lower center", ncols=min(6, len(handles)), frameon=False, fontsize=9)

@@ -12,16 +12,14 @@ from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 
-from impact import measured
 from impact.greens import base, modal
 from impact.greens.poles import PoleGreens
+from impact.measured import amplitudes, frf, pole_fit
 from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, sheet
 from impact.quantities import percent, scaled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from impact.measured import amplitudes, frf
 
 
 QUANTITIES: Final[dict[str, tuple[int, str]]] = {
@@ -59,7 +57,7 @@ def plot_fit(
     curve = fitted.transfer(s)[:, 0, 0] * s**order
     data = response.receptance[:, 0, 0] * response.per_receptance
     gaps = fitted.transfer(response.lines)[:, 0, 0] * response.per_receptance - data
-    noise = measured.pole_fit.noise_of(response) * np.abs(response.per_receptance)
+    noise = pole_fit.noise_of(response) * np.abs(response.per_receptance)
     factor, unit = scaled_quantity(np.abs(data), response.measured_as)
     rate, frequency_unit = scaled(high, "Hz")
     with sheet(path, 7.2, 7.2) as figure:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from impact.files.safe_files import whole_file, write_whole
 from impact.greens.base import Array
-from impact.pictures.drawing import ORANGE, PictureError, sheet
+from impact.pictures.drawing import ORANGE, PictureError, load_matplotlib, sheet
 from impact.storage.hdf5 import StorageError, finite_array, opened, written
 from seatfem.pictures.frames import Frames
 from seatfem.pictures.rendering import (
@@ -91,12 +91,10 @@ def plot_frames(frames: Frames, path: str | os.PathLike[str], *, title: str = ""
     columns = None if frames.time is None else 3 if count > 4 else 2
     chosen = np.unique(np.linspace(0, len(frames.labels) - 1, count).round().astype(int)).tolist()
     images = crop(draw_frames(frames, [(k, 1.0) for k in chosen]))
-    from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import Normalize
-
     factor, words = frames.colour_scale
     with album(images, [frames.labels[k] for k in chosen], path, title, columns) as figure:
-        scale = ScalarMappable(Normalize(factor * frames.low, factor * frames.high), COLOURS)
+        library = load_matplotlib()
+        scale = library.cm.ScalarMappable(library.colors.Normalize(factor * frames.low, factor * frames.high), COLOURS)
         bar = figure.colorbar(scale, ax=figure.axes, orientation="horizontal", aspect=50, shrink=0.6, pad=0.02)
         bar.set_label(f"{words}\n{frames.footer()}".strip(), fontsize=8)
 
@@ -111,12 +109,10 @@ def plot_margin_map(bodies: Sequence[Frames], path: str | os.PathLike[str], *, t
     if not shown:
         raise PictureError("no point has a finite margin above zero to draw: lower the load")
     images = crop([draw_frames(each, [(0, 1.0)])[0] for each in shown])
-    from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import LogNorm
-
     with album(images, [each.labels[0] for each in shown], path, title, len(shown)) as figure:
+        library = load_matplotlib()
         for place, each in zip(figure.axes[:], shown, strict=False):
-            scale = ScalarMappable(LogNorm(each.low, each.high), f"{COLOURS}_r")
+            scale = library.cm.ScalarMappable(library.colors.LogNorm(each.low, each.high), f"{COLOURS}_r")
             bar = figure.colorbar(scale, ax=place, orientation="horizontal", aspect=40, shrink=0.9, pad=0.02)
             ticks = [each.low * factor for factor in (1.0, 1.5, 2.0, 3.0)] + [each.high]
             bar.set_ticks(ticks, labels=[f"{tick:.3g}" for tick in ticks])
@@ -209,17 +205,13 @@ class _Stage:
 
 
 def _lip_colours() -> Any:
-    from matplotlib.colors import LinearSegmentedColormap
-
-    return LinearSegmentedColormap.from_list("lip", [UNKNOWN, ORANGE])
+    return load_matplotlib().colors.LinearSegmentedColormap.from_list("lip", [UNKNOWN, ORANGE])
 
 
 def _own_colours() -> Array:
     """Return white, and the colours (n, 3) of both colour scales, 0..255."""
-    import matplotlib
-
     shares = np.linspace(0.0, 1.0, OF_EACH)
-    scales = [matplotlib.colormaps[COLOURS](shares), _lip_colours()(shares)]
+    scales = [load_matplotlib().colormaps[COLOURS](shares), _lip_colours()(shares)]
     return np.concatenate([np.full((1, 3), 255.0), *(255 * scale[:, :3] for scale in scales)])
 
 

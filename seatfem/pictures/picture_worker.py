@@ -5,7 +5,7 @@ import os
 import pickle
 from pathlib import Path
 
-from impact.pictures.drawing import try_draw
+from impact.pictures.drawing import load_matplotlib, try_draw
 from seatfem.pictures.rendering import TRIED, load_pyvista, new_plotter
 
 
@@ -23,6 +23,5 @@ def reply(text: str) -> str:
 
 def _load(_: Path) -> None:
     """Load libraries and open a window of OpenGL: the first one takes longest."""
-    import matplotlib.backends.backend_agg  # noqa: F401
-
+    load_matplotlib()
     new_plotter(load_pyvista(), (16, 16)).close()

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impact.files.safe_files import whole_file
-from impact.pictures.drawing import ORANGE, SKY, PictureError, sheet
+from impact.pictures.drawing import ORANGE, SKY, PictureError, load_matplotlib, sheet
 from impact.quantities import text
 from seatfem.pictures.cell_grid import VTK_TYPES, CellGrid, Skin
 from seatfem.pictures.frames import Frames, mode_frames
@@ -99,8 +99,6 @@ def plot_mesh(mesh: Any, path: str | os.PathLike[str]) -> None:
     """
     mesh = getattr(mesh, "mesh", mesh)
     pyvista = load_pyvista()
-    from matplotlib.patches import Patch
-
     vertices = np.ascontiguousarray(mesh.p[:, : mesh.nvertices].T)
     colours = {"contact": ORANGE, "fixed": SKY, "surface": _BODY, "inside": _INSIDE}
     back_half = vertices[mesh.t].mean(axis=0)[:, 1] > vertices[:, 1].mean()
@@ -125,7 +123,7 @@ def plot_mesh(mesh: Any, path: str | os.PathLike[str]) -> None:
     cells = "tetrahedra" if len(mesh.t) == 4 else "hexahedra"
     with album(crop(images), [heading for heading, *_ in views], path, "Mesh of the seat", 2) as figure:
         figure.legend(
-            handles=[Patch(color=colours[name], label=name) for name in ("contact", "fixed")],
+            handles=[load_matplotlib().patches.Patch(color=colours[name], label=name) for name in ("contact", "fixed")],
             loc="outside lower center",
             ncols=2,
             title=f"{mesh.nelements} {cells}, {mesh.doflocs.shape[1]} nodes; edges drawn straight",
@@ -226,10 +224,10 @@ def plot_section(mesh: Any, path: str | os.PathLike[str]) -> None:
 
 
 def _draw(axes: Axes, groups: Iterable[tuple[NDArray[np.float64], str, float, str]]) -> None:
-    from matplotlib.collections import LineCollection
-
     for curves, colour, width, label in groups:
-        lines = LineCollection(list(curves), colors=colour, linewidths=width, label=label or None, capstyle="round")
+        lines = load_matplotlib().collections.LineCollection(
+            list(curves), colors=colour, linewidths=width, label=label or None, capstyle="round"
+        )
         axes.add_collection(lines)
     axes.set_aspect("equal")
     axes.set(xlabel="r [mm]", ylabel="z [mm]")

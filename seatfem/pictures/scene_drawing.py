@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Final, Literal
 import numpy as np
 
 from impact.greens.base import Array
-from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, sheet
+from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, load_matplotlib, sheet
 from seatfem.pictures.layout import (
     LETTER,
     LINE,
@@ -83,32 +83,29 @@ class _Sheet:
 
     def _fill(self, loops: Sequence[Array], **style: Any) -> None:
         """Fill the points that lie in an odd number of loops."""
-        from matplotlib.patches import PathPatch
-        from matplotlib.path import Path
-
         if not loops:
             return
+        library = load_matplotlib()
+        path = library.path.Path
         corners = [np.concatenate([loop, loop[:1]]) for loop in loops]
-        codes = [[Path.MOVETO, *[Path.LINETO] * (len(loop) - 2), Path.CLOSEPOLY] for loop in corners]
+        codes = [[path.MOVETO, *[path.LINETO] * (len(loop) - 2), path.CLOSEPOLY] for loop in corners]
         turned = [loop if polygon_area(loop) > 0 else loop[::-1] for loop in corners]
         inner = [sum(holds(other, loop[0]) for other in turned if other is not loop) % 2 for loop in turned]
         ways = [loop[::-1] if hole else loop for loop, hole in zip(turned, inner, strict=True)]
-        self._axes.add_patch(PathPatch(Path(np.concatenate(ways), np.concatenate(codes)), **style))
+        self._axes.add_patch(library.patches.PathPatch(path(np.concatenate(ways), np.concatenate(codes)), **style))
 
     def _line(self, points: Array, colour: str = INK, width: float = 0.7, **style: Any) -> None:
         self._axes.plot(*np.asarray(points).T, color=colour, linewidth=width, **style)
 
     def _lines(self, lines: Sequence[Array], **style: Any) -> None:
-        from matplotlib.collections import LineCollection
-
-        self._axes.add_collection(LineCollection(list(lines), **style))
+        self._axes.add_collection(load_matplotlib().collections.LineCollection(list(lines), **style))
 
     def _triangles(self, body: Placed, triangles: Array, **style: Any) -> None:
         """Fill triangles of a body in plan."""
-        from matplotlib.collections import PolyCollection
-
         middle = np.array([self._frame.x, self._frame.plan]) + self._frame.scale * np.array(body.at)
-        self._axes.add_collection(PolyCollection(list(middle + self._frame.scale * triangles), **style))
+        self._axes.add_collection(
+            load_matplotlib().collections.PolyCollection(list(middle + self._frame.scale * triangles), **style)
+        )
 
     def _text(self, x: float, y: float, words: str, **style: Any) -> None:
         usual: dict[str, Any] = {"fontsize": SMALL, "color": INK, "va": "center"}

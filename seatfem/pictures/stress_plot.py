@@ -15,8 +15,7 @@ from impact.files.safe_files import whole_file
 from impact.greens.base import Array
 from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, sheet, zero_line
 from impact.quantities import scaled, text
-from seatfem import pictures
-from seatfem.pictures import rendering
+from seatfem.pictures import cell_grid, frames, moving, rendering
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -101,7 +100,7 @@ def plot_stress(
 
         figure.suptitle(title)
         place, course = figure.subplots(1, 2)
-        scale = ScalarMappable(Normalize(0.0, factor * float(snapshot.max())), pictures.moving.COLOURS)
+        scale = ScalarMappable(Normalize(0.0, factor * float(snapshot.max())), moving.COLOURS)
         if image is None:
             _outline(place, mesh, sites, factor * snapshot, scale)
             place.plot(*(1e3 * worst), "o", mfc="none", mec=ORANGE, ms=10)
@@ -166,7 +165,7 @@ def _outline(place: Axes, mesh: Any, sites: Array, values: Array, scale: Any) ->
     on_middle = np.where(np.isfinite(on_middle), on_middle, at_ends.mean(axis=1))
     halves = np.concatenate([np.stack([ends[:, k], middle], axis=1) for k in (0, 1)])
     heights = np.concatenate([np.stack([at_ends[:, k], on_middle], axis=1) for k in (0, 1)])
-    unknown = pictures.moving.UNKNOWN
+    unknown = moving.UNKNOWN
     place.add_collection(LineCollection(list(1e3 * halves), colors=unknown, linewidths=3.5, zorder=1))
     share = np.linspace(0.0, 1.0, 6)[:, None, None]
     pieces = 1e3 * ((1 - share) * halves[:, 0] + share * halves[:, 1])
@@ -182,14 +181,14 @@ def _outline(place: Axes, mesh: Any, sites: Array, values: Array, scale: Any) ->
 
 def _image(mesh: Any, sites: Array, values: Array) -> NDArray[np.uint8]:
     """Return an image of the surface from above."""
-    triangles = pictures.cell_grid.as_triangles(mesh.facets[:, mesh.boundary_facets()].T)
+    triangles = cell_grid.as_triangles(mesh.facets[:, mesh.boundary_facets()].T)
     nodes, numbered = np.unique(triangles, return_inverse=True)
     points = np.ascontiguousarray(mesh.p.T[nodes])
-    surface = pictures.frames.Frames(
+    surface = frames.Frames(
         "", points, numbered.reshape(-1, 3), np.zeros((1, *points.shape)), ("",), None,
         _values_at(sites, values, points)[None], "stress", high=float(values.max()),
     )  # fmt: skip
-    return rendering.crop(pictures.moving.draw_frames(surface, [(0, 1.0)]))[0]
+    return rendering.crop(moving.draw_frames(surface, [(0, 1.0)]))[0]
 
 
 ROUND = (0.1, 0.2, 0.3, 0.5, 0.7, 1, 1.5, 2, 3, 5, 7, 10, 20, 50, 100)

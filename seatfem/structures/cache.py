@@ -22,15 +22,18 @@ from typing import Final, TypeVar
 import numpy as np
 
 import impact
-from impact import notices, storage
+from impact import notices
 from impact.files.safe_files import FULL, write_whole
 from impact.greens.base import GreensFunction
+from impact.storage import hdf5
 from seatfem.jobs.folders import claimed
 from seatfem.machine.code import VARIABLE, cache_folder, numerics_version, sources_from_elsewhere
 from seatfem.machine.resources import Stopwatch
-from seatfem.structures import formats, reduction, rings
+from seatfem.structures import rings
+from seatfem.structures.formats import mesh_files
 from seatfem.structures.kinds.structure import Structure
 from seatfem.structures.method import AUTO, Method, Solved
+from seatfem.structures.reduction import reducer
 
 _KEY = re.compile(r"[0-9a-f]{16,64}")
 Tell = Callable[[str], None]
@@ -231,7 +234,7 @@ def keys_of(structure: Structure, methods: Iterable[Method], *, mesh_error: bool
     parts: dict[str, object] = {**inputs.content} | ({} if mesh_error else {"mesh_error": False})
     for key in type(structure).model_fields:
         if isinstance(file := getattr(structure, key), Path):
-            parts[key] = sorted(content_hash(part) for part in formats.mesh_files.all_files(file))
+            parts[key] = sorted(content_hash(part) for part in mesh_files.all_files(file))
     for method in methods:
         how = {key: value for key, value in vars(method).items() if value is not None}
         if how.get("rings") == 1:
@@ -248,7 +251,7 @@ def _reductions(structure: Structure, method: Method) -> list[type]:
     """Return the reductions that a method names or may choose; empty if only those of this program are known."""
     if not structure.traits.is_reduced or "seatfem.structures.reduction.reducer" not in sys.modules:
         return []
-    return [each for each in reduction.reducer.defined() if method.reduction in (AUTO, each.name)]
+    return [each for each in reducer.defined() if method.reduction in (AUTO, each.name)]
 
 
 def load_cached(path: Path, key: str, duration: float, tell: Tell | None = None) -> GreensFunction | None:
@@ -259,10 +262,10 @@ def load_cached(path: Path, key: str, duration: float, tell: Tell | None = None)
     if not path.is_file():
         return None
     try:
-        return _serving(storage.hdf5.load_greens(path, key=key), key, duration)
-    except storage.hdf5.OtherKeyError:
+        return _serving(hdf5.load_greens(path, key=key), key, duration)
+    except hdf5.OtherKeyError:
         return None
-    except (storage.hdf5.StorageError, OSError) as problem:
+    except (hdf5.StorageError, OSError) as problem:
         if tell is not None:
             tell(f"not used again: {problem}")
         return None
@@ -271,8 +274,8 @@ def load_cached(path: Path, key: str, duration: float, tell: Tell | None = None)
 def key_at(path: Path) -> str:
     """Return the structure's key in the function at ``path``; "" if it cannot be read."""
     try:
-        return str(storage.hdf5.load_greens(path).provenance.get("seat_key", ""))
-    except (storage.hdf5.StorageError, OSError):
+        return str(hdf5.load_greens(path).provenance.get("seat_key", ""))
+    except (hdf5.StorageError, OSError):
         return ""
 
 
@@ -349,18 +352,18 @@ class Cache:
     def write(self, greens: GreensFunction, key: str, beside: GreensFunction | None) -> None:
         """Write the file of the run, and beside it the model ``beside``, which gives its errors of mesh and patch."""
         if self.path is not None:
-            storage.hdf5.save_greens(greens, self.path, key=key)
+            hdf5.save_greens(greens, self.path, key=key)
             if beside is not None:
-                storage.hdf5.save_greens(beside, coarser_file(self.path), key=_beside(key))
+                hdf5.save_greens(beside, coarser_file(self.path), key=_beside(key))
             else:
                 coarser_file(self.path).unlink(missing_ok=True)  # that of an earlier seat
 
     def _model_beside(self, key: str) -> GreensFunction | None:
         """Return the model in rings, on a coarser mesh, from the store or else from the folder of the run."""
         stored = self.store.get(_beside(key))
-        with suppress(storage.hdf5.StorageError, OSError):
+        with suppress(hdf5.StorageError, OSError):
             if stored is None and self.path is not None and coarser_file(self.path).is_file():
-                return storage.hdf5.load_greens(coarser_file(self.path), key=_beside(key))
+                return hdf5.load_greens(coarser_file(self.path), key=_beside(key))
         return stored
 
     def _is_own(self, structure: Structure) -> bool:

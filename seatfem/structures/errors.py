@@ -14,3 +14,14 @@ class GeometryError(ValueError):
     def __init__(self, message: str, field: str = "") -> None:
         super().__init__(message)
         self.field = field
+
+
+class MeshError(ValueError):
+    """Error of an unusable mesh; the message names the source, the group, and the content of the mesh.
+
+    ``problems``: pairs of the responsible argument of the reader ("" if there is none) and the message.
+    """
+
+    def __init__(self, message: str, *, field: str = "", problems: tuple[tuple[str, str], ...] = ()) -> None:
+        super().__init__(message)
+        self.problems = problems or ((field, message),)

@@ -2,10 +2,12 @@
 its errors.
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import replace
 from functools import partial
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -17,7 +19,6 @@ from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.elements.supports import Absorbing, Bolted, Dashpot, Foundation, Support
 from seatfem.structures.inspection import cad, mesh_file
-from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.elastic import Elastic, Reduced
 from seatfem.structures.lands import FaceLip
 from seatfem.structures.lip import Lip
@@ -35,6 +36,9 @@ from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.reduction.reducer import Reduction
 from seatfem.structures.rings import as_a_whole, divided_less, division_to_compare, ring_names
 from seatfem.structures.shapes import GeometryError
+
+if TYPE_CHECKING:
+    from seatfem.structures.kinds.drawn import Drawn
 
 AnyMesh = SeatMesh | MeridianMesh
 

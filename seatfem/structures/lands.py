@@ -9,6 +9,7 @@ from functools import cached_property, lru_cache
 from typing import Any, Final
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from impact.after.histories import Pieces
@@ -134,14 +135,10 @@ def under(face: Land, outline: tuple[bytes, ...], *, seals: bool) -> Land:
 def _loops(edges: Array, near: float) -> list[Array]:
     """Return the (c, 2) corners of each closed line of edges (e, 2, 2), in order. Raises `ModelError` of lines that
     touch."""
-    from scipy.sparse import coo_array  # plans of other seats load none of these
-    from scipy.sparse.csgraph import connected_components
-    from scipy.spatial import cKDTree
-
     points = edges.reshape(-1, 2)
-    pairs = cKDTree(points).query_pairs(near, output_type="ndarray")
-    graph = coo_array((np.ones(len(pairs)), pairs.T), shape=(len(points), len(points)))
-    number, corner = connected_components(graph, directed=False)
+    pairs = scipy.spatial.cKDTree(points).query_pairs(near, output_type="ndarray")
+    graph = scipy.sparse.coo_array((np.ones(len(pairs)), pairs.T), shape=(len(points), len(points)))
+    number, corner = scipy.sparse.csgraph.connected_components(graph, directed=False)
     ends = corner.reshape(-1, 2)
     ends = ends[ends[:, 0] != ends[:, 1]]
     if np.any(np.bincount(ends.ravel(), minlength=number) != 2):
@@ -309,10 +306,8 @@ class _Table:
 
     @cached_property
     def _tree(self) -> Any:
-        from scipy.spatial import cKDTree  # plans of other seats load none
-
         across = (np.arange(SEEN) + 0.5)[:, None, None] / SEEN
-        return cKDTree((self.left + across * (self.right - self.left)).reshape(-1, 2))
+        return scipy.spatial.cKDTree((self.left + across * (self.right - self.left)).reshape(-1, 2))
 
     def nearest(self, points: Array) -> NDArray[np.int64]:
         """Return the (n,) step that begins at the nearest cut."""

@@ -23,7 +23,7 @@ import numpy as np
 from impact.greens.base import Array
 from seatfem.machine import libraries
 from seatfem.machine.resources import available_memory
-from seatfem.structures import reduction
+from seatfem.structures.mesh import meshing, plane_meshes
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.method import (
     AUTO,
@@ -36,13 +36,11 @@ from seatfem.structures.method import (
     compactness,
 )
 from seatfem.structures.patch import Patch
+from seatfem.structures.reduction import greens
 from seatfem.units import write_quantity
 
 if TYPE_CHECKING:
     from seatfem.structures.kinds import drawn, structure
-    from seatfem.structures.mesh.meshing import SeatMesh
-    from seatfem.structures.mesh.plane_meshes import MeridianMesh
-
 
 GB: Final = 1e9
 FILL: Final = 19.5  # entries of the factor over n^(4/3), for a cube; METIS orderings, order 2
@@ -93,7 +91,7 @@ class Counts:
         return Counts(factor * self.dof, factor * self.nnz, factor * self.mass_nnz, self.compactness)
 
 
-def counts_of(mesh: SeatMesh) -> Counts:
+def counts_of(mesh: meshing.SeatMesh) -> Counts:
     """Return the counts of K and M on a mesh; hexahedra have a diagonal mass."""
     grid = mesh.mesh
     parts = (int(grid.nvertices), grid.edges.shape[1], grid.facets.shape[1], int(grid.nelements))
@@ -126,7 +124,7 @@ def memory_need(counts: Counts, solver: Solver = "double") -> float:
 
 def solver_of(counts: Counts, method: Method, rings: float = 1, *, tetrahedra: bool = True) -> Solver:
     """Return the solver by which a reduction computes its vectors; ``tetrahedra``: whether these are the elements."""
-    named = None if method.reduction == AUTO else reduction.greens.named(method.reduction)
+    named = None if method.reduction == AUTO else greens.named(method.reduction)
     if not (named is None or named.bears_rounding):
         return "double"
     solver = cheapest_solver(counts.dof, rings, counts.compactness, method.tolerance)
@@ -165,14 +163,16 @@ def check_memory(
     )
 
 
-def check_elastic(body: structure.Structure, mesh: SeatMesh | MeridianMesh, level: Level, method: Method) -> None:
+def check_elastic(
+    body: structure.Structure, mesh: meshing.SeatMesh | plane_meshes.MeridianMesh, level: Level, method: Method
+) -> None:
     """Raise `MemoryNeedError` if a body on this mesh does not fit; half sections always do."""
     if level in ("axisymmetric", "harmonics"):
         return
     cheaper = CHEAPEST_FIRST[: CHEAPEST_FIRST.index(level)]
     levels = [option.level for option in body.levels() if option.applies and option.level in cheaper]
     size: Any = mesh.provenance.spec.get("size")
-    counts, rings = counts_of(solid := cast("SeatMesh", mesh)), method.rings or 1
+    counts, rings = counts_of(solid := cast("meshing.SeatMesh", mesh)), method.rings or 1
     solver = solver_of(counts, method, rings, tetrahedra=solid.shape == "tetrahedron")
     check_memory(counts, solver=solver, size=size, levels=levels)
 

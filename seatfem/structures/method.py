@@ -5,22 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Final, Literal
+from typing import Final, Literal
 
 import numpy as np
 
 from impact.greens.base import Array, ErrorEstimate, GreensFunction
 from impact.greens.modal import ModalGreens, Residual
-from seatfem import structures
+from seatfem.structures import lip as lips
+from seatfem.structures import model as models
 from seatfem.structures.errors import ModelError
+from seatfem.structures.mesh import meshing, plane_meshes
+from seatfem.structures.reduction import factorization
+from seatfem.structures.reduction import modes as reduced_modes
 from seatfem.structures.rings import Division, as_a_whole
-
-if TYPE_CHECKING:
-    from seatfem.structures.mesh.meshing import SeatMesh
-    from seatfem.structures.mesh.plane_meshes import MeridianMesh
-    from seatfem.structures.reduction.factorization import Backend
-    from seatfem.structures.reduction.modes import Modes
-
 
 Level = Literal["rod", "axisymmetric", "harmonics", "sector", "3d"]
 """Models of a body by finite elements, or by a rod in their place."""
@@ -103,7 +100,7 @@ class Aims:
     duration: float
     tolerance: float
     max_vectors: int | None = None
-    backend: Backend = "auto"
+    backend: factorization.Backend = "auto"
 
     def __post_init__(self) -> None:
         for name in ("bandwidth", "duration", "tolerance"):
@@ -162,8 +159,8 @@ class Method:
     order: int = 2
     rings: int | None = 1
     n_modes: int | None = None
-    lip: structures.lip.AnyLip | None = None
-    behind: structures.lip.AnyLip | None = None
+    lip: lips.AnyLip | None = None
+    behind: lips.AnyLip | None = None
 
     @property
     def static(self) -> bool:
@@ -255,16 +252,16 @@ class Solved:
 
     greens: GreensFunction
     coarser: GreensFunction | None = None
-    mesh: SeatMesh | MeridianMesh | None = None
-    model: structures.model.SecondOrderModel | None = None
-    modes: Modes | None = None
+    mesh: meshing.SeatMesh | plane_meshes.MeridianMesh | None = None
+    model: models.SecondOrderModel | None = None
+    modes: reduced_modes.Modes | None = None
     about: Mapping[str, object] = field(default_factory=dict)
     level_error: float = 0.0
     refinement: float = COARSENING
     in_rings: GreensFunction | None = None
     plane: bool = False
     reused: bool = False
-    coarser_mesh: SeatMesh | MeridianMesh | None = None
+    coarser_mesh: meshing.SeatMesh | plane_meshes.MeridianMesh | None = None
 
     @property
     def functions(self) -> Solved:

@@ -24,11 +24,11 @@ import numpy as np
 from impact.exact.half_space import disk_compliance, square_compliance
 from impact.greens import base, modal
 from seatfem.structures import materials, rings
+from seatfem.structures.kinds.parts import Support
 from seatfem.structures.lip import AnyLip
 
 if TYPE_CHECKING:
     from seatfem.structures.inspection.cad import Shape
-    from seatfem.structures.kinds.parts import Support
 
 
 OFF_CENTRE: Final = 1.5  # (R + r)/R of a force half way between a clamped plate's centre and its rim

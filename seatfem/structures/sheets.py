@@ -12,12 +12,12 @@ from typing import Any, Final
 
 import numpy as np
 
-from impact import storage
 from impact.files.safe_files import MB
 from impact.greens.base import Array, ErrorEstimate
 from impact.greens.modal import ModalGreens
 from impact.notices import Progress, silent
 from impact.quantities import brief
+from impact.storage import hdf5
 from seatfem.machine.code import cache_folder
 from seatfem.structures.cache import Store, content_key, warn
 from seatfem.structures.elements.mindlin import (
@@ -386,7 +386,7 @@ def kept(asked: Sheet, coarser: float, compute: Callable[[], Meshed]) -> Meshed:
         return found
     mesh, modes = compute()
     try:
-        with storage.hdf5.written(store.path(key), CONTENT) as file:
+        with hdf5.written(store.path(key), CONTENT) as file:
             _write(file, key, mesh, modes)
         store.prune(most_bytes=MOST)
     except (OSError, MemoryError) as problem:
@@ -406,14 +406,12 @@ def _write(file: Any, key: str, mesh: PlateMesh, modes: Modes) -> None:
 
 
 def _read(path: Any, key: str) -> Meshed:
-    with storage.hdf5.opened(path, CONTENT, sealed=True) as file:
+    with hdf5.opened(path, CONTENT, sealed=True) as file:
         if (stated := str(file.attrs.get("key", ""))) != key:
-            raise storage.hdf5.OtherKeyError(f"{path}: belongs to the key {stated!r}, not to {key!r}; compute it again")
-        lines = {name: storage.hdf5.finite_array(file, f"lines/{name}").astype(int) for name in file.get("lines", ())}
-        mesh = PlateMesh(
-            storage.hdf5.finite_array(file, "points"), storage.hdf5.finite_array(file, "cells").astype(int), lines
-        )
+            raise hdf5.OtherKeyError(f"{path}: belongs to the key {stated!r}, not to {key!r}; compute it again")
+        lines = {name: hdf5.finite_array(file, f"lines/{name}").astype(int) for name in file.get("lines", ())}
+        mesh = PlateMesh(hdf5.finite_array(file, "points"), hdf5.finite_array(file, "cells").astype(int), lines)
         frequencies, shapes, residuals = (
-            storage.hdf5.finite_array(file, f"modes/{name}") for name in ("frequencies_hz", "shapes", "residuals")
+            hdf5.finite_array(file, f"modes/{name}") for name in ("frequencies_hz", "shapes", "residuals")
         )
         return mesh, Modes(frequencies, shapes, residuals, **json.loads(str(file.attrs["modes"])))

@@ -17,6 +17,7 @@ from functools import cached_property
 from typing import Final
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
 from impact.greens.base import Array
@@ -144,10 +145,8 @@ def _fine(loop: Array) -> Array:
 
 def _ring(inner: Array, outer: Array) -> tuple[Array, Array, tuple[int, int], tuple[int, int]]:
     """Return both lines from the shortest cut on, as `_sides`."""
-    from scipy.spatial import cKDTree
-
     left_line, right_line = _fine(inner), _fine(outer)
-    away, nearest = cKDTree(right_line[:-1]).query(left_line[:-1])
+    away, nearest = scipy.spatial.cKDTree(right_line[:-1]).query(left_line[:-1])
     k = int(np.argmin(away))
     firsts = (k, int(np.asarray(nearest)[k]))
     left_line, right_line = (

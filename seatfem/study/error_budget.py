@@ -23,8 +23,8 @@ from impact.greens.base import Array
 from impact.march.problem import ContactProblem
 from impact.notices import Progress, silent
 from impact.runs.variations import SAFETY, Budget, Terms, Values, budget_of, changes, larger, times, total
-from seatfem import structures
 from seatfem.machine import compiling, resources
+from seatfem.structures import method as methods
 from seatfem.study.impacts import contact, plate_stress
 from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.gas import lift_of
@@ -145,11 +145,11 @@ MEASURE_OF_KEY: Final[Mapping[str, str]] = {
 def error_budget(
     scene: Scene,
     method: RunMethod,
-    seat: structures.method.Solved,
+    seat: methods.Solved,
     striker: impact.Body,
     touches: Touches,
     stress: ReedStress | None = None,
-    reed: structures.method.Solved | None = None,
+    reed: methods.Solved | None = None,
     look: plate_stress.PlateLook | None = None,
     progress: Progress = silent,
     flights: contact.Flights | None = None,

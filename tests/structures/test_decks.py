@@ -5,8 +5,8 @@ import re
 import numpy as np
 import pytest
 
+from seatfem.structures.errors import MeshError
 from seatfem.structures.formats.mesh_files import all_files, read_file, read_mesh
-from seatfem.structures.mesh.io import MeshError
 from tests.refusals import judge
 from tests.structures import deck_texts
 

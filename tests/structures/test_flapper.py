@@ -7,9 +7,9 @@ import pytest
 from numpy.typing import NDArray
 
 from seatfem.structures.elements.mindlin import PlateMesh, assemble_plate
+from seatfem.structures.errors import MeshError
 from seatfem.structures.materials import Material
 from seatfem.structures.mesh.gmsh_process import GmshSession
-from seatfem.structures.mesh.io import MeshError
 from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.mesh.plane_meshes import mesh_sheet
 from seatfem.structures.mesh.spec import MeshSpec

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from seatfem.structures.errors import MeshError
 from seatfem.structures.formats.mesh_files import read_mesh
-from seatfem.structures.mesh.io import MeshError
 from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import CadPart, GeometryError

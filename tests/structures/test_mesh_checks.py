@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+from seatfem.structures.errors import MeshError
 from seatfem.structures.formats.mesh_files import read_mesh
 from seatfem.structures.mesh.checks import (
     check_coincident,
@@ -14,7 +15,7 @@ from seatfem.structures.mesh.checks import (
     scaled_jacobian,
     straight_determinants,
 )
-from seatfem.structures.mesh.io import CELL_KINDS, TET_EDGES, MeshArrays, MeshError, to_skfem
+from seatfem.structures.mesh.io import CELL_KINDS, TET_EDGES, MeshArrays, to_skfem
 
 NONE = ()
 

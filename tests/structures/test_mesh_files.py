@@ -11,8 +11,8 @@ import pytest
 from impact.notices import silent
 from seatfem.machine.resources import Stopwatch
 from seatfem.pictures.cell_grid import skin_of
+from seatfem.structures.errors import MeshError
 from seatfem.structures.formats.mesh_files import read_mesh
-from seatfem.structures.mesh.io import MeshError
 from tests.gallery import load_text
 
 UNIT = 1e-2  # metres; the files of `write_mesh_files` are in centimetres

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from seatfem.structures.errors import MeshError
 from seatfem.structures.formats.mesh_files import read_file, read_mesh
 from seatfem.structures.formats.writing import WRITTEN, write_mesh
-from seatfem.structures.mesh.io import MeshError
 
 UNIT = 1e-2  # metres; the files of `write_mesh_files` are in centimetres
 ALL = ("tet-1", "tet-2", "hex-1", "hex-2")

@@ -8,9 +8,9 @@ import pytest
 import pyuff
 
 from impact.measured.frf import FrequencyResponseError
+from seatfem.structures.errors import MeshError
 from seatfem.structures.formats.uff import UffError, read_frf_uff, read_modes_uff
 from seatfem.structures.formats.universal import read_unv
-from seatfem.structures.mesh.io import MeshError
 from tests.mutated_lines import check_mutants, is_same
 from tests.universal_files import (
     CONTOUR,

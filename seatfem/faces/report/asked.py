@@ -7,13 +7,11 @@ import json
 import re
 from collections.abc import Collection, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from impact.files.safe_files import write_whole
 from seatfem.faces.plan_view import plan_json
-
-if TYPE_CHECKING:
-    from seatfem.study.plan import Plan
+from seatfem.study.plan import Plan
 
 SCENE_COPY: Final = "scene.toml"
 SET: Final = "# --set "  # prefix of a line of the copy that holds a change by the command line

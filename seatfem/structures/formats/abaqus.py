@@ -10,8 +10,9 @@ from types import MappingProxyType
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from seatfem.structures.errors import MeshError
 from seatfem.structures.formats import decks, file_mesh
-from seatfem.structures.mesh.io import Floats, Integers, MeshError, distinct
+from seatfem.structures.mesh.io import Floats, Integers, distinct
 
 MOST_MEMBERS = 5_000_000  # largest number of members of all sets of a deck, and of lines of placed parts
 SPAN = file_mesh.SPAN

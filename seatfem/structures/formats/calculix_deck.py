@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,9 +29,7 @@ from seatfem.structures.elements.shape_functions import discretize, surface
 from seatfem.structures.materials import Material, Solid
 from seatfem.structures.mesh.plane_meshes import CLAMPED
 from seatfem.structures.model import Array, ModelError, SecondOrderModel
-
-if TYPE_CHECKING:
-    from seatfem.structures.sheets import PlateModes
+from seatfem.structures.sheets import PlateModes
 
 PATCH: Final = "PATCH"  # name of the set of the reference node
 DEGREE: Final = 8  # degree of the quadrature over the patch

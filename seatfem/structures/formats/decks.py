@@ -8,7 +8,7 @@ from itertools import islice
 from pathlib import Path
 
 from impact.files.safe_files import MB, read_bytes, read_text
-from seatfem.structures.mesh.io import MeshError
+from seatfem.structures.errors import MeshError
 
 MOST_FILES = 200
 LONGEST = 4096  # largest number of characters of a line with those that it goes on in

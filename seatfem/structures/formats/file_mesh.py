@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from seatfem.structures import errors
 from seatfem.structures.mesh import checks, io
 
 SPAN = 10**9  # numbers of nodes and elements of a deck are below; those of a k-th copy of a part are larger by k SPAN
@@ -67,13 +68,15 @@ def one_kind(solids: Sequence[tuple[str, io.Integers, bool]], source: str) -> io
     for name, rows, _ in solids:
         counts[name] += len(rows)
     kinds = ", ".join(f"{count} {name}" for name, count in sorted(counts.items())) or "none"
-    raise io.MeshError(f"{source}: solids must be tetrahedra or hexahedra, all of one order, 1 or 2; found: {kinds}")
+    raise errors.MeshError(
+        f"{source}: solids must be tetrahedra or hexahedra, all of one order, 1 or 2; found: {kinds}"
+    )
 
 
 def check_group_count(count: int, source: str) -> None:
     """Raise `MeshError` for more groups than `MOST_GROUPS`, since each is looked up in the whole mesh."""
     if count > MOST_GROUPS:
-        raise io.MeshError(f"{source}: {count} groups, must be at most {MOST_GROUPS}; export those that are used")
+        raise errors.MeshError(f"{source}: {count} groups, must be at most {MOST_GROUPS}; export those that are used")
 
 
 def to_arrays(mesh: FileMesh, unit: float, source: str) -> io.MeshArrays:
@@ -177,7 +180,7 @@ class Deck:
         missing = io.distinct(numbers[~np.isin(numbers, self.node_ids)])
         if len(missing):
             first = f"{self.what} {missing[0] % SPAN} is used and not defined"
-            raise io.MeshError(f"{self.source}: {first}, export it too ({len(missing)} such {self.what}s)")
+            raise errors.MeshError(f"{self.source}: {first}, export it too ({len(missing)} such {self.what}s)")
         order = np.argsort(self.node_ids, kind="stable")
         return np.asarray(order[np.searchsorted(self.node_ids, numbers, sorter=order)])
 
@@ -199,7 +202,7 @@ def _check_numbers(what: str, numbers: io.Integers, rows: io.Integers | io.Float
     if rows is not None:
         twice = twice[np.any(rows[order[twice]] != rows[order[twice + 1]], axis=1)]
     if len(twice):
-        raise io.MeshError(f"{source}: {what} {numbers[order[twice[0]]] % SPAN} is there twice; remove one")
+        raise errors.MeshError(f"{source}: {what} {numbers[order[twice[0]]] % SPAN} is there twice; remove one")
 
 
 def assembled(deck: Deck) -> Assembled:

@@ -20,11 +20,12 @@ from impact.files.safe_files import MB, check_file, read_text
 from impact.notices import Progress, silent
 from seatfem.jobs.folders import private_folder
 from seatfem.jobs.processes import answer_of, end_worker, start_worker, tell_worker
+from seatfem.structures.errors import MeshError
 from seatfem.structures.formats import abaqus, decks, file_mesh, nastran_mesh, universal
 from seatfem.structures.formats.file_mesh import FileMesh, merged, to_arrays
 from seatfem.structures.mesh import checks, meshing
 from seatfem.structures.mesh.gmsh_process import STAGE, MeshingError, run_gmsh
-from seatfem.structures.mesh.io import Integers, MeshArrays, MeshError, distinct, groups
+from seatfem.structures.mesh.io import Integers, MeshArrays, distinct, groups
 from seatfem.structures.shapes import GeometryError
 from seatfem.structures.shapes.cad import LARGEST, SMALLEST
 

@@ -8,8 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
+from seatfem.structures.errors import MeshError
 from seatfem.structures.formats import decks, file_mesh
-from seatfem.structures.mesh.io import Floats, Integers, MeshError
+from seatfem.structures.mesh.io import Floats, Integers
 
 SMALL, LARGE = 8, 4  # data fields per line with small and large fields
 SOLIDS = {"CTETRA": (4, 10), "CHEXA": (8, 20)}

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from impact.files.csv_table import real
 from impact.files.safe_files import MB, opened_file
+from seatfem.structures.errors import MeshError
 from seatfem.structures.formats import file_mesh
-from seatfem.structures.mesh.io import MeshError
 
 Number = TypeVar("Number", int, float)
 _BINARY: Final = re.compile(r"\s*58b\s+([12])\s+2\s", re.IGNORECASE)  # with the order of bytes, in IEEE format

@@ -18,8 +18,9 @@ from skfem.assembly import Dofs
 
 from impact.files.safe_files import whole_file, write_whole
 from impact.greens import base, poles
+from seatfem.structures.errors import MeshError
 from seatfem.structures.formats import file_mesh, mesh_files
-from seatfem.structures.mesh.io import CELL_KINDS, Floats, Integers, MeshError
+from seatfem.structures.mesh.io import CELL_KINDS, Floats, Integers
 from seatfem.structures.mesh.meshing import SeatMesh
 
 READ_ONLY: Final = (".node", ".su2", ".hmf", ".ugrid", ".f3grid")

@@ -8,19 +8,17 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from seatfem.structures import errors, lands
+from seatfem.structures.kinds.structure import Finding
 from seatfem.structures.mesh.gmsh_process import run_gmsh
 from seatfem.structures.shapes import CadPart, Geometry, decode, encode, loops
 from seatfem.structures.shapes.cad import check_readable
 from seatfem.structures.shapes.selectors import Colour, Vector
-
-if TYPE_CHECKING:
-    from seatfem.structures.kinds.structure import Finding
 
 
 class FileState(NamedTuple):

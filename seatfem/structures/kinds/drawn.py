@@ -10,9 +10,10 @@ from pydantic import Field, model_validator
 
 from impact.greens.base import GreensFunction
 from impact.notices import Progress
-from seatfem import fields, structures
+from seatfem import fields
 from seatfem.machine.resources import Stopwatch
-from seatfem.structures import inspection, lands, memory_need, outlines
+from seatfem.structures import finite_elements, lands, memory_need, outlines
+from seatfem.structures.inspection import mesh_file
 from seatfem.structures.inspection.cad import inspect_geometry
 from seatfem.structures.kinds import elastic, parts, selectors, structure
 from seatfem.structures.mesh.spec import MeshSpec
@@ -92,8 +93,8 @@ class Drawn(elastic.Elastic):
     def problems(self) -> Iterator[structure.Finding]:
         yield from self.unknown_names(self.geometry().patches, ("seat",))
 
-    def part(self) -> inspection.mesh_file.Part:
-        return inspection.mesh_file.of_geometry(self.geometry(), f"seat, kind = {self.kind!r}")
+    def part(self) -> mesh_file.Part:
+        return mesh_file.of_geometry(self.geometry(), f"seat, kind = {self.kind!r}")
 
     def views(self, at: float | None = None, *, coarse: bool = False) -> outlines.BodyViews:
         """Return the outlines, of a block by its sides, of other bodies by the triangulation of their surface."""
@@ -199,15 +200,13 @@ class Drawn(elastic.Elastic):
     def solve(
         self, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool = True
     ) -> Solved:
-        return structures.finite_elements.from_geometry(self, method, duration, watch, progress, mesh_error=mesh_error)
+        return finite_elements.from_geometry(self, method, duration, watch, progress, mesh_error=mesh_error)
 
     def meshes(
         self, method: Method, progress: Progress
-    ) -> tuple[structures.finite_elements.AnyMesh, structures.finite_elements.AnyMesh | None]:
+    ) -> tuple[finite_elements.AnyMesh, finite_elements.AnyMesh | None]:
         spec, level = self.mesh_spec(method), self.elements_of(method)
-        return structures.finite_elements.draw_both(
-            self, spec, level, Stopwatch(), progress, method=method, coarser=True
-        )
+        return finite_elements.draw_both(self, spec, level, Stopwatch(), progress, method=method, coarser=True)
 
 
 def struck_as_a_whole(model: str) -> str:

@@ -11,13 +11,14 @@ from pydantic import Field, model_validator
 from impact.greens.base import GreensFunction
 from impact.notices import Progress
 from seatfem.fields import DampingRatio, KeyProblem, default
-from seatfem.structures import lands, reduction
+from seatfem.structures import lands
 from seatfem.structures.errors import ModelError
 from seatfem.structures.inspection.cad import listed
 from seatfem.structures.kinds import motion, parts, structure
 from seatfem.structures.method import AUTO, AnyLevel, Applicability, Level, Method
 from seatfem.structures.method import memory as forgotten_after
 from seatfem.structures.patch import rod_behind
+from seatfem.structures.reduction import greens as reduced_greens
 
 if TYPE_CHECKING:
     from seatfem.structures.finite_elements import AnyMesh
@@ -64,7 +65,7 @@ class Reduced(motion.Moving):
     def is_convolved(self) -> bool:
         if self.greens.method == AUTO:
             return self.couples
-        return not reduction.greens.named(self.greens.method).oscillators
+        return not reduced_greens.named(self.greens.method).oscillators
 
     def memory(self, method: Method, duration: float) -> float:
         """Return the time [s] up to which g must be accurate in a run of ``duration`` [s]: earlier if uniform damping

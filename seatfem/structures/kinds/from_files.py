@@ -13,10 +13,11 @@ import numpy as np
 from pydantic import BeforeValidator, Field, model_validator
 
 from impact.notices import Progress, silent
-from seatfem import structures
 from seatfem.fields import ExistingFile, Gap, KeyProblem, default
 from seatfem.machine.resources import Stopwatch
-from seatfem.structures import formats, inspection, lands, outlines
+from seatfem.structures import errors, finite_elements, lands, outlines
+from seatfem.structures.formats import mesh_files
+from seatfem.structures.inspection import mesh_file
 from seatfem.structures.inspection.cad import FileState, Shape, inspect_geometry, naming, state_of
 from seatfem.structures.kinds import drawn, elastic, structure
 from seatfem.structures.kinds.parts import METRES, LengthUnit
@@ -126,8 +127,8 @@ file = "seat.step"
             if why := struck_side_problem(*sides):
                 yield ("contact",), naming(self.file, why)
 
-    def part(self) -> inspection.mesh_file.Part:
-        return inspection.mesh_file.of_geometry(self.geometry(), self.file.name)
+    def part(self) -> mesh_file.Part:
+        return mesh_file.of_geometry(self.geometry(), self.file.name)
 
     def surface(self) -> Shape:
         return inspect_geometry(self.geometry()).shape
@@ -184,7 +185,7 @@ file = "seat.msh"
 
     def read(self, progress: Progress = silent) -> SeatMesh:
         """Return the mesh in the file, cached while the file and those it includes are unchanged."""
-        states = tuple(state_of(part) for part in formats.mesh_files.all_files(self.file))
+        states = tuple(state_of(part) for part in mesh_files.all_files(self.file))
         unit = None if self.unit is None else METRES[self.unit]
         progress("meshing", 0.0)
         mesh = _read(self.file, self.contact, self.fixed or None, unit, self.merge, self.parts, states)
@@ -194,39 +195,39 @@ file = "seat.msh"
     def problems(self) -> Iterator[structure.Finding]:
         try:
             mesh = self.read()
-        except structures.mesh.io.MeshError as error:
+        except errors.MeshError as error:
             for field, message in error.problems:
                 yield (field or "file",), naming(self.file, message)
         except (MeshingError, OSError) as error:
             yield ("file",), naming(self.file, str(error))
         else:
-            yield from self.unknown_names(mesh.mesh.boundaries or {}, inspection.mesh_file.regions_of(mesh))
-            shape = inspection.mesh_file.shape_of(mesh)
+            yield from self.unknown_names(mesh.mesh.boundaries or {}, mesh_file.regions_of(mesh))
+            shape = mesh_file.shape_of(mesh)
             normals = shape.normals[shape.groups[self.struck_face]]
             if why := struck_side_problem(normals, shape, self.struck_face, self.held, self.bedded):
                 yield ("contact",), naming(self.file, why)
 
-    def part(self) -> inspection.mesh_file.Part:
-        return inspection.mesh_file.of_mesh(self.file.name, self.read(), ())
+    def part(self) -> mesh_file.Part:
+        return mesh_file.of_mesh(self.file.name, self.read(), ())
 
     def surface(self) -> Shape:
-        return inspection.mesh_file.shape_of(self.read())
+        return mesh_file.shape_of(self.read())
 
     def file_notes(self) -> tuple[str, ...]:
         return self.read().provenance.notes
 
     def patch(self) -> Patch | None:
-        return of_shape(inspection.mesh_file.shape_of(self.read()), self.supports, self.material.mean)
+        return of_shape(mesh_file.shape_of(self.read()), self.supports, self.material.mean)
 
     def views(self, at: float | None = None, *, coarse: bool = False) -> outlines.BodyViews:
-        shape = inspection.mesh_file.shape_of(self.read())
+        shape = mesh_file.shape_of(self.read())
         normals = shape.normals[shape.groups[self.struck_face]]
         normal = normals[0] if np.abs(normals - normals[0]).max() < FLAT else None
-        rows = () if coarse else inspection.mesh_file.faces_of(shape)[1]
+        rows = () if coarse else mesh_file.faces_of(shape)[1]
         return of_surface("mesh", Surface(shape, rows, self.struck_face, normal, self.held, self.bedded))
 
     def land(self) -> lands.Land:
-        return inspection.mesh_file.land_of_mesh(self.read(), self.struck_face)
+        return mesh_file.land_of_mesh(self.read(), self.struck_face)
 
     def mass(self) -> float:
         return self.material.density * self.read().quality.volume
@@ -236,11 +237,11 @@ file = "seat.msh"
     ) -> Solved:
         with watch("mesh"):
             mesh = self.read(progress)
-        return structures.finite_elements.from_mesh(self, mesh, method, duration, watch, progress)
+        return finite_elements.from_mesh(self, mesh, method, duration, watch, progress)
 
     def meshes(
         self, method: Method, progress: Progress
-    ) -> tuple[structures.finite_elements.AnyMesh, structures.finite_elements.AnyMesh | None]:
+    ) -> tuple[finite_elements.AnyMesh, finite_elements.AnyMesh | None]:
         return self.read(progress), None
 
 
@@ -255,4 +256,4 @@ def _read(
     states: tuple[FileState, ...],
 ) -> SeatMesh:
     del states  # part of the cache key
-    return formats.mesh_files.read_mesh(file, contact=contact, fixed=fixed, unit=unit, merge=merge, parts=parts)
+    return mesh_files.read_mesh(file, contact=contact, fixed=fixed, unit=unit, merge=merge, parts=parts)

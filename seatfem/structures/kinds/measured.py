@@ -13,16 +13,18 @@ import scipy
 from pydantic import Field, model_validator
 from threadpoolctl import threadpool_limits
 
-import impact
-from impact import notices, storage
+from impact import notices
 from impact.files import csv_table, safe_files
 from impact.greens import base, modal
 from impact.greens.base import Array
+from impact.measured import pole_fit
 from impact.measured.frf import FrequencyResponseError, read_frf
-from seatfem import structures
+from impact.storage import hdf5
 from seatfem.fields import ExistingFile, KeyProblem, Tolerance, default
 from seatfem.machine.resources import Stopwatch
-from seatfem.structures import formats, rings
+from seatfem.structures import finite_elements, rings
+from seatfem.structures import model as models
+from seatfem.structures.formats import matrices
 from seatfem.structures.formats.uff import Direction, System, read_frf_uff, read_modes_uff
 from seatfem.structures.inspection.cad import FileState, opened, state_of
 from seatfem.structures.kinds import elastic, structure
@@ -128,7 +130,7 @@ file = "seat.h5"
         yield from opened(self._read, {"file": self.file})
 
     def _read(self) -> base.GreensFunction:
-        return storage.hdf5.load_greens(self.file)
+        return hdf5.load_greens(self.file)
 
     def function(self, duration: float) -> base.GreensFunction:
         """Return the function in the file; raises `GreensFunctionError` if it ends before ``duration`` [s]."""
@@ -288,7 +290,7 @@ damping_ratio = 0.02
     def couples(self) -> bool:
         return self.damping is not None
 
-    def system_of_equations(self) -> structures.model.SecondOrderModel:
+    def system_of_equations(self) -> models.SecondOrderModel:
         """Return the model in the files, cached in the process. Raises `ModelError`, `OSError`."""
         files = (self.mass, self.stiffness, self.damping, self.contact)
         return read_once(_matrices, (*files, self.system, self.first_dof, self.constrained), *filter(None, files))
@@ -299,9 +301,9 @@ damping_ratio = 0.02
         with watch("reduction"):
             model = self.system_of_equations()
             try:
-                reduction = structures.finite_elements.reduced(self, model, method, duration, progress)
-            except (structures.model.ModelError, np.linalg.LinAlgError) as problem:
-                raise structures.model.ModelError(f"{self.stiffness}, {self.mass}: {problem}") from problem
+                reduction = finite_elements.reduced(self, model, method, duration, progress)
+            except (models.ModelError, np.linalg.LinAlgError) as problem:
+                raise models.ModelError(f"{self.stiffness}, {self.mass}: {problem}") from problem
         about = {"seat_model": f"matrices from {self.stiffness.name}", "seat_dof": model.size}
         return Solved(reduction.greens, model=model, modes=reduction.modes, about=about)
 
@@ -326,7 +328,7 @@ def _fitted(arguments: tuple[Any, ...], tolerance: float, free: bool | None) -> 
     file = arguments[0]
     response = read_once(_record, arguments, file)
     try:
-        return impact.measured.pole_fit.fit_response(response, tolerance=tolerance, free=free)
+        return pole_fit.fit_response(response, tolerance=tolerance, free=free)
     except FrequencyResponseError as problem:
         raise FrequencyResponseError(f"{file}: {problem}") from problem
     except np.linalg.LinAlgError as problem:
@@ -341,6 +343,6 @@ def _modes(file: Path, node: int, direction: Direction, system: Any, modal_mass:
 
 def _matrices(
     mass: Path, stiffness: Path, damping: Path | None, contact: Path, system: Any, first_dof: Any, constrained: Any
-) -> structures.model.SecondOrderModel:
+) -> models.SecondOrderModel:
     options = {"system": system, "first_dof": first_dof, "constrained": constrained}
-    return formats.matrices.read_matrices(mass, stiffness, damping, ports={"contact": contact}, **options)
+    return matrices.read_matrices(mass, stiffness, damping, ports={"contact": contact}, **options)

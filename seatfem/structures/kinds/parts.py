@@ -11,9 +11,10 @@ from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 from pydantic_core import PydanticCustomError
 
 from seatfem import fields, units
-from seatfem.structures import materials, reduction
+from seatfem.structures import materials
 from seatfem.structures.materials import NAMED_MATERIALS, named_material
 from seatfem.structures.method import AUTO
+from seatfem.structures.reduction import greens
 
 Direction = tuple[float, float, float]
 
@@ -181,7 +182,7 @@ class ReductionName:
     @property
     def options(self) -> tuple[str, ...]:
         """Return "auto" and the names of all reductions."""
-        return (AUTO, *reduction.greens.reducers())
+        return (AUTO, *greens.reducers())
 
     def __call__(self, method: str) -> str:
         if method != AUTO and method not in self.options:

@@ -14,9 +14,9 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from impact.bodies.body import Body, Load, ModalState
 from impact.greens.base import Array, GreensFunction
-from seatfem import structures, units
+from seatfem import units
 from seatfem.fields import Acceleration, Approach, ExistingFile, KeyProblem, Length, Position, Table
-from seatfem.structures import errors, lip
+from seatfem.structures import errors, lip, sheets
 from seatfem.structures.kinds import measured, motion, structure, thin_plate
 from seatfem.structures.kinds.measured import ColumnsError, between, check_scattered, read_columns
 
@@ -174,12 +174,12 @@ class PlateRelease(Table):
             return float(np.nan_to_num(self._at("w", np.array([centre]))[0]))
         return self.deflection or 0.0
 
-    def of_field(self, plate: structures.sheets.PlateModes) -> ModalState:
+    def of_field(self, plate: sheets.PlateModes) -> ModalState:
         """Return the field as initial state of the modes. Raises `ModelError` if it does not cover the plate, or the
         modes do not represent it."""
         return ModalState(self._projected("w", plate), self._projected("velocity", plate))
 
-    def _projected(self, name: str, plate: structures.sheets.PlateModes) -> Array:
+    def _projected(self, name: str, plate: sheets.PlateModes) -> Array:
         values = self._at(name, plate.mesh.points)
         if np.isnan(values).any():
             x, y = 1e3 * plate.mesh.points[np.isnan(values)][0]
@@ -196,13 +196,13 @@ class PlateRelease(Table):
             )
         return amplitudes
 
-    def static(self, push: Array, plate: structures.sheets.PlateModes) -> ModalState:
+    def static(self, push: Array, plate: sheets.PlateModes) -> ModalState:
         """Return the state at rest q_k = F s_k/omega_k^2 under a static load with modal forces s_k, ``push``."""
         assert self.deflection is not None
         each = push / plate.modes.omega**2
         return ModalState(self.deflection / float(plate.centre @ each) * each, np.zeros_like(each))
 
-    def of_mode(self, plate: structures.sheets.PlateModes, about: str) -> ModalState:
+    def of_mode(self, plate: sheets.PlateModes, about: str) -> ModalState:
         """Return an undeformed state with the velocity of one mode. Raises `ModelError` for an unknown mode, or one
         that does not move the contact."""
         centre, omega = plate.centre, plate.modes.omega
@@ -312,14 +312,14 @@ class ClampedPlate(thin_plate.ThinPlate):
                 return shape.given(places)
             except KeyProblem as problem:
                 raise KeyProblem(f"curvature.{problem.key}", str(problem)) from None
-        plate = structures.sheets.plate_modes(self.sheet())
+        plate = sheets.plate_modes(self.sheet())
         push = self._pressed(plate)[0] if shape.shape == "pressure" else plate.centre
         each = push / plate.modes.omega**2
         if shape.shape in (None, "mode"):
             each = np.where(np.arange(len(each)) == 0, plate.centre, 0.0)
         return plate.shape_at(shape.deflection / float(plate.centre @ each) * each, places)
 
-    def _pressed(self, plate: structures.sheets.PlateModes) -> tuple[Array, float]:
+    def _pressed(self, plate: sheets.PlateModes) -> tuple[Array, float]:
         """Return the (m,) mean of each mode over the area on which the pressure acts [1/sqrt(kg)], and that area."""
         if self.pressure_radius is None:
             return plate.mean, plate.mesh.area
@@ -335,7 +335,7 @@ class ClampedPlate(thin_plate.ThinPlate):
             shape, mass = self.weight(body)
             yield Load(shape, motion.scaled(motion.constant(self.gravity), mass))
 
-    def _state(self, plate: structures.sheets.PlateModes, release: PlateRelease) -> ModalState:
+    def _state(self, plate: sheets.PlateModes, release: PlateRelease) -> ModalState:
         if release.field is not None:
             return release.of_field(plate)
         if release.deflection is not None:
@@ -343,7 +343,7 @@ class ClampedPlate(thin_plate.ThinPlate):
         return release.of_mode(plate, self.about)
 
 
-def _on_disc(plate: structures.sheets.PlateModes, radius: float) -> tuple[Array, float]:
+def _on_disc(plate: sheets.PlateModes, radius: float) -> tuple[Array, float]:
     """Return the (m,) mean of each mode on a disc about the paddle's centre [1/sqrt(kg)], and its area [m^2]."""
     (patch,) = lip.Lip.disc(radius).patches(plate.sheet.shape.centre).values()
     return plate.at(patch, "the disc that is pressed"), float(patch.weights.sum())

@@ -13,7 +13,8 @@ from typing import Annotated, ClassVar, Final, Literal, Self
 from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
 from seatfem.fields import ExistingFile, KeyProblem, Length, Position, Table
-from seatfem.structures import errors, inspection, lands
+from seatfem.structures import errors, lands
+from seatfem.structures.inspection import outline as outline_faces
 from seatfem.structures.inspection.outline import held_edge, outline_in
 from seatfem.structures.kinds import plate_loads, selectors
 from seatfem.structures.kinds.parts import METRES, LengthUnit
@@ -199,7 +200,7 @@ thickness = "0.3 mm"
         return self
 
     @property
-    def _from_file(self) -> inspection.outline.DrawnOutline:
+    def _from_file(self) -> outline_faces.DrawnOutline:
         assert self.file is not None
         drawn = _drawn(self.file, None if self.unit is None else METRES[self.unit], oblique=self.frame is not None)
         if self.frame is None or drawn.frame is None:
@@ -238,6 +239,6 @@ thickness = "0.3 mm"
             raise errors.GeometryError(message) from error
 
 
-def _drawn(file: Path, unit: float | None, *, oblique: bool = False) -> inspection.outline.DrawnOutline:
+def _drawn(file: Path, unit: float | None, *, oblique: bool = False) -> outline_faces.DrawnOutline:
     """Return the outline in a file; raises `KeyProblem`."""
     return selectors.in_scene_words(lambda: outline_in(file, unit, oblique=oblique))

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, fields
-from importlib import import_module
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, Protocol
@@ -16,14 +15,14 @@ import numpy as np
 from pydantic import Field
 from pydantic.fields import FieldInfo
 
-from impact import after
+from impact.after.histories import ReedStress
 from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunction, GreensFunctionError
+from impact.late import import_now
 from impact.notices import Progress
-from seatfem import structures
 from seatfem.fields import Angle, Gap, KeyProblem, Length, Table, kind_of, kinds_below
 from seatfem.machine.resources import Stopwatch
-from seatfem.structures import lip
+from seatfem.structures import lip, model
 from seatfem.structures.method import Applicability, Method, Solved
 from seatfem.structures.outlines import BodyViews
 from seatfem.structures.patch import Column, Face, Patch
@@ -61,7 +60,7 @@ LOADS: Final = ("force", "pressure", "point_force", "gravity")
 class KnownStress(Protocol):
     """The stress of a striker under known contact forces."""
 
-    def largest(self, *, coarsely: bool, since: float | None = None) -> after.histories.ReedStress:
+    def largest(self, *, coarsely: bool, since: float | None = None) -> ReedStress:
         """Return the largest stresses of the run, and those before and after the time ``since`` of a landing [s]."""
 
     def histories(self, also: Collection[float] = (), *, few: bool = False) -> Iterator[tuple[str, Array]]:
@@ -443,7 +442,7 @@ class Structure(Striking):
         assert greens is not None
         return Solved(greens, about={"seat_model": self._model_words}, plane=self.traits.plane)
 
-    def system_of_equations(self) -> structures.model.SecondOrderModel | None:
+    def system_of_equations(self) -> model.SecondOrderModel | None:
         """Return the matrices in its files; ``None`` if it has no matrices."""
         return None
 
@@ -485,7 +484,7 @@ def kinds_of(named: Collection[str] = ()) -> tuple[type[Structure], ...]:
     all if one of these is no kind's name."""
     for module, names in HOMES.items():
         if not named or not set(named).isdisjoint(names.split()):
-            import_module(f"{__package__}.{module}")
+            import_now(f"{__package__}.{module}")
     kinds = tuple(sorted(kinds_below(Structure), key=kind_of))
     meant = {each: {kind_of(each), *each.also} & set(named) for each in kinds}
     if set(named) - set().union(*meant.values()):

@@ -11,9 +11,9 @@ from pydantic import Field, model_validator
 from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunction
 from impact.notices import Advice, Progress, silent
-from seatfem import structures
 from seatfem.fields import DampingRatio, Frequency, KeyProblem, Length, Table, default, of_same_names
 from seatfem.machine.resources import Stopwatch
+from seatfem.structures import sheets
 from seatfem.structures.kinds import motion, selectors, structure
 from seatfem.structures.kinds.parts import Material
 from seatfem.structures.lip import AnyLip, Lip, Patch
@@ -156,18 +156,16 @@ class ThinPlate(motion.Moving):
     def band_limit(self) -> tuple[float, str]:
         """Return the widest band [Hz] whose modes have bending waves of at least six thicknesses and are not too many,
         and in words what lies above it, with a remedy."""
-        own, sheet, most = self.greens.bandwidth, self.sheet(), structures.sheets.MOST_MODES
-        by_theory = own * (SHORTEST * sheet.bending_wave(own) / self.thickness) ** 2 / structures.sheets.CUTOFF
+        own, sheet, most = self.greens.bandwidth, self.sheet(), sheets.MOST_MODES
+        by_theory = own * (SHORTEST * sheet.bending_wave(own) / self.thickness) ** 2 / sheets.CUTOFF
         by_count = own * (most - 1) / sheet.mode_count
         too_short = "bending waves are shorter than six thicknesses: take a solid reed, kind = 'cad' or 'mesh'"
         too_many = f"the reed has more than {most} modes in reach: state a longer run.filter_width"
         return min((by_theory, too_short), (by_count, too_many))
 
-    def sheet(self, band: float | None = None) -> structures.sheets.Sheet:
+    def sheet(self, band: float | None = None) -> sheets.Sheet:
         """Return the data that determine its modes; ``band``: in place of the key [Hz]."""
-        return structures.sheets.Sheet(
-            self.geometry(), self.material.solid, band or self.greens.bandwidth, self.mesh.size
-        )
+        return sheets.Sheet(self.geometry(), self.material.solid, band or self.greens.bandwidth, self.mesh.size)
 
     def lips(self, lip: AnyLip | None, behind: AnyLip | None = None) -> tuple[AnyLip, ...]:
         """Return the contact of its table, and the faces of a stopper ``behind`` and of a seat, ``lip``, in parts."""
@@ -186,32 +184,28 @@ class ThinPlate(motion.Moving):
         *,
         mesh_error: bool = True,
         progress: Progress = silent,
-    ) -> structures.sheets.SolvedSheet:
+    ) -> sheets.SolvedSheet:
         """Return its modes and its Green's function, cached in the process.
 
         ``lip``, ``behind``: as in `lips`; ``band``: in place of the key [Hz].
         """
-        watched = structures.sheets.Watched(progress)
-        return structures.sheets.solved_sheet(
+        watched = sheets.Watched(progress)
+        return sheets.solved_sheet(
             self.sheet(band), self.lips(lip, behind), self.damping_ratio, mesh_error=mesh_error, watched=watched
         )
 
-    def plate(self, greens: GreensFunction) -> structures.sheets.PlateModes:
+    def plate(self, greens: GreensFunction) -> sheets.PlateModes:
         """Return the modes behind its Green's function, cached in the process."""
         band, coarser = (greens.provenance.get(name) for name in ("bandwidth_Hz", "coarser"))
         sheet = self.sheet(band if isinstance(band, float) else None)
-        return (
-            structures.sheets.plate_modes(sheet, coarser)
-            if isinstance(coarser, float)
-            else structures.sheets.plate_modes(sheet)
-        )
+        return sheets.plate_modes(sheet, coarser) if isinstance(coarser, float) else sheets.plate_modes(sheet)
 
     def in_wider_band(
         self, greens: GreensFunction, lips: tuple[AnyLip, ...], progress: Progress = silent
     ) -> tuple[GreensFunction, float] | None:
         """Return the Green's function of the ports of these lips with the modes of a wider band, and its ratio to that
         of ``greens``; ``None`` where plate theory allows none."""
-        beyond = structures.sheets.in_wider_band(self.plate(greens), progress)
+        beyond = sheets.in_wider_band(self.plate(greens), progress)
         return beyond and (beyond[0].greens(lips, self.damping_ratio), beyond[1])
 
     def solve(

@@ -11,10 +11,9 @@ from typing import ClassVar, Final, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from impact import after, exact
-from impact.after.histories import Spans
+from impact.after.histories import NO_STRESS, PeakStress, ReedStress, Spans, stress_by_spans
 from impact.bodies.body import Body
-from impact.exact import half_space
+from impact.exact import contact_stress, half_space
 from impact.greens.base import Array
 from seatfem.fields import Angle, KeyProblem, Length, of_same_names
 from seatfem.structures.kinds import drawn, structure
@@ -275,7 +274,7 @@ class FacetStress:
     facet: float
     poisson: float
 
-    def largest(self, *, coarsely: bool, since: float | None = None) -> after.histories.ReedStress:
+    def largest(self, *, coarsely: bool, since: float | None = None) -> ReedStress:
         """Return the largest von Mises stress on the axis below the facet, with its depth as the place.
 
         The pressure on the facet is uniform, as for its port in the Green's function: p = N/(pi a^2). The stress is the
@@ -286,24 +285,24 @@ class FacetStress:
         spans, pressed, most = Spans.of_run(self.pressed, self.dt, since), self.pressed, self._most_stressed
         number = spans.of_times(np.arange(len(pressed)))
 
-        def largest(chosen: slice) -> after.histories.PeakStress:
+        def largest(chosen: slice) -> PeakStress:
             in_spans = np.isin(number, np.arange(spans.count)[chosen])
             if not pressed[in_spans].any():
-                return after.histories.NO_STRESS
+                return NO_STRESS
             step = int(np.argmax(np.where(in_spans, pressed, 0.0)))
             value = 2 * most.stress * pressed[step] / (math.pi * self.facet**2)
-            return after.histories.PeakStress(float(value), most.depth * self.facet, self.dt * step)
+            return PeakStress(float(value), most.depth * self.facet, self.dt * step)
 
-        return after.histories.stress_by_spans(spans, largest)
+        return stress_by_spans(spans, largest)
 
     def histories(self, also: Collection[float] = (), *, few: bool = False) -> Iterator[tuple[str, Array]]:
         """Yield the stress tensors at the depth of the largest von Mises stress, by the theory of `largest`."""
         facet, depth = self.facet, self._most_stressed.depth
-        across, along = exact.contact_stress.disk_axis_stress(np.array([depth]), poisson=self.poisson)
+        across, along = contact_stress.disk_axis_stress(np.array([depth]), poisson=self.poisson)
         tensors = np.zeros((len(self.pressed), 6))
         tensors[:, :2], tensors[:, 2] = across[0], along[0]
         yield f"{length_text(depth * facet)} below the facet", tensors * self.pressed[:, None] / (math.pi * facet**2)
 
     @property
-    def _most_stressed(self) -> exact.contact_stress.ShearMaximum:
-        return exact.contact_stress.disk_shear_maximum(poisson=self.poisson)
+    def _most_stressed(self) -> contact_stress.ShearMaximum:
+        return contact_stress.disk_shear_maximum(poisson=self.poisson)

@@ -18,7 +18,7 @@ from typing import Any, Final, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from impact import files
+from impact.files import hdf5_structure
 from impact.files.safe_files import MB, opened_file
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import GeometryError, cad
@@ -79,7 +79,7 @@ def handed_over(path: Path) -> Iterator[Path]:
             )
         try:
             if suffix == ".med":
-                files.hdf5_structure.check_structure(copy, GeometryError)
+                hdf5_structure.check_structure(copy, GeometryError)
             elif suffix == ".step":
                 cad.state_directly(copy)
             yield copy

@@ -11,6 +11,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 from skfem.quadrature import get_quadrature
 
+from seatfem.structures import errors
 from seatfem.structures.mesh import io
 from seatfem.units import write_quantity
 
@@ -111,7 +112,7 @@ def check_mesh(
     """
     check_groups(arrays, required)
     if not np.all(np.isfinite(arrays.points)):
-        raise io.MeshError(
+        raise errors.MeshError(
             f"{arrays.source}: {np.sum(~np.isfinite(arrays.points))} node coordinates must be finite and are not"
         )
     arrays = right_side_out(arrays)
@@ -125,11 +126,11 @@ def check_groups(arrays: io.MeshArrays, required: tuple[str, ...]) -> None:
     for name in required:
         if name not in arrays.surfaces:
             listed = ", ".join(map(repr, sorted(arrays.surfaces))) or "none"
-            raise io.MeshError(f"{arrays.source}: no surface group named {name!r}; the mesh has: {listed}")
+            raise errors.MeshError(f"{arrays.source}: no surface group named {name!r}; the mesh has: {listed}")
     for kind, groups in (("surface", arrays.surfaces), ("volume", arrays.volumes)):
         for name, members in groups.items():
             if len(members) == 0:
-                raise io.MeshError(f"{arrays.source}: {kind} group {name!r} is empty; remove it, or fill it")
+                raise errors.MeshError(f"{arrays.source}: {kind} group {name!r} is empty; remove it, or fill it")
 
 
 def right_side_out(arrays: io.MeshArrays) -> io.MeshArrays:
@@ -183,7 +184,7 @@ def check_parts(arrays: io.MeshArrays, parts: int = 1) -> None:
         for k in largest
     )
     more = f"; {count - len(largest)} more" if count > len(largest) else ""
-    raise io.MeshError(
+    raise errors.MeshError(
         f"{arrays.source}: the mesh has {count} parts that share no node, not {parts}: {listed}{more}; "
         f"join them (merge = TOLERANCE where their nodes coincide), drop the loose ones, or accept parts = {count}"
     )
@@ -207,7 +208,7 @@ def check_coincident(arrays: io.MeshArrays) -> None:
     diagonal = float(np.linalg.norm(np.ptp(places, axis=0)))
     pairs = near_pairs(places, SAME_PLACE * diagonal, arrays.source)
     if len(pairs):
-        raise io.MeshError(
+        raise errors.MeshError(
             f"{arrays.source}: {len(np.unique(pairs[:, 1]))} nodes stand where another one stands and the elements "
             f"there are not joined; first at {_places(places[pairs[:, 0]])}; state merge = "
             f'"{write_quantity(1e-5 * diagonal, "length", 1)}", which joins them, or "0 m", which keeps the slit'
@@ -228,7 +229,7 @@ def near_pairs(points: io.Floats, within: float, source: str) -> io.Integers:
     tree = cKDTree(points)
     count = (int(tree.count_neighbors(tree, within)) - len(points)) // 2
     if count > MOST_PAIRS * len(points):
-        raise io.MeshError(
+        raise errors.MeshError(
             f"{source}: {count:.3g} pairs of its {len(points)} nodes are nearer to each other than {within:.3g}, must "
             f"be at most {MOST_PAIRS} for each node: its nodes stand on top of each other, export it again"
         )
@@ -241,7 +242,7 @@ def _none(arrays: io.MeshArrays, bad: NDArray[np.bool_], measure: io.Floats, wha
     if len(rows):
         worst = rows[np.argsort(measure[rows], kind="stable")]
         centres = arrays.points[arrays.vertices[worst[:SHOWN]]].mean(axis=1)
-        raise io.MeshError(f"{arrays.source}: {len(rows)} {what}, near {_places(centres)}; {remedy}")
+        raise errors.MeshError(f"{arrays.source}: {len(rows)} {what}, near {_places(centres)}; {remedy}")
 
 
 def _places(points: io.Floats) -> str:

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from skfem import ElementHex1, ElementHex2, ElementTetP1, ElementTetP2, MeshHex, MeshHex2, MeshTet, MeshTet2
 from skfem.assembly import Dofs
 
+from seatfem.structures.errors import MeshError
+
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
@@ -115,17 +117,6 @@ def serendipity_to_27(points: Floats, cells: Integers) -> tuple[Floats, Integers
 
 
 SolidMesh: TypeAlias = MeshTet | MeshTet2 | MeshHex | MeshHex2
-
-
-class MeshError(ValueError):
-    """Error of an unusable mesh; the message names the source, the group, and the content of the mesh.
-
-    ``problems``: pairs of the responsible argument of the reader ("" if there is none) and the message.
-    """
-
-    def __init__(self, message: str, *, field: str = "", problems: tuple[tuple[str, str], ...] = ()) -> None:
-        super().__init__(message)
-        self.problems = problems or ((field, message),)
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,9 +17,10 @@ import numpy as np
 from impact.files.safe_files import whole_file
 from impact.notices import Progress, silent
 from impact.quantities import brief
+from seatfem.structures.errors import MeshError
 from seatfem.structures.mesh.checks import MeshQuality, check_mesh, measure
 from seatfem.structures.mesh.gmsh_process import STAGE, Gmsh, run_gmsh
-from seatfem.structures.mesh.io import MeshArrays, MeshError, SolidMesh, distinct, from_gmsh, groups, to_skfem
+from seatfem.structures.mesh.io import MeshArrays, SolidMesh, distinct, from_gmsh, groups, to_skfem
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import CadPart, Geometry, encode, fingerprint
 from seatfem.structures.shapes.cad import check_readable

@@ -16,6 +16,7 @@ from skfem.quadrature import get_quadrature
 from impact.greens.base import Array
 from impact.notices import Progress, silent
 from impact.quantities import brief, percent
+from seatfem.structures import errors
 from seatfem.structures.elements.mindlin import PlateMesh
 from seatfem.structures.mesh import checks, io, meshing
 from seatfem.structures.mesh.gmsh_process import STAGE, Gmsh, run_gmsh
@@ -140,10 +141,10 @@ def mesh_sheet(shape: Flat, size: float, gmsh: Gmsh = run_gmsh) -> PlateMesh:
     if shape.is_clamped:
         lines[CLAMPED] = np.flatnonzero(shape.clamped(points))
         if not len(lines[CLAMPED]):
-            raise io.MeshError(f"{shape.source}: no node lies where it is clamped; mesh finer")
+            raise errors.MeshError(f"{shape.source}: no node lies where it is clamped; mesh finer")
     mesh, drawn = PlateMesh(points, cells, lines), parts * float(arrays["area"])
     if abs(mesh.area / drawn - 1) > AREA_TOLERANCE:
-        raise io.MeshError(
+        raise errors.MeshError(
             f"{shape.source}: the mesh has {percent(mesh.area / drawn - 1, sign=True)} more area than the drawing"
         )
     return mesh

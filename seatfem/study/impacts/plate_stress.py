@@ -16,10 +16,13 @@ from impact.bodies.body import Body, ModalState
 from impact.greens.base import Array, GreensFunction
 from impact.march.rows import MarchRun
 from impact.march.stepper import with_recorded_loads
-from seatfem import structures
-from seatfem.structures import fields, lip, rings
+from seatfem.structures import lip, rings, sheets
+from seatfem.structures.fields import recovery
+from seatfem.structures.fields import sites as field_sites
 from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.thin_plate import ThinPlate
+from seatfem.structures.mesh import plane_meshes
+from seatfem.structures.reduction import factorization
 from seatfem.study.impacts import touches
 from seatfem.study.scene import ContactGeometry
 from seatfem.study.scene.lips import STOPPER
@@ -121,7 +124,7 @@ def plate_field(geometry: ContactGeometry, striker: Body, division: rings.Divisi
     plate = _plate_of(geometry).plate(striker.greens)
     lips, touched = lips_of_plate(geometry, division), _touching_lips(geometry, division)
     columns = _columns(_Plate(plate, lips, touched, tuple(striker.greens.ports)))
-    return fields.recovery.StressField(columns.points, columns.static, columns.modal, striker)
+    return recovery.StressField(columns.points, columns.static, columns.modal, striker)
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,7 +150,7 @@ class _Plate:
 def _columns(key: _Plate) -> _Columns:
     """Return the stress of a plate by modes and ports; cached in the process."""
     plate = key.plate
-    sheet, sites = plate.sheet, fields.sites.plate_nodes(plate.mesh)
+    sheet, sites = plate.sheet, field_sites.plate_nodes(plate.mesh)
     model, thickness = plate.with_ports(key.lips).with_ports(key.ports), sheet.shape.thickness
     rigid, shapes = plate.modes.omega == 0, plate.modes.shapes
     stiffness, loads, tolerance = model.K, model.port_matrix, AS_IF_HELD
@@ -156,13 +159,13 @@ def _columns(key: _Plate) -> _Columns:
         slow = AT_REST * float(plate.modes.omega[~rigid].min())
         stiffness, loads = stiffness + slow**2 * model.M, loads - model.M @ (moving @ (moving.T @ loads))
         tolerance /= AT_REST**2  # round-off in the rigid motions, more compliant than bending by this factor
-    functional = fields.sites.plate_stress(plate.mesh, sheet.material, thickness, model, sites)
+    functional = field_sites.plate_stress(plate.mesh, sheet.material, thickness, model, sites)
     solutions = (
-        structures.reduction.factorization.factorize(stiffness, tolerance=tolerance, name="K").solve(loads),
+        factorization.factorize(stiffness, tolerance=tolerance, name="K").solve(loads),
         shapes[:, ~rigid],
     )
     static, modal = (np.asarray(functional @ each).reshape(len(sites), 6, -1) for each in solutions)
-    away = ~fields.sites.near(sites.points, _singular(plate, key.touched), thickness)
+    away = ~field_sites.near(sites.points, _singular(plate, key.touched), thickness)
     return _Columns(sites.points[away], static[away], modal[away])
 
 
@@ -219,9 +222,7 @@ class PlateLook:
         forces, body = Forces.from_march(run), self.field.body
         pushes = forces.pushes(body.greens, self.division)
         field = struck_by(self.field, body, run.opening, pushes, forces.dt)
-        return stresses_of_plate(
-            self.reed, field, fields.recovery.largest(field, pushes, forces.dt, since=since, workers=1)
-        )
+        return stresses_of_plate(self.reed, field, recovery.largest(field, pushes, forces.dt, since=since, workers=1))
 
 
 @dataclass(frozen=True)
@@ -292,15 +293,15 @@ def overlaps(have: Array, wanted: Array) -> Array:
 def _singular(plate: sheets.PlateModes, touched: tuple[lip.AnyLip, ...]) -> Array:
     """Return the (k, 2) points of contact patches, ends of the clamp and sharp corners [m]."""
     ends = _ends_of_clamp(plate.mesh) if plate.sheet.shape.held_loop is None else np.zeros((0, 2))
-    return np.concatenate([_points_of(plate, touched), ends, fields.sites.sharp_nodes(plate.mesh)])
+    return np.concatenate([_points_of(plate, touched), ends, field_sites.sharp_nodes(plate.mesh)])
 
 
 def _points_of(plate: sheets.PlateModes, lips: tuple[lip.AnyLip, ...]) -> Array:
     """Return the (k, 2) points of contact patches [m]."""
-    return np.concatenate([patch.points for patch in structures.sheets.patches_of(plate.sheet, lips).values()])
+    return np.concatenate([patch.points for patch in sheets.patches_of(plate.sheet, lips).values()])
 
 
 def _ends_of_clamp(mesh: PlateMesh) -> Array:
     """Return the (2, 2) ends of the clamped line [m]; none for a free plate."""
-    line = mesh.points[mesh.lines.get(structures.mesh.plane_meshes.CLAMPED, np.zeros(0, dtype=np.int64))]
+    line = mesh.points[mesh.lines.get(plane_meshes.CLAMPED, np.zeros(0, dtype=np.int64))]
     return line[[int(line[:, 1].argmin()), int(line[:, 1].argmax())]] if len(line) else line

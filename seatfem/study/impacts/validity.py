@@ -10,10 +10,11 @@ from typing import Final
 import numpy as np
 
 import impact
-from impact import measured, measures, notices, quantities
+from impact import measures, notices, quantities
 from impact.after.measures import film_force_peak
 from impact.after.result import ImpactResult
 from impact.greens.base import GreensFunction
+from impact.measured import pole_fit
 from seatfem.structures.errors import ModelError
 from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.structure import is_curved
@@ -227,14 +228,14 @@ def _misfits(role: str, fit: Fit) -> Iterator[notices.Advice]:
     """Yield advice if the misfit of a record exceeds its noise, with the frequency ranges."""
     remedy = f"leave these lines out, state {role}.free = true for a free body, or measure a wider band"
     reason = "it is not the response of a linear, passive body with all its modes within the band"
-    words = measured.pole_fit.describe_ranges(list(fit.ranges))
+    words = pole_fit.describe_ranges(list(fit.ranges))
     if fit.unexplained > fit.allowed:
         what = f"part of the {role}'s record that its poles miss beyond the noise"
         where = f", most of it {words}" if words else ""
         yield notices.Advice(what, fit.unexplained, fit.allowed, f"{reason}{where}", remedy)
     elif fit.ranges:
         what = f"largest misfit of the {role}'s poles over the noise of the record"
-        limit = math.sqrt(measured.pole_fit.BLOCK_LIMIT)
+        limit = math.sqrt(pole_fit.BLOCK_LIMIT)
         yield notices.Advice(what, fit.worst, limit, f"{reason} {words}", remedy)
 
 

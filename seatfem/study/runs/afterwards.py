@@ -16,23 +16,36 @@ from impact.after.histories import ReedStress
 from impact.after.result import ImpactResult
 from impact.greens.base import Array, GreensFunction
 from impact.greens.modal import ModalGreens
+from impact.life import places
 from impact.march.problem import ContactProblem
 from impact.notices import Progress, Tell
 from impact.quantities import finite_or_none, percent
 from impact.runs.variations import ROUND_OFF, SAFETY, Budget, Values, Variation, budget_of
-from seatfem import pictures
 from seatfem.machine.resources import Stopwatch
-from seatfem.structures import fields, method, rings
+from seatfem.pictures import cell_grid, frames, moving
+from seatfem.structures import method, rings
+from seatfem.structures.fields import peaks, recovery, solids
 from seatfem.structures.patch import Column
-from seatfem.study import impacts, runs
 from seatfem.study.impacts import contact, gas, plate_stress, validity
+from seatfem.study.impacts import life as place_lives
 from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.contact import RunError, record_of, run_contacts, stress_in_run
 from seatfem.study.impacts.plate_stress import PlateReedStress
 from seatfem.study.impacts.touches import RECORD, RunRecord, Touches, contact_record_of, stress_since, values_of_record
 from seatfem.study.ladders.mesh import OF_DRAWS
 from seatfem.study.plan import Plan
-from seatfem.study.runs import horizon, kept, summary
+from seatfem.study.runs import (
+    horizon,
+    kept,
+    lives,
+    seat_fields,
+    seat_stress,
+    stress_spots,
+    stress_wave,
+    stresses,
+    summary,
+)
+from seatfem.study.runs import pictures as run_pictures
 from seatfem.study.runs.round import Round
 from seatfem.study.scene import Accuracy
 from seatfem.study.scene.measures import LifeMargin
@@ -61,16 +74,15 @@ def margin_pictures(done: Round, stressed: Stressed | None) -> list[rendering.Pi
     try:
         maps = [each for each in (_seat_map(done, stressed), _reed_map(done, stressed)) if each is not None]
     except Exception as problem:  # all numbers are on file: the missing picture is reported instead
-        return [(PICTURE, partial(runs.pictures.raising, problem))]
+        return [(PICTURE, partial(run_pictures.raising, problem))]
     if not maps:
         return []
     criterion = f" ({life.multiaxial})" if life.multiaxial else f" ({life.criterion}, critical plane)"
     title = f"{done.plan.scene.title or 'Fatigue'}: margin on stress{criterion}\n"
     files: list[rendering.Picture] = [
-        (f"{each.title}_margin.vtu", partial(pictures.moving.write_surface, each, {"margin": each.colours[0]}))
-        for each in maps
+        (f"{each.title}_margin.vtu", partial(moving.write_surface, each, {"margin": each.colours[0]})) for each in maps
     ]
-    return [(PICTURE, partial(pictures.moving.plot_margin_map, maps, title=title)), *files]
+    return [(PICTURE, partial(moving.plot_margin_map, maps, title=title)), *files]
 
 
 def margins(field: AnyField, force: Array, dt: float, demand: Demand, *, since: int = 0, faces: bool = False) -> Array:
@@ -86,11 +98,11 @@ def margins(field: AnyField, force: Array, dt: float, demand: Demand, *, since: 
     Raises:
         LifeError: as `impact.life.places.judged`.
     """
-    ranges = fields.peaks.mises_range(field, force, dt, since=since)
+    ranges = peaks.mises_range(field, force, dt, since=since)
     hot = np.flatnonzero(ranges >= SHARE * ranges.max())
     factors = np.full(len(ranges), np.nan)
-    for number, history in zip(hot, fields.recovery.tensor_histories(field.at(hot), force, dt), strict=True):
-        block = impact.life.places.thinned(history[since:])
+    for number, history in zip(hot, recovery.tensor_histories(field.at(hot), force, dt), strict=True):
+        block = places.thinned(history[since:])
         factors[number] = min(_margin([each], demand) for each in ((block, -block) if faces else (block,)))
     return factors
 
@@ -98,8 +110,8 @@ def margins(field: AnyField, force: Array, dt: float, demand: Demand, *, since: 
 def _margin(blocks: Iterable[Array], demand: Demand) -> float:
     named = (("", block) for block in blocks)
     if demand.several_axes is not None:
-        return impact.life.places.judged(named, demand).tensor_margin or 0.0
-    life = impact.life.places.judged(impact.life.places.on_planes(named), demand).life
+        return places.judged(named, demand).tensor_margin or 0.0
+    life = places.judged(places.on_planes(named), demand).life
     return math.inf if life is None else life.margin
 
 
@@ -109,31 +121,29 @@ def _seat_map(done: Round, stressed: Stressed) -> frames.Frames | None:
     if seat is None or demand is None:
         return None
     first, force = (
-        impacts.life.block_from(life, done.plan.scene.turn, done.touches),
-        runs.seat_fields.force_by_port(done, done.touches),
+        place_lives.block_from(life, done.plan.scene.turn, done.touches),
+        seat_fields.force_by_port(done, done.touches),
     )
     factors = margins(seat.field, force, done.result.dt, demand, since=first)
-    nodes = fields.solids.elements_of(seat.mesh).nodes
-    if isinstance(seat.field, fields.solids.RingField):
+    nodes = solids.elements_of(seat.mesh).nodes
+    if isinstance(seat.field, solids.RingField):
         return _ring_map(seat.field, factors, seat.mesh, nodes)
     assert seat.model is not None
-    skin = pictures.cell_grid.skin_of(seat.model)
+    skin = cell_grid.skin_of(seat.model)
     values = np.full(len(skin.nodes), np.nan)
-    values[runs.stress_wave.rows_of(seat.field.points, nodes.T[skin.nodes])] = factors
-    return pictures.frames.margin_frames("seat", skin, values)
+    values[stress_wave.rows_of(seat.field.points, nodes.T[skin.nodes])] = factors
+    return frames.margin_frames("seat", skin, values)
 
 
 def _ring_map(field: RingField, factors: Array, mesh: Any, nodes: Array) -> frames.Frames:
     """Return the map of the margins ``factors`` (P,) at a field's points, all around the ring."""
     around = field.angles[0]
-    skin = pictures.cell_grid.skin_of_section(
-        mesh, nodes[0], nodes[1], np.append(around, around[0] + 2 * np.pi)
-    ).spread()
+    skin = cell_grid.skin_of_section(mesh, nodes[0], nodes[1], np.append(around, around[0] + 2 * np.pi)).spread()
     assert skin.angles is not None
     values = np.full((nodes.shape[1], len(around)), np.nan)
-    values[runs.stress_wave.rows_of(field.section, nodes.T)] = factors.reshape(field.angles.shape)
+    values[stress_wave.rows_of(field.section, nodes.T)] = factors.reshape(field.angles.shape)
     turns = np.round((skin.angles - around[0]) / (2 * np.pi) * len(around)).astype(np.int64) % len(around)
-    return pictures.frames.margin_frames("seat", skin, values[skin.nodes, turns])
+    return frames.margin_frames("seat", skin, values[skin.nodes, turns])
 
 
 def _reed_map(done: Round, stressed: Stressed) -> frames.Frames | None:
@@ -142,15 +152,15 @@ def _reed_map(done: Round, stressed: Stressed) -> frames.Frames | None:
     if field is None or demand is None or reed is None:
         return None
     mesh = reed.plate(done.striker.greens).mesh
-    first = impacts.life.block_from(life, done.plan.scene.turn, done.touches)
-    force = runs.stresses.plate_pushes(done, done.touches)
+    first = place_lives.block_from(life, done.plan.scene.turn, done.touches)
+    force = stresses.plate_pushes(done, done.touches)
     factors = margins(field, force, done.result.dt, demand, since=first, faces=True)
-    if "reed" not in runs.lives.bars_of(done, stressed):
-        factors[runs.stresses.parts_of_plate(done, field.points) == runs.stresses.RIM] = np.nan
-    skin = pictures.cell_grid.skin_of_plate(mesh)
+    if "reed" not in lives.bars_of(done, stressed):
+        factors[stresses.parts_of_plate(done, field.points) == stresses.RIM] = np.nan
+    skin = cell_grid.skin_of_plate(mesh)
     values = np.full(len(skin.nodes), np.nan)
-    values[runs.stress_wave.rows_of(field.points, mesh.points[skin.nodes])] = factors
-    return pictures.frames.margin_frames("reed", skin, values)
+    values[stress_wave.rows_of(field.points, mesh.points[skin.nodes])] = factors
+    return frames.margin_frames("reed", skin, values)
 
 
 @dataclass(frozen=True)
@@ -190,7 +200,7 @@ def baseline_of(done: Round, watch: Stopwatch) -> Baseline:
         stress = done.stress
     elif done.plate is not None:
         with watch("reed stress"):
-            stress = runs.stresses.stress_on_another_seat(done, touches)
+            stress = stresses.stress_on_another_seat(done, touches)
     elif done.stress is not None:
         with watch("reed stress"):
             coarsely, since = not scene.needs_stress, stress_since(touches, scene.accuracy.landing)
@@ -270,7 +280,7 @@ class Afterwards:
 
     keys: Mapping[str, object] = field(default_factory=dict)
     stress: SeatStress | None = None
-    spots: stress_spots.Spots = field(default_factory=lambda: runs.stress_spots.Spots())
+    spots: stress_spots.Spots = field(default_factory=lambda: stress_spots.Spots())
     stressed: Stressed | None = None
     life: LifeResult | None = None
     curves: tuple[MarginCurve, ...] = ()
@@ -281,13 +291,13 @@ class Afterwards:
         of_seat: list[rendering.Picture] = []
         title = done.plan.scene.title or "Stress in the seat"
         if self.stress is not None:
-            of_seat = runs.seat_stress.stress_pictures(self.stress, title, runs.stress_wave.after_touch(done))
+            of_seat = seat_stress.stress_pictures(self.stress, title, stress_wave.after_touch(done))
         return [
             *of_seat,
-            *runs.stress_spots.spot_pictures(done, self.spots),
-            *([] if self.stress is None else runs.stress_wave.wave_pictures(done, self.stress)),
+            *stress_spots.spot_pictures(done, self.spots),
+            *([] if self.stress is None else stress_wave.wave_pictures(done, self.stress)),
             *margin_pictures(done, self.stressed),
-            *runs.lives.curve_pictures(self.curves),
+            *lives.curve_pictures(self.curves),
         ]
 
     def notes(self, plan: Plan) -> tuple[str, ...]:
@@ -295,9 +305,9 @@ class Afterwards:
         scene = plan.scene
         return (
             *self.margin_missed(scene.accuracy),
-            *(() if self.stress is None else runs.stresses.stress_notes(plan, self.stress)),
+            *(() if self.stress is None else stresses.stress_notes(plan, self.stress)),
             *gas.gas_notes(scene.gas),
-            *(() if self.life is None else impacts.life.life_notes(scene.life, self.life)),
+            *(() if self.life is None else place_lives.life_notes(scene.life, self.life)),
         )
 
     def margin_missed(self, accuracy: Accuracy) -> tuple[str, ...]:
@@ -349,33 +359,33 @@ def afterwards(
     of_plate = scene.reed.thin_plate is not None and plate_stress.has_plate_stress(scene.reed, done.striker)
     if scene.stress is not None or (scene.life is not None and of_plate):
         with watch("reed stress" if scene.stress is None else "seat stress"):
-            stress, reed_stress_ = runs.stresses.stresses(done, progress)
-        keys |= runs.seat_stress.stress_keys(stress) | ({} if done.plate else plate_stress_keys(reed_stress_))
+            stress, reed_stress_ = stresses.stresses(done, progress)
+        keys |= seat_stress.stress_keys(stress) | ({} if done.plate else plate_stress_keys(reed_stress_))
         keep(keys)
     keys |= reed_front_keys(done, done.stress if reed_stress_ is None else reed_stress_.found)
     plate = None if reed_stress_ is None else reed_stress_.peaks
     with watch("hot spots"):
-        spots = runs.stress_spots.Spots.from_round(done, stress, plate)
-        files = runs.stress_spots.write_spots(spots, folder, courses=histories)
+        spots = stress_spots.Spots.from_round(done, stress, plate)
+        files = stress_spots.write_spots(spots, folder, courses=histories)
     files = (*courses, *files)
-    keys |= runs.stress_spots.spot_keys(spots)
+    keys |= stress_spots.spot_keys(spots)
     keep(keys)
     if scene.life is None:
         return Afterwards(keys, stress, spots, files=files)
     with watch("life"):
-        stressed = runs.lives.Stressed.from_round(done, stress, plate, reed_stress_)
-        life = runs.lives.lives(done, stressed, done.touches, done.stress, progress)
-        life_at_spring = runs.lives.lives(done, stressed, baseline.touches, baseline.stress, progress, with_seat=False)
-    keys |= runs.lives.run_keys(done, stressed, life, life_at_spring)
+        stressed = lives.Stressed.from_round(done, stress, plate, reed_stress_)
+        life = lives.lives(done, stressed, done.touches, done.stress, progress)
+        life_at_spring = lives.lives(done, stressed, baseline.touches, baseline.stress, progress, with_seat=False)
+    keys |= lives.run_keys(done, stressed, life, life_at_spring)
     if life.below is not None and life.below[0].tensor_margin is not None:
-        bar = runs.stresses.contact_margin_bar(done, life.below[0].tensor_margin)
+        bar = stresses.contact_margin_bar(done, life.below[0].tensor_margin)
         keys |= {"error_bar_life_contact_margin": finite_or_none(bar)}
     keep(keys)
     with watch("life curves"):
         price = done.spent.get("contact", 0.0) + watch.stages["life"] / 2
-        curves = runs.lives.life_curves(done, stressed, price=price, tell=tell)
-        written = runs.lives.write_curves(curves, folder)
-    keys |= runs.lives.curve_keys(curves)
+        curves = lives.life_curves(done, stressed, price=price, tell=tell)
+        written = lives.write_curves(curves, folder)
+    keys |= lives.curve_keys(curves)
     keep(keys)
     return Afterwards(keys, stress, spots, stressed, life, curves, (*files, *written))
 

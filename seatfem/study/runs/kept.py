@@ -16,8 +16,9 @@ from typing import TYPE_CHECKING, Any, Final, get_args
 from impact.files.safe_files import read_text, write_whole
 from impact.names import frame_of
 from impact.quantities import as_html, brief
-from seatfem import readings, structures
+from seatfem import readings
 from seatfem.machine.code import cache_folder, code_version
+from seatfem.structures import natural_modes
 from seatfem.structures.cache import content_key
 from seatfem.structures.method import AnyLevel
 from seatfem.study.impacts.touches import Touches
@@ -183,7 +184,7 @@ class RunOutcome:
     files: tuple[Path, ...]
     stages: Mapping[str, float] = field(default_factory=dict)
     met: bool | None = True
-    modes: tuple[structures.natural_modes.Mode, ...] = ()
+    modes: tuple[natural_modes.Mode, ...] = ()
     plan: Plan | None = None
 
     __repr__ = brief

@@ -21,8 +21,7 @@ from impact.life.places import margin_error
 from impact.notices import Progress, Tell, silent
 from impact.quantities import finite_or_none, in_time
 from seatfem.pictures import stress_plot
-from seatfem.structures import fields
-from seatfem.study import runs
+from seatfem.structures.fields import peaks, recovery
 from seatfem.study.impacts import contact
 from seatfem.study.impacts.bodies import striker_of
 from seatfem.study.impacts.life import (
@@ -40,7 +39,7 @@ from seatfem.study.impacts.life import (
 )
 from seatfem.study.impacts.plate_stress import PlatePeaks, PlateReedStress
 from seatfem.study.impacts.touches import Touches
-from seatfem.study.runs import kept
+from seatfem.study.runs import kept, seat_fields, stresses
 from seatfem.study.runs.round import Round
 from seatfem.study.scene.life import OF_A_CURVE, UNITS, varied
 
@@ -152,13 +151,13 @@ def _beam_histories(done: Round, touches: Touches, stress: ReedStress | None) ->
 def _plate_histories(done: Round, field: StressField, touches: Touches, first: int, *, without_rim: bool) -> Histories:
     """Yield the stress histories in both faces at the points of each part of the plate with the largest range, all
     parts or those ``without_rim``: the rim of an averaged patch, whose stress is a model's, counts with a bar only."""
-    (field, force), dt = runs.stresses.struck_in(field, done, touches), touches.seat.dt
-    regions = runs.stresses.parts_of_plate(done, field.points)
-    ranges = fields.peaks.mises_range(field, force, dt, since=first)
-    spots = fields.peaks.hottest(ranges, regions)
-    spots = spots[regions[spots] != runs.stresses.RIM] if without_rim else spots
+    (field, force), dt = stresses.struck_in(field, done, touches), touches.seat.dt
+    regions = stresses.parts_of_plate(done, field.points)
+    ranges = peaks.mises_range(field, force, dt, since=first)
+    spots = peaks.hottest(ranges, regions)
+    spots = spots[regions[spots] != stresses.RIM] if without_rim else spots
     chosen = field.at(spots)
-    histories = fields.recovery.tensor_histories(chosen, force, dt)
+    histories = recovery.tensor_histories(chosen, force, dt)
     for point, part, stress in zip(chosen.points, regions[spots], histories, strict=True):
         place = f"reed, {part}, {_millimetres(point)}"
         yield f"{place}, face away from the seat", stress
@@ -167,11 +166,11 @@ def _plate_histories(done: Round, field: StressField, touches: Touches, first: i
 
 def _seat_histories(done: Round, seat: SeatStress, touches: Touches, first: int) -> Histories:
     """Yield the stress histories at the surface points with the largest range, and at the points the scene names."""
-    force, dt = runs.seat_fields.force_by_port(done, touches), touches.seat.dt
-    ranges = fields.peaks.mises_range(seat.field, force, dt, since=first)
-    surface = seat.field.at(fields.peaks.hottest(ranges, np.full(len(ranges), "surface"), OF_SEAT))
+    force, dt = seat_fields.force_by_port(done, touches), touches.seat.dt
+    ranges = peaks.mises_range(seat.field, force, dt, since=first)
+    surface = seat.field.at(peaks.hottest(ranges, np.full(len(ranges), "surface"), OF_SEAT))
     for field in (surface, seat.of_points):
-        for point, stress in zip(field.points, fields.recovery.tensor_histories(field, force, dt), strict=True):
+        for point, stress in zip(field.points, recovery.tensor_histories(field, force, dt), strict=True):
             yield f"seat, {_millimetres(point)}", stress
 
 

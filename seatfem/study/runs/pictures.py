@@ -18,14 +18,16 @@ from impact.notices import Progress
 from impact.pictures.drawing import try_draw
 from impact.pictures.plots import plot_energy, plot_force, plot_gas, plot_greens, plot_motion, plot_strains
 from impact.quantities import text
-from seatfem import pictures, structures
 from seatfem.machine.libraries import picture_library_gap
-from seatfem.pictures import fit_plots, rendering
-from seatfem.structures import cache, rings
+from seatfem.pictures import cell_grid, fit_plots, frames, plots, rendering
+from seatfem.pictures import moving as moving_pictures
+from seatfem.structures import cache, finite_elements, natural_modes, rings
 from seatfem.structures.cache import Store, StoreError
 from seatfem.structures.kinds import Structure
+from seatfem.structures.mesh import plane_meshes
 from seatfem.structures.method import Method, Solved
 from seatfem.structures.model import Array
+from seatfem.structures.reduction import modes as reduced_modes
 from seatfem.study.impacts import gas
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.method import RunMethod
@@ -108,7 +110,7 @@ def draw_run(
 
 def _meshed_again(body: Elastic, method: Method, seat: Solved, progress: Progress) -> Solved:
     """Return a seat of which only the Green's function is known with its mesh and the modes that are drawn."""
-    level, elements = body.elements_of(method), structures.finite_elements
+    level, elements = body.elements_of(method), finite_elements
     mesh = (
         body.meshes(method, progress)[0]
         if body.drawn is None
@@ -117,7 +119,7 @@ def _meshed_again(body: Elastic, method: Method, seat: Solved, progress: Progres
     if method.static or level == "harmonics":
         return replace(seat, mesh=mesh)
     model = elements.matrices(body, mesh, level, progress)
-    modes = structures.reduction.modes.solve_modes(model, SHOWN, progress=progress)
+    modes = reduced_modes.solve_modes(model, SHOWN, progress=progress)
     return replace(seat, mesh=mesh, model=model, modes=modes, about={**seat.about, "seat_level": level})
 
 
@@ -193,16 +195,16 @@ def _mode_pictures(numbered: list[tuple[int, Mode]], title: str, *, cut: bool) -
     except Exception as problem:  # all numbers are on file: the missing picture is reported instead
         return [("modes.png", partial(raising, problem))]
     names = [_name(k, mode) for k, mode in numbered]
-    sheet = partial(pictures.plots.plot_modes, grid, shapes, frequencies, title=title, cut=cut, names=names)
-    moving = partial(pictures.plots.animate_mode, grid, shapes[0], frequencies[0], cut=cut)
+    sheet = partial(plots.plot_modes, grid, shapes, frequencies, title=title, cut=cut, names=names)
+    moving = partial(plots.animate_mode, grid, shapes[0], frequencies[0], cut=cut)
     return [("modes.png", sheet), ("mode_1.gif", moving)]
 
 
 def _kept_modes(seat: Solved) -> list[tuple[int, Mode]]:
     """Return the first `SHOWN` modes of a seat's Green's function, numbered from 1."""
     assert seat.modes is not None
-    new = structures.natural_modes.Mode
-    diameters = 0 if isinstance(seat.mesh, structures.mesh.plane_meshes.MeridianMesh) else None
+    new = natural_modes.Mode
+    diameters = 0 if isinstance(seat.mesh, plane_meshes.MeridianMesh) else None
     triples = zip(seat.modes.frequencies_hz[:SHOWN], seat.modes.residuals, seat.modes.shapes.T, strict=False)
     return [
         (number, new(float(frequency), float(residual), None, diameters, "", seat.model, shape))
@@ -214,18 +216,18 @@ def _save_modes(numbered: list[tuple[int, Mode]], title: str, path: Path) -> Non
     """Write modes of one mesh to a file of `seatfem.pictures.moving`; of a body of revolution all around the axis."""
     first = numbered[0][1].model
     assert first is not None
-    skin = pictures.cell_grid.skin_of(first)
+    skin = cell_grid.skin_of(first)
     shapes = [skin.moved(_amplitudes(mode)[:, skin.nodes].T, mode.diameters or 0) for _, mode in numbered]
     labels = [f"{_name(k, mode)}: {text(mode.frequency_hz, 'Hz', 4)}" for k, mode in numbered]
     frequency = np.array([mode.frequency_hz for _, mode in numbered])
-    pictures.moving.save_moving(pictures.frames.mode_frames(skin, shapes, labels, title, frequency), path)
+    moving_pictures.save_moving(frames.mode_frames(skin, shapes, labels, title, frequency), path)
 
 
 def mesh_picture(mesh: meshing.SeatMesh | plane_meshes.MeridianMesh | None) -> Callable[..., None]:
     """Return the function that draws this kind of mesh."""
-    if isinstance(mesh, structures.mesh.plane_meshes.MeridianMesh):
-        return partial(pictures.plots.plot_section, mesh.mesh)
-    return partial(pictures.plots.plot_mesh, None if mesh is None else mesh.mesh)
+    if isinstance(mesh, plane_meshes.MeridianMesh):
+        return partial(plots.plot_section, mesh.mesh)
+    return partial(plots.plot_mesh, None if mesh is None else mesh.mesh)
 
 
 def draw_all(
@@ -275,7 +277,7 @@ def draw_modes(natural: NaturalModes, folder: Path, progress: Progress) -> tuple
 
     def paraview(path: Path) -> None:
         modes = [mode for _, mode in numbered]
-        pictures.plots.write_vtu(*in_space(modes), [mode.frequency_hz for mode in modes], path)
+        plots.write_vtu(*in_space(modes), [mode.frequency_hz for mode in modes], path)
 
     wanted: list[rendering.Picture] = [("mesh.png", mesh_picture(natural.mesh))]
     if elastic:
@@ -290,8 +292,8 @@ def in_space(modes: list[Mode]) -> tuple[cell_grid.CellGrid, list[Array]]:
     model = modes[0].model
     assert model is not None
     if modes[0].diameters is None:
-        return pictures.cell_grid.CellGrid.of_model(model), [_amplitudes(mode) for mode in modes]
-    body = pictures.cell_grid.revolve(model)
+        return cell_grid.CellGrid.of_model(model), [_amplitudes(mode) for mode in modes]
+    body = cell_grid.revolve(model)
     shapes = []
     for mode in modes:
         turned = math.pi / (2 * mode.diameters) if mode.repeats and mode.diameters else 0.0

@@ -13,18 +13,19 @@ from impact.after.result import ImpactResult
 from impact.files import csv_table, safe_files
 from impact.notices import Progress, Tell, ignore, silent
 from impact.storage.hdf5 import save_results
-from seatfem import structures
 from seatfem.machine.resources import Stopwatch
 from seatfem.pictures import scene_drawing
 from seatfem.results import LANDINGS_FILE
-from seatfem.structures import cache, rings
+from seatfem.structures import cache, natural_modes, rings
 from seatfem.structures.mesh.gmsh_process import gmsh_session
-from seatfem.study import impacts, runs
 from seatfem.study.impacts import contact
+from seatfem.study.impacts import layout as layouts
 from seatfem.study.impacts.contact import RunError
 from seatfem.study.impacts.gas import GasRun, gas_keys, write_gas
 from seatfem.study.impacts.touches import bar_keys
 from seatfem.study.plan import Plan
+from seatfem.study.runs import lives, seat_fields, stress_wave
+from seatfem.study.runs import pictures as run_pictures
 from seatfem.study.runs.afterwards import Baseline, afterwards, baseline_of, static_stiffness
 from seatfem.study.runs.converge import begin_plan
 from seatfem.study.runs.forecast import converge
@@ -108,11 +109,11 @@ def run_scene(
             painter.begin()
         plan = plan or begin_plan(scene)
         if scene.stress is not None:
-            runs.seat_fields.check_stress(plan, progress)
+            seat_fields.check_stress(plan, progress)
     baseline: Baseline | None = None
     for latest in rounds(plan, folder, watch, progress, limits=limits, tell=tell, start=start):
         if painter is not None:
-            runs.pictures.ahead(scene.seat, scene.run, latest.plan.method, latest.seat, painter)
+            run_pictures.ahead(scene.seat, scene.run, latest.plan.method, latest.seat, painter)
         if baseline is None or baseline.beside is not latest.result:  # a round is yielded again if the next one fails
             baseline = baseline_of(latest, watch)
         gas_run = None if scene.gas is None else GasRun.from_run(scene.gas, latest.touches)
@@ -143,21 +144,17 @@ def run_scene(
     gaps: tuple[str, ...] = ()
     if pictures:
         with watch("pictures"):  # whatever becomes of them, all numbers are on file
-            lip = (
-                runs.stress_wave.lip_pictures(latest, baseline.touches, summary["landings"])
-                if latest.touches.line
-                else []
-            )
+            lip = stress_wave.lip_pictures(latest, baseline.touches, summary["landings"]) if latest.touches.line else []
             division = latest.plan.method.seat.division
-            layout, draw = impacts.layout, scene_drawing.draw_layout
+            layout, draw = layouts, scene_drawing.draw_layout
             drawing = layout.DRAWING, lambda path: draw(layout.layout_of(scene, division), path)
-            of_gas = runs.pictures.gas_pictures(gas_run, scene.geometry, scene.title)
-            strains = runs.pictures.gauge_pictures(latest.touches, scene.title)
-            stopper = runs.pictures.stopper_pictures(latest.touches, scene.run.filter_width, scene.title)
+            of_gas = run_pictures.gas_pictures(gas_run, scene.geometry, scene.title)
+            strains = run_pictures.gauge_pictures(latest.touches, scene.title)
+            stopper = run_pictures.stopper_pictures(latest.touches, scene.run.filter_width, scene.title)
             more = [drawing, *stopper, *lip, *of_gas, *strains, *later.pictures(latest)]
             results = (latest.result, baseline.result)
             bodies = (latest.plan.method, latest.seat, *results)
-            drawn, gaps = runs.pictures.draw_run(scene, *bodies, folder, progress, more, painter, summary["landings"])
+            drawn, gaps = run_pictures.draw_run(scene, *bodies, folder, progress, more, painter, summary["landings"])
         summary |= {**timing_keys(watch, start), "pictures_missing": "; ".join(gaps)}
         try:
             write_json(folder / SUMMARY_FILE, summary)
@@ -258,16 +255,14 @@ def write_modes(
     safe_files.check_writable(folder / "modes.csv")
     watch = Stopwatch()
     check_files(scene)
-    natural = structures.natural_modes.modes_of(
-        scene.seat, structures.natural_modes.Wanted.from_limits(count, up_to_hz), watch, progress
-    )
+    natural = natural_modes.modes_of(scene.seat, natural_modes.Wanted.from_limits(count, up_to_hz), watch, progress)
     if natural is None:
         raise RunError(
             f"seat.kind = {scene.seat.kind!r} has neither finite elements nor matrices to take modes from; use a "
             "geometry (annular, bar, block, cad, ...), mesh or matrices"
         )
     with watch("pictures"):
-        files, gaps = runs.pictures.draw_modes(natural, folder, progress)
+        files, gaps = run_pictures.draw_modes(natural, folder, progress)
     counted = "as many as inertia counts" if natural.complete else "NOT counted: some may be missing"
     note = f"{len(natural.modes)} modes of {natural.searched}, {natural.dof} unknowns, {counted}"
     summary = {
@@ -312,8 +307,8 @@ def margin_curve(
         tell(f"{key} = {written}: {margin} {result[0]:.4g}")
         return result
 
-    curve = runs.lives.traced(key, unit, numbers, run, margin=margin)
-    runs.lives.write_curve(curve, Path(folder) / "margin.csv")
+    curve = lives.traced(key, unit, numbers, run, margin=margin)
+    lives.write_curve(curve, Path(folder) / "margin.csv")
     return curve
 
 

@@ -14,10 +14,9 @@ from typing import Final
 from impact.notices import Progress, Tell, ignore, silent
 from impact.quantities import in_time
 from impact.runs.variations import Budget, total
-from seatfem import structures
 from seatfem.machine.resources import Stopwatch, available_memory, forget_peak, peak_memory
 from seatfem.structures.cache import Cache, build, key_of
-from seatfem.study import runs
+from seatfem.structures.reduction import lip_modes, modes
 from seatfem.study.error_budget import error_budget
 from seatfem.study.impacts import contact, plate_stress
 from seatfem.study.impacts.bodies import solve_body, stopper_of, striker_of
@@ -27,6 +26,7 @@ from seatfem.study.impacts.touches import STRIKER, stress_since
 from seatfem.study.ladders.mesh import TOLERANCES
 from seatfem.study.method import BAND, TOLERANCE
 from seatfem.study.plan import Plan
+from seatfem.study.runs import stresses
 from seatfem.study.runs.converge import attempts, in_widest_band, with_measured_errors
 from seatfem.study.runs.kept import cached_numbers
 from seatfem.study.runs.next_round import Limits, expect_time, next_plan
@@ -203,7 +203,7 @@ def solve(
     if any_needs_stress(scene.accuracy.measures) and plate_stress.has_plate_stress(scene.reed, striker):
         progress("reed stress", 0.0)
         with watch("reed stress"):
-            plate = runs.stresses.plate_reed_stress(computed, since)
+            plate = stresses.plate_reed_stress(computed, since)
         computed = replace(computed, plate=plate, stress=None if plate is None else plate.found)
     return computed
 
@@ -228,11 +228,11 @@ def _round(
         try:
             computed = solve(plan, watch, progress, before=before, cache=cache, stress=limits.stress)
             break
-        except structures.reduction.lip_modes.BandError as crowded:
+        except lip_modes.BandError as crowded:
             if not plan.is_open(BAND):
                 raise
             plan = in_widest_band(plan, crowded.band)
-        except structures.reduction.modes.ConvergenceError:
+        except modes.ConvergenceError:
             looser = [each for each in TOLERANCES if each > (plan.method.seat.tolerance or math.inf)]
             if before is not None or not looser or not plan.is_open(TOLERANCE):
                 raise

@@ -16,9 +16,10 @@ from impact.files.csv_table import write_csv
 from impact.greens.base import Array
 from impact.quantities import finite_or_none
 from impact.storage.hdf5 import StorageError, finite_array, opened, written
-from seatfem import pictures
-from seatfem.structures import fields
-from seatfem.study import impacts, runs
+from seatfem.pictures import stress_plot
+from seatfem.structures.fields import recovery, sites
+from seatfem.study.impacts import life
+from seatfem.study.runs import seat_fields, stresses
 from seatfem.study.runs.round import Round
 from seatfem.units import axes_of, place_words
 
@@ -65,7 +66,7 @@ class Spot:
         body: str, part: str, at: Array, edge: float, time: float, state: Array, names: Sequence[str]
     ) -> Spot:
         """Return the spot with the stress ``state`` (6,), or (1,) for a beam, at ``time``."""
-        value = float(fields.recovery.von_mises(state)) if len(state) > 1 else abs(float(state[0]))
+        value = float(recovery.von_mises(state)) if len(state) > 1 else abs(float(state[0]))
         k = int(np.argmax(np.abs(state)))
         return Spot(body, part, tuple(map(float, at)), edge, value, time, names[k], float(state[k]))
 
@@ -91,7 +92,7 @@ class History:
     @property
     def mises(self) -> Array | None:
         """Return the (m,) history of von Mises stress; ``None`` for a beam."""
-        return fields.recovery.von_mises(self.stress.T) if len(self.components) > 1 else None
+        return recovery.von_mises(self.stress.T) if len(self.components) > 1 else None
 
 
 @dataclass(frozen=True)
@@ -188,7 +189,7 @@ def spot_pictures(done: Round, spots: Spots) -> list[Picture]:
         (
             PICTURE,
             partial(
-                pictures.stress_plot.plot_stress_histories,
+                stress_plot.plot_stress_histories,
                 spots.time,
                 curves,
                 touch=done.touch,
@@ -211,7 +212,7 @@ def _beam_histories(done: Round, stride: int) -> list[History]:
         **dict(zip(("contact", "stopper"), places, strict=False)),
     }
     positions["root"], spot_histories = 0.0, []
-    for name, course in impacts.life.beam_histories(scene.geometry, done.striker, done.touches, stress, few=True):
+    for name, course in life.beam_histories(scene.geometry, done.striker, done.touches, stress, few=True):
         place, _, face = name.partition(", face ")
         if face == "towards the seat" and place in positions:
             k = _peak_step(done, np.abs(course), touch)
@@ -223,18 +224,18 @@ def _beam_histories(done: Round, stride: int) -> list[History]:
 
 def _plate_histories(done: Round, plate: PlatePeaks, stride: int) -> list[History]:
     """Return the stress histories at the von Mises peaks of all parts of a plate, in the face away from the seat."""
-    parts = runs.stresses.parts_of_plate(done, plate.field.points)
+    parts = stresses.parts_of_plate(done, plate.field.points)
     peak = plate.found.after_contact if math.isfinite(plate.found.spans.touch) else plate.found.initial
     by_part = [np.flatnonzero(parts == part) for part in np.unique(parts)]
     chosen = np.array([which[peak.von_mises[which].argmax()] for which in by_part])
-    field, force, dt = plate.field.at(chosen), runs.stresses.plate_pushes(done, done.touches), done.result.dt
+    field, force, dt = plate.field.at(chosen), stresses.plate_pushes(done, done.touches), done.result.dt
     times, edges = (
         peak.von_mises_time[chosen],
-        fields.sites.edge_distances(field.points, runs.stresses.singular_of_plate(done)),
+        sites.edge_distances(field.points, stresses.singular_of_plate(done)),
     )
-    states = fields.recovery.at_own_times(field, force, dt, np.round(times / dt).astype(np.int64))
+    states = recovery.at_own_times(field, force, dt, np.round(times / dt).astype(np.int64))
     spot_histories = []
-    for k, course in enumerate(fields.recovery.histories(field, force, dt, stride)):
+    for k, course in enumerate(recovery.histories(field, force, dt, stride)):
         part, edge, time = str(parts[chosen[k]]), float(edges[k]), float(times[k])
         spot = Spot.from_stress("reed", part, field.points[k], edge, time, states[k], COMPONENTS)
         spot_histories.append(History(spot, COMPONENTS, course))
@@ -244,22 +245,22 @@ def _plate_histories(done: Round, plate: PlatePeaks, stride: int) -> list[Histor
 def _seat_spots(done: Round, seat: SeatStress, stride: int) -> tuple[tuple[Spot, ...], tuple[History, ...]]:
     """Return all hot spots of the seat, and histories at the largest on the lip and elsewhere and at named points."""
     force, dt, names = (
-        runs.seat_fields.force_by_port(done, done.touches),
+        seat_fields.force_by_port(done, done.touches),
         done.result.dt,
         AROUND if seat.is_around else COMPONENTS,
     )
     times, field = seat.peak.von_mises_time[seat.spots], seat.field.at(seat.spots)
-    states = fields.recovery.at_own_times(field, force, dt, np.round(times / dt).astype(np.int64))
+    states = recovery.at_own_times(field, force, dt, np.round(times / dt).astype(np.int64))
     parts = np.where(seat.on_lip[seat.spots], LIP, "body")
     spots = tuple(
         Spot.from_stress("seat", str(part), seat.sites[k], float(seat.singular[k]), float(time), state, names)
         for k, part, time, state in zip(seat.spots, parts, times, states, strict=True)
     )
     first = np.sort(np.unique(parts, return_index=True)[1])
-    courses = fields.recovery.histories(field.at(first), force, dt, stride)
+    courses = recovery.histories(field.at(first), force, dt, stride)
     spot_histories = [History(spots[k], names, course) for k, course in zip(first, courses, strict=True)]
     for point, course in zip(seat.named_places, seat.named[:-1], strict=True):
-        k = _peak_step(done, fields.recovery.von_mises(course.T), done.touch)
+        k = _peak_step(done, recovery.von_mises(course.T), done.touch)
         spot = Spot.from_stress("seat", "named", point, math.inf, float(done.result.time[k]), course[:, k], names)
         spot_histories.append(History(spot, names, course[:, ::stride]))
     return spots, tuple(spot_histories)

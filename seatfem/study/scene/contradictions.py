@@ -11,20 +11,20 @@ import numpy as np
 from impact.bodies.time_series import TimeSeriesError
 from seatfem.fields import Contradictions, flies_away, keys_of, problem_of, within
 from seatfem.structures.kinds import structure
+from seatfem.structures.kinds.structure import Structure
 from seatfem.structures.rings import Division
+from seatfem.study.scene.contact import Contact
+from seatfem.study.scene.drives import Base, ExternalLoad, Gauge, ValveSpring, Wave
+from seatfem.study.scene.gas import CompressorGas
+from seatfem.study.scene.lips import ContactGeometry
 from seatfem.study.scene.local import unknown_shares
 from seatfem.study.scene.measures import GaugeStrain, LifeMargin, Stress, any_needs_stress
+from seatfem.study.scene.run import Stress as StressTable
 from seatfem.units import write_quantity
 
 if TYPE_CHECKING:
-    from seatfem.structures.kinds.structure import Structure
-    from seatfem.study.scene.contact import Contact
-    from seatfem.study.scene.drives import Base, ExternalLoad, Gauge, ValveSpring, Wave
-    from seatfem.study.scene.gas import CompressorGas
     from seatfem.study.scene.life import LifeTable
-    from seatfem.study.scene.lips import ContactGeometry
     from seatfem.study.scene.models import Scene
-    from seatfem.study.scene.run import Stress as StressTable
 
 
 def contradictions_of(scene: Scene) -> Contradictions:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, ClassVar, Final, Literal, Self, get_args
+from typing import Annotated, ClassVar, Final, Literal, Self, get_args
 
 import numpy as np
 from annotated_types import Ge, Le
@@ -25,9 +25,7 @@ from seatfem.structures.kinds.motion import (
     Record,
     stated_in,
 )
-
-if TYPE_CHECKING:
-    from seatfem.structures.kinds.structure import Structure
+from seatfem.structures.kinds.structure import Structure
 
 
 @dataclass(frozen=True)

@@ -4,23 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
 from impact.quantities import in_digits, percent
-from seatfem.structures import errors, inspection, lands, outlines, rings
-from seatfem.structures.inspection import cad
+from seatfem.structures import errors, lands, outlines, rings
+from seatfem.structures.inspection import cad, mesh_file
+from seatfem.structures.kinds.structure import Finding, Structure
+from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.structures.lip import Lip
 from seatfem.structures.shapes import GeometryError
 from seatfem.structures.shapes.loops import distances
 from seatfem.study.scene import lips, load, models
 from seatfem.study.scene.problems import Problem, SceneError
-
-if TYPE_CHECKING:
-    from seatfem.structures.kinds.structure import Finding, Structure
-    from seatfem.structures.kinds.thin_plate import ThinPlate
-
 
 PLATE: Final = 0.97  # least share of a ring of revolution under a plate, with an allowance for chords and sampling
 BEAM: Final = 0.1
@@ -159,7 +156,7 @@ def _of_lip(geometry: lips.ContactGeometry, body: Structure, table: str, key: st
         yield ("contact", "waviness"), lips.NO_ANGLES
 
 
-def part_of_scene(path: Path) -> inspection.mesh_file.Part:
+def part_of_scene(path: Path) -> mesh_file.Part:
     """Return the faces of a scene's seat. Raises `GeometryError` if it has none, or `SceneError`."""
     seat = load.load_scene(path).seat
     if seat.elastic is None:

@@ -8,17 +8,18 @@ from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar, Final, Literal
 
-from impact import life
+from impact.life import damage, places
+from impact.life import multiaxial as multiaxial_criteria
 from impact.life.strength import LifeError, Strength
-from seatfem import fields, study, units
+from seatfem import fields, units
+from seatfem.study.scene import strength as strengths
 from seatfem.study.scene.contact import STEEPEST
 from seatfem.study.scene.contradictions import contradictions_of_start
+from seatfem.study.scene.lips import ContactGeometry
 from seatfem.study.scene.problems import SceneError
 
 if TYPE_CHECKING:
     from pathlib import Path
-
-    from seatfem.study.scene.lips import ContactGeometry
 
 
 UNITS = {"speed": ("m/s", 1.0), "tilt": ("deg", math.degrees(1.0)), "lift": ("mm", 1e3)}
@@ -187,7 +188,7 @@ source = "report, page"
         if (path := getattr(self, key)) is None:
             return None
         try:
-            return self.known.get(path) or self.known.setdefault(path, study.scene.strength.load_strength(path))
+            return self.known.get(path) or self.known.setdefault(path, strengths.load_strength(path))
         except SceneError as problem:
             raise fields.KeyProblem(key, str(problem).replace("\n", "; ")) from None
 
@@ -196,7 +197,7 @@ source = "report, page"
         """Return the strengths that are read already, by their files."""
         return {}
 
-    def demand(self, of: Of = "reed") -> life.places.Demand | None:
+    def demand(self, of: Of = "reed") -> places.Demand | None:
         """Return design life and criteria of a body or the contact; ``None`` without a strength, or if not asked for.
 
         Raises `KeyProblem` for a wrong file of strength, or one without the data for the criterion or the survival.
@@ -210,15 +211,15 @@ source = "report, page"
             if bends:
                 [curve] = strength.needed("a life", "curve")
                 key = "criterion"
-                judge = life.damage.mean_stress(self.criterion, strength)
+                judge = damage.mean_stress(self.criterion, strength)
                 key = "survival"
                 curve.stress(self.blocks, self.survival)
             if criterion := getattr(self, criterion_key):
                 key = criterion_key
-                axes = life.multiaxial.multiaxial(criterion, strength)
+                axes = multiaxial_criteria.multiaxial(criterion, strength)
         except LifeError as problem:
             raise fields.KeyProblem(key, f"{problem} ({file}: {getattr(self, file).name})") from None
-        return life.places.Demand(strength, judge, self.blocks, self.survival, axes)
+        return places.Demand(strength, judge, self.blocks, self.survival, axes)
 
     def allowed_speed(self) -> Strength | None:
         """Return the largest closing speed allowed, as strength with its source; ``None`` if none is stated."""

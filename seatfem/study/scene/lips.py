@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 
@@ -15,17 +15,14 @@ from impact.march.grid import TimeGrid
 from impact.march.laws import SqueezeFilm
 from seatfem.fields import KeyProblem
 from seatfem.structures.errors import ModelError
-from seatfem.structures.kinds.structure import is_curved
+from seatfem.structures.kinds.structure import Structure, is_curved
 from seatfem.structures.lands import FaceLip, under
 from seatfem.structures.lip import AnyLip, tilted, turned_over
 from seatfem.structures.outlines import covered_share
 from seatfem.structures.rings import ACROSS, FEWEST_ARCS, MOST_CHOSEN, Division, arc_rings_to_compare
+from seatfem.study.scene.contact import Contact, Stopper
 from seatfem.study.scene.measures import Line
 from seatfem.study.scene.problems import scene_error
-
-if TYPE_CHECKING:
-    from seatfem.structures.kinds import Structure
-    from seatfem.study.scene.contact import Contact, Stopper
 
 NO_ANGLES: Final = (
     "the struck lip is a strip, several faces, or winds about its centroid, so that an angle does not define a place "

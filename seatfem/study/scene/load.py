@@ -10,7 +10,7 @@ from typing import Any, Final, Literal
 from pydantic import create_model
 
 from seatfem.fields import field_of, one_of
-from seatfem.structures import formats
+from seatfem.structures.formats import mesh_files
 from seatfem.structures.kinds import Structure, kinds_of
 from seatfem.study.scene.contact import OWN_LAWS, Contact, stopper_of
 from seatfem.study.scene.laws import ContactLaw, laws
@@ -55,11 +55,11 @@ def no_scene(path: Path) -> str:
     if (known := _ALIKE.get(suffix, suffix)) in _OTHERS:
         what, remedy = _OTHERS[known]
         return f"is {what}, no scene (TOML); {remedy.format(file=path.name)}"
-    if suffix in formats.mesh_files.CAD:
+    if suffix in mesh_files.CAD:
         return f"is a CAD part, no scene (TOML); {_PARTS.format(file=path.name, kind='cad')}"
-    if suffix in (*formats.mesh_files.BY_GMSH, *formats.mesh_files.READERS):
+    if suffix in (*mesh_files.BY_GMSH, *mesh_files.READERS):
         return f"is a mesh, no scene (TOML); {_PARTS.format(file=path.name, kind='mesh')}"
-    if suffix in formats.mesh_files.SURFACES_ONLY:
+    if suffix in mesh_files.SURFACES_ONLY:
         return "is a surface, no scene (TOML); a solid is needed: a STEP file (`seatfem init cad`), or a mesh of one"
     return ""
 

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
 
+from impact.greens.base import Array
 from impact.march.laws import HertzOnPatch, Law
+from seatfem.fields import Contradictions
+from seatfem.structures.kinds.structure import Structure
+from seatfem.study.scene.laws import ContactLaw
+from seatfem.study.scene.lips import ContactGeometry
 from seatfem.study.scene.problems import scene_error
 from seatfem.units import write_quantity
-
-if TYPE_CHECKING:
-    from impact.greens.base import Array
-    from seatfem.fields import Contradictions
-    from seatfem.structures.kinds import Structure
-    from seatfem.study.scene.laws import ContactLaw
-    from seatfem.study.scene.lips import ContactGeometry
 
 
 def law_of_part(law: ContactLaw, share: float, *bodies: Structure) -> Law:

@@ -8,27 +8,21 @@ import math
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal
+from typing import Any, ClassVar, Final, Literal
 
 from pydantic import Field, ValidationError, ValidationInfo, model_validator
 
 from seatfem import fields, units
-from seatfem.structures import kinds
-from seatfem.structures.kinds import Structure, kinds_of
+from seatfem.structures.kinds import Structure, drawn, kinds_of
 from seatfem.structures.kinds.structure import is_loaded
 from seatfem.structures.rings import MOST_RINGS
 from seatfem.structures.shapes.cad import STEP_SUFFIXES
-from seatfem.study import scene
-from seatfem.study.scene import contradictions, drives, measures, problems
+from seatfem.study.scene import contradictions, drives, measures, parts_as_drawn, problems
 from seatfem.study.scene.contact import Contact, Stopper
 from seatfem.study.scene.gas import CompressorGas
 from seatfem.study.scene.life import LifeTable
 from seatfem.study.scene.lips import ContactGeometry
 from seatfem.study.scene.run import Accuracy, Run, Stress
-
-if TYPE_CHECKING:
-    from seatfem.study.scene.parts_as_drawn import PartsAsDrawn
-
 
 KEY: Final = "assembly.placed"
 FOLLOWING: Final = (("contact", ("offset", "tilt", "tilt_axis", "gap")), ("seat", ("along",)), ("reed", ("frame",)))
@@ -71,14 +65,14 @@ def with_places(given: Mapping[str, Any], folder: Path, *, unread: bool = False)
     except ValidationError as error:
         problem = problems.explain(error, kind, seat_table, folder, {})[0]
         raise fields.KeyProblem(f"seat.{problem.key}", problem.message) from None
-    parts = scene.parts_as_drawn.open_parts(seat, file)
+    parts = parts_as_drawn.open_parts(seat, file)
     return {**given, **_keys(parts, seat_table, reed_table, contact)}
 
 
-def _seat_kind(seat: Mapping[str, Any]) -> type[kinds.drawn.Drawn]:
+def _seat_kind(seat: Mapping[str, Any]) -> type[drawn.Drawn]:
     """Return the kind of the seat. Raises `KeyProblem` unless it has a CAD file."""
     kind = _kind(seat)
-    if kind is None or not kind.traits.face_as_drawn or not issubclass(kind, kinds.drawn.Drawn):
+    if kind is None or not kind.traits.face_as_drawn or not issubclass(kind, drawn.Drawn):
         names = _names(each for each in kinds_of() if each.traits.face_as_drawn)
         words = f"seat.kind = {seat.get('kind')!r} has no CAD file; take kind = {names}, or remove [assembly]"
         raise fields.KeyProblem(KEY, words)
@@ -110,7 +104,7 @@ def _names(bodies: Iterable[type[Structure]]) -> str:
 
 
 def _keys(
-    parts: PartsAsDrawn, seat: Mapping[str, Any], reed: Mapping[str, Any], contact: Mapping[str, Any]
+    parts: parts_as_drawn.PartsAsDrawn, seat: Mapping[str, Any], reed: Mapping[str, Any], contact: Mapping[str, Any]
 ) -> dict[str, Any]:
     """Return [seat], [reed] and [contact] with the keys that follow from the files, unless the clamp is invalid."""
     try:

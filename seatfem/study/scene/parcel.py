@@ -9,10 +9,11 @@ from typing import Any, Final
 
 from pydantic import BaseModel
 
-from seatfem import study
 from seatfem.jobs.crew import FILES
-from seatfem.structures import cache, formats
+from seatfem.structures import cache
+from seatfem.structures.formats import mesh_files
 from seatfem.study.scene import load, problems, tables
+from seatfem.study.scene import strength as strengths
 
 _SUFFIX: Final = re.compile(r"(\.[A-Za-z0-9_]{1,8}){1,2}$")
 _PLAIN: Final = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,99}")
@@ -61,8 +62,8 @@ def _files(table: Any, key: str = "") -> Iterator[tuple[str, Path]]:
 def _with(file: Path, *, strength: bool) -> list[Path]:
     """Return the files to which a file refers."""
     if strength:
-        return [other for _, other in _files(tables.load_table(file, study.scene.strength.StrengthTable).model_dump())]
-    return [] if file.suffix.lower() == ".csv" else list(formats.mesh_files.all_files(file)[1:])  # slow
+        return [other for _, other in _files(tables.load_table(file, strengths.StrengthTable).model_dump())]
+    return [] if file.suffix.lower() == ".csv" else list(mesh_files.all_files(file)[1:])  # slow
 
 
 def by_content(scene: BaseModel, known: dict[Path, object] | None = None) -> dict[str, Any]:

@@ -25,11 +25,10 @@ from seatfem.jobs import folders as lines
 from seatfem.jobs.cluster import cluster_crew, threads_of
 from seatfem.jobs.crew import Ask, Lost, crew
 from seatfem.jobs.folders import claimed
-from seatfem.study import runs
-from seatfem.study import sweep as sweeps
-from seatfem.study.runs import converge, next_round
+from seatfem.study.runs import converge, next_round, pipeline
 from seatfem.study.runs.next_round import Limits
 from seatfem.study.scene.parcel import packed
+from seatfem.study.sweep import cases as study_cases
 from seatfem.study.sweep.cases import Case, chosen
 from seatfem.study.sweep.effort import Effort
 from seatfem.study.sweep.study import Study
@@ -119,17 +118,17 @@ def _carried_out(
 ) -> Outcome:
     scene = study.scene.load_scene(path, changed)
     with folders.private_folder("sweep") as folder:
-        plan = sweeps.cases.begun(scene, start)
+        plan = study_cases.begun(scene, start)
         if plan is None:
             scene = study.scene.load_scene(path, {**changed, **start.get("seat", {})})
             plan = converge.begin_plan(scene)
-        result = runs.pipeline.run_scene(scene, folder, limits=limits, pictures=False, plan=plan, histories=False)
+        result = pipeline.run_scene(scene, folder, limits=limits, pictures=False, plan=plan, histories=False)
     summary = {key: _scalar(value) for key, value in result.summary.items() if _is_scalar(value)}
     notes = result.summary[NOTES]
     summary[NOTES] = " | ".join(map(str, notes)) if isinstance(notes, list) else ""
     assert result.plan is not None
     serves = result.met is True or summary.get("landing_status") == "cut off"  # another plan would not change this
-    next_start = sweeps.cases.start_of(result.plan) if leads and serves else {}
+    next_start = study_cases.start_of(result.plan) if leads and serves else {}
     missed = result.met is False
     return Outcome("missed" if missed else "done", result.messages[0] if missed else "", 0.0, summary, next_start)
 

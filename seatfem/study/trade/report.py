@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from impact.files import csv_table, safe_files
-from impact.pictures.drawing import COLOURS, GREY, sheet
+from impact.pictures.drawing import COLOURS, GREY, load_matplotlib, sheet
 from seatfem.study.impacts.landings import STATUS
 from seatfem.study.method import MODEL
 from seatfem.study.scene.measures import key_of
@@ -143,8 +143,7 @@ def _panel(axes: Axes, trade: Trade, measure: str) -> None:
 
 def _ticks(axis: Axis, decades: float) -> None:
     """Set plain numbers as labels, at 1, 2 and 5 if there are few decades, and none on minor ticks."""
-    from matplotlib.ticker import LogLocator, NullFormatter  # pictures are optional
-
-    axis.set_major_locator(LogLocator(subs=(1, 2, 5) if decades < 2 else (1,), numticks=9))
+    ticker = load_matplotlib().ticker
+    axis.set_major_locator(ticker.LogLocator(subs=(1, 2, 5) if decades < 2 else (1,), numticks=9))
     axis.set_major_formatter(lambda value, _: f"{value:g}")
-    axis.set_minor_formatter(NullFormatter())
+    axis.set_minor_formatter(ticker.NullFormatter())

@@ -1,0 +1,89 @@
+"""Modules that are executed when something of them is first used, not when they are imported.
+
+Which modules a file needs stands in plain imports at its top; what a user's errand does not use is never executed: a
+misspelt key of a scene is refused before a finite element library is loaded. `from package import module` waits,
+`from package.module import name` does not.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+from importlib.abc import MetaPathFinder
+from importlib.machinery import ModuleSpec, PathFinder, SourceFileLoader
+from threading import RLock
+from types import ModuleType
+from typing import Any, Final
+
+_LOCK: Final = RLock()
+"""One for all modules: two that each need the other's names cannot wait for one another."""
+
+
+class LateModule(ModuleType):
+    """A module that was imported and is executed when a name that it lacks is asked for."""
+
+    def __getattr__(self, name: str) -> Any:
+        """Execute the module once and return the name; names of Python's own machinery execute nothing."""
+        if name.startswith("__") and name != "__all__":
+            raise AttributeError(f"module {self.__name__!r} has no attribute {name!r}")
+        with _LOCK:
+            loader = self.__spec__.loader if self.__spec__ else None
+            if isinstance(loader, LateLoader) and not loader.executed:
+                loader.execute(self)
+        return super().__getattribute__(name)
+
+    def __dir__(self) -> list[str]:
+        """Return the names of the executed module."""
+        getattr(self, "__all__", None)
+        return list(super().__dir__())
+
+
+class LateLoader(SourceFileLoader):
+    """Python's own loader of source files, whose modules wait until they are used."""
+
+    executed = False
+
+    def exec_module(self, module: ModuleType) -> None:
+        """Let the module wait."""
+        module.__class__ = LateModule
+
+    def execute(self, module: ModuleType) -> None:
+        """Execute the module; one that fails is executed again when it is next used."""
+        self.executed = True
+        try:
+            super().exec_module(module)
+        except BaseException:
+            self.executed = False
+            raise
+
+
+class LateFinder(MetaPathFinder):
+    """Finds the modules of some packages; the packages themselves are executed as they are imported."""
+
+    def __init__(self, package: str) -> None:
+        self.prefix = f"{package}."
+
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        """Return how to load a module of the package; ``None`` for all others."""
+        if not fullname.startswith(self.prefix):
+            return None
+        spec = PathFinder.find_spec(fullname, path, target)
+        if spec is not None and spec.origin and spec.submodule_search_locations is None:
+            spec.loader = LateLoader(fullname, spec.origin)
+        return spec
+
+
+def import_now(name: str) -> ModuleType:
+    """Return the executed module of this name: what it registers is there. Raises what importing it raises."""
+    module = import_module(name)
+    dir(module)
+    return module
+
+
+def load_late(package: str) -> None:
+    """Let the modules of a package be executed when they are first used."""
+    if not any(isinstance(finder, LateFinder) and finder.prefix == f"{package}." for finder in sys.meta_path):
+        sys.meta_path.insert(0, LateFinder(package))
