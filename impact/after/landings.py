@@ -195,7 +195,7 @@ def closing_speeds(problem: ContactProblem, dt: float) -> Array:
         if body.state is not None and body.greens.modal is not None:
             ports = ports + body.greens.modal.shapes.T @ body.state.velocity
         opening += problem.directions(body).T @ ports
-    return -(opening + np.diff(problem.carried(np.array([0.0, dt])), axis=0)[0] / dt)
+    return np.asarray(-opening - np.diff(problem.carried(np.array([0.0, dt])), axis=0)[0] / dt)
 
 
 def own_yield(contacts: Sequence[Contact], striker: Body, dt: float) -> Array | None:
