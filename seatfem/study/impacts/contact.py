@@ -22,12 +22,12 @@ from impact.bodies.loads import SprungBody
 from impact.files import csv_table
 from impact.greens.base import Array, GreensFunction
 from impact.march import history, motion
-from impact.march.grid import TimeGrid
+from impact.march.grid import FOLLOW, TimeGrid
 from impact.march.ladder import march
 from impact.march.prepared import step_count
 from impact.march.problem import RigidContactError
 from impact.march.rows import MarchRun
-from impact.march.stepper import FOLLOW, with_recorded_loads
+from impact.march.stepper import with_recorded_loads
 from impact.notices import Progress, silent
 from impact.runs.variations import Values, with_body
 from seatfem.machine.resources import available_memory
