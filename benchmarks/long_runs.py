@@ -9,7 +9,7 @@ import impact
 from impact import Contact, ContactProblem, ModalGreens, Residual
 from impact.march.ladder import LadderMarch, finish_march, march, prepare_levels
 from impact.march.prepared import discretise
-from impact.march.rows import Marched
+from impact.march.rows import MarchRun
 
 STEP, TURN, ROUNDS = 20e-9, 20e-3, 3
 NOTES = (
@@ -37,7 +37,7 @@ def valve(parts: int) -> ContactProblem:
     return ContactProblem(striker, contacts=contacts)
 
 
-def in_long_steps(problem: ContactProblem) -> Marched:
+def in_long_steps(problem: ContactProblem) -> MarchRun:
     """Return the run in steps of different lengths, whatever it takes."""
     one = discretise(problem, STEP, TURN, engine="poles")
     levels = prepare_levels(one)
@@ -46,7 +46,7 @@ def in_long_steps(problem: ContactProblem) -> Marched:
 
 
 def measure(parts: int) -> tuple[str, ...]:
-    problem, runs = valve(parts), dict[str, Marched]()
+    problem, runs = valve(parts), dict[str, MarchRun]()
     ways = {"long": lambda: in_long_steps(problem), "equal": lambda: march(problem, STEP, TURN, equal_steps=True)}
     times: dict[str, list[float]] = {way: [] for way in ways}
     for _ in range(ROUNDS):

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from impact import measures
-from impact.gas.compressor import angles
+from impact.gas import angles
 from impact.pictures.drawing import BLUE, ORANGE, PURPLE, sheet, zero_line
 from impact.storage.hdf5 import load_results
 from seatfem.faces.cli import demo_scene

@@ -16,7 +16,7 @@ __getattr__, __dir__, __all__ = public_names(
         "contact_stress": "impact.exact.contact_stress",
         "half_space": "impact.exact.half_space",
         "pekeris": "impact.exact.half_space",
-        "rods": "impact.after.stresses",
+        "rods": "impact.after.rods",
         "after.contact_stress": "impact.exact.contact_stress",
     },
 )

@@ -1,23 +1,24 @@
 # ruff: noqa: I001 (one import a module)
 from impact.notices import Advice as Advice
 from impact.after import measures as measures
+from impact.after.histories import PeakStress as PeakStress, ReedStress as ReedStress
 from impact.after.landings import ContactRecord as ContactRecord, Landing as Landing, find_landings as find_landings
 from impact.after.regime import Regime as Regime, regime_card as regime_card
 from impact.after.result import EnergyLedger as EnergyLedger, ImpactResult as ImpactResult
-from impact.after.stresses import (
-    PeakStress as PeakStress,
-    ReedStress as ReedStress,
+from impact.after.rods import (
     axial_force as axial_force,
-    bending_stress as bending_stress,
     displacement_response as displacement_response,
     fixed_rod_modes as fixed_rod_modes,
     force_response as force_response,
     modal_displacement as modal_displacement,
-    peak_bending_stress as peak_bending_stress,
-    reed_stress as reed_stress,
     rod_axial_force as rod_axial_force,
     rod_displacement as rod_displacement,
     rod_stress as rod_stress,
+)
+from impact.after.stresses import (
+    bending_stress as bending_stress,
+    peak_bending_stress as peak_bending_stress,
+    reed_stress as reed_stress,
 )
 from impact.beams.euler_bernoulli import (
     Cantilever as Cantilever,
@@ -83,7 +84,6 @@ from impact.greens.poles import (
     state_space as state_space,
 )
 from impact.greens.sampled import SampledGreens as SampledGreens
-from impact.march.joints import RoughJoint as RoughJoint, TableJoint as TableJoint
 from impact.march.laws import (
     CompiledLaw as CompiledLaw,
     Hertz as Hertz,
@@ -93,8 +93,10 @@ from impact.march.laws import (
     LawError as LawError,
     LinearSpring as LinearSpring,
     PlainLaw as PlainLaw,
+    RoughJoint as RoughJoint,
     Signorini as Signorini,
     SqueezeFilm as SqueezeFilm,
+    TableJoint as TableJoint,
     compiled_law as compiled_law,
 )
 from impact.march.prepared import prepare as prepare
@@ -113,9 +115,13 @@ from impact.measured.passivity import (
 )
 from impact.measured.pole_fit import fit_poles as fit_poles
 from impact.measured.vector_fitting import PolePassivity as PolePassivity, pole_passivity as pole_passivity
-from impact.pictures.greens_plots import plot_greens as plot_greens
 from impact.pictures.lip_plots import plot_lip as plot_lip
-from impact.pictures.plots import plot_energy as plot_energy, plot_force as plot_force, plot_motion as plot_motion
+from impact.pictures.plots import (
+    plot_energy as plot_energy,
+    plot_force as plot_force,
+    plot_greens as plot_greens,
+    plot_motion as plot_motion,
+)
 from impact.runs.batch import ImpactBatch as ImpactBatch, solve_many as solve_many
 from impact.runs.variations import Budget as Budget
 from impact.runs.solver import (

@@ -91,8 +91,8 @@ def enumeration(words: Iterable[str]) -> str:
     return f"{', '.join(first)} and {last}" if first else last
 
 
-WIDTH = 70  # most characters of one value
-MOST = 6  # most items of a sequence that are shown
+MOST_CHARACTERS = 70  # most characters of one value
+MOST_ITEMS = 6  # most items of a sequence that are shown
 
 
 def brief(thing: object) -> str:
@@ -119,7 +119,7 @@ def _cells(line: str) -> str:
 
 
 def brief_value(value: object) -> str:
-    """Return one value in at most `WIDTH` characters."""
+    """Return one value in at most `MOST_CHARACTERS` characters."""
     if isinstance(value, np.ndarray):
         if value.size <= 1 or value.dtype.kind not in "fiu":
             return f"array {value.shape}" + (f" {value.ravel()[0]}" if value.size == 1 else "")
@@ -135,13 +135,13 @@ def brief_value(value: object) -> str:
     return cut(repr(value))
 
 
-def some(items: Iterable[str], most: int = MOST) -> str:
+def some(items: Iterable[str], most: int = MOST_ITEMS) -> str:
     """Return the first ``most`` of them as text, and how many there are more."""
     listed = list(items)
     return ", ".join(listed[:most]) + (f", ... ({len(listed) - most} more)" if len(listed) > most else "")
 
 
-def cut(text: str, width: int = WIDTH) -> str:
+def cut(text: str, width: int = MOST_CHARACTERS) -> str:
     """Return one line of at most ``width`` characters."""
     line = " ".join(text.split())
     return line if len(line) <= width else f"{line[: width - 4]} ..."

@@ -81,7 +81,7 @@ class PointForces:
 
 
 @dataclass(frozen=True)
-class Marched:
+class MarchRun:
     """A landing: forces (steps, points) [N] at times 0, dt, ..., and by the step of each touch after an opening of all
     points the largest speed at which the points that touch close [m/s]."""
 
@@ -89,7 +89,7 @@ class Marched:
     touches: dict[int, float]
 
 
-def march_points(modes: Modes, gaps: Array, rates: Array, forces: PointForces, dt: float, duration: float) -> Marched:
+def march_points(modes: Modes, gaps: Array, rates: Array, forces: PointForces, dt: float, duration: float) -> MarchRun:
     """Return the forces at the points under modes that start undeformed with rates (m,)."""
     keep, gain, pull, hold = modes.flight(dt)
     place, rate = np.zeros_like(rates), rates.copy()
@@ -102,7 +102,7 @@ def march_points(modes: Modes, gaps: Array, rates: Array, forces: PointForces, d
                 touches[step] = float(-(modes.shapes[touching] @ rate).min())
             rate = rate + dt * (transposed @ kick)
         place, rate = keep * place + gain * rate, pull * place + hold * rate
-    return Marched(kicks, touches)
+    return MarchRun(kicks, touches)
 
 
 def march_landing(modes: Modes, gaps: Array, rates: Array, forces: PointForces, dt: float, duration: float) -> Array:

@@ -9,7 +9,7 @@ from functools import cache
 import numpy as np
 
 from points.gll import Array
-from points.march import Marched, Modes, PointForces, filtered_peak, impulse, march_points
+from points.march import MarchRun, Modes, PointForces, filtered_peak, impulse, march_points
 from points.mesh import mesh_blocks
 from points.outlines import Outline, Ring
 from points.plate import Material, Plate
@@ -108,7 +108,7 @@ def reed_modes(
 
 def march_region(
     outline: Outline, material: Material, thickness: float, region: Region, fall: Fall, fine: Fineness
-) -> tuple[Marched, list[Cells]]:
+) -> tuple[MarchRun, list[Cells]]:
     """Return the forces at the points of all lands, one land after the other, and the lands' cells."""
     cells = region.cells(fine.around, fine.across)
     places = np.concatenate([each.places.reshape(-1, 2) for each in cells])
@@ -132,7 +132,7 @@ def march_region(
     return march_points(modes, gaps, rates, forces, fine.dt, fall.duration), cells
 
 
-def measure_region(marched: Marched, cells: list[Cells], fall: Fall, dt: float) -> Measured:
+def measure_region(marched: MarchRun, cells: list[Cells], fall: Fall, dt: float) -> Measured:
     """Return the measures of a landing."""
     total = marched.forces.sum(axis=1)
     starts, ends = _landings(total, dt)

@@ -15,7 +15,7 @@ import numpy as np
 from paper_case import CASES, strike, table_1_reed
 
 from impact import ModalGreens, Residual
-from impact.after.stresses import fixed_rod_modes
+from impact.after.rods import fixed_rod_modes
 from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, sheet
 
 CASE = CASES[3]  # rod of 30 mm, area

@@ -13,7 +13,7 @@ from printed_march import REED_LENGTH
 import impact
 from impact import measures
 from impact.after.result import ImpactResult
-from impact.after.stresses import fixed_rod_modes
+from impact.after.rods import fixed_rod_modes
 from impact.greens.base import Array
 from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, sheet, zero_line
 from impact.quantities import scaled

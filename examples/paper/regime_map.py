@@ -16,7 +16,7 @@ import impact
 from impact.after.measures import filtered_peak_force
 from impact.after.measures import impulse as impulse_of
 from impact.after.regime import EQUAL
-from impact.after.stresses import fixed_rod_modes
+from impact.after.rods import fixed_rod_modes
 from impact.exact.closed_form import DampedFixedRod, DelayRod
 from impact.files.csv_table import Row, read_rows, write_csv
 from impact.greens.base import Array

@@ -6,5 +6,6 @@ from impact.after import (
     measures as measures,
     regime as regime,
     result as result,
+    rods as rods,
     stresses as stresses,
 )

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Final, Literal
 
@@ -164,6 +164,58 @@ def first_touch(force: Array) -> float:
     """Return the index of the time at which contact begins, inf without contact; ``force[m]`` acts from time m - 1."""
     touching = np.flatnonzero(force if force.ndim == 1 else np.any(force, axis=1))
     return float(touching[0]) - 1 if touching.size else np.inf
+
+
+class StressError(ValueError):
+    """A stress that this record cannot give; the message names number, limit and remedy."""
+
+
+@dataclass(frozen=True)
+class PeakStress:
+    """The largest |bending stress| of a reed [Pa], its distance from the clamp [m] and its time [s]."""
+
+    value: float
+    at: float
+    time: float
+
+
+NO_STRESS = PeakStress(0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class ReedStress:
+    """The largest |bending stress| of a reed in parts of a run.
+
+    Attributes:
+        initial: peak from the release until the first contact; zero under a preload, where contact begins at t = 0.
+        after_contact: peak since the first contact began; ``None`` without contact.
+        at_start: peak at t = 0, due to the release, the preload and the loads in equilibrium at the start.
+        before_landing: peak until the landing begins, t = 0 included; ``None`` where no landing time is given.
+        after_landing: peak since the landing began; ``None`` where no landing time is given.
+    """
+
+    initial: PeakStress
+    after_contact: PeakStress | None
+    at_start: PeakStress
+    before_landing: PeakStress | None = None
+    after_landing: PeakStress | None = None
+
+    @property
+    def largest(self) -> PeakStress:
+        """Return the peak of the whole record."""
+        after = self.after_contact
+        return self.initial if after is None or after.value < self.initial.value else after
+
+
+def stress_by_spans(spans: Spans, largest: Callable[[slice], PeakStress]) -> ReedStress:
+    """Return the `ReedStress` of a run whose peak in a slice of ``spans`` is ``largest(slice)``."""
+    return ReedStress(
+        largest(spans.until(spans.touch)),
+        largest(spans.after(spans.touch)) if np.isfinite(spans.touch) else None,
+        largest(spans.start),
+        largest(spans.until(spans.landing)) if np.isfinite(spans.landing) else None,
+        largest(spans.after(spans.landing)) if np.isfinite(spans.landing) else None,
+    )
 
 
 Pieces = tuple[tuple[int, bool], ...]

@@ -195,9 +195,7 @@ def closing_speeds(problem: ContactProblem, dt: float) -> Array:
         if body.state is not None and body.greens.modal is not None:
             ports = ports + body.greens.modal.shapes.T @ body.state.velocity
         opening += problem.directions(body).T @ ports
-    if (carried := problem.carried(np.array([0.0, dt]))) is not None:
-        opening += (carried[1] - carried[0]) / dt
-    return -opening
+    return np.asarray(-opening - np.diff(problem.carried(np.array([0.0, dt])), axis=0)[0] / dt)
 
 
 def own_yield(contacts: Sequence[Contact], striker: Body, dt: float) -> Array | None:
@@ -328,10 +326,10 @@ def _calm_from(mean: Array, static: Array, peak: int, reach: int, band: float) -
     before, after = np.flatnonzero(~above[:peak]), np.flatnonzero(~above[peak:])
     start = int(before[-1]) + 1 if before.size else 0
     stop = peak + int(after[0]) if after.size else len(mean)
-    lasting = max(stop - start, 2 * reach)
+    contact_time = max(stop - start, 2 * reach)
     within = (np.abs(mean - static) <= band * static) & (static > 0)
     runs = histories.closed_steps(within[peak:])
-    return next((peak + int(first) for first, last in runs if last - first >= lasting), None)
+    return next((peak + int(first) for first, last in runs if last - first >= contact_time), None)
 
 
 Stored = Callable[[Sequence[int]], Array | None]
@@ -396,6 +394,7 @@ def _closing_speeds(problem: ContactProblem, force: Array, grid: TimeGrid, loads
         for load, amplitude in zip(problem.striker.loads, loads, strict=True):
             moved = float((modal.shapes[rigid] @ seen) @ load.shape[rigid])
             speed[1:] += moved * dt * np.cumsum(amplitude)
-    if (carried := problem.carried(np.asarray(dt * np.arange(len(speed)), dtype=np.float64))) is not None:
+    if problem.is_carried:
+        carried = problem.carried(np.asarray(dt * np.arange(len(speed)), dtype=np.float64))
         speed += np.gradient(carried[:, face].mean(axis=1), dt)
     return -speed

@@ -26,7 +26,7 @@ from impact.quantities import brief
 
 INSTANTS: Final = 4096  # most instants at which one contact or two are solved
 INSTANTS_OF_MANY: Final = 512  # most instants at which a lip in arcs is solved, whose equations are larger
-FEW: Final = 2  # most contacts that are solved at `INSTANTS`
+FEW_CONTACTS: Final = 2  # most contacts that are solved at `INSTANTS`
 SOFT: Final = 1e-4  # fraction of a load borne by the soft spring that replaces the missing support of a free body
 SECANTS: Final = 24  # secant steps for a law that stiffens with the force: each divides the error by three or more
 ROUND_OFF: Final = 1e-12  # relative compliance added to keep the equations regular
@@ -58,7 +58,7 @@ def static_load(problem: ContactProblem, duration: float) -> StaticLoad:
     contact force. Hertz' and Hunt-Crossley's laws are solved by secants; a user's law counts as rigid. Loads that
     depend on the opening must be given as recorded in the run (`impact.march.stepper.with_recorded_loads`).
     """
-    count = INSTANTS if len(problem.contacts) <= FEW else INSTANTS_OF_MANY
+    count = INSTANTS if len(problem.contacts) <= FEW_CONTACTS else INSTANTS_OF_MANY
     time = np.asarray(np.linspace(0.0, duration, count + 1), dtype=np.float64)
     opening, compliance = _openings(problem, time)
     modal = problem.striker.greens.modal
@@ -72,16 +72,14 @@ def static_load(problem: ContactProblem, duration: float) -> StaticLoad:
 
 def _openings(problem: ContactProblem, time: Array) -> tuple[Array, Array]:
     """Return the (m, p) gaps under bases and loads without contact [m], and the (p, p) compliance [m/N]."""
-    opening = np.tile([contact.gap for contact in problem.contacts], (len(time), 1))
-    if (carried := problem.carried(time)) is not None:
-        opening = opening + carried
+    opening = np.array([contact.gap for contact in problem.contacts]) + problem.carried(time)
     reach = max(float(np.abs(opening).max()), np.finfo(float).tiny)
     compliance = np.zeros((len(problem.contacts),) * 2)
     for body in problem.bodies:
         turn, pushed = problem.directions(body), body.load_amplitudes(time)
-        moved, yields = _statics(body, pushed, reach)
+        moved, softness = _statics(body, pushed, reach)
         opening = opening + (turn.T @ moved).T
-        compliance += turn.T @ yields @ turn
+        compliance += turn.T @ softness @ turn
     size = float(np.trace(compliance)) / len(compliance)
     return opening, compliance + ROUND_OFF * (size or 1.0) * np.eye(len(compliance))
 
@@ -118,7 +116,7 @@ def _pressing(contacts: tuple[Contact, ...], compliance: Array, opening: Array) 
     """Return the (m, p) forces [N] at gaps (m, p) [m]; many contacts are solved one instant after the other."""
     force = np.zeros(opening.shape)
     curved = any(contact.law.code not in (laws.SIGNORINI, laws.SPRING, laws.USER) for contact in contacts)
-    parts: Sequence[slice | int] = [slice(None)] if len(contacts) <= FEW else range(len(opening))
+    parts: Sequence[slice | int] = [slice(None)] if len(contacts) <= FEW_CONTACTS else range(len(opening))
     for row, part in enumerate(parts):
         pressed = force[part]
         if row:
@@ -126,8 +124,8 @@ def _pressing(contacts: tuple[Contact, ...], compliance: Array, opening: Array) 
             if np.array_equal(opening[row], opening[row - 1]):
                 continue
         for _ in range(SECANTS if curved else 1):
-            yields = np.stack([_secant(each, pressed[..., k]) for k, each in enumerate(contacts)], axis=-1)
-            active_set(compliance + yields[..., None] * np.eye(len(contacts)), -opening[part], pressed)
+            softness = np.stack([_secant(each, pressed[..., k]) for k, each in enumerate(contacts)], axis=-1)
+            active_set(compliance + softness[..., None] * np.eye(len(contacts)), -opening[part], pressed)
     return force
 
 

@@ -16,8 +16,7 @@ from impact.bodies.body import Body, as_body
 from impact.files.csv_table import read_rows
 from impact.greens.base import Array, GreensFunction, GreensFunctionError
 from impact.march.grid import TimeGrid
-from impact.march.joints import TableJoint
-from impact.march.laws import Signorini
+from impact.march.laws import Signorini, TableJoint
 from impact.march.problem import ContactProblem
 
 EQUAL = 0.02  # relative error in peak force up to which the constant-stiffness model counts as equal to the seat
@@ -109,23 +108,24 @@ def regime(striker: Body | GreensFunction, target: Body | GreensFunction, result
 
 def regime_card(striker: Body | GreensFunction, target: Body | GreensFunction, result: ImpactResult) -> str:
     """Return the numbers of `regime` as one line of text."""
-    return in_words(regime(striker, target, result))
+    return describe(regime(striker, target, result))
 
 
-def in_words(found: Regime) -> str:
+def describe(numbers: Regime) -> str:
     """Return one line with the prediction and the numbers, each with its meaning."""
     verdict = {
         "unknown": "no prediction for a constant stiffness (outside the regime map)",
         "equal": "a constant stiffness should agree in peak force within 2 %",
     }.get(
-        found.predicted_sign,
-        f"a constant stiffness should {found.predicted_sign}-estimate the peak force by about "
-        f"{quantities.percent(abs(found.predicted_peak_error))}",
+        numbers.predicted_sign,
+        f"a constant stiffness should {numbers.predicted_sign}-estimate the peak force by about "
+        f"{quantities.percent(abs(numbers.predicted_peak_error))}",
     )
     return (
-        f"{verdict}; mass Z^2/K of the seat over the reed's {_number(found.mass_ratio)} (Z impedance, "
-        f"K stiffness), round trips of the seat's wave in the first contact {_number(found.round_trips_per_contact)}, "
-        f"Zener lambda {_number(found.zener_lambda)} (peak force on a spring over that of the first wave)"
+        f"{verdict}; mass Z^2/K of the seat over the reed's {_number(numbers.mass_ratio)} (Z impedance, "
+        "K stiffness), round trips of the seat's wave in the first contact "
+        f"{_number(numbers.round_trips_per_contact)}, Zener lambda {_number(numbers.zener_lambda)} (peak force on a "
+        "spring over that of the first wave)"
     )
 
 
@@ -210,14 +210,14 @@ def gain_advice(problem: ContactProblem, force: Array, gap: Array) -> Iterator[n
         work, inside = force[:, number] * np.diff(gap[:, number]), gap[:, number] < 0
         closed = closed_steps(inside[:-1] | inside[1:] | (force[:, number] > 0))
         whole = [(a, b) for a, b in closed if not (inside[a] or inside[b])]
-        took = np.array([-np.minimum(work[a:b], 0.0).sum() for a, b in whole])
+        absorbed = np.array([-np.minimum(work[a:b], 0.0).sum() for a, b in whole])
         gained = np.array([work[a:b].sum() for a, b in whole])
-        if not np.any(gained > max(GAIN_LIMIT * took.max(initial=0.0), 1e-12 * np.abs(work).sum())):  # round-off
+        if not np.any(gained > max(GAIN_LIMIT * absorbed.max(initial=0.0), 1e-12 * np.abs(work).sum())):  # round-off
             continue
         worst = int(np.argmax(gained))
         yield notices.Advice(
             f"energy that the law of contact {number} gave back over what it took",
-            1 + gained[worst] / took[worst] if took[worst] > 0 else np.inf,
+            1 + gained[worst] / absorbed[worst] if absorbed[worst] > 0 else np.inf,
             1 + GAIN_LIMIT,
             f"it put {gained[worst]:.3g} J into the bodies in one touch, which no contact without a source of energy "
             "does; the ledger counts it as a negative loss",
@@ -248,13 +248,13 @@ def overlap_advice(problem: ContactProblem, force: Array, gap: Array, dt: float)
     overlap = float(np.max(-gap[0, rigid], initial=0.0))
     if overlap <= 1e-12 * max(float(gap.max()), -float(gap.min())):
         return
-    put_in = float(pressed_in(problem, force, gap)[-1])
+    work_done = float(pressed_in(problem, force, gap)[-1])
     yield notices.Advice(
         "overlap of rigid contacts at t = 0 [m]",
         overlap,
         0.0,
         f"the first step of {dt:.3g} s drives them apart, with a force that grows like 1/dt and gives energy: "
-        f"{put_in:.3g} J, counted as put in",
+        f"{work_done:.3g} J, counted as put in",
         "start with a gap >= 0, give preload=True, or a compliant contact law",
     )
 
@@ -267,9 +267,9 @@ def digits_advice(deflection: float, force: Array, gap: Array, own: Array) -> It
     never closes, against the largest gap.
     """
     deepest = -gap.min(axis=0)
-    yields = np.diag(own) * force.max(axis=0, initial=0.0) + np.maximum(deepest, 0.0)
+    contact_displacement = np.diag(own) * force.max(axis=0, initial=0.0) + np.maximum(deepest, 0.0)
     touched = force.any(axis=0)
-    scale = float(np.min(np.where(touched, yields, np.maximum(gap.max(axis=0), deepest))))
+    scale = float(np.min(np.where(touched, contact_displacement, np.maximum(gap.max(axis=0), deepest))))
     unknown = float(np.finfo(float).eps) * deflection
     if unknown <= DIGITS_LIMIT * scale:
         return

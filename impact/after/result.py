@@ -85,8 +85,8 @@ def ledger(
     motions: tuple[motion.Motion, ...],
     force: Array,
     gap: Array,
+    carried: Array,
     film: Array | None = None,
-    carried: Array | None = None,
 ) -> EnergyLedger:
     """Return the ledger from the motion of each body (striker first), force (n, p), with the films' part ``film``, and
     gap (n + 1, p), with the part ``carried`` from moving bases."""
@@ -96,8 +96,7 @@ def ledger(
     for part in blocks(len(force)):
         now, after = slice(part.start, part.stop + 1), slice(part.start + 1, part.stop + 1)
         opened, pushed = np.diff(gap[now], axis=0), force[part]
-        if carried is not None:
-            of_bases[after] = np.sum(-pushed * np.diff(carried[now], axis=0), axis=1)
+        of_bases[after] = np.sum(-pushed * np.diff(carried[now], axis=0), axis=1)
         if film is not None:
             by_films[after] = np.sum(-film[part] * opened, axis=1)
             pushed = pushed - film[part]
@@ -227,7 +226,7 @@ class ImpactResult(AtEqualSteps):
         peak, when = (in_units(value, unit, 4) for value, unit in ((total.max(), "N"), (time[total.argmax()], "s")))
         size = f"{parts} contact{'s'[: parts > 1]}, {rows.ends[-1]} steps of {in_units(self.dt, 's', 4)}"
         if not rows.is_uniform:
-            size += f", taken as {rows.in_words()}"
+            size += f", taken as {rows.describe()}"
         advice_names = some([advice.name for advice in self.advice]) or "no advice"
         closed = closed_steps(rows.solid.reshape(len(time), -1).sum(axis=1)[1:])
         groups = merged(time[closed])

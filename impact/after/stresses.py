@@ -1,74 +1,30 @@
-"""Stress in reeds and rods, recovered from the contact force; displacement and axial force of rods at any x."""
+"""Stress in reeds, recovered from the contact force."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from impact.after.histories import Spans
-from impact.after.result import ImpactResult
+from impact.after.histories import NO_STRESS, PeakStress, ReedStress, Spans, StressError, stress_by_spans
 from impact.beams.euler_bernoulli import Cantilever
 from impact.bodies.body import Body
-from impact.exact.closed_form import ExactRod, on_rod
-from impact.greens.base import Array, ErrorEstimate, GreensFunction, GreensFunctionError
+from impact.greens.base import Array
 from impact.greens.modal import ModalGreens, Residual
-from impact.march import grid, history, motion
+from impact.march import grid
 from impact.march.replay import BodyAtStart, EqualReplay
 
 POINTS_PER_WAVE = 8  # points along the reed per wavelength of the highest mode, at which the stress is evaluated
 ROUND_OFF = 1e-12  # relative round-off of sums over modes
-SAME = 1e-9  # largest relative misfit of a load's modal shape, fitted by forces on ports, that counts as round-off
+SAME_SHAPE = 1e-9  # largest relative misfit that counts as round-off of a load's modal shape by forces on ports
 _BLOCK = 1024  # time steps whose modal coordinates are held in memory at once
 _FEW = 16  # stride of the first pass over the steps, whose peak rules out most of the others by their bounds
 
 
 At = float | tuple[float, ...] | None
 """Contact positions of a reed as distances from its clamp [m]; ``None``: its tip."""
-
-
-class StressError(ValueError):
-    """A stress that this record cannot give; the message names number, limit and remedy."""
-
-
-@dataclass(frozen=True)
-class PeakStress:
-    """The largest |bending stress| of a reed [Pa], its distance from the clamp [m] and its time [s]."""
-
-    value: float
-    at: float
-    time: float
-
-
-NO_STRESS = PeakStress(0.0, 0.0, 0.0)
-
-
-@dataclass(frozen=True)
-class ReedStress:
-    """The largest |bending stress| of a reed in parts of a run.
-
-    Attributes:
-        initial: peak from the release until the first contact; zero under a preload, where contact begins at t = 0.
-        after_contact: peak since the first contact began; ``None`` without contact.
-        at_start: peak at t = 0, due to the release, the preload and the loads in equilibrium at the start.
-        before_landing: peak until the landing begins, t = 0 included; ``None`` where no landing time is given.
-        after_landing: peak since the landing began; ``None`` where no landing time is given.
-    """
-
-    initial: PeakStress
-    after_contact: PeakStress | None
-    at_start: PeakStress
-    before_landing: PeakStress | None = None
-    after_landing: PeakStress | None = None
-
-    @property
-    def largest(self) -> PeakStress:
-        """Return the peak of the whole record."""
-        after = self.after_contact
-        return self.initial if after is None or after.value < self.initial.value else after
 
 
 def bending_stress(
@@ -173,17 +129,6 @@ def reed_stress(
     return stress_by_spans(spans, lambda chosen: max(peaks[chosen], key=lambda peak: peak.value, default=NO_STRESS))
 
 
-def stress_by_spans(spans: Spans, largest: Callable[[slice], PeakStress]) -> ReedStress:
-    """Return the `ReedStress` of a run whose peak in a slice of ``spans`` is ``largest(slice)``."""
-    return ReedStress(
-        largest(spans.until(spans.touch)),
-        largest(spans.after(spans.touch)) if np.isfinite(spans.touch) else None,
-        largest(spans.start),
-        largest(spans.until(spans.landing)) if np.isfinite(spans.landing) else None,
-        largest(spans.after(spans.landing)) if np.isfinite(spans.landing) else None,
-    )
-
-
 def _fields(reed: Body, beam: Cantilever, x: Array, contact_at: At) -> Array:
     """Return the (M + p, X) stress per unit of each of `coordinates`: M mode shapes, then r(x) of each of p ports."""
     greens = _modal(reed)
@@ -222,7 +167,7 @@ def coordinates(pushes: Array, dt: float, reed: Body, stride: int) -> Iterator[A
         pull = pull + sum(load.shape * amplitude for load, amplitude in zip(reed.loads, held, strict=True))
         first = first + at_ports @ held
     start = replace(start, displacement=start.displacement + pull / greens.omega**2)
-    body = BodyAtStart(followed, start, pushes[:, 0], pushes[:, 0], [load.shape for load in reed.loads])
+    body = BodyAtStart(followed, start, pushes[:, 0], pushes[:, 0], [load.shape for load in reed.loads], np.eye(ports))
     replay = EqualReplay(body, dt)
     yield np.append(start.displacement, first)[None, :]
     for part in grid.blocks(pushes.shape[1] - 1, _BLOCK * stride):
@@ -239,7 +184,7 @@ def _at_ports(reed: Body) -> Array:
     shapes, forces = _modal(reed).shapes, np.zeros((len(reed.greens.ports), len(reed.loads)))
     for number, load in enumerate(reed.loads if len(shapes) > len(forces) else ()):  # with M <= p every shape fits
         fitted = np.linalg.lstsq(shapes, load.shape, rcond=None)[0]
-        if np.linalg.norm(shapes @ fitted - load.shape) < SAME * np.linalg.norm(load.shape):
+        if np.linalg.norm(shapes @ fitted - load.shape) < SAME_SHAPE * np.linalg.norm(load.shape):
             forces[:, number] = fitted
     return forces
 
@@ -251,160 +196,3 @@ def _modal(reed: Body) -> ModalGreens:
             f"a reed known by a {type(reed.greens).__name__} has no modes of bending; make it by cantilever_reed"
         )
     return modal
-
-
-def rod_stress(result: ImpactResult, rod: GreensFunction, *, area: float, at: float = 1.0) -> Array:
-    """Return the (n + 1,) axial stress, > 0 in compression [Pa], of a rod struck by ``result.force``; exact for its
-    steps.
-
-    The contact sends out the wave of particle velocity a(t) = N(t)/Z + R a(t - T); at the distance x it meets the
-    wave that returns from the far end:  sigma A = Z (a(t - x/c) - R a(t - T + x/c)).  Like the force,
-    ``stress[m]`` holds over the step that ends at ``result.time[m]``.
-
-    Args:
-        result: its force acts on the rod's end.
-        rod: its Green's function, of an undamped uniform rod.
-        area: of its section [m^2].
-        at: x/l, 0 at the contact ... 1 at the far end.
-
-    Raises:
-        StressError: a body that is no undamped rod, a position off it, an area that is not positive, or a delay that is
-            no multiple of the step.
-
-    Source: Timoshenko & Goodier, Theory of Elasticity, longitudinal impact of bars.
-    """
-    if not 0.0 <= at <= 1.0:
-        raise StressError(f"at = {at:g} is off the rod, 0 (contact) ... 1 (far end)")
-    if not area > 0:
-        raise StressError(f"area = {area:g} m^2 must be positive")
-    uniform = rod.rod
-    if uniform is None or uniform.damping_ratio != 0.0:
-        raise StressError(
-            f"a {type(rod).__name__} is no undamped uniform rod, in which waves keep their shape; make it by fixed_rod"
-        )
-    trip = _steps(2 * uniform.transit, result.dt)
-    delay = _steps(at * uniform.transit, result.dt)
-    outgoing = motion.reflected(result.force / uniform.impedance, uniform.reflection, trip)
-    away, back = (np.concatenate([np.zeros(steps), outgoing])[: len(outgoing)] for steps in (delay, trip - delay))
-    force = away - uniform.reflection * back
-    return np.asarray(uniform.impedance / area * force)
-
-
-def _steps(delay: float, dt: float) -> int:
-    count = round(delay / dt)
-    if abs(delay / dt - count) > 1e-6:
-        raise StressError(
-            f"the wave needs {delay:g} s, {delay / dt:.6g} steps of {dt:g} s, not a whole number; "
-            f"use dt = {delay / max(count, 1):.17g} s"
-        )
-    return count
-
-
-def displacement_response(rod: ExactRod, t: ArrayLike, *, at: float) -> Array:
-    """Return S(x, t) [m/N]: displacement at ``at`` = x/l (0 contact ... 1 far end) after a unit force set on at t = 0.
-
-    Undamped, the wavefronts and their images behind both ends (T = 2 l/c, R of the particle velocity at the far end):
-
-        S = (1/Z) sum_k R^k [<t - x/c - kT> + R <t + x/c - (k+1)T>],   <s> = max(s, 0).
-
-    With uniform modal damping zeta, q = exp(lambda t), theta = pi x/(2l), chi_2 Legendre's function:
-
-        S = (l - x)/(EA) + 2/(pi Z sqrt(1 - zeta^2)) Im [(chi_2(q e^(i theta)) + chi_2(q e^(-i theta)))/lambda].
-
-    Raises:
-        GreensFunctionError: a position off the rod.
-
-    Source: d'Alembert's solution, e.g. Graff, Wave Motion in Elastic Solids, ch. 2; the damped form is derived from the
-    modal sum as `DampedFixedRod` is.
-    """
-    return rod.displacement_at(np.maximum(np.asarray(t, dtype=float), 0.0), on_rod(at))
-
-
-def force_response(rod: ExactRod, t: ArrayLike, *, at: float) -> Array:
-    """Return E(x, t), (n,), the ratio of the axial force -EA du/dx at ``at`` = x/l to a force set on at ``t`` = 0.
-
-    It is > 0 in compression. Undamped: E = sum_k R^k [H(t - x/c - kT) - R H(t + x/c - (k+1)T)]; right-continuous.
-    Damped: minus the derivative of `displacement_response` along x, in closed form; its limit from the right at t = 0.
-    Raises `GreensFunctionError` off the rod.
-    """
-    return rod.force_at(np.maximum(np.asarray(t, dtype=float), 0.0), on_rod(at))
-
-
-def rod_displacement(rod: ExactRod, force: Array, dt: float, *, at: float) -> Array:
-    """Return the (n + 1,) displacement [m] at ``at`` = x/l under ``force`` (n + 1,) [N] on the rod's end; exact.
-
-    ``force[m]`` is constant over the step that ends at m ``dt`` and pushes into the rod, as in `ImpactResult`; > 0 is
-    the direction of the force, so `ImpactResult.target_displacement` is minus this at ``at`` = 0.
-
-    Raises:
-        GreensFunctionError: a position off the rod.
-    """
-    steps = displacement_response(rod, dt * np.arange(len(force)), at=at)
-    return _superposed(np.diff(steps), force)
-
-
-def rod_axial_force(rod: ExactRod, force: Array, dt: float, *, at: float) -> Array:
-    """Return the (n + 1,) axial force [N] at ``at`` = x/l, > 0 in compression, under ``force`` as in
-    `rod_displacement`.
-
-    The value at the middle of the step that ends at m ``dt``; where the delays x/c and 2l/c are whole numbers of steps
-    it holds over the whole step and is `impact.rod_stress` times the area. Raises `GreensFunctionError` off the rod.
-    """
-    return axial_force(force, dt, lambda time: force_response(rod, time, at=at))
-
-
-def axial_force(force: Array, dt: float, response: Callable[[Array], Array]) -> Array:
-    """Return the (n + 1,) axial force [N] of `rod_axial_force`, the sum of (N_m - N_(m - 1)) E(t - (m - 1) dt).
-
-    ``response`` is E at times (n,) >= 0 [s], the axial force at x per unit of a step force on the end; for an infinite
-    rod H(t - x/c).
-    """
-    middle = dt * (np.arange(len(force)) - 0.5)
-    steps = np.where(middle < 0, 0.0, response(np.maximum(middle, 0.0)))
-    return _superposed(np.diff(steps), force)
-
-
-def fixed_rod_modes(rod: ExactRod, n_modes: int, *, at: tuple[float, ...] = (), residual: bool = False) -> ModalGreens:
-    """Return a fixed rod by its lowest modes; ports: the contact, then the positions ``at`` (x/l).
-
-    phi_n(x) = sqrt(2/(rho A l)) cos(omega_n x/c), omega_n = (2n - 1) pi c/(2l), all with the rod's damping ratio.
-    S_x0(t), the displacement at x after a unit force at the contact, converges like 1/n. ``residual`` adds, at
-    the contact only, the exponential that restores the static compliance and g(0+).
-
-    Raises:
-        GreensFunctionError: a rod that is not fixed, no modes, a position off the rod, ``residual`` with positions.
-    """
-    uniform = rod.rod
-    if uniform.reflection != -1.0:
-        raise GreensFunctionError(
-            f"reflection = {uniform.reflection:g} at the far end must be -1: only a fixed rod has these modes"
-        )
-    if n_modes < 1:
-        raise GreensFunctionError(f"n_modes = {n_modes} must be at least 1")
-    if residual and at:
-        raise GreensFunctionError("a residual with g(0+) is known at the contact only: leave out at, or the residual")
-    transit, places = uniform.transit, np.array([0.0, *map(on_rod, at)])
-    omega = np.asarray((2.0 * np.arange(1, n_modes + 1) - 1.0) * math.pi / (2 * transit), dtype=np.float64)
-    shapes = math.sqrt(2 / (uniform.impedance * transit)) * np.cos(omega[:, None] * transit * places)
-    compliance = transit / uniform.impedance - math.fsum((shapes[:, 0] / omega) ** 2)
-    rest = Residual.exponential(compliance, rod.initial_value()) if residual else Residual.none(len(places))
-    return ModalGreens(
-        omega,
-        np.full(n_modes, uniform.damping_ratio),
-        np.asarray(shapes),
-        rest,
-        port_names=("contact", *(f"x/l = {x:g}" for x in at)),
-        error=ErrorEstimate(),
-        origin={"kind": "fixed_rod_modes", "n_modes": n_modes, "rod": dict(rod.provenance)},
-    )
-
-
-def modal_displacement(greens: GreensFunction, force: Array, dt: float, *, port: str | int = 0) -> Array:
-    """Return the (n + 1,) displacement [m] of ``port`` under ``force`` (n + 1,) [N] on the first port; exact for its
-    steps."""
-    steps = greens.step_response(dt * np.arange(len(force)), greens.port_index(port), 0)
-    return _superposed(np.diff(steps), force)
-
-
-def _superposed(weights: Array, force: Array) -> Array:
-    return np.concatenate([[0.0], history.convolve(weights, force[1:])])

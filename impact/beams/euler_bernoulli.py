@@ -98,7 +98,7 @@ class BeamModes:
         tip_mass: m at x = length [kg].
         line_inertia: rho I [kg m]; 0 for an Euler-Bernoulli beam.
         rotation: x -> psi_k(x), (...) m -> (n, ...) [1/(m sqrt(kg))]; needed with ``line_inertia``.
-        relative_width: x -> width over its mean, (G,) m -> (G,), of a beam of constant thickness; ``None``: uniform.
+        relative_width: x -> width over its mean, (G,) m -> (G,), of a beam of constant thickness.
         breaks: positions between which that is smooth [m].
     """
 
@@ -109,8 +109,8 @@ class BeamModes:
     line_density: float
     tip_mass: float = 0.0
     line_inertia: float = 0.0
-    rotation: Callable[[ArrayLike], Array] | None = None
-    relative_width: Callable[[Array], Array] | None = None
+    rotation: Callable[[ArrayLike], Array] = np.zeros_like
+    relative_width: Callable[[Array], Array] = np.ones_like
     breaks: tuple[float, ...] = ()
 
     def quadrature(self, start: float, end: float, extra: int = 4) -> tuple[Array, Array]:
@@ -119,7 +119,7 @@ class BeamModes:
         panels = (len(self.omega) + extra) / (end - start)
         parts = [gauss(low, high, math.ceil(panels * (high - low) - 1e-9)) for low, high in pairwise(edges)]
         x, weights = (np.concatenate(each) for each in zip(*parts, strict=True))
-        return x, weights if self.relative_width is None else weights * self.relative_width(x)
+        return x, weights * self.relative_width(x)
 
     def project(self, shape: Callable[[Array], ArrayLike]) -> Array:
         """Return the (n,) modal coordinates of a deflection or velocity ``shape``, x (G,) m -> (G,), sections normal to
@@ -130,7 +130,7 @@ class BeamModes:
         x, weights = self.quadrature(0.0, self.length)
         w = np.broadcast_to(np.asarray(shape(x), dtype=float), x.shape)
         q: Array = self.deflection(x) @ (weights * self.line_density * w)
-        if self.line_inertia > 0 and self.rotation is not None:
+        if self.line_inertia > 0:
             q = q + self.rotation(x) @ (weights * self.line_inertia * _slope(w, weights))
         if self.tip_mass > 0:
             end = np.array([self.length])

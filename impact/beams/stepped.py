@@ -19,7 +19,7 @@ from impact.greens.base import Array, GreensFunctionError
 from impact.greens.modal import Residual
 
 PER_MODE: Final = 0.75  # elements per half wave of the highest mode: its error is 1e-6, and falls with order 12
-LEAST: Final = 0.1  # shortest element, over the usual one; several breaks nearer to each other lie within one element
+SHORTEST: Final = 0.1  # shortest element, over the usual one; breaks nearer to each other lie within one
 _BUBBLES: Final = 4  # shapes without end values beside four cubics of deflections and slopes: polynomials of degree 7
 
 
@@ -194,9 +194,9 @@ def elements_of(beam: SteppedCantilever, size: float) -> Elements:
     would be lost."""
     edges = [0.0]
     for x in beam.breaks:
-        if x - edges[-1] >= LEAST * size:
+        if x - edges[-1] >= SHORTEST * size:
             edges.append(x)
-    edges = [*(x for x in edges if beam.length - x >= LEAST * size), beam.length]
+    edges = [*(x for x in edges if beam.length - x >= SHORTEST * size), beam.length]
     parts = [np.linspace(a, b, math.ceil((b - a) / size - 1e-9) + 1)[:-1] for a, b in pairwise(edges)]
     return Elements(np.append(np.concatenate(parts), beam.length), beam.length)
 

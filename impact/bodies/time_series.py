@@ -7,7 +7,8 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal, get_args
+from types import MappingProxyType
+from typing import Final, Literal, get_args
 
 import numpy as np
 
@@ -20,6 +21,7 @@ Quantity = Literal["pressure", "force", "acceleration", "velocity", "displacemen
 
 Stated = Mapping[str, str]
 """Column names or units by the role of a column, if the header does not state them."""
+NOTHING_STATED: Final[Stated] = MappingProxyType({})
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
 TURN = 360.0  # degrees of crank angle after which a record in angles repeats
 MOST_GAP = 90.0  # largest distance of neighbouring samples in a record of one turn [degrees]
@@ -100,9 +102,9 @@ def read_time_series(
     quantity: Quantity,
     *,
     outside: Outside = "forbid",
-    delimiter: str | None = None,
-    columns: Stated | None = None,
-    units: Stated | None = None,
+    delimiter: str = "",
+    columns: Stated = NOTHING_STATED,
+    units: Stated = NOTHING_STATED,
     rpm: float | None = None,
     start: float = 0.0,
     most_gap: float = MOST_GAP,
@@ -135,7 +137,7 @@ def read_time_series(
             return "; of a record in crank angle, 'angle [deg]', state rpm, too"
         return "; rpm is for records in crank angle: remove it" if rpm is not None and head == "time" else ""
 
-    samples, factors = table.quantities(first | {quantity: _UNITS[quantity]}, columns or {}, units or {}, hint)
+    samples, factors = table.quantities(first | {quantity: _UNITS[quantity]}, columns, units, hint)
     back = np.flatnonzero(np.diff(samples[:, 0]) <= 0)
     if back.size:
         line = table.lines[int(back[0]) + 1]

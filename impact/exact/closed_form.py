@@ -100,11 +100,19 @@ class ExactRod(ExactPort):
 
     @abstractmethod
     def displacement_at(self, time: Array, at: float) -> Array:
-        """Return S(x, t) [m/N] at times >= 0 and ``at`` = x/l: see `impact.after.stresses.displacement_response`."""
+        """Return S(x, t) [m/N] at times >= 0 and ``at`` = x/l: see `impact.after.rods.displacement_response`."""
 
     @abstractmethod
     def force_at(self, time: Array, at: float) -> Array:
-        """Return E(x, t) [1] at times >= 0 and ``at`` = x/l: see `impact.after.stresses.force_response`."""
+        """Return E(x, t) [1] at times >= 0 and ``at`` = x/l: see `impact.after.rods.force_response`."""
+
+
+def reflect(sent: Array, reflection: float, steps: int) -> Array:
+    """Return the outgoing wave a = f + R a(t - T) (n,) of a rod, f = ``sent`` (n,), whose waves return after T, so many
+    ``steps``, times R = ``reflection``."""
+    trips = -(-len(sent) // steps)
+    rows = np.pad(sent, (0, trips * steps - len(sent))).reshape(trips, steps)
+    return np.asarray(scipy.signal.lfilter([1.0], [1.0, -reflection], rows, axis=0).ravel()[: len(sent)])
 
 
 def on_rod(at: float) -> float:
@@ -337,7 +345,7 @@ class DampedFixedRod(DampedRod, ExactRod):
         return out
 
     def displacement_at(self, time: Array, at: float) -> Array:
-        """Return the sum of chi_2 that `impact.after.stresses.displacement_response` states."""
+        """Return the sum of chi_2 that `impact.after.rods.displacement_response` states."""
         turn = 0.5j * math.pi * at
 
         def term(rate: complex) -> ComplexArray:

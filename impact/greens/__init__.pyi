@@ -1,11 +1,8 @@
 # ruff: noqa: I001 (one import a module)
 from impact.greens import (
-    answers as answers,
     base as base,
     modal as modal,
     oscillator as oscillator,
     poles as poles,
     sampled as sampled,
-    sums as sums,
-    transforms as transforms,
 )

@@ -318,11 +318,11 @@ class GreensFunction(ABC):
         limit = "any time" if math.isinf(self.valid_for) else f"{self.valid_for:.4g} s"
         origin = some([f"{key} = {brief_value(value)}" for key, value in self.provenance.items()], most=6)
         quality = (f"error: {', '.join(parts)}; valid for {limit}", f"origin: {origin or 'not stated'}")
-        return "\n  ".join([f"{type(self).__name__}, {ports}", *self._in_words(), *quality])
+        return "\n  ".join([f"{type(self).__name__}, {ports}", *self._describe(), *quality])
 
     _repr_html_ = as_html
 
-    def _in_words(self) -> tuple[str, ...]:
+    def _describe(self) -> tuple[str, ...]:
         """Return descriptions of the representation, one per line."""
         return ()
 
@@ -367,6 +367,13 @@ def step_weights(greens: GreensFunction, dt: float, n_steps: int) -> Array:
     """Return the (p, p, n) exact weights W_m = S((m + 1) h) - S(m h), S(0-) = 0 [m/N]."""
     t, ports = dt * np.arange(1, n_steps + 1), range(len(greens.ports))
     return np.diff(np.array([[greens.step_response(t, i, j) for j in ports] for i in ports]), axis=2, prepend=0.0)
+
+
+def convolve(weights: Array, force: Array) -> Array:
+    """Return u[n] = sum_m weights[n - m] force[m], by FFT."""
+    n = len(force)
+    size = 1 << (2 * n - 1).bit_length()
+    return np.asarray(np.fft.irfft(np.fft.rfft(weights[:n], size) * np.fft.rfft(force, size), size)[:n])
 
 
 class ExactPort(GreensFunction):
@@ -513,7 +520,7 @@ class SumGreens(Combination):
     def _with(self, parts: tuple[GreensFunction, ...]) -> SumGreens:
         return SumGreens(parts)
 
-    def _in_words(self) -> tuple[str, ...]:
+    def _describe(self) -> tuple[str, ...]:
         shown = [f"+ {cut(line, 160)}" for part in self.parts[:3] for line in str(part).splitlines()[:2]]
         return (*shown, *([f"+ {len(self.parts) - 3} parts more"] if len(self.parts) > 3 else []))
 
@@ -566,7 +573,7 @@ class ScaledGreens(Combination):
     def _with(self, parts: tuple[GreensFunction, ...]) -> ScaledGreens:
         return replace(self, part=parts[0])
 
-    def _in_words(self) -> tuple[str, ...]:
+    def _describe(self) -> tuple[str, ...]:
         return (f"{self.factor:g} times", *(f"  {line}" for line in str(self.part).splitlines()))
 
     @property

@@ -262,7 +262,7 @@ class ModalGreens(PoleSums):
         """Return the undamped natural frequencies (M,) [Hz]."""
         return self.omega / (2 * np.pi)
 
-    def _in_words(self) -> tuple[str, ...]:
+    def _describe(self) -> tuple[str, ...]:
         counts = {"rigid-body modes": int(np.sum(self.omega == 0)), "relaxations": self.residual.rates.size}
         return self._terms(counts, "modes", self.frequencies_hz[self.omega > 0], self.zeta, self.residual.compliance)
 

@@ -107,7 +107,7 @@ class PoleGreens(PoleSums):
             compliance=factor * self.compliance,
         )
 
-    def _in_words(self) -> tuple[str, ...]:
+    def _describe(self) -> tuple[str, ...]:
         counts = {"rigid bodies": len(self.rigid), "real poles": self.rates.size}
         return self._terms(counts, "pole pairs", self.frequencies_hz, self.damping_ratios, self.compliance)
 

@@ -173,7 +173,7 @@ class SampledGreens(StatedGreens):
         arrays = {"values": self.values} | ({} if self.static is None else {"static": self.static})
         return Stored("sampled", {"dt": self.dt, "tail": self.tail}, arrays)
 
-    def _in_words(self) -> tuple[str, ...]:
+    def _describe(self) -> tuple[str, ...]:
         count = self.values.shape[2]
         return (f"{count} samples {self.dt:.4g} s apart, up to {self.end:.4g} s; tail {self.tail}",)
 

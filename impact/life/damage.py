@@ -279,8 +279,8 @@ def damage(cycles: Cycles, strength: Strength, judge: MeanStress, *, survival: f
     [curve] = strength.needed("a life", "curve")
     amplitudes = judge.equivalent(cycles.ranges / 2, cycles.means)
     slant = (1 + strength.loading_ratio) / (1 - strength.loading_ratio)
-    lasting = np.isfinite(amplitudes)
-    amplitudes[lasting] = judge.at_ratio(amplitudes[lasting], slant)
+    finite = np.isfinite(amplitudes)
+    amplitudes[finite] = judge.at_ratio(amplitudes[finite], slant)
     with np.errstate(divide="ignore", over="ignore"):
         return float(np.sum(cycles.counts / curve.life(amplitudes, survival)))
 

@@ -86,7 +86,7 @@ def margin_map(blocks: Iterable[Array], criterion: Multiaxial) -> Array:
     return np.array(margins)
 
 
-SAME: Final = 1e-4
+STRAIGHT: Final = 1e-4
 """Relative deviation from a straight path, over the largest distance from the mean, that is neglected."""
 _SPAN, _PARTS = (
     256,
@@ -98,7 +98,7 @@ _NORM: Final = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])  # weights of squared Vo
 def thinned(stress: Array) -> Array:
     """Return the (m, 6) rows of an (n, 6) history that matter for its life, in order, with both ends.
 
-    A row is omitted if it deviates, in the norm of tensors, by less than `SAME` from the straight line between the rows
+    A row is omitted if it deviates, in the norm of tensors, by less than `STRAIGHT` from the line between the rows
     kept. The extremes of normal stresses and pressure and the smallest sphere, which lie at corners of the path, are
     kept to this accuracy. As steps are hundreds of times shorter than periods, about a hundredth of the rows is kept.
     """
@@ -106,7 +106,7 @@ def thinned(stress: Array) -> Array:
         return stress
     kept, starts, span = np.ones(len(stress), dtype=bool), np.arange(0, len(stress) - _SPAN, _SPAN), _SPAN
     courses = np.ascontiguousarray(stress.T)
-    allowed = SAME**2 * float((_NORM @ (courses - courses.mean(axis=1, keepdims=True)) ** 2).max())
+    allowed = STRAIGHT**2 * float((_NORM @ (courses - courses.mean(axis=1, keepdims=True)) ** 2).max())
     while span > 1:
         rows = starts[:, None] + np.arange(1, span)
         share, squared = np.arange(1, span) / span, np.zeros(rows.shape)

@@ -80,7 +80,7 @@ class TimeGrid:
         """Return the ends of the steps of this grid and of another one, each once."""
         return np.union1d(self.ends, other.ends)
 
-    def in_words(self) -> str:
+    def describe(self) -> str:
         """Return how many steps there are of which length."""
         each = [f"{count} of {in_units(length * self.dt, 's', 3)}" for length, count in sorted(self.lengths.items())]
         return f"{len(self.ends) - 1} steps: {', '.join(each)}"
@@ -161,3 +161,14 @@ BLOCK: Final = 4096  # steps of a block
 def blocks(steps: int, size: int = BLOCK) -> Iterator[slice]:
     """Return the slices of a run's steps, block by block."""
     return (slice(first, min(first + size, steps)) for first in range(0, steps, size))
+
+
+FOLLOW: Final = 32  # steps during which a load that depends on the opening keeps its value at their middle
+
+
+def foreseen(opening: Array) -> tuple[NDArray[np.int64], Array]:
+    """Return the steps after which loads are updated, and the mean opening [m] that `impact.ContactStepper`
+    extrapolates then for `FOLLOW` steps, from the ``opening`` (n + 1,)."""
+    first = np.arange(0, len(opening) - 1, FOLLOW)
+    now, before = opening[first], opening[np.maximum(first - 1, 0)]
+    return first, np.asarray(now + FOLLOW / 2 * (now - before))

@@ -194,61 +194,28 @@ class BlockedSum:
         self.memory[:, end:stop] += later[:, size : size + stop - end]
 
 
-def convolve(weights: Array, force: Array) -> Array:
-    """Return u[n] = sum_m weights[n - m] force[m], by FFT."""
-    n = len(force)
-    size = 1 << (2 * n - 1).bit_length()
-    return np.asarray(np.fft.irfft(np.fft.rfft(weights[:n], size) * np.fft.rfft(force, size), size)[:n])
-
-
 Engine = Literal["auto", "poles", "fft", "direct"]
 MARGIN = 0.8  # predicted time with step weights, over that with poles, below which step weights replace poles
 
 
-@dataclass(frozen=True)
-class CostModel:
-    """Costs on one core [s], p contacts, K poles, n steps.
-
-    poles: n K (pole + (p - 1) pole_contact);  weights from poles: n K p(p+1)/2 weight;
-    direct sum: p^2 n^2/2 multiply;  blocked FFT: p^2 n block/2 multiply, n/block call, and for each doubling of the
-    block n/2 (p log2(2 length) transform + p^2 product).
-    """
-
-    pole: float
-    pole_contact: float
-    weight: float
-    multiply: float
-    transform: float
-    product: float
-    call: float
-
-    def poles(self, n: int, poles: int, contacts: int) -> float:
-        return n * poles * (self.pole + (contacts - 1) * self.pole_contact)
-
-    def forming(self, n: int, poles: int, contacts: int) -> float:
-        return n * poles * contacts * (contacts + 1) / 2 * self.weight
-
-    def direct(self, n: int, contacts: int, block: int) -> float:
-        return contacts**2 * n * min(block, n) / 2 * self.multiply
-
-    def fft(self, n: int, contacts: int, block: int) -> float:
-        cost, size = self.direct(n, contacts, block) + n // block * self.call, block
-        while size < n:
-            cost += n / 2 * (contacts * math.log2(2 * size) * self.transform + contacts**2 * self.product)
-            size *= 2
-        return cost
+# Costs measured on one core of an AVX-512 server processor at 2.6 GHz [s]; the choice depends on their ratios only.
+POLE, POLE_OF_CONTACT, WEIGHT = 0.33e-9, 0.2e-9, 0.08e-9
+MULTIPLY, TRANSFORM, PRODUCT, CALL = 0.14e-9, 2.5e-9, 1.7e-9, 11e-6
 
 
-# Measured on one core of an AVX-512 server processor at 2.6 GHz; the choice between engines depends on ratios only.
-MEASURED = CostModel(
-    pole=0.33e-9,
-    pole_contact=0.2e-9,
-    weight=0.08e-9,
-    multiply=0.14e-9,
-    transform=2.5e-9,
-    product=1.7e-9,
-    call=11e-6,
-)
+def cost_of_poles(n: int, poles: int, contacts: int) -> float:
+    """Return the time of n steps of K poles and p contacts, n K (POLE + (p - 1) POLE_OF_CONTACT) [s]."""
+    return n * poles * (POLE + (contacts - 1) * POLE_OF_CONTACT)
+
+
+def cost_of_weights(n: int, contacts: int, block: int) -> float:
+    """Return the time of n step weights [s]: within a block p^2 n block/2 MULTIPLY; with several n/block CALL, and for
+    each doubling of the block n/2 (p log2(2 length) TRANSFORM + p^2 PRODUCT)."""
+    cost, size = contacts**2 * n * min(block, n) / 2 * MULTIPLY + n // block * CALL, block
+    while size < n:
+        cost += n / 2 * (contacts * math.log2(2 * size) * TRANSFORM + contacts**2 * PRODUCT)
+        size *= 2
+    return cost
 
 
 @dataclass(frozen=True)
@@ -310,9 +277,9 @@ def _plan(
     converted = sum(_count(k) for k, poles in zip(kernels, by_poles, strict=True) if not poles)
     weights = converted > 0 or any(k.weights is not None for k in kernels)
     weights = weights or not all(poles or k.modal is None for k, poles in zip(kernels, by_poles, strict=True))
-    seconds = MEASURED.poles(steps, recursive, contacts) + MEASURED.forming(steps, converted, contacts)
+    seconds = cost_of_poles(steps, recursive, contacts) + steps * converted * contacts * (contacts + 1) / 2 * WEIGHT
     if weights:
-        seconds += MEASURED.fft(steps, contacts, block)
+        seconds += cost_of_weights(steps, contacts, block)
     names = ("striker", *["target"] * (len(kernels) - 1))
     parts = [
         f"{name}: {k.engine if k.modal is None or poles else f'step weights of {_count(k)} poles'}"

@@ -21,7 +21,7 @@ from impact.march.grid import TimeGrid
 from impact.march.loop import ladder as loop
 from impact.march.prepared import Discretised, discretise, find_free_motion
 from impact.march.problem import ContactProblem
-from impact.march.rows import Marched, Rows
+from impact.march.rows import MarchRun, Rows
 from impact.march.stepper import ContactStepper, LoopLaws
 from impact.notices import Progress, silent
 from impact.quantities import brief
@@ -84,7 +84,7 @@ def prepare_levels(discretised: Discretised) -> Levels | None:
     dt, contacts, turns = discretised.dt, len(discretised.rest), [problem.directions(b.body) for b in bodies]
     lengths = np.array([loop.RISE**j for j in range(HIGHEST + 1) if j == 0 or loop.RISE**j * FEWEST <= steps])
     poles = history.Poles.from_modes(list(zip(modal, turns, strict=True)), dt, contacts)
-    own = np.array([discretised.own(int(length)) for length in lengths])
+    own = np.array([discretised.find_own(int(length)) for length in lengths])
     each_body = [_find_poles(body, greens, turn) for body, greens, turn in zip(bodies, modal, turns, strict=True)]
     seen, starts = [poles_of[:3] for poles_of in each_body], [poles_of[3] for poles_of in each_body]
     each_level = [[_level(*one, dt * int(length)) for one in seen] for length in lengths]
@@ -148,10 +148,10 @@ def march(
     dt: float,
     duration: float,
     *,
-    bodies: tuple[motion.Discrete, ...] | None = None,
+    bodies: tuple[motion.Discrete, ...] = (),
     equal_steps: bool = False,
     like: TimeGrid | None = None,
-) -> Marched:
+) -> MarchRun:
     """March a problem over a ``duration`` [s] for its forces and gaps, far cheaper than a run with energies.
 
     ``dt``: fine step [s]; ``equal_steps``, ``like``: as in `begin_march`. ``bodies`` and errors as in `impact.prepare`.
@@ -160,12 +160,12 @@ def march(
     return finish_march(begin_march(discretised, equal_steps=equal_steps, like=like))
 
 
-def finish_march(run: ContactStepper | LadderMarch, progress: Progress = silent) -> Marched:
+def finish_march(run: ContactStepper | LadderMarch, progress: Progress = silent) -> MarchRun:
     """March to the end; return the whole run."""
     while run.done < run.steps:
         run.advance_far()
         progress("stepping", run.done / run.steps)
-    return run.marched()
+    return run.record_run()
 
 
 def begin_march(
@@ -212,9 +212,8 @@ class LadderMarch:
         self._control = np.zeros(9, dtype=np.int64)
         self._followed = np.zeros(0, dtype=np.int64) if like is None else like.ends
         self._sides = np.array([3 if c.side > 0 else 4 for c in problem.contacts])
-        start = self._opened + levels.poles.psi @ levels.start[0] + discretised.own(0) @ rest
-        if (carried := problem.carried(np.zeros(1))) is not None:
-            start = start + carried[0]
+        start = self._opened + levels.poles.psi @ levels.start[0] + discretised.find_own(0) @ rest
+        start = start + problem.carried(np.zeros(1))[0]
         self._laws.numbers[:, laws.DEEPEST] = np.maximum(-start, 0.0)
         widest = [float(np.max(start[self._sides == side], initial=0.0)) for side in (3, 4)]
         self._share = np.array([share, float(np.abs(rest).sum()), BEND, *widest])
@@ -263,9 +262,8 @@ class LadderMarch:
         amplitudes = np.ascontiguousarray(self._of.bodies[0].loads[:, first:stop])
         sums = np.concatenate([np.zeros((len(amplitudes), 1)), np.cumsum(amplitudes, axis=1)], axis=1)
         time = np.asarray(self._of.dt * np.arange(first, stop + 1), dtype=np.float64)
-        carried = self._of.problem.carried(time)
-        self._first = first
-        self._chunk = amplitudes, sums, np.zeros((0, len(self._of.rest))) if carried is None else carried
+        self._first, problem = first, self._of.problem
+        self._chunk = amplitudes, sums, problem.carried(time if problem.is_carried else time[:0]).copy()
 
     def advance_far(self, until: int | None = None) -> None:
         """March to step ``until`` at most; less far if the known loads or the room for rows end.
@@ -294,10 +292,10 @@ class LadderMarch:
         elif row + 1 == len(self._room[0]):
             self._resize(row + 1 + ROOM)
 
-    def marched(self) -> Marched:
+    def record_run(self) -> MarchRun:
         """Return the whole run, with the histories of this march."""
         ends, force, gap, film = self._room
-        return Marched(
+        return MarchRun(
             problem=self._of.problem,
             bodies=self._of.bodies,
             own=self._levels.own[0],

@@ -15,10 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impact.bodies.body import Body, ModalState
+from impact.exact.closed_form import reflect
 from impact.greens import oscillator
-from impact.greens.base import Array, GreensFunctionError, Rod, StepKernel
+from impact.greens.base import Array, GreensFunctionError, Rod, StepKernel, convolve
 from impact.greens.modal import ModalGreens
-from impact.march import history, problem
+from impact.march import problem
 from impact.march.grid import TimeGrid, blocks
 from impact.march.loop.compiled import compiled
 from impact.march.loop.forces import FLOOR
@@ -175,7 +176,7 @@ def mean_displacement(
     if kernel.weights is not None:
         pushes = force if turn is None else turn @ force
         for weights, push in zip(np.einsum("i,ijn->jn", shares, kernel.weights), pushes, strict=True):
-            out[1:] += history.convolve(weights, push)
+            out[1:] += convolve(weights, push)
     return out
 
 
@@ -202,9 +203,9 @@ def modal_coordinates(body: Body, force: Array, dt: float, stride: int) -> Array
             f"a {type(body.greens).__name__} has no modal coordinates: take a body that is a sum of modes"
         )
     discrete = Discrete.from_body(body, dt, force.shape[1])
-    body = _start_of(discrete, modal)
-    coordinates = EqualReplay(body, dt).coordinates(force, discrete.loads, stride)
-    return np.vstack([body.state.displacement, coordinates[:, : len(modal.omega)]])
+    start = _start_of(discrete, modal, np.zeros((0, len(force))))
+    coordinates = EqualReplay(start, dt).coordinates(force, discrete.loads, stride)
+    return np.vstack([start.state.displacement, coordinates[:, : len(modal.omega)]])
 
 
 def _free_vibration(discrete: Discrete, modal: ModalGreens) -> Array:
@@ -250,7 +251,8 @@ def _modal_motion(
     start, relaxed, rest = find_start(discrete, modal), find_relaxations(discrete, modal), modal.residual
     spring = rest.compliance @ discrete.rest
     moved = modal.shapes.T @ start.displacement + rest.shapes.T @ relaxed + spring
-    moved = moved if seen is None else seen @ moved
+    seen = np.eye(len(moved)) if seen is None else seen
+    moved = seen @ moved
     u, stored, lost, work = np.zeros((len(moved), 0 if write else n + 1)), *np.zeros((3, n + 1))
     swinging = start.velocity @ start.velocity + np.sum((modal.omega * start.displacement) ** 2)
     stored[0] = 0.5 * float(swinging + rest.rates @ relaxed**2 + discrete.rest @ spring)
@@ -271,24 +273,24 @@ def _put(whole: Array, rows: slice, displacement: Array) -> None:
 
 
 def _begin_replay(
-    discrete: Discrete, modal: ModalGreens, grid: TimeGrid | None, seen: Array | None, *, energies: bool
+    discrete: Discrete, modal: ModalGreens, grid: TimeGrid | None, seen: Array, *, energies: bool
 ) -> tuple[Replay, Callable[[slice, Array], Block]]:
     """Return a replay, and the function that advances it through a slice of the steps under the port forces (P, m) in
     them."""
-    body = _start_of(discrete, modal)
+    body = _start_of(discrete, modal, seen)
     if grid is None or grid.is_uniform:
-        equal = EqualReplay(body, discrete.dt, seen)
+        equal = EqualReplay(body, discrete.dt)
         return equal, lambda part, force: equal.advance(force, discrete.loads[:, part], energies=energies)
     (lengths, levels), (means, rises) = grid.levels, find_loads(discrete.loads, grid.ends)
-    leaps = LeapReplay(body, discrete.dt * lengths.astype(np.float64), seen)
+    leaps = LeapReplay(body, discrete.dt * lengths.astype(np.float64))
     return leaps, lambda part, force: leaps.advance(
         force, means[:, part], levels[part], rises[:, part], energies=energies
     )
 
 
-def _start_of(discrete: Discrete, modal: ModalGreens) -> BodyAtStart:
+def _start_of(discrete: Discrete, modal: ModalGreens, seen: Array) -> BodyAtStart:
     state, relaxed = find_start(discrete, modal), find_relaxations(discrete, modal)
-    return BodyAtStart(modal, state, relaxed, discrete.rest, [load.shape for load in discrete.body.loads])
+    return BodyAtStart(modal, state, relaxed, discrete.rest, [load.shape for load in discrete.body.loads], seen)
 
 
 def find_relaxations(discrete: Discrete, modal: ModalGreens) -> Array:
@@ -307,7 +309,7 @@ def _sampled_motion(discrete: Discrete, weights: Array, force: Array, base: Moti
     u = base.displacement.copy()
     for i in range(ports):
         for j in range(ports):
-            u[i, 1:] += history.convolve(weights[i, j], force[j] - discrete.rest[j])
+            u[i, 1:] += convolve(weights[i, j], force[j] - discrete.rest[j])
     if np.any(discrete.rest):
         u += (body.greens.static_compliance() @ discrete.rest)[:, None]
     drift, modal = np.zeros(ports), discrete.kernel.modal  # the initial translation, of the part known by weights
@@ -333,20 +335,11 @@ def _wave_energy(rod: Rod, force: Array, dt: float, steps: int) -> tuple[Array, 
     """Return the (n + 1,) energies stored in a rod and lost at its far end, from the outgoing wave a = f/Z + R a(t - T)
     of power Z a^2, of which R^2 is reflected."""
     n, r = len(force), rod.reflection
-    a = reflected(force / rod.impedance, r, steps)
+    a = reflect(force / rod.impedance, r, steps)
     power = np.concatenate([[0.0], np.cumsum(rod.impedance * a**2 * dt)])
     now = np.arange(n + 1, dtype=np.float64)
     at_far_end, back = (np.interp(now - np.float64(ago), now, power) for ago in (steps / 2, steps))
     return (power - at_far_end) + r**2 * (at_far_end - back), (1 - r**2) * at_far_end
-
-
-@compiled()
-def reflected(f, r, steps):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """Return the outgoing wave a = f + R a(t - T) of a rod whose waves return after so many steps."""
-    out = f.copy()
-    for m in range(steps, f.size):
-        out[m] += r * out[m - steps]
-    return out
 
 
 class LiveLoads:

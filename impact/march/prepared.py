@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import partial
 
 import numpy as np
@@ -19,7 +19,6 @@ from impact.bodies.body import Body, ModalState
 from impact.greens.base import Array
 from impact.greens.modal import ModalGreens, Residual
 from impact.march import history, laws, motion, replay
-from impact.march import history as engines
 from impact.march.loop.marches import active_set
 from impact.march.problem import ContactError, ContactProblem, RigidContactError
 from impact.quantities import brief
@@ -123,37 +122,6 @@ MOST_STEPS = 2e8  # most steps of a run, which has some 10 arrays of this length
 
 
 @dataclass(frozen=True)
-class Prepared:
-    """A contact problem at a fixed step ``dt`` [s], ready for time integration.
-
-    Attributes:
-        bodies: the discretised bodies, striker first.
-        free: (n + 1, p) gaps under the preload only [m].
-        rest: (p,) contact forces of the static preload before t = 0 [N].
-        poles, weights: poles of the recursion, and (p, p, n) step weights of all else, (p, p, 0) if there is nothing
-            else.
-        own: (p, p) displacement by a unit force at the end of its own step, W_0 [m/N].
-        rules: (p,) codes of the contacts' step rules.
-        plan, flight: history engines of the bodies; rigid-body modes under loads, if there are any.
-    """
-
-    problem: ContactProblem
-    dt: float
-    steps: int
-    bodies: tuple[motion.Discrete, ...]
-    free: Array
-    rest: Array
-    poles: history.Poles
-    weights: Array
-    own: Array
-    rules: NDArray[np.int64]
-    plan: engines.Plan
-    flight: Flight | None = None
-
-    __repr__ = brief
-
-
-@dataclass(frozen=True)
 class Discretised:
     """A contact problem at a fixed step ``dt`` [s]: its bodies in their state at t = 0.
 
@@ -170,16 +138,37 @@ class Discretised:
     bodies: tuple[motion.Discrete, ...]
     rest: Array
     rules: NDArray[np.int64]
-    plan: engines.Plan
+    plan: history.Plan
 
     __repr__ = brief
 
-    def own(self, length: int = 1) -> Array:
+    def find_own(self, length: int = 1) -> Array:
         """Return W_0 (p, p), the displacement by a unit force at the end of its step of ``length`` dt [m/N]; that of
         bare springs for 0."""
         turns = (self.problem.directions(body.body) for body in self.bodies)
         parts = (t.T @ b.kernel.self_weight(length * self.dt) @ t for b, t in zip(self.bodies, turns, strict=True))
         return np.asarray(sum(parts))
+
+
+@dataclass(frozen=True)
+class Prepared(Discretised):
+    """A discretised contact problem with its motion without contact, ready for equal steps.
+
+    Attributes:
+        free: (n + 1, p) gaps under the preload only [m].
+        poles, weights: poles of the recursion, and (p, p, n) step weights of all else, (p, p, 0) if there is nothing
+            else.
+        own: (p, p) displacement by a unit force at the end of its own step, W_0 [m/N].
+        flight: rigid-body modes under loads, if there are any.
+    """
+
+    free: Array
+    poles: history.Poles
+    weights: Array
+    own: Array
+    flight: Flight | None = None
+
+    __repr__ = brief
 
 
 def discretise(
@@ -189,20 +178,19 @@ def discretise(
     rule: str = "auto",
     engine: history.Engine = "auto",
     block: int | None = None,
-    bodies: tuple[motion.Discrete, ...] | None = None,
+    bodies: tuple[motion.Discrete, ...] = (),
 ) -> Discretised:
     """Discretise the bodies over a ``duration`` [s] at the step ``dt`` [s]; arguments and errors as in `prepare`."""
     n, rules = step_count(dt, duration), _rules(problem, rule)
     _refuse_ill_posed(problem)
-    if bodies is None:
-        bodies = tuple(motion.Discrete.from_body(body, dt, n) for body in problem.bodies)
+    bodies = bodies or tuple(motion.Discrete.from_body(body, dt, n) for body in problem.bodies)
     stated = [(id(discrete.body), discrete.dt, discrete.loads.shape[1]) for discrete in bodies]
     if stated != [(id(body), dt, n) for body in problem.bodies]:
         raise ContactError(f"bodies must be those of the problem over {n} steps of {dt:g} s")
     rest = np.zeros(len(problem.contacts))
     if problem.preload:
         bodies, rest = _preloaded(problem, bodies, [problem.directions(b.body) for b in bodies])
-    plan = engines.choose([b.kernel for b in bodies], len(rest), n, engine, block)
+    plan = history.choose([b.kernel for b in bodies], len(rest), n, engine, block)
     return Discretised(problem, dt, n, bodies, rest, rules, plan)
 
 
@@ -213,7 +201,7 @@ def prepare(
     rule: str = "auto",
     engine: history.Engine = "auto",
     block: int | None = None,
-    bodies: tuple[motion.Discrete, ...] | None = None,
+    bodies: tuple[motion.Discrete, ...] = (),
 ) -> Prepared:
     """Discretise the bodies and their free motion over a ``duration`` [s] at the step ``dt`` [s].
 
@@ -227,19 +215,19 @@ def prepare(
 
 def find_free_motion(discretised: Discretised) -> Prepared:
     """Return the problem with its gaps without contact, ready for equal steps."""
-    d = discretised
-    problem, bodies, n, own = d.problem, d.bodies, d.steps, d.own()
+    known = {field.name: getattr(discretised, field.name) for field in fields(Discretised)}
+    problem, bodies, n, own = discretised.problem, discretised.bodies, discretised.steps, discretised.find_own()
     turns = [problem.directions(b.body) for b in bodies]
     gaps = _free_gaps(problem, bodies, turns, n)
     parts, flying = parted(bodies, turns)
-    poles, weights = _memory(parts, flying, turns, d.plan, own, n)
+    poles, weights = _memory(parts, flying, turns, discretised.plan, own, n)
     flight = None
     if flying:  # in the order of `_memory`
         psi = np.concatenate([(part.free.shapes @ part.turn).T for part in flying], axis=1)
         start = np.concatenate([part.start for part in flying], axis=1)
         drive = np.concatenate([part.drive for part in flying])
         flight = Flight(psi, start, drive, _free_gaps(problem, parts, turns, n))
-    return Prepared(problem, d.dt, n, bodies, gaps, d.rest, poles, weights, own, d.rules, d.plan, flight)
+    return Prepared(**known, free=gaps, poles=poles, weights=weights, own=own, flight=flight)
 
 
 def _free_gaps(problem: ContactProblem, bodies: tuple[motion.Discrete, ...], turns: list[Array], n: int) -> Array:
@@ -248,13 +236,12 @@ def _free_gaps(problem: ContactProblem, bodies: tuple[motion.Discrete, ...], tur
     for body, turn in zip(bodies, turns, strict=True):
         if body.moves_by_itself:
             gaps += (turn.T @ body.free_motion()).T
-    if (carried := problem.carried(np.asarray(bodies[0].dt * np.arange(n + 1), dtype=np.float64))) is not None:
-        gaps += carried
+    gaps += problem.carried(np.asarray(bodies[0].dt * np.arange(n + 1), dtype=np.float64))
     return gaps
 
 
 def _memory(
-    parts: tuple[motion.Discrete, ...], flying: list[Flying], turns: list[Array], plan: engines.Plan, own: Array, n: int
+    parts: tuple[motion.Discrete, ...], flying: list[Flying], turns: list[Array], plan: history.Plan, own: Array, n: int
 ) -> tuple[history.Poles, Array]:
     """Return the poles of the recursion, rigid-body modes of `Flying` always among them, and the (p, p, n) step weights
     of all else."""

@@ -161,10 +161,15 @@ class ContactProblem:
         """Return the striker, then the targets."""
         return (self.striker, *self.targets)
 
-    def carried(self, time: Array) -> Array | None:
-        """Return the (n, contacts) changes of the gaps by moving bases [m]; ``None`` if none moves."""
-        if all(body.base is None for body in self.bodies):
-            return None
+    @property
+    def is_carried(self) -> bool:
+        """Return whether the base of a body moves."""
+        return any(body.base is not None for body in self.bodies)
+
+    def carried(self, time: Array) -> Array:
+        """Return the (n, contacts) changes of the gaps by moving bases [m], zeros that take no memory if none moves."""
+        if not self.is_carried:
+            return np.broadcast_to(0.0, (len(time), len(self.contacts)))
         striker = self.striker.carried(time)
         return np.stack([c.side * (striker - c.target.carried(time)) for c in self.contacts], axis=1)
 

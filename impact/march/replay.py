@@ -53,13 +53,14 @@ class Block:
 @dataclass(frozen=True)
 class BodyAtStart:
     """A body of modes at t = 0: its modal ``state``, relaxations ``relaxed`` (R,) and forces ``held`` (P,) before, and
-    the (M,) modal shapes of its ``loads``."""
+    the (M,) modal shapes of its ``loads``. ``seen`` (o, P): weights of the sums over ports that a replay returns."""
 
     modal: ModalGreens
     state: ModalState
     relaxed: Array
     held: Array
     loads: Sequence[Array]
+    seen: Array
 
 
 class Replay(ABC):
@@ -68,12 +69,11 @@ class Replay(ABC):
     Each energy term is integrated by itself, pole by pole and step by step, none as a difference of others.
     """
 
-    def __init__(self, body: BodyAtStart, spans: Array, seen: Array | None = None) -> None:
-        """Begin at t = 0. ``spans`` (J,): lengths of the steps [s]; ``seen`` (o, P): weights of the sums over ports
-        whose displacements are returned, by default each port's own."""
+    def __init__(self, body: BodyAtStart, spans: Array) -> None:
+        """Begin at t = 0; ``spans`` (J,): lengths of the steps [s]."""
         modal, start, relaxed, held, loads = body.modal, body.state, body.relaxed, body.held, body.loads
         rest, self._ports = modal.residual, modal.shapes.shape[1]
-        self._seen = np.eye(self._ports) if seen is None else seen
+        self._seen = body.seen
         self._spans, self._rates = spans, (modal.omega, modal.zeta)
         self._shapes = np.vstack([modal.shapes.T, *loads])
         self._out = np.vstack([self._seen @ modal.shapes.T, *loads])
@@ -93,7 +93,7 @@ class Replay(ABC):
 
     @abstractmethod
     def _move_modes(
-        self, channels: Array, levels: NDArray[np.int64], rises: Array | None, u: Array, energies: Array | None
+        self, channels: Array, levels: NDArray[np.int64], rises: Array | None, u: Array, energies: Array
     ) -> Array:
         """Advance the modes under port forces and means of loads ``channels`` (P + L, m) and ``rises`` (L, m); add
         their displacements to ``u`` (o + L, m), the energies stored and lost to ``energies`` (2, m); return the (L, m)
@@ -120,7 +120,7 @@ class Replay(ABC):
         levels = np.zeros(m, dtype=np.int64) if levels is None else levels
         rises = rises if rises is not None and np.any(rises) else None
         u, energy = np.zeros((len(self._out), m)), np.zeros((2, m if energies else 0))
-        between = self._move_modes(np.concatenate([force, means]), levels, rises, u, energy if energies else None)
+        between = self._move_modes(np.concatenate([force, means]), levels, rises, u, energy)
         stored, lost = energy
         relaxes = self._y.size > 0 and bool(np.any(self._y) or np.any(force))
         for part in blocks(m, self._tile) if relaxes else ():
@@ -146,9 +146,9 @@ class EqualReplay(Replay):
     """A replay in equal steps: oscillators side by side in registers, rigid-body modes with the round-off of their
     sums."""
 
-    def __init__(self, body: BodyAtStart, dt: float, seen: Array | None = None) -> None:
+    def __init__(self, body: BodyAtStart, dt: float) -> None:
         """Begin as `Replay` does, with steps of ``dt`` [s]."""
-        super().__init__(body, np.array([dt]), seen)
+        super().__init__(body, np.array([dt]))
         modal, start = body.modal, body.state
         rigid, self._dt = modal.omega == 0, dt
         omega, zeta = self._rates = modal.omega[~rigid], modal.zeta[~rigid]
@@ -174,17 +174,17 @@ class EqualReplay(Replay):
         return 0.5 * (swinging + float(sum((body[1] + self._dt * (body[2] + body[3])) ** 2 for body in self._bodies)))
 
     def _move_modes(
-        self, channels: Array, levels: NDArray[np.int64], rises: Array | None, u: Array, energies: Array | None
+        self, channels: Array, levels: NDArray[np.int64], rises: Array | None, u: Array, energies: Array
     ) -> Array:
         for body, seen, moved in zip(self._bodies, self._rigid, self._moved, strict=True):
             places, rates = np.empty((2, channels.shape[1]))
             translate(self._dt, body, seen @ channels, places, rates)
             u += moved[:, None] * places
-            if energies is not None:
+            if energies.size:
                 energies[0] += 0.5 * rates**2
         for part in blocks(channels.shape[1], self._tile) if self._q.size else ():
             q = _modal_forces(channels[:, part], self._shapes, self._buffers[0])
-            self._oscillate(q, None if energies is None else energies[:, part])
+            self._oscillate(q, energies[:, part])
             u[:, part] += self._out @ q.T
         return u[len(self._seen) :]
 
@@ -199,11 +199,11 @@ class EqualReplay(Replay):
         self._y *= np.exp(-self._relaxing[0, 3] * self._dt * steps)
         self._last = np.zeros(self._ports)
 
-    def _oscillate(self, pushed: Array, total: Array | None) -> None:
-        """Turn modal forces (m, K) into coordinates; add the energies stored and lost to ``total`` (2, m)."""
-        form, energies = (None, None) if total is None else (self._form, np.zeros(total.shape))
+    def _oscillate(self, pushed: Array, total: Array) -> None:
+        """Turn modal forces (m, K) into coordinates; add energies stored and lost to ``total`` (2, m) or (2, 0)."""
+        form, energies = (self._form, np.zeros(total.shape)) if total.size else (None, None)
         oscillate(self._steps, form, self._q, self._p, pushed, energies)
-        if total is not None and energies is not None:
+        if energies is not None:
             total += energies
 
     def coordinates(self, force: Array, loads: Array, stride: int) -> Array:
@@ -217,7 +217,7 @@ class EqualReplay(Replay):
         for part in blocks(force.shape[1], self._tile):
             q = _modal_forces(channels[:, part], self._shapes, self._buffers[0])
             y = _modal_forces(force[:, part], self._amplitudes, self._buffers[1])
-            self._oscillate(q, None)
+            self._oscillate(q, np.zeros((2, 0)))
             relax(np.zeros(len(y), dtype=np.int64), self._relaxing, self._y, y, none, none)
             first, rows = -(part.start + 1) % stride, slice(part.start // stride, part.stop // stride)
             coordinates[rows, np.flatnonzero(~self._is_rigid)] = q[first::stride, :swinging]
@@ -228,9 +228,9 @@ class EqualReplay(Replay):
 class LeapReplay(Replay):
     """A replay in steps of several lengths, as `impact.march.ladder` takes them."""
 
-    def __init__(self, body: BodyAtStart, spans: Array, seen: Array | None = None) -> None:
+    def __init__(self, body: BodyAtStart, spans: Array) -> None:
         """Begin as `Replay` does."""
-        super().__init__(body, spans, seen)
+        super().__init__(body, spans)
         start = body.state
         self._steps = np.array([_find_step(float(span), *self._rates) for span in spans])
         self._q, self._v = start.displacement.astype(float), start.velocity.astype(float)
@@ -246,12 +246,11 @@ class LeapReplay(Replay):
         return 0.5 * float(np.sum(self._v**2) + np.sum((self._rates[0] * self._q) ** 2))
 
     def _move_modes(
-        self, channels: Array, levels: NDArray[np.int64], rises: Array | None, u: Array, energies: Array | None
+        self, channels: Array, levels: NDArray[np.int64], rises: Array | None, u: Array, energies: Array
     ) -> Array:
-        between, form = np.zeros((len(channels) - self._ports, channels.shape[1])), None
-        stored, lost = np.zeros((2, channels.shape[1])) if energies is None else energies
-        if energies is not None:
-            form = self._form
+        between = np.zeros((len(channels) - self._ports, channels.shape[1]))
+        form = self._form if energies.size else None
+        stored, lost = energies if energies.size else np.zeros((2, channels.shape[1]))
         for part in blocks(channels.shape[1], self._tile):
             q = _modal_forces(channels[:, part], self._shapes, self._buffers[0])
             f = None if rises is None else np.ascontiguousarray(rises[:, part].T @ self._shapes[self._ports :])

@@ -41,7 +41,7 @@ class Rows(TimeGrid):
 
 
 @dataclass(frozen=True)
-class Marched(AtEqualSteps):
+class MarchRun(AtEqualSteps):
     """A run without energies: its forces and gaps, and what they act on.
 
     Attributes:
@@ -114,7 +114,7 @@ class Replayed:
         gap: (N + 1, p) gaps [m], by which the striker is above the targets; ``None``: those of the targets are meant.
     """
 
-    run: Marched
+    run: MarchRun
     weights: Array
     gap: Array | None = None
 

@@ -18,14 +18,13 @@ from numpy.typing import NDArray
 from impact.bodies.body import Body, Load
 from impact.greens.base import Array
 from impact.march import history, laws, motion
+from impact.march.grid import FOLLOW, foreseen
 from impact.march.loop.marches import linear_laws, march_many, march_one
 from impact.march.prepared import BLOCK as FLIGHT
 from impact.march.prepared import Pilot, Prepared
 from impact.march.problem import Contact, ContactError
-from impact.march.rows import Marched, Rows, find_seats
+from impact.march.rows import MarchRun, Rows, find_seats
 from impact.quantities import brief
-
-FOLLOW = 32  # steps during which a load that depends on the opening keeps its value at their middle
 
 
 @dataclass(frozen=True)
@@ -169,7 +168,7 @@ class ContactStepper:
             **({"fed": self.live.fed} if self.live.fed.size else {}),
         }
 
-    def marched(self) -> Marched:
+    def record_run(self) -> MarchRun:
         """Return the run up to the present step."""
         s, n = self.prepared, self.done
         force = np.concatenate([s.rest[None], self.force[:n]])
@@ -177,7 +176,7 @@ class ContactStepper:
         striker = replace(s.bodies[0], loads=s.bodies[0].loads[:, :n] + self.live.amplitudes[:, :n])
         others = (replace(body, loads=body.loads[:, :n]) for body in s.bodies[1:])
         rows = Rows(s.dt, np.arange(n + 1), force, self.gap[: n + 1], film)
-        return Marched(s.problem, (striker, *others), s.own, rows, s.plan.words, self.unsolved)
+        return MarchRun(s.problem, (striker, *others), s.own, rows, s.plan.words, self.unsolved)
 
     def checkpoint(self) -> dict[str, Array]:
         """Return the complete present state as arrays; `impact.storage.hdf5` writes it to a file."""
@@ -285,14 +284,6 @@ def march_numbers(parameters: Sequence[laws.Parameters]) -> Array:
     for row, values in zip(numbers, parameters, strict=True):
         row[: len(values)] = values
     return numbers
-
-
-def foreseen(opening: Array) -> tuple[NDArray[np.int64], Array]:
-    """Return the steps after which loads are updated, and the mean opening [m] that `impact.ContactStepper`
-    extrapolates then for `FOLLOW` steps, from the ``opening`` (n + 1,)."""
-    first = np.arange(0, len(opening) - 1, FOLLOW)
-    now, before = opening[first], opening[np.maximum(first - 1, 0)]
-    return first, np.asarray(now + FOLLOW / 2 * (now - before))
 
 
 def with_recorded_loads(body: Body, opening: Array, dt: float) -> Body:

@@ -18,7 +18,7 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from impact.bodies.time_series import SECONDS, Stated
+from impact.bodies.time_series import NOTHING_STATED, SECONDS, Stated
 from impact.files.csv_table import CsvTable, needed_csv, normal_unit
 from impact.greens.base import Array, ComplexArray, GreensFunction, GreensFunctionError
 from impact.greens.sampled import Pretrigger, SampledGreens, Tail
@@ -40,9 +40,9 @@ def read_impulse_response(
     pretrigger: Pretrigger = "refuse",
     port_name: str = "contact",
     static: Array | None = None,
-    delimiter: str | None = None,
-    columns: Stated | None = None,
-    units: Stated | None = None,
+    delimiter: str = "",
+    columns: Stated = NOTHING_STATED,
+    units: Stated = NOTHING_STATED,
 ) -> SampledGreens:
     """Read g(t) from two columns under a header such as ``time [us],impulse_response [um/(N s)]``.
 
@@ -56,7 +56,7 @@ def read_impulse_response(
     """
     table = needed_csv(path, GreensFunctionError, _LIKE_IMPULSE, delimiter)
     known = {"time": SECONDS, "impulse_response": _UNITS}
-    samples, factors = table.quantities(known, columns or {}, units or {})
+    samples, factors = table.quantities(known, columns, units)
     time, values = samples.T * factors[:, None]
     try:
         return SampledGreens.from_series(
@@ -309,7 +309,7 @@ def receptance(
     kind: Kind,
     *,
     port_names: tuple[str, ...] = ("contact",),
-    origin: Mapping[str, object] | None = None,
+    origin: Mapping[str, object] = NOTHING_STATED,
     deviation: ArrayLike | None = None,
 ) -> FrequencyResponse:
     """Return the receptance from mobility [m/(N s)] or accelerance [1/kg], divided by (i w) or (i w)^2, without 0 Hz.
@@ -322,7 +322,7 @@ def receptance(
     positive = f > 0
     f, h = f[positive], h[positive]
     divisor = ((2j * np.pi * f) ** _ORDER[kind]).reshape(-1, *[1] * (h.ndim - 1))
-    provenance = {"kind": "measured", "measured_as": kind} | dict(origin or {})
+    provenance = {"kind": "measured", "measured_as": kind} | dict(origin)
     noise = None if deviation is None else np.asarray(deviation, dtype=float)[positive] / np.abs(divisor)
     return FrequencyResponse(f, h / divisor, port_names, origin=provenance, measured_as=kind, deviation=noise)
 
@@ -331,9 +331,9 @@ def read_frf(
     path: str | os.PathLike[str],
     *,
     port_name: str = "contact",
-    delimiter: str | None = None,
-    columns: Stated | None = None,
-    units: Stated | None = None,
+    delimiter: str = "",
+    columns: Stated = NOTHING_STATED,
+    units: Stated = NOTHING_STATED,
     quantity: Kind | None = None,
     averages: int | None = None,
 ) -> FrequencyResponse:
@@ -358,7 +358,6 @@ def read_frf(
             number, values that `FrequencyResponse` refuses.
     """
     table = needed_csv(path, FrequencyResponseError, _LIKE.removeprefix("must be like "), delimiter)
-    columns, units = columns or {}, units or {}
     if unknown := sorted({*columns} - {*_ROLES}) + sorted({*units} - {"frequency", "response", "phase"}):
         roles = f"columns has {', '.join(_ROLES)}, units has frequency, response and phase"
         raise FrequencyResponseError(f"{table.path}: {unknown[0]!r} is no role: {roles}: remove it")

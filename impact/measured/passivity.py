@@ -92,8 +92,8 @@ def passivity(
     """
     increments = work_increments(greens, dt, n)
     n = increments.shape[2]
-    symbol = work_spectrum(increments)
-    fejer = work_spectrum(increments * (1 - np.arange(n) / n))
+    symbol = work_spectrum(increments, grid_size(n))
+    fejer = work_spectrum(increments * (1 - np.arange(n) / n), grid_size(n))
     mean = eigenvalues(fejer)
     largest = float(max(mean.max(), increments[:, :, 0].trace(), 1e-300))
     worst = int(np.argmin(mean[:, 0]))
@@ -145,9 +145,8 @@ def work_increments(greens: GreensFunction | ArrayLike, dt: float, n: int | None
     return np.asarray(np.diff(weights, axis=2, prepend=0.0))
 
 
-def work_spectrum(increments: Array, size: int | None = None) -> Array:
+def work_spectrum(increments: Array, size: int) -> Array:
     """Return Re sum_m D_m exp(-i m theta) (k, p, p) on theta = 0 ... pi; the grid is 4 to 8 times finer than 2 pi/n."""
-    size = size or grid_size(increments.shape[2])
     transformed = np.fft.rfft(increments, size, axis=2).real
     both = (transformed + transformed.transpose(1, 0, 2)) / 2
     return np.ascontiguousarray(both.transpose(2, 0, 1))

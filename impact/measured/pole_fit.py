@@ -129,7 +129,7 @@ def fit_response(
     if unexplained > MOST_UNEXPLAINED:
         raise frf.FrequencyResponseError(
             f"the fit misses {unexplained:.0%} of the response beyond its noise, with {len(poles.pairs)} pole pairs, "
-            f"most of it {in_words(ranges) or 'at all lines'}: check units and phase, or leave these lines out"
+            f"most of it {describe_ranges(ranges) or 'at all lines'}: check units and phase, or leave these lines out"
         )
     noise = _noise_of_draws(data, deviation, residual)
     count = DRAWS // len(names) if draws is None else draws
@@ -318,7 +318,7 @@ def _ranges_of(data: FitData, residual: ComplexArray) -> tuple[list[tuple[float,
     return [(float(f[lines[0]]), float(f[lines[-1]])) for lines in runs[:_RANGES]], worst
 
 
-def in_words(ranges: list[tuple[float, float]]) -> str:
+def describe_ranges(ranges: list[tuple[float, float]]) -> str:
     """Return ranges of lines as text: "from 1200 to 1310 Hz, from 4 to 4.1 kHz"."""
     return ", ".join(f"from {low:.4g} to {high:.4g} Hz" for low, high in ranges)
 

@@ -62,7 +62,7 @@ class PictureError(RuntimeError):
     """Error of a picture that cannot be drawn; the message names what is missing and the command that repairs it."""
 
 
-def gap_of(draw: Callable[[Path], object], path: Path) -> str:
+def try_draw(draw: Callable[[Path], object], path: Path) -> str:
     """Draw ``path``; return the reason if it cannot be drawn, by any error of its libraries, or ""."""
     try:
         draw(path)

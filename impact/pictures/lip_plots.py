@@ -22,11 +22,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-MOST: Final = 10  # largest number of landings that are marked, the hardest
-FEW: Final = 20  # least width of the view of an enlarged landing, in filter widths
+MOST_MARKS: Final = 10  # largest number of landings that are marked, the hardest
+LEAST_VIEW: Final = 20  # least width of the view of an enlarged landing, in filter widths
 COLOUR: Final = PURPLE
-APART: Final = 0.02  # least distance of numbered marks over the width of axes; of closer ones the hardest is numbered
-ROOM: Final = 0.12  # space for numbers above the curves, over their height
+LEAST_DISTANCE: Final = 0.02  # of numbered marks over the width of axes; of closer ones the hardest is numbered
+NUMBER_SPACE: Final = 0.12  # space for numbers above the curves, over their height
 Body = Literal["seat", "stopper"]
 BODIES: Final[tuple[Body, ...]] = ("seat", "stopper")
 SHAPES: Final[Mapping[Body, str]] = {"seat": "v", "stopper": "^"}
@@ -57,7 +57,7 @@ def landing_marks(records: Sequence[Mapping[str, object]], body: Body = "seat") 
     complete = sorted((row for row in numbers if len(row) == len(keys)), key=lambda row: -row[0])
     return tuple(
         LandingMark(body, int(number), start, start + duration, peak_time, peak, rank == 0)
-        for rank, (_, number, start, duration, peak_time, peak) in enumerate(complete[:MOST])
+        for rank, (_, number, start, duration, peak_time, peak) in enumerate(complete[:MOST_MARKS])
     )
 
 
@@ -92,7 +92,7 @@ def _landing_window(marks: Sequence[LandingMark], margin: float, width: float) -
     mark = next((mark for mark in marks if mark.hardest), None)
     if mark is None:
         return None
-    extra = max(margin * (mark.end - mark.start), (FEW * width - (mark.end - mark.start)) / 2, 2 * width)
+    extra = max(margin * (mark.end - mark.start), (LEAST_VIEW * width - (mark.end - mark.start)) / 2, 2 * width)
     return max(mark.start - extra, 0.0), mark.end + extra
 
 
@@ -100,7 +100,7 @@ def draw_marks(axes: Axes, marks: Sequence[LandingMark], place: Callable[[Landin
     """Draw the ``marks`` of one body, numbered, at their ``place`` in the units of the axes, with one legend entry."""
     label = {"seat": "landing (filled: the hardest)", "stopper": "landing on the stopper"}
     numbered: list[float] = []
-    least = APART * abs(axes.get_xlim()[1] - axes.get_xlim()[0])
+    least = LEAST_DISTANCE * abs(axes.get_xlim()[1] - axes.get_xlim()[0])
     for mark in marks:
         filled, (along, above) = mark.hardest and mark.body == "seat", place(mark)
         shown, size, order = (COLOUR, 7.5, 5.1) if filled else ("white", 5.0, 5.0)
@@ -114,7 +114,7 @@ def draw_marks(axes: Axes, marks: Sequence[LandingMark], place: Callable[[Landin
             axes.annotate(f"{mark.number}", (along, above), **moved)
     if marks:
         low, high = axes.get_ylim()
-        axes.set_ylim(low, high + ROOM * (high - low))
+        axes.set_ylim(low, high + NUMBER_SPACE * (high - low))
 
 
 def value_at(run: ImpactResult, values: Array, time: float) -> float:

@@ -121,7 +121,7 @@ def solve_many(
         for task in as_completed([pool.submit(run, group) for group in groups]):
             finished += task.result()
             progress("stepping", finished / count)
-    peak, filtered, impulse, first_contact, lasting, groups_of, approach, ends = results
+    peak, filtered, impulse, first_contact, durations, groups_of, approach, ends = results
     if isinstance(contact.law, PlainLaw):
         contact.law.check()
     pair, rebound = ((problem.striker, contact.striker_port), (contact.target, contact.port)), np.full(count, np.nan)
@@ -133,7 +133,7 @@ def solve_many(
         filtered_peak_force=None if filter_width is None else filtered,
         impulse=impulse,
         first_contact=first_contact,
-        contact_duration=lasting,
+        contact_duration=durations,
         contact_count=groups_of.astype(np.int64),
         impact_velocity=np.where(no_contact, np.nan, approach),
         rebound_velocity=np.where(no_contact, np.nan, rebound),

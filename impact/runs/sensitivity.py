@@ -22,7 +22,7 @@ from typing import Final
 
 import numpy as np
 
-from impact.greens.base import Array
+from impact.greens.base import Array, convolve
 from impact.march import history, laws
 from impact.march.loop.joints import forces_along
 from impact.march.prepared import Prepared
@@ -33,7 +33,7 @@ STEP: Final = 1e-5
 """Half width of central differences of a law, over the penetration; errors are its square, and eps over it."""
 LEVEL: Final = 1e-9
 """Relative distance from the deepest closure within which a joint is on its loading branch."""
-SAME: Final = 1e-6
+SOLVED: Final = 1e-6
 """Largest difference of a step's force from the law's, over the largest force, at which the run counts as solved."""
 
 
@@ -61,8 +61,8 @@ def why_not(stepper: ContactStepper) -> str:
         return "a law of one's own"
     known = _Law(stepper)
     off = np.abs(known.forces(stepper.prepared) - stepper.force)[:, ~known.rigid]
-    if off.size and off.max() > SAME * np.abs(stepper.force).max():
-        return f"forces that were not found to {SAME:g}"
+    if off.size and off.max() > SOLVED * np.abs(stepper.force).max():
+        return f"forces that were not found to {SOLVED:g}"
     return ""
 
 
@@ -92,7 +92,7 @@ def force_sensitivities(stepper: ContactStepper, neighbours: Sequence[Neighbours
             else:
                 gaps, own = other.free.copy(), step_weights(other)
                 for c, d in np.ndindex(p, p):
-                    gaps[1:, c] += history.convolve(own[c, d], stepper.force[:, d])
+                    gaps[1:, c] += convolve(own[c, d], stepper.force[:, d])
             sides.append((gaps, law.forces(other)))
         moved[number] = (sides[1][0] - sides[0][0]) / pair.width
         pushed[number] = (sides[1][1] - sides[0][1]) / pair.width
@@ -147,12 +147,12 @@ class _Law:
         self.by_start = self._slope(s, none, at_start, np.where(joined & remembered, at_start, 0.0))
         self.by_deepest = self._slope(s, none, none, np.where(remembered & ~joined, at_deepest, 0.0))
 
-    def forces(self, prepared: Prepared, end: Array | None = None, start: Array | None = None,
-               deepest: Array | None = None) -> Array:  # fmt: skip
-        """Return the (n, p) forces of the laws and weights of a problem at these penetrations, by default the run's;
-        zero in open steps and for rigid contacts."""
-        end, start = self.end if end is None else end, self.start if start is None else start
-        deepest = self.deepest if deepest is None else deepest
+    def forces(self, prepared: Prepared) -> Array:
+        """Return the (n, p) forces of the laws and weights of a problem at the penetrations of the run."""
+        return self._forces_at(prepared, self.end, self.start, self.deepest)
+
+    def _forces_at(self, prepared: Prepared, end: Array, start: Array, deepest: Array) -> Array:
+        """Return the same at other penetrations; zero in open steps and for rigid contacts."""
         contacts, out = prepared.problem.contacts, np.zeros_like(self.end)
         numbers, together = march_numbers([c.law.parameters for c in contacts]), np.abs(prepared.own).sum(axis=1)
         for c in np.flatnonzero(~self.rigid):
@@ -165,8 +165,8 @@ class _Law:
 
     def _slope(self, s: Prepared, end: Array, start: Array, deepest: Array) -> Array:
         """Return the derivative of the forces along these small changes of penetrations, over the largest of them."""
-        above = self.forces(s, self.end + end, self.start + start, self.deepest + deepest)
-        below = self.forces(s, self.end - end, self.start - start, self.deepest - deepest)
+        above = self._forces_at(s, self.end + end, self.start + start, self.deepest + deepest)
+        below = self._forces_at(s, self.end - end, self.start - start, self.deepest - deepest)
         size = np.maximum(np.maximum(end, start), deepest)
         return np.asarray(np.divide(above - below, 2 * size, out=np.zeros_like(size), where=size > 0))
 

@@ -31,7 +31,7 @@ from impact.march.ladder import begin_march, finish_march, march
 from impact.march.motion import Discrete, Motion
 from impact.march.prepared import discretise
 from impact.march.problem import ContactError, ContactProblem
-from impact.march.rows import Marched, Replayed, Rows, find_ports
+from impact.march.rows import MarchRun, Replayed, Rows, find_ports
 from impact.march.stepper import ContactStepper
 from impact.measured.frf import sampling_advice
 from impact.notices import Advice, Progress, silent
@@ -162,7 +162,7 @@ def solve(
     rule: str = "auto",
     engine: Engine = "auto",
     block: int | None = None,
-    bodies: tuple[Discrete, ...] | None = None,
+    bodies: tuple[Discrete, ...] = (),
     equal_steps: bool = False,
     progress: Progress = silent,
 ) -> ImpactResult:
@@ -189,17 +189,16 @@ def solve(
     return collect(finish_march(begin_march(discretised, equal_steps=equal_steps), progress))
 
 
-def collect(march: ContactStepper | Marched) -> ImpactResult:
+def collect(march: ContactStepper | MarchRun) -> ImpactResult:
     """Return the result of the steps marched so far; raises `ContactError` if a history is not finite."""
-    run = march.marched() if isinstance(march, ContactStepper) else march
+    run = march.record_run() if isinstance(march, ContactStepper) else march
     run = replace(run, rows=run.rows.of_forces())
     del march  # its gaps are made again from the forces, and a history of many contacts is large
     rows, bodies, problem = run.rows, run.bodies, run.problem
     whole, time, force = rows.force, rows.time, rows.force[1:]
     carried, gap, at_start = problem.carried(time), np.zeros_like(whole), list[Array]()
     gap += np.array([c.gap for c in problem.contacts])
-    if carried is not None:
-        gap += carried
+    gap += carried
     single = len(run.rest) == 1
     displaced = np.zeros((2, *(gap.shape if single or gap.size <= LARGE else (0, 0))))  # of striker and targets
 
@@ -222,8 +221,7 @@ def collect(march: ContactStepper | Marched) -> ImpactResult:
         at_start += [body.body.greens.static_compliance() @ body.rest for body in bodies]
     deflection = max(float(np.abs(moved).max()) for moved in at_start)
     film = rows.film[1:] if rows.film.size else None
-    energy = ledger(problem, energies, force, gap, film, carried)
-    single = len(run.rest) == 1
+    energy = ledger(problem, energies, force, gap, carried, film)
     pulls = None if film is None else rows.film
     solid = force if film is None else force - film
     first = problem.contacts[0]
@@ -271,7 +269,7 @@ def _speed_at_start(body: Body, port: str | int, dt: float) -> float:
     return body.velocity_of(port) + float(end - start) / dt
 
 
-def _advice(s: Marched, energy: EnergyLedger) -> Iterator[Advice]:
+def _advice(s: MarchRun, energy: EnergyLedger) -> Iterator[Advice]:
     for number, body in enumerate(s.bodies):
         g = body.body.greens
         name = "striker" if number == 0 else "target"
@@ -332,7 +330,7 @@ def error_budget(
     that source, and the bar is 1.5 times their sum (`impact.Budget`). This includes chattering contacts, for which a
     bound on the error of g does not bound the measures. The sources:
 
-    - "time_step": two and four times the step, and half of it (`impact.runs.variations.left_by_step`); of a duration
+    - "time_step": two and four times the step, and half of it (`impact.runs.variations.find_step_error`); of a duration
       at least the step, as these measures count whole steps;
     - "striker reduction", "target reduction": g larger by its ``error_estimate.reduction``, and the highest modes of a
       `ModalGreens`, those above 1/1.6 and 1/2.5 of the highest frequency, moved into its residual (a filter shorter
@@ -376,7 +374,7 @@ def error_budget(
     values = values_of(result)
     finer = times(2.0, changes(values, run(problem, step / 2)))
     finer = {name: max(each, step) if "duration" in name and values[name] else each for name, each in finer.items()}
-    return budget_of(run, problem, values, step, sources, filter_width=filter_width, finer=[finer])
+    return budget_of(run, problem, values, step, sources, filter_width=filter_width or math.inf, finer=[finer])
 
 
 def _standard(problem: ContactProblem, filter_width: float | None) -> Mapping[str, Measure]:

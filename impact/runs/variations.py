@@ -131,17 +131,17 @@ def budget_of(
     dt: float,
     sources: Mapping[str, Terms | None],
     *,
-    filter_width: float | None = None,
+    filter_width: float = math.inf,
     finer: Sequence[Values] = (),
     threads: int = 1,
 ) -> Budget:
     """Return the errors by the time step and by the ``sources`` in ``values``, the measures of ``problem`` at the step
     ``dt`` [s].
 
-    The error by the step is `left_by_step`, or what ``finer`` steps tell if that is larger. The sources are compared at
-    the doubled step, if it resolves the filter of ``filter_width`` [s]; an unknown source is ``None``. ``run`` returns
-    the same measures of a problem; a missing measure counts as an infinite error. ``threads``: parallel runs; the
-    compiled time loop holds no interpreter lock.
+    The error by the step is `find_step_error`, or what ``finer`` steps tell if that is larger. The sources are compared
+    at the doubled step, if it resolves the filter of ``filter_width`` [s], infinite without one; an unknown source is
+    ``None``. ``run`` returns the same measures of a problem; a missing measure counts as an infinite error.
+    ``threads``: parallel runs; the compiled time loop holds no interpreter lock.
     """
     step = 2 * dt if _may_double(dt, filter_width) else dt
     variations = [one for terms in sources.values() for term in terms or () for one in term]
@@ -161,7 +161,7 @@ def budget_of(
     def between(other: float) -> Values:
         return changes(values, results[id(problem), other])
 
-    of_step = left_by_step(dt, filter_width, between)
+    of_step = find_step_error(dt, filter_width, between)
     of_step = {name: max([value, *(each.get(name, 0.0) for each in finer)]) for name, value in of_step.items()}
     parts: dict[str, Values] = {}
     for source, terms in sources.items():
@@ -173,7 +173,7 @@ def budget_of(
     return Budget(values, {**parts, "time_step": of_step}, (*sources, "time_step"))
 
 
-def left_by_step(dt: float, filter_width: float | None, between: Callable[[float], Values]) -> Values:
+def find_step_error(dt: float, filter_width: float, between: Callable[[float], Values]) -> Values:
     """Return the errors by a step ``dt``; ``between``: function that returns the changes from it to another step [s].
 
     The integration is of first order where the force jumps, so a step twice as long changes as much as the error, and
@@ -185,15 +185,15 @@ def left_by_step(dt: float, filter_width: float | None, between: Callable[[float
     return larger(between(doubled[0]), error) if doubled else error
 
 
-def _compared_steps(dt: float, filter_width: float | None) -> tuple[float, ...]:
+def _compared_steps(dt: float, filter_width: float) -> tuple[float, ...]:
     """Return the steps with which ``dt`` is compared: four times it or half of it, and twice it if that is resolved."""
-    first = 4 * dt if filter_width is None or FINE * dt <= filter_width else dt / 2
+    first = 4 * dt if FINE * dt <= filter_width else dt / 2
     return (first, 2 * dt) if _may_double(dt, filter_width) else (first,)
 
 
-def _may_double(dt: float, filter_width: float | None) -> bool:
+def _may_double(dt: float, filter_width: float) -> bool:
     """Return whether a step twice as long resolves the filter."""
-    return filter_width is None or 4 * dt <= filter_width
+    return 4 * dt <= filter_width
 
 
 def with_body(problem: ContactProblem, old: Body, new: Body) -> ContactProblem:

@@ -290,7 +290,7 @@ def opened(path: str | os.PathLike[str], content: str, *, sealed: bool = False) 
 def _check_numbers(file: Any) -> None:
     """Raise `_Damage` naming the attribute, or key of the provenance, of a group that must be a number and is none."""
     groups = [("", file)]
-    file.visititems(lambda name, found: groups.append((name, found)) if isinstance(found, h5py.Group) else None)
+    file.visititems(lambda name, member: groups.append((name, member)) if isinstance(member, h5py.Group) else None)
     if (parts := sum("kind" in group.attrs for _, group in groups)) > MOST_PARTS:
         raise _Damage(f"{parts} parts of sums, must be at most {MOST_PARTS}")
     for name, group in groups:
@@ -335,7 +335,7 @@ def _known(value: float) -> float | None:
     return None if np.isnan(value) else float(value)
 
 
-SAME = 1e-9  # largest relative difference at which two discretised problems count as the same
+SAME_PROBLEM = 1e-9  # largest relative difference at which two discretised problems count as the same
 _PARTS = ("problem", "state")
 
 
@@ -359,11 +359,11 @@ def restore_checkpoint(stepper: ContactStepper, path: str | os.PathLike[str]) ->
         theirs, state = ({name: finite_array(file[part], name) for name in file[part]} for part in _PARTS)
     mine = _identity(stepper)
     alike = [name for name in mine.keys() & theirs.keys() if mine[name].shape == theirs[name].shape]
-    same = [name for name in alike if np.allclose(mine[name], theirs[name], rtol=SAME, atol=SAME)]
+    same = [name for name in alike if np.allclose(mine[name], theirs[name], rtol=SAME_PROBLEM, atol=SAME_PROBLEM)]
     differing = [name for name in mine if name not in same]
     if differing:
         raise StorageError(
-            f"{path}: checkpoint of another problem: {', '.join(differing)} differ by more than {SAME:g}; "
+            f"{path}: checkpoint of another problem: {', '.join(differing)} differ by more than {SAME_PROBLEM:g}; "
             "prepare the problem exactly as it was when the checkpoint was written"
         )
     try:

@@ -87,7 +87,7 @@ def faces(
         with whole_file(path) as temporary:
             temporary.write_text(terminal_tables.faces_csv(geometry), encoding="utf-8")
     else:
-        gap = gap or drawing.gap_of(lambda file: faces_picture.draw_faces(geometry, file), path)
+        gap = gap or drawing.try_draw(lambda file: faces_picture.draw_faces(geometry, file), path)
     if common.quiet:
         return FAILED if gap and output else DONE
     console().print(terminal_tables.faces_table(geometry))

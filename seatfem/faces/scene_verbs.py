@@ -174,7 +174,7 @@ def trade(
     trade_report.write_trade(result, *files)
     terminal = lines(quiet=common.quiet)
     terminal.print(trade_report.in_words(result))
-    gap = chart_drawing.gap_of(lambda path: trade_report.draw_trade(result, path), folder / "trade.png")
+    gap = chart_drawing.try_draw(lambda path: trade_report.draw_trade(result, path), folder / "trade.png")
     print_outcome(terminal, (), [gap], files if gap else [*files, folder / "trade.png"])
     return DONE
 

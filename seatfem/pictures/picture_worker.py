@@ -5,7 +5,7 @@ import os
 import pickle
 from pathlib import Path
 
-from impact.pictures.drawing import gap_of, load_matplotlib
+from impact.pictures.drawing import load_matplotlib, try_draw
 from seatfem.pictures.rendering import TRIED, load_pyvista, new_plotter
 
 
@@ -18,7 +18,7 @@ def reply(text: str) -> str:
     def draw(path: Path) -> None:
         pickle.loads(Path(drawing).read_bytes())(path=path)
 
-    return gap_of(draw if drawing else _load, Path(picture))
+    return try_draw(draw if drawing else _load, Path(picture))
 
 
 def _load(_: Path) -> None:

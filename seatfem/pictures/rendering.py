@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from impact.files.safe_files import whole_file
 from impact.names import how_to_mend
-from impact.pictures.drawing import PictureError, gap_of
+from impact.pictures.drawing import PictureError, try_draw
 from seatfem.jobs import crew, folders
 from seatfem.machine.libraries import picture_library_gap, select_offscreen_window
 
@@ -244,8 +244,8 @@ class Painter:
         """Copy a picture into ``folder`` when it is drawn; return the reason if it could not be drawn, else ""."""
         drawn = self._drawn[name]
         if not isinstance(drawn, Future):
-            return gap_of(lambda path: drawn(path=path), folder / name)
-        return drawn.result() or gap_of(lambda path: _moved(self._private / name, path), folder / name)
+            return try_draw(lambda path: drawn(path=path), folder / name)
+        return drawn.result() or try_draw(lambda path: _moved(self._private / name, path), folder / name)
 
     def end(self) -> None:
         """Draw no more pictures; the worker ends with its crew."""

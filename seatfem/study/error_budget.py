@@ -15,10 +15,9 @@ from typing import Final, get_args
 import numpy as np
 
 import impact
-from impact.after.histories import closed_steps, largest_average
+from impact.after.histories import ReedStress, closed_steps, largest_average
 from impact.after.landings import JUMP, Landing
 from impact.after.measures import first_is_cut
-from impact.after.stresses import ReedStress
 from impact.bodies.time_series import TimeSeriesError
 from impact.greens.base import Array
 from impact.march.problem import ContactProblem

@@ -24,7 +24,7 @@ from printed_march import (
 )
 from scipy.integrate import quad
 
-from impact.after.stresses import fixed_rod_modes
+from impact.after.rods import fixed_rod_modes
 
 PAGE = (Path(__file__).parents[2] / "docs" / "paper.md").read_text(encoding="utf-8")
 AREA, HALF_DIGIT = AREAS["area"], 0.05  # percent: of numbers that the page has to 0.1 %

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from impact.files.safe_files import OutputError
-from impact.pictures.drawing import gap_of
+from impact.pictures.drawing import try_draw
 
 from . import battery, draw_map, in_words, random_cells, read_table, run_battery, subset, write_counts, write_table
 from .runner import logged
@@ -47,7 +47,7 @@ def main(words: Sequence[str] | None = None) -> int:
         outcomes = {cell.name: outcomes[cell.name] for cell in cells if cell.name in outcomes}
         write_counts(cells, outcomes, DOCS / "extremes.md")
     write_table(cells, outcomes, table)
-    gap = gap_of(lambda path: draw_map(cells, outcomes, path), picture)
+    gap = try_draw(lambda path: draw_map(cells, outcomes, path), picture)
     messages = (in_words(outcomes), f"wrote {table}", f"note: {gap}" if gap else f"wrote {picture}")
     sys.stdout.write("\n".join(messages) + "\n")
     return 1 if any(outcome.verdict == "wrong" for outcome in outcomes.values()) else 0

@@ -8,8 +8,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import impact
-from impact.gas.compressor import Compressor, GasHistory, Prescribed, angles, drop, gas_history
-from impact.gas.flow import (
+from impact.gas import (
     BACK,
     ENTHALPY,
     FORWARD,
@@ -19,11 +18,17 @@ from impact.gas.flow import (
     PRESSURE,
     STATE,
     AreaTable,
+    Compressor,
     GasError,
+    GasHistory,
     PerfectGas,
     Plenum,
+    Prescribed,
     ReedValve,
     SliderCrank,
+    angles,
+    drop,
+    gas_history,
     let_in,
     of_molar_mass,
     port_flow,

@@ -26,7 +26,7 @@ def test_times_lengths_and_words() -> None:
     lengths, levels = STEPS.levels
     assert lengths.tolist() == [1, 4, 16]
     assert levels.tolist() == [0, 0, 1, 2]
-    assert STEPS.in_words() == "4 steps: 2 of 1 ms, 1 of 4 ms, 1 of 16 ms"
+    assert STEPS.describe() == "4 steps: 2 of 1 ms, 1 of 4 ms, 1 of 16 ms"
 
 
 @pytest.mark.parametrize(

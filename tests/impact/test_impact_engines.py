@@ -85,7 +85,7 @@ def test_the_cost_model_chooses() -> None:
     assert "direct sum" in short.words
     assert long.block < 10_000
     assert long.seconds == pytest.approx(
-        history.MEASURED.poles(1_000_000, 40, 1) + history.MEASURED.fft(1_000_000, 1, long.block)
+        history.cost_of_poles(1_000_000, 40, 1) + history.cost_of_weights(1_000_000, 1, long.block)
     )
     assert history.choose([few, sampled], 1, 10_000, block=77).block == 77
     assert history.choose([few, few], 1, 1000, "direct").by_poles == (False, False)

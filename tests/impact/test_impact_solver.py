@@ -128,7 +128,7 @@ def test_problems_that_share_discretised_bodies_are_marched_alike() -> None:
     for rod in (truncated_rod(10), impact.fixed_rod(**ROD)):
         problem = ContactProblem(striker, Body(rod), gap=0.005)
         still = Discrete.from_body(problem.bodies[1], dt, step_count(dt, duration))
-        own, shared = (impact.prepare(problem, dt, duration, bodies=given) for given in (None, (moving, still)))
+        own, shared = (impact.prepare(problem, dt, duration, bodies=given) for given in ((), (moving, still)))
         forces = []
         for prepared in (own, shared):
             stepper = impact.ContactStepper(prepared)

@@ -8,8 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import impact
-from impact.march.joints import deepest_so_far
-from impact.march.laws import BLENDED, CONSERVING, DEEPEST, PASSIVE, LawError
+from impact.march.laws import BLENDED, CONSERVING, DEEPEST, PASSIVE, LawError, deepest_so_far
 from impact.march.loop.joints import joint_force, joint_step, joint_stiffness, remember
 from impact.march.stepper import march_numbers
 

@@ -16,7 +16,7 @@ from impact.march import ladder
 from impact.march.ladder import SHARE, LadderMarch, Levels, finish_march, march, prepare_levels
 from impact.march.prepared import Discretised, discretise, prepare
 from impact.march.problem import ContactError
-from impact.march.rows import Marched, Rows
+from impact.march.rows import MarchRun, Rows
 
 H = 50e-9
 
@@ -61,7 +61,7 @@ def deflected(ports: int = 1) -> Body:
     return reed(ports, state=ModalState(np.eye(12)[0] * 1e-4, np.zeros(12)))
 
 
-def march_in_levels(one: Discretised, levels: Levels, share: float = SHARE) -> Marched:
+def march_in_levels(one: Discretised, levels: Levels, share: float = SHARE) -> MarchRun:
     return finish_march(LadderMarch(one, levels, share))
 
 
@@ -93,7 +93,7 @@ def test_free_motion_is_exact_whatever_the_steps() -> None:
     pushed = np.array([oscillator.step_response(time, omega, zeta), oscillator.impulse_response(time, omega, zeta)])
     exact = moved[:, 0] * begin.displacement + moved[:, 1] * begin.velocity + pushed * shape * 0.3
     psi = greens.shapes[:, 0]
-    assert len(run.marched().rows.lengths) == len(levels.lengths)
+    assert len(run.record_run().rows.lengths) == len(levels.lengths)
     for computed, expected, size in zip((q, v), exact, (1.0, omega.clip(1.0)), strict=True):
         np.testing.assert_allclose(computed[:5] / psi / size, expected / size, rtol=1e-9, atol=1e-13)
 
@@ -110,7 +110,7 @@ def test_a_force_that_rises_within_a_leap_is_a_ramp() -> None:
     run.level = len(levels.lengths) - 1
     while run.done < one.steps:
         run.advance_far()
-    rows = run.marched().rows
+    rows = run.record_run().rows
     assert rows.lengths == {4096: 64}
     np.testing.assert_allclose(rows.gap[:, 0] - 1.0, 0.2 * (H * rows.ends) ** 3 / 6 / 1e-3, rtol=1e-10, atol=1e-16)
 
@@ -135,7 +135,7 @@ LAWS = {
 }
 
 
-def energies(one: Discretised, run: Marched, states: list[tuple[Array, Array]], stops: list[int]) -> Array:
+def energies(one: Discretised, run: MarchRun, states: list[tuple[Array, Array]], stops: list[int]) -> Array:
     """Return the stored energy at the ``stops`` [J]: of oscillators, relaxations, bare springs and contact laws."""
     kinetic, elastic, springs = [], [], np.zeros((2, 2))
     for body in one.bodies:
@@ -166,7 +166,7 @@ def gains(law: impact.Law, seed: int) -> float:
         march_of.advance_far(min(march_of.done + int(random.integers(1, 120)), one.steps))
         states.append(march_of.find_state())
         stops.append(march_of.done)
-    run = march_of.marched()
+    run = march_of.record_run()
     assert len(run.rows.lengths) > 1
     stored = energies(one, run, states, stops)
     return float(np.max(np.diff(stored))) / float(stored.max())
@@ -213,7 +213,7 @@ def scenes() -> dict[str, tuple[ContactProblem, float]]:
     }
 
 
-def taken(run: Marched) -> Array:
+def taken(run: MarchRun) -> Array:
     """Return the whole impulse, the largest mean force over 5 us, and the closing speed before the first touch."""
     total = run.force[1:].sum(axis=1)
     first, part = np.argwhere(run.force > 0)[0]

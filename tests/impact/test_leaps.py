@@ -26,7 +26,7 @@ def replays(
     modal: ModalGreens, state: ModalState, load: np.ndarray, spans: np.ndarray
 ) -> tuple[LeapReplay, EqualReplay]:
     """Return the body at rest in its residual, in steps of several lengths and in equal ones."""
-    body = BodyAtStart(modal, state, np.zeros(2), np.zeros(2), [load])
+    body = BodyAtStart(modal, state, np.zeros(2), np.zeros(2), [load], np.eye(2))
     return LeapReplay(body, spans), EqualReplay(body, STEP)
 
 

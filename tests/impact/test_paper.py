@@ -6,8 +6,8 @@ from paper_case import CASES, Numbers, comparison, markdown, strike, strike_spri
 
 import impact
 from impact import GreensFunctionError
-from impact.after.stresses import (
-    StressError,
+from impact.after.histories import StressError
+from impact.after.rods import (
     displacement_response,
     fixed_rod_modes,
     force_response,

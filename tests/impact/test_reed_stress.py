@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 import impact
-from impact.after.stresses import StressError, bending_stress, peak_bending_stress, reed_stress
+from impact.after.histories import StressError
+from impact.after.stresses import bending_stress, peak_bending_stress, reed_stress
 from impact.bodies.body import Body
 from impact.greens.base import GreensFunctionError
 

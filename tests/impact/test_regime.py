@@ -10,7 +10,7 @@ from regime_map import fill_map, reed_point, rigid_point
 
 import impact
 from impact.after.regime import MAPS, regime, regime_card
-from impact.after.stresses import fixed_rod_modes
+from impact.after.rods import fixed_rod_modes
 from impact.files.csv_table import read_rows
 
 

@@ -12,7 +12,7 @@ from impact.greens.modal import ModalGreens, Residual
 from impact.march.ladder import LadderMarch, finish_march, march, prepare_levels
 from impact.march.laws import FAR
 from impact.march.prepared import discretise
-from impact.march.rows import Marched
+from impact.march.rows import MarchRun
 from impact.storage.hdf5 import restore_checkpoint, save_checkpoint
 
 MASS, FLOOR, GAP = 1e-3, 1e-6, 5e-6
@@ -169,7 +169,7 @@ def test_flight_beyond_the_film_is_taken_in_long_steps() -> None:
     assert impulse_of(run) == pytest.approx(impulse_of(equal), rel=1e-4)
 
 
-def impulse_of(run: Marched) -> float:
+def impulse_of(run: MarchRun) -> float:
     return float(run.rows.force[1:, 0] @ run.rows.spans)
 
 

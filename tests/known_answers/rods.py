@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 import impact
-from impact.after.stresses import rod_stress
+from impact.after.rods import rod_stress
 from impact.exact.closed_form import ExactRod
 from impact.greens.base import Array
 from seatfem.verify import Case, Estimate

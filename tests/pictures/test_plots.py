@@ -12,8 +12,8 @@ from impact.after import measures
 from impact.greens.modal import ModalGreens, Residual
 from impact.pictures import plots
 from impact.pictures.drawing import PictureError, sheet
-from impact.pictures.greens_plots import lowest_excited, plot_greens, sampled_filter
 from impact.pictures.lip_plots import draw_marks, landing_marks
+from impact.pictures.plots import lowest_excited, plot_greens, sampled_filter
 from impact.quantities import text
 from seatfem.pictures import plots as seat_plots
 from seatfem.pictures import rendering

@@ -10,7 +10,7 @@ import pytest
 
 import impact
 from impact.after.result import ImpactResult
-from impact.gas.compressor import Compressor, Prescribed
+from impact.gas import Compressor, Prescribed
 from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.contact import RunError, check_step, fallback_step, run_contacts, stress_of
 from seatfem.study.impacts.gas import GasRun, cycle_masses, gas_notes, gas_of, lift_of

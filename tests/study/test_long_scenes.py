@@ -13,7 +13,7 @@ from impact.greens.base import Array
 from impact.greens.modal import ModalGreens, Residual
 from impact.march.ladder import LadderMarch, finish_march, march, prepare_levels
 from impact.march.prepared import discretise
-from impact.march.rows import Marched
+from impact.march.rows import MarchRun
 from impact.runs.solver import collect
 from seatfem.study.impacts.landings import Landings, landings_of_march, landings_of_result
 
@@ -57,7 +57,7 @@ def draw_problem(seed: int) -> tuple[ContactProblem, float]:
     return ContactProblem(striker, contacts=contacts, preload=preload), random.uniform(5e-3, 9e-3)
 
 
-def in_long_steps(problem: ContactProblem, duration: float) -> Marched:
+def in_long_steps(problem: ContactProblem, duration: float) -> MarchRun:
     """Return the run in steps of different lengths, whatever they save."""
     one = discretise(problem, STEP, duration)
     levels = prepare_levels(one)

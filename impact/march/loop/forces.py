@@ -201,8 +201,8 @@ class Vectors:
 
 
 @intrinsic
-def _oscillate(typing: Any, first: Any, steps: Any, form: Any, q: Any, p: Any, pushed: Any, told: Any) -> Any:
-    """Do `oscillate` for oscillators from ``first`` on; ``form``, ``told`` (2, m), stored and lost, may be ``None``."""
+def _oscillate(typing: Any, first: Any, steps: Any, form: Any, q: Any, p: Any, pushed: Any, energies: Any) -> Any:
+    """Do `oscillate` for oscillators from ``first`` on; ``form`` and ``energies`` (2, m) may be ``None``."""
 
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         kinds = zip(signature.args[1:], arguments[1:], strict=True)
@@ -249,18 +249,18 @@ def _oscillate(typing: Any, first: Any, steps: Any, form: Any, q: Any, p: Any, p
             builder.store(builder.load(place), vectors.address(array, index(number(0))), align=8)
         return context.get_dummy_value()
 
-    return types.void(first, steps, form, q, p, pushed, told), build
+    return types.void(first, steps, form, q, p, pushed, energies), build
 
 
 @compiled(nogil=True)
-def oscillate(steps, form, q, p, pushed, told):
+def oscillate(steps, form, q, p, pushed, energies):
     """Advance oscillators under known modal forces ``pushed`` (m, K), which are replaced by their coordinates.
 
-    steps: rows (7, K) a11, a12, a21, a22, b1, b2, w^2 of [q, p] <- A [q, p] + b f; K a multiple of `WIDE`. told (2, m)
-    gains the energy stored after each step and that lost during it, by the (6, K) ``form``; both ``None``: no energies.
+    steps: rows (7, K) a11, a12, a21, a22, b1, b2, w^2 of [q, p] <- A [q, p] + b f; K a multiple of `WIDE`. energies
+    (2, m) gains what is stored after each step and what is lost during it, by the (6, K) ``form``; or both ``None``.
     """
     for first in range(0, q.size, WIDE):
-        _oscillate(first, steps, form, q, p, pushed, told)  # type: ignore[call-arg]
+        _oscillate(first, steps, form, q, p, pushed, energies)  # type: ignore[call-arg]
 
 
 RIGID = 1e4  # Psi'' W0 above which the blended rule equals the passive one, to 1e-8 of the force

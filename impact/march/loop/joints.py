@@ -1,4 +1,4 @@
-"""Joints that remember how far they were closed since they last opened (see `impact.march.joints`): their force, the
+"""Joints that remember how far they were closed since they last opened (see `impact.march.laws`): their force, the
 secant of its work over a step, its slope. The row ``i`` of ``numbers`` holds three parameters, the deepest closure so
 far, and of a joint by table its two branches. (Laws without a memory take scalars: arrays cost them half their speed.)
 """

@@ -21,8 +21,8 @@ from impact.after.result import ImpactResult
 from impact.files.safe_files import MB
 from impact.greens.base import Array, GreensFunction
 from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY
-from impact.pictures.greens_plots import sampled_filter
 from impact.pictures.lip_plots import BODIES, COLOUR, LandingMark, landing_marks, shown_contact, value_at
+from impact.pictures.plots import sampled_filter
 from impact.quantities import scaled
 from seatfem.pictures import cell_grid, frames, moving
 from seatfem.structures.rings import as_a_whole

@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 import impact
-from impact.after import stresses
+from impact.after import rods
 from impact.bodies.body import Body
 from impact.exact.closed_form import ExactRod
 from impact.greens.base import Array, GreensFunction
@@ -186,7 +186,7 @@ damping_ratio = 0.02
         """Return the strain by superposition of the waves from the contact forces at both ends."""
         pressed = force.reshape(len(force), -1) * np.array([1.0, -1.0])[: 1 if force.ndim == 1 else force.shape[1]]
         ends = zip(pressed.T, (place, self.length - place), strict=False)
-        borne = [stresses.axial_force(push, dt, self._step_response(away)) for push, away in ends]
+        borne = [rods.axial_force(push, dt, self._step_response(away)) for push, away in ends]
         return np.asarray(sum(borne) / -(self.young * self.cross_section))
 
     def _step_response(self, away: float) -> Callable[[Array], Array]:
@@ -198,4 +198,4 @@ damping_ratio = 0.02
         rod: ExactRod = free(**self._sizes, end_impedance=0.0)
         if self.far_end == "fixed":
             rod = impact.fixed_rod(**self._sizes, damping_ratio=self.damping_ratio)
-        return lambda time: stresses.force_response(rod, time, at=away / self.length)
+        return lambda time: rods.force_response(rod, time, at=away / self.length)

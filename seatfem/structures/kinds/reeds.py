@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Final, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from impact.after import stresses
+from impact.after import histories, stresses
 from impact.beams import euler_bernoulli, stepped, timoshenko
 from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunctionError
@@ -68,7 +68,7 @@ class BeamStress:
     body: Body
     at: At
 
-    def largest(self, *, coarsely: bool, since: float | None = None) -> stresses.ReedStress:
+    def largest(self, *, coarsely: bool, since: float | None = None) -> histories.ReedStress:
         known = self.force, self.dt, self.body, self.beam
         return stresses.reed_stress(*known, contact_at=self.at, coarsely=coarsely, since=since)
 

@@ -15,7 +15,7 @@ import numpy as np
 from pydantic import Field
 from pydantic.fields import FieldInfo
 
-from impact.after import stresses
+from impact.after.histories import ReedStress
 from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunction, GreensFunctionError
 from impact.late import import_now
@@ -60,7 +60,7 @@ LOADS: Final = ("force", "pressure", "point_force", "gravity")
 class KnownStress(Protocol):
     """The stress of a striker under known contact forces."""
 
-    def largest(self, *, coarsely: bool, since: float | None = None) -> stresses.ReedStress:
+    def largest(self, *, coarsely: bool, since: float | None = None) -> ReedStress:
         """Return the largest stresses of the run, and those before and after the time ``since`` of a landing [s]."""
 
     def histories(self, also: Collection[float] = (), *, few: bool = False) -> Iterator[tuple[str, Array]]:

@@ -11,8 +11,7 @@ from typing import ClassVar, Final, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from impact.after import stresses
-from impact.after.histories import Spans
+from impact.after.histories import NO_STRESS, PeakStress, ReedStress, Spans, stress_by_spans
 from impact.bodies.body import Body
 from impact.exact import contact_stress, half_space
 from impact.greens.base import Array
@@ -275,7 +274,7 @@ class FacetStress:
     facet: float
     poisson: float
 
-    def largest(self, *, coarsely: bool, since: float | None = None) -> stresses.ReedStress:
+    def largest(self, *, coarsely: bool, since: float | None = None) -> ReedStress:
         """Return the largest von Mises stress on the axis below the facet, with its depth as the place.
 
         The pressure on the facet is uniform, as for its port in the Green's function: p = N/(pi a^2). The stress is the
@@ -286,15 +285,15 @@ class FacetStress:
         spans, pressed, most = Spans.of_run(self.pressed, self.dt, since), self.pressed, self._most_stressed
         number = spans.of_times(np.arange(len(pressed)))
 
-        def largest(chosen: slice) -> stresses.PeakStress:
+        def largest(chosen: slice) -> PeakStress:
             in_spans = np.isin(number, np.arange(spans.count)[chosen])
             if not pressed[in_spans].any():
-                return stresses.NO_STRESS
+                return NO_STRESS
             step = int(np.argmax(np.where(in_spans, pressed, 0.0)))
             value = 2 * most.stress * pressed[step] / (math.pi * self.facet**2)
-            return stresses.PeakStress(float(value), most.depth * self.facet, self.dt * step)
+            return PeakStress(float(value), most.depth * self.facet, self.dt * step)
 
-        return stresses.stress_by_spans(spans, largest)
+        return stress_by_spans(spans, largest)
 
     def histories(self, also: Collection[float] = (), *, few: bool = False) -> Iterator[tuple[str, Array]]:
         """Yield the stress tensors at the depth of the largest von Mises stress, by the theory of `largest`."""

@@ -14,7 +14,7 @@ import numpy as np
 from impact.files.csv_table import without_nan
 from impact.greens.base import Array
 from impact.notices import Progress, Tell, ignore, silent
-from impact.pictures.drawing import BLUE, GREY, ORANGE, gap_of, sheet, time_axis, zero_line
+from impact.pictures.drawing import BLUE, GREY, ORANGE, sheet, time_axis, try_draw, zero_line
 from impact.quantities import enumeration, in_digits, in_time, scaled
 from seatfem import units
 from seatfem.readings import places_of, rounded
@@ -197,7 +197,7 @@ def write(result: Identified, folder: Path, *, pictures: bool = True) -> tuple[t
     folder.mkdir(parents=True, exist_ok=True)
     numbers, picture = folder / FILE, folder / PICTURE
     write_json(numbers, result.as_json())
-    gap = gap_of(lambda file: draw(result, file), picture) if pictures else ""
+    gap = try_draw(lambda file: draw(result, file), picture) if pictures else ""
     return (numbers, picture) if pictures and not gap else (numbers,), gap
 
 

@@ -41,7 +41,7 @@ class Shot:
 
 
 @dataclass(frozen=True)
-class Marched:
+class MarchRun:
     """Shot at given values of the keys: its scene, problem and time integration."""
 
     scene: Scene
@@ -71,7 +71,7 @@ class Model:
     _bodies: dict[str, impact.Body] = field(default_factory=dict)
     _kernels: dict[tuple[int, float, int], motion.Discrete] = field(default_factory=dict)
     _touches: dict[int, int] = field(default_factory=dict)
-    _last: tuple[tuple[float, ...], list[Marched]] | None = None
+    _last: tuple[tuple[float, ...], list[MarchRun]] | None = None
 
     def __post_init__(self) -> None:
         groups: dict[str, list[int]] = {}
@@ -98,7 +98,7 @@ class Model:
         """Return the model with a time step that is ``times`` finer, and the same bodies."""
         return replace(self, finer=times * self.finer, notes=[], steps={}, _touches={}, _last=None)
 
-    def predicted(self, marched: Sequence[Marched]) -> dict[int, Course]:
+    def predicted(self, marched: Sequence[MarchRun]) -> dict[int, Course]:
         """Return the computed history of each record, by its number, without gain and delay."""
         return {
             number: course
@@ -165,7 +165,7 @@ class Model:
         return np.where((times < time[0]) | (times > time[-1]), 0.0, -gain * slope)
 
     def _slopes(
-        self, k: int, shot: Shot, shares: Array, marched: Marched, columns: Sequence[int]
+        self, k: int, shot: Shot, shares: Array, marched: MarchRun, columns: Sequence[int]
     ) -> Iterator[tuple[int, int, Course]]:
         """Yield (column, number of record, derivative of its history by the position) for each of the ``columns``."""
         stepper, force, sides = marched.stepper, marched.stepper.force, []
@@ -199,20 +199,20 @@ class Model:
                 time, below = both[0][number]
                 yield column, number, (time, (both[1][number][1] - below) / (high - low))
 
-    def _marched(self, shares: Array) -> list[Marched]:
+    def _marched(self, shares: Array) -> list[MarchRun]:
         """Return all shots at positions within the bounds; the last ones are stored."""
         place = tuple(map(float, shares))
         if self._last is None or self._last[0] != place:
             self._last = place, [self._march(k, self.values(shares)) for k in range(len(self.shots))]
         return self._last[1]
 
-    def _march(self, k: int, values: Values, *, spring: bool = False) -> Marched:
+    def _march(self, k: int, values: Values, *, spring: bool = False) -> MarchRun:
         posed = self._posed(k, values, spring=spring)
         posed.stepper.advance(posed.stepper.prepared.steps)
         self.marches += 1
         return posed
 
-    def _posed(self, k: int, values: Values, *, spring: bool = False) -> Marched:
+    def _posed(self, k: int, values: Values, *, spring: bool = False) -> MarchRun:
         """Return a shot before its time integration."""
         shot = self.shots[k]
         keys = {key: self.asked.fit[key].written(value) for key, value in values.items() if not is_own(key)}
@@ -228,7 +228,7 @@ class Model:
         problem, dt = problem_of(scene, striker, seat), self.steps[k]
         bodies = tuple(self._discrete(body, dt, step_count(dt, scene.run.duration)) for body in problem.bodies)
         prepared = impact.prepare(problem, dt, scene.run.duration, bodies=bodies)
-        return Marched(scene, problem, impact.ContactStepper(prepared))
+        return MarchRun(scene, problem, impact.ContactStepper(prepared))
 
     def _bodies_of(self, scene: Scene, changes: Mapping[str, Value]) -> tuple[impact.Body, impact.Body]:
         """Return striker and seat, reusing bodies of earlier evaluations whose keys are the same."""
@@ -278,7 +278,7 @@ class Model:
                 raise scene_error(f"record.{number}.to", f"{each.record.name}: {words}")
 
     def _courses(
-        self, shot: Shot, marched: Marched, force: Array, like: Marched | None = None
+        self, shot: Shot, marched: MarchRun, force: Array, like: MarchRun | None = None
     ) -> Iterator[tuple[int, Course]]:
         """Yield (number, history) of each record of a shot under contact forces (n, p) [N].
 

@@ -14,20 +14,20 @@ from typing import Final
 import numpy as np
 
 import impact
+from impact.after.histories import ReedStress
 from impact.after.landings import Landing
 from impact.after.loads import spring_displacements, without_springs
-from impact.after.stresses import ReedStress
 from impact.bodies.body import Body
 from impact.bodies.loads import SprungBody
 from impact.files import csv_table
 from impact.greens.base import Array, GreensFunction
 from impact.march import history, motion
-from impact.march.grid import TimeGrid
+from impact.march.grid import FOLLOW, TimeGrid
 from impact.march.ladder import march
 from impact.march.prepared import step_count
 from impact.march.problem import RigidContactError
-from impact.march.rows import Marched
-from impact.march.stepper import FOLLOW, with_recorded_loads
+from impact.march.rows import MarchRun
+from impact.march.stepper import with_recorded_loads
 from impact.notices import Progress, silent
 from impact.runs.variations import Values, with_body
 from seatfem.machine.resources import available_memory
@@ -119,7 +119,7 @@ LONG_BYTES = 0.12  # of these bytes where smooth motion takes long steps (docs/p
 PAIR_TIME = 6e-9  # time [s] of a step for each pair of contacts, by spring laws; rigid ones take a quarter
 LONGEST_MARCH = 86400.0  # longest predicted computing time of a run [s]
 
-StressLook = Callable[[Marched, float | None], ReedStress | None]
+StressLook = Callable[[MarchRun, float | None], ReedStress | None]
 """Function that returns a reed's largest stresses in a run, also before and after the start of a landing [s]."""
 
 
@@ -183,7 +183,7 @@ def bending_look(geometry: lips.ContactGeometry) -> StressLook | None:
     if not geometry.reed.traits.has_stress:
         return None
 
-    def look(run: Marched, since: float | None) -> ReedStress | None:
+    def look(run: MarchRun, since: float | None) -> ReedStress | None:
         striker, dt, force = run.problem.striker, run.dt, touches.force_of(run)
         stopper, opening = touches.stopper_force_of(run), run.opening
         return stress_of(geometry, striker, force, dt, opening, coarsely=True, stopper=stopper, since=since)
@@ -228,7 +228,7 @@ def run_contacts(
     """Run the scene once: contact of the striker with seat and stopper by the scene's laws. ``flights``: the striker's
     motion without contact, if several runs share it."""
     check_base(scene.mount("seat"), seat, scene.run.duration)
-    problem, bodies = problem_of(scene, striker, impact.Body(seat)), None
+    problem, bodies = problem_of(scene, striker, impact.Body(seat)), tuple[motion.Discrete, ...]()
     if flights is not None:
         flight = flights(striker, dt)
         bodies = (flight, *(motion.Discrete.from_body(body, dt, flight.loads.shape[1]) for body in problem.targets))
@@ -251,7 +251,7 @@ def marched(
     flight: Callable[[impact.Body, float], motion.Discrete] | None = None,
     *,
     like: TimeGrid | None = None,
-) -> Marched:
+) -> MarchRun:
     """Integrate a problem over a ``duration`` [s] for its forces only, far cheaper than a run with energies.
 
     ``flight``: function such as `Flights`, which several runs may share; ``like``: as in
@@ -300,7 +300,7 @@ def other_values(scene: Scene, strains: Strains, opening: Array, dt: float) -> V
 
 def blow_of_march(
     scene: Scene,
-    run: Marched,
+    run: MarchRun,
     landings: tuple[Landing, ...],
     like: Sequence[Landing] | None = None,
     *,
@@ -331,7 +331,7 @@ def blow_of_march(
     )
 
 
-def strains_of(gauged: Sequence[Gauged], run: Marched) -> Strains:
+def strains_of(gauged: Sequence[Gauged], run: MarchRun) -> Strains:
     """Return the strain at the gauges in a run without energies."""
     if not gauged:
         return {}

@@ -15,8 +15,20 @@ from numpy.typing import NDArray
 from impact.after.measures import contact_groups
 from impact.bodies.body import Body, Load
 from impact.files.csv_table import write_csv
-from impact.gas.compressor import Compressor, GasHistory, Prescribed, angles, drop, gas_history
-from impact.gas.flow import BACK, FORWARD, NOT_MEASURED, OTHER, PRESSURE, AreaTable
+from impact.gas import (
+    BACK,
+    FORWARD,
+    NOT_MEASURED,
+    OTHER,
+    PRESSURE,
+    AreaTable,
+    Compressor,
+    GasHistory,
+    Prescribed,
+    angles,
+    drop,
+    gas_history,
+)
 from impact.greens.base import Array
 from impact.quantities import brief
 from impact.runs.variations import Values

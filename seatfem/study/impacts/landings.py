@@ -32,7 +32,7 @@ from impact.greens.base import Array
 from impact.march.grid import TimeGrid
 from impact.march.motion import Discrete, mid_steps
 from impact.march.problem import ContactProblem
-from impact.march.rows import Marched
+from impact.march.rows import MarchRun
 from impact.march.stepper import with_recorded_loads
 from impact.quantities import brief
 
@@ -95,7 +95,7 @@ def landings_of_result(problem: ContactProblem, result: ImpactResult, width: flo
     return march.landings(load, stored, striker.load_amplitudes(mid_steps(result.dt, steps)))
 
 
-def landings_of_march(run: Marched, width: float, load: StaticLoad | None = None, *, rebound: bool = True) -> Landings:
+def landings_of_march(run: MarchRun, width: float, load: StaticLoad | None = None, *, rebound: bool = True) -> Landings:
     """Return the landings of a run without energies; ``width``: width of the filter [s].
 
     ``load``: the quasi-static load, if it is known already; ``rebound``: whether to compute restitution, for which the
@@ -131,7 +131,7 @@ def landings_of_one_contact(problem: ContactProblem, force: Array, gap: Array, d
     return march.landings(static_load(problem, dt * n), stored, pushed)
 
 
-def static_load_of_march(run: Marched) -> StaticLoad:
+def static_load_of_march(run: MarchRun) -> StaticLoad:
     """Return the quasi-static load of a run, with the loads that depended on the opening."""
     striker = with_recorded_loads(run.problem.striker, run.opening, run.dt)
     return static_load(_with_striker(run.problem, striker), run.dt * run.steps)

@@ -8,7 +8,8 @@ from dataclasses import asdict, dataclass
 from typing import Any, Final
 
 import impact
-from impact.after import loads, measures, stresses
+from impact.after import loads, measures
+from impact.after.histories import ReedStress
 from impact.greens.base import Array
 from impact.life import damage, strength
 from impact.life.multiaxial import hertz_path
@@ -82,7 +83,7 @@ def beam_histories(
     geometry: ContactGeometry,
     striker: impact.Body,
     touches: Touches,
-    stress: stresses.ReedStress | None,
+    stress: ReedStress | None,
     *,
     few: bool = False,
 ) -> Iterator[tuple[str, Array]]:

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from impact.after.histories import PeakStress, ReedStress, stress_by_spans
 from impact.after.loads import without_springs
-from impact.after.stresses import PeakStress, ReedStress, stress_by_spans
 from impact.bodies.body import Body, ModalState
 from impact.greens.base import Array, GreensFunction
-from impact.march.rows import Marched
+from impact.march.rows import MarchRun
 from impact.march.stepper import with_recorded_loads
 from seatfem.structures import lip, rings, sheets
 from seatfem.structures.fields import recovery
@@ -215,7 +215,7 @@ class PlateLook:
     field: StressField
     division: rings.Division
 
-    def __call__(self, run: Marched, since: float | None) -> ReedStress | None:
+    def __call__(self, run: MarchRun, since: float | None) -> ReedStress | None:
         """Return the largest stresses, also before and after the start ``since`` of a landing [s]."""
         if not len(self.field.points):
             return None
@@ -242,7 +242,7 @@ class Forces:
     dt: float
 
     @staticmethod
-    def from_march(run: Marched) -> Forces:
+    def from_march(run: MarchRun) -> Forces:
         """Return the contact forces of a run."""
         problem, seats = run.problem, touches.seat_contacts(run.problem)
         parts, above = run.force[:, :seats], run.force[:, seats:]

@@ -11,13 +11,13 @@ import numpy as np
 
 import impact
 from impact import measures
-from impact.after import histories, stresses
+from impact.after import histories
 from impact.after.landings import pair_landings
 from impact.after.result import ImpactResult, as_one, of_contacts
 from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunction
 from impact.march.motion import mean_displacement
-from impact.march.rows import Marched
+from impact.march.rows import MarchRun
 from impact.quantities import finite_or_none
 from impact.runs.variations import Budget, Values
 from seatfem.structures.rings import Division
@@ -101,29 +101,29 @@ def stopper_in(problem: impact.ContactProblem) -> Body | None:
     return next((contact.target for contact in problem.contacts if contact.side < 0), None)
 
 
-def force_of(run: Marched) -> Array:
+def force_of(run: MarchRun) -> Array:
     """Return the (n + 1,) contact force on the seat's whole patch [N]."""
     return run.force_on(slice(seat_contacts(run.problem)))
 
 
-def film_of(run: Marched) -> Array | None:
+def film_of(run: MarchRun) -> Array | None:
     """Return the (n + 1,) force of the film, a part of `force_of` [N]; ``None`` without a film."""
     rows = run.rows
     return rows.spread_forces(rows.film[:, : seat_contacts(run.problem)].sum(axis=1)) if rows.film.size else None
 
 
-def parts_of(run: Marched) -> Array:
+def parts_of(run: MarchRun) -> Array:
     """Return the (N + 1, parts) contact force on each part of the seat's patch, in the steps of ``run.rows`` [N]."""
     return np.asarray(run.rows.force[:, : seat_contacts(run.problem)])
 
 
-def stopper_force_of(run: Marched) -> Array | None:
+def stopper_force_of(run: MarchRun) -> Array | None:
     """Return the (n + 1,) contact force on the stopper [N]; ``None`` without one."""
     seat = seat_contacts(run.problem)
     return None if seat == len(run.problem.contacts) else run.force_on(slice(seat, None))
 
 
-def displacement_of(run: Marched) -> Array:
+def displacement_of(run: MarchRun) -> Array:
     """Return the (n + 1,) mean displacement of the seat's patch [m]."""
     seat, shares, rows = run.bodies[1], Division.from_greens(run.bodies[1].body.greens).shares, run.rows
     turn = run.problem.directions(seat.body)
@@ -170,14 +170,14 @@ RECORD: Final = "record"
 
 
 def measured(
-    touches: Touches, filter_width: float, stress: stresses.ReedStress | None = None, asked: LandingChoice = "hardest"
+    touches: Touches, filter_width: float, stress: histories.ReedStress | None = None, asked: LandingChoice = "hardest"
 ) -> Values:
     """Return the measures of a run by name [SI]; ``stress``: the reed's, if wanted; ``asked``: the landing to judge."""
     return values_of(contact_record_of(touches, filter_width, stress, asked))
 
 
 def contact_record_of(
-    touches: Touches, filter_width: float, stress: stresses.ReedStress | None = None, asked: LandingChoice = "hardest"
+    touches: Touches, filter_width: float, stress: histories.ReedStress | None = None, asked: LandingChoice = "hardest"
 ) -> ContactRecord:
     """Return the record of a run from which its measures are taken."""
     result, landings = touches.seat, () if touches.landings is None else touches.landings.seat

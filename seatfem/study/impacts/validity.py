@@ -228,7 +228,7 @@ def _misfits(role: str, fit: Fit) -> Iterator[notices.Advice]:
     """Yield advice if the misfit of a record exceeds its noise, with the frequency ranges."""
     remedy = f"leave these lines out, state {role}.free = true for a free body, or measure a wider band"
     reason = "it is not the response of a linear, passive body with all its modes within the band"
-    words = pole_fit.in_words(list(fit.ranges))
+    words = pole_fit.describe_ranges(list(fit.ranges))
     if fit.unexplained > fit.allowed:
         what = f"part of the {role}'s record that its poles miss beyond the noise"
         where = f", most of it {words}" if words else ""

@@ -23,7 +23,7 @@ from impact.greens.base import Array, GreensFunction, GreensFunctionError
 from impact.march.ladder import march
 from impact.march.motion import Discrete
 from impact.march.prepared import step_count
-from impact.march.rows import Marched
+from impact.march.rows import MarchRun
 from impact.runs.variations import Values
 from seatfem.study.impacts import contact
 from seatfem.study.impacts.bodies import on_its_base, problem_of
@@ -143,7 +143,7 @@ class Excerpt:
             values.append(self._values(run, dt, load))
         return values
 
-    def _marched(self, dt: float) -> Marched:
+    def _marched(self, dt: float) -> MarchRun:
         striker = advanced(self.striker, self._start(dt))
         seat, stopper = (
             None if body is None else on_its_base(self.scene.mount(name), body)
@@ -162,7 +162,7 @@ class Excerpt:
         """Return the start of the window on the time grid of the run [s]."""
         return dt * math.floor(self.window.start / dt)
 
-    def _values(self, run: Marched, dt: float, load: StaticLoad) -> Values:
+    def _values(self, run: MarchRun, dt: float, load: StaticLoad) -> Values:
         wanted, landing = self.scene.accuracy.measures, self.scene.accuracy.landing
         displacement = any_needs_displacement(wanted)
         stress = self._stress_look(dt) if any_needs_stress(wanted) else None
@@ -173,7 +173,7 @@ class Excerpt:
         absent = dict.fromkeys((prefix + name for name in names for prefix in prefixes), 0.0)
         return {**absent, **values}
 
-    def _landings(self, run: Marched, load: StaticLoad) -> tuple[Landing, ...]:
+    def _landings(self, run: MarchRun, load: StaticLoad) -> tuple[Landing, ...]:
         """Return the landing nearest to that for which the window was made; all landings if it was made for none."""
         rebound = "restitution" in self.scene.accuracy.measures
         landings = landings_of_march(run, self.scene.run.filter_width, load, rebound=rebound).seat

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 import impact
+from impact.after.histories import ReedStress
 from impact.after.result import ImpactResult
-from impact.after.stresses import ReedStress
 from impact.greens.base import Array, GreensFunction
 from impact.greens.modal import ModalGreens
 from impact.life import places

@@ -12,7 +12,7 @@ import impact
 from impact.after.landings import Landing
 from impact.march.grid import TimeGrid
 from impact.march.problem import ContactProblem
-from impact.march.rows import Marched
+from impact.march.rows import MarchRun
 from impact.notices import Progress
 from impact.runs.solver import PERTURBATION, ROUND_OFF, Horizon, growth_of_difference, twin_of, with_wider_gaps
 from seatfem import results
@@ -81,12 +81,12 @@ def ensemble_keys(runs: Sequence[Sequence[Landing]]) -> dict[str, object]:
     return keys
 
 
-def _march(done: Round, problem: ContactProblem, like: TimeGrid | None = None) -> Marched:
+def _march(done: Round, problem: ContactProblem, like: TimeGrid | None = None) -> MarchRun:
     """March a problem, in steps ``like`` those of another run."""
     return marched(problem, done.result.dt, done.plan.scene.run.duration, done.flights, like=like)
 
 
-def _landings(done: Round, run: Marched) -> tuple[Landing, ...]:
+def _landings(done: Round, run: MarchRun) -> tuple[Landing, ...]:
     """Return the landings on seat and stopper in the order of time."""
     landings = landings_of_march(run, done.plan.scene.run.filter_width, rebound=False)
     return tuple(sorted((*landings.seat, *landings.stopper), key=lambda landing: landing.start))

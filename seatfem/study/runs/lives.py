@@ -15,7 +15,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from impact.after.stresses import ReedStress
+from impact.after.histories import ReedStress
 from impact.files.csv_table import write_csv
 from impact.life.places import margin_error
 from impact.notices import Progress, Tell, silent

@@ -15,9 +15,8 @@ import numpy as np
 from impact.after.result import ImpactResult
 from impact.files.csv_table import write_csv
 from impact.notices import Progress
-from impact.pictures.drawing import gap_of
-from impact.pictures.greens_plots import plot_greens
-from impact.pictures.plots import plot_energy, plot_force, plot_gas, plot_motion, plot_strains
+from impact.pictures.drawing import try_draw
+from impact.pictures.plots import plot_energy, plot_force, plot_gas, plot_greens, plot_motion, plot_strains
 from impact.quantities import text
 from seatfem.machine.libraries import picture_library_gap
 from seatfem.pictures import cell_grid, fit_plots, frames, plots, rendering
@@ -243,7 +242,7 @@ def draw_all(
     with nullcontext(painter) if painter is not None else rendering.drawing_apart() as drawing:
         drawing.take([picture for picture in bodies if picture[0] not in drawing])
         for number, (name, draw) in enumerate(sorted(wanted, key=lambda p: p[0] in drawing), start=1):
-            if gap := drawing.wait(name, folder) if name in drawing else gap_of(_by_name(draw), folder / name):
+            if gap := drawing.wait(name, folder) if name in drawing else try_draw(_by_name(draw), folder / name):
                 gaps.append(f"skipped pictures: {gap}")
             else:
                 files.append(folder / name)

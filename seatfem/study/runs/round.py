@@ -12,9 +12,9 @@ import numpy as np
 
 import impact
 from impact.after import measures
+from impact.after.histories import ReedStress
 from impact.after.regime import UNRESOLVED
 from impact.after.result import ImpactResult
-from impact.after.stresses import ReedStress
 from impact.quantities import in_time, percent
 from impact.runs import variations
 from impact.runs.variations import Budget

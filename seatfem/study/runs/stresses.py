@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 import impact
-from impact.after.stresses import ReedStress
+from impact.after.histories import ReedStress
 from impact.bodies.body import Body
 from impact.greens.base import Array
 from impact.life.places import margin_error
 from impact.march.problem import ContactProblem
-from impact.march.rows import Marched
+from impact.march.rows import MarchRun
 from impact.notices import Progress, silent
 from impact.quantities import percent
 from impact.runs.variations import Budget, Values, budget_of, changes, safety, times
@@ -59,8 +59,8 @@ STAGE: Final = "runs for the error bar of stress"
 
 def error_bars_of(
     done: Round,
-    look: Callable[[Marched], Values],
-    at_half: Callable[[Marched], Values] | None = None,
+    look: Callable[[MarchRun], Values],
+    at_half: Callable[[MarchRun], Values] | None = None,
     progress: Progress = silent,
     is_judged: Callable[[Values], bool] = lambda half: True,
 ) -> tuple[Budget, Values]:
@@ -77,7 +77,7 @@ def error_bars_of(
     terms, _ = terms_by_key(ComputedRun(scene, done.plan.method, done.seat, problem, done.reed))
     runs, count = 2 + sum(len(term) for each in terms.values() for term in each or ()), 0
 
-    def march_varied(varied: ContactProblem, step: float, look: Callable[[Marched], Values] = look) -> Values:
+    def march_varied(varied: ContactProblem, step: float, look: Callable[[MarchRun], Values] = look) -> Values:
         nonlocal count
         count += 1
         progress(STAGE, min(count / runs, 1.0))
@@ -133,7 +133,7 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
     if of_seat is None and of_reed is None:
         return seat, reed
 
-    def look(run: Marched) -> Values:
+    def look(run: MarchRun) -> Values:
         forces, values = Forces.from_march(run), dict[str, float]()
         if of_seat is not None:
             values |= _by_name(judged_under(of_seat, -forces.by(of_seat.division), forces.dt))
@@ -143,7 +143,7 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
             values[REED] = float(largest(of_reed.largest_at, pushes, forces.dt).after_contact.von_mises.max())
         return values
 
-    def look_everywhere(run: Marched) -> Values:
+    def look_everywhere(run: MarchRun) -> Values:
         values, forces = dict(look(run)), Forces.from_march(run)
         if of_seat is not None:
             values |= _by_name(judged_under(of_seat, -forces.by(of_seat.division), forces.dt, anew=True))

@@ -11,11 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impact import measures
-from impact.after.histories import line_force_peak, line_impulse_peak
+from impact.after.histories import PeakStress, ReedStress, line_force_peak, line_impulse_peak
 from impact.after.landings import Landing
-from impact.after.regime import in_words, regime
+from impact.after.regime import describe, regime
 from impact.after.result import ImpactResult
-from impact.after.stresses import PeakStress, ReedStress
 from impact.bodies.body import Body
 from impact.files.safe_files import whole_file
 from impact.greens.base import Array, GreensFunction
@@ -274,7 +273,7 @@ def _restitution(result: ImpactResult, group: int = 0) -> float | None:
 def regime_keys(striker: Body, seat: GreensFunction, result: ImpactResult) -> dict[str, object]:
     """Return the regime of the impact, in one line and in numbers; ``None`` for a number without meaning."""
     numbers = regime(striker, Body(seat), result)
-    return {"regime": in_words(numbers)} | {
+    return {"regime": describe(numbers)} | {
         f"regime_{name}": finite_or_none(value)
         for name, value in (
             ("mass_ratio", numbers.mass_ratio),

@@ -10,7 +10,7 @@ from pydantic import BeforeValidator, Field
 
 from impact.bodies.time_series import TimeSeries, TimeSeriesError, read_time_series
 from impact.files.csv_table import read_csv
-from impact.gas.flow import (
+from impact.gas import (
     GASES,
     NOT_MEASURED,
     AreaTable,

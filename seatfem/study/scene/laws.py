@@ -8,8 +8,17 @@ from typing import Annotated, ClassVar, Final, Literal, Self
 from annotated_types import Ge, Gt, Le
 from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
-from impact.march.joints import RoughJoint, TableJoint
-from impact.march.laws import Hertz, HertzOnPatch, HuntCrossley, Law, LawError, LinearSpring, Signorini
+from impact.march.laws import (
+    Hertz,
+    HertzOnPatch,
+    HuntCrossley,
+    Law,
+    LawError,
+    LinearSpring,
+    RoughJoint,
+    Signorini,
+    TableJoint,
+)
 from seatfem.fields import (
     ExistingFile,
     HertzStiffness,

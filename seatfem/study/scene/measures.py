@@ -10,7 +10,7 @@ from typing import ClassVar, Final, Literal
 
 import numpy as np
 
-from impact.after import histories, stresses
+from impact.after import histories
 from impact.after.landings import Landing, hardest, pair_landings
 from impact.greens.base import Array
 from impact.march.grid import TimeGrid
@@ -84,7 +84,7 @@ class ContactRecord:
     dt: float
     filter_width: float
     displacement: Array | None = None
-    stress: stresses.ReedStress | None = None
+    stress: histories.ReedStress | None = None
     line: Line | None = None
     film: Array | None = None
     landings: tuple[Landing, ...] = ()

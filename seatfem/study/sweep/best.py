@@ -15,7 +15,7 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from impact.pictures.drawing import gap_of
+from impact.pictures.drawing import try_draw
 from impact.quantities import brief, finite_or_none
 from seatfem.study.impacts.contact import RunError
 from seatfem.study.impacts.landings import BAR, LANDED, STATUS, counts, left_out_in_words, needs_landing
@@ -271,7 +271,7 @@ def draw_search(result: Optimum, path: Path) -> str:
     numbers = {each.point: each.case.number for each in result.searched}
     confirmed = [(numbers[each.point], each.value(goal.measure), _bar(each, goal.measure)) for each in result.confirmed]
     within = [rank(each, goal, {})[0] == 0 for each in result.searched]
-    return gap_of(partial(charts.draw_history, result.table(result.searched), goal, within, confirmed), path)
+    return try_draw(partial(charts.draw_history, result.table(result.searched), goal, within, confirmed), path)
 
 
 def goal_of(study: Study) -> Optimise:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, SKY, gap_of, sheet
+from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, SKY, sheet, try_draw
 from seatfem.results import label_of
 from seatfem.study.impacts.landings import BAR
 from seatfem.study.sweep import effects
@@ -259,7 +259,7 @@ def write_reports(table: StudyTable, folder: Path, *, pictures: bool = True) -> 
             files.append(folder / f"{name}.csv")
         if not pictures:
             continue
-        if gap := gap_of(draw, folder / f"{name}.png"):
+        if gap := try_draw(draw, folder / f"{name}.png"):
             gaps.append(gap)
         else:
             files.append(folder / f"{name}.png")

@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from impact.life.damage import Goodman
 from impact.life.multiaxial import Crossland
-from impact.life.places import SAME, Demand, _normals, judged, normal_stresses, on_planes, thinned
+from impact.life.places import STRAIGHT, Demand, _normals, judged, normal_stresses, on_planes, thinned
 from impact.life.strength import LifeError, Strength, basquin
 
 DEMAND = Demand(
@@ -70,7 +70,7 @@ def test_what_is_no_history_of_tensors(stress: np.ndarray) -> None:
 
 
 def test_the_corners_of_a_history_decide_its_life() -> None:
-    """The corners keep extremes on planes, of pressure and sphere to `SAME` of the largest turn."""
+    """The corners keep extremes on planes, of pressure and sphere to `STRAIGHT` of the largest turn."""
     rng, t = np.random.default_rng(3), 31e-9 * np.arange(100_000)
     waves = np.array([150.0, 900.0, 2600.0, 15e3, 60e3])
     history: np.ndarray = 50e6 + sum(
@@ -83,14 +83,14 @@ def test_the_corners_of_a_history_decide_its_life() -> None:
     np.testing.assert_array_equal(corners[[0, -1]], history[[0, -1]])
     assert (corners == history[40_000]).all(axis=1).any()
     turns = history - history.mean(axis=0)
-    allowed = SAME * np.sqrt((turns**2 @ [1, 1, 1, 2, 2, 2]).max())
+    allowed = STRAIGHT * np.sqrt((turns**2 @ [1, 1, 1, 2, 2, 2]).max())
     for normal in rng.normal(size=(50, 3)):
         x, y, z = normal / np.linalg.norm(normal)
         across = np.array([x * x, y * y, z * z, 2 * y * z, 2 * x * z, 2 * x * y])
         for extreme in (np.max, np.min):
             assert abs(extreme(history @ across) - extreme(corners @ across)) <= allowed
     criterion = Crossland(torsion_limit=300e6, bending_limit=500e6)
-    assert criterion.margin(corners) == pytest.approx(criterion.margin(history), rel=2 * SAME)
+    assert criterion.margin(corners) == pytest.approx(criterion.margin(history), rel=2 * STRAIGHT)
 
 
 def test_a_straight_course_has_no_corners_between_its_ends() -> None:
