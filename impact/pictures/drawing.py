@@ -96,11 +96,12 @@ def sheet(path: str | os.PathLike[str] | None, width: float, height: float) -> I
     """
     try:
         matplotlib = load_matplotlib()
+        from matplotlib.figure import Figure
     except Exception as missing:  # a broken installation may raise any error
         name = "a figure" if path is None else Path(path).name
         raise PictureError(f"{name} needs matplotlib: {how_to_mend('matplotlib', 'pictures', missing)}") from missing
 
-    class Shown(matplotlib.figure.Figure):
+    class Shown(Figure):
         """Figure that notebooks display, as they display figures of pyplot."""
 
         def _repr_png_(self) -> bytes:
@@ -122,9 +123,8 @@ def sheet(path: str | os.PathLike[str] | None, width: float, height: float) -> I
         with whole_file(path) as temporary:
             if Path(path).suffix.lower() == ".png":  # savefig would draw everything a second time, for its layout
                 figure.dpi, usual = DPI, figure.dpi
-                matplotlib.backends.backend_agg.FigureCanvasAgg(figure).print_png(
-                    temporary, pil_kwargs={"compress_level": 4}
-                )  # type: ignore[no-untyped-call]
+                canvas = matplotlib.backends.backend_agg.FigureCanvasAgg(figure)
+                canvas.print_png(temporary, pil_kwargs={"compress_level": 4})
                 figure.dpi = usual
             else:
                 figure.savefig(temporary, dpi=DPI)
@@ -163,17 +163,17 @@ def without_tex(label: str) -> str:
 @cache
 def _formatters() -> dict[type, Any]:
     """Return our formatters by matplotlib's classes: for logarithmic axes, and for the factor beside linear ones."""
-    ticker = load_matplotlib().ticker
+    from matplotlib.ticker import LogFormatterSciNotation, ScalarFormatter
 
-    class Linear(ticker.ScalarFormatter):
+    class Linear(ScalarFormatter):
         def __call__(self, x: float, pos: int | None = None) -> str:
             return without_tex(super().__call__(x, pos))
 
         def get_offset(self) -> str:
             return without_tex(super().get_offset())
 
-    class Powers(ticker.LogFormatterSciNotation):
+    class Powers(LogFormatterSciNotation):
         def __call__(self, x: float, pos: int | None = None) -> str:
             return without_tex(super().__call__(x, pos))
 
-    return {ticker.ScalarFormatter: Linear, ticker.LogFormatterSciNotation: Powers}
+    return {ScalarFormatter: Linear, LogFormatterSciNotation: Powers}
