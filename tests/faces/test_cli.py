@@ -27,7 +27,6 @@ from seatfem.machine import doctor
 from seatfem.machine import libraries as system
 from seatfem.machine.doctor import Check
 from seatfem.structures.shapes import GeometryError
-from seatfem.study import runs
 from seatfem.study.runs.next_round import Limits
 from seatfem.study.safety import MOST_ROUNDS
 from seatfem.study.scene import Scene
@@ -98,7 +97,7 @@ def pipeline(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Pipeline:
     stand_in = Pipeline()
     monkeypatch.chdir(tmp_path)  # where the scene and its plan are kept
     monkeypatch.setitem(sys.modules, "seatfem.study.runs.pipeline", stand_in)
-    monkeypatch.setattr(runs, "pipeline", stand_in)
+    monkeypatch.setattr(scene_verbs, "pipeline", stand_in)
     monkeypatch.delenv("SEATFEM_DEBUG", raising=False)
     return stand_in
 
