@@ -110,6 +110,7 @@ class ExactRod(ExactPort):
 def reflect(sent: Array, reflection: float, steps: int) -> Array:
     """Return the outgoing wave a = f + R a(t - T) (n,) of a rod, f = ``sent`` (n,), whose waves return after T, so many
     ``steps``, times R = ``reflection``."""
+    steps = min(steps, len(sent))  # a wave that does not return within the record
     trips = -(-len(sent) // steps)
     rows = np.pad(sent, (0, trips * steps - len(sent))).reshape(trips, steps)
     return np.asarray(scipy.signal.lfilter([1.0], [1.0, -reflection], rows, axis=0).ravel()[: len(sent)])
