@@ -33,6 +33,12 @@ class LateModule(ModuleType):
                 loader.execute(self)
         return super().__getattribute__(name)
 
+    def __setattr__(self, name: str, value: Any) -> None:
+        """Execute the module before a name is set from outside, which would be overwritten."""
+        if not name.startswith("__"):
+            dir(self)
+        super().__setattr__(name, value)
+
     def __dir__(self) -> list[str]:
         """Return the names of the executed module."""
         getattr(self, "__all__", None)
