@@ -44,9 +44,7 @@ slow: $(VENV)/installed-dev
 	@$(VENV)/bin/seatfem doctor --quiet
 	$(PYTEST) -m slow
 
-unit: $(VENV)/installed-dev
-	@$(VENV)/bin/seatfem doctor --quiet
-	$(PYTEST)
+unit: cheap slow
 
 # the wheel in bare environments outside the tree: PYTHONS="3.11 3.12 3.13"
 installed: $(VENV)/installed-dev

@@ -27,26 +27,23 @@ class LateModule(ModuleType):
         """Execute the module once and return the name; names of Python's own machinery execute nothing."""
         if name.startswith("__") and name != "__all__":
             raise AttributeError(f"module {self.__name__!r} has no attribute {name!r}")
-        with _LOCK:
-            loader = self.__spec__.loader if self.__spec__ else None
-            if isinstance(loader, LateLoader) and not loader.executed:
-                loader.execute(self)
-        return super().__getattribute__(name)
+        _execute(self)
+        return ModuleType.__getattribute__(self, name)
 
     def __setattr__(self, name: str, value: Any) -> None:
         """Execute the module before a name is set from outside, which would be overwritten."""
         if not name.startswith("__"):
-            dir(self)
-        super().__setattr__(name, value)
+            _execute(self)
+        ModuleType.__setattr__(self, name, value)
 
     def __dir__(self) -> list[str]:
         """Return the names of the executed module."""
-        getattr(self, "__all__", None)
-        return list(super().__dir__())
+        _execute(self)
+        return list(ModuleType.__dir__(self))
 
 
 class LateLoader(SourceFileLoader):
-    """Python's own loader of source files, whose modules wait until they are used."""
+    """Python's own loader of source files, whose modules wait until they are used and are plain modules afterwards."""
 
     executed = False
 
@@ -62,6 +59,7 @@ class LateLoader(SourceFileLoader):
         except BaseException:
             self.executed = False
             raise
+        module.__class__ = ModuleType
 
 
 class LateFinder(MetaPathFinder):
@@ -77,16 +75,23 @@ class LateFinder(MetaPathFinder):
         if not fullname.startswith(self.prefix):
             return None
         spec = PathFinder.find_spec(fullname, path, target)
-        if spec is not None and spec.origin and spec.submodule_search_locations is None:
-            spec.loader = LateLoader(fullname, spec.origin)
+        if spec is not None and type(spec.loader) is SourceFileLoader and spec.submodule_search_locations is None:
+            spec.loader = LateLoader(fullname, spec.loader.path)
         return spec
 
 
 def import_now(name: str) -> ModuleType:
     """Return the executed module of this name: what it registers is there. Raises what importing it raises."""
     module = import_module(name)
-    dir(module)
+    _execute(module)
     return module
+
+
+def _execute(module: ModuleType) -> None:
+    with _LOCK:
+        loader = module.__spec__.loader if module.__spec__ else None
+        if isinstance(loader, LateLoader) and not loader.executed:
+            loader.execute(module)
 
 
 def load_late(package: str) -> None:

@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from functools import cached_property
+from importlib import import_module
 from importlib.util import find_spec
 from itertools import islice, product
 from pathlib import Path
@@ -21,7 +22,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impact.files import csv_table, safe_files
-from impact.late import import_now
 from impact.names import how_to_mend
 from impact.quantities import brief
 from seatfem import results
@@ -203,7 +203,7 @@ def is_usable(package: str) -> bool:
     if find_spec(package) is None:
         return False
     try:
-        import_now(MODULES[package])
+        import_module(MODULES[package])
     except Exception as error:  # a broken package may raise any error
         remedy = f"{how_to_mend(package, 'tables', error)}, or go without: pip uninstall {package}"
         raise StudyError(f"tables of studies: {remedy}") from error
