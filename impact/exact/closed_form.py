@@ -109,11 +109,15 @@ class ExactRod(ExactPort):
 
 def reflect(sent: Array, reflection: float, steps: int) -> Array:
     """Return the outgoing wave a = f + R a(t - T) (n,) of a rod, f = ``sent`` (n,), whose waves return after T, so many
-    ``steps``, times R = ``reflection``."""
-    steps = min(steps, len(sent))  # a wave that does not return within the record
-    trips = -(-len(sent) // steps)
-    rows = np.pad(sent, (0, trips * steps - len(sent))).reshape(trips, steps)
-    return np.asarray(scipy.signal.lfilter([1.0], [1.0, -reflection], rows, axis=0).ravel()[: len(sent)])
+    ``steps``, times R = ``reflection``.
+
+    Round trips are doubled: with S the delay by T, 1/(1 - R S) = (1 + R S) (1 + R^2 S^2) (1 + R^4 S^4) ...
+    """
+    outgoing, delay, gain = np.array(sent, dtype=float), steps, reflection
+    while delay < len(outgoing):
+        outgoing[delay:] += gain * outgoing[:-delay]
+        delay, gain = 2 * delay, gain**2
+    return outgoing
 
 
 def on_rod(at: float) -> float:

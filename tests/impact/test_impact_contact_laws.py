@@ -141,7 +141,9 @@ def test_no_step_gains_energy(seed: int) -> None:
         end = pen - w0 * force
         before, after = law.potential(np.array([start, end]))
         # the end is known to 1e-16 of pen: that times the force in the work, times Psi' <= 4 Psi/end in the potential
-        round_off = 2e-14 * (before + after + force * (abs(pen) + abs(start)))
+        # a patch's potential is the fifth power of a root by arc sines: up to 1.05e-14 in 30,000 draws
+        share = 2e-14 if isinstance(law, impact.HertzOnPatch) else 1e-14
+        round_off = share * (before + after + force * (abs(pen) + abs(start)))
         round_off += 1e-15 * abs(pen) * 4 * after / end if end > 0 else 0.0
         assert force >= 0.0
         gain = after - before - force * (end - start)
