@@ -25,7 +25,7 @@ def lazy_names(
 ) -> Callable[[str], Any]:
     """Return the ``__getattr__`` of a package, which imports what a name stands for when it is asked for.
 
-    Its modules are known by themselves, so that `from package import room` loads nothing before `room.module` is used.
+    A module of the package is an attribute of it, too, without an import of its own.
     ``places``: further names by the module that holds them, apart by blanks; a name that is the module's own is the
     module. ``former``: what was there once, and where it is now: the full name of a module, or "module:name" of a name.
     """
