@@ -16,6 +16,8 @@ BAR: Final = "error_bar_"
 MOST_LANDINGS: Final = 3  # of a scene; later ones are of the same kind
 MOST_OF_BARS: Final = 1.5  # ratio of a bar to that on file: bars are sums of differences between two runs
 ROUND_OFF: Final = 1e-7  # of a value: the digits on file; a bar below it is no more than round-off
+OF_ZERO: Final = 1e-10  # in SI units: the round-off of a value that is zero, as the speed of faces that touch
+SMALL_BAR: Final = 1e-3  # of a value: whether a smaller bar is doubled decides nothing
 WORTH_TELLING: Final = 0.1  # of its bar: who moves a value by more says so in CHANGELOG.md
 
 CHEAP: Final = (
@@ -71,9 +73,9 @@ def moved(now: Numbers, frozen: Numbers) -> list[str]:
     lines += [f"{key}: is new" for key in sorted(now.keys() - frozen.keys())]
     for key in sorted(frozen.keys() & now.keys()):
         (value, bar), (before, bar_before) = now[key], frozen[key]
-        if not math.isclose(value, before, rel_tol=ROUND_OFF, abs_tol=bar_before):
+        if not math.isclose(value, before, rel_tol=ROUND_OFF, abs_tol=max(bar_before, OF_ZERO)):
             lines.append(f"{key}: {before:.6g} -> {value:.6g}, error bar {bar_before:.2g}")
-        if not min(bar, bar_before) * MOST_OF_BARS >= max(bar, bar_before) - ROUND_OFF * abs(before):
+        if not min(bar, bar_before) * MOST_OF_BARS >= max(bar, bar_before) - max(SMALL_BAR * abs(before), OF_ZERO):
             lines.append(f"{key}: error bar {bar_before:.3g} -> {bar:.3g}")
     return lines
 

@@ -31,6 +31,8 @@ def test_a_value_that_moves_is_named() -> None:
     assert moved({**frozen, "a": (1.0, 0.06)}, frozen) == ["a: error bar 0.1 -> 0.06"]
     assert moved({**frozen, "landings.0.a": (1.97, 0.02)}, frozen) == ["landings.0.a: 2 -> 1.97, error bar 0.02"]
     assert moved({**frozen, "exact": (3.1, 0.0)}, frozen) == ["exact: 3 -> 3.1, error bar 0"]
+    assert moved({**frozen, "landings.0.a": (2.0, 0.05)}, frozen) == ["landings.0.a: error bar 0.02 -> 0.05"]
+    assert moved({"speed": (5e-13, 2e-12), "time": (2.0, 2e-4)}, {"speed": (5e-12, 2e-11), "time": (2.0, 1e-4)}) == []
     assert moved({"a": (1.0, 0.1)}, {"b": (1.0, 0.1)}) == ["b: is no longer there", "a: is new"]
 
 
