@@ -65,18 +65,16 @@ class Mode:
 
 @dataclass(frozen=True)
 class NaturalModes:
-    """The lowest modes of a seat.
+    """The lowest modes of a seat, as many as inertia counts.
 
     Attributes:
         modes: the lowest first.
-        complete: whether inertia counted as many.
         mesh: what they were computed on; ``None`` for matrices.
         dof: unknowns; of one harmonic.
         searched: in words.
     """
 
     modes: tuple[Mode, ...]
-    complete: bool
     mesh: meshing.SeatMesh | plane_meshes.MeridianMesh | None
     dof: int
     searched: str
@@ -136,7 +134,7 @@ def modes_of(body: Structure, wanted: Wanted, watch: Stopwatch, progress: Progre
     with watch("modes"):
         solved = solve_modes(model, wanted.count, up_to_hz=wanted.up_to_hz, progress=progress)
         modes = tuple(_listed(model, solved, _elastic_compliance(model, solved)))
-        return NaturalModes(modes, solved.complete, mesh, model.size, "the whole body")
+        return NaturalModes(modes, mesh, model.size, "the whole body")
 
 
 def modes_of_volume(volume: float, band: float, slow: float) -> float:
@@ -168,7 +166,7 @@ def _around(body: Elastic, mesh: plane_meshes.MeridianMesh, wanted: Wanted, prog
     patch = harmonics.RingPatch(0.0, 2 * math.pi if body.struck_arc is None else body.struck_arc)
     all_modes: list[Mode] = []
     compliances: dict[int, float] = {}
-    complete, empty, harmonic, dof = True, 0, 0, 0
+    empty, harmonic, dof = 0, 0, 0
     while harmonic < _FEWEST or empty < _EMPTY:
         highest = _bound(all_modes, wanted)
         for torsion in (False, True) if harmonic == 0 else (False,):
@@ -176,7 +174,6 @@ def _around(body: Elastic, mesh: plane_meshes.MeridianMesh, wanted: Wanted, prog
             dof = max(dof, model.size)
             most = wanted.count if highest is None else None
             modes = solve_modes(model, most, up_to_hz=highest or wanted.up_to_hz)
-            complete = complete and modes.complete
             static = _elastic_compliance(model, modes)
             weight = float(patch.coefficients(harmonic)) ** 2 if body.struck_arc is not None else float(harmonic == 0)
             if model.ports:
@@ -189,7 +186,7 @@ def _around(body: Elastic, mesh: plane_meshes.MeridianMesh, wanted: Wanted, prog
     progress("harmonics", 1.0)
     all_modes = _shared(all_modes, patch, compliances, build, arc=body.struck_arc is not None)
     searched = f"nodal diameters 0 to {harmonic - 1}, torsion among them"
-    return NaturalModes(tuple(all_modes), complete, mesh, dof, searched)
+    return NaturalModes(tuple(all_modes), mesh, dof, searched)
 
 
 def _bound(found: list[Mode], wanted: Wanted) -> float | None:

@@ -113,16 +113,13 @@ def test_double_and_rigid_modes_of_a_square_block(square_block, fixed, known):
 @pytest.mark.slow
 def test_it_says_so_where_nothing_counts(square_block, monkeypatch):
     model = assemble(square_block, STEEL, fixed="fixed", order=2)
-    exact = solve_modes(model, 10)
 
     def blind(matrix, *, definite=True, **named):
         return replace(factorize(matrix, definite=definite, **named), negative_pivots=None)
 
     monkeypatch.setattr(eigen_search, "factorize", blind)
-    modes = solve_modes(model, 10)
-    assert exact.complete
-    assert not modes.complete
-    assert modes.frequencies_hz == pytest.approx(exact.frequencies_hz, rel=1e-9)
+    with pytest.raises(ConvergenceError, match=r"no factorization near .* check their units"):
+        solve_modes(model, 10)
 
 
 @pytest.mark.slow

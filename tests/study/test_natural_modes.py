@@ -48,8 +48,6 @@ def annular(tmp_path_factory):
 @pytest.mark.slow
 def test_a_body_of_revolution_has_pairs_and_torsion_beside_what_its_ring_excites(annular, tmp_path):
     whole = solve_text(ANNULAR.replace("[seat]", '[seat]\nmodel = "3d"'), tmp_path, 16)
-    assert annular.complete
-    assert whole.complete
     # both meshes leave errors of their own: the solid's tetrahedra are straight across 2.5 mm
     assert annular.frequencies_hz[:16] == pytest.approx(whole.frequencies_hz[:16], rel=0.02)
     assert {mode.family for mode in annular.modes} == {"", "cos", "sin", "torsion"}
