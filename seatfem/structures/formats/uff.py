@@ -19,13 +19,13 @@ from impact.files.safe_files import MB, write_whole
 from impact.greens import base, modal
 from impact.greens.sampled import SampledGreens, Tail
 from impact.measured.frf import HERTZ, FrequencyResponse, Kind, receptance, response_units
-from seatfem.structures.formats.universal import SIZES, Dataset, Units, read_datasets, read_units
+from seatfem.structures.formats.universal import SIZES, SYSTEMS, Dataset, Units, read_datasets, read_units
 
 Direction = Literal["+x", "-x", "+y", "-y", "+z", "-z"]
 Place = tuple[int, Direction]
 """Node number, and direction of the outward normal of the struck face."""
 System = Literal["SI", "mm-N-s", "inch-lbf-s"]
-UNITS = {"SI": Units(1.0, 1.0), "mm-N-s": Units(1e-3, 1.0), "inch-lbf-s": Units(0.0254, 4.4482216152605)}
+UNITS = {"SI": SYSTEMS[1], "mm-N-s": SYSTEMS[10], "inch-lbf-s": SYSTEMS[7]}
 LIMIT = 256 * MB
 _CODES = {"+x": 1, "-x": -1, "+y": 2, "-y": -2, "+z": 3, "-z": -3}
 _ORDINATES: dict[int, Kind] = {8: "receptance", 11: "mobility", 12: "accelerance"}
