@@ -100,7 +100,8 @@ def matrices(
     """
     materials = body.solids(mesh_file.regions_of(mesh))
     stated: dict[str, Any] = {"fixed": body.held, "supports": supports_of(body), "rings": rings, "progress": progress}
-    stated["rayleigh"] = None if body.rayleigh is None else (body.rayleigh.mass, body.rayleigh.stiffness)
+    if body.rayleigh is not None:
+        stated["rayleigh"] = body.rayleigh.mass, body.rayleigh.stiffness
     sliding = tuple(support.on for support in body.supports if support.kind == "sliding")
     copies = body.copies.get(level, 1)
     try:

@@ -14,7 +14,8 @@ other patch by the distance from its rim, however many faces it has.
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal
+from types import MappingProxyType
+from typing import Any, Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +29,7 @@ from seatfem.structures.rings import parted, ring_borders, ring_names
 from seatfem.structures.shapes.loops import unshared
 
 ONE_RADIUS = 1e-3  # largest relative difference of radii of a circle, or a cylinder
+STRUCK: Final = MappingProxyType({"contact": "contact"})  # port and boundary of a body that is struck at one place
 _POLYGON = 0.2  # largest relative error of a circle's area by the straight sides of coarse elements
 _NEAREST = 8  # number of sides of the rim, those with the nearest middles, whose distance is computed
 
@@ -396,7 +398,7 @@ Matrices = Callable[[Array], tuple[sparse.csr_array, sparse.csr_array]]
 def whole_model(
     matrices: Matrices,
     solids: Sequence[materials.Solid],
-    rayleigh: tuple[float, float] | None,
+    rayleigh: tuple[float, float],
     supports: Mapping[Literal["K", "C"], sparse.csr_array],
     ports: Mapping[str, model.Port],
     dofs: model.DofMap,
@@ -411,7 +413,7 @@ def whole_model(
         supports: matrices that supports add to K and C, in the unknowns; absent keys add nothing.
         copies: number of equal sectors; all matrices are multiplied by it.
     """
-    pairs = np.array([solid.rayleigh for solid in solids]) + np.array(rayleigh or (0.0, 0.0))
+    pairs = np.array([solid.rayleigh for solid in solids]) + np.array(rayleigh)
     losses = np.array([solid.loss_factor for solid in solids])
     K, M = matrices(np.ones_like(pairs))
     C = H = None
