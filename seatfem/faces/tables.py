@@ -311,7 +311,7 @@ def _face_cells(face: cad.FoundFace, part: mesh_file.Part) -> tuple[str, ...]:
         _triple([1e3 * c for c in face.centre], 1e-4),
         direction if face.normal is None else f"n {_triple(face.normal, 1e-6)}",
         " to ".join(dict.fromkeys(f"{1e3 * radius:.5g}" for radius in face.radii or ())),
-        "" if face.colour is None else ", ".join(map(str, face.colour[:3])),
+        ", ".join(map(str, face.colour[:3])),
         face.name,
         ", ".join(face.groups),
         ", ".join(map(str, face.solids)) if len(part.solids) > 1 else "",

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from seatfem.structures import errors, lands
 from seatfem.structures.kinds.structure import Finding
+from seatfem.structures.mesh.checks import distances
 from seatfem.structures.mesh.gmsh_process import run_gmsh
 from seatfem.structures.shapes import CadPart, Geometry, decode, encode, loops
 from seatfem.structures.shapes.cad import check_readable
@@ -57,7 +58,6 @@ def listed(names: Collection[str]) -> str:
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 SAMPLED: Final = 400  # number of points of the contact face from which distances are computed
-BLOCK: Final = 256  # number of points to which distances are computed at once
 DIRECTED: Final = 0.1  # least difference of the two largest mean squares of the normals; 1/8 for a cone of 60 degrees
 BESIDE: Final = 0.5  # lateral distance of the held faces over the depth up to which they count as beneath
 
@@ -156,16 +156,6 @@ class Shape:
         return np.concatenate([corners.reshape(-1, 3), corners.mean(axis=1)])
 
 
-def distances(points: Array, others: Array) -> Array:
-    """Return the (n,) distances of ``points`` (n, 3), a few hundred, from the nearest of ``others`` (m, 3)."""
-    nearest = np.full(len(points), np.inf)
-    squares = np.einsum("ij,ij->i", points, points)
-    for some in np.array_split(others, max(1, len(others) // BLOCK)):
-        off = squares[:, None] - 2 * points @ some.T + np.einsum("ij,ij->i", some, some)
-        np.minimum(nearest, off.min(axis=1, initial=np.inf), out=nearest)
-    return np.asarray(np.sqrt(np.maximum(nearest, 0.0)))
-
-
 FILLED: Final = 0.6  # assumed volume over that of the bounding box, for a part of unknown volume
 EVEN: Final = 1e-6  # largest 1 - cos of the angle between parallel normals
 
@@ -196,7 +186,7 @@ class FoundFace:
     normal: Vector | None
     axis: tuple[Vector, Vector, float] | None
     radii: tuple[float, float] | None
-    colour: Colour | None
+    colour: Colour
     name: str
     groups: tuple[str, ...]
     solids: tuple[int, ...]

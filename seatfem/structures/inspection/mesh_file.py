@@ -120,7 +120,7 @@ def _described(shape: Shape, rows: Integers, number: int) -> FoundFace:
         normal=normal,
         axis=axis,
         radii=radii,
-        colour=None,
+        colour=(),
         name="",
         groups=tuple(name for name, group in shape.groups.items() if np.isin(rows[0], group)),
         solids=(),

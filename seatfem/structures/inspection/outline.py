@@ -83,7 +83,7 @@ def _read(state: FileState, path: Path, unit: float | None, oblique: bool) -> Dr
         return DrawnOutline(outline, tuple(holes))
     try:
         cad.check_readable(path)
-        if cad.stated_unit(path) is None:
+        if not cad.stated_unit(path):
             raise errors.GeometryError(f"{path}: states no length unit; export it with one")
     except errors.GeometryError as error:
         raise errors.GeometryError(f"Outlined.file = {error}") from error

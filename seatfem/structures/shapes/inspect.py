@@ -93,7 +93,7 @@ def triple(values: NDArray[np.float64]) -> Vector:
 class Mark(NamedTuple):
     """Properties of a face in a CAD file: colour, name, and its numbers in the file's order."""
 
-    colour: Colour | None = None
+    colour: Colour = ()
     name: str = ""
     numbers: tuple[int, ...] = ()
 
@@ -192,7 +192,7 @@ def _point_inside(
     return None
 
 
-def colour_of(model: Any, dimension: int, tag: int) -> Colour | None:
-    """Return the colour of a face or solid, None if it has none."""
+def colour_of(model: Any, dimension: int, tag: int) -> Colour:
+    """Return the colour of a face or solid, empty if it has none."""
     colour = tuple(int(c) for c in model.getColor(dimension, tag))
-    return None if colour == NO_COLOUR else (colour[0], colour[1], colour[2], colour[3])
+    return () if colour == NO_COLOUR else (colour[0], colour[1], colour[2], colour[3])
