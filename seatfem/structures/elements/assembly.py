@@ -109,7 +109,7 @@ def assemble(
     across = partial(places_across, mesh, cuts=np.concatenate([np.zeros(0, np.int64), *cuts]), copies=copies)
     of_nodes, T = dict[str, Port](), unknowns.displacements
     for port, name in patches.items():
-        patch = shape_functions.surface(space, name, "port", _FINE_RULE if rings > 1 or lip is not None else None)
+        patch = shape_functions.surface(space, name, "port", _FINE_RULE if rings > 1 or lip is not None else 0)
         of_nodes |= ports_on(port, name, rings, patch, across, solids, region, space.size, lip)
     of_ports = {
         name: Port(

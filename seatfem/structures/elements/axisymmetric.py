@@ -111,7 +111,7 @@ def assemble_axisymmetric(
     }
     whole: dict[str, Port] = {}
     for port, name in patches.items():
-        patch = ring_surface(section, name, "port", 2 * math.pi, _FINE_RULE if rings > 1 else None)
+        patch = ring_surface(section, name, "port", 2 * math.pi, _FINE_RULE if rings > 1 else 0)
         whole |= ports_on(port, name, rings, patch, _places, solids, region, section.n_nodes)
     half = 1.0 if harmonic == 0 else 0.5
     of_ports = {

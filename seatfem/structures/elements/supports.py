@@ -373,21 +373,26 @@ def spread_supports(
     sums: dict[Literal["K", "C"], sparse.csr_array] = {}
     for support, patch in zip(supports, patches, strict=True):
         for target, along, across in support.densities(patch, solids, region):
-            matrix = _spread(patch, along, across, 3 * n_nodes)
+            matrix = _spread(patch, along, across, n_nodes)
             sums[target] = sums[target] + matrix if target in sums else matrix
     return sums
 
 
-def _spread(patch: Surface, along: Array, across: Array, size: int) -> sparse.csr_array:
+def _spread(patch: Surface, along: Array, across: Array, n_nodes: int) -> sparse.csr_array:
     """Return the integral of N' (along n n' + across (I - n n')) N over the patch."""
     n = patch.normals
     tensor = across[..., None, None] * np.eye(3) + ((along - across)[..., None] * n)[..., None] * n[..., None, :]
     tensor *= patch.weights[..., None, None]
     blocks = np.einsum("fqi,fqj,fqab->fiajb", patch.shapes, patch.shapes, tensor, optimize=True)
-    unknowns = (3 * patch.cells[:, :, None].astype(np.int64) + np.arange(3)).reshape(len(patch.cells), -1)
+    return sum_blocks(patch.cells, blocks, n_nodes)
+
+
+def sum_blocks(cells: NDArray[np.integer], blocks: Array, n_nodes: int) -> sparse.csr_array:
+    """Return the (3 n, 3 n) sum of the matrices of cells (m, k), each of 3 k rows and columns, three a node."""
+    unknowns = (3 * cells[:, :, None].astype(np.int64) + np.arange(3)).reshape(len(cells), -1)
     width = unknowns.shape[1]
     rows, columns = np.repeat(unknowns, width, axis=1).ravel(), np.tile(unknowns, (1, width)).ravel()
-    matrix = sparse.csr_array((blocks.ravel(), (rows, columns)), shape=(size, size))
+    matrix = sparse.csr_array((blocks.ravel(), (rows, columns)), shape=(3 * n_nodes, 3 * n_nodes))
     return sparse.csr_array((matrix + matrix.T) / 2)  # symmetric to the last bit
 
 
