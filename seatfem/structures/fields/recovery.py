@@ -127,10 +127,11 @@ class Response:
         else:
             most = min(MOST, model.size, VECTORS + MORE * (ports - 1) if vectors is None else vectors)
             shift = 2 * math.pi * bandwidth
-            basis = KrylovBasis(model, factorize(model.K + shift**2 * model.M, name="K + s^2 M"), shift, most)
+            factor = factorize(model.K + shift**2 * model.M, name="K + s^2 M")
+            basis = KrylovBasis(model, factor, shift, most, np.zeros((model.size, 0)))
             basis.grow(most)
             V, ritz = basis.V, [basis.ritz(k) for k in (basis.size, max(1, int(FEWER * basis.size)))]
-            del basis  # frees the factorisation, most of the memory
+            del basis, factor  # frees the factorisation, most of the memory
         losses = [None if damping.loss is None else damping.losses(V[:, : len(C)] @ C) for *_, C in ritz]
         pairs, fewer = (
             Pairs(omega, damping.ratios(omega, loss), at_ports, C)

@@ -243,22 +243,22 @@ def _residual(matrix: sparse.csr_array, solve: Callable[[Array], Array]) -> floa
 
 def _pardiso_class() -> Any:
     """Return pypardiso's solver class, or ``None``; MKL's path is set first, to save a search through all files."""
-    if MKL_RUNTIME not in os.environ and (path := _mkl_runtime()) is not None:
-        os.environ[MKL_RUNTIME] = str(path)
+    if MKL_RUNTIME not in os.environ and (path := _mkl_runtime()):
+        os.environ[MKL_RUNTIME] = path
     try:
         return importlib.import_module("pypardiso").PyPardisoSolver
     except (ImportError, OSError):
         return None
 
 
-def _mkl_runtime() -> Path | None:
-    """Return the path of MKL's library in the package mkl; ``None`` if MKL is installed otherwise."""
+def _mkl_runtime() -> str:
+    """Return the path of MKL's library in the package mkl; "" if MKL is installed otherwise."""
     try:
         files = metadata.files("mkl") or ()
     except metadata.PackageNotFoundError:
-        return None
+        return ""
     paths = (Path(str(file.locate())).resolve() for file in files if "mkl_rt" in file.name)
-    return next((path for path in paths if path.is_file()), None)
+    return next((str(path) for path in paths if path.is_file()), "")
 
 
 def _pardiso(

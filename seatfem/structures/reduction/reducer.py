@@ -119,7 +119,7 @@ class History:
     first_error: float = np.inf
     seen: list[tuple[int, Array]] = field(default_factory=list)
 
-    def add(self, response: Array, size: int | None = None) -> float:
+    def add(self, response: Array, size: int = 0) -> float:
         """Return the estimated error of ``response``, of ``size`` Krylov vectors, relative to its maximum.
 
         With d the last change (or half the median of three: changes are uneven) and r the mean ratio of the last
@@ -135,7 +135,7 @@ class History:
         """
         before, self.last = self.last, response
         earlier = None
-        if size is not None:  # the response with at most two thirds of the vectors; older ones are dropped
+        if size:  # the response with at most two thirds of the vectors; older ones are dropped
             older = [k for k, (n, _) in enumerate(self.seen) if 3 * n <= 2 * size]
             self.seen = [*self.seen[older[-1] if older else 0 :], (size, response)]
             earlier = self.seen[0][1] if older else None
@@ -147,7 +147,7 @@ class History:
             return np.inf
         ratio = float(np.clip((recent[-1] / max(recent[0], 1e-300)) ** (1 / (len(recent) - 1)), 0.0, 0.9))
         summed = 2 * max(recent[-1], float(np.median(recent[-3:])) / 2) * max(1.0, ratio / (1 - ratio))
-        if size is None:
+        if not size:
             return summed
         return min(2 * summed, np.inf if earlier is None else _SINCE * _apart(response, earlier))
 
@@ -166,9 +166,9 @@ def _apart(response: Array, other: Array) -> float:
 
 
 G = TypeVar("G", bound=GreensFunction)
-Grown = tuple[Array, bool, bool, int | None]
+Grown = tuple[Array, bool, bool, int]
 """State after growth: (p, p, nt) g after the pulse [m/(N s)]; whether the space is complete; whether no further vector
-is allowed; the number of vectors, if it measures the progress of the space (`History.add`)."""
+is allowed; the number of vectors if it measures the progress of the space (`History.add`), else 0."""
 
 
 class Space(ABC, Generic[G]):

@@ -314,7 +314,7 @@ class _Coupled(Space[PoleGreens]):
         self.whole = basis.coupled(self.damping)
         self.omega = self.whole.omega
         self.response = poles(self.whole, self.model.port_names).filtered_matrix(self.t, self.aims.width)
-        return self.response, basis.complete, bool(basis.size == basis.limit), None
+        return self.response, basis.complete, bool(basis.size == basis.limit), 0
 
     def truncated(self, above: float) -> tuple[PoleGreens, float]:
         greens = poles(self.whole.below(above), self.model.port_names)
