@@ -19,7 +19,7 @@ from impact.files.safe_files import MB, write_whole
 from impact.greens import base, modal
 from impact.greens.sampled import SampledGreens, Tail
 from impact.measured.frf import HERTZ, FrequencyResponse, Kind, receptance, response_units
-from seatfem.structures.formats.universal import SIZES, SYSTEMS, Dataset, Units, read_datasets, read_units
+from seatfem.structures.formats.universal import SIZES, SYSTEMS, UNSTATED, Dataset, Units, read_datasets, read_units
 
 Direction = Literal["+x", "-x", "+y", "-y", "+z", "-z"]
 Place = tuple[int, Direction]
@@ -104,7 +104,7 @@ def read_modes_uff(
     modes = sorted((mode for each in sets if (mode := _mode(each)) is not None), key=lambda mode: mode.frequency)
     if not modes:
         raise UffError(f"{file}: no normal modes (dataset 55, analysis type 2) in it; export them")
-    if stated is None:
+    if stated == UNSTATED:
         raise UffError(f"{file}: states no units (dataset 164); state system, one of {', '.join(UNITS)}")
     counts = Counter(mode.number for mode in modes)
     for mode in modes:
@@ -174,14 +174,14 @@ def read_impulse_response_uff(
         raise base.GreensFunctionError(f"{path}: {problem}") from problem
 
 
-def _read(path: Path, kind: int, system: System | None) -> tuple[list[Dataset], Units | None]:
+def _read(path: Path, kind: int, system: System | None) -> tuple[list[Dataset], Units]:
     """Return the datasets of a kind, and the units by ``system``, or else by dataset 164, if it is there."""
     if not path.exists():
         raise UffError(f"{path}: no such file; check the path")
     if system is not None and system not in UNITS:
         raise UffError(f"system {system!r} is unknown; choose from {', '.join(UNITS)}")
     sets, others = list[Dataset](), set[int]()
-    units = None if system is None else UNITS[system]
+    units = UNSTATED if system is None else UNITS[system]
     for dataset in read_datasets(path, LIMIT, UffError):
         others.add(dataset.number)
         sets += [dataset] if dataset.number == kind else []
@@ -285,7 +285,7 @@ def _responses(
 
 
 def _scale(
-    function: _Function, stated: Units | None, is_chosen: bool, units: Stated, quantity: Kind | None
+    function: _Function, stated: Units, is_chosen: bool, units: Stated, quantity: Kind | None
 ) -> tuple[Kind, float]:
     """Return the quantity of a response and its factor to SI: as the caller chose, or else by dataset 164 and the
     labels of the axes. Raises `UffError` for units that are not stated, not known or contradict each other."""
@@ -300,19 +300,19 @@ def _scale(
         if is_chosen or normal_unit(response) not in known:
             raise fail(f"units.response = {response!r} must be one of {', '.join(known)}, without system; remove one")
         return kind, known[normal_unit(response)]
-    of_file = None if stated is None else stated.metre / stated.newton
-    if of_file is not None and (is_chosen or not above):
+    of_file = stated.metre / (stated.newton or 1.0)
+    if of_file and (is_chosen or not above):
         return kind, of_file
     label = f"{above}/{below.removesuffix(' s') or 'N'}"  # N s of an impulse
     scale = known.get(label, known.get(above))
     if not below and scale is not None and above not in known:  # over the unit of force of the file
-        scale = None if stated is None else scale / stated.newton
+        scale = scale / stated.newton if stated.newton else None
     example = label if label in known else next(iter(known))
     remedy = f"state units.response, as {example!r}, or system: {', '.join(UNITS)}"
     if scale is None:
         why = f"labels {label!r} are no unit of {kind} that is known" if above else "there are no labels of axes"
         raise fail(f"states no units that are known: dataset 164 is missing, or {why}; {remedy}")
-    if of_file is not None and not math.isclose(scale, of_file, rel_tol=1e-6):
+    if of_file and not math.isclose(scale, of_file, rel_tol=1e-6):
         raise fail(f"its axes are labelled {label!r}, which contradicts dataset 164 ({of_file:.6g} in SI); {remedy}")
     return kind, scale
 

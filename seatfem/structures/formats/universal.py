@@ -132,7 +132,10 @@ SYSTEMS: Final[Mapping[int, Units]] = MappingProxyType(
 USER_DEFINED: Final = 9
 
 
-def read_units(dataset: Dataset, before: Units | None) -> Units:
+UNSTATED: Final = Units(0.0, 0.0)
+
+
+def read_units(dataset: Dataset, before: Units) -> Units:
     """Return the units of dataset 164: code, words and temperature mode, then factors from SI of length, force and
     temperature. Raises the dataset's error for factors that are not positive or contradict the code, and for other
     units than those of a dataset ``before``."""
@@ -148,7 +151,7 @@ def read_units(dataset: Dataset, before: Units | None) -> Units:
             meant = f"{per_si:g} by its code of units, {code}" if per_si else "positive"
             raise dataset.fail(f"the factor of {what} is {factor:g}, must be {meant}: correct code or factor")
     units = Units(1 / factors[0], 1 / factors[1])
-    if before not in (None, units):
+    if before not in (UNSTATED, units):
         raise dataset.fail("states other units than the one before; remove one")
     return units
 
@@ -197,7 +200,7 @@ LIMIT: Final = 512 * MB
 class _Content:
     """Nodes, elements, groups and units of a file, which its datasets fill while they are read."""
 
-    units: Units | None = None
+    units: Units = UNSTATED
     nodes: dict[int, list[float]] = field(default_factory=dict)
     systems: dict[int, int] = field(default_factory=dict)  # a node of each coordinate system
     basic: dict[int, bool] = field(default_factory=dict)  # whether a coordinate system is the basic one
@@ -306,8 +309,7 @@ def read_unv(path: Path) -> file_mesh.FileMesh:
         node_sets=nodes,
     )
     notes = tuple(f"left aside: {what}" + f" ({count} times)" * (count > 1) for what, count in content.aside.items())
-    unit = None if content.units is None else content.units.metre
-    return replace(file_mesh.assembled(deck).mesh, unit=unit, notes=notes)
+    return replace(file_mesh.assembled(deck).mesh, unit=content.units.metre, notes=notes)
 
 
 def _of_type(kind: int, rows: list[list[int]], columns: Mapping[int, tuple[int, ...]]) -> file_mesh.Elements:
