@@ -310,7 +310,7 @@ def _face_cells(face: cad.FoundFace, part: mesh_file.Part) -> tuple[str, ...]:
         f"{1e6 * face.area:.5g}",
         _triple([1e3 * c for c in face.centre], 1e-4),
         direction if face.normal is None else f"n {_triple(face.normal, 1e-6)}",
-        " to ".join(dict.fromkeys(f"{1e3 * radius:.5g}" for radius in face.radii or ())),
+        " to ".join(dict.fromkeys(f"{1e3 * radius:.5g}" for radius in face.radii)),
         ", ".join(map(str, face.colour[:3])),
         face.name,
         ", ".join(face.groups),

@@ -173,7 +173,7 @@ class FoundFace:
         area, centre: area and centroid.
         normal: outward normal of a flat face.
         axis: point and direction of a cylinder's or cone's axis, and the cone's half angle [rad].
-        radii: least and largest distance from that axis.
+        radii: least and largest distance from that axis; () without one.
         colour, name: colour and name in the file.
         groups: names of the groups that contain it.
         solids: numbers of the solids in the file that it bounds, from 1.
@@ -185,7 +185,7 @@ class FoundFace:
     centre: Vector
     normal: Vector | None
     axis: tuple[Vector, Vector, float] | None
-    radii: tuple[float, float] | None
+    radii: tuple[float, ...]
     colour: Colour
     name: str
     groups: tuple[str, ...]

@@ -188,8 +188,8 @@ thickness = "0.3 mm"
 
     @model_validator(mode="after")
     def _thickness_of_the_file(self) -> Self:
-        drawn = None if self.file is None else self._from_file.thickness
-        if drawn is not None and not math.isclose(drawn, self.thickness, rel_tol=SAME):
+        drawn = 0.0 if self.file is None else self._from_file.thickness
+        if drawn and not math.isclose(drawn, self.thickness, rel_tol=SAME):
             raise KeyProblem(
                 "thickness",
                 f"{1e3 * self.thickness:g} mm, but the plate in {Path(str(self.file)).name} is {1e3 * drawn:g} mm "

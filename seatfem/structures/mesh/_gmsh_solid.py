@@ -14,7 +14,16 @@ from numpy.typing import NDArray
 from seatfem.structures.mesh._gmsh_base import KeptModel, arrays, handed_over, set_sizes, stage
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import CadPart, Geometry, GeometryError, NumberedFace, cad, decode
-from seatfem.structures.shapes.inspect import Mark, area_of, colour_of, faces_of, outline_of, patch_tags, volume_of
+from seatfem.structures.shapes.inspect import (
+    Mark,
+    area_of,
+    colour_of,
+    faces_of,
+    outline_of,
+    painted,
+    patch_tags,
+    volume_of,
+)
 from seatfem.structures.shapes.selectors import joined_to, matching
 from seatfem.structures.shapes.shape import cut, patches_in
 
@@ -353,10 +362,13 @@ def build(
             raise GeometryError(
                 f"sector = {sectors}: the part beside y = 0 must be 1/{sectors} of the volume, it is {part / whole:.6g}"
             )
-    marks = recall(gmsh, imported) if isinstance(geometry, CadPart) else None
-    occ.synchronize()
     if isinstance(geometry, CadPart):
+        marks = recall(gmsh, imported)
+        occ.synchronize()
         check_faces(gmsh.model, unit)
+    else:
+        occ.synchronize()
+        marks = painted(gmsh.model)
     tags = patch_tags(gmsh.model, patches_in(geometry, sectors), unit, marks)
     if shared := set(tags["contact"]) & set(tags.get("fixed", ())):
         raise GeometryError(f"faces {sorted(shared)} must not be both 'contact' and 'fixed'")

@@ -18,7 +18,8 @@ from seatfem.structures.errors import GeometryError
 from seatfem.units import write_quantity
 
 Vector = tuple[float, float, float]
-Colour = tuple[int, int, int, int] | tuple[()]
+Paint = tuple[int, int, int, int]
+Colour = Paint | tuple[()]
 
 
 @dataclass(frozen=True)
@@ -131,8 +132,8 @@ UP: Vector = (0.0, 0.0, 1.0)
 DOWN: Vector = (0.0, 0.0, -1.0)
 ORIGIN: Vector = (0.0, 0.0, 0.0)
 
-CONTACT_COLOUR: Colour = (255, 0, 0, 255)
-FIXED_COLOUR: Colour = (0, 0, 255, 255)
+CONTACT_COLOUR: Paint = (255, 0, 0, 255)
+FIXED_COLOUR: Paint = (0, 0, 255, 255)
 
 
 @dataclass(frozen=True)
