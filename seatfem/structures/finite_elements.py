@@ -364,6 +364,6 @@ def static_greens(model: SecondOrderModel, damping_ratio: float) -> modal.ModalG
         FactorizationError: a body that can move freely has no static compliance.
     """
     compliance = model.port_matrix.T @ factorization.factorize(model.K, name="K").solve(model.port_matrix)
-    impedance = sum(port.impedance or np.inf for port in model.ports.values())
+    impedance = sum(port.impedance for port in model.ports.values())
     start = model.damping.plus(damping_ratio).first_velocity() / impedance
     return spring_of(compliance, start, model.port_names, {"method": "statics", "dof": model.size})

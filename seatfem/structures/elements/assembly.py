@@ -112,9 +112,7 @@ def assemble(
         patch = shape_functions.surface(space, name, "port", _FINE_RULE if rings > 1 or lip is not None else 0)
         of_nodes |= ports_on(port, name, rings, patch, across, solids, region, space.size, lip)
     of_ports = {
-        name: Port(
-            unknowns.displacements.T @ port.vector, copies * (port.area or 0.0), copies * (port.impedance or 0.0)
-        )
+        name: Port(unknowns.displacements.T @ port.vector, copies * port.area, copies * port.impedance)
         for name, port in of_nodes.items()
     }
     bodies = [shape_functions.surface(space, support.boundary, type(support).__name__) for support in supports]

@@ -114,9 +114,7 @@ def assemble_axisymmetric(
         patch = ring_surface(section, name, "port", 2 * math.pi, _FINE_RULE if rings > 1 else 0)
         whole |= ports_on(port, name, rings, patch, _places, solids, region, section.n_nodes)
     half = 1.0 if harmonic == 0 else 0.5
-    of_ports = {
-        name: Port(T.T @ port.vector, port.area, half * (port.impedance or 0.0)) for name, port in whole.items()
-    }
+    of_ports = {name: Port(T.T @ port.vector, port.area, half * port.impedance) for name, port in whole.items()}
     points = np.stack([section.points[0], np.zeros(section.n_nodes), section.points[1]])
     matrices = _matrices(section, solids, region, harmonic, torsion, T)
     progress("assembly", 0.5)

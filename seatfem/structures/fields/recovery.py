@@ -132,7 +132,7 @@ class Response:
             basis.grow(most)
             V, ritz = basis.V, [basis.ritz(k) for k in (basis.size, max(1, int(FEWER * basis.size)))]
             del basis, factor  # frees the factorisation, most of the memory
-        losses = [None if damping.loss is None else damping.losses(V[:, : len(C)] @ C) for *_, C in ritz]
+        losses = [0.0 if damping.loss is None else damping.losses(V[:, : len(C)] @ C) for *_, C in ritz]
         pairs, fewer = (
             Pairs(omega, damping.ratios(omega, loss), at_ports, C)
             for (omega, at_ports, C), loss in zip(ritz, losses, strict=True)

@@ -257,16 +257,13 @@ def inspect_geometry(geometry: Geometry, *, picture: bool = False) -> Inspected:
 @lru_cache(maxsize=4)
 def _inspected(encoded: str, state: FileState | None, picture: bool) -> Inspected:
     data = json.loads(encoded)
-    if state is not None:
-        data["path"] = str(state.path)
-        try:
-            check_readable(decode(json.loads(encoded)).path)
-        except errors.GeometryError as error:
-            return _nothing(error)
     try:
+        if state is not None:
+            check_readable(Path(data["path"]))
+            data["path"] = str(state.path)
         arrays = run_gmsh({"task": "inspect", "geometry": data, "picture": picture})
     except errors.GeometryError as error:  # raised before the geometry is built, as for an unknown unit
-        return _nothing(error)
+        return Inspected((), ((error.field or "path", str(error)),), (), EMPTY, ())
     answer = json.loads(str(arrays["found"]))
     rows = [np.flatnonzero(arrays["faces"] == face["tag"]) for face in answer["faces"]] if answer["faces"] else []
     if not rows:
@@ -277,7 +274,7 @@ def _inspected(encoded: str, state: FileState | None, picture: bool) -> Inspecte
     shape = Shape(arrays["points"], arrays["triangles"], groups, float(answer["volume"]))
     faces = tuple(_face(face, answer["groups"]) for face in answer["faces"])
     edges = {name: arrays["edges"][arrays["edges_of"] == k] for k, name in enumerate(answer["flat"])}
-    solids = tuple(FoundSolid(**solid | {"centre": tuple(solid["centre"])}) for solid in answer["solids"])
+    solids = tuple(FoundSolid(**{key: decode(value) for key, value in solid.items()}) for solid in answer["solids"])
     regions = tuple(answer["regions"])
     return Inspected(faces, _problems(answer), regions, shape, tuple(rows), edges, solids, answer["in_file"])
 
@@ -287,10 +284,6 @@ def _alike(normals: Sequence[Vector | None]) -> bool:
     return all(normal is not None and np.dot(normal, normals[0]) > 1 - EVEN for normal in normals)  # type: ignore[arg-type]
 
 
-def _nothing(error: errors.GeometryError) -> Inspected:
-    return Inspected((), ((error.field or "path", str(error)),), (), EMPTY, ())
-
-
 def _problems(answer: Mapping[str, object]) -> tuple[tuple[str, str], ...]:
     problems = answer["problems"]
     assert isinstance(problems, list)
@@ -298,10 +291,5 @@ def _problems(answer: Mapping[str, object]) -> tuple[tuple[str, str], ...]:
 
 
 def _face(face: Mapping[str, object], groups: Mapping[str, list[int]]) -> FoundFace:
-    def plain(key: str) -> object:
-        value = face[key]
-        return tuple(tuple(v) if isinstance(v, list) else v for v in value) if isinstance(value, list) else value
-
-    keys = ("numbers", "kind", "area", "centre", "normal", "axis", "radii", "colour", "name", "solids")
     containing = tuple(name for name, tags in groups.items() if face["tag"] in tags)
-    return FoundFace(**{key: plain(key) for key in keys}, groups=containing)  # type: ignore[arg-type]
+    return FoundFace(**{key: decode(value) for key, value in face.items() if key != "tag"}, groups=containing)

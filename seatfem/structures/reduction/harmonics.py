@@ -282,7 +282,7 @@ def combine_harmonics(
         if greens is None:
             raise ModelError("harmonics combine modes: use damping that does not couple them (ratio, Rayleigh, loss)")
         damping = model.damping.plus(damping_ratio)
-        start = damping.first_velocity() / np.array([port.impedance for port in model.ports.values()], dtype=float)
+        start = damping.first_velocity() / np.array([port.impedance for port in model.ports.values()])
         total.add(harmonic, greens)
         limit = min(limit, greens.valid_for)
         lags.append(total.beyond(harmonic, static_lag(greens, np.diag(start), damping, total.t, total.width)))
@@ -293,7 +293,7 @@ def combine_harmonics(
     wave_harmonics = last = harmonic - 1
     if total.touches_from(harmonic):
         tail, doubt = _static_tail(build, total, wave_harmonics, aims, max_harmonic)
-        impedances = {name: 2 * float(port.impedance or math.inf) for name, port in model.ports.items()}
+        impedances = {name: 2 * port.impedance for name, port in model.ports.items()}
         lacking = damping.first_velocity() * first_velocities_beyond(patches, impedances, wave_harmonics)
         total.close(reducer.relaxation(tail.compliance(), lacking, damping.beta), max(lags[-2:]) + doubt)
         last = tail.last

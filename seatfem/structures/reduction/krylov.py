@@ -195,14 +195,13 @@ class _Vectors(RitzSpace):
         self.basis = self._start((_HIGHER if undamped else 1.0) * aims.band)
 
     def grow(self) -> Grown:
-        basis, band, loss = self.basis, self.aims.band, None
+        basis, band = self.basis, self.aims.band
         if basis.shift == band and basis.size >= _CRAWLS * len(self.model.ports) and not basis.complete:
             basis = self._start(_HIGHER * band)
             self.basis, self.history = basis, History(self.aims.tolerance)
         basis.grow(basis.size + max(_BLOCK, basis.size // 8))
         omega, shapes, self.coefficients = basis.ritz()
-        if self.damping.loss is not None:
-            loss = self.damping.losses(basis.combined(self.coefficients))
+        loss = 0.0 if self.damping.loss is None else self.damping.losses(basis.combined(self.coefficients))
         return self.see(omega, shapes, loss=loss), basis.complete, basis.size == basis.limit, basis.size
 
     def shortfall(self, error: float) -> str:

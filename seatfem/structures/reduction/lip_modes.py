@@ -82,7 +82,7 @@ def lip_greens(
         harmonic += 1
         progress("harmonics", harmonic / (harmonic + 8))
     widths = np.array([patch.width for patch in patches.values()])
-    impedance = np.array([first.ports[patch.boundary].impedance or math.inf for patch in patches.values()], dtype=float)
+    impedance = np.array([first.ports[patch.boundary].impedance for patch in patches.values()])
     start = np.diag(damping.first_velocity() * 2 * math.pi / (widths * impedance))
     omega, zetas, all_shapes = (np.concatenate(each) for each in zip(*parts, strict=True))
     rest = relaxation(_residual_compliance(compliance, omega, all_shapes), start, damping.beta)

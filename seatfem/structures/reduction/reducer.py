@@ -6,6 +6,7 @@ The residual is passive; further checks are of reciprocity and passivity of a Gr
 from __future__ import annotations
 
 import inspect
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -240,7 +241,7 @@ class Space(ABC, Generic[G]):
 class RitzSpace(Space[modal.ModalGreens]):
     """A space whose Ritz pairs are not coupled by damping."""
 
-    def see(self, omega: Array, shapes: Array, *, loss: Array | None = None) -> Array:
+    def see(self, omega: Array, shapes: Array, *, loss: Array | float = 0.0) -> Array:
         """Set the pairs of the space; return their (p, p, nt) response after the pulse.
 
         Args:
@@ -305,11 +306,11 @@ def residual(left_out: Array, model: SecondOrderModel, damping: Damping) -> moda
     impedance of a port is unknown.
     """
     impedances = [port.impedance for port in model.ports.values()]
-    if any(z is None for z in impedances):
+    if math.inf in impedances:
         if damping.beta == 0:
             return modal.Residual.spring(left_out)
         impedances = [1e-9 * damping.beta / max(r, 1e-300) for r in np.diag(left_out)]
-    start = np.diag(damping.first_velocity() / np.array(impedances, dtype=float))
+    start = np.diag(damping.first_velocity() / np.array(impedances))
     return relaxation((left_out + left_out.T) / 2, start, damping.beta)
 
 
