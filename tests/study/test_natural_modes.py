@@ -143,7 +143,7 @@ def test_the_mesh_is_as_fine_as_what_is_looked_for(tmp_path):
     few, many = (modes_of(wide, Wanted(count), Stopwatch(), silent) for count in (6, 16))
     assert few.dof < 30_000 < many.dof  # 2 MHz: half a million
     assert few.frequencies_hz == pytest.approx(many.frequencies_hz[:6], rel=0.01)
-    below = modes_of(wide, Wanted(None, 1.01 * many.frequencies_hz[5]), Stopwatch(), silent)
+    below = modes_of(wide, Wanted(up_to_hz=1.01 * many.frequencies_hz[5]), Stopwatch(), silent)
     assert len(below.modes) == 6
     assert below.dof < many.dof
 

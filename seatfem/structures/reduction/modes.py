@@ -70,10 +70,10 @@ class Modes:
 
 def solve_modes(
     model: SecondOrderModel,
-    n: int | None = None,
+    n: float = np.inf,
     *,
-    up_to_hz: float | None = None,
-    shift_hz: float | None = None,
+    up_to_hz: float = np.inf,
+    shift_hz: float = 0.0,
     limit: float = np.inf,
     backend: Backend = "auto",
     progress: notices.Progress = notices.silent,
@@ -86,9 +86,9 @@ def solve_modes(
     Starts are seeded, so runs are reproducible. Source: Grimes, Lewis & Simon, SIAM J. Matrix Anal. Appl. 15 (1994).
 
     Args:
-        n: number of modes [20, or with ``up_to_hz`` as many as there are]; all of them if the model has fewer.
+        n: number of modes; all of them if the model has fewer; with neither limit, 20.
         up_to_hz: highest frequency [Hz]; if both limits are given, the lower one counts.
-        shift_hz: frequency of the order of the lowest elastic one; default: from the size of the model.
+        shift_hz: frequency of the order of the lowest elastic one; 0: from the size of the model.
         limit: most modes up to ``up_to_hz``.
         progress: called with ("modes", fraction) and ("factorization", fraction).
 
@@ -97,22 +97,22 @@ def solve_modes(
         CountError: no factorization counts eigenvalues, or its count contradicts those found.
         CrowdedError: there are more than ``limit`` modes.
     """
-    if n is not None and n < 1:
+    if not n >= 1:
         raise ModelError(f"n = {n} modes asked for: give at least 1")
-    if up_to_hz is not None and not 0 < up_to_hz < np.inf:
-        raise ModelError(f"up_to_hz = {up_to_hz} must be positive and finite")
-    if shift_hz is not None and not 0 < shift_hz < np.inf:
+    if not up_to_hz > 0:
+        raise ModelError(f"up_to_hz = {up_to_hz} must be positive")
+    if not 0 <= shift_hz < np.inf:
         raise ModelError(f"shift_hz = {shift_hz} must be positive and finite")
-    most = 20 if n is None and up_to_hz is None else n
-    highest = np.inf if up_to_hz is None else (2 * np.pi * up_to_hz) ** 2
-    scale = eigen_search.default_shift(model) if shift_hz is None else 2 * np.pi * shift_hz
+    most = 20 if n == up_to_hz == np.inf else n
+    highest = (2 * np.pi * up_to_hz) ** 2
+    scale = 2 * np.pi * shift_hz or eigen_search.default_shift(model)
     flat = eigen_search.null_limit(model) > _SURE * scale**2  # elements: round-off of K hides the lowest from LAPACK
-    if model.size <= (most or 0) + 2 or (model.size <= DENSE and not flat):
+    if model.size <= 2 + (most if most < np.inf else 0) or (model.size <= DENSE and not flat):
         return _lowest(dense_modes(model, scale), most, highest)
-    spectrum = Spectrum(model, backend=backend, lowest=0.0 if shift_hz is None else scale**2, progress=progress)
-    if most is not None:
-        spectrum.first(most)
-    if up_to_hz is not None and (most is None or spectrum.top < highest):
+    spectrum = Spectrum(model, backend=backend, lowest=(2 * np.pi * shift_hz) ** 2, progress=progress)
+    if most < np.inf:
+        spectrum.first(int(most))
+    if up_to_hz < np.inf and (most == np.inf or spectrum.top < highest):
         spectrum.below(highest, limit)
     return _lowest(modes_of(spectrum, scale), most, highest)
 
@@ -141,10 +141,10 @@ def dense_modes(model: SecondOrderModel, scale: float) -> Modes:
     return _modes(model, np.asarray(values), np.asarray(shapes), scale, "lapack")
 
 
-def _lowest(modes: Modes, most: int | None, highest: float) -> Modes:
+def _lowest(modes: Modes, most: float, highest: float) -> Modes:
     """Return at most the first ``most`` modes, and none above ``highest`` [1/s^2]."""
     count = int(np.sum(modes.omega**2 <= highest * (1 + 1e-9)))
-    kept = slice(0, count if most is None else min(most, count))
+    kept = slice(0, int(min(most, count)))
     return replace(
         modes,
         frequencies_hz=modes.frequencies_hz[kept],
