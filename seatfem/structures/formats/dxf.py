@@ -18,7 +18,6 @@ from impact.greens.base import Array
 from seatfem.structures.errors import GeometryError
 from seatfem.structures.shapes import loops
 
-JOINED: Final = 1e-6  # largest distance of end points that count as one, over the outline's size
 LARGEST: Final = 8 * MB
 MOST_ENTITIES: Final = 20_000  # ezdxf takes 0.1 ms for each
 MOST_CORNERS: Final = 10_000  # largest number of corners of all curves: each end is compared with all others
@@ -107,9 +106,7 @@ def _outlines(entities: Iterable[Any], scale: float) -> tuple[Array, ...]:
         x, y = 1e3 * scale * point
         return GeometryError(f"its outline is open at ({x:.6g}, {y:.6g}) mm: nothing goes on from there; close it")
 
-    within = JOINED * float(np.ptp(np.concatenate(chains)[:, :2], axis=0).max())
-    outlines = [loop * (scale, scale, 1.0) for loop in loops.closed(chains, within, open_at)]
-    return tuple(sorted(outlines, key=lambda loop: -abs(loops.area(loop))))
+    return tuple(loop * (scale, scale, 1.0) for loop in loops.outlines(chains, open_at))
 
 
 def _with_blocks(entities: Iterable[Any], depth: int = 0) -> Iterator[Any]:

@@ -303,12 +303,11 @@ def _frame(face: Face, path: Path, *, oblique: bool) -> Frame:
 def _loops(gmsh: Any, face: Face, path: Path, frame: Frame) -> list[Array]:
     """Return the outline, then the holes [m], in coordinates of the frame."""
     chains = [_chain(gmsh, tag, frame) for tag in sorted(face.curves)]
-    size = float(np.ptp(np.concatenate(chains)[:, :2], axis=0).max())
 
     def open_at(point: Array) -> GeometryError:
         return _wrong(path, "its outline is open at ({:.6g}, {:.6g}) mm; close it".format(*(1e3 * point)))
 
-    outlines = sorted(loops.closed(chains, 1e-6 * size, open_at), key=lambda loop: -abs(loops.area(loop)))
+    outlines = loops.outlines(chains, open_at)
     area = abs(loops.area(outlines[0])) - sum(abs(loops.area(hole)) for hole in outlines[1:])
     if not math.isclose(area, face.area, rel_tol=LOST):
         raise _wrong(
