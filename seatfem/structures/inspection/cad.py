@@ -233,7 +233,7 @@ class Inspected:
         return self.shape.volume or FILLED * float(self.shape.extent.prod())
 
     @lru_cache(maxsize=4)  # noqa: B019  few results are cached, as in `_inspected`
-    def land(self, group: str, along: Vector | None = None) -> lands.Land:
+    def land(self, group: str, along: tuple[float, ...] = ()) -> lands.Land:
         """Return the flat faces of a group with their axes; ``along`` and errors as in `lands.land_of`."""
         normals = [face.normal for face in self.faces if group in face.groups]
         if group not in self.edges or not normals or normals[0] is None or not _alike(normals):

@@ -53,7 +53,7 @@ class Face:
     axis: Axis | None = None
     name: str = ""
     numbers: tuple[int, ...] = ()
-    distance: Callable[[Vector], float] | None = None
+    distance: Callable[[Vector], float] = lambda point: math.inf
 
     def radii(self, point: Vector, direction: Vector) -> NDArray[np.float64]:
         """Return the distances of the outline from an axis."""
@@ -255,7 +255,7 @@ class PointFace:
     tolerance: float = LENGTH_TOLERANCE
 
     def matches(self, face: Face) -> bool:
-        return face.distance is not None and face.distance(self.point) <= self.tolerance
+        return face.distance(self.point) <= self.tolerance
 
     def __str__(self) -> str:
         return "face at the point ({:g}, {:g}, {:g}) mm".format(*(1e3 * c for c in self.point))
