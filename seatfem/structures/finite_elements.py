@@ -363,7 +363,8 @@ def static_greens(model: SecondOrderModel, damping_ratio: float) -> modal.ModalG
     Raises:
         FactorizationError: a body that can move freely has no static compliance.
     """
-    compliance = model.port_matrix.T @ factorization.factorize(model.K, name="K").solve(model.port_matrix)
     impedance = sum(port.impedance for port in model.ports.values())
     start = model.damping.plus(damping_ratio).first_velocity() / impedance
-    return spring_of(compliance, start, model.port_names, {"method": "statics", "dof": model.size})
+    return spring_of(
+        factorization.static_compliance(model), start, model.port_names, {"method": "statics", "dof": model.size}
+    )

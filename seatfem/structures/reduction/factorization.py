@@ -25,8 +25,8 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from impact.notices import Progress
-from seatfem.structures.model import Array, DofMap, as_csr
+from impact.notices import Progress, silent
+from seatfem.structures.model import Array, DofMap, SecondOrderModel, as_csr
 
 Backend = Literal["auto", "pardiso", "superlu"]
 MKL_RUNTIME: Final = "PYPARDISO_MKL_RT"  # environment variable of pypardiso with the path of MKL
@@ -139,6 +139,13 @@ def factorize(
             f"(limit {tolerance:.0e}): the matrix is singular or badly scaled{_REMEDY}"
         )
     return Factorization(matrix.shape[0], "pardiso" if pardiso else "superlu", negative, residual, solve)
+
+
+def static_compliance(model: SecondOrderModel, backend: Backend = "auto", progress: Progress = silent) -> Array:
+    """Return the (p, p) static B' K^-1 B [m/N]. Raises `FactorizationError` for a body that can move freely."""
+    factor = factorize(model.K, backend=backend, name="K")
+    compliance = model.port_matrix.T @ solve_in_blocks(factor, model.port_matrix, progress)
+    return np.asarray((compliance + compliance.T) / 2)
 
 
 def _in_single_precision(matrix: sparse.csr_array, solver_class: Any, allowed: float) -> Factorization | None:

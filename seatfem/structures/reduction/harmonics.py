@@ -149,9 +149,8 @@ class Tail:
     def add(self, model: SecondOrderModel, backend: factorization.Backend) -> None:
         """Compute the compliance of the harmonic `next` from its model."""
         self.last = self.next
-        static = model.port_matrix.T @ factorization.factorize(model.K, backend=backend).solve(model.port_matrix)
         self._numbers.append(self.last)
-        self._scaled.append(self.last * (static + static.T) / 2)
+        self._scaled.append(self.last * factorization.static_compliance(model, backend))
 
     def compliance(self) -> Array:
         """Return the (p, p) sum over all harmonics above ``reduced`` of s_ni s_nj cos n(th_i - th_j) R_n [m/N].
