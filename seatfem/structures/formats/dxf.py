@@ -47,14 +47,14 @@ CLIPPED: Final = "ACAD_FILTER"  # key of a clipping path
 FRAME: Final = 16  # flag of a vertex that is the control point of a spline
 
 
-def read_outline(path: Path, unit: float | None = None) -> tuple[Array, ...]:
+def read_outline(path: Path, unit: float = 0.0) -> tuple[Array, ...]:
     """Return closed loops (n, 3) of corners x, y [m] and bulges, the outline first, then its holes.
 
     Arcs stay arcs; ellipses become arcs, splines chords. Blocks count where they are inserted, as often as they are.
 
     Args:
         path: an ASCII file.
-        unit: metres per unit of the drawing; ``None``: as stated in its header ($INSUNITS).
+        unit: metres per unit of the drawing; 0: as stated in its header ($INSUNITS).
 
     Raises:
         GeometryError: no DXF file, no unit, entities that are no curves in the plane, an outline that is open.
@@ -67,8 +67,8 @@ def read_outline(path: Path, unit: float | None = None) -> tuple[Array, ...]:
     try:
         _check_pairs(text)
         drawing = filemanagement.read(io.StringIO(text))
-        scale = UNITS.get(drawing.header.get("$INSUNITS")) if unit is None else unit
-        if scale is None:
+        scale = unit or UNITS.get(drawing.header.get("$INSUNITS"), 0.0)
+        if not scale:
             raise GeometryError('its header states no length unit that is known; state it: unit = "mm"')
         return _outlines(drawing.modelspace(), scale)
     except Exception as problem:  # whatever a damaged file provokes

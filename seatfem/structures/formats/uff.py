@@ -13,7 +13,7 @@ from typing import Any, Final, Literal, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from impact.bodies.time_series import SECONDS, Stated
+from impact.bodies.time_series import NOTHING_STATED, SECONDS, Stated
 from impact.files.csv_table import normal_unit, real
 from impact.files.safe_files import MB, write_whole
 from impact.greens import base, modal
@@ -81,8 +81,8 @@ def read_modes_uff(
     ports: Mapping[str, Place | Sequence[Place]],
     system: System | None = None,
     damping_ratio: float | None = None,
-    modal_mass: float | None = None,
-    compliance: base.Array | float | None = None,
+    modal_mass: float = 0.0,
+    compliance: base.Array | float = 0.0,
 ) -> modal.ModalGreens:
     """Return normal modes of datasets 55 as a Green's function.
 
@@ -93,7 +93,7 @@ def read_modes_uff(
         ports: node and direction by name; several places are averaged.
         system: units of the file, one of `UNITS`, in place of those of dataset 164.
         damping_ratio: replaces the damping in the file.
-        modal_mass: replaces the modal mass in the file, in its unit of mass (1 for mass-normalised shapes).
+        modal_mass: replaces the modal mass in the file, in its unit of mass (1 for mass-normalised shapes), if not 0.
         compliance: static compliance of all modes above the last, scalar or (p, p) [m/N], a massless spring.
 
     Raises:
@@ -110,18 +110,18 @@ def read_modes_uff(
     for mode in modes:
         if counts[mode.number] > 1:
             raise mode.dataset.fail(f"mode {mode.number} is there twice; remove one")
-        if modal_mass is None and not mode.mass > 0:
+        if not (modal_mass or mode.mass) > 0:
             raise mode.dataset.fail(
                 f"mode {mode.number} has the modal mass {mode.mass:g}, must be positive; state modal_mass = 1 if its "
                 "shapes are mass-normalised"
             )
-    masses = np.array([mode.mass if modal_mass is None else modal_mass for mode in modes])
+    masses = np.array([modal_mass or mode.mass for mode in modes])
     places = {name: cast("Sequence[Place]", [at] if isinstance(at[0], int) else at) for name, at in ports.items()}
     shapes = [[np.mean([*map(mode.displacement, port)]) for port in places.values()] for mode in modes]
     omega = np.array([2 * np.pi * mode.frequency for mode in modes])
     zeta = np.array([mode.damping if damping_ratio is None else damping_ratio for mode in modes])
     kilograms = masses * stated.newton / stated.metre
-    residual = modal.Residual.none(len(ports)) if compliance is None else modal.Residual.spring(compliance)
+    residual = modal.Residual.spring(compliance) if np.any(compliance) else modal.Residual.none(len(ports))
     port_texts = {name: str(port) for name, port in places.items()}
     origin = {"kind": "modes", "file": file.name, "modes": len(modes), "ports": port_texts}
     return modal.ModalGreens(omega, zeta, shapes / np.sqrt(kilograms)[:, None], residual, tuple(ports), origin=origin)
@@ -132,7 +132,7 @@ def read_frf_uff(
     *,
     ports: Mapping[str, Place],
     system: System | None = None,
-    units: Stated | None = None,
+    units: Stated = NOTHING_STATED,
     quantity: Kind | None = None,
 ) -> FrequencyResponse:
     """Return frequency responses of datasets 58 between the given ports, as receptance.
@@ -150,7 +150,7 @@ def read_frf_uff(
         UffError: no such file, no units or several, a response that is missing, ambiguous or of another quantity.
         FrequencyResponseError: errors of `FrequencyResponse`.
     """
-    frequency, values, kind, scale = _responses(Path(path), ports, _FRF, system, units or {}, quantity)
+    frequency, values, kind, scale = _responses(Path(path), ports, _FRF, system, units, quantity)
     origin = {"file": Path(path).name, "read_as": f"{kind}, values in {scale:.6g} {next(iter(response_units(kind)))}"}
     return receptance(frequency, values, kind, port_names=tuple(ports), origin=origin)
 

@@ -55,7 +55,7 @@ class DrawnOutline:
         return replace(self, outline=moved(self.outline), holes=tuple(map(moved, self.holes)), frame=frame)
 
 
-def outline_in(path: Path, unit: float | None = None, *, oblique: bool = False) -> DrawnOutline:
+def outline_in(path: Path, unit: float = 0.0, *, oblique: bool = False) -> DrawnOutline:
     """Return the outline in a file, cached in the process while the file is unchanged.
 
     A STEP file holds one plane face, or a plate, whose thickness is determined. The normal of the face is an axis of
@@ -63,7 +63,7 @@ def outline_in(path: Path, unit: float | None = None, *, oblique: bool = False) 
 
     Args:
         path: STEP or DXF file.
-        unit: metres per unit of a DXF drawing.
+        unit: metres per unit of a DXF drawing; 0: as stated in it.
         oblique: whether a STEP face may be inclined to all axes; its axes are then those of
             `seatfem.structures.lands.axes_along`.
 
@@ -77,7 +77,7 @@ def outline_in(path: Path, unit: float | None = None, *, oblique: bool = False) 
 
 
 @lru_cache(maxsize=8)
-def _read(state: FileState, path: Path, unit: float | None, oblique: bool) -> DrawnOutline:
+def _read(state: FileState, path: Path, unit: float, oblique: bool) -> DrawnOutline:
     if path.suffix.lower() not in cad.STEP_SUFFIXES:
         outline, *holes = map(_corners, read_outline(path, unit))
         return DrawnOutline(outline, tuple(holes))
