@@ -121,7 +121,6 @@ def counting_shift(model: SecondOrderModel, value: float, backend: Backend) -> S
     Raises:
         CountError: no shift near it can be factorized with a count of negative pivots.
     """
-    problem: object = "its pivots cannot be counted"
     for move in _MOVES:
         moved = value * (1 + move)
         try:
@@ -136,8 +135,7 @@ def counting_shift(model: SecondOrderModel, value: float, backend: Backend) -> S
             if "memory" in str(error):
                 raise
             problem = error
-            continue
-        if factor.negative_pivots is not None:
+        else:
             return Shift(moved, factor.negative_pivots, factor)
     raise CountError(
         f"no factorization near {write_quantity(np.sqrt(abs(value)) / (2 * np.pi), 'frequency', 4)} counts "

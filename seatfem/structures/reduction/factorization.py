@@ -61,14 +61,14 @@ class Factorization:
     Attributes:
         size: number of unknowns.
         backend: "pardiso" or "superlu", and `SINGLE` of factors in single precision; or `TWO_GRIDS`.
-        negative_pivots: number of negative eigenvalues of the matrix (Sylvester), ``None`` if the backend cannot count.
+        negative_pivots: number of negative eigenvalues of the matrix (Sylvester).
         residual: ||A x - b|| / ||b|| of its first solve.
         refined: whether each solve is refined once, by a product in double precision.
     """
 
     size: int
     backend: str
-    negative_pivots: int | None
+    negative_pivots: int
     residual: float
     _solve: Callable[[Array], Array]
     refined: bool = False
@@ -353,7 +353,7 @@ def _calls(solver: Any, upper: sparse.csr_matrix, kind: type) -> Callable[[int, 
     return call
 
 
-def _superlu(matrix: sparse.csr_array) -> tuple[Callable[[Array], Array], int | None]:
+def _superlu(matrix: sparse.csr_array) -> tuple[Callable[[Array], Array], int]:
     """Return a solver by SuperLU without pivoting, in METIS order, and the number of negative pivots."""
     graph = sparse.csr_array(matrix - sparse.diags_array(matrix.diagonal()))
     graph.eliminate_zeros()
@@ -363,10 +363,10 @@ def _superlu(matrix: sparse.csr_array) -> tuple[Callable[[Array], Array], int | 
         lu = splu(permuted, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     except RuntimeError as error:
         raise FactorizationError(f"superlu: {error}{_REMEDY}") from error
-    unpivoted = np.array_equal(lu.perm_r, np.arange(len(order)))
-    negative = int(np.sum(lu.U.diagonal() < 0)) if unpivoted else None
+    if not np.array_equal(lu.perm_r, np.arange(len(order))):
+        raise FactorizationError(f"superlu: a pivot on the diagonal is zero{_REMEDY}")
 
     def solve(rhs: Array) -> Array:
         return np.asarray(lu.solve(np.ascontiguousarray(rhs[order], dtype=float))[place])
 
-    return solve, negative
+    return solve, int(np.sum(lu.U.diagonal() < 0))
