@@ -102,7 +102,6 @@ def read_time_series(
     quantity: Quantity,
     *,
     outside: Outside = "forbid",
-    delimiter: str = "",
     columns: Stated = NOTHING_STATED,
     units: Stated = NOTHING_STATED,
     rpm: float | None = None,
@@ -111,8 +110,8 @@ def read_time_series(
 ) -> TimeSeries:
     """Read two columns, time and value, under a header such as ``time [ms],pressure [bar]``; others are left aside.
 
-    Columns are divided by tabs, semicolons or commas, with decimal points or commas, as the lines show or ``delimiter``
-    says. ``columns`` and ``units`` name those of "time", or "angle", and of the quantity where the header does not.
+    Columns are divided by tabs, semicolons or commas, with decimal points or commas, as the lines show.
+    ``columns`` and ``units`` name those of "time", or "angle", and of the quantity where the header does not.
     Times in s, ms, us; pressure in Pa, kPa, MPa, mbar, bar, psi; force in N, mN, kN; acceleration in m/s^2, mm/s^2;
     velocity in m/s, mm/s; displacement in m, mm, um; strain in m/m, mm/m, um/m. Units stand in [] or (). Empty lines
     and lines that begin with # are skipped. With ``rpm``, the speed of a crank [1/min], the first column is ``angle
@@ -125,7 +124,7 @@ def read_time_series(
             the message names file, line and column.
     """
     like = f"'time [s],{quantity} [SI unit]'"
-    table = needed_csv(path, TimeSeriesError, like, delimiter)
+    table = needed_csv(path, TimeSeriesError, like)
     name = table.path
     if rpm is not None and not (rpm > 0 and math.isfinite(rpm)):
         raise TimeSeriesError(f"{name}: rpm = {rpm:g} must be positive and finite")

@@ -183,11 +183,11 @@ def _complex(text: str) -> complex:
     return number
 
 
-def read_csv(path: Path, error: type[Exception], *, delimiter: str = "", most: int = CSV_LIMIT) -> CsvTable | None:
+def read_csv(path: Path, error: type[Exception], *, most: int = CSV_LIMIT) -> CsvTable | None:
     """Return the table in a file without lines that begin with #; ``None`` if no line has content.
 
-    ``delimiter``: separator of columns; "": determined from the lines. Raises ``error``: no regular file, larger
-    than ``most`` bytes, no text, too many columns or lines, ambiguous commas or points in numbers.
+    Raises ``error``: no regular file, larger than ``most`` bytes, no text, too many columns or lines, ambiguous commas
+    or points in numbers.
     """
     with opened_file(path, most, error) as file:
         data = file.read()
@@ -197,7 +197,7 @@ def read_csv(path: Path, error: type[Exception], *, delimiter: str = "", most: i
         if re.search(rb"[\x00-\x08]", data):
             raise error(f"{path}: is no CSV text in UTF-8 ({problem}); save it as such") from problem
         text = data.decode("cp1252", errors="replace")
-    separator = delimiter or _separator_of(text[: 1 << 20])
+    separator = _separator_of(text[: 1 << 20])
     lines: list[int] = []
     rows: list[list[str]] = []
     remark: tuple[int, list[str]] | None = None  # the last one above the rows
@@ -269,11 +269,11 @@ def _with_unit(head: Head, cell: str) -> Head:
     return Head(f"{head.name} [{both}]", head.name, both) if unit else head
 
 
-def needed_csv(path: str | os.PathLike[str], error: type[Exception], like: str, delimiter: str) -> CsvTable:
+def needed_csv(path: str | os.PathLike[str], error: type[Exception], like: str) -> CsvTable:
     """Return the table in a file as `read_csv`; raises ``error`` if the file is missing or empty, too."""
     if not Path(path).exists():
         raise error(f"{path}: no such file; check the path")
-    if (table := read_csv(Path(path), error, delimiter=delimiter)) is None:
+    if (table := read_csv(Path(path), error)) is None:
         raise error(f"{path}: is empty; the first line must be like {like}")
     return table
 

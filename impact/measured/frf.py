@@ -40,7 +40,6 @@ def read_impulse_response(
     pretrigger: Pretrigger = "refuse",
     port_name: str = "contact",
     static: Array | None = None,
-    delimiter: str = "",
     columns: Stated = NOTHING_STATED,
     units: Stated = NOTHING_STATED,
 ) -> SampledGreens:
@@ -54,7 +53,7 @@ def read_impulse_response(
         GreensFunctionError: what `SampledGreens.from_series` refuses, no CSV text, a header without quantity and unit,
             other numbers of columns, a cell that is no number; the message names the file.
     """
-    table = needed_csv(path, GreensFunctionError, _LIKE_IMPULSE, delimiter)
+    table = needed_csv(path, GreensFunctionError, _LIKE_IMPULSE)
     known = {"time": SECONDS, "impulse_response": _UNITS}
     samples, factors = table.quantities(known, columns, units)
     time, values = samples.T * factors[:, None]
@@ -331,7 +330,6 @@ def read_frf(
     path: str | os.PathLike[str],
     *,
     port_name: str = "contact",
-    delimiter: str = "",
     columns: Stated = NOTHING_STATED,
     units: Stated = NOTHING_STATED,
     quantity: Kind | None = None,
@@ -357,7 +355,7 @@ def read_frf(
         FrequencyResponseError: no such file, no CSV text, a header without quantities and units, a cell that is not a
             number, values that `FrequencyResponse` refuses.
     """
-    table = needed_csv(path, FrequencyResponseError, _LIKE.removeprefix("must be like "), delimiter)
+    table = needed_csv(path, FrequencyResponseError, _LIKE.removeprefix("must be like "))
     if unknown := sorted({*columns} - {*_ROLES}) + sorted({*units} - {"frequency", "response", "phase"}):
         roles = f"columns has {', '.join(_ROLES)}, units has frequency, response and phase"
         raise FrequencyResponseError(f"{table.path}: {unknown[0]!r} is no role: {roles}: remove it")

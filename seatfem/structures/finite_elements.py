@@ -100,7 +100,8 @@ def matrices(
     """
     materials = body.solids(mesh_file.regions_of(mesh))
     stated: dict[str, Any] = {"fixed": body.held, "supports": supports_of(body), "rings": rings, "progress": progress}
-    stated["rayleigh"] = None if body.rayleigh is None else (body.rayleigh.mass, body.rayleigh.stiffness)
+    if body.rayleigh is not None:
+        stated["rayleigh"] = body.rayleigh.mass, body.rayleigh.stiffness
     sliding = tuple(support.on for support in body.supports if support.kind == "sliding")
     copies = body.copies.get(level, 1)
     try:
@@ -362,7 +363,8 @@ def static_greens(model: SecondOrderModel, damping_ratio: float) -> modal.ModalG
     Raises:
         FactorizationError: a body that can move freely has no static compliance.
     """
-    compliance = model.port_matrix.T @ factorization.factorize(model.K, name="K").solve(model.port_matrix)
-    impedance = sum(port.impedance or np.inf for port in model.ports.values())
+    impedance = sum(port.impedance for port in model.ports.values())
     start = model.damping.plus(damping_ratio).first_velocity() / impedance
-    return spring_of(compliance, start, model.port_names, {"method": "statics", "dof": model.size})
+    return spring_of(
+        factorization.static_compliance(model), start, model.port_names, {"method": "statics", "dof": model.size}
+    )

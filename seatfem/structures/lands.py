@@ -66,10 +66,10 @@ class Land:
         return np.asarray((points - np.array(self.centre)) @ np.array([self.x, self.y]).T)
 
 
-def axes_along(normal: Sequence[float] | Array, along: Sequence[float] | None = None) -> Array:
+def axes_along(normal: Sequence[float] | Array, along: Sequence[float] = ()) -> Array:
     """Return the (3, 3) unit vectors x, y, z of a face with the outward normal z.
 
-    x is the part along the face of the direction ``along``; ``None``: of the body's own x axis, or of its y axis where
+    x is the part along the face of the direction ``along``; (): of the body's own x axis, or of its y axis where
     the face lies across x.
 
     Raises:
@@ -77,16 +77,16 @@ def axes_along(normal: Sequence[float] | Array, along: Sequence[float] | None = 
     """
     z = np.asarray(normal) / np.linalg.norm(normal)
     usual = np.array([1.0, 0.0, 0.0]) if np.hypot(z[1], z[2]) > SQUARE_ON else np.array([0.0, 1.0, 0.0])
-    direction = usual if along is None else np.asarray(along) / np.linalg.norm(along)
+    direction = np.asarray(along) / np.linalg.norm(along) if along else usual
     x = direction - (direction @ z) * z
-    if along is not None and np.linalg.norm(x) < TELLING:
+    if along and np.linalg.norm(x) < TELLING:
         words = ", ".join(f"{each:.4g}" for each in direction)
         raise errors.ModelError(f"seat.along = ({words}) is square to the struck face; give a direction along it")
     x /= np.linalg.norm(x)
     return np.array([x, np.cross(z, x), z])
 
 
-def land_of(edges: Array, normal: Sequence[float] | Array, along: Sequence[float] | None = None) -> Land:
+def land_of(edges: Array, normal: Sequence[float] | Array, along: Sequence[float] = ()) -> Land:
     """Return the land that straight ``edges`` (e, 2, 3) bound, in any order [m], with its outward normal; ``along``: as
     of `axes_along`.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import InitVar, dataclass, field, replace
 from functools import cached_property
@@ -85,7 +86,7 @@ class Damping:
             return f"C = {self.alpha:g} M + {self.beta:g} K would feed energy: both coefficients must be >= 0"
         return ""
 
-    def ratios(self, omega: Array, loss: Array | None = None) -> Array:
+    def ratios(self, omega: Array, loss: Array | float = 0.0) -> Array:
         """Return the (m,) damping ratio of each mode of ``omega`` (m,) [rad/s], ``loss`` (m,) its phi' H phi [1/s^2].
 
         Raises:
@@ -96,12 +97,12 @@ class Damping:
                 f"alpha = {self.alpha:g} 1/s damps the rigid motion of a free body: use alpha = 0 or fix it"
             )
         safe = np.where(omega > 0, omega, np.inf)
-        lost = 0.0 if loss is None else np.maximum(loss, 0.0) / (2 * safe**2)
+        lost = np.maximum(loss, 0.0) / (2 * safe**2)
         return np.asarray(self.ratio + self.alpha / (2 * safe) + self.beta * omega / 2 + lost)
 
-    def losses(self, shapes: Array) -> Array | None:
-        """Return the (m,) phi' H phi of the columns of ``shapes`` (n, m) [1/s^2]; ``None`` without a loss matrix."""
-        return None if self.loss is None else np.asarray(np.einsum("nm,nm->m", shapes, self.loss @ shapes))
+    def losses(self, shapes: Array) -> Array | float:
+        """Return the (m,) phi' H phi of the columns of ``shapes`` (n, m) [1/s^2]; 0 without a loss matrix."""
+        return 0.0 if self.loss is None else np.asarray(np.einsum("nm,nm->m", shapes, self.loss @ shapes))
 
     def first_velocity(self) -> float:
         """Return g(0+) relative to the undamped 1/Z.
@@ -143,22 +144,21 @@ class Port:
         vector: (n_free,) b, so that b'u is the patch's area-averaged displacement along its outward normal [m] and
             b F the nodal forces of a uniform normal load of F newton on it.
         area: A [m^2].
-        impedance: Z = force per velocity of the patch at the very first instant [N s/m]: rho c_p A for a solid.
-            ``None``: not known.
+        impedance: Z = force per velocity of the patch at the very first instant [N s/m]: rho c_p A for a solid; inf
+            where it is not known, as the area is nan.
     """
 
     vector: Array
-    area: float | None = None
-    impedance: float | None = None
+    area: float = math.nan
+    impedance: float = math.inf
 
     __repr__ = brief
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "vector", np.asarray(self.vector, dtype=float))
         for key in ("area", "impedance"):
-            value = getattr(self, key)
-            if value is not None and not (np.isfinite(value) and value > 0):
-                raise ModelError(f"port: {key} = {value} must be positive and finite, or None if it is not known")
+            if (value := getattr(self, key)) <= 0:
+                raise ModelError(f"port: {key} = {value} must be positive; leave it out if it is not known")
 
 
 @dataclass(frozen=True)

@@ -65,18 +65,16 @@ class Mode:
 
 @dataclass(frozen=True)
 class NaturalModes:
-    """The lowest modes of a seat.
+    """The lowest modes of a seat, as many as inertia counts.
 
     Attributes:
         modes: the lowest first.
-        complete: whether inertia counted as many.
         mesh: what they were computed on; ``None`` for matrices.
         dof: unknowns; of one harmonic.
         searched: in words.
     """
 
     modes: tuple[Mode, ...]
-    complete: bool
     mesh: meshing.SeatMesh | plane_meshes.MeridianMesh | None
     dof: int
     searched: str
@@ -91,22 +89,19 @@ class NaturalModes:
 class Wanted:
     """The number of modes, or the frequency [Hz] up to which; of both, what ends first."""
 
-    count: int | None = None
-    up_to_hz: float | None = None
+    count: float = math.inf
+    up_to_hz: float = math.inf
 
     def __post_init__(self) -> None:
-        if self.count is not None and self.count < 1:
+        if self.count < 1:
             raise ModelError(f"--count {self.count}: ask for at least one mode")
-
-    @property
-    def limit(self) -> float:
-        """Return the largest number of modes."""
-        return math.inf if self.count is None else self.count
 
     @staticmethod
     def from_limits(count: int | None, up_to_hz: float | None) -> Wanted:
         """Return what is wanted, the 20 lowest where nothing is said."""
-        return Wanted(DEFAULT_COUNT if count is None and up_to_hz is None else count, up_to_hz)
+        if count is None and up_to_hz is None:
+            return Wanted(DEFAULT_COUNT)
+        return Wanted(math.inf if count is None else count, math.inf if up_to_hz is None else up_to_hz)
 
 
 def modes_of(body: Structure, wanted: Wanted, watch: Stopwatch, progress: Progress = silent) -> NaturalModes | None:
@@ -136,7 +131,7 @@ def modes_of(body: Structure, wanted: Wanted, watch: Stopwatch, progress: Progre
     with watch("modes"):
         solved = solve_modes(model, wanted.count, up_to_hz=wanted.up_to_hz, progress=progress)
         modes = tuple(_listed(model, solved, _elastic_compliance(model, solved)))
-        return NaturalModes(modes, solved.complete, mesh, model.size, "the whole body")
+        return NaturalModes(modes, mesh, model.size, "the whole body")
 
 
 def modes_of_volume(volume: float, band: float, slow: float) -> float:
@@ -153,8 +148,8 @@ def _drawn(
     """Return elements as fine as the highest frequency looked for asks, where the scene gives no size: by Weyl's law,
     which knows nothing of the lower modes of thin parts and thus asks for no less than they need."""
     of_one = modes_of_volume(body.measures_inside("3d"), 1.0, body.slowest)
-    band = (max(wanted.limit, _FEWEST_SEEN) / of_one) ** (1 / 3)
-    band, stated = _FINER * min(band, wanted.up_to_hz or math.inf), body.mesh
+    band = (max(wanted.count, _FEWEST_SEEN) / of_one) ** (1 / 3)
+    band, stated = _FINER * min(band, wanted.up_to_hz), body.mesh
     method = Method(level, band, size=stated.size, contact_size=stated.contact_size, order=stated.order)
     return finite_elements.draw(body, body.mesh_spec(method), level, progress, method=method)
 
@@ -168,15 +163,14 @@ def _around(body: Elastic, mesh: plane_meshes.MeridianMesh, wanted: Wanted, prog
     patch = harmonics.RingPatch(0.0, 2 * math.pi if body.struck_arc is None else body.struck_arc)
     all_modes: list[Mode] = []
     compliances: dict[int, float] = {}
-    complete, empty, harmonic, dof = True, 0, 0, 0
+    empty, harmonic, dof = 0, 0, 0
     while harmonic < _FEWEST or empty < _EMPTY:
         highest = _bound(all_modes, wanted)
         for torsion in (False, True) if harmonic == 0 else (False,):
             model = build(harmonic, torsion)
             dof = max(dof, model.size)
-            most = wanted.count if highest is None else None
-            modes = solve_modes(model, most, up_to_hz=highest or wanted.up_to_hz)
-            complete = complete and modes.complete
+            most = wanted.count if highest == math.inf else math.inf
+            modes = solve_modes(model, most, up_to_hz=highest)
             static = _elastic_compliance(model, modes)
             weight = float(patch.coefficients(harmonic)) ** 2 if body.struck_arc is not None else float(harmonic == 0)
             if model.ports:
@@ -189,20 +183,20 @@ def _around(body: Elastic, mesh: plane_meshes.MeridianMesh, wanted: Wanted, prog
     progress("harmonics", 1.0)
     all_modes = _shared(all_modes, patch, compliances, build, arc=body.struck_arc is not None)
     searched = f"nodal diameters 0 to {harmonic - 1}, torsion among them"
-    return NaturalModes(tuple(all_modes), complete, mesh, dof, searched)
+    return NaturalModes(tuple(all_modes), mesh, dof, searched)
 
 
-def _bound(found: list[Mode], wanted: Wanted) -> float | None:
-    """Return the frequency [Hz] above which nothing is asked for, once that is known."""
-    if wanted.count is None or len(found) < wanted.count:
+def _bound(found: list[Mode], wanted: Wanted) -> float:
+    """Return the frequency [Hz] above which nothing is asked for, as far as that is known."""
+    if len(found) < wanted.count:
         return wanted.up_to_hz
-    return max(found[wanted.count - 1].frequency_hz, 1e-3)
+    return max(found[int(wanted.count) - 1].frequency_hz, 1e-3)
 
 
 def _kept(found: list[Mode], wanted: Wanted) -> list[Mode]:
     """Return the lowest modes wanted; a pair at the end stays whole."""
     ordered = sorted(found, key=lambda mode: (mode.frequency_hz, mode.diameters or 0, mode.family))
-    count = int(min(wanted.limit, len(ordered)))
+    count = int(min(wanted.count, len(ordered)))
     if 0 < count < len(ordered) and ordered[count].repeats and ordered[count - 1].family == "cos":
         count += 1
     return ordered[:count]

@@ -30,7 +30,7 @@ class Surface:
         struck: name of the struck group.
         normal: (3,) outward normal of the struck face; ``None`` where only its direction is known.
         held, bedded: groups that are clamped, and held by springs.
-        along: direction that is drawn as x; ``None``: as of `seatfem.structures.lands.axes_along`.
+        along: direction that is drawn as x; (): as of `seatfem.structures.lands.axes_along`.
     """
 
     shape: Shape
@@ -39,7 +39,7 @@ class Surface:
     normal: Sequence[float] | None
     held: tuple[str, ...] = ()
     bedded: tuple[str, ...] = ()
-    along: Sequence[float] | None = None
+    along: Sequence[float] = ()
 
 
 def of_surface(name: str, surface: Surface) -> BodyViews:

@@ -81,7 +81,7 @@ def _square(about_x: str, about_y: str, rigid: int) -> tuple[Case, ...]:
         held += [((1, 2), plane(0, 0.0))] if about_x == "A" else []
         held += [((0, 2), plane(1, 0.0))] if about_y == "A" else []
         scale = thickness / 0.05
-        modes = solve_modes(hold(whole, *held), rigid + len(exact), check=False, shift_hz=2.0 * scale)
+        modes = solve_modes(hold(whole, *held), rigid + len(exact), shift_hz=2.0 * scale)
         return tuple(modes.frequencies_hz[rigid:] / scale)
 
     limit = small_limit(solve)
@@ -105,7 +105,7 @@ def _membrane() -> tuple[Case, ...]:
         material = Material(_YOUNG * young, _POISSON, _DENSITY)
         whole = assemble(mesh, material, fixed=(), sliding="middle", ports={}, order=2)
         model = hold(whole, ((0, 1), plane(0, 0.0)))
-        return tuple(solve_modes(model, 6, check=False, shift_hz=50.0).frequencies_hz)
+        return tuple(solve_modes(model, 6, shift_hz=50.0).frequencies_hz)
 
     limit = converged(solve, 3, 2)
     name = "tapered membrane (FV32), plane stress"
@@ -121,7 +121,7 @@ def _round(outer: str, inner: str, hole: float, harmonic: int) -> tuple[Case, ..
         h = thickest / n
         model = _bending(outer, inner, hole, h, harmonic, young)
         unit = h / math.sqrt(12 * (1 - _POISSON**2))  # w/lambda^2
-        modes = solve_modes(model, len(exact) + 2, check=False, shift_hz=unit * 100.0 / (2 * math.pi))
+        modes = solve_modes(model, len(exact) + 2, shift_hz=unit * 100.0 / (2 * math.pi))
         values = modes.omega / unit
         return tuple(values[values > 1.0][: len(exact)])
 

@@ -69,7 +69,7 @@ def test_parts_under_one_load_are_the_whole_face(arcs: int, rings: int, straight
     assert whole.area == pytest.approx(lip.area, rel=1e-4)  # parabolic sides
     together = sum(share * port.vector for share, port in zip(lip.division.shares, parts.ports.values(), strict=True))
     np.testing.assert_allclose(together, whole.vector, atol=1e-12 * np.abs(whole.vector).max())
-    assert sum(port.impedance or 0.0 for port in parts.ports.values()) == pytest.approx(whole.impedance, rel=1e-10)
+    assert sum(port.impedance for port in parts.ports.values()) == pytest.approx(whole.impedance, rel=1e-10)
 
 
 @pytest.mark.slow

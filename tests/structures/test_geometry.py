@@ -62,7 +62,7 @@ def test_step_states_its_unit(tmp_path, entities, unit):
     """The unit is what the context assigns, whatever it is called, by way of several multiples; none is 0 here."""
     path = tmp_path / "a.step"
     path.write_text(f"#9=(NAMED_UNIT(*)PLANE_ANGLE_UNIT()SI_UNIT($,.RADIAN.));\n{entities}\n")
-    assert (stated_unit(path) or 0.0) == pytest.approx(unit, rel=1e-14)
+    assert stated_unit(path) == pytest.approx(unit, rel=1e-14)
 
 
 @pytest.mark.parametrize("of", ["#3", "#77", "#9"])

@@ -71,7 +71,7 @@ def test_a_round_hole_is_held_by_its_faces(drawn: Path) -> None:
 def test_a_face_in_another_plane(drawn: Path) -> None:
     """Normal x: y and z are its coordinates; it has no thickness."""
     found = outline_in(drawn / "rectangle.step")
-    assert found.thickness is None
+    assert found.thickness == 0
     corners = np.array(found.outline)[:, :2]
     assert corners.min(axis=0) == pytest.approx((0.0, -4e-3), abs=1e-12)
     assert corners.max(axis=0) == pytest.approx((20e-3, 4e-3))

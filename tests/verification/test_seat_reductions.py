@@ -31,7 +31,7 @@ def annular_mesh():
     return make_mesh(seat, MeshSpec(size=2e-3, contact_size=1.2e-3)).mesh
 
 
-def annular(rayleigh=None):
+def annular(rayleigh=(0.0, 0.0)):
     return assemble(annular_mesh(), STEEL, rayleigh=rayleigh)
 
 

@@ -25,6 +25,7 @@ from scipy import sparse
 from impact.notices import Progress, silent
 from seatfem.structures.elements import element_kernels, shape_functions
 from seatfem.structures.elements.supports import (
+    STRUCK,
     Freedom,
     Support,
     freedom,
@@ -56,11 +57,11 @@ def assemble(
     sliding: str | Sequence[str] = (),
     antisymmetric: str | Sequence[str] = (),
     supports: Sequence[Support] = (),
-    ports: Mapping[str, str] | None = None,
-    order: int | None = None,
+    ports: Mapping[str, str] = STRUCK,
+    order: int = 0,
     mass: Mass = "consistent",
     dilatation: Dilatation = "auto",
-    rayleigh: tuple[float, float] | None = None,
+    rayleigh: tuple[float, float] = (0.0, 0.0),
     copies: int = 1,
     rings: int = 1,
     lip: FaceLip | None = None,
@@ -76,8 +77,8 @@ def assemble(
         sliding: plane boundaries without normal displacement: planes of symmetry.
         antisymmetric: plane boundaries without tangential displacement.
         supports: springs and dashpots on boundaries (`seatfem.structures.elements.supports`).
-        ports: boundary name of each port's patch; default ``{"contact": "contact"}``.
-        order: 1 or 2, polynomial order of the displacement; default: that of the mesh.
+        ports: boundary name of each port's patch.
+        order: 1 or 2, polynomial order of the displacement; 0: that of the mesh.
         mass: "consistent", or "nodal": diagonal, by Gauss-Lobatto quadrature at the nodes of hexahedra, by scaling the
             diagonal in tetrahedra. Each element keeps its whole mass.
         dilatation: "projected" keeps nearly incompressible solids from locking; "auto" does so for isotropic solids
@@ -94,7 +95,7 @@ def assemble(
             regions that do not cover the mesh once, linear tetrahedra of a nearly incompressible solid.
     """
     mesh = getattr(mesh, "mesh", mesh)
-    patches = {"contact": "contact"} if ports is None else dict(ports)
+    patches = dict(ports)
     faces = {"fixed": names(fixed), "sliding": names(sliding), "antisymmetric": names(antisymmetric)}
     check_ports(mesh, patches, faces)
     solids, region = solids_by_region(mesh, material)
@@ -108,12 +109,10 @@ def assemble(
     across = partial(places_across, mesh, cuts=np.concatenate([np.zeros(0, np.int64), *cuts]), copies=copies)
     of_nodes, T = dict[str, Port](), unknowns.displacements
     for port, name in patches.items():
-        patch = shape_functions.surface(space, name, "port", _FINE_RULE if rings > 1 or lip is not None else None)
+        patch = shape_functions.surface(space, name, "port", _FINE_RULE if rings > 1 or lip is not None else 0)
         of_nodes |= ports_on(port, name, rings, patch, across, solids, region, space.size, lip)
     of_ports = {
-        name: Port(
-            unknowns.displacements.T @ port.vector, copies * (port.area or 0.0), copies * (port.impedance or 0.0)
-        )
+        name: Port(unknowns.displacements.T @ port.vector, copies * port.area, copies * port.impedance)
         for name, port in of_nodes.items()
     }
     bodies = [shape_functions.surface(space, support.boundary, type(support).__name__) for support in supports]

@@ -28,6 +28,7 @@ from seatfem.structures.elements import assembly, shape_functions
 from seatfem.structures.elements.shape_functions import Surface, element_of, facets_of
 from seatfem.structures.elements.supports import (
     ONE_RADIUS,
+    STRUCK,
     Constraint,
     Matrices,
     Support,
@@ -49,9 +50,9 @@ def assemble_axisymmetric(
     torsion: bool = False,
     fixed: str | Sequence[str] = "fixed",
     sliding: str | Sequence[str] = (),
-    ports: Mapping[str, str] | None = None,
-    order: int | None = None,
-    rayleigh: tuple[float, float] | None = None,
+    ports: Mapping[str, str] = STRUCK,
+    order: int = 0,
+    rayleigh: tuple[float, float] = (0.0, 0.0),
     supports: Sequence[Support] = (),
     rings: int = 1,
     progress: notices.Progress = notices.silent,
@@ -76,8 +77,8 @@ def assemble_axisymmetric(
         torsion: for harmonic 0, assemble the torsional motion V instead, which no port excites.
         fixed: boundaries without displacement; ``()`` for a free body.
         sliding: straight boundaries without normal displacement: planes, cylinders, cones.
-        ports: boundary name of each port's ring; default ``{"contact": "contact"}``.
-        order: 1 or 2, polynomial order of the displacement; default: that of the mesh.
+        ports: boundary name of each port's ring.
+        order: 1 or 2, polynomial order of the displacement; 0: that of the mesh.
         rayleigh: (alpha [1/s], beta [s]) of the damping C = alpha M + beta K, on top of the materials' own.
         supports: springs and dashpots on boundaries (`elements.supports`), uniform in the angle.
         rings: number of ports into which every patch is divided, NAME_1, NAME_2, ... from the inner edge to the outer
@@ -97,8 +98,7 @@ def assemble_axisymmetric(
     solids, region = assembly.solids_by_region(mesh, material)
     for solid in solids:
         check_revolved(solid)
-    patches = {"contact": "contact"} if ports is None else dict(ports)
-    patches = {} if torsion else patches
+    patches = {} if torsion else dict(ports)
     held = {"fixed": assembly.names(fixed), "sliding": assembly.names(sliding)}
     assembly.check_ports(mesh, patches, held)
     unknowns = freedom(section.n_nodes, _constraints(section, harmonic, torsion, held))
@@ -111,12 +111,10 @@ def assemble_axisymmetric(
     }
     whole: dict[str, Port] = {}
     for port, name in patches.items():
-        patch = ring_surface(section, name, "port", 2 * math.pi, _FINE_RULE if rings > 1 else None)
+        patch = ring_surface(section, name, "port", 2 * math.pi, _FINE_RULE if rings > 1 else 0)
         whole |= ports_on(port, name, rings, patch, _places, solids, region, section.n_nodes)
     half = 1.0 if harmonic == 0 else 0.5
-    of_ports = {
-        name: Port(T.T @ port.vector, port.area, half * (port.impedance or 0.0)) for name, port in whole.items()
-    }
+    of_ports = {name: Port(T.T @ port.vector, port.area, half * port.impedance) for name, port in whole.items()}
     points = np.stack([section.points[0], np.zeros(section.n_nodes), section.points[1]])
     matrices = _matrices(section, solids, region, harmonic, torsion, T)
     progress("assembly", 0.5)
@@ -198,10 +196,10 @@ _ELEMENTS = {
 _CHUNK = 2048  # elements per batch: bounds the memory of the strain matrices
 
 
-def section_element(mesh: Any, order: int | None) -> Any:
-    """Return scikit-fem's element of an ``order`` (default: the mesh's) on triangles or quadrilaterals."""
-    degree = (1 if mesh.dofs.element_dofs.shape[0] == mesh.t.shape[0] else 2) if order is None else order
-    return element_of(mesh, degree, _ELEMENTS, " in a meridian section")
+def section_element(mesh: Any, order: int) -> Any:
+    """Return scikit-fem's element of an ``order`` (0: the mesh's) on triangles or quadrilaterals."""
+    of_mesh = 1 if mesh.dofs.element_dofs.shape[0] == mesh.t.shape[0] else 2
+    return element_of(mesh, order or of_mesh, _ELEMENTS, " in a meridian section")
 
 
 @dataclass(frozen=True)
@@ -221,7 +219,7 @@ class Section:
     on_axis: NDArray[np.int64]
 
     @staticmethod
-    def from_mesh(mesh: Any, order: int | None) -> Section:
+    def from_mesh(mesh: Any, order: int) -> Section:
         """Return the checked section: r >= 0, no folded cell; nodes within 1e-9 of the outer radius are on the axis."""
         if mesh.dim() != 2:
             raise ModelError(
@@ -282,15 +280,15 @@ class Section:
         return sparse.csr_array((total + total.T) / 2)  # the products are symmetric to round-off only
 
 
-def ring_surface(section: Section, name: str, role: str, angle: float, degree: int | None = None) -> Surface:
+def ring_surface(section: Section, name: str, role: str, angle: float, degree: int = 0) -> Surface:
     """Return the quadrature on a revolved boundary, with weights ``angle`` r ds; see `angle_integral`.
 
-    ``degree``: degree of the quadrature; default: exact for products of shape functions.
+    ``degree``: degree of the quadrature; 0: exact for products of shape functions.
     """
     facets = facets_of(section.mesh, name, role)
     elements = np.asarray(section.mesh.f2t[0, facets], dtype=np.int64)
     which = np.argmax(np.asarray(section.mesh.t2f)[:, elements] == facets, axis=0)
-    line, lengths = get_quadrature(RefLine, 2 * section.order + 3 if degree is None else degree)
+    line, lengths = get_quadrature(RefLine, degree or 2 * section.order + 3)
     shapes = np.empty((len(facets), lengths.size, len(section.cells)))
     normals, weights = np.zeros((len(facets), lengths.size, 3)), np.empty((len(facets), lengths.size))
     places = np.empty((len(facets), lengths.size, 2))

@@ -28,7 +28,7 @@ from scipy import sparse
 
 from impact.march.loop.compiled import compiled
 from impact.quantities import brief
-from seatfem.structures.elements.supports import whole_model
+from seatfem.structures.elements.supports import sum_blocks, whole_model
 from seatfem.structures.errors import ModelError
 from seatfem.structures.lip import Patch
 from seatfem.structures.materials import Material
@@ -129,7 +129,7 @@ def assemble_plate(
     stiffness, mass = _stiffness(mesh, material, thickness), _mass(mesh, material.density, thickness)
     K, M = (_assembled(mesh, blocks)[free][:, free] for blocks in (stiffness, mass))
     patches = plate_ports(mesh, ports, material, free)
-    return whole_model(lambda scale: (K * scale[0, 0], M * scale[0, 1]), [material], None, {}, patches, dofs)
+    return whole_model(lambda scale: (K * scale[0, 0], M * scale[0, 1]), [material], (0.0, 0.0), {}, patches, dofs)
 
 
 def plate_dofs(
@@ -257,12 +257,7 @@ def _mass(mesh: PlateMesh, density: float, thickness: float) -> Array:
 def _assembled(mesh: PlateMesh, blocks: Array) -> sparse.csr_array:
     """Return the (3 n, 3 n) matrix of (m, 27, 27), for unknowns w and l a."""
     scale = np.tile([1.0, 1 / mesh.side, 1 / mesh.side], 9)
-    blocks = blocks * scale[:, None] * scale
-    unknowns = (3 * mesh.cells[:, :, None] + np.arange(3)).reshape(-1, 27)
-    rows, columns = np.repeat(unknowns, 27, axis=1), np.tile(unknowns, (1, 27))
-    size = 3 * len(mesh.points)
-    matrix = sparse.coo_array((blocks.ravel(), (rows.ravel(), columns.ravel())), (size, size)).tocsr()
-    return sparse.csr_array((matrix + matrix.T) / 2)
+    return sum_blocks(mesh.cells, blocks * scale[:, None] * scale, len(mesh.points))
 
 
 def _gauss(count: int) -> tuple[Array, Array]:

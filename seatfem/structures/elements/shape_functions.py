@@ -81,14 +81,14 @@ class Discretization:
         return f"({x:.4g}, {y:.4g}, {z:.4g}) m"
 
 
-def discretize(mesh: Any, order: int | None) -> Discretization:
-    """Return the elements of ``order`` on ``mesh`` (default: the order of its geometry), checked.
+def discretize(mesh: Any, order: int) -> Discretization:
+    """Return the elements of ``order`` on ``mesh`` (0: the order of its geometry), checked.
 
     Raises:
         ModelError: an unknown element, flat or folded elements, or disconnected parts.
     """
     kind, curved = mesh.elem.refdom.__name__, mesh.dofs.element_dofs.shape[0] != mesh.t.shape[0]
-    wanted = (2 if curved else 1) if order is None else order
+    wanted = order or (2 if curved else 1)
     element, geometry = element_of(mesh, wanted, _ELEMENTS), mesh.elem()
     corners, places = mesh.dofs.element_dofs, np.ascontiguousarray(mesh.doflocs.T)
     straight = kind == "RefTet" and (not curved or _has_straight_sides(geometry, places[corners.T]))
@@ -256,7 +256,7 @@ def facets_of(mesh: Any, name: str, role: str) -> NDArray[np.int64]:
     return facets
 
 
-def surface(made: Discretization, name: str, role: str, degree: int | None = None) -> Surface:
+def surface(made: Discretization, name: str, role: str, degree: int = 0) -> Surface:
     """Return the quadrature on the curved facets of a named boundary: n dA = |det J| J^-T (e_1 x e_2) dX.
 
     ``degree``: degree of the quadrature; default: exact for products of shape functions on flat facets.
@@ -265,7 +265,7 @@ def surface(made: Discretization, name: str, role: str, degree: int | None = Non
     elements = np.asarray(made.mesh.f2t[0, facets], dtype=np.int64)
     which = np.argmax(made.mesh.t2f[:, elements] == facets, axis=0)
     parts = [
-        _on_one_side(made, elements[which == k], corners, 2 * made.order + 2 if degree is None else degree)
+        _on_one_side(made, elements[which == k], corners, degree or 2 * made.order + 2)
         for k, corners in enumerate(made.element.refdom.facets)
         if np.any(which == k)
     ]

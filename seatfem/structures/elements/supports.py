@@ -14,7 +14,8 @@ other patch by the distance from its rim, however many faces it has.
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal
+from types import MappingProxyType
+from typing import Any, Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +29,7 @@ from seatfem.structures.rings import parted, ring_borders, ring_names
 from seatfem.structures.shapes.loops import unshared
 
 ONE_RADIUS = 1e-3  # largest relative difference of radii of a circle, or a cylinder
+STRUCK: Final = MappingProxyType({"contact": "contact"})  # port and boundary of a body that is struck at one place
 _POLYGON = 0.2  # largest relative error of a circle's area by the straight sides of coarse elements
 _NEAREST = 8  # number of sides of the rim, those with the nearest middles, whose distance is computed
 
@@ -371,21 +373,26 @@ def spread_supports(
     sums: dict[Literal["K", "C"], sparse.csr_array] = {}
     for support, patch in zip(supports, patches, strict=True):
         for target, along, across in support.densities(patch, solids, region):
-            matrix = _spread(patch, along, across, 3 * n_nodes)
+            matrix = _spread(patch, along, across, n_nodes)
             sums[target] = sums[target] + matrix if target in sums else matrix
     return sums
 
 
-def _spread(patch: Surface, along: Array, across: Array, size: int) -> sparse.csr_array:
+def _spread(patch: Surface, along: Array, across: Array, n_nodes: int) -> sparse.csr_array:
     """Return the integral of N' (along n n' + across (I - n n')) N over the patch."""
     n = patch.normals
     tensor = across[..., None, None] * np.eye(3) + ((along - across)[..., None] * n)[..., None] * n[..., None, :]
     tensor *= patch.weights[..., None, None]
     blocks = np.einsum("fqi,fqj,fqab->fiajb", patch.shapes, patch.shapes, tensor, optimize=True)
-    unknowns = (3 * patch.cells[:, :, None].astype(np.int64) + np.arange(3)).reshape(len(patch.cells), -1)
+    return sum_blocks(patch.cells, blocks, n_nodes)
+
+
+def sum_blocks(cells: NDArray[np.integer], blocks: Array, n_nodes: int) -> sparse.csr_array:
+    """Return the (3 n, 3 n) sum of the matrices of cells (m, k), each of 3 k rows and columns, three a node."""
+    unknowns = (3 * cells[:, :, None].astype(np.int64) + np.arange(3)).reshape(len(cells), -1)
     width = unknowns.shape[1]
     rows, columns = np.repeat(unknowns, width, axis=1).ravel(), np.tile(unknowns, (1, width)).ravel()
-    matrix = sparse.csr_array((blocks.ravel(), (rows, columns)), shape=(size, size))
+    matrix = sparse.csr_array((blocks.ravel(), (rows, columns)), shape=(3 * n_nodes, 3 * n_nodes))
     return sparse.csr_array((matrix + matrix.T) / 2)  # symmetric to the last bit
 
 
@@ -396,7 +403,7 @@ Matrices = Callable[[Array], tuple[sparse.csr_array, sparse.csr_array]]
 def whole_model(
     matrices: Matrices,
     solids: Sequence[materials.Solid],
-    rayleigh: tuple[float, float] | None,
+    rayleigh: tuple[float, float],
     supports: Mapping[Literal["K", "C"], sparse.csr_array],
     ports: Mapping[str, model.Port],
     dofs: model.DofMap,
@@ -411,7 +418,7 @@ def whole_model(
         supports: matrices that supports add to K and C, in the unknowns; absent keys add nothing.
         copies: number of equal sectors; all matrices are multiplied by it.
     """
-    pairs = np.array([solid.rayleigh for solid in solids]) + np.array(rayleigh or (0.0, 0.0))
+    pairs = np.array([solid.rayleigh for solid in solids]) + np.array(rayleigh)
     losses = np.array([solid.loss_factor for solid in solids])
     K, M = matrices(np.ones_like(pairs))
     C = H = None

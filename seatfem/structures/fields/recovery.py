@@ -101,7 +101,7 @@ class Response:
         *,
         bandwidth: float,
         damping_ratio: float = 0.0,
-        vectors: int | None = None,
+        vectors: int = 0,
         resting: bool = False,
     ) -> Response:
         """Return the response of a model.
@@ -111,7 +111,7 @@ class Response:
             bandwidth: frequency [Hz] at which the Krylov space is built; a model of more than `MOST_PORTS` ports
                 takes all modes up to `MODES` times it.
             damping_ratio: uniform modal damping, added to the model's own.
-            vectors: size of the Krylov space; default `VECTORS`, and `MORE` for each port but the first.
+            vectors: size of the Krylov space; 0: `VECTORS`, and `MORE` for each port but the first.
             resting: as the attribute.
 
         Raises:
@@ -125,13 +125,14 @@ class Response:
             V, shapes = modes.shapes, modes.shapes.T @ model.port_matrix
             ritz = [(modes.omega[:k], shapes[:k], np.eye(k)) for k in (count, max(1, int(FEWER * count)))]
         else:
-            most = min(MOST, model.size, VECTORS + MORE * (ports - 1) if vectors is None else vectors)
+            most = min(MOST, model.size, vectors or VECTORS + MORE * (ports - 1))
             shift = 2 * math.pi * bandwidth
-            basis = KrylovBasis(model, factorize(model.K + shift**2 * model.M, name="K + s^2 M"), shift, most)
+            factor = factorize(model.K + shift**2 * model.M, name="K + s^2 M")
+            basis = KrylovBasis(model, factor, shift, most, np.zeros((model.size, 0)))
             basis.grow(most)
             V, ritz = basis.V, [basis.ritz(k) for k in (basis.size, max(1, int(FEWER * basis.size)))]
-            del basis  # frees the factorisation, most of the memory
-        losses = [None if damping.loss is None else damping.losses(V[:, : len(C)] @ C) for *_, C in ritz]
+            del basis, factor  # frees the factorisation, most of the memory
+        losses = [0.0 if damping.loss is None else damping.losses(V[:, : len(C)] @ C) for *_, C in ritz]
         pairs, fewer = (
             Pairs(omega, damping.ratios(omega, loss), at_ports, C)
             for (omega, at_ports, C), loss in zip(ritz, losses, strict=True)
@@ -260,7 +261,7 @@ def recover(
     bandwidth: float,
     dt: float,
     damping_ratio: float = 0.0,
-    vectors: int | None = None,
+    vectors: int = 0,
 ) -> StressField:
     """Return the stress of a body, with a Krylov space or modes made for it.
 

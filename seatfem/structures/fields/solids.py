@@ -35,7 +35,7 @@ _BLOCK: Final = 1024  # sites whose rows are computed at once
 _INDICES: Final = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))  # tensor indices of `COMPONENTS`
 
 
-def elements_of(mesh: Any, order: int | None = None) -> Discretization:
+def elements_of(mesh: Any, order: int = 0) -> Discretization:
     """Return the elements of a mesh, numbered as in `assemble` or, for a meridian mesh, `assemble_axisymmetric`."""
     mesh = getattr(mesh, "mesh", mesh)
     if mesh.dim() == 3:

@@ -18,7 +18,6 @@ from impact.greens.base import Array
 from seatfem.structures.errors import GeometryError
 from seatfem.structures.shapes import loops
 
-JOINED: Final = 1e-6  # largest distance of end points that count as one, over the outline's size
 LARGEST: Final = 8 * MB
 MOST_ENTITIES: Final = 20_000  # ezdxf takes 0.1 ms for each
 MOST_CORNERS: Final = 10_000  # largest number of corners of all curves: each end is compared with all others
@@ -48,14 +47,14 @@ CLIPPED: Final = "ACAD_FILTER"  # key of a clipping path
 FRAME: Final = 16  # flag of a vertex that is the control point of a spline
 
 
-def read_outline(path: Path, unit: float | None = None) -> tuple[Array, ...]:
+def read_outline(path: Path, unit: float = 0.0) -> tuple[Array, ...]:
     """Return closed loops (n, 3) of corners x, y [m] and bulges, the outline first, then its holes.
 
     Arcs stay arcs; ellipses become arcs, splines chords. Blocks count where they are inserted, as often as they are.
 
     Args:
         path: an ASCII file.
-        unit: metres per unit of the drawing; ``None``: as stated in its header ($INSUNITS).
+        unit: metres per unit of the drawing; 0: as stated in its header ($INSUNITS).
 
     Raises:
         GeometryError: no DXF file, no unit, entities that are no curves in the plane, an outline that is open.
@@ -68,8 +67,8 @@ def read_outline(path: Path, unit: float | None = None) -> tuple[Array, ...]:
     try:
         _check_pairs(text)
         drawing = filemanagement.read(io.StringIO(text))
-        scale = UNITS.get(drawing.header.get("$INSUNITS")) if unit is None else unit
-        if scale is None:
+        scale = unit or UNITS.get(drawing.header.get("$INSUNITS"), 0.0)
+        if not scale:
             raise GeometryError('its header states no length unit that is known; state it: unit = "mm"')
         return _outlines(drawing.modelspace(), scale)
     except Exception as problem:  # whatever a damaged file provokes
@@ -107,9 +106,7 @@ def _outlines(entities: Iterable[Any], scale: float) -> tuple[Array, ...]:
         x, y = 1e3 * scale * point
         return GeometryError(f"its outline is open at ({x:.6g}, {y:.6g}) mm: nothing goes on from there; close it")
 
-    within = JOINED * float(np.ptp(np.concatenate(chains)[:, :2], axis=0).max())
-    outlines = [loop * (scale, scale, 1.0) for loop in loops.closed(chains, within, open_at)]
-    return tuple(sorted(outlines, key=lambda loop: -abs(loops.area(loop))))
+    return tuple(loop * (scale, scale, 1.0) for loop in loops.outlines(chains, open_at))
 
 
 def _with_blocks(entities: Iterable[Any], depth: int = 0) -> Iterator[Any]:

@@ -45,7 +45,7 @@ class FileMesh:
 
     ``points`` (n, 3); ``cells`` (m, k) rows of ``points``, k = 20 or as in `MeshArrays`; ``surfaces``: name -> vertices
     (f, 3) or (f, 4); ``volumes``: name -> rows of ``cells``; ``node_sets``: name -> rows of ``points``. ``unit``:
-    metres per length unit, ``None`` if the file does not state it; ``notes``: what was left aside, for the user.
+    metres per length unit, 0 if the file does not state it; ``notes``: what was left aside, for the user.
     """
 
     points: io.Floats
@@ -53,7 +53,7 @@ class FileMesh:
     surfaces: Mapping[str, io.Integers] = field(default_factory=dict)
     volumes: Mapping[str, io.Integers] = field(default_factory=dict)
     node_sets: Mapping[str, io.Integers] = field(default_factory=dict)
-    unit: float | None = None
+    unit: float = 0.0
     notes: tuple[str, ...] = ()
 
 

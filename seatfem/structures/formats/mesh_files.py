@@ -214,7 +214,7 @@ def read_mesh(
 def _unit_of(mesh: FileMesh, unit: float | None) -> tuple[float, tuple[str, ...]]:
     """Return metres per length unit, and a note on it unless only the caller states it; the caller's counts."""
     stated = mesh.unit
-    if stated is None:
+    if not stated:
         return (unit, ()) if unit else (1.0, ("states no unit of length, m is assumed; unit says otherwise",))
     if unit is None:
         return stated, (f"states its unit of length, {stated:.6g} m",)

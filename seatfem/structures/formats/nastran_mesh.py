@@ -49,8 +49,8 @@ class Card(decks.Card):
     def field(self, at: int) -> str:
         return self.fields[at] if at < len(self.fields) else ""
 
-    def integer(self, at: int, default: int | None = None) -> int:
-        return self.integers([self.field(at)])[0] if self.field(at) or default is None else default
+    def integer(self, at: int, default: str = "") -> int:
+        return self.integers([self.field(at) or default])[0]
 
     def degrees(self, at: int) -> str:
         """Return the degrees of freedom in a field."""
@@ -135,7 +135,8 @@ def read_nastran(path: Path) -> file_mesh.FileMesh:
     for card in read_cards(path):
         match card.name:
             case "GRID":
-                number, grid = card.integer(0), (*card.reals([card.field(at) for at in (2, 3, 4)]), card.integer(1, 0))
+                place = card.reals([card.field(at) for at in (2, 3, 4)])
+                number, grid = card.integer(0), (*place, card.integer(1, "0"))
                 if len(card.fields) < SMALL or any(card.fields[SMALL:]) or grids.setdefault(number, grid) != grid:
                     raise card.fail(f"node {number} must be there once, in 8 small fields or twice 4 large; mend it")
                 card.integers([word for word in (card.field(5), card.field(7)) if word not in ("", "-1")])
@@ -183,11 +184,11 @@ def _places(grids: Mapping[int, tuple[float, ...]], systems: Mapping[int, Card],
     table = np.array(list(grids.values()), dtype=float).reshape(-1, 4)
     within: defaultdict[int, list[Card]] = defaultdict(list)  # by the number of the system in which they stand
     for card in systems.values():
-        within[card.integer(1, 0)].append(card)
+        within[card.integer(1, "0")].append(card)
     axes: dict[int, Floats] = {}
     ordered = within[0]
     for card in ordered:  # each after the one in which it stands
-        outer, number = card.integer(1, 0), card.integer(0)
+        outer, number = card.integer(1, "0"), card.integer(0)
         points = np.reshape(card.reals((card.fields + [""] * 11)[2:11]), (3, 3))
         axes[number] = _axes(card, _in_basic(points, systems[outer].name, axes[outer]) if outer else points)
         ordered += within[number]
@@ -262,7 +263,7 @@ def _loaded_faces(card: Card, solids: Mapping[int, tuple[str, list[int]]], shell
             raise card.fail(f"element {element} is not defined; add it")
         return []
     nodes, tet = solids[element][1], solids[element][0] == "CTETRA"
-    corner, other = card.integer(6), card.integer(7, 0)
+    corner, other = card.integer(6), card.integer(7, "0")
     columns = file_mesh.ABAQUS_TET_FACES if tet else file_mesh.ABAQUS_HEX_FACES
     faces = [face for face in ([nodes[k] for k in face] for face in columns) if corner in face]
     chosen = [face for face in faces if (other not in face if tet else face[face.index(corner) - 2] == other)]

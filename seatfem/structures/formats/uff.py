@@ -13,19 +13,19 @@ from typing import Any, Final, Literal, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from impact.bodies.time_series import SECONDS, Stated
+from impact.bodies.time_series import NOTHING_STATED, SECONDS, Stated
 from impact.files.csv_table import normal_unit, real
 from impact.files.safe_files import MB, write_whole
 from impact.greens import base, modal
 from impact.greens.sampled import SampledGreens, Tail
 from impact.measured.frf import HERTZ, FrequencyResponse, Kind, receptance, response_units
-from seatfem.structures.formats.universal import SIZES, Dataset, Units, read_datasets, read_units
+from seatfem.structures.formats.universal import SIZES, SYSTEMS, UNSTATED, Dataset, Units, read_datasets, read_units
 
 Direction = Literal["+x", "-x", "+y", "-y", "+z", "-z"]
 Place = tuple[int, Direction]
 """Node number, and direction of the outward normal of the struck face."""
 System = Literal["SI", "mm-N-s", "inch-lbf-s"]
-UNITS = {"SI": Units(1.0, 1.0), "mm-N-s": Units(1e-3, 1.0), "inch-lbf-s": Units(0.0254, 4.4482216152605)}
+UNITS = {"SI": SYSTEMS[1], "mm-N-s": SYSTEMS[10], "inch-lbf-s": SYSTEMS[7]}
 LIMIT = 256 * MB
 _CODES = {"+x": 1, "-x": -1, "+y": 2, "-y": -2, "+z": 3, "-z": -3}
 _ORDINATES: dict[int, Kind] = {8: "receptance", 11: "mobility", 12: "accelerance"}
@@ -81,8 +81,8 @@ def read_modes_uff(
     ports: Mapping[str, Place | Sequence[Place]],
     system: System | None = None,
     damping_ratio: float | None = None,
-    modal_mass: float | None = None,
-    compliance: base.Array | float | None = None,
+    modal_mass: float = 0.0,
+    compliance: base.Array | float = 0.0,
 ) -> modal.ModalGreens:
     """Return normal modes of datasets 55 as a Green's function.
 
@@ -93,7 +93,7 @@ def read_modes_uff(
         ports: node and direction by name; several places are averaged.
         system: units of the file, one of `UNITS`, in place of those of dataset 164.
         damping_ratio: replaces the damping in the file.
-        modal_mass: replaces the modal mass in the file, in its unit of mass (1 for mass-normalised shapes).
+        modal_mass: replaces the modal mass in the file, in its unit of mass (1 for mass-normalised shapes), if not 0.
         compliance: static compliance of all modes above the last, scalar or (p, p) [m/N], a massless spring.
 
     Raises:
@@ -104,24 +104,24 @@ def read_modes_uff(
     modes = sorted((mode for each in sets if (mode := _mode(each)) is not None), key=lambda mode: mode.frequency)
     if not modes:
         raise UffError(f"{file}: no normal modes (dataset 55, analysis type 2) in it; export them")
-    if stated is None:
+    if stated == UNSTATED:
         raise UffError(f"{file}: states no units (dataset 164); state system, one of {', '.join(UNITS)}")
     counts = Counter(mode.number for mode in modes)
     for mode in modes:
         if counts[mode.number] > 1:
             raise mode.dataset.fail(f"mode {mode.number} is there twice; remove one")
-        if modal_mass is None and not mode.mass > 0:
+        if not (modal_mass or mode.mass) > 0:
             raise mode.dataset.fail(
                 f"mode {mode.number} has the modal mass {mode.mass:g}, must be positive; state modal_mass = 1 if its "
                 "shapes are mass-normalised"
             )
-    masses = np.array([mode.mass if modal_mass is None else modal_mass for mode in modes])
+    masses = np.array([modal_mass or mode.mass for mode in modes])
     places = {name: cast("Sequence[Place]", [at] if isinstance(at[0], int) else at) for name, at in ports.items()}
     shapes = [[np.mean([*map(mode.displacement, port)]) for port in places.values()] for mode in modes]
     omega = np.array([2 * np.pi * mode.frequency for mode in modes])
     zeta = np.array([mode.damping if damping_ratio is None else damping_ratio for mode in modes])
     kilograms = masses * stated.newton / stated.metre
-    residual = modal.Residual.none(len(ports)) if compliance is None else modal.Residual.spring(compliance)
+    residual = modal.Residual.spring(compliance) if np.any(compliance) else modal.Residual.none(len(ports))
     port_texts = {name: str(port) for name, port in places.items()}
     origin = {"kind": "modes", "file": file.name, "modes": len(modes), "ports": port_texts}
     return modal.ModalGreens(omega, zeta, shapes / np.sqrt(kilograms)[:, None], residual, tuple(ports), origin=origin)
@@ -132,7 +132,7 @@ def read_frf_uff(
     *,
     ports: Mapping[str, Place],
     system: System | None = None,
-    units: Stated | None = None,
+    units: Stated = NOTHING_STATED,
     quantity: Kind | None = None,
 ) -> FrequencyResponse:
     """Return frequency responses of datasets 58 between the given ports, as receptance.
@@ -150,7 +150,7 @@ def read_frf_uff(
         UffError: no such file, no units or several, a response that is missing, ambiguous or of another quantity.
         FrequencyResponseError: errors of `FrequencyResponse`.
     """
-    frequency, values, kind, scale = _responses(Path(path), ports, _FRF, system, units or {}, quantity)
+    frequency, values, kind, scale = _responses(Path(path), ports, _FRF, system, units, quantity)
     origin = {"file": Path(path).name, "read_as": f"{kind}, values in {scale:.6g} {next(iter(response_units(kind)))}"}
     return receptance(frequency, values, kind, port_names=tuple(ports), origin=origin)
 
@@ -174,14 +174,14 @@ def read_impulse_response_uff(
         raise base.GreensFunctionError(f"{path}: {problem}") from problem
 
 
-def _read(path: Path, kind: int, system: System | None) -> tuple[list[Dataset], Units | None]:
+def _read(path: Path, kind: int, system: System | None) -> tuple[list[Dataset], Units]:
     """Return the datasets of a kind, and the units by ``system``, or else by dataset 164, if it is there."""
     if not path.exists():
         raise UffError(f"{path}: no such file; check the path")
     if system is not None and system not in UNITS:
         raise UffError(f"system {system!r} is unknown; choose from {', '.join(UNITS)}")
     sets, others = list[Dataset](), set[int]()
-    units = None if system is None else UNITS[system]
+    units = UNSTATED if system is None else UNITS[system]
     for dataset in read_datasets(path, LIMIT, UffError):
         others.add(dataset.number)
         sets += [dataset] if dataset.number == kind else []
@@ -285,7 +285,7 @@ def _responses(
 
 
 def _scale(
-    function: _Function, stated: Units | None, is_chosen: bool, units: Stated, quantity: Kind | None
+    function: _Function, stated: Units, is_chosen: bool, units: Stated, quantity: Kind | None
 ) -> tuple[Kind, float]:
     """Return the quantity of a response and its factor to SI: as the caller chose, or else by dataset 164 and the
     labels of the axes. Raises `UffError` for units that are not stated, not known or contradict each other."""
@@ -300,19 +300,19 @@ def _scale(
         if is_chosen or normal_unit(response) not in known:
             raise fail(f"units.response = {response!r} must be one of {', '.join(known)}, without system; remove one")
         return kind, known[normal_unit(response)]
-    of_file = None if stated is None else stated.metre / stated.newton
-    if of_file is not None and (is_chosen or not above):
+    of_file = stated.metre / (stated.newton or 1.0)
+    if of_file and (is_chosen or not above):
         return kind, of_file
     label = f"{above}/{below.removesuffix(' s') or 'N'}"  # N s of an impulse
     scale = known.get(label, known.get(above))
     if not below and scale is not None and above not in known:  # over the unit of force of the file
-        scale = None if stated is None else scale / stated.newton
+        scale = scale / stated.newton if stated.newton else None
     example = label if label in known else next(iter(known))
     remedy = f"state units.response, as {example!r}, or system: {', '.join(UNITS)}"
     if scale is None:
         why = f"labels {label!r} are no unit of {kind} that is known" if above else "there are no labels of axes"
         raise fail(f"states no units that are known: dataset 164 is missing, or {why}; {remedy}")
-    if of_file is not None and not math.isclose(scale, of_file, rel_tol=1e-6):
+    if of_file and not math.isclose(scale, of_file, rel_tol=1e-6):
         raise fail(f"its axes are labelled {label!r}, which contradicts dataset 164 ({of_file:.6g} in SI); {remedy}")
     return kind, scale
 

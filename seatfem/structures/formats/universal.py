@@ -123,29 +123,35 @@ class Units:
     newton: float
 
 
-_PER_SI: Final[Mapping[int, tuple[float, float]]] = MappingProxyType(
-    {1: (1.0, 1.0), 2: (3.28084, 0.224809), 3: (1.0, 0.101972), 4: (3.28084, 7.23301), 5: (1e3, 1e3)}
-    | {6: (1e2, 1e2), 7: (39.3701, 0.224809), 8: (1e3, 0.101972), 10: (1e3, 1.0)}
+FOOT, INCH, POUND, POUNDAL, KILOGRAM = 0.3048, 0.0254, 4.4482216152605, 0.138254954376, 9.80665  # [m], [N]
+SYSTEMS: Final[Mapping[int, Units]] = MappingProxyType(
+    {1: Units(1.0, 1.0), 2: Units(FOOT, POUND), 3: Units(1.0, KILOGRAM), 4: Units(FOOT, POUNDAL), 5: Units(1e-3, 1e-3)}
+    | {6: Units(1e-2, 1e-2), 7: Units(INCH, POUND), 8: Units(1e-3, KILOGRAM), 10: Units(1e-3, 1.0)}
 )
-"""Units per metre and newton by the code of dataset 164; code 9 stands for others."""
+"""Units by the code of dataset 164; code 9 stands for others."""
 USER_DEFINED: Final = 9
 
 
-def read_units(dataset: Dataset, before: Units | None) -> Units:
+UNSTATED: Final = Units(0.0, 0.0)
+
+
+def read_units(dataset: Dataset, before: Units) -> Units:
     """Return the units of dataset 164: code, words and temperature mode, then factors from SI of length, force and
     temperature. Raises the dataset's error for factors that are not positive or contradict the code, and for other
     units than those of a dataset ``before``."""
     head = dataset.text()[:10].strip()
     code = int(head) if head.isdecimal() else 0
     factors = [*dataset.reals(3), *(dataset.reals(1) if dataset.has_more else ())]  # the last: offset of temperatures
-    if dataset.has_more or (code != USER_DEFINED and code not in _PER_SI):
+    if dataset.has_more or (code != USER_DEFINED and code not in SYSTEMS):
         raise dataset.fail(f"the code of units is {head!r}, must be 1 to 10, with four factors; export the file again")
-    for what, factor, of_code in zip(("length", "force"), factors, _PER_SI.get(code, (0, 0)), strict=False):
-        if not factor > 0 or (of_code and not math.isclose(factor, of_code, rel_tol=1e-3)):
-            meant = f"{of_code:g} by its code of units, {code}" if of_code else "positive"
+    known = SYSTEMS.get(code, Units(math.inf, math.inf))
+    of_code = 1 / known.metre, 1 / known.newton
+    for what, factor, per_si in zip(("length", "force"), factors, of_code, strict=False):
+        if not factor > 0 or (per_si and not math.isclose(factor, per_si, rel_tol=1e-3)):
+            meant = f"{per_si:g} by its code of units, {code}" if per_si else "positive"
             raise dataset.fail(f"the factor of {what} is {factor:g}, must be {meant}: correct code or factor")
     units = Units(1 / factors[0], 1 / factors[1])
-    if before not in (None, units):
+    if before not in (UNSTATED, units):
         raise dataset.fail("states other units than the one before; remove one")
     return units
 
@@ -194,7 +200,7 @@ LIMIT: Final = 512 * MB
 class _Content:
     """Nodes, elements, groups and units of a file, which its datasets fill while they are read."""
 
-    units: Units | None = None
+    units: Units = UNSTATED
     nodes: dict[int, list[float]] = field(default_factory=dict)
     systems: dict[int, int] = field(default_factory=dict)  # a node of each coordinate system
     basic: dict[int, bool] = field(default_factory=dict)  # whether a coordinate system is the basic one
@@ -303,8 +309,7 @@ def read_unv(path: Path) -> file_mesh.FileMesh:
         node_sets=nodes,
     )
     notes = tuple(f"left aside: {what}" + f" ({count} times)" * (count > 1) for what, count in content.aside.items())
-    unit = None if content.units is None else content.units.metre
-    return replace(file_mesh.assembled(deck).mesh, unit=unit, notes=notes)
+    return replace(file_mesh.assembled(deck).mesh, unit=content.units.metre, notes=notes)
 
 
 def _of_type(kind: int, rows: list[list[int]], columns: Mapping[int, tuple[int, ...]]) -> file_mesh.Elements:

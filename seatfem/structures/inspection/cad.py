@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from seatfem.structures import errors, lands
 from seatfem.structures.kinds.structure import Finding
+from seatfem.structures.mesh.checks import distances
 from seatfem.structures.mesh.gmsh_process import run_gmsh
 from seatfem.structures.shapes import CadPart, Geometry, decode, encode, loops
 from seatfem.structures.shapes.cad import check_readable
@@ -57,7 +58,6 @@ def listed(names: Collection[str]) -> str:
 Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 SAMPLED: Final = 400  # number of points of the contact face from which distances are computed
-BLOCK: Final = 256  # number of points to which distances are computed at once
 DIRECTED: Final = 0.1  # least difference of the two largest mean squares of the normals; 1/8 for a cone of 60 degrees
 BESIDE: Final = 0.5  # lateral distance of the held faces over the depth up to which they count as beneath
 
@@ -156,16 +156,6 @@ class Shape:
         return np.concatenate([corners.reshape(-1, 3), corners.mean(axis=1)])
 
 
-def distances(points: Array, others: Array) -> Array:
-    """Return the (n,) distances of ``points`` (n, 3), a few hundred, from the nearest of ``others`` (m, 3)."""
-    nearest = np.full(len(points), np.inf)
-    squares = np.einsum("ij,ij->i", points, points)
-    for some in np.array_split(others, max(1, len(others) // BLOCK)):
-        off = squares[:, None] - 2 * points @ some.T + np.einsum("ij,ij->i", some, some)
-        np.minimum(nearest, off.min(axis=1, initial=np.inf), out=nearest)
-    return np.asarray(np.sqrt(np.maximum(nearest, 0.0)))
-
-
 FILLED: Final = 0.6  # assumed volume over that of the bounding box, for a part of unknown volume
 EVEN: Final = 1e-6  # largest 1 - cos of the angle between parallel normals
 
@@ -183,7 +173,7 @@ class FoundFace:
         area, centre: area and centroid.
         normal: outward normal of a flat face.
         axis: point and direction of a cylinder's or cone's axis, and the cone's half angle [rad].
-        radii: least and largest distance from that axis.
+        radii: least and largest distance from that axis; () without one.
         colour, name: colour and name in the file.
         groups: names of the groups that contain it.
         solids: numbers of the solids in the file that it bounds, from 1.
@@ -195,8 +185,8 @@ class FoundFace:
     centre: Vector
     normal: Vector | None
     axis: tuple[Vector, Vector, float] | None
-    radii: tuple[float, float] | None
-    colour: Colour | None
+    radii: tuple[float, ...]
+    colour: Colour
     name: str
     groups: tuple[str, ...]
     solids: tuple[int, ...]
@@ -243,7 +233,7 @@ class Inspected:
         return self.shape.volume or FILLED * float(self.shape.extent.prod())
 
     @lru_cache(maxsize=4)  # noqa: B019  few results are cached, as in `_inspected`
-    def land(self, group: str, along: Vector | None = None) -> lands.Land:
+    def land(self, group: str, along: tuple[float, ...] = ()) -> lands.Land:
         """Return the flat faces of a group with their axes; ``along`` and errors as in `lands.land_of`."""
         normals = [face.normal for face in self.faces if group in face.groups]
         if group not in self.edges or not normals or normals[0] is None or not _alike(normals):
@@ -267,16 +257,13 @@ def inspect_geometry(geometry: Geometry, *, picture: bool = False) -> Inspected:
 @lru_cache(maxsize=4)
 def _inspected(encoded: str, state: FileState | None, picture: bool) -> Inspected:
     data = json.loads(encoded)
-    if state is not None:
-        data["path"] = str(state.path)
-        try:
-            check_readable(decode(json.loads(encoded)).path)
-        except errors.GeometryError as error:
-            return _nothing(error)
     try:
+        if state is not None:
+            check_readable(Path(data["path"]))
+            data["path"] = str(state.path)
         arrays = run_gmsh({"task": "inspect", "geometry": data, "picture": picture})
     except errors.GeometryError as error:  # raised before the geometry is built, as for an unknown unit
-        return _nothing(error)
+        return Inspected((), ((error.field or "path", str(error)),), (), EMPTY, ())
     answer = json.loads(str(arrays["found"]))
     rows = [np.flatnonzero(arrays["faces"] == face["tag"]) for face in answer["faces"]] if answer["faces"] else []
     if not rows:
@@ -287,7 +274,7 @@ def _inspected(encoded: str, state: FileState | None, picture: bool) -> Inspecte
     shape = Shape(arrays["points"], arrays["triangles"], groups, float(answer["volume"]))
     faces = tuple(_face(face, answer["groups"]) for face in answer["faces"])
     edges = {name: arrays["edges"][arrays["edges_of"] == k] for k, name in enumerate(answer["flat"])}
-    solids = tuple(FoundSolid(**solid | {"centre": tuple(solid["centre"])}) for solid in answer["solids"])
+    solids = tuple(FoundSolid(**{key: decode(value) for key, value in solid.items()}) for solid in answer["solids"])
     regions = tuple(answer["regions"])
     return Inspected(faces, _problems(answer), regions, shape, tuple(rows), edges, solids, answer["in_file"])
 
@@ -297,10 +284,6 @@ def _alike(normals: Sequence[Vector | None]) -> bool:
     return all(normal is not None and np.dot(normal, normals[0]) > 1 - EVEN for normal in normals)  # type: ignore[arg-type]
 
 
-def _nothing(error: errors.GeometryError) -> Inspected:
-    return Inspected((), ((error.field or "path", str(error)),), (), EMPTY, ())
-
-
 def _problems(answer: Mapping[str, object]) -> tuple[tuple[str, str], ...]:
     problems = answer["problems"]
     assert isinstance(problems, list)
@@ -308,10 +291,5 @@ def _problems(answer: Mapping[str, object]) -> tuple[tuple[str, str], ...]:
 
 
 def _face(face: Mapping[str, object], groups: Mapping[str, list[int]]) -> FoundFace:
-    def plain(key: str) -> object:
-        value = face[key]
-        return tuple(tuple(v) if isinstance(v, list) else v for v in value) if isinstance(value, list) else value
-
-    keys = ("numbers", "kind", "area", "centre", "normal", "axis", "radii", "colour", "name", "solids")
     containing = tuple(name for name, tags in groups.items() if face["tag"] in tags)
-    return FoundFace(**{key: plain(key) for key in keys}, groups=containing)  # type: ignore[arg-type]
+    return FoundFace(**{key: decode(value) for key, value in face.items() if key != "tag"}, groups=containing)

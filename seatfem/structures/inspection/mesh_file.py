@@ -106,7 +106,7 @@ def _labels(shape: Shape) -> Integers:
 def _described(shape: Shape, rows: Integers, number: int) -> FoundFace:
     areas, normals = shape.areas[rows], shape.normals[rows]
     middles = shape.points[shape.triangles[rows]].mean(axis=1)
-    kind, normal, axis, radii = inspect.FREEFORM, None, None, None
+    kind, normal, axis, radii = inspect.FREEFORM, None, None, tuple[float, ...]()
     if np.abs(normals - normals[0]).max() < FLAT:
         kind, normal = "Plane", inspect.triple(normals[0])
     elif len(rows) > 3 and (cylinder := _cylinder(shape, rows, normals)) is not None:
@@ -120,7 +120,7 @@ def _described(shape: Shape, rows: Integers, number: int) -> FoundFace:
         normal=normal,
         axis=axis,
         radii=radii,
-        colour=None,
+        colour=(),
         name="",
         groups=tuple(name for name, group in shape.groups.items() if np.isin(rows[0], group)),
         solids=(),
@@ -189,21 +189,18 @@ def of_geometry(geometry: Geometry, name: str) -> Part:
 
 def _of_cad(path: Path, unit: LengthUnit | None) -> Part:
     brep = path.suffix.lower() in cad.BREP_SUFFIXES
-    length: LengthUnit | None = "mm" if brep and unit is None else unit
-    part = CadPart(path, None if length is None else METRES[length], solid=0)
+    part = CadPart(path, METRES[unit or "mm"] if unit or brep else None, solid=0)
     inspected = inspect_geometry(part, picture=True)
     assumed = f"{path.name} states no unit of length, mm is assumed; --unit m says otherwise"
     notes = (assumed,) if brep and unit is None else ()
-    return _of_inspected(path.name, inspected, None, notes)
+    return _of_inspected(path.name, inspected, "", notes)
 
 
-def _of_inspected(name: str, inspected: Inspected, keys: str | None, notes: tuple[str, ...]) -> Part:
-    """Return the part; ``keys``: prefix of the fields in notes on problems; ``None``: no notes on problems."""
+def _of_inspected(name: str, inspected: Inspected, keys: str, notes: tuple[str, ...]) -> Part:
+    """Return the part; ``keys``: prefix of the fields in notes on problems; "": no notes on problems."""
     if not inspected.faces:
         raise GeometryError("\n".join(message for _, message in inspected.problems))
-    messages = (
-        () if keys is None else tuple(f"{keys}{key}: {text.partition(chr(10))[0]}" for key, text in inspected.problems)
-    )
+    messages = tuple(f"{keys}{key}: {text.partition(chr(10))[0]}" for key, text in inspected.problems) if keys else ()
     return Part(
         name,
         inspected.faces,

@@ -29,14 +29,14 @@ class DrawnOutline:
 
     Attributes:
         outline, holes: closed loops of corners (x, y, bulge) [m].
-        thickness: thickness of a solid plate [m]; ``None`` for a face or a drawing.
+        thickness: thickness of a solid plate [m]; 0 for a face or a drawing.
         frame: origin and axes of x and y in the STEP file, in the plane of the face that was read.
         normal: normal of that face, out of the solid.
     """
 
     outline: tuple[outlined.Corner, ...]
     holes: tuple[tuple[outlined.Corner, ...], ...]
-    thickness: float | None = None
+    thickness: float = 0.0
     frame: Frame | None = None
     normal: Vector | None = None
 
@@ -55,7 +55,7 @@ class DrawnOutline:
         return replace(self, outline=moved(self.outline), holes=tuple(map(moved, self.holes)), frame=frame)
 
 
-def outline_in(path: Path, unit: float | None = None, *, oblique: bool = False) -> DrawnOutline:
+def outline_in(path: Path, unit: float = 0.0, *, oblique: bool = False) -> DrawnOutline:
     """Return the outline in a file, cached in the process while the file is unchanged.
 
     A STEP file holds one plane face, or a plate, whose thickness is determined. The normal of the face is an axis of
@@ -63,7 +63,7 @@ def outline_in(path: Path, unit: float | None = None, *, oblique: bool = False) 
 
     Args:
         path: STEP or DXF file.
-        unit: metres per unit of a DXF drawing.
+        unit: metres per unit of a DXF drawing; 0: as stated in it.
         oblique: whether a STEP face may be inclined to all axes; its axes are then those of
             `seatfem.structures.lands.axes_along`.
 
@@ -77,21 +77,20 @@ def outline_in(path: Path, unit: float | None = None, *, oblique: bool = False) 
 
 
 @lru_cache(maxsize=8)
-def _read(state: FileState, path: Path, unit: float | None, oblique: bool) -> DrawnOutline:
+def _read(state: FileState, path: Path, unit: float, oblique: bool) -> DrawnOutline:
     if path.suffix.lower() not in cad.STEP_SUFFIXES:
         outline, *holes = map(_corners, read_outline(path, unit))
         return DrawnOutline(outline, tuple(holes))
     try:
         cad.check_readable(path)
-        if cad.stated_unit(path) is None:
+        if not cad.stated_unit(path):
             raise errors.GeometryError(f"{path}: states no length unit; export it with one")
     except errors.GeometryError as error:
         raise errors.GeometryError(f"Outlined.file = {error}") from error
     arrays = run_gmsh({"task": "outline", "path": str(path), "oblique": oblique})
     outline, *holes = (_corners(arrays[f"loop:{k}"]) for k in range(sum(name.startswith("loop:") for name in arrays)))
-    thickness = float(arrays["thickness"]) if "thickness" in arrays else None
     frame = Frame(*(inspect.triple(row) for row in arrays["frame"]))
-    return DrawnOutline(outline, tuple(holes), thickness, frame, inspect.triple(arrays["normal"]))
+    return DrawnOutline(outline, tuple(holes), float(arrays["thickness"]), frame, inspect.triple(arrays["normal"]))
 
 
 def _corners(loop: Array) -> tuple[outlined.Corner, ...]:
@@ -152,7 +151,7 @@ def _side(state: FileState, path: Path, selectors: tuple[Selector, ...], frame: 
 
 def _circle(faces: Sequence[FoundFace], frame: Frame) -> Place | None:
     """Return a point on the circle [m] that faces of cylinders along the normal close; ``None`` if they do not."""
-    axes = [face.axis for face in faces if face.axis is not None and face.radii is not None]
+    axes = [face.axis for face in faces if face.axis is not None]
     if len(axes) < len(faces) or any(
         np.linalg.norm(np.cross(axis[1], frame.normal)) > ANGLE_TOLERANCE for axis in axes
     ):
@@ -162,7 +161,7 @@ def _circle(faces: Sequence[FoundFace], frame: Frame) -> Place | None:
     middles = frame.seen(np.array([axis[0] for axis in axes]))
     if np.linalg.norm(middles - centre, axis=1).max() > LENGTH_TOLERANCE:
         return None
-    return float(centre[0]) + max(face.radii[1] for face in faces if face.radii), float(centre[1])
+    return float(centre[0]) + max(face.radii[1] for face in faces), float(centre[1])
 
 
 def _wrong_side(path: Path, why: str) -> errors.GeometryError:
@@ -213,8 +212,7 @@ def facing_side(drawn: DrawnOutline, normal: Vector) -> tuple[Vector, Vector]:
     assert drawn.normal is not None
     own, point = np.array(drawn.normal), np.array(drawn.frame.origin)
     up = own if own @ np.array(normal) > 0 else -own
-    thickness = drawn.thickness or 0.0
-    return inspect.triple(point - thickness * own if own @ up > 0 else point), inspect.triple(up)
+    return inspect.triple(point - drawn.thickness * own if own @ up > 0 else point), inspect.triple(up)
 
 
 def placed(land: lands.Land, side: tuple[Vector, Vector], clamp: Array) -> Placement:

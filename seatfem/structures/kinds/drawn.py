@@ -61,7 +61,7 @@ class Drawn(elastic.Elastic):
         return replace(face, no_lip=face.no_lip or (struck_as_a_whole(self.model) if self.model in WHOLE else ""))
 
     def land(self) -> lands.Land:
-        return inspect_geometry(self.geometry()).land(self.struck_face, self.own_axis)
+        return inspect_geometry(self.geometry()).land(self.struck_face, self.own_axis or ())
 
     @property
     def own_axis(self) -> Vector | None:
@@ -106,7 +106,7 @@ class Drawn(elastic.Elastic):
         normals = [face.normal for face in inspected.faces if struck in face.groups]
         normal = normals[0] if normals else None
         return of_surface(
-            name, Surface(inspected.shape, inspected.parts, struck, normal, self.held, self.bedded, self.own_axis)
+            name, Surface(inspected.shape, inspected.parts, struck, normal, self.held, self.bedded, self.own_axis or ())
         )
 
     # Levels of modelling

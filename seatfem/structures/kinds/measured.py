@@ -338,7 +338,7 @@ def _fitted(arguments: tuple[Any, ...], tolerance: float, free: bool | None) -> 
 
 
 def _modes(file: Path, node: int, direction: Direction, system: Any, modal_mass: float | None) -> modal.ModalGreens:
-    return read_modes_uff(file, ports={"contact": (node, direction)}, system=system, modal_mass=modal_mass)
+    return read_modes_uff(file, ports={"contact": (node, direction)}, system=system, modal_mass=modal_mass or 0.0)
 
 
 def _matrices(

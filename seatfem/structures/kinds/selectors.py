@@ -216,5 +216,4 @@ class Region(Table):
         return self
 
     def named(self, name: str) -> SolidRegion:
-        colour = None if self.colour is None else (*self.colour, 255)
-        return SolidRegion(name, self.order, colour, self.solid)
+        return SolidRegion(name, self.order or 0, (*self.colour, 255) if self.colour else (), self.solid or "")

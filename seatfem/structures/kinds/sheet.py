@@ -182,14 +182,14 @@ thickness = "0.3 mm"
             raise KeyProblem("unit", "only a DXF file has one; lengths in the scene, and a STEP file, state their own")
         if suffix in cad.STEP_SUFFIXES and "thickness" not in given:
             path = ((info.context or {}).get("folder", Path()) / str(given["file"])).resolve()
-            if path.is_file() and (thickness := _drawn(path, None, oblique="frame" in given).thickness):
+            if path.is_file() and (thickness := _drawn(path, 0.0, oblique="frame" in given).thickness):
                 return {**given, "thickness": f"{thickness!r} m"}
         return given
 
     @model_validator(mode="after")
     def _thickness_of_the_file(self) -> Self:
-        drawn = None if self.file is None else self._from_file.thickness
-        if drawn is not None and not math.isclose(drawn, self.thickness, rel_tol=SAME):
+        drawn = 0.0 if self.file is None else self._from_file.thickness
+        if drawn and not math.isclose(drawn, self.thickness, rel_tol=SAME):
             raise KeyProblem(
                 "thickness",
                 f"{1e3 * self.thickness:g} mm, but the plate in {Path(str(self.file)).name} is {1e3 * drawn:g} mm "
@@ -200,7 +200,7 @@ thickness = "0.3 mm"
     @property
     def _from_file(self) -> outline_faces.DrawnOutline:
         assert self.file is not None
-        drawn = _drawn(self.file, None if self.unit is None else METRES[self.unit], oblique=self.frame is not None)
+        drawn = _drawn(self.file, METRES[self.unit] if self.unit else 0.0, oblique=self.frame is not None)
         if self.frame is None or drawn.frame is None:
             return drawn
         frame = self.frame.frame()
@@ -237,6 +237,6 @@ thickness = "0.3 mm"
             raise errors.GeometryError(message) from error
 
 
-def _drawn(file: Path, unit: float | None, *, oblique: bool = False) -> outline_faces.DrawnOutline:
+def _drawn(file: Path, unit: float, *, oblique: bool = False) -> outline_faces.DrawnOutline:
     """Return the outline in a file; raises `KeyProblem`."""
     return selectors.in_scene_words(lambda: outline_in(file, unit, oblique=oblique))

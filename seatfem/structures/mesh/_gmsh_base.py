@@ -207,7 +207,7 @@ def set_sizes(
     surfaces: list[int],
     curves: list[int],
     scale: float,
-    arcs: Mapping[int, int] | None = None,
+    arcs: Mapping[int, int] = MappingProxyType({}),
 ) -> None:
     """Set the size field: constant near the contact patch, then growing linearly to the size in the bulk.
 
@@ -217,7 +217,7 @@ def set_sizes(
     near, far = scale * spec.patch_size, scale * spec.size
     end = max(near + (far - near) / spec.grading, near + 1e-3 * near)
     fields = [growing(gmsh, surfaces, curves, (near, far), (near, end))]
-    for arc, elements in (arcs or {}).items():
+    for arc, elements in arcs.items():
         if (size := gmsh.model.occ.getMass(1, arc) / max(PER_ARC, spec.fillets * elements)) < far:
             end = max(size + (far - size) / GROWTH_FROM_ARC, 1e-3 * size)
             fields.append(growing(gmsh, [], [arc], (size, far), (0.0, end)))

@@ -21,7 +21,7 @@ from seatfem.structures.mesh._gmsh_base import KeptModel, growing, handed_over, 
 from seatfem.structures.mesh._gmsh_solid import Imported, import_part, read_solids, recall, regions_of
 from seatfem.structures.mesh.spec import COARSE, GROWTH, SIZE_PER_WIDTH
 from seatfem.structures.shapes import CadPart, Geometry, GeometryError, cad, decode, loops
-from seatfem.structures.shapes.inspect import faces_of, triple, volume_of
+from seatfem.structures.shapes.inspect import faces_of, painted, triple, volume_of
 from seatfem.structures.shapes.selectors import Face, Frame, Patches, listing, select
 
 FINE: Final = 4.0  # ratio of that coarse element size to the one for pictures
@@ -66,7 +66,7 @@ def _built(gmsh: Any, geometry: Geometry, unit: float, problems: list[Problem]) 
     if not isinstance(geometry, CadPart):
         geometry.build(gmsh.model.occ)
         gmsh.model.occ.synchronize()
-        return faces_of(gmsh.model, unit), Imported(regions={"seat": []})
+        return faces_of(gmsh.model, unit, painted(gmsh.model)), Imported(regions={"seat": []})
     sound = replace(geometry, regions=_sound_regions(gmsh, geometry, problems))
     gmsh.clear()
     try:
@@ -135,7 +135,7 @@ def _groups(faces: Sequence[Face], patches: Patches, problems: list[Problem]) ->
 
 
 def _described(gmsh: Any, face: Face, unit: float, number_of: Mapping[int, int]) -> dict[str, Any]:
-    axis, radii = face.axis, None
+    axis, radii = face.axis, tuple[float, ...]()
     if axis is not None:
         along = face.radii(axis.point, axis.direction)
         radii = (float(along.min()), float(along.max()))
@@ -230,7 +230,7 @@ LOST: Final = 1e-4  # largest relative error of the area by that approximation
 
 def outline(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
     """Carry out task "outline": STEP file -> "loop:0" (the outline), "loop:1", ... (n, 3) [m]; "frame" (3, 3), the
-    origin and the directions x and y of their coordinates; "normal" (3,), outward; "thickness" of a solid plate.
+    origin and the directions x and y of their coordinates; "normal" (3,), outward; "thickness", 0 of a face.
 
     With "oblique" the face may be inclined to the axes of the file; x and y then come from `lands.axes_along`.
     """
@@ -250,16 +250,17 @@ def outline(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
     frame = _frame(face, path, oblique=job["oblique"])
     answer = {f"loop:{k}": loop for k, loop in enumerate(_loops(gmsh, face, path, frame))}
     answer |= {"frame": np.array([frame.origin, frame.x, frame.y]), "normal": np.array(face.normal)}
-    return answer | ({} if thickness is None else {"thickness": np.float64(thickness)})
+    return answer | {"thickness": np.float64(thickness)}
 
 
 def _wrong(path: Path, what: str) -> GeometryError:
     return GeometryError(f"Outlined.file = {path.name}: {what}")
 
 
-def _face(gmsh: Any, path: Path) -> tuple[Face, float | None]:
-    """Return the only face, or one side of the only plate and its thickness [m]."""
-    faces, solids = faces_of(gmsh.model, MILLIMETRE), len(gmsh.model.getEntities(3))
+def _face(gmsh: Any, path: Path) -> tuple[Face, float]:
+    """Return the only face and 0, or one side of the only plate and its thickness [m]."""
+    faces = faces_of(gmsh.model, MILLIMETRE, painted(gmsh.model))
+    solids = len(gmsh.model.getEntities(3))
     if not faces:
         raise _wrong(path, "it holds no face, only curves or points; export a face or a solid")
     if solids > 1:
@@ -269,7 +270,7 @@ def _face(gmsh: Any, path: Path) -> tuple[Face, float | None]:
             raise _wrong(path, f"it holds {len(faces)} faces without a solid; export one of them, or the solid plate")
         if faces[0].normal is None:
             raise _wrong(path, f"its face is no plane but a {faces[0].kind}; a sheet is flat: export its plane face")
-        return faces[0], None
+        return faces[0], 0.0
     flat = sorted((face for face in faces if face.normal is not None), key=lambda face: -face.area)
     for top, under in itertools.pairwise(flat):
         thickness = abs(float(np.subtract(top.centre, under.centre) @ np.array(top.normal)))
@@ -302,12 +303,11 @@ def _frame(face: Face, path: Path, *, oblique: bool) -> Frame:
 def _loops(gmsh: Any, face: Face, path: Path, frame: Frame) -> list[Array]:
     """Return the outline, then the holes [m], in coordinates of the frame."""
     chains = [_chain(gmsh, tag, frame) for tag in sorted(face.curves)]
-    size = float(np.ptp(np.concatenate(chains)[:, :2], axis=0).max())
 
     def open_at(point: Array) -> GeometryError:
         return _wrong(path, "its outline is open at ({:.6g}, {:.6g}) mm; close it".format(*(1e3 * point)))
 
-    outlines = sorted(loops.closed(chains, 1e-6 * size, open_at), key=lambda loop: -abs(loops.area(loop)))
+    outlines = loops.outlines(chains, open_at)
     area = abs(loops.area(outlines[0])) - sum(abs(loops.area(hole)) for hole in outlines[1:])
     if not math.isclose(area, face.area, rel_tol=LOST):
         raise _wrong(

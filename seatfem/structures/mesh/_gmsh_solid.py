@@ -14,8 +14,17 @@ from numpy.typing import NDArray
 from seatfem.structures.mesh._gmsh_base import KeptModel, arrays, handed_over, set_sizes, stage
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import CadPart, Geometry, GeometryError, NumberedFace, cad, decode
-from seatfem.structures.shapes.inspect import Mark, area_of, colour_of, faces_of, outline_of, patch_tags, volume_of
-from seatfem.structures.shapes.selectors import Colour, matching
+from seatfem.structures.shapes.inspect import (
+    Mark,
+    area_of,
+    colour_of,
+    faces_of,
+    outline_of,
+    painted,
+    patch_tags,
+    volume_of,
+)
+from seatfem.structures.shapes.selectors import joined_to, matching
 from seatfem.structures.shapes.shape import cut, patches_in
 
 SAME_PLACE = 1e-5  # largest distance of coincident points, over the model's size
@@ -69,7 +78,7 @@ def import_part(gmsh: Any, part: CadPart, heal: bool, sectors: int, numbered: bo
         return imported
     struck = _struck(model, part, imported) if len(solids) > 1 and part.solid is None else set()
     imported.marks = {}
-    marked = [(tag, mark) for tag, mark in marks.items() if numbered or mark.colour is not None or mark.name]
+    marked = [(tag, mark) for tag, mark in marks.items() if numbered or mark.colour or mark.name]
     copied = occ.copy([(2, tag) for tag, _ in marked]) if marked else []
     imported.copies = {
         copy: (model.getType(2, tag), mark) for (_, copy), (tag, mark) in zip(copied, marked, strict=True)
@@ -115,10 +124,7 @@ def _hanging_together(model: Any, part: CadPart, imported: Imported, struck: set
         for number, tags in imported.solids.items()
     }
     first = min(struck)
-    together, reached = {first}, points.pop(first)
-    while more := [number for number, own in points.items() if own & reached]:
-        together.update(more)
-        reached = reached.union(*(points.pop(number) for number in more))
+    together = joined_to(first, points)
     if struck <= together:
         return together
     raise GeometryError(
@@ -225,7 +231,7 @@ def _marks(model: Any, part: CadPart) -> dict[int, Mark]:
 
 def regions_of(model: Any, part: CadPart, solids: list[int]) -> dict[str, list[int]]:
     """Return the part's regions; solids outside all of them are "seat", or "solid_1", "solid_2", ..."""
-    colours: list[Colour | None] = [colour_of(model, 3, tag) for tag in solids]
+    colours = [colour_of(model, 3, tag) for tag in solids]
     names = [name_of(model, tag) for tag in solids]
     regions: dict[str, list[int]] = {}
     remaining = list(solids)
@@ -263,7 +269,7 @@ def _listed(model: Any, solids: list[int]) -> str:
     """Return one line for each solid."""
     colours = [colour_of(model, 3, tag) for tag in solids]
     return "\n".join(
-        f"  solid {number}: name {name_of(model, tag)!r}, " + ("no colour" if colour is None else f"colour {colour}")
+        f"  solid {number}: name {name_of(model, tag)!r}, " + (f"colour {colour}" if colour else "no colour")
         for number, (tag, colour) in enumerate(zip(solids, colours, strict=True), 1)
     )
 
@@ -356,10 +362,13 @@ def build(
             raise GeometryError(
                 f"sector = {sectors}: the part beside y = 0 must be 1/{sectors} of the volume, it is {part / whole:.6g}"
             )
-    marks = recall(gmsh, imported) if isinstance(geometry, CadPart) else None
-    occ.synchronize()
     if isinstance(geometry, CadPart):
+        marks = recall(gmsh, imported)
+        occ.synchronize()
         check_faces(gmsh.model, unit)
+    else:
+        occ.synchronize()
+        marks = painted(gmsh.model)
     tags = patch_tags(gmsh.model, patches_in(geometry, sectors), unit, marks)
     if shared := set(tags["contact"]) & set(tags.get("fixed", ())):
         raise GeometryError(f"faces {sorted(shared)} must not be both 'contact' and 'fixed'")

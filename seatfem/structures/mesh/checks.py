@@ -27,7 +27,7 @@ class MeshQuality:
 
     ``min_scaled_jacobian``: smallest det J at the nodes and centroid of an element over the mean of its straight twin;
     1 for straight tetrahedra and parallelepipeds, 0 for an element about to fold. ``cad_volume`` and ``cad_areas`` are
-    exact, None and empty for a mesh from a file. For a meridian, volumes and areas are those of the solid of
+    exact, nan and empty for a mesh from a file. For a meridian, volumes and areas are those of the solid of
     revolution, and the Jacobian is relative to the mean of the element itself.
     """
 
@@ -36,12 +36,12 @@ class MeshQuality:
     min_scaled_jacobian: float
     volume: float
     areas: Mapping[str, float]
-    cad_volume: float | None
+    cad_volume: float
     cad_areas: Mapping[str, float]
 
 
 def measure(
-    mesh: io.SolidMesh, arrays: io.MeshArrays, cad_volume: float | None, cad_areas: Mapping[str, float]
+    mesh: io.SolidMesh, arrays: io.MeshArrays, cad_volume: float, cad_areas: Mapping[str, float]
 ) -> MeshQuality:
     """Return the volume, areas and element quality of a mesh made by `to_skfem`."""
     return MeshQuality(

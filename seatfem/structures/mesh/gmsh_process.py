@@ -29,7 +29,7 @@ from seatfem.structures.shapes import GeometryError
 Arrays = dict[str, NDArray[Any]]
 
 STAGE = "meshing"
-WRITTEN: Final = ("msh", "step", "picture")  # keys of a job that name files which it writes
+WRITTEN: Final = ("msh", "picture")  # keys of a job that name files which it writes
 EVERY: Final = 0.5  # time between two reports of progress while gmsh says nothing [s]
 MESHES: Final = 8  # most results that a session remembers
 LARGE: Final = 64e6  # size of a result after which a process is ended, as it holds several times this memory [bytes]
@@ -119,12 +119,12 @@ _session: ContextVar[GmshSession | None] = ContextVar("session of gmsh", default
 
 
 @contextmanager
-def gmsh_session(meshes: int = MESHES) -> Iterator[GmshSession]:
+def gmsh_session() -> Iterator[GmshSession]:
     """Yield the session of the enclosing block, as that of a run whose rounds mesh again and again, or a new one."""
     if (enclosing := _session.get()) is not None:
         yield enclosing
         return
-    with GmshSession(meshes) as session:
+    with GmshSession() as session:
         token = _session.set(session)
         try:
             yield session

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import json
+import math
 from collections.abc import Mapping
 from contextlib import nullcontext
 from dataclasses import asdict, dataclass
@@ -83,7 +84,7 @@ class SeatMesh:
 def seat_mesh(
     arrays: MeshArrays,
     provenance: MeshProvenance,
-    cad_volume: float | None = None,
+    cad_volume: float = math.nan,
     cad_areas: Mapping[str, float] = MappingProxyType({}),
     required: tuple[str, ...] = ("contact", "fixed"),
     parts: int = 1,

@@ -1,10 +1,8 @@
 """Eigenpairs near a shift: factorizations that count eigenvalues by inertia, and block shift-invert Lanczos.
 
 OP = (K - sigma M)^-1 M is self-adjoint in the M-inner product, with eigenvalues theta = 1/(lambda - sigma). Its block
-Krylov space grows from random vectors, many right-hand sides at a time; a full space is restarted from its best Ritz
-vectors.
-Sources: R. Grimes, J. Lewis and H. Simon, SIAM J. Matrix Anal. Appl. 15 (1994) 228; K. Wu and H. Simon, the same,
-22 (2000) 602.
+Krylov space grows from random vectors, many right-hand sides at a time.
+Source: R. Grimes, J. Lewis and H. Simon, SIAM J. Matrix Anal. Appl. 15 (1994) 228.
 """
 
 from collections.abc import Sequence
@@ -123,7 +121,6 @@ def counting_shift(model: SecondOrderModel, value: float, backend: Backend) -> S
     Raises:
         CountError: no shift near it can be factorized with a count of negative pivots.
     """
-    problem: object = "its pivots cannot be counted"
     for move in _MOVES:
         moved = value * (1 + move)
         try:
@@ -138,12 +135,11 @@ def counting_shift(model: SecondOrderModel, value: float, backend: Backend) -> S
             if "memory" in str(error):
                 raise
             problem = error
-            continue
-        if factor.negative_pivots is not None:
+        else:
             return Shift(moved, factor.negative_pivots, factor)
     raise CountError(
         f"no factorization near {write_quantity(np.sqrt(abs(value)) / (2 * np.pi), 'frequency', 4)} counts "
-        f"eigenvalues: {problem}"
+        f"eigenvalues ({problem}): too badly scaled matrices, check their units"
     )
 
 
@@ -191,7 +187,6 @@ def _count_of(counted: Counted) -> float:
 
 _DEPENDENT: Final = 1e-24  # squared length after over before orthogonalisation, below which a vector is dependent
 _ILL: Final = 1e-4  # eigenvalue of a block's Gram matrix below which it is orthonormalised again
-_CHUNK: Final = 4096  # rows rotated at a time
 
 
 @dataclass(frozen=True)
@@ -218,9 +213,7 @@ class BlockLanczos:
         factor: factorization of K - sigma M, definite or not.
         known: (n, k) M-orthonormal eigenvectors to be excluded; (n, 0) without.
         block: number of right-hand sides that are solved at once.
-        limit: largest number of vectors.
-        below: number of eigenvalues below the shift, which restarts keep even if those above it are nearer.
-        seed: seed of the random start; the same one gives the same vectors.
+        room: number of vectors for which there is room at first.
     """
 
     def __init__(
@@ -231,21 +224,16 @@ class BlockLanczos:
         known: Array,
         *,
         block: int,
-        limit: int,
-        below: int = 0,
-        seed: int = 0,
+        room: int,
     ) -> None:
         n = model.size
         self.model, self.factor, self.sigma, self.known = model, factor, sigma, known
         self.block = min(block, n - known.shape[1])
-        self.below = below
-        self.limit = min(max(limit, 2 * self.block), n - known.shape[1])
         self.size = 0  # vectors whose image by OP is computed
         self.solves = 0  # right-hand sides solved so far
-        self.restarts = 0
-        self._rng = np.random.default_rng(seed)
-        self._vectors = np.empty((n, self.limit + 2 * self.block), order="F")
-        self._projected = np.zeros((self.limit + 2 * self.block,) * 2)
+        self._rng = np.random.default_rng(0)
+        self._vectors = np.empty((n, room), order="F")
+        self._projected = np.zeros((room, room))
         self._coupled = 0  # the first vector that the newest block is coupled to
         self._mass_block = np.empty((n, 0))  # M Q of the newest block Q
         self._link = np.zeros((0, 0))
@@ -265,11 +253,6 @@ class BlockLanczos:
     def exhausted(self) -> bool:
         """Return whether the basis spans the whole space, with all images computed."""
         return self.width == 0 and self.unseen == 0
-
-    @property
-    def full(self) -> bool:
-        """Return whether a restart is due before the next block."""
-        return self.size + self.width > self.limit and self.unseen > 0
 
     def expand(self) -> None:
         """Solve for the newest block and append the next."""
@@ -294,25 +277,27 @@ class BlockLanczos:
         self._projected[first:last, first:last] = (own + own.T) / 2
         self._coupled, self.size = first, last
         following, mass, self._link = _orthonormal(self.model, image, momentum, _DEPENDENT * before)
+        self._append(following)
         self._mass_block = mass
-        self._vectors[:, self.size : self.size + following.shape[1]] = following
         if self.width == 0 and self.unseen > 0:  # the space is invariant: continue outside it
             self.renew()
 
     def renew(self) -> None:
         """Widen the newest block by random directions, for eigenvalues repeated more often than the block is wide."""
-        width = self.width + self.block
-        if self.full:
-            self.restart(self.limit // 2)
-        if (more := self.limit + 2 * width - self._vectors.shape[1]) > 0:
-            room = np.empty((len(self._vectors), more))
-            self._vectors = np.asfortranarray(np.concatenate([self._vectors, room], axis=1))
-            self._projected = np.pad(self._projected, (0, more))
         new, mass = self._fresh()
-        first = self.size + self.width
-        self._vectors[:, first : first + new.shape[1]] = new
+        self._append(new, self.width)
         self._mass_block = np.concatenate([self._mass_block, mass], axis=1)
         self._link = np.concatenate([self._link, np.zeros((new.shape[1], self._link.shape[1]))])
+
+    def _append(self, new: Array, width: int = 0) -> None:
+        """Store vectors after the basis and the first ``width`` of the newest block."""
+        end = self.size + width + new.shape[1]
+        if (more := end - self._vectors.shape[1]) > 0:
+            more += self._vectors.shape[1] // 2
+            room = np.empty((len(self._vectors), more), order="F")
+            self._vectors = np.asfortranarray(np.concatenate([self._vectors, room], axis=1))
+            self._projected = np.pad(self._projected, (0, more))
+        self._vectors[:, self.size + width : end] = new
 
     def ritz(self) -> RitzValues:
         """Return the Ritz pairs of the space with their errors."""
@@ -329,23 +314,6 @@ class BlockLanczos:
         residual = self._residual(coefficients) / ritz.theta[chosen]
         together = np.concatenate([coefficients, residual]) / np.sqrt(1 + np.sum(residual**2, axis=0))
         return np.asarray(self._vectors[:, : len(together)] @ together)
-
-    def restart(self, kept: int) -> None:
-        """Keep ``kept`` Ritz vectors, those below the shift and then the nearest to it, and the newest block."""
-        ritz, width = self.ritz(), self.width
-        lower = np.flatnonzero(ritz.theta < 0)[: self.below + self.block]
-        first = np.concatenate([lower, np.setdiff1d(np.arange(len(ritz.theta)), lower)])[:kept]
-        theta, coefficients = ritz.theta[first], ritz.coefficients[:, first]
-        self._link = self._residual(coefficients)
-        for row in range(0, self.model.size, _CHUNK):
-            rows = slice(row, row + _CHUNK)
-            newest = self._vectors[rows, self.size : self.size + width].copy()
-            self._vectors[rows, :kept] = self._vectors[rows, : self.size] @ coefficients
-            self._vectors[rows, kept : kept + width] = newest
-        self._projected[:] = 0.0
-        self._projected[range(kept), range(kept)] = theta
-        self.size, self._coupled = kept, 0
-        self.restarts += 1
 
     def _residual(self, coefficients: Array) -> Array:
         """Return Q' M (OP y - theta y) of vectors y in the basis."""

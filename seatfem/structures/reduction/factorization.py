@@ -25,8 +25,8 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from impact.notices import Progress
-from seatfem.structures.model import Array, DofMap, as_csr
+from impact.notices import Progress, silent
+from seatfem.structures.model import Array, DofMap, SecondOrderModel, as_csr
 
 Backend = Literal["auto", "pardiso", "superlu"]
 MKL_RUNTIME: Final = "PYPARDISO_MKL_RT"  # environment variable of pypardiso with the path of MKL
@@ -61,14 +61,14 @@ class Factorization:
     Attributes:
         size: number of unknowns.
         backend: "pardiso" or "superlu", and `SINGLE` of factors in single precision; or `TWO_GRIDS`.
-        negative_pivots: number of negative eigenvalues of the matrix (Sylvester), ``None`` if the backend cannot count.
+        negative_pivots: number of negative eigenvalues of the matrix (Sylvester).
         residual: ||A x - b|| / ||b|| of its first solve.
         refined: whether each solve is refined once, by a product in double precision.
     """
 
     size: int
     backend: str
-    negative_pivots: int | None
+    negative_pivots: int
     residual: float
     _solve: Callable[[Array], Array]
     refined: bool = False
@@ -139,6 +139,13 @@ def factorize(
             f"(limit {tolerance:.0e}): the matrix is singular or badly scaled{_REMEDY}"
         )
     return Factorization(matrix.shape[0], "pardiso" if pardiso else "superlu", negative, residual, solve)
+
+
+def static_compliance(model: SecondOrderModel, backend: Backend = "auto", progress: Progress = silent) -> Array:
+    """Return the (p, p) static B' K^-1 B [m/N]. Raises `FactorizationError` for a body that can move freely."""
+    factor = factorize(model.K, backend=backend, name="K")
+    compliance = model.port_matrix.T @ solve_in_blocks(factor, model.port_matrix, progress)
+    return np.asarray((compliance + compliance.T) / 2)
 
 
 def _in_single_precision(matrix: sparse.csr_array, solver_class: Any, allowed: float) -> Factorization | None:
@@ -243,22 +250,22 @@ def _residual(matrix: sparse.csr_array, solve: Callable[[Array], Array]) -> floa
 
 def _pardiso_class() -> Any:
     """Return pypardiso's solver class, or ``None``; MKL's path is set first, to save a search through all files."""
-    if MKL_RUNTIME not in os.environ and (path := _mkl_runtime()) is not None:
-        os.environ[MKL_RUNTIME] = str(path)
+    if MKL_RUNTIME not in os.environ and (path := _mkl_runtime()):
+        os.environ[MKL_RUNTIME] = path
     try:
         return importlib.import_module("pypardiso").PyPardisoSolver
     except (ImportError, OSError):
         return None
 
 
-def _mkl_runtime() -> Path | None:
-    """Return the path of MKL's library in the package mkl; ``None`` if MKL is installed otherwise."""
+def _mkl_runtime() -> str:
+    """Return the path of MKL's library in the package mkl; "" if MKL is installed otherwise."""
     try:
         files = metadata.files("mkl") or ()
     except metadata.PackageNotFoundError:
-        return None
+        return ""
     paths = (Path(str(file.locate())).resolve() for file in files if "mkl_rt" in file.name)
-    return next((path for path in paths if path.is_file()), None)
+    return next((str(path) for path in paths if path.is_file()), "")
 
 
 def _pardiso(
@@ -346,7 +353,7 @@ def _calls(solver: Any, upper: sparse.csr_matrix, kind: type) -> Callable[[int, 
     return call
 
 
-def _superlu(matrix: sparse.csr_array) -> tuple[Callable[[Array], Array], int | None]:
+def _superlu(matrix: sparse.csr_array) -> tuple[Callable[[Array], Array], int]:
     """Return a solver by SuperLU without pivoting, in METIS order, and the number of negative pivots."""
     graph = sparse.csr_array(matrix - sparse.diags_array(matrix.diagonal()))
     graph.eliminate_zeros()
@@ -356,10 +363,10 @@ def _superlu(matrix: sparse.csr_array) -> tuple[Callable[[Array], Array], int | 
         lu = splu(permuted, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     except RuntimeError as error:
         raise FactorizationError(f"superlu: {error}{_REMEDY}") from error
-    unpivoted = np.array_equal(lu.perm_r, np.arange(len(order)))
-    negative = int(np.sum(lu.U.diagonal() < 0)) if unpivoted else None
+    if not np.array_equal(lu.perm_r, np.arange(len(order))):
+        raise FactorizationError(f"superlu: a pivot on the diagonal is zero{_REMEDY}")
 
     def solve(rhs: Array) -> Array:
         return np.asarray(lu.solve(np.ascontiguousarray(rhs[order], dtype=float))[place])
 
-    return solve, negative
+    return solve, int(np.sum(lu.U.diagonal() < 0))

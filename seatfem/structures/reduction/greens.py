@@ -104,7 +104,7 @@ def greens_function(
     damping_ratio: float = 0.0,
     method: str = AUTO,
     max_vectors: int | None = None,
-    ports: Sequence[str] | None = None,
+    ports: Sequence[str] = (),
     backend: Backend = "auto",
     progress: Progress = silent,
 ) -> GreensFunction:
@@ -126,7 +126,7 @@ def greens_function(
             with numbers.
         max_vectors: most Krylov vectors; default 800, for a second-order space 500; not used by modes and time
             stepping.
-        ports: names of the ports to use; default: all of the model's.
+        ports: names of the ports to use; (): all of the model's.
         backend: sparse factorization.
         progress: called with the stage and the fraction done.
 
@@ -157,13 +157,13 @@ def reduce_model(
     damping_ratio: float = 0.0,
     method: str = AUTO,
     max_vectors: int | None = None,
-    ports: Sequence[str] | None = None,
+    ports: Sequence[str] = (),
     backend: Backend = "auto",
     progress: Progress = silent,
 ) -> Reduction:
     """Return the same as `greens_function`, with the modes if the reduction computes any."""
     aims = Aims(bandwidth, duration, tolerance, max_vectors, backend)
-    return reduced(model if ports is None else model.with_ports(ports), aims, damping_ratio, method, progress)
+    return reduced(model.with_ports(ports) if ports else model, aims, damping_ratio, method, progress)
 
 
 def reduced(

@@ -149,9 +149,8 @@ class Tail:
     def add(self, model: SecondOrderModel, backend: factorization.Backend) -> None:
         """Compute the compliance of the harmonic `next` from its model."""
         self.last = self.next
-        static = model.port_matrix.T @ factorization.factorize(model.K, backend=backend).solve(model.port_matrix)
         self._numbers.append(self.last)
-        self._scaled.append(self.last * (static + static.T) / 2)
+        self._scaled.append(self.last * factorization.static_compliance(model, backend))
 
     def compliance(self) -> Array:
         """Return the (p, p) sum over all harmonics above ``reduced`` of s_ni s_nj cos n(th_i - th_j) R_n [m/N].
@@ -210,8 +209,8 @@ def ring_greens(
     damping_ratio: float = 0.0,
     fixed: str | Sequence[str] = "fixed",
     sliding: str | Sequence[str] = (),
-    order: int | None = None,
-    rayleigh: tuple[float, float] | None = None,
+    order: int = 0,
+    rayleigh: tuple[float, float] = (0.0, 0.0),
     supports: Sequence[Support] = (),
     method: str = AUTO,
     max_vectors: int | None = None,
@@ -282,7 +281,7 @@ def combine_harmonics(
         if greens is None:
             raise ModelError("harmonics combine modes: use damping that does not couple them (ratio, Rayleigh, loss)")
         damping = model.damping.plus(damping_ratio)
-        start = damping.first_velocity() / np.array([port.impedance for port in model.ports.values()], dtype=float)
+        start = damping.first_velocity() / np.array([port.impedance for port in model.ports.values()])
         total.add(harmonic, greens)
         limit = min(limit, greens.valid_for)
         lags.append(total.beyond(harmonic, static_lag(greens, np.diag(start), damping, total.t, total.width)))
@@ -293,7 +292,7 @@ def combine_harmonics(
     wave_harmonics = last = harmonic - 1
     if total.touches_from(harmonic):
         tail, doubt = _static_tail(build, total, wave_harmonics, aims, max_harmonic)
-        impedances = {name: 2 * float(port.impedance or math.inf) for name, port in model.ports.items()}
+        impedances = {name: 2 * port.impedance for name, port in model.ports.items()}
         lacking = damping.first_velocity() * first_velocities_beyond(patches, impedances, wave_harmonics)
         total.close(reducer.relaxation(tail.compliance(), lacking, damping.beta), max(lags[-2:]) + doubt)
         last = tail.last

@@ -29,16 +29,13 @@ class KrylovBasis:
         factor: factorization of K + s^2 M.
         shift: s > 0 [rad/s].
         limit: largest number of vectors.
-        rigid: (n, r) M-orthonormal with K rigid = 0.
+        rigid: (n, r) M-orthonormal with K rigid = 0; (n, 0) for none.
     """
 
-    def __init__(
-        self, model: SecondOrderModel, factor: Factorization, shift: float, limit: int, rigid: Array | None = None
-    ) -> None:
+    def __init__(self, model: SecondOrderModel, factor: Factorization, shift: float, limit: int, rigid: Array) -> None:
         self.model, self.factor, self.shift, self.limit = model, factor, shift, limit
-        self.rigid = 0 if rigid is None else rigid.shape[1]
-        self.size = self.rigid
-        self._vectors = np.empty((model.size, 0), order="F") if rigid is None else np.asfortranarray(rigid)
+        self.rigid = self.size = int(rigid.shape[1])
+        self._vectors = np.asfortranarray(rigid)
         self._stiffness = np.zeros((limit, limit))
         self._ports = np.zeros((limit, model.port_matrix.shape[1]))
         self._ports[: self.rigid] = self._vectors.T @ model.port_matrix
@@ -89,10 +86,10 @@ class KrylovBasis:
         self._stiffness[first : k + 1, k] = self._stiffness[k, first : k + 1] = column
         self._ports[k] = self._vectors[:, k] @ self.model.port_matrix
 
-    def ritz(self, size: int | None = None) -> tuple[Array, Array, Array]:
+    def ritz(self, size: int = 0) -> tuple[Array, Array, Array]:
         """Return (omega (k,), shapes at the ports (k, p), coefficients (k, k)) of the Ritz pairs of (K, M) on V, or on
         its first ``size`` vectors."""
-        k = self.size if size is None else size
+        k = size or self.size
         omega, coefficients = ritz_pairs(self._stiffness[:k, :k], self.rigid, self.shift)
         return omega, coefficients.T @ self._ports[:k], coefficients
 
@@ -198,14 +195,13 @@ class _Vectors(RitzSpace):
         self.basis = self._start((_HIGHER if undamped else 1.0) * aims.band)
 
     def grow(self) -> Grown:
-        basis, band, loss = self.basis, self.aims.band, None
+        basis, band = self.basis, self.aims.band
         if basis.shift == band and basis.size >= _CRAWLS * len(self.model.ports) and not basis.complete:
             basis = self._start(_HIGHER * band)
             self.basis, self.history = basis, History(self.aims.tolerance)
         basis.grow(basis.size + max(_BLOCK, basis.size // 8))
         omega, shapes, self.coefficients = basis.ritz()
-        if self.damping.loss is not None:
-            loss = self.damping.losses(basis.combined(self.coefficients))
+        loss = 0.0 if self.damping.loss is None else self.damping.losses(basis.combined(self.coefficients))
         return self.see(omega, shapes, loss=loss), basis.complete, basis.size == basis.limit, basis.size
 
     def shortfall(self, error: float) -> str:

@@ -28,7 +28,7 @@ from seatfem.structures.errors import ModelError
 from seatfem.structures.method import ARC_ERROR, BEYOND, MOST_MODES, Aims
 from seatfem.structures.model import Array, SecondOrderModel
 from seatfem.structures.reduction import eigen_search, harmonics, modal
-from seatfem.structures.reduction.factorization import factorize, solve_in_blocks
+from seatfem.structures.reduction.factorization import static_compliance
 from seatfem.structures.reduction.modes import ConvergenceError, Modes, solve_modes
 from seatfem.structures.reduction.reducer import relaxation, residual, semidefinite
 from seatfem.units import write_quantity
@@ -82,7 +82,7 @@ def lip_greens(
         harmonic += 1
         progress("harmonics", harmonic / (harmonic + 8))
     widths = np.array([patch.width for patch in patches.values()])
-    impedance = np.array([first.ports[patch.boundary].impedance or math.inf for patch in patches.values()], dtype=float)
+    impedance = np.array([first.ports[patch.boundary].impedance for patch in patches.values()])
     start = np.diag(damping.first_velocity() * 2 * math.pi / (widths * impedance))
     omega, zetas, all_shapes = (np.concatenate(each) for each in zip(*parts, strict=True))
     rest = relaxation(_residual_compliance(compliance, omega, all_shapes), start, damping.beta)
@@ -111,9 +111,8 @@ def _statics(
     progress: Progress,
 ) -> tuple[Array, int, float]:
     """Return the static compliance (p, p) [m/N], the last harmonic computed, and the error by those extrapolated."""
-    of_rings = first.port_matrix.T @ factorize(first.K, backend=aims.backend, name="K").solve(first.port_matrix)
     places = [first.port_names.index(patch.boundary) for patch in patches.values()]
-    whole = (of_rings + of_rings.T)[np.ix_(places, places)] / 2
+    whole = static_compliance(first, aims.backend)[np.ix_(places, places)]
     tail, largest = harmonics.Tail(patches, rings, 0), 0.0
     while (doubt := tail.doubt()) > ARC_ERROR * largest:
         if tail.last >= MOST:
@@ -171,8 +170,7 @@ def face_greens(
     modes = None if static else _modes(model, aims, progress)
     if modes is None or not len(modes.omega):
         progress("factorization", 0.0)
-        factor = factorize(model.K, backend=aims.backend, name="K")
-        compliance = model.port_matrix.T @ solve_in_blocks(factor, model.port_matrix, progress)
+        compliance = static_compliance(model, aims.backend, progress)
         none = np.zeros(0)
         rest = residual(compliance, model, damping)
         greens = ModalGreens(none, none, np.zeros((0, len(model.ports))), rest, model.port_names)

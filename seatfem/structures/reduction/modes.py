@@ -14,7 +14,7 @@ from seatfem.structures.model import Array, DofMap, ModelError, SecondOrderModel
 from seatfem.structures.reduction import eigen_search
 from seatfem.structures.reduction.eigen_search import ConvergenceError
 from seatfem.structures.reduction.factorization import Backend
-from seatfem.structures.reduction.spectrum import Spectrum, uncounted
+from seatfem.structures.reduction.spectrum import Spectrum
 
 if TYPE_CHECKING:
     import pandas
@@ -70,12 +70,11 @@ class Modes:
 
 def solve_modes(
     model: SecondOrderModel,
-    n: int | None = None,
+    n: float = np.inf,
     *,
-    up_to_hz: float | None = None,
-    shift_hz: float | None = None,
-    check: bool = True,
-    limit: int | None = None,
+    up_to_hz: float = np.inf,
+    shift_hz: float = 0.0,
+    limit: float = np.inf,
     backend: Backend = "auto",
     progress: notices.Progress = notices.silent,
 ) -> Modes:
@@ -84,42 +83,37 @@ def solve_modes(
 
     Block Lanczos on (K - sigma M)^-1 M with sigma inside the requested part of the spectrum; the negative pivots of
     K - sigma M, there and behind the last mode, count the eigenvalues, so that none is missing, repeated ones included.
-    Starts are seeded, so runs are reproducible. If the factorization cannot count, the modes are computed with a shift
-    below the spectrum, and ``complete`` is false. Source: Grimes, Lewis & Simon, SIAM J. Matrix Anal. Appl. 15 (1994).
+    Starts are seeded, so runs are reproducible. Source: Grimes, Lewis & Simon, SIAM J. Matrix Anal. Appl. 15 (1994).
 
     Args:
-        n: number of modes [20, or with ``up_to_hz`` as many as there are]; all of them if the model has fewer.
+        n: number of modes; all of them if the model has fewer; with neither limit, 20.
         up_to_hz: highest frequency [Hz]; if both limits are given, the lower one counts.
-        shift_hz: frequency of the order of the lowest elastic one; default: from the size of the model.
-        check: whether to count the eigenvalues below the last mode; otherwise there is one factorization less, and
-            ``complete`` is false.
+        shift_hz: frequency of the order of the lowest elastic one; 0: from the size of the model.
         limit: most modes up to ``up_to_hz``.
         progress: called with ("modes", fraction) and ("factorization", fraction).
 
     Raises:
         ModelError: an impossible n or frequency, an indefinite K. ConvergenceError: the error of Lanczos is too large.
+        CountError: no factorization counts eigenvalues, or its count contradicts those found.
         CrowdedError: there are more than ``limit`` modes.
     """
-    if n is not None and n < 1:
+    if not n >= 1:
         raise ModelError(f"n = {n} modes asked for: give at least 1")
-    if up_to_hz is not None and not 0 < up_to_hz < np.inf:
-        raise ModelError(f"up_to_hz = {up_to_hz} must be positive and finite")
-    if shift_hz is not None and not 0 < shift_hz < np.inf:
+    if not up_to_hz > 0:
+        raise ModelError(f"up_to_hz = {up_to_hz} must be positive")
+    if not 0 <= shift_hz < np.inf:
         raise ModelError(f"shift_hz = {shift_hz} must be positive and finite")
-    most = 20 if n is None and up_to_hz is None else n
-    highest = np.inf if up_to_hz is None else (2 * np.pi * up_to_hz) ** 2
-    scale = eigen_search.default_shift(model) if shift_hz is None else 2 * np.pi * shift_hz
+    most = 20 if n == up_to_hz == np.inf else n
+    highest = (2 * np.pi * up_to_hz) ** 2
+    scale = 2 * np.pi * shift_hz or eigen_search.default_shift(model)
     flat = eigen_search.null_limit(model) > _SURE * scale**2  # elements: round-off of K hides the lowest from LAPACK
-    if model.size <= (most or 0) + 2 or (model.size <= DENSE and not flat):
+    if model.size <= 2 + (most if most < np.inf else 0) or (model.size <= DENSE and not flat):
         return _lowest(dense_modes(model, scale), most, highest)
-    spectrum = Spectrum(model, backend=backend, lowest=None if shift_hz is None else scale**2, progress=progress)
-    try:
-        if most is not None:
-            spectrum.first(most, check=check and up_to_hz is None)
-        if up_to_hz is not None and (most is None or spectrum.top < highest):
-            spectrum.below(highest, limit)
-    except eigen_search.CountError:
-        return _lowest(_without_count(model, most, highest, scale, backend, progress), most, highest)
+    spectrum = Spectrum(model, backend=backend, lowest=(2 * np.pi * shift_hz) ** 2, progress=progress)
+    if most < np.inf:
+        spectrum.first(int(most))
+    if up_to_hz < np.inf and (most == np.inf or spectrum.top < highest):
+        spectrum.below(highest, limit)
     return _lowest(modes_of(spectrum, scale), most, highest)
 
 
@@ -130,7 +124,7 @@ def modes_of(spectrum: Spectrum, scale: float) -> Modes:
         ModelError: K is indefinite. ConvergenceError: a residual is too large.
     """
     backend = f"block Lanczos, {spectrum.factorization}"
-    modes = _modes(spectrum.model, spectrum.values, spectrum.shapes, scale, spectrum.counted, backend)
+    modes = _modes(spectrum.model, spectrum.values, spectrum.shapes, scale, backend)
     allowed = _LARGEST_RESIDUAL + _ROUND_OFF * eigen_search.null_limit(spectrum.model) / (modes.omega**2 + scale**2)
     if np.any(modes.residuals > allowed):
         worst = int(np.argmax(modes.residuals / allowed))
@@ -144,30 +138,13 @@ def modes_of(spectrum: Spectrum, scale: float) -> Modes:
 def dense_modes(model: SecondOrderModel, scale: float) -> Modes:
     """Return all modes of a small model, by LAPACK."""
     values, shapes = scipy.linalg.eigh(model.K.toarray(), model.M.toarray())
-    return _modes(model, np.asarray(values), np.asarray(shapes), scale, True, "lapack")
+    return _modes(model, np.asarray(values), np.asarray(shapes), scale, "lapack")
 
 
-def _without_count(
-    model: SecondOrderModel,
-    most: int | None,
-    highest: float,
-    scale: float,
-    backend: Backend,
-    progress: notices.Progress,
-) -> Modes:
-    """Return modes from a shift below the spectrum, for factorizations without a count of pivots."""
-    wanted = most or 20
-    while True:
-        values, shapes = uncounted(model, min(wanted, model.size), scale**2, backend, progress)
-        if most is not None or values[-1] > highest or wanted >= model.size:
-            return _modes(model, values, shapes, scale, False, "block Lanczos, not counted")
-        wanted *= 2
-
-
-def _lowest(modes: Modes, most: int | None, highest: float) -> Modes:
+def _lowest(modes: Modes, most: float, highest: float) -> Modes:
     """Return at most the first ``most`` modes, and none above ``highest`` [1/s^2]."""
     count = int(np.sum(modes.omega**2 <= highest * (1 + 1e-9)))
-    kept = slice(0, count if most is None else min(most, count))
+    kept = slice(0, int(min(most, count)))
     return replace(
         modes,
         frequencies_hz=modes.frequencies_hz[kept],
@@ -176,7 +153,7 @@ def _lowest(modes: Modes, most: int | None, highest: float) -> Modes:
     )
 
 
-def _modes(model: SecondOrderModel, values: Array, shapes: Array, shift: float, complete: bool, backend: str) -> Modes:
+def _modes(model: SecondOrderModel, values: Array, shapes: Array, shift: float, backend: str) -> Modes:
     limit = eigen_search.null_limit(model)
     if len(values) and values[0] < -limit:
         raise ModelError(f"K is indefinite, check its constraints: eigenvalue {values[0]:.2e} 1/s^2 relative to M")
@@ -193,9 +170,7 @@ def _modes(model: SecondOrderModel, values: Array, shapes: Array, shift: float, 
                 "the others; mesh the body more evenly"
             )
     square = np.where(zero, 0.0, np.maximum(values, 0.0))
-    return Modes(
-        np.sqrt(square) / (2 * np.pi), shapes, eigen_residuals(model, square, shapes, shift), complete, backend
-    )
+    return Modes(np.sqrt(square) / (2 * np.pi), shapes, eigen_residuals(model, square, shapes, shift), True, backend)
 
 
 def eigen_residuals(model: SecondOrderModel, square: Array, shapes: Array, shift: float) -> Array:

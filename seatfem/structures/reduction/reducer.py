@@ -6,6 +6,7 @@ The residual is passive; further checks are of reciprocity and passivity of a Gr
 from __future__ import annotations
 
 import inspect
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -119,7 +120,7 @@ class History:
     first_error: float = np.inf
     seen: list[tuple[int, Array]] = field(default_factory=list)
 
-    def add(self, response: Array, size: int | None = None) -> float:
+    def add(self, response: Array, size: int = 0) -> float:
         """Return the estimated error of ``response``, of ``size`` Krylov vectors, relative to its maximum.
 
         With d the last change (or half the median of three: changes are uneven) and r the mean ratio of the last
@@ -135,7 +136,7 @@ class History:
         """
         before, self.last = self.last, response
         earlier = None
-        if size is not None:  # the response with at most two thirds of the vectors; older ones are dropped
+        if size:  # the response with at most two thirds of the vectors; older ones are dropped
             older = [k for k, (n, _) in enumerate(self.seen) if 3 * n <= 2 * size]
             self.seen = [*self.seen[older[-1] if older else 0 :], (size, response)]
             earlier = self.seen[0][1] if older else None
@@ -147,7 +148,7 @@ class History:
             return np.inf
         ratio = float(np.clip((recent[-1] / max(recent[0], 1e-300)) ** (1 / (len(recent) - 1)), 0.0, 0.9))
         summed = 2 * max(recent[-1], float(np.median(recent[-3:])) / 2) * max(1.0, ratio / (1 - ratio))
-        if size is None:
+        if not size:
             return summed
         return min(2 * summed, np.inf if earlier is None else _SINCE * _apart(response, earlier))
 
@@ -166,9 +167,9 @@ def _apart(response: Array, other: Array) -> float:
 
 
 G = TypeVar("G", bound=GreensFunction)
-Grown = tuple[Array, bool, bool, int | None]
+Grown = tuple[Array, bool, bool, int]
 """State after growth: (p, p, nt) g after the pulse [m/(N s)]; whether the space is complete; whether no further vector
-is allowed; the number of vectors, if it measures the progress of the space (`History.add`)."""
+is allowed; the number of vectors if it measures the progress of the space (`History.add`), else 0."""
 
 
 class Space(ABC, Generic[G]):
@@ -240,7 +241,7 @@ class Space(ABC, Generic[G]):
 class RitzSpace(Space[modal.ModalGreens]):
     """A space whose Ritz pairs are not coupled by damping."""
 
-    def see(self, omega: Array, shapes: Array, *, loss: Array | None = None) -> Array:
+    def see(self, omega: Array, shapes: Array, *, loss: Array | float = 0.0) -> Array:
         """Set the pairs of the space; return their (p, p, nt) response after the pulse.
 
         Args:
@@ -305,11 +306,11 @@ def residual(left_out: Array, model: SecondOrderModel, damping: Damping) -> moda
     impedance of a port is unknown.
     """
     impedances = [port.impedance for port in model.ports.values()]
-    if any(z is None for z in impedances):
+    if math.inf in impedances:
         if damping.beta == 0:
             return modal.Residual.spring(left_out)
         impedances = [1e-9 * damping.beta / max(r, 1e-300) for r in np.diag(left_out)]
-    start = np.diag(damping.first_velocity() / np.array(impedances, dtype=float))
+    start = np.diag(damping.first_velocity() / np.array(impedances))
     return relaxation((left_out + left_out.T) / 2, start, damping.beta)
 
 

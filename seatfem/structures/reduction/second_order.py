@@ -197,8 +197,7 @@ class SecondOrderBasis:
         k = self.size
         omega, vectors = krylov.ritz_pairs(self._k[:k, :k], self.rigid, self.shift)
         rotated = vectors.T @ self._c[:k, :k] @ vectors
-        loss = None if damping.loss is None else self.Q.T @ (damping.loss @ self.Q)
-        lost = None if loss is None else np.einsum("ji,jk,ki->i", vectors, loss, vectors)
+        lost = 0.0 if damping.loss is None else damping.losses(self.Q @ vectors)
         modal = Damping(damping.ratio).ratios(omega, lost)
         ports = vectors.T @ (self.Q.T @ self.model.port_matrix)
         return Coupled(omega, (rotated + rotated.T) / 2 + np.diag(2 * modal * omega), ports)
@@ -314,7 +313,7 @@ class _Coupled(Space[PoleGreens]):
         self.whole = basis.coupled(self.damping)
         self.omega = self.whole.omega
         self.response = poles(self.whole, self.model.port_names).filtered_matrix(self.t, self.aims.width)
-        return self.response, basis.complete, bool(basis.size == basis.limit), None
+        return self.response, basis.complete, bool(basis.size == basis.limit), 0
 
     def truncated(self, above: float) -> tuple[PoleGreens, float]:
         greens = poles(self.whole.below(above), self.model.port_names)

@@ -28,13 +28,12 @@ from seatfem.structures.reduction.eigen_search import (
     expected,
     rigid_shapes,
 )
-from seatfem.structures.reduction.factorization import Backend, factorize
+from seatfem.structures.reduction.factorization import Backend
 from seatfem.units import write_quantity
 
 TOLERANCE: Final = 1e-8  # largest ||OP y - theta y||/|theta|; the error of an eigenvalue is its square, or round-off
 WIDEST: Final = 8  # columns of a block: of 16 columns each costs a quarter less, but half as many again are needed
 _AT_ONCE: Final = 160  # most eigenvalues about one shift; for more of them several shifts cost less
-_ROOM: Final = 3 * 2**30  # memory of a basis [bytes], unless twice the eigenvalues need more
 _BELOW: Final = 0.6  # fraction of the wanted eigenvalues below a shift with the fewest solves (up to 0.5: a sixth more)
 _ALL: Final = 1.3  # estimated over wanted eigenvalues below a shift that is to count all; often a sixth fewer are there
 _MANY: Final = 1.7  # most eigenvalues below such a shift, over the wanted: beyond, another factorization is cheaper
@@ -43,22 +42,20 @@ _NEAR: Final = 1e8  # |theta sigma| of an eigenvalue so near to the shift that o
 _GAP: Final = 1e-4  # least relative distance of two eigenvalues between which a count is made, if there is such a gap
 _SEARCHES: Final = 14  # most factorizations in the search for a shift
 _FEW: Final = 40  # eigenvalues up to which a better shift is not worth another factorization
-_MOST_SOLVES: Final = 60  # most solves for each eigenvalue; three or four are usual
+_MOST_SOLVES: Final = 12  # most solves for each eigenvalue; three or four are usual
+_MOST_BLOCKS: Final = 60  # blocks beyond these, for few eigenvalues
 
 
 class Spectrum:
     """Eigenpairs of (K, M), the lowest first, none missing.
 
     Args:
-        lowest: estimate of the lowest eigenvalue that is not zero [1/s^2]; ``None``: from the model.
-        room: memory of a basis [bytes].
-        seed: seed of random starts; the same one gives the same vectors.
+        lowest: estimate of the lowest eigenvalue that is not zero [1/s^2]; 0: from the model.
 
     Attributes:
         values, shapes: (m,) eigenvalues [1/s^2] and (n, m) M-orthonormal eigenvectors.
-        top: value below which there are no other eigenvalues [1/s^2].
-        counted: whether that is proved by inertia.
-        solves, restarts: numbers of right-hand sides and of restarts.
+        top: value below which there are no other eigenvalues, by inertia [1/s^2].
+        solves: number of right-hand sides.
         factorization: backend of the last factorization.
     """
 
@@ -67,21 +64,18 @@ class Spectrum:
         model: SecondOrderModel,
         *,
         backend: Backend = "auto",
-        lowest: float | None = None,
-        room: float = _ROOM,
-        seed: int = 0,
+        lowest: float = 0.0,
         progress: Progress = silent,
     ) -> None:
-        self.model, self.backend, self.room, self.seed, self.progress = model, backend, room, seed, progress
+        self.model, self.backend, self.progress = model, backend, progress
         self.shapes = rigid_shapes(model)
         self.values = np.zeros(self.shapes.shape[1])
-        self.top, self.counted = 0.0, True
-        self.solves = self.restarts = 0
+        self.top, self.solves = 0.0, 0
         self.factorization = "none"
         self._lowest = lowest
 
-    def first(self, n: int, *, check: bool = True) -> None:
-        """Compute at least the ``n`` lowest eigenpairs; without ``check`` the last of them are not counted."""
+    def first(self, n: int) -> None:
+        """Compute at least the ``n`` lowest eigenpairs."""
         n = min(n, self.model.size)
         while len(self.values) < n:
             have = len(self.values)
@@ -90,9 +84,9 @@ class Spectrum:
             if shift.count >= upto:
                 self._fill(shift)
             else:
-                self._about(shift, upto, None, check)
+                self._about(shift, upto, None)
 
-    def below(self, value: float, most: int | None = None) -> None:
+    def below(self, value: float, most: float = np.inf) -> None:
         """Compute all eigenpairs below ``value`` [1/s^2], which is moved slightly if it is an eigenvalue.
 
         Raises:
@@ -101,9 +95,9 @@ class Spectrum:
         if value <= self.top:
             return
         top: Counted = self._shift(value)
-        if most is not None and top.count > most:
+        if top.count > most:
             highest = write_quantity(np.sqrt(value) / (2 * np.pi), "frequency", 3)
-            words = f"{top.count} modes lie below {highest} (limit {most}); lower the bandwidth"
+            words = f"{top.count} modes lie below {highest} (limit {most:g}); lower the bandwidth"
             raise CrowdedError(words, top.count)
         if self._takes_two_shifts(top.count - len(self.values)):
             top = Counted(top.value, top.count)  # without its factors, which would be held beside those of others
@@ -128,12 +122,12 @@ class Spectrum:
             )
         if self._takes_two_shifts(missing):
             lower = max(self.top, 0.0)
-            self._about(self._shift(lower + 0.5 * (top.value - lower)), top.count, top, True)
+            self._about(self._shift(lower + 0.5 * (top.value - lower)), top.count, top)
         elif missing > 0:
-            self._about(top if isinstance(top, Shift) else self._shift(top.value), top.count, top, True)
+            self._about(top if isinstance(top, Shift) else self._shift(top.value), top.count, top)
         self.top = top.value
 
-    def _about(self, shift: Shift, upto: int, top: Counted | None, check: bool) -> None:
+    def _about(self, shift: Shift, upto: int, top: Counted | None) -> None:
         """Compute the eigenpairs below a shift, and those above up to number ``upto``, below ``top`` or before a
         gap."""
         have, end = len(self.values), None if top is None else Counted(top.value, top.count)
@@ -146,7 +140,7 @@ class Spectrum:
             _grow(lanczos, aim, partial(self.progress, "modes", done))
             ritz = lanczos.ritz()
             settled = _settled(ritz, shift, have, upto, end)
-            if settled is not None and end is None and check and upto > shift.count:
+            if settled is not None and end is None and upto > shift.count:
                 end = self._counted_behind(ritz, shift, upto)
                 upto = end.count
                 settled = _settled(ritz, shift, have, upto, end)
@@ -154,32 +148,21 @@ class Spectrum:
                 break
             need, good = upto - have, int(np.sum(ritz.errors <= TOLERANCE))
             done = min(0.99, (have + good) / (upto + 1))
-            if lanczos.exhausted or lanczos.solves > _MOST_SOLVES * (need + lanczos.block):
+            if lanczos.exhausted or lanczos.solves > _MOST_SOLVES * need + _MOST_BLOCKS * lanczos.block:
                 raise self._failure(lanczos, ritz, shift, need)
             if good >= need + 2 * lanczos.block:  # an eigenvalue may be repeated more often than the block is wide
                 lanczos.renew()
             aim = lanczos.size + max(lanczos.block, need // 8)
         self._take(lanczos, ritz, settled)
         self.top = shift.value if end is None else end.value
-        self.counted = self.counted and (end is not None or upto == shift.count)
         self.progress("modes", 1.0)
 
     def _started(self, shift: Shift, need: int) -> tuple[Shift, BlockLanczos]:
         """Return the Lanczos process about a shift, which is moved if an eigenvalue is too near."""
         block = min(WIDEST, max(4, need))
-        fits = int(self.room / (8 * self.model.size))
-        limit, have = max(2 * need + 4 * block, min(4 * need + 8 * block, fits)), len(self.values)
         for move in (1e-3, -7e-3, 2e-2, 0.0):
-            lanczos = BlockLanczos(
-                self.model,
-                shift.factor,
-                shift.value,
-                self.shapes,
-                block=block,
-                limit=limit,
-                below=max(0, shift.count - have),
-                seed=self.seed,
-            )
+            room = 4 * need + 8 * block
+            lanczos = BlockLanczos(self.model, shift.factor, shift.value, self.shapes, block=block, room=room)
             lanczos.expand()
             if move == 0.0 or np.abs(lanczos.ritz().theta).max() * abs(shift.value) < _NEAR:
                 break
@@ -207,7 +190,6 @@ class Spectrum:
         order = np.argsort(values, kind="stable")
         self.values, self.shapes = values[order], np.concatenate([self.shapes, shapes], axis=1)[:, order]
         self.solves += lanczos.solves
-        self.restarts += lanczos.restarts
 
     def _takes_two_shifts(self, missing: int) -> bool:
         """Return whether the ``missing`` eigenvalues below a counted shift are computed about another one."""
@@ -238,7 +220,7 @@ class Spectrum:
         if self.top > 0 and have >= _FEW // 4:
             counts.append(Counted(self.top, have))
             value = between(counts, target)
-        elif self._lowest is not None:
+        elif self._lowest > 0:
             value = self._lowest * max(target, 1.0) ** (2 / 3)
         else:
             value = expected(self.model, target)
@@ -283,44 +265,12 @@ def _settled(ritz: RitzValues, shift: Shift, have: int, upto: int, end: Counted 
 
 
 def _grow(lanczos: BlockLanczos, size: int, report: Callable[[], None]) -> None:
-    """Grow by at least one block, up to ``size`` vectors; a full basis is restarted from its better half.
+    """Grow by at least one block, up to ``size`` vectors.
 
     ``report``: called before each block, of which many may take minutes.
     """
     while not lanczos.exhausted:
         report()
-        if lanczos.full:
-            lanczos.restart(lanczos.limit // 2)
-            size = 0
         lanczos.expand()
         if lanczos.size >= size:
             break
-
-
-def uncounted(
-    model: SecondOrderModel, n: int, square: float, backend: Backend, progress: Progress = silent
-) -> tuple[Array, Array]:
-    """Return the ``n`` lowest values (n,) and vectors from the shift -``square``; some may be missing.
-
-    Raises:
-        ConvergenceError: the error of one is too large.
-    """
-    factor = factorize(model.K + square * model.M, backend=backend, name="K + s^2 M")
-    known = rigid_shapes(model)[:, :n]
-    need = n - known.shape[1]
-    if need == 0:
-        return np.zeros(n), known
-    lanczos = BlockLanczos(model, factor, -square, known, block=WIDEST, limit=4 * need + 8 * WIDEST)
-    report = partial(progress, "modes", 0.0)
-    _grow(lanczos, 2 * need + WIDEST, report)
-    while not np.all((ritz := lanczos.ritz()).errors[:need] <= TOLERANCE):
-        if lanczos.solves > _MOST_SOLVES * (need + WIDEST) or lanczos.exhausted:
-            raise ConvergenceError(
-                f"{lanczos.solves} solves leave an error of {ritz.errors[:need].max():.1e} in {need} modes (limit "
-                f"{TOLERANCE:.0e}): give a lower shift_hz"
-            )
-        _grow(lanczos, lanczos.size + WIDEST, report)
-    shapes = np.concatenate([known, lanczos.vectors(ritz, np.arange(need))], axis=1)
-    values = np.concatenate([np.zeros(known.shape[1]), ritz.values[:need]])
-    order = np.argsort(values)
-    return values[order], shapes[:, order]

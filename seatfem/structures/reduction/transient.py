@@ -21,7 +21,7 @@ from impact.notices import Progress, silent
 from seatfem.structures.method import Aims
 from seatfem.structures.model import Array, Damping, ModelError, SecondOrderModel, as_csr
 from seatfem.structures.reduction import eigen_search, modes
-from seatfem.structures.reduction.factorization import Backend, FactorizationError, factorize
+from seatfem.structures.reduction.factorization import Backend, FactorizationError, factorize, static_compliance
 from seatfem.structures.reduction.reducer import Cost, Reducer, Reduction, feeding, reciprocity
 
 
@@ -131,8 +131,7 @@ def _refuse_indefinite(model: SecondOrderModel, backend: Backend) -> None:
 def _static(model: SecondOrderModel, backend: Backend) -> Array | None:
     """Return the (p, p) B' K^-1 B [m/N]; ``None`` if the body can move freely."""
     try:
-        compliance = model.port_matrix.T @ factorize(model.K, backend=backend, name="K").solve(model.port_matrix)
+        return static_compliance(model, backend)
     except FactorizationError:
         _refuse_indefinite(model, backend)
         return None
-    return (compliance + compliance.T) / 2

@@ -54,23 +54,23 @@ class Region:
     """
 
     name: str
-    order: int | None = None
-    colour: Colour | None = None
-    solid: str | None = None
+    order: int = 0
+    colour: Colour = ()
+    solid: str = ""
 
     def __post_init__(self) -> None:
-        if sum(key is not None for key in (self.order, self.colour, self.solid)) != 1:
+        if sum(map(bool, (self.order, self.colour, self.solid))) != 1:
             raise GeometryError(f"Region {self.name!r}: give exactly one of order, colour and solid")
 
-    def matches(self, number: int, colour: Colour | None, name: str) -> bool:
-        if self.colour is not None:
-            return colour is not None and all(abs(a - b) <= 3 for a, b in zip(colour, self.colour, strict=True))
-        return number == self.order or (self.solid is not None and name == self.solid)
+    def matches(self, number: int, colour: Colour, name: str) -> bool:
+        if self.colour:
+            return bool(colour) and all(abs(a - b) <= 3 for a, b in zip(colour, self.colour, strict=True))
+        return name == self.solid if self.solid else number == self.order
 
     def __str__(self) -> str:
-        if self.colour is not None:
+        if self.colour:
             return f"colour {self.colour}"
-        return f"number {self.order}" if self.solid is None else f"name {self.solid!r}"
+        return f"name {self.solid!r}" if self.solid else f"number {self.order}"
 
 
 @dataclass(frozen=True)
@@ -167,7 +167,7 @@ def check_size(part: CadPart, extent: tuple[float, ...]) -> None:
     unit = part.unit
     if part.path.suffix.lower() in STEP_SUFFIXES:
         stated = stated_unit(part.path)
-        if unit is None and stated is None:
+        if not unit and not stated:
             raise GeometryError(f'{part.path}: states no length unit; state it: unit = "mm" (--unit mm)', "unit")
         if unit and stated and not part.overrule and not math.isclose(unit, stated, rel_tol=1e-6):
             raise GeometryError(
@@ -175,7 +175,7 @@ def check_size(part: CadPart, extent: tuple[float, ...]) -> None:
                 f"{_box(extent, stated / unit)} by the file, {_box(extent)} by unit. Leave unit out, or export it anew",
                 "unit",
             )
-        unit = stated if unit is None else unit
+        unit = unit or stated
     assert unit is not None
     if not SMALLEST <= max(extent) <= LARGEST:
         factor = 1e-3 if max(extent) > LARGEST else 1e3
@@ -215,11 +215,11 @@ def imported_unit(part: CadPart) -> float:
     if part.unit is None:
         return 1e-3
     stated = stated_unit(part.path) if part.path.suffix.lower() in STEP_SUFFIXES else 1e-3
-    return part.unit if stated is None else 1e-3 * part.unit / stated
+    return 1e-3 * part.unit / stated if stated else part.unit
 
 
-def stated_unit(path: Path) -> float | None:
-    """Return metres per length unit by the first context of a STEP file that states one; ``None`` where none does.
+def stated_unit(path: Path) -> float:
+    """Return metres per length unit by the first context of a STEP file that states one; 0 where none does.
 
     Source: ISO 10303-41, measure_schema: a conversion based unit is a multiple of another unit.
 
@@ -227,7 +227,7 @@ def stated_unit(path: Path) -> float | None:
         GeometryError: a unit is a multiple of nothing that the file holds, or of itself.
     """
     statements, used = _length_units(cad_text(path))
-    return _metres(path, statements, used[0])[0] if used else None
+    return _metres(path, statements, used[0])[0] if used else 0.0
 
 
 def state_directly(path: Path) -> None:

@@ -93,20 +93,22 @@ def triple(values: NDArray[np.float64]) -> Vector:
 class Mark(NamedTuple):
     """Properties of a face in a CAD file: colour, name, and its numbers in the file's order."""
 
-    colour: Colour | None = None
+    colour: Colour = ()
     name: str = ""
     numbers: tuple[int, ...] = ()
 
 
-def faces_of(model: Any, unit: float, marks: Mapping[int, Mark] | None = None) -> list[Face]:
-    """Return all faces of the solids; ``marks``: colours, names and numbers, if operations removed them from the
-    model."""
-    return [_face(model, tag, unit, marks) for _, tag in model.getEntities(2)]
+def painted(model: Any) -> dict[int, Mark]:
+    """Return the marks of the faces of a model on which no operation was carried out."""
+    return {tag: Mark(colour_of(model, 2, tag), "", (tag,)) for _, tag in model.getEntities(2)}
 
 
-def patch_tags(
-    model: Any, patches: Patches, unit: float, marks: Mapping[int, Mark] | None = None
-) -> dict[str, list[int]]:
+def faces_of(model: Any, unit: float, marks: Mapping[int, Mark]) -> list[Face]:
+    """Return all faces of the solids."""
+    return [_face(model, tag, unit, marks.get(tag, Mark())) for _, tag in model.getEntities(2)]
+
+
+def patch_tags(model: Any, patches: Patches, unit: float, marks: Mapping[int, Mark]) -> dict[str, list[int]]:
     """Return the gmsh tags of the faces of each group. Raises `GeometryError` on an empty or ambiguous selection."""
     faces = faces_of(model, unit, marks)
     return {
@@ -125,8 +127,7 @@ def area_of(model: Any, tags: list[int], unit: float) -> float:
     return unit**2 * float(sum(model.occ.getMass(2, tag) for tag in tags))
 
 
-def _face(model: Any, tag: int, unit: float, marks: Mapping[int, Mark] | None) -> Face:
-    mark = Mark(colour_of(model, 2, tag), "", (tag,)) if marks is None else marks.get(tag, Mark())
+def _face(model: Any, tag: int, unit: float, mark: Mark) -> Face:
     curves = [abs(curve) for _, curve in model.getBoundary([(2, tag)], oriented=False)]
     kind, axis = surface_of(model, tag, unit)
     x, y, z = (unit * c for c in model.occ.getCenterOfMass(2, tag))
@@ -192,7 +193,7 @@ def _point_inside(
     return None
 
 
-def colour_of(model: Any, dimension: int, tag: int) -> Colour | None:
-    """Return the colour of a face or solid, None if it has none."""
+def colour_of(model: Any, dimension: int, tag: int) -> Colour:
+    """Return the colour of a face or solid, empty if it has none."""
     colour = tuple(int(c) for c in model.getColor(dimension, tag))
-    return None if colour == NO_COLOUR else (colour[0], colour[1], colour[2], colour[3])
+    return () if colour == NO_COLOUR else (colour[0], colour[1], colour[2], colour[3])

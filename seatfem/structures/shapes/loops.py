@@ -166,11 +166,20 @@ def _distance(start: Array, end: Array, point: Array) -> float:
     return abs(float(np.linalg.norm(point - centre)) - radius) if beside else to_ends
 
 
-def closed(chains: Sequence[Array], within: float, wrong: Callable[[Array], GeometryError]) -> Iterator[Array]:
-    """Yield the closed loops of open chains (k, 3) that meet at their ends, without repeating the first corner.
+JOINED: Final = 1e-6  # largest distance of end points that count as one, over the outline's size
+
+
+def outlines(chains: Sequence[Array], wrong: Callable[[Array], GeometryError]) -> list[Array]:
+    """Return the closed loops of open chains (k, 3) that meet at their ends, the largest first.
 
     ``wrong``: function from the point at which a loop is open to the error to raise.
     """
+    within = JOINED * float(np.ptp(np.concatenate(chains)[:, :2], axis=0).max())
+    return sorted(_closed(chains, within, wrong), key=lambda loop: -abs(area(loop)))
+
+
+def _closed(chains: Sequence[Array], within: float, wrong: Callable[[Array], GeometryError]) -> Iterator[Array]:
+    """Yield the loops, without repeating the first corner."""
     ends = np.array([chain[[0, -1], :2] for chain in chains])
     free = np.ones(len(chains), dtype=bool)
     for first, chain in enumerate(chains):

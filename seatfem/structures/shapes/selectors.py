@@ -7,7 +7,7 @@ Lengths are in m, angles in rad.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +18,8 @@ from seatfem.structures.errors import GeometryError
 from seatfem.units import write_quantity
 
 Vector = tuple[float, float, float]
-Colour = tuple[int, int, int, int]
+Paint = tuple[int, int, int, int]
+Colour = Paint | tuple[()]
 
 
 @dataclass(frozen=True)
@@ -48,11 +49,11 @@ class Face:
     outline: NDArray[np.float64]
     curves: frozenset[int]
     normal: Vector | None = None
-    colour: Colour | None = None
+    colour: Colour = ()
     axis: Axis | None = None
     name: str = ""
     numbers: tuple[int, ...] = ()
-    distance: Callable[[Vector], float] | None = None
+    distance: Callable[[Vector], float] = lambda point: math.inf
 
     def radii(self, point: Vector, direction: Vector) -> NDArray[np.float64]:
         """Return the distances of the outline from an axis."""
@@ -75,16 +76,21 @@ class Face:
             text += f", half angle {math.degrees(self.axis.half_angle):.4g} deg"
         if self.name:
             text += f", name {self.name!r}"
-        return text + (", no colour" if self.colour is None else f", colour {self.colour}")
+        return text + (f", colour {self.colour}" if self.colour else ", no colour")
+
+
+def joined_to(first: int, bounds: Mapping[int, Collection[int]]) -> set[int]:
+    """Return the entities that hang together with the first one, as each shares a part of its bounds with another."""
+    joined, reached = {first}, set(bounds[first])
+    while more := [tag for tag, own in bounds.items() if tag not in joined and not reached.isdisjoint(own)]:
+        joined.update(more)
+        reached.update(*(bounds[tag] for tag in more))
+    return joined
 
 
 def connected(faces: Sequence[Face]) -> bool:
     """Return whether the faces form one patch, each sharing a curve with another."""
-    reached, waiting = set(faces[0].curves), list(faces[1:])
-    while touching := [face for face in waiting if face.curves & reached]:
-        reached.update(*(face.curves for face in touching))
-        waiting = [face for face in waiting if face not in touching]
-    return not waiting
+    return len(joined_to(0, {k: face.curves for k, face in enumerate(faces)})) == len(faces)
 
 
 def listing(faces: Sequence[Face]) -> str:
@@ -126,8 +132,8 @@ UP: Vector = (0.0, 0.0, 1.0)
 DOWN: Vector = (0.0, 0.0, -1.0)
 ORIGIN: Vector = (0.0, 0.0, 0.0)
 
-CONTACT_COLOUR: Colour = (255, 0, 0, 255)
-FIXED_COLOUR: Colour = (0, 0, 255, 255)
+CONTACT_COLOUR: Paint = (255, 0, 0, 255)
+FIXED_COLOUR: Paint = (0, 0, 255, 255)
 
 
 @dataclass(frozen=True)
@@ -249,7 +255,7 @@ class PointFace:
     tolerance: float = LENGTH_TOLERANCE
 
     def matches(self, face: Face) -> bool:
-        return face.distance is not None and face.distance(self.point) <= self.tolerance
+        return face.distance(self.point) <= self.tolerance
 
     def __str__(self) -> str:
         return "face at the point ({:g}, {:g}, {:g}) mm".format(*(1e3 * c for c in self.point))
@@ -325,9 +331,9 @@ class ColourFace:
             raise GeometryError(f"ColourFace.colour = {self.colour}: must be four numbers from 0 to 255")
 
     def matches(self, face: Face) -> bool:
-        if face.colour is None:
-            return False
-        return all(abs(a - b) <= self.tolerance for a, b in zip(self.colour, face.colour, strict=True))
+        return bool(face.colour) and all(
+            abs(a - b) <= self.tolerance for a, b in zip(self.colour, face.colour, strict=True)
+        )
 
     def __str__(self) -> str:
         return f"faces of colour {self.colour}"

@@ -62,7 +62,7 @@ def write_calculix(plan: Plan, folder: Path, progress: Progress = silent) -> Ite
         raise ModelError(f"seat.supports: a {held[0]} support has no place in the deck; use clamped or sliding faces")
     model, deck = _seat(body, plan.method.seat, progress)
     frequencies = solve_modes(model, min(MODES, model.size), progress=progress).frequencies_hz.tolist()
-    area = sum(port.area or 0.0 for port in model.ports.values())
+    area = sum(port.area for port in model.ports.values())
     compliance = float(static_greens(model, 0.0).static_compliance()[0, 0])
     yield _lines(folder / "mesh.inp", deck.lines)
     yield _lines(folder / "frequency.inp", ["*INCLUDE, INPUT=mesh.inp", *deck.frequency(len(frequencies))])

@@ -272,8 +272,7 @@ def draw_modes(natural: NaturalModes, folder: Path, progress: Progress) -> tuple
     cut = natural.modes[0].diameters is not None
     numbered = [(k, mode) for k, mode in enumerate(natural.modes, start=1) if mode.frequency_hz > 0]
     elastic = [(k, mode) for k, mode in numbered if not mode.repeats][:SHOWN]
-
-    title = "Modes of the seat" if natural.complete else "Modes of the seat, not counted"
+    title = "Modes of the seat"
 
     def paraview(path: Path) -> None:
         modes = [mode for _, mode in numbered]

@@ -194,7 +194,7 @@ class PartsAsDrawn:
         if inclined > STEEPEST:
             angle, most = math.degrees(inclined), math.degrees(STEEPEST)
             words = f"is inclined by {angle:.4g} deg to {reed} (limit {most:g} deg)"
-        elif (away := height + (self.drawn.thickness or 0.0)) < outline.ROUND_OFF:
+        elif (away := height + self.drawn.thickness) < outline.ROUND_OFF:
             words = f"looks away from {reed}, which lies {-1e3 * away:.4g} mm behind it"
         else:
             return
@@ -210,7 +210,7 @@ class PartsAsDrawn:
         if 1 / WITHIN < factor * reed / seat / USUAL < WITHIN and factor * reed > least:
             times = f"{factor:g} times larger" if factor > 1 else f"{1 / factor:g} times smaller"
             words = f"{times}, the reed would fit"
-        thick = (self.drawn.thickness or 0.0) * self.frame.normal
+        thick = self.drawn.thickness * self.frame.normal
         sides = np.ptp(np.concatenate([self._corners, self._corners + thick]), axis=0)
         sizes = f"{self._name} measures {_box(self.found.shape.extent)}, the reed in {self.file.name} {_box(sides)}"
         remedy = f"{words} ({self._units}): export both files in the same unit"
