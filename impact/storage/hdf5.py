@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 from collections.abc import Callable, Iterator, Mapping
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 
 from impact.after.result import EnergyLedger, ImpactResult, RunRows
 from impact.exact import closed_form, half_space
-from impact.files import hdf5_structure, safe_files
+from impact.files import safe_files
 from impact.greens import base, modal
 from impact.greens.poles import PoleGreens
 from impact.greens.sampled import SampledGreens
@@ -52,8 +53,8 @@ _NUMBER_ATTRIBUTES = ("schema", "factor", "valid_for", "error_reduction", "error
 _NUMBERS_OF_ORIGIN = ("valid_for_s", "refinement")  # keys of a seat's provenance that hold numbers
 FILE_LIMIT = 8192 * safe_files.MB
 _DEFLATE = 1032  # largest compression, bytes per byte
-# most unpacked bytes per byte of the file: a history of zeros shrinks to almost nothing
-MOST_PACKED = {"result": 100.0, "stress": float(_DEFLATE)}
+USER_BLOCK = 512  # bytes before the data of an HDF5 file, which the format leaves to the application
+_MAGIC = b"impact file, sha256 of all after byte 512: "
 
 
 class StorageError(ValueError):
@@ -231,6 +232,25 @@ def _write_greens(file: Any, greens: base.GreensFunction, depth: int = 0) -> Non
             file[name] = values
 
 
+def seal_of(image: bytes) -> bytes:
+    """Return the user block that precedes the bytes of an HDF5 file: a checksum, as HDF5 may crash on damaged bytes."""
+    return (_MAGIC + hashlib.sha256(image).hexdigest().encode() + b"\n").ljust(USER_BLOCK, b"\0")
+
+
+def has_seal(path: Path) -> bool:
+    """Return whether a file begins with a seal."""
+    with path.open("rb") as file:
+        return file.read(USER_BLOCK).startswith(_MAGIC)
+
+
+def seal_holds(path: Path) -> bool:
+    """Return whether a file with a seal is as it was written."""
+    with path.open("rb") as file:
+        head = file.read(USER_BLOCK)
+        digest = hashlib.file_digest(file, "sha256").hexdigest().encode()
+    return head.startswith(_MAGIC) and head[len(_MAGIC) :].split(b"\n")[0] == digest
+
+
 @contextmanager
 def written(path: str | os.PathLike[str], content: str, *, schema: int = 1) -> Iterator[Any]:
     """Yield an HDF5 file to fill, stamped with its ``content`` and schema, sealed at the end; whole or absent."""
@@ -246,7 +266,7 @@ def written(path: str | os.PathLike[str], content: str, *, schema: int = 1) -> I
         raise MemoryError(
             f"{path}: no memory to put the file together ({problem}); free some, or shorten the run"
         ) from problem
-    safe_files.write_whole(path, hdf5_structure.seal_of(image), image)
+    safe_files.write_whole(path, seal_of(image), image)
 
 
 @contextmanager
@@ -259,14 +279,10 @@ def opened(path: str | os.PathLike[str], content: str, *, sealed: bool = False) 
     if not name.exists():
         raise StorageError(f"{name}: no such file; check the path")
     safe_files.check_file(name, FILE_LIMIT, StorageError)
-    intact = hdf5_structure.seal_holds(name)
-    if sealed and not intact:
-        what = "carries no seal of its content" if intact is None else "changed since it was written"
+    if (has_seal(name) or sealed) and not seal_holds(name):
+        what = "truncated or damaged (its checksum differs)" if has_seal(name) else "has no seal of its content"
         raise StorageError(f"{name}: {what}; compute it again")
-    if not intact and not hdf5_structure.can_be_opened(name):
-        raise StorageError(f"{name}: truncated or damaged (HDF5 cannot read it); compute it again")
     try:
-        hdf5_structure.check_structure(name, StorageError, MOST_PACKED.get(content, 10.0))
         with h5py.File(name, "r") as file:
             stored, schema = str(file.attrs.get("content", "")), int(file.attrs.get("schema", -1))
             if stored != content or schema < 0:
@@ -277,8 +293,6 @@ def opened(path: str | os.PathLike[str], content: str, *, sealed: bool = False) 
                 )
             _check_numbers(file)
             yield file
-        if intact is False:
-            raise StorageError(f"{name}: changed since it was written (its checksum differs); compute it again")
     except StorageError:
         raise
     except (_Damage, base.GreensFunctionError) as problem:

@@ -115,6 +115,7 @@ def test_results_of_several_contacts_are_read_as_they_were_written(tmp_path: Pat
         short = opened["two/gap"][:, :1]
         del opened["two/gap"]
         opened["two/gap"] = short
+    seal(tmp_path / "r.h5")
     with pytest.raises(StorageError, match=r"differ.*contacts"):
         load_results(tmp_path / "r.h5")
 
@@ -212,7 +213,7 @@ def shorten(name: str) -> Callable[[h5py.File], None]:
 def test_damage_is_named(file: Path, damage: Callable[[h5py.File], None], message: str) -> None:
     with h5py.File(file, "r+") as opened:
         damage(opened)
-    seal(file)  # unsealed, it would be tried in another process first: tests/impact/test_hostile_hdf5.py
+    seal(file)
     with pytest.raises(StorageError, match=rf"seat\.h5: .*{message}"):
         load_greens(file)
 
@@ -223,6 +224,7 @@ def test_damaged_closed_forms_and_results_are_named(tmp_path: Path) -> None:
     save_greens(KINDS["rod"], rod)
     with h5py.File(rod, "r+") as opened:
         opened.attrs["provenance"] = '{"kind": "delay_rod", "impedance": 1.0}'
+    seal(rod)
     with pytest.raises(StorageError, match=r"rod\.h5:.*round_trip"):
         load_greens(rod)
     problem = impact.ContactProblem(impact.rigid_mass(mass=1.0, velocity=-1.0), impact.Body(KINDS["spring"]))
@@ -232,10 +234,12 @@ def test_damaged_closed_forms_and_results_are_named(tmp_path: Path) -> None:
         load_greens(results)
     with h5py.File(results, "r+") as opened:
         opened["wave/force"][3] = np.nan
+    seal(results)
     with pytest.raises(StorageError, match=r"result\.h5: .*force .*finite"):
         load_results(results)
     with h5py.File(results, "r+") as opened:
         del opened["wave/energy/input"]
+    seal(results)
     with pytest.raises(StorageError, match=r"result\.h5:.*energy/input"):
         load_results(results)
 
@@ -323,5 +327,6 @@ def test_ends_of_steps_that_do_not_rise_are_damage(wrong: int, tmp_path: Path) -
     save_results(tmp_path / "r.h5", {"wave": in_long_steps()}, {})
     with h5py.File(tmp_path / "r.h5", "r+") as opened:
         opened["wave/ends"][-1] = wrong
+    seal(tmp_path / "r.h5")
     with pytest.raises(StorageError, match=r"r\.h5.*ends of the steps"):
         load_results(tmp_path / "r.h5")
