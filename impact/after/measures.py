@@ -73,14 +73,12 @@ def peak_force(result: ImpactResult, *, contact: int | None = None) -> float:
 
 def film_force_peak(result: ImpactResult, *, contact: int | None = None) -> float:
     """Return the largest force by which the film resists closing in any step [N]; 0 without a film."""
-    film = of_contact(result, contact).rows.film
-    return 0.0 if film is None else max(float(film.max()), 0.0)
+    return max(0.0, float(of_contact(result, contact).rows.film.max()))
 
 
 def stiction_force_peak(result: ImpactResult, *, contact: int | None = None) -> float:
     """Return the largest tensile force of the film in any step, on separating bodies [N]; 0 without a film."""
-    film = of_contact(result, contact).rows.film
-    return 0.0 if film is None else max(-float(film.min()), 0.0)
+    return max(0.0, -float(of_contact(result, contact).rows.film.min()))
 
 
 def filtered_force(

@@ -220,10 +220,9 @@ def collect(march: ContactStepper | MarchRun) -> ImpactResult:
     if np.any(run.rest):  # or the deflection under the preload's contact forces alone, which loads may cancel
         at_start += [body.body.greens.static_compliance() @ body.rest for body in bodies]
     deflection = max(float(np.abs(moved).max()) for moved in at_start)
-    film = rows.film[1:] if rows.film.size else None
-    energy = ledger(problem, energies, force, gap, carried, film)
-    pulls = None if film is None else rows.film
-    solid = force if film is None else force - film
+    film = rows.film if rows.film.size else np.broadcast_to(0.0, whole.shape)
+    energy = ledger(problem, energies, force, gap, carried, rows.film[1:])
+    solid = force - film[1:] if rows.film.size else force
     first = problem.contacts[0]
     each = np.eye(len(run.rest))
     of_striker, of_targets = displaced if displaced.size else (Replayed(run, each, gap), Replayed(run, each))
@@ -243,7 +242,7 @@ def collect(march: ContactStepper | MarchRun) -> ImpactResult:
             striker_displacement=of_striker[:, 0] if single else of_striker,
             target_displacement=of_targets[:, 0] if single else of_targets,
             energy=energy,
-            film=None if pulls is None else pulls[:, 0] if single else pulls,
+            film=film[:, 0] if single else film,
         ),
         striker_mass=problem.striker.greens.mass(first.striker_port),
         target_mass=first.target.greens.mass(first.port),

@@ -138,6 +138,7 @@ def save_results(
             known = {key: getattr(rows, key) for key in (*_SERIES, "film")}
             histories = {key: None if isinstance(values, Replayed) else values for key, values in known.items()}
             histories |= {f"energy/{key}": getattr(rows.energy, key) for key in (*_LEDGER, "film_loss")}
+            histories |= {} if np.any(rows.film) else {"film": None, "energy/film_loss": None}
             histories["time"] = axes.setdefault(id(rows.ends), rows.time)
             histories["ends"] = None if uniform else rows.ends
             for key, history in histories.items():

@@ -106,10 +106,10 @@ def force_of(run: MarchRun) -> Array:
     return run.force_on(slice(seat_contacts(run.problem)))
 
 
-def film_of(run: MarchRun) -> Array | None:
-    """Return the (n + 1,) force of the film, a part of `force_of` [N]; ``None`` without a film."""
+def film_of(run: MarchRun) -> Array:
+    """Return the (n + 1,) force of the film, a part of `force_of` [N]; 0 without a film."""
     rows = run.rows
-    return rows.spread_forces(rows.film[:, : seat_contacts(run.problem)].sum(axis=1)) if rows.film.size else None
+    return rows.spread_forces(rows.film[:, : seat_contacts(run.problem)].sum(axis=1))
 
 
 def parts_of(run: MarchRun) -> Array:

@@ -57,7 +57,7 @@ def summarise(
     raw, groups = measures.contact_intervals(result), measures.contact_groups(result)
     number, (start, end) = measures.hardest_group(result, filter_width)
     film: dict[str, object] = {}
-    if result.energy.film_loss is not None:
+    if np.any(result.energy.film_loss):
         film = {
             "film_force_peak_N": measures.film_force_peak(result),
             "stiction_force_peak_N": measures.stiction_force_peak(result),
@@ -200,7 +200,7 @@ def _line_keys(touches: Touches, width: float) -> dict[str, object]:
     touch and of the largest force and impulse per length, as angle and arc length from the start of the first arc."""
     if (line := touches.line) is None:
         return {}
-    is_pressed = (line.force if line.film is None else line.force - line.film) > 0
+    is_pressed = line.force - line.film > 0
     force, times = line.force[1:], line.grid.time
     places = {
         "line_force_peak": line_force_peak(force, times, width, line.length, line.share, line.pieces)[1],
