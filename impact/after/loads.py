@@ -166,7 +166,7 @@ def spring_displacements(body: Body, force: Array, dt: float, weights: Array | N
         held = body.load_amplitudes(np.zeros(1))[:, 0]
         discrete = replace(discrete, rest=np.append(pushes[:, 0], np.zeros(places)), rest_loads=held)
     padded = np.concatenate([pushes[:, 1:], np.zeros((places, n))])
-    return np.asarray(discrete.motion(padded).displacement[ports:])
+    return np.asarray(discrete.motion(motion.PortForces.at_ports(padded, dt)).displacement[ports:])
 
 
 def without_springs(body: Body, force: Array, dt: float) -> Body:

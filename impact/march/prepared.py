@@ -118,7 +118,7 @@ class Pilot:
 
 RULES = {"passive": laws.PASSIVE, "conserving": laws.CONSERVING, "blended": laws.BLENDED}
 MOST_WEIGHTS = 8e9  # most bytes of the step weights between all contacts
-MOST_STEPS = 2e8  # most steps of a run, which has some 10 arrays of this length
+MOST_STEPS = 200_000_000  # most steps of a run, which has some 10 arrays of this length
 
 
 @dataclass(frozen=True)
@@ -177,7 +177,7 @@ def discretise(
     duration: float,
     rule: str = "auto",
     engine: history.Engine = "auto",
-    block: int | None = None,
+    block: int = 0,
     bodies: tuple[motion.Discrete, ...] = (),
 ) -> Discretised:
     """Discretise the bodies over a ``duration`` [s] at the step ``dt`` [s]; arguments and errors as in `prepare`."""
@@ -200,15 +200,15 @@ def prepare(
     duration: float,
     rule: str = "auto",
     engine: history.Engine = "auto",
-    block: int | None = None,
+    block: int = 0,
     bodies: tuple[motion.Discrete, ...] = (),
 ) -> Prepared:
     """Discretise the bodies and their free motion over a ``duration`` [s] at the step ``dt`` [s].
 
     ``rule``: "passive", "conserving" or "blended", see `laws`; "auto": blended for elastic laws, else passive.
-    ``engine``: history engine; ``block``: steps summed directly by the blocked FFT. ``bodies``: the problem's bodies,
-    if discretised already at this step and over this duration: several problems may share them. Raises `ContactError`
-    for a problem that cannot be integrated, or ``bodies`` of another problem, step or duration.
+    ``engine``: history engine; ``block``: steps summed directly by the blocked FFT, 0: chosen. ``bodies``: the
+    problem's bodies, if discretised already at this step and over this duration: several problems may share them.
+    Raises `ContactError` for a problem that cannot be integrated, or ``bodies`` of another problem, step or duration.
     """
     return find_free_motion(discretise(problem, dt, duration, rule, engine, block, bodies))
 

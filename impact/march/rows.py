@@ -10,7 +10,7 @@ import numpy as np
 from impact.bodies.body import Body
 from impact.greens.base import Array
 from impact.march.grid import AtEqualSteps, TimeGrid
-from impact.march.motion import Discrete, mean_displacement
+from impact.march.motion import Discrete, PortForces, mean_displacement
 from impact.march.problem import ContactProblem
 from impact.quantities import brief
 
@@ -137,11 +137,11 @@ class Replayed:
                 continue
             seen = np.zeros((len(body.rest), weights.shape[1]))
             np.add.at(seen, ports, weights[contacts])
-            turn, force = problem.directions(body.body), run.rows.force[1:].T
+            forces = PortForces(run.rows, run.rows.force[1:].T, problem.directions(body.body))
             if weights.shape[1] == 1:
-                moved[:, 0] += mean_displacement(body, force, seen[:, 0], run.rows, turn)
+                moved[:, 0] += mean_displacement(body, forces, seen[:, 0])
             else:
-                body.motion(force, run.rows, turn, partial(_add, moved, seen), energies=False)
+                body.motion(forces, partial(_add, moved, seen), energies=False)
             moved += body.body.carried(time)[:, None] * weights[contacts].sum(axis=0)
         if self.gap is not None:
             sides = np.array([contact.side for contact in problem.contacts])

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
 from types import MappingProxyType
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -28,7 +28,7 @@ from impact.greens.base import Array, GreensFunction
 from impact.march.grid import blocks
 from impact.march.history import Engine
 from impact.march.ladder import begin_march, finish_march, march
-from impact.march.motion import Discrete, Motion
+from impact.march.motion import Discrete, Motion, PortForces
 from impact.march.prepared import discretise
 from impact.march.problem import ContactError, ContactProblem
 from impact.march.rows import MarchRun, Replayed, Rows, find_ports
@@ -161,7 +161,7 @@ def solve(
     duration: float,
     rule: str = "auto",
     engine: Engine = "auto",
-    block: int | None = None,
+    block: int = 0,
     bodies: tuple[Discrete, ...] = (),
     equal_steps: bool = False,
     progress: Progress = silent,
@@ -175,7 +175,7 @@ def solve(
     ``engine`` evaluates the convolution with past forces: "poles" (exact recursion of modal bodies), "fft" (step
     weights of all bodies, in blocks), "direct" (the same weights summed term by term), or "auto", the cheapest mix by a
     measured cost model; ``result.engine`` names it. ``block`` is the number of latest steps that are summed directly
-    beside the FFT. ``bodies``: the bodies of the problem, already discretised, as for `impact.prepare`.
+    beside the FFT, 0: chosen. ``bodies``: the bodies of the problem, already discretised, as for `impact.prepare`.
 
     A long run of bodies that are sums of poles takes longer steps where its motion is smooth (`impact.march.ladder`),
     but not with ``equal_steps``, for histories that are to be compared to the last digits; ``result.rows`` has them.
@@ -214,7 +214,7 @@ def collect(march: ContactStepper | MarchRun) -> ImpactResult:
             if not part.start:
                 at_start.append(moved[:, 0])
 
-        return body.motion(force.T, rows, directions, write)
+        return body.motion(PortForces(rows, force.T, directions), write)
 
     energies = tuple(add(body, displaced[min(number, 1)]) for number, body in enumerate(bodies))
     if np.any(run.rest):  # or the deflection under the preload's contact forces alone, which loads may cancel
@@ -287,7 +287,7 @@ def _advice(s: MarchRun, energy: EnergyLedger) -> Iterator[Advice]:
 
 Measure = Callable[[ImpactResult], float]
 RATIOS: Final = (NARROWER, 2.5)  # bandwidth ratios of the narrower models; two, as one change may vanish by chance
-NOTHING: Final[Mapping[str, ContactProblem]] = MappingProxyType({})
+NOTHING: Final[Mapping[str, Any]] = MappingProxyType({})
 
 
 @dataclass(frozen=True)
@@ -315,12 +315,12 @@ def error_budget(
     problem: ContactProblem,
     result: ImpactResult | None = None,
     *,
-    dt: float | None = None,
-    duration: float | None = None,
-    filter_width: float | None = None,
+    dt: float = 0.0,
+    duration: float = 0.0,
+    filter_width: float = 0.0,
     rule: str = "auto",
-    measures: Mapping[str, Measure] | None = None,
-    coarser: Mapping[str, Coarser] | None = None,
+    measures: Mapping[str, Measure] = NOTHING,
+    coarser: Mapping[str, Coarser] = NOTHING,
     others: Mapping[str, ContactProblem] = NOTHING,
 ) -> Budget:
     """Return the error budget of the measures of an impact: value +- bar, and the error from each source.
@@ -344,8 +344,8 @@ def error_budget(
     Args:
         result: result of `impact.solve` for this problem and step ``rule``.
         dt, duration: step and duration [s] of the run, needed if there is no result.
-        filter_width: filter width of the measure "filtered_peak" [s]; ``None`` omits it; at least twice ``dt``.
-        measures: by name, as functions of a result; ``None``: "impulse" [N s], "filtered_peak" [N],
+        filter_width: filter width of the measure "filtered_peak" [s]; 0 omits it; at least twice ``dt``.
+        measures: by name, as functions of a result; by default "impulse" [N s], "filtered_peak" [N],
             "contact_duration" (of the first group) [s] and "target_displacement" (largest) [m].
         coarser: coarser models by the name of a mesh or reduction source, used instead of the stated error.
 
@@ -354,13 +354,13 @@ def error_budget(
         MeasureError: a filter below two steps.
     """
     if result is None:
-        if dt is None or duration is None:
+        if not (dt and duration):
             raise ContactError("error_budget needs the result of a run, or dt and duration to run it")
         result = solve(problem, dt=dt, duration=duration, rule=rule)
     step, length = result.dt, float(result.time[-1])
-    if filter_width is not None:
+    if filter_width:
         measured.filtered_peak_force(result, filter_width, contact=0)  # refuses a filter that the step does not resolve
-    quantities = _standard(problem, filter_width) if measures is None else measures
+    quantities = measures or _standard(problem, filter_width)
 
     def values_of(one: ImpactResult) -> Values:
         return {name: float(measure(one)) for name, measure in quantities.items()}
@@ -368,7 +368,7 @@ def error_budget(
     def run(varied: ContactProblem, varied_step: float) -> Values:
         return values_of(solve(varied, dt=varied_step, duration=length, rule=rule))
 
-    sources = dict(_sources(problem, {} if coarser is None else coarser))
+    sources = dict(_sources(problem, coarser))
     sources |= {name: ((Variation(other),),) for name, other in others.items()}
     values = values_of(result)
     finer = times(2.0, changes(values, run(problem, step / 2)))
@@ -376,14 +376,14 @@ def error_budget(
     return budget_of(run, problem, values, step, sources, filter_width=filter_width or math.inf, finer=[finer])
 
 
-def _standard(problem: ContactProblem, filter_width: float | None) -> Mapping[str, Measure]:
+def _standard(problem: ContactProblem, filter_width: float) -> Mapping[str, Measure]:
     """Return the default measures, for each contact of the problem."""
     count = len(problem.contacts)
     measures: dict[str, Measure] = {}
     for c in range(count):
         end = "" if count == 1 else f" {c}"
         measures[f"impulse{end}"] = _at(c, measured.impulse)
-        if filter_width is not None:
+        if filter_width:
             measures[f"filtered_peak{end}"] = _at(c, partial(measured.filtered_peak_force, width=filter_width))
         measures[f"contact_duration{end}"] = _at(c, _first_duration)
         measures[f"target_displacement{end}"] = partial(_largest_displacement, contact=c)

@@ -318,5 +318,5 @@ def _displacement(problem: ContactProblem, role: str, dt: float, force: Array, t
     parts = [contact for contact in problem.contacts if contact.target is first.target]
     ports = sorted({body.greens.port_index(each.port if role == "seat" else each.striker_port) for each in parts})
     discrete = motion.Discrete.from_body(body, dt, len(force))
-    moved = discrete.motion(problem.directions(body) @ force.T).displacement
+    moved = discrete.motion(motion.PortForces.at_ports(problem.directions(body) @ force.T, discrete.dt)).displacement
     return np.asarray(moved[ports].mean(axis=0) + body.carried(times))

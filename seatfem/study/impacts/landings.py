@@ -30,7 +30,7 @@ from impact.after.loads import StaticLoad, static_load
 from impact.after.result import ImpactResult
 from impact.greens.base import Array
 from impact.march.grid import TimeGrid
-from impact.march.motion import Discrete, mid_steps
+from impact.march.motion import Discrete, PortForces, mid_steps
 from impact.march.problem import ContactProblem
 from impact.march.rows import MarchRun
 from impact.march.stepper import with_recorded_loads
@@ -106,10 +106,10 @@ def landings_of_march(run: MarchRun, width: float, load: StaticLoad | None = Non
     solid = force - rows.film if rows.film.size else force
     load = static_load_of_march(run) if load is None else load
 
-    def stored(steps: Sequence[int]) -> Array | None:
+    def stored(steps: Sequence[int]) -> Array:
         if not rebound:
-            return None
-        return striker.stored_after(force[1:].T, steps, rows, problem.directions(problem.striker))
+            return np.full(len(steps), np.nan)
+        return striker.stored_after(PortForces(rows, force[1:].T, problem.directions(problem.striker)), steps)
 
     return _March(problem, rows, force, solid, rows.gap, width).landings(load, stored, striker.loads)
 
@@ -122,11 +122,12 @@ def landings_of_one_contact(problem: ContactProblem, force: Array, gap: Array, d
     n = len(force) - 1
     pushed = problem.striker.load_amplitudes(mid_steps(dt, n))
 
-    def stored(steps: Sequence[int]) -> Array | None:
-        striker = Discrete.from_body(problem.striker, dt, n)
-        return striker.stored_after(problem.directions(problem.striker) @ force[None, 1:], steps)
-
     grid = TimeGrid.of_equal_steps(dt, n)
+
+    def stored(steps: Sequence[int]) -> Array:
+        striker = Discrete.from_body(problem.striker, dt, n)
+        return striker.stored_after(PortForces(grid, force[None, 1:], problem.directions(problem.striker)), steps)
+
     march = _March(problem, grid, force[:, None], force[:, None], gap[:, None], width)
     return march.landings(static_load(problem, dt * n), stored, pushed)
 

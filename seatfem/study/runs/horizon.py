@@ -11,6 +11,7 @@ import numpy as np
 import impact
 from impact.after.landings import Landing
 from impact.march.grid import TimeGrid
+from impact.march.ladder import NO_STEPS
 from impact.march.problem import ContactProblem
 from impact.march.rows import MarchRun
 from impact.notices import Progress
@@ -81,7 +82,7 @@ def ensemble_keys(runs: Sequence[Sequence[Landing]]) -> dict[str, object]:
     return keys
 
 
-def _march(done: Round, problem: ContactProblem, like: TimeGrid | None = None) -> MarchRun:
+def _march(done: Round, problem: ContactProblem, like: TimeGrid = NO_STEPS) -> MarchRun:
     """March a problem, in steps ``like`` those of another run."""
     return marched(problem, done.result.dt, done.plan.scene.run.duration, done.flights, like=like)
 
