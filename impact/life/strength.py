@@ -8,13 +8,16 @@ from dataclasses import MISSING, dataclass, fields, replace
 from difflib import get_close_matches
 from itertools import pairwise
 from statistics import NormalDist
-from typing import Any, TypeVar
+from typing import Any, Final, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from impact.greens.base import Array
 from impact.quantities import in_units
+
+OWN: Final = math.nan
+"""Survival for which an S-N curve is stated, whatever it is."""
 
 
 class LifeError(ValueError):
@@ -66,7 +69,7 @@ class Curve:
             raise LifeError(f"scatter = {self.scatter:g} of log10 N must not be negative")
         _quantile(self.survival)
 
-    def life(self, amplitude: ArrayLike, survival: float | None = None) -> Array:
+    def life(self, amplitude: ArrayLike, survival: float = OWN) -> Array:
         """Return the cycles to failure at (...,) amplitudes >= 0 [Pa] for a ``survival``; ``inf`` at 0 Pa.
 
         Raises `LifeError` for an amplitude that is no number >= 0, or another ``survival`` than that of a curve without
@@ -83,7 +86,7 @@ class Curve:
             logs = np.interp(level, levels[::-1], counts[::-1]) - self.first_slope * above + later
             return np.asarray(np.exp(logs - self._shift(survival)))
 
-    def stress(self, cycles: float, survival: float | None = None) -> float:
+    def stress(self, cycles: float, survival: float = OWN) -> float:
         """Return the amplitude [Pa] for failure at this number of cycles > 0; ``survival`` and errors as in `life`."""
         if not 0 < cycles < math.inf:
             raise LifeError(f"cycles = {cycles:g} must be positive and finite")
@@ -93,9 +96,9 @@ class Curve:
         level = np.interp(count, counts, levels) + before / self.first_slope - after / self.last_slope
         return float(np.exp(level))
 
-    def _shift(self, survival: float | None) -> float:
+    def _shift(self, survival: float) -> float:
         """Return the decrease of ln N for this survival."""
-        if survival is None or survival == self.survival:
+        if math.isnan(survival) or survival == self.survival:
             return 0.0
         if self.scatter is None:
             raise LifeError(
@@ -109,12 +112,12 @@ def basquin(
     knee_stress: float,
     knee_cycles: float,
     slope: float,
-    second_slope: float | None = None,
+    second_slope: float = math.nan,
     *,
     scatter: float | None = None,
     survival: float = 0.5,
 ) -> Curve:
-    """Return the curve N = N_k (S/S_k)^-k, with another slope below the knee, by default 2k - 1.
+    """Return the curve N = N_k (S/S_k)^-k, with another slope below the knee, by default (nan) 2k - 1.
 
     Args:
         knee_stress: S_k, amplitude [Pa].
@@ -130,7 +133,7 @@ def basquin(
     """
     if not 1 <= slope <= 1000:
         raise LifeError(f"slope = {slope:g} of an S-N curve: k = -dlogN/dlogS lies between 1 and 1000; is it 1/k?")
-    second = 2 * slope - 1 if second_slope is None else second_slope
+    second = 2 * slope - 1 if math.isnan(second_slope) else second_slope
     return Curve((knee_stress,), (knee_cycles,), slope, second, scatter, survival)
 
 

@@ -13,7 +13,6 @@ from typing import Final
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve, cholesky, solve_triangular
 from scipy.optimize import nnls
 
@@ -333,7 +332,7 @@ def choose_poles(data: FitData, floor: Array, most: int) -> tuple[Poles, tuple[C
             break
         # more pairs at the highest peaks of the misfit, smoothed over five lines
         smooth = np.convolve(data.weights * np.linalg.norm(misfit, axis=1), np.ones(5) / 5, mode="same")
-        peaks = _local_peaks(np.concatenate([[0.0], smooth, [0.0]])) - 1
+        peaks = scipy.signal.find_peaks(np.concatenate([[0.0], smooth, [0.0]]))[0] - 1
         worst = data.s.imag[peaks[np.argsort(-smooth[peaks])[: max(1, len(poles.pairs) // 6)]]]
         pairs = np.concatenate([poles.pairs, (-0.01 + 1j) * worst])
         poles = Poles(pairs[np.argsort(pairs.imag)], poles.rates)
@@ -389,14 +388,9 @@ def _without_idle(data: FitData, lines: Lines, poles: Poles, cost: float) -> lis
     return candidates
 
 
-def _local_peaks(values: Array, prominence: float | None = None) -> NDArray[np.int64]:
-    """Return the indices of the local maxima of at least this ``prominence``."""
-    return np.asarray(scipy.signal.find_peaks(values, prominence=prominence)[0], dtype=np.int64)
-
-
 def _peaks(data: FitData, most: int) -> tuple[int, Array]:
     """Return the initial number of pole pairs, and the frequencies of resonances above the noise [rad/s]."""
     size = np.linalg.norm(data.g, axis=(1, 2))
-    peaks = _local_peaks(np.log(np.maximum(size * data.s.imag, 1e-300)), prominence=_PROMINENCE)
+    peaks, _ = scipy.signal.find_peaks(np.log(np.maximum(size * data.s.imag, 1e-300)), prominence=_PROMINENCE)
     peaks = data.s.imag[peaks[(size * data.weights)[peaks] > ABOVE_NOISE]]
     return min(max(1, len(peaks)), most), peaks

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import Final, Literal, get_args
 
@@ -15,6 +16,7 @@ from impact.greens.sampled import SampledGreens
 from impact.measured import amplitudes, frf
 from impact.measured.amplitudes import FitData, free_residues, least_squares, made_passive, modal_fit, response_of
 from impact.measured.vector_fitting import Poles, basis, left_over, pole_passivity, refined
+from impact.quantities import finite_or_none
 
 Form = Literal["auto", "modal", "complex"]
 Fitted = ModalGreens | PoleGreens
@@ -106,8 +108,8 @@ def fit_response(
     """
     if form not in get_args(Form):
         raise frf.FrequencyResponseError(f"form {form!r} is unknown; choose from {', '.join(get_args(Form))}")
-    defect = frf.causality_defect(response) if response.shift == 0 else None
-    if defect is not None and defect > NOT_CAUSAL:
+    defect = frf.causality_defect(response) if response.shift == 0 else math.nan
+    if defect > NOT_CAUSAL:
         raise frf.FrequencyResponseError(
             f"not causal: {defect:.0%} of the energy comes before the blow; where the phase is that of exp(-i w t), "
             "give the conjugate values; otherwise remove the delay between the channels"
@@ -140,7 +142,7 @@ def fit_response(
     report = {
         **_report(chosen, data, response, defect),
         "noise_rms": float(np.linalg.norm(deviation) / np.linalg.norm(np.abs(data.g).max(axis=(1, 2)))),
-        "noise_from": "the lines" if response.deviation is None else "the file",
+        "noise_from": "the file" if response.deviation.size else "the lines",
         "unexplained": unexplained,
         "unexplained_lines_hz": [[low, high] for low, high in ranges],
         "unexplained_allowed": tolerance,
@@ -157,14 +159,14 @@ def fit_response(
 def fit_impulse_response(
     greens: SampledGreens,
     *,
-    highest: float | None = None,
+    highest: float = 0.0,
     tolerance: float = 0.01,
     form: Form = "auto",
     free: bool | None = None,
     most_pairs: int = 80,
 ) -> ModalGreens | PoleGreens:
     """Return the fit by `fit_poles` of a sampled g, which need not end at rest: an exponential window is applied, and
-    removed from the poles. ``highest``: band [Hz], by default 0.25/dt. ``free``: by default, whether its tail rule is
+    removed from the poles. ``highest``: band [Hz], 0: 0.25/dt. ``free``: by default, whether its tail rule is
     "rigid"."""
     free = greens.tail == "rigid" if free is None else free
     response = frf.of_impulse_response(greens, highest=highest)
@@ -179,7 +181,7 @@ def fit_impulse_response(
 
 def noise_of(response: frf.FrequencyResponse) -> Array:
     """Return the standard deviation (n,) of the noise of each line's noisiest element, as receptance [m/N]."""
-    if response.deviation is not None:
+    if response.deviation.size:
         return np.asarray(response.deviation.max(axis=(1, 2)))
     unit = response.per_receptance
     p = len(response.port_names)
@@ -351,7 +353,7 @@ def _drawn(data: FitData, poles: Poles, fitted: Fitted, complex_form: bool, nois
     return fits
 
 
-def _report(greens: Fitted, data: FitData, response: frf.FrequencyResponse, defect: float | None) -> dict[str, object]:
+def _report(greens: Fitted, data: FitData, response: frf.FrequencyResponse, defect: float) -> dict[str, object]:
     misfit = np.abs(greens.transfer(data.s) - data.g)
     unit = np.abs(response.per_receptance)[:, None, None]
     complex_poles, highest = greens.pole_sum, float(response.frequency[-1])
@@ -364,7 +366,7 @@ def _report(greens: Fitted, data: FitData, response: frf.FrequencyResponse, defe
         "misfit_weighted_rms": float(np.linalg.norm(data.weights[:, None, None] * misfit) / data.scale),
         "misfit_rms": float(np.linalg.norm(unit * misfit) / np.linalg.norm(unit * data.g)),
         "misfit_worst_of_peak": float((unit * misfit).max() / np.abs(unit * data.g).max()),
-        "causality_defect": defect,
+        "causality_defect": finite_or_none(defect),
         "passivity": "by construction" if complex_poles is None else str(pole_passivity(complex_poles)),
     }
 

@@ -112,7 +112,7 @@ def _read_greens(file: Any, path: str | os.PathLike[str], depth: int = 0) -> bas
         omega, zeta, shapes = (finite_array(file, n) for n in ("omega", "zeta", "shapes"))
         return modal.ModalGreens(omega, zeta, shapes, residual, _names(file), error, origin, valid)
     if kind == "sampled":
-        values, static = finite_array(file, "values"), finite_array(file, "static") if "static" in file else None
+        values, static = finite_array(file, "values"), finite_array(file, "static") if "static" in file else np.zeros(0)
         dt, tail = float(file.attrs["dt"]), str(file.attrs["tail"])
         return SampledGreens(values, dt, tail, _names(file), static, error, origin)  # type: ignore[arg-type]
     if kind == "poles":

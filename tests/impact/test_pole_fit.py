@@ -195,7 +195,7 @@ def test_causality(free: bool) -> None:
     with pytest.raises(FrequencyResponseError, match=r"not causal: \d+% .* conjugate"):
         fit_poles(mirrored)
     high = F > 5e3
-    assert causality_defect(FrequencyResponse(F[high], response.receptance[high])) is None
+    assert np.isnan(causality_defect(FrequencyResponse(F[high], response.receptance[high])))
 
 
 @pytest.mark.slow

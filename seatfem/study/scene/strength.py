@@ -55,7 +55,7 @@ class CurveTable(fields.Table):
         """Return the curve in SI."""
         if self.knee_stress is None or self.knee_cycles is None or self.slope is None:
             return tabled(self.points or self._of_file(), scatter=self.scatter, survival=self.survival)
-        second = math.inf if self.endurance_limit else self.second_slope
+        second = math.inf if self.endurance_limit else self.second_slope or math.nan
         return basquin(
             self.knee_stress, self.knee_cycles, self.slope, second, scatter=self.scatter, survival=self.survival
         )
