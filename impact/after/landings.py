@@ -38,7 +38,7 @@ NEAR: Final = 0.25  # largest shift of a landing between two runs, over the time
 JUMP: Final = 0.125
 """Largest error of an opening at which the force jumps, in steps: where a rod's wave returns 3/2 - sqrt(2) = 0.09, and
 0.12 with the part of the first step (`tests/impact/test_times_of_contacts.py`)."""
-AT_ONCE: Final = 1e-6  # steps between touches that count as one
+TOGETHER: Final = 1e-6  # steps between touches that count as one
 FAINT: Final = 1e-3  # least averaged force of a landing, over the largest of the record
 
 
@@ -116,7 +116,7 @@ class Landing:
         restitution: coefficient of restitution (`restitutions`); ``None`` if unknown, or if the bodies do not part.
         to_touch, to_opening: time from ``start`` to the touch, and from ``end`` to the opening [s].
         is_resolved: whether touch and opening of this one unbroken contact are known to a part of a step.
-        at_once: numbers of all parts that touch first at once, ``part`` among them.
+        first_parts: numbers of all parts that touch first together, ``part`` among them.
     """
 
     start: float
@@ -135,7 +135,7 @@ class Landing:
     to_touch: float = 0.0
     to_opening: float = 0.0
     is_resolved: bool = False
-    at_once: tuple[int, ...] = ()
+    first_parts: tuple[int, ...] = ()
 
     @property
     def touch(self) -> float:
@@ -226,13 +226,13 @@ def _groups(record: ContactRecord) -> Iterator[tuple[int, int, _Touch]]:
 class _Touch(NamedTuple):
     """The part that touches first, its closing speed over the step before [m/s], and the time of its touch [s].
 
-    ``at_once``: all parts that touch at that time, of which it is the fastest.
+    ``first_parts``: all parts that touch at that time, of which it is the fastest.
     """
 
     part: int
     speed: float
     time: float
-    at_once: tuple[int, ...]
+    first_parts: tuple[int, ...]
 
 
 def _first_touch(record: ContactRecord, first: int) -> _Touch:
@@ -247,9 +247,11 @@ def _first_touch(record: ContactRecord, first: int) -> _Touch:
     times = np.full(len(touching), record.dt * first)
     if record.own.size:
         times = np.array([_time_of_touch(record, row, int(part)) for part in touching])
-    at_once = times <= times.min() + AT_ONCE * record.dt
-    fastest = int(np.argmax(np.where(at_once, speeds, -np.inf)))
-    return _Touch(int(touching[fastest]), float(speeds[fastest]), float(times.min()), tuple(touching[at_once].tolist()))
+    together = times <= times.min() + TOGETHER * record.dt
+    fastest = int(np.argmax(np.where(together, speeds, -np.inf)))
+    return _Touch(
+        int(touching[fastest]), float(speeds[fastest]), float(times.min()), tuple(touching[together].tolist())
+    )
 
 
 def _time_of_touch(record: ContactRecord, row: int, part: int) -> float:
@@ -302,7 +304,7 @@ def _landing(record: ContactRecord, mean: Array, static: Array, first: int, last
         peak_time=dt * peak,
         part=touch.part,
         closing_speed=touch.speed,
-        at_once=touch.at_once,
+        first_parts=touch.first_parts,
         filtered_peak=largest,
         static_load=float(static[peak]),
         excess_peak=float(above[peak]) if static[peak] else largest,

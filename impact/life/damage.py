@@ -369,5 +369,5 @@ def _advice(cycles: Cycles, strength: Strength, judge: MeanStress) -> Iterator[A
     remedy = "the part breaks in the first block: lower the stress"
     if mean >= judge.breaks_at:
         yield Advice("mean_stress", mean, judge.breaks_at, f"no cycle survives that mean, says {judge.name}", remedy)
-    if strength.ultimate is not None and largest >= strength.ultimate:
+    if largest >= strength.ultimate:
         yield Advice("largest_stress", largest, strength.ultimate, "it is above the tensile strength", remedy)

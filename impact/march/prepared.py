@@ -51,7 +51,9 @@ class Flying:
     drive: Array
 
 
-def parted(bodies: tuple[motion.Discrete, ...], turns: list[Array]) -> tuple[tuple[motion.Discrete, ...], list[Flying]]:
+def split_rigid_modes(
+    bodies: tuple[motion.Discrete, ...], turns: list[Array]
+) -> tuple[tuple[motion.Discrete, ...], list[Flying]]:
     """Return the bodies without their rigid-body modes under loads, and these modes; ``turns``: (P, p) directions of
     the contacts on each body."""
     parts, flying = list(bodies), []
@@ -219,7 +221,7 @@ def find_free_motion(discretised: Discretised) -> Prepared:
     problem, bodies, n, own = discretised.problem, discretised.bodies, discretised.steps, discretised.find_own()
     turns = [problem.directions(b.body) for b in bodies]
     gaps = _free_gaps(problem, bodies, turns, n)
-    parts, flying = parted(bodies, turns)
+    parts, flying = split_rigid_modes(bodies, turns)
     poles, weights = _memory(parts, flying, turns, discretised.plan, own, n)
     flight = None
     if flying:  # in the order of `_memory`
@@ -340,13 +342,17 @@ def step_count(dt: float, duration: float) -> int:
 
 def _refuse_ill_posed(problem: ContactProblem) -> None:
     """Raise `RigidContactError` for a rigid law between bodies with g(0+) = 0: its force would grow like 1/dt."""
-    modes = [body for body in problem.bodies if body.greens.modal is not None]
-    at_once = {id(body): np.diag(body.greens.initial_value()) for body in modes}
+    initial_values = {
+        id(body): np.full(len(body.greens.ports), np.inf)
+        if body.greens.modal is None
+        else np.diag(body.greens.initial_value())
+        for body in problem.bodies
+    }
     for number, contact in enumerate(problem.contacts):
         if not isinstance(contact.law, laws.Signorini):
             continue
         pair = ((problem.striker, contact.striker_port), (contact.target, contact.port))
-        if all(id(body) in at_once and at_once[id(body)][body.greens.port_index(port)] == 0.0 for body, port in pair):
+        if all(initial_values[id(body)][body.greens.port_index(port)] == 0.0 for body, port in pair):
             raise RigidContactError(
                 f"contact {number}: neither body yields at once (no residual flexibility, g(0+) = 0) and the law is "
                 "rigid: the force would grow like 1/dt; add a residual (impact.Residual) or use a compliant law"

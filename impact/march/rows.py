@@ -31,6 +31,11 @@ class Rows(TimeGrid):
 
     __repr__ = brief
 
+    @property
+    def solid(self) -> Array:
+        """Return the (N + 1, p) force of solid contact [N], without films."""
+        return self.force - self.film if self.film.size else self.force
+
     def of_forces(self) -> Rows:
         """Return the rows without gaps, as those of many contacts are large."""
         return replace(self, gap=np.zeros((0, self.gap.shape[1])))

@@ -109,8 +109,7 @@ def measure_horizon(
     `impact.solve`, and `ContactError` for bodies that never part.
     """
     first = march(problem, dt, duration).rows
-    solid = first.force - first.film if first.film.size else first.force
-    groups = (measured.merged(first.time[measured.closed_steps(each[1:])]) for each in solid.T)
+    groups = (measured.merged(first.time[measured.closed_steps(each[1:])]) for each in first.solid.T)
     starts = sorted({round(start / dt) for each in groups for start in each[:, 0]})
     twin, shift = twin_of(problem, first.gap, perturbation)
     other = march(twin, dt, duration, like=first).rows
@@ -132,8 +131,7 @@ def twin_of(problem: ContactProblem, gap: Array, perturbation: float) -> tuple[C
 
 def with_wider_gaps(problem: ContactProblem, shift: float) -> ContactProblem:
     """Return a problem whose gaps are all wider by ``shift`` [m]."""
-    contacts = [replace(contact, gap=contact.gap + shift) for contact in problem.contacts]
-    return ContactProblem(problem.striker, contacts=contacts, preload=problem.preload)
+    return replace(problem, contacts=[replace(contact, gap=contact.gap + shift) for contact in problem.contacts])
 
 
 def growth_of_difference(first: Rows, second: Rows, starts: Sequence[int], shift: float) -> Array:
@@ -222,7 +220,7 @@ def collect(march: ContactStepper | MarchRun) -> ImpactResult:
     deflection = max(float(np.abs(moved).max()) for moved in at_start)
     film = rows.film if rows.film.size else np.broadcast_to(0.0, whole.shape)
     energy = ledger(problem, energies, force, gap, carried, rows.film[1:])
-    solid = force - film[1:] if rows.film.size else force
+    solid = rows.solid[1:]
     first = problem.contacts[0]
     each = np.eye(len(run.rest))
     of_striker, of_targets = displaced if displaced.size else (Replayed(run, each, gap), Replayed(run, each))

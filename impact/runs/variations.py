@@ -101,7 +101,9 @@ def total(one: Values, other: Values) -> Values:
 
 FINE: Final = 16  # steps in the filter's width, or a wave's travel, that resolve it: longer ones tell their error
 NARROWER: Final = 1.6  # ratio of bandwidths whose runs estimate the error by mode truncation
-AT_ONCE: Final = 0.01  # fraction of the residual compliance that stays without inertia; the rest is given a frequency
+STATIC_SHARE: Final = (
+    0.01  # fraction of the residual compliance that stays without inertia; the rest is given a frequency
+)
 ROUND_OFF: Final = 1e-12  # compliance that counts as round-off, over the largest
 
 Run = Callable[[ContactProblem, float], Values]
@@ -199,8 +201,7 @@ def _may_double(dt: float, filter_width: float) -> bool:
 def with_body(problem: ContactProblem, old: Body, new: Body) -> ContactProblem:
     """Return the problem with one of its bodies in place of another."""
     contacts = [replace(contact, target=new) if contact.target is old else contact for contact in problem.contacts]
-    striker = new if problem.striker is old else problem.striker
-    return ContactProblem(striker, contacts=contacts, preload=problem.preload)
+    return replace(problem, striker=new if problem.striker is old else problem.striker, contacts=contacts)
 
 
 def of_g(problem: ContactProblem, body: Body, error: float | None) -> Terms | None:
@@ -236,10 +237,11 @@ def ringing_on(body: Body, ratio: float = 1.0, band: float = 0.0, octaves: int =
     each eigenvector of the flexibility.
 
     The truncated modes, which the residual represents without inertia, vibrate at unknown frequencies above. A fraction
-    `AT_ONCE` of the residual remains, as rigid contacts need an instantaneous response. ``None`` for a body without
-    modes or without residual flexibility. ``band`` [Hz]: in place of the highest frequency if all modes are rigid.
-    ``octaves``: number of octaves in the middle of which modes are placed, each with half the compliance of the one
-    below: like those of a plate, which are evenly spaced, with compliances that fall with the square of the frequency.
+    `STATIC_SHARE` of the residual remains, as rigid contacts need an instantaneous response. ``None`` for a body
+    without modes or without residual flexibility. ``band`` [Hz]: in place of the highest frequency if all modes are
+    rigid. ``octaves``: number of octaves in the middle of which modes are placed, each with half the compliance of the
+    one below: like those of a plate, which are evenly spaced, with compliances that fall with the square of the
+    frequency.
     """
     g = body.greens.modal
     if g is None or not len(g.omega) or not (np.any(g.omega) or band):
@@ -248,7 +250,7 @@ def ringing_on(body: Body, ratio: float = 1.0, band: float = 0.0, octaves: int =
     if not (np.all(np.isfinite(flexible)) and np.any(flexible)):
         return None
     last = int(np.argmax(g.omega))
-    values, ways = np.linalg.eigh((1 - AT_ONCE) * flexible)
+    values, ways = np.linalg.eigh((1 - STATIC_SHARE) * flexible)
     kept = values > ROUND_OFF * values[-1]
     yielding = (ways[:, kept] * np.sqrt(values[kept])).T
     steps = np.arange(max(octaves, 1))
@@ -260,7 +262,7 @@ def ringing_on(body: Body, ratio: float = 1.0, band: float = 0.0, octaves: int =
         omega=np.concatenate([g.omega, omega]),
         zeta=np.concatenate([g.zeta, np.full(len(omega), g.zeta[last])]),
         shapes=np.vstack([g.shapes, shapes]),
-        residual=g.residual.scaled(AT_ONCE),
+        residual=g.residual.scaled(STATIC_SHARE),
     )
     return body.in_modes(ringing, lambda values: np.concatenate([values, np.zeros(len(omega))]))
 

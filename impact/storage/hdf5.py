@@ -30,8 +30,6 @@ from impact.notices import Advice
 SCHEMA = 2
 """1: histories at equal steps; 2: a result may have steps of different lengths, whose ``ends`` it has."""
 BLOCK = 1 << 20  # bytes by which a file grows in memory
-DEEPEST = 8  # levels of sums within sums in one file
-MOST_PARTS = 1000  # most parts of all sums of a file
 _CLOSED: dict[str, Callable[..., base.GreensFunction]] = {
     "delay_rod": closed_form.DelayRod,
     "damped_fixed_rod": closed_form.DampedFixedRod,
@@ -49,8 +47,6 @@ _LEDGER = ("input", "striker", "target", "contact", "dissipated", "contact_loss"
 _BROKEN = (OSError, LookupError, ValueError, TypeError, AttributeError, ArithmeticError, MemoryError, RuntimeError)
 """What reading damaged bytes raises; RuntimeError: HDF5's own."""
 _NUMBERS = ("dt", "striker_mass", "target_mass", "striker_velocity", "target_velocity")
-_NUMBER_ATTRIBUTES = ("schema", "factor", "valid_for", "error_reduction", "error_mesh", *_NUMBERS)
-_NUMBERS_OF_ORIGIN = ("valid_for_s", "refinement")  # keys of a seat's provenance that hold numbers
 FILE_LIMIT = 8192 * safe_files.MB
 _DEFLATE = 1032  # largest compression, bytes per byte
 USER_BLOCK = 512  # bytes before the data of an HDF5 file, which the format leaves to the application
@@ -94,13 +90,11 @@ def load_greens(path: str | os.PathLike[str], *, key: str = "") -> base.GreensFu
         return _read_greens(file, path)
 
 
-def _read_greens(file: Any, path: str | os.PathLike[str], depth: int = 0) -> base.GreensFunction:
+def _read_greens(file: Any, path: str | os.PathLike[str]) -> base.GreensFunction:
     """Return the function of a file, or of a group in it: a part of a sum or of a multiple."""
     kind = str(file.attrs["kind"])
     if kind in ("sum", "scaled"):
-        if depth >= DEEPEST:
-            raise _Damage(f"sums of sums, more than {DEEPEST} deep")
-        parts = tuple(_read_greens(file[f"parts/{n}"], path, depth + 1) for n in range(len(file["parts"])))
+        parts = tuple(_read_greens(file[f"parts/{n}"], path) for n in range(len(file["parts"])))
         return base.SumGreens(parts) if kind == "sum" else base.ScaledGreens(parts[0], float(file.attrs["factor"]))
     origin = json.loads(str(file.attrs["provenance"]))
     if not isinstance(origin, dict):
@@ -201,22 +195,18 @@ def _check_histories(
         raise _Damage(f"the histories of {name} differ in their number of contacts")
 
 
-def _write_greens(file: Any, greens: base.GreensFunction, depth: int = 0) -> None:
+def _write_greens(file: Any, greens: base.GreensFunction) -> None:
     """Write into a file, or a group of it, what the function says that it needs to be made again."""
     stored = greens.stored()
     if stored is None or stored.kind not in _KINDS:
         raise StorageError(
             f"a Green's function of type {type(greens).__name__!r} has no file form; sample it, and save the samples"
         )
-    if (depth >= DEEPEST and stored.parts) or len(stored.parts) >= MOST_PARTS:
-        raise StorageError(
-            f"sums of sums more than {DEEPEST} deep, and sums of {MOST_PARTS} parts, have no file form: add parts up"
-        )
     file.attrs["kind"] = stored.kind
     for name, number in stored.numbers.items():
         file.attrs[name] = number
     for number, part in enumerate(stored.parts):
-        _write_greens(file.create_group(f"parts/{number}"), part, depth + 1)
+        _write_greens(file.create_group(f"parts/{number}"), part)
     if stored.parts:
         return
     file.attrs["provenance"] = json.dumps(dict(greens.provenance), default=str)
@@ -292,7 +282,6 @@ def opened(path: str | os.PathLike[str], content: str, *, sealed: bool = False) 
                 raise StorageError(
                     f"{name}: schema {schema} is newer than this version reads (up to {SCHEMA}); update the package"
                 )
-            _check_numbers(file)
             yield file
     except StorageError:
         raise
@@ -300,24 +289,6 @@ def opened(path: str | os.PathLike[str], content: str, *, sealed: bool = False) 
         raise StorageError(f"{name}: damaged: {problem}; compute it again") from problem
     except _BROKEN as problem:
         raise StorageError(f"{name}: truncated or damaged ({problem}); compute it again") from problem
-
-
-def _check_numbers(file: Any) -> None:
-    """Raise `_Damage` naming the attribute, or key of the provenance, of a group that must be a number and is none."""
-    groups = [("", file)]
-    file.visititems(lambda name, member: groups.append((name, member)) if isinstance(member, h5py.Group) else None)
-    if (parts := sum("kind" in group.attrs for _, group in groups)) > MOST_PARTS:
-        raise _Damage(f"{parts} parts of sums, must be at most {MOST_PARTS}")
-    for name, group in groups:
-        stated = {key: group.attrs[key] for key in _NUMBER_ATTRIBUTES if key in group.attrs}
-        origin = json.loads(str(group.attrs.get("provenance", "{}")))
-        if isinstance(origin, dict):
-            stated |= {f"provenance {key}": origin[key] for key in _NUMBERS_OF_ORIGIN if key in origin}
-            if group.attrs.get("kind") in _CLOSED:
-                stated |= {f"provenance {key}": value for key, value in origin.items() if key != "kind"}
-        for key, value in stated.items():
-            if isinstance(value, bool) or np.ndim(value) or np.asarray(value).dtype.kind not in "fiu":
-                raise _Damage(f"{f'{name}/'.lstrip('/')}{key} is {value!r}: must be a number")
 
 
 def finite_array(group: Any, key: str) -> base.Array:
@@ -345,8 +316,6 @@ def _names(file: Any) -> tuple[str, ...]:
 
 
 def _known(value: float) -> float | None:
-    if np.ndim(value) or np.asarray(value).dtype.kind not in "fiu":
-        raise _Damage(f"a stated error is {value!r}, no number")
     return None if np.isnan(value) else float(value)
 
 

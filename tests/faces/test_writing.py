@@ -236,7 +236,7 @@ def test_kept_seats_that_were_changed_are_computed_again(change, tmp_path: Path)
     assert seat_of(scene, Cache(path, store)).reused
     for file in (path, store.path(seat_key(scene))):
         change(file)
-    why = "has no seal" if change is unsealed else "valid_for is 'long'"
+    why = "has no seal" if change is unsealed else "could not convert string to float: 'long'"
     with pytest.warns(CacheWarning, match=f"not used again: .*{why}"):
         again = seat_of(scene, Cache(path, store))
     assert not again.reused

@@ -32,20 +32,7 @@ VALUES = {
 """What stands in place of the dataset "values", and what is said of it."""
 
 
-def part(group, file):
-    for name, value in file.attrs.items():
-        group.attrs[name] = value
-    file.copy("values", group)
-
-
-def crowd_of_parts(file):
-    part(file.create_group("leaf"), file)
-    file.attrs["kind"] = "sum"
-    for n in range(1001):
-        file.copy("leaf", f"parts/{n}")
-
-
-GROUPS = {"parts": (crowd_of_parts, "1003 parts .*1000")} | {
+GROUPS = {
     f"provenance {text[:2]}": (lambda file, text=text: file.attrs.__setitem__("provenance", text), "damaged")
     for text in ("[" * 100_000, "1" * 10_000, "[]", '"a"', "{")
 }

@@ -120,14 +120,6 @@ def test_results_of_several_contacts_are_read_as_they_were_written(tmp_path: Pat
         load_results(tmp_path / "r.h5")
 
 
-def test_sums_of_sums_are_bounded(tmp_path: Path) -> None:
-    greens: GreensFunction = KINDS["rod"]
-    for _ in range(9):
-        greens = impact.SumGreens((greens,))
-    with pytest.raises(StorageError, match="more than 8 deep"):
-        save_greens(greens, tmp_path / "deep.h5")
-
-
 def test_an_unknown_kind_of_greens_function_has_no_file_form(tmp_path: Path) -> None:
     class Odd(PowerGreens):
         @property

@@ -13,7 +13,7 @@ from impact.greens.base import Array
 from impact.march import motion
 from impact.march.prepared import step_count
 from impact.march.problem import ContactProblem
-from impact.runs.sensitivity import Neighbours, force_sensitivities, touches, why_not
+from impact.runs.sensitivity import Neighbours, force_sensitivities, touches, why_no_derivative
 from seatfem.structures.cache import Cache, build
 from seatfem.study.identify.record import OWN, Identification, Samples, is_own, number_of
 from seatfem.study.impacts.bodies import check_base, problem_of, solve_body, striker_of
@@ -175,7 +175,7 @@ class Model:
             below[column], above[column] = low, high
             sides.append((float(low - shares[column]), float(high - shares[column]), below, above))
         met = touches(force)
-        why = why_not(stepper)
+        why = why_no_derivative(stepper)
         if not why and self._touches.get(k, met) != met:
             why = "the contact closes more or less often than an iteration before"
         self._touches[k] = met

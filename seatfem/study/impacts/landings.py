@@ -14,7 +14,6 @@ from typing import Final, Literal
 
 import numpy as np
 
-import impact
 from impact.after.landings import (
     ContactRecord,
     Landing,
@@ -87,7 +86,7 @@ def landings_of_result(problem: ContactProblem, result: ImpactResult, width: flo
     opening = rows.spread_motions(gap[:, _seats(problem)].mean(axis=1))
     striker = with_recorded_loads(problem.striker, opening, result.dt)
     march = _March(problem, rows, force, solid, gap, width)
-    load = static_load(_with_striker(problem, striker), result.dt * steps)
+    load = static_load(replace(problem, striker=striker), result.dt * steps)
 
     def stored(numbers: Sequence[int]) -> Array:
         return np.asarray(rows.energy.striker[np.searchsorted(rows.ends, numbers)])
@@ -103,7 +102,6 @@ def landings_of_march(run: MarchRun, width: float, load: StaticLoad | None = Non
     """
     problem, rows, striker = run.problem, run.rows, run.bodies[0]
     force = rows.force
-    solid = force - rows.film if rows.film.size else force
     load = static_load_of_march(run) if load is None else load
 
     def stored(steps: Sequence[int]) -> Array:
@@ -111,7 +109,7 @@ def landings_of_march(run: MarchRun, width: float, load: StaticLoad | None = Non
             return np.full(len(steps), np.nan)
         return striker.stored_after(PortForces(rows, force[1:].T, problem.directions(problem.striker)), steps)
 
-    return _March(problem, rows, force, solid, rows.gap, width).landings(load, stored, striker.loads)
+    return _March(problem, rows, force, rows.solid, rows.gap, width).landings(load, stored, striker.loads)
 
 
 def landings_of_one_contact(problem: ContactProblem, force: Array, gap: Array, dt: float, width: float) -> Landings:
@@ -135,13 +133,7 @@ def landings_of_one_contact(problem: ContactProblem, force: Array, gap: Array, d
 def static_load_of_march(run: MarchRun) -> StaticLoad:
     """Return the quasi-static load of a run, with the loads that depended on the opening."""
     striker = with_recorded_loads(run.problem.striker, run.opening, run.dt)
-    return static_load(_with_striker(run.problem, striker), run.dt * run.steps)
-
-
-def _with_striker(problem: ContactProblem, striker: impact.Body) -> ContactProblem:
-    if striker is problem.striker:
-        return problem
-    return ContactProblem(striker, contacts=problem.contacts, preload=problem.preload)
+    return static_load(replace(run.problem, striker=striker), run.dt * run.steps)
 
 
 def _seats(problem: ContactProblem) -> slice:

@@ -147,7 +147,7 @@ def asked_keys(life: LifeTable | None, lasting: LifeResult, bars: Mapping[str, f
         if judgement is not None:
             criterion = life.multiaxial if name == "multiaxial" else life.contact_criterion
             keys[f"life_{name}_criterion"] = criterion
-            keys[f"life_{name}_cycles"] = judgement[1].limit_cycles
+            keys[f"life_{name}_cycles"] = finite_or_none(judgement[1].limit_cycles)
             keys["life_strength_source"] = judgement[1].source
 
     def bar(margin: float, place: str) -> float | None:

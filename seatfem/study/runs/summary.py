@@ -235,7 +235,7 @@ def _first_arcs(touches: Touches, line: Line, is_pressed: NDArray[np.bool_]) -> 
     begun = line.grid.time[max(row - 1, 0)]
     parts = None if touches.parts is None else touches.parts.rows.force.shape[1]
     if landings and parts and math.isclose(landings[0].start, begun, abs_tol=line.grid.dt / 2):
-        return sorted({part * line.force.shape[1] // parts for part in landings[0].at_once})
+        return sorted({part * line.force.shape[1] // parts for part in landings[0].first_parts})
     return [int(arc) for arc in np.flatnonzero(is_pressed[row])]
 
 

@@ -226,7 +226,7 @@ source = "report, page"
         if self.impact_speed_limit is not None:
             return Strength(self.source, impact_velocity=self.impact_speed_limit)
         strength = self.measured()
-        return strength if strength is not None and strength.impact_velocity is not None else None
+        return None if strength is None or math.isnan(strength.impact_velocity) else strength
 
     def check(
         self, geometry: ContactGeometry, turn: float | None, duration: float, *, stressed: bool
