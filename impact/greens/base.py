@@ -237,9 +237,9 @@ class GreensFunction(ABC):
         form."""
         raise GreensFunctionError(f"the error and the origin of a {type(self).__name__} are known: state neither")
 
-    def stored(self) -> Stored | None:
-        """Return the content of a file that restores it; ``None`` for a representation without a file form."""
-        return None
+    def stored(self) -> Stored:
+        """Return the content of a file that restores it; of kind "" for a representation without a file form."""
+        return Stored("")
 
     def transfer(self, s: ComplexArray) -> ComplexArray:
         """Return the (n, p, p) Laplace transform of g at ``s`` (n,) [1/s], bare compliance included [m/N].

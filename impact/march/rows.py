@@ -116,12 +116,12 @@ class Replayed:
     Attributes:
         run: the run, without gaps.
         weights: (p, k) or (p,).
-        gap: (N + 1, p) gaps [m], by which the striker is above the targets; ``None``: those of the targets are meant.
+        gap: (N + 1, p) gaps [m], by which the striker is above the targets; (0, p): those of the targets are meant.
     """
 
     run: MarchRun
     weights: Array
-    gap: Array | None = None
+    gap: Array
 
     __repr__ = brief
 
@@ -148,7 +148,7 @@ class Replayed:
             else:
                 body.motion(forces, partial(_add, moved, seen), energies=False)
             moved += body.body.carried(time)[:, None] * weights[contacts].sum(axis=0)
-        if self.gap is not None:
+        if len(self.gap):
             sides = np.array([contact.side for contact in problem.contacts])
             moved += self.gap @ (sides[:, None] * weights)
             moved -= np.array([contact.gap for contact in problem.contacts]) * sides @ weights

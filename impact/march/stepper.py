@@ -101,7 +101,7 @@ class ContactStepper:
         force = self.force[self.done - 1] if self.done else self.prepared.rest
         return StepState(self.time, force.copy(), self.gap[self.done].copy())
 
-    def step(self, loads: Array | None = None) -> StepState:
+    def step(self, loads: Sequence[float] | Array = ()) -> StepState:
         """Take one step, during which ``loads`` (L,) [N] act beside the striker's own loads, constant over the step.
 
         ``loads[i]`` is added to the amplitude of ``striker.loads[i]``; for a force known only here, give the body
@@ -109,8 +109,8 @@ class ContactStepper:
         """
         if self.done == self.prepared.steps:
             raise ContactError(f"the run is over after {self.done} steps; prepare it with a longer duration")
-        if loads is not None:
-            self.live.record(self.done, loads)
+        if len(loads):
+            self.live.record(self.done, np.asarray(loads))
         self.advance(1)
         return self.state
 

@@ -131,7 +131,8 @@ def twin_of(problem: ContactProblem, gap: Array, perturbation: float) -> tuple[C
 
 def with_wider_gaps(problem: ContactProblem, shift: float) -> ContactProblem:
     """Return a problem whose gaps are all wider by ``shift`` [m]."""
-    return replace(problem, contacts=[replace(contact, gap=contact.gap + shift) for contact in problem.contacts])
+    wider = tuple(replace(contact, gap=contact.gap + shift) for contact in problem.contacts)
+    return replace(problem, contacts=wider)
 
 
 def growth_of_difference(first: Rows, second: Rows, starts: Sequence[int], shift: float) -> Array:
@@ -223,7 +224,7 @@ def collect(march: ContactStepper | MarchRun) -> ImpactResult:
     solid = rows.solid[1:]
     first = problem.contacts[0]
     each = np.eye(len(run.rest))
-    of_striker, of_targets = displaced if displaced.size else (Replayed(run, each, gap), Replayed(run, each))
+    of_striker, of_targets = displaced if displaced.size else (Replayed(run, each, gap), Replayed(run, each, gap[:0]))
     for history in (whole, gap, displaced, energy.stored, energy.dissipated):
         if np.any(bad := ~np.isfinite(history)):
             when = float(time[np.flatnonzero(bad.reshape(len(history), -1).any(axis=1))[0]])

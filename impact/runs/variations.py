@@ -200,7 +200,7 @@ def _may_double(dt: float, filter_width: float) -> bool:
 
 def with_body(problem: ContactProblem, old: Body, new: Body) -> ContactProblem:
     """Return the problem with one of its bodies in place of another."""
-    contacts = [replace(contact, target=new) if contact.target is old else contact for contact in problem.contacts]
+    contacts = tuple(replace(c, target=new) if c.target is old else c for c in problem.contacts)
     return replace(problem, striker=new if problem.striker is old else problem.striker, contacts=contacts)
 
 

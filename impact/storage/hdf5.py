@@ -198,7 +198,7 @@ def _check_histories(
 def _write_greens(file: Any, greens: base.GreensFunction) -> None:
     """Write into a file, or a group of it, what the function says that it needs to be made again."""
     stored = greens.stored()
-    if stored is None or stored.kind not in _KINDS:
+    if stored.kind not in _KINDS:
         raise StorageError(
             f"a Green's function of type {type(greens).__name__!r} has no file form; sample it, and save the samples"
         )
