@@ -199,7 +199,7 @@ def closing_speeds(problem: ContactProblem, dt: float) -> Array:
     return np.asarray(-opening - np.diff(problem.carried(np.array([0.0, dt])), axis=0)[0] / dt)
 
 
-def own_yield(contacts: Sequence[Contact], striker: Body, dt: float) -> Array:
+def find_own_yield(contacts: Sequence[Contact], striker: Body, dt: float) -> Array:
     """Return `ContactRecord.own` (2, p) of some contacts of a striker for steps of ``dt`` [s]; (2, 0) with a film."""
     if any(contact.film is not None for contact in contacts):
         return np.zeros((2, 0))

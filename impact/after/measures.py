@@ -17,7 +17,7 @@ from impact.after.histories import MERGE as MERGE
 from impact.after.histories import MOVING_AVERAGE, Window, averaged, largest_average, transform
 from impact.after.histories import closed_steps as closed_steps
 from impact.after.histories import merged as merged
-from impact.after.result import ImpactResult, of_contacts
+from impact.after.result import ImpactResult, select_contacts
 from impact.greens.base import Array
 
 ONLY: Final = -1
@@ -47,7 +47,7 @@ def of_contact(result: ImpactResult, contact: int) -> ImpactResult:
     contact = 0 if contact == ONLY else contact
     if not 0 <= contact < count:
         raise MeasureError(f"contact = {contact} must be 0 ... {count - 1}: this result has {count}")
-    return result if result.rows.force.ndim == 1 else of_contacts(result, contact)
+    return result if result.rows.force.ndim == 1 else select_contacts(result, contact)
 
 
 def impulse(result: ImpactResult, *, contact: int = ONLY) -> float:

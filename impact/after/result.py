@@ -75,7 +75,7 @@ class EnergyLedger:
         return error / largest if largest > NO_ENERGY else 0.0
 
 
-def pressed_in(problem: ContactProblem, force: Array, gap: Array) -> Array:
+def find_separation_work(problem: ContactProblem, force: Array, gap: Array) -> Array:
     """Return the (n + 1,) work [J] done in the first step to separate rigid bodies that overlap at t = 0."""
     out = np.zeros(len(gap))
     if len(force) and not problem.preload:
@@ -107,7 +107,7 @@ def ledger(
             pushed = pushed - film[part]
         lost[after] = np.sum(-pushed * opened, axis=1) - np.diff(potential[now])
     of_films = np.cumsum(by_films)
-    pressed = pressed_in(problem, force[:1] - film[:1] if film.size else force[:1], gap)
+    pressed = find_separation_work(problem, force[:1] - film[:1] if film.size else force[:1], gap)
     loss = np.cumsum(lost) + pressed
     stored_at_start = sum(float(m.stored[0]) for m in motions) + float(potential[0])
     names = ("striker", *(["target"] * (len(motions) - 1)))
@@ -253,12 +253,12 @@ class ImpactResult(AtEqualSteps):
     def to_dataframe(self) -> pandas.DataFrame:
         """Return the histories by time [SI], a row a step; raises `impact.names.FrameError` without pandas."""
         rows = self.rows
-        of_contacts = {"force_N": rows.force, **{f"{name}_m": np.asarray(getattr(rows, name)) for name in _WAYS}}
+        histories = {"force_N": rows.force, **{f"{name}_m": np.asarray(getattr(rows, name)) for name in _WAYS}}
         energies = {f"energy_{name}_J": getattr(rows.energy, name) for name in _TERMS}
-        return frame_of({"time_s": rows.time, **of_contacts, **energies}, "time_s")
+        return frame_of({"time_s": rows.time, **histories, **energies}, "time_s")
 
 
-def of_contacts(result: ImpactResult, which: int | slice) -> ImpactResult:
+def select_contacts(result: ImpactResult, which: int | slice) -> ImpactResult:
     """Return the result with one of several contacts, histories (n + 1,), or a range; energies remain those of all."""
     rows = result.rows
     known = {name: getattr(rows, name) for name in ("force", *_WAYS, "film")}
@@ -266,7 +266,7 @@ def of_contacts(result: ImpactResult, which: int | slice) -> ImpactResult:
     return replace(result, rows=replace(rows, **columns))
 
 
-def as_one(result: ImpactResult, shares: Array) -> ImpactResult:
+def join_contacts(result: ImpactResult, shares: Array) -> ImpactResult:
     """Return p contacts of one face as one: summed forces, mean motions weighted by the (p,) area fractions."""
     rows = result.rows
     if rows.force.ndim == 1:

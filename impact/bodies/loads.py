@@ -301,7 +301,7 @@ def on_springs(body: Body, shapes: Array, stiffness: ArrayLike) -> SprungBody:
     )
 
 
-def own_coordinates(body: Body, coordinates: Array) -> Array:
+def find_own_coordinates(body: Body, coordinates: Array) -> Array:
     """Return the (n, M) modal ``coordinates`` [m sqrt(kg)] of a body transformed to its modes without springs."""
     return coordinates @ body.springs.basis.T if isinstance(body, SprungBody) else coordinates
 

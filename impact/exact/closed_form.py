@@ -120,7 +120,7 @@ def reflect(sent: Array, reflection: float, steps: int) -> Array:
     return outgoing
 
 
-def on_rod(at: float) -> float:
+def check_on_rod(at: float) -> float:
     """Return a position x/l on a rod; raises `GreensFunctionError` for one off it."""
     if not 0.0 <= at <= 1.0:
         raise GreensFunctionError(f"at = {at:g} is off the rod, 0 (contact) ... 1 (far end)")

@@ -270,7 +270,7 @@ def _with_unit(head: Head, cell: str) -> Head:
     return Head(f"{head.name} [{both}]", head.name, both) if unit else head
 
 
-def needed_csv(path: str | os.PathLike[str], error: type[Exception], like: str, delimiter: str) -> CsvTable:
+def read_needed_csv(path: str | os.PathLike[str], error: type[Exception], like: str, delimiter: str) -> CsvTable:
     """Return the table in a file as `read_csv`; raises ``error`` if the file is missing or empty, too."""
     if not Path(path).exists():
         raise error(f"{path}: no such file; check the path")

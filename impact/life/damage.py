@@ -84,13 +84,13 @@ def rainflow(history: ArrayLike, *, repeated: bool = True) -> Cycles:
     Source: ASTM E1049-85, 5.4.4 (simple) and 5.4.5 (repeating histories), by the package `rainflow`.
     """
     if repeated:
-        return Cycles(*counted(from_peak(history)))
+        return Cycles(*count_cycles(from_peak(history)))
     cycles = [cycle[:3] for cycle in extract_cycles(reversals(history))]
     ranges, means, counts = np.array(cycles, dtype=float).reshape(-1, 3).T
     return Cycles(ranges, means, counts)
 
 
-def counted(points: Array) -> tuple[Array, Array, Array]:
+def count_cycles(points: Array) -> tuple[Array, Array, Array]:
     """Return the ranges, means and counts of the cycles of turning points that begin and end at the highest one.
 
     The rule of the package `rainflow` in a compiled loop, some hundred times as fast: maps have millions of points.

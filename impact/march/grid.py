@@ -170,7 +170,7 @@ def blocks(steps: int, size: int = BLOCK) -> Iterator[slice]:
 FOLLOW: Final = 32  # steps during which a load that depends on the opening keeps its value at their middle
 
 
-def foreseen(opening: Array) -> tuple[NDArray[np.int64], Array]:
+def foresee_openings(opening: Array) -> tuple[NDArray[np.int64], Array]:
     """Return the steps after which loads are updated, and the mean opening [m] that `impact.ContactStepper`
     extrapolates then for `FOLLOW` steps, from the ``opening`` (n + 1,)."""
     first = np.arange(0, len(opening) - 1, FOLLOW)

@@ -74,7 +74,7 @@ class PortForces:
         return self.directions @ self.force[:, part] if self._are_turned else self.force[:, part]
 
 
-def mid_steps(dt: float, n: int) -> Array:
+def find_middle_times(dt: float, n: int) -> Array:
     """Return the (n,) times in the middle of the steps, at which loads are taken [s]."""
     return np.asarray(dt * (np.arange(n) + 0.5), dtype=np.float64)
 
@@ -104,7 +104,7 @@ class Discrete:
     def from_body(body: Body, dt: float, n: int) -> Discrete:
         """Return ``body`` over ``n`` steps of ``dt``, starting from its initial state."""
         body.greens.check_length(dt, n)
-        loads = body.load_amplitudes(mid_steps(dt, n))
+        loads = body.load_amplitudes(find_middle_times(dt, n))
         if not np.all(np.isfinite(loads)):
             raise GreensFunctionError(f"the amplitudes of a load must be finite, {np.sum(~np.isfinite(loads))} are not")
         ports = len(body.greens.ports)

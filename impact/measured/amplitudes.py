@@ -21,7 +21,7 @@ from impact.greens.modal import ModalGreens, Residual
 from impact.greens.poles import PoleGreens
 from impact.measured import vector_fitting
 from impact.measured.passivity import positive_part
-from impact.measured.vector_fitting import Lines, Poles, fitted_poles, left_over, refined, starting_poles
+from impact.measured.vector_fitting import Lines, Poles, converge_poles, find_misfit, refined, starting_poles
 
 _ROUNDS = 12
 _MARGIN = 1e-4  # eigenvalue to which each violation is raised, over the sum of the sizes of the terms
@@ -75,7 +75,7 @@ def signed_terms(matrix: Array, smallest: float = 1e-9) -> list[tuple[float, Arr
     return [(float(np.sign(v)), np.sqrt(abs(v)) * x) for v, x in zip(values, vectors.T, strict=True) if abs(v) > limit]
 
 
-def made_passive(residues: Residues, port_names: tuple[str, ...], s: ComplexArray, weights: Array) -> Residues | None:
+def make_passive(residues: Residues, port_names: tuple[str, ...], s: ComplexArray, weights: Array) -> Residues | None:
     """Return the nearest passive function with the same poles, or ``None`` if it is not found in `_ROUNDS` rounds.
 
     Minimises the weighted squares of the change of G on the lines ``s`` under v' Re[iw G(iw)] v >= 0 for the
@@ -316,9 +316,9 @@ def choose_poles(data: FitData, floor: Array, most: int) -> tuple[Poles, tuple[C
     best, least, idle_rounds = Poles(np.zeros(0, dtype=complex), np.zeros(0)), np.inf, 0
     tried = list[Candidate]()
     for _ in range(_MOST_ROUNDS):
-        poles = within(data.s, fitted_poles(lines, poles))
+        poles = within(data.s, converge_poles(lines, poles))
         poles = within(data.s, refined(lines, poles))
-        cost = criterion(data, left_over(lines, poles), poles)
+        cost = criterion(data, find_misfit(lines, poles), poles)
         tried.append(Candidate(poles, cost))
         idle_rounds = 0 if cost < least else idle_rounds + 1
         best, least = (poles, cost) if cost < least else (best, least)
@@ -377,10 +377,10 @@ def _without_idle(data: FitData, lines: Lines, poles: Poles, cost: float) -> lis
             break
         fewer = [Poles(np.delete(poles.pairs, k), poles.rates) for k in range(len(poles.pairs))]
         fewer += [Poles(poles.pairs, np.delete(poles.rates, k)) for k in range(len(poles.rates))]
-        costs = [criterion(data, left_over(lines, each), each) for each in fewer]
+        costs = [criterion(data, find_misfit(lines, each), each) for each in fewer]
         least = int(np.argmin(costs))
         moved = within(data.s, refined(lines, fewer[least]))
-        new = criterion(data, left_over(lines, moved), moved)
+        new = criterion(data, find_misfit(lines, moved), moved)
         if new >= cost:
             break
         poles, cost = moved, new

@@ -20,7 +20,7 @@ import scipy
 from numpy.typing import ArrayLike
 
 from impact.bodies.time_series import NOTHING_STATED, SECONDS, Stated
-from impact.files.csv_table import CsvTable, needed_csv, normal_unit
+from impact.files.csv_table import CsvTable, normal_unit, read_needed_csv
 from impact.greens.base import Array, ComplexArray, GreensFunction, GreensFunctionError
 from impact.greens.sampled import Pretrigger, SampledGreens, Tail
 from impact.measured.passivity import passivity
@@ -55,7 +55,7 @@ def read_impulse_response(
         GreensFunctionError: what `SampledGreens.from_series` refuses, no CSV text, a header without quantity and unit,
             other numbers of columns, a cell that is no number; the message names the file.
     """
-    table = needed_csv(path, GreensFunctionError, _LIKE_IMPULSE, delimiter)
+    table = read_needed_csv(path, GreensFunctionError, _LIKE_IMPULSE, delimiter)
     known = {"time": SECONDS, "impulse_response": _UNITS}
     samples, factors = table.quantities(known, columns, units)
     time, values = samples.T * factors[:, None]
@@ -360,7 +360,7 @@ def read_frf(
         FrequencyResponseError: no such file, no CSV text, a header without quantities and units, a cell that is not a
             number, values that `FrequencyResponse` refuses.
     """
-    table = needed_csv(path, FrequencyResponseError, _LIKE.removeprefix("must be like "), delimiter)
+    table = read_needed_csv(path, FrequencyResponseError, _LIKE.removeprefix("must be like "), delimiter)
     if unknown := sorted({*columns} - {*_ROLES}) + sorted({*units} - {"frequency", "response", "phase"}):
         roles = f"columns has {', '.join(_ROLES)}, units has frequency, response and phase"
         raise FrequencyResponseError(f"{table.path}: {unknown[0]!r} is no role: {roles}: remove it")
@@ -442,7 +442,7 @@ def response_units(kind: Kind) -> dict[str, float]:
     return scales | ({f"g/{f}": 9.80665 / n for f, n in _FORCES.items()} | _MASSES if kind == "accelerance" else {})
 
 
-def of_impulse_response(greens: SampledGreens, *, highest: float = 0.0) -> FrequencyResponse:
+def transform_impulse_response(greens: SampledGreens, *, highest: float = 0.0) -> FrequencyResponse:
     """Return the Laplace transform of the samples, linear in between, at s = shift + 2 pi i f.
 
     The shift lets the record decay to 1e-3 at its end (rms of the last tenth over the largest |g|), so that poles
@@ -464,7 +464,7 @@ def of_impulse_response(greens: SampledGreens, *, highest: float = 0.0) -> Frequ
     return FrequencyResponse(f[used], g[:, :, used].transpose(2, 0, 1), greens.port_names, shift, dict(greens.origin))
 
 
-def moves_away(response: FrequencyResponse) -> bool:
+def is_moving_away(response: FrequencyResponse) -> bool:
     """Return whether the lowest lines (an octave, five at least) fall faster than f^-1.5: a free body, -1/(m w^2)."""
     f, size = response.frequency, np.linalg.norm(response.receptance, axis=(1, 2))
     low = f <= max(2 * f[0], f[4])
@@ -483,7 +483,7 @@ def causality_defect(response: FrequencyResponse) -> float:
     if f[0] > 0.1 * f[-1]:
         return math.nan
     grid = spacing * np.arange(int(f[-1] / spacing) + 2)
-    order = 2 if moves_away(response) else 1
+    order = 2 if is_moving_away(response) else 1
     spectrum = np.zeros((len(grid), *response.receptance.shape[1:]), dtype=complex)
     for i, j in np.ndindex(*spectrum.shape[1:]):
         values = response.receptance[:, i, j] * (2j * np.pi * f) ** order

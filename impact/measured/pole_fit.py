@@ -14,8 +14,8 @@ from impact.greens.oscillator import hann
 from impact.greens.poles import PoleGreens
 from impact.greens.sampled import SampledGreens
 from impact.measured import amplitudes, frf
-from impact.measured.amplitudes import FitData, free_residues, least_squares, made_passive, modal_fit, response_of
-from impact.measured.vector_fitting import Poles, basis, left_over, pole_passivity, refined
+from impact.measured.amplitudes import FitData, free_residues, least_squares, make_passive, modal_fit, response_of
+from impact.measured.vector_fitting import Poles, basis, find_misfit, pole_passivity, refined
 from impact.quantities import finite_or_none
 
 Form = Literal["auto", "modal", "complex"]
@@ -169,7 +169,7 @@ def fit_impulse_response(
     removed from the poles. ``highest``: band [Hz], 0: 0.25/dt. ``free``: by default, whether its tail rule is
     "rigid"."""
     free = greens.tail == "rigid" if free is None else free
-    response = frf.of_impulse_response(greens, highest=highest)
+    response = frf.transform_impulse_response(greens, highest=highest)
     fit = fit_poles(response, tolerance=tolerance, form=form, free=free, most_pairs=most_pairs)
     n, width = greens.values.shape[2], float(2 / response.frequency[-1])
     t: Array = greens.dt * np.arange(n, dtype=np.float64)
@@ -228,7 +228,7 @@ def _with_residual_terms(data: FitData, poles: Poles, free: bool | None) -> list
     if not (_is_free(data, poles) if free is None else free):
         data = replace(data, free=False)
     all_terms = data.lines(amplitudes.residual_terms(data.s))
-    if 2 * left_over(data.lines(data.fixed), poles) - 2 * left_over(all_terms, poles) > _SURE:
+    if 2 * find_misfit(data.lines(data.fixed), poles) - 2 * find_misfit(all_terms, poles) > _SURE:
         zeta = np.median(-poles.pairs.real / np.abs(poles.pairs)) if len(poles.pairs) else 0.02
         return _with_modes_beyond(data, poles, float(np.clip(zeta, 0.002, 0.05)))
     return [_moved_together(data, poles)]
@@ -249,7 +249,7 @@ def _moved_together(data: FitData, poles: Poles, iterations: int = 6) -> tuple[F
 def _is_free(data: FitData, poles: Poles) -> bool:
     """Return whether a mass line is significant, and dominates the response at some lines."""
     s, terms = data.s, amplitudes.residual_terms(data.s)
-    if 2 * left_over(data.lines(terms[:, :-1]), poles) - 2 * left_over(data.lines(terms), poles) < _SURE:
+    if 2 * find_misfit(data.lines(terms[:, :-1]), poles) - 2 * find_misfit(data.lines(terms), poles) < _SURE:
         return False
     columns = np.concatenate([basis(s, poles), terms], axis=1)
     shares = least_squares(columns, data.elements[:, :, None], data.weights)[:, :, 0]
@@ -269,11 +269,11 @@ def _with_modes_beyond(data: FitData, poles: Poles, zeta: float) -> list[tuple[F
     for _ in range(_MOST_BEYOND):
         last, _ = candidates[-1]  # its poles may be distorted by missing modes above
         trials = [replace(last, above=(*last.above, complex(w * turn))) for w in places]
-        place = min(trials, key=lambda each: left_over(data.lines(each.fixed), poles))
+        place = min(trials, key=lambda each: find_misfit(data.lines(each.fixed), poles))
         candidates.append(_moved_together(place, poles))
 
     everywhere = [moved.with_beyond(inside) for moved, inside in candidates]
-    costs = [amplitudes.criterion(data, left_over(data.lines(data.extra), each), each) for each in everywhere]
+    costs = [amplitudes.criterion(data, find_misfit(data.lines(data.extra), each), each) for each in everywhere]
     best = int(np.argmin(costs))
     alike = [one for k, one in enumerate(candidates) if k > best or (k < best and costs[k] - costs[best] < _SURE)]
     return [candidates[best], *alike]
@@ -294,7 +294,7 @@ def _chosen(data: FitData, poles: Poles, form: Form, floor: Array) -> tuple[Fitt
     misfit = float(np.sum(_squares(data, response_of(freely, data.s) - data.g)))
     if real is not None and real[0] <= amplitudes.criterion(data, misfit, poles):
         return real[1], False
-    passive = made_passive(freely, data.port_names, data.s, data.weights)
+    passive = make_passive(freely, data.port_names, data.s, data.weights)
     if passive is None:
         if real is None:
             raise frf.FrequencyResponseError(
@@ -347,7 +347,7 @@ def _drawn(data: FitData, poles: Poles, fitted: Fitted, complex_form: bool, nois
         passive = None
         if complex_form:
             together = free_residues(drawn, drawn.with_beyond(moved))
-            passive = made_passive(together, data.port_names, data.s, data.weights)
+            passive = make_passive(together, data.port_names, data.s, data.weights)
         modal = _LEAN if response.shape[1] > 1 else 1e-9
         fits.append(modal_fit(drawn, moved, modal) if passive is None else passive.greens(data.port_names))
     return fits

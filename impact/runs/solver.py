@@ -44,9 +44,9 @@ from impact.runs.variations import (
     Variation,
     budget_of,
     changes,
-    narrower,
-    of_g,
+    narrow_body,
     times,
+    vary_greens,
     with_body,
 )
 
@@ -111,12 +111,12 @@ def measure_horizon(
     first = march(problem, dt, duration).rows
     groups = (measured.merged(first.time[measured.closed_steps(each[1:])]) for each in first.solid.T)
     starts = sorted({round(start / dt) for each in groups for start in each[:, 0]})
-    twin, shift = twin_of(problem, first.gap, perturbation)
+    twin, shift = make_twin(problem, first.gap, perturbation)
     other = march(twin, dt, duration, like=first).rows
     return Horizon(growth_of_difference(first, other, starts, shift), perturbation)
 
 
-def twin_of(problem: ContactProblem, gap: Array, perturbation: float) -> tuple[ContactProblem, float]:
+def make_twin(problem: ContactProblem, gap: Array, perturbation: float) -> tuple[ContactProblem, float]:
     """Return the problem with wider gaps, and the widening [m]; ``gap``: gaps (n + 1, p) of the run [m].
 
     Raises:
@@ -126,10 +126,10 @@ def twin_of(problem: ContactProblem, gap: Array, perturbation: float) -> tuple[C
     if not largest > 0 or not math.isfinite(largest):
         raise ContactError("the bodies never part: a history without a flight has no horizon; let them part")
     shift = perturbation * largest
-    return with_wider_gaps(problem, shift), shift
+    return widen_gaps(problem, shift), shift
 
 
-def with_wider_gaps(problem: ContactProblem, shift: float) -> ContactProblem:
+def widen_gaps(problem: ContactProblem, shift: float) -> ContactProblem:
     """Return a problem whose gaps are all wider by ``shift`` [m]."""
     wider = tuple(replace(contact, gap=contact.gap + shift) for contact in problem.contacts)
     return replace(problem, contacts=wider)
@@ -420,14 +420,14 @@ def _sources(problem: ContactProblem, coarser: Mapping[str, Coarser]) -> Iterato
                     other = Body(other.greens, body.velocity, body.state, body.loads)
                 yield f"{name} {part}", ((Variation(with_body(problem, body, other), 1 / (companion.ratio - 1)),),)
             elif part == "mesh":
-                yield f"{name} mesh", of_g(problem, body, stated)
+                yield f"{name} mesh", vary_greens(problem, body, stated)
             else:
                 yield f"{name} reduction", _reduced(problem, body, stated)
 
 
 def _reduced(problem: ContactProblem, body: Body, stated: float | None) -> Terms | None:
     """Return the variations by the stated error of g and, if modes can be removed, without the highest modes."""
-    terms = of_g(problem, body, stated)
-    fewer = [] if stated == 0.0 else [(narrower(body, ratio), 1 / (ratio - 1)) for ratio in RATIOS]
+    terms = vary_greens(problem, body, stated)
+    fewer = [] if stated == 0.0 else [(narrow_body(body, ratio), 1 / (ratio - 1)) for ratio in RATIOS]
     variations = tuple(Variation(with_body(problem, body, less), weight) for less, weight in fewer if less is not None)
     return (*(terms or ()), variations) if variations else terms

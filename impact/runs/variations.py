@@ -204,14 +204,14 @@ def with_body(problem: ContactProblem, old: Body, new: Body) -> ContactProblem:
     return replace(problem, striker=new if problem.striker is old else problem.striker, contacts=contacts)
 
 
-def of_g(problem: ContactProblem, body: Body, error: float | None) -> Terms | None:
+def vary_greens(problem: ContactProblem, body: Body, error: float | None) -> Terms | None:
     """Return the variation with a body's g larger by its relative error; ``None`` if that is unknown."""
     if error is None:
         return None
-    return ((Variation(with_body(problem, body, enlarged(body, 1 + error))),),) if error else ()
+    return ((Variation(with_body(problem, body, enlarge_greens(body, 1 + error))),),) if error else ()
 
 
-def enlarged(body: Body, factor: float) -> Body:
+def enlarge_greens(body: Body, factor: float) -> Body:
     """Return the body with g multiplied by ``factor``; a modal body keeps its mass and its motion without contact."""
     g = body.greens.modal
     if g is None:
@@ -221,7 +221,7 @@ def enlarged(body: Body, factor: float) -> Body:
     return body.in_modes(replace(g, shapes=root[:, None] * g.shapes, residual=residual), lambda values: values / root)
 
 
-def narrower(body: Body, ratio: float = NARROWER) -> Body | None:
+def narrow_body(body: Body, ratio: float = NARROWER) -> Body | None:
     """Return the body with the modes above its highest frequency over ``ratio`` moved to its residual; ``None`` if no
     modes remain."""
     g = body.greens.modal
@@ -229,7 +229,7 @@ def narrower(body: Body, ratio: float = NARROWER) -> Body | None:
         return None
     highest = float(g.omega.max()) / (2 * np.pi) / ratio
     kept = g.omega <= 2 * np.pi * highest
-    return body.in_modes(narrowed(g, highest), lambda values: values[kept]) if np.any(kept) else None
+    return body.in_modes(narrow_greens(g, highest), lambda values: values[kept]) if np.any(kept) else None
 
 
 def ringing_on(body: Body, ratio: float = 1.0, band: float = 0.0, octaves: int = 0) -> Body | None:
@@ -267,7 +267,7 @@ def ringing_on(body: Body, ratio: float = 1.0, band: float = 0.0, octaves: int =
     return body.in_modes(ringing, lambda values: np.concatenate([values, np.zeros(len(omega))]))
 
 
-def narrowed(greens: ModalGreens, bandwidth: float) -> ModalGreens:
+def narrow_greens(greens: ModalGreens, bandwidth: float) -> ModalGreens:
     """Return ``greens`` with the modes above ``bandwidth`` [Hz] in the residual: the same statics, the same g(0+)."""
     kept = greens.omega <= 2 * np.pi * bandwidth
     dropped = greens.shapes[~kept] / greens.omega[~kept, None]

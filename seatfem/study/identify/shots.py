@@ -259,7 +259,7 @@ class Model:
             self._kernels[place] = like = motion.Discrete.from_body(body, dt, n)
         if like.body is body:
             return like
-        return replace(like, body=body, loads=body.load_amplitudes(motion.mid_steps(dt, n)))
+        return replace(like, body=body, loads=body.load_amplitudes(motion.find_middle_times(dt, n)))
 
     def _check(self, scene: Scene, shot: Shot) -> None:
         """Raise `SceneError` for records that the shot's scene cannot produce."""

@@ -20,8 +20,8 @@ from impact.after.landings import (
     Stored,
     closing_speeds,
     find_landings,
+    find_own_yield,
     hardest,
-    own_yield,
     pressed_on,
     restitutions,
 )
@@ -29,7 +29,7 @@ from impact.after.loads import StaticLoad, static_load
 from impact.after.result import ImpactResult
 from impact.greens.base import Array
 from impact.march.grid import TimeGrid
-from impact.march.motion import Discrete, PortForces, mid_steps
+from impact.march.motion import Discrete, PortForces, find_middle_times
 from impact.march.problem import ContactProblem
 from impact.march.rows import MarchRun
 from impact.march.stepper import with_recorded_loads
@@ -91,7 +91,7 @@ def landings_of_result(problem: ContactProblem, result: ImpactResult, width: flo
     def stored(numbers: Sequence[int]) -> Array:
         return np.asarray(rows.energy.striker[np.searchsorted(rows.ends, numbers)])
 
-    return march.landings(load, stored, striker.load_amplitudes(mid_steps(result.dt, steps)))
+    return march.landings(load, stored, striker.load_amplitudes(find_middle_times(result.dt, steps)))
 
 
 def landings_of_march(run: MarchRun, width: float, load: StaticLoad | None = None, *, rebound: bool = True) -> Landings:
@@ -118,7 +118,7 @@ def landings_of_one_contact(problem: ContactProblem, force: Array, gap: Array, d
     Loads must not depend on the opening; ``width``: width of the filter [s].
     """
     n = len(force) - 1
-    pushed = problem.striker.load_amplitudes(mid_steps(dt, n))
+    pushed = problem.striker.load_amplitudes(find_middle_times(dt, n))
 
     grid = TimeGrid.of_equal_steps(dt, n)
 
@@ -185,7 +185,7 @@ class _March:
             static=load.course(time, stopper=stopper),
             width=max(self.width, dt),
             closing=closing_speeds(self.problem, dt)[face],
-            own=own_yield(self.problem.contacts[face], self.problem.striker, dt),
+            own=find_own_yield(self.problem.contacts[face], self.problem.striker, dt),
         )
 
 

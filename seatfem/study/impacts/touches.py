@@ -13,7 +13,7 @@ import impact
 from impact import measures
 from impact.after import histories
 from impact.after.landings import pair_landings
-from impact.after.result import ImpactResult, as_one, of_contacts
+from impact.after.result import ImpactResult, join_contacts, select_contacts
 from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunction
 from impact.march.motion import PortForces, mean_displacement
@@ -68,13 +68,13 @@ def taken_apart(
     of_seat = seat_contacts(problem)
     stopper = on_stopper = None
     if geometry.stopper is not None:
-        above, parts_above = of_contacts(result, slice(of_seat, None)), geometry.stopper.parts
-        stopper, on_stopper = as_one(above, parts_above.shares), None if parts_above == Division() else above
+        above, parts_above = select_contacts(result, slice(of_seat, None)), geometry.stopper.parts
+        stopper, on_stopper = join_contacts(above, parts_above.shares), None if parts_above == Division() else above
     if of_seat == 1:
         return Touches(measures.of_contact(result, 0), stopper=stopper, stopper_parts=on_stopper, landings=landings)
-    parts = of_contacts(result, slice(of_seat))
+    parts = select_contacts(result, slice(of_seat))
     line = geometry.line(division, parts.rows.force, parts.rows, parts.rows.film)
-    seat = as_one(parts, division.shares)
+    seat = join_contacts(parts, division.shares)
     mass = _mass_that_moves(problem, np.asarray(parts.rows.spans @ parts.rows.force[1:]), division.shares)
     return Touches(replace(seat, striker_mass=mass or seat.striker_mass), parts, stopper, line, on_stopper, landings)
 

@@ -10,7 +10,7 @@ import impact
 from impact.greens.base import GreensFunction
 from impact.greens.modal import Residual
 from impact.quantities import percent
-from impact.runs.variations import NARROWER, STATIC_SHARE, Terms, narrowed, ringing_on
+from impact.runs.variations import NARROWER, STATIC_SHARE, Terms, narrow_greens, ringing_on
 from seatfem.structures.kinds import Structure
 from seatfem.structures.method import ARC_ERROR, Method
 from seatfem.structures.patch import PATCH_ORDER, Patch, Sizes, mesh_error, sizes_for
@@ -169,11 +169,13 @@ class Bandwidth(Ladder):
                 return ()
             highest = float(modal.frequencies_hz.max())
             if not run.method.seat.in_arcs:
-                return ((run.with_greens("seat", narrowed(modal, highest / NARROWER)),),)
+                return ((run.with_greens("seat", narrow_greens(modal, highest / NARROWER)),),)
             ratios = (NARROWER, NARROWER**2)
             of_statics = run.with_larger_g("seat", min(solved.greens.error_estimate.reduction, ARC_ERROR)) or ()
             return (
-                tuple(run.with_greens("seat", narrowed(modal, highest / r), 1 / (r**LIP_ORDER - 1)) for r in ratios),
+                tuple(
+                    run.with_greens("seat", narrow_greens(modal, highest / r), 1 / (r**LIP_ORDER - 1)) for r in ratios
+                ),
                 *of_statics,
             )
         scene = run.scene

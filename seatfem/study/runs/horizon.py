@@ -15,7 +15,7 @@ from impact.march.ladder import NO_STEPS
 from impact.march.problem import ContactProblem
 from impact.march.rows import MarchRun
 from impact.notices import Progress
-from impact.runs.solver import PERTURBATION, ROUND_OFF, Horizon, growth_of_difference, twin_of, with_wider_gaps
+from impact.runs.solver import PERTURBATION, ROUND_OFF, Horizon, growth_of_difference, make_twin, widen_gaps
 from seatfem import results
 from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.contact import marched
@@ -42,7 +42,7 @@ def horizon_keys(done: Round, progress: Progress) -> dict[str, object]:
     run = _march(done, problem)
     rows, landings = run.rows.of_gaps(), _landings(done, run)
     del run
-    twin, shift = twin_of(problem, rows.gap, PERTURBATION)
+    twin, shift = make_twin(problem, rows.gap, PERTURBATION)
     starts = [round(landing.start / done.result.dt) for landing in landings]
     horizon = Horizon(growth_of_difference(rows, _march(done, twin, rows).rows, starts, shift))
     known = horizon.known()
@@ -58,7 +58,7 @@ def horizon_keys(done: Round, progress: Progress) -> dict[str, object]:
     runs = [landings[known:]]
     for number in range(1, members):
         progress(STAGE, number / members)
-        wider = with_wider_gaps(problem, number * ROUND_OFF * shift / PERTURBATION)
+        wider = widen_gaps(problem, number * ROUND_OFF * shift / PERTURBATION)
         runs.append(_landings(done, _march(done, wider, rows))[known:])
     return keys | ensemble_keys(runs)
 
