@@ -10,7 +10,8 @@ import numpy as np
 from impact import notices
 from impact.after.histories import closed_steps, merged
 from impact.greens.base import Array
-from impact.march import laws
+from impact.march import laws, motion
+from impact.march import rows as march_rows
 from impact.march.grid import AtEqualSteps, TimeGrid, blocks
 from impact.march.problem import ContactError, ContactProblem
 from impact.names import frame_of
@@ -18,9 +19,6 @@ from impact.quantities import as_html, brief, cut, in_units, percent, some
 
 if TYPE_CHECKING:
     import pandas
-
-    from impact.march import motion
-    from impact.march.rows import Replayed
 
 _WAYS = ("gap", "striker_displacement", "target_displacement")
 _TERMS = ("input", "striker", "target", "contact", "dissipated")
@@ -134,8 +132,8 @@ class RunRows(TimeGrid):
 
     force: Array
     gap: Array
-    striker_displacement: Array | Replayed | None
-    target_displacement: Array | Replayed | None
+    striker_displacement: Array | march_rows.Replayed | None
+    target_displacement: Array | march_rows.Replayed | None
     energy: EnergyLedger
     film: Array = field(default_factory=lambda: NO_FILM)
 
