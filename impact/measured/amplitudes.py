@@ -20,6 +20,7 @@ from impact.greens.base import Array, ComplexArray
 from impact.greens.modal import ModalGreens, Residual
 from impact.greens.poles import PoleGreens
 from impact.measured import vector_fitting
+from impact.measured.frf import FrequencyResponseError
 from impact.measured.passivity import positive_part
 from impact.measured.vector_fitting import Lines, Poles, converge_poles, find_misfit, refined, starting_poles
 
@@ -75,8 +76,9 @@ def signed_terms(matrix: Array, smallest: float = 1e-9) -> list[tuple[float, Arr
     return [(float(np.sign(v)), np.sqrt(abs(v)) * x) for v, x in zip(values, vectors.T, strict=True) if abs(v) > limit]
 
 
-def make_passive(residues: Residues, port_names: tuple[str, ...], s: ComplexArray, weights: Array) -> Residues | None:
-    """Return the nearest passive function with the same poles, or ``None`` if it is not found in `_ROUNDS` rounds.
+def make_passive(residues: Residues, port_names: tuple[str, ...], s: ComplexArray, weights: Array) -> Residues:
+    """Return the nearest passive function with the same poles; raises `FrequencyResponseError` if it is not found in
+    `_ROUNDS` rounds.
 
     Minimises the weighted squares of the change of G on the lines ``s`` under v' Re[iw G(iw)] v >= 0 for the
     eigenvectors v of all violations so far: a quadratic programme, solved through its dual.
@@ -108,7 +110,7 @@ def make_passive(residues: Residues, port_names: tuple[str, ...], s: ComplexArra
                     )
                     goals.append(_MARGIN * float(size[0]) - float(value))
         if not rows:  # a violation is narrower than the grid
-            return None
+            break
         a, b = np.array(rows), np.array(goals)
         weight = np.array([1.0 + (i != j) for i, j in pairs_of_ports])
         inverse = np.stack(
@@ -121,7 +123,9 @@ def make_passive(residues: Residues, port_names: tuple[str, ...], s: ComplexArra
         multipliers = nnls(root.T, solve_triangular(root, b * size_of, lower=True))[0] * size_of
         residues = _moved(residues, np.einsum("env,v->en", inverse, multipliers), pairs_of_ports)
         goals = list(b - np.einsum("ven,en->v", a, np.einsum("env,v->en", inverse, multipliers)))
-    return None
+    raise FrequencyResponseError(
+        'the residues cannot be made passive by a small change: use form="modal", or fewer pole pairs'
+    )
 
 
 def _row(poles: vector_fitting.Poles, w: float) -> Array:

@@ -281,30 +281,34 @@ def _with_modes_beyond(data: FitData, poles: Poles, zeta: float) -> list[tuple[F
 
 def _chosen(data: FitData, poles: Poles, form: Form, floor: Array) -> tuple[Fitted, bool]:
     """Return the passive fit in the required form, and whether its residues are complex."""
-    real: tuple[float, Fitted] | None = None
-    if form != "complex":
-        whole, lean = (modal_fit(data, poles, smallest) for smallest in (1e-9, _LEAN))
-        lefts = [float(np.sum(_squares(data, modal.transfer(data.s) - data.g))) for modal in (whole, lean)]
-        misfit, modal = (lefts[1], lean) if lefts[1] <= 1.1 * lefts[0] else (lefts[0], whole)
-        real = (amplitudes.criterion(data, misfit, poles, "modal"), modal)
-        enough = np.mean(np.abs(modal.transfer(data.s) - data.g) ** 2 / floor[:, None, None] ** 2) <= 1
-        if form == "modal" or enough:
-            return modal, False
+    if form == "complex":
+        return _fit_complex(data, poles), True
+    whole, lean = (modal_fit(data, poles, smallest) for smallest in (1e-9, _LEAN))
+    lefts = [float(np.sum(_squares(data, modal.transfer(data.s) - data.g))) for modal in (whole, lean)]
+    misfit, modal = (lefts[1], lean) if lefts[1] <= 1.1 * lefts[0] else (lefts[0], whole)
+    cost = amplitudes.criterion(data, misfit, poles, "modal")
+    enough = np.mean(np.abs(modal.transfer(data.s) - data.g) ** 2 / floor[:, None, None] ** 2) <= 1
+    if form == "modal" or enough:
+        return modal, False
+
+    def is_worse(response: ComplexArray) -> bool:
+        misfit = float(np.sum(_squares(data, response - data.g)))
+        return cost <= amplitudes.criterion(data, misfit, poles)
+
     freely = free_residues(data, data.with_beyond(poles))
-    misfit = float(np.sum(_squares(data, response_of(freely, data.s) - data.g)))
-    if real is not None and real[0] <= amplitudes.criterion(data, misfit, poles):
-        return real[1], False
-    passive = make_passive(freely, data.port_names, data.s, data.weights)
-    if passive is None:
-        if real is None:
-            raise frf.FrequencyResponseError(
-                'the residues cannot be made passive by a small change: use form="modal", or fewer pole pairs'
-            )
-        return real[1], False
-    misfit = float(np.sum(_squares(data, response_of(passive, data.s) - data.g)))
-    if real is not None and real[0] <= amplitudes.criterion(data, misfit, poles):
-        return real[1], False
-    return passive.greens(data.port_names), True
+    if is_worse(response_of(freely, data.s)):
+        return modal, False
+    try:
+        passive = make_passive(freely, data.port_names, data.s, data.weights)
+    except frf.FrequencyResponseError:
+        return modal, False
+    return (modal, False) if is_worse(response_of(passive, data.s)) else (passive.greens(data.port_names), True)
+
+
+def _fit_complex(data: FitData, poles: Poles) -> PoleGreens:
+    """Return the passive fit with complex residues; raises as `make_passive`."""
+    freely = free_residues(data, data.with_beyond(poles))
+    return make_passive(freely, data.port_names, data.s, data.weights).greens(data.port_names)
 
 
 def _ranges_of(data: FitData, residual: ComplexArray) -> tuple[list[tuple[float, float]], float]:
@@ -339,17 +343,16 @@ def _drawn(data: FitData, poles: Poles, fitted: Fitted, complex_form: bool, nois
     """Return fits of the same order to the fit's own response with other noise."""
     rng = np.random.default_rng(_SEED)
     response, fits = fitted.transfer(data.s), list[Fitted]()
+    smallest = _LEAN if response.shape[1] > 1 else 1e-9
     for _ in range(count):
         error = rng.normal(size=response.shape) + 1j * rng.normal(size=response.shape)
         error = (error + error.transpose(0, 2, 1)) / 2 if response.shape[1] > 1 else error
         drawn = replace(data, g=response + noise[:, None, None] * error / np.sqrt(2))
         drawn, moved = _moved_together(drawn, poles, 3)
-        passive = None
-        if complex_form:
-            together = free_residues(drawn, drawn.with_beyond(moved))
-            passive = make_passive(together, data.port_names, data.s, data.weights)
-        modal = _LEAN if response.shape[1] > 1 else 1e-9
-        fits.append(modal_fit(drawn, moved, modal) if passive is None else passive.greens(data.port_names))
+        try:
+            fits.append(_fit_complex(drawn, moved) if complex_form else modal_fit(drawn, moved, smallest))
+        except frf.FrequencyResponseError:
+            fits.append(modal_fit(drawn, moved, smallest))
     return fits
 
 
