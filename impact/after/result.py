@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
@@ -142,7 +143,7 @@ class RunRows(TimeGrid):
     def __post_init__(self) -> None:
         object.__setattr__(self, "film", np.broadcast_to(self.film, self.force.shape))
 
-    @property
+    @cached_property
     def solid(self) -> Array:
         """Return the force >= 0 of solid contact [N]: ``force`` without the film's part."""
         return self.force - self.film if np.any(self.film) else self.force

@@ -47,8 +47,10 @@ def summarise(
     asked: LandingChoice = "hardest",
     *,
     driven: bool = False,
+    filmed: bool = False,
 ) -> dict[str, object]:
-    """Return the keys of the contact with the seat; values are ``None`` without contact, or for stress in a rigid mass.
+    """Return the keys of the contact with the seat, those of its film if it is ``filmed``; values are ``None`` without
+    contact, or for stress in a rigid mass.
 
     The restitution of a free striker follows from its impulses, unless a stopper threw it back, or it is ``driven``:
     loads or moving bases change its speed between contacts.
@@ -57,7 +59,7 @@ def summarise(
     raw, groups = measures.contact_intervals(result), measures.contact_groups(result)
     number, (start, end) = measures.hardest_group(result, filter_width)
     film: dict[str, object] = {}
-    if np.any(result.energy.film_loss):
+    if filmed:
         film = {
             "film_force_peak_N": measures.film_force_peak(result),
             "stiction_force_peak_N": measures.stiction_force_peak(result),
