@@ -88,6 +88,10 @@ class SampledGreens(StatedGreens):
                 "time zero, or set a first sample that is noise to zero"
             )
         static = np.reshape(np.asarray(self.static, dtype=float), (p, p) if np.size(self.static) else (0, 0))
+        if np.any(np.isnan(static)):
+            raise GreensFunctionError(
+                "static must hold the (p, p) static compliance, or be left out where it is unknown"
+            )
         for key, value in (("values", values), ("port_names", names), ("static", static)):
             object.__setattr__(self, key, value)
 

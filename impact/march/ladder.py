@@ -74,15 +74,17 @@ class Levels:
     __repr__ = brief
 
 
-def prepare_levels(discretised: Discretised) -> Levels | None:
-    """Return the levels of a problem; ``None`` where a body is not marched by poles, or a load acts on another than the
-    striker or depends on the opening."""
+def has_levels(discretised: Discretised) -> bool:
+    """Return whether all bodies are marched by poles, and all loads act on the striker whatever the opening."""
+    by_poles = all(discretised.plan.by_poles) and all(body.kernel.weights is None for body in discretised.bodies)
+    follows = any(load.follows for load in discretised.problem.striker.loads)
+    return by_poles and not follows and not any(body.loads.size for body in discretised.bodies[1:])
+
+
+def prepare_levels(discretised: Discretised) -> Levels:
+    """Return the levels of a problem that `has_levels`."""
     problem, bodies, steps = discretised.problem, discretised.bodies, discretised.steps
-    modal = [b.kernel.modal for b in bodies if b.kernel.modal is not None and b.kernel.weights is None]
-    if len(modal) < len(bodies) or not all(discretised.plan.by_poles) or any(b.loads.size for b in bodies[1:]):
-        return None
-    if any(load.follows for load in problem.striker.loads):
-        return None
+    modal = [body.kernel.modal for body in bodies if body.kernel.modal is not None]
     dt, contacts, turns = discretised.dt, len(discretised.rest), [problem.directions(b.body) for b in bodies]
     lengths = np.array([loop.RISE**j for j in range(HIGHEST + 1) if j == 0 or loop.RISE**j * FEWEST <= steps])
     poles = history.Poles.from_modes(list(zip(modal, turns, strict=True)), dt, contacts)
@@ -181,8 +183,8 @@ def begin_march(
     the problems alone.
     """
     is_worth_it = is_worthwhile(discretised.plan.seconds, discretised.steps * len(discretised.rest))
-    if is_worth_it and not equal_steps and (levels := prepare_levels(discretised)) is not None:
-        return LadderMarch(discretised, levels, like=like)
+    if is_worth_it and not equal_steps and has_levels(discretised):
+        return LadderMarch(discretised, prepare_levels(discretised), like=like)
     return ContactStepper(find_free_motion(discretised))
 
 

@@ -160,7 +160,6 @@ def test_flight_beyond_the_film_is_taken_in_long_steps() -> None:
     problem = impact.ContactProblem(striker, seat(1), film=thin)
     one = discretise(problem, 100e-9, 1.6e-3)
     levels = prepare_levels(one)
-    assert levels is not None
     run, equal = finish_march(LadderMarch(one, levels)), march(problem, 100e-9, 1.6e-3, equal_steps=True)
     for each in (run, equal):
         assert each.rows.film[each.rows.ends < 2000].max() == 0

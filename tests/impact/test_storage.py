@@ -297,7 +297,6 @@ def in_long_steps() -> impact.ImpactResult:
     reed = impact.cantilever_reed(**REED, damping_ratio=0.03, n_modes=7, tip_deflection=1e-4)
     one = discretise(impact.ContactProblem(reed, impact.spring(stiffness=1e6)), 1e-7, 2e-3)
     levels = prepare_levels(one)
-    assert levels is not None
     return collect(finish_march(LadderMarch(one, levels)))
 
 
