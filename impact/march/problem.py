@@ -105,7 +105,7 @@ class ContactProblem:
                 "gap, law, film and ports belong to each contact of the list: impact.Contact(target, gap=...)"
             )
         if target is not None:
-            contacts = (Contact(as_body(target), target_port, gap, law, 1, striker_port, film),)
+            contacts = (Contact(as_body(target), target_port, gap, law or SIGNORINI, 1, striker_port, film),)
         if len(contacts) > MOST_CONTACTS:
             raise ContactError(
                 f"{len(contacts)} contacts: at most {MOST_CONTACTS} are solved together, whose compliances with each "
