@@ -203,12 +203,14 @@ def find_own_yield(contacts: Sequence[Contact], striker: Body, dt: float) -> Arr
     """Return `ContactRecord.own` (2, p) of some contacts of a striker for steps of ``dt`` [s]; (2, 0) with a film."""
     if any(contact.film is not None for contact in contacts):
         return np.zeros((2, 0))
-    own = np.zeros((2, len(contacts)))
+    own, times = np.zeros((2, len(contacts))), np.array([dt / 2, dt])
+    responses: dict[int, Array] = {}  # by Green's function, as contacts share bodies
     for column, contact in enumerate(contacts):
         for body, port in ((striker, contact.striker_port), (contact.target, contact.port)):
             if isinstance(contact.law, Signorini):
-                number = body.greens.port_index(port)
-                own[:, column] += body.greens.step_response(np.array([dt / 2, dt]), number, number)
+                if id(body.greens) not in responses:
+                    responses[id(body.greens)] = body.greens.own_step_responses(times)
+                own[:, column] += responses[id(body.greens)][:, body.greens.port_index(port)]
     return own
 
 

@@ -258,6 +258,10 @@ class GreensFunction(ABC):
     def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
         """Return S_ij(t) = integral of g_ij from 0 to t, bare compliance included [m/N], shape of ``t`` [s]."""
 
+    def own_step_responses(self, t: Array) -> Array:
+        """Return the (n, p) step responses S_ii [m/N] of all ports i to forces on themselves at ``t`` (n,) [s]."""
+        return np.column_stack([self.step_response(t, i, i) for i in range(len(self.ports))])
+
     @abstractmethod
     def static_compliance(self) -> Array:
         """Return (p, p) displacement per unit constant force [m/N]; ``inf`` where a rigid-body motion is possible."""
@@ -468,6 +472,9 @@ class Combination(GreensFunction):
 
     def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
         return self._sum([part.step_response(t, i, j) for part in self.parts])
+
+    def own_step_responses(self, t: Array) -> Array:
+        return self._sum([part.own_step_responses(t) for part in self.parts])
 
     def static_compliance(self) -> Array:
         return self._sum([part.static_compliance() for part in self.parts])

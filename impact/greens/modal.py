@@ -269,14 +269,19 @@ class ModalGreens(PoleSums):
         counts = {"rigid-body modes": int(np.sum(self.omega == 0)), "relaxations": self.residual.rates.size}
         return self._terms(counts, "modes", self.frequencies_hz[self.omega > 0], self.zeta, self.residual.compliance)
 
+    def own_step_responses(self, t: Array) -> Array:
+        return self._weighted(t, self.shapes**2, self.residual.shapes**2, True) + np.diag(self.residual.compliance)
+
     def _values(self, t: Array, i: int, j: int, integrated: bool) -> Array:
+        modal, relaxing = (shapes[:, i] * shapes[:, j] for shapes in (self.shapes, self.residual.shapes))
+        return self._weighted(t, modal, relaxing, integrated)
+
+    def _weighted(self, t: Array, modal: Array, relaxing: Array, integrated: bool) -> Array:
+        """Return the sums of modes and relaxations with these weights at ``t``, without the compliance."""
         function = oscillator.step_response if integrated else oscillator.impulse_response
-        relax = self.residual.shapes[:, i] * self.residual.shapes[:, j]
         decay = -self.residual.rates * t[:, None]
         kernel = oscillator.expm1_over(decay) * t[:, None] if integrated else np.exp(decay)
-        return np.asarray(
-            function(t[:, None], self.omega, self.zeta) @ (self.shapes[:, i] * self.shapes[:, j]) + kernel @ relax
-        )
+        return np.asarray(function(t[:, None], self.omega, self.zeta) @ modal + kernel @ relaxing)
 
     def _compliance(self, i: int, j: int) -> float:
         return float(self.residual.compliance[i, j])

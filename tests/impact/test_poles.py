@@ -51,6 +51,12 @@ def test_modes_and_their_poles_are_the_same_function(ports: tuple[int, int]) -> 
     assert POLES.filtered_matrix(T, 3e-4)[ports] == pytest.approx(POLES.filtered(T, 3e-4, *ports), rel=1e-12)
 
 
+@pytest.mark.parametrize("greens", [MODAL, POLES, MODAL.scaled(2.0), impact.SumGreens((MODAL, POLES))])
+def test_own_step_responses_are_those_of_each_port(greens: GreensFunction) -> None:
+    each = [greens.step_response(T[4:], i, i) for i in range(2)]
+    assert greens.own_step_responses(T[4:]) == pytest.approx(np.transpose(each), rel=1e-12)
+
+
 def state_step(force_at: int = 0) -> tuple[np.ndarray, np.ndarray]:
     """Return the exact step of the non-proportional system for a constant force, by the matrix exponential."""
     a = np.block([[np.zeros((2, 2)), np.eye(2)], [-np.linalg.solve(M, K), -np.linalg.solve(M, C)]])
