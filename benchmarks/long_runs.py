@@ -41,7 +41,6 @@ def in_long_steps(problem: ContactProblem) -> MarchRun:
     """Return the run in steps of different lengths, whatever it takes."""
     one = discretise(problem, STEP, TURN, engine="poles")
     levels = prepare_levels(one)
-    assert levels is not None
     return finish_march(LadderMarch(one, levels))
 
 

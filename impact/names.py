@@ -11,8 +11,8 @@ from importlib import import_module
 from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
 from pathlib import Path
-from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from types import MappingProxyType, ModuleType
+from typing import TYPE_CHECKING, Any, Final
 
 from impact.late import import_now
 
@@ -20,8 +20,11 @@ if TYPE_CHECKING:
     import pandas
 
 
+NOTHING: Final[Mapping[str, str]] = MappingProxyType({})
+
+
 def lazy_names(
-    package: str, places: Mapping[str, str] | None = None, former: Mapping[str, str] | None = None
+    package: str, places: Mapping[str, str] = NOTHING, former: Mapping[str, str] = NOTHING
 ) -> Callable[[str], Any]:
     """Return the ``__getattr__`` of a package, which imports what a name stands for when it is asked for.
 
@@ -29,8 +32,8 @@ def lazy_names(
     ``places``: further names by the module that holds them, apart by blanks; a name that is the module's own is the
     module. ``former``: what was there once, and where it is now: the full name of a module, or "module:name" of a name.
     """
-    homes = {name: module for module, names in (places or {}).items() for name in names.split()}
-    moved = {f"{package}.{name}": place for name, place in (former or {}).items()}
+    homes = {name: module for module, names in places.items() for name in names.split()}
+    moved = {f"{package}.{name}": place for name, place in former.items()}
     if modules := {name: place for name, place in moved.items() if ":" not in place}:
         sys.meta_path.append(FormerModules(modules))
 
@@ -55,7 +58,7 @@ def lazy_names(
 
 
 def public_names(
-    package: str, file: str, former: Mapping[str, str] | None = None
+    package: str, file: str, former: Mapping[str, str] = NOTHING
 ) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
     """Return ``__getattr__``, ``__dir__`` and ``__all__`` of a package, whose names are the imports of its stub.
 
@@ -83,9 +86,8 @@ class FormerModules(MetaPathFinder, Loader):
         """Return how to load a former name; ``None`` of all others."""
         return ModuleSpec(fullname, self) if fullname in self.places else None
 
-    def create_module(self, spec: ModuleSpec) -> ModuleType | None:
+    def create_module(self, spec: ModuleSpec) -> None:
         """Leave it to Python."""
-        return None
 
     def exec_module(self, module: ModuleType) -> None:
         """Warn, and fill the module with what the present one holds."""

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final, NamedTuple
 
 import numpy as np
@@ -38,7 +38,7 @@ NEAR: Final = 0.25  # largest shift of a landing between two runs, over the time
 JUMP: Final = 0.125
 """Largest error of an opening at which the force jumps, in steps: where a rod's wave returns 3/2 - sqrt(2) = 0.09, and
 0.12 with the part of the first step (`tests/impact/test_times_of_contacts.py`)."""
-AT_ONCE: Final = 1e-6  # steps between touches that count as one
+TOGETHER: Final = 1e-6  # steps between touches that count as one
 FAINT: Final = 1e-3  # least averaged force of a landing, over the largest of the record
 
 
@@ -56,7 +56,7 @@ class ContactRecord:
         width: width of the filter, at least a step [s].
         closing: (p,) closing speeds at the start, before any contact [m/s].
         own: (2, p) displacements by a unit force after half a fine step and after a whole one [m/N], zeros under a law
-            that lets the bodies penetrate; ``None``: touches and openings are known to whole steps only.
+            that lets the bodies penetrate; (2, 0): touches and openings are known to whole steps only.
     """
 
     force: Array
@@ -67,7 +67,7 @@ class ContactRecord:
     static: Array
     width: float
     closing: Array
-    own: Array | None = None
+    own: Array = field(default_factory=lambda: np.zeros((2, 0)))
 
     __repr__ = brief
 
@@ -116,7 +116,7 @@ class Landing:
         restitution: coefficient of restitution (`restitutions`); ``None`` if unknown, or if the bodies do not part.
         to_touch, to_opening: time from ``start`` to the touch, and from ``end`` to the opening [s].
         is_resolved: whether touch and opening of this one unbroken contact are known to a part of a step.
-        at_once: numbers of all parts that touch first at once, ``part`` among them.
+        first_parts: numbers of all parts that touch first together, ``part`` among them.
     """
 
     start: float
@@ -135,7 +135,7 @@ class Landing:
     to_touch: float = 0.0
     to_opening: float = 0.0
     is_resolved: bool = False
-    at_once: tuple[int, ...] = ()
+    first_parts: tuple[int, ...] = ()
 
     @property
     def touch(self) -> float:
@@ -158,8 +158,9 @@ def find_landings(record: ContactRecord) -> tuple[Landing, ...]:
     if np.any(static):
         static = histories.averaged(record.static[1:], record.dt, record.width, histories.MOVING_AVERAGE)
     faint = FAINT * float(mean.max())
-    each = (_landing(record, mean, static, first, last, touch) for first, last, touch in groups)
-    return tuple(one for one in each if one is not None and one.excess_peak > max(BAND * one.static_load, faint))
+    pressed = (group for group in groups if np.any(mean[group[0] : group[1] + 1] > static[group[0] : group[1] + 1]))
+    each = (_landing(record, mean, static, *group) for group in pressed)
+    return tuple(one for one in each if one.excess_peak > max(BAND * one.static_load, faint))
 
 
 def hardest(landings: Sequence[Landing]) -> Landing | None:
@@ -198,10 +199,10 @@ def closing_speeds(problem: ContactProblem, dt: float) -> Array:
     return np.asarray(-opening - np.diff(problem.carried(np.array([0.0, dt])), axis=0)[0] / dt)
 
 
-def own_yield(contacts: Sequence[Contact], striker: Body, dt: float) -> Array | None:
-    """Return `ContactRecord.own` (2, p) of some contacts of a striker for steps of ``dt`` [s]; ``None`` with a film."""
+def find_own_yield(contacts: Sequence[Contact], striker: Body, dt: float) -> Array:
+    """Return `ContactRecord.own` (2, p) of some contacts of a striker for steps of ``dt`` [s]; (2, 0) with a film."""
     if any(contact.film is not None for contact in contacts):
-        return None
+        return np.zeros((2, 0))
     own, times = np.zeros((2, len(contacts))), np.array([dt / 2, dt])
     responses: dict[int, Array] = {}  # by Green's function, as contacts share bodies
     for column, contact in enumerate(contacts):
@@ -227,13 +228,13 @@ def _groups(record: ContactRecord) -> Iterator[tuple[int, int, _Touch]]:
 class _Touch(NamedTuple):
     """The part that touches first, its closing speed over the step before [m/s], and the time of its touch [s].
 
-    ``at_once``: all parts that touch at that time, of which it is the fastest.
+    ``first_parts``: all parts that touch at that time, of which it is the fastest.
     """
 
     part: int
     speed: float
     time: float
-    at_once: tuple[int, ...]
+    first_parts: tuple[int, ...]
 
 
 def _first_touch(record: ContactRecord, first: int) -> _Touch:
@@ -246,11 +247,13 @@ def _first_touch(record: ContactRecord, first: int) -> _Touch:
         before, now = record.grid.spread_motions(record.gap, first - 1, first)[:, touching]
         speeds = (before - now) / record.dt
     times = np.full(len(touching), record.dt * first)
-    if record.own is not None:
+    if record.own.size:
         times = np.array([_time_of_touch(record, row, int(part)) for part in touching])
-    at_once = times <= times.min() + AT_ONCE * record.dt
-    fastest = int(np.argmax(np.where(at_once, speeds, -np.inf)))
-    return _Touch(int(touching[fastest]), float(speeds[fastest]), float(times.min()), tuple(touching[at_once].tolist()))
+    together = times <= times.min() + TOGETHER * record.dt
+    fastest = int(np.argmax(np.where(together, speeds, -np.inf)))
+    return _Touch(
+        int(touching[fastest]), float(speeds[fastest]), float(times.min()), tuple(touching[together].tolist())
+    )
 
 
 def _time_of_touch(record: ContactRecord, row: int, part: int) -> float:
@@ -264,10 +267,10 @@ def _time_of_touch(record: ContactRecord, row: int, part: int) -> float:
 def _opening(record: ContactRecord, row: int, part: int) -> float:
     """Return the time at which a part opens after its last closed step, the number ``row`` [s]; nan where it is known
     to whole steps only."""
-    half, whole = (0.0, 0.0) if record.own is None else record.own[:, part]
+    half, whole = record.own[:, part] if record.own.size else (0.0, 0.0)
     if not whole and record.gap[row, part] > 0:  # the step ends beyond the opening
         row -= 1
-    if record.own is None or row + 2 > len(record.gap):
+    if not record.own.size or row + 2 > len(record.gap):
         return math.nan
     (start, end), (now, after) = record.dt * record.grid.ends[row : row + 2], record.gap[row : row + 2, part]
     depth, span = whole * record.solid[row, part] - now, end - start
@@ -276,19 +279,17 @@ def _opening(record: ContactRecord, row: int, part: int) -> float:
     return float(start - (span * (1 - half / whole) if whole else 0.0) + span * depth / (depth + after))
 
 
-def _landing(record: ContactRecord, mean: Array, static: Array, first: int, last: int, touch: _Touch) -> Landing | None:
+def _landing(record: ContactRecord, mean: Array, static: Array, first: int, last: int, touch: _Touch) -> Landing:
     """Return the landing of one contact from step ``first`` to before ``last``; means over the filter (n + 1,) [N]."""
     dt, reach = record.dt, max(1, round(record.width / (2 * record.dt)))
     above = mean - static
     peak = first + int(np.argmax(above[first : last + 1]))
-    if not above[peak] > 0:
-        return None
     whole = slice(first, last + 1)
     ends = [
         _calm_from(mean[whole], static[whole], peak - first, reach, band * BAND) for band in (1.0, 1 - DOUBT, 1 + DOUBT)
     ]
-    presses = ends[0] is not None
-    steps = [last - first if end is None else end for end in ends]
+    presses = ends[0] <= last - first
+    steps = [min(end, last - first) for end in ends]
     end = first + steps[0]
     opening = math.nan
     if not presses:
@@ -305,7 +306,7 @@ def _landing(record: ContactRecord, mean: Array, static: Array, first: int, last
         peak_time=dt * peak,
         part=touch.part,
         closing_speed=touch.speed,
-        at_once=touch.at_once,
+        first_parts=touch.first_parts,
         filtered_peak=largest,
         static_load=float(static[peak]),
         excess_peak=float(above[peak]) if static[peak] else largest,
@@ -319,11 +320,11 @@ def _landing(record: ContactRecord, mean: Array, static: Array, first: int, last
     )
 
 
-def _calm_from(mean: Array, static: Array, peak: int, reach: int, band: float) -> int | None:
+def _calm_from(mean: Array, static: Array, peak: int, reach: int, band: float) -> int:
     """Return the first step after the peak from which the mean stays within a ``band`` of the static load for one
-    contact time; ``None`` if there is none."""
+    contact time; the number of all steps if there is none."""
     if not np.any(static > 0):
-        return None
+        return len(mean)
     above = mean > (1 + BAND) * static
     before, after = np.flatnonzero(~above[:peak]), np.flatnonzero(~above[peak:])
     start = int(before[-1]) + 1 if before.size else 0
@@ -331,11 +332,11 @@ def _calm_from(mean: Array, static: Array, peak: int, reach: int, band: float) -
     contact_time = max(stop - start, 2 * reach)
     within = (np.abs(mean - static) <= band * static) & (static > 0)
     runs = histories.closed_steps(within[peak:])
-    return next((peak + int(first) for first, last in runs if last - first >= contact_time), None)
+    return next((peak + int(first) for first, last in runs if last - first >= contact_time), len(mean))
 
 
-Stored = Callable[[Sequence[int]], Array | None]
-"""Function that returns the striker's energy after given numbers of steps, which increase [J]; ``None`` if unknown."""
+Stored = Callable[[Sequence[int]], Array]
+"""Function that returns the striker's energy after given numbers of steps, which increase [J]; nan if unknown."""
 
 
 def restitutions(
@@ -363,10 +364,8 @@ def restitutions(
     steps = [(round(one.start / dt), min(round(one.end / dt) + 1, last)) for one in landings]
     if math.isinf(problem.striker.mass):
         numbers = sorted({step for pair in steps for step in pair})
-        if (energies := stored(numbers)) is None:
-            return (None,) * len(landings)
         known = np.zeros(last + 1)
-        known[numbers] = energies
+        known[numbers] = stored(numbers)
     else:
         known = _closing_speeds(problem, force, grid, loads, side)
     each: list[float | None] = []

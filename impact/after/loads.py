@@ -21,7 +21,7 @@ from impact.greens.modal import ModalGreens, Residual
 from impact.march import laws, motion
 from impact.march.loop.marches import active_set
 from impact.march.problem import Contact, ContactProblem
-from impact.march.stepper import held_course
+from impact.march.stepper import hold_course
 from impact.quantities import brief
 
 INSTANTS: Final = 4096  # most instants at which one contact or two are solved
@@ -166,7 +166,7 @@ def spring_displacements(body: Body, force: Array, dt: float, weights: Array | N
         held = body.load_amplitudes(np.zeros(1))[:, 0]
         discrete = replace(discrete, rest=np.append(pushes[:, 0], np.zeros(places)), rest_loads=held)
     padded = np.concatenate([pushes[:, 1:], np.zeros((places, n))])
-    return np.asarray(discrete.motion(padded).displacement[ports:])
+    return np.asarray(discrete.motion(motion.PortForces.at_ports(padded, dt)).displacement[ports:])
 
 
 def without_springs(body: Body, force: Array, dt: float) -> Body:
@@ -183,6 +183,6 @@ def without_springs(body: Body, force: Array, dt: float) -> Body:
     state = body.state and ModalState(springs.basis @ body.state.displacement, springs.basis @ body.state.velocity)
     loads = [replace(load, shape=springs.basis @ load.shape) for load in body.loads]
     loads += [
-        Load(springs.basis @ shape, held_course(pull, dt)) for shape, pull in zip(springs.shapes.T, pulls, strict=True)
+        Load(springs.basis @ shape, hold_course(pull, dt)) for shape, pull in zip(springs.shapes.T, pulls, strict=True)
     ]
     return Body(greens, state=state, loads=tuple(loads), base=body.base)

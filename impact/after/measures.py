@@ -9,6 +9,7 @@ raises `MeasureError` for a contact that the result does not have, or if it has 
 
 import math
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
@@ -16,8 +17,11 @@ from impact.after.histories import MERGE as MERGE
 from impact.after.histories import MOVING_AVERAGE, Window, averaged, largest_average, transform
 from impact.after.histories import closed_steps as closed_steps
 from impact.after.histories import merged as merged
-from impact.after.result import ImpactResult, of_contacts
+from impact.after.result import ImpactResult, select_contacts
 from impact.greens.base import Array
+
+ONLY: Final = -1
+"""Number of the contact of a result that has only one."""
 
 
 class MeasureError(ValueError):
@@ -32,21 +36,21 @@ class Work:
     target: float
 
 
-def of_contact(result: ImpactResult, contact: int | None) -> ImpactResult:
+def of_contact(result: ImpactResult, contact: int) -> ImpactResult:
     """Return the result with force, gap and displacements (n + 1,) of one contact; energies remain those of all.
 
-    Raises `MeasureError`: no contact of that number; ``None`` where there are several.
+    Raises `MeasureError`: no contact of that number; `ONLY` where there are several.
     """
     count = _contacts(result)
-    if contact is None and count > 1:
+    if contact == ONLY and count > 1:
         raise MeasureError(f"this result has {count} contacts: name one, contact=0 ... {count - 1}")
-    contact = contact or 0
+    contact = 0 if contact == ONLY else contact
     if not 0 <= contact < count:
         raise MeasureError(f"contact = {contact} must be 0 ... {count - 1}: this result has {count}")
-    return result if result.rows.force.ndim == 1 else of_contacts(result, contact)
+    return result if result.rows.force.ndim == 1 else select_contacts(result, contact)
 
 
-def impulse(result: ImpactResult, *, contact: int | None = None) -> float:
+def impulse(result: ImpactResult, *, contact: int = ONLY) -> float:
     """Return the integral of the contact force [N s]; 0 without contact."""
     rows = of_contact(result, contact).rows
     return float(rows.force[1:] @ rows.spans)
@@ -65,26 +69,24 @@ def total_impulse(result: ImpactResult) -> float:
     return total
 
 
-def peak_force(result: ImpactResult, *, contact: int | None = None) -> float:
+def peak_force(result: ImpactResult, *, contact: int = ONLY) -> float:
     """Return the largest force of any step [N]; at a velocity jump it converges only slowly, see
     `filtered_peak_force`."""
     return float(np.max(of_contact(result, contact).rows.force))
 
 
-def film_force_peak(result: ImpactResult, *, contact: int | None = None) -> float:
+def film_force_peak(result: ImpactResult, *, contact: int = ONLY) -> float:
     """Return the largest force by which the film resists closing in any step [N]; 0 without a film."""
-    film = of_contact(result, contact).rows.film
-    return 0.0 if film is None else max(float(film.max()), 0.0)
+    return max(0.0, float(of_contact(result, contact).rows.film.max()))
 
 
-def stiction_force_peak(result: ImpactResult, *, contact: int | None = None) -> float:
+def stiction_force_peak(result: ImpactResult, *, contact: int = ONLY) -> float:
     """Return the largest tensile force of the film in any step, on separating bodies [N]; 0 without a film."""
-    film = of_contact(result, contact).rows.film
-    return 0.0 if film is None else max(-float(film.min()), 0.0)
+    return max(0.0, -float(of_contact(result, contact).rows.film.min()))
 
 
 def filtered_force(
-    result: ImpactResult, width: float = 1e-6, *, contact: int | None = None, window: Window = MOVING_AVERAGE
+    result: ImpactResult, width: float = 1e-6, *, contact: int = ONLY, window: Window = MOVING_AVERAGE
 ) -> Array:
     """Return the (n + 1,) force averaged over ``width`` [s] around each recorded time, zero force outside the record
     [N].
@@ -104,7 +106,7 @@ def filtered_force(
 
 
 def filtered_peak_force(
-    result: ImpactResult, width: float = 1e-6, *, contact: int | None = None, window: Window = MOVING_AVERAGE
+    result: ImpactResult, width: float = 1e-6, *, contact: int = ONLY, window: Window = MOVING_AVERAGE
 ) -> float:
     """Return the largest `filtered_force` [N], with the Hann window at recorded times only; raises as that does."""
     if window == MOVING_AVERAGE:
@@ -113,7 +115,7 @@ def filtered_peak_force(
     return float(np.max(filtered_force(result, width, contact=contact, window=window)))
 
 
-def _resolve(result: ImpactResult, width: float, contact: int | None) -> ImpactResult:
+def _resolve(result: ImpactResult, width: float, contact: int) -> ImpactResult:
     """Return the result of one contact; raises `MeasureError` for a ``width`` [s] below two steps."""
     one = of_contact(result, contact)
     if not width >= 2 * result.dt * (1 - 1e-9):
@@ -124,9 +126,7 @@ def _resolve(result: ImpactResult, width: float, contact: int | None) -> ImpactR
     return one
 
 
-def spectrum(
-    result: ImpactResult, *, contact: int | None = None, resolution: float | None = None
-) -> tuple[Array, Array]:
+def spectrum(result: ImpactResult, *, contact: int = ONLY, resolution: float = math.inf) -> tuple[Array, Array]:
     """Return the frequencies (K,) [Hz] and |N(f)| (K,) [N s], the magnitude of the Fourier transform of the contact
     force,
 
@@ -137,21 +137,20 @@ def spectrum(
     `MeasureError`: a resolution that is not positive; a record without steps.
     """
     force = of_contact(result, contact).force[1:]
-    if resolution is not None and not (resolution > 0 and math.isfinite(resolution)):
-        raise MeasureError(f"resolution = {resolution:g} Hz must be positive and finite")
+    if not resolution > 0:
+        raise MeasureError(f"resolution = {resolution:g} Hz must be positive")
     if force.size == 0:
         raise MeasureError("this record has no steps: march before measuring")
-    size = len(force) if resolution is None else max(len(force), math.ceil(1 / (resolution * result.dt)))
-    return transform(force, result.dt, size)
+    return transform(force, result.dt, max(len(force), math.ceil(1 / (resolution * result.dt))))
 
 
-def contact_intervals(result: ImpactResult, *, contact: int | None = None) -> Array:
+def contact_intervals(result: ImpactResult, *, contact: int = ONLY) -> Array:
     """Return the (n, 2) start and end [s] of each maximal run of steps with a solid contact force, film excluded."""
     rows = of_contact(result, contact).rows
     return np.asarray(rows.time[closed_steps(rows.solid[1:])])
 
 
-def contact_groups(result: ImpactResult, *, contact: int | None = None, merge: float = MERGE) -> Array:
+def contact_groups(result: ImpactResult, *, contact: int = ONLY, merge: float = MERGE) -> Array:
     """Return the (n, 2) contact intervals [s], merged across openings shorter than ``merge`` [s]: impacts as users
     count them."""
     return merged(contact_intervals(result, contact=contact), merge)
@@ -174,13 +173,13 @@ def hardest_group(result: ImpactResult, width: float = 1e-6) -> tuple[int, Array
     return number, groups[number]
 
 
-def peak_time(result: ImpactResult, width: float = 1e-6, *, contact: int | None = None) -> float:
+def peak_time(result: ImpactResult, width: float = 1e-6, *, contact: int = ONLY) -> float:
     """Return the recorded time [s] of the largest `filtered_force`, ``nan`` without force; raises as that does."""
     force = filtered_force(result, width, contact=contact)
     return float(result.time[int(np.argmax(force))]) if np.any(force > 0) else math.nan
 
 
-def impact_velocity(result: ImpactResult, *, contact: int | None = None) -> float:
+def impact_velocity(result: ImpactResult, *, contact: int = ONLY) -> float:
     """Return the closing speed -d(gap)/dt over the last step before the first contact [m/s].
 
     For contact from the first step on, it is the closing speed of the bodies' translation. ``nan`` without contact,
@@ -194,7 +193,7 @@ def impact_velocity(result: ImpactResult, *, contact: int | None = None) -> floa
     m = int(closed[0])
     if m >= 2:
         return float(one.gap[m - 2] - one.gap[m - 1]) / result.dt
-    if m == 0 or (contact or 0) > 0 or (math.isinf(result.striker_mass) and math.isinf(result.target_mass)):
+    if m == 0 or contact > 0 or (math.isinf(result.striker_mass) and math.isinf(result.target_mass)):
         return math.nan
     return (_side(one) or 1) * (result.target_velocity - result.striker_velocity)
 
@@ -214,7 +213,7 @@ def largest_impact_velocity(result: ImpactResult) -> float:
     return float(max(known)) if known else math.nan
 
 
-def rebound_velocity(result: ImpactResult, *, contact: int | None = None, merge: float = MERGE) -> float:
+def rebound_velocity(result: ImpactResult, *, contact: int = ONLY, merge: float = MERGE) -> float:
     """Return the opening speed d(gap)/dt of the contact over the first step after its first group [m/s], the
     counterpart of `impact_velocity`; ``nan`` without contact.
 
@@ -236,7 +235,7 @@ def first_is_cut(result: ImpactResult) -> bool:
     return len(contact_groups(result)) == 1 and bool(result.solid[-1] > 0)
 
 
-def restitution(result: ImpactResult, *, contact: int | None = None, group: int = 0) -> float:
+def restitution(result: ImpactResult, *, contact: int = ONLY, group: int = 0) -> float:
     """Return the coefficient of restitution, for a held striker that of one ``group`` of `contact_groups`, from 0.
 
     With a striker free to translate: ratio of the relative centre-of-mass velocities of the bodies after and before,
@@ -284,7 +283,7 @@ def restitution(result: ImpactResult, *, contact: int | None = None, group: int 
     return impulse(result) * (1 / result.striker_mass + 1 / result.target_mass) / approach - 1.0
 
 
-def work(result: ImpactResult, *, contact: int | None = None) -> Work:
+def work(result: ImpactResult, *, contact: int = ONLY) -> Work:
     """Return the work of the contact force on each body [J], exact for the stepwise force; zero without contact.
 
     W_s = side sum_m N_m (u_s[m] - u_s[m-1]) and W_t = -side sum_m N_m (u_t[m] - u_t[m-1]); -(W_s + W_t) is the energy

@@ -11,7 +11,7 @@ import numpy as np
 from impact import notices, quantities
 from impact.after.histories import closed_steps
 from impact.after.measures import contact_groups
-from impact.after.result import ImpactResult, pressed_in
+from impact.after.result import ImpactResult, find_separation_work
 from impact.bodies.body import Body, as_body
 from impact.files.csv_table import read_rows
 from impact.greens.base import Array, GreensFunction, GreensFunctionError
@@ -248,7 +248,7 @@ def overlap_advice(problem: ContactProblem, force: Array, gap: Array, dt: float)
     overlap = float(np.max(-gap[0, rigid], initial=0.0))
     if overlap <= 1e-12 * max(float(gap.max()), -float(gap.min())):
         return
-    work_done = float(pressed_in(problem, force, gap)[-1])
+    work_done = float(find_separation_work(problem, force, gap)[-1])
     yield notices.Advice(
         "overlap of rigid contacts at t = 0 [m]",
         overlap,

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
@@ -10,7 +11,8 @@ import numpy as np
 from impact import notices
 from impact.after.histories import closed_steps, merged
 from impact.greens.base import Array
-from impact.march import laws
+from impact.march import laws, motion
+from impact.march import rows as march_rows
 from impact.march.grid import AtEqualSteps, TimeGrid, blocks
 from impact.march.problem import ContactError, ContactProblem
 from impact.names import frame_of
@@ -19,13 +21,12 @@ from impact.quantities import as_html, brief, cut, in_units, percent, some
 if TYPE_CHECKING:
     import pandas
 
-    from impact.march import motion
-    from impact.march.rows import Replayed
-
 _WAYS = ("gap", "striker_displacement", "target_displacement")
 _TERMS = ("input", "striker", "target", "contact", "dissipated")
 
 
+NO_FILM: Final[Array] = np.zeros(())
+"""Force and energy of the films of a run without any."""
 NO_ENERGY: Final = 1e-200
 """Energy [J] up to which a ledger counts as zero: squares of the 1e-140 added to every state against denormals."""
 
@@ -42,7 +43,7 @@ class EnergyLedger:
         contact: energy stored in the contact laws.
         dissipated: energy lost so far in the bodies' damping, in the contacts and in their films.
         contact_loss: part of ``dissipated`` lost in the contacts: impact losses and numerical damping of the step.
-        film_loss: part of ``dissipated`` lost in the films of the gaps; ``None`` without films.
+        film_loss: part of ``dissipated`` lost in the films of the gaps; 0 without films.
         by_work: names of the bodies whose energy is known only as the work done on them.
     """
 
@@ -53,9 +54,12 @@ class EnergyLedger:
     dissipated: Array
     contact_loss: Array
     by_work: tuple[str, ...] = ()
-    film_loss: Array | None = None
+    film_loss: Array = field(default_factory=lambda: NO_FILM)
 
     __repr__ = brief
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "film_loss", np.broadcast_to(self.film_loss, self.input.shape))
 
     @property
     def stored(self) -> Array:
@@ -70,7 +74,7 @@ class EnergyLedger:
         return error / largest if largest > NO_ENERGY else 0.0
 
 
-def pressed_in(problem: ContactProblem, force: Array, gap: Array) -> Array:
+def find_separation_work(problem: ContactProblem, force: Array, gap: Array) -> Array:
     """Return the (n + 1,) work [J] done in the first step to separate rigid bodies that overlap at t = 0."""
     out = np.zeros(len(gap))
     if len(force) and not problem.preload:
@@ -86,10 +90,10 @@ def ledger(
     force: Array,
     gap: Array,
     carried: Array,
-    film: Array | None = None,
+    film: Array,
 ) -> EnergyLedger:
-    """Return the ledger from the motion of each body (striker first), force (n, p), with the films' part ``film``, and
-    gap (n + 1, p), with the part ``carried`` from moving bases."""
+    """Return the ledger from the motion of each body (striker first), force (n, p), with the films' part ``film``,
+    (n, 0) without films, and gap (n + 1, p), with the part ``carried`` from moving bases."""
     potential, of_bases, lost, by_films = np.zeros((4, len(gap)))
     for column, contact in enumerate(problem.contacts):  # the whole history: a joint remembers its largest closure
         potential += contact.law.potential(-gap[:, column])
@@ -97,12 +101,12 @@ def ledger(
         now, after = slice(part.start, part.stop + 1), slice(part.start + 1, part.stop + 1)
         opened, pushed = np.diff(gap[now], axis=0), force[part]
         of_bases[after] = np.sum(-pushed * np.diff(carried[now], axis=0), axis=1)
-        if film is not None:
+        if film.size:
             by_films[after] = np.sum(-film[part] * opened, axis=1)
             pushed = pushed - film[part]
         lost[after] = np.sum(-pushed * opened, axis=1) - np.diff(potential[now])
-    of_films = None if film is None else np.cumsum(by_films)
-    pressed = pressed_in(problem, force[:1] if film is None else force[:1] - film[:1], gap)
+    of_films = np.cumsum(by_films)
+    pressed = find_separation_work(problem, force[:1] - film[:1] if film.size else force[:1], gap)
     loss = np.cumsum(lost) + pressed
     stored_at_start = sum(float(m.stored[0]) for m in motions) + float(potential[0])
     names = ("striker", *(["target"] * (len(motions) - 1)))
@@ -111,7 +115,7 @@ def ledger(
         striker=motions[0].stored,
         target=np.sum([m.stored for m in motions[1:]], axis=0),
         contact=potential,
-        dissipated=np.sum([m.dissipated for m in motions], axis=0) + loss + (0.0 if of_films is None else of_films),
+        dissipated=np.sum([m.dissipated for m in motions], axis=0) + loss + of_films,
         contact_loss=loss,
         film_loss=of_films,
         by_work=tuple(dict.fromkeys(name for name, m in zip(names, motions, strict=True) if m.by_work)),
@@ -122,23 +126,27 @@ def ledger(
 class RunRows(TimeGrid):
     """Histories of one contact, all (N + 1,), or of p contacts, (N + 1, p): a row a step of the march, the start first.
 
-    A force is constant over the step that ends there; motions and energies, (N + 1,), are those at its end. See
-    `ImpactResult`. Displacements at many contacts are made when they are asked for; ``None``: they are not on file.
+    A force is constant over the step that ends there; motions and energies, (N + 1,), are those at its end. ``film``
+    is zero without films. See `ImpactResult`. Displacements at many contacts are made when they are asked for;
+    ``None``: they are not on file.
     """
 
     force: Array
     gap: Array
-    striker_displacement: Array | Replayed | None
-    target_displacement: Array | Replayed | None
+    striker_displacement: Array | march_rows.Replayed | None
+    target_displacement: Array | march_rows.Replayed | None
     energy: EnergyLedger
-    film: Array | None = None
+    film: Array = field(default_factory=lambda: NO_FILM)
 
     __repr__ = brief
 
-    @property
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "film", np.broadcast_to(self.film, self.force.shape))
+
+    @cached_property
     def solid(self) -> Array:
         """Return the force >= 0 of solid contact [N]: ``force`` without the film's part."""
-        return self.force if self.film is None else self.force - self.film
+        return self.force - self.film if np.any(self.film) else self.force
 
     def make_displacement(self, body: Literal["striker", "target"]) -> Array:
         """Return the displacement of the striker or the target [m], shaped as ``force``; raises `ContactError` if it is
@@ -201,22 +209,21 @@ class ImpactResult(AtEqualSteps):
         return self.rows.spread_motions(self.rows.make_displacement("target"))
 
     @property
-    def film(self) -> Array | None:
-        """Return the part of ``force`` carried by films in the gaps [N]; ``None`` without films."""
-        return None if self.rows.film is None else self.rows.spread_forces(self.rows.film)
+    def film(self) -> Array:
+        """Return the part of ``force`` carried by films in the gaps [N]; 0 without films."""
+        return self.rows.spread_forces(self.rows.film)
 
     @property
     def solid(self) -> Array:
         """Return the force >= 0 of solid contact [N]: ``force`` without the film's part."""
-        return self.force if self.film is None else self.force - self.film
+        return self.rows.spread_forces(self.rows.solid)
 
     @property
     def energy(self) -> EnergyLedger:
         """Return the ledger."""
         of_rows, spread = self.rows.energy, self.rows.spread_motions
-        film = None if of_rows.film_loss is None else spread(of_rows.film_loss)
-        each = {name: spread(getattr(of_rows, name)) for name in (*_TERMS, "contact_loss")}
-        return EnergyLedger(**each, by_work=of_rows.by_work, film_loss=film)
+        each = {name: spread(getattr(of_rows, name)) for name in (*_TERMS, "contact_loss", "film_loss")}
+        return EnergyLedger(**each, by_work=of_rows.by_work)
 
     def __str__(self) -> str:
         """Return a summary in four lines: size of the run, force, contacts, energy balance error."""
@@ -245,26 +252,24 @@ class ImpactResult(AtEqualSteps):
     def to_dataframe(self) -> pandas.DataFrame:
         """Return the histories by time [SI], a row a step; raises `impact.names.FrameError` without pandas."""
         rows = self.rows
-        of_contacts = {"force_N": rows.force, **{f"{name}_m": np.asarray(getattr(rows, name)) for name in _WAYS}}
+        histories = {"force_N": rows.force, **{f"{name}_m": np.asarray(getattr(rows, name)) for name in _WAYS}}
         energies = {f"energy_{name}_J": getattr(rows.energy, name) for name in _TERMS}
-        return frame_of({"time_s": rows.time, **of_contacts, **energies}, "time_s")
+        return frame_of({"time_s": rows.time, **histories, **energies}, "time_s")
 
 
-def of_contacts(result: ImpactResult, which: int | slice) -> ImpactResult:
+def select_contacts(result: ImpactResult, which: int | slice) -> ImpactResult:
     """Return the result with one of several contacts, histories (n + 1,), or a range; energies remain those of all."""
     rows = result.rows
-    of_film = () if rows.film is None else ("film",)
-    known = {name: getattr(rows, name) for name in ("force", *_WAYS, *of_film)}
+    known = {name: getattr(rows, name) for name in ("force", *_WAYS, "film")}
     columns: dict[str, Any] = {name: None if values is None else values[:, which] for name, values in known.items()}
     return replace(result, rows=replace(rows, **columns))
 
 
-def as_one(result: ImpactResult, shares: Array) -> ImpactResult:
+def join_contacts(result: ImpactResult, shares: Array) -> ImpactResult:
     """Return p contacts of one face as one: summed forces, mean motions weighted by the (p,) area fractions."""
     rows = result.rows
     if rows.force.ndim == 1:
         return result
     known = {name: getattr(rows, name) for name in _WAYS}
     means: dict[str, Any] = {name: None if values is None else values @ shares for name, values in known.items()}
-    film = None if rows.film is None else rows.film.sum(axis=1)
-    return replace(result, rows=replace(rows, **means, force=rows.force.sum(axis=1), film=film))
+    return replace(result, rows=replace(rows, **means, force=rows.force.sum(axis=1), film=rows.film.sum(axis=1)))

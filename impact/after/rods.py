@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from impact.after.histories import StressError
 from impact.after.result import ImpactResult
-from impact.exact.closed_form import ExactRod, on_rod, reflect
+from impact.exact.closed_form import ExactRod, check_on_rod, reflect
 from impact.greens.base import Array, ErrorEstimate, GreensFunction, GreensFunctionError, convolve
 from impact.greens.modal import ModalGreens, Residual
 
@@ -79,7 +79,7 @@ def displacement_response(rod: ExactRod, t: ArrayLike, *, at: float) -> Array:
     Source: d'Alembert's solution, e.g. Graff, Wave Motion in Elastic Solids, ch. 2; the damped form is derived from the
     modal sum as `DampedFixedRod` is.
     """
-    return rod.displacement_at(np.maximum(np.asarray(t, dtype=float), 0.0), on_rod(at))
+    return rod.displacement_at(np.maximum(np.asarray(t, dtype=float), 0.0), check_on_rod(at))
 
 
 def force_response(rod: ExactRod, t: ArrayLike, *, at: float) -> Array:
@@ -89,7 +89,7 @@ def force_response(rod: ExactRod, t: ArrayLike, *, at: float) -> Array:
     Damped: minus the derivative of `displacement_response` along x, in closed form; its limit from the right at t = 0.
     Raises `GreensFunctionError` off the rod.
     """
-    return rod.force_at(np.maximum(np.asarray(t, dtype=float), 0.0), on_rod(at))
+    return rod.force_at(np.maximum(np.asarray(t, dtype=float), 0.0), check_on_rod(at))
 
 
 def rod_displacement(rod: ExactRod, force: Array, dt: float, *, at: float) -> Array:
@@ -145,7 +145,7 @@ def fixed_rod_modes(rod: ExactRod, n_modes: int, *, at: tuple[float, ...] = (), 
         raise GreensFunctionError(f"n_modes = {n_modes} must be at least 1")
     if residual and at:
         raise GreensFunctionError("a residual with g(0+) is known at the contact only: leave out at, or the residual")
-    transit, places = uniform.transit, np.array([0.0, *map(on_rod, at)])
+    transit, places = uniform.transit, np.array([0.0, *map(check_on_rod, at)])
     omega = np.asarray((2.0 * np.arange(1, n_modes + 1) - 1.0) * math.pi / (2 * transit), dtype=np.float64)
     shapes = math.sqrt(2 / (uniform.impedance * transit)) * np.cos(omega[:, None] * transit * places)
     compliance = transit / uniform.impedance - math.fsum((shapes[:, 0] / omega) ** 2)

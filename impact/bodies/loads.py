@@ -24,6 +24,10 @@ from impact.quantities import brief
 Course = Callable[[Array], ArrayLike] | float  # (n,) times [s] -> (n,) values; a number holds for all times
 
 
+WHOLE: Final = (0.0, math.inf)
+"""Distances from the clamp between which a whole reed lies [m]."""
+
+
 class ReedLoad(Protocol):
     """Anything that pushes a reed in a known way.
 
@@ -54,19 +58,19 @@ class Pressure:
 
     Attributes:
         pressure: p(t), times (n,) s -> Pa; positive pushes the reed away from the seat.
-        between: distances from the clamp where it acts [m] (the port's hole); ``None`` is the whole reed.
-        profile: distribution along the reed, x (G,) m -> (G,); ``None`` is uniform.
+        between: distances from the clamp where it acts [m] (the port's hole), by default the whole reed.
+        profile: distribution along the reed, x (G,) m -> (G,), by default uniform.
     """
 
     pressure: Course
-    between: tuple[float, float] | None = None
-    profile: Callable[[Array], ArrayLike] | None = None
+    between: tuple[float, float] = WHOLE
+    profile: Callable[[Array], ArrayLike] = np.ones_like
 
     def modal(self, modes: BeamModes) -> tuple[Load, ...]:
         """Return one load; `GreensFunctionError` if ``between`` is off the reed or the profile is not finite."""
         start, end = _span(self.between, modes.length)
         x, weights = modes.quadrature(start, end)
-        profile = np.ones(1) if self.profile is None else np.asarray(self.profile(x), dtype=float)
+        profile = np.asarray(self.profile(x), dtype=float)
         if not np.all(np.isfinite(profile)):
             raise GreensFunctionError(
                 f"the pressure profile must be finite, {np.sum(~np.isfinite(profile))} values are not"
@@ -85,12 +89,12 @@ class PressureField:
 
     Attributes:
         pressure: p(x, t), one distance [m] and times (n,) s -> (n,) Pa; positive pushes the reed away from the seat.
-        between: distances from the clamp where it acts [m]; ``None`` is the whole reed.
+        between: distances from the clamp where it acts [m], by default the whole reed.
         points: number of Gauss points; each costs as much as one contact port.
     """
 
     pressure: Callable[[float, Array], ArrayLike]
-    between: tuple[float, float] | None = None
+    between: tuple[float, float] = WHOLE
     points: int = 8
 
     def modal(self, modes: BeamModes) -> tuple[Load, ...]:
@@ -138,8 +142,8 @@ def _course(values: Course, factor: float = 1.0) -> Callable[[Array], Array]:
     return amplitude
 
 
-def _span(between: tuple[float, float] | None, length: float) -> tuple[float, float]:
-    start, end = (0.0, length) if between is None else between
+def _span(between: tuple[float, float], length: float) -> tuple[float, float]:
+    start, end = (0.0, length) if between == WHOLE else between
     if not 0 <= start < end <= length * (1 + 1e-12):
         raise GreensFunctionError(f"pressure between {start:g} and {end:g} m must lie on the reed, 0..{length:g} m")
     return start, min(end, length)
@@ -297,7 +301,7 @@ def on_springs(body: Body, shapes: Array, stiffness: ArrayLike) -> SprungBody:
     )
 
 
-def own_coordinates(body: Body, coordinates: Array) -> Array:
+def find_own_coordinates(body: Body, coordinates: Array) -> Array:
     """Return the (n, M) modal ``coordinates`` [m sqrt(kg)] of a body transformed to its modes without springs."""
     return coordinates @ body.springs.basis.T if isinstance(body, SprungBody) else coordinates
 

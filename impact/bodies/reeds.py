@@ -103,21 +103,17 @@ class ModeShape:
 
 @dataclass(frozen=True)
 class GivenShape:
-    """Release in any shape w(x) and velocity v(x), x (G,) m -> (G,) m and m/s; ``None`` is zero.
+    """Release in any shape w(x) and velocity v(x), x (G,) m -> (G,) m and m/s, by default zero.
 
     Projected on the modes (`BeamModes.project`): the part outside their span is lost, so w should meet the clamp.
     """
 
-    shape: Callable[[Array], ArrayLike] | None = None
-    velocity: Callable[[Array], ArrayLike] | None = None
+    shape: Callable[[Array], ArrayLike] = np.zeros_like
+    velocity: Callable[[Array], ArrayLike] = np.zeros_like
 
     def state(self, beam: Beam, modes: BeamModes) -> ModalState:
         """Return the initial modal state; `GreensFunctionError` if a value is not finite."""
-        zero = np.zeros(len(modes.omega))
-        return ModalState(
-            zero if self.shape is None else modes.project(self.shape),
-            zero if self.velocity is None else modes.project(self.velocity),
-        )
+        return ModalState(modes.project(self.shape), modes.project(self.velocity))
 
 
 def reed(

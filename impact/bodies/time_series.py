@@ -12,7 +12,7 @@ from typing import Final, Literal, get_args
 
 import numpy as np
 
-from impact.files.csv_table import needed_csv
+from impact.files.csv_table import read_needed_csv
 from impact.greens.base import Array
 from impact.quantities import brief
 
@@ -124,7 +124,7 @@ def read_time_series(
             the message names file, line and column.
     """
     like = f"'time [s],{quantity} [SI unit]'"
-    table = needed_csv(path, TimeSeriesError, like)
+    table = read_needed_csv(path, TimeSeriesError, like)
     name = table.path
     if rpm is not None and not (rpm > 0 and math.isfinite(rpm)):
         raise TimeSeriesError(f"{name}: rpm = {rpm:g} must be positive and finite")

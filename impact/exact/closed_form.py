@@ -120,7 +120,7 @@ def reflect(sent: Array, reflection: float, steps: int) -> Array:
     return outgoing
 
 
-def on_rod(at: float) -> float:
+def check_on_rod(at: float) -> float:
     """Return a position x/l on a rod; raises `GreensFunctionError` for one off it."""
     if not 0.0 <= at <= 1.0:
         raise GreensFunctionError(f"at = {at:g} is off the rod, 0 (contact) ... 1 (far end)")
@@ -401,9 +401,6 @@ class DampedFixedRod(DampedRod, ExactRod):
         (most, most_in_all), count = self.most_poles, self.lasting_modes(dt)
         return count <= most and count * float(n_steps) <= most_in_all
 
-    def marched_poles(self, dt: float, n_steps: float) -> int | None:
-        return self.lasting_modes(dt) if self.marches(dt, n_steps) else None
-
     def lasting_modes(self, dt: float) -> int:
         """Return how many modes are not at rest again within a step ``dt`` [s]."""
         return int(min(_MEMORYLESS / (self.slowest_decay * dt) / 2 + 1, 1e9))
@@ -454,7 +451,7 @@ def spring(*, stiffness: float) -> modal.ModalGreens:
 
 
 def semi_infinite_rod(
-    *, young: float, density: float, area: float, length: float | None = None, damping_ratio: float = 0.0
+    *, young: float, density: float, area: float, length: float = math.inf, damping_ratio: float = 0.0
 ) -> modal.ModalGreens:
     """Return a rod without reflections: a dashpot, g = 1/Z, Z = A sqrt(E rho) [N s/m].
 
@@ -462,7 +459,7 @@ def semi_infinite_rod(
     that of the limit length -> inf of a rod with uniform modal damping, g = (2/pi) acos(zeta)/sqrt(1 - zeta^2)/Z.
     """
     check_positive(young=young, density=density, area=area)
-    if length is not None:
+    if length != math.inf:
         check_positive(length=length)
     value = damped_start(damping_ratio) / (area * math.sqrt(young * density))
     origin = {"young": young, "density": density, "area": area, "damping_ratio": damping_ratio}

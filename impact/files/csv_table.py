@@ -25,6 +25,7 @@ from impact.quantities import enumeration, finite_or_none
 
 Array = NDArray[np.float64]
 
+EXACT: Final = 0  # digits that restore the value
 MOST_COLUMNS: Final = 64
 MOST_LINES: Final = 2_000_000
 LONGEST: Final = 100  # characters of a number
@@ -76,10 +77,10 @@ class CsvTable:
         """Return the header line, for quotation."""
         return self.separator.join(head.text for head in self.heads)
 
-    def numbers(self, columns: Sequence[int] | None = None) -> Array:
-        """Return the columns (n, k), all for ``None``. Raises ``error`` for rows of other lengths and cells that are no
+    def numbers(self, columns: Sequence[int] = ()) -> Array:
+        """Return the columns (n, k), by default all. Raises ``error`` for rows of other lengths and cells that are no
         finite number."""
-        return self._values(range(len(self.heads)) if columns is None else columns, real, "a finite number")
+        return self._values(columns or range(len(self.heads)), real, "a finite number")
 
     def complex_numbers(self, column: int) -> NDArray[np.complex128]:
         """Return a column (n,) of cells such as 1.2e-3+4.5e-4i or (1.2e-3, 4.5e-4). Raises ``error`` for others."""
@@ -183,8 +184,8 @@ def _complex(text: str) -> complex:
     return number
 
 
-def read_csv(path: Path, error: type[Exception], *, most: int = CSV_LIMIT) -> CsvTable | None:
-    """Return the table in a file without lines that begin with #; ``None`` if no line has content.
+def read_csv(path: Path, error: type[Exception], *, most: int = CSV_LIMIT) -> CsvTable:
+    """Return the table in a file without lines that begin with #; one without heads if no line has content.
 
     Raises ``error``: no regular file, larger than ``most`` bytes, no text, too many columns or lines, ambiguous commas
     or points in numbers.
@@ -200,7 +201,7 @@ def read_csv(path: Path, error: type[Exception], *, most: int = CSV_LIMIT) -> Cs
     separator = _separator_of(text[: 1 << 20])
     lines: list[int] = []
     rows: list[list[str]] = []
-    remark: tuple[int, list[str]] | None = None  # the last one above the rows
+    remark: tuple[int, list[str]] = 0, []  # the last one above the rows
     try:
         for number, row in _rows(io.StringIO(text, newline=""), separator):
             if row and row[0].strip()[:1] == "#":
@@ -216,8 +217,8 @@ def read_csv(path: Path, error: type[Exception], *, most: int = CSV_LIMIT) -> Cs
     except csv.Error as problem:
         raise error(f"{path}: is no CSV text ({problem}); save it as such") from problem
     if not rows:
-        return None
-    if remark is not None and _are_data(*rows[:2]) and len(remark[1]) == len(rows[0]):  # the head is a remark
+        return CsvTable(path, error, (), 1, (), [])
+    if _are_data(*rows[:2]) and len(remark[1]) == len(rows[0]):  # the head is a remark
         lines, rows = [remark[0], *lines], [remark[1], *rows]
     head, units = _head_of(rows)
     width, body = len(rows[head]), rows[units + 1 :]
@@ -269,11 +270,11 @@ def _with_unit(head: Head, cell: str) -> Head:
     return Head(f"{head.name} [{both}]", head.name, both) if unit else head
 
 
-def needed_csv(path: str | os.PathLike[str], error: type[Exception], like: str) -> CsvTable:
+def read_needed_csv(path: str | os.PathLike[str], error: type[Exception], like: str) -> CsvTable:
     """Return the table in a file as `read_csv`; raises ``error`` if the file is missing or empty, too."""
     if not Path(path).exists():
         raise error(f"{path}: no such file; check the path")
-    if (table := read_csv(Path(path), error)) is None:
+    if not (table := read_csv(Path(path), error)).heads:
         raise error(f"{path}: is empty; the first line must be like {like}")
     return table
 
@@ -333,10 +334,10 @@ def _decimal_of(table: CsvTable) -> str:
 Row = Mapping[str, float]
 
 
-def csv_text(heads: Iterable[object], rows: Iterable[Iterable[object]], digits: int | None = None) -> str:
+def csv_text(heads: Iterable[object], rows: Iterable[Iterable[object]], digits: int = EXACT) -> str:
     """Return headers and rows as comma-separated values: true and false as in JSON, an empty field for unknown values.
 
-    ``digits``: significant digits of floats; ``None``: as many as restore the value.
+    ``digits``: significant digits of floats; `EXACT`: as many as restore the value.
     """
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
@@ -345,16 +346,16 @@ def csv_text(heads: Iterable[object], rows: Iterable[Iterable[object]], digits: 
     return text.getvalue()
 
 
-def _cell(value: object, digits: int | None) -> str:
+def _cell(value: object, digits: int) -> str:
     if value is None or (isinstance(value, float) and not math.isfinite(value)):
         return ""
-    if isinstance(value, float) and digits is not None:
+    if isinstance(value, float) and digits != EXACT:
         return f"{value:.{digits}g}"
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
 def write_csv(
-    path: str | os.PathLike[str], heads: Iterable[object], rows: Iterable[Iterable[object]], digits: int | None = None
+    path: str | os.PathLike[str], heads: Iterable[object], rows: Iterable[Iterable[object]], digits: int = EXACT
 ) -> Path:
     """Write the text of `csv_text` to a file, complete or not at all, and return the path."""
     write_whole(path, csv_text(heads, rows, digits).encode("utf-8"))
@@ -363,8 +364,7 @@ def write_csv(
 
 def read_rows(path: str | os.PathLike[str]) -> list[Row]:
     """Return rows of numbers by header. Raises `ValueError` that names file and line."""
-    if (table := read_csv(Path(path), ValueError)) is None:
-        return []
+    table = read_csv(Path(path), ValueError)
     return [dict(zip((head.text for head in table.heads), row, strict=True)) for row in table.numbers().tolist()]
 
 

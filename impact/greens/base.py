@@ -7,7 +7,8 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, is_dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeGuard
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Self, TypeGuard
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -21,6 +22,10 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
+
+
+OWN_ORIGIN: Final[Mapping[str, object]] = MappingProxyType({})
+"""The origin that a Green's function has already."""
 
 
 class GreensFunctionError(ValueError):
@@ -219,10 +224,6 @@ class GreensFunction(ABC):
         inverse = float(self.inverse_mass()[i, i])
         return 1.0 / inverse if inverse > 0 else math.inf
 
-    def marched_poles(self, dt: float, n_steps: float) -> int | None:
-        """Return the number of poles of `step_kernel`; ``None`` if it has step weights to convolve."""
-        return None
-
     def scaled(self, factor: float) -> GreensFunction:
         """Return ``factor`` times g_ij, ``factor`` > 0, for the effect of a relative error ``factor - 1`` of g."""
         return ScaledGreens(self, factor)
@@ -231,14 +232,14 @@ class GreensFunction(ABC):
         """Return the same function in the form that is fastest in the time loop if energies are not needed."""
         return self
 
-    def with_error(self, error: ErrorEstimate, origin: Mapping[str, object] | None = None) -> GreensFunction:
+    def with_error(self, error: ErrorEstimate, origin: Mapping[str, object] = OWN_ORIGIN) -> GreensFunction:
         """Return the same function with another error (and provenance); raises `GreensFunctionError` of a closed
         form."""
         raise GreensFunctionError(f"the error and the origin of a {type(self).__name__} are known: state neither")
 
-    def stored(self) -> Stored | None:
-        """Return the content of a file that restores it; ``None`` for a representation without a file form."""
-        return None
+    def stored(self) -> Stored:
+        """Return the content of a file that restores it; of kind "" for a representation without a file form."""
+        return Stored("")
 
     def transfer(self, s: ComplexArray) -> ComplexArray:
         """Return the (n, p, p) Laplace transform of g at ``s`` (n,) [1/s], bare compliance included [m/N].
@@ -308,11 +309,10 @@ class GreensFunction(ABC):
             out += weight * np.where(t > node, self.step_response(np.maximum(t - node, 0.0), i, j), 0.0)
         return out
 
-    def filtered_matrix(self, t: ArrayLike, width: float, columns: Sequence[int] | None = None) -> Array:
-        """Return the (p, p, nt) `filtered` for all pairs of ports, or (p, c, nt) under impulses on ``columns`` only."""
-        p = len(self.ports)
-        pushed = range(p) if columns is None else columns
-        return np.array([[self.filtered(t, width, i, j) for j in pushed] for i in range(p)])
+    def filtered_matrix(self, t: ArrayLike, width: float, columns: Sequence[int] = ()) -> Array:
+        """Return the (p, c, nt) `filtered` at all ports under impulses on the ``columns``, by default on all."""
+        ports = range(len(self.ports))
+        return np.array([[self.filtered(t, width, i, j) for j in columns or ports] for i in ports])
 
     def __str__(self) -> str:
         """Return a description in lines: representation, error, time limit, and origin."""
@@ -355,9 +355,9 @@ class StatedGreens(GreensFunction):
     def provenance(self) -> Mapping[str, object]:
         return self.origin
 
-    def with_error(self, error: ErrorEstimate, origin: Mapping[str, object] | None = None) -> Self:
+    def with_error(self, error: ErrorEstimate, origin: Mapping[str, object] = OWN_ORIGIN) -> Self:
         assert is_dataclass(self)
-        changed: Self = replace(self, error=error, origin=self.origin if origin is None else origin)
+        changed: Self = replace(self, error=error, origin=self.origin if origin is OWN_ORIGIN else origin)
         return changed
 
     def known_for(self, time: float) -> Self:
@@ -458,11 +458,6 @@ class Combination(GreensFunction):
     def inverse_mass(self) -> Array:
         return self._sum([part.inverse_mass() for part in self.parts])
 
-    def marched_poles(self, dt: float, n_steps: float) -> int | None:
-        counts = [part.marched_poles(dt, n_steps) for part in self.parts]
-        numbers = [count for count in counts if count is not None]
-        return sum(numbers) if len(numbers) == len(counts) else None
-
     def forces_only(self) -> Self:
         return self._with(tuple(part.forces_only() for part in self.parts))
 
@@ -545,9 +540,9 @@ class SumGreens(Combination):
     def scaled(self, factor: float) -> SumGreens:
         return SumGreens(tuple(part.scaled(factor) for part in self.parts))
 
-    def with_error(self, error: ErrorEstimate, origin: Mapping[str, object] | None = None) -> SumGreens:
+    def with_error(self, error: ErrorEstimate, origin: Mapping[str, object] = OWN_ORIGIN) -> SumGreens:
         """Return the parts with this error, relative to each; raises `GreensFunctionError` for an ``origin``."""
-        if origin is not None:
+        if origin is not OWN_ORIGIN:
             raise GreensFunctionError("a sum has the origins of its parts: state them there")
         return SumGreens(tuple(part.with_error(error) for part in self.parts))
 
@@ -598,7 +593,7 @@ class ScaledGreens(Combination):
     def scaled(self, factor: float) -> ScaledGreens:
         return ScaledGreens(self.part, self.factor * factor)
 
-    def with_error(self, error: ErrorEstimate, origin: Mapping[str, object] | None = None) -> ScaledGreens:
+    def with_error(self, error: ErrorEstimate, origin: Mapping[str, object] = OWN_ORIGIN) -> ScaledGreens:
         return replace(self, part=self.part.with_error(error, origin))
 
 

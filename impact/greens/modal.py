@@ -118,6 +118,10 @@ class Residual:
         return decays + self.compliance[rows][:, columns, None] * hann(t, width)
 
 
+NO_RESIDUAL: Final = Residual.none(0)
+"""The residual of nothing left out, for any number of ports."""
+
+
 class PoleSums(StatedGreens):
     """Base of sums of oscillators and of complex poles, each term of which is known in closed form."""
 
@@ -161,10 +165,9 @@ class PoleSums(StatedGreens):
         t = np.asarray(t, dtype=float)
         return np.asarray(self._filtered(np.ravel(t), width, [i], [j])[0, 0].reshape(t.shape))
 
-    def filtered_matrix(self, t: ArrayLike, width: float, columns: Sequence[int] | None = None) -> Array:
+    def filtered_matrix(self, t: ArrayLike, width: float, columns: Sequence[int] = ()) -> Array:
         every = list(range(len(self.ports)))
-        pushed = every if columns is None else list(columns)
-        return self._filtered(np.asarray(t, dtype=float), width, every, pushed)
+        return self._filtered(np.asarray(t, dtype=float), width, every, list(columns) or every)
 
 
 @dataclass(frozen=True)
@@ -217,8 +220,8 @@ class ModalGreens(PoleSums):
         damping: ArrayLike,
         amplitudes: ArrayLike,
         *,
-        residual: Residual | None = None,
-        port_names: tuple[str, ...] | None = None,
+        residual: Residual = NO_RESIDUAL,
+        port_names: tuple[str, ...] = (),
     ) -> ModalGreens:
         """Return the Green's function of modes as test and finite element programs list them.
 
@@ -241,7 +244,7 @@ class ModalGreens(PoleSums):
         zeta = np.broadcast_to(np.asarray(damping, dtype=float), hertz.shape).copy()
         count = shapes.shape[1]
         names = ("contact",) if count == 1 else tuple(f"port_{k}" for k in range(1, count + 1))
-        rest = Residual.none(count) if residual is None else residual
+        rest = Residual.none(count) if residual is NO_RESIDUAL else residual
         return ModalGreens(2 * np.pi * hertz, zeta, shapes, rest, port_names or names)
 
     @property
@@ -293,10 +296,9 @@ class ModalGreens(PoleSums):
         sums = [np.einsum("nk,ki,kj->nij", f, phi, phi, optimize=True) for f, phi in parts]
         return np.asarray(sums[0] + sums[1] + residual.compliance, dtype=complex)
 
-    def of_modes(self, kept: NDArray[np.bool_], residual: Residual | None = None) -> ModalGreens:
-        """Return the function with the modes in the mask ``kept`` (M,), and another ``residual`` if one is given."""
-        rest = self.residual if residual is None else residual
-        return replace(self, omega=self.omega[kept], zeta=self.zeta[kept], shapes=self.shapes[kept], residual=rest)
+    def of_modes(self, kept: NDArray[np.bool_], residual: Residual) -> ModalGreens:
+        """Return the function with the modes in the mask ``kept`` (M,), and another ``residual``."""
+        return replace(self, omega=self.omega[kept], zeta=self.zeta[kept], shapes=self.shapes[kept], residual=residual)
 
     def above(self, omega: float) -> ModalGreens:
         """Return the function with the modes above ``omega`` [rad/s] only, without residual."""
@@ -335,10 +337,7 @@ class ModalGreens(PoleSums):
 
     def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
         """Return the function as a recursion, which is exact for forces constant over a step."""
-        return StepKernel(self, None, f"pole recursion, {self.marched_poles(dt, n_steps)} poles")
-
-    def marched_poles(self, dt: float, n_steps: float) -> int:
-        return len(self.omega) + len(self.residual.rates)
+        return StepKernel(self, None, f"pole recursion, {len(self.omega) + len(self.residual.rates)} poles")
 
     def inverse_mass(self) -> Array:
         rigid = self.shapes[self.omega == 0]

@@ -198,9 +198,8 @@ def mode_responses(omega: Array, zeta: Array, t: Array, width: float) -> Array:
     return out
 
 
-def combine(rows: Array, responses: Array, columns: Array | None = None) -> Array:
-    """Return the sum over modes of rows_ki columns_kj responses_kt (p, q, nt); ``columns`` as ``rows`` by default."""
-    columns = rows if columns is None else columns
+def combine(rows: Array, responses: Array, columns: Array) -> Array:
+    """Return the sum over modes of rows_ki columns_kj responses_kt (p, q, nt)."""
     return np.stack([(columns * row[:, None]).T @ responses for row in rows.T])
 
 

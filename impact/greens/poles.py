@@ -23,7 +23,7 @@ from impact.greens.base import (
     check_factor,
     check_valid_for,
 )
-from impact.greens.modal import ModalGreens, PoleSums, Residual, endless
+from impact.greens.modal import ALL, ModalGreens, PoleSums, Residual, endless
 from impact.quantities import brief
 
 _BLOCK = 4096  # number of poles evaluated at once
@@ -283,7 +283,7 @@ def _check(g: PoleGreens) -> None:
 
 
 def receptance(
-    greens: GreensFunction, frequency: ArrayLike, i: int | None = None, j: int | None = None
+    greens: GreensFunction, frequency: ArrayLike, i: int | slice = ALL, j: int | slice = ALL
 ) -> ComplexArray:
     """Return H_ij(f) = displacement of port i per unit harmonic force on port j [m/N], at ``frequency`` (...,) > 0
     [Hz].
@@ -303,11 +303,9 @@ def receptance(
     s = np.asarray(2j * np.pi * np.ravel(f))
     modes = 0 if greens.modal is None else greens.modal.omega.size
     rows = max(1, _VALUES // max(1, modes))  # blocks limit the memory
-    chosen = (slice(None), slice(None) if i is None else i, slice(None) if j is None else j)
-    blocks = [greens.transfer(s[start : start + rows])[chosen] for start in range(0, s.size, rows)]
-    p = len(greens.ports)
-    ports = (*([p] * (i is None)), *([p] * (j is None)))
-    return np.concatenate([*blocks, np.zeros((0, *ports), dtype=complex)]).reshape((*f.shape, *ports))
+    blocks = [greens.transfer(s[start : start + rows])[:, i, j] for start in range(0, s.size, rows)]
+    none = np.zeros((0, len(greens.ports), len(greens.ports)), dtype=complex)[:, i, j]
+    return np.concatenate([*blocks, none]).reshape((*f.shape, *none.shape[1:]))
 
 
 @dataclass(frozen=True, eq=False)

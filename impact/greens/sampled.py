@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from impact.greens.base import (
+    OWN_ORIGIN,
     Array,
     ErrorEstimate,
     GreensFunctionError,
@@ -39,7 +40,7 @@ class SampledGreens(StatedGreens):
             body that a constant force moves at constant speed), "rigid" (continued with the last slope: a free body),
             or "forbid": evaluation raises an error.
         port_names: p names; default "contact" for one port, "1", "2", ... for several.
-        static: static compliance (p, p) if known independently [m/N].
+        static: static compliance (p, p) if known independently [m/N], else (0, 0).
         error: estimated error of g.
         origin: provenance, plain JSON values.
 
@@ -51,7 +52,7 @@ class SampledGreens(StatedGreens):
     dt: float
     tail: Tail = "forbid"
     port_names: tuple[str, ...] = ()
-    static: Array | None = None
+    static: Array = field(default_factory=lambda: np.zeros((0, 0)))
     error: ErrorEstimate = field(default_factory=ErrorEstimate)
     origin: Mapping[str, object] = field(default_factory=dict)
 
@@ -86,7 +87,11 @@ class SampledGreens(StatedGreens):
                 f"g(0+) = {first:g} m/(N s) must be >= 0: a push does not start with a pull; check the sign and the "
                 "time zero, or set a first sample that is noise to zero"
             )
-        static = None if self.static is None else np.asarray(self.static, dtype=float).reshape(p, p)
+        static = np.reshape(np.asarray(self.static, dtype=float), (p, p) if np.size(self.static) else (0, 0))
+        if np.any(np.isnan(static)):
+            raise GreensFunctionError(
+                "static must hold the (p, p) static compliance, or be left out where it is unknown"
+            )
         for key, value in (("values", values), ("port_names", names), ("static", static)):
             object.__setattr__(self, key, value)
 
@@ -99,8 +104,8 @@ class SampledGreens(StatedGreens):
         tail: Tail = "forbid",
         pretrigger: Pretrigger = "refuse",
         port_names: tuple[str, ...] = (),
-        static: Array | None = None,
-        origin: Mapping[str, object] | None = None,
+        static: ArrayLike = (),
+        origin: Mapping[str, object] = OWN_ORIGIN,
     ) -> SampledGreens:
         """Return a measured function: ``values`` (n,) or (p, p, n) [m/(N s)] at ``time`` (n,) or (p, p, n) [s], the
         impact at 0.
@@ -122,7 +127,7 @@ class SampledGreens(StatedGreens):
                 f"no sample at t = 0, the nearest is at {nearest:.6g} s: shift or resample the time"
             )
         early, later = g[..., :zero], g[..., zero:]
-        provenance = dict(origin or {})
+        provenance = dict(origin)
         if np.any(early != 0):
             share = float(np.sum(early**2) / np.sum(g**2))
             if pretrigger != "drop":
@@ -133,11 +138,11 @@ class SampledGreens(StatedGreens):
                     'pretrigger="drop"'
                 )
             provenance["pretrigger"] = {"samples": zero, "share_of_squares": share}
-        return cls(later, dt, tail, port_names, static, origin=provenance)
+        return cls(later, dt, tail, port_names, np.asarray(static), origin=provenance)
 
     def combined(self, weights: Array, port_names: tuple[str, ...]) -> SampledGreens:
         values = np.einsum("ia,ijn,jb->abn", weights, self.values, weights, optimize=True)
-        static = None if self.static is None else weights.T @ self.static @ weights
+        static = weights.T @ self.static @ weights if self.static.size else self.static
         values = (values + values.transpose(1, 0, 2)) / 2  # to round-off
         return replace(self, values=values, static=static, port_names=port_names)
 
@@ -166,11 +171,10 @@ class SampledGreens(StatedGreens):
         return np.asarray((self.values[:, :, -1] - self.values[:, :, -2]) / self.dt)
 
     def scaled(self, factor: float) -> SampledGreens:
-        static = None if self.static is None else factor * self.static
-        return replace(self, values=check_factor(factor) * self.values, static=static)
+        return replace(self, values=check_factor(factor) * self.values, static=factor * self.static)
 
     def stored(self) -> Stored:
-        arrays = {"values": self.values} | ({} if self.static is None else {"static": self.static})
+        arrays = {"values": self.values} | ({"static": self.static} if self.static.size else {})
         return Stored("sampled", {"dt": self.dt, "tail": self.tail}, arrays)
 
     def _describe(self) -> tuple[str, ...]:
@@ -208,7 +212,7 @@ class SampledGreens(StatedGreens):
 
     def static_compliance(self) -> Array:
         """Return ``static`` (p, p) if given, otherwise by the tail rule; raises for "forbid" [m/N]."""
-        if self.static is not None:
+        if self.static.size:
             return self.static
         if self.tail == "forbid":
             raise GreensFunctionError(

@@ -10,7 +10,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Final
 
 import numpy as np
 import scipy
@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from rainflow import extract_cycles
 
 from impact.greens.base import Array
-from impact.life.strength import LifeError, Strength, criterion
+from impact.life.strength import OWN, LifeError, Strength, criterion
 from impact.march.loop.compiled import compiled
 from impact.notices import Advice
 from impact.quantities import brief
@@ -84,13 +84,13 @@ def rainflow(history: ArrayLike, *, repeated: bool = True) -> Cycles:
     Source: ASTM E1049-85, 5.4.4 (simple) and 5.4.5 (repeating histories), by the package `rainflow`.
     """
     if repeated:
-        return Cycles(*counted(from_peak(history)))
+        return Cycles(*count_cycles(from_peak(history)))
     cycles = [cycle[:3] for cycle in extract_cycles(reversals(history))]
     ranges, means, counts = np.array(cycles, dtype=float).reshape(-1, 3).T
     return Cycles(ranges, means, counts)
 
 
-def counted(points: Array) -> tuple[Array, Array, Array]:
+def count_cycles(points: Array) -> tuple[Array, Array, Array]:
     """Return the ranges, means and counts of the cycles of turning points that begin and end at the highest one.
 
     The rule of the package `rainflow` in a compiled loop, some hundred times as fast: maps have millions of points.
@@ -267,11 +267,11 @@ _STEEPEST = 700.0  # largest |log(blocks D)| in the search for a margin; zero an
 _WIDEST = 1e12  # largest stress in that search over the first stress of the S-N curve, and first over smallest
 
 
-def damage(cycles: Cycles, strength: Strength, judge: MeanStress, *, survival: float | None = None) -> float:
+def damage(cycles: Cycles, strength: Strength, judge: MeanStress, *, survival: float = OWN) -> float:
     """Return the damage of one block, D = sum n_i / N(S_i); ``inf`` where a mean stress breaks the part.
 
     S_i is the amplitude at the loading ratio of the S-N curve that is equivalent to the cycle with its mean stress by
-    the criterion ``judge``. ``survival``: fraction of the parts that survive; ``None``: that of the curve. Raises
+    the criterion ``judge``. ``survival``: fraction of the parts that survive, by default that of the curve. Raises
     `LifeError` without a curve, or for another survival if the scatter of the curve is unknown.
 
     Source: M. A. Miner, J. Appl. Mech. 12 (1945) A159.
@@ -291,7 +291,7 @@ def margin(
     judge: MeanStress,
     *,
     blocks: float,
-    survival: float | None = None,
+    survival: float = OWN,
 ) -> float:
     """Return the factor f on all stresses, amplitudes and means, with which ``blocks`` D(f) = 1; ``inf`` where nothing
     fails.
@@ -343,19 +343,23 @@ class Life:
     advice: tuple[Advice, ...] = ()
 
 
+UNSTRESSED: Final = Life(0.0, math.inf, math.inf, math.nan)
+"""The life of a part without stress."""
+
+
 def life(
     cycles: Cycles,
     strength: Strength,
     judge: MeanStress,
     *,
     blocks: float,
-    survival: float | None = None,
+    survival: float = OWN,
 ) -> Life:
     """Return `damage` and `margin`, a factor on the stress, with advice; arguments and errors are as in `margin`."""
     [curve] = strength.needed("a life", "curve")
     sum_ = damage(cycles, strength, judge, survival=survival)
     spare = margin(cycles, strength, judge, blocks=blocks, survival=survival)
-    share = curve.survival if survival is None else survival
+    share = curve.survival if math.isnan(survival) else survival
     return Life(sum_, math.inf if sum_ == 0 else 1 / sum_, spare, share, tuple(_advice(cycles, strength, judge)))
 
 
@@ -365,5 +369,5 @@ def _advice(cycles: Cycles, strength: Strength, judge: MeanStress) -> Iterator[A
     remedy = "the part breaks in the first block: lower the stress"
     if mean >= judge.breaks_at:
         yield Advice("mean_stress", mean, judge.breaks_at, f"no cycle survives that mean, says {judge.name}", remedy)
-    if strength.ultimate is not None and largest >= strength.ultimate:
+    if largest >= strength.ultimate:
         yield Advice("largest_stress", largest, strength.ultimate, "it is above the tensile strength", remedy)

@@ -2,16 +2,16 @@
 
 import math
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Final
 
 import numpy as np
 
 from impact.greens.base import Array
-from impact.life.damage import Cycles, Life, MeanStress, life, rainflow
+from impact.life.damage import UNSTRESSED, Cycles, Life, MeanStress, life, rainflow
 from impact.life.multiaxial import Multiaxial
-from impact.life.strength import LifeError, Strength
+from impact.life.strength import OWN, LifeError, Strength
 from impact.quantities import brief
 
 SHARE = 0.7
@@ -186,20 +186,20 @@ class Demand:
         strength: strength of its material.
         judge: mean-stress criterion for uniaxial stress; ``None`` if there is no such stress.
         blocks: design number of repetitions, a factor on one block.
-        survival: fraction of parts that survives; ``None``: that of the S-N curve.
+        survival: fraction of parts that survives, by default that of the S-N curve.
         several_axes: criterion for stress tensors; ``None`` if there are none.
     """
 
     strength: Strength
     judge: MeanStress | None
     blocks: float
-    survival: float | None = None
+    survival: float = OWN
     several_axes: Multiaxial | None = None
 
 
 @dataclass(frozen=True)
 class Judged:
-    """The places of least margin; ``None`` without histories of that kind.
+    """The places of least margin; "" and an unlimited life without histories of that kind.
 
     Attributes:
         at, life: place and life by uniaxial stress.
@@ -207,10 +207,10 @@ class Judged:
             N of the criterion's two limits.
     """
 
-    at: str | None = None
-    life: Life | None = None
-    tensor_at: str | None = None
-    tensor_margin: float | None = None
+    at: str = ""
+    life: Life = UNSTRESSED
+    tensor_at: str = ""
+    tensor_margin: float = math.inf
 
 
 def judged(histories: Iterable[tuple[str, Array]], demand: Demand) -> Judged:
@@ -252,11 +252,10 @@ def judged(histories: Iterable[tuple[str, Array]], demand: Demand) -> Judged:
             (name, life(cycles, demand.strength, demand.judge, blocks=demand.blocks, survival=demand.survival))
             for _, name, cycles in counted
         ]
-        at, worst = min(lives, key=lambda place: place[1].margin)
-        judgement = Judged(at, worst)
+        judgement = Judged(*min(lives, key=lambda place: place[1].margin))
     if tensors:
         margin, name = min(tensors)
-        judgement = Judged(judgement.at, judgement.life, name, margin)
+        judgement = replace(judgement, tensor_at=name, tensor_margin=margin)
     return judgement
 
 

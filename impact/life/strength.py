@@ -8,13 +8,18 @@ from dataclasses import MISSING, dataclass, fields, replace
 from difflib import get_close_matches
 from itertools import pairwise
 from statistics import NormalDist
-from typing import Any, TypeVar
+from typing import Any, Final, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from impact.greens.base import Array
 from impact.quantities import in_units
+
+UNKNOWN: Final = math.nan
+"""A number that was not measured."""
+OWN: Final = math.nan
+"""Survival for which an S-N curve is stated, whatever it is."""
 
 
 class LifeError(ValueError):
@@ -34,7 +39,7 @@ class Curve:
         cycles: cycles to failure at these amplitudes, increasing.
         first_slope: k = -dlogN/dlogS above the first stress.
         last_slope: the same below the last stress; ``inf`` is an endurance limit.
-        scatter: standard deviation >= 0 of log10 N, or ``None`` if it is not known.
+        scatter: standard deviation >= 0 of log10 N, or `UNKNOWN`.
         survival: fraction of parts that survives the curve as stated.
 
     Raises:
@@ -45,7 +50,7 @@ class Curve:
     cycles: tuple[float, ...]
     first_slope: float
     last_slope: float
-    scatter: float | None = None
+    scatter: float = UNKNOWN
     survival: float = 0.5
 
     def __post_init__(self) -> None:
@@ -62,11 +67,11 @@ class Curve:
                     f"S-N points rise: from {high:g} Pa at {early:g} cycles to {low:g} Pa at {late:g}; stress must "
                     "fall while cycles grow: sort the points, and fit those that scatter"
                 )
-        if self.scatter is not None and not (math.isfinite(self.scatter) and self.scatter >= 0):
+        if self.scatter is not UNKNOWN and not (math.isfinite(self.scatter) and self.scatter >= 0):
             raise LifeError(f"scatter = {self.scatter:g} of log10 N must not be negative")
         _quantile(self.survival)
 
-    def life(self, amplitude: ArrayLike, survival: float | None = None) -> Array:
+    def life(self, amplitude: ArrayLike, survival: float = OWN) -> Array:
         """Return the cycles to failure at (...,) amplitudes >= 0 [Pa] for a ``survival``; ``inf`` at 0 Pa.
 
         Raises `LifeError` for an amplitude that is no number >= 0, or another ``survival`` than that of a curve without
@@ -83,7 +88,7 @@ class Curve:
             logs = np.interp(level, levels[::-1], counts[::-1]) - self.first_slope * above + later
             return np.asarray(np.exp(logs - self._shift(survival)))
 
-    def stress(self, cycles: float, survival: float | None = None) -> float:
+    def stress(self, cycles: float, survival: float = OWN) -> float:
         """Return the amplitude [Pa] for failure at this number of cycles > 0; ``survival`` and errors as in `life`."""
         if not 0 < cycles < math.inf:
             raise LifeError(f"cycles = {cycles:g} must be positive and finite")
@@ -93,11 +98,11 @@ class Curve:
         level = np.interp(count, counts, levels) + before / self.first_slope - after / self.last_slope
         return float(np.exp(level))
 
-    def _shift(self, survival: float | None) -> float:
+    def _shift(self, survival: float) -> float:
         """Return the decrease of ln N for this survival."""
-        if survival is None or survival == self.survival:
+        if math.isnan(survival) or survival == self.survival:
             return 0.0
-        if self.scatter is None:
+        if math.isnan(self.scatter):
             raise LifeError(
                 f"survival = {survival:g} needs the scatter of log10 N; without it the curve holds for its own "
                 f"{self.survival:g} alone"
@@ -109,12 +114,12 @@ def basquin(
     knee_stress: float,
     knee_cycles: float,
     slope: float,
-    second_slope: float | None = None,
+    second_slope: float = math.nan,
     *,
-    scatter: float | None = None,
+    scatter: float = UNKNOWN,
     survival: float = 0.5,
 ) -> Curve:
-    """Return the curve N = N_k (S/S_k)^-k, with another slope below the knee, by default 2k - 1.
+    """Return the curve N = N_k (S/S_k)^-k, with another slope below the knee, by default (nan) 2k - 1.
 
     Args:
         knee_stress: S_k, amplitude [Pa].
@@ -130,11 +135,11 @@ def basquin(
     """
     if not 1 <= slope <= 1000:
         raise LifeError(f"slope = {slope:g} of an S-N curve: k = -dlogN/dlogS lies between 1 and 1000; is it 1/k?")
-    second = 2 * slope - 1 if second_slope is None else second_slope
+    second = 2 * slope - 1 if math.isnan(second_slope) else second_slope
     return Curve((knee_stress,), (knee_cycles,), slope, second, scatter, survival)
 
 
-def tabled(points: Sequence[tuple[float, float]], *, scatter: float | None = None, survival: float = 0.5) -> Curve:
+def tabled(points: Sequence[tuple[float, float]], *, scatter: float = UNKNOWN, survival: float = 0.5) -> Curve:
     """Return the curve through measured points (amplitude [Pa], cycles), linear and extrapolated in log-log.
 
     Raises:
@@ -159,7 +164,7 @@ Kind = TypeVar("Kind")
 
 @dataclass(frozen=True)
 class Strength:
-    """Fatigue strength of a material with its source; ``None``: not measured.
+    """Fatigue strength of a material with its source; numbers that were not measured are `UNKNOWN`.
 
     Attributes:
         source: citation of all numbers; required.
@@ -170,7 +175,7 @@ class Strength:
         ultimate: tensile strength [Pa].
         fatigue_strength: Morrow's coefficient sf' [Pa].
         walker_exponent: gamma, 0 < gamma <= 1.
-        curve: stress amplitude against cycles, at the loading ratio.
+        curve: stress amplitude against cycles, at the loading ratio; ``None`` without one.
         loading_ratio: R = smin/smax < 1 of the curve; -1: fully reversed.
         torsion_limit, bending_limit: t-1 and f-1, fully reversed amplitudes [Pa] endured for ``limit_cycles`` cycles.
         limit_cycles: N of the two limits.
@@ -183,35 +188,35 @@ class Strength:
     source: str
     grade: str = ""
     direction: str = ""
-    thickness: float | None = None
-    temperature: float | None = None
-    specimens: int | None = None
-    ultimate: float | None = None
-    fatigue_strength: float | None = None
-    walker_exponent: float | None = None
+    thickness: float = UNKNOWN
+    temperature: float = UNKNOWN
+    specimens: float = UNKNOWN
+    ultimate: float = UNKNOWN
+    fatigue_strength: float = UNKNOWN
+    walker_exponent: float = UNKNOWN
     curve: Curve | None = None
     loading_ratio: float = -1.0
-    torsion_limit: float | None = None
-    bending_limit: float | None = None
-    limit_cycles: float | None = None
-    impact_velocity: float | None = None
+    torsion_limit: float = UNKNOWN
+    bending_limit: float = UNKNOWN
+    limit_cycles: float = UNKNOWN
+    impact_velocity: float = UNKNOWN
 
     def __post_init__(self) -> None:
         if not self.source.strip():
             raise LifeError("strength.source is empty: cite the report or standard that the numbers are from")
         for field in fields(self):
             value = getattr(self, field.name)
-            number = isinstance(value, float | int) and field.name != "loading_ratio"
-            if number and not (math.isfinite(value) and value > 0):
+            known = isinstance(value, float | int) and value is not UNKNOWN and field.name != "loading_ratio"
+            if known and not (math.isfinite(value) and value > 0):
                 raise LifeError(f"strength.{field.name} = {value:g} must be positive and finite")
-        if self.walker_exponent is not None and self.walker_exponent > 1:
+        if self.walker_exponent > 1:
             raise LifeError(f"strength.walker_exponent = {self.walker_exponent:g} must not be above 1")
         if not (math.isfinite(self.loading_ratio) and self.loading_ratio < 1):
             raise LifeError(f"strength.loading_ratio = {self.loading_ratio:g} must be finite and below 1 (smin/smax)")
-        if self.curve is not None and self.ultimate is not None:
+        if self.curve is not None:
             knee = self.curve.stresses[-1]
             largest = 2 * knee / (1 - self.loading_ratio)
-            if not largest < self.ultimate:
+            if largest >= self.ultimate:
                 raise LifeError(
                     f"strength.curve: its knee at an amplitude of {in_units(knee, 'Pa', 4)} means a largest stress of "
                     f"{in_units(largest, 'Pa', 4)} (loading_ratio = {self.loading_ratio:g}); it must be below the "
@@ -221,9 +226,11 @@ class Strength:
 
     def needed(self, what: str, *names: str) -> list[Any]:
         """Return the values of these fields. Raises `LifeError` if some that ``what`` needs are missing."""
-        if missing := [repr(name) for name in names if getattr(self, name) is None]:
+        values = [getattr(self, name) for name in names]
+        missing = [repr(name) for name, value in zip(names, values, strict=True) if value is None or value != value]
+        if missing:
             raise LifeError(f"{what} needs {', '.join(missing)} of the material ({self.source}): measure or cite it")
-        return [getattr(self, name) for name in names]
+        return values
 
 
 def all_criteria(base: type[Kind]) -> Iterator[type[Kind]]:

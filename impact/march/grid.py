@@ -18,6 +18,10 @@ MOST_BYTES: Final = 4e9
 """Most memory of one history at equal steps [bytes]."""
 
 
+LAST: Final = -1
+"""The last step of a run, whatever its number."""
+
+
 @dataclass(frozen=True)
 class TimeGrid:
     """Steps of a run, each a whole number of fine ones.
@@ -85,8 +89,8 @@ class TimeGrid:
         each = [f"{count} of {in_units(length * self.dt, 's', 3)}" for length, count in sorted(self.lengths.items())]
         return f"{len(self.ends) - 1} steps: {', '.join(each)}"
 
-    def spread_forces(self, rows: Array, start: int = 0, stop: int | None = None) -> Array:
-        """Return the (stop - start + 1, ...) values at fine steps from ``start`` to ``stop``, the last one by default,
+    def spread_forces(self, rows: Array, start: int = 0, stop: int = LAST) -> Array:
+        """Return the (stop - start + 1, ...) values at fine steps from ``start`` to ``stop``, by default `LAST`,
         of ``rows`` (N + 1, ...) that are constant over each step.
 
         Raises `ContactError` for a window that takes more than `MOST_BYTES`.
@@ -100,7 +104,7 @@ class TimeGrid:
         step."""
         return np.asarray(rows[np.searchsorted(self.ends, steps)])
 
-    def spread_motions(self, rows: Array, start: int = 0, stop: int | None = None) -> Array:
+    def spread_motions(self, rows: Array, start: int = 0, stop: int = LAST) -> Array:
         """Return the same of ``rows`` known at the end of each step, on the line between them meanwhile."""
         if self.is_uniform:
             return rows[self._window(start, stop)]
@@ -115,14 +119,14 @@ class TimeGrid:
         share = ((steps - self.ends[before]) / length).reshape(-1, *[1] * (rows.ndim - 1))
         return np.asarray(np.where(share >= 1.0, rows[after], rows[before] + share * (rows[after] - rows[before])))
 
-    def _window(self, start: int, stop: int | None) -> slice:
+    def _window(self, start: int, stop: int) -> slice:
         last = int(self.ends[-1])
-        stop = last if stop is None else stop
+        stop = last if stop == LAST else stop
         if not 0 <= start <= stop <= last:
             raise ContactError(f"steps {start} to {stop}: give a window within the {last} steps of this run")
         return slice(start, stop + 1)
 
-    def _steps_of(self, rows: Array, start: int, stop: int | None) -> NDArray[np.int64]:
+    def _steps_of(self, rows: Array, start: int, stop: int) -> NDArray[np.int64]:
         """Return the fine steps of a window, whose history has yet to be made."""
         window = self._window(start, stop)
         need, last = 8.0 * (window.stop - window.start) * rows[0].size, window.stop - 1
@@ -166,7 +170,7 @@ def blocks(steps: int, size: int = BLOCK) -> Iterator[slice]:
 FOLLOW: Final = 32  # steps during which a load that depends on the opening keeps its value at their middle
 
 
-def foreseen(opening: Array) -> tuple[NDArray[np.int64], Array]:
+def foresee_openings(opening: Array) -> tuple[NDArray[np.int64], Array]:
     """Return the steps after which loads are updated, and the mean opening [m] that `impact.ContactStepper`
     extrapolates then for `FOLLOW` steps, from the ``opening`` (n + 1,)."""
     first = np.arange(0, len(opening) - 1, FOLLOW)

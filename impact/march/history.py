@@ -238,17 +238,17 @@ def choose(
     contacts: int,
     steps: int,
     engine: Engine = "auto",
-    block: int | None = None,
+    block: int = 0,
 ) -> Plan:
     """Return the fastest plan for the bodies' ``kernels`` (striker first), or that with all possible poles unless
-    another takes less than `MARGIN` of its time; a given ``block`` is kept.
+    another takes less than `MARGIN` of its time; a ``block`` other than 0 is kept.
 
-    Raises `ContactError`: unknown engine; "poles" where a body has none; a block below one step.
+    Raises `ContactError`: unknown engine; "poles" where a body has none; a negative block.
     """
     if engine not in get_args(Engine):
         raise ContactError(f"engine {engine!r} is unknown; choose from {', '.join(get_args(Engine))}")
-    if block is not None and block < 1:
-        raise ContactError(f"block = {block} must be at least one step")
+    if block < 0:
+        raise ContactError(f"block = {block} must be at least one step, or 0 for that of the cost model")
     without = [kernel.engine for kernel in kernels if kernel.weights is not None]
     if engine == "poles" and without:
         raise ContactError(
@@ -260,7 +260,7 @@ def choose(
         modal[number] = False
         candidates.append(tuple(modal))
     blocks: tuple[int, ...] = (min(block or BLOCK, steps),)
-    if engine == "direct" or (block is None and engine != "fft"):
+    if engine == "direct" or (not block and engine != "fft"):
         blocks = (steps,) if engine == "direct" else (min(BLOCK, steps), steps)
     plans = [
         _plan(kernels, each, contacts, steps, size, engine) for each in dict.fromkeys(candidates) for size in blocks

@@ -19,7 +19,7 @@ from impact.greens.modal import ModalGreens
 from impact.march import history, laws, motion
 from impact.march.grid import TimeGrid
 from impact.march.loop import ladder as loop
-from impact.march.prepared import Discretised, discretise, find_free_motion
+from impact.march.prepared import MOST_STEPS, Discretised, discretise, find_free_motion
 from impact.march.problem import ContactProblem
 from impact.march.rows import MarchRun, Rows
 from impact.march.stepper import ContactStepper, LoopLaws
@@ -36,6 +36,8 @@ HIGHEST: Final = 6  # longest step: RISE^6 = 4096 fine ones
 FEWEST: Final = 16  # fewest steps of a length that fit into a run
 CHUNK: Final = loop.RISE**HIGHEST * 16  # fine steps whose loads are known at once
 ROOM: Final = 8192  # rows by which the histories grow
+NO_STEPS: Final = TimeGrid(0.0, np.zeros(0, dtype=np.int64))
+"""Grid of a march that follows the steps of no other one."""
 Room = tuple[NDArray[np.int64], Array, Array, Array]
 """Step after each row, forces, gaps and forces of films."""
 
@@ -72,15 +74,17 @@ class Levels:
     __repr__ = brief
 
 
-def prepare_levels(discretised: Discretised) -> Levels | None:
-    """Return the levels of a problem; ``None`` where a body is not marched by poles, or a load acts on another than the
-    striker or depends on the opening."""
+def has_levels(discretised: Discretised) -> bool:
+    """Return whether all bodies are marched by poles, and all loads act on the striker whatever the opening."""
+    by_poles = all(discretised.plan.by_poles) and all(body.kernel.weights is None for body in discretised.bodies)
+    follows = any(load.follows for load in discretised.problem.striker.loads)
+    return by_poles and not follows and not any(body.loads.size for body in discretised.bodies[1:])
+
+
+def prepare_levels(discretised: Discretised) -> Levels:
+    """Return the levels of a problem that `has_levels`."""
     problem, bodies, steps = discretised.problem, discretised.bodies, discretised.steps
-    modal = [b.kernel.modal for b in bodies if b.kernel.modal is not None and b.kernel.weights is None]
-    if len(modal) < len(bodies) or not all(discretised.plan.by_poles) or any(b.loads.size for b in bodies[1:]):
-        return None
-    if any(load.follows for load in problem.striker.loads):
-        return None
+    modal = [body.kernel.modal for body in bodies if body.kernel.modal is not None]
     dt, contacts, turns = discretised.dt, len(discretised.rest), [problem.directions(b.body) for b in bodies]
     lengths = np.array([loop.RISE**j for j in range(HIGHEST + 1) if j == 0 or loop.RISE**j * FEWEST <= steps])
     poles = history.Poles.from_modes(list(zip(modal, turns, strict=True)), dt, contacts)
@@ -150,7 +154,7 @@ def march(
     *,
     bodies: tuple[motion.Discrete, ...] = (),
     equal_steps: bool = False,
-    like: TimeGrid | None = None,
+    like: TimeGrid = NO_STEPS,
 ) -> MarchRun:
     """March a problem over a ``duration`` [s] for its forces and gaps, far cheaper than a run with energies.
 
@@ -169,7 +173,7 @@ def finish_march(run: ContactStepper | LadderMarch, progress: Progress = silent)
 
 
 def begin_march(
-    discretised: Discretised, *, equal_steps: bool = False, like: TimeGrid | None = None
+    discretised: Discretised, *, equal_steps: bool = False, like: TimeGrid = NO_STEPS
 ) -> ContactStepper | LadderMarch:
     """Return the march of a problem at its start.
 
@@ -179,8 +183,8 @@ def begin_march(
     the problems alone.
     """
     is_worth_it = is_worthwhile(discretised.plan.seconds, discretised.steps * len(discretised.rest))
-    if is_worth_it and not equal_steps and (levels := prepare_levels(discretised)) is not None:
-        return LadderMarch(discretised, levels, like=like)
+    if is_worth_it and not equal_steps and has_levels(discretised):
+        return LadderMarch(discretised, prepare_levels(discretised), like=like)
     return ContactStepper(find_free_motion(discretised))
 
 
@@ -194,7 +198,7 @@ class LadderMarch:
     """A march in fine steps, and in long ones where these are as good: its state, and the rows it has written."""
 
     def __init__(
-        self, discretised: Discretised, levels: Levels, share: float = SHARE, like: TimeGrid | None = None
+        self, discretised: Discretised, levels: Levels, share: float = SHARE, like: TimeGrid = NO_STEPS
     ) -> None:
         """Begin at t = 0; ``share``: see `SHARE`; ``like``: as in `begin_march`."""
         problem, rest = discretised.problem, discretised.rest
@@ -210,7 +214,7 @@ class LadderMarch:
         self._shifted = None if any(one is None for one in each) else np.array(each)
         self._opened = np.array([c.gap for c in problem.contacts])
         self._control = np.zeros(9, dtype=np.int64)
-        self._followed = np.zeros(0, dtype=np.int64) if like is None else like.ends
+        self._followed = like.ends
         self._sides = np.array([3 if c.side > 0 else 4 for c in problem.contacts])
         start = self._opened + levels.poles.psi @ levels.start[0] + discretised.find_own(0) @ rest
         start = start + problem.carried(np.zeros(1))[0]
@@ -265,7 +269,7 @@ class LadderMarch:
         self._first, problem = first, self._of.problem
         self._chunk = amplitudes, sums, problem.carried(time if problem.is_carried else time[:0]).copy()
 
-    def advance_far(self, until: int | None = None) -> None:
+    def advance_far(self, until: int = MOST_STEPS) -> None:
         """March to step ``until`` at most; less far if the known loads or the room for rows end.
 
         Raises `ContactError` where a law of the user's own fails.
@@ -273,7 +277,7 @@ class LadderMarch:
         control, n = self._control, self.done
         if n >= self._first + CHUNK:
             self._load_chunk(n)
-        stop = min(self._first + CHUNK, self._of.steps, self._of.steps if until is None else until)
+        stop = min(self._first + CHUNK, self._of.steps, until)
         amplitudes, sums, carried = self._chunk
         levels, known, first = self._levels, self._laws, np.int64(self._first)
         single = len(known.codes) == 1 or None

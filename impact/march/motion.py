@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,7 +49,32 @@ class Motion:
     __repr__ = brief
 
 
-def mid_steps(dt: float, n: int) -> Array:
+@dataclass(frozen=True)
+class PortForces:
+    """Forces (p, N) at contacts, constant over each step of a grid [N], and their ``directions`` (P, p) on the ports of
+    a body."""
+
+    grid: TimeGrid
+    force: Array
+    directions: Array
+
+    __repr__ = brief
+
+    @staticmethod
+    def at_ports(force: Array, dt: float) -> PortForces:
+        """Return the forces (P, n) on the ports themselves, constant over steps of ``dt`` [s]."""
+        return PortForces(TimeGrid.of_equal_steps(dt, force.shape[1]), force, np.eye(len(force)))
+
+    @cached_property
+    def _are_turned(self) -> bool:
+        return not np.array_equal(self.directions, np.eye(len(self.directions)))
+
+    def within(self, part: slice) -> Array:
+        """Return the (P, m) forces on the ports in some steps [N]."""
+        return self.directions @ self.force[:, part] if self._are_turned else self.force[:, part]
+
+
+def find_middle_times(dt: float, n: int) -> Array:
     """Return the (n,) times in the middle of the steps, at which loads are taken [s]."""
     return np.asarray(dt * (np.arange(n) + 0.5), dtype=np.float64)
 
@@ -79,7 +104,7 @@ class Discrete:
     def from_body(body: Body, dt: float, n: int) -> Discrete:
         """Return ``body`` over ``n`` steps of ``dt``, starting from its initial state."""
         body.greens.check_length(dt, n)
-        loads = body.load_amplitudes(mid_steps(dt, n))
+        loads = body.load_amplitudes(find_middle_times(dt, n))
         if not np.all(np.isfinite(loads)):
             raise GreensFunctionError(f"the amplitudes of a load must be finite, {np.sum(~np.isfinite(loads))} are not")
         ports = len(body.greens.ports)
@@ -98,23 +123,18 @@ class Discrete:
         if not (self.loads.size or np.any(self.rest)) and self.kernel.weights is None and self.kernel.modal is not None:
             return _free_vibration(self, self.kernel.modal)
         force = np.repeat(self.rest[:, None], self.loads.shape[1], axis=1)
-        if self.kernel.modal is None or self.kernel.weights is not None:
-            return self.motion(force).displacement
-        return _modal_motion(self, self.kernel.modal, force, energies=False).displacement
+        return self.motion(PortForces.at_ports(force, self.dt), energies=False).displacement
 
-    def stored_after(
-        self, force: Array, steps: Sequence[int], grid: TimeGrid | None = None, turn: Array | None = None
-    ) -> Array | None:
-        """Return the energy stored in the body after each of the fine ``steps`` (increasing) [J]; ``None`` without
-        modes. Arguments as in `motion`; a step that is no end of one of the ``grid`` counts as that it belongs to."""
+    def stored_after(self, forces: PortForces, steps: Sequence[int]) -> Array:
+        """Return the energy stored in the body after each of the fine ``steps`` (increasing) [J]; nan without modes. A
+        step that is no end of one of the forces' grid counts as that it belongs to."""
         if self.kernel.modal is None or self.kernel.weights is not None:
-            return None
-        uniform, none = grid is None or grid.is_uniform, np.zeros((0, len(self.rest)))
-        rows = list(steps) if grid is None else np.searchsorted(grid.ends, steps).tolist()
-        replay, advance = _begin_replay(self, self.kernel.modal, grid, none, energies=False)
+            return np.full(len(steps), np.nan)
+        rows = np.searchsorted(forces.grid.ends, steps).tolist()
+        replay, advance = _begin_replay(self, self.kernel.modal, forces, np.zeros((0, len(self.rest))), energies=False)
         stored, now, calm = {0: replay.stored}, 0, np.zeros((0, 2), dtype=np.int64)
-        if uniform:
-            pushed = np.any(force, axis=0) | np.any(self.loads, axis=0)
+        if forces.grid.is_uniform:
+            pushed = np.any(forces.force, axis=0) | np.any(self.loads, axis=0)
             calm = np.flatnonzero(np.diff(pushed, prepend=True, append=True)).reshape(-1, 2)
         ends = calm[np.diff(calm, axis=1)[:, 0] >= CALM].ravel()
         for row in sorted({*rows, *ends[ends < max(rows, default=0)].tolist()}):
@@ -122,34 +142,24 @@ class Discrete:
                 replay.coast(row - now)
             else:
                 for part in blocks(row - now):
-                    span = slice(now + part.start, now + part.stop)
-                    advance(span, force[:, span] if turn is None else turn @ force[:, span])
+                    advance(slice(now + part.start, now + part.stop))
             now, stored[row] = row, replay.stored
         return np.array([stored[row] for row in rows])
 
-    def motion(
-        self,
-        force: Array,
-        grid: TimeGrid | None = None,
-        turn: Array | None = None,
-        write: Write | None = None,
-        *,
-        energies: bool = True,
-    ) -> Motion:
-        """Return the motion under port forces (P, n) along the normal, constant over each step of the ``grid``, by
-        default fine steps. Other steps are for bodies of modes alone.
+    def motion(self, forces: PortForces, write: Write | None = None, *, energies: bool = True) -> Motion:
+        """Return the motion under ``forces``; steps of different lengths are for bodies of modes alone.
 
-        ``turn`` (P, p): directions of the ports at contacts, whose forces (p, n) are then given. ``write``: function
-        that receives the displacements, slice by slice, which the motion then lacks: they may be large. Without
-        ``energies`` those of modes mean nothing.
+        ``write``: function that receives the displacements, slice by slice, which the motion then lacks: they may be
+        large. Without ``energies`` those of modes mean nothing.
         """
-        n, modal = force.shape[1], self.kernel.modal
+        modal, every = self.kernel.modal, np.eye(len(self.rest))
         if modal is not None and self.kernel.weights is None:
-            return _modal_motion(self, modal, force, grid, turn, energies=energies, write=write)
-        force = force if turn is None else turn @ force
+            return _modal_motion(self, modal, forces, every, energies=energies, write=write)
+        force = forces.within(slice(None))
+        n = force.shape[1]
         out = Motion(np.zeros((len(force), n + 1)), np.zeros(n + 1), np.zeros(n + 1), np.zeros(n + 1))
         if modal is not None:
-            out = _modal_motion(self, modal, force)
+            out = _modal_motion(self, modal, forces, every)
         if self.kernel.weights is not None:
             out = _sampled_motion(self, self.kernel.weights, force, out)
         if write is not None:
@@ -157,25 +167,22 @@ class Discrete:
         return out
 
 
-def mean_displacement(
-    discrete: Discrete, force: Array, shares: Array, grid: TimeGrid | None = None, turn: Array | None = None
-) -> Array:
-    """Return the (n + 1,) mean displacement [m] of the ports under ``force`` (P, n), weighted by ``shares``; with
-    ``turn`` as in `Discrete.motion`.
+def mean_displacement(discrete: Discrete, forces: PortForces, shares: Array) -> Array:
+    """Return the (n + 1,) mean displacement [m] of the ports under ``forces``, weighted by ``shares``.
 
-    It equals ``shares @ discrete.motion(force).displacement``, and is cheaper: without energies, and for a body at rest
-    only by modes with a mean displacement.
+    It equals ``shares @ discrete.motion(forces).displacement``, and is cheaper: without energies, and for a body at
+    rest only by modes with a mean displacement.
     """
     kernel, is_still = discrete.kernel, not discrete.moves_by_itself
     if kernel.weights is not None and not is_still:
-        return np.asarray(shares @ discrete.motion(force, grid, turn).displacement)
-    out = np.zeros(force.shape[1] + 1)
+        return np.asarray(shares @ discrete.motion(forces).displacement)
+    out = np.zeros(forces.force.shape[1] + 1)
     if kernel.modal is not None:
         modal = _with_mean_motion(kernel.modal, shares) if is_still else kernel.modal
-        out += _modal_motion(discrete, modal, force, grid, turn, seen=shares[None], energies=False).displacement[0]
+        out += _modal_motion(discrete, modal, forces, shares[None], energies=False).displacement[0]
     if kernel.weights is not None:
-        pushes = force if turn is None else turn @ force
-        for weights, push in zip(np.einsum("i,ijn->jn", shares, kernel.weights), pushes, strict=True):
+        pushes = zip(np.einsum("i,ijn->jn", shares, kernel.weights), forces.within(slice(None)), strict=True)
+        for weights, push in pushes:
             out[1:] += convolve(weights, push)
     return out
 
@@ -237,31 +244,26 @@ def find_start(discrete: Discrete, modal: ModalGreens) -> ModalState:
 def _modal_motion(
     discrete: Discrete,
     modal: ModalGreens,
-    force: Array,
-    grid: TimeGrid | None = None,
-    turn: Array | None = None,
+    forces: PortForces,
+    seen: Array,
     *,
-    seen: Array | None = None,
     energies: bool = True,
     write: Write | None = None,
 ) -> Motion:
-    """Return the motion by modes, as `Discrete.motion`; without ``energies`` these mean nothing. ``seen``: as of
-    `Replay`."""
-    n = force.shape[1]
+    """Return the motion by modes, as `Discrete.motion`; ``seen``: as of `Replay`."""
+    n = forces.force.shape[1]
     start, relaxed, rest = find_start(discrete, modal), find_relaxations(discrete, modal), modal.residual
     spring = rest.compliance @ discrete.rest
-    moved = modal.shapes.T @ start.displacement + rest.shapes.T @ relaxed + spring
-    seen = np.eye(len(moved)) if seen is None else seen
-    moved = seen @ moved
+    moved = seen @ (modal.shapes.T @ start.displacement + rest.shapes.T @ relaxed + spring)
     u, stored, lost, work = np.zeros((len(moved), 0 if write else n + 1)), *np.zeros((3, n + 1))
     swinging = start.velocity @ start.velocity + np.sum((modal.omega * start.displacement) ** 2)
     stored[0] = 0.5 * float(swinging + rest.rates @ relaxed**2 + discrete.rest @ spring)
-    _, advance = _begin_replay(discrete, modal, grid, seen, energies=energies)
+    _, advance = _begin_replay(discrete, modal, forces, seen, energies=energies)
     write = write or partial(_put, u)
     write(slice(1), moved[:, None])
     for part in blocks(n):
         now = slice(part.start + 1, part.stop + 1)
-        block = advance(part, force[:, part] if turn is None else turn @ force[:, part])
+        block = advance(part)
         write(now, block.displacement)
         if energies:
             stored[now], lost[now], work[now] = block.stored, block.lost, block.load_work
@@ -273,18 +275,17 @@ def _put(whole: Array, rows: slice, displacement: Array) -> None:
 
 
 def _begin_replay(
-    discrete: Discrete, modal: ModalGreens, grid: TimeGrid | None, seen: Array, *, energies: bool
-) -> tuple[Replay, Callable[[slice, Array], Block]]:
-    """Return a replay, and the function that advances it through a slice of the steps under the port forces (P, m) in
-    them."""
-    body = _start_of(discrete, modal, seen)
-    if grid is None or grid.is_uniform:
+    discrete: Discrete, modal: ModalGreens, forces: PortForces, seen: Array, *, energies: bool
+) -> tuple[Replay, Callable[[slice], Block]]:
+    """Return a replay, and the function that advances it through a slice of the steps under the forces in them."""
+    body, grid = _start_of(discrete, modal, seen), forces.grid
+    if grid.is_uniform:
         equal = EqualReplay(body, discrete.dt)
-        return equal, lambda part, force: equal.advance(force, discrete.loads[:, part], energies=energies)
+        return equal, lambda part: equal.advance(forces.within(part), discrete.loads[:, part], energies=energies)
     (lengths, levels), (means, rises) = grid.levels, find_loads(discrete.loads, grid.ends)
     leaps = LeapReplay(body, discrete.dt * lengths.astype(np.float64))
-    return leaps, lambda part, force: leaps.advance(
-        force, means[:, part], levels[part], rises[:, part], energies=energies
+    return leaps, lambda part: leaps.advance(
+        forces.within(part), means[:, part], levels[part], rises[:, part], energies=energies
     )
 
 

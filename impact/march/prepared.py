@@ -51,7 +51,9 @@ class Flying:
     drive: Array
 
 
-def parted(bodies: tuple[motion.Discrete, ...], turns: list[Array]) -> tuple[tuple[motion.Discrete, ...], list[Flying]]:
+def split_rigid_modes(
+    bodies: tuple[motion.Discrete, ...], turns: list[Array]
+) -> tuple[tuple[motion.Discrete, ...], list[Flying]]:
     """Return the bodies without their rigid-body modes under loads, and these modes; ``turns``: (P, p) directions of
     the contacts on each body."""
     parts, flying = list(bodies), []
@@ -60,7 +62,7 @@ def parted(bodies: tuple[motion.Discrete, ...], turns: list[Array]) -> tuple[tup
         if g is None or not any(np.any(load.shape[g.omega == 0]) for load in body.loads):
             continue  # no load acts on a rigid-body mode
         rigid, start = g.omega == 0, body.modal_start()
-        held, free = g.of_modes(~rigid), g.of_modes(rigid, Residual.none(len(g.ports)))
+        held, free = g.of_modes(~rigid, g.residual), g.of_modes(rigid, Residual.none(len(g.ports)))
         bends = bool(np.any(~rigid))
         state = ModalState(start.displacement[~rigid], start.velocity[~rigid]) if bends else None
         loads = tuple(replace(load, shape=load.shape[~rigid]) for load in body.loads if bends)
@@ -70,7 +72,7 @@ def parted(bodies: tuple[motion.Discrete, ...], turns: list[Array]) -> tuple[tup
         drive = np.stack([load.shape[rigid] for load in body.loads], axis=1) @ discrete.loads
         if np.any(seen := np.any(free.shapes @ turn != 0, axis=1)):
             now = np.array([start.displacement[rigid], start.velocity[rigid]])
-            flying.append(Flying(free.of_modes(seen), turn, now[:, seen], drive[seen]))
+            flying.append(Flying(free.of_modes(seen, free.residual), turn, now[:, seen], drive[seen]))
     return tuple(parts), flying
 
 
@@ -118,7 +120,7 @@ class Pilot:
 
 RULES = {"passive": laws.PASSIVE, "conserving": laws.CONSERVING, "blended": laws.BLENDED}
 MOST_WEIGHTS = 8e9  # most bytes of the step weights between all contacts
-MOST_STEPS = 2e8  # most steps of a run, which has some 10 arrays of this length
+MOST_STEPS = 200_000_000  # most steps of a run, which has some 10 arrays of this length
 
 
 @dataclass(frozen=True)
@@ -177,7 +179,7 @@ def discretise(
     duration: float,
     rule: str = "auto",
     engine: history.Engine = "auto",
-    block: int | None = None,
+    block: int = 0,
     bodies: tuple[motion.Discrete, ...] = (),
 ) -> Discretised:
     """Discretise the bodies over a ``duration`` [s] at the step ``dt`` [s]; arguments and errors as in `prepare`."""
@@ -200,15 +202,15 @@ def prepare(
     duration: float,
     rule: str = "auto",
     engine: history.Engine = "auto",
-    block: int | None = None,
+    block: int = 0,
     bodies: tuple[motion.Discrete, ...] = (),
 ) -> Prepared:
     """Discretise the bodies and their free motion over a ``duration`` [s] at the step ``dt`` [s].
 
     ``rule``: "passive", "conserving" or "blended", see `laws`; "auto": blended for elastic laws, else passive.
-    ``engine``: history engine; ``block``: steps summed directly by the blocked FFT. ``bodies``: the problem's bodies,
-    if discretised already at this step and over this duration: several problems may share them. Raises `ContactError`
-    for a problem that cannot be integrated, or ``bodies`` of another problem, step or duration.
+    ``engine``: history engine; ``block``: steps summed directly by the blocked FFT, 0: chosen. ``bodies``: the
+    problem's bodies, if discretised already at this step and over this duration: several problems may share them.
+    Raises `ContactError` for a problem that cannot be integrated, or ``bodies`` of another problem, step or duration.
     """
     return find_free_motion(discretise(problem, dt, duration, rule, engine, block, bodies))
 
@@ -219,7 +221,7 @@ def find_free_motion(discretised: Discretised) -> Prepared:
     problem, bodies, n, own = discretised.problem, discretised.bodies, discretised.steps, discretised.find_own()
     turns = [problem.directions(b.body) for b in bodies]
     gaps = _free_gaps(problem, bodies, turns, n)
-    parts, flying = parted(bodies, turns)
+    parts, flying = split_rigid_modes(bodies, turns)
     poles, weights = _memory(parts, flying, turns, discretised.plan, own, n)
     flight = None
     if flying:  # in the order of `_memory`
@@ -340,13 +342,17 @@ def step_count(dt: float, duration: float) -> int:
 
 def _refuse_ill_posed(problem: ContactProblem) -> None:
     """Raise `RigidContactError` for a rigid law between bodies with g(0+) = 0: its force would grow like 1/dt."""
-    modes = [body for body in problem.bodies if body.greens.modal is not None]
-    at_once = {id(body): np.diag(body.greens.initial_value()) for body in modes}
+    initial_values = {
+        id(body): np.full(len(body.greens.ports), np.inf)
+        if body.greens.modal is None
+        else np.diag(body.greens.initial_value())
+        for body in problem.bodies
+    }
     for number, contact in enumerate(problem.contacts):
         if not isinstance(contact.law, laws.Signorini):
             continue
         pair = ((problem.striker, contact.striker_port), (contact.target, contact.port))
-        if all(id(body) in at_once and at_once[id(body)][body.greens.port_index(port)] == 0.0 for body, port in pair):
+        if all(initial_values[id(body)][body.greens.port_index(port)] == 0.0 for body, port in pair):
             raise RigidContactError(
                 f"contact {number}: neither body yields at once (no residual flexibility, g(0+) = 0) and the law is "
                 "rigid: the force would grow like 1/dt; add a residual (impact.Residual) or use a compliant law"

@@ -13,6 +13,7 @@ from impact.greens.base import Array, GreensFunction
 from impact.march.laws import NO_FILM, ROUGH, Law, Parameters, Signorini, SqueezeFilm
 from impact.quantities import as_html, brief
 
+SIGNORINI: Final = Signorini()
 MOST_CONTACTS: Final = 8192
 """Most contacts of a problem: the compliance matrix between all contacts then takes 0.5 GB."""
 
@@ -88,24 +89,23 @@ class ContactProblem:
         striker: Body | GreensFunction,
         target: Body | GreensFunction | None = None,
         *,
-        gap: float | None = None,
-        law: Law | None = None,
+        gap: float = 0.0,
+        law: Law = SIGNORINI,
         film: SqueezeFilm | None = None,
-        striker_port: str | int | None = None,
-        target_port: str | int | None = None,
+        striker_port: str | int = 0,
+        target_port: str | int = 0,
         contacts: list[Contact] | tuple[Contact, ...] = (),
         preload: bool = False,
     ) -> None:
         striker = as_body(striker)
         if (target is None) == (len(contacts) == 0):
             raise ContactError("give either a target or a list of contacts")
-        if target is None and any(v is not None for v in (gap, law, film, striker_port, target_port)):
+        if target is None and (gap, law, film, striker_port, target_port) != (0.0, SIGNORINI, None, 0, 0):
             raise ContactError(
                 "gap, law, film and ports belong to each contact of the list: impact.Contact(target, gap=...)"
             )
         if target is not None:
-            body = as_body(target)
-            contacts = (Contact(body, target_port or 0, gap or 0.0, law or Signorini(), 1, striker_port or 0, film),)
+            contacts = (Contact(as_body(target), target_port, gap, law or SIGNORINI, 1, striker_port, film),)
         if len(contacts) > MOST_CONTACTS:
             raise ContactError(
                 f"{len(contacts)} contacts: at most {MOST_CONTACTS} are solved together, whose compliances with each "

@@ -11,6 +11,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +26,12 @@ from impact.march.loop.forces import FLOOR, oscillate, padded
 
 CACHED_VALUES, LEAST_TILE = 2**17, 64  # floats of a tile that fit in the cache; fewest steps of a tile
 _FORM = ((0, 0), (0, 1), (0, 2), (0, 3), (1, 1), (1, 2), (1, 3), (2, 2), (2, 3), (3, 3))
+
+
+FIRST: Final[NDArray[np.int64]] = np.zeros(0, dtype=np.int64)
+"""Levels of steps that all have the first length."""
+NO_RISES: Final[Array] = np.zeros((0, 0))
+"""Rises of loads that are constant over each step."""
 
 
 def find_loads(amplitudes: Array, ends: NDArray[np.int64]) -> tuple[Array, Array]:
@@ -92,9 +99,7 @@ class Replay(ABC):
         """Return the present elastic and kinetic energy of the modes [J]."""
 
     @abstractmethod
-    def _move_modes(
-        self, channels: Array, levels: NDArray[np.int64], rises: Array | None, u: Array, energies: Array
-    ) -> Array:
+    def _move_modes(self, channels: Array, levels: NDArray[np.int64], rises: Array, u: Array, energies: Array) -> Array:
         """Advance the modes under port forces and means of loads ``channels`` (P + L, m) and ``rises`` (L, m); add
         their displacements to ``u`` (o + L, m), the energies stored and lost to ``energies`` (2, m); return the (L, m)
         mean displacements at loads that rise."""
@@ -109,16 +114,16 @@ class Replay(ABC):
         self,
         force: Array,
         means: Array,
-        levels: NDArray[np.int64] | None = None,
-        rises: Array | None = None,
+        levels: NDArray[np.int64] = FIRST,
+        rises: Array = NO_RISES,
         *,
         energies: bool = True,
     ) -> Block:
         """Advance through m steps under port forces (P, m) and loads of ``means`` and ``rises`` (L, m); cheaper without
         ``energies``. ``levels`` (m,): numbers of the steps' lengths among the spans, by default the first."""
         m, seen = force.shape[1], len(self._seen)
-        levels = np.zeros(m, dtype=np.int64) if levels is None else levels
-        rises = rises if rises is not None and np.any(rises) else None
+        levels = levels if levels.size else np.zeros(m, dtype=np.int64)
+        rises = rises if np.any(rises) else NO_RISES
         u, energy = np.zeros((len(self._out), m)), np.zeros((2, m if energies else 0))
         between = self._move_modes(np.concatenate([force, means]), levels, rises, u, energy)
         stored, lost = energy
@@ -136,7 +141,7 @@ class Replay(ABC):
                 lost += 0.5 * np.sum(jump * (self._compliance @ jump), axis=0)
         before = np.concatenate([self._load_displacement[:, None], u[seen:, :-1]], axis=1)
         work = np.sum(means * (u[seen:] - before), axis=0)
-        if rises is not None:
+        if rises.size:
             work += np.sum(rises * ((u[seen:] + before) / 2 - between), axis=0)
         self._load_displacement, self._last = u[seen:, -1].copy(), force[:, -1].copy()
         return Block(u[:seen], stored, lost, work)
@@ -173,9 +178,7 @@ class EqualReplay(Replay):
         swinging = float(np.sum(self._p**2) + np.sum(self._steps[6] * self._q**2))
         return 0.5 * (swinging + float(sum((body[1] + self._dt * (body[2] + body[3])) ** 2 for body in self._bodies)))
 
-    def _move_modes(
-        self, channels: Array, levels: NDArray[np.int64], rises: Array | None, u: Array, energies: Array
-    ) -> Array:
+    def _move_modes(self, channels: Array, levels: NDArray[np.int64], rises: Array, u: Array, energies: Array) -> Array:
         for body, seen, moved in zip(self._bodies, self._rigid, self._moved, strict=True):
             places, rates = np.empty((2, channels.shape[1]))
             translate(self._dt, body, seen @ channels, places, rates)
@@ -245,15 +248,13 @@ class LeapReplay(Replay):
     def modal_energy(self) -> float:
         return 0.5 * float(np.sum(self._v**2) + np.sum((self._rates[0] * self._q) ** 2))
 
-    def _move_modes(
-        self, channels: Array, levels: NDArray[np.int64], rises: Array | None, u: Array, energies: Array
-    ) -> Array:
+    def _move_modes(self, channels: Array, levels: NDArray[np.int64], rises: Array, u: Array, energies: Array) -> Array:
         between = np.zeros((len(channels) - self._ports, channels.shape[1]))
         form = self._form if energies.size else None
         stored, lost = energies if energies.size else np.zeros((2, channels.shape[1]))
         for part in blocks(channels.shape[1], self._tile):
             q = _modal_forces(channels[:, part], self._shapes, self._buffers[0])
-            f = None if rises is None else np.ascontiguousarray(rises[:, part].T @ self._shapes[self._ports :])
+            f = np.ascontiguousarray(rises[:, part].T @ self._shapes[self._ports :]) if rises.size else None
             _swing(levels[part], self._steps, form, self._q, self._v, q, f, stored[part], lost[part])
             u[:, part] = self._out @ q.T
             if f is not None:

@@ -10,7 +10,7 @@ import numpy as np
 from impact.bodies.body import Body
 from impact.greens.base import Array
 from impact.march.grid import AtEqualSteps, TimeGrid
-from impact.march.motion import Discrete, mean_displacement
+from impact.march.motion import Discrete, PortForces, mean_displacement
 from impact.march.problem import ContactProblem
 from impact.quantities import brief
 
@@ -30,6 +30,11 @@ class Rows(TimeGrid):
     film: Array
 
     __repr__ = brief
+
+    @property
+    def solid(self) -> Array:
+        """Return the (N + 1, p) force of solid contact [N], without films."""
+        return self.force - self.film if self.film.size else self.force
 
     def of_forces(self) -> Rows:
         """Return the rows without gaps, as those of many contacts are large."""
@@ -111,12 +116,12 @@ class Replayed:
     Attributes:
         run: the run, without gaps.
         weights: (p, k) or (p,).
-        gap: (N + 1, p) gaps [m], by which the striker is above the targets; ``None``: those of the targets are meant.
+        gap: (N + 1, p) gaps [m], by which the striker is above the targets; (0, p): those of the targets are meant.
     """
 
     run: MarchRun
     weights: Array
-    gap: Array | None = None
+    gap: Array
 
     __repr__ = brief
 
@@ -137,13 +142,13 @@ class Replayed:
                 continue
             seen = np.zeros((len(body.rest), weights.shape[1]))
             np.add.at(seen, ports, weights[contacts])
-            turn, force = problem.directions(body.body), run.rows.force[1:].T
+            forces = PortForces(run.rows, run.rows.force[1:].T, problem.directions(body.body))
             if weights.shape[1] == 1:
-                moved[:, 0] += mean_displacement(body, force, seen[:, 0], run.rows, turn)
+                moved[:, 0] += mean_displacement(body, forces, seen[:, 0])
             else:
-                body.motion(force, run.rows, turn, partial(_add, moved, seen), energies=False)
+                body.motion(forces, partial(_add, moved, seen), energies=False)
             moved += body.body.carried(time)[:, None] * weights[contacts].sum(axis=0)
-        if self.gap is not None:
+        if len(self.gap):
             sides = np.array([contact.side for contact in problem.contacts])
             moved += self.gap @ (sides[:, None] * weights)
             moved -= np.array([contact.gap for contact in problem.contacts]) * sides @ weights

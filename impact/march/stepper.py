@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from impact.bodies.body import Body, Load
 from impact.greens.base import Array
 from impact.march import history, laws, motion
-from impact.march.grid import FOLLOW, foreseen
+from impact.march.grid import FOLLOW, foresee_openings
 from impact.march.loop.marches import linear_laws, march_many, march_one
 from impact.march.prepared import BLOCK as FLIGHT
 from impact.march.prepared import Pilot, Prepared
@@ -101,7 +101,7 @@ class ContactStepper:
         force = self.force[self.done - 1] if self.done else self.prepared.rest
         return StepState(self.time, force.copy(), self.gap[self.done].copy())
 
-    def step(self, loads: Array | None = None) -> StepState:
+    def step(self, loads: Sequence[float] | Array = ()) -> StepState:
         """Take one step, during which ``loads`` (L,) [N] act beside the striker's own loads, constant over the step.
 
         ``loads[i]`` is added to the amplitude of ``striker.loads[i]``; for a force known only here, give the body
@@ -109,8 +109,8 @@ class ContactStepper:
         """
         if self.done == self.prepared.steps:
             raise ContactError(f"the run is over after {self.done} steps; prepare it with a longer duration")
-        if loads is not None:
-            self.live.record(self.done, loads)
+        if len(loads):
+            self.live.record(self.done, np.asarray(loads))
         self.advance(1)
         return self.state
 
@@ -291,7 +291,7 @@ def with_recorded_loads(body: Body, opening: Array, dt: float) -> Body:
     seats [m] replaced by their histories in the run."""
     if not any(load.follows for load in body.loads):
         return body
-    first, ahead = foreseen(opening)
+    first, ahead = foresee_openings(opening)
     times = np.asarray(dt * first, dtype=np.float64)
     return replace(body, loads=tuple(_recorded_load(load, times, ahead, FOLLOW * dt) for load in body.loads))
 
@@ -302,13 +302,13 @@ def _recorded_load(load: Load, times: Array, ahead: Array, span: float) -> Load:
     if load.feedback is not None:
         state = load.feedback.start()
         fed = [load.feedback.advance(state, float(t), span, float(lift)) for t, lift in zip(times, ahead, strict=True)]
-        amplitude = held_course(np.array(fed), span)
+        amplitude = hold_course(np.array(fed), span)
     if load.by_opening is not None:
         factors = np.array([load.by_opening(float(lift)) for lift in ahead])
-    factor = held_course(factors, span)
+    factor = hold_course(factors, span)
     return Load(load.shape, lambda t: np.asarray(amplitude(t)) * factor(t))
 
 
-def held_course(values: Array, span: float) -> Callable[[Array], Array]:
+def hold_course(values: Array, span: float) -> Callable[[Array], Array]:
     """Return the function of time that keeps each of the values for a ``span`` [s]."""
     return lambda t: values[np.clip((np.asarray(t) / span).astype(np.int64), 0, len(values) - 1)]

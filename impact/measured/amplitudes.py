@@ -13,7 +13,6 @@ from typing import Final
 
 import numpy as np
 import scipy
-from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve, cholesky, solve_triangular
 from scipy.optimize import nnls
 
@@ -21,8 +20,9 @@ from impact.greens.base import Array, ComplexArray
 from impact.greens.modal import ModalGreens, Residual
 from impact.greens.poles import PoleGreens
 from impact.measured import vector_fitting
+from impact.measured.frf import FrequencyResponseError
 from impact.measured.passivity import positive_part
-from impact.measured.vector_fitting import Lines, Poles, fitted_poles, left_over, refined, starting_poles
+from impact.measured.vector_fitting import Lines, Poles, converge_poles, find_misfit, refined, starting_poles
 
 _ROUNDS = 12
 _MARGIN = 1e-4  # eigenvalue to which each violation is raised, over the sum of the sizes of the terms
@@ -76,8 +76,9 @@ def signed_terms(matrix: Array, smallest: float = 1e-9) -> list[tuple[float, Arr
     return [(float(np.sign(v)), np.sqrt(abs(v)) * x) for v, x in zip(values, vectors.T, strict=True) if abs(v) > limit]
 
 
-def made_passive(residues: Residues, port_names: tuple[str, ...], s: ComplexArray, weights: Array) -> Residues | None:
-    """Return the nearest passive function with the same poles, or ``None`` if it is not found in `_ROUNDS` rounds.
+def make_passive(residues: Residues, port_names: tuple[str, ...], s: ComplexArray, weights: Array) -> Residues:
+    """Return the nearest passive function with the same poles; raises `FrequencyResponseError` if it is not found in
+    `_ROUNDS` rounds.
 
     Minimises the weighted squares of the change of G on the lines ``s`` under v' Re[iw G(iw)] v >= 0 for the
     eigenvectors v of all violations so far: a quadratic programme, solved through its dual.
@@ -109,7 +110,7 @@ def made_passive(residues: Residues, port_names: tuple[str, ...], s: ComplexArra
                     )
                     goals.append(_MARGIN * float(size[0]) - float(value))
         if not rows:  # a violation is narrower than the grid
-            return None
+            break
         a, b = np.array(rows), np.array(goals)
         weight = np.array([1.0 + (i != j) for i, j in pairs_of_ports])
         inverse = np.stack(
@@ -122,7 +123,9 @@ def made_passive(residues: Residues, port_names: tuple[str, ...], s: ComplexArra
         multipliers = nnls(root.T, solve_triangular(root, b * size_of, lower=True))[0] * size_of
         residues = _moved(residues, np.einsum("env,v->en", inverse, multipliers), pairs_of_ports)
         goals = list(b - np.einsum("ven,en->v", a, np.einsum("env,v->en", inverse, multipliers)))
-    return None
+    raise FrequencyResponseError(
+        'the residues cannot be made passive by a small change: use form="modal", or fewer pole pairs'
+    )
 
 
 def _row(poles: vector_fitting.Poles, w: float) -> Array:
@@ -317,9 +320,9 @@ def choose_poles(data: FitData, floor: Array, most: int) -> tuple[Poles, tuple[C
     best, least, idle_rounds = Poles(np.zeros(0, dtype=complex), np.zeros(0)), np.inf, 0
     tried = list[Candidate]()
     for _ in range(_MOST_ROUNDS):
-        poles = within(data.s, fitted_poles(lines, poles))
+        poles = within(data.s, converge_poles(lines, poles))
         poles = within(data.s, refined(lines, poles))
-        cost = criterion(data, left_over(lines, poles), poles)
+        cost = criterion(data, find_misfit(lines, poles), poles)
         tried.append(Candidate(poles, cost))
         idle_rounds = 0 if cost < least else idle_rounds + 1
         best, least = (poles, cost) if cost < least else (best, least)
@@ -333,7 +336,7 @@ def choose_poles(data: FitData, floor: Array, most: int) -> tuple[Poles, tuple[C
             break
         # more pairs at the highest peaks of the misfit, smoothed over five lines
         smooth = np.convolve(data.weights * np.linalg.norm(misfit, axis=1), np.ones(5) / 5, mode="same")
-        peaks = _local_peaks(np.concatenate([[0.0], smooth, [0.0]])) - 1
+        peaks = scipy.signal.find_peaks(np.concatenate([[0.0], smooth, [0.0]]))[0] - 1
         worst = data.s.imag[peaks[np.argsort(-smooth[peaks])[: max(1, len(poles.pairs) // 6)]]]
         pairs = np.concatenate([poles.pairs, (-0.01 + 1j) * worst])
         poles = Poles(pairs[np.argsort(pairs.imag)], poles.rates)
@@ -378,10 +381,10 @@ def _without_idle(data: FitData, lines: Lines, poles: Poles, cost: float) -> lis
             break
         fewer = [Poles(np.delete(poles.pairs, k), poles.rates) for k in range(len(poles.pairs))]
         fewer += [Poles(poles.pairs, np.delete(poles.rates, k)) for k in range(len(poles.rates))]
-        costs = [criterion(data, left_over(lines, each), each) for each in fewer]
+        costs = [criterion(data, find_misfit(lines, each), each) for each in fewer]
         least = int(np.argmin(costs))
         moved = within(data.s, refined(lines, fewer[least]))
-        new = criterion(data, left_over(lines, moved), moved)
+        new = criterion(data, find_misfit(lines, moved), moved)
         if new >= cost:
             break
         poles, cost = moved, new
@@ -389,14 +392,9 @@ def _without_idle(data: FitData, lines: Lines, poles: Poles, cost: float) -> lis
     return candidates
 
 
-def _local_peaks(values: Array, prominence: float | None = None) -> NDArray[np.int64]:
-    """Return the indices of the local maxima of at least this ``prominence``."""
-    return np.asarray(scipy.signal.find_peaks(values, prominence=prominence)[0], dtype=np.int64)
-
-
 def _peaks(data: FitData, most: int) -> tuple[int, Array]:
     """Return the initial number of pole pairs, and the frequencies of resonances above the noise [rad/s]."""
     size = np.linalg.norm(data.g, axis=(1, 2))
-    peaks = _local_peaks(np.log(np.maximum(size * data.s.imag, 1e-300)), prominence=_PROMINENCE)
+    peaks, _ = scipy.signal.find_peaks(np.log(np.maximum(size * data.s.imag, 1e-300)), prominence=_PROMINENCE)
     peaks = data.s.imag[peaks[(size * data.weights)[peaks] > ABOVE_NOISE]]
     return min(max(1, len(peaks)), most), peaks

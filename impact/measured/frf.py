@@ -8,6 +8,7 @@ variance of a response from its coherence).
 
 from __future__ import annotations
 
+import math
 import os
 import re
 from collections.abc import Iterator, Mapping
@@ -19,7 +20,7 @@ import scipy
 from numpy.typing import ArrayLike
 
 from impact.bodies.time_series import NOTHING_STATED, SECONDS, Stated
-from impact.files.csv_table import CsvTable, needed_csv, normal_unit
+from impact.files.csv_table import CsvTable, normal_unit, read_needed_csv
 from impact.greens.base import Array, ComplexArray, GreensFunction, GreensFunctionError
 from impact.greens.sampled import Pretrigger, SampledGreens, Tail
 from impact.measured.passivity import passivity
@@ -39,7 +40,7 @@ def read_impulse_response(
     tail: Tail = "forbid",
     pretrigger: Pretrigger = "refuse",
     port_name: str = "contact",
-    static: Array | None = None,
+    static: ArrayLike = (),
     columns: Stated = NOTHING_STATED,
     units: Stated = NOTHING_STATED,
 ) -> SampledGreens:
@@ -53,7 +54,7 @@ def read_impulse_response(
         GreensFunctionError: what `SampledGreens.from_series` refuses, no CSV text, a header without quantity and unit,
             other numbers of columns, a cell that is no number; the message names the file.
     """
-    table = needed_csv(path, GreensFunctionError, _LIKE_IMPULSE)
+    table = read_needed_csv(path, GreensFunctionError, _LIKE_IMPULSE)
     known = {"time": SECONDS, "impulse_response": _UNITS}
     samples, factors = table.quantities(known, columns, units)
     time, values = samples.T * factors[:, None]
@@ -243,7 +244,7 @@ class FrequencyResponse:
         shift: decay rate of an exponential window on an impulse response [1/s]; 0 for measured FRFs.
         origin: provenance, plain JSON values.
         measured_as: measured quantity, in which the noise is estimated.
-        deviation: standard deviation of the noise, (n, p, p) or (n,), with square E|error|^2 [m/N]; ``None``: it is
+        deviation: standard deviation of the noise, (n, p, p) or (n,), with square E|error|^2 [m/N]; (0,): it is
             estimated from the lines.
 
     Raises:
@@ -257,13 +258,14 @@ class FrequencyResponse:
     shift: float = 0.0
     origin: Mapping[str, object] = field(default_factory=dict)
     measured_as: Kind = "receptance"
-    deviation: Array | None = None
+    deviation: Array = field(default_factory=lambda: np.zeros(0))
 
     __repr__ = brief
 
     def __post_init__(self) -> None:
         f: Array = np.asarray(self.frequency, dtype=float)
-        g, deviation, p = np.asarray(self.receptance, dtype=complex), self.deviation, len(self.port_names)
+        g, deviation = np.asarray(self.receptance, dtype=complex), np.asarray(self.deviation, dtype=float)
+        p = len(self.port_names)
         g = g.reshape(-1, 1, 1) if g.ndim == 1 else g
         if g.shape != (len(f), p, p) or len(f) < 8:
             shapes = f"{len(f)} frequencies, receptance {g.shape}, {p} ports"
@@ -274,8 +276,8 @@ class FrequencyResponse:
             )
         if f[0] <= 0 or np.any(np.diff(f) <= 0):
             raise FrequencyResponseError("frequency must be positive and increase from line to line")
-        if deviation is not None:
-            deviation = np.asarray(deviation, dtype=float).reshape(g.shape)
+        if deviation.size:
+            deviation = deviation.reshape(g.shape)
             if not np.all((deviation >= 0) & np.isfinite(deviation)):
                 least = float(np.min(deviation))
                 raise FrequencyResponseError(f"noise of {least:g} m/N: must be finite and not negative at every line")
@@ -309,11 +311,11 @@ def receptance(
     *,
     port_names: tuple[str, ...] = ("contact",),
     origin: Mapping[str, object] = NOTHING_STATED,
-    deviation: ArrayLike | None = None,
+    deviation: ArrayLike = (),
 ) -> FrequencyResponse:
     """Return the receptance from mobility [m/(N s)] or accelerance [1/kg], divided by (i w) or (i w)^2, without 0 Hz.
 
-    ``deviation``: standard deviation of the noise of ``values``, in their unit; ``None``: unknown.
+    ``deviation``: standard deviation of the noise of ``values``, in their unit; empty: unknown.
     """
     if kind not in get_args(Kind):
         raise FrequencyResponseError(f"kind {kind!r} is unknown; choose from {', '.join(get_args(Kind))}")
@@ -322,7 +324,8 @@ def receptance(
     f, h = f[positive], h[positive]
     divisor = ((2j * np.pi * f) ** _ORDER[kind]).reshape(-1, *[1] * (h.ndim - 1))
     provenance = {"kind": "measured", "measured_as": kind} | dict(origin)
-    noise = None if deviation is None else np.asarray(deviation, dtype=float)[positive] / np.abs(divisor)
+    noise = np.asarray(deviation, dtype=float)
+    noise = noise[positive] / np.abs(divisor) if noise.size else noise
     return FrequencyResponse(f, h / divisor, port_names, origin=provenance, measured_as=kind, deviation=noise)
 
 
@@ -332,8 +335,8 @@ def read_frf(
     port_name: str = "contact",
     columns: Stated = NOTHING_STATED,
     units: Stated = NOTHING_STATED,
-    quantity: Kind | None = None,
-    averages: int | None = None,
+    quantity: Kind | Literal[""] = "",
+    averages: int = 0,
 ) -> FrequencyResponse:
     """Read an FRF under a header such as ``frequency [Hz],mobility real [mm/(N s)],mobility imag [mm/(N s)]``.
 
@@ -355,7 +358,7 @@ def read_frf(
         FrequencyResponseError: no such file, no CSV text, a header without quantities and units, a cell that is not a
             number, values that `FrequencyResponse` refuses.
     """
-    table = needed_csv(path, FrequencyResponseError, _LIKE.removeprefix("must be like "))
+    table = read_needed_csv(path, FrequencyResponseError, _LIKE.removeprefix("must be like "))
     if unknown := sorted({*columns} - {*_ROLES}) + sorted({*units} - {"frequency", "response", "phase"}):
         roles = f"columns has {', '.join(_ROLES)}, units has frequency, response and phase"
         raise FrequencyResponseError(f"{table.path}: {unknown[0]!r} is no role: {roles}: remove it")
@@ -369,7 +372,7 @@ def read_frf(
     hertz, *texts = (normal_unit(units.get(key, head.unit)) for key, head in zip(keys, heads, strict=False))
     decibel = re.fullmatch(r"dB(?:\s+re\.?\s+(?:1\s+)?(.+))?", texts[0]) if is_polar else None  # "dB re 1 m/N"
     unit = texts[0] if decibel is None else normal_unit(decibel[1] or "")
-    stated = {quantity, *(_said(head.name)[0] for head in heads[1:])} - {None, ""}
+    stated = {quantity, *(_said(head.name)[0] for head in heads[1:])} - {""}
     kinds = [kind for kind in get_args(Kind) if unit in response_units(kind) and stated <= {kind}]
     if len(kinds) != 1 or hertz not in HERTZ or texts[-1] not in (_ANGLES if is_polar else texts[:1]):
         raise refusal
@@ -411,15 +414,15 @@ def _said(name: str) -> tuple[str, str]:
     return quantity, parts[0] if len(parts) == 1 else "response" if not parts and (roles or quantity) else ""
 
 
-def _deviation(values: Mapping[str, Array], response: ComplexArray, scale: float, averages: int | None) -> Array | None:
-    """Return the standard deviation of the response (SI) from variance or coherence; ``None`` without either."""
+def _deviation(values: Mapping[str, Array], response: ComplexArray, scale: float, averages: int) -> Array:
+    """Return the standard deviation of the response (SI) from variance or coherence; (0,) without either."""
     variance, coherence = values.get("variance"), values.get("coherence")
     if variance is not None:
         if np.any(variance < 0):
             raise FrequencyResponseError(f"a variance of {variance.min():g} must be 0 or more")
         return np.asarray(scale * np.sqrt(variance))
-    if coherence is None or averages is None:
-        return None
+    if coherence is None or not averages:
+        return np.zeros(0)
     if np.any((coherence < 0) | (coherence > 1 + 1e-6)):
         least, most = coherence.min(), coherence.max()
         raise FrequencyResponseError(f"its coherence is {least:g} to {most:g}, must be 0 to 1: is it in per cent?")
@@ -437,12 +440,12 @@ def response_units(kind: Kind) -> dict[str, float]:
     return scales | ({f"g/{f}": 9.80665 / n for f, n in _FORCES.items()} | _MASSES if kind == "accelerance" else {})
 
 
-def of_impulse_response(greens: SampledGreens, *, highest: float | None = None) -> FrequencyResponse:
+def transform_impulse_response(greens: SampledGreens, *, highest: float = 0.0) -> FrequencyResponse:
     """Return the Laplace transform of the samples, linear in between, at s = shift + 2 pi i f.
 
     The shift lets the record decay to 1e-3 at its end (rms of the last tenth over the largest |g|), so that poles
     fitted to these lines need no correction; it is 0 for a record that is at rest there. Lines are 1/T apart up to
-    ``highest`` (default 0.25/dt) [Hz].
+    ``highest`` [Hz], 0: 0.25/dt.
     """
     dt, n = greens.dt, greens.values.shape[2]
     remainder = np.sqrt(np.mean(greens.values[:, :, -max(n // 10, 1) :] ** 2)) / np.abs(greens.values).max()
@@ -455,30 +458,30 @@ def of_impulse_response(greens: SampledGreens, *, highest: float | None = None) 
     first = windowed[:, :, 0].copy()
     windowed[:, :, 0] = 0.0
     g = np.fft.rfft(windowed, n, axis=2) * hat + first[:, :, None] * start
-    used = (f > 0) & (f <= (0.25 / dt if highest is None else highest))
+    used = (f > 0) & (f <= (highest or 0.25 / dt))
     return FrequencyResponse(f[used], g[:, :, used].transpose(2, 0, 1), greens.port_names, shift, dict(greens.origin))
 
 
-def moves_away(response: FrequencyResponse) -> bool:
+def is_moving_away(response: FrequencyResponse) -> bool:
     """Return whether the lowest lines (an octave, five at least) fall faster than f^-1.5: a free body, -1/(m w^2)."""
     f, size = response.frequency, np.linalg.norm(response.receptance, axis=(1, 2))
     low = f <= max(2 * f[0], f[4])
     return bool(np.polyfit(np.log(f[low]), np.log(np.maximum(size[low], 1e-300)), 1)[0] < -1.5)
 
 
-def causality_defect(response: FrequencyResponse) -> float | None:
+def causality_defect(response: FrequencyResponse) -> float:
     """Return the fraction, 0 ... 1, of the energy of the velocity response before the impact.
 
     The mobility (for a free body, whose velocity remains, the accelerance) with a Hann window up to the highest line is
     transformed to time; "before" is t < -2/f_max, since the window spreads the impact over 2/f_max. 0.5 is a response
     random in time, near 1 a phase of the wrong sign. A body that still rings after T = 1/df leaks exp(-2 zeta w T) into
-    it by periodicity. ``None`` if the lines begin above a tenth of the band.
+    it by periodicity. nan if the lines begin above a tenth of the band.
     """
     f, spacing = response.frequency, float(np.median(np.diff(response.frequency)))
     if f[0] > 0.1 * f[-1]:
-        return None
+        return math.nan
     grid = spacing * np.arange(int(f[-1] / spacing) + 2)
-    order = 2 if moves_away(response) else 1
+    order = 2 if is_moving_away(response) else 1
     spectrum = np.zeros((len(grid), *response.receptance.shape[1:]), dtype=complex)
     for i, j in np.ndindex(*spectrum.shape[1:]):
         values = response.receptance[:, i, j] * (2j * np.pi * f) ** order

@@ -59,7 +59,7 @@ class PassivityReport:
 
 
 def passivity(
-    greens: GreensFunction | ArrayLike, dt: float, n: int | None = None, *, tolerance: float = TOLERANCE
+    greens: GreensFunction | ArrayLike, dt: float, n: int = 0, *, tolerance: float = TOLERANCE
 ) -> PassivityReport:
     """Report whether a force of ``n`` steps of ``dt`` [s], constant over each, can draw work from the body.
 
@@ -82,7 +82,7 @@ def passivity(
     Args:
         greens: body, or its step weights (n,) or (p, p, n) [m/N].
         dt: step of the run [s].
-        n: number of steps; default for weights and bodies with sampled parts: all known ones; otherwise required.
+        n: number of steps; 0, for weights and bodies with sampled parts alone: all known ones.
         tolerance: tolerance relative to the largest eigenvalue; the round-off of summed weights is added.
 
     Raises:
@@ -108,7 +108,7 @@ def passivity(
     return PassivityReport(least, frequency, allowed, largest, dt, n)
 
 
-def require_passive(greens: GreensFunction, dt: float, n: int | None = None, *, tolerance: float = TOLERANCE) -> None:
+def require_passive(greens: GreensFunction, dt: float, n: int = 0, *, tolerance: float = TOLERANCE) -> None:
     """Raise an error if a contact of ``n`` steps of ``dt`` could draw energy; arguments as `passivity`.
 
     Raises:
@@ -122,11 +122,11 @@ def require_passive(greens: GreensFunction, dt: float, n: int | None = None, *, 
         )
 
 
-def work_increments(greens: GreensFunction | ArrayLike, dt: float, n: int | None = None) -> Array:
+def work_increments(greens: GreensFunction | ArrayLike, dt: float, n: int = 0) -> Array:
     """Return D_m = W_m - W_{m-1} (p, p, n) [m/N]: increment of the displacement m steps after a unit force of one
     step."""
     if is_greens(greens):
-        if n is None:
+        if not n:
             ends = [part.end for part in greens.sampled_parts]
             if not ends:
                 raise GreensFunctionError("n is missing: give the steps over which the body shall be passive")
@@ -137,8 +137,8 @@ def work_increments(greens: GreensFunction | ArrayLike, dt: float, n: int | None
         weights = weights.reshape(1, 1, -1) if weights.ndim == 1 else weights
         if weights.ndim != 3 or weights.shape[0] != weights.shape[1] or not np.all(np.isfinite(weights)):
             raise GreensFunctionError(f"step weights must be finite, (n,) or (p, p, n), got {weights.shape}")
-        weights = weights[:, :, :n]
-    if weights.shape[2] < 1 or (n is not None and n != weights.shape[2]):
+        weights = weights[:, :, : n or None]
+    if weights.shape[2] < 1 or (n and n != weights.shape[2]):
         raise GreensFunctionError(
             f"n = {n} must be at least 1 and at most {weights.shape[2]}, the step weights that are known"
         )
@@ -207,7 +207,7 @@ _FREEDOM = 100.0  # weight of a change within the record over that of one beyond
 _ROUNDS = 8  # rounds of the proximal iteration, each relative to the last continuation
 
 
-def repair(greens: SampledGreens, dt: float | None = None) -> SampledGreens:
+def repair(greens: SampledGreens, dt: float = 0.0) -> SampledGreens:
     """Return the nearest samples from which no force can draw work; ``greens`` itself if it is passive.
 
     Minimises sum_ij,k (g'_ij - g_ij)^2 at the sample times under Re[(1 - z) W(z)] >= 0 on |z| = 1, W the step weights
@@ -226,7 +226,7 @@ def repair(greens: SampledGreens, dt: float | None = None) -> SampledGreens:
 
     Args:
         greens: samples with tail "zero", "hold" or "forbid".
-        dt: step of the run [s], if it is not ``greens.dt`` or a multiple: g is resampled at it.
+        dt: step of the run [s], if it is not ``greens.dt`` or a multiple: g is resampled at it; 0: ``greens.dt``.
 
     Returns:
         Samples with ``origin["repair"]``: the report before, the multiple of the ramp, and the largest change over the
@@ -243,8 +243,8 @@ def repair(greens: SampledGreens, dt: float | None = None) -> SampledGreens:
             'tail "rigid" cannot be repaired: subtract t/M from the samples, repair the rest under tail "hold" or '
             '"zero", and add both by impact.SumGreens'
         )
-    start, ratio = greens, 1.0 if dt is None else dt / greens.dt
-    if dt is not None and not (round(ratio) >= 1 and abs(ratio - round(ratio)) < 1e-9 * ratio):
+    start, ratio = greens, (dt or greens.dt) / greens.dt
+    if not (round(ratio) >= 1 and abs(ratio - round(ratio)) < 1e-9 * ratio):
         t, p = dt * np.arange(int(greens.end / dt * (1 + 1e-12)) + 1), range(len(greens.port_names))
         sampled = np.array([[greens.impulse_response(t, i, j) for j in p] for i in p])
         start = replace(greens, values=sampled, dt=dt)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import Final, Literal, get_args
 
@@ -13,8 +14,9 @@ from impact.greens.oscillator import hann
 from impact.greens.poles import PoleGreens
 from impact.greens.sampled import SampledGreens
 from impact.measured import amplitudes, frf
-from impact.measured.amplitudes import FitData, free_residues, least_squares, made_passive, modal_fit, response_of
-from impact.measured.vector_fitting import Poles, basis, left_over, pole_passivity, refined
+from impact.measured.amplitudes import FitData, free_residues, least_squares, make_passive, modal_fit, response_of
+from impact.measured.vector_fitting import Poles, basis, find_misfit, pole_passivity, refined
+from impact.quantities import finite_or_none
 
 Form = Literal["auto", "modal", "complex"]
 Fitted = ModalGreens | PoleGreens
@@ -106,8 +108,8 @@ def fit_response(
     """
     if form not in get_args(Form):
         raise frf.FrequencyResponseError(f"form {form!r} is unknown; choose from {', '.join(get_args(Form))}")
-    defect = frf.causality_defect(response) if response.shift == 0 else None
-    if defect is not None and defect > NOT_CAUSAL:
+    defect = frf.causality_defect(response) if response.shift == 0 else math.nan
+    if defect > NOT_CAUSAL:
         raise frf.FrequencyResponseError(
             f"not causal: {defect:.0%} of the energy comes before the blow; where the phase is that of exp(-i w t), "
             "give the conjugate values; otherwise remove the delay between the channels"
@@ -140,7 +142,7 @@ def fit_response(
     report = {
         **_report(chosen, data, response, defect),
         "noise_rms": float(np.linalg.norm(deviation) / np.linalg.norm(np.abs(data.g).max(axis=(1, 2)))),
-        "noise_from": "the lines" if response.deviation is None else "the file",
+        "noise_from": "the file" if response.deviation.size else "the lines",
         "unexplained": unexplained,
         "unexplained_lines_hz": [[low, high] for low, high in ranges],
         "unexplained_allowed": tolerance,
@@ -157,17 +159,17 @@ def fit_response(
 def fit_impulse_response(
     greens: SampledGreens,
     *,
-    highest: float | None = None,
+    highest: float = 0.0,
     tolerance: float = 0.01,
     form: Form = "auto",
     free: bool | None = None,
     most_pairs: int = 80,
 ) -> ModalGreens | PoleGreens:
     """Return the fit by `fit_poles` of a sampled g, which need not end at rest: an exponential window is applied, and
-    removed from the poles. ``highest``: band [Hz], by default 0.25/dt. ``free``: by default, whether its tail rule is
+    removed from the poles. ``highest``: band [Hz], 0: 0.25/dt. ``free``: by default, whether its tail rule is
     "rigid"."""
     free = greens.tail == "rigid" if free is None else free
-    response = frf.of_impulse_response(greens, highest=highest)
+    response = frf.transform_impulse_response(greens, highest=highest)
     fit = fit_poles(response, tolerance=tolerance, form=form, free=free, most_pairs=most_pairs)
     n, width = greens.values.shape[2], float(2 / response.frequency[-1])
     t: Array = greens.dt * np.arange(n, dtype=np.float64)
@@ -179,7 +181,7 @@ def fit_impulse_response(
 
 def noise_of(response: frf.FrequencyResponse) -> Array:
     """Return the standard deviation (n,) of the noise of each line's noisiest element, as receptance [m/N]."""
-    if response.deviation is not None:
+    if response.deviation.size:
         return np.asarray(response.deviation.max(axis=(1, 2)))
     unit = response.per_receptance
     p = len(response.port_names)
@@ -226,7 +228,7 @@ def _with_residual_terms(data: FitData, poles: Poles, free: bool | None) -> list
     if not (_is_free(data, poles) if free is None else free):
         data = replace(data, free=False)
     all_terms = data.lines(amplitudes.residual_terms(data.s))
-    if 2 * left_over(data.lines(data.fixed), poles) - 2 * left_over(all_terms, poles) > _SURE:
+    if 2 * find_misfit(data.lines(data.fixed), poles) - 2 * find_misfit(all_terms, poles) > _SURE:
         zeta = np.median(-poles.pairs.real / np.abs(poles.pairs)) if len(poles.pairs) else 0.02
         return _with_modes_beyond(data, poles, float(np.clip(zeta, 0.002, 0.05)))
     return [_moved_together(data, poles)]
@@ -247,7 +249,7 @@ def _moved_together(data: FitData, poles: Poles, iterations: int = 6) -> tuple[F
 def _is_free(data: FitData, poles: Poles) -> bool:
     """Return whether a mass line is significant, and dominates the response at some lines."""
     s, terms = data.s, amplitudes.residual_terms(data.s)
-    if 2 * left_over(data.lines(terms[:, :-1]), poles) - 2 * left_over(data.lines(terms), poles) < _SURE:
+    if 2 * find_misfit(data.lines(terms[:, :-1]), poles) - 2 * find_misfit(data.lines(terms), poles) < _SURE:
         return False
     columns = np.concatenate([basis(s, poles), terms], axis=1)
     shares = least_squares(columns, data.elements[:, :, None], data.weights)[:, :, 0]
@@ -267,11 +269,11 @@ def _with_modes_beyond(data: FitData, poles: Poles, zeta: float) -> list[tuple[F
     for _ in range(_MOST_BEYOND):
         last, _ = candidates[-1]  # its poles may be distorted by missing modes above
         trials = [replace(last, above=(*last.above, complex(w * turn))) for w in places]
-        place = min(trials, key=lambda each: left_over(data.lines(each.fixed), poles))
+        place = min(trials, key=lambda each: find_misfit(data.lines(each.fixed), poles))
         candidates.append(_moved_together(place, poles))
 
     everywhere = [moved.with_beyond(inside) for moved, inside in candidates]
-    costs = [amplitudes.criterion(data, left_over(data.lines(data.extra), each), each) for each in everywhere]
+    costs = [amplitudes.criterion(data, find_misfit(data.lines(data.extra), each), each) for each in everywhere]
     best = int(np.argmin(costs))
     alike = [one for k, one in enumerate(candidates) if k > best or (k < best and costs[k] - costs[best] < _SURE)]
     return [candidates[best], *alike]
@@ -279,30 +281,34 @@ def _with_modes_beyond(data: FitData, poles: Poles, zeta: float) -> list[tuple[F
 
 def _chosen(data: FitData, poles: Poles, form: Form, floor: Array) -> tuple[Fitted, bool]:
     """Return the passive fit in the required form, and whether its residues are complex."""
-    real: tuple[float, Fitted] | None = None
-    if form != "complex":
-        whole, lean = (modal_fit(data, poles, smallest) for smallest in (1e-9, _LEAN))
-        lefts = [float(np.sum(_squares(data, modal.transfer(data.s) - data.g))) for modal in (whole, lean)]
-        misfit, modal = (lefts[1], lean) if lefts[1] <= 1.1 * lefts[0] else (lefts[0], whole)
-        real = (amplitudes.criterion(data, misfit, poles, "modal"), modal)
-        enough = np.mean(np.abs(modal.transfer(data.s) - data.g) ** 2 / floor[:, None, None] ** 2) <= 1
-        if form == "modal" or enough:
-            return modal, False
+    if form == "complex":
+        return _fit_complex(data, poles), True
+    whole, lean = (modal_fit(data, poles, smallest) for smallest in (1e-9, _LEAN))
+    lefts = [float(np.sum(_squares(data, modal.transfer(data.s) - data.g))) for modal in (whole, lean)]
+    misfit, modal = (lefts[1], lean) if lefts[1] <= 1.1 * lefts[0] else (lefts[0], whole)
+    cost = amplitudes.criterion(data, misfit, poles, "modal")
+    enough = np.mean(np.abs(modal.transfer(data.s) - data.g) ** 2 / floor[:, None, None] ** 2) <= 1
+    if form == "modal" or enough:
+        return modal, False
+
+    def is_worse(response: ComplexArray) -> bool:
+        misfit = float(np.sum(_squares(data, response - data.g)))
+        return cost <= amplitudes.criterion(data, misfit, poles)
+
     freely = free_residues(data, data.with_beyond(poles))
-    misfit = float(np.sum(_squares(data, response_of(freely, data.s) - data.g)))
-    if real is not None and real[0] <= amplitudes.criterion(data, misfit, poles):
-        return real[1], False
-    passive = made_passive(freely, data.port_names, data.s, data.weights)
-    if passive is None:
-        if real is None:
-            raise frf.FrequencyResponseError(
-                'the residues cannot be made passive by a small change: use form="modal", or fewer pole pairs'
-            )
-        return real[1], False
-    misfit = float(np.sum(_squares(data, response_of(passive, data.s) - data.g)))
-    if real is not None and real[0] <= amplitudes.criterion(data, misfit, poles):
-        return real[1], False
-    return passive.greens(data.port_names), True
+    if is_worse(response_of(freely, data.s)):
+        return modal, False
+    try:
+        passive = make_passive(freely, data.port_names, data.s, data.weights)
+    except frf.FrequencyResponseError:
+        return modal, False
+    return (modal, False) if is_worse(response_of(passive, data.s)) else (passive.greens(data.port_names), True)
+
+
+def _fit_complex(data: FitData, poles: Poles) -> PoleGreens:
+    """Return the passive fit with complex residues; raises as `make_passive`."""
+    freely = free_residues(data, data.with_beyond(poles))
+    return make_passive(freely, data.port_names, data.s, data.weights).greens(data.port_names)
 
 
 def _ranges_of(data: FitData, residual: ComplexArray) -> tuple[list[tuple[float, float]], float]:
@@ -337,21 +343,20 @@ def _drawn(data: FitData, poles: Poles, fitted: Fitted, complex_form: bool, nois
     """Return fits of the same order to the fit's own response with other noise."""
     rng = np.random.default_rng(_SEED)
     response, fits = fitted.transfer(data.s), list[Fitted]()
+    smallest = _LEAN if response.shape[1] > 1 else 1e-9
     for _ in range(count):
         error = rng.normal(size=response.shape) + 1j * rng.normal(size=response.shape)
         error = (error + error.transpose(0, 2, 1)) / 2 if response.shape[1] > 1 else error
         drawn = replace(data, g=response + noise[:, None, None] * error / np.sqrt(2))
         drawn, moved = _moved_together(drawn, poles, 3)
-        passive = None
-        if complex_form:
-            together = free_residues(drawn, drawn.with_beyond(moved))
-            passive = made_passive(together, data.port_names, data.s, data.weights)
-        modal = _LEAN if response.shape[1] > 1 else 1e-9
-        fits.append(modal_fit(drawn, moved, modal) if passive is None else passive.greens(data.port_names))
+        try:
+            fits.append(_fit_complex(drawn, moved) if complex_form else modal_fit(drawn, moved, smallest))
+        except frf.FrequencyResponseError:
+            fits.append(modal_fit(drawn, moved, smallest))
     return fits
 
 
-def _report(greens: Fitted, data: FitData, response: frf.FrequencyResponse, defect: float | None) -> dict[str, object]:
+def _report(greens: Fitted, data: FitData, response: frf.FrequencyResponse, defect: float) -> dict[str, object]:
     misfit = np.abs(greens.transfer(data.s) - data.g)
     unit = np.abs(response.per_receptance)[:, None, None]
     complex_poles, highest = greens.pole_sum, float(response.frequency[-1])
@@ -364,7 +369,7 @@ def _report(greens: Fitted, data: FitData, response: frf.FrequencyResponse, defe
         "misfit_weighted_rms": float(np.linalg.norm(data.weights[:, None, None] * misfit) / data.scale),
         "misfit_rms": float(np.linalg.norm(unit * misfit) / np.linalg.norm(unit * data.g)),
         "misfit_worst_of_peak": float((unit * misfit).max() / np.abs(unit * data.g).max()),
-        "causality_defect": defect,
+        "causality_defect": finite_or_none(defect),
         "passivity": "by construction" if complex_poles is None else str(pole_passivity(complex_poles)),
     }
 

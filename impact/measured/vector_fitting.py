@@ -91,7 +91,7 @@ def relocate(lines: Lines, poles: Poles) -> Poles:
     return Poles(pairs[np.argsort(pairs.imag)], np.sort(np.abs(real[real != 0])))
 
 
-def fitted_poles(lines: Lines, poles: Poles) -> Poles:
+def converge_poles(lines: Lines, poles: Poles) -> Poles:
     """Return the poles relocated until they are constant to 1e-8, in at most twelve iterations."""
     for _ in range(12):
         new = relocate(lines, poles)
@@ -103,7 +103,7 @@ def fitted_poles(lines: Lines, poles: Poles) -> Poles:
     return poles
 
 
-def left_over(lines: Lines, poles: Poles) -> float:
+def find_misfit(lines: Lines, poles: Poles) -> float:
     """Return the weighted sum of squared residuals with the best residues for these poles."""
     return float(np.sum(_projected(lines, poles)[2] ** 2))
 

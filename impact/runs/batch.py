@@ -19,7 +19,7 @@ from impact.march.history import aligned
 from impact.march.laws import DEEPEST, ROUGH, PlainLaw
 from impact.march.loop.compiled import compiled
 from impact.march.loop.marches import LANES, march_lanes
-from impact.march.motion import Discrete
+from impact.march.motion import Discrete, PortForces
 from impact.march.prepared import Prepared, prepare
 from impact.march.problem import ContactError, ContactProblem
 from impact.march.stepper import march_numbers
@@ -31,7 +31,7 @@ class ImpactBatch:
 
     Attributes:
         peak_force: largest force of a step [N].
-        filtered_peak_force: largest moving average over the given width [N]; ``None`` without a width.
+        filtered_peak_force: largest moving average over the given width [N]; ``nan`` without a width.
         impulse: integral of the force [N s].
         first_contact: start of the first contact [s].
         contact_duration: duration of the first contact group, with openings below 30 us closed [s].
@@ -40,12 +40,12 @@ class ImpactBatch:
         rebound_velocity: opening speed of the centres of mass at the end; ``nan`` for a held striker [m/s].
         in_contact: whether the record ends in contact.
         time: (n + 1,) times [s].
-        force: (S, n + 1) forces [N], or ``None``.
-        gap: (S, n + 1) gaps [m], if forces are recorded.
+        force: (S, n + 1) forces [N]; (0, n + 1) if they are not recorded.
+        gap: (S, n + 1) gaps [m]; (0, n + 1) if forces are not recorded.
     """
 
     peak_force: Array
-    filtered_peak_force: Array | None
+    filtered_peak_force: Array
     impulse: Array
     first_contact: Array
     contact_duration: Array
@@ -54,8 +54,8 @@ class ImpactBatch:
     rebound_velocity: Array
     in_contact: NDArray[np.bool_]
     time: Array
-    force: Array | None
-    gap: Array | None = None
+    force: Array
+    gap: Array
 
     __repr__ = quantities.brief
 
@@ -65,37 +65,37 @@ def solve_many(
     *,
     dt: float,
     duration: float,
-    gaps: ArrayLike | None = None,
-    velocities: ArrayLike | None = None,
-    release_scales: ArrayLike | None = None,
+    gaps: ArrayLike = (),
+    velocities: ArrayLike = (),
+    release_scales: ArrayLike = (),
     record: Literal["measures", "force"] = "measures",
-    filter_width: float | None = None,
+    filter_width: float = 0.0,
     rule: str = "auto",
-    workers: int | None = None,
+    workers: int = 0,
     progress: notices.Progress = notices.silent,
 ) -> ImpactBatch:
     """Solve ``problem`` for many gaps [m], striker velocities [m/s] and scales of the striker's initial state.
 
     The results equal those of `impact.solve` to round-off. Each argument is a number or (S,), by default the problem's
-    own. ``workers``: number of threads (default: all cores).
+    own. ``filter_width``: as in `impact.measures.filtered_peak_force` [s]; 0: without. ``workers``: number of threads;
+    0: all cores.
 
     Raises:
         ContactError: several contacts, a film, a preload, a body without poles, arrays of unequal length or not finite,
             velocities for a held striker, release scales without an initial state, a filter below two steps.
     """
-    if filter_width is not None and not filter_width >= 2 * dt * (1 - 1e-9):
+    if filter_width and not filter_width >= 2 * dt * (1 - 1e-9):
         raise ContactError(f"filter_width = {filter_width:g} s is below two steps of {dt:g} s; use dt <= half of it")
     scales = _scales(problem, gaps, velocities, release_scales)
     prepared = _prepared(problem, dt, duration, rule)
     free = _free_motions(problem, prepared)
     count, n = scales.shape[1], prepared.steps
     results = np.empty((8, count))
-    force, gap = (np.zeros((count, n + 1)) if record == "force" else None for _ in range(2))
+    force, gap = np.zeros((2, count if record == "force" else 0, n + 1))
     rows = np.ascontiguousarray(prepared.poles.folded().T)
     contact = problem.contacts[0]
     numbers = march_numbers([contact.law.parameters] * LANES)
-    moving = _in_translation(problem.striker)
-    reach = 0.0 if moving is None else moving.velocity_of(contact.striker_port)
+    reach = _in_translation(problem.striker).velocity_of(contact.striker_port)
     closing = contact.target.velocity_of(contact.port) - reach * scales[1]
     user, rough = getattr(contact.law, "compiled", None), True if contact.law.code >= ROUGH else None
 
@@ -108,9 +108,9 @@ def solve_many(
         np.maximum(-(s[0] + free[0, 0] + free[1, 0] * s[1] + free[2, 0] * s[2]), 0.0, out=noted[:, DEEPEST])
         state = aligned((len(rows) + 1) * 2 * LANES).reshape(-1, 2, LANES)
         march_lanes(rows, state, free, s, float(prepared.own[0, 0]), law, user, rough, dt, history, opening, out[6])
-        _measure(history, dt, MERGE, filter_width or 0.0, out)
+        _measure(history, dt, MERGE, filter_width, out)
         results[:, scenes] = out[:, : len(scenes)]
-        if force is not None and gap is not None:
+        if len(force):
             force[scenes, 1:] = history[:, : len(scenes)].T
             gap[scenes] = opening[:, : len(scenes)].T
         return len(scenes)
@@ -130,7 +130,7 @@ def solve_many(
     no_contact = groups_of == 0
     return ImpactBatch(
         peak_force=peak,
-        filtered_peak_force=None if filter_width is None else filtered,
+        filtered_peak_force=filtered if filter_width else np.full(count, np.nan),
         impulse=impulse,
         first_contact=first_contact,
         contact_duration=durations,
@@ -156,18 +156,16 @@ def _prepared(problem: ContactProblem, dt: float, duration: float, rule: str) ->
     return prepare(ContactProblem(still, contacts=problem.contacts), dt, duration, rule, engine="poles")
 
 
-def _scales(
-    problem: ContactProblem, gaps: ArrayLike | None, velocities: ArrayLike | None, release_scales: ArrayLike | None
-) -> Array:
+def _scales(problem: ContactProblem, gaps: ArrayLike, velocities: ArrayLike, release_scales: ArrayLike) -> Array:
     """Return the (3, S) gaps, velocities and release scales."""
-    if velocities is not None and math.isinf(problem.striker.mass):
+    if np.size(velocities) and math.isinf(problem.striker.mass):
         raise ContactError("velocities are of a striker free to translate; this one is held: use release_scales")
-    if release_scales is not None and problem.striker.state is None:
+    if np.size(release_scales) and problem.striker.state is None:
         raise ContactError("release_scales multiply the striker's initial state; give it one: Body(state=...)")
     inputs = {
-        "gaps": problem.contacts[0].gap if gaps is None else gaps,
-        "velocities": problem.striker.velocity if velocities is None else velocities,
-        "release_scales": 1.0 if release_scales is None else release_scales,
+        "gaps": gaps if np.size(gaps) else problem.contacts[0].gap,
+        "velocities": velocities if np.size(velocities) else problem.striker.velocity,
+        "release_scales": release_scales if np.size(release_scales) else 1.0,
     }
     arrays = {name: np.asarray(values, dtype=float) for name, values in inputs.items()}
     if any(a.ndim > 1 for a in arrays.values()) or len({a.size for a in arrays.values() if a.ndim}) > 1:
@@ -184,18 +182,17 @@ def _free_motions(problem: ContactProblem, prepared: Prepared) -> Array:
     striker, n = problem.striker, prepared.steps
     out = np.zeros((3, n + 1))
     out[0] = prepared.free[:, 0] - problem.contacts[0].gap
-    released = None if striker.state is None else replace(striker, velocity=0.0, loads=())
-    for row, body in ((1, _in_translation(striker)), (2, released)):
-        if body is None:
-            continue
-        motion = Discrete.from_body(body, prepared.dt, n).motion(np.zeros((len(body.greens.ports), n)))
-        out[row] = problem.directions(striker)[:, 0] @ motion.displacement
+    for row, body in ((1, _in_translation(striker)), (2, replace(striker, velocity=0.0, loads=()))):
+        discrete = Discrete.from_body(body, prepared.dt, n)
+        if discrete.moves_by_itself:
+            forces = PortForces.at_ports(np.zeros((len(discrete.rest), n)), prepared.dt)
+            out[row] = problem.directions(striker)[:, 0] @ discrete.motion(forces).displacement
     return out
 
 
-def _in_translation(striker: Body) -> Body | None:
-    """Return the striker in pure translation at 1 m/s; ``None`` if it is held."""
-    return None if math.isinf(striker.mass) else replace(striker, velocity=1.0, state=None, loads=())
+def _in_translation(striker: Body) -> Body:
+    """Return the striker in pure translation at 1 m/s; at rest if it is held."""
+    return replace(striker, velocity=0.0 if math.isinf(striker.mass) else 1.0, state=None, loads=())
 
 
 @compiled(nogil=True)

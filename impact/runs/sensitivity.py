@@ -48,7 +48,7 @@ class Neighbours:
     __repr__ = brief
 
 
-def why_not(stepper: ContactStepper) -> str:
+def why_no_derivative(stepper: ContactStepper) -> str:
     """Return in words why a run has no derivative; "" if it has."""
     problem = stepper.prepared.problem
     if any(contact.film for contact in problem.contacts):
@@ -76,7 +76,7 @@ def force_sensitivities(stepper: ContactStepper, neighbours: Sequence[Neighbours
     """Return the derivatives (P, n, p) of the forces of each step by P parameters [N over the unit of the parameter].
 
     Args:
-        stepper: a finished run for which `why_not` is "".
+        stepper: a finished run for which `why_no_derivative` is "".
         neighbours: one for each parameter; those that share the run's discretised bodies need no convolution.
     """
     s, law = stepper.prepared, _Law(stepper)

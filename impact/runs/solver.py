@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
 from types import MappingProxyType
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -28,7 +28,7 @@ from impact.greens.base import Array, GreensFunction
 from impact.march.grid import blocks
 from impact.march.history import Engine
 from impact.march.ladder import begin_march, finish_march, march
-from impact.march.motion import Discrete, Motion
+from impact.march.motion import Discrete, Motion, PortForces
 from impact.march.prepared import discretise
 from impact.march.problem import ContactError, ContactProblem
 from impact.march.rows import MarchRun, Replayed, Rows, find_ports
@@ -44,9 +44,9 @@ from impact.runs.variations import (
     Variation,
     budget_of,
     changes,
-    narrower,
-    of_g,
+    narrow_body,
     times,
+    vary_greens,
     with_body,
 )
 
@@ -109,15 +109,14 @@ def measure_horizon(
     `impact.solve`, and `ContactError` for bodies that never part.
     """
     first = march(problem, dt, duration).rows
-    solid = first.force - first.film if first.film.size else first.force
-    groups = (measured.merged(first.time[measured.closed_steps(each[1:])]) for each in solid.T)
+    groups = (measured.merged(first.time[measured.closed_steps(each[1:])]) for each in first.solid.T)
     starts = sorted({round(start / dt) for each in groups for start in each[:, 0]})
-    twin, shift = twin_of(problem, first.gap, perturbation)
+    twin, shift = make_twin(problem, first.gap, perturbation)
     other = march(twin, dt, duration, like=first).rows
     return Horizon(growth_of_difference(first, other, starts, shift), perturbation)
 
 
-def twin_of(problem: ContactProblem, gap: Array, perturbation: float) -> tuple[ContactProblem, float]:
+def make_twin(problem: ContactProblem, gap: Array, perturbation: float) -> tuple[ContactProblem, float]:
     """Return the problem with wider gaps, and the widening [m]; ``gap``: gaps (n + 1, p) of the run [m].
 
     Raises:
@@ -127,13 +126,13 @@ def twin_of(problem: ContactProblem, gap: Array, perturbation: float) -> tuple[C
     if not largest > 0 or not math.isfinite(largest):
         raise ContactError("the bodies never part: a history without a flight has no horizon; let them part")
     shift = perturbation * largest
-    return with_wider_gaps(problem, shift), shift
+    return widen_gaps(problem, shift), shift
 
 
-def with_wider_gaps(problem: ContactProblem, shift: float) -> ContactProblem:
+def widen_gaps(problem: ContactProblem, shift: float) -> ContactProblem:
     """Return a problem whose gaps are all wider by ``shift`` [m]."""
-    contacts = [replace(contact, gap=contact.gap + shift) for contact in problem.contacts]
-    return ContactProblem(problem.striker, contacts=contacts, preload=problem.preload)
+    wider = tuple(replace(contact, gap=contact.gap + shift) for contact in problem.contacts)
+    return replace(problem, contacts=wider)
 
 
 def growth_of_difference(first: Rows, second: Rows, starts: Sequence[int], shift: float) -> Array:
@@ -161,7 +160,7 @@ def solve(
     duration: float,
     rule: str = "auto",
     engine: Engine = "auto",
-    block: int | None = None,
+    block: int = 0,
     bodies: tuple[Discrete, ...] = (),
     equal_steps: bool = False,
     progress: Progress = silent,
@@ -175,7 +174,7 @@ def solve(
     ``engine`` evaluates the convolution with past forces: "poles" (exact recursion of modal bodies), "fft" (step
     weights of all bodies, in blocks), "direct" (the same weights summed term by term), or "auto", the cheapest mix by a
     measured cost model; ``result.engine`` names it. ``block`` is the number of latest steps that are summed directly
-    beside the FFT. ``bodies``: the bodies of the problem, already discretised, as for `impact.prepare`.
+    beside the FFT, 0: chosen. ``bodies``: the bodies of the problem, already discretised, as for `impact.prepare`.
 
     A long run of bodies that are sums of poles takes longer steps where its motion is smooth (`impact.march.ladder`),
     but not with ``equal_steps``, for histories that are to be compared to the last digits; ``result.rows`` has them.
@@ -214,19 +213,18 @@ def collect(march: ContactStepper | MarchRun) -> ImpactResult:
             if not part.start:
                 at_start.append(moved[:, 0])
 
-        return body.motion(force.T, rows, directions, write)
+        return body.motion(PortForces(rows, force.T, directions), write)
 
     energies = tuple(add(body, displaced[min(number, 1)]) for number, body in enumerate(bodies))
     if np.any(run.rest):  # or the deflection under the preload's contact forces alone, which loads may cancel
         at_start += [body.body.greens.static_compliance() @ body.rest for body in bodies]
     deflection = max(float(np.abs(moved).max()) for moved in at_start)
-    film = rows.film[1:] if rows.film.size else None
-    energy = ledger(problem, energies, force, gap, carried, film)
-    pulls = None if film is None else rows.film
-    solid = force if film is None else force - film
+    film = rows.film if rows.film.size else np.broadcast_to(0.0, whole.shape)
+    energy = ledger(problem, energies, force, gap, carried, rows.film[1:])
+    solid = rows.solid[1:]
     first = problem.contacts[0]
     each = np.eye(len(run.rest))
-    of_striker, of_targets = displaced if displaced.size else (Replayed(run, each, gap), Replayed(run, each))
+    of_striker, of_targets = displaced if displaced.size else (Replayed(run, each, gap), Replayed(run, each, gap[:0]))
     for history in (whole, gap, displaced, energy.stored, energy.dissipated):
         if np.any(bad := ~np.isfinite(history)):
             when = float(time[np.flatnonzero(bad.reshape(len(history), -1).any(axis=1))[0]])
@@ -243,7 +241,7 @@ def collect(march: ContactStepper | MarchRun) -> ImpactResult:
             striker_displacement=of_striker[:, 0] if single else of_striker,
             target_displacement=of_targets[:, 0] if single else of_targets,
             energy=energy,
-            film=None if pulls is None else pulls[:, 0] if single else pulls,
+            film=film[:, 0] if single else film,
         ),
         striker_mass=problem.striker.greens.mass(first.striker_port),
         target_mass=first.target.greens.mass(first.port),
@@ -288,7 +286,7 @@ def _advice(s: MarchRun, energy: EnergyLedger) -> Iterator[Advice]:
 
 Measure = Callable[[ImpactResult], float]
 RATIOS: Final = (NARROWER, 2.5)  # bandwidth ratios of the narrower models; two, as one change may vanish by chance
-NOTHING: Final[Mapping[str, ContactProblem]] = MappingProxyType({})
+NOTHING: Final[Mapping[str, Any]] = MappingProxyType({})
 
 
 @dataclass(frozen=True)
@@ -316,12 +314,12 @@ def error_budget(
     problem: ContactProblem,
     result: ImpactResult | None = None,
     *,
-    dt: float | None = None,
-    duration: float | None = None,
-    filter_width: float | None = None,
+    dt: float = 0.0,
+    duration: float = 0.0,
+    filter_width: float = 0.0,
     rule: str = "auto",
-    measures: Mapping[str, Measure] | None = None,
-    coarser: Mapping[str, Coarser] | None = None,
+    measures: Mapping[str, Measure] = NOTHING,
+    coarser: Mapping[str, Coarser] = NOTHING,
     others: Mapping[str, ContactProblem] = NOTHING,
 ) -> Budget:
     """Return the error budget of the measures of an impact: value +- bar, and the error from each source.
@@ -345,8 +343,8 @@ def error_budget(
     Args:
         result: result of `impact.solve` for this problem and step ``rule``.
         dt, duration: step and duration [s] of the run, needed if there is no result.
-        filter_width: filter width of the measure "filtered_peak" [s]; ``None`` omits it; at least twice ``dt``.
-        measures: by name, as functions of a result; ``None``: "impulse" [N s], "filtered_peak" [N],
+        filter_width: filter width of the measure "filtered_peak" [s]; 0 omits it; at least twice ``dt``.
+        measures: by name, as functions of a result; by default "impulse" [N s], "filtered_peak" [N],
             "contact_duration" (of the first group) [s] and "target_displacement" (largest) [m].
         coarser: coarser models by the name of a mesh or reduction source, used instead of the stated error.
 
@@ -355,13 +353,13 @@ def error_budget(
         MeasureError: a filter below two steps.
     """
     if result is None:
-        if dt is None or duration is None:
+        if not (dt and duration):
             raise ContactError("error_budget needs the result of a run, or dt and duration to run it")
         result = solve(problem, dt=dt, duration=duration, rule=rule)
     step, length = result.dt, float(result.time[-1])
-    if filter_width is not None:
+    if filter_width:
         measured.filtered_peak_force(result, filter_width, contact=0)  # refuses a filter that the step does not resolve
-    quantities = _standard(problem, filter_width) if measures is None else measures
+    quantities = measures or _standard(problem, filter_width)
 
     def values_of(one: ImpactResult) -> Values:
         return {name: float(measure(one)) for name, measure in quantities.items()}
@@ -369,7 +367,7 @@ def error_budget(
     def run(varied: ContactProblem, varied_step: float) -> Values:
         return values_of(solve(varied, dt=varied_step, duration=length, rule=rule))
 
-    sources = dict(_sources(problem, {} if coarser is None else coarser))
+    sources = dict(_sources(problem, coarser))
     sources |= {name: ((Variation(other),),) for name, other in others.items()}
     values = values_of(result)
     finer = times(2.0, changes(values, run(problem, step / 2)))
@@ -377,14 +375,14 @@ def error_budget(
     return budget_of(run, problem, values, step, sources, filter_width=filter_width or math.inf, finer=[finer])
 
 
-def _standard(problem: ContactProblem, filter_width: float | None) -> Mapping[str, Measure]:
+def _standard(problem: ContactProblem, filter_width: float) -> Mapping[str, Measure]:
     """Return the default measures, for each contact of the problem."""
     count = len(problem.contacts)
     measures: dict[str, Measure] = {}
     for c in range(count):
         end = "" if count == 1 else f" {c}"
         measures[f"impulse{end}"] = _at(c, measured.impulse)
-        if filter_width is not None:
+        if filter_width:
             measures[f"filtered_peak{end}"] = _at(c, partial(measured.filtered_peak_force, width=filter_width))
         measures[f"contact_duration{end}"] = _at(c, _first_duration)
         measures[f"target_displacement{end}"] = partial(_largest_displacement, contact=c)
@@ -422,14 +420,14 @@ def _sources(problem: ContactProblem, coarser: Mapping[str, Coarser]) -> Iterato
                     other = Body(other.greens, body.velocity, body.state, body.loads)
                 yield f"{name} {part}", ((Variation(with_body(problem, body, other), 1 / (companion.ratio - 1)),),)
             elif part == "mesh":
-                yield f"{name} mesh", of_g(problem, body, stated)
+                yield f"{name} mesh", vary_greens(problem, body, stated)
             else:
                 yield f"{name} reduction", _reduced(problem, body, stated)
 
 
 def _reduced(problem: ContactProblem, body: Body, stated: float | None) -> Terms | None:
     """Return the variations by the stated error of g and, if modes can be removed, without the highest modes."""
-    terms = of_g(problem, body, stated)
-    fewer = [] if stated == 0.0 else [(narrower(body, ratio), 1 / (ratio - 1)) for ratio in RATIOS]
+    terms = vary_greens(problem, body, stated)
+    fewer = [] if stated == 0.0 else [(narrow_body(body, ratio), 1 / (ratio - 1)) for ratio in RATIOS]
     variations = tuple(Variation(with_body(problem, body, less), weight) for less, weight in fewer if less is not None)
     return (*(terms or ()), variations) if variations else terms

@@ -101,7 +101,9 @@ def total(one: Values, other: Values) -> Values:
 
 FINE: Final = 16  # steps in the filter's width, or a wave's travel, that resolve it: longer ones tell their error
 NARROWER: Final = 1.6  # ratio of bandwidths whose runs estimate the error by mode truncation
-AT_ONCE: Final = 0.01  # fraction of the residual compliance that stays without inertia; the rest is given a frequency
+STATIC_SHARE: Final = (
+    0.01  # fraction of the residual compliance that stays without inertia; the rest is given a frequency
+)
 ROUND_OFF: Final = 1e-12  # compliance that counts as round-off, over the largest
 
 Run = Callable[[ContactProblem, float], Values]
@@ -198,19 +200,18 @@ def _may_double(dt: float, filter_width: float) -> bool:
 
 def with_body(problem: ContactProblem, old: Body, new: Body) -> ContactProblem:
     """Return the problem with one of its bodies in place of another."""
-    contacts = [replace(contact, target=new) if contact.target is old else contact for contact in problem.contacts]
-    striker = new if problem.striker is old else problem.striker
-    return ContactProblem(striker, contacts=contacts, preload=problem.preload)
+    contacts = tuple(replace(c, target=new) if c.target is old else c for c in problem.contacts)
+    return replace(problem, striker=new if problem.striker is old else problem.striker, contacts=contacts)
 
 
-def of_g(problem: ContactProblem, body: Body, error: float | None) -> Terms | None:
+def vary_greens(problem: ContactProblem, body: Body, error: float | None) -> Terms | None:
     """Return the variation with a body's g larger by its relative error; ``None`` if that is unknown."""
     if error is None:
         return None
-    return ((Variation(with_body(problem, body, enlarged(body, 1 + error))),),) if error else ()
+    return ((Variation(with_body(problem, body, enlarge_greens(body, 1 + error))),),) if error else ()
 
 
-def enlarged(body: Body, factor: float) -> Body:
+def enlarge_greens(body: Body, factor: float) -> Body:
     """Return the body with g multiplied by ``factor``; a modal body keeps its mass and its motion without contact."""
     g = body.greens.modal
     if g is None:
@@ -220,7 +221,7 @@ def enlarged(body: Body, factor: float) -> Body:
     return body.in_modes(replace(g, shapes=root[:, None] * g.shapes, residual=residual), lambda values: values / root)
 
 
-def narrower(body: Body, ratio: float = NARROWER) -> Body | None:
+def narrow_body(body: Body, ratio: float = NARROWER) -> Body | None:
     """Return the body with the modes above its highest frequency over ``ratio`` moved to its residual; ``None`` if no
     modes remain."""
     g = body.greens.modal
@@ -228,7 +229,7 @@ def narrower(body: Body, ratio: float = NARROWER) -> Body | None:
         return None
     highest = float(g.omega.max()) / (2 * np.pi) / ratio
     kept = g.omega <= 2 * np.pi * highest
-    return body.in_modes(narrowed(g, highest), lambda values: values[kept]) if np.any(kept) else None
+    return body.in_modes(narrow_greens(g, highest), lambda values: values[kept]) if np.any(kept) else None
 
 
 def ringing_on(body: Body, ratio: float = 1.0, band: float = 0.0, octaves: int = 0) -> Body | None:
@@ -236,10 +237,11 @@ def ringing_on(body: Body, ratio: float = 1.0, band: float = 0.0, octaves: int =
     each eigenvector of the flexibility.
 
     The truncated modes, which the residual represents without inertia, vibrate at unknown frequencies above. A fraction
-    `AT_ONCE` of the residual remains, as rigid contacts need an instantaneous response. ``None`` for a body without
-    modes or without residual flexibility. ``band`` [Hz]: in place of the highest frequency if all modes are rigid.
-    ``octaves``: number of octaves in the middle of which modes are placed, each with half the compliance of the one
-    below: like those of a plate, which are evenly spaced, with compliances that fall with the square of the frequency.
+    `STATIC_SHARE` of the residual remains, as rigid contacts need an instantaneous response. ``None`` for a body
+    without modes or without residual flexibility. ``band`` [Hz]: in place of the highest frequency if all modes are
+    rigid. ``octaves``: number of octaves in the middle of which modes are placed, each with half the compliance of the
+    one below: like those of a plate, which are evenly spaced, with compliances that fall with the square of the
+    frequency.
     """
     g = body.greens.modal
     if g is None or not len(g.omega) or not (np.any(g.omega) or band):
@@ -248,7 +250,7 @@ def ringing_on(body: Body, ratio: float = 1.0, band: float = 0.0, octaves: int =
     if not (np.all(np.isfinite(flexible)) and np.any(flexible)):
         return None
     last = int(np.argmax(g.omega))
-    values, ways = np.linalg.eigh((1 - AT_ONCE) * flexible)
+    values, ways = np.linalg.eigh((1 - STATIC_SHARE) * flexible)
     kept = values > ROUND_OFF * values[-1]
     yielding = (ways[:, kept] * np.sqrt(values[kept])).T
     steps = np.arange(max(octaves, 1))
@@ -260,12 +262,12 @@ def ringing_on(body: Body, ratio: float = 1.0, band: float = 0.0, octaves: int =
         omega=np.concatenate([g.omega, omega]),
         zeta=np.concatenate([g.zeta, np.full(len(omega), g.zeta[last])]),
         shapes=np.vstack([g.shapes, shapes]),
-        residual=g.residual.scaled(AT_ONCE),
+        residual=g.residual.scaled(STATIC_SHARE),
     )
     return body.in_modes(ringing, lambda values: np.concatenate([values, np.zeros(len(omega))]))
 
 
-def narrowed(greens: ModalGreens, bandwidth: float) -> ModalGreens:
+def narrow_greens(greens: ModalGreens, bandwidth: float) -> ModalGreens:
     """Return ``greens`` with the modes above ``bandwidth`` [Hz] in the residual: the same statics, the same g(0+)."""
     kept = greens.omega <= 2 * np.pi * bandwidth
     dropped = greens.shapes[~kept] / greens.omega[~kept, None]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 from collections.abc import Callable, Iterator, Mapping
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 
 from impact.after.result import EnergyLedger, ImpactResult, RunRows
 from impact.exact import closed_form, half_space
-from impact.files import hdf5_structure, safe_files
+from impact.files import safe_files
 from impact.greens import base, modal
 from impact.greens.poles import PoleGreens
 from impact.greens.sampled import SampledGreens
@@ -29,8 +30,6 @@ from impact.notices import Advice
 SCHEMA = 2
 """1: histories at equal steps; 2: a result may have steps of different lengths, whose ``ends`` it has."""
 BLOCK = 1 << 20  # bytes by which a file grows in memory
-DEEPEST = 8  # levels of sums within sums in one file
-MOST_PARTS = 1000  # most parts of all sums of a file
 _CLOSED: dict[str, Callable[..., base.GreensFunction]] = {
     "delay_rod": closed_form.DelayRod,
     "damped_fixed_rod": closed_form.DampedFixedRod,
@@ -48,12 +47,10 @@ _LEDGER = ("input", "striker", "target", "contact", "dissipated", "contact_loss"
 _BROKEN = (OSError, LookupError, ValueError, TypeError, AttributeError, ArithmeticError, MemoryError, RuntimeError)
 """What reading damaged bytes raises; RuntimeError: HDF5's own."""
 _NUMBERS = ("dt", "striker_mass", "target_mass", "striker_velocity", "target_velocity")
-_NUMBER_ATTRIBUTES = ("schema", "factor", "valid_for", "error_reduction", "error_mesh", *_NUMBERS)
-_NUMBERS_OF_ORIGIN = ("valid_for_s", "refinement")  # keys of a seat's provenance that hold numbers
 FILE_LIMIT = 8192 * safe_files.MB
 _DEFLATE = 1032  # largest compression, bytes per byte
-# most unpacked bytes per byte of the file: a history of zeros shrinks to almost nothing
-MOST_PACKED = {"result": 100.0, "stress": float(_DEFLATE)}
+USER_BLOCK = 512  # bytes before the data of an HDF5 file, which the format leaves to the application
+_MAGIC = b"impact file, sha256 of all after byte 512: "
 
 
 class StorageError(ValueError):
@@ -93,13 +90,11 @@ def load_greens(path: str | os.PathLike[str], *, key: str = "") -> base.GreensFu
         return _read_greens(file, path)
 
 
-def _read_greens(file: Any, path: str | os.PathLike[str], depth: int = 0) -> base.GreensFunction:
+def _read_greens(file: Any, path: str | os.PathLike[str]) -> base.GreensFunction:
     """Return the function of a file, or of a group in it: a part of a sum or of a multiple."""
     kind = str(file.attrs["kind"])
     if kind in ("sum", "scaled"):
-        if depth >= DEEPEST:
-            raise _Damage(f"sums of sums, more than {DEEPEST} deep")
-        parts = tuple(_read_greens(file[f"parts/{n}"], path, depth + 1) for n in range(len(file["parts"])))
+        parts = tuple(_read_greens(file[f"parts/{n}"], path) for n in range(len(file["parts"])))
         return base.SumGreens(parts) if kind == "sum" else base.ScaledGreens(parts[0], float(file.attrs["factor"]))
     origin = json.loads(str(file.attrs["provenance"]))
     if not isinstance(origin, dict):
@@ -111,7 +106,7 @@ def _read_greens(file: Any, path: str | os.PathLike[str], depth: int = 0) -> bas
         omega, zeta, shapes = (finite_array(file, n) for n in ("omega", "zeta", "shapes"))
         return modal.ModalGreens(omega, zeta, shapes, residual, _names(file), error, origin, valid)
     if kind == "sampled":
-        values, static = finite_array(file, "values"), finite_array(file, "static") if "static" in file else None
+        values, static = finite_array(file, "values"), finite_array(file, "static") if "static" in file else np.zeros(0)
         dt, tail = float(file.attrs["dt"]), str(file.attrs["tail"])
         return SampledGreens(values, dt, tail, _names(file), static, error, origin)  # type: ignore[arg-type]
     if kind == "poles":
@@ -137,6 +132,7 @@ def save_results(
             known = {key: getattr(rows, key) for key in (*_SERIES, "film")}
             histories = {key: None if isinstance(values, Replayed) else values for key, values in known.items()}
             histories |= {f"energy/{key}": getattr(rows.energy, key) for key in (*_LEDGER, "film_loss")}
+            histories |= {} if np.any(rows.film) else {"film": None, "energy/film_loss": None}
             histories["time"] = axes.setdefault(id(rows.ends), rows.time)
             histories["ends"] = None if uniform else rows.ends
             for key, history in histories.items():
@@ -199,22 +195,18 @@ def _check_histories(
         raise _Damage(f"the histories of {name} differ in their number of contacts")
 
 
-def _write_greens(file: Any, greens: base.GreensFunction, depth: int = 0) -> None:
+def _write_greens(file: Any, greens: base.GreensFunction) -> None:
     """Write into a file, or a group of it, what the function says that it needs to be made again."""
     stored = greens.stored()
-    if stored is None or stored.kind not in _KINDS:
+    if stored.kind not in _KINDS:
         raise StorageError(
             f"a Green's function of type {type(greens).__name__!r} has no file form; sample it, and save the samples"
-        )
-    if (depth >= DEEPEST and stored.parts) or len(stored.parts) >= MOST_PARTS:
-        raise StorageError(
-            f"sums of sums more than {DEEPEST} deep, and sums of {MOST_PARTS} parts, have no file form: add parts up"
         )
     file.attrs["kind"] = stored.kind
     for name, number in stored.numbers.items():
         file.attrs[name] = number
     for number, part in enumerate(stored.parts):
-        _write_greens(file.create_group(f"parts/{number}"), part, depth + 1)
+        _write_greens(file.create_group(f"parts/{number}"), part)
     if stored.parts:
         return
     file.attrs["provenance"] = json.dumps(dict(greens.provenance), default=str)
@@ -229,6 +221,25 @@ def _write_greens(file: Any, greens: base.GreensFunction, depth: int = 0) -> Non
             file[f"{name}/real"], file[f"{name}/imag"] = values.real, values.imag
         else:
             file[name] = values
+
+
+def seal_of(image: bytes) -> bytes:
+    """Return the user block that precedes the bytes of an HDF5 file: a checksum, as HDF5 may crash on damaged bytes."""
+    return (_MAGIC + hashlib.sha256(image).hexdigest().encode() + b"\n").ljust(USER_BLOCK, b"\0")
+
+
+def has_seal(path: Path) -> bool:
+    """Return whether a file begins with a seal."""
+    with path.open("rb") as file:
+        return file.read(USER_BLOCK).startswith(_MAGIC)
+
+
+def seal_holds(path: Path) -> bool:
+    """Return whether a file with a seal is as it was written."""
+    with path.open("rb") as file:
+        head = file.read(USER_BLOCK)
+        digest = hashlib.file_digest(file, "sha256").hexdigest().encode()
+    return head.startswith(_MAGIC) and head[len(_MAGIC) :].split(b"\n")[0] == digest
 
 
 @contextmanager
@@ -246,7 +257,7 @@ def written(path: str | os.PathLike[str], content: str, *, schema: int = 1) -> I
         raise MemoryError(
             f"{path}: no memory to put the file together ({problem}); free some, or shorten the run"
         ) from problem
-    safe_files.write_whole(path, hdf5_structure.seal_of(image), image)
+    safe_files.write_whole(path, seal_of(image), image)
 
 
 @contextmanager
@@ -259,14 +270,10 @@ def opened(path: str | os.PathLike[str], content: str, *, sealed: bool = False) 
     if not name.exists():
         raise StorageError(f"{name}: no such file; check the path")
     safe_files.check_file(name, FILE_LIMIT, StorageError)
-    intact = hdf5_structure.seal_holds(name)
-    if sealed and not intact:
-        what = "carries no seal of its content" if intact is None else "changed since it was written"
+    if (has_seal(name) or sealed) and not seal_holds(name):
+        what = "truncated or damaged (its checksum differs)" if has_seal(name) else "has no seal of its content"
         raise StorageError(f"{name}: {what}; compute it again")
-    if not intact and not hdf5_structure.can_be_opened(name):
-        raise StorageError(f"{name}: truncated or damaged (HDF5 cannot read it); compute it again")
     try:
-        hdf5_structure.check_structure(name, StorageError, MOST_PACKED.get(content, 10.0))
         with h5py.File(name, "r") as file:
             stored, schema = str(file.attrs.get("content", "")), int(file.attrs.get("schema", -1))
             if stored != content or schema < 0:
@@ -275,34 +282,13 @@ def opened(path: str | os.PathLike[str], content: str, *, sealed: bool = False) 
                 raise StorageError(
                     f"{name}: schema {schema} is newer than this version reads (up to {SCHEMA}); update the package"
                 )
-            _check_numbers(file)
             yield file
-        if intact is False:
-            raise StorageError(f"{name}: changed since it was written (its checksum differs); compute it again")
     except StorageError:
         raise
     except (_Damage, base.GreensFunctionError) as problem:
         raise StorageError(f"{name}: damaged: {problem}; compute it again") from problem
     except _BROKEN as problem:
         raise StorageError(f"{name}: truncated or damaged ({problem}); compute it again") from problem
-
-
-def _check_numbers(file: Any) -> None:
-    """Raise `_Damage` naming the attribute, or key of the provenance, of a group that must be a number and is none."""
-    groups = [("", file)]
-    file.visititems(lambda name, member: groups.append((name, member)) if isinstance(member, h5py.Group) else None)
-    if (parts := sum("kind" in group.attrs for _, group in groups)) > MOST_PARTS:
-        raise _Damage(f"{parts} parts of sums, must be at most {MOST_PARTS}")
-    for name, group in groups:
-        stated = {key: group.attrs[key] for key in _NUMBER_ATTRIBUTES if key in group.attrs}
-        origin = json.loads(str(group.attrs.get("provenance", "{}")))
-        if isinstance(origin, dict):
-            stated |= {f"provenance {key}": origin[key] for key in _NUMBERS_OF_ORIGIN if key in origin}
-            if group.attrs.get("kind") in _CLOSED:
-                stated |= {f"provenance {key}": value for key, value in origin.items() if key != "kind"}
-        for key, value in stated.items():
-            if isinstance(value, bool) or np.ndim(value) or np.asarray(value).dtype.kind not in "fiu":
-                raise _Damage(f"{f'{name}/'.lstrip('/')}{key} is {value!r}: must be a number")
 
 
 def finite_array(group: Any, key: str) -> base.Array:
@@ -330,8 +316,6 @@ def _names(file: Any) -> tuple[str, ...]:
 
 
 def _known(value: float) -> float | None:
-    if np.ndim(value) or np.asarray(value).dtype.kind not in "fiu":
-        raise _Damage(f"a stated error is {value!r}, no number")
     return None if np.isnan(value) else float(value)
 
 

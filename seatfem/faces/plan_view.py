@@ -7,7 +7,6 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final, Literal
 
-import numpy as np
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 from rich.table import Table
@@ -155,10 +154,10 @@ def _columns(path: Path) -> str:
     """Return the number of rows and the range of each column; "" for a table without headers or with other cells."""
     try:
         table = read_csv(path, ValueError)
-        numbers = np.zeros((0, 0)) if table is None else table.numbers()
+        numbers = table.numbers()
     except ValueError:
         return ""
-    if table is None or not numbers.size:
+    if not numbers.size:
         return ""
     ranges = zip(table.heads, numbers.min(axis=0), numbers.max(axis=0), strict=True)
     columns = ", ".join(f"{head.text} {in_digits(low, 6)} to {in_digits(high, 6)}" for head, low, high in ranges)

@@ -92,7 +92,7 @@ def _without_clock(values: Values) -> Mapping[str, float]:
 
 def _solid_force(record: ContactRecord) -> Array:
     """Return the (n,) contact force without that of the film [N]."""
-    return (record.force if record.film is None else record.force - record.film)[1:]
+    return np.asarray(record.force - record.film)[1:]
 
 
 def _impulse(record: ContactRecord) -> Array:
@@ -104,15 +104,15 @@ def _until(record: ContactRecord, time: float) -> ContactRecord:
     """Return the record up to a time [s], without stresses."""
     steps = min(len(record.force) - 1, max(1, round(time / record.dt)))
     first_steps = slice(steps + 1)
-    line, film, displacement = record.line, record.film, record.displacement
+    line, displacement, film = record.line, record.displacement, np.broadcast_to(record.film, record.force.shape)
     if line is not None:
-        grid = line.grid.until(steps)
-        of_film = None if line.film is None else line.film[: len(grid.ends)]
-        line = replace(line, force=line.force[: len(grid.ends)], grid=grid, film=of_film)
-    film, displacement = (None if values is None else values[first_steps] for values in (film, displacement))
+        grid, of_film = line.grid.until(steps), np.broadcast_to(line.film, line.force.shape)
+        line = replace(line, force=line.force[: len(grid.ends)], grid=grid, film=of_film[: len(grid.ends)])
+    displacement = None if displacement is None else displacement[first_steps]
     landings = tuple(_landing_until(record, landing, time) for landing in record.landings if landing.start < time)
     force = record.force[first_steps]
-    return replace(record, force=force, displacement=displacement, film=film, line=line, stress=None, landings=landings)
+    known = replace(record, force=force, displacement=displacement, film=film[first_steps], line=line)
+    return replace(known, stress=None, landings=landings)
 
 
 def _landing_until(record: ContactRecord, landing: Landing, time: float) -> Landing:

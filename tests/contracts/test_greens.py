@@ -167,7 +167,6 @@ def test_the_kernel_holds_the_steps_of_the_step_response(greens: GreensFunction)
         scale = np.abs(steps).max()
         np.testing.assert_allclose(weights[i, j], steps, atol=1e-10 * scale)
         assert own[i, j] == pytest.approx(steps[0], abs=1e-10 * scale)
-    assert (greens.marched_poles(DT, n) is None) == (kernel.weights is not None)
 
 
 def test_its_static_compliance_is_where_the_step_response_ends(name: str, greens: GreensFunction) -> None:
@@ -280,7 +279,6 @@ def test_scaled_is_the_multiple_in_every_answer(greens: GreensFunction, factor: 
     assert (scaled.modal is None) == (greens.modal is None)
     assert (scaled.rod is None) == (greens.rod is None)
     assert scaled.highest_rate == pytest.approx(greens.highest_rate)
-    assert scaled.marched_poles(DT, 50) == greens.marched_poles(DT, 50)
     for i, j in pairs(greens):
         for answer in ("impulse_response", "step_response"):
             one, other = (getattr(g, answer)(t, i, j) for g in (scaled, greens))

@@ -126,7 +126,7 @@ def test_files_of_schema_1_are_read() -> None:
     for name, film in (("wave", None), ("spring", FILM)):
         again = impact.solve(problem(film), dt=1e-6, duration=2e-5)
         np.testing.assert_allclose(runs[name].force, again.force, atol=1e-6 * again.force.max())
-        assert (runs[name].film is None) == (film is None)
+        assert np.any(runs[name].film) == (film is not None)
     body = load_moving(OLD / "modes.h5")
     assert body.frequency is None
     np.testing.assert_array_equal(body.displacement, TWO)

@@ -15,6 +15,7 @@ from impact.greens.sampled import SampledGreens
 from seatfem.study.impacts.contact import check_length
 from seatfem.study.runs.pipeline import RunError, run_scene
 from seatfem.study.scene.keys import scene_template
+from tests.fuzz.mutations import seal
 from tests.gallery import load_text
 from tests.steps import BAD_INPUT, GreensFunction, run_command, save_greens
 
@@ -69,6 +70,7 @@ def test_a_newer_greens_function(tmp_path: Path, capsys: pytest.CaptureFixture[s
     save_greens(impact.spring(stiffness=1e7), seat)
     with h5py.File(seat, "r+") as file:
         file.attrs["schema"] = 99
+    seal(seat)
     message = f"{seat}: schema 99 is newer than this version reads (up to 2); update the package\n"
     assert complaint(tmp_path, GREENS + BALL + RUN, capsys).endswith(message)
 

@@ -12,7 +12,7 @@ from typing import Any, Final
 import h5py
 import numpy as np
 
-from impact.files.hdf5_structure import USER_BLOCK, seal_of
+from impact.storage.hdf5 import USER_BLOCK, seal_of
 
 NUMBERS: Final = (
     "nan", "inf", "-inf", "0", "-0.0", "-1", "1e308", "1e-308", "5e-324", "1e999", "1" * 400, "9223372036854775808",

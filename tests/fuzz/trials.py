@@ -24,7 +24,7 @@ from unittest.mock import patch
 
 import numpy as np
 
-from impact.files.hdf5_structure import seal_holds
+from impact.storage.hdf5 import seal_holds
 from seatfem.faces.cli import run_command
 from seatfem.jobs.crew import Lost, crew
 from seatfem.jobs.processes import limit_process
@@ -211,7 +211,7 @@ def _left_behind(case: Path, before: set[str]) -> str:
     for path in (p for name in ("out", "kept") for p in (case / name).rglob("*") if p.is_file()):
         if path.name.startswith("."):
             return "temporary files"
-        if path.stat().st_size == 0 or (path.suffix == ".h5" and seal_holds(path) is not True):
+        if path.stat().st_size == 0 or (path.suffix == ".h5" and not seal_holds(path)):
             return "half-written"
     return ""
 

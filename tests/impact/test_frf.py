@@ -12,7 +12,7 @@ from impact.measured.frf import (
     FrequencyResponseError,
     deviation_by_coherence,
     estimate_deviation,
-    moves_away,
+    is_moving_away,
     read_frf,
 )
 
@@ -108,8 +108,8 @@ def test_reciprocity_is_averaged_and_told_or_refused() -> None:
 
 
 def test_free_bodies_are_told_by_their_lowest_lines() -> None:
-    assert not moves_away(FrequencyResponse(F, G))
-    assert moves_away(FrequencyResponse(F, G + 100 / W**2))
+    assert not is_moving_away(FrequencyResponse(F, G))
+    assert is_moving_away(FrequencyResponse(F, G + 100 / W**2))
 
 
 THREE_MODES = impact.ModalGreens(

@@ -11,7 +11,7 @@ import impact
 from impact.greens.base import Array
 from impact.march import ladder
 from impact.march.ladder import march
-from impact.runs.solver import PERTURBATION, Horizon, twin_of
+from impact.runs.solver import PERTURBATION, Horizon, make_twin
 from tests.known_answers.compliant import rigid_seat
 
 G = 9.81
@@ -97,7 +97,7 @@ def test_the_rate_is_that_of_small_differences() -> None:
 
 def test_bodies_that_never_part_have_no_horizon() -> None:
     with pytest.raises(impact.march.problem.ContactError, match="never part"):
-        twin_of(dropped(1.0), np.full((3, 1), -1e-6), PERTURBATION)
+        make_twin(dropped(1.0), np.full((3, 1), -1e-6), PERTURBATION)
 
 
 @pytest.mark.slow
@@ -127,7 +127,7 @@ def test_a_twin_that_follows_the_long_steps_of_its_run_grows_as_one_at_equal_ste
     result = impact.solve(problem, **way)
     assert len(result.rows.ends) < len(result.time) / 10
     np.testing.assert_allclose(impact.measure_horizon(problem, **way).growth, equal.growth, rtol=1e-2)
-    twin, _ = twin_of(problem, result.rows.gap[:, None], PERTURBATION)
+    twin, _ = make_twin(problem, result.rows.gap[:, None], PERTURBATION)
     followed = march(twin, way["dt"], way["duration"], like=result.rows)
     alone = march(twin, way["dt"], way["duration"])
     assert np.mean(np.isin(followed.rows.ends, result.rows.ends)) >= np.mean(np.isin(alone.rows.ends, result.rows.ends))

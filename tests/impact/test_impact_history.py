@@ -16,7 +16,7 @@ from impact.greens.base import Array
 from impact.march import history
 from impact.march.history import Poles
 from impact.march.loop.compiled import STAMP, stamp
-from impact.march.motion import Discrete, mean_displacement, modal_coordinates
+from impact.march.motion import Discrete, PortForces, mean_displacement, modal_coordinates
 
 DT = 0.01
 
@@ -98,9 +98,10 @@ def test_mean_displacement_of_the_parts_of_a_lip(ports: int) -> None:
     greens = ModalGreens(omega, np.full(25, 0.02), shapes, rest, tuple(f"arc_{c}" for c in range(ports)))
     body = Discrete.from_body(Body(greens), STEP, STEPS)
     force = np.maximum(rng.normal(size=(ports, STEPS)).cumsum(axis=1), 0.0)
-    expected = body.motion(force).displacement
+    forces = PortForces.at_ports(force, STEP)
+    expected = body.motion(forces).displacement
     for shares in (np.full(ports, 1 / ports), np.arange(1.0, ports + 1)):
-        means = mean_displacement(body, force, shares)
+        means = mean_displacement(body, forces, shares)
         # two orders of the same sums over 3,000 steps
         np.testing.assert_allclose(means, shares @ expected, atol=1e-12 * np.abs(expected).max() * shares.sum())
 
@@ -127,6 +128,7 @@ def test_coordinates_make_the_displacement_of_the_ports(stride: int) -> None:
     force = np.maximum(np.random.default_rng(5).normal(size=(2, steps)).cumsum(axis=1), 0.0)
     coordinates = modal_coordinates(body, force, STEP, stride)
     assert len(coordinates) == steps // stride + 1
-    expected = Discrete.from_body(body, STEP, steps).motion(force).displacement[:, ::stride]
+    forces = PortForces.at_ports(force, STEP)
+    expected = Discrete.from_body(body, STEP, steps).motion(forces).displacement[:, ::stride]
     # two orders of the same sums
     np.testing.assert_allclose(coordinates @ body.greens.modal.shapes, expected.T, atol=1e-11 * np.abs(expected).max())

@@ -24,7 +24,6 @@ H = 50e-9
 def discretised(problem: ContactProblem, duration: float, dt: float = H) -> tuple[Discretised, Levels]:
     one = discretise(problem, dt, duration, engine="poles")
     levels = prepare_levels(one)
-    assert levels is not None
     return one, levels
 
 

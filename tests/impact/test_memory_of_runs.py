@@ -84,7 +84,7 @@ def test_a_run_of_many_contacts_keeps_forces_and_gaps_once(long_runs: None, trac
 def test_memory_does_not_grow_with_the_number_of_varied_runs(long_runs: None, traced: Callable[[], int]) -> None:
     problem = ContactProblem(reed(8), contacts=on_a_seat(8, seat(8)))
     result = impact.solve(problem, dt=STEP, duration=0.01)
-    others = {f"gap {k}": solver.with_wider_gaps(problem, k * 1e-9) for k in range(1, 7)}
+    others = {f"gap {k}": solver.widen_gaps(problem, k * 1e-9) for k in range(1, 7)}
     measures = {"impulse": lambda one: float(one.rows.spans @ one.rows.force[1:].sum(axis=1))}
     most = []
     for count in (1, 1, 6):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import impact
-from impact.runs.sensitivity import Neighbours, force_sensitivities, touches, why_not
+from impact.runs.sensitivity import Neighbours, force_sensitivities, touches, why_no_derivative
 
 UNIT = {"young": 1.0, "density": 1.0, "area": 1.0}
 NEAR = 1e-5  # relative half width of the differences: to its square 1e-10, and round-off 1e-16 over it 1e-11
@@ -93,7 +93,7 @@ def difference(case, key, width):
 @pytest.mark.parametrize(("case", "key"), KEYS, ids=[f"{case.__name__}-{key}" for case, key in KEYS])
 def test_it_is_what_two_marches_differ_by(case, key):
     stepper = marched(case)
-    assert why_not(stepper) == ""
+    assert why_no_derivative(stepper) == ""
     [slope] = force_sensitivities(stepper, [neighbours(case, key)])
     by_marches, alike = difference(case, key, NEAR)
     assert alike, "the case is to keep its contact steps"
@@ -156,4 +156,4 @@ def test_what_has_no_derivative_says_why():
         problem = impact.ContactProblem(striker, seat, gap=0.1, **{"law": impact.LinearSpring(3.0)} | given)
         stepper = impact.ContactStepper(impact.prepare(problem, 0.01, 2.0))
         stepper.advance(200)
-        assert word in why_not(stepper)
+        assert word in why_no_derivative(stepper)

@@ -258,7 +258,7 @@ def test_an_indefinite_stiffness_is_refused(rod):
 def test_time_stepping_takes_a_free_body():
     free = rod_model(**ROD, elements=100, fixed_end=False)
     greens = Transient().reduce(free, free.damping, Aims(1e5, 2e-5, 1e-2)).greens
-    assert greens.static is None
+    assert greens.static.size == 0
     with pytest.raises(impact.GreensFunctionError, match="static compliance is unknown"):
         greens.static_compliance()
 

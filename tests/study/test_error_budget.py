@@ -9,7 +9,7 @@ import pytest
 
 import impact
 from impact.after.landings import JUMP, Landing
-from impact.runs.variations import SAFETY, Budget, narrowed
+from impact.runs.variations import SAFETY, Budget, narrow_greens
 from seatfem.study.error_budget import FLOOR_OF_SPRING, FLOORS, _until, error_budget, unresolved_steps, with_jumps
 from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.scene.measures import ContactDuration, ContactRecord, Impulse
@@ -34,7 +34,7 @@ def scene(tmp_path: Path) -> Scene:
 
 def test_narrowing_keeps_the_statics_and_the_start() -> None:
     """Modes above the band become flexibility: compliance and g(0+) stay, frequencies go."""
-    narrow = narrowed(MODES, 1e6)
+    narrow = narrow_greens(MODES, 1e6)
     assert narrow.omega.tolist() == [2e6, 5e6]
     np.testing.assert_allclose(narrow.static_compliance(), MODES.static_compliance(), rtol=1e-12)
     np.testing.assert_allclose(narrow.initial_value(), MODES.initial_value(), rtol=1e-12)

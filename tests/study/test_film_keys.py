@@ -70,7 +70,7 @@ def test_a_mass_is_stopped_by_the_momentum_of_its_film(tmp_path: Path) -> None:
     k = 18e-6 * 34.56e-3 * 1e-9
     rest = (2 * 1e-3 * 0.2 / k + 1 / 6e-6**2) ** -0.5 - 1e-6
     assert result.gap[-1] == pytest.approx(rest, rel=1e-3)
-    kept = summarise(Touches(result), 1e-6)
+    kept = summarise(Touches(result), 1e-6, filmed=True)
     assert kept["first_contact_s"] is None
     assert kept["contact_duration_s"] is None
     assert kept["film_loss_J"] == pytest.approx(0.5 * 1e-3 * 0.2**2, rel=1e-3)

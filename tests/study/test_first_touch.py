@@ -16,9 +16,9 @@ from seatfem.study.scene.measures import Line
 DT, ARCS, RADIUS = 1e-7, 8, 5e-3
 
 
-def keys_of(pressed: dict[int, int], *, at_once: tuple[int, ...] = (), angles: bool = True) -> dict[str, Any]:
-    """Return the keys of arcs (45 deg wide, the first one about 0) that are ``pressed`` from steps on; ``at_once``: by
-    the first landing."""
+def keys_of(pressed: dict[int, int], *, first_parts: tuple[int, ...] = (), angles: bool = True) -> dict[str, Any]:
+    """Return the keys of arcs (45 deg wide, the first one about 0) that are ``pressed`` from steps on; ``first_parts``:
+    by the first landing."""
     grid = TimeGrid.of_equal_steps(DT, 10)
     force = np.zeros((11, ARCS))
     for arc, step in pressed.items():
@@ -26,15 +26,15 @@ def keys_of(pressed: dict[int, int], *, at_once: tuple[int, ...] = (), angles: b
     edges = 2 * math.pi * (np.arange(ARCS + 1) - 0.5) / ARCS
     line = Line(force, grid, 2 * math.pi * RADIUS, 1 / 8, edges if angles else None)
     start = DT * (min(pressed.values(), default=1) - 1)
-    landing = Landing(start, 1.0, 0.5, 0, 1.0, 1.0, 0.0, 1.0, 1.0, False, False, at_once=at_once)
+    landing = Landing(start, 1.0, 0.5, 0, 1.0, 1.0, 0.0, 1.0, 1.0, False, False, first_parts=first_parts)
     parts = SimpleNamespace(rows=SimpleNamespace(force=np.zeros((11, 2 * ARCS))))  # two rings
-    landings = SimpleNamespace(seat=(landing,) if at_once else ())
+    landings = SimpleNamespace(seat=(landing,) if first_parts else ())
     touches: Touches = SimpleNamespace(line=line, parts=parts, landings=landings)  # type: ignore[assignment]
     return _line_keys(touches, 1e-6)
 
 
 @pytest.mark.parametrize(
-    ("pressed", "at_once", "degrees", "count"),
+    ("pressed", "first_parts", "degrees", "count"),
     [
         ({1: 3, 7: 3, 0: 5}, (), 45, 2),  # mirror parts, whose mean angle is 0
         ({2: 3, 6: 3}, (4, 5, 12, 13), 90, 2),  # the same by a landing, in two rings
@@ -43,9 +43,9 @@ def keys_of(pressed: dict[int, int], *, at_once: tuple[int, ...] = (), angles: b
     ],
 )
 def test_the_first_touch_is_at_a_segment_that_touches(
-    pressed: dict[int, int], at_once: tuple[int, ...], degrees: float, count: int
+    pressed: dict[int, int], first_parts: tuple[int, ...], degrees: float, count: int
 ) -> None:
-    keys = keys_of(pressed, at_once=at_once)
+    keys = keys_of(pressed, first_parts=first_parts)
     assert keys["first_touch_at_deg"] == pytest.approx(degrees, abs=1e-5)  # as angles are rounded
     assert keys["first_touch_segments"] == count
     along = math.radians(degrees + 22.5) * RADIUS

@@ -61,7 +61,6 @@ def in_long_steps(problem: ContactProblem, duration: float) -> MarchRun:
     """Return the run in steps of different lengths, whatever they save."""
     one = discretise(problem, STEP, duration)
     levels = prepare_levels(one)
-    assert levels is not None
     return finish_march(LadderMarch(one, levels))
 
 

@@ -9,7 +9,7 @@ import pytest
 
 import impact
 from impact import measures
-from impact.after.result import as_one
+from impact.after.result import join_contacts
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.materials import Material
@@ -152,7 +152,7 @@ def test_one_face_on_rings_that_move_alike_is_one_contact(tmp_path: Path, law: s
     alike = by_rings.force.sum(axis=1)[:, None] * ring_shares(4)
     close = 1e-4  # several compliant contacts are solved by iteration, to 1e-5
     np.testing.assert_allclose(by_rings.force, alike, atol=close * alike.max())
-    several = as_one(by_rings, ring_shares(4))
+    several = join_contacts(by_rings, ring_shares(4))
     np.testing.assert_allclose(several.force, one.force, atol=close * one.force.max())
     np.testing.assert_allclose(several.gap, one.gap, atol=close * np.abs(one.gap).max())
     np.testing.assert_allclose(several.energy.stored, one.energy.stored, rtol=close)

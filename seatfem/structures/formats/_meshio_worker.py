@@ -1,19 +1,16 @@
 """meshio in a separate process, with limited memory and time; started by `mesh_files` only."""
 
 import json
-from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
-from impact.files.hdf5_structure import check_structure
 from seatfem.jobs.processes import answers_to_parent, limit_process, lines_from_parent
 
 MEMORY: Final = 1 << 30  # memory for any file [bytes]
 PER_BYTE: Final = 60  # additional memory per byte of the file [bytes]
 SECONDS: Final = 10  # processor time for any file [s]
 SIZE_A_SECOND: Final = 1 << 18  # size of the file per additional second [bytes]
-_HDF5: Final = b"\x89HDF\r\n\x1a\n"
 
 
 def plain(mesh: Any) -> tuple[dict[str, np.ndarray[Any, Any]], dict[str, Any]]:
@@ -53,11 +50,6 @@ def answer(line: str) -> str:
     try:
         import meshio
 
-        for file in sorted(Path(job["file"]).parent.iterdir()):
-            with file.open("rb") as content:
-                is_hdf5 = content.read(8) == _HDF5
-            if is_hdf5:
-                check_structure(file, ValueError)
         arrays, reply = plain(meshio.read(job["file"], file_format=job["format"]))
         np.savez(job["arrays"], **arrays)  # type: ignore[arg-type]
     except (Exception, SystemExit) as error:  # meshio raises any error, and may call sys.exit

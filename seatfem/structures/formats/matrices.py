@@ -321,7 +321,7 @@ def _weights(path: Path) -> dict[int, float]:
     if not path.exists():
         raise ModelError(f"{path}: no such file; check the path")
     table = read_csv(path, ModelError)
-    if table is None or [head.text.lower() for head in table.heads] != ["dof", "weight"]:
+    if [head.text.lower() for head in table.heads] != ["dof", "weight"]:
         raise ModelError(f"{path}: the first line must be 'dof,weight'")
     out: dict[int, float] = {}
     for line, cells in zip(table.lines, table.rows, strict=True):

@@ -58,7 +58,7 @@ def read_columns(path: Path, known: Mapping[str, str], needed: tuple[str, ...]) 
     """
     table = csv_table.read_csv(path, ColumnsError, most=LARGEST)
     wanted = ",".join(f"{name} [unit]" if dimension else name for name, dimension in known.items())
-    if table is None or not table.rows:
+    if not table.rows:
         raise ColumnsError(f"{path}: no table; a header such as {wanted} and rows of numbers are needed")
     scales: dict[str, float] = {}
     for head in table.heads:
@@ -319,7 +319,8 @@ def _record(
     system: System | None,
 ) -> FrequencyResponse:
     if file.suffix.lower() not in UNIVERSAL:
-        return read_frf(file, columns=dict(columns), units=dict(units), quantity=quantity, averages=averages)
+        columns, units, quantity = dict(columns), dict(units), quantity or ""
+        return read_frf(file, columns=columns, units=units, quantity=quantity, averages=averages or 0)
     ports = {"contact": (node, direction)}
     return read_frf_uff(file, ports=ports, system=system, units=dict(units), quantity=quantity)
 

@@ -18,7 +18,6 @@ from typing import Any, Final, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from impact.files import hdf5_structure
 from impact.files.safe_files import MB, opened_file
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import GeometryError, cad
@@ -78,9 +77,7 @@ def handed_over(path: Path) -> Iterator[Path]:
                 f"{path}: is no {suffix} file; it begins with {head[:20]!r} instead of {wanted}. Export it again"
             )
         try:
-            if suffix == ".med":
-                hdf5_structure.check_structure(copy, GeometryError)
-            elif suffix == ".step":
+            if suffix == ".step":
                 cad.state_directly(copy)
             yield copy
         except Exception as error:

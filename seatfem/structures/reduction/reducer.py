@@ -251,7 +251,7 @@ class RitzSpace(Space[modal.ModalGreens]):
         self.omega, self._shapes = omega, shapes
         self._zeta = self.damping.ratios(omega, loss)
         self._each = oscillator.mode_responses(omega, self._zeta, self.t, self.aims.width)
-        self._response = oscillator.combine(shapes, self._each)
+        self._response = oscillator.combine(shapes, self._each, shapes)
         return self._response
 
     def truncated(self, above: float) -> tuple[modal.ModalGreens, float]:
@@ -260,7 +260,8 @@ class RitzSpace(Space[modal.ModalGreens]):
         greens = truncate(self.omega, self._zeta, self._shapes, above, none, self.model, self.damping)
         dropped = self.omega > above
         stand_in = greens.residual.filtered(self.t, self.aims.width)
-        lost = stand_in - oscillator.combine(self._shapes[dropped], self._each[dropped])
+        gone = self._shapes[dropped]
+        lost = stand_in - oscillator.combine(gone, self._each[dropped], gone)
         return greens, float(np.abs(lost).max()) / float(np.abs(self._response).max())
 
 

@@ -128,10 +128,10 @@ def _refuse_indefinite(model: SecondOrderModel, backend: Backend) -> None:
         raise ModelError("K is indefinite, the body would gain energy; check its constraints") from error
 
 
-def _static(model: SecondOrderModel, backend: Backend) -> Array | None:
-    """Return the (p, p) B' K^-1 B [m/N]; ``None`` if the body can move freely."""
+def _static(model: SecondOrderModel, backend: Backend) -> Array:
+    """Return the (p, p) B' K^-1 B [m/N]; (0, 0) if the body can move freely."""
     try:
         return static_compliance(model, backend)
     except FactorizationError:
         _refuse_indefinite(model, backend)
-        return None
+        return np.zeros((0, 0))

@@ -13,7 +13,7 @@ from impact.greens.base import Array
 from impact.march import motion
 from impact.march.prepared import step_count
 from impact.march.problem import ContactProblem
-from impact.runs.sensitivity import Neighbours, force_sensitivities, touches, why_not
+from impact.runs.sensitivity import Neighbours, force_sensitivities, touches, why_no_derivative
 from seatfem.structures.cache import Cache, build
 from seatfem.study.identify.record import OWN, Identification, Samples, is_own, number_of
 from seatfem.study.impacts.bodies import check_base, problem_of, solve_body, striker_of
@@ -175,7 +175,7 @@ class Model:
             below[column], above[column] = low, high
             sides.append((float(low - shares[column]), float(high - shares[column]), below, above))
         met = touches(force)
-        why = why_not(stepper)
+        why = why_no_derivative(stepper)
         if not why and self._touches.get(k, met) != met:
             why = "the contact closes more or less often than an iteration before"
         self._touches[k] = met
@@ -259,7 +259,7 @@ class Model:
             self._kernels[place] = like = motion.Discrete.from_body(body, dt, n)
         if like.body is body:
             return like
-        return replace(like, body=body, loads=body.load_amplitudes(motion.mid_steps(dt, n)))
+        return replace(like, body=body, loads=body.load_amplitudes(motion.find_middle_times(dt, n)))
 
     def _check(self, scene: Scene, shot: Shot) -> None:
         """Raise `SceneError` for records that the shot's scene cannot produce."""
@@ -318,5 +318,5 @@ def _displacement(problem: ContactProblem, role: str, dt: float, force: Array, t
     parts = [contact for contact in problem.contacts if contact.target is first.target]
     ports = sorted({body.greens.port_index(each.port if role == "seat" else each.striker_port) for each in parts})
     discrete = motion.Discrete.from_body(body, dt, len(force))
-    moved = discrete.motion(problem.directions(body) @ force.T).displacement
+    moved = discrete.motion(motion.PortForces.at_ports(problem.directions(body) @ force.T, discrete.dt)).displacement
     return np.asarray(moved[ports].mean(axis=0) + body.carried(times))

@@ -23,7 +23,7 @@ from impact.files import csv_table
 from impact.greens.base import Array, GreensFunction
 from impact.march import history, motion
 from impact.march.grid import FOLLOW, TimeGrid
-from impact.march.ladder import march
+from impact.march.ladder import NO_STEPS, march
 from impact.march.prepared import step_count
 from impact.march.problem import RigidContactError
 from impact.march.rows import MarchRun
@@ -250,7 +250,7 @@ def marched(
     duration: float,
     flight: Callable[[impact.Body, float], motion.Discrete] | None = None,
     *,
-    like: TimeGrid | None = None,
+    like: TimeGrid = NO_STEPS,
 ) -> MarchRun:
     """Integrate a problem over a ``duration`` [s] for its forces only, far cheaper than a run with energies.
 

@@ -14,15 +14,14 @@ from typing import Final, Literal
 
 import numpy as np
 
-import impact
 from impact.after.landings import (
     ContactRecord,
     Landing,
     Stored,
     closing_speeds,
     find_landings,
+    find_own_yield,
     hardest,
-    own_yield,
     pressed_on,
     restitutions,
 )
@@ -30,7 +29,7 @@ from impact.after.loads import StaticLoad, static_load
 from impact.after.result import ImpactResult
 from impact.greens.base import Array
 from impact.march.grid import TimeGrid
-from impact.march.motion import Discrete, mid_steps
+from impact.march.motion import Discrete, PortForces, find_middle_times
 from impact.march.problem import ContactProblem
 from impact.march.rows import MarchRun
 from impact.march.stepper import with_recorded_loads
@@ -87,12 +86,12 @@ def landings_of_result(problem: ContactProblem, result: ImpactResult, width: flo
     opening = rows.spread_motions(gap[:, _seats(problem)].mean(axis=1))
     striker = with_recorded_loads(problem.striker, opening, result.dt)
     march = _March(problem, rows, force, solid, gap, width)
-    load = static_load(_with_striker(problem, striker), result.dt * steps)
+    load = static_load(replace(problem, striker=striker), result.dt * steps)
 
     def stored(numbers: Sequence[int]) -> Array:
         return np.asarray(rows.energy.striker[np.searchsorted(rows.ends, numbers)])
 
-    return march.landings(load, stored, striker.load_amplitudes(mid_steps(result.dt, steps)))
+    return march.landings(load, stored, striker.load_amplitudes(find_middle_times(result.dt, steps)))
 
 
 def landings_of_march(run: MarchRun, width: float, load: StaticLoad | None = None, *, rebound: bool = True) -> Landings:
@@ -103,15 +102,14 @@ def landings_of_march(run: MarchRun, width: float, load: StaticLoad | None = Non
     """
     problem, rows, striker = run.problem, run.rows, run.bodies[0]
     force = rows.force
-    solid = force - rows.film if rows.film.size else force
     load = static_load_of_march(run) if load is None else load
 
-    def stored(steps: Sequence[int]) -> Array | None:
+    def stored(steps: Sequence[int]) -> Array:
         if not rebound:
-            return None
-        return striker.stored_after(force[1:].T, steps, rows, problem.directions(problem.striker))
+            return np.full(len(steps), np.nan)
+        return striker.stored_after(PortForces(rows, force[1:].T, problem.directions(problem.striker)), steps)
 
-    return _March(problem, rows, force, solid, rows.gap, width).landings(load, stored, striker.loads)
+    return _March(problem, rows, force, rows.solid, rows.gap, width).landings(load, stored, striker.loads)
 
 
 def landings_of_one_contact(problem: ContactProblem, force: Array, gap: Array, dt: float, width: float) -> Landings:
@@ -120,13 +118,14 @@ def landings_of_one_contact(problem: ContactProblem, force: Array, gap: Array, d
     Loads must not depend on the opening; ``width``: width of the filter [s].
     """
     n = len(force) - 1
-    pushed = problem.striker.load_amplitudes(mid_steps(dt, n))
-
-    def stored(steps: Sequence[int]) -> Array | None:
-        striker = Discrete.from_body(problem.striker, dt, n)
-        return striker.stored_after(problem.directions(problem.striker) @ force[None, 1:], steps)
+    pushed = problem.striker.load_amplitudes(find_middle_times(dt, n))
 
     grid = TimeGrid.of_equal_steps(dt, n)
+
+    def stored(steps: Sequence[int]) -> Array:
+        striker = Discrete.from_body(problem.striker, dt, n)
+        return striker.stored_after(PortForces(grid, force[None, 1:], problem.directions(problem.striker)), steps)
+
     march = _March(problem, grid, force[:, None], force[:, None], gap[:, None], width)
     return march.landings(static_load(problem, dt * n), stored, pushed)
 
@@ -134,13 +133,7 @@ def landings_of_one_contact(problem: ContactProblem, force: Array, gap: Array, d
 def static_load_of_march(run: MarchRun) -> StaticLoad:
     """Return the quasi-static load of a run, with the loads that depended on the opening."""
     striker = with_recorded_loads(run.problem.striker, run.opening, run.dt)
-    return static_load(_with_striker(run.problem, striker), run.dt * run.steps)
-
-
-def _with_striker(problem: ContactProblem, striker: impact.Body) -> ContactProblem:
-    if striker is problem.striker:
-        return problem
-    return ContactProblem(striker, contacts=problem.contacts, preload=problem.preload)
+    return static_load(replace(run.problem, striker=striker), run.dt * run.steps)
 
 
 def _seats(problem: ContactProblem) -> slice:
@@ -192,7 +185,7 @@ class _March:
             static=load.course(time, stopper=stopper),
             width=max(self.width, dt),
             closing=closing_speeds(self.problem, dt)[face],
-            own=own_yield(self.problem.contacts[face], self.problem.striker, dt),
+            own=find_own_yield(self.problem.contacts[face], self.problem.striker, dt),
         )
 
 

@@ -45,14 +45,14 @@ class LifeResult:
     @property
     def of_one_axis(self) -> tuple[Judged, strength.Strength] | None:
         """Return the result of the body with the least margin over the design life (uniaxial, on critical planes)."""
-        candidates = [each for each in self.bodies if each[0].life is not None]
-        return min(candidates, key=lambda each: each[0].life.margin if each[0].life else math.inf, default=None)
+        candidates = [each for each in self.bodies if each[0].at]
+        return min(candidates, key=lambda each: each[0].life.margin, default=None)
 
     @property
     def of_several_axes(self) -> tuple[Judged, strength.Strength] | None:
         """Return the result of the body with the least margin by the multiaxial criterion."""
-        candidates = [each for each in self.bodies if each[0].tensor_at is not None]
-        return min(candidates, key=lambda each: each[0].tensor_margin or 0.0, default=None)
+        candidates = [each for each in self.bodies if each[0].tensor_at]
+        return min(candidates, key=lambda each: each[0].tensor_margin, default=None)
 
 
 def lasting(
@@ -116,7 +116,7 @@ def _below_contact(life: LifeTable, stiffness: float, touches: Touches) -> Itera
 def life_keys(lasting: LifeResult) -> dict[str, object]:
     """Return the keys of the life for summary.json; ``None`` for an infinite margin or life."""
     keys: dict[str, object] = {}
-    if (worst := lasting.of_one_axis) is not None and worst[0].life is not None:
+    if (worst := lasting.of_one_axis) is not None:
         keys |= {
             "life_margin": finite_or_none(worst[0].life.margin),
             "life_cycles": finite_or_none(worst[0].life.blocks),
@@ -124,7 +124,7 @@ def life_keys(lasting: LifeResult) -> dict[str, object]:
             "life_at": worst[0].at,
         }
     for name, judgement in (("multiaxial", lasting.of_several_axes), ("contact", lasting.below)):
-        if judgement is not None and judgement[0].tensor_margin is not None:
+        if judgement is not None and judgement[0].tensor_at:
             keys |= {
                 f"life_{name}_margin": finite_or_none(judgement[0].tensor_margin),
                 f"life_{name}_at": judgement[0].tensor_at,
@@ -147,15 +147,15 @@ def asked_keys(life: LifeTable | None, lasting: LifeResult, bars: Mapping[str, f
         if judgement is not None:
             criterion = life.multiaxial if name == "multiaxial" else life.contact_criterion
             keys[f"life_{name}_criterion"] = criterion
-            keys[f"life_{name}_cycles"] = judgement[1].limit_cycles
+            keys[f"life_{name}_cycles"] = finite_or_none(judgement[1].limit_cycles)
             keys["life_strength_source"] = judgement[1].source
 
-    def bar(margin: float, place: str | None) -> float | None:
-        return finite_or_none(margin_error(margin, bars.get(body_of(place or ""), math.inf)))
+    def bar(margin: float, place: str) -> float | None:
+        return finite_or_none(margin_error(margin, bars.get(body_of(place), math.inf)))
 
-    if (several := lasting.of_several_axes) is not None and several[0].tensor_margin is not None:
+    if (several := lasting.of_several_axes) is not None:
         keys["error_bar_life_multiaxial_margin"] = bar(several[0].tensor_margin, several[0].tensor_at)
-    if (worst := lasting.of_one_axis) is not None and worst[0].life is not None:
+    if (worst := lasting.of_one_axis) is not None:
         keys |= {
             "life_criterion": life.criterion,
             "life_survival": worst[0].life.survival,
@@ -177,7 +177,7 @@ def body_of(place: str) -> str:
 def life_notes(life: LifeTable | None, lasting: LifeResult) -> tuple[str, ...]:
     """Return advice on the life, such as on immediate failure, and a note if no closing speed can be compared."""
     worst = lasting.of_one_axis
-    notes = [] if worst is None or worst[0].life is None else [f"life: {advice}" for advice in worst[0].life.advice]
+    notes = [] if worst is None else [f"life: {advice}" for advice in worst[0].life.advice]
     if life is not None and lasting.speed is None and life.allowed_speed() is not None:
         notes.append("life: nothing closed within run.duration, so there is no speed to compare with the allowed one")
     return tuple(notes)
@@ -213,6 +213,5 @@ def from_json(life: LifeTable | None, numbers: Mapping[str, Any]) -> LifeResult:
 
 def _judged(numbers: Mapping[str, Any]) -> Judged:
     life = numbers["life"]
-    if life is not None:
-        life = damage.Life(**{**life, "advice": tuple(Advice(**each) for each in life["advice"])})
-    return Judged(**{**numbers, "life": life})
+    advice = tuple(Advice(**each) for each in life["advice"])
+    return Judged(**{**numbers, "life": damage.Life(**{**life, "advice": advice})})

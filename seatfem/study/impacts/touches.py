@@ -13,10 +13,10 @@ import impact
 from impact import measures
 from impact.after import histories
 from impact.after.landings import pair_landings
-from impact.after.result import ImpactResult, as_one, of_contacts
+from impact.after.result import ImpactResult, join_contacts, select_contacts
 from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunction
-from impact.march.motion import mean_displacement
+from impact.march.motion import PortForces, mean_displacement
 from impact.march.rows import MarchRun
 from impact.quantities import finite_or_none
 from impact.runs.variations import Budget, Values
@@ -68,13 +68,13 @@ def taken_apart(
     of_seat = seat_contacts(problem)
     stopper = on_stopper = None
     if geometry.stopper is not None:
-        above, parts_above = of_contacts(result, slice(of_seat, None)), geometry.stopper.parts
-        stopper, on_stopper = as_one(above, parts_above.shares), None if parts_above == Division() else above
+        above, parts_above = select_contacts(result, slice(of_seat, None)), geometry.stopper.parts
+        stopper, on_stopper = join_contacts(above, parts_above.shares), None if parts_above == Division() else above
     if of_seat == 1:
         return Touches(measures.of_contact(result, 0), stopper=stopper, stopper_parts=on_stopper, landings=landings)
-    parts = of_contacts(result, slice(of_seat))
+    parts = select_contacts(result, slice(of_seat))
     line = geometry.line(division, parts.rows.force, parts.rows, parts.rows.film)
-    seat = as_one(parts, division.shares)
+    seat = join_contacts(parts, division.shares)
     mass = _mass_that_moves(problem, np.asarray(parts.rows.spans @ parts.rows.force[1:]), division.shares)
     return Touches(replace(seat, striker_mass=mass or seat.striker_mass), parts, stopper, line, on_stopper, landings)
 
@@ -106,10 +106,10 @@ def force_of(run: MarchRun) -> Array:
     return run.force_on(slice(seat_contacts(run.problem)))
 
 
-def film_of(run: MarchRun) -> Array | None:
-    """Return the (n + 1,) force of the film, a part of `force_of` [N]; ``None`` without a film."""
+def film_of(run: MarchRun) -> Array:
+    """Return the (n + 1,) force of the film, a part of `force_of` [N]; 0 without a film."""
     rows = run.rows
-    return rows.spread_forces(rows.film[:, : seat_contacts(run.problem)].sum(axis=1)) if rows.film.size else None
+    return rows.spread_forces(rows.film[:, : seat_contacts(run.problem)].sum(axis=1))
 
 
 def parts_of(run: MarchRun) -> Array:
@@ -127,7 +127,7 @@ def displacement_of(run: MarchRun) -> Array:
     """Return the (n + 1,) mean displacement of the seat's patch [m]."""
     seat, shares, rows = run.bodies[1], Division.from_greens(run.bodies[1].body.greens).shares, run.rows
     turn = run.problem.directions(seat.body)
-    moved = rows.spread_motions(mean_displacement(seat, rows.force[1:].T, shares, rows, turn))
+    moved = rows.spread_motions(mean_displacement(seat, PortForces(rows, rows.force[1:].T, turn), shares))
     if seat.body.base is None:
         return moved
     return moved + seat.body.carried(np.asarray(seat.dt * np.arange(len(moved)), dtype=np.float64))

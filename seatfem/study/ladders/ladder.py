@@ -14,7 +14,7 @@ import impact
 from impact.greens.base import GreensFunction
 from impact.march.problem import ContactProblem
 from impact.notices import Progress, silent
-from impact.runs.variations import Terms, Variation, of_g, with_body
+from impact.runs.variations import Terms, Variation, vary_greens, with_body
 from seatfem.structures.method import Solved
 from seatfem.structures.patch import Patch
 from seatfem.structures.rings import Division
@@ -85,7 +85,7 @@ class ComputedRun:
         """Return the run with a body's g larger by a relative error; ``None`` if the error is unknown."""
         body = self.body(role)
         assert body is not None
-        return of_g(self.problem, body, error)
+        return vary_greens(self.problem, body, error)
 
 
 @dataclass(frozen=True)

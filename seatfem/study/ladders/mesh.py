@@ -10,7 +10,7 @@ import impact
 from impact.greens.base import GreensFunction
 from impact.greens.modal import Residual
 from impact.quantities import percent
-from impact.runs.variations import AT_ONCE, NARROWER, Terms, narrowed, ringing_on
+from impact.runs.variations import NARROWER, STATIC_SHARE, Terms, narrow_greens, ringing_on
 from seatfem.structures.kinds import Structure
 from seatfem.structures.method import ARC_ERROR, Method
 from seatfem.structures.patch import PATCH_ORDER, Patch, Sizes, mesh_error, sizes_for
@@ -169,11 +169,13 @@ class Bandwidth(Ladder):
                 return ()
             highest = float(modal.frequencies_hz.max())
             if not run.method.seat.in_arcs:
-                return ((run.with_greens("seat", narrowed(modal, highest / NARROWER)),),)
+                return ((run.with_greens("seat", narrow_greens(modal, highest / NARROWER)),),)
             ratios = (NARROWER, NARROWER**2)
             of_statics = run.with_larger_g("seat", min(solved.greens.error_estimate.reduction, ARC_ERROR)) or ()
             return (
-                tuple(run.with_greens("seat", narrowed(modal, highest / r), 1 / (r**LIP_ORDER - 1)) for r in ratios),
+                tuple(
+                    run.with_greens("seat", narrow_greens(modal, highest / r), 1 / (r**LIP_ORDER - 1)) for r in ratios
+                ),
                 *of_statics,
             )
         scene = run.scene
@@ -242,9 +244,9 @@ def _ringing_from(greens: GreensFunction, omega: float) -> GreensFunction | None
         return None if ringing is None else ringing.greens
     if (poles := greens.pole_sum) is None or len(greens.ports) > 1 or not np.any(poles.compliance):
         return None
-    above = (1 - AT_ONCE) * float(poles.compliance[0, 0])
-    zeta = float(np.median(-poles.poles.real / np.abs(poles.poles))) if len(poles.poles) else AT_ONCE
+    above = (1 - STATIC_SHARE) * float(poles.compliance[0, 0])
+    zeta = float(np.median(-poles.poles.real / np.abs(poles.poles))) if len(poles.poles) else STATIC_SHARE
     mode = impact.ModalGreens(
         np.array([omega]), np.array([zeta]), np.array([[omega * math.sqrt(above)]]), Residual.none(), greens.ports
     )
-    return impact.SumGreens((replace(poles, compliance=AT_ONCE * poles.compliance), mode))
+    return impact.SumGreens((replace(poles, compliance=STATIC_SHARE * poles.compliance), mode))

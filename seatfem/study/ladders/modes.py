@@ -10,7 +10,7 @@ from typing import Final
 import numpy as np
 
 from impact.bodies.body import Body
-from impact.runs.variations import NARROWER, Terms, Variation, narrower, ringing_on
+from impact.runs.variations import NARROWER, Terms, Variation, narrow_body, ringing_on
 from seatfem.structures.kinds.structure import MOST_BEAM_MODES
 from seatfem.structures.rings import Division
 from seatfem.study.impacts.bodies import problem_of, striker_of
@@ -94,7 +94,7 @@ def in_wider_band(run: ComputedRun) -> Iterator[tuple[Body, float]]:
     wider, ratio = beyond
     body = striker_of(run.scene, greens=wider)
     yield body, 1 / (1 - ratio**-2)
-    if ratio > NARROWER and (less := narrower(body, ratio / NARROWER)) is not None:
+    if ratio > NARROWER and (less := narrow_body(body, ratio / NARROWER)) is not None:
         yield less, 1 / (1 - NARROWER**-2)
     if _residual(body) > (1 - HARDLY) * _residual(own):
         for above, octaves in BEYOND:
@@ -116,7 +116,7 @@ def with_other_modes(body: Body, band: float = 0.0) -> Iterator[tuple[Body, floa
     """
     weight = ALONE
     for ratio, share in OF_MODES:
-        if (fewer := narrower(body, ratio)) is not None:
+        if (fewer := narrow_body(body, ratio)) is not None:
             weight = HIDDEN
             yield fewer, share
     for above, octaves in BEYOND if modes_felt(body) < MANY_FELT else ():

@@ -110,9 +110,8 @@ def margins(field: AnyField, force: Array, dt: float, demand: Demand, *, since: 
 def _margin(blocks: Iterable[Array], demand: Demand) -> float:
     named = (("", block) for block in blocks)
     if demand.several_axes is not None:
-        return places.judged(named, demand).tensor_margin or 0.0
-    life = places.judged(places.on_planes(named), demand).life
-    return math.inf if life is None else life.margin
+        return places.judged(named, demand).tensor_margin
+    return places.judged(places.on_planes(named), demand).life.margin
 
 
 def _seat_map(done: Round, stressed: Stressed) -> frames.Frames | None:
@@ -377,7 +376,7 @@ def afterwards(
         life = lives.lives(done, stressed, done.touches, done.stress, progress)
         life_at_spring = lives.lives(done, stressed, baseline.touches, baseline.stress, progress, with_seat=False)
     keys |= lives.run_keys(done, stressed, life, life_at_spring)
-    if life.below is not None and life.below[0].tensor_margin is not None:
+    if life.below is not None and life.below[0].tensor_at:
         bar = stresses.contact_margin_bar(done, life.below[0].tensor_margin)
         keys |= {"error_bar_life_contact_margin": finite_or_none(bar)}
     keep(keys)

@@ -11,10 +11,11 @@ import numpy as np
 import impact
 from impact.after.landings import Landing
 from impact.march.grid import TimeGrid
+from impact.march.ladder import NO_STEPS
 from impact.march.problem import ContactProblem
 from impact.march.rows import MarchRun
 from impact.notices import Progress
-from impact.runs.solver import PERTURBATION, ROUND_OFF, Horizon, growth_of_difference, twin_of, with_wider_gaps
+from impact.runs.solver import PERTURBATION, ROUND_OFF, Horizon, growth_of_difference, make_twin, widen_gaps
 from seatfem import results
 from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.contact import marched
@@ -41,7 +42,7 @@ def horizon_keys(done: Round, progress: Progress) -> dict[str, object]:
     run = _march(done, problem)
     rows, landings = run.rows.of_gaps(), _landings(done, run)
     del run
-    twin, shift = twin_of(problem, rows.gap, PERTURBATION)
+    twin, shift = make_twin(problem, rows.gap, PERTURBATION)
     starts = [round(landing.start / done.result.dt) for landing in landings]
     horizon = Horizon(growth_of_difference(rows, _march(done, twin, rows).rows, starts, shift))
     known = horizon.known()
@@ -57,7 +58,7 @@ def horizon_keys(done: Round, progress: Progress) -> dict[str, object]:
     runs = [landings[known:]]
     for number in range(1, members):
         progress(STAGE, number / members)
-        wider = with_wider_gaps(problem, number * ROUND_OFF * shift / PERTURBATION)
+        wider = widen_gaps(problem, number * ROUND_OFF * shift / PERTURBATION)
         runs.append(_landings(done, _march(done, wider, rows))[known:])
     return keys | ensemble_keys(runs)
 
@@ -81,7 +82,7 @@ def ensemble_keys(runs: Sequence[Sequence[Landing]]) -> dict[str, object]:
     return keys
 
 
-def _march(done: Round, problem: ContactProblem, like: TimeGrid | None = None) -> MarchRun:
+def _march(done: Round, problem: ContactProblem, like: TimeGrid = NO_STEPS) -> MarchRun:
     """March a problem, in steps ``like`` those of another run."""
     return marched(problem, done.result.dt, done.plan.scene.run.duration, done.flights, like=like)
 

@@ -296,8 +296,8 @@ def _margin_at(done: Round, stressed: Stressed, tell: Tell, name: str, value: fl
     other = again(done, name, value / factor)
     worst = lives(other, stressed, other.touches, other.stress).of_one_axis
     margin, bar, at = math.inf, math.inf, "no place"
-    if worst is not None and worst[0].life is not None:
-        margin, at = worst[0].life.margin, worst[0].at or at
+    if worst is not None:
+        margin, at = worst[0].life.margin, worst[0].at
         bar = margin_error(margin, bars_of(done, stressed).get(body_of(at), math.inf))
     seconds = time.perf_counter() - start
     tell(f"{name} = {value:.4g} {unit}: margin {margin:.4g}, {at}; {in_time(seconds)}")

@@ -191,9 +191,9 @@ def first_numbers(done: Round) -> dict[str, Any]:
 def _summary(done: Round, baseline: Baseline, gas_run: GasRun | None, watch: Stopwatch) -> dict[str, Any]:
     scene, width = done.plan.scene, done.plan.scene.run.filter_width
     records, bar = landing_records(done.touches, done.left), baseline.stiffness_bar
-    landing, driven = scene.accuracy.landing, scene.is_loaded
+    landing, known = scene.accuracy.landing, {"driven": scene.is_loaded, "filmed": scene.contact.film is not None}
     measured, on_spring = (
-        summarise(each.touches, width, each.stress, landing, driven=driven) | stopper_keys(each.touches, width)
+        summarise(each.touches, width, each.stress, landing, **known) | stopper_keys(each.touches, width)
         for each in (done, baseline)
     )
     return {

@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from impact.after import histories, measures, result
-from impact.bodies.loads import own_coordinates
+from impact.bodies.loads import find_own_coordinates
 from impact.greens.base import Array
 from impact.march.motion import modal_coordinates
 from impact.pictures.lip_plots import landing_marks, plot_lip
@@ -106,7 +106,7 @@ def landing_of(done: Round, lip: result.ImpactResult, landings: Sequence[Mapping
     begin = min(int(first / dt / stride), last // stride)
     rows = slice(begin, begin + FRAMES)
     forces = on_the_ports(scene.geometry, done.striker.greens, done.seat.greens, touches)[1:].T
-    coordinates = own_coordinates(done.striker, modal_coordinates(done.striker, forces, dt, stride)[rows])
+    coordinates = find_own_coordinates(done.striker, modal_coordinates(done.striker, forces, dt, stride)[rows])
     deflection = np.array([dofs.expand(shapes @ q)[2] for q in coordinates])
     centre = np.asarray(plate_reed.geometry().centre) + scene.contact.offset
     inner, outer = shape.edge_lines(shape.arcs * math.ceil(AROUND / shape.arcs))
@@ -225,7 +225,7 @@ def reed_wave(done: Round) -> Frames | None:
     mises = np.full((len(steps), len(skin.nodes)), np.nan)
     mises[:, rows_of(field.points, dofs.mesh.points[skin.nodes])] = von_mises(in_frames(field, force, dt, steps))
     rows = modal_coordinates(done.striker, force[1 : steps[-1] + 1].T, dt, steps.step)[steps.start // steps.step :]
-    rows = own_coordinates(done.striker, rows)
+    rows = find_own_coordinates(done.striker, rows)
     moved = np.zeros((len(steps), len(skin.nodes), 3))
     bends = np.flatnonzero(plate.modes.omega[: rows.shape[1]])  # without rigid-body modes, which would hide the bending
     moved[..., 2] = [dofs.expand(shapes[:, bends] @ q[bends])[2][skin.nodes] for q in rows]

@@ -47,8 +47,10 @@ def summarise(
     asked: LandingChoice = "hardest",
     *,
     driven: bool = False,
+    filmed: bool = False,
 ) -> dict[str, object]:
-    """Return the keys of the contact with the seat; values are ``None`` without contact, or for stress in a rigid mass.
+    """Return the keys of the contact with the seat, those of its film if it is ``filmed``; values are ``None`` without
+    contact, or for stress in a rigid mass.
 
     The restitution of a free striker follows from its impulses, unless a stopper threw it back, or it is ``driven``:
     loads or moving bases change its speed between contacts.
@@ -57,7 +59,7 @@ def summarise(
     raw, groups = measures.contact_intervals(result), measures.contact_groups(result)
     number, (start, end) = measures.hardest_group(result, filter_width)
     film: dict[str, object] = {}
-    if result.energy.film_loss is not None:
+    if filmed:
         film = {
             "film_force_peak_N": measures.film_force_peak(result),
             "stiction_force_peak_N": measures.stiction_force_peak(result),
@@ -200,7 +202,7 @@ def _line_keys(touches: Touches, width: float) -> dict[str, object]:
     touch and of the largest force and impulse per length, as angle and arc length from the start of the first arc."""
     if (line := touches.line) is None:
         return {}
-    is_pressed = (line.force if line.film is None else line.force - line.film) > 0
+    is_pressed = line.force - line.film > 0
     force, times = line.force[1:], line.grid.time
     places = {
         "line_force_peak": line_force_peak(force, times, width, line.length, line.share, line.pieces)[1],
@@ -235,7 +237,7 @@ def _first_arcs(touches: Touches, line: Line, is_pressed: NDArray[np.bool_]) -> 
     begun = line.grid.time[max(row - 1, 0)]
     parts = None if touches.parts is None else touches.parts.rows.force.shape[1]
     if landings and parts and math.isclose(landings[0].start, begun, abs_tol=line.grid.dt / 2):
-        return sorted({part * line.force.shape[1] // parts for part in landings[0].at_once})
+        return sorted({part * line.force.shape[1] // parts for part in landings[0].first_parts})
     return [int(arc) for arc in np.flatnonzero(is_pressed[row])]
 
 

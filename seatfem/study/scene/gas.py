@@ -229,8 +229,7 @@ port_diameter = "12 mm"
         assert path is not None
         columns, units = stated_in(self.columns), stated_in(self.units)
         with problem_of("cylinder_pressure", TimeSeriesError):
-            table = read_csv(path, TimeSeriesError)
-            named = table is not None and table.column_of("time", ("time",), {}) is not None
+            named = read_csv(path, TimeSeriesError).column_of("time", ("time",), {}) is not None
             by_time = "time" in columns or (named and "angle" not in columns)
             rpm, start = None if by_time else self.rpm, math.degrees(self.angle)
             series = read_time_series(

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, ClassVar, Final, Literal
 
 from impact.life import damage, places
 from impact.life import multiaxial as multiaxial_criteria
-from impact.life.strength import LifeError, Strength
+from impact.life.strength import OWN, LifeError, Strength
 from seatfem import fields, units
 from seatfem.study.scene import strength as strengths
 from seatfem.study.scene.contact import STEEPEST
@@ -206,26 +206,27 @@ source = "report, page"
         if not (self.of_bending if bends else self.contact_criterion) or (strength := self.measured(file)) is None:
             return None
         key, judge, axes = file, None, None
+        survival = OWN if self.survival is None else self.survival
         try:
             if bends:
                 [curve] = strength.needed("a life", "curve")
                 key = "criterion"
                 judge = damage.mean_stress(self.criterion, strength)
                 key = "survival"
-                curve.stress(self.blocks, self.survival)
+                curve.stress(self.blocks, survival)
             if criterion := getattr(self, criterion_key):
                 key = criterion_key
                 axes = multiaxial_criteria.multiaxial(criterion, strength)
         except LifeError as problem:
             raise fields.KeyProblem(key, f"{problem} ({file}: {getattr(self, file).name})") from None
-        return places.Demand(strength, judge, self.blocks, self.survival, axes)
+        return places.Demand(strength, judge, self.blocks, survival, axes)
 
     def allowed_speed(self) -> Strength | None:
         """Return the largest closing speed allowed, as strength with its source; ``None`` if none is stated."""
         if self.impact_speed_limit is not None:
             return Strength(self.source, impact_velocity=self.impact_speed_limit)
         strength = self.measured()
-        return strength if strength is not None and strength.impact_velocity is not None else None
+        return None if strength is None or math.isnan(strength.impact_velocity) else strength
 
     def check(
         self, geometry: ContactGeometry, turn: float | None, duration: float, *, stressed: bool

@@ -10,6 +10,7 @@ from typing import Final
 import numpy as np
 
 from impact.after.histories import ClosedLine
+from impact.after.result import NO_FILM
 from impact.greens.base import Array
 from impact.march.grid import TimeGrid
 from impact.march.laws import SqueezeFilm
@@ -253,7 +254,7 @@ class ContactGeometry:
         films = (replace(part, floor=part.floor + float(rise) / 2) for part, rise in zip(parts, rises, strict=True))
         return tuple(film for film in films for _ in range(rings))
 
-    def line(self, division: Division, parts: Array, grid: TimeGrid, film: Array | None = None) -> Line | None:
+    def line(self, division: Division, parts: Array, grid: TimeGrid, film: Array = NO_FILM) -> Line | None:
         """Return the contact along the lip from the forces (N + 1, parts) on the seat's parts in the steps of ``grid``
         [N], and their part by a film (N + 1, arcs); ``None`` for a lip without arcs."""
         if division.arcs == 1 or (lip := self.struck(division.arcs)) is None:

@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar, Final, Literal
 
 import numpy as np
 
 from impact.after import histories
 from impact.after.landings import Landing, hardest, pair_landings
+from impact.after.result import NO_FILM
 from impact.greens.base import Array
 from impact.march.grid import TimeGrid
 from seatfem.results import ResultSource
@@ -37,7 +38,7 @@ class Line:
         length: length of the centre line, if the arcs are equal, or (arcs,) lengths of the arcs [m].
         share: fraction of the line over which forces are averaged.
         edges: (arcs + 1,) angles at the ends of the arcs [rad]; ``None`` if angles do not define places on the line.
-        film: (N + 1, arcs) part of the force by a fluid film [N]; ``None`` without film.
+        film: (N + 1, arcs) part of the force by a fluid film [N]; 0 without film.
         pieces: parts of the line, as in `impact.after.histories`.
     """
 
@@ -46,7 +47,7 @@ class Line:
     length: float | Array
     share: float
     edges: Array | None = None
-    film: Array | None = None
+    film: Array = field(default_factory=lambda: NO_FILM)
     pieces: histories.Pieces = ()
 
     @property
@@ -74,7 +75,7 @@ class ContactRecord:
         stress: largest stresses in the reed; ``None`` if not known.
         stress_since: start of the landing before and after which ``stress`` is evaluated [s]; ``None`` without one.
         line: forces arc by arc for a contact along a lip, else ``None``.
-        film: (n + 1,) part of the force by a fluid film [N]; ``None`` without film.
+        film: (n + 1,) part of the force by a fluid film [N]; 0 without film.
         landings: landings on the seat, in order of time.
         asked: landing to which the scene's measures refer.
         strains: (n + 1,) strain at each gauge.
@@ -86,7 +87,7 @@ class ContactRecord:
     displacement: Array | None = None
     stress: histories.ReedStress | None = None
     line: Line | None = None
-    film: Array | None = None
+    film: Array = field(default_factory=lambda: NO_FILM)
     landings: tuple[Landing, ...] = ()
     asked: LandingChoice = "hardest"
     stress_since: float | None = None
@@ -220,7 +221,7 @@ class ContactDuration(Measure):
 
 def _solid(blow: ContactRecord) -> Array:
     """Return the contact force (n + 1,) without the film [N]."""
-    return blow.force if blow.film is None else blow.force - blow.film
+    return blow.force - blow.film
 
 
 def _first(raw: Array, merge: float = histories.MERGE) -> float:

@@ -9,7 +9,7 @@ from typing import Annotated, Final
 
 from pydantic import Field
 
-from impact.life.strength import Curve, LifeError, Strength, basquin, tabled
+from impact.life.strength import UNKNOWN, Curve, LifeError, Strength, basquin, tabled
 from seatfem import fields
 from seatfem.structures.kinds.measured import ColumnsError, read_columns
 from seatfem.study.scene.tables import load_table
@@ -53,12 +53,11 @@ class CurveTable(fields.Table):
     @cached_property
     def curve(self) -> Curve:
         """Return the curve in SI."""
+        scatter = UNKNOWN if self.scatter is None else self.scatter
         if self.knee_stress is None or self.knee_cycles is None or self.slope is None:
-            return tabled(self.points or self._of_file(), scatter=self.scatter, survival=self.survival)
-        second = math.inf if self.endurance_limit else self.second_slope
-        return basquin(
-            self.knee_stress, self.knee_cycles, self.slope, second, scatter=self.scatter, survival=self.survival
-        )
+            return tabled(self.points or self._of_file(), scatter=scatter, survival=self.survival)
+        second = math.inf if self.endurance_limit else self.second_slope or math.nan
+        return basquin(self.knee_stress, self.knee_cycles, self.slope, second, scatter=scatter, survival=self.survival)
 
     def _of_file(self) -> list[tuple[float, float]]:
         """Return amplitude and cycles of each row of the file. Raises `ColumnsError`."""

@@ -15,7 +15,7 @@ import numpy as np
 import impact
 from impact.bodies.body import Body
 from impact.greens.base import Array
-from impact.march.motion import Discrete, mean_displacement
+from impact.march.motion import Discrete, PortForces, mean_displacement
 from impact.march.problem import ContactError, ContactProblem
 from impact.runs.batch import ImpactBatch
 from seatfem.jobs.folders import private_folder
@@ -101,8 +101,8 @@ def _marched(
     velocities, releases = ([each.problem.striker.velocity for each in chosen], [each.release for each in chosen])
     is_fixed = np.isinf(problem.striker.mass)
     batch = impact.solve_many(
-        problem, dt=dt, duration=base.run.duration, gaps=gaps, velocities=None if is_fixed else velocities,
-        release_scales=None if problem.striker.state is None else releases, record="force",
+        problem, dt=dt, duration=base.run.duration, gaps=gaps, velocities=() if is_fixed else velocities,
+        release_scales=() if problem.striker.state is None else releases, record="force",
         filter_width=base.run.filter_width, workers=1,
     )  # fmt: skip
     summaries = iter(_summary(each, batch, place, dt, needs) for place, each in enumerate(chosen))
@@ -138,8 +138,6 @@ def _alike(one: Body, other: Body) -> bool:
 
 def _summary(each: _Scene, batch: ImpactBatch, place: int, dt: float, needs: Collection[str]) -> dict[str, Any]:
     """Return the keys of summary.json that a parallel integration provides."""
-    assert batch.force is not None
-    assert batch.gap is not None
     force, problem, width = batch.force[place], each.problem, each.scene.run.filter_width
     landings = landings_of_one_contact(problem, force, batch.gap[place], dt, width)
     choice = each.scene.accuracy.landing
@@ -168,7 +166,8 @@ def _summary(each: _Scene, batch: ImpactBatch, place: int, dt: float, needs: Col
 def _displacement(target: Body, force: Array, dt: float) -> Array:
     """Return the displacement (n + 1,) of the seat's patch [m]."""
     discrete = Discrete.from_body(target, dt, len(force) - 1)
-    moved = mean_displacement(discrete, -force[None, 1:], rings.Division.from_greens(target.greens).shares)
+    shares = rings.Division.from_greens(target.greens).shares
+    moved = mean_displacement(discrete, PortForces.at_ports(-force[None, 1:], dt), shares)
     return moved if target.base is None else moved + target.carried(np.asarray(dt * np.arange(len(moved))))
 
 
