@@ -420,19 +420,6 @@ def test_landings_without_their_numbers_and_beyond_ten_are_not_marked() -> None:
 
 
 @pytest.mark.slow
-def test_powers_of_ten_at_axes_need_no_parser_of_tex(tmp_path: Path) -> None:
-    with sheet(tmp_path / "axes.png", 4, 2) as figure:
-        linear, powers = figure.subplots(1, 2)
-        linear.plot([0, 2e7], [-3e-5, 4e-5])
-        powers.loglog([1e-3, 2e2], [1.5e-2, 0.11])
-    offsets = [axis.get_offset_text().get_text() for axis in (linear.xaxis, linear.yaxis)]
-    assert offsets == ["×10⁷", "×10⁻⁵"]
-    assert {"−2", "4"} <= {label.get_text() for label in linear.get_yticklabels()}
-    assert {"10⁻²", "10²"} <= {label.get_text() for label in powers.get_xticklabels()}
-    assert "2×10⁻²" in {label.get_text() for label in powers.get_yticklabels(which="both")}
-
-
-@pytest.mark.slow
 def test_the_receptance_of_an_undamped_mode_is_drawn(tmp_path: Path) -> None:
     """At its own frequency, which is one of those drawn, it is infinite."""
     omega = 2 * np.pi * np.array([1024.0, 4096.0])
