@@ -268,6 +268,11 @@ def holds(corners: Array, point: Sequence[float] | Array) -> bool:
     return bool(inside([corners], np.asarray(point, dtype=float)[None])[0])
 
 
+def are_holes(loops: Sequence[Array]) -> list[bool]:
+    """Return for each polygon whether it lies within an odd number of the others."""
+    return [bool(inside([other for other in loops if other is not loop], loop[:1])[0]) for loop in loops]
+
+
 def polygon_area(corners: Array) -> float:
     """Return the area, positive for an anticlockwise polygon."""
     return float(cross(corners, np.roll(corners, -1, axis=0)).sum() / 2)
