@@ -277,6 +277,12 @@ def asked(summary: Summary) -> tuple[str, ...]:
     return _keys_asked(summary)
 
 
+def without_value(summary: Summary) -> list[str]:
+    """Return the keys that the accuracy was asked for and that have no value; those of a landing only if one is."""
+    landed = summary.get(LANDING_TIME) is not None
+    return [key for key in asked(summary) if summary.get(key) is None and (landed or not key.startswith(LANDING))]
+
+
 def _keys_asked(summary: Summary) -> tuple[str, ...]:
     names = str(summary.get("accuracy_measures") or "").split(", ")
     return tuple(each.key for each in _sources() if each.name in names)

@@ -77,6 +77,7 @@ def load_matplotlib() -> Any:
     import matplotlib.backends.backend_agg
     import matplotlib.cm
     import matplotlib.collections
+    import matplotlib.colors
     import matplotlib.figure
     import matplotlib.patches
     import matplotlib.ticker

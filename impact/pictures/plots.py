@@ -355,10 +355,6 @@ def plot_gas(
             diagram.set(title="Indicator diagram", xlabel="V [cm³]", ylabel="p [bar]")
 
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
 _PER_PULSE = 48  # samples per pulse, with which the sampled convolution is exact to about 1e-4
 EXCITED = 1e-3  # least compliance of a pole that counts as a mode, over the port's total compliance
 _UNSEEN = 1e-9  # shape at a port below which it is round-off, over the largest
