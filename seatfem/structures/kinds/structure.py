@@ -407,7 +407,7 @@ class Structure(Striking):
     # Estimates before its Green's function is computed
 
     def counted(self) -> str:
-        """Return in words which part of its file it is; "" where it is all of it. Raises as `patch`."""
+        """Return in words what was read of its file, "" if nothing has to be said. Raises as `patch`."""
         return ""
 
     def patch(self) -> Patch | None:

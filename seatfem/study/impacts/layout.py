@@ -71,7 +71,7 @@ def layout_of(scene: Scene, division: Division | None = None) -> Layout:
         bodies=bodies,
         gap=contact.gap,
         lift=0.0 if stopper is None else scene.geometry.stopper_gap,
-        start=_start(reed, at),
+        start=_start(reed, at, ends),
         actions=actions,
         springs=np.concatenate([np.zeros((0, 2)), *(places for _, places in springs)]),
         arcs=_arcs(scene.geometry, stated) + contact.offset,
@@ -130,13 +130,12 @@ def _face_words(views: BodyViews) -> str:
     return f"a struck face of {x:.4g} x {y:.4g} mm"
 
 
-def _start(reed: Structure, at: float | None) -> Array:
-    """Return (n, 2) position and deflection [m] of a beam that is released from a deflected shape, else (0, 2)."""
-    if reed.slender is None or at is None:
-        return np.zeros((0, 2))
-    x = np.linspace(0.0, reed.slender.span, START_POINTS)
-    shape = np.array([reed.start_at(float(place)) for place in x])
-    return np.column_stack([x - at, shape])[: START_POINTS * bool(np.abs(shape).max() > 0)]
+def _start(reed: Structure, at: float | None, ends: tuple[float, float]) -> Array:
+    """Return (n, 2) position and deflection [m] between its ``ends`` of a beam, met at a place along it, that is
+    released from a deflected shape, else (0, 2)."""
+    x = np.linspace(*ends, START_POINTS if at is not None else 0)
+    shape = np.array([reed.start_at(place) for place in (x + (at or 0.0)).tolist()])
+    return np.column_stack([x, shape]) if np.any(shape) else np.zeros((0, 2))
 
 
 def _spring_places(spring: drives.ValveSpring, reed: Structure, at: float | None) -> Array:
