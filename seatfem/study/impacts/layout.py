@@ -41,8 +41,7 @@ def layout_of(scene: Scene, division: Division | None = None) -> Layout:
     """
     contact, reed, stopper = scene.contact, scene.reed, scene.stopper
     at = scene.geometry.own_place
-    shape = None if reed.thin_plate is None else reed.thin_plate.geometry()
-    root = shape.centre[0] if shape is not None and shape.is_clamped else at  # distance from the contact's middle
+    root = reed.from_root(at)
     seen = reed.views(at).turned_over().moved(0.0, z=contact.gap)
     stated = division or Division(contact.ports or 1, contact.rings)
     if stated.arcs > 1 or scene.geometry.region() is not None:  # the contact is drawn on the struck face
@@ -142,9 +141,7 @@ def _spring_places(spring: drives.ValveSpring, reed: Structure, at: float | None
     """Return the (n, 2) places at which valve springs are drawn [m]."""
     if spring.at is not None:
         return np.array([(_along(spring.at, at), 0.0)])
-    points, plate = spring.places, reed.thin_plate
-    if points is None and plate is not None:
-        points = plate.spring_points
+    points = reed.spring_points if spring.places is None else spring.places
     return np.zeros((1, 2)) if points is None else points
 
 
