@@ -127,7 +127,8 @@ COLOURS = "viridis"
 COLUMNS = 900  # number of columns of the map: times
 SHOWN = 1e-3  # least force per length that is coloured, over the largest; the map is white below it
 QUARTERS = (0.0, 0.25, 0.5, 0.75)
-_STYLES: tuple[tuple[str, Any], ...] = ((BLUE, "solid"), (ORANGE, (0, (4, 2))))
+STYLES: Final[tuple[tuple[str, Any], ...]] = ((BLUE, "solid"), (ORANGE, (0, (4, 2))))
+"""Colour and line style of a run and of its baseline, dashed above it, so that both are visible if they coincide."""
 _OF_QUARTERS = (BLUE, ORANGE, GREEN, PURPLE)
 
 
@@ -238,7 +239,7 @@ def _impulse(axes: Axes, runs: list[ImpactResult], line: ClosedLine, share: floa
     length = float(line.borders[-1])
     impulses = [line_impulse(run.rows.force[1:], run.rows.time, line.lengths, share, line.pieces) for run in runs]
     factor, unit = scaled(np.concatenate([values for values, _ in impulses]), "N s/m")
-    for (values, places), name, (colour, style) in zip(impulses, names, _STYLES, strict=False):
+    for (values, places), name, (colour, style) in zip(impulses, names, STYLES, strict=False):
         x, around = length * places, values
         if line.edges is None:
             ends = line.borders[[ring.start for ring in line.rings[1:]]]
@@ -265,7 +266,7 @@ def _force(
     totals = [run.rows.spread_forces(run.rows.force.sum(axis=1))[1:] for run in runs]
     averages = [averaged(total, run.dt, width, MOVING_AVERAGE) for run, total in zip(runs, totals, strict=True)]
     (factor, unit), rate = scaled(np.concatenate(averages), "N"), time_axis(axes, window)
-    for run, values, name, (colour, style) in zip(runs, averages, names, _STYLES, strict=False):
+    for run, values, name, (colour, style) in zip(runs, averages, names, STYLES, strict=False):
         part = _within(run, window, 4000)
         axes.plot(rate * run.time[part], factor * values[part], color=colour, linestyle=style, label=name)
     axes.set_ylabel(f"force [{unit}]")

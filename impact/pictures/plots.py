@@ -16,7 +16,7 @@ from impact.greens.base import Array, ErrorEstimate, GreensFunction
 from impact.greens.modal import ModalGreens
 from impact.greens.poles import receptance
 from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, sheet, time_axis, zero_line
-from impact.pictures.lip_plots import BODIES, draw_marks, landing_marks, shown_contact, value_at
+from impact.pictures.lip_plots import BODIES, STYLES, draw_marks, landing_marks, shown_contact, value_at
 from impact.quantities import percent, scaled, text
 
 if TYPE_CHECKING:
@@ -27,8 +27,6 @@ if TYPE_CHECKING:
 NAMES = ("elastic seat", "spring of equal static stiffness")
 _Curve = tuple[ImpactResult, Array, str, str, Any]  # run, values, name, colour and line style
 SPIKES = 2.5  # top of the axis over the largest mean force; forces of single steps may exceed it
-_COLOURS = (BLUE, ORANGE)
-_STYLES = ("solid", (0, (4, 2)))  # dashes above the solid curve, so that both are visible if they coincide
 
 
 def plot_force(
@@ -102,7 +100,8 @@ def plot_motion(
     runs, end = _runs(result, baseline), float(result.time[-1])
 
     def of_runs(history: str) -> list[_Curve]:
-        return [(run, getattr(run, history), names[k], _COLOURS[k], _STYLES[k]) for k, run in enumerate(runs)]
+        each = zip(runs, names, STYLES, strict=False)
+        return [(run, getattr(run, history), name, *style) for run, name, style in each]
 
     with sheet(path, 7.2, 7.2) as figure:
         figure.suptitle(title)
@@ -230,10 +229,11 @@ def _forces(
         raw = max(raw, float(run.force[part].max(initial=0.0)))
         means = max(means, float(filtered[k][part].max(initial=0.0)))
         time, order = rate * run.time[part], 3 + 0.1 * k
-        axes.plot(time, run.force[part], color=_COLOURS[k], linewidth=0.5, alpha=0.55, zorder=2.9 - 0.1 * k)
+        colour, style = STYLES[k]
+        axes.plot(time, run.force[part], color=colour, linewidth=0.5, alpha=0.55, zorder=2.9 - 0.1 * k)
         complete = (run.time[part] >= width / 2) & (run.time[part] <= run.time[-1] - width / 2)  # complete means
         mean = np.where(complete, filtered[k][part], np.nan)
-        axes.plot(time, mean, color=_COLOURS[k], linestyle=_STYLES[k], label=names[k], zorder=order)
+        axes.plot(time, mean, color=colour, linestyle=style, label=names[k], zorder=order)
     top = SPIKES * means
     leave = raw > top > 0
     axes.set_ylim(0.0, top if leave else None)
@@ -271,7 +271,7 @@ def _table(
         if row == 0:
             cell.set_text_props(color=GREY)
         elif column == 0:
-            cell.set_text_props(color=_COLOURS[row - 1], ha="left")
+            cell.set_text_props(color=STYLES[row - 1][0], ha="left")
 
 
 def _curves(axes: Axes, curves: Sequence[_Curve], window: tuple[float, float], quantity: str = "displacement") -> None:

@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final, Literal
@@ -19,7 +19,7 @@ from seatfem import fields
 from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.motion import Record, Recorded
 from seatfem.study import method
-from seatfem.study.plan import Plan
+from seatfem.study.plan import Choice, Plan
 from seatfem.study.runs import round as rounds
 from seatfem.study.runs.converge import errors_by_key, words_of
 from seatfem.study.runs.forecast import Look
@@ -166,10 +166,15 @@ COUNTS: Final = 0.01
 
 
 def choices_table(plan: Plan) -> Table:
-    """Return a table of all choices: value, by file or plan, its error, and its reason."""
+    """Return a table of all choices of a plan, as `table_of`."""
+    return table_of(plan.choices)
+
+
+def table_of(choices: Iterable[Choice]) -> Table:
+    """Return a table of choices: value, by file or plan, its error, and its reason."""
     table = Table("key", "value", "from", "error left", "why")
-    for choice in plan.choices:
-        table.add_row(choice.key, choice.value, "file" if choice.given else "plan", choice.leaves, choice.reason)
+    for each in choices:
+        table.add_row(*map(str, (each.key, each.value, "file" if each.given else "plan", each.leaves, each.reason)))
     return table
 
 
