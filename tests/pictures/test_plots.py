@@ -108,7 +108,7 @@ def test_every_figure_is_a_whole_png_and_leaves_the_settings_alone(
     plots.plot_force(*runs, tmp_path / "force.png")
     plots.plot_motion(*runs, tmp_path / "motion.png")
     plots.plot_energy(runs[0], tmp_path / "energy.png")
-    plot_greens(modal, tmp_path / "greens.png", duration=1e-4, width=2e-6, reference=modal)
+    plot_greens(modal, tmp_path / "greens.png", duration=1e-4, width=2e-6)
     assert dict(matplotlib.rcParams) == before
     assert sorted(p.name for p in tmp_path.iterdir()) == ["energy.png", "force.png", "greens.png", "motion.png"]
     for picture in tmp_path.iterdir():
