@@ -10,7 +10,7 @@ from impact.greens.base import Array
 from seatfem.structures import errors, lands
 from seatfem.structures.inspection.cad import Integers, Shape
 from seatfem.structures.outlines import BESIDE, BodyViews, Loops, Size, length_text
-from seatfem.structures.shapes.loops import are_holes, chained
+from seatfem.structures.shapes.loops import are_holes, chained, rim
 
 MOST_TRIANGLES: Final = 60_000
 """Most triangles of a surface that are filled in a plan; of a finer one the edges alone are drawn."""
@@ -62,7 +62,8 @@ def of_surface(name: str, surface: Surface) -> BodyViews:
         return tuple(_cut(points[shape.triangles[np.concatenate(rows)]], size)) if rows else ()
 
     outline = chained(seen[shape.outline(surface.struck)], SAME * size)
-    edges = _face_edges(shape, surface.rows)
+    rims = (rim(shape.triangles[part]) for part in surface.rows)  # of its faces
+    edges = np.unique(np.concatenate([np.zeros((0, 2), dtype=np.int64), *rims]), axis=0)
     clamp = [
         seen[shape.outline(each)]
         for each in surface.held
@@ -133,19 +134,6 @@ def _cut(corners: Array, size: float) -> Array:
         share = (a / (a - b))[:, None]
         ends.append(corners[each, alone] + share * (corners[each, other] - corners[each, alone]))
     return np.stack(ends, axis=1)[:, :, [0, 2]]
-
-
-def _face_edges(shape: Shape, rows: tuple[Integers, ...]) -> Integers:
-    """Return the (e, 2) edges between triangles of different faces."""
-    face = np.full(len(shape.triangles), -1)
-    for number, part in enumerate(rows):
-        face[part] = number
-    sides = np.sort(shape.triangles[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2)
-    owner = np.repeat(face, 3)
-    order = np.lexsort((owner, sides[:, 1], sides[:, 0]))
-    sides, owner = sides[order], owner[order]
-    same = np.all(sides[1:] == sides[:-1], axis=1)
-    return np.asarray(sides[1:][same & (owner[1:] != owner[:-1])])
 
 
 def struck_side_problem(

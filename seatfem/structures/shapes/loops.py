@@ -217,6 +217,11 @@ def unshared(sides: NDArray[np.int64]) -> NDArray[np.int64]:
     return np.asarray(sides[first[count == 1]])
 
 
+def rim(triangles: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the edges (k, 2), numbers rising, that belong to only one of the triangles (m, 3)."""
+    return unshared(np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1))
+
+
 def curve_loop(occ: Any, loop: Array) -> int:
     """Return the tag of a curve loop (millimetres), added to the given gmsh OpenCASCADE model."""
     fine = np.concatenate(
