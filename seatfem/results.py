@@ -109,10 +109,6 @@ def _has_angles(summary: Summary) -> bool:
     return summary.get(f"{LINE_PEAK}_at_deg") is not None
 
 
-def _has_no_angles(summary: Summary) -> bool:
-    return not _has_angles(summary)
-
-
 RESULTS: Final = (
     Result(LANDING_TIME, "time", "landing"),
     Result("landing_closing_speed_m_per_s", "closing speed", "landing"),
@@ -152,12 +148,12 @@ RESULTS: Final = (
     Result("without_film_filtered_peak_force_N", "without it: peak, {width} mean", "film"),
     Result("without_film_impulse_Ns", "without it: impulse", "film"),
     Result("line_force_peak_N_per_m", "force per length", "lip"),
-    Result("line_force_peak_at_deg", "  where", "lip", unless=_has_no_angles),
+    Result("line_force_peak_at_deg", "  where", "lip"),
     Result("line_force_peak_at_m", "  where", "lip", unless=_has_angles),
     Result("line_impulse_peak_Ns_per_m", "impulse per length", "lip"),
-    Result("line_impulse_peak_at_deg", "  where", "lip", unless=_has_no_angles),
+    Result("line_impulse_peak_at_deg", "  where", "lip"),
     Result("line_impulse_peak_at_m", "  where", "lip", unless=_has_angles),
-    Result("first_touch_at_deg", "first touch", "lip", unless=_has_no_angles),
+    Result("first_touch_at_deg", "first touch", "lip"),
     Result("first_touch_at_m", "first touch", "lip", unless=_has_angles),
     Result(
         "first_touch_segments", "  segments at once", "lip", unless=lambda run: run.get("first_touch_segments") == 1
@@ -277,6 +273,12 @@ def asked(summary: Summary) -> tuple[str, ...]:
     return _keys_asked(summary)
 
 
+def without_value(summary: Summary) -> list[str]:
+    """Return the keys that the accuracy was asked for and that have no value; those of a landing only if one is."""
+    landed = summary.get(LANDING_TIME) is not None
+    return [key for key in asked(summary) if summary.get(key) is None and (landed or not key.startswith(LANDING))]
+
+
 def _keys_asked(summary: Summary) -> tuple[str, ...]:
     names = str(summary.get("accuracy_measures") or "").split(", ")
     return tuple(each.key for each in _sources() if each.name in names)
@@ -305,7 +307,8 @@ def _shown(summary: Summary, group: Group, rows: list[Result], judged: set[str])
         if row.key not in asked(summary) and _repeats(summary, row):
             continue
         needless = row.unless is not None and row.unless(summary)
-        empty = summary.get(row.key) is None and (row.unit == "Pa" or group in ("landing", "run"))
+        place = group == "lip" and row.unit in ("deg", "m")
+        empty = summary.get(row.key) is None and (row.unit == "Pa" or place or group in ("landing", "run"))
         if row.key in judged or (row.key in summary and not (needless or empty)):
             yield row
 

@@ -1,13 +1,11 @@
-"""Common style of all figures, their output to files, and powers of ten at axes."""
+"""Common style of all figures, and their output to files."""
 
 from __future__ import annotations
 
 import io
 import os
-import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -37,7 +35,7 @@ _STYLE: dict[Any, Any] = {
     "axes.grid": True,
     "axes.axisbelow": True,
     "axes.formatter.limits": (-3, 4),
-    "axes.formatter.use_mathtext": True,  # "×10⁻³", by `label_in_unicode`
+    "axes.formatter.use_mathtext": True,
     "grid.color": "#E3E3E3",
     "grid.linewidth": 0.6,
     "xtick.labelsize": 8.0,
@@ -79,6 +77,7 @@ def load_matplotlib() -> Any:
     import matplotlib.backends.backend_agg
     import matplotlib.cm
     import matplotlib.collections
+    import matplotlib.colors
     import matplotlib.figure
     import matplotlib.patches
     import matplotlib.ticker
@@ -116,7 +115,6 @@ def sheet(path: str | os.PathLike[str] | None, width: float, height: float) -> I
         if path is not None and Path(path).suffix[1:].lower() not in formats:
             raise PictureError(f"{Path(path).name}: unknown picture format; use one of .{', .'.join(sorted(formats))}")
         yield figure
-        label_in_unicode(figure)
         if path is None:
             figure.canvas.draw()  # within the common style
             return
@@ -140,40 +138,3 @@ def time_axis(axes: Axes, window: tuple[float, float]) -> float:
 def zero_line(axes: Axes) -> None:
     """Draw a thin line at zero behind the curves."""
     axes.axhline(0.0, color=GREY, linewidth=0.6, zorder=1.5)
-
-
-_RAISED: Final = str.maketrans("0123456789-−", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻⁻")
-
-
-def label_in_unicode(figure: Figure) -> None:
-    """Replace the formatters that matplotlib has chosen for axes by ones that write powers of ten in Unicode."""
-    formatters = _formatters()
-    for axes in figure.axes:
-        for axis in (axes.xaxis, axes.yaxis):
-            for formatter in (axis.get_major_formatter(), axis.get_minor_formatter()):
-                formatter.__class__ = formatters.get(type(formatter), type(formatter))  # keeps its settings
-
-
-def without_tex(label: str) -> str:
-    r"""Return ``"2×10⁻³"`` for ``"$\\mathdefault{2\\times10^{-3}}$"``."""
-    raised = re.sub(r"\^\{([-−\d]+)\}", lambda power: power[1].translate(_RAISED), label)
-    return re.sub(r"\\mathdefault|[${}]", "", raised.replace(r"\times", "×"))
-
-
-@cache
-def _formatters() -> dict[type, Any]:
-    """Return our formatters by matplotlib's classes: for logarithmic axes, and for the factor beside linear ones."""
-    from matplotlib.ticker import LogFormatterSciNotation, ScalarFormatter
-
-    class Linear(ScalarFormatter):
-        def __call__(self, x: float, pos: int | None = None) -> str:
-            return without_tex(super().__call__(x, pos))
-
-        def get_offset(self) -> str:
-            return without_tex(super().get_offset())
-
-    class Powers(LogFormatterSciNotation):
-        def __call__(self, x: float, pos: int | None = None) -> str:
-            return without_tex(super().__call__(x, pos))
-
-    return {ScalarFormatter: Linear, LogFormatterSciNotation: Powers}

@@ -127,7 +127,8 @@ COLOURS = "viridis"
 COLUMNS = 900  # number of columns of the map: times
 SHOWN = 1e-3  # least force per length that is coloured, over the largest; the map is white below it
 QUARTERS = (0.0, 0.25, 0.5, 0.75)
-_STYLES: tuple[tuple[str, Any], ...] = ((BLUE, "solid"), (ORANGE, (0, (4, 2))))
+STYLES: Final[tuple[tuple[str, Any], ...]] = ((BLUE, "solid"), (ORANGE, (0, (4, 2))))
+"""Colour and line style of a run and of its baseline, dashed above it, so that both are visible if they coincide."""
 _OF_QUARTERS = (BLUE, ORANGE, GREEN, PURPLE)
 
 
@@ -140,7 +141,6 @@ def plot_lip(
     share: float,
     filter_width: float = 1e-6,
     title: str = "Contact along the lip",
-    names: tuple[str, str] = NAMES,
     landings: Sequence[Mapping[str, object]] = (),
 ) -> Figure:
     """Draw force per length over place and time, impulse per length, total force, gap at four places, tilt of the gap.
@@ -166,8 +166,8 @@ def plot_lip(
         grid = figure.add_gridspec(3, 2, height_ratios=[1.15, 1.25, 1.0])
         _map(figure, figure.add_subplot(grid[0, :]), result, window, line, filter_width, contact)
         kind = "rectilinear" if line.edges is None else "polar"
-        _impulse(figure.add_subplot(grid[1, 0], projection=kind), runs, line, share, names)
-        _force(figure.add_subplot(grid[1, 1]), runs, window, filter_width, names)
+        _impulse(figure.add_subplot(grid[1, 0], projection=kind), runs, line, share)
+        _force(figure.add_subplot(grid[1, 1]), runs, window, filter_width)
         _gaps(figure.add_subplot(grid[2, 0]), result, window, line)
         _tilt(figure.add_subplot(grid[2, 1]), result, window, line)
     return figure
@@ -234,11 +234,11 @@ def _ports(line: ClosedLine) -> list[str]:
     return [f"port {number}" for number in range(1, len(line.rings) + 1)]
 
 
-def _impulse(axes: Axes, runs: list[ImpactResult], line: ClosedLine, share: float, names: tuple[str, str]) -> None:
+def _impulse(axes: Axes, runs: list[ImpactResult], line: ClosedLine, share: float) -> None:
     length = float(line.borders[-1])
     impulses = [line_impulse(run.rows.force[1:], run.rows.time, line.lengths, share, line.pieces) for run in runs]
     factor, unit = scaled(np.concatenate([values for values, _ in impulses]), "N s/m")
-    for (values, places), name, (colour, style) in zip(impulses, names, _STYLES, strict=False):
+    for (values, places), name, (colour, style) in zip(impulses, NAMES, STYLES, strict=False):
         x, around = length * places, values
         if line.edges is None:
             ends = line.borders[[ring.start for ring in line.rings[1:]]]
@@ -259,13 +259,11 @@ def _impulse(axes: Axes, runs: list[ImpactResult], line: ClosedLine, share: floa
     axes.set_title(f"Impulse per length [{unit}], mean over {1e3 * share * length:.2g} mm")
 
 
-def _force(
-    axes: Axes, runs: list[ImpactResult], window: tuple[float, float], width: float, names: tuple[str, str]
-) -> None:
+def _force(axes: Axes, runs: list[ImpactResult], window: tuple[float, float], width: float) -> None:
     totals = [run.rows.spread_forces(run.rows.force.sum(axis=1))[1:] for run in runs]
     averages = [averaged(total, run.dt, width, MOVING_AVERAGE) for run, total in zip(runs, totals, strict=True)]
     (factor, unit), rate = scaled(np.concatenate(averages), "N"), time_axis(axes, window)
-    for run, values, name, (colour, style) in zip(runs, averages, names, _STYLES, strict=False):
+    for run, values, name, (colour, style) in zip(runs, averages, NAMES, STYLES, strict=False):
         part = _within(run, window, 4000)
         axes.plot(rate * run.time[part], factor * values[part], color=colour, linestyle=style, label=name)
     axes.set_ylabel(f"force [{unit}]")

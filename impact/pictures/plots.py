@@ -16,7 +16,7 @@ from impact.greens.base import Array, ErrorEstimate, GreensFunction
 from impact.greens.modal import ModalGreens
 from impact.greens.poles import receptance
 from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, sheet, time_axis, zero_line
-from impact.pictures.lip_plots import BODIES, draw_marks, landing_marks, shown_contact, value_at
+from impact.pictures.lip_plots import BODIES, STYLES, draw_marks, landing_marks, shown_contact, value_at
 from impact.quantities import percent, scaled, text
 
 if TYPE_CHECKING:
@@ -27,8 +27,6 @@ if TYPE_CHECKING:
 NAMES = ("elastic seat", "spring of equal static stiffness")
 _Curve = tuple[ImpactResult, Array, str, str, Any]  # run, values, name, colour and line style
 SPIKES = 2.5  # top of the axis over the largest mean force; forces of single steps may exceed it
-_COLOURS = (BLUE, ORANGE)
-_STYLES = ("solid", (0, (4, 2)))  # dashes above the solid curve, so that both are visible if they coincide
 
 
 def plot_force(
@@ -102,7 +100,8 @@ def plot_motion(
     runs, end = _runs(result, baseline), float(result.time[-1])
 
     def of_runs(history: str) -> list[_Curve]:
-        return [(run, getattr(run, history), names[k], _COLOURS[k], _STYLES[k]) for k, run in enumerate(runs)]
+        each = zip(runs, names, STYLES, strict=False)
+        return [(run, getattr(run, history), name, *style) for run, name, style in each]
 
     with sheet(path, 7.2, 7.2) as figure:
         figure.suptitle(title)
@@ -230,10 +229,11 @@ def _forces(
         raw = max(raw, float(run.force[part].max(initial=0.0)))
         means = max(means, float(filtered[k][part].max(initial=0.0)))
         time, order = rate * run.time[part], 3 + 0.1 * k
-        axes.plot(time, run.force[part], color=_COLOURS[k], linewidth=0.5, alpha=0.55, zorder=2.9 - 0.1 * k)
+        colour, style = STYLES[k]
+        axes.plot(time, run.force[part], color=colour, linewidth=0.5, alpha=0.55, zorder=2.9 - 0.1 * k)
         complete = (run.time[part] >= width / 2) & (run.time[part] <= run.time[-1] - width / 2)  # complete means
         mean = np.where(complete, filtered[k][part], np.nan)
-        axes.plot(time, mean, color=_COLOURS[k], linestyle=_STYLES[k], label=names[k], zorder=order)
+        axes.plot(time, mean, color=colour, linestyle=style, label=names[k], zorder=order)
     top = SPIKES * means
     leave = raw > top > 0
     axes.set_ylim(0.0, top if leave else None)
@@ -271,7 +271,7 @@ def _table(
         if row == 0:
             cell.set_text_props(color=GREY)
         elif column == 0:
-            cell.set_text_props(color=_COLOURS[row - 1], ha="left")
+            cell.set_text_props(color=STYLES[row - 1][0], ha="left")
 
 
 def _curves(axes: Axes, curves: Sequence[_Curve], window: tuple[float, float], quantity: str = "displacement") -> None:
@@ -355,10 +355,6 @@ def plot_gas(
             diagram.set(title="Indicator diagram", xlabel="V [cm³]", ylabel="p [bar]")
 
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
 _PER_PULSE = 48  # samples per pulse, with which the sampled convolution is exact to about 1e-4
 EXCITED = 1e-3  # least compliance of a pole that counts as a mode, over the port's total compliance
 _UNSEEN = 1e-9  # shape at a port below which it is round-off, over the largest
@@ -373,34 +369,31 @@ def plot_greens(
     duration: float,
     width: float,
     title: str = "Driving-point Green's function",
-    reference: GreensFunction | None = None,
     port: str | int = 0,
 ) -> Figure:
     """Draw g(t) just after the impulse and over ``duration`` [s], the step response and the receptance.
 
-    The thick line is g after a Hann pulse of total ``width`` [s] (see `GreensFunction.filtered`). ``reference``:
-    another Green's function of the same body, dashed. The receptance of a modal function is in closed form; otherwise
-    it is the transform under an exponential window over ``duration``. Returns the figure, written to a ``path`` if one
-    is given. Raises `PictureError` without matplotlib, `GreensFunctionError` for no such port, `ValueError` unless 0 <
-    ``width`` <= ``duration``.
+    The thick line is g after a Hann pulse of total ``width`` [s] (see `GreensFunction.filtered`). The receptance of a
+    modal function is in closed form; otherwise it is the transform under an exponential window over ``duration``.
+    Returns the figure, written to a ``path`` if one is given. Raises `PictureError` without matplotlib,
+    `GreensFunctionError` for no such port, `ValueError` unless 0 < ``width`` <= ``duration``.
     """
     if not 0 < width <= duration < math.inf:
         raise ValueError(f"width = {width:g} s and duration = {duration:g} s must be finite with 0 < width <= duration")
-    bodies = [greens] if reference is None else [greens, reference]
-    shown = [_at_port(body, body.port_index(port)) for body in bodies]
+    shown, number = _at_port(greens, greens.port_index(port))
     early = min(15 * width, duration)
     with sheet(path, 7.2, 5.6) as figure:
         figure.suptitle(title)
         axes = figure.subplots(2, 2)
-        _impulse(axes[0, 0], shown, early, width)
-        _impulse(axes[0, 1], shown, duration, width)
+        _impulse(axes[0, 0], shown, number, early, width)
+        _impulse(axes[0, 1], shown, number, duration, width)
         axes[0, 0].set_title("Impulse response, first moments")
         axes[0, 1].set_title("Impulse response")
         low, high = axes[0, 0].get_ylim()
         axes[0, 0].set_ylim(low, high + _LEGEND * (high - low))
         axes[0, 0].legend(loc="upper right")
-        _step(axes[1, 0], shown, duration)
-        _receptance(axes[1, 1], shown, duration, width)
+        _step(axes[1, 0], shown, number, duration)
+        _receptance(axes[1, 1], shown, number, duration, width)
         figure.supxlabel(error_text(greens.error_estimate, width), fontsize=8, color=GREY)
     return figure
 
@@ -444,44 +437,33 @@ def sampled_filter(greens: GreensFunction, times: int, width: float, i: int = 0)
     return t, np.asarray(h * np.convolve(step, slope)[: len(t)])
 
 
-def _impulse(axes: Axes, shown: list[tuple[GreensFunction, int]], duration: float, width: float) -> None:
+def _impulse(axes: Axes, greens: GreensFunction, port: int, duration: float, width: float) -> None:
     rate, time_unit = scaled(duration, "s")
-    main = [sampled_filter(g, math.ceil(duration / width * _PER_PULSE), width, i) for g, i in shown]
-    greens, port = shown[0]
-    start = float(greens.initial_value()[port, port])
-    largest = max(float(np.abs(curve).max()) for _, curve in main)
+    time, curve = sampled_filter(greens, math.ceil(duration / width * _PER_PULSE), width, port)
+    start, largest = float(greens.initial_value()[port, port]), float(np.abs(curve).max())
     if math.isfinite(start):
         largest = max(largest, abs(start))
     factor, unit = scaled(largest, "m/(N s)")
     t = np.linspace(0.0, duration, 3001)[1:]
     raw = factor * greens.impulse_response(t, port, port)
     axes.plot(rate * t, raw, color=BLUE, linewidth=0.5, alpha=0.55, label="g(t)")
-    styles: tuple[tuple[str, str, str], ...] = ((BLUE, "-", ""), (ORANGE, "--", ", reference"))
-    for (time, curve), (colour, style, note) in zip(main, styles, strict=False):
-        label = f"after a {1e6 * width:g} µs pulse{note}"
-        axes.plot(rate * time, factor * curve, color=colour, linestyle=style, label=label)
+    axes.plot(rate * time, factor * curve, color=BLUE, label=f"after a {1e6 * width:g} µs pulse")
     if math.isfinite(start) and start > 0:
         label = f"g(0+) = {text(start, 'm/(N s)')}"
         axes.plot(0.0, factor * start, "o", color=GREEN, markersize=5, clip_on=False, zorder=4, label=label)
     zero_line(axes)
     margin = 0.02 * duration
     axes.set(xlim=(-rate * margin, rate * duration), ylim=(-1.25 * factor * largest, 1.35 * factor * largest))
-    low = min(float(curve.min()) for _, curve in main)
-    if low > -0.3 * largest:
+    if (low := float(curve.min())) > -0.3 * largest:
         axes.set_ylim(bottom=1.3 * factor * min(low, -0.08 * largest))
     axes.set(xlabel=f"time [{time_unit}]", ylabel=f"g [{unit}]")
 
 
-def _step(axes: Axes, shown: list[tuple[GreensFunction, int]], duration: float) -> None:
+def _step(axes: Axes, greens: GreensFunction, port: int, duration: float) -> None:
     t = np.linspace(0.0, duration, 3001)
-    curves = [g.step_response(t, i, i) for g, i in shown]
-    greens, port = shown[0]
-    static = float(greens.static_compliance()[port, port])
-    rate, time_unit = scaled(duration, "s")
-    factor, unit = scaled(curves[0], "m/N")
-    axes.plot(rate * t, factor * curves[0], color=BLUE)
-    if len(curves) > 1:
-        axes.plot(rate * t, factor * curves[1], color=ORANGE, linestyle="--")
+    curve, static = greens.step_response(t, port, port), float(greens.static_compliance()[port, port])
+    (rate, time_unit), (factor, unit) = scaled(duration, "s"), scaled(curve, "m/N")
+    axes.plot(rate * t, factor * curve, color=BLUE)
     if math.isfinite(static):
         axes.axhline(factor * static, color=GREEN, linewidth=1.0, linestyle=(0, (5, 2)))
         note = f"static {text(static, 'm/N')} = 1/({text(1 / static, 'N/m')})"
@@ -491,30 +473,23 @@ def _step(axes: Axes, shown: list[tuple[GreensFunction, int]], duration: float) 
     axes.set_title("Step response")
 
 
-def _receptance(axes: Axes, shown: list[tuple[GreensFunction, int]], duration: float, width: float) -> None:
-    greens, port = shown[0]
-    high = 3 / width
-    modal_forms = [_modal(g, duration, high) for g, _ in shown]
-    modes = np.zeros(0) if modal_forms[0] is None else modal_forms[0].frequencies_hz[modal_forms[0].frequencies_hz > 0]
+def _receptance(axes: Axes, greens: GreensFunction, port: int, duration: float, width: float) -> None:
+    high, modal = 3 / width, _modal(greens, duration, 3 / width)
+    modes = np.zeros(0) if modal is None else modal.frequencies_hz[modal.frequencies_hz > 0]
     low = min(1 / duration, 0.3 * float(modes.min())) if modes.size else 1 / duration
-    curves = []
-    for (g, i), modal in zip(shown, modal_forms, strict=True):
-        if modal is None:
-            curves.append(_windowed(g, i, low, high, duration))
-            continue
-        peaks = modal.frequencies_hz[(modal.frequencies_hz > low) & (modal.frequencies_hz < high)]
-        f = np.unique(np.concatenate([np.geomspace(low, high, 1200), peaks]))  # includes every peak
+    if modal is None:
+        f, h = _windowed(greens, port, low, high, duration)
+    else:
+        f = np.unique(np.concatenate([np.geomspace(low, high, 1200), modes[(modes > low) & (modes < high)]]))
         with np.errstate(divide="ignore", invalid="ignore"):
-            h = np.abs(receptance(modal, f, i, i))
-        curves.append((f[np.isfinite(h)], h[np.isfinite(h)]))
-    factor, unit = scaled(curves[0][1], "m/N")
-    rate, frequency_unit = scaled(math.sqrt(low * high), "Hz")
-    top = max(float(h.max()) for _, h in curves)
-    bottom = max(min(float(h.min()) for _, h in curves), 1e-9 * top)
+            h = np.abs(receptance(modal, f, port, port))
+        f, h = f[np.isfinite(h)], h[np.isfinite(h)]
+    (factor, unit), (rate, frequency_unit) = scaled(h, "m/N"), scaled(math.sqrt(low * high), "Hz")
+    top = float(h.max())
+    bottom = max(float(h.min()), 1e-9 * top)
     axes.set(xscale="log", yscale="log")
     axes.set(xlim=(rate * low, rate * high), ylim=(factor * bottom / 2, 2 * factor * top))
-    for (f, h), colour, style in zip(curves, (BLUE, ORANGE), ("-", "--"), strict=False):
-        axes.plot(rate * f, factor * h, color=colour, linestyle=style, linewidth=1.1)
+    axes.plot(rate * f, factor * h, color=BLUE, linewidth=1.1)
     static = float(greens.static_compliance()[port, port])
     if math.isfinite(static):
         axes.axhline(factor * static, color=GREEN, linewidth=1.0, linestyle=(0, (5, 2)))
@@ -527,9 +502,9 @@ def _receptance(axes: Axes, shown: list[tuple[GreensFunction, int]], duration: f
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_formatter("{x:g}")
     axes.set(xlabel=f"frequency [{frequency_unit}]", ylabel=f"|receptance| [{unit}]")
-    axes.set_title("Receptance" + (", windowed" if modal_forms[0] is None else ""))
-    if modal_forms[0] is not None and used.size:
-        first = lowest_excited(modal_forms[0], port)
+    axes.set_title("Receptance" + (", windowed" if modal is None else ""))
+    if modal is not None and used.size:
+        first = lowest_excited(modal, port)
         lowest = "" if first is None else f", lowest excited {text(first, 'Hz')}"
         axes.set_title(f"{used.size} poles{lowest}", loc="right", color=GREY, fontsize=8)
 

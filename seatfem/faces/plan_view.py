@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Final, Literal
@@ -18,7 +18,7 @@ from seatfem import fields
 from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.motion import Record, Recorded
 from seatfem.study import method
-from seatfem.study.plan import Plan
+from seatfem.study.plan import Choice, Plan
 from seatfem.study.runs import round as rounds
 from seatfem.study.runs.converge import errors_by_key, words_of
 from seatfem.study.runs.forecast import Look
@@ -69,7 +69,7 @@ def read_table(scene: Scene) -> Table | None:
 
 
 def _struck(body: Structure, along: Contact | Literal[False]) -> str:
-    """Return what is known without a mesh about the struck face of a body and its measured response."""
+    """Return what was read of a body's file, and what is known without a mesh about its struck face."""
     facts = [counted] if (counted := body.counted()) else []
     if (ring := body.lip_face.ring) is not None:
         mean, width = (write_quantity(size, "length") for size in ring)
@@ -80,10 +80,6 @@ def _struck(body: Structure, along: Contact | Literal[False]) -> str:
         about, digits = ("", 5) if ring else ("about ", 2)  # an area by coarse flat triangles is approximate
         area, width = write_quantity(patch.area, "area", digits), write_quantity(patch.width, "length", digits)
         facts.append(f"area {about}{area}, narrowest width {about}{width}")
-    if body.measured is not None:
-        response = body.measured.response()
-        first, last = (write_quantity(float(f), "frequency") for f in (response.frequency[0], response.frequency[-1]))
-        facts.append(f"response at {len(response.frequency)} frequencies, {first} to {last}")
     return "; ".join(facts)
 
 
@@ -169,10 +165,15 @@ COUNTS: Final = 0.01
 
 
 def choices_table(plan: Plan) -> Table:
-    """Return a table of all choices: value, by file or plan, its error, and its reason."""
+    """Return a table of all choices of a plan, as `table_of`."""
+    return table_of(plan.choices)
+
+
+def table_of(choices: Iterable[Choice]) -> Table:
+    """Return a table of choices: value, by file or plan, its error, and its reason."""
     table = Table("key", "value", "from", "error left", "why")
-    for choice in plan.choices:
-        table.add_row(choice.key, choice.value, "file" if choice.given else "plan", choice.leaves, choice.reason)
+    for each in choices:
+        table.add_row(*map(str, (each.key, each.value, "file" if each.given else "plan", each.leaves, each.reason)))
     return table
 
 

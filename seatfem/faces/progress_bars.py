@@ -6,16 +6,13 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import psutil
+from rich.console import Console
 from rich.progress import BarColumn, TaskID, TaskProgressColumn, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as Bars
 
 from impact.notices import Progress, silent
-
-if TYPE_CHECKING:
-    from rich.console import Console
 
 Show = Callable[[str, float, float], None]
 """Function that is called with the stage, the fraction completed (0..1) and the time that the stage has taken [s]."""

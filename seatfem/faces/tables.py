@@ -102,9 +102,7 @@ def landings_table(records: Records, most: int | None = SHOWN) -> Table | None:
         notes[0] += " above the static load; impulse of the force above the static load"
     if len(shown) < len(records):
         notes[0] += f"; {len(records) - len(shown)} more in {results.LANDINGS_FILE}"
-    if any("± ?" in str(cell) for column in table.columns for cell in column.cells):
-        notes.append("± ?: uncertainty not known")
-    table.caption = "\n".join(notes)
+    table.caption = "\n".join([*notes, *_bar_note(table)])
     return table
 
 
@@ -147,7 +145,7 @@ def result_table(summary: readings.Summary) -> Table:
             table.add_row(f" {results.words_of(row, summary)}", *_cells(_last_cycle(summary, row), row), style=style)
     if (residual := readings.as_number(summary.get("energy_residual"))) is not None:
         table.add_row(" energy balance error", percent(residual), style="dim")
-    table.caption = "\n".join(_notes(summary)) or None
+    table.caption = "\n".join(_notes(summary, table)) or None
     return table
 
 
@@ -159,7 +157,13 @@ def _last_cycle(summary: readings.Summary, row: results.Result) -> readings.Summ
     return {name: value[-1] if isinstance(value, list) and value else value for name, value in values.items()}
 
 
-def _notes(summary: readings.Summary) -> Iterator[str]:
+def _bar_note(table: Table) -> Iterator[str]:
+    """Yield what a bar that is a question mark means, if the table has one."""
+    if any("± ?" in str(cell) for column in table.columns for cell in column.cells):
+        yield "± ?: uncertainty not known"
+
+
+def _notes(summary: readings.Summary, table: Table) -> Iterator[str]:
     """Yield the notes below the table: averaging times, numbers without a bar, and why values are missing."""
     width, part = summary.get("line_force_width_s"), readings.as_number(summary.get("line_force_arc_m"))
     shown = [row for rows in results.rows_of(summary).values() for row in rows]
@@ -173,18 +177,11 @@ def _notes(summary: readings.Summary) -> Iterator[str]:
         yield place
     if any(row.of_each_step and row.key in summary and readings.SPRING + row.key in summary for row in results.RESULTS):
         yield "raw: of single steps, not averaged; the spring's depends on the step"
-    if any(
-        "± ?"
-        in readings.in_text(row.key, readings.as_number(summary.get(row.key)), readings.bar_of(summary, row.key), "")
-        for row in shown
-    ):
-        yield "± ?: uncertainty not known"
+    yield from _bar_note(table)
     if unknown := str(summary.get("error_unknown") or ""):
         yield f"not included in the uncertainty: {', '.join(source_in_words(source) for source in unknown.split(', '))}"
-    landed = any(row.group == "landing" for row in shown)
-    for key in results.asked(summary):
-        if summary.get(key) is None and (landed or not key.startswith(results.LANDING)):
-            yield f"{results.name_of(key, summary)}: asked for, but this run gives no value"
+    for key in results.without_value(summary):
+        yield f"{results.name_of(key, summary)}: asked for, but this run gives no value"
 
 
 def _most_stressed(summary: readings.Summary) -> str:

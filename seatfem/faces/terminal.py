@@ -121,13 +121,13 @@ WHOLE: Final = Effort()
 
 def console(*, highlight: bool = True) -> Console:
     """Return a console for tables, as wide as the terminal; for a file or pipe wide enough that no number is cut."""
-    terminal = Console(markup=False, highlight=highlight)
-    return terminal if terminal.is_terminal else Console(width=200, markup=False, highlight=highlight)
+    terminal = Console(highlight=highlight)
+    return terminal if terminal.is_terminal else Console(width=200, highlight=highlight)
 
 
 def lines(*, stderr: bool = False, quiet: bool = False) -> Console:
     """Return a console for sentences, one per line, unwrapped and without markup: [uff] is printed literally."""
-    return Console(stderr=stderr, quiet=quiet, soft_wrap=True, highlight=False, markup=False)
+    return Console(stderr=stderr, quiet=quiet, soft_wrap=True, highlight=False)
 
 
 def progress_of(common: Common, console: Console | None = None) -> AbstractContextManager[Progress]:

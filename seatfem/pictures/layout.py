@@ -6,7 +6,7 @@ reed's contact, z = 0 the struck face of the seat.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final, Literal
 
@@ -14,27 +14,10 @@ import numpy as np
 
 from impact.greens.base import Array
 from impact.quantities import in_digits
-from seatfem.structures.outlines import BodyViews, Size, View, covered_share
+from seatfem.structures.outlines import BodyViews, Size, View
 
 Way = Literal[-1, 0, 1]
 """Direction of an arrow: -1 towards the seat, 0 unknown or both, 1 away from the seat."""
-
-
-@dataclass(frozen=True, eq=False)
-class Placed:
-    """Body with its position.
-
-    Attributes:
-        role: "seat", "reed" or "stopper".
-        views: outlines; those of a reed or a stopper are already turned upside down.
-        at: (x, y) of the centre of its contact [m].
-        height: z of its struck face [m].
-    """
-
-    role: str
-    views: BodyViews
-    at: tuple[float, float] = (0.0, 0.0)
-    height: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -56,12 +39,14 @@ class Tilt:
     """Tilt of a face over the undeformed reed.
 
     Attributes:
-        body: the seat or the stopper.
+        role: "seat" or "stopper".
+        body: that body.
         angle, axis: between the planes, and direction of the axis about which it is tilted [rad].
         corners: (n, 2) places on the rims of the face [m].
     """
 
-    body: Placed
+    role: str
+    body: BodyViews
     angle: float
     axis: float
     corners: Array
@@ -79,10 +64,10 @@ class Layout:
 
     Attributes:
         title: title of the scene.
-        seat, reed, stopper: the bodies; ``None``: there is no stopper.
+        bodies: seat, reed and, if there is one, stopper, by these roles, in their places.
         gap: opening between the undeformed bodies [m].
-        lift: distance from the undeformed reed to the stopper [m]; ``None`` without one.
-        start: x and deflection (n, 2) of the reed at its release [m]; ``None``: undeformed.
+        lift: distance from the undeformed reed to the stopper [m]; 0 without one.
+        start: x and deflection (n, 2) of the reed at its release [m]; (0, 2): undeformed.
         actions: loads and motions.
         springs: positions (n, 2) of valve springs on the reed [m].
         arcs: lines (n, 2, 2) across the lip between its arcs [m].
@@ -91,12 +76,10 @@ class Layout:
     """
 
     title: str
-    seat: Placed
-    reed: Placed
-    stopper: Placed | None
+    bodies: Mapping[str, BodyViews]
     gap: float
-    lift: float | None
-    start: Array | None
+    lift: float
+    start: Array
     actions: tuple[Action, ...]
     springs: Array
     arcs: Array
@@ -104,18 +87,45 @@ class Layout:
     notes: tuple[str, ...]
 
     @property
-    def bodies(self) -> tuple[Placed, ...]:
-        """Return the seat, the reed and, if present, the stopper."""
-        return (self.seat, self.reed) if self.stopper is None else (self.seat, self.reed, self.stopper)
+    def seat(self) -> BodyViews:
+        """Return the seat."""
+        return self.bodies["seat"]
 
     @property
-    def covered(self) -> float | None:
-        """Return the share of the seat's struck face below the reed in plan; ``None``: a body has no outline."""
-        return covered_share(self.seat.views, self.reed.views, self.seat.at)
+    def reed(self) -> BodyViews:
+        """Return the reed."""
+        return self.bodies["reed"]
 
+    @property
+    def extent(self) -> tuple[Array, Array]:
+        """Return the lowest and highest corner (2,) of the plan of all bodies; at least a few millimetres apart."""
+        ends = np.array([body.extent for body in self.bodies.values()])
+        low, high = ends[:, 0].min(axis=0), ends[:, 1].max(axis=0)
+        least = max(0.15 * float((high - low).max()), 1e-3) / 2
+        return np.minimum(low, -least), np.maximum(high, least)
+
+    @property
     def top_of_reed(self) -> float:
         """Return z of the reed's upper side above the contact [m]."""
-        return self.gap + max((float(loop[:, 1].max()) for loop in self.reed.views.section), default=0.0)
+        return self.gap + NOMINAL if self.reed.symbol else self.reed.heights[1]
+
+    def sizes(self, view: View, axis: int) -> list[Size]:
+        """Return the dimensions of a view along an axis: in section the lengths of the seat alone, and the heights of
+        all bodies and openings; in plan those of seat and reed."""
+        roles = (
+            ("seat",) if (view, axis) == ("section", 0) else ("seat", "reed") if view == "plan" else tuple(self.bodies)
+        )
+        sizes = [size for role in roles for size in self.bodies[role].sizes if (size.view, size.axis) == (view, axis)]
+        if (view, axis) != ("section", 1):
+            return sizes
+        top = self.top_of_reed
+        sizes.append(Size("section", 1, 0.0, self.gap, 0.0, "gap {}"))
+        if "stopper" in self.bodies:
+            sizes.append(Size("section", 1, top, top + self.lift, self.bodies["stopper"].origin[0], "stopper {}"))
+        if len(self.start):
+            x, rise = self.start[int(np.argmax(np.abs(self.start[:, 1])))].tolist()
+            sizes.append(Size("section", 1, top, top + rise, x, "start {}"))
+        return sizes
 
 
 WIDTH: Final = 8.2  # width of the sheet [inch]
@@ -125,6 +135,7 @@ KEPT: Final = 0.75  # depth next to the contact [inch] that stays to scale if a 
 THIN: Final = 0.075  # least drawn thickness of a reed [inch]
 OPEN: Final = (0.13, 0.85)  # least and largest drawn height of an opening [inch]
 SYMBOL: Final = 0.5  # height of a symbol [inch]
+NOMINAL: Final = 1e-3  # height of a symbol in the section [m]
 ROW: Final = 0.2  # distance between dimensions [inch]
 LOADS: Final = 0.36  # distance between loads [inch]
 LINE: Final = 0.145  # distance between lines of text [inch]
@@ -166,35 +177,30 @@ class Frame:
     section: float
     zones: tuple[Zone, ...]
     height: float
-    rows: dict[View, tuple[tuple[tuple[Placed, Size], ...], ...]]
+    rows: Mapping[View, Sequence[Sequence[Size]]]
     top: float
 
     @staticmethod
     def from_layout(layout: Layout) -> Frame:
-        low, high = extent_of(layout)
+        low, high = layout.extent
         wide, deep = high - low
         scale = min((WIDTH - LEFT - RIGHT) / max(wide, 1e-9), PLAN / max(deep, 1e-9))
-        reed = layout.top_of_reed() - layout.gap
+        reed = layout.top_of_reed - layout.gap
         if 0.2 * wide < reed < 2 * wide:
             scale = min(scale, TALLEST / reed)
         zones = tuple(_zones(layout, scale))
         x = LEFT + ((WIDTH - LEFT - RIGHT) - scale * wide) / 2 - scale * float(low[0])
-        rows: dict[View, tuple[tuple[tuple[Placed, Size], ...], ...]] = {
-            "section": _rows(layout, "section", scale), "plan": _rows(layout, "plan", scale),
-        }  # fmt: skip
+        in_section, in_plan = (_rows(layout.sizes(view, 0), scale) for view in ("section", "plan"))
         notes = 1 + len(layout.notes) + bool(factors_of(zones, scale)) + any(zone.is_shortened for zone in zones)
-        plan_low = 0.2 + LINE * notes + ROW * len(rows["plan"]) + 0.3
-        plan = plan_low - scale * float(low[1])
-        section_low = plan + scale * float(high[1]) + 0.42 + ROW * (len(rows["section"]) + 0.5) + 0.12
-        below = sum(zone.inches for zone in zones if zone.high <= 0)
-        section = section_low + below
+        plan = 0.5 + LINE * notes + ROW * len(in_plan) - scale * float(low[1])
+        section = plan + scale * float(high[1]) + 0.54 + ROW * (len(in_section) + 0.5)
+        section += sum(zone.inches for zone in zones if zone.high <= 0)
         top = section + sum(zone.inches for zone in zones if zone.low >= 0)
         if len(layout.springs):
-            to_reed = sum(zone.inches for zone in zones if 0 <= zone.low < layout.top_of_reed())
-            symbol_height = SYMBOL if layout.reed.views.symbol else 0.0
-            top = max(top, section + to_reed + symbol_height + SYMBOL + 0.1)
+            to_reed = sum(zone.inches for zone in zones if 0 <= zone.low < layout.top_of_reed)
+            top = max(top, section + to_reed + SYMBOL + 0.1)
         height = top + LOADS * len(layout.actions) + 0.75
-        return Frame(scale, x, plan, section, zones, height, rows, top)
+        return Frame(scale, x, plan, section, zones, height, {"section": in_section, "plan": in_plan}, top)
 
     def up(self, z: float | Array) -> Array:
         """Return the height on the sheet [inch] of a height z in the section [m]."""
@@ -203,20 +209,15 @@ class Frame:
         zero = float(np.interp(0.0, heights, inches))
         return np.asarray(self.section - zero + np.interp(z, heights, inches))
 
-    def place(self, view: View, line: Array, body: Placed) -> Array:
-        """Return the positions (n, 2) on the sheet [inch] of a line (n, 2) of a body in a view."""
-        x = self.x + self.scale * (line[:, 0] + body.at[0])
-        if view == "section":
-            return np.column_stack([x, self.up(line[:, 1] + body.height)])
-        return np.column_stack([x, self.plan + self.scale * (line[:, 1] + body.at[1])])
+    @property
+    def bottom(self) -> float:
+        """Return the lower end of the section."""
+        return float(self.up(self.zones[0].low))
 
-
-def extent_of(layout: Layout) -> tuple[Array, Array]:
-    """Return the lowest and highest corner (2,) of the plan of all bodies; at least a few millimetres apart."""
-    ends = [np.array(body.views.extent) + body.at for body in layout.bodies]
-    low, high = np.min([each[0] for each in ends], axis=0), np.max([each[1] for each in ends], axis=0)
-    least = max(0.15 * float((high - low).max()), 1e-3) / 2
-    return np.minimum(low, -least), np.maximum(high, least)
+    def place(self, view: View, line: Array) -> Array:
+        """Return the positions (n, 2) on the sheet [inch] of a line (n, 2) in a view."""
+        heights = self.up(line[:, 1]) if view == "section" else self.plan + self.scale * line[:, 1]
+        return np.column_stack([self.x + self.scale * line[:, 0], heights])
 
 
 def _nice(factor: float) -> float:
@@ -227,9 +228,9 @@ def _nice(factor: float) -> float:
 
 def _zones(layout: Layout, scale: float) -> Iterator[Zone]:
     """Yield the zones from below: seat, gap, reed, space up to the stopper, stopper."""
-    depth = layout.seat.views.depth
-    if depth == 0:
-        yield Zone("seat", -1e-3, 0.0, SYMBOL + 0.2)
+    depth = -layout.seat.heights[0]
+    if layout.seat.symbol:
+        yield Zone("seat", -NOMINAL, 0.0, SYMBOL + 0.2)
     elif depth * scale <= DEEPEST:
         yield Zone("seat", -depth, 0.0, depth * scale)
     else:
@@ -237,9 +238,8 @@ def _zones(layout: Layout, scale: float) -> Iterator[Zone]:
         yield Zone("seat", -KEPT / scale, 0.0, KEPT)
     if layout.gap > 0:
         yield Zone("gap", 0.0, layout.gap, _opened(layout.gap, scale))
-    base, top = layout.gap, layout.top_of_reed()
-    if top == base:
-        top = base + 1e-3
+    base, top = layout.gap, layout.top_of_reed
+    if layout.reed.symbol:
         yield Zone("mass", base, top, SYMBOL)
     elif (top - base) * scale > TALLEST:
         yield Zone("reed", base, base + KEPT / scale, KEPT)
@@ -247,18 +247,15 @@ def _zones(layout: Layout, scale: float) -> Iterator[Zone]:
     else:
         inches = (top - base) * scale
         yield Zone("reed", base, top, inches * _nice(THIN / inches))
-    rise = 0.0 if layout.start is None else float(layout.start[:, 1].max())
-    above = max(layout.lift or 0.0, rise)
+    above = max(layout.lift, float(layout.start[:, 1].max(initial=0.0)))
     if above > 0:
         yield Zone("lift", top, top + above, _opened(above, scale))
-    if layout.stopper is not None:
-        roof = max((float(loop[:, 1].max()) for loop in layout.stopper.views.section), default=0.0)
-        over = top + (layout.lift or 0.0) + roof
-        low = top + above
-        if roof == 0:
-            yield Zone("stopper", low, low + 1e-3, SYMBOL + 0.2)
-        elif over > low:
-            yield Zone("stopper", low, over, min((over - low) * scale, DEEPEST))
+    if (stopper := layout.bodies.get("stopper")) is not None:
+        low, roof = top + above, stopper.heights[1]
+        if stopper.symbol:
+            yield Zone("stopper", low, low + NOMINAL, SYMBOL + 0.2)
+        elif roof > low:
+            yield Zone("stopper", low, roof, min((roof - low) * scale, DEEPEST))
 
 
 def _opened(height: float, scale: float) -> float:
@@ -278,33 +275,21 @@ def factors_of(zones: Sequence[Zone], scale: float) -> str:
     return ", ".join(factors)
 
 
-def _rows(layout: Layout, view: View, scale: float) -> tuple[tuple[tuple[Placed, Size], ...], ...]:
-    """Return the dimensions along x in rows without overlap, the shortest nearest to the body."""
-    sizes = [
-        (body, size)
-        for body in layout.bodies
-        for size in body.views.sizes
-        if size.axis == 0 and size.view == view and body.role in (("seat", "reed") if view == "plan" else ("seat",))
-    ]
-    rows: list[list[tuple[Placed, Size]]] = []
-    occupied: list[list[tuple[float, float]]] = []
-    for body, size in sorted(sizes, key=lambda each: each[1].value):
-        low, high = _room(body, size, scale)
-        for row, ranges in zip(rows, occupied, strict=True):
-            if all(high < a or low > b for a, b in ranges):
-                row.append((body, size))
-                ranges.append((low, high))
-                break
-        else:
-            rows.append([(body, size)])
-            occupied.append([(low, high)])
-    return tuple(tuple(row) for row in rows)
+def _rows(sizes: Sequence[Size], scale: float) -> list[list[Size]]:
+    """Return dimensions along x in rows without overlap, the shortest nearest to the body."""
+    rows: list[tuple[list[Size], list[tuple[float, float]]]] = []
+    for size in sorted(sizes, key=lambda size: size.value):
+        low, high = scale * size.low, scale * size.high
+        if (text := width_of(size.text)) >= high - low:
+            low, high = low - 0.22, high + 0.22 + text
+        free = (row for row in rows if all(high < a or low > b for a, b in row[1]))
+        if (row := next(free, None)) is None:
+            rows.append(row := ([], []))
+        row[0].append(size)
+        row[1].append((low, high))
+    return [row for row, _ in rows]
 
 
-def _room(body: Placed, size: Size, scale: float) -> tuple[float, float]:
-    """Return the range along x that a dimension occupies with its text [inch]."""
-    low, high = (scale * (end + body.at[0]) for end in (size.low, size.high))
-    text = LETTER * len(size.text) + 0.1
-    if text < high - low:
-        return low, high
-    return low - 0.22, high + 0.22 + text
+def width_of(words: str) -> float:
+    """Return the width that words of small letters need [inch]."""
+    return LETTER * len(words) + 0.1

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from impact.files.safe_files import whole_file
 from impact.greens.base import Array
-from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, sheet, zero_line
+from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, load_matplotlib, sheet, zero_line
 from impact.quantities import scaled, text
 from seatfem.pictures import cell_grid, frames, moving, rendering
 
@@ -95,12 +95,10 @@ def plot_stress(
     worst = sites[int(np.argmax(snapshot))]
     image = None if mesh.dim() == 2 else _image(mesh, sites, factor * snapshot)
     with sheet(path, 9.6, 4.9) as figure:
-        from matplotlib.cm import ScalarMappable
-        from matplotlib.colors import Normalize
-
         figure.suptitle(title)
         place, course = figure.subplots(1, 2)
-        scale = ScalarMappable(Normalize(0.0, factor * float(snapshot.max())), moving.COLOURS)
+        library = load_matplotlib()
+        scale = library.cm.ScalarMappable(library.colors.Normalize(0.0, factor * float(snapshot.max())), moving.COLOURS)
         if image is None:
             _outline(place, mesh, sites, factor * snapshot, scale)
             place.plot(*(1e3 * worst), "o", mfc="none", mec=ORANGE, ms=10)
@@ -152,8 +150,7 @@ def _values_at(sites: Array, values: Array, points: Array) -> Array:
 
 def _outline(place: Axes, mesh: Any, sites: Array, values: Array, scale: Any) -> None:
     """Draw the outline, through the mid-side nodes, as short segments, thick and coloured where stress is known."""
-    from matplotlib.collections import LineCollection
-
+    lines_of = load_matplotlib().collections.LineCollection
     facets = mesh.boundary_facets()
     ends = mesh.p[:, mesh.facets[:, facets]].transpose(2, 1, 0)
     curved = mesh.doflocs.shape[1] > mesh.nvertices
@@ -166,14 +163,14 @@ def _outline(place: Axes, mesh: Any, sites: Array, values: Array, scale: Any) ->
     halves = np.concatenate([np.stack([ends[:, k], middle], axis=1) for k in (0, 1)])
     heights = np.concatenate([np.stack([at_ends[:, k], on_middle], axis=1) for k in (0, 1)])
     unknown = moving.UNKNOWN
-    place.add_collection(LineCollection(list(1e3 * halves), colors=unknown, linewidths=3.5, zorder=1))
+    place.add_collection(lines_of(list(1e3 * halves), colors=unknown, linewidths=3.5, zorder=1))
     share = np.linspace(0.0, 1.0, 6)[:, None, None]
     pieces = 1e3 * ((1 - share) * halves[:, 0] + share * halves[:, 1])
     along = np.stack([pieces[:-1], pieces[1:]], axis=2).reshape(-1, 2, 2)
     between = (share[1:, :, 0] + share[:-1, :, 0]) / 2
     colours = ((1 - between) * heights[:, 0] + between * heights[:, 1]).ravel()
     finite = np.isfinite(colours)
-    lines = LineCollection(list(along[finite]), array=colours[finite], cmap=scale.cmap, norm=scale.norm, linewidths=4.5)
+    lines = lines_of(list(along[finite]), array=colours[finite], cmap=scale.cmap, norm=scale.norm, linewidths=4.5)
     lines.set_antialiased(False)  # antialiasing would leave hairlines between the segments
     place.add_collection(lines)
     place.autoscale()

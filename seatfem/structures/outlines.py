@@ -1,15 +1,15 @@
-"""Outlines of one body, in section and in plan, for technical drawings: plain arrays of metres, and labels.
+"""Outlines of one body, in section and in plan, for technical drawings: plain arrays of metres, and dimensions.
 
 All bodies are described alike, whatever role they play: the middle of the struck face is the origin, z is its outward
-normal, so that the body lies at z < 0, and x is the direction along which sections are cut. A body that strikes, or
-that is met from below, is turned over by who places it. Loops are polygons (n, 2) without a repeated end; what lies
-in an odd number of them is inside.
+normal, so that the body lies at z < 0, and x is the direction along which sections are cut. A drawing turns over what
+strikes, or is met from below, and moves each body to its place. Loops are polygons (n, 2) without a repeated end; what
+lies in an odd number of them is inside.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final, Literal
 
@@ -29,22 +29,24 @@ CHORD: Final = math.radians(3.0)
 BESIDE: Final = 1.7e-6  # distance of a section from the middle plane, on which meshes have corners, over a body's size
 SAMPLES: Final = 80
 """Points along the longer side of a struck face's box, of which those on it are looked for under a reed."""
-IN_SECTION: Final = ("section", "struck", "held", "bedded")
-IN_PLAN: Final = ("plan", "edges", "contact", "port", "clamp")
-"""Fields of `BodyViews` that hold loops or lines."""
+LINES: Final[Mapping[View, tuple[str, ...]]] = {
+    "section": ("section", "struck", "held", "bedded"), "plan": ("plan", "edges", "contact", "port", "clamp"),
+}  # fmt: skip
+"""Fields of `BodyViews` that hold loops or lines, by view."""
 CORNERS: Final = 8  # fewest corners of a loop that is a circle in chords
+MIRROR: Final = np.array([-1.0, 1.0])
 
 
 @dataclass(frozen=True)
 class Size:
-    """A dimension: what it is called, its value as text, and between which places of a view it is drawn.
+    """A dimension: between which places of a view it is drawn, and its words.
 
     Attributes:
         view: in which it is drawn.
         axis: 0 along x, 1 along the height of a section or across a plan.
         low, high: its ends along that axis [m].
         at: where its lines begin on the other axis [m].
-        text: name and value with unit.
+        words: its text, with {} in place of its value.
     """
 
     view: View
@@ -52,12 +54,24 @@ class Size:
     low: float
     high: float
     at: float
-    text: str
+    words: str = "{}"
 
     @property
     def value(self) -> float:
         """Return the length [m]."""
         return self.high - self.low
+
+    @property
+    def text(self) -> str:
+        """Return the words with the value and its unit."""
+        return self.words.format(length_text(self.value))
+
+    def placed(self, sign: float, by: Array) -> Size:
+        """Return the dimension with the ``sign`` of its second axis, moved ``by`` (2,) [m]."""
+        if self.axis == 0:
+            return replace(self, low=self.low + by[0], high=self.high + by[0], at=sign * self.at + by[1])
+        low, high = sorted((sign * self.low, sign * self.high))
+        return replace(self, low=low + by[1], high=high + by[1], at=self.at + by[0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,6 +93,7 @@ class BodyViews:
         sizes: dimensions that count.
         note: what the drawing does not show by itself, as a sentence without its subject.
         mirrored: whether the plan is already that of the body turned over, as of reeds, which are drawn as they lie.
+        origin: x, y and z of the middle of its struck face in a drawing [m].
     """
 
     name: str
@@ -96,54 +111,52 @@ class BodyViews:
     sizes: tuple[Size, ...] = ()
     note: str = ""
     mirrored: bool = False
+    origin: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     @property
-    def depth(self) -> float:
-        """Return how far the body reaches below its struck face [m]; 0 of a symbol."""
-        return max((-float(loop[:, 1].min()) for loop in self.section), default=0.0)
+    def heights(self) -> tuple[float, float]:
+        """Return the lowest and the highest z of the section [m]; both at the origin of a symbol."""
+        z = np.concatenate([loop[:, 1] for loop in self.section] or [np.array(self.origin[2:])])
+        return float(z.min()), float(z.max())
 
     @property
     def extent(self) -> tuple[Array, Array]:
-        """Return the (2,) lowest and (2,) highest corner of the plan [m]; both at the origin of a symbol."""
+        """Return the (2,) lowest and (2,) highest corner of the plan [m], its origin among it."""
         loops = [*self.plan, *self.contact, *self.edges]
         if self.triangles is not None:
             loops.append(self.triangles.reshape(-1, 2))
-        points = np.concatenate([np.zeros((1, 2)), *loops])
+        points = np.concatenate([np.array([self.origin[:2]]), *loops])
         return points.min(axis=0), points.max(axis=0)
 
-    def moved(self, x: float) -> BodyViews:
-        """Return the body at another place along x [m]."""
-        sizes = tuple(
-            replace(size, low=size.low + x, high=size.high + x) if size.axis == 0 else replace(size, at=size.at + x)
-            for size in self.sizes
-        )
-        return self._changed((*IN_SECTION, *IN_PLAN), lambda points: points + np.array([x, 0.0]), sizes)
+    def moved(self, x: float, y: float = 0.0, z: float = 0.0) -> BodyViews:
+        """Return the body at another place [m]."""
+        return self._placed({"section": 1.0, "plan": 1.0}, np.array([x, y, z]))
 
     def turned_over(self) -> BodyViews:
         """Return the body turned over about its x axis, its struck face below: z and y change their signs."""
-        sizes = tuple(_mirrored(size, self.mirrored) for size in self.sizes)
-        keys = IN_SECTION if self.mirrored else (*IN_SECTION, *IN_PLAN)
-        return self._changed(keys, lambda points: points * (1.0, -1.0), sizes)
+        return self._placed({"section": -1.0, "plan": 1.0 if self.mirrored else -1.0}, np.zeros(3))
 
-    def _changed(self, keys: Sequence[str], change: Callable[[Array], Array], sizes: tuple[Size, ...]) -> BodyViews:
-        """Return the views with other points in fields of these names; the triangles are a field in plan."""
-        changed: dict[str, Any] = {key: tuple(map(change, getattr(self, key))) for key in keys}
-        if self.triangles is not None and keys != IN_SECTION:
-            changed["triangles"] = change(self.triangles)
-        return replace(self, **changed, sizes=sizes)
-
-
-def _mirrored(size: Size, lies: bool) -> Size:
-    if size.view == "plan" and lies:
-        return size
-    if size.axis == 1:
-        return replace(size, low=-size.high, high=-size.low)
-    return replace(size, at=-size.at)
+    def _placed(self, signs: Mapping[View, float], by: Array) -> BodyViews:
+        """Return the body with the ``signs`` of the second axis of each view, then moved ``by`` (3,) [m]."""
+        ways = {view: (np.array([1.0, sign]), by[[0, 1 if view == "plan" else 2]]) for view, sign in signs.items()}
+        lines: dict[str, Any] = {
+            name: tuple(line * sign + away for line in getattr(self, name))
+            for view, (sign, away) in ways.items()
+            for name in LINES[view]
+        }
+        if self.triangles is not None:
+            lines["triangles"] = self.triangles * ways["plan"][0] + ways["plan"][1]
+        sizes = tuple(size.placed(signs[size.view], ways[size.view][1]) for size in self.sizes)
+        origin = tuple((np.array(self.origin) * (1.0, signs["plan"], signs["section"]) + by).tolist())
+        return replace(self, **lines, sizes=sizes, origin=origin)
 
 
 def round_sizes(loops: Loops) -> tuple[float, ...]:
-    """Return the diameters of loops about the origin, in rising order [m]; none where one is no circle."""
-    away = [np.hypot(*loop.T) for loop in loops]
+    """Return the diameters of loops about one centre, in rising order [m]; none where one is no circle."""
+    if not loops:
+        return ()
+    centre = (loops[0].min(axis=0) + loops[0].max(axis=0)) / 2
+    away = [np.hypot(*(loop - centre).T) for loop in loops]
     if not all(len(radii) > CORNERS and np.ptp(radii) < 1e-3 * radii.max() for radii in away):
         return ()
     return tuple(sorted(2 * float(radii.mean()) for radii in away))
@@ -168,6 +181,11 @@ def box(low: Sequence[float], high: Sequence[float]) -> Array:
     return np.array([(a, b), (c, b), (c, d), (a, d)])
 
 
+def closed(loops: Iterable[Array]) -> Loops:
+    """Return loops with their first corner repeated at their end."""
+    return tuple(np.concatenate([loop, loop[:1]]) for loop in loops)
+
+
 def crossings(loops: Iterable[Array], y: float) -> Array:
     """Return the (2 k,) places x where the line at a height y enters and leaves the loops, in rising order [m]."""
     places: list[float] = []
@@ -178,13 +196,13 @@ def crossings(loops: Iterable[Array], y: float) -> Array:
     return np.sort(np.array(places))
 
 
-def covered_share(face: BodyViews, over: BodyViews, offset: tuple[float, float]) -> float | None:
+def covered_share(face: BodyViews, over: BodyViews, offset: tuple[float, float] = (0.0, 0.0)) -> float | None:
     """Return the share of one body's struck face that lies below another one in plan, by sampled points.
 
     Args:
         face: the body that is struck.
         over: the other one, turned over.
-        offset: of the middle of the struck face from the other body's contact [m].
+        offset: of the middle of the struck face from the other body's contact, where they are not placed [m].
 
     Returns:
         The share; ``None`` where one of both has no outline.
@@ -209,64 +227,54 @@ def of_profile(name: str, profile: Profile, *, struck_arc: float | None = None, 
         struck_arc: angle of the part of the ring that is struck, in the direction of x [rad]; ``None``: all of it.
         held: whether anything is clamped.
     """
-    corners = [edge.start for edge in profile.edges]
-    struck = [edge for edge in profile.edges if edge.name == "contact"]
-    lines = [_points(edge) for edge in struck]
-    top = max(float(line[:, 1].max()) for line in lines)
-    bore, outer = min(r for r, _ in corners), profile.outer_radius
-    inner_struck = min(float(line[:, 0].min()) for line in lines)
-    inner_struck = 0.0 if inner_struck < 1e-9 * outer else inner_struck
-    outer_struck = max(float(line[:, 0].max()) for line in lines)
-    mirror = (-1.0, 1.0)
-    on_axis = bore == 0.0
-    clamped = [_points(edge) - (0.0, top) for edge in profile.edges if edge.name == "fixed"] if held else []
-    struck_lines = [line - (0.0, top) for line in lines]
-    whole = struck_arc is None
-    port = () if on_axis else (arc(bore),)
-    base = min(z for _, z in corners) - top
-    around = max(z for r, z in corners if r > outer * (1 - 1e-9)) - top
-    sizes = [
-        Size("section", 0, -outer, outer, base, f"Ø {length_text(2 * outer)}"),
-        Size("section", 1, base, 0.0, outer, length_text(-base)),
-    ]
-    if not on_axis:
-        sizes.append(Size("section", 0, -bore, bore, base, f"port Ø {length_text(2 * bore)}"))
-    if inner_struck > 0:
-        text = f"contact {length_text(outer_struck - inner_struck)}"
-        sizes.append(Size("section", 0, inner_struck, outer_struck, 0.0, text))
+    lines = {key: [_points(edge) for edge in profile.edges if edge.name == key] for key in ("contact", "fixed")}
+    top = np.array([0.0, np.concatenate(lines["contact"])[:, 1].max()])
+    struck, clamped = ([line - top for line in lines[key]] for key in ("contact", "fixed"))
+    corners, outer = np.array([edge.start for edge in profile.edges]) - top, profile.outer_radius
+    (bore, base), (first, _) = corners.min(axis=0).tolist(), np.concatenate(struck).min(axis=0).tolist()
+    last, around = (
+        float(np.concatenate(struck)[:, 0].max()),
+        float(corners[corners[:, 0] > outer * (1 - 1e-9), 1].max()),
+    )
+    first = 0.0 if first < 1e-9 * outer else first
+    port = (arc(bore),) if bore else ()
+    sizes = [Size("section", 0, -outer, outer, base, "Ø {}"), Size("section", 1, base, 0.0, outer)]
+    if bore:
+        sizes.append(Size("section", 0, -bore, bore, base, "port Ø {}"))
+    if first:
+        sizes.append(Size("section", 0, first, last, 0.0, "contact {}"))
     else:
-        sizes.append(Size("section", 0, -outer_struck, outer_struck, 0.0, f"struck Ø {length_text(2 * outer_struck)}"))
-    if inner_struck > 0 and -1e-9 > around > base:
-        sizes.append(Size("section", 1, around, 0.0, outer_struck, f"lip {length_text(-around)} high"))
-    edges = [arc(r) for r in sorted({round(r, 9) for r, z in corners if r > 0 and z - top > base + 1e-9})]
-    contact: Loops = (arc(outer_struck), *((arc(inner_struck),) if inner_struck else ()))
+        sizes.append(Size("section", 0, -last, last, 0.0, "struck Ø {}"))
+    if first and -1e-9 > around > base:
+        sizes.append(Size("section", 1, around, 0.0, last, "lip {} high"))
+    contact: Loops = (arc(last), *((arc(first),) if first else ()))
     if struck_arc is not None:
-        ends = arc(outer_struck, -struck_arc / 2, struck_arc), arc(inner_struck, struck_arc / 2, -struck_arc)
-        contact = (np.concatenate(ends),)
+        contact = (np.concatenate([arc(last, -struck_arc / 2, struck_arc), arc(first, struck_arc / 2, -struck_arc)]),)
+    raised = corners[(corners[:, 0] > 0) & (corners[:, 1] > base + 1e-9), 0]
     views = BodyViews(
         name,
         section=_section(profile, top),
-        struck=(*struck_lines, *(line * mirror for line in struck_lines if whole)),
-        held=(*clamped, *(line * mirror for line in clamped)),
-        plan=(arc(outer), *(() if on_axis else (arc(bore),))),
-        edges=tuple(np.concatenate([edge, edge[:1]]) for edge in edges),
+        struck=(*struck, *(line * MIRROR for line in struck if struck_arc is None)),
+        held=tuple(line * way for way in (1.0, MIRROR) for line in clamped if held),
+        plan=(arc(outer), *port),
+        edges=closed(arc(radius) for radius in np.unique(raised.round(9)).tolist()),
         contact=contact,
         port=port,
         sizes=tuple(sizes),
     )
-    return views if whole else views.moved(-(inner_struck + outer_struck) / 2)
+    return views if struck_arc is None else replace(views.moved(-(first + last) / 2), origin=views.origin)
 
 
-def _section(profile: Profile, top: float) -> Loops:
+def _section(profile: Profile, top: Array) -> Loops:
     """Return the loops of both half sections, of one with a side on the axis a single loop."""
-    mirror, edges = (-1.0, 1.0), list(profile.edges)
+    edges = list(profile.edges)
     on_axis = [k for k, edge in enumerate(edges) if edge.start[0] == edge.end[0] == 0.0]
     if not on_axis:
-        half = np.concatenate([_points(edge)[:-1] for edge in edges]) - (0.0, top)
-        return half, half * mirror
+        half = np.concatenate([_points(edge)[:-1] for edge in edges]) - top
+        return half, half * MIRROR
     after = edges[on_axis[-1] + 1 :] + edges[: on_axis[0]]
-    side = np.concatenate([*(_points(edge)[:-1] for edge in after), [after[-1].end]]) - (0.0, top)
-    return (np.concatenate([side, side[-2:0:-1] * mirror]),)
+    side = np.concatenate([*(_points(edge)[:-1] for edge in after), [after[-1].end]]) - top
+    return (np.concatenate([side, side[-2:0:-1] * MIRROR]),)
 
 
 def _points(edge: Edge) -> Array:
@@ -277,55 +285,58 @@ def _points(edge: Edge) -> Array:
     return arc(math.dist(edge.centre, edge.start), start, turn, edge.centre)
 
 
+def _extruded(name: str, plan: Loops, thickness: float, y: float = 0.0, **others: Any) -> BodyViews:
+    """Return the views of what is as thick everywhere, cut beside the height ``y`` [m]: clamped where the section
+    crosses lines ``clamp`` in plan; ``others``: fields of the views."""
+    y += BESIDE * float(np.ptp(plan[0]))
+    cut, touching = (crossings(loops, y).reshape(-1, 2).tolist() for loops in (plan, others.get("contact", ())))
+    return BodyViews(
+        name,
+        section=tuple(box((low, -thickness), (high, 0.0)) for low, high in cut),
+        struck=tuple(np.array([(low, 0.0), (high, 0.0)]) for low, high in touching),
+        plan=plan,
+        **{
+            "held": tuple(
+                np.array([(x, -thickness), (x, 0.0)]) for x in np.unique(crossings(others.get("clamp", ()), y))
+            )
+        }
+        | others,
+    )
+
+
 def of_prism(name: str, sides: tuple[float, float], patch: tuple[float, float] | None, height: float) -> BodyViews:
     """Return the views of an upright block of half ``sides`` along x and y [m], struck on all of its top or on a patch
     of half the sides ``patch``, clamped below."""
-    x, y = sides
-    px, py = sides if patch is None else patch
-    sizes = [
-        Size("section", 0, -x, x, -height, length_text(2 * x)),
-        Size("section", 1, -height, 0.0, x, length_text(height)),
-        Size("plan", 1, -y, y, x, length_text(2 * y)),
-    ]
+    (x, y), (px, py) = sides, patch or sides
+    sizes = [Size("section", 0, -x, x, -height), Size("section", 1, -height, 0.0, x), Size("plan", 1, -y, y, x)]
     if patch is not None:
-        sizes.append(Size("section", 0, -px, px, 0.0, f"struck {length_text(2 * px)} x {length_text(2 * py)}"))
-    plan, contact = (box((-half[0], -half[1]), half) for half in (sides, (px, py)))
-    held = (np.array([(-x, -height), (x, -height)]),)
-    return _extruded(name, (plan,), (contact,), height, BESIDE * x, held=held, sizes=tuple(sizes))
+        sizes.append(Size("section", 0, -px, px, 0.0, f"struck {{}} x {length_text(2 * py)}"))
+    plan, contact = (box((-a, -b), (a, b)) for a, b in (sides, (px, py)))
+    below = (np.array([(-x, -height), (x, -height)]),)
+    return _extruded(name, (plan,), height, contact=(contact,), held=below, sizes=tuple(sizes))
 
 
-def _extruded(name: str, plan: Loops, contact: Loops, thickness: float, y: float, **others: Any) -> BodyViews:
-    """Return the views of what is as thick everywhere, cut at ``y`` [m]; ``others``: fields of the views."""
-    cut, touching = (crossings(loops, y).reshape(-1, 2).tolist() for loops in (plan, contact))
-    section = tuple(box((low, -thickness), (high, 0.0)) for low, high in cut)
-    struck = tuple(np.array([(low, 0.0), (high, 0.0)]) for low, high in touching)
-    return BodyViews(name, section=section, struck=struck, plan=plan, contact=contact, **others)
+def of_flat(name: str, plan: Loops, thickness: float, clamp: Loops = (), contact: Loops = ()) -> BodyViews:
+    """Return the views of a reed with loops ``plan`` about the place at which it touches [m], clamped along lines."""
+    (left, low), (right, high) = plan[0].min(axis=0).tolist(), plan[0].max(axis=0).tolist()
+    sizes = [
+        Size("section", 1, -thickness, 0.0, right, "t {}"),
+        Size("plan", 1, low, high, right),
+        Size("plan", 0, left, right, low),
+    ]
+    if len(clamp) and not np.array_equal(clamp[0][0], clamp[0][-1]):  # a straight edge
+        root = float(clamp[0][:, 0].mean())
+        if 1e-9 < abs(root) / (right - left) < 1 - 1e-9:
+            sizes.append(Size("plan", 0, min(root, 0.0), max(root, 0.0), 0.0))
+    return _extruded(name, plan, thickness, clamp=clamp, contact=contact, sizes=tuple(sizes), mirrored=True)
 
 
 def of_sheet(name: str, flat: Flat, contact: Loops) -> BodyViews:
     """Return the views of a flat sheet that touches with what lies in ``contact``, loops about its own centre [m]."""
-    centre = np.array(flat.centre)
-    loops = tuple(polygon(loop)[0] - centre for loop in flat.drawn)
-    t = flat.thickness
+    centre, edge = np.array(flat.centre), flat.held_loop
     ends = _clamped_ends(flat) - centre
-    low, high = loops[0].min(axis=0), loops[0].max(axis=0)
-    sizes = [Size("section", 1, -t, 0.0, float(high[0]), f"t {length_text(t)}")]
-    sizes.append(Size("plan", 1, float(low[1]), float(high[1]), float(high[0]), length_text(float(high[1] - low[1]))))
-    sizes.append(Size("plan", 0, float(low[0]), float(high[0]), float(low[1]), length_text(float(high[0] - low[0]))))
-    if len(ends):
-        root = float(ends[:, 0].mean())
-        sizes.append(Size("plan", 0, min(root, 0.0), max(root, 0.0), 0.0, length_text(abs(root))))
-    held: Loops = ()
-    if len(ends) and ends[0, 1] * ends[1, 1] < 0:  # the clamp crosses the section
-        x = float(np.interp(0.0, *(ends[np.argsort(ends[:, 1])].T[::-1])))
-        held = (np.array([(x, -t), (x, 0.0)]),)
-    clamp = (ends,) if len(ends) else ()
-    if (edge := flat.held_loop) is not None:
-        corners = polygon(edge)[0] - centre
-        clamp = (np.vstack([corners, corners[:1]]),)
-        held = tuple(np.array([(x, -t), (x, 0.0)]) for x in crossings(clamp, 0.0))
-    y = BESIDE * float(np.ptp(loops[0]))
-    return _extruded(name, loops, contact, t, y, held=held, clamp=clamp, sizes=tuple(sizes), mirrored=True)
+    clamp = ((ends,) if len(ends) else ()) if edge is None else closed([polygon(edge)[0] - centre])
+    return of_flat(name, tuple(polygon(loop)[0] - centre for loop in flat.drawn), flat.thickness, clamp, contact)
 
 
 def _clamped_ends(flat: Flat) -> Array:
@@ -336,6 +347,15 @@ def _clamped_ends(flat: Flat) -> Array:
         return np.zeros((0, 2))
     along = held[:, int(np.ptp(held[:, 1]) >= np.ptp(held[:, 0]))]
     return np.asarray(held[[int(np.argmin(along)), int(np.argmax(along))]])
+
+
+def of_beam(
+    name: str, widths: Sequence[tuple[float, float]], thickness: float, at: float, *, both_ends: bool = False
+) -> BodyViews:
+    """Return the views of a beam of ``widths`` [position, width] from its clamp on, met at the position ``at`` [m]."""
+    low, high = (np.array(widths) * (1.0, side) - (at, 0.0) for side in (-0.5, 0.5))
+    clamp = tuple(np.array([low[k], high[k]]) for k in ((0, -1) if both_ends else (0,)))
+    return of_flat(name, (np.concatenate([low, high[::-1]]),), thickness, clamp)
 
 
 def of_ported_plate(
@@ -355,58 +375,26 @@ def of_ported_plate(
         thickness: of the plate [m].
     """
     hole, land = radii
-    middle = ports[list(struck)].mean(axis=0)
-    openings = tuple(arc(hole) + centre - middle for centre in ports)
-    lands = tuple(arc(land) + centre - middle for centre in ports)
-    whole, within = outline - middle, rim - middle
-    y = BESIDE * float(np.ptp(whole)) + (0.0 if len(struck) == 1 else float((ports[struck[0]] - middle)[1]))
-    cut = crossings((whole, *openings), y)
+    centres = ports - ports[list(struck)].mean(axis=0)
+    whole, within = (loop - ports[list(struck)].mean(axis=0) for loop in (outline, rim))
+    openings, lands = (tuple(arc(radius) + centre for centre in centres) for radius in radii)
+    x, y = (0.0, 0.0) if len(struck) == 1 else centres[struck[0]].tolist()
+    cut, inner = (crossings([loop], y + BESIDE * float(np.ptp(whole))) for loop in (whole, within))
     first, last = float(cut[0]), float(cut[-1])
-    inner = crossings((within,), y)
-    own = ports[struck[0]] - middle
-    sizes = (
-        Size("section", 0, first, last, -thickness, length_text(last - first)),
-        Size("section", 1, -thickness, 0.0, last, length_text(thickness)),
-        Size("section", 0, own[0] - hole, own[0] + hole, -thickness, f"port Ø {length_text(2 * hole)}"),
-        Size("section", 0, own[0] + hole, own[0] + land, 0.0, f"land {length_text(land - hole)}"),
-    )
     sides = (first, inner[0]), (inner[-1], last)
     return _extruded(
         "valve plate",
         (whole, *openings),
-        tuple(loop for k in struck for loop in (lands[k], openings[k])),
         thickness,
         y,
+        contact=tuple(loop for k in struck for loop in (lands[k], openings[k])),
         held=tuple(np.array([(low, -thickness), (high, -thickness)]) for low, high in sides),
-        edges=tuple(np.concatenate([each, each[:1]]) for each in lands),
+        edges=closed(lands),
         port=tuple(openings[k] for k in struck),
-        sizes=sizes,
-    )
-
-
-def of_beam(
-    name: str, widths: Sequence[tuple[float, float]], thickness: float, at: float, *, both_ends: bool = False
-) -> BodyViews:
-    """Return the views of a beam of ``widths`` [position, width] from its clamp on, met at the position ``at`` [m]."""
-    x, half = np.array(widths).T
-    x, half = x - at, half / 2
-    loop = np.concatenate([np.column_stack([x, -half]), np.column_stack([x, half])[::-1]])
-    first, last, t = float(x[0]), float(x[-1]), thickness
-    clamped = (0, -1) if both_ends else (0,)
-    middle = float(half.max())
-    sizes = [
-        Size("section", 1, -t, 0.0, last, f"t {length_text(t)}"),
-        Size("plan", 0, first, last, -middle, length_text(last - first)),
-        Size("plan", 1, -middle, middle, last, length_text(2 * middle)),
-    ]
-    if last > 1e-9 * (last - first):
-        sizes.append(Size("plan", 0, first, 0.0, -middle, length_text(-first)))
-    return BodyViews(
-        name,
-        section=(box((first, -t), (last, 0.0)),),
-        held=tuple(np.array([(x[k], -t), (x[k], 0.0)]) for k in clamped),
-        plan=(loop,),
-        clamp=tuple(np.array([(x[k], -half[k]), (x[k], half[k])]) for k in clamped),
-        sizes=tuple(sizes),
-        mirrored=True,
+        sizes=(
+            Size("section", 0, first, last, -thickness),
+            Size("section", 1, -thickness, 0.0, last),
+            Size("section", 0, x - hole, x + hole, -thickness, "port Ø {}"),
+            Size("section", 0, x + hole, x + land, 0.0, "land {}"),
+        ),
     )

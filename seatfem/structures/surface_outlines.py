@@ -10,7 +10,7 @@ from impact.greens.base import Array
 from seatfem.structures import errors, lands
 from seatfem.structures.inspection.cad import Integers, Shape
 from seatfem.structures.outlines import BESIDE, BodyViews, Loops, Size, length_text
-from seatfem.structures.shapes.loops import chained, inside
+from seatfem.structures.shapes.loops import are_holes, chained, rim
 
 MOST_TRIANGLES: Final = 60_000
 """Most triangles of a surface that are filled in a plan; of a finer one the edges alone are drawn."""
@@ -53,55 +53,40 @@ def of_surface(name: str, surface: Surface) -> BodyViews:
     if surface.struck not in shape.groups or not len(shape.groups[surface.struck]):
         raise errors.ModelError(f"drawing: the body has no face {surface.struck!r} that could be struck; name one")
     axes, middle = frame_of(surface)
-    points = (shape.points - middle) @ axes.T
-    size = float(np.linalg.norm(shape.extent))
-    section = _cut(points[shape.triangles], size)
-    loops = chained(section, SAME * size)
-    depth = -float(points[np.unique(shape.triangles), 2].min())
+    points, size = (shape.points - middle) @ axes.T, float(np.linalg.norm(shape.extent))
+    seen, used = points[:, :2], points[np.unique(shape.triangles)]
+    (left, _, base), (right, _, _) = used.min(axis=0).tolist(), used.max(axis=0).tolist()
 
     def cut_group(names: Iterable[str]) -> Loops:
         rows = [shape.groups[each] for each in names if each in shape.groups]
         return tuple(_cut(points[shape.triangles[np.concatenate(rows)]], size)) if rows else ()
 
-    seen = points[:, :2]
     outline = chained(seen[shape.outline(surface.struck)], SAME * size)
-    triangles = seen[shape.triangles] if len(shape.triangles) <= MOST_TRIANGLES else None
-    edges = _face_edges(shape, surface.rows)
-    edges = edges[points[edges][:, :, 2].mean(axis=1) > -ABOVE * depth]
+    rims = (rim(shape.triangles[part]) for part in surface.rows)  # of its faces
+    edges = np.unique(np.concatenate([np.zeros((0, 2), dtype=np.int64), *rims]), axis=0)
     clamp = [
         seen[shape.outline(each)]
         for each in surface.held
-        if each in shape.groups and points[shape.triangles[shape.groups[each]], 2].mean() > -ABOVE * depth
+        if each in shape.groups and points[shape.triangles[shape.groups[each]], 2].mean() > ABOVE * base
     ]
-    used = seen[np.unique(shape.triangles)]
-    low, high = used.min(axis=0), used.max(axis=0)
-    struck = np.concatenate(outline)
-    span = float(np.ptp(struck[:, 0])), float(np.ptp(struck[:, 1]))
-    sizes = (
-        Size("section", 1, -depth, 0.0, float(high[0]), length_text(depth)),
-        Size("section", 0, float(low[0]), float(high[0]), -depth, length_text(float(high[0] - low[0]))),
-        Size(
-            "section",
-            0,
-            float(struck[:, 0].min()),
-            float(struck[:, 0].max()),
-            0.0,
-            f"struck face {length_text(span[0])} x {length_text(span[1])}",
-        ),
-    )
+    (first, low), (last, high) = (end(np.concatenate(outline), axis=0).tolist() for end in (np.min, np.max))
     return BodyViews(
         name,
         note=_turned_words(axes),
-        section=tuple(loops),
+        section=tuple(chained(_cut(points[shape.triangles], size), SAME * size)),
         struck=cut_group([surface.struck]),
         held=cut_group(surface.held),
         bedded=cut_group(surface.bedded),
-        triangles=triangles,
-        edges=tuple(seen[edges]),
+        triangles=seen[shape.triangles] if len(shape.triangles) <= MOST_TRIANGLES else None,
+        edges=tuple(seen[edges[points[edges][:, :, 2].mean(axis=1) > ABOVE * base]]),
         contact=tuple(outline),
-        port=_holes(outline),
+        port=tuple(loop for loop, is_hole in zip(outline, are_holes(outline), strict=True) if is_hole),
         clamp=tuple(line for lines in clamp for line in lines),
-        sizes=sizes,
+        sizes=(
+            Size("section", 1, base, 0.0, right),
+            Size("section", 0, left, right, base),
+            Size("section", 0, first, last, 0.0, f"struck face {{}} x {length_text(high - low)}"),
+        ),
     )
 
 
@@ -149,28 +134,6 @@ def _cut(corners: Array, size: float) -> Array:
         share = (a / (a - b))[:, None]
         ends.append(corners[each, alone] + share * (corners[each, other] - corners[each, alone]))
     return np.stack(ends, axis=1)[:, :, [0, 2]]
-
-
-def _face_edges(shape: Shape, rows: tuple[Integers, ...]) -> Integers:
-    """Return the (e, 2) edges between triangles of different faces."""
-    face = np.full(len(shape.triangles), -1)
-    for number, part in enumerate(rows):
-        face[part] = number
-    sides = np.sort(shape.triangles[:, [[0, 1], [1, 2], [2, 0]]], axis=2).reshape(-1, 2)
-    owner = np.repeat(face, 3)
-    order = np.lexsort((owner, sides[:, 1], sides[:, 0]))
-    sides, owner = sides[order], owner[order]
-    same = np.all(sides[1:] == sides[:-1], axis=1)
-    return np.asarray(sides[1:][same & (owner[1:] != owner[:-1])])
-
-
-def _holes(outline: Sequence[Array]) -> Loops:
-    """Return loops that lie within another one: the openings that a struck face surrounds."""
-    return tuple(
-        loop
-        for loop in outline
-        if sum(bool(inside([other], loop[:1])[0]) for other in outline if other is not loop) % 2 == 1
-    )
 
 
 def struck_side_problem(

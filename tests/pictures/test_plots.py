@@ -108,7 +108,7 @@ def test_every_figure_is_a_whole_png_and_leaves_the_settings_alone(
     plots.plot_force(*runs, tmp_path / "force.png")
     plots.plot_motion(*runs, tmp_path / "motion.png")
     plots.plot_energy(runs[0], tmp_path / "energy.png")
-    plot_greens(modal, tmp_path / "greens.png", duration=1e-4, width=2e-6, reference=modal)
+    plot_greens(modal, tmp_path / "greens.png", duration=1e-4, width=2e-6)
     assert dict(matplotlib.rcParams) == before
     assert sorted(p.name for p in tmp_path.iterdir()) == ["energy.png", "force.png", "greens.png", "motion.png"]
     for picture in tmp_path.iterdir():
@@ -417,19 +417,6 @@ def test_landings_without_their_numbers_and_beyond_ten_are_not_marked() -> None:
     many = [record(number, float(number), 1e-4 * number) for number in range(1, 15)]
     assert [mark.number for mark in landing_marks(many)] == list(range(14, 4, -1))
     assert landing_marks([record(1, 1.0, 0.0) | {"duration_s": None}, {"body": "seat"}]) == ()
-
-
-@pytest.mark.slow
-def test_powers_of_ten_at_axes_need_no_parser_of_tex(tmp_path: Path) -> None:
-    with sheet(tmp_path / "axes.png", 4, 2) as figure:
-        linear, powers = figure.subplots(1, 2)
-        linear.plot([0, 2e7], [-3e-5, 4e-5])
-        powers.loglog([1e-3, 2e2], [1.5e-2, 0.11])
-    offsets = [axis.get_offset_text().get_text() for axis in (linear.xaxis, linear.yaxis)]
-    assert offsets == ["×10⁷", "×10⁻⁵"]
-    assert {"−2", "4"} <= {label.get_text() for label in linear.get_yticklabels()}
-    assert {"10⁻²", "10²"} <= {label.get_text() for label in powers.get_xticklabels()}
-    assert "2×10⁻²" in {label.get_text() for label in powers.get_yticklabels(which="both")}
 
 
 @pytest.mark.slow

@@ -71,12 +71,12 @@ def test_every_example_is_drawn_with_its_sizes(name: str, tmp_path: Path) -> Non
     expected = (title, "Plan, seen from above", "contact face", *SAID.get(name, ()))
     assert [words for words in expected if words not in said] == [], said
     assert [path.name for path in tmp_path.iterdir()] == ["drawing.svg"]
-    if layout.reed.views.section:  # it lies above the seat, by the gap and no more
-        heights = np.concatenate(layout.reed.views.section)[:, 1]
-        assert heights.min() == pytest.approx(0.0, abs=1e-9)
-        assert heights.max() > 0
-    if layout.seat.views.section:
-        assert np.concatenate(layout.seat.views.section)[:, 1].max() == pytest.approx(0.0, abs=1e-6)
+    if layout.reed.section:  # it lies above the seat, by the gap and no more
+        heights = np.concatenate(layout.reed.section)[:, 1]
+        assert heights.min() == pytest.approx(layout.gap, abs=1e-9)
+        assert heights.max() > layout.gap
+    if layout.seat.section:
+        assert np.concatenate(layout.seat.section)[:, 1].max() == pytest.approx(0.0, abs=1e-6)
 
 
 def sizes_of(views: BodyViews) -> dict[str, float]:
@@ -92,30 +92,30 @@ def test_the_suction_valve_in_numbers() -> None:
     )
     assert cover_note(layout) == ""
     assert "covers 50 %" in cover_note(layout_of(example("suction_valve", contact__at="34 mm")))
-    sizes = sizes_of(layout.seat.views)
+    sizes = sizes_of(layout.seat)
     assert sizes["port Ø 9 mm"] == pytest.approx(9e-3)
     assert sizes["lip 1 mm wide"] == pytest.approx(1e-3)
     assert sizes["lip 0.5 mm high"] == pytest.approx(0.5e-3)
     assert sizes["8.5 mm"] == pytest.approx(8.5e-3)
     # cut: two halves from the bore to the rim, below the struck face
-    assert crossings(layout.seat.views.section, -4e-3) == pytest.approx([-12e-3, -4.5e-3, 4.5e-3, 12e-3], abs=1e-9)
-    assert crossings(layout.seat.views.section, -0.2e-3) == pytest.approx([-5.5e-3, -4.5e-3, 4.5e-3, 5.5e-3], abs=1e-9)
+    assert crossings(layout.seat.section, -4e-3) == pytest.approx([-12e-3, -4.5e-3, 4.5e-3, 12e-3], abs=1e-9)
+    assert crossings(layout.seat.section, -0.2e-3) == pytest.approx([-5.5e-3, -4.5e-3, 4.5e-3, 5.5e-3], abs=1e-9)
     # reed: from its clamp to its tip, 6 mm beyond the port's middle
-    assert np.concatenate(layout.reed.views.plan).min(axis=0) == pytest.approx([-28e-3, -6e-3])
-    assert np.concatenate(layout.reed.views.plan).max(axis=0) == pytest.approx([6e-3, 6e-3])
-    assert layout.stopper.height == pytest.approx(1.8e-3)
+    assert np.concatenate(layout.reed.plan).min(axis=0) == pytest.approx([-28e-3, -6e-3])
+    assert np.concatenate(layout.reed.plan).max(axis=0) == pytest.approx([6e-3, 6e-3])
+    assert layout.bodies["stopper"].origin[2] == pytest.approx(1.8e-3)
 
 
 def test_a_flapper_lies_on_the_middle_of_its_port() -> None:
     layout = layout_of(example("tilted_landing"))
-    outline, face = layout.reed.views.plan, layout.seat.views.contact
+    outline, face = layout.reed.plan, layout.seat.contact
     assert inside(outline, np.concatenate(face)).all()
-    (clamp,) = layout.reed.views.clamp
+    (clamp,) = layout.reed.clamp
     assert sorted(clamp.tolist()) == pytest.approx(np.array([(-22.416e-3, -4e-3), (-22.416e-3, 4e-3)]), abs=1e-6)
     assert len(layout.arcs) == 96
     assert np.hypot(*layout.arcs[:, 0].T) == pytest.approx(5e-3)
     (tilt,) = layout.tilts
-    assert (tilt.body.role, tilt.angle, tilt.axis) == ("seat", pytest.approx(math.radians(0.3)), 0.0)
+    assert (tilt.role, tilt.angle, tilt.axis) == ("seat", pytest.approx(math.radians(0.3)), 0.0)
     assert tilt.nearest == pytest.approx([0.0, -6e-3], abs=1e-4)  # the height rises with y
     assert len(layout_of(example("tilted_landing"), Division(16, 3)).arcs) == 16  # as a plan chose them
 
@@ -124,7 +124,7 @@ def test_the_tilt_of_a_stopper_is_drawn(tmp_path: Path) -> None:
     """The drawing has the tilt's axis and a dot where the reed is met first, on the other side for minus."""
     for degrees, side in ((0.1, -1), (-0.1, 1)):
         *_, tilt = layout_of(example("kidney_landing", stopper__tilt=f"{degrees} deg")).tilts
-        assert (tilt.body.role, tilt.angle) == ("stopper", pytest.approx(math.radians(degrees)))
+        assert (tilt.role, tilt.angle) == ("stopper", pytest.approx(math.radians(degrees)))
         across = np.array([-math.sin(tilt.axis), math.cos(tilt.axis)])
         assert side * (tilt.nearest @ across) == pytest.approx((side * tilt.corners @ across).max())
         assert side * (tilt.nearest @ across) > 0.5e-3
@@ -135,8 +135,8 @@ def test_the_tilt_of_a_stopper_is_drawn(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_a_mesh_is_cut_as_the_seat_that_it_was_made_of() -> None:
     """meshes/annular_seat.msh is a seat of 4 mm bore: both sections enclose the same places."""
-    drawn = layout_of(example("flapper_on_annular_seat")).seat.views
-    meshed = layout_of(example("mass_on_meshed_seat")).seat.views
+    drawn = layout_of(example("flapper_on_annular_seat")).seat
+    meshed = layout_of(example("mass_on_meshed_seat")).seat
     x, z = np.linspace(-12.9e-3, 13.1e-3, 53), np.linspace(-8.9e-3, 0.33e-3, 30)  # no corner among them
     points = np.stack(np.meshgrid(x, z), axis=-1).reshape(-1, 2)
     clear = np.abs(np.abs(points[:, 0]) - 4e-3) > 0.2e-3  # its bore is in chords
@@ -147,7 +147,7 @@ def test_a_mesh_is_cut_as_the_seat_that_it_was_made_of() -> None:
 
 
 def test_a_part_from_cad_is_cut_with_its_boss_and_bore() -> None:
-    views = layout_of(example("flapper_on_valve_body")).seat.views
+    views = layout_of(example("flapper_on_valve_body")).seat
     assert crossings(views.section, -3e-3) == pytest.approx([-10e-3, -4e-3, 4e-3, 10e-3], rel=0.01)
     assert views.bedded
     assert not views.note
@@ -164,13 +164,13 @@ def test_a_part_that_is_struck_from_below_is_drawn_upside_down(tmp_path: Path) -
     (tmp_path / "scene.toml").write_text(text, encoding="utf-8")
     layout = layout_of(load_scene(tmp_path / "scene.toml"))
     assert "upside down" in layout.notes[0]
-    boss = crossings(layout.seat.views.section, -11e-3)
+    boss = crossings(layout.seat.section, -11e-3)
     assert (boss.min(), boss.max()) == pytest.approx((-10e-3, 10e-3), rel=0.01)
 
 
 @pytest.mark.slow
 def test_turning_over_twice_changes_nothing() -> None:
-    part = layout_of(example("kidney_landing")).seat.views
+    part = layout_of(example("kidney_landing")).seat
     beam = of_beam("beam", ((0.0, 8e-3), (20e-3, 4e-3)), 0.3e-3, 15e-3)
     for views in (part, beam):
         again = views.turned_over().turned_over()
@@ -187,7 +187,7 @@ def test_turning_over_twice_changes_nothing() -> None:
 
 def test_the_share_below_a_reed() -> None:
     """A ring of 4 to 5 mm below a beam as wide as its bore, up to the middle, is covered by asin(2/4.5)/pi."""
-    seat = layout_of(example("flapper_on_annular_seat")).seat.views
+    seat = layout_of(example("flapper_on_annular_seat")).seat
     reed = of_beam("beam", ((0.0, 4e-3), (20e-3, 4e-3)), 0.3e-3, 20e-3).turned_over()
     mean = math.asin(2 / 4.5) / math.pi
     assert covered_share(seat, reed, (0.0, 0.0)) == pytest.approx(mean, rel=0.05)
@@ -205,8 +205,8 @@ def test_sizes_are_kept_apart(tmp_path: Path) -> None:
     """Dimensions of one row of the drawing do not meet, and no words begin beyond the sheet."""
     layout = layout_of(example("kidney_landing"))
     many = tuple(Size("section", 0, -k * 1e-3, k * 1e-3, -7e-3, f"width number {k}") for k in range(1, 9))
-    seat = replace(layout.seat, views=replace(layout.seat.views, sizes=many))
-    draw_layout(replace(layout, seat=seat), tmp_path / "many.svg")
+    bodies = {**layout.bodies, "seat": replace(layout.seat, sizes=many)}
+    draw_layout(replace(layout, bodies=bodies), tmp_path / "many.svg")
     text = (tmp_path / "many.svg").read_text(encoding="utf-8")
     places = re.findall(r'<text[^>]*?x="([\d.]+)" y="([\d.]+)"[^>]*>width number', text)
     assert len(places) == 8

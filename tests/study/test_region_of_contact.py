@@ -258,7 +258,7 @@ def test_a_strip_is_met_as_far_as_the_reed_is_wide(tmp_path: Path) -> None:
     assert there[0] == pytest.approx(other[0], rel=0.02)
     assert there[1:] == pytest.approx(other[1:], rel=2e-3)
     drawn = layout_of(longer, line.division)
-    assert np.abs(np.concatenate(drawn.seat.views.contact)).max(axis=0) == pytest.approx([0.5e-3, 6e-3], rel=2e-3)
+    assert np.abs(np.concatenate(drawn.seat.contact)).max(axis=0) == pytest.approx([0.5e-3, 6e-3], rel=2e-3)
     assert np.abs(drawn.arcs[..., 1]).max() < 6.01e-3
 
 

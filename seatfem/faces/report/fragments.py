@@ -8,9 +8,11 @@ import html
 import json
 import math
 import shlex
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
+
+from rich.table import Table
 
 from impact.files.safe_files import MB, read_bytes, read_text
 from impact.quantities import text
@@ -18,14 +20,10 @@ from seatfem import readings, results
 from seatfem.faces.report.asked import SCENE_COPY, changes_in
 from seatfem.faces.tables import time_line
 from seatfem.machine.doctor import installed_version
-from seatfem.results import IMPULSE, SEAT_STRESS, Group, asked, name_of, rows_of, words_of
+from seatfem.results import IMPULSE, SEAT_STRESS, Group, name_of, rows_of, words_of
 from seatfem.structures.cache import content_hash
 from seatfem.study.runs.pipeline import SUMMARY_FILE
 from seatfem.study.safety import source_in_words
-
-if TYPE_CHECKING:
-    from rich.table import Table
-
 
 MOST_TEXT: Final = 4 * MB
 
@@ -61,34 +59,30 @@ def text_of(path: Path) -> str:
 
 def html_table(table: Table) -> str:
     """Return a table as HTML: cells of text, sections, bold rows as headings, and the caption."""
-    columns, attributes = [], []
-    for column in table.columns:
-        columns.append([str(cell) for cell in column.cells])
-        attributes.append(' class="number"' if column.justify == "right" else "")
-    heads = [str(column.header) for column in table.columns]
-    begins, rows = False, []
-    for row, cells in zip(table.rows, zip(*columns, strict=True), strict=True):
-        kind = " ".join(name for name, is_so in (("section", begins), ("heading", row.style == "bold")) if is_so)
-        rows.append(_row("td", cells, attributes, kind))
-        begins = row.end_section
+    attributes = [' class="number"' if column.justify == "right" else "" for column in table.columns]
+
+    def row(tag: str, cells: Iterable[object], kind: str = "") -> str:
+        pairs = zip(cells, attributes, strict=True)
+        inside = "".join(f"<{tag}{with_}>{html.escape(str(cell))}</{tag}>" for cell, with_ in pairs)
+        return f'<tr class="{kind}">{inside}</tr>'
+
+    head, rows, begins = row("th", (column.header for column in table.columns)), list[str](), False
+    for each, cells in zip(table.rows, zip(*(column.cells for column in table.columns), strict=True), strict=True):
+        kinds = (("section", begins), ("heading", each.style == "bold"))
+        rows.append(row("td", cells, " ".join(name for name, is_so in kinds if is_so)))
+        begins = each.end_section
     lines = "<br>".join(map(html.escape, str(table.caption or "").splitlines()))
     caption = f'<p class="soft">{lines}</p>' if lines else ""
-    return _whole(_row("th", heads, attributes), rows) + caption
+    whole = f"<table><thead>{head}</thead><tbody>{''.join(rows)}</tbody></table>"
+    return f'<div class="scroll">{whole}</div>{caption}'
 
 
-def html_rows(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+def html_rows(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """Return an HTML table of rows of text under their headers."""
-    plain = [""] * len(heads)
-    return _whole(_row("th", heads, plain), [_row("td", row, plain) for row in rows])
-
-
-def _row(tag: str, cells: Sequence[str], attributes: Sequence[str], kind: str = "") -> str:
-    inside = (f"<{tag}{with_}>{html.escape(cell)}</{tag}>" for cell, with_ in zip(cells, attributes, strict=True))
-    return f'<tr class="{kind}">{"".join(inside)}</tr>'
-
-
-def _whole(head: str, rows: Sequence[str]) -> str:
-    return f'<div class="scroll"><table><thead>{head}</thead><tbody>{"".join(rows)}</tbody></table></div>'
+    table = Table(*heads)
+    for row in rows:
+        table.add_row(*row)
+    return html_table(table)
 
 
 def hot_spots(summary: Mapping[str, Any]) -> str:
@@ -149,11 +143,7 @@ def omissions(summary: readings.Summary) -> Iterator[str]:
         yield f"Not included in the uncertainty: {left_out}."
     for (words, group), names in _numbers_without_bar(summary).items():
         yield f"{words} ({results.HEADINGS[group].replace('{step}', '')}): {'; '.join(names)}."
-    landed = summary.get(results.LANDING_TIME) is not None
-    empty = [
-        key for key in asked(summary) if summary.get(key) is None and (landed or not key.startswith(results.LANDING))
-    ]
-    if empty:
+    if empty := results.without_value(summary):
         yield f"Asked for, but without a value in this run: {', '.join(name_of(key, summary) for key in empty)}."
     if summary.get("accuracy_met") is False and (reason := str(summary.get("accuracy_stopped_because") or "")):
         yield f"The accuracy asked for was missed, and no further round followed: {reason}."

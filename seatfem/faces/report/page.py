@@ -17,6 +17,7 @@ from impact.names import how_to_mend
 from impact.quantities import percent
 from impact.storage.hdf5 import load_greens, load_results
 from seatfem import readings, results
+from seatfem.faces.plan_view import table_of
 from seatfem.faces.report import figures as draw
 from seatfem.faces.report.asked import PLAN_FILE, SCENE_COPY
 from seatfem.faces.report.checked import weak_coverage, who_checked
@@ -38,6 +39,7 @@ from seatfem.faces.report.fragments import (
 from seatfem.faces.tables import landings_of, landings_table, result_table
 from seatfem.faces.verdict import LANDED, horizon, judged_words, lasting, pressed_on, simpler, verdict
 from seatfem.pictures.moving import KEPT, moving_bodies
+from seatfem.study.plan import Choice
 from seatfem.study.runs.pipeline import RESULT_FILE
 from seatfem.study.runs.rounds import SEAT_FILE
 from seatfem.study.safety import source_in_words
@@ -183,11 +185,7 @@ def _plan(text: str) -> Iterator[tuple[str, str]]:
     try:
         plan = json.loads(text)
         read = [[str(name), str(words)] for name, words in dict(plan.get("read", {})).items()]
-        rows = [
-            [str(each["key"]), str(each["value"]), "file" if each["given"] else "plan", margin, str(each["reason"])]
-            for each in plan["choices"]
-            for margin in (str(each.get("leaves", "")),)  # absent from plans of earlier versions
-        ]
+        choices = table_of(Choice(**each) for each in plan["choices"])
         notes = [str(note) for note in plan.get("notes", [])]
     except (ValueError, LookupError, TypeError, AttributeError) as error:
         yield "Plan and its reasons", f"<p>{PLAN_FILE} cannot be read: {html.escape(str(error))}</p>"
@@ -195,10 +193,7 @@ def _plan(text: str) -> Iterator[tuple[str, str]]:
     items = "".join(f"<li>{html.escape(note)}</li>" for note in notes)
     if read:
         yield "What was read", html_rows(("", ""), read)
-    yield (
-        "Plan and its reasons",
-        html_rows(("key", "value", "from", "error left", "why"), rows) + (f"<ul>{items}</ul>" if items else ""),
-    )
+    yield "Plan and its reasons", html_table(choices) + (f"<ul>{items}</ul>" if items else "")
 
 
 def _state(summary: Mapping[str, Any]) -> str:

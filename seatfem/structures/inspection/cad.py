@@ -119,9 +119,7 @@ class Shape:
 
     def outline(self, group: str) -> Integers:
         """Return the (e, 2) edges that bound the group."""
-        rows = self.triangles[self.groups[group]]
-        edges = np.sort(np.concatenate([rows[:, [0, 1]], rows[:, [1, 2]], rows[:, [2, 0]]]), axis=1)
-        return loops.unshared(edges)
+        return loops.rim(self.triangles[self.groups[group]])
 
     def width(self, group: str) -> float:
         """Return twice the area over the length of the outline [m]: the width of a ring, the radius of a disc."""

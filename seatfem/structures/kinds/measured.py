@@ -199,6 +199,11 @@ file = "response.csv"
         read_as = self.response().origin.get("read_as")
         return () if read_as is None else (f"read as {read_as}",)
 
+    def counted(self) -> str:
+        frequency = self.response().frequency
+        first, last = (write_quantity(float(end), "frequency") for end in (frequency[0], frequency[-1]))
+        return f"response at {len(frequency)} frequencies, {first} to {last}"
+
     @property
     def measured(self) -> structure.Measured | None:
         return self

@@ -81,6 +81,15 @@ class Striking(Table):
         """Return the contact face of this body."""
         return Face()
 
+    @property
+    def spring_points(self) -> Array | None:
+        """Return the default places (n, 2) of springs relative to the contact's centre [m]; ``None``: the centre."""
+        return None
+
+    def from_root(self, at: float | None) -> float | None:
+        """Return the distance of the contact from the root [m], ``at`` where a scene states it."""
+        return at
+
     def start_at(self, at: float | None) -> float:
         """Return the initial deflection away from the seat [m] at the distance ``at`` from the root; ``None``: at the
         contact."""
@@ -407,7 +416,7 @@ class Structure(Striking):
     # Estimates before its Green's function is computed
 
     def counted(self) -> str:
-        """Return in words which part of its file it is; "" where it is all of it. Raises as `patch`."""
+        """Return in words what was read of its file, "" if nothing has to be said. Raises as `patch`."""
         return ""
 
     def patch(self) -> Patch | None:

@@ -218,10 +218,9 @@ class ThinPlate(motion.Moving):
         about = {"seat_model": f"Mindlin plate, {len(modes.omega)} modes", "seat_dof": model.size}
         return Solved(solved.greens, model=model, modes=modes, about=about)
 
-    @property
-    def spring_points(self) -> Array | None:
-        """Return the default places (n, 2) of springs relative to the contact's centre [m]; ``None``: the centre."""
-        return None
+    def from_root(self, at: float | None) -> float | None:
+        shape = self.geometry()
+        return shape.centre[0] if shape.is_clamped else at
 
     def heights(self, points: Array) -> Array:
         """Return the (n,) heights of the stress-free shape over the flat plate, at points (n, 2) relative to the centre

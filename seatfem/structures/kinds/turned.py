@@ -141,9 +141,8 @@ lip_width = "1 mm"
         """Return the outlines, dimensioned with the widths of the lip and of its flat top."""
         views, shape = super().views(at), self.geometry()
         edge = shape.lip_edge_radius if shape.lip_height else 0.0
-        flat = next(size for size in views.sizes if size.text.startswith("contact"))
-        text = f"lip {length_text(shape.lip_width)} wide"
-        lip = replace(flat, low=flat.low - edge, high=flat.high + edge, text=text)
+        flat = next(size for size in views.sizes if size.words.startswith("contact"))
+        lip = replace(flat, low=flat.low - edge, high=flat.high + edge, words="lip {} wide")
         sizes = (*(size for size in views.sizes if size is not flat), *((flat,) if edge else ()), lip)
         return replace(views, sizes=sizes)
 
@@ -242,7 +241,7 @@ damping_ratio = 0.005
 
     def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
         radius = self.diameter / 2
-        diameter = Size("plan", 1, -radius, radius, radius, f"Ø {length_text(self.diameter)}")
+        diameter = Size("plan", 1, -radius, radius, radius, "Ø {}")
         return replace(super().views(at), sizes=(diameter,))
 
     def pushed_at(self, body: Body, place: float | Array | None, by: structure.Push = "force") -> Array:

@@ -226,6 +226,11 @@ def unshared(sides: NDArray[np.int64]) -> NDArray[np.int64]:
     return np.asarray(sides[first[count == 1]])
 
 
+def rim(triangles: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the edges (k, 2), numbers rising, that belong to only one of the triangles (m, 3)."""
+    return unshared(np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1))
+
+
 def curve_loop(occ: Any, loop: Array) -> int:
     """Return the tag of a curve loop (millimetres), added to the given gmsh OpenCASCADE model."""
     fine = np.concatenate(
@@ -275,6 +280,11 @@ def inside(loops: Iterable[Array], points: Array) -> NDArray[np.bool_]:
 def holds(corners: Array, point: Sequence[float] | Array) -> bool:
     """Return whether a point lies inside a polygon."""
     return bool(inside([corners], np.asarray(point, dtype=float)[None])[0])
+
+
+def are_holes(loops: Sequence[Array]) -> list[bool]:
+    """Return for each polygon whether it lies within an odd number of the others."""
+    return [bool(inside([other for other in loops if other is not loop], loop[:1])[0]) for loop in loops]
 
 
 def polygon_area(corners: Array) -> float:

@@ -1,7 +1,7 @@
 """The drawing of a scene as data for `seatfem.pictures.layout`: bodies in their places, loads and motions in words."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
@@ -11,11 +11,11 @@ import numpy as np
 from impact.greens.base import Array
 from impact.quantities import percent
 from seatfem.pictures import scene_drawing
-from seatfem.pictures.layout import Action, Layout, Placed, Tilt, Way
+from seatfem.pictures.layout import NOMINAL, Action, Layout, Tilt, Way
 from seatfem.structures.errors import ModelError
 from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.structure import is_curved
-from seatfem.structures.outlines import BodyViews, Loops, crossings, length_text, round_sizes
+from seatfem.structures.outlines import BodyViews, Loops, covered_share, crossings, length_text, round_sizes
 from seatfem.structures.rings import Division
 from seatfem.study.scene import ContactGeometry, Scene, drives, files
 from seatfem.study.scene.drives import Wave
@@ -41,29 +41,21 @@ def layout_of(scene: Scene, division: Division | None = None) -> Layout:
     """
     contact, reed, stopper = scene.contact, scene.reed, scene.stopper
     at = scene.geometry.own_place
-    shape = None if reed.thin_plate is None else reed.thin_plate.geometry()
-    root = shape.centre[0] if shape is not None and shape.is_clamped else at  # distance from the contact's middle
-    seen = reed.views(at).turned_over()
-    thickness = max((float(loop[:, 1].max()) for loop in seen.section), default=0.0)
+    root = reed.from_root(at)
+    seen = reed.views(at).turned_over().moved(0.0, z=contact.gap)
     stated = division or Division(contact.ports or 1, contact.rings)
     if stated.arcs > 1 or scene.geometry.region() is not None:  # the contact is drawn on the struck face
         seen = replace(seen, contact=(), struck=())
-    stopper_body = None
-    if stopper is not None:
-        along = 0.0 if stopper.at is None or at is None else stopper.at - at
-        stopper_body = Placed(
-            "stopper",
-            stopper.body.views().turned_over(),
-            (along, 0.0),
-            contact.gap + thickness + scene.geometry.stopper_gap,
-        )
     views, overlap = scene.seat.views(), scene.geometry.segments()
     if overlap is not None and overlap.is_part:
         met = tuple(np.concatenate([a, b[::-1]]) for a, b in overlap.lines_across(2))
         cut = [np.array([(x, 0.0) for x in ends]) for ends in crossings(met, 0.01 * np.ptp(met[0])).reshape(-1, 2)]
         views = replace(views, contact=met, struck=tuple(cut))
-    seat = Placed("seat", views, contact.offset)
-    placed = Placed("reed", seen, height=contact.gap)
+    bodies = {"seat": views.moved(*contact.offset), "reed": seen}
+    if stopper is not None:
+        along = 0.0 if stopper.at is None or at is None else stopper.at - at
+        above = contact.gap + NOMINAL if seen.symbol else seen.heights[1]
+        bodies["stopper"] = stopper.body.views().turned_over().moved(along, z=above + scene.geometry.stopper_gap)
     low, high = seen.extent
     ends, during = (float(low[0]), float(high[0])), np.linspace(0.0, scene.run.duration, SAMPLES)
     springs = [(spring.words, _spring_places(spring, reed, root)) for spring in scene.spring]
@@ -74,40 +66,40 @@ def layout_of(scene: Scene, division: Division | None = None) -> Layout:
         *_other_actions(scene.wave, scene.base, scene.gas),
     )
     return Layout(
-        title=scene.title or f"{seen.name} on {seat.views.name}",
-        seat=seat,
-        reed=placed,
-        stopper=stopper_body,
+        title=scene.title or f"{seen.name} on {views.name}",
+        bodies=bodies,
         gap=contact.gap,
-        lift=None if stopper is None else scene.geometry.stopper_gap,
-        start=_start(reed, at),
+        lift=0.0 if stopper is None else scene.geometry.stopper_gap,
+        start=_start(reed, at, ends),
         actions=actions,
         springs=np.concatenate([np.zeros((0, 2)), *(places for _, places in springs)]),
-        arcs=_arcs(scene.geometry, stated),
-        tilts=tuple(_tilts(scene.geometry, seat, stopper_body, reed.views(at).contact)),
-        notes=tuple(_notes(scene.geometry, (seat, placed), stated, chosen=division is not None)),
+        arcs=_arcs(scene.geometry, stated) + contact.offset,
+        tilts=tuple(_tilts(scene.geometry, bodies, reed.views(at).contact)),
+        notes=tuple(_notes(scene.geometry, bodies, stated, chosen=division is not None)),
     )
 
 
-def _tilts(geometry: ContactGeometry, seat: Placed, stopper: Placed | None, own: Loops) -> Iterator[Tilt]:
+def _tilts(geometry: ContactGeometry, bodies: Mapping[str, BodyViews], own: Loops) -> Iterator[Tilt]:
     """Yield the faces that are tilted; ``own``: the reed's face, which a stopper without one takes."""
-    for body, table, face in ((seat, geometry.contact, seat.views.contact), (stopper, geometry.stopper, own)):
-        if body is not None and table is not None and table.tilt:
-            corners = np.concatenate(body.views.contact or face or (np.zeros((1, 2)),))
-            yield Tilt(body, table.tilt, table.tilt_axis, corners)
+    for role, table in (("seat", geometry.contact), ("stopper", geometry.stopper)):
+        if table is not None and table.tilt:
+            middle = bodies[role].origin[:2]
+            face = bodies[role].contact or tuple(loop + middle for loop in own if role == "stopper")
+            corners = np.concatenate(face or (np.array([middle]),))
+            yield Tilt(role, bodies[role], table.tilt, table.tilt_axis, corners)
 
 
 def facts_of(layout: Layout) -> str:
     """Return the main sizes in a sentence: "reed 32 x 12 x 0.3 mm over a lip of 9 to 11 mm diameter, gap 0"."""
-    words = [f"{_body_words(layout.reed)} over {_face_words(layout.seat.views)}", f"gap {length_text(layout.gap)}"]
-    if layout.stopper is not None and layout.lift is not None:
-        words.append(f"stopper at {length_text(layout.lift)} ({layout.stopper.views.name})")
+    words = [f"{_reed_words(layout.reed)} over {_face_words(layout.seat)}", f"gap {length_text(layout.gap)}"]
+    if (stopper := layout.bodies.get("stopper")) is not None:
+        words.append(f"stopper at {length_text(layout.lift)} ({stopper.name})")
     return "; ".join([", ".join(words), *(action.words + action.detail for action in layout.actions)])
 
 
 def cover_note(layout: Layout) -> str:
     """Return a note if the reed covers only a part of the struck face in plan; "" if it covers all."""
-    share = layout.covered
+    share = covered_share(layout.seat, layout.reed)
     if share is None or share > COVERED:
         return ""
     return (
@@ -115,17 +107,15 @@ def cover_note(layout: Layout) -> str:
     )
 
 
-def _body_words(body: Placed) -> str:
-    views = body.views
-    if views.symbol:
-        return f"{body.role} ({views.name})"
-    low, high = views.extent
-    height = max(float(loop[:, 1].max()) for loop in views.section)
-    if diameters := round_sizes(views.plan):
+def _reed_words(reed: BodyViews) -> str:
+    if reed.symbol:
+        return f"reed ({reed.name})"
+    (low, high), (bottom, top) = reed.extent, reed.heights
+    if diameters := round_sizes(reed.plan):
         words = " to ".join(f"{1e3 * each:.4g}" for each in diameters)
-        return f"{body.role} ({views.name}) of {words} mm diameter, {1e3 * height:.4g} mm thick,"
-    sides = " x ".join(f"{1e3 * side:.4g}" for side in (*(high - low), height))
-    return f"{body.role} ({views.name}) {sides} mm"
+        return f"reed ({reed.name}) of {words} mm diameter, {1e3 * (top - bottom):.4g} mm thick,"
+    sides = " x ".join(f"{1e3 * side:.4g}" for side in (*(high - low), top - bottom))
+    return f"reed ({reed.name}) {sides} mm"
 
 
 def _face_words(views: BodyViews) -> str:
@@ -139,22 +129,19 @@ def _face_words(views: BodyViews) -> str:
     return f"a struck face of {x:.4g} x {y:.4g} mm"
 
 
-def _start(reed: Structure, at: float | None) -> Array | None:
-    """Return (n, 2) position and deflection [m] of a beam that is released from a deflected shape, else ``None``."""
-    if reed.slender is None or at is None:
-        return None
-    x = np.linspace(0.0, reed.slender.span, START_POINTS)
-    shape = np.array([reed.start_at(float(place)) for place in x])
-    return np.column_stack([x - at, shape]) if np.abs(shape).max() > 0 else None
+def _start(reed: Structure, at: float | None, ends: tuple[float, float]) -> Array:
+    """Return (n, 2) position and deflection [m] between its ``ends`` of a beam, met at a place along it, that is
+    released from a deflected shape, else (0, 2)."""
+    x = np.linspace(*ends, START_POINTS if at is not None else 0)
+    shape = np.array([reed.start_at(place) for place in (x + (at or 0.0)).tolist()])
+    return np.column_stack([x, shape]) if np.any(shape) else np.zeros((0, 2))
 
 
 def _spring_places(spring: drives.ValveSpring, reed: Structure, at: float | None) -> Array:
     """Return the (n, 2) places at which valve springs are drawn [m]."""
     if spring.at is not None:
         return np.array([(_along(spring.at, at), 0.0)])
-    points, plate = spring.places, reed.thin_plate
-    if points is None and plate is not None:
-        points = plate.spring_points
+    points = reed.spring_points if spring.places is None else spring.places
     return np.zeros((1, 2)) if points is None else points
 
 
@@ -268,10 +255,12 @@ def _course(
     return Action(f"{words} {size}{more}", low, high, 0, f" ({course.file.name}){detail}")
 
 
-def _notes(geometry: ContactGeometry, bodies: Sequence[Placed], division: Division, *, chosen: bool) -> Iterator[str]:
+def _notes(
+    geometry: ContactGeometry, bodies: Mapping[str, BodyViews], division: Division, *, chosen: bool
+) -> Iterator[str]:
     """Yield notes on properties that the views do not show."""
     contact, reed, stopper = geometry.contact, geometry.reed, geometry.stopper
-    yield from (f"the {body.role} {body.views.note}" for body in bodies if body.views.note)
+    yield from (f"the {role} {bodies[role].note}" for role in ("seat", "reed") if bodies[role].note)
     if division.count > 1:
         rings = f" x {division.rings} rings" if division.rings > 1 else ""
         yield f"contact in {division.arcs} segments{rings}"
