@@ -20,9 +20,7 @@ from typing import Final
 
 import numpy as np
 import skfem
-from long_runs import long_runs_table
 from table import RESULTS, Table, in_words, publish, timed
-from whole_runs import whole_runs_table
 
 from seatfem.structures.cache import VARIABLE
 from seatfem.structures.elements.assembly import assemble
@@ -221,19 +219,15 @@ def growth_table() -> Table:
     return Table("Growth", notes, columns, tuple(rows))
 
 
-TABLES: Final = {
-    "waits": waits_table,
-    "studies": studies_table,
-    "whole_runs": whole_runs_table,
-    "long_runs": long_runs_table,
-    "growth": growth_table,
-}
+TABLES: Final = {"waits": waits_table, "studies": studies_table, "growth": growth_table}
+SHOWN: Final = ("waits", "studies", "whole_runs", "long_runs", "growth")
+"""On the page: whole and long runs were measured once, when steps of different lengths came."""
 
 
 def write_page() -> None:
     """Write the page from the tables on file."""
     parts = [HEAD]
-    for name in TABLES:
+    for name in SHOWN:
         if not (file := RESULTS / f"speed_{name}.json").is_file():  # not measured yet
             continue
         values = json.loads(file.read_text(encoding="utf-8"))
