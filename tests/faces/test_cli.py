@@ -1,15 +1,12 @@
 """The program: exit codes, messages, no traceback. The pipeline is replaced: what it computes is tested elsewhere."""
 
 import json
-import math
 import os
 import re
-import shutil
 import subprocess
 import sys
 import tomllib
 import types
-import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from io import StringIO
@@ -22,13 +19,11 @@ from rich.table import Table
 from seatfem import verify
 from seatfem.faces import cli, scene_verbs, terminal
 from seatfem.faces.cli import BAD_INPUT, DONE, FAILED, INTERRUPTED, app, run_command
-from seatfem.faces.progress_bars import StageClock, progress_bars
+from seatfem.faces.progress_bars import progress_bars
 from seatfem.machine import doctor
 from seatfem.machine import libraries as system
 from seatfem.machine.doctor import Check
 from seatfem.structures.shapes import GeometryError
-from seatfem.study.runs.next_round import Limits
-from seatfem.study.safety import MOST_ROUNDS
 from seatfem.study.scene import Scene
 
 ROOT = Path(__file__).parents[2]
@@ -127,31 +122,6 @@ def test_run_tells_results_notes_files_and_times(pipeline: Pipeline, capsys: pyt
     assert "stepping: 0.0 s" in err
 
 
-def test_effort_is_handed_on(pipeline: Pipeline, capsys: pytest.CaptureFixture[str]) -> None:
-    limits = pipeline_limits(pipeline, [])
-    assert (limits.rounds, limits.seconds, pipeline.options["pictures"]) == (MOST_ROUNDS, math.inf, True)
-    fewer = ["--max-time", "30", "--rounds", "2", "--no-pictures"]
-    limits = pipeline_limits(pipeline, fewer)
-    assert (limits.rounds, limits.seconds, pipeline.options["pictures"]) == (2, 30.0, False)
-    pipeline.options = {}
-    assert run_command(["demo", "--quiet", "--output", "there", *fewer]) == DONE
-    assert pipeline.asked[-1][-1] == Path("there")
-    assert pipeline.options["limits"] == limits
-    assert pipeline.options["pictures"] is False
-    capsys.readouterr()
-    for flag, value in (("--rounds", "0"), ("--max-time", "-1"), ("--max-time", "nan"), ("--rounds", "many")):
-        assert run_command(["run", str(SPRING_SCENE), flag, value]) == BAD_INPUT
-        out, err = capsys.readouterr()
-        assert flag in out + err
-
-
-def pipeline_limits(pipeline: Pipeline, flags: list[str]) -> Limits:
-    assert run_command(["run", str(SPRING_SCENE), "--quiet", *flags]) == DONE
-    limits = pipeline.options["limits"]
-    assert isinstance(limits, Limits)
-    return limits
-
-
 def test_what_a_run_tells_on_its_way_is_printed_unless_quiet(
     pipeline: Pipeline, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -171,26 +141,6 @@ def test_verbose_dates_what_is_done_and_tells_the_memory(
     assert re.fullmatch(rf"{dated}: 0 %, 0\.0 s", shown[0])
     assert re.fullmatch(rf"{dated}: 100 %, \d+\.\d s", shown[-1])
     assert len(shown) == 2
-
-
-def test_how_many_modes_are_asked_for(pipeline: Pipeline, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run_command(["modes", str(SPRING_SCENE), "--count", "40", "--up-to", "50 kHz", "--quiet"]) == DONE
-    assert pipeline.wanted == (40, 50e3)
-    assert run_command(["modes", str(SPRING_SCENE), "--up-to", "50 mm"]) == BAD_INPUT
-    assert "50 mm" in capsys.readouterr().err
-
-
-@pytest.mark.slow(but="bash")
-@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
-def test_completion_knows_verbs_and_options(shell: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run_command(["completion", shell]) == DONE
-    script = capsys.readouterr().out
-    for word in ("optimise", "run", "max-time", "no-pictures", "up-to"):
-        assert word in script
-    if shell == "bash" and shutil.which("bash"):
-        program = "COMP_WORDS=(seatfem mo); COMP_CWORD=1; _seatfem; echo ${COMPREPLY[@]}"
-        done = subprocess.run(["bash", "-c", f"{script}\n{program}"], capture_output=True, text=True, check=True)
-        assert done.stdout.split() == ["modes"]
 
 
 def test_where_results_go(pipeline: Pipeline) -> None:
@@ -261,17 +211,6 @@ def test_debug_shows_the_traceback(pipeline: Pipeline, monkeypatch: pytest.Monke
     monkeypatch.setenv("SEATFEM_DEBUG", "1")
     with pytest.raises(ZeroDivisionError):
         run_command(["run", str(SPRING_SCENE)])
-
-
-def test_warnings_are_one_line_each(pipeline: Pipeline, capsys: pytest.CaptureFixture[str]) -> None:
-    def act() -> None:
-        with warnings.catch_warnings():  # the tests' own filter makes errors of warnings
-            warnings.simplefilter("always")
-            warnings.warn("the step is coarse", stacklevel=1)
-
-    pipeline.act = act
-    assert run_command(["run", str(SPRING_SCENE), "--quiet"]) == DONE
-    assert capsys.readouterr().err == "warning: the step is coarse\n"
 
 
 def test_doctor_exit_codes(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
@@ -354,17 +293,6 @@ def test_init_knows_no_such_kind(tmp_path: Path, capfd: pytest.CaptureFixture[st
     assert run_command(["init", "../flapper", "--output", str(tmp_path / "a.toml")]) == BAD_INPUT
     assert "is no kind; choose" in capfd.readouterr().err
     assert not list(tmp_path.iterdir())
-
-
-def test_a_stage_counts_its_time_once_and_goes_on_when_it_starts_again() -> None:
-    shown: list[tuple[str, float, float]] = []
-    times = iter([0.0, 1.0, 2.5, 3.0, 10.0, 12.0])
-    clock = StageClock(lambda *report: shown.append(report), now=lambda: next(times))
-    for stage, done in [("mesh", 0.0), ("solve", 0.0), ("mesh", 1.0), ("mesh", 1.0), ("mesh", 0.5), ("mesh", 1.7)]:
-        clock(stage, done)
-    assert shown == [
-        ("mesh", 0.0, 0.0), ("solve", 0.0, 0.0), ("mesh", 1.0, 2.5), ("mesh", 0.5, 2.5), ("mesh", 1.0, 4.5),
-    ]  # fmt: skip
 
 
 @pytest.mark.slow

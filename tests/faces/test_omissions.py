@@ -22,10 +22,6 @@ WHOLE = {
 """Summary of a run that leaves nothing open."""
 
 
-def test_a_run_of_which_all_is_known_leaves_nothing_out() -> None:
-    assert list(omissions(WHOLE)) == []
-
-
 @pytest.mark.parametrize(
     ("changed", "sentence"),
     [
@@ -67,19 +63,6 @@ def test_the_package_names_scenes_that_were_checked() -> None:
     assert (
         f"The whole scene language: {lips['inside']} of {lips['numbers']} numbers of {lips['scenes']} scenes" in words
     )
-
-
-def test_kinds_that_never_met_are_told_apart(monkeypatch: pytest.MonkeyPatch) -> None:
-    heads = ("section", "seat", "reed", "scenes", "inside", "numbers")
-    lines = ("Runs rod ball 1 3 4", "Runs rod disc 2 5 5")
-    rows = [dict(zip(heads, line.split(), strict=True)) for line in lines]
-    monkeypatch.setattr(checked, "checked_scenes", lambda: rows)
-    words = html.unescape(who_checked({"seat_kind": "rod", "reed_kind": "bar"}))
-    assert 'None had a seat "rod" and a reed "bar", but:' in words
-    assert '<li>seat "rod", Runs: 8 of 9 numbers of 3 scenes had' in words
-    assert '<li>reed "bar"' not in words
-    assert "nor either of them" in who_checked({"seat_kind": "cad", "reed_kind": "bar"})
-    assert "Runs: 3 of 4 numbers of 1 scene had" in who_checked({"seat_kind": "rod", "reed_kind": "ball"})
 
 
 @pytest.mark.parametrize(

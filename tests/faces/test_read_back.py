@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from seatfem.faces.plan_view import plan_json, read_back
-from tests.steps import DONE, Scene, SceneError, begin_plan, load_scene, run_command
+from tests.steps import DONE, begin_plan, load_scene, run_command
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -30,18 +30,6 @@ def test_a_record_is_told_with_its_heads_rows_and_ranges() -> None:
     assert "area [95 mm^2, 85 mm^2, 60 mm^2]" in parts["load 1"]
     assert parts["load 2"] == "gravity -9.81 m/s^2"
     assert parts["stopper"] == "spring, stiffness 20 N/um, lift 2 mm"
-
-
-def test_another_unit_reads_differently(tmp_path: Path) -> None:
-    """A thickness in um where mm was meant, or a head in kPa instead of bar, can be seen."""
-    assert "thickness 0.3 mm" in read("tilted_landing.toml")["reed"]
-    assert "thickness 3 um" in read("tilted_landing.toml", **{"reed.thickness": "3 um"})["reed"]
-    record = tmp_path / "course.csv"
-    record.write_text("time [ms],pressure [kPa]\n0,-1\n2.5,20\n", encoding="utf-8")
-    reading = read("tilted_landing.toml", load=[{"pressure": {"file": str(record)}, "area": "80 mm^2"}])["load"]
-    columns = "2 rows, divided by commas, decimal point: time [ms] 0 to 2.5, pressure [kPa] -1 to 20"
-    course = "read as pressure -1 kPa to 20 kPa from 0 ms to 2.5 ms"
-    assert reading == f"pressure (file course.csv ({columns}), {course}), area 80 mm^2"
 
 
 @pytest.mark.slow
@@ -92,10 +80,3 @@ def test_plan_run_and_json_begin_with_it(capsys: pytest.CaptureFixture[str], tmp
     assert run_command(["run", str(scene), "--no-pictures", "-o", str(tmp_path / "out")]) == DONE
     ran = " ".join(capsys.readouterr().err.split())
     assert ran.index("thickness 0.305 mm") < ran.index("stepping")
-
-
-def test_a_wrong_file_is_told_by_its_key(tmp_path: Path) -> None:
-    (tmp_path / "seat.step").write_text("no part", encoding="utf-8")
-    scene: Scene = load_scene(EXAMPLES / "flapper_on_valve_body.toml", {"seat.file": str(tmp_path / "seat.step")})
-    with pytest.raises(SceneError, match=r"seat\.file: .*seat\.step"):
-        read_back(scene)

@@ -23,9 +23,9 @@ from PIL import Image
 from impact.march.rows import Rows
 from seatfem.faces.cli import BAD_INPUT, DONE, run_command
 from seatfem.faces.report.asked import AskedError
-from seatfem.faces.report.figures import MOST, _envelope, body_figure, lip_figure
+from seatfem.faces.report.figures import MOST, _envelope, lip_figure
 from seatfem.faces.report.fragments import ReportError, hot_spots, life_table, provenance
-from seatfem.faces.report.page import SCREENS, _landings, _shares, _state, report_page
+from seatfem.faces.report.page import SCREENS, _landings, _state, report_page
 from seatfem.pictures.moving import save_moving
 from tests.browsing import changed, put, shot, until
 from tests.moving_block import block_modes, block_wave
@@ -67,21 +67,6 @@ def test_it_holds_what_was_asked_planned_and_found(folder: Path) -> None:
 
 
 @pytest.mark.slow
-def test_it_begins_with_the_drawing_of_the_scene(folder: Path) -> None:
-    page = (folder / "report.html").read_text(encoding="utf-8")
-    drawing = base64.b64encode((folder / "drawing.png").read_bytes()).decode("ascii")
-    headings = re.findall(r"<h2 id=[^>]*>([^<]*)</h2>", page)
-    assert headings[:2] == ["Drawing", "Result"]
-    assert page.count(drawing) == 1
-    assert "The scene as it was computed: section along the reed through the contact, and plan, with sizes." in page
-    (folder / "drawing.png").rename(folder / "kept")
-    try:
-        assert '<h2 id="h0">Result</h2>' in report_page(folder)
-    finally:
-        (folder / "kept").rename(folder / "drawing.png")
-
-
-@pytest.mark.slow
 def test_no_text_of_a_scene_runs_in_it(folder: Path) -> None:
     page = (folder / "report.html").read_text(encoding="utf-8")
     assert HOSTILE not in page
@@ -112,15 +97,6 @@ def test_force_along_the_lip_is_that_of_segments_not_of_the_parts_across_them() 
     assert list(drawn.y) == ["1", "2"]
     np.testing.assert_allclose(drawn.z, [[6, 1], [60, 10]])
     assert len(lip_figure(run).data[0].y) == 6
-
-
-def test_a_body_that_is_too_large_loses_frames_and_says_so() -> None:
-    figure = body_figure("stress_wave.h5", block_wave(40), most=60_000)
-    shown = json.loads(re.findall(r"application/json\">(.*)</script>", figure)[0])["labels"]
-    assert shown == [f"{k} µs" for k in range(0, 40, 3)]  # 3088 bytes each, beside 13848 for the triangles
-    assert "Of 40 frames 14 are in this page" in figure
-    assert len(figure) < 1.5 * 60_000
-    assert "Grey: no value was computed." in figure
 
 
 def test_hot_spots_and_life_are_tables() -> None:
@@ -170,15 +146,6 @@ def test_landings_are_a_table_and_all_of_them_can_be_opened() -> None:
 def test_the_badge_names_what_it_speaks_of(changed: dict[str, object], badge: str) -> None:
     summary = {"accuracy_target": 0.02, "accuracy_met": True, "accuracy_judged_keys": "landing_x"}
     assert badge in _state({**summary, **changed})
-
-
-def test_shares_of_a_landing_and_of_the_run_are_told_apart() -> None:
-    summary: dict[str, object] = {"filter_width_s": 5e-6}
-    for key, value in (("impulse_Ns", 1.0), ("landing_impulse_Ns", 0.5)):
-        summary |= {key: value, f"error_bar_{key}": 0.1, f"error_time_step_{key}": 0.05, f"error_mesh_{key}": 0.02}
-    assert _shares(summary) == {"time step": {"impulse": 0.05}, "mesh error": {"impulse": 0.02}}
-    of_landing = _shares({**summary, "accuracy_judged_keys": "landing_impulse_Ns"})
-    assert of_landing == {"time step": {"impulse": 0.1}, "mesh error": {"impulse": 0.04}}
 
 
 @pytest.mark.parametrize(

@@ -9,8 +9,7 @@ from rich.console import Console
 
 from seatfem.faces.report.fragments import omissions, provenance
 from seatfem.faces.tables import result_table
-from seatfem.faces.verdict import difference, lasting, simpler, verdict
-from seatfem.readings import in_text
+from seatfem.faces.verdict import difference, lasting, verdict
 from seatfem.study.safety import source_in_words
 
 ABSENT = ...  # of a key that is not there
@@ -42,15 +41,6 @@ def test_value_bar_spring_difference_and_target_stand_in_one_row() -> None:
     assert row("impulse") == "impulse 1.0000 ± 0.0010 mN s 1.0005 mN s +0.05 % 0.5 0.1 %, reached"
     assert row("peak force, 2 us mean", **{"error_bar_" + PEAK: 1.5}).endswith("3 %, missed")
     assert row("restitution") == "restitution 0.85 0.87"
-
-
-def test_what_depends_on_the_step_stands_last_and_says_so() -> None:
-    lines = printed()
-    raw = lines.index("raw, step 25 ns")
-    assert lines[raw + 1] == "peak force 150 N 70 N"
-    assert lines[raw + 2] == "energy balance error < 1e-7 %"
-    assert all(lines.index(line) < raw for line in lines if line.startswith(("impulse", "restitution", "contacts")))
-    assert row("seat displacement").endswith(" 1.000 ± 0.010 um 2.000 um, raw")  # of the spring: its raw force
 
 
 def test_stress_after_the_first_landing_replaces_the_largest_of_all() -> None:
@@ -97,24 +87,6 @@ def test_below_the_bars_a_spring_is_enough() -> None:
     assert wide.startswith("This run cannot show")
     unknown = verdict({**RUN, "spring_" + PEAK: 5.0, "error_bar_" + PEAK: 26.0})
     assert unknown.startswith("This run cannot show"), "an unknown value decides nothing"
-
-
-@pytest.mark.parametrize(
-    ("changed", "words"),
-    [
-        ({"plan_seat_level": "spring", "accuracy_met": False}, "The plan replaced the seat"),
-        ({"plan_seat_level": "spring", "accuracy_met": True},
-         "The seat is so stiff .*effect of waves"),
-        ({"plan_seat_level": "spring", "ports": 32}, "The seat is so stiff .*segments of the lip"),
-        ({"plan_seat_level": "spring", "ports": 32, "plan_given": "seat.model"},
-         'seat.model = "spring": .*baseline has no'),
-        ({"plan_seat_level": "spring", "plan_given": "seat.model, run.duration"}, 'seat.model = "spring"'),
-        ({"seat_kind": "spring"}, "The seat is a spring"),
-        ({"first_contact_s": None}, "No contact within run.duration"),
-    ],
-)  # fmt: skip
-def test_seat_and_spring_alike_by_choice_is_said(changed: dict[str, object], words: str) -> None:
-    assert re.match(words, verdict({**RUN, **changed}))
 
 
 def test_measures_asked_for_decide_and_others_do_not() -> None:
@@ -165,15 +137,6 @@ def test_a_contact_along_a_lip_has_a_block_of_its_own() -> None:
     assert "angles:" not in strip
     assert any(line.endswith("uncertainty: mesh error") for line in lines)
     assert "along the lip" not in printed(line_force_peak_N_per_m=None)  # as in every summary
-
-
-def test_what_simpler_models_would_say_is_one_line() -> None:
-    said: dict[str, object] = {"one_port_filtered_peak_force_N": 360.6, "one_port_impulse_Ns": 1.532e-3}
-    beam: dict[str, object] = {"beam_filtered_peak_force_N": 155.3, "beam_impulse_Ns": 1.309e-3}
-    assert simpler(RUN) == ""
-    ending = " (peak, 2 us mean, and impulse of the whole run)"
-    assert simpler({**RUN, **said}) == "simpler models: single contact point 361 N and 1.53 mN s" + ending
-    assert simpler({**RUN, **said, **beam}).endswith(", beam 155 N and 1.31 mN s" + ending)
 
 
 LIFE: dict[str, object] = {
@@ -231,10 +194,3 @@ def test_a_summary_of_another_version_is_still_readable(value: object, tmp_path:
 )
 def test_sources_of_error_are_words(source: str, words: str) -> None:
     assert source_in_words(source) == words
-
-
-@pytest.mark.parametrize(
-    ("value", "bar", "text"), [(0.0, 2.3e-7, "0 ± 230 ns"), (0.0, None, "0 s"), (1e-3, 2e-6, "1.0000 ± 0.0020 ms")]
-)
-def test_zero_is_written_in_the_unit_of_its_bar(value: float, bar: float | None, text: str) -> None:
-    assert in_text("first_contact_s", value, bar, "s") == text

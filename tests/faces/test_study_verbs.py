@@ -6,12 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from seatfem.study.sweep.study import Design, Optimise, Outputs, Study
-from seatfem.study.sweep.variations import Variation, kinds_below
 from tests.steps import BAD_INPUT, DONE, FAILED, run_command
 from tests.study.crew_at_hand import amount, answer_by, answer_here
 
-ROOT = Path(__file__).parents[2]
 SCENE = """seat = { kind = "spring", stiffness = "1 N/um" }
 reed = { kind = "rigid_mass", mass = "1 g", velocity = "-1 m/s" }
 run = { duration = "0.2 ms" }
@@ -58,12 +55,6 @@ def test_a_study_is_run_and_told(study: Path, capsys: Told) -> None:
     assert sorted(path.name for path in Path("there").iterdir()) == [
         "main_effects.csv", "study.csv", "study.jsonl", "study.parquet",
     ]  # fmt: skip
-
-
-@pytest.mark.slow
-def test_a_study_of_which_all_is_done(study: Path, tmp_path: Path) -> None:
-    written(tmp_path, '[vary]\nreed.mass = ["1 g", "2 g"]')
-    assert run_command(["sweep", "gaps.toml", "--quiet", "--workers", "2", "--rounds", "1", "--limit", "9.5"]) == DONE
 
 
 @pytest.mark.slow
@@ -183,18 +174,6 @@ def test_an_optimum_is_found_and_told(
     assert "nearest has impulse_Ns = 2.9 ± 0.01" in capsys.readouterr().out
 
 
-@pytest.mark.slow
-def test_plan_tells_of_a_search(study: Path, tmp_path: Path, capsys: Told) -> None:
-    written(tmp_path, SOUGHT + 'maximise = "impulse_Ns"')
-    assert run_command(["plan", "gaps.toml"]) == DONE
-    out = capsys.readouterr().out
-    assert re.match(r"search: .*40 scenes: .*[\d.]+ s .*target: 3 scenes: .*[\d.]+ s", out)
-    assert run_command(["plan", "gaps.toml", "--json"]) == DONE
-    plan = json.loads(capsys.readouterr().out)
-    assert (plan["search"]["scenes"], plan["confirmation"]["scenes"]) == (40, 3)
-    assert plan["time_s"] > 40 * plan["search"]["each"]
-
-
 @pytest.mark.parametrize("verb", ["optimise", "plan"])
 @pytest.mark.parametrize(
     ("text", "message"),
@@ -228,31 +207,6 @@ def test_bad_searches(verb: str, text: str, message: str, study: Path, tmp_path:
     assert sorted(path.name for path in tmp_path.iterdir()) == ["gaps.toml", "scene.toml"]
 
 
-@pytest.mark.slow
-def test_a_search_without_its_table_or_measure(study: Path, tmp_path: Path, capsys: Told) -> None:
-    assert run_command(["optimise", "gaps.toml"]) == BAD_INPUT
-    assert "minimise or maximise" in capsys.readouterr().err
-    written(tmp_path, SOUGHT + 'minimise = "impulse_N"')
-    assert run_command(["optimise", "gaps.toml"]) == BAD_INPUT
-    assert re.search(r"toml:6: optimise\.minimise: .*'impulse_N'; state .*impulse_Ns'", capsys.readouterr().err)
-    assert run_command(["optimise", "gaps.toml", "--workers", "0"]) == BAD_INPUT
-
-
 def test_a_scene_is_no_study(study: Path, capsys: Told) -> None:
     assert run_command(["sweep", "scene.toml"]) == BAD_INPUT
     assert "scene.toml: vary: required key is missing" in capsys.readouterr().err
-
-
-def test_the_page_has_every_key_design_and_kind() -> None:
-    text = (ROOT / "docs" / "studies.md").read_text(encoding="utf-8")
-    tables = {"outputs": Outputs, "optimise": Optimise}
-    keys = {*Study.model_fields} - {"vary", *tables}
-    keys |= {f"{name}.{key}" for name, table in tables.items() for key in table.model_fields}
-    assert [key for key in keys if f"| `{key}` |" not in text] == []
-    assert [name for name in Design.__args__ if f"`{name}`" not in text] == []
-    kinds = {kind.model_fields["kind"].annotation.__args__[0]: kind for kind in kinds_below(Variation)}
-    for name, kind in kinds.items():
-        if name not in ("list", "range"):
-            assert f'kind = "{name}"' in text
-        keys = {field.alias or key for key, field in kind.model_fields.items()} - {"kind", "values"}
-        assert [key for key in keys if f"{key} = " not in text] == []

@@ -14,8 +14,8 @@ import pytest
 
 import impact
 from impact.files.hdf5_structure import USER_BLOCK
-from impact.files.safe_files import OutputError, check_writable, whole_file, write_whole
-from impact.storage.hdf5 import OtherKeyError, load_greens, load_results, save_greens, written
+from impact.files.safe_files import whole_file, write_whole
+from impact.storage.hdf5 import OtherKeyError, load_greens, load_results, save_greens
 from seatfem.machine.code import NOT_NUMERICS, hash_of
 from seatfem.structures import cache
 from seatfem.structures.cache import Cache, CacheWarning, Store, StoreError, content_key, key_of
@@ -105,19 +105,6 @@ def test_a_run_onto_a_full_disk_says_one_line(tiny_disk: Path, tmp_path: Path) -
     assert not [name for name in os.listdir(path.parent) if name.startswith(".")]
 
 
-def test_a_full_disk_is_found_before_anything_is_computed(tiny_disk: Path) -> None:
-    (tiny_disk / "filler").write_bytes(bytes(64 << 10))
-    with pytest.raises(OutputError, match=r"device\).*free space"):
-        check_writable(tiny_disk / "out" / "result.h5")
-
-
-def test_where_memory_runs_out_the_file_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = tmp_path / "a.h5"
-    with pytest.raises(MemoryError, match=r"a\.h5: .*memory"), written(path, "x"):
-        raise RuntimeError("unable to allocate memory block")  # HDF5's own words
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_an_error_of_the_disk_names_the_file_that_was_meant(tmp_path: Path) -> None:
     def failing() -> None:
         with whole_file(tmp_path / "picture.png") as temporary:
@@ -145,14 +132,6 @@ def test_a_folder_that_cannot_be_written_to_is_found_first(
     assert f"{out}" in message
     assert "(Not a directory); choose another place with --output" in message
     assert "Traceback" not in message
-
-
-def test_looking_leaves_nothing_behind(tmp_path: Path) -> None:
-    check_writable(tmp_path / "a" / "b" / "result.h5", "c.h5")
-    assert list(tmp_path.iterdir()) == []
-    (tmp_path / "result.h5").mkdir()
-    with pytest.raises(OutputError, match=r"result\.h5: .*folder"):
-        check_writable(tmp_path / "result.h5")
 
 
 @pytest.mark.slow(but="/proc")
@@ -271,19 +250,6 @@ def test_the_coarser_function_is_kept_first_and_under_its_own_key(
     store.path(coarser).write_bytes(store.path(seat_key(scene)).read_bytes())  # the fine one in its place
     again = seat_of(scene, Cache(tmp_path / "other.h5", store))
     assert again.coarser is None or not again.reused
-
-
-def test_a_spring_used_again_moves_as_a_plane(tmp_path: Path) -> None:
-    """The division of its face is no unknown source of error."""
-    scene, cache = (
-        load_scene(scene_file(tmp_path, SPRING + BALL)),
-        Cache(tmp_path / "seat.h5", Store(tmp_path / "store")),
-    )
-    first = seat_of(scene, cache)
-    assert (tmp_path / "seat.h5").is_file()
-    again = seat_of(scene, cache)
-    assert again.reused
-    assert (first.plane, again.plane) == (True, True)
 
 
 def test_the_key_holds_the_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

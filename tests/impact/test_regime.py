@@ -4,7 +4,6 @@ import math
 from pathlib import Path
 
 import pytest
-import regime_map
 from paper_case import CASES, strike, table_1_reed
 from regime_map import fill_map, reed_point, rigid_point
 
@@ -28,11 +27,6 @@ def test_rigid_mass_on_a_fixed_rod() -> None:
     assert card.round_trips_per_contact == pytest.approx(5.89959 / 2, abs=0.01)
     assert card.predicted_sign == "under"
     assert card.predicted_impulse_error > 0
-
-
-def test_an_absorbing_end_turns_the_sign_at_equal_masses() -> None:
-    assert regime(*mass_on_rod(0.1, 1.0)).predicted_sign == "over"
-    assert regime(*mass_on_rod(4.0, 1.0)).predicted_sign == "under"
 
 
 @pytest.mark.parametrize(("number", "sign"), [(0, "equal"), (1, "equal"), (2, "over"), (3, "under")])
@@ -88,16 +82,3 @@ def test_a_map_goes_on_where_it_stopped(tmp_path: Path, monkeypatch: pytest.Monk
     assert heard == [0.25, 0.5, 0.75, 1.0]
     assert [row["y"] for row in rows] == [1.0, 2.0, 1.0, 2.0]
     assert len(read_rows(path)) == 4
-
-
-def test_signs_of_the_claim() -> None:
-    """The paper's claim, a constant stiffness over-estimates, holds in part of the map and reverses in another."""
-    rigid, reed = read_rows(MAPS / "regime_rigid.csv"), read_rows(MAPS / "regime_reed.csv")
-    assert all(row["peak_error"] < 0 < row["impulse_error"] for row in rigid if row["reflection"] == -1)
-    over, equal, under = regime_map.signs(reed, "peak_error")
-    assert over + equal + under == len(reed)
-    assert min(over, equal, under) > len(reed) // 5
-    long = [row for row in reed if row["length_m"] > 0.03 and 2e-7 < row["area_m2"] < 2e-6]
-    assert all(row["peak_error"] < 0 for row in long)
-    short = [row for row in reed if 2e-3 < row["length_m"] < 9e-3 and 2e-7 < row["area_m2"] < 2e-6]
-    assert all(row["peak_error"] > 0 for row in short)

@@ -6,7 +6,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import fields, replace
+from dataclasses import fields
 from pathlib import Path
 
 import h5py
@@ -15,7 +15,6 @@ import pytest
 
 import impact
 from impact.after.result import RunRows
-from impact.exact.closed_form import PowerGreens
 from impact.files.safe_files import whole_file
 from impact.greens.base import ErrorEstimate, GreensFunction
 from impact.greens.sampled import SampledGreens
@@ -92,17 +91,6 @@ def test_results_are_read_as_they_were_written(seat: str, tmp_path: Path) -> Non
     assert_same(read["spring"], coarse)
 
 
-def test_what_results_share_is_stored_once(tmp_path: Path) -> None:
-    mass = impact.rigid_mass(mass=1e-3, velocity=-1.0)
-    wave = impact.solve(impact.ContactProblem(mass, impact.Body(KINDS["rod"])), dt=1e-7, duration=2e-4)
-    other = replace(wave, rows=replace(wave.rows, gap=2 * wave.gap))
-    save_results(tmp_path / "r.h5", {"wave": wave, "other": other}, {})
-    with h5py.File(tmp_path / "r.h5") as file:
-        assert file["other/force"] == file["wave/force"]
-        assert file["other/gap"] != file["wave/gap"]
-    assert_same(load_results(tmp_path / "r.h5")["other"], other)
-
-
 @pytest.mark.slow
 def test_results_of_several_contacts_are_read_as_they_were_written(tmp_path: Path) -> None:
     mass = impact.rigid_mass(mass=1e-3, velocity=-1.0)
@@ -125,17 +113,6 @@ def test_sums_of_sums_are_bounded(tmp_path: Path) -> None:
         greens = impact.SumGreens((greens,))
     with pytest.raises(StorageError, match="more than 8 deep"):
         save_greens(greens, tmp_path / "deep.h5")
-
-
-def test_an_unknown_kind_of_greens_function_has_no_file_form(tmp_path: Path) -> None:
-    class Odd(PowerGreens):
-        @property
-        def provenance(self) -> dict[str, object]:
-            return {}
-
-    with pytest.raises(StorageError, match="'Odd' has no file form"):
-        save_greens(Odd(1.0, 0.5), tmp_path / "odd.h5")
-    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.slow(but="0.3")

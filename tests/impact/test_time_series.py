@@ -23,12 +23,6 @@ def test_units_become_si(tmp_path: Path) -> None:
     assert series(np.array([0.25e-3]))[0] == pytest.approx(1.25e5, rel=1e-14)
 
 
-def test_other_brackets_and_pounds(tmp_path: Path) -> None:
-    series = read_time_series(written(tmp_path, "time (ms),pressure (psi)\n0,0\n1,2\n"), "pressure")
-    pound_per_square_inch = 0.45359237 * 9.80665 / 0.0254**2  # as both are defined
-    assert series(np.array([0.5e-3]))[0] == pytest.approx(pound_per_square_inch, rel=1e-14)
-
-
 def test_beyond_the_record() -> None:
     time, value = np.array([1.0, 2.0]), np.array([3.0, 5.0])
     t = np.array([0.5, 1.5, 2.5])
@@ -74,15 +68,6 @@ def test_bad_files_are_named_by_line_and_column(tmp_path: Path, text: str, words
         read_time_series(written(tmp_path, text), "pressure")
 
 
-def test_files_that_are_no_text(tmp_path: Path) -> None:
-    with pytest.raises(TimeSeriesError, match="no such file"):
-        read_time_series(tmp_path / "none.csv", "force")
-    path = tmp_path / "binary.csv"
-    path.write_bytes(b"\xff\xfe\x00\x01")
-    with pytest.raises(TimeSeriesError, match=r"binary\.csv:.*CSV.*UTF-8"):
-        read_time_series(path, "force")
-
-
 @pytest.mark.parametrize(
     ("time", "value", "outside", "words"),
     [
@@ -125,8 +110,3 @@ def test_crank_angles_repeat(tmp_path: Path) -> None:
 def test_angles_that_cannot_be(text: str, rpm: float | None, words: str, tmp_path: Path) -> None:
     with pytest.raises(TimeSeriesError, match=words.replace("[", r"\[").replace("]", r"\]")):
         read_time_series(written(tmp_path, text), "pressure", rpm=rpm)
-
-
-def test_a_period_shorter_than_the_samples() -> None:
-    with pytest.raises(TimeSeriesError, match="more than the period of 1 s"):
-        TimeSeries(np.array([0.0, 2.0]), np.zeros(2), "repeat", period=1.0)

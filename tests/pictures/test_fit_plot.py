@@ -9,7 +9,7 @@ from impact.measured.amplitudes import Candidate
 from impact.measured.frf import FrequencyResponse
 from impact.measured.pole_fit import fit_poles
 from impact.measured.vector_fitting import Poles
-from seatfem.pictures.fit_plots import _degrees, plot_fit, plot_stabilisation, rows_of
+from seatfem.pictures.fit_plots import plot_fit, plot_stabilisation, rows_of
 from seatfem.structures.method import Solved
 from seatfem.study.runs.pictures import _seat_pictures
 from seatfem.study.scene import load_scene
@@ -26,13 +26,6 @@ def test_data_fit_and_band_are_named(tmp_path: Path) -> None:
     drawn = (tmp_path / "fit.svg").read_text(encoding="utf-8")
     for words in ("measured", "fitted poles", "measured band", "1/filter width", "phase [°]", "|receptance|", "misfit"):
         assert words in drawn, words
-
-
-def test_phases_are_in_degrees_and_jumps_leave_no_strokes() -> None:
-    shown = _degrees(np.exp(1j * np.radians([-90.0, -179.0, 179.0, 90.0])))
-    assert shown[0] == pytest.approx(-90)
-    assert np.isnan(shown[1])  # before the jump
-    assert shown[2:] == pytest.approx([179, 90])
 
 
 NOISY_F = np.arange(50.0, 12e3, 25.0)

@@ -120,18 +120,6 @@ def test_a_flapper_lies_on_the_middle_of_its_port() -> None:
     assert len(layout_of(example("tilted_landing"), Division(16, 3)).arcs) == 16  # as a plan chose them
 
 
-def test_the_tilt_of_a_stopper_is_drawn(tmp_path: Path) -> None:
-    """The drawing has the tilt's axis and a dot where the reed is met first, on the other side for minus."""
-    for degrees, side in ((0.1, -1), (-0.1, 1)):
-        *_, tilt = layout_of(example("kidney_landing", stopper__tilt=f"{degrees} deg")).tilts
-        assert (tilt.body.role, tilt.angle) == ("stopper", pytest.approx(math.radians(degrees)))
-        across = np.array([-math.sin(tilt.axis), math.cos(tilt.axis)])
-        assert side * (tilt.nearest @ across) == pytest.approx((side * tilt.corners @ across).max())
-        assert side * (tilt.nearest @ across) > 0.5e-3
-    draw_scene(example("kidney_landing"), tmp_path / "tilted.svg")
-    assert "stopper, its axis of tilt" in (tmp_path / "tilted.svg").read_text(encoding="utf-8")
-
-
 @pytest.mark.slow
 def test_a_mesh_is_cut_as_the_seat_that_it_was_made_of() -> None:
     """meshes/annular_seat.msh is a seat of 4 mm bore: both sections enclose the same places."""
@@ -144,45 +132,6 @@ def test_a_mesh_is_cut_as_the_seat_that_it_was_made_of() -> None:
     assert np.concatenate(meshed.held)[:, 1] == pytest.approx(-8.5e-3)
     radii = np.hypot(*np.concatenate(meshed.contact).T)
     assert (radii.min(), radii.max()) == pytest.approx((4.1e-3, 4.9e-3), rel=1e-3)
-
-
-def test_a_part_from_cad_is_cut_with_its_boss_and_bore() -> None:
-    views = layout_of(example("flapper_on_valve_body")).seat.views
-    assert crossings(views.section, -3e-3) == pytest.approx([-10e-3, -4e-3, 4e-3, 10e-3], rel=0.01)
-    assert views.bedded
-    assert not views.note
-    assert len(views.port) == 1
-
-
-def test_a_part_that_is_struck_from_below_is_drawn_upside_down(tmp_path: Path) -> None:
-    """Its underside is a face like another: the drawing shows it on top, and says so."""
-    file = (ROOT / "meshes" / "valve_body.step").as_posix()
-    text = (
-        f'[seat]\nkind = "cad"\nfile = "{file}"\ncontact = {{ number = 8 }}\nfixed = {{ number = 11 }}\n'
-        'material = "steel"\n[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[run]\nduration = "1 ms"\n'
-    )
-    (tmp_path / "scene.toml").write_text(text, encoding="utf-8")
-    layout = layout_of(load_scene(tmp_path / "scene.toml"))
-    assert "upside down" in layout.notes[0]
-    boss = crossings(layout.seat.views.section, -11e-3)
-    assert (boss.min(), boss.max()) == pytest.approx((-10e-3, 10e-3), rel=0.01)
-
-
-@pytest.mark.slow
-def test_turning_over_twice_changes_nothing() -> None:
-    part = layout_of(example("kidney_landing")).seat.views
-    beam = of_beam("beam", ((0.0, 8e-3), (20e-3, 4e-3)), 0.3e-3, 15e-3)
-    for views in (part, beam):
-        again = views.turned_over().turned_over()
-        for key in ("section", "plan", "contact", "clamp"):
-            for one, other in zip(getattr(views, key), getattr(again, key), strict=True):
-                assert one == pytest.approx(other)
-        assert again.sizes == views.sizes
-    upper = part.turned_over()
-    assert np.concatenate(upper.section)[:, 1].min() == pytest.approx(0.0, abs=1e-9)
-    y = np.concatenate(part.contact)[:, 1]
-    assert np.concatenate(upper.contact)[:, 1].min() == pytest.approx(-y.max())  # a part is no mirror image of itself
-    assert beam.turned_over().plan[0] == pytest.approx(beam.plan[0])  # a reed is drawn as it lies
 
 
 def test_the_share_below_a_reed() -> None:
@@ -225,12 +174,3 @@ def test_a_reed_beside_the_port_is_refused() -> None:
     small = example("tilted_landing", reed__paddle_diameter="9 mm")
     with pytest.raises(SceneError, match=r"contact.offset: .*18 % .*6 mm .*4.5 mm"):
         draw_scene(small, Path("never.png"))
-
-
-def test_a_contact_on_what_holds_the_seat_is_refused() -> None:
-    """A contact on the underside, which rests on its joint, or on faces of both sides is refused."""
-    with pytest.raises(SceneError, match=r"seat.contact: .*valve_body.step:.*'underside'"):
-        draw_scene(example("flapper_on_valve_body", seat__contact={"number": 8}), Path("never.png"))
-    faces = {"of": [{"number": 11}, {"number": 8}]}
-    with pytest.raises(SceneError, match=r"seat.contact: .*opposite sides"):
-        draw_scene(example("flapper_on_valve_body", seat__contact=faces, seat__supports=None), Path("never.png"))

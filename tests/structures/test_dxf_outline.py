@@ -9,7 +9,7 @@ import ezdxf
 import numpy as np
 import pytest
 
-from seatfem.faces.cli import BAD_INPUT, DONE, run_command
+from seatfem.faces.cli import DONE, run_command
 from seatfem.structures.errors import GeometryError
 from seatfem.structures.formats.dxf import read_outline, write_outline
 from seatfem.structures.shapes import Flat, loops
@@ -266,9 +266,3 @@ def test_the_reed_of_a_scene_is_written_by_the_verb(tmp_path: Path) -> None:
     read = Outlined(outline, 0.3e-3, own.centre, segment=((0, -4e-3), (0, 4e-3)), holes=tuple(holes))
     assert read.area == pytest.approx(own.area, rel=1e-9)
     assert (*read.room, read.narrowest) == pytest.approx((*own.room, own.narrowest))
-
-
-def test_a_reed_without_an_outline(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "scene.toml").write_text(SCENE.format('kind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"'))
-    assert run_command(["export", str(tmp_path / "scene.toml"), "--to", "dxf"]) == BAD_INPUT
-    assert "reed.kind = 'rigid_mass' has no outline" in capfd.readouterr().err

@@ -88,18 +88,6 @@ def test_an_eccentric_ring_is_seen_from_its_centroid() -> None:
     np.testing.assert_allclose(weights, lip.area / 16, rtol=1e-12)
 
 
-def test_places_are_shares_of_the_area() -> None:
-    """Places on a ring are its angle and, across, (r^2 - a^2)/(b^2 - a^2); cuts lead back to them."""
-    lip, turns, radii = FaceLip(ROUND_FACE, 8), np.array([0.1, 2.0, 5.9]), np.array([5.1e-3, 5.5e-3, 5.9e-3])
-    points = np.column_stack([radii * np.cos(turns), radii * np.sin(turns), np.zeros(3)])
-    around, across, _ = lip.places(points)
-    np.testing.assert_allclose(around, turns / (2 * np.pi), atol=1e-6)
-    np.testing.assert_allclose(across, (radii**2 - 25e-6) / 11e-6, atol=2e-4)
-    left, right = lip.cuts(shares := np.linspace(0.01, 0.99, 7))
-    middles = lip.places(np.column_stack([(left + right) / 2, np.zeros(7)]))[0]
-    np.testing.assert_allclose(middles, shares, atol=1e-9)
-
-
 @pytest.mark.parametrize(
     ("normal", "x", "y"),
     [
@@ -172,15 +160,6 @@ def test_the_face_of_a_drawing_and_of_a_mesh() -> None:
 def test_faces_that_are_no_lips(edges: np.ndarray, words: str) -> None:
     with pytest.raises(ModelError, match=words):
         land_of(edges, (0, 0, 1))
-
-
-def test_a_face_that_is_no_strip_is_refused() -> None:
-    """Its outer line crosses itself."""
-    turns = 2 * np.pi * np.arange(CORNERS) / CORNERS
-    winding = turns + 0.9 * np.sin(4 * turns) * (np.abs(turns - np.pi) < 2)
-    bent = 4e-3 * np.column_stack([np.cos(winding), np.sin(winding)]) * (1 + 0.2 * np.cos(8 * turns))[:, None]
-    with pytest.raises(ModelError, match=r"cross.*narrower"):
-        face(circle(1e-3), bent)
 
 
 # Lips that are no rings about their middles

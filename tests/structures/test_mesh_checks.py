@@ -83,11 +83,6 @@ def test_parts_are_counted_and_accepted():
     check_parts(joined)
 
 
-def test_unmerged_meshes_say_so():
-    with pytest.raises(MeshError, match=r'4 nodes .*\(1000, 0, 0\).* merge = "20 um"'):
-        check_coincident(side_by_side(8, 0.0))
-
-
 DECK = """*Node
 1, 0, 0, 0
 2, 1, 0, 0
@@ -132,15 +127,6 @@ def test_merging_on_reading(tmp_path):
     assert whole.provenance.notes[-1].startswith("5 nodes ")
     assert "dropped" in str(whole)
     assert whole.provenance.content_hash != apart.provenance.content_hash
-
-
-def test_a_mirrored_file_says_that_it_was_mended(tmp_path):
-    path = tmp_path / "mirrored.inp"
-    one, _, _ = DECK.replace("1, 1, 2, 3, 4, 5, 6, 7, 8", "1, 5, 6, 7, 8, 1, 2, 3, 4").partition("2, 12, 13")
-    path.write_text(f"{one}*Nset, nset=L\n1, 4, 5, 8\n*Nset, nset=R\n2, 3, 6, 7\n")
-    seat = read_mesh(path, contact="L", fixed="R")
-    assert seat.quality.min_scaled_jacobian == pytest.approx(1.0)
-    assert any("mirrored node order" in note for note in seat.provenance.notes)
 
 
 def test_a_patch_inside_the_mesh(tmp_path):

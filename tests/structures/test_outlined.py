@@ -12,10 +12,8 @@ from scipy.special import iv, ivp, jv, jvp, kv, kvp, yv, yvp
 
 from seatfem.structures.materials import Material
 from seatfem.structures.mesh.plane_meshes import mesh_sheet
-from seatfem.structures.outlines import of_sheet
 from seatfem.structures.shapes import Flapper, GeometryError, Outlined, decode, encode
 from seatfem.structures.shapes.loops import whole
-from seatfem.structures.shapes.selectors import CylinderFace
 from seatfem.structures.sheets import Sheet, plate_modes
 
 STEEL = Material(206e9, 0.3, 7800.0)
@@ -34,27 +32,12 @@ def frequencies(shape: Outlined, count: int = 5) -> np.ndarray:
     return plate_modes(Sheet(shape, STEEL, band)).modes.frequencies_hz[:count]
 
 
-def turned(places: tuple[tuple[float, float], ...], angle: float) -> tuple[tuple[float, float], ...]:
-    turn = np.array([[math.cos(angle), math.sin(angle)], [-math.sin(angle), math.cos(angle)]])
-    return tuple((float(x), float(y)) for x, y in np.array(places) @ turn + (3e-3, -7e-3))
-
-
 def test_the_square_cantilever_plate() -> None:
     rigidity = STEEL.young * PLATE.thickness**3 / (12 * (1 - STEEL.poisson**2))
     scale = 2 * np.pi * 1e-4 * math.sqrt(STEEL.density * PLATE.thickness / rigidity)
     scaled = frequencies(PLATE) * scale
     assert (scaled < YOUNG).all()
     assert scaled == pytest.approx(YOUNG, rel=8e-3)
-
-
-def test_it_may_lie_anywhere_and_run_either_way() -> None:
-    angle = 0.7
-    segment = turned(ROOT, angle)
-    away = Outlined(turned(SQUARE[::-1], angle), 0.05e-3, turned(((8e-3, 0.0),), angle)[0], (segment[0], segment[1]))
-    assert away.area == pytest.approx(PLATE.area)
-    assert away.room == pytest.approx(PLATE.room)
-    assert frequencies(away) == pytest.approx(frequencies(PLATE), rel=1e-3)
-    assert decode(encode(away)) == away
 
 
 @pytest.mark.slow
@@ -241,10 +224,3 @@ def test_the_nodes_of_a_clamped_hole_are_those_of_its_edge() -> None:
         replace(UMBRELLA, hole=(0.0, 4e-3))
     with pytest.raises(GeometryError, match="give one of segment, hole"):
         replace(PLATE, holes=(SLOT,), hole=(5e-3, 0.0))
-
-
-def test_a_hole_is_clamped_in_drawing_and_solid() -> None:
-    views = of_sheet("sheet", UMBRELLA, ())
-    assert np.hypot(*views.clamp[0].T) == pytest.approx(2.5e-3)
-    assert sorted(float(line[0, 0]) for line in views.held) == pytest.approx([-2.5e-3, 2.5e-3], rel=2e-3)
-    assert UMBRELLA.patches["fixed"][0] == CylinderFace(2.5e-3, (0.0, 0.0, 1.0), (0.0, 0.0, 0.0), several=True)

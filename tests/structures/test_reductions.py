@@ -142,13 +142,6 @@ def test_modal_error_is_below_its_estimate(block, damping):
     assert modes.frequencies_hz[-1] < 6e5
 
 
-@pytest.mark.parametrize("zeta", [0.1, 1.0, 3.0])
-def test_first_velocity_of_a_damped_rod_is_the_sum_over_its_modes(zeta):
-    w = np.geomspace(1e-4, 1e5, 400001)  # their integral at t = 1
-    integral = np.trapezoid(impact.greens.oscillator.impulse_response(1.0, w, zeta) * w, np.log(w))
-    assert Damping(zeta).first_velocity() == pytest.approx(2 / np.pi * integral, rel=1e-3)
-
-
 def test_an_unknown_impedance_gives_a_bare_spring(rod):
     bare = SecondOrderModel(rod.M, None, rod.K, {"contact": rod.port_matrix[:, 0]})
     assert residual(np.array([[2e-9]]), bare, Damping()).compliance[0, 0] == 2e-9
@@ -288,13 +281,6 @@ def test_g_is_known_for_as_long_as_it_was_computed(block):
 
 
 @pytest.mark.slow
-def test_modes_are_modes_at_any_time(block):
-    modes = greens_function(block, bandwidth=1 / WIDTH, duration=SPAN, tolerance=2e-2, method="modes")
-    assert modes.valid_for == np.inf
-    assert late_error(block, modes, 0.0, 30 * SPAN) <= 2 * modes.error_estimate.reduction
-
-
-@pytest.mark.slow
 def test_where_krylov_vectors_do_not_suffice_the_next_way_is_taken(block, monkeypatch):
     """Unless the scene states their number; where no way reaches the tolerance, the message has the reason of each."""
     ways = {"krylov": Krylov(most=12), "modes": Modal()}
@@ -360,21 +346,3 @@ def test_a_free_block_keeps_its_rigid_part_exactly(method):
     inertia = mass / 12 * (np.array([11e-3, 12e-3, 0]) ** 2 + np.array([4e-3, 4e-3, 0]) ** 2)
     arm = 3e-3
     assert (loose.T @ loose)[0, 0] == pytest.approx(1 / mass + arm**2 / inertia[1], rel=1e-9)
-
-
-@pytest.mark.slow
-def test_a_band_below_the_lowest_mode_is_answered(block):
-    narrow = Modal().reduce(block, Damping(), Aims(2e4, 1e-4, 2e-2))
-    greens, modes = narrow.greens, narrow.modes
-    assert len(modes.omega) >= 1
-    assert true_error(greens, block, Damping(), 2e4, 1e-4) <= greens.error_estimate.reduction <= 2e-2
-
-
-@pytest.mark.slow
-def test_where_krylov_crawls_it_starts_again_with_a_higher_shift(block):
-    """Undamped and to 1e-3, the band's own shift needs more than 60 vectors a port; damped bodies stay with it."""
-    easy = Krylov().reduce(block, Damping(0.1), Aims(4e5, 2e-5, 1e-2)).greens
-    assert easy.provenance["shift_rad_per_s"] == pytest.approx(2 * np.pi * 4e5)
-    hard = Krylov().reduce(block, Damping(), Aims(4e5, 2e-5, 1e-4)).greens
-    assert hard.provenance["shift_rad_per_s"] == pytest.approx(5 * np.pi * 4e5)
-    assert true_error(hard, block, Damping(), 4e5, 2e-5) <= 1.1 * hard.error_estimate.reduction <= 1.1e-4

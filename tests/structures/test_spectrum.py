@@ -1,6 +1,5 @@
 """Block Lanczos about shifts inside the spectrum: complete whatever repeats, crowds or coincides."""
 
-import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -54,15 +53,6 @@ def test_random_pencils_are_solved_whole(name, backend):
 
 
 @pytest.mark.slow
-def test_all_below_a_frequency():
-    values, model, limit = SPECTRA["tenfold"], pencil(SPECTRA["tenfold"]), 8.5
-    modes = solve_modes(model, up_to_hz=np.sqrt(limit) / (2 * np.pi))
-    assert modes.complete
-    assert len(modes.omega) == np.sum(values < limit)
-    assert len(solve_modes(model, 3, up_to_hz=np.sqrt(limit) / (2 * np.pi)).omega) == 3
-
-
-@pytest.mark.slow
 def test_a_shift_that_is_an_eigenvalue_is_moved():
     values = SPECTRA["spread"]
     model = pencil(values)
@@ -76,15 +66,6 @@ def test_a_shift_that_is_an_eigenvalue_is_moved():
         # 1/|theta sigma| > 1e-8 leaves half of the digits
         assert np.abs(values / shift.value - 1).min() > 1e-8
         assert shift.count == np.sum(values < shift.value)
-
-
-@pytest.mark.slow
-def test_several_shifts_are_taken_for_many(monkeypatch):
-    monkeypatch.setattr(spectrum, "_AT_ONCE", 12)
-    values, model = SPECTRA["clusters"], pencil(SPECTRA["clusters"])
-    modes = solve_modes(model, 60)
-    assert modes.complete
-    assert modes.omega**2 == pytest.approx(values[:60], rel=1e-9)
 
 
 @pytest.fixture(scope="module")
@@ -151,19 +132,3 @@ def test_unusable_requests(square_block):
     with pytest.raises(ConvergenceError, match=r"modes .*\(limit 5\)"):
         Spectrum(model).below((2 * np.pi * 1e6) ** 2, 5)
     assert len(solve_modes(model, up_to_hz=1.0).omega) == 0
-
-
-def test_progress_is_reported_before_each_block(monkeypatch):
-    """A report, by which a limit of time ends the search, stands before each block."""
-    events = []
-    expand = spectrum.BlockLanczos.expand
-
-    def counted(self):
-        events.append("block")
-        expand(self)
-
-    monkeypatch.setattr(spectrum.BlockLanczos, "expand", counted)
-    solve_modes(pencil(SPECTRA["spread"]), 100, progress=lambda stage, done: events.append(stage))
-    pairs = list(itertools.pairwise(events))
-    assert events.count("block") > 10
-    assert ("block", "block") not in pairs

@@ -12,13 +12,10 @@ from typing import Any, cast
 import pytest
 
 from impact.runs.variations import Budget
-from seatfem.faces.cli import DONE, run_command
-from seatfem.structures.kinds.structure import MOST_BEAM_MODES
 from seatfem.structures.reduction import lip_modes
 from seatfem.study.ladders import mesh
 from seatfem.study.method import (
     BAND,
-    FIELDS,
     MODEL,
     MODES,
     REED_BAND,
@@ -124,14 +121,6 @@ def test_the_target_is_met_by_what_is_finer_in_every_refined_key(
 
 
 @pytest.mark.slow
-def test_two_loops_take_the_same_way(tmp_path: Path) -> None:
-    scene = scene_of(BAR, MASS, accuracy={"target": 0.03, "landing": "run"})
-    ways = [[done.plan.method for done in loop(scene, tmp_path / name)] for name in ("one", "other")]
-    assert ways[0] == ways[1]
-    assert len(ways[0]) > 1
-
-
-@pytest.mark.slow
 def test_a_spring_is_dismissed_where_waves_count(tmp_path: Path) -> None:
     """The plan's spring is replaced when the waves of a long bar return while the contact lasts."""
     scene = scene_of(BAR, MASS, accuracy={"target": 0.05, "landing": "run"})
@@ -197,21 +186,6 @@ def test_a_measure_whose_bar_exceeds_its_value_is_given_up(
     assert not why or "contact duration is 160 % of its value after 2 refinements" in why
 
 
-def test_what_is_given_up_is_told_with_what_it_leaves() -> None:
-    done = round_of({SIZE: 0.2}, refined={SIZE: (Refinement(0.21, 2.0),) * TRIES})
-    plan, why = refine_plan(done)
-    assert plan is None
-    assert "seat.mesh.size" in why
-    assert "30 % of impulse" in why
-
-
-def test_a_stated_key_is_named_where_the_loop_stops() -> None:
-    plan, why = refine_plan(round_of({SIZE: 0.2}, seat__mesh={"size": "1 mm", "contact_size": "0.5 mm"}))
-    assert plan is None
-    assert "seat.mesh.size" in why
-    assert "the file states it" in why
-
-
 def test_work_is_bounded_by_what_gains_most() -> None:
     done = round_of({SIZE: 0.3, STEP: 0.3, BAND: 0.3}, target=0.001)
     plan, _ = refine_plan(done)
@@ -240,17 +214,6 @@ def test_a_lip_in_more_arcs_has_no_more_modes() -> None:
     method = begin_method(scene)
     work = work_ratio(method, method.along(scene.geometry, 32, 1), scene)
     assert work == {"seat": 1, "reed": 1, "contact": 2}
-
-
-@pytest.mark.slow
-def test_the_command_line_runs_the_loop(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    scene = tmp_path / "scene.toml"
-    scene.write_text(f'{ANNULAR}\n{MASS}\naccuracy = {{ target = "10 %", landing = "run" }}\n', encoding="utf-8")
-    monkeypatch.chdir(tmp_path)
-    assert run_command(["run", "scene.toml", "--no-pictures"]) == DONE
-    plan = (tmp_path / "scene-result" / "plan.json").read_text(encoding="utf-8")
-    assert all(key in plan for key in FIELDS if key in (SIZE, STEP))
-    assert "% of peak force, measured" in plan
 
 
 @pytest.mark.slow
@@ -289,18 +252,3 @@ def test_bands_of_a_plate_end_where_it_has_too_many_modes() -> None:
     done = SimpleNamespace(plan=replace(plan, method=widest), seat=seat)
     assert set(why := converge._out_of_reach(cast(Round, done))) == {REED_BAND}
     assert re.fullmatch(r"above \d+ kHz .* 600 modes .*: state a longer run.filter_width", why[REED_BAND])
-
-
-def test_the_most_of_what_rounds_count_is_named() -> None:
-    done = round_of({MODES: 0.2})
-    done.plan = replace(done.plan, method=done.plan.method.replaced({MODES: MOST_BEAM_MODES}))  # type: ignore[misc]
-    assert refine_plan(done)[1].endswith(f"and rounds take at most {MOST_BEAM_MODES}: state {MODES}")
-
-
-def test_a_measure_of_zero_is_named_where_nothing_can_be_refined() -> None:
-    done = round_of({TOLERANCE: 0.2})
-    done.left = replace(done.left, values={"impulse": 0.0})  # type: ignore[misc]
-    assert converge.what_remains(done) == ""
-    further, why = refine_plan(done)
-    assert further is None
-    assert why.endswith("is zero, so that a relative error has no meaning")

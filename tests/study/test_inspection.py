@@ -9,12 +9,11 @@ import pytest
 from seatfem.structures.formats import mesh_files
 from seatfem.structures.inspection import cad
 from seatfem.structures.inspection.cad import inspect_geometry
-from seatfem.structures.inspection.mesh_file import shape_of
 from seatfem.structures.kinds import Plate
 from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import CadPart, CylinderFace, NumberedFace
-from tests.steps import BAD_INPUT, DONE, SceneError, begin_plan, check_files, load_scene, run_command
+from tests.steps import BAD_INPUT, DONE, begin_plan, check_files, load_scene, run_command
 
 ROOT = Path(__file__).parents[2]
 MESHES = ROOT / "meshes"
@@ -57,13 +56,6 @@ def test_every_wrong_selector_is_told_at_its_line(verb, tmp_path, capsys):
     assert "seatfem faces valve_plate.step" in lines[0]
 
 
-def test_a_wrong_unit_is_told_at_its_key(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (line,) = plan_messages(tmp_path, CAD.format(MESHES / "bar.step") + 'unit = "inch"\n', capsys)
-    assert line.startswith("scene.toml:5: seat.unit: ")
-    (line,) = plan_messages(tmp_path, MESH + 'unit = "um"\n', capsys)
-    assert line.startswith("scene.toml:5: seat.unit: ")
-
-
 @pytest.mark.slow
 def test_wrong_groups_of_a_mesh_are_told_together(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     lines = plan_messages(tmp_path, MESH + 'contact = "contac"\nfixed = "clamp"\n', capsys)
@@ -88,13 +80,6 @@ def test_wrong_headers_are_told_by_a_plan(seat, place, words, tmp_path, capsys):
     lines = plan_messages(tmp_path, f"[seat]\n{seat}\n", capsys)
     assert place in lines[0]
     assert words in lines[0]
-
-
-def test_supports_of_drawn_seats_are_looked_up_without_a_file(tmp_path: Path) -> None:
-    seat = '[seat]\nkind = "annular"\nbore_radius = "4 mm"\nlip_width = "1 mm"\nmaterial = "steel"\n'
-    scene = load_scene(written(tmp_path, seat + 'supports = [{ kind = "sliding", on = "top" }]\n'))
-    with pytest.raises(SceneError, match=r"'top'.*'contact', 'fixed'"):
-        check_files(scene)
 
 
 @pytest.mark.slow
@@ -147,13 +132,6 @@ def test_a_cylinder_is_selected_by_its_radius_alone() -> None:
     assert "4 separate faces" in inspect_geometry(one).problems[0][1]
 
 
-def test_of_several_cylinders_that_about_the_z_axis_is_meant(tmp_path: Path) -> None:
-    """A radius without an axis means the cylinder about the z axis."""
-    scene = load_scene(written(tmp_path, CAD.format(MESHES / "valve_body.step") + 'fixed = { radius = "4 mm" }\n'))
-    (bore,) = (face for face in inspect_geometry(scene.seat.geometry()).faces if "fixed" in face.groups)
-    assert bore.area == pytest.approx(2 * np.pi * 4e-3 * 14e-3, rel=1e-9)
-
-
 def test_what_a_shape_measures() -> None:
     """Widths, depths and spans of parts are those of their drawings."""
     annular = inspect_geometry(CadPart(MESHES / "annular_seat.step")).shape
@@ -165,15 +143,6 @@ def test_what_a_shape_measures() -> None:
     assert 3e-3 < plate.span("contact", ["fixed"]) < 9e-3  # lands from 6 to 14 mm, rim from 16 mm
     bore = inspect_geometry(CadPart(MESHES / "valve_body.step", contact=CylinderFace(4e-3))).shape
     assert bore.normal("contact") is None
-
-
-def test_a_mesh_measures_what_its_cad_does(tmp_path: Path) -> None:
-    scene = load_scene(written(tmp_path, MESH))
-    shape = shape_of(scene.seat.read())
-    drawn = inspect_geometry(CadPart(MESHES / "annular_seat.step")).shape
-    for measure in ("area", "width", "depth"):
-        assert getattr(shape, measure)("contact") == pytest.approx(getattr(drawn, measure)("contact"), rel=0.02)
-    assert shape.volume == pytest.approx(drawn.volume, rel=1e-3)
 
 
 @pytest.mark.slow
@@ -221,9 +190,3 @@ def test_the_unit_of_a_mesh_is_asked_for(tmp_path: Path) -> None:
         assert run_command(["faces", mesh, "--unit", unit, "-o", str(table), "--quiet"]) == DONE
         areas[unit] = float(table.read_text(encoding="utf-8").splitlines()[1].split(",")[2])
     assert areas["m"] == pytest.approx(areas["inch"] / 0.0254**2, rel=1e-3)
-
-
-def test_faces_of_what_has_none(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    spring = written(tmp_path, '[seat]\nkind = "spring"\nstiffness = "20 N/um"\n')
-    assert run_command(["faces", str(spring)]) == BAD_INPUT
-    assert "has no faces" in capsys.readouterr().err

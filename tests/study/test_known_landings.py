@@ -63,14 +63,6 @@ def test_a_shaken_ball_is_known_for_some_landings_only(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_run_with_two_landings_has_no_horizon(tmp_path: Path) -> None:
-    summary = summary_of(tmp_path, shaken(tmp_path, "70 ms"))
-    assert len(list(summary["landings"])) == 2  # type: ignore[call-overload]
-    assert results.KNOWN_LANDINGS not in summary
-    assert horizon(summary) == ""
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize(("duration", "number"), [("30 ms", 1), ("70 ms", 2)])
 def test_restitution_on_a_shaken_table_is_that_of_the_only_landing(tmp_path: Path, duration: str, number: int) -> None:
     """Impulses of all blows over the first approach would be above 1: the table and gravity give speed in between."""
@@ -93,10 +85,6 @@ def test_bars_are_of_the_members_and_spreads_of_single_landings() -> None:
     assert keys[f"error_bar_{results.ENSEMBLE_SPEED}"] == pytest.approx(2 * 2 / math.sqrt(3))
     assert keys[results.spread_of(results.ENSEMBLE_SPEED)] == pytest.approx(math.sqrt(13 / 3))
     assert keys[results.ENSEMBLE_PEAK] == pytest.approx(40.0)
-
-
-def test_without_landings_beyond_the_horizon_there_are_no_means() -> None:
-    assert ensemble_keys([[], [], []]) == {results.ENSEMBLE: 3, results.ENSEMBLE_LANDINGS: 0}
 
 
 @pytest.mark.parametrize("members", ["1", "0", "1001", "2.0", '"many"'])

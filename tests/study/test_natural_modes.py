@@ -83,17 +83,6 @@ def test_a_bar_that_is_a_rod_for_its_load_bends(tmp_path):
 
 
 @pytest.mark.slow
-def test_an_arc_shares_among_its_harmonics(tmp_path):
-    arc = solve_text(ANNULAR.replace("[seat]", '[seat]\narc = "60 deg"'), tmp_path, 30)
-    shares = {}
-    for mode in arc.modes:
-        shares[mode.diameters] = shares.get(mode.diameters, 0.0) + (mode.share or 0.0)
-    assert shares[1] > 1e-3
-    assert sum(shares.values()) < 1.0
-    assert all(mode.share == 0.0 for mode in arc.modes if mode.family in ("sin", "torsion"))
-
-
-@pytest.mark.slow
 def test_a_limit_in_hertz(annular, tmp_path):
     limit = float(annular.frequencies_hz[7]) * 1.001
     up_to = solve_text(ANNULAR, tmp_path, None, limit)

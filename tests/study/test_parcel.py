@@ -91,14 +91,3 @@ def test_what_a_file_is_read_with_counts(tmp_path: Path) -> None:
         assert key_of(scene.seat, Method()) != before[1]
         (tmp_path / other).write_bytes(b"one")
         assert (by_content(scene), key_of(scene.seat, Method())) == before
-
-
-def test_the_curve_of_a_strength_counts(tmp_path: Path) -> None:
-    for suffix in ("toml", "csv"):
-        file = EXAMPLES / "strengths" / f"invented_strip.{suffix}"
-        (tmp_path / file.name).write_text(file.read_text(encoding="utf-8"), encoding="utf-8")
-    scene = load_scene(EXAMPLES / "life_of_a_flapper.toml", {"life.strength": str(tmp_path / "invented_strip.toml")})
-    before = by_content(scene)
-    curve = tmp_path / "invented_strip.csv"
-    curve.write_text(curve.read_text(encoding="utf-8") + "\n", encoding="utf-8")
-    assert {key for key, value in by_content(scene).items() if value != before[key]} == {"life"}

@@ -1,7 +1,6 @@
 """A plate without a stated contact meets the struck face all over: the region is that of the geometry."""
 
 import math
-import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,17 +11,15 @@ import pytest
 import impact
 from impact import measures
 from meshes.valve_plate_assembly import Bodies, write
-from seatfem.structures.lip import Lip
 from seatfem.structures.patch import on_its_patch
 from seatfem.structures.rings import OF_ONE, Division, as_a_whole
 from seatfem.study.impacts.bodies import problem_of, stopper_of
 from seatfem.study.impacts.contact import record_of, run_contacts
 from seatfem.study.impacts.layout import layout_of
-from seatfem.study.impacts.validity import beside_notes
 from seatfem.study.method import stated_method
 from tests.as_stated import seat_of, solved_striker, striker_of
 from tests.gallery import Gallery, load_text, read_summary
-from tests.steps import Scene, SceneError, begin_plan, check_files, error_budget, values_of_record
+from tests.steps import Scene, SceneError, check_files, error_budget, values_of_record
 
 ROOT = Path(__file__).parents[2]
 STEEL = 'material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }\n'
@@ -68,35 +65,6 @@ def test_the_region_is_the_struck_land(
     assert patch_of(scene_of(tmp_path, seat + model)) == pytest.approx((area, *ends), rel=2e-3)
 
 
-def test_a_disc_is_met_as_one_and_a_ring_in_segments(tmp_path: Path) -> None:
-    disc = f'kind = "disc"\ndiameter = "16 mm"\nthickness = "1 mm"\nvelocity = "-2 m/s"\n{STEEL}'
-    scene = scene_of(tmp_path, STOPPER, disc)
-    assert patch_of(scene) == pytest.approx((4 * math.pi, 0, 2), rel=5e-3)
-    assert stated_method(scene).ports is None
-    assert stated_method(scene_of(tmp_path, ANNULAR, disc)).ports == 32
-    spring = 'kind = "spring"\nstiffness = "20 N/um"\n'
-    assert stated_method(scene_of(tmp_path, spring, disc)).reed.lip is None
-
-
-def test_a_stated_contact_wins(tmp_path: Path) -> None:
-    scene = scene_of(tmp_path, ANNULAR, FLAPPER + RING + IN_MODE)
-    assert scene.geometry.region() is None
-    assert stated_method(scene).reed.lip is None
-    segments = scene.geometry.segments()
-    assert isinstance(segments, Lip)
-    assert (segments.arcs, segments.rings) == (16, 3)
-
-
-@pytest.mark.slow
-def test_a_stopper_is_met_with_its_own_face(tmp_path: Path) -> None:
-    behind = ANNULAR.replace("4 mm", "3 mm")
-    scene = scene_of(tmp_path, ANNULAR, more=f'[stopper]\ngap = "1 mm"\n{behind}')
-    lip = stated_method(scene).reed.behind
-    assert isinstance(lip, Lip)
-    assert (lip.inner, lip.outer) == pytest.approx((3.1e-3, 3.9e-3))
-    assert "stopper_contact" in striker_of(scene).greens.ports
-
-
 @pytest.mark.parametrize(
     ("seat", "named"),
     [
@@ -108,37 +76,6 @@ def test_a_stopper_is_met_with_its_own_face(tmp_path: Path) -> None:
 def test_a_face_that_is_no_land_asks_for_the_contact(tmp_path: Path, seat: str, named: str) -> None:
     with pytest.raises(SceneError, match=named):
         scene_of(tmp_path, seat)
-
-
-def test_a_ring_over_open_ports_is_noted(tmp_path: Path) -> None:
-    """Midway between two ports 14 % of it meets a land; about the struck port all of it does."""
-    between, ring = PORTS.replace("struck = 1\n", ""), FLAPPER + RING + IN_MODE
-    (note,) = beside_notes(scene_of(tmp_path, between, ring).geometry)
-    assert re.fullmatch(
-        r"reed\.contact_radius = 4\.5 mm: in plan 1[3-5] % of this ring .* remove contact_radius.*", note
-    )
-    assert beside_notes(scene_of(tmp_path, PORTS, ring).geometry) == ()
-    in_parts = "[contact]\nports = 16\n"  # which the reed meets in place of its own ring
-    assert beside_notes(scene_of(tmp_path, PORTS, ring.replace("4.5", "2"), in_parts).geometry) == ()
-
-
-def test_a_width_without_a_radius_is_refused_where_the_reed_meets_the_whole_face(tmp_path: Path) -> None:
-    """It would change nothing; beside a seat without a face it is the width of the ring about a hole."""
-    hole = FLAPPER + 'hole_diameter = "3 mm"\ncontact_width = "1 mm"\n' + IN_MODE
-    for seat in (ANNULAR, PORTS):
-        with pytest.raises(SceneError, match=r"reed\.contact_width: 1 mm has no effect.*add reed\.contact_radius"):
-            scene_of(tmp_path, seat, hole)
-    scene_of(tmp_path, 'kind = "spring"\nstiffness = "20 N/um"\n', hole)
-
-
-@pytest.mark.slow
-def test_a_broad_face_of_a_drawing_asks_for_the_contact(tmp_path: Path) -> None:
-    """The whole top of a plate as contact is refused unless the reed's own face is stated."""
-    file = ROOT / "meshes" / "assembly_plate.step"
-    broad = f'kind = "cad"\nfile = "{file}"\ncontact = {{ number = 3 }}\nfixed = {{ number = 5 }}\n{STEEL}'
-    with pytest.raises(SceneError, match=r"seat\.contact: .*5 holes.*as a whole: state .*reed\.contact_radius"):
-        check_files(scene_of(tmp_path, broad))
-    check_files(scene_of(tmp_path, broad, FLAPPER + RING + IN_MODE))
 
 
 @pytest.mark.slow
@@ -185,20 +122,6 @@ def test_one_part_across_a_stated_ring_is_doubted_too(tmp_path: Path, rings: int
     one, several = (values_of_record(record_of(scene, problem, 2e-7))["filtered_peak"] for problem in problems)
     budget = error_budget(scene, stated_method(scene), solved, striker_of(scene), touches)
     assert budget.parts["lip"]["filtered_peak"] >= 0.99 * OF_ONE * abs(several - one) > 0
-
-
-@pytest.mark.slow
-def test_three_lands_are_divided_alike(tmp_path: Path) -> None:
-    """Three equal lands have a multiple of three segments."""
-    seat = (
-        PORTS.replace("ports = 2", "ports = 3").replace('"row"\nstruck = 1', '"circle"').replace('"12 mm"', '"11 mm"')
-    )
-    disc = f'kind = "disc"\ndiameter = "26 mm"\nthickness = "1 mm"\nvelocity = "-1 m/s"\n{STEEL}'
-    stiff = seat + 'model = "spring"\nmesh = { size = "4 mm", contact_size = "1 mm" }\n'
-    tilted = scene_of(tmp_path, stiff, disc, '[contact]\ntilt = "0.05 deg"\n')
-    ports = begin_plan(tilted).method.ports
-    assert ports is not None
-    assert ports % 3 == 0
 
 
 COARSE = 'model = "spring"\nmesh = { size = "3 mm", contact_size = "0.7 mm" }\n'
@@ -325,14 +248,3 @@ def test_a_stopper_that_is_drawn_above_the_reed_is_met_where_it_is_drawn(tmp_pat
         np.testing.assert_allclose(shapes, means, atol=0.01 * np.abs(means).max())  # the strip is 1 mm wide
         opening = math.tan(math.radians(0.1)) * places.mean() * math.sin(turn) if arcs > 1 else 0.0
         assert gaps[k] - gaps.mean() == pytest.approx(opening, abs=1e-9)
-
-
-def test_a_round_stopper_that_reaches_off_the_reed_is_refused(tmp_path: Path) -> None:
-    """A round stopper wider than the reed is refused, in arcs or whole, but for a stated face of the reed."""
-    seat = 'kind = "spring"\nstiffness = "20 N/um"\n'
-    wide = f'[stopper]\ngap = "1 mm"\n{STOPPER}'.replace('"2 mm"', '"7 mm"')
-    for more in (wide, wide + "arcs = 8\n"):
-        with pytest.raises(SceneError, match=r"stopper: in plan .* 8\d % .*limit: all of it.*reed\.contact_radius"):
-            check_files(scene_of(tmp_path, seat, more=more))
-    for reed, more in ((FLAPPER + RING + IN_MODE, wide), (FLAPPER + IN_MODE, wide.replace('"7 mm"', '"6 mm"'))):
-        check_files(scene_of(tmp_path, seat, reed, more))

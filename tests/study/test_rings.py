@@ -20,7 +20,7 @@ from seatfem.structures.model import SecondOrderModel
 from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.rings import face_compliance, left_by, ring_borders, ring_names, ring_shares
 from seatfem.structures.shapes import AnnularSeat, Block, ConicalSeat, Stopper
-from tests.steps import ModalGreens, Residual, SceneError, converge, load_scene, run_contacts, run_scene, striker_of
+from tests.steps import ModalGreens, Residual, converge, load_scene, run_contacts, run_scene, striker_of
 
 STEEL = Material(2e11, 0.3, 7850.0)
 
@@ -89,24 +89,6 @@ def test_meridians_have_nodes_at_the_borders(geometry: AnnularSeat | ConicalSeat
     radii = np.sort(mesh.mesh.p[0, struck])
     borders = [np.sqrt(radii[0] ** 2 + s * (radii[-1] ** 2 - radii[0] ** 2)) for s in ring_borders(4)]
     assert all(np.abs(radii - border).min() < 2e-3 * radii[-1] for border in borders)  # a dome's area is not r^2's
-
-
-@pytest.mark.slow
-def test_solid_and_meridian_agree() -> None:
-    """A quarter of a seat whose rings end within elements; the narrow ones are not resolved, what counts is."""
-    seat = AnnularSeat()
-    mesh = make_mesh(seat, MeshSpec(2e-3, 0.2e-3), sector=4)
-    solid = assemble(mesh, STEEL, sliding=("symmetry_0", "symmetry_1"), copies=4, rings=4)
-    plane = assemble_axisymmetric(make_meridian(seat, MeshSpec(1.5e-3, 0.1e-3, rings=4)), STEEL, rings=4)
-    shares = [port.area for port in solid.ports.values()]
-    np.testing.assert_allclose(np.array(shares) / sum(shares), ring_shares(4), rtol=1e-9)
-    means, faces = [], []
-    for static in (compliance(solid), compliance(plane)):
-        means.append(ring_shares(4) @ static @ ring_shares(4))
-        faces.append(1 / np.linalg.inv(static).sum())
-    assert means[0] == pytest.approx(means[1], rel=0.01)
-    assert faces[0] == pytest.approx(faces[1], rel=0.01)
-    assert (means[0] - faces[0]) / means[0] == pytest.approx((means[1] - faces[1]) / means[1], rel=0.2)
 
 
 @pytest.mark.slow
@@ -199,20 +181,6 @@ def test_a_scene_asks_for_rings(tmp_path: Path) -> None:
     file.write_text(text, encoding="utf-8")
     from_file = run_scene(load_scene(file), tmp_path / "file", pictures=False)
     assert from_file.summary[peak] == pytest.approx(values[1], rel=1e-9)
-
-
-def test_rings_need_a_patch(tmp_path: Path) -> None:
-    file = tmp_path / "spring.toml"
-    seat = SCENE.split("[reed]")[0]
-    file.write_text(
-        (SCENE % "rings = 4").replace(seat, '\n[seat]\nkind = "spring"\nstiffness = "1 GN/m"\n'), encoding="utf-8"
-    )
-    with pytest.raises(SceneError, match=r"contact\.rings:.*'spring'"):
-        load_scene(file)
-    with pytest.raises(SceneError, match=r"contact\.rings"):
-        load_scene(scene_file(tmp_path, "rings = 0"))
-    with pytest.raises(SceneError, match=r"contact\.rings"):
-        load_scene(scene_file(tmp_path, "rings = 17"))
 
 
 @pytest.mark.slow

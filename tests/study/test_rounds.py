@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 from impact import measures
-from impact.quantities import percent
 from impact.storage.hdf5 import load_greens, load_results
 from seatfem.structures import cache
 from seatfem.structures.mesh.gmsh_process import MeshingError
@@ -22,7 +21,7 @@ from seatfem.study.runs import next_round, pipeline, rounds
 from seatfem.study.runs.next_round import Limits
 from seatfem.study.runs.round import missed
 from tests.gallery import REED_ON_SPRING, load_text
-from tests.steps import GreensFunctionError, RunError, Stopwatch, begin_plan, run_command, silent
+from tests.steps import GreensFunctionError, Stopwatch, begin_plan, run_command, silent
 
 SCENE = REED_ON_SPRING + 'landing = "run"\n'
 
@@ -118,13 +117,6 @@ def test_few_modes_of_the_reed_miss_a_target(n_modes: int, tmp_path: Path) -> No
     assert done.left.dominant("impulse") == "model"
     for name in ("impulse", "filtered_peak"):
         assert abs(done.left.values[name] - many.left.values[name]) <= done.left.bar(name)
-
-
-@pytest.mark.slow
-def test_no_round_beyond_the_number(tmp_path: Path) -> None:
-    plan = with_step(plan_of(SCENE + 'target = "0.5 %"\n', tmp_path), 4e-6)
-    two = carry_out(plan, tmp_path, Stopwatch(), silent, limits=Limits(2))
-    assert (two.number, two.stopped) == (2, "2 rounds at most")
 
 
 @pytest.mark.slow(but="factorization")
@@ -234,21 +226,6 @@ def test_summary_and_exit_code_tell_whether_the_target_was_met(more, code, tmp_p
     assert summary["peak_reed_stress_after_contact_time_s"] > summary["first_contact_s"]
     assert 0 <= summary["peak_reed_stress_after_contact_at_m"] <= 25.4e-3
     assert "error_bar_peak_reed_stress_Pa" not in summary
-
-
-@pytest.mark.slow
-def test_each_round_is_told_with_its_bar_time_memory_and_the_price_of_the_next(tmp_path: Path) -> None:
-    lines: list[str] = []
-    plan = with_step(plan_of(SCENE + 'target = "2 %"\n', tmp_path), 2e-6)
-    done = carry_out(plan, tmp_path, Stopwatch(), silent, tell=lines.append)
-    assert len(lines) == done.number
-    line = r"round 1: impulse \+-\S+ %; peak force \+-\S+ %; target 2 % missed; \S+ s, \S+ GB; the next about \S+ s$"
-    assert re.match(line, lines[0])
-    assert re.match(r"round 2 \(.*run.time_step \S+ us -> \S+ us\): ", lines[1])
-    assert f"-> {percent(done.left.relative('filtered_peak'))}; target 2 % reached" in lines[-1]
-    assert done.memory > 50e6
-    assert set(done.spent) == {"contact", "reed stress", "error budget"}
-    assert 0 < sum(done.spent.values()) < 60
 
 
 @pytest.mark.slow
@@ -373,12 +350,6 @@ def test_a_run_that_nears_the_end_of_memory_ends_with_the_last_round_on_file(
     np.testing.assert_array_equal(alone.rows.force, kept.rows.force)
 
 
-@pytest.mark.parametrize(("number", "seconds"), [(0, 1.0), (1, 0.0), (1, float("nan"))])
-def test_limits_that_are_none_are_refused(number: int, seconds: float) -> None:
-    with pytest.raises(RunError, match="--rounds" if number < 1 else "--max-time"):
-        Limits(number, seconds)
-
-
 @pytest.mark.slow
 def test_each_finished_round_is_on_file_while_the_next_is_under_way(tmp_path, monkeypatch):
     """Ctrl-C in round 2 leaves round 1: whole, and marked."""
@@ -402,32 +373,6 @@ def test_each_finished_round_is_on_file_while_the_next_is_under_way(tmp_path, mo
     assert measures.impulse(both["wave"]) == summary["impulse_Ns"]
     assert both["wave"].dt == 2e-6
     load_greens(out / "seat.h5")
-
-
-@pytest.mark.slow
-def test_no_pictures_draws_none_and_says_nothing_of_them(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    scene, out = tmp_path / "s.toml", tmp_path / "out"
-    scene.write_text(SCENE + 'target = "50 %"\n', encoding="utf-8")
-    assert run_command(["run", str(scene), "-o", str(out), "--no-pictures"]) == 0
-    expected = {"scene.toml", "plan.json"}
-    stress = {"reed_hot_spots.csv", "stress.h5"}
-    files = {"summary.json", "landings.csv", "result.h5", "seat.h5"}
-    assert {path.name for path in out.iterdir()} == files | expected | stress
-    assert "skipped" not in capsys.readouterr().out
-
-
-@pytest.mark.slow
-def test_notes_speak_of_keys_and_values(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Notes on a step that damps modes name its key, not the solver's argument; those on assumptions give values."""
-    scene = tmp_path / "s.toml"
-    scene.write_text(SCENE.replace("[run]", '[run]\ntime_step = "2 us"') + 'target = "90 %"\n', encoding="utf-8")
-    run_command(["run", str(scene), "-o", str(tmp_path / "out"), "--no-pictures"])
-    notes = [line for line in capsys.readouterr().out.splitlines() if line.startswith("note: ")]
-    assert any("coarse for the reed's modes" in note and "use run.time_step <= " in note for note in notes), notes
-    assert any(note.endswith("or fewer reed.n_modes") for note in notes)
-    assert not any(re.search(r"\bdt\b", note) for note in notes)
-    assumed = "reed.width = 10.0 mm, reed.thickness = 305 µm, reed.material = 200 GPa, 7850 kg/m^3"
-    assert any(note.endswith(assumed) for note in notes)
 
 
 def test_a_run_ends_in_words_before_its_memory_does(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -25,23 +25,6 @@ def test_the_pages_are_current() -> None:
     assert pages == PAGES, "run: make docs"
 
 
-def test_every_table_is_described_once_and_linked() -> None:
-    """Each table stands once, kinds of bodies under their family, and the first page links all pages."""
-    for page, kinds in {
-        "seats": ("annular", "bar", "block", "rod", "spring"),
-        "reeds": ("cantilever", "flapper", "sheet"),
-        "strikers": ("ball", "rigid_mass", "ring_plate"),
-        "imported": ("cad", "mesh", "greens"),
-    }.items():
-        for kind in kinds:
-            assert f'\n## kind = "{kind}"\n' in PAGES[f"scene/{page}.md"]
-    headings = [line for text in PAGES.values() for line in text.splitlines() if line.startswith("| key |")]
-    tables = {table for name in FIELDS.values() for table in tables_in(name.annotation)} | {scene_of()}
-    assert len(headings) == len(tables)
-    assert set(re.findall(r"^- \[.+\]\((scene/.+)\)", PAGES["scene.md"], re.MULTILINE)) == {*PAGES} - {"scene.md"}
-    assert '| `lip_height` | length, `"3 mm"` | `"0.5 mm"` |' in PAGES["scene/seats.md"]
-
-
 def fields(table: type[BaseModel], seen: set[type[BaseModel]]) -> Iterator[tuple[str, FieldInfo]]:
     """Yield every key of a table and of the tables in it."""
     seen.add(table)
@@ -75,14 +58,3 @@ def test_what_a_key_holds_is_what_it_takes() -> None:
             except ValidationError as error:
                 refused.append((key, example, str(error)))
     assert refused == []
-
-
-def test_lists_say_how_many_of_what() -> None:
-    said = {key: holds(field) for key, field in FIELDS.items()}
-    assert said["ByPlane.several"] == "`true` or `false`"
-    assert said["ByPlane.axis_point"] == 'list of three lengths, `["12 mm", "0 mm", "8 mm"]`'
-    assert said["ByPlane.normal"] == "list of three numbers, `[0.0, 0.0, 1.0]`"
-    assert said["OrthotropicMaterial.young"].startswith("list of three pressures")
-    assert said["Accuracy.measures"].startswith('list of `"impulse"`')
-    assert "list of numbers" not in "".join(PAGES.values())
-    assert "False" not in "".join(PAGES.values())

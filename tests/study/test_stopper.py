@@ -13,9 +13,9 @@ import impact
 from impact import measures
 from impact.runs.variations import SAFETY, Budget
 from impact.storage.hdf5 import load_results, save_greens
-from seatfem.study.impacts.bodies import problem_of, stopper_of
-from seatfem.study.impacts.contact import record_of, run_contacts
-from seatfem.study.impacts.touches import Touches, stopper_values, values_of_record
+from seatfem.study.impacts.bodies import stopper_of
+from seatfem.study.impacts.contact import run_contacts
+from seatfem.study.impacts.touches import Touches, stopper_values
 from seatfem.study.impacts.window import Excerpt, Window, window_of
 from seatfem.study.scene import Scene
 from tests.as_stated import striker_of
@@ -77,16 +77,6 @@ def test_a_mass_between_two_springs(tmp_path: Path) -> None:
     assert fine.seat.energy.residual < 1e-12
 
 
-def test_a_mass_released_towards_the_stopper(tmp_path: Path) -> None:
-    """It meets the stopper first, and comes back to the seat with its speed and 2 m v."""
-    scene = load_text(tmp_path, SEAT + MASS.replace('"-1 m/s"', '"1 m/s"') + STOPPER + RUN.replace("1.4 ms", "0.9 ms"))
-    touches = bounced(scene, 2.5e-8)
-    up, down = (measures.contact_groups(run)[0, 0] for run in (touches.stopper, touches.seat))
-    assert up == pytest.approx(2e-4 / SPEED, abs=5e-8)
-    assert down == pytest.approx(up + OF_STOPPER + WAY / SPEED, abs=5e-7)
-    assert measures.impulse(touches.seat) == pytest.approx(2 * MASS_KG * SPEED, rel=0.01)
-
-
 @pytest.mark.slow
 def test_a_cantilever_released_towards_the_stopper(tmp_path: Path) -> None:
     """A reed released away from the seat runs only with a stopper; a stopper that flies away is refused."""
@@ -126,46 +116,6 @@ def test_a_scene_is_the_problem_built_by_hand(tmp_path: Path) -> None:
             np.testing.assert_allclose(getattr(one, name), theirs, rtol=0, atol=1e-12 * np.abs(theirs).max())
 
 
-def test_the_place_of_the_contact_is_one_port(tmp_path: Path) -> None:
-    """A stopper at the place of the contact, stated or not, shares the seat's port."""
-    for at in ("", 'at = "25.4 mm"\n'):
-        text = SEAT + REED + '[stopper]\nkind = "spring"\nstiffness = "5 N/um"\ngap = "1.2 mm"\n' + at + SHORT
-        scene = load_text(tmp_path, text)
-        problem = problem_of(scene, striker_of(scene), impact.Body(impact.spring(stiffness=1e6)))
-        assert problem.striker.greens.ports == ("contact",)
-        assert [contact.side for contact in problem.contacts] == [1, -1]
-
-
-def test_rings_of_the_seat_stay_apart_from_the_stopper(tmp_path: Path) -> None:
-    """Two rings and a stopper are three contacts, of which the first two are the seat's."""
-    scene = load_text(tmp_path, SEAT + MASS + STOPPER + RUN)
-    compliance = 1e-6 * np.array([[1.2, 0.3], [0.3, 1.5]])
-    nothing = np.zeros((0, 2))
-    greens = impact.ModalGreens(
-        np.zeros(0), np.zeros(0), nothing, impact.Residual(nothing, np.zeros(0), compliance), ("contact_1", "contact_2")
-    )
-    touches = run_contacts(scene, striker_of(scene), greens, 2e-7)
-    byhand = impact.solve(
-        impact.ContactProblem(
-            impact.rigid_mass(mass=1e-3, velocity=-1.0),
-            contacts=[
-                *(impact.Contact(greens, port=k, gap=1e-4) for k in range(2)),
-                impact.Contact(impact.spring(stiffness=4e6), gap=2e-4, side=-1),
-            ],
-        ),
-        dt=2e-7,
-        duration=1.4e-3,
-    )
-    np.testing.assert_allclose(touches.parts.force, byhand.force[:, :2], atol=1e-12 * byhand.force.max())
-    np.testing.assert_allclose(touches.stopper.force, byhand.force[:, 2], atol=1e-12 * byhand.force.max())
-    np.testing.assert_array_equal(touches.seat.force, touches.parts.force.sum(axis=1))
-    assert touches.stopper.force.max() > 1.0
-    values = values_of_record(record_of(scene, problem_of(scene, striker_of(scene), impact.Body(greens)), 2e-7))
-    assert values["impulse"] == pytest.approx(measures.impulse(touches.seat), rel=1e-9)
-    mean = touches.seat.target_displacement
-    assert values["seat_displacement"] == pytest.approx(np.abs(mean).max(), rel=1e-9)
-
-
 @pytest.mark.slow
 def test_the_keys_of_a_run(tmp_path: Path) -> None:
     """Seat, stopper and both spring baselines have their own keys, with the values of their results."""
@@ -190,24 +140,6 @@ def test_the_keys_of_a_run(tmp_path: Path) -> None:
     # the bars are the seat's: a spring of the same stiffness is the same seat
     assert summary["spring_impulse_Ns"] == pytest.approx(summary["impulse_Ns"], rel=1e-9)
     assert summary["error_bar_impulse_Ns"] > abs(summary["impulse_Ns"] - 4e-3)
-
-
-@pytest.mark.slow
-def test_a_stopper_that_is_read_is_told_of(tmp_path: Path) -> None:
-    """A Green's function from a file: the run says that it is taken as it is; the impact is the same."""
-    save_greens(impact.spring(stiffness=4e6), tmp_path / "stopper.h5")
-    text = SEAT + MASS + '[stopper]\nkind = "greens"\nfile = "stopper.h5"\ngap = "0.2 mm"\n' + RUN
-    scene = load_text(tmp_path, text)
-    body = stopper_of(scene)
-    assert float(body.greens.static_compliance()[0, 0]) == pytest.approx(1 / 4e6)
-    note = "the stopper (kind 'greens') is computed as its keys state it"
-    outcome = run_scene(scene, tmp_path / "out", pictures=False)
-    assert any(note in words for words in outcome.messages)
-    stated = bounced(load_text(tmp_path, SEAT + MASS + STOPPER + RUN), 1e-7).stopper
-    assert outcome.summary["stopper_impulse_Ns"] == pytest.approx(measures.impulse(stated), rel=1e-12)
-    for key in ("stopper_impulse_Ns", "stopper_filtered_peak_force_N"):
-        assert 0 < outcome.summary[f"error_bar_{key}"] < 0.05 * outcome.summary[key]  # type: ignore[operator]
-    assert "stopper's patch" in str(outcome.summary["error_unknown"])
 
 
 CUT = '[run]\nduration = "{} ms"\n[accuracy]\ntarget = "5 %"\n'

@@ -19,10 +19,9 @@ from seatfem.study.impacts.window import Excerpt
 from seatfem.study.ladders.table import ladder_of
 from seatfem.study.method import SEAT_MODES, stated_method
 from seatfem.study.scene import Scene, SceneError
-from seatfem.study.scene.problems import in_words_of
 from tests.as_stated import solved_striker, striker_of
 from tests.gallery import load_text, refusal, summary_of
-from tests.steps import LevelError, Limits, Stopwatch, begin_plan, key_of, kinds_of, rounds, run_scene, silent
+from tests.steps import Limits, Stopwatch, begin_plan, key_of, rounds, run_scene, silent
 
 SPRING = '[seat]\nkind = "spring"\nstiffness = "20 N/um"\n'
 RUN = '[run]\nduration = "1 ms"\nfilter_width = "20 us"\ntime_step = "1 us"\n[accuracy]\ntarget = "50 %"\n'
@@ -143,7 +142,6 @@ def test_what_is_held_has_no_velocity(tmp_path: Path) -> None:
 
 
 OPEN = RUN.replace('time_step = "1 us"\n', "").replace("50 %", "10 %")
-COARSE_BAR = BAR + 'model = "sector"\ngreens = { bandwidth = "40 kHz" }\ndeflection = "1 um"\n'
 FREE_ROD = (
     'kind = "rod"\nyoung = "200 GPa"\ndensity = "7850 kg/m^3"\nlength = "10 mm"\narea = "10 mm^2"\n'
     'far_end = "free"\nvelocity = "-0.1 m/s"\n'
@@ -154,18 +152,6 @@ def open_scene_of(folder: Path, striker: str, gap: str, target: str = "10 %") ->
     """Return a scene whose step is left open."""
     run = OPEN.replace("10 %", target)
     return load_text(folder, f'{SPRING}[reed]\n{striker}[contact]\ngap = "{gap}"\n{run}')
-
-
-@pytest.mark.slow
-def test_a_coarse_striker_is_told_of_and_not_the_seat(tmp_path: Path) -> None:
-    """A spring has no mesh: what is left is the striker's, and finer elements of it reduce that slowly."""
-    outcome = run_scene(open_scene_of(tmp_path, COARSE_BAR, "0.2 um", "3 %"), tmp_path / "out")
-    summary = outcome.summary
-    assert summary["error_striker_impulse_Ns"] > 0.01 * summary["impulse_Ns"]
-    assert summary["error_mesh_impulse_Ns"] == 0.0
-    assert summary["error_bar_impulse_Ns"] > 1.5 * summary["error_striker_impulse_Ns"]
-    assert "(reed.mesh.size) leaves " in str(summary["accuracy_stopped_because"])
-    assert any("refine reed.mesh" in message for message in outcome.messages)
 
 
 def test_what_is_not_known_of_a_striker_is_named(tmp_path: Path) -> None:
@@ -214,24 +200,6 @@ IMMOBILE = {
 @pytest.mark.parametrize("striker", IMMOBILE)
 def test_a_motion_that_no_key_can_bring_about_is_told_at_once(striker: str, tmp_path: Path) -> None:
     assert re.search(IMMOBILE[striker], refusal(scene_of, tmp_path, striker))
-
-
-def test_a_striker_is_told_of_in_keys_of_its_own_table(tmp_path: Path) -> None:
-    """The same mistake in a seat and in a striker is refused by the key of its own table."""
-    ball = 'kind = "rigid_mass"\nmass = "2 g"\nvelocity = "-0.5 m/s"\n'
-    wrong = BAR + 'model = "axisymmetric"\n'
-    for role, scene in {
-        "seat": lambda: scene_of(tmp_path, ball, seat="[seat]\n" + wrong),
-        "reed": lambda: scene_of(tmp_path, wrong + 'deflection = "1 um"\n'),
-    }.items():
-        with pytest.raises(LevelError, match=rf"^{role}.model = 'axisymmetric'"):
-            striker_of(scene()) if role == "reed" else stated_method(scene())
-
-
-def test_files_that_are_called_as_a_table_keep_their_names() -> None:
-    bar = next(kind for kind in kinds_of() if kind.__name__ == "BarSeat").model_construct()
-    text = "/tmp/seat.mesh: seat.mesh.size and reed.greens, not seat.h5"
-    assert in_words_of("reed", bar, text) == "/tmp/seat.mesh: reed.mesh.size and reed.greens, not seat.h5"
 
 
 @pytest.mark.slow

@@ -11,10 +11,10 @@ from impact.greens.modal import ModalGreens, Residual
 from impact.notices import Advice
 from seatfem.faces.cli import BAD_INPUT, run_command
 from seatfem.study.impacts.contact import RunError, check_step, run_contacts
-from seatfem.study.impacts.validity import dishing_notes, one_way_notes, validity_advice
+from seatfem.study.impacts.validity import one_way_notes, validity_advice
 from tests.as_stated import striker_of
 from tests.gallery import load_text
-from tests.steps import GreensFunction, Scene, Solved, Touches, error_budget, load_scene, stated_method
+from tests.steps import GreensFunction, Scene, Solved, Touches, error_budget, stated_method
 
 SCENE = """
 seat = {{ kind = "spring", stiffness = "40 N/um" }}
@@ -23,10 +23,6 @@ reed = {{ kind = "cantilever", length = "{length} mm", width = "10 mm", thicknes
     release = {{ tip_deflection = "{deflection} mm" }} }}
 run = {{ duration = "1 ms", filter_width = "2 us" }}
 """
-
-
-def dishing_of(scene: Scene) -> tuple[str, ...]:
-    return dishing_notes(scene.reed, scene.seat, scene.load, scene.run.duration)
 
 
 def advice_of(scene: Scene, *bodies: GreensFunction) -> tuple[Advice, ...]:
@@ -119,16 +115,6 @@ def test_a_stated_spring_has_what_waves_change_in_the_bars_of_all_measures(tmp_p
     assert second["error_bar_max_seat_displacement_m"] > 0
 
 
-def test_a_beam_that_is_pressed_on_a_port_says_that_it_does_not_dish() -> None:
-    """The note gives 3 p r^2/(4 t^2) = 159 MPa, 3.3/2 of it with a free edge, for 9 bar over 9.2 mm."""
-    examples = Path(__file__).parents[2] / "examples"
-    (note,) = dishing_of(load_scene(examples / "valve_on_cast_iron.toml"))
-    assert "900 kPa over a port of 9.2 mm" in note
-    assert "about 159 MPa to 262 MPa" in note
-    assert dishing_of(load_scene(examples / "flapper_on_peek_sleeve.toml")) == ()  # no pressure
-    assert dishing_of(load_scene(examples / "suction_flapper.toml")) == ()  # a plate
-
-
 LANDING = """
 seat = { kind = "spring", stiffness = "1 N/um" }
 reed = { kind = "cantilever", length = "25.4 mm", n_modes = 6, release = { mode = 1, velocity = "-2 m/s" } }
@@ -161,22 +147,3 @@ def test_an_absolute_pressure_is_named_before_the_run(
         assert "of an absolute one subtract the pressure on the other side" in said, verb
     (note,) = one_way_notes(load_text(tmp_path, pressed(-1, -3, -9, -3)))
     assert "(-72 N to -8 N, positive off the seat) press the reed on its seat" in note
-
-
-def test_loads_that_close_and_open_a_valve_need_no_word(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    other_side = '[[load]]\npressure = "-2 bar"\narea = "80 mm^2"\n'
-    spring = '[[spring]]\nstiffness = "1 N/mm"\npreload = "9 N"\n'
-    for text in (
-        LANDING,
-        pressed(-1, 3, 9, 3),
-        pressed(1, 3, 9, 3, more=other_side),
-        pressed(1, 3, 9, 3, more=spring),
-        pressed(-1, -3, -9, -3).replace('"0 mm"', '"1 mm"'),  # it closes
-        f'{LANDING}[[load]]\nforce = "-1 N"\n',
-        f'{LANDING}[[load]]\nforce = "1 N"\n[[load]]\ngravity = "-1 m/s^2"\n',
-    ):
-        assert one_way_notes(load_text(tmp_path, text)) == (), text
-    (note,) = one_way_notes(load_text(tmp_path, f'{LANDING}[[load]]\nforce = "1 N"\n'))
-    assert note.startswith("load.0.force: the loads (1 N,")
-    assert note.endswith("Check their signs")

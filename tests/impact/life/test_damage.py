@@ -88,11 +88,6 @@ def test_curves_that_are_refused(build: object, words: str) -> None:
         build()  # type: ignore[operator]
 
 
-def test_miner_adds_up_cycles() -> None:
-    both = Cycles(np.array([800e6, 1600e6]), np.zeros(2), np.array([10.0, 2.0]))
-    assert damage(both, INVENTED, SmithWatsonTopper()) == pytest.approx(10 / 1e7 + 2 * 4096 / 1e7)
-
-
 def test_a_life_by_hand() -> None:
     """300 about 200 MPa is 337.5 MPa for Goodman: N = 1e7 (400/337.5)^23."""
     result = life(Cycles(np.array([600e6]), np.array([200e6]), np.ones(1)), INVENTED, Goodman(1800e6), blocks=CLOSINGS)
@@ -130,22 +125,6 @@ def test_a_margin_at_a_jump() -> None:
     assert margin(reversed_cycles(200e6), limited, SmithWatsonTopper(), blocks=1e9) == pytest.approx(2.0, rel=1e-9)
     steady = Cycles(np.array([2.0]), np.array([900e6]), np.ones(1))
     assert margin(steady, INVENTED, Goodman(1800e6), blocks=1.0) == pytest.approx(2.0, rel=1e-6)
-
-
-def test_nothing_to_bear() -> None:
-    none = rainflow([5.0])
-    assert life(none, INVENTED, Goodman(1800e6), blocks=1.0).blocks == math.inf
-    assert margin(none, INVENTED, Goodman(1800e6), blocks=1.0) == math.inf
-    pressed = Cycles(np.array([100e6]), np.array([-500e6]), np.ones(1))
-    assert margin(pressed, INVENTED, SmithWatsonTopper(), blocks=1e9) == math.inf
-
-
-def test_a_part_that_breaks_says_so() -> None:
-    broken = Cycles(np.array([100e6]), np.array([2100e6]), np.ones(1))
-    result = life(broken, INVENTED, Morrow(2000e6), blocks=1e6)
-    assert (result.damage, result.blocks) == (math.inf, 0.0)
-    assert [each.name for each in result.advice] == ["mean_stress", "largest_stress"]
-    assert "limit 2e+09): no cycle survives" in str(result.advice[0])
 
 
 def test_a_curve_of_pulsating_stress() -> None:
@@ -190,11 +169,6 @@ def test_extreme_strengths_give_a_number(
 def test_a_design_number_is_a_number(blocks: float) -> None:
     with pytest.raises(LifeError, match="blocks = "):
         margin(reversed_cycles(1e8), INVENTED, SmithWatsonTopper(), blocks=blocks)
-
-
-def test_a_life_needs_a_curve() -> None:
-    with pytest.raises(LifeError, match=r"'curve' .*\(a data sheet\)"):
-        damage(reversed_cycles(1e8), Strength("a data sheet"), SmithWatsonTopper())
 
 
 def test_the_rule_of_a_closing_speed() -> None:
@@ -245,13 +219,6 @@ def test_a_curve_at_another_ratio_is_the_same_point(name: str, amplitude: float,
     equivalent = judge.equivalent(own, slant * own)
     if np.all(np.isfinite(equivalent)) and equivalent[0] > 0:
         np.testing.assert_allclose(judge.at_ratio(equivalent, slant), own, rtol=1e-9)
-
-
-def test_messages_name_what_is_missing() -> None:
-    with pytest.raises(LifeError, match=r"goodman .*'ultimate' .*\(a data sheet\)"):
-        mean_stress("goodman", Strength("a data sheet"))
-    with pytest.raises(LifeError, match=r"'godman'.*'goodman'\?"):
-        mean_stress("godman", INVENTED)
 
 
 @pytest.mark.parametrize(

@@ -56,14 +56,6 @@ def test_tensors_are_judged_beside_and_only_where_a_criterion_is_stated() -> Non
         judged(both, DEMAND)
 
 
-def test_nothing_to_judge() -> None:
-    assert judged([], DEMAND).life is None
-    at_rest = judged([("root", np.full(5, 3e6))], DEMAND)
-    assert at_rest.life.margin == np.inf
-    with pytest.raises(LifeError, match=r"root: .*mean stress"):
-        judged([("root", np.full(5, 3e6))], replace(DEMAND, judge=None))
-
-
 def test_a_contact_of_hertz_at_its_largest_force() -> None:
     """The last tensors are those on the axis of the whole contact; every criterion sees half of the way there."""
     force, modulus, radius = 20.0, 110e9, 5e-3
@@ -106,19 +98,6 @@ def test_points_below_a_share_of_the_hot_spot_are_skipped(size: int) -> None:
     assert (mapped.skipped, mapped.share) == (5, 0.7)
     for k in (1, 5, 7):
         assert mapped.values[k] == judged_by_goodman(rainflow(HISTORIES[k]))
-
-
-def test_a_share_of_nothing_skips_nothing() -> None:
-    mapped = cycle_map(blocks(3), judged_by_goodman, 0.0)
-    assert mapped.skipped == 0
-    np.testing.assert_array_equal(mapped.values, [judged_by_goodman(rainflow(each)) for each in HISTORIES])
-
-
-def test_margins_of_points() -> None:
-    histories = np.random.default_rng(8).normal(size=(5, 40, 6)) * 1e8
-    judge = Crossland(310e6, 500e6)
-    mapped = margin_map([histories[:2], histories[2:]], judge)
-    assert mapped.tolist() == [judge.margin(each) for each in histories]
 
 
 def test_what_is_no_map() -> None:
