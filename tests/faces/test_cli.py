@@ -9,17 +9,13 @@ import tomllib
 import types
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from io import StringIO
 from pathlib import Path
 
 import pytest
-from rich.console import Console
-from rich.table import Table
 
 from seatfem import verify
-from seatfem.faces import cli, scene_verbs, terminal
+from seatfem.faces import cli, scene_verbs
 from seatfem.faces.cli import BAD_INPUT, DONE, FAILED, INTERRUPTED, app, run_command
-from seatfem.faces.progress_bars import progress_bars
 from seatfem.machine import doctor
 from seatfem.machine import libraries as system
 from seatfem.machine.doctor import Check
@@ -316,35 +312,3 @@ def test_dense_products_take_one_thread_unless_asked_for_more(setting: str | Non
     environment |= {} if setting is None else {"OPENBLAS_NUM_THREADS": setting}
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=False)
     assert done.stdout.splitlines()[-1] == threads, done.stderr
-
-
-def test_brackets_are_no_markup_wherever_text_is_printed(
-    pipeline: Pipeline, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """``pip install 'seatfem[uff]'`` must come through whole: tables, notes, errors, stages, titles."""
-    remedy = "pip install 'seatfem[uff]'"
-    gap = Check("pyuff", False, "absent", remedy, required=False)
-    monkeypatch.setattr(doctor, "doctor_report", lambda: (gap, Check("gmsh[x]", False, "absent [y]", remedy)))
-    assert run_command(["doctor"]) == FAILED
-    out, err = capsys.readouterr()
-    assert out.count(remedy) == 2
-    assert f"gmsh[x]: absent [y]; {remedy}" in err
-    scene = tmp_path / "scene.toml"
-    scene.write_text(SPRING_SCENE.read_text(encoding="utf-8").replace("Flapper", "[red]Flapper[/red] [uff]"))
-    monkeypatch.setitem(SUMMARY, "landing_status", "some [red]new[/red] status")
-    monkeypatch.setitem(SUMMARY, "error_unknown", "mesh[/]")
-    assert run_command(["run", str(scene)]) == DONE
-    out = capsys.readouterr().out
-    for words in ("[red]Flapper[/red] [uff] reed", "Some [red]new[/red] status", "mesh[/]", "pictures [skipped]"):
-        assert words in out
-    pipeline.act = failing(GeometryError(remedy))
-    assert run_command(["run", str(scene), "--quiet"]) == BAD_INPUT
-    assert remedy in capsys.readouterr().err
-    text = StringIO()
-    with progress_bars(Console(file=text, force_terminal=True, width=80), quiet=False) as progress:
-        progress("seat[uff]", 0.5)
-    assert "seat[uff]" in text.getvalue()
-    choices = Table("key")
-    choices.add_row("a [uff] choice")
-    terminal.console().print(choices)
-    assert "[uff]" in capsys.readouterr().out

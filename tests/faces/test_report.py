@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import html
 import io
 import json
@@ -348,35 +347,6 @@ def test_a_section_shows_the_inside(browser: Any) -> None:
     put(browser, axis, "")
     until(lambda: (np.abs(shot(canvas) - whole) > 12).mean() < 0.001, "as it was before it was cut")
     assert browser.get_log("browser") == []
-
-
-PAPER = (720, 980)  # CSS pixels of a page between its margins
-
-
-@pytest.mark.slow
-def test_it_prints_without_what_only_a_screen_can_do(browser: Any) -> None:
-    """Nothing is wider than the paper, two figures stand on a page, bodies are drawn whole, hints and buttons gone."""
-    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
-    paper = {"width": PAPER[0], "height": PAPER[1], "deviceScaleFactor": 1, "mobile": False}
-    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", paper)
-    try:
-        wide = """const most = document.documentElement.clientWidth + 1;
-            return [...document.querySelectorAll('table, pre, figure, img, canvas')].filter(
-                each => each.getBoundingClientRect().right > most).map(each => each.tagName)"""
-        until(lambda: browser.execute_script(wide) == [], "within the paper")
-        plots = browser.find_elements("css selector", "section:has(> .plot)")
-        assert all(2 * plot.rect["height"] < PAPER[1] for plot in plots[:3])
-        _, canvas = _body(browser, "modes.h5")
-        seen = until(lambda: (now := shot(canvas)).shape[0] > 200 and (now < 240).mean() > 0.02 and (now,), "drawn")[0]
-        assert (seen[:3, : seen.shape[1] // 2] > 240).all()  # whole: not cut by the frame
-        assert (seen[-3:] > 240).all()
-        for hidden in (".screen", ".controls button", "nav", "[data-ready] .probe"):
-            assert not any(each.is_displayed() for each in browser.find_elements("css selector", hidden))
-        page = browser.execute_cdp_cmd("Page.printToPDF", {"printBackground": False})
-        assert base64.b64decode(page["data"]).startswith(b"%PDF-")
-    finally:
-        browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
-        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
 
 
 @pytest.mark.slow

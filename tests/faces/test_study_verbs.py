@@ -94,20 +94,6 @@ def test_bad_options(options: list[str], message: str, study: Path, capfd: Told)
     assert sorted(path.name for path in Path().iterdir()) == ["gaps.toml", "scene.toml"]
 
 
-@pytest.mark.slow
-def test_scenes_that_failed_are_tried_again_where_that_is_asked_for(
-    study: Path, capsys: Told, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    assert run_command(["sweep", "gaps.toml", "--quiet"]) == FAILED
-    tried: list[object] = []
-    mended = {"landing_impulse_Ns": 3.0, "landing_filtered_peak_force_N": 2.0}
-    answer_by(monkeypatch, lambda changed: tried.append(changed["reed.mass"]) or mended)
-    assert run_command(["sweep", "gaps.toml", "--quiet"]) == FAILED
-    assert tried == []
-    assert run_command(["sweep", "gaps.toml", "--quiet", "--retry"]) == DONE
-    assert tried == ["3 g"]
-
-
 @pytest.mark.parametrize("verb", ["sweep", "optimise", "trade"])
 def test_an_address_that_is_none(verb: str, study: Path, tmp_path: Path, capsys: Told) -> None:
     file = "scene.toml" if verb == "trade" else "gaps.toml"
@@ -205,8 +191,3 @@ def test_bad_searches(verb: str, text: str, message: str, study: Path, tmp_path:
     assert re.search(message, err)
     assert "Traceback" not in err
     assert sorted(path.name for path in tmp_path.iterdir()) == ["gaps.toml", "scene.toml"]
-
-
-def test_a_scene_is_no_study(study: Path, capsys: Told) -> None:
-    assert run_command(["sweep", "scene.toml"]) == BAD_INPUT
-    assert "scene.toml: vary: required key is missing" in capsys.readouterr().err

@@ -14,7 +14,6 @@ import pytest
 
 import impact
 from impact.files.hdf5_structure import USER_BLOCK
-from impact.files.safe_files import whole_file, write_whole
 from impact.storage.hdf5 import OtherKeyError, load_greens, load_results, save_greens
 from seatfem.machine.code import NOT_NUMERICS, hash_of
 from seatfem.structures import cache
@@ -103,19 +102,6 @@ def test_a_run_onto_a_full_disk_says_one_line(tiny_disk: Path, tmp_path: Path) -
     assert "Traceback" not in done.stderr
     assert not path.exists()
     assert not [name for name in os.listdir(path.parent) if name.startswith(".")]
-
-
-def test_an_error_of_the_disk_names_the_file_that_was_meant(tmp_path: Path) -> None:
-    def failing() -> None:
-        with whole_file(tmp_path / "picture.png") as temporary:
-            raise OSError(28, "No space left on device", str(temporary))
-
-    with pytest.raises(OSError, match=r"No space left.*picture\.png"):
-        failing()
-    write_whole(tmp_path / "under", b"x")
-    with pytest.raises(OSError, match=r"File exists: '.*under'"):
-        write_whole(tmp_path / "under" / "a", b"x")
-    assert [path.name for path in tmp_path.iterdir()] == ["under"]
 
 
 @pytest.mark.parametrize("verb", ["run", "greens", "modes", "trade"])
@@ -292,29 +278,6 @@ def test_two_runs_at_once_in_one_folder_and_one_cache(tmp_path: Path) -> None:
     for entry in Store(tmp_path / "store").entries():
         load_greens(entry.path, key=entry.key)
     assert [path for folder in ("out", "store") for path in (tmp_path / folder).iterdir() if path.name[0] == "."] == []
-
-
-def test_no_writer_goes_round_whole_file() -> None:
-    """All files for users are written by `impact.files.safe_files.whole_file`, except for private folders, journals and
-    /proc."""
-    allowed = {
-        "seatfem/machine/resources.py",
-        "impact/files/safe_files.py", "seatfem/jobs/folders.py", "seatfem/jobs/processes.py", "seatfem/jobs/cluster.py",
-        "seatfem/jobs/foreman.py", "seatfem/study/trade/trade.py",
-    }  # fmt: skip
-    allowed |= {"seatfem/structures/mesh/_gmsh_worker.py", "seatfem/structures/formats/_meshio_worker.py"}
-    allowed |= {"seatfem/structures/shapes/cad.py"}  # the copy of a STEP file in a private folder
-    words = (".write_text(", ".write_bytes(", "savefig(", "imwrite(", ".save(", "savez(", '.open("w', '.open("a')
-    writers = set()
-    for path in [*(ROOT / "impact").rglob("*.py"), *(ROOT / "seatfem").rglob("*.py")]:
-        text = path.read_text(encoding="utf-8")
-        if any(word in text for word in words) and not {"whole_file(", "write_whole("} & set(_calls(text)):
-            writers.add(path.relative_to(ROOT).as_posix())
-    assert writers - allowed <= {"seatfem/faces/other_verbs.py"}  # `machine.save`, which is whole_file's
-
-
-def _calls(text: str) -> list[str]:
-    return [word for word in ("whole_file(", "write_whole(") if word in text]
 
 
 @pytest.fixture

@@ -1,19 +1,14 @@
 """Pictures of mesh and modes: kept beside the stored seat, there again in any folder that reuses it."""
 
-from pathlib import Path
-
 import pytest
 
 import impact
-from seatfem.structures.cache import Store, content_key
 from seatfem.structures.mesh.gmsh_process import MeshingError
 from seatfem.structures.method import Method, Solved
 from seatfem.study.method import RunMethod
 from seatfem.study.runs import pictures
 from tests.gallery import BAR, load_text, mass
 
-KEY = content_key({"seat": "a"})
-OTHER = content_key({"seat": "b"})
 METHOD = RunMethod(Method("axisymmetric", 1e6), Method())
 SEAT = impact.single_mode(frequency_hz=1e4, mass=0.01, damping_ratio=0.02)
 
@@ -55,22 +50,6 @@ def test_a_second_run_in_another_folder_shows_the_same_pictures(scene, tmp_path,
 
     monkeypatch.setattr(pictures, "_meshed_again", fail)
     assert drawn(another, tmp_path / "three", [], monkeypatch, missing=True) == curves
-
-
-def test_what_is_kept_belongs_to_its_key_and_goes_with_it(tmp_path):
-    store = Store(tmp_path / "store")
-    function = store.put(KEY, SEAT)
-    store.put(OTHER, SEAT)
-    picture = tmp_path / "mesh.png"
-    picture.write_bytes(b"0123456789")
-    store.keep(KEY, picture)
-    assert [path.name for path in store.fetch(KEY, tmp_path / "out")] == ["mesh.png"]
-    assert store.fetch(OTHER, tmp_path / "other") == ()
-    sizes = {entry.key: entry.size for entry in store.entries()}
-    assert sizes[KEY] == function.stat().st_size + 10
-    assert len(store.entries()) == 2
-    store.prune(most_bytes=0)
-    assert list(Path(store.folder).iterdir()) == []
 
 
 def test_a_store_that_cannot_be_written_to_and_a_shape_that_cannot_be_made_are_told(scene, tmp_path, monkeypatch):

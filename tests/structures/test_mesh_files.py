@@ -8,12 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from impact.notices import silent
-from seatfem.machine.resources import Stopwatch
-from seatfem.pictures.cell_grid import skin_of
 from seatfem.structures.errors import MeshError
 from seatfem.structures.formats.mesh_files import read_mesh
-from tests.gallery import load_text
 
 UNIT = 1e-2  # metres; the files of `write_mesh_files` are in centimetres
 RING = 3 * math.pi / 4 * UNIT**3
@@ -68,27 +64,6 @@ def test_curved_volume_converges(written_meshes, name, order):
     errors = [RING - ring(written_meshes, f"{name}-{n}.inp").quality.volume for n in (2, 4)]
     assert errors[0] > errors[1] > 0.0
     assert math.log2(errors[0] / errors[1]) == pytest.approx(order, abs=0.1)
-
-
-SEAT = (
-    '[seat]\nkind = "mesh"\nfile = "{}"\nunit = "mm"\nmaterial = "steel"\ngreens = {{ bandwidth = "300 kHz" }}\n'
-    '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[run]\nduration = "50 us"\n'
-)
-
-
-@pytest.mark.slow(but="hex-1")
-@pytest.mark.parametrize("name", ["hex-1-4.inp", "hex-2-2.msh4.msh", "hex20-2-2.inp", "hex20-2-4.inp"])
-def test_a_seat_of_hexahedra_is_solved_and_drawn(written_meshes, tmp_path, name):
-    """With a nodal mass; its compliance is that of tetrahedra: measured, 0.8 % apart on these coarse meshes."""
-    seat = load_text(tmp_path, SEAT.format((written_meshes / name).as_posix())).seat
-    solved, other = (
-        body.solve(body.stated(), 5e-5, Stopwatch(), silent)
-        for body in (seat, seat.model_copy(update={"file": written_meshes / "tet-2-4.inp"}))
-    )
-    assert solved.model.M.nnz == solved.model.size
-    ours, theirs = (each.greens.static_compliance()[0, 0] for each in (solved, other))
-    assert ours == pytest.approx(theirs, rel=0.015)
-    assert np.ptp(skin_of(solved.model).points, axis=0) == pytest.approx([2e-3, 2e-3, 1e-3])
 
 
 # One element whose nodes stand at F(reference place), F = (x + A x z, y + B x^2, z): det F' = 1 + A z, and areas of the

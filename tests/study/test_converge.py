@@ -1,7 +1,6 @@
 """The loop begins coarse, measures the error of each key by a neighbour, and refines what the target needs."""
 
 import math
-import re
 from collections.abc import Mapping
 from dataclasses import replace
 from itertools import pairwise
@@ -18,9 +17,6 @@ from seatfem.study.method import (
     BAND,
     MODEL,
     MODES,
-    REED_BAND,
-    REED_CONTACT_SIZE,
-    REED_SIZE,
     SIZE,
     STEP,
     TOLERANCE,
@@ -43,7 +39,7 @@ from seatfem.study.runs.next_round import Limits
 from seatfem.study.runs.round import Round
 from seatfem.study.runs.rounds import rounds
 from tests.steps import Stopwatch, silent
-from tests.study.small_scenes import ANNULAR, BAR, MASS, PLATE, REED, STEEL, TWO_PORTS, scene_of
+from tests.study.small_scenes import ANNULAR, BAR, MASS, PLATE, REED, TWO_PORTS, scene_of
 
 pytestmark = pytest.mark.usefixtures("own_store")
 FINER = {**dict.fromkeys((SIZE, STEP, TOLERANCE), -1), **dict.fromkeys((BAND, MODES), 1)}
@@ -193,29 +189,6 @@ def test_work_is_bounded_by_what_gains_most() -> None:
     assert 1 < max(work_ratio(done.plan.method, plan.method, plan.scene).values()) <= MOST_WORK
 
 
-def test_unknowns_of_a_reed_are_work() -> None:
-    """A ball whose elements are half as large has eight times the unknowns, and the seat's work is the same."""
-    run = 'run = { duration = "0.1 ms" }'
-    ball = f'reed = {{ kind = "ball", diameter = "5 mm", velocity = "-1 m/s", {STEEL} }}'
-    scene = scene_of(BAR, ball, run)
-    method = begin_method(scene)
-    coarse, fine = (method.replaced({REED_SIZE: size, REED_CONTACT_SIZE: size}) for size in (2e-4, 1e-4))
-    work = work_ratio(coarse, fine, scene)
-    assert (work["seat"], work["contact"]) == (1, 1)
-    dimensions = 2 if scene.reed.elastic.elements_of(method.reed) == "axisymmetric" else 3
-    assert work["reed"] == pytest.approx(2**dimensions)
-
-
-def test_a_lip_in_more_arcs_has_no_more_modes() -> None:
-    """The seat's modes are computed once for all arcs; the contact has twice as many points."""
-    plate = {"kind": "ring_plate", "inner_diameter": "6 mm", "outer_diameter": "12 mm", "thickness": "1 mm"}
-    reed = {**plate, "material": "steel", "velocity": "-1 m/s"}
-    scene = scene_of(ANNULAR, 'run = { duration = "0.1 ms" }', reed=reed, contact={"tilt": "0.3 deg", "ports": 16})
-    method = begin_method(scene)
-    work = work_ratio(method, method.along(scene.geometry, 32, 1), scene)
-    assert work == {"seat": 1, "reed": 1, "contact": 2}
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(("most", "first"), [(60, 400e3), (80, 100e3)])
 def test_bands_end_where_a_seat_in_segments_has_too_many_modes(
@@ -236,19 +209,3 @@ def test_bands_end_where_a_seat_in_segments_has_too_many_modes(
     assert further is None
     for words in (BAND, "kHz", f"more than {most} modes", "state a longer run.filter_width"):
         assert words in why
-
-
-def test_bands_of_a_plate_end_where_it_has_too_many_modes() -> None:
-    """The widest one is computed, no wider one is offered, and the words name key, value, limit and remedy."""
-    plan = begin_plan(scene_of(TWO_PORTS, reed__greens={}))
-    ladder, plate = converge.ladder_of(REED_BAND), plan.scene.reed.thin_plate
-    assert ladder is not None
-    assert plate is not None
-    widest = ladder.refine(plan.scene, plan.method, 100.0)
-    assert widest is not None
-    plate.sheet(widest.reed.bandwidth).check()
-    assert ladder.refine(plan.scene, widest, 100.0) is None
-    seat = SimpleNamespace(greens=SimpleNamespace(modal=None))
-    done = SimpleNamespace(plan=replace(plan, method=widest), seat=seat)
-    assert set(why := converge._out_of_reach(cast(Round, done))) == {REED_BAND}
-    assert re.fullmatch(r"above \d+ kHz .* 600 modes .*: state a longer run.filter_width", why[REED_BAND])

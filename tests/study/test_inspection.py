@@ -6,14 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatfem.structures.formats import mesh_files
-from seatfem.structures.inspection import cad
 from seatfem.structures.inspection.cad import inspect_geometry
 from seatfem.structures.kinds import Plate
 from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import CadPart, CylinderFace, NumberedFace
-from tests.steps import BAD_INPUT, DONE, begin_plan, check_files, load_scene, run_command
+from tests.steps import BAD_INPUT, DONE, load_scene, run_command
 
 ROOT = Path(__file__).parents[2]
 MESHES = ROOT / "meshes"
@@ -80,29 +78,6 @@ def test_wrong_headers_are_told_by_a_plan(seat, place, words, tmp_path, capsys):
     lines = plan_messages(tmp_path, f"[seat]\n{seat}\n", capsys)
     assert place in lines[0]
     assert words in lines[0]
-
-
-@pytest.mark.slow
-def test_a_file_is_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A process reads a file once for its plans, and again after the file changed."""
-    calls: list[str] = []
-    gmsh, read = cad.run_gmsh, mesh_files.run_gmsh
-    monkeypatch.setattr(cad, "run_gmsh", lambda job, *more: (calls.append(job["task"]), gmsh(job, *more))[1])
-    monkeypatch.setattr(mesh_files, "run_gmsh", lambda job, *more: (calls.append(job["task"]), read(job, *more))[1])
-    copy = tmp_path / "part.step"
-    copy.write_bytes((MESHES / "block.step").read_bytes())
-    scene = load_scene(written(tmp_path, CAD.format(copy)))
-    for _ in range(2):
-        begin_plan(scene)
-    assert calls == ["inspect"]
-    copy.write_bytes((MESHES / "bar.step").read_bytes())
-    check_files(scene)
-    assert calls == ["inspect", "inspect"]
-    (tmp_path / "seat.msh").write_bytes((MESHES / "annular_seat.msh").read_bytes())
-    scene = load_scene(written(tmp_path, MESH.replace(str(MESHES / "annular_seat.msh"), "seat.msh")))
-    begin_plan(scene)
-    assert scene.seat.read() is scene.seat.read()
-    assert calls[2:] == ["read"]
 
 
 def test_numbers_are_those_of_the_file_and_stay_through_fragmenting() -> None:

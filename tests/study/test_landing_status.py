@@ -13,7 +13,7 @@ from seatfem.study.sweep.runner import StudyError
 from seatfem.study.sweep.sweep import TABLE, run_optimum, run_study
 from seatfem.study.sweep.table import StudyTable
 from tests.steps import DONE, FAILED, load_study, run_command
-from tests.study.crew_at_hand import amount, answer_by, answer_here
+from tests.study.crew_at_hand import answer_here
 from tests.study.test_studies import study_file
 
 GAPS = '[vary]\ncontact.gap = ["0 mm", "0.05 mm", "0.09 mm", "0.15 mm", "0.3 mm"]\nreed.velocity = {}\n'
@@ -41,32 +41,6 @@ def test_means_are_of_scenes_that_land(tmp_path: Path, monkeypatch: pytest.Monke
     effect = effects.main_effect(table, "contact.gap [mm]", "landing_impulse_Ns")
     assert list(effect.at) == [0.0, 0.05, 0.09]
     assert effect.mean == pytest.approx([2e-3] * 3, rel=5e-3)
-
-
-@pytest.mark.slow
-def test_sobol_blocks_and_bands_without_them(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A measure that grows with its key; scenes above 0.75 of it do not land, and have its largest values."""
-    answer_here(monkeypatch)
-
-    def answer(changed: dict[str, object]) -> dict[str, object]:
-        gap = amount(changed["contact.gap"])
-        return {"landing_impulse_Ns": gap, "landing_status": "landed" if gap < 0.75 else "cut off"}
-
-    answer_by(monkeypatch, answer)
-    study = """design = "{}"
-number = 64
-vary = {{ contact.gap = {{ kind = "uniform", from = "0 mm", to = "1 mm" }}, \
-    reed.mass = {{ kind = "uniform", from = "1 g", to = "2 g" }} }}
-outputs = {{ measures = ["landing_impulse_Ns"] }}
-"""
-    drawn = run_study(load_study(study_file(tmp_path, study.format("latin_hypercube"))), tmp_path / "drawn")
-    [band] = effects.tolerance_bands(drawn)
-    assert len(band.sample) == 48  # a Latin hypercube has a quarter of its scenes in each quarter
-    assert band.sample.max() < 0.75
-    table = run_study(load_study(study_file(tmp_path, study.format("sobol_indices"))), tmp_path / "indices")
-    [indices] = effects.sobol_indices(table)
-    landed = np.array(table.columns["landing_status"]) == "landed"
-    assert indices.blocks == landed.reshape(4, 64).all(axis=0).sum() < 64
 
 
 @pytest.mark.slow

@@ -116,18 +116,6 @@ def test_the_landing_is_kept_for_reports(landed: Any, tmp_path: Path) -> None:
     assert "force" in kept.labels[0]
 
 
-def test_no_pictures_of_other_contacts(landed: Any) -> None:
-    whole = SimpleNamespace(**{**vars(landed.done), "touches": SimpleNamespace(parts=None, line=None)})
-    assert lip_pictures(whole, landed.baseline) == []
-
-
-def test_what_cannot_be_drawn_of_the_plate_is_told_and_the_figure_is_there(landed: Any, tmp_path: Path) -> None:
-    broken = SimpleNamespace(**{**vars(landed.done), "striker": None})
-    pictures = dict(lip_pictures(broken, landed.baseline))
-    with pytest.raises(AttributeError):
-        pictures["landing.gif"](tmp_path / "landing.gif")
-
-
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="drawn off-screen")
 def test_landing_is_a_film_of_all_its_times(landed: Any, tmp_path: Path) -> None:

@@ -1,17 +1,16 @@
 """A look at a scene: rounds for a few seconds, what they leave, and the run that goes on from there."""
 
-import json
 import math
 import os
 import re
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
 
 from seatfem.faces.other_verbs import study_ahead
-from seatfem.faces.plan_view import look_lines, plan_json
+from seatfem.faces.plan_view import look_lines
 from seatfem.study.runs.converge import AIM
 from seatfem.study.runs.forecast import USUAL, Look, converge, forecast, look_at
 from seatfem.study.runs.kept import cached_plan
@@ -100,20 +99,6 @@ def test_the_lines_add_up_to_the_bars(tmp_path: Path) -> None:
         assert shares == sorted(shares, reverse=True)
         assert sum(shares) == pytest.approx(whole, rel=0.05)  # two digits, and parts below a hundredth
         assert keys.startswith("seat.model ")
-
-
-@pytest.mark.slow
-def test_without_a_landing_there_is_nothing_to_judge(tmp_path: Path) -> None:
-    """The reed arrives after 0.65 ms."""
-    scene = beam_scene(tmp_path, "2 %", duration="0.3 ms")
-    look = look_at(scene, 600.0)
-    assert (look.done.met, look.done.number, look.left.rounds) == (None, 1, 0)
-    assert tell(look)[0].startswith("nothing to judge: ")
-    assert "left to do: nothing more: there is no landing to judge" in tell(look)
-    assert cached_plan(scene) is None
-    data = json.loads(plan_json(look.plan, look))
-    assert data["meets_target"] is False
-    assert data["left"] == {**asdict(look.left), "error": {}}
 
 
 @pytest.mark.slow

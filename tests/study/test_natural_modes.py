@@ -82,17 +82,6 @@ def test_a_bar_that_is_a_rod_for_its_load_bends(tmp_path):
     assert max(mode.share for mode in modes[:2]) < 1e-6
 
 
-@pytest.mark.slow
-def test_a_limit_in_hertz(annular, tmp_path):
-    limit = float(annular.frequencies_hz[7]) * 1.001
-    up_to = solve_text(ANNULAR, tmp_path, None, limit)
-    assert up_to.frequencies_hz == pytest.approx(annular.frequencies_hz[annular.frequencies_hz < limit], rel=1e-9)
-    assert len(solve_text(ANNULAR, tmp_path, None, 10.0).modes) == 0
-    assert len(solve_text(ANNULAR, tmp_path, 2, limit).modes) <= 3
-    with pytest.raises(ModelError, match="--count 0"):
-        Wanted.from_limits(0, None)
-
-
 def test_torsion_of_a_free_cylinder_turns_it_and_has_no_harmonic():
     material, mesh = Material(200e9, 0.3, 7850.0), section(np.linspace(2e-3, 5e-3, 4), np.linspace(0.0, 20e-3, 9))
     free = assemble_axisymmetric(mesh, material, torsion=True, fixed=(), order=2)
@@ -123,20 +112,6 @@ def test_the_table_on_file(tmp_path):
     assert "as many as inertia counts" in outcome.messages[0]
     drawn = {"mesh.png", "modes.png", "mode_1.gif", "modes.vtu", "modes.h5"}
     assert {path.name for path in outcome.files} == {"modes.csv"} | drawn
-
-
-@pytest.mark.slow
-def test_the_mesh_is_as_fine_as_what_is_looked_for(tmp_path):
-    """Few modes do not ask for the elements of the Green's function's band; more modes ask for smaller ones, and the
-    lowest frequencies are within 1 % of those on a mesh that was asked for 16."""
-    bar = '[seat]\nkind = "bar"\nlength = "40 mm"\nwidth = "10 mm"\nheight = "8 mm"\nmaterial = "steel"\n'
-    wide = seat_of(bar + 'greens = { bandwidth = "2 MHz" }\n', tmp_path).seat
-    few, many = (modes_of(wide, Wanted(count), Stopwatch(), silent) for count in (6, 16))
-    assert few.dof < 30_000 < many.dof  # 2 MHz: half a million
-    assert few.frequencies_hz == pytest.approx(many.frequencies_hz[:6], rel=0.01)
-    below = modes_of(wide, Wanted(None, 1.01 * many.frequencies_hz[5]), Stopwatch(), silent)
-    assert len(below.modes) == 6
-    assert below.dof < many.dof
 
 
 def test_matrices_have_modes_and_springs_have_none(tmp_path):

@@ -144,19 +144,6 @@ def test_summary_has_the_demanded_keys_for_the_seat_and_for_the_spring(annular: 
 
 
 @pytest.mark.slow
-def test_error_of_the_seat_is_stated_in_parts(annular: Ran) -> None:
-    """The error has the coarser mesh's part and that of the reduction, within its tolerance."""
-    summary = annular.summary
-    assert 0 < summary["greens_error_reduction"] <= 0.03
-    assert 1e-4 < summary["greens_error_mesh"] < 0.1
-    assert summary["greens_error"] == pytest.approx(summary["greens_error_reduction"] + summary["greens_error_mesh"])
-    assert summary["coarse_dof"] < summary["seat_dof"]
-    stored = load_greens(annular.folder / "seat.h5")
-    assert stored.error_estimate.total == summary["greens_error"]
-    assert stored.provenance["dof"] == summary["seat_dof"]
-
-
-@pytest.mark.slow
 def test_every_measure_has_an_error_bar_split_by_source(annular: Ran) -> None:
     """A bar is 1.5 times the sum of its parts, and the mesh's part is not nothing."""
     summary = annular.summary

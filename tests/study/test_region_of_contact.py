@@ -15,7 +15,6 @@ from seatfem.structures.patch import on_its_patch
 from seatfem.structures.rings import OF_ONE, Division, as_a_whole
 from seatfem.study.impacts.bodies import problem_of, stopper_of
 from seatfem.study.impacts.contact import record_of, run_contacts
-from seatfem.study.impacts.layout import layout_of
 from seatfem.study.method import stated_method
 from tests.as_stated import seat_of, solved_striker, striker_of
 from tests.gallery import Gallery, load_text, read_summary
@@ -168,21 +167,6 @@ def test_a_land_is_met_as_far_as_the_reed_reaches(tmp_path: Path) -> None:
     there, alone = landing_of(wide), landing_of(narrow)
     assert there[0] == pytest.approx(alone[0], rel=0.01)
     assert there[1:] == pytest.approx(alone[1:], rel=2e-3)
-
-
-@pytest.mark.slow
-def test_a_strip_is_met_as_far_as_the_reed_is_wide(tmp_path: Path) -> None:
-    """A sheet of 12 mm meets a strip of 20 mm like one of 12 mm on the same block."""
-    longer, shorter = (scene_of(tmp_path, block(tmp_path, length), BAND) for length in (20, 12))
-    assert patch_of(longer) == pytest.approx((12, 0.5, math.hypot(6, 0.5)), rel=3e-3)
-    line, alone = stated_method(longer).seat.lip, stated_method(shorter).seat.lip
-    np.testing.assert_allclose(line.lengths, alone.lengths, rtol=2e-3)
-    there, other = landing_of(longer), landing_of(shorter)
-    assert there[0] == pytest.approx(other[0], rel=0.02)
-    assert there[1:] == pytest.approx(other[1:], rel=2e-3)
-    drawn = layout_of(longer, line.division)
-    assert np.abs(np.concatenate(drawn.seat.views.contact)).max(axis=0) == pytest.approx([0.5e-3, 6e-3], rel=2e-3)
-    assert np.abs(drawn.arcs[..., 1]).max() < 6.01e-3
 
 
 @pytest.mark.slow

@@ -253,62 +253,6 @@ def test_a_round_that_outlasts_the_time_is_stopped_and_the_one_before_stays(tmp_
 
 
 @pytest.mark.slow
-def test_the_time_of_a_round_is_that_of_the_last_one_and_its_further_work(tmp_path: Path) -> None:
-    """The expected time grows like the root of twice the steps or four times the work, or as rounds show."""
-    done = carry_out(plan_of(SCENE, tmp_path), tmp_path, Stopwatch(), silent, limits=Limits(1))
-    done = replace(done, price={"mesh": 10.0, "reduction": 70.0, "contact": 5.0, "error budget": 15.0, "plan": 3.0})
-    step, modes = done.plan.method.time_step, done.plan.method.reed.n_modes
-
-    def finer(**values: object) -> Plan:
-        keys = {"step": "run.time_step", "modes": "reed.n_modes"}
-        return replace(done.plan, method=done.plan.method.replaced({keys[k]: v for k, v in values.items()}))
-
-    fixed = next_round.FIXED  # what does not grow; the rest like the root of the work
-    for work, keys in ((2, {"step": step / 2}), (4, {"step": step / 2, "modes": 2 * modes})):
-        expected = work**0.5 * (20.0 - fixed) + fixed
-        assert next_round.expect_time(done, finer(**keys)) == pytest.approx(expected)
-    earlier = done.plan.method.replaced({"run.time_step": 2 * step})
-    slow = replace(done, before=(earlier, {"contact": 20.0 / 2**0.8}))  # the last two rounds show the power of the work
-    assert next_round.expect_time(slow, finer(step=step / 2)) == pytest.approx(2**0.8 * 20.0)
-
-
-@pytest.mark.slow
-def test_the_memory_of_a_round_is_that_of_the_last_one_with_what_grows(tmp_path: Path) -> None:
-    """Histories grow with the steps, bodies by their least, and never below what was taken already."""
-    done = carry_out(plan_of(SCENE, tmp_path), tmp_path, Stopwatch(), silent, limits=Limits(1))
-    assert done.result.rows.is_uniform
-    step, after = done.plan.method.time_step, next_round.AFTERWARDS
-    histories = next_round.HISTORIES * 8 * (len(done.result.rows.ends) + int(done.result.rows.ends[-1]))
-    done = replace(done, memory=next_round.PROGRAM + 5e8 + histories, held=0.0)
-
-    def expect(finer: float, count: int = 1) -> float:
-        method = done.plan.method.replaced({"run.time_step": step / finer})
-        return next_round.expect_memory(done, replace(done.plan, method=method), count)
-
-    least = next_round.LEAST_GROWTH
-    for finer, count in ((1, 1), (10, 1), (10, 2)):
-        more = 5e8 * (least**count - 1) + histories * (finer**count - 1)
-        assert expect(finer, count) == pytest.approx(done.memory + more + after)
-    assert next_round.expect_memory(done, None) == done.memory + after
-    small = replace(done, memory=next_round.PROGRAM + histories)
-    method = done.plan.method.replaced({"run.time_step": 10 * step})
-    assert next_round.expect_memory(small, replace(done.plan, method=method)) == small.memory + after
-
-
-@pytest.mark.slow
-def test_what_a_process_did_before_does_not_count_as_memory_of_its_run(tmp_path: Path) -> None:
-    """Half a gigabyte is used and freed, and as much held: neither is expected to grow with the rounds."""
-    used = np.ones(2**26)
-    held = np.ones(2**26)
-    del used
-    done = carry_out(plan_of(SCENE, tmp_path), tmp_path, Stopwatch(), silent, limits=Limits(1))
-    assert held.nbytes < done.held <= done.memory < done.held + 4e8
-    growth = next_round.LEAST_GROWTH**8
-    most = done.held + growth * (done.memory - done.held) + next_round.AFTERWARDS
-    assert next_round.expect_memory(done, done.plan, count=8) < most + 1e8 < growth * held.nbytes
-
-
-@pytest.mark.slow
 def test_no_round_that_is_expected_to_outgrow_the_memory_is_begun(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

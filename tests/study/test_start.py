@@ -1,7 +1,6 @@
 """What scenes of a study begin with: the plan that one of the first with their seat has ended with."""
 
 import json
-import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -78,24 +77,3 @@ def test_scenes_that_are_too_different_begin_by_rule(tmp_path: Path, monkeypatch
     assert chosen([]) == {}
     with pytest.raises(TypeError, match="no outcome"):
         one.Outcome("done", start={"work": "x"})
-
-
-@pytest.mark.slow
-def test_stresses_are_looked_for_where_a_measure_is_one(tmp_path: Path) -> None:
-    """All other numbers are the same bits; scenes are known with stresses or without."""
-    scene = Path(__file__).parents[2] / "examples" / "flapper_on_spring.toml"
-    (tmp_path / "scene.toml").write_bytes(scene.read_bytes())
-    text = 'scene = "scene.toml"\n[vary]\ncontact.gap = ["0.01 mm"]\n[outputs]\nmeasures = ["{}"]\n'
-    cases = {}
-    for name in ("impulse_Ns", "peak_reed_stress_Pa"):
-        (tmp_path / "study.toml").write_text(text.format(name), encoding="utf-8")
-        (cases[name],) = cases_of(load_study(tmp_path / "study.toml"))
-    assert [case.stress for case in cases.values()] == [False, True]
-    assert len({case.key for case in cases.values()}) == 2
-    without, full = (
-        carry_out(tmp_path / "scene.toml", each.changed, 1, {}, stress=each.stress) for each in cases.values()
-    )
-    assert full.summary["peak_reed_stress_Pa"] > 1e6
-    others = {key: value for key, value in full.summary.items() if not re.search("stress|time|memory", key)}
-    assert {key: without.summary[key] for key in others} == others
-    assert without.summary.get("peak_reed_stress_Pa") is None

@@ -13,10 +13,8 @@ import impact
 from impact import measures
 from impact.runs.variations import SAFETY, Budget
 from impact.storage.hdf5 import load_results, save_greens
-from seatfem.study.impacts.bodies import stopper_of
 from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.impacts.touches import Touches, stopper_values
-from seatfem.study.impacts.window import Excerpt, Window, window_of
 from seatfem.study.scene import Scene
 from tests.as_stated import striker_of
 from tests.gallery import load_text, refusal
@@ -212,30 +210,6 @@ def test_the_mesh_and_the_patch_of_a_stopper_are_in_the_bars(tmp_path: Path) -> 
     truth = stopper_values(bounced(divided, 1e-7).stopper_force, 1e-7, coarse.run.filter_width)[peak]
     off = abs(truth - budget.values[peak])
     assert 0.01 * truth < off < SAFETY * budget.parts["stopper"][peak] < 4 * off
-
-
-@pytest.mark.slow
-def test_the_modes_of_a_stopper_that_is_a_beam_are_in_the_bars(tmp_path: Path) -> None:
-    """The bars count a beam's modes as a stopper like a reed's: two have a larger share than forty."""
-    beam = '[stopper]\nkind = "cantilever"\nlength = "4 mm"\ngap = "0.2 mm"\nn_modes = {}\n'
-    scenes = (load_text(tmp_path, SEAT + MASS + beam.format(n) + CUT.format(1.07)) for n in (2, 40))
-    few, many = (stopper_share(scene)[1].parts["stopper"]["impulse"] for scene in scenes)
-    assert few > 3 * many > 0
-
-
-def test_a_part_of_a_run_meets_the_stopper(tmp_path: Path) -> None:
-    """It is marched with it: the mass comes back to the seat; and begins before it is met, where that comes first."""
-    scene = load_text(tmp_path, SEAT + MASS + STOPPER + RUN)
-    bodies = impact.spring(stiffness=1e6), striker_of(scene)
-    excerpt = Excerpt(scene, Window(0.0, 1.4e-3, 2), *bodies, stopper_of(scene))
-    (values,) = excerpt.measures([1e-7])
-    assert values["impulse"] == pytest.approx(4e-3, rel=0.01)
-    free = Excerpt(scene.model_copy(update={"stopper": None}), excerpt.window, *bodies)
-    assert free.measures([1e-7])[0]["impulse"] == pytest.approx(2e-3, rel=0.01)
-    force, above = np.zeros(1400), np.zeros(1401)
-    force[900:950], above[300:340] = 1.0, 1.0
-    assert window_of(scene, striker_of(scene), force, 1e-6).start == pytest.approx(890e-6)
-    assert window_of(scene, striker_of(scene), force, 1e-6, above).start == pytest.approx(289e-6)
 
 
 REFUSED = [

@@ -1,6 +1,5 @@
 """What is known of a seat before it is solved: its surrogate, sizes of elements, and a coarse seat with its waves."""
 
-from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,12 +7,9 @@ import numpy as np
 import pytest
 
 from seatfem.structures.mesh.gmsh_process import gmsh_session
-from seatfem.structures.method import AUTO
 from seatfem.structures.patch import Sizes, mesh_error, sizes_for
-from seatfem.study.ladders.level import coarse_method, level_with_waves
-from seatfem.study.ladders.table import ladder_of
-from seatfem.study.method import MODEL, PORTS, stated_method
-from seatfem.study.runs.converge import begin_method
+from seatfem.study.ladders.level import level_with_waves
+from seatfem.study.method import MODEL
 from tests.steps import Limits, Stopwatch, begin_plan, rounds, silent
 from tests.study.small_scenes import ANNULAR, REED, scene_of
 
@@ -40,14 +36,6 @@ def test_sizes_keep_what_they_promise() -> None:
         before = sizes
     wide = sizes_for(patch, 5e6, 0.05)
     assert wide.size < sizes_for(patch, 500e3, 0.05).size
-
-
-@pytest.mark.parametrize("greens", [{"method": "second_order"}, {"method": "transient"}, {"max_vectors": 3}])
-def test_the_coarse_seat_has_a_reduction_of_its_own(greens: Mapping[str, object]) -> None:
-    """Those of the file may have no modes, whose part above a band would be nothing, or too few vectors."""
-    scene = scene_of(ANNULAR.replace("0.05", "0.0"), REED, seat__greens=greens)
-    method = coarse_method(scene.seat, stated_method(scene).seat, scene.seat.patch(), 1e-6)
-    assert (method.reduction, method.max_vectors) == (AUTO, None)
 
 
 THIN = """
@@ -80,14 +68,3 @@ def test_what_a_coarse_seat_struck_as_a_whole_tells_of_a_tilted_landing_is_enoug
     assert changes["impulse"] > 0.01 * moved.left.values["impulse"]
     for name, change in changes.items():
         assert still.left.by_key[MODEL][name] > change, name
-
-
-def test_segments_of_a_seat_that_is_meshed_in_space_have_an_element_each() -> None:
-    """Twice as many arcs get elements half as long if the scene leaves their size open."""
-    for stated in ({}, {"seat__mesh": {"contact_size": "1.3 mm"}}):
-        scene = scene_of(THIN, **stated)
-        method = begin_method(scene)
-        finer = ladder_of(PORTS).refine(scene, method, 2.0)
-        arc = finer.seat.lip.length / finer.seat.lip.arcs
-        assert finer.seat.lip.arcs == 2 * method.seat.lip.arcs
-        assert (finer.seat.contact_size < arc < method.seat.contact_size) is not bool(stated)

@@ -106,21 +106,6 @@ def test_a_run_tells_the_force_of_its_springs(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_ball_with_a_velocity_has_springs_and_error_bars(tmp_path: Path) -> None:
-    """Its step's bar takes the striker as it was run, which has its springs already: they are not put on it twice."""
-    ball = '[reed]\nkind = "ball"\ndiameter = "10 mm"\nmaterial = "steel"\nvelocity = "-1 m/s"\n'
-    scene = scene_of(
-        tmp_path, ball, f'{SPRING}[contact]\ngap = "20 um"\n', 'duration = "0.5 ms"\nfilter_width = "5 us"'
-    )
-    summary: dict[str, Any] = run_scene(scene, tmp_path, pictures=False).summary
-    mass, way = 7850 * math.pi * 1e-6 / 6, 20e-6
-    speed = math.sqrt(1 + (2 * 6 * way + 4e3 * way**2) / mass)
-    assert summary["landing_closing_speed_m_per_s"] == pytest.approx(speed, rel=1e-3)
-    assert summary["valve_spring_force_at_landing_N"] == pytest.approx(6.0, rel=1e-3)
-    assert summary["error_bar_landing_impulse_Ns"] < 0.05 * summary["landing_impulse_Ns"]
-
-
-@pytest.mark.slow
 def test_forces_and_weights_of_free_plates(tmp_path: Path) -> None:
     """A force beside the middle of a disc turns it: the edge goes by F/m + F e x/I, its mass times gravity falls."""
     shift = 'force = "-1 N"\npoint = ["3 mm", "0 mm"]\n'
