@@ -177,15 +177,6 @@ def one_worker(one_crew: Ask, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.slow
-def test_a_hang_ends_as_an_outcome(tmp_path: Path) -> None:
-    """A cell that is allowed almost no time is stopped and judged wrong."""
-    cells = [next(c for c in CELLS if c.name == "run length in contact, steps = 1e+06")]
-    (outcome,) = runner.run_battery(cells, tmp_path / "log.jsonl", time_limit=1e-3).values()
-    assert outcome.verdict == "wrong"
-    assert "no end within" in outcome.reason
-
-
-@pytest.mark.slow
 @pytest.mark.usefixtures("one_worker")
 def test_a_part_of_the_battery_by_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The command writes the table of a part, and computes nothing that its log holds."""

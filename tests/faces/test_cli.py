@@ -128,34 +128,6 @@ def test_what_a_run_tells_on_its_way_is_printed_unless_quiet(
     assert capsys.readouterr().err == ""
 
 
-def test_verbose_dates_what_is_done_and_tells_the_memory(
-    pipeline: Pipeline, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert run_command(["greens", str(SPRING_SCENE), "--verbose"]) == DONE
-    dated = r"\d{4}-\d\d-\d\d \d\d:\d\d:\d\d \d+\.\d\d GB stepping"
-    shown = capsys.readouterr().err.splitlines()
-    assert re.fullmatch(rf"{dated}: 0 %, 0\.0 s", shown[0])
-    assert re.fullmatch(rf"{dated}: 100 %, \d+\.\d s", shown[-1])
-    assert len(shown) == 2
-
-
-def test_where_results_go(pipeline: Pipeline) -> None:
-    for arguments in (
-        ["demo"],
-        ["run", str(SPRING_SCENE)],
-        ["greens", str(SPRING_SCENE)],
-        ["modes", str(SPRING_SCENE)],
-    ):
-        run_command([*arguments, "--quiet"])
-    assert [path for *_, path in pipeline.asked] == [
-        Path("seatfem-demo"),
-        Path("flapper_on_spring-result"),
-        Path("flapper_on_spring-seat.h5"),
-        Path("flapper_on_spring-modes"),
-    ]
-    assert pipeline.asked[0][1] == "Suction valve on a cast-iron plate"
-
-
 @pytest.mark.parametrize("verb", sorted(name for name in app if not name.startswith("-")))
 def test_every_verb_has_help(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert run_command([verb, "--help"]) == DONE

@@ -12,17 +12,14 @@ import subprocess
 import sys
 import webbrowser
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 from PIL import Image
 
-from impact.march.rows import Rows
 from seatfem.faces.cli import BAD_INPUT, DONE, run_command
 from seatfem.faces.report.asked import AskedError
-from seatfem.faces.report.figures import MOST, _envelope, lip_figure
 from seatfem.faces.report.fragments import ReportError, hot_spots, life_table, provenance
 from seatfem.faces.report.page import SCREENS, _landings, _state, report_page
 from seatfem.pictures.moving import save_moving
@@ -78,24 +75,6 @@ def test_it_names_no_address_to_ask(folder: Path) -> None:
     """Outside the scripts, where plotly names sources of maps, the page names no address."""
     page = re.sub(r"<script>.*?</script>", "", (folder / "report.html").read_text(encoding="utf-8"), flags=re.DOTALL)
     assert "://" not in page
-
-
-def test_a_curve_keeps_its_peaks() -> None:
-    values = np.zeros(200_000)
-    values[[17, 123_456]] = 5.0, -7.0
-    kept = _envelope(values)
-    assert len(kept) <= MOST + 2
-    assert {17, 123_456, 0, 199_999} <= set(kept.tolist())
-
-
-def test_force_along_the_lip_is_that_of_segments_not_of_the_parts_across_them() -> None:
-    """The figure sums three rings of two segments each, in newtons."""
-    force = np.array([[0, 0, 0, 0, 0, 0], [1, 2, 3, 10, 20, 30], [0, 1, 0, 0, 10, 0]], dtype=float)
-    run: Any = SimpleNamespace(rows=Rows(1e-6, np.arange(3), force, force, force), dt=1e-6)
-    (drawn,) = lip_figure(run, 2).data
-    assert list(drawn.y) == ["1", "2"]
-    np.testing.assert_allclose(drawn.z, [[6, 1], [60, 10]])
-    assert len(lip_figure(run).data[0].y) == 6
 
 
 def test_hot_spots_and_life_are_tables() -> None:

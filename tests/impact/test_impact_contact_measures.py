@@ -122,18 +122,6 @@ def test_restitution_and_peak_of_each_blow_of_a_held_reed() -> None:
     assert math.isnan(measures.peak_time(replace(result, rows=replace(result.rows, force=0 * result.force)), 1e-4))
 
 
-def test_what_begins_pressed_tells_no_restitution() -> None:
-    """Loads lift a reed that lies pressed on its seat: nothing came in."""
-    reed = impact.single_mode(frequency_hz=20.0, mass=0.1)
-    shape = np.array([1 / math.sqrt(0.1)])
-    body = Body(reed, loads=(impact.Load(shape, lambda t: np.where(t < 5e-3, -1.0, 1.0)),))
-    result = impact.solve(ContactProblem(body, SPRING, preload=True), dt=2e-5, duration=0.02)
-    assert result.force[0] > 0.9
-    assert result.force[-1] == 0.0
-    with pytest.raises(MeasureError, match="preload"):
-        measures.restitution(result)
-
-
 def test_contact_from_the_first_step() -> None:
     """The approach of free bodies is their translation, a stopper's as well; that of held bodies is not recorded."""
     law = impact.LinearSpring(stiffness=100.0)

@@ -107,14 +107,6 @@ def test_results_of_several_contacts_are_read_as_they_were_written(tmp_path: Pat
         load_results(tmp_path / "r.h5")
 
 
-def test_sums_of_sums_are_bounded(tmp_path: Path) -> None:
-    greens: GreensFunction = KINDS["rod"]
-    for _ in range(9):
-        greens = impact.SumGreens((greens,))
-    with pytest.raises(StorageError, match="more than 8 deep"):
-        save_greens(greens, tmp_path / "deep.h5")
-
-
 @pytest.mark.slow(but="0.3")
 @pytest.mark.parametrize("kept", [0.0, 0.01, 0.3, 0.7, 0.999])
 def test_truncated_files_say_so(kept: float, file: Path) -> None:

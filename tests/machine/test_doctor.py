@@ -11,7 +11,7 @@ import pytest
 
 from seatfem.machine import doctor
 from seatfem.machine import libraries as system
-from seatfem.machine.doctor import doctor_report, requirements
+from seatfem.machine.doctor import doctor_report
 
 ROOT = Path(__file__).parents[2]
 
@@ -19,16 +19,6 @@ ROOT = Path(__file__).parents[2]
 @pytest.fixture
 def no_library(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(system, "_loads", lambda library: False)
-
-
-def test_what_is_needed_is_read_from_the_package() -> None:
-    """The marker of a platform makes a library none that is needed everywhere; the smallest extra comes first."""
-    extras = requirements()
-    assert {"numpy", "gmsh", "pydantic"} <= set(extras[""])
-    assert "pypardiso" not in extras[""]
-    assert extras["pictures"] == ("matplotlib", "pyvista")
-    assert next(iter(extras)) == ""
-    assert [len(names) for names in list(extras.values())[1:]] == sorted(map(len, list(extras.values())[1:]))
 
 
 def test_a_missing_library_of_an_extra_is_a_gap_with_its_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -56,18 +46,6 @@ def test_the_doctor_sees_missing_system_libraries() -> None:
     assert meshing.remedy.startswith("apt-get install --no-install-recommends libglu1-mesa")
     assert (rendering.ok, rendering.required) == (False, False)
     assert rendering.remedy == "apt-get install --no-install-recommends libegl1"
-
-
-def test_pictures_without_egl_need_osmesa(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delenv("VTK_DEFAULT_OPENGL_WINDOW", raising=False)
-    monkeypatch.setattr(system, "_loads", lambda library: False)
-    assert "libegl1" in str(system.picture_library_gap())
-    monkeypatch.setattr(system, "_loads", lambda library: library.startswith("libOSMesa"))
-    assert system.picture_library_gap() is None
-    monkeypatch.setenv("VTK_DEFAULT_OPENGL_WINDOW", "")
-    monkeypatch.delenv("VTK_DEFAULT_OPENGL_WINDOW")
-    system.select_offscreen_window()
-    assert system.os.environ["VTK_DEFAULT_OPENGL_WINDOW"] == "vtkOSOpenGLRenderWindow"
 
 
 def test_pictures_without_their_packages(monkeypatch: pytest.MonkeyPatch) -> None:

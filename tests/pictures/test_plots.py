@@ -11,7 +11,6 @@ import impact
 from impact.greens.modal import ModalGreens, Residual
 from impact.pictures import plots
 from impact.pictures.drawing import PictureError, sheet
-from impact.pictures.lip_plots import landing_marks
 from impact.pictures.plots import plot_greens, sampled_filter
 from impact.quantities import text
 from seatfem.pictures import plots as seat_plots
@@ -113,16 +112,6 @@ def test_every_figure_is_a_whole_png_and_leaves_the_settings_alone(
         with Image.open(picture) as image:
             assert min(image.size) > 900
             assert len(image.convert("L").getcolors()) > 50  # not blank
-
-
-@pytest.mark.slow
-def test_figures_of_a_run_without_contact_and_without_baseline(tmp_path: Path) -> None:
-    away = impact.ContactProblem(impact.rigid_mass(mass=1e-3, velocity=1.0), impact.Body(impact.spring(stiffness=1e6)))
-    result = impact.solve(away, dt=1e-7, duration=1e-4)
-    plots.plot_force(result, None, tmp_path / "force.svg")
-    plots.plot_motion(result, None, tmp_path / "motion.svg")
-    plots.plot_energy(result, tmp_path / "energy.svg")
-    assert ">none<" in (tmp_path / "force.svg").read_text(encoding="utf-8")
 
 
 @pytest.mark.slow(but="plate")
@@ -285,30 +274,3 @@ def test_a_missing_driver_is_told_and_does_not_crash(drawing: None, monkeypatch:
             rendering.load_pyvista()
     finally:
         rendering.can_draw.cache_clear()
-
-
-def record(number: int, excess: float, start: float, body: str = "seat") -> dict[str, object]:
-    """Return a landing as summary.json lists it."""
-    times = {"time_s": start, "duration_s": 2e-5, "peak_time_s": start + 5e-6}
-    return {"body": body, "number": number, "filtered_peak_force_N": 20.0, "excess_peak_force_N": excess, **times}
-
-
-@pytest.mark.slow
-def test_the_hardest_landing_is_marked_and_enlarged(runs: list[impact.ImpactResult], tmp_path: Path) -> None:
-    end = float(runs[0].time[-1])
-    landings = [record(1, 2.0, 0.1 * end), record(2, 9.0, 0.6 * end), record(1, 99.0, 0.3 * end, "stopper")]
-    first, second = landing_marks(landings)
-    assert (first.number, first.hardest, second.number, second.hardest) == (2, True, 1, False)
-    window, words = plots.shown_contact(runs, 1e-6, 0.05, landings)
-    assert words == "landing 2, the hardest"
-    assert window[0] < first.start < first.end < window[1] <= end
-    assert window[0] > second.end
-    plots.plot_force(*runs, tmp_path / "force.svg", landings=landings)
-    plots.plot_motion(*runs, tmp_path / "motion.svg", landings=landings)
-    force, motion = ((tmp_path / f"{name}.svg").read_text(encoding="utf-8") for name in ("force", "motion"))
-    for picture in (force, motion):
-        assert "landing (filled: the hardest)" in picture
-        assert "anding 2, the hardest" in picture
-    assert "peak, landing" in force
-    assert "landing on the stopper" in motion
-    assert "landing on the stopper" not in force

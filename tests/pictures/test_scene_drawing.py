@@ -2,16 +2,14 @@
 
 import math
 import re
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from seatfem.pictures.scene_drawing import draw_layout
 from seatfem.structures.kinds import kinds_of
-from seatfem.structures.outlines import BodyViews, Size, covered_share, crossings, of_beam
+from seatfem.structures.outlines import BodyViews, crossings
 from seatfem.structures.rings import Division
 from seatfem.structures.shapes.loops import inside
 from seatfem.study.impacts.layout import cover_note, draw_scene, facts_of, layout_of
@@ -134,34 +132,9 @@ def test_a_mesh_is_cut_as_the_seat_that_it_was_made_of() -> None:
     assert (radii.min(), radii.max()) == pytest.approx((4.1e-3, 4.9e-3), rel=1e-3)
 
 
-def test_the_share_below_a_reed() -> None:
-    """A ring of 4 to 5 mm below a beam as wide as its bore, up to the middle, is covered by asin(2/4.5)/pi."""
-    seat = layout_of(example("flapper_on_annular_seat")).seat.views
-    reed = of_beam("beam", ((0.0, 4e-3), (20e-3, 4e-3)), 0.3e-3, 20e-3).turned_over()
-    mean = math.asin(2 / 4.5) / math.pi
-    assert covered_share(seat, reed, (0.0, 0.0)) == pytest.approx(mean, rel=0.05)
-    assert covered_share(seat, reed, (10e-3, 0.0)) == 0.0
-    assert covered_share(seat, BodyViews("spring", symbol="spring"), (0.0, 0.0)) is None
-
-
 @pytest.mark.parametrize("kind", [kind for kind in kinds_of() if kind.__module__.startswith("seatfem.")], ids=str)
 def test_every_kind_has_views_of_its_own_or_a_symbol(kind: Any) -> None:
     assert "views" in {name for base in kind.__mro__[:-1] for name in vars(base)}
-
-
-@pytest.mark.slow
-def test_sizes_are_kept_apart(tmp_path: Path) -> None:
-    """Dimensions of one row of the drawing do not meet, and no words begin beyond the sheet."""
-    layout = layout_of(example("kidney_landing"))
-    many = tuple(Size("section", 0, -k * 1e-3, k * 1e-3, -7e-3, f"width number {k}") for k in range(1, 9))
-    seat = replace(layout.seat, views=replace(layout.seat.views, sizes=many))
-    draw_layout(replace(layout, seat=seat), tmp_path / "many.svg")
-    text = (tmp_path / "many.svg").read_text(encoding="utf-8")
-    places = re.findall(r'<text[^>]*?x="([\d.]+)" y="([\d.]+)"[^>]*>width number', text)
-    assert len(places) == 8
-    assert len({y for _, y in places}) == 8
-    wide = float(re.findall(r'viewBox="0 0 ([\d.]+)', text)[0])
-    assert all(0 < float(x) < wide for x, _ in places)
 
 
 def test_a_reed_beside_the_port_is_refused() -> None:

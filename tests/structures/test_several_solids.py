@@ -7,7 +7,6 @@ from typing import Any
 
 import pytest
 
-from seatfem.faces.cli import DONE, run_command
 from seatfem.structures.inspection.cad import inspect_geometry
 from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.mesh.spec import MeshSpec
@@ -73,13 +72,3 @@ def test_what_is_refused(path: Path, keys: dict[str, Any], field: str, message: 
     with pytest.raises(GeometryError, match=message) as caught:
         make_mesh(part, MeshSpec(4e-3))
     assert problems[field] == str(caught.value)
-
-
-def test_the_verb_lists_the_solids(path: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """The verb lists number, name, volume and centre of each solid, and the solid of each face."""
-    assert run_command(["faces", str(path), "-o", str(tmp_path / "a.csv")]) == DONE
-    rows = [line.strip("│ ").split("│") for line in capfd.readouterr().out.splitlines() if "solid_2" in line]
-    assert [cell.strip() for cell in rows[0]][2:] == ["solid_2", "216", "33, 3, 3"]
-    head, *faces = (tmp_path / "a.csv").read_text().splitlines()
-    assert head.endswith("solid")
-    assert [face.split(",")[0] for face in faces if face.endswith(",2")] == [str(n) for n in range(7, 13)]

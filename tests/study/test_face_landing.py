@@ -15,7 +15,7 @@ from seatfem.structures.lands import FaceLip
 from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.impacts.touches import measured
 from seatfem.study.ladders.mesh import PER_ARC
-from seatfem.study.method import as_stated, stated_method
+from seatfem.study.method import stated_method
 from seatfem.study.scene.lips import closed_line
 from tests.as_stated import seat_of, striker_of
 from tests.gallery import FLAPPER, load_text
@@ -134,17 +134,6 @@ def test_a_drawing_of_a_seat_answers_as_the_seat(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_mesh_that_is_given(tmp_path: Path) -> None:
-    """A given mesh is divided into twice as many arcs for the error bar, and at most into its elements."""
-    scene = scene_of(tmp_path, MESHED, "ports = 8\n")
-    solved = seat_of(scene)
-    assert Division.from_greens(solved.in_rings) == Division(16)
-    assert solved.greens.ports == Division(8).names
-    with pytest.raises(ModelError, match=r"contact\.ports = 128: .*5\d elements .*fewer"):
-        seat_of(scene_of(tmp_path, MESHED, "ports = 128\n"))
-
-
-@pytest.mark.slow
 def test_plans_mesh_each_arc(tmp_path: Path) -> None:
     """The plan gives each arc an element at least; a coarser stated size is refused with one that would do."""
     plan = begin_plan(scene_of(tmp_path, SLOT + 'model = "spring"\n', 'ports = 48\ntilt = "0.2 deg"\n', 0.04))
@@ -155,17 +144,6 @@ def test_plans_mesh_each_arc(tmp_path: Path) -> None:
     sizes = 'model = "spring"\nmesh = { size = "3 mm", contact_size = "1.5 mm" }\n'
     with pytest.raises(ModelError, match=r"contact\.ports = 48: .*seat\.mesh\.contact_size.*0\.6 mm"):
         seat_of(scene_of(tmp_path, SLOT + sizes, "ports = 48\n"))
-
-
-@pytest.mark.slow
-def test_a_lip_leaves_no_sectors(tmp_path: Path) -> None:
-    """A plate with one port is solved as a quarter only if its land is struck as a whole, not in arcs."""
-    one = PLATE.replace("ports = 4", "ports = 1")
-    scene = scene_of(tmp_path, one, "ports = 16\n", 0.04)
-    assert scene.seat.stated().level == "sector"
-    plan = begin_plan(scene)
-    assert plan.method.seat.level in ("3d", "spring")
-    assert as_stated(plan.scene, plan.method).geometry.lip() == plan.method.seat.lip
 
 
 @pytest.mark.parametrize(

@@ -84,16 +84,6 @@ def test_what_its_function_depends_on(tmp_path: Path) -> None:
     assert key_of(at_rest, at_rest.stated()) == keys[""]
 
 
-@pytest.mark.slow
-def test_a_landing_that_begins_in_touch(tmp_path: Path) -> None:
-    """No step before it tells the closing speed: it is unknown, not a number that JSON has no word for."""
-    scene = scene_of(tmp_path, FLAPPER + COARSE, more=LANDING)
-    scene = scene.model_copy(update={"contact": scene.contact.model_copy(update={"gap": 0.0})})
-    summary = summary_of(scene, tmp_path / "out")
-    assert summary["contact_count"] != 0
-    assert summary["impact_velocity_m_per_s"] is None
-
-
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -104,10 +94,3 @@ def test_a_landing_that_begins_in_touch(tmp_path: Path) -> None:
 def test_too_much_is_refused(tmp_path: Path, change: str, message: str) -> None:
     with pytest.raises(ModelError, match=message):
         striker_of(scene_of(tmp_path, FLAPPER, more=LANDING + change))
-
-
-def test_its_theory_ends_where_waves_are_short(tmp_path: Path) -> None:
-    assert scene_of(tmp_path, FLAPPER, more=LANDING).reed.limits() == ()
-    (advice,) = scene_of(tmp_path, FLAPPER, more=LANDING + 'greens = { bandwidth = "1 MHz" }\n').reed.limits()
-    assert advice.value > advice.limit
-    assert "reed.greens.bandwidth <=" in advice.remedy

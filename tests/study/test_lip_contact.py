@@ -13,7 +13,7 @@ import pytest
 
 import impact
 from impact.after.histories import largest_average
-from seatfem.structures.rings import Division, as_a_whole, divided_less
+from seatfem.structures.rings import Division, as_a_whole
 from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.impacts.touches import measured
@@ -251,29 +251,6 @@ def test_the_bar_covers_what_more_arcs_change(
     assert landing.patch["filtered_peak"] < 0.6 * landing.values["filtered_peak"]
     if ports == 32:
         assert landing.patch["impulse"] < 0.01 * landing.values["impulse"]
-
-
-@pytest.mark.slow
-def test_where_no_more_arcs_can_be_half_as_many_tell(
-    bench: Bench, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    """The error at the largest number of arcs is a third of what half as many change: second order."""
-    monkeypatch.setattr("seatfem.structures.rings.MOST_CHOSEN", 16)
-    scene = scene_of(tmp_path, keys(16, ROLL), duration="0.1 ms")
-    seat = seat_of(scene, method=stated_method(scene).seat)
-    assert Division.from_greens(seat.in_rings) == Division(16)
-    touches = run_contacts(scene, striker_of(scene), seat.greens, DT)
-    share = error_budget(scene, stated_method(scene), seat, striker_of(scene), touches).parts["patch"]["impulse"]
-    impulses = [
-        run_contacts(
-            scene,
-            striker_of(scene, method=stated_method(scene).along(scene.geometry, n).reed),
-            divided_less(seat.in_rings, Division(n)),
-            2 * DT,
-        ).seat.force.sum()
-        for n in (8, 16)
-    ]
-    assert share == pytest.approx(abs(impulses[0] - impulses[1]) * 2 * DT / 3, rel=1e-6)
 
 
 @pytest.mark.slow

@@ -14,7 +14,7 @@ from impact.pictures.drawing import PictureError
 from impact.pictures.lip_plots import plot_lip
 from impact.quantities import text
 from seatfem.pictures import rendering
-from seatfem.pictures.moving import animate_frames, load_moving
+from seatfem.pictures.moving import animate_frames
 from seatfem.study.runs.stress_wave import by_arc, landing_of, lip_pictures
 from tests.gallery import FLAPPER, LIP, load_text
 from tests.steps import Division, Lip, Solved, bed, run_contacts, solved_striker, striker_of
@@ -104,16 +104,6 @@ def test_figure_of_the_lip_says_over_what_it_is_averaged(landed: Any, tmp_path: 
     assert first["0°"] == pytest.approx(first["180°"], rel=1e-9)  # rolled about x
     assert first["90°"] > first["0°"] > first["270°"]
     assert (tmp_path / "alone.png").stat().st_size > 50_000
-
-
-def test_the_landing_is_kept_for_reports(landed: Any, tmp_path: Path) -> None:
-    """The file has the plate's motion to 1/32767 of the farthest, and the film's times and forces."""
-    frames = landing_of(landed.done, by_arc(landed.done.touches, Division(ARCS, 2)))
-    dict(lip_pictures(landed.done, landed.baseline))["landing.h5"](tmp_path / "landing.h5")
-    kept = load_moving(tmp_path / "landing.h5")
-    np.testing.assert_allclose(kept.displacement, frames.displacement, atol=1e-4 * kept.largest)
-    np.testing.assert_array_equal(kept.time, frames.time)
-    assert "force" in kept.labels[0]
 
 
 @pytest.mark.slow

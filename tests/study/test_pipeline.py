@@ -214,18 +214,6 @@ def test_seats_from_other_programs_files(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_when_a_seat_is_used_again(tmp_path: Path) -> None:
-    run(SPRING, tmp_path / "out")
-    for old, new, reused in (
-        ("1 mm", "2 mm", True),  # another release of the reed
-        ('"0.9 ms"', '"1.0 ms"', True),  # a spring is known for all times
-        ("27.8 N/um", "27800 N/mm", True),  # the same seat in other words
-        ("27.8 N/um", "27.9 N/um", False),
-    ):
-        assert run(SPRING.replace(old, new), tmp_path / "out").summary["seat_reused"] is reused, new
-
-
-@pytest.mark.slow
 def test_time_stepping_gives_the_same_impact_and_is_used_again(tmp_path: Path) -> None:
     """Time stepping and Ritz vectors agree under Rayleigh damping; the second run reuses the seat."""
     striker = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[run]\nduration = "30 us"\n'

@@ -44,17 +44,6 @@ def test_survival_by_the_normal_distribution(share: float, z: float) -> None:
     assert math.log10(KNEE.life(450e6) / KNEE.life(450e6, share)) / 0.25 == pytest.approx(z, abs=5e-6)
 
 
-def test_slopes_on_both_sides_of_the_knee() -> None:
-    lives = KNEE.life([800e6, 400e6, 200e6, 0.0, math.inf])
-    np.testing.assert_allclose(lives[:3], [1e7 * 2.0**-12, 1e7, 1e7 * 2.0**23], rtol=1e-12)
-    assert lives[3:].tolist() == [math.inf, 0.0]
-    assert basquin(400e6, 1e7, 12.0, 5.0).life(200e6) == pytest.approx(1e7 * 32)
-    limit = basquin(400e6, 1e7, 12.0, math.inf)
-    assert limit.life(400e6) == pytest.approx(1e7)
-    assert limit.life(399.9e6) == math.inf
-    assert limit.stress(1e12) == pytest.approx(400e6)
-
-
 def test_a_table_goes_through_its_points() -> None:
     points = [(600e6, 1e5), (450e6, 1e6), (400e6, 1e7)]
     curve = tabled(points)
