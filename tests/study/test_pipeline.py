@@ -13,7 +13,6 @@ import pytest
 
 from impact import measures
 from impact.notices import Progress, silent
-from seatfem.faces.cli import main
 from seatfem.pictures import plots
 from seatfem.structures.cache import VARIABLE
 from seatfem.study.runs import pictures
@@ -363,27 +362,3 @@ def test_a_picture_that_fails_is_told_and_costs_no_number(problem, tmp_path, mon
         "force.png", "energy.png", "greens.png", "stress_histories.png", "drawing.png"
     }  # fmt: skip
     assert {path.name for path in ran.folder.iterdir()} == {path.name for path in ran.outcome.files}
-
-
-@pytest.mark.slow(but="text1")
-@pytest.mark.parametrize(
-    ("text", "arguments", "code", "message"),
-    [
-        (SPRING, ("run", "s.toml", "-o", "out", "--quiet"), 0, ""),
-        (SPRING, ("greens", "s.toml", "-o", "s.toml/g.h5"), 2, "s.toml/g.h5: cannot be written"),
-        (SPRING, ("modes", "s.toml"), 2, "seat.kind = 'spring'"),
-        (SPRING.replace("[run]", "[run]\ntime_step = '1 us'"), ("run", "s.toml"), 2, "run.time_step = 1 us does not"),
-    ],
-)
-def test_exit_codes_of_the_program(text, arguments, code, message, tmp_path, monkeypatch, capfd):
-    """The entry point ends with the code of the outcome; real processes end in the tests around this one."""
-    (tmp_path / "s.toml").write_text(text, encoding="utf-8")
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sys, "argv", ["seatfem", *arguments])
-    with pytest.raises(SystemExit) as ended:
-        main()
-    said = "".join(capfd.readouterr())
-    assert (ended.value.code or 0) == code, said
-    assert "Traceback" not in said
-    assert message in said
-    assert (said == "") == (code == 0)

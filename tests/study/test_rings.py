@@ -18,7 +18,7 @@ from seatfem.structures.model import SecondOrderModel
 from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.rings import face_compliance, left_by, ring_borders, ring_names, ring_shares
 from seatfem.structures.shapes import AnnularSeat, ConicalSeat, Stopper
-from tests.steps import ModalGreens, Residual, converge, load_scene, run_contacts, run_scene, striker_of
+from tests.steps import ModalGreens, Residual, load_scene, run_contacts, run_scene, striker_of
 
 STEEL = Material(2e11, 0.3, 7850.0)
 
@@ -164,22 +164,3 @@ def test_a_scene_asks_for_rings(tmp_path: Path) -> None:
     file.write_text(text, encoding="utf-8")
     from_file = run_scene(load_scene(file), tmp_path / "file", pictures=False)
     assert from_file.summary[peak] == pytest.approx(values[1], rel=1e-9)
-
-
-@pytest.mark.slow
-def test_rounds_take_rings_where_the_target_asks_for_them(tmp_path: Path) -> None:
-    numbers = []
-    for target in ("0.2", "0.04"):
-        (file := tmp_path / "rings.toml").write_text(
-            (SCENE % "").replace("target = 0.3", f"target = {target}"), "utf-8"
-        )
-        plan = converge(load_scene(file)).plan
-        assert not plan.is_given("contact.rings")
-        assert max(plan.error.values()) <= float(target)
-        numbers.append(plan.method.seat.rings)
-    assert numbers[0] == 1 < numbers[1]
-    file.write_text((SCENE % "rings = 1").replace("target = 0.3", "target = 0.04"), "utf-8")
-    plan = converge(load_scene(file)).plan
-    assert plan.is_given("contact.rings")
-    assert plan.method.seat.rings == 1
-    assert max(plan.error.values()) > 0.04
