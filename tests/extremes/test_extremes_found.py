@@ -8,7 +8,7 @@ import pytest
 from seatfem.study.runs.pipeline import RunError
 from tests.extremes.plates_axes import DENSITY, POISSON, YOUNG
 from tests.extremes.scene_run import SceneRun, run_tables, run_text
-from tests.extremes.scene_text import material, run_table, scene_text
+from tests.extremes.scene_text import material, run_table, scene_text, si
 
 STEEL = material(YOUNG, DENSITY, POISSON)
 MASS = {"kind": "rigid_mass", "mass": "2 g", "velocity": "-1 m/s"}
@@ -51,6 +51,22 @@ def test_a_stopper_of_elements_has_no_band_of_modes_of_its_own() -> None:
     )
     assert run.summary["error_unknown"] == ""
     assert abs(run.number("energy_residual")) < 1e-9
+
+
+def test_a_support_on_a_clamped_face_is_refused() -> None:
+    seat = {
+        "kind": "annular", "bore_radius": "5 mm", "lip_width": "1 mm", "outer_radius": "12 mm", "thickness": "8 mm",
+        "material": STEEL, "supports": [{"kind": "foundation", "on": "fixed", "normal": si(1e13, "N/m^3")}],
+    }  # fmt: skip
+    words = r"seat\.supports\.0\.on: the face 'fixed' is clamped: a support there changes nothing; remove"
+    with pytest.raises(RunError, match=words):
+        run_tables(seat=seat, reed=MASS, run=run_table(1e-4, 5e-6))
+
+
+def test_a_strain_of_no_gauge_is_refused() -> None:
+    accuracy = {"target": "5 %", "measures": ["gauge_strain"]}
+    with pytest.raises(RunError, match=r"gauge_strain .*\[\[gauge\]\]"):
+        run_tables(seat=SPRING, reed=MASS, run=run_table(1e-4, 5e-6), accuracy=accuracy)
 
 
 PLATE = """

@@ -12,7 +12,8 @@ import pytest
 
 import impact
 from impact.greens.sampled import SampledGreens
-from seatfem.study.runs.pipeline import run_scene
+from seatfem.study.impacts.contact import check_length
+from seatfem.study.runs.pipeline import RunError, run_scene
 from seatfem.study.scene.keys import scene_template
 from tests.gallery import load_text
 from tests.steps import BAD_INPUT, GreensFunction, run_command, save_greens
@@ -91,6 +92,14 @@ def test_a_greens_function_that_is_no_seat(
     assert re.search(message, capsys.readouterr().err)
 
 
+def test_a_step_that_the_filtered_force_cannot_be_read_from(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Found when the run is put together, it is told with its line like what the file alone shows."""
+    text = SPRING + REED + RUN + 'time_step = "0.6 us"'
+    message = complaint(tmp_path, text, capsys)
+    assert message.startswith(f"seatfem: {tmp_path / 'scene.toml'}:{text.count(chr(10)) + 1}: run.time_step = 0.6 us ")
+    assert re.search(r" 0\.5 us .*run\.filter_width = 1 us", message)
+
+
 @pytest.mark.slow
 def test_a_step_too_coarse_for_the_reed_is_a_warning_with_the_lost_energy(tmp_path: Path) -> None:
     """f_20 of the reed is 411 kHz: w h = 1.03 at 0.4 us. The run goes on; the limit is half a radian, 0.19 us."""
@@ -111,6 +120,13 @@ def test_a_step_too_coarse_for_the_reed_is_a_warning_with_the_lost_energy(tmp_pa
     assert messages("0.1 us") == ()
     assert messages("") == ()  # chosen, and its error measured
     assert steps[-1] > 0.19e-6
+
+
+def test_more_steps_than_can_be_stored(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    message = complaint(tmp_path, SPRING + REED + RUN + "time_step = '1 ps'", capsys)
+    assert re.search(r"8e\+08 steps .*0\.001 ns .*run\.time_step.* 2e\+07", message)
+    with pytest.raises(RunError, match=r"1.6e\+08 steps .*0.005 ns .*run.filter_width"):
+        check_length(load_text(tmp_path, SPRING + REED + RUN), 5e-12)
 
 
 def test_a_seat_s_file_that_ends_before_the_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -20,7 +20,7 @@ from seatfem.pictures.frames import mode_frames
 from seatfem.pictures.moving import load_moving, save_moving
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.formats.matrices import read_matrices
-from seatfem.structures.formats.uff import read_frf_uff, read_modes_uff
+from seatfem.structures.formats.uff import UffError, read_frf_uff, read_modes_uff, write_receptance_uff
 from seatfem.structures.materials import Material
 from seatfem.structures.reduction.greens import greens_function
 from seatfem.structures.reduction.modes import solve_modes
@@ -68,6 +68,12 @@ def test_a_receptance_comes_back(folder: Path, tmp_path: Path) -> None:
     exact = load_greens(folder / "seat.h5").transfer(2j * np.pi * read.frequency)
     np.testing.assert_allclose(read.receptance, exact, rtol=1e-6)
     assert read.frequency[-1] == pytest.approx(1.25 / 10e-6)
+
+
+def test_uneven_frequencies(tmp_path: Path) -> None:
+    with pytest.raises(UffError, match="even, rising steps"):
+        write_receptance_uff(impact.spring(stiffness=1e6), [1.0, 2.0, 4.0], tmp_path / "x.uff")
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_scene_is_no_run(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
@@ -177,6 +183,14 @@ def test_bad_input(
     place = folder if "vtp" in arguments else tmp_path
     assert run_command(["export", str(place), *arguments, "--quiet"]) == BAD_INPUT
     assert message in capfd.readouterr().err
+
+
+def test_a_copy_of_a_scene_without_its_files(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    assert run_command(["init", "cad", "-o", str(tmp_path / "scene.toml"), "--quiet"]) == DONE
+    assert run_command(["export", str(tmp_path), "--to", "calculix", "--quiet"]) == BAD_INPUT
+    message = capfd.readouterr().err
+    assert "seat.file: no such file" in message
+    assert "export the scene itself" in message
 
 
 @pytest.mark.slow

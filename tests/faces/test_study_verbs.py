@@ -191,3 +191,18 @@ def test_bad_searches(verb: str, text: str, message: str, study: Path, tmp_path:
     assert re.search(message, err)
     assert "Traceback" not in err
     assert sorted(path.name for path in tmp_path.iterdir()) == ["gaps.toml", "scene.toml"]
+
+
+@pytest.mark.slow
+def test_a_search_without_its_table_or_measure(study: Path, tmp_path: Path, capsys: Told) -> None:
+    assert run_command(["optimise", "gaps.toml"]) == BAD_INPUT
+    assert "minimise or maximise" in capsys.readouterr().err
+    written(tmp_path, SOUGHT + 'minimise = "impulse_N"')
+    assert run_command(["optimise", "gaps.toml"]) == BAD_INPUT
+    assert re.search(r"toml:6: optimise\.minimise: .*'impulse_N'; state .*impulse_Ns'", capsys.readouterr().err)
+    assert run_command(["optimise", "gaps.toml", "--workers", "0"]) == BAD_INPUT
+
+
+def test_a_scene_is_no_study(study: Path, capsys: Told) -> None:
+    assert run_command(["sweep", "scene.toml"]) == BAD_INPUT
+    assert "scene.toml: vary: required key is missing" in capsys.readouterr().err

@@ -14,7 +14,8 @@ import pytest
 
 import impact
 from impact.files.hdf5_structure import USER_BLOCK
-from impact.storage.hdf5 import OtherKeyError, load_greens, load_results, save_greens
+from impact.files.safe_files import OutputError, check_writable, whole_file, write_whole
+from impact.storage.hdf5 import OtherKeyError, load_greens, load_results, save_greens, written
 from seatfem.machine.code import NOT_NUMERICS, hash_of
 from seatfem.structures import cache
 from seatfem.structures.cache import Cache, CacheWarning, Store, StoreError, content_key, key_of
@@ -104,6 +105,32 @@ def test_a_run_onto_a_full_disk_says_one_line(tiny_disk: Path, tmp_path: Path) -
     assert not [name for name in os.listdir(path.parent) if name.startswith(".")]
 
 
+def test_a_full_disk_is_found_before_anything_is_computed(tiny_disk: Path) -> None:
+    (tiny_disk / "filler").write_bytes(bytes(64 << 10))
+    with pytest.raises(OutputError, match=r"device\).*free space"):
+        check_writable(tiny_disk / "out" / "result.h5")
+
+
+def test_where_memory_runs_out_the_file_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "a.h5"
+    with pytest.raises(MemoryError, match=r"a\.h5: .*memory"), written(path, "x"):
+        raise RuntimeError("unable to allocate memory block")  # HDF5's own words
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_error_of_the_disk_names_the_file_that_was_meant(tmp_path: Path) -> None:
+    def failing() -> None:
+        with whole_file(tmp_path / "picture.png") as temporary:
+            raise OSError(28, "No space left on device", str(temporary))
+
+    with pytest.raises(OSError, match=r"No space left.*picture\.png"):
+        failing()
+    write_whole(tmp_path / "under", b"x")
+    with pytest.raises(OSError, match=r"File exists: '.*under'"):
+        write_whole(tmp_path / "under" / "a", b"x")
+    assert [path.name for path in tmp_path.iterdir()] == ["under"]
+
+
 @pytest.mark.parametrize("verb", ["run", "greens", "modes", "trade"])
 def test_a_folder_that_cannot_be_written_to_is_found_first(
     verb: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
@@ -118,6 +145,14 @@ def test_a_folder_that_cannot_be_written_to_is_found_first(
     assert f"{out}" in message
     assert "(Not a directory); choose another place with --output" in message
     assert "Traceback" not in message
+
+
+def test_looking_leaves_nothing_behind(tmp_path: Path) -> None:
+    check_writable(tmp_path / "a" / "b" / "result.h5", "c.h5")
+    assert list(tmp_path.iterdir()) == []
+    (tmp_path / "result.h5").mkdir()
+    with pytest.raises(OutputError, match=r"result\.h5: .*folder"):
+        check_writable(tmp_path / "result.h5")
 
 
 @pytest.mark.slow(but="/proc")

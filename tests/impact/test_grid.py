@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from impact import ContactError
+from impact.march import grid
 from impact.march.grid import TimeGrid
 
 STEPS = TimeGrid(1e-3, np.array([0, 1, 2, 6, 22]))
@@ -41,3 +43,12 @@ def test_rows_of_a_window_with_the_times_of_their_parts(
     cut, edges = STEPS.cut(start, stop)
     assert np.arange(5)[cut].tolist() == rows
     np.testing.assert_allclose(edges, 1e-3 * np.array(times))
+
+
+def test_a_history_that_would_not_fit_is_refused_and_its_windows_are_not(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(grid, "MOST_BYTES", 8.0 * 10)
+    with pytest.raises(ContactError, match=r"0 to 22 .*window"):
+        STEPS.spread_forces(MOVED)
+    assert len(STEPS.spread_forces(MOVED, 3, 12)) == 10
+    with pytest.raises(ContactError, match=r"0 to 23.*22 steps"):
+        STEPS.spread_motions(MOVED, 0, 23)

@@ -48,6 +48,13 @@ def test_a_law_of_ones_own_is_the_built_in_one(problem: Callable[[Law], ContactP
     assert a.energy.residual < 1e-10
 
 
+def test_a_problem_has_one_law_of_ones_own() -> None:
+    with pytest.raises(ContactError, match="one CompiledLaw or PlainLaw"):
+        two_seats(PlainLaw(hunt_crossley), compiled_law(hunt_crossley))
+    with pytest.raises(ContactError, match="give the same object"):
+        two_seats(PlainLaw(hunt_crossley), impact.Signorini(), PlainLaw(lambda pen, start, dt: pen))
+
+
 def broken(pen: float, pen_start: float, dt: float) -> float:
     if pen > 0.01:
         raise KeyError("no such depth")

@@ -56,6 +56,17 @@ def test_engines_give_the_same_impact(count: int) -> None:
         np.testing.assert_allclose(other.energy.stored, poles.energy.stored, rtol=1e-8)
 
 
+def test_a_kernel_without_poles_refuses_the_pole_engine() -> None:
+    rod = Body(impact.fixed_rod(young=4.0, density=1.0, area=3.0, length=2.0))
+    problem = ContactProblem(impact.rigid_mass(mass=6.0, velocity=-1.0), rod)
+    with pytest.raises(ContactError, match=r"'poles'.*'fft', 'direct' or 'auto'"):
+        impact.solve(problem, dt=0.01, duration=1.0, engine="poles")
+    with pytest.raises(ContactError, match="engine 'fast' is unknown"):
+        impact.solve(problem, dt=0.01, duration=1.0, engine="fast")  # type: ignore[arg-type]
+    with pytest.raises(ContactError, match="block = 0"):
+        impact.solve(problem, dt=0.01, duration=1.0, block=0)
+
+
 def kernel(poles: int) -> impact.StepKernel:
     omega = np.linspace(1.0, 2.0, poles)
     greens = ModalGreens(omega, np.zeros(poles), np.ones((poles, 1)), Residual.spring(1e-3))
@@ -170,3 +181,10 @@ def test_loads_given_step_by_step_are_the_loads_given_in_advance(engine: history
     assert stepped.energy.residual < 1e-10
     with pytest.raises(ContactError, match="3000 steps"):
         stepper.step()
+
+
+def test_load_amplitudes_are_checked() -> None:
+    stepper = ContactStepper(impact.prepare(loaded_reed(np.zeros_like), 1e-6, 1e-3))
+    for wrong in (np.zeros(2), np.array([np.nan])):
+        with pytest.raises(ContactError, match="1 finite load"):
+            stepper.step(wrong)

@@ -194,6 +194,12 @@ def test_impossible_joints_are_refused(make: object, words: str) -> None:
         make()  # type: ignore[operator]
 
 
+def test_a_film_beside_a_joint_is_refused() -> None:
+    film = impact.SqueezeFilm(coefficient=1e-9, floor=1e-6)
+    with pytest.raises(impact.ContactError, match="a film beside a RoughJoint"):
+        impact.Contact(impact.Body(impact.spring(stiffness=1.0)), law=ROUGH, film=film)
+
+
 @pytest.mark.parametrize("law", [ROUGH, TABLE])
 def test_the_static_closure_is_that_of_the_loading_branch(law: impact.Law) -> None:
     """A force's closure is the one that loads to it, beyond the table too; half the joint needs half the force."""

@@ -2,6 +2,7 @@
 
 import tracemalloc
 from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,8 +11,10 @@ import impact
 from impact import Body, Contact, ContactProblem, ModalGreens, Residual
 from impact.bodies.body import ModalState
 from impact.march import ladder
+from impact.march.problem import ContactError
 from impact.march.rows import Replayed
 from impact.runs import solver
+from impact.storage.hdf5 import load_results, save_results
 
 STEP, PARTS = 50e-9, 24
 MOST = 3.1
@@ -115,3 +118,16 @@ def test_displacements_on_demand_are_those_that_are_kept(
         np.testing.assert_allclose(lazy[:, 3], whole[:, 3], rtol=0, atol=size)
         np.testing.assert_allclose(lazy @ shares, whole @ shares, rtol=0, atol=size)
         np.testing.assert_allclose(getattr(replayed, name), getattr(kept, name), rtol=0, atol=size)
+
+
+@pytest.mark.slow
+def test_a_file_without_displacements_says_so(long_runs: None, tmp_path: Path) -> None:
+    problem = ContactProblem(reed(2), contacts=on_a_seat(2, seat(2)))
+    result = impact.solve(problem, dt=STEP, duration=1e-3)
+    save_results(tmp_path / "r.h5", {"lip": result}, {})
+    read = load_results(tmp_path / "r.h5")["lip"]
+    np.testing.assert_array_equal(read.force, result.force)
+    np.testing.assert_array_equal(read.gap, result.gap)
+    with pytest.raises(ContactError, match=r"displacements at 2 contacts.*not on file.*whole face"):
+        read.striker_displacement  # noqa: B018
+    assert impact.measures.impulse(read, contact=1) == impact.measures.impulse(result, contact=1)

@@ -116,6 +116,15 @@ def test_two_ports_each_passive_but_not_together():
     assert passivity(repair(pair), DT).passive
 
 
+def test_what_passivity_asks_for():
+    with pytest.raises(GreensFunctionError, match="n is missing"):
+        passivity(SEAT, DT)
+    with pytest.raises(GreensFunctionError, match=r"n = 7.*least 1.*3"):
+        passivity(np.ones(3), DT, 7)
+    with pytest.raises(GreensFunctionError, match="finite"):
+        passivity(np.array([1.0, np.nan]), DT)
+
+
 def rebound(greens, steps: int, dt: float = DT, mass: float = 0.05):
     striker = impact.rigid_mass(mass=mass, velocity=-1.0)
     problem = impact.ContactProblem(striker, impact.Body(greens), law=impact.LinearSpring(1e8))
@@ -180,3 +189,8 @@ def test_repair_for_a_step_within_the_spacing():
     mended = repair(greens, 0.3 * DT)
     assert mended.dt == 0.3 * DT
     assert passivity(mended, 0.3 * DT).passive
+
+
+def test_repair_refuses_a_rigid_tail():
+    with pytest.raises(GreensFunctionError, match="subtract t/M"):
+        repair(SampledGreens(seat_samples(50), DT, "rigid"))

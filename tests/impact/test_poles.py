@@ -170,6 +170,12 @@ def test_the_state_space_is_g(greens: GreensFunction) -> None:
     np.testing.assert_array_equal(space.D, greens.transfer(np.array([1e12 + 0j]))[0].real.round(12))
 
 
+def test_a_rod_has_no_state_space() -> None:
+    rod = impact.fixed_rod(young=2e11, density=7850.0, length=0.1, area=1e-4)
+    with pytest.raises(impact.GreensFunctionError, match="no finite sum of poles"):
+        impact.state_space(rod)
+
+
 def test_receptance_arrays_and_back() -> None:
     """Arrays have frequency, response, reference in this order, and fitted poles reproduce them."""
     shapes = np.array([[0.5, -0.7], [-0.3, 0.9]])

@@ -65,6 +65,17 @@ TIME = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])
 VALUE = np.array([0.0, 0.0, 1.0, 3.0, 2.0])
 
 
+def test_motion_before_the_blow():
+    early = VALUE.copy()
+    early[1] = 0.5
+    with pytest.raises(GreensFunctionError, match=r"2 samples.*t = 0.*0\.5 .* 1\.8 % .*drop"):
+        SampledGreens.from_series(TIME, early)
+    g = SampledGreens.from_series(TIME, early, pretrigger="drop", origin={"kind": "measured"})
+    assert g.values[0, 0] == pytest.approx(G)
+    assert g.provenance["kind"] == "measured"
+    assert g.provenance["pretrigger"] == {"samples": 2, "share_of_squares": pytest.approx(0.25 / 14.25)}
+
+
 @pytest.mark.parametrize(
     ("time", "values", "message"),
     [

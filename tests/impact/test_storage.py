@@ -15,6 +15,7 @@ import pytest
 
 import impact
 from impact.after.result import RunRows
+from impact.exact.closed_form import PowerGreens
 from impact.files.safe_files import whole_file
 from impact.greens.base import ErrorEstimate, GreensFunction
 from impact.greens.sampled import SampledGreens
@@ -105,6 +106,25 @@ def test_results_of_several_contacts_are_read_as_they_were_written(tmp_path: Pat
         opened["two/gap"] = short
     with pytest.raises(StorageError, match=r"differ.*contacts"):
         load_results(tmp_path / "r.h5")
+
+
+def test_sums_of_sums_are_bounded(tmp_path: Path) -> None:
+    greens: GreensFunction = KINDS["rod"]
+    for _ in range(9):
+        greens = impact.SumGreens((greens,))
+    with pytest.raises(StorageError, match="more than 8 deep"):
+        save_greens(greens, tmp_path / "deep.h5")
+
+
+def test_an_unknown_kind_of_greens_function_has_no_file_form(tmp_path: Path) -> None:
+    class Odd(PowerGreens):
+        @property
+        def provenance(self) -> dict[str, object]:
+            return {}
+
+    with pytest.raises(StorageError, match="'Odd' has no file form"):
+        save_greens(Odd(1.0, 0.5), tmp_path / "odd.h5")
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.slow(but="0.3")

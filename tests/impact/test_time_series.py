@@ -68,6 +68,15 @@ def test_bad_files_are_named_by_line_and_column(tmp_path: Path, text: str, words
         read_time_series(written(tmp_path, text), "pressure")
 
 
+def test_files_that_are_no_text(tmp_path: Path) -> None:
+    with pytest.raises(TimeSeriesError, match="no such file"):
+        read_time_series(tmp_path / "none.csv", "force")
+    path = tmp_path / "binary.csv"
+    path.write_bytes(b"\xff\xfe\x00\x01")
+    with pytest.raises(TimeSeriesError, match=r"binary\.csv:.*CSV.*UTF-8"):
+        read_time_series(path, "force")
+
+
 @pytest.mark.parametrize(
     ("time", "value", "outside", "words"),
     [
@@ -110,3 +119,8 @@ def test_crank_angles_repeat(tmp_path: Path) -> None:
 def test_angles_that_cannot_be(text: str, rpm: float | None, words: str, tmp_path: Path) -> None:
     with pytest.raises(TimeSeriesError, match=words.replace("[", r"\[").replace("]", r"\]")):
         read_time_series(written(tmp_path, text), "pressure", rpm=rpm)
+
+
+def test_a_period_shorter_than_the_samples() -> None:
+    with pytest.raises(TimeSeriesError, match="more than the period of 1 s"):
+        TimeSeries(np.array([0.0, 2.0]), np.zeros(2), "repeat", period=1.0)

@@ -185,6 +185,24 @@ def test_nobody_is_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Non
         threads_of(address)
 
 
+@pytest.mark.slow
+def test_a_scheduler_without_workers_and_a_file_that_is_too_large(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with Crowd(tmp_path / "theirs", hidden=tmp_path / "mine") as crowd:
+        with monkeypatch.context() as patch:
+            patch.setattr(cluster, "PATIENCE", 1.0)
+            with pytest.raises(
+                ClusterError, match=rf"no workers are there; start one by `dask worker {crowd.address}`"
+            ):
+                threads_of(crowd.address)
+        crowd.hire()
+        monkeypatch.setattr(cluster, "MOST", 2000)
+        path = study_of(tmp_path / "mine", 1)
+        with pytest.raises(ClusterError, match=r"mass\.h5: .* MB"):
+            run_study(load_study(path), tmp_path / "out", Effort(cluster=crowd.address))
+
+
 def test_tls_without_a_certificate_of_the_client() -> None:
     with socket.create_server(("127.0.0.1", 0)) as held:
         address = f"tls://127.0.0.1:{held.getsockname()[1]}"

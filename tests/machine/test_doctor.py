@@ -48,6 +48,18 @@ def test_the_doctor_sees_missing_system_libraries() -> None:
     assert rendering.remedy == "apt-get install --no-install-recommends libegl1"
 
 
+def test_pictures_without_egl_need_osmesa(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("VTK_DEFAULT_OPENGL_WINDOW", raising=False)
+    monkeypatch.setattr(system, "_loads", lambda library: False)
+    assert "libegl1" in str(system.picture_library_gap())
+    monkeypatch.setattr(system, "_loads", lambda library: library.startswith("libOSMesa"))
+    assert system.picture_library_gap() is None
+    monkeypatch.setenv("VTK_DEFAULT_OPENGL_WINDOW", "")
+    monkeypatch.delenv("VTK_DEFAULT_OPENGL_WINDOW")
+    system.select_offscreen_window()
+    assert system.os.environ["VTK_DEFAULT_OPENGL_WINDOW"] == "vtkOSOpenGLRenderWindow"
+
+
 def test_pictures_without_their_packages(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(system, "PICTURE_PACKAGES", ("matplotlib", "no_such_package"))
     gap = system.picture_library_gap()

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from impact.names import how_to_mend
+
 ROOT = Path(__file__).parents[2]
 RUN = "import sys; from seatfem.faces.cli import run_command; sys.exit(run_command(sys.argv[1:]))"
 
@@ -36,3 +38,16 @@ def test_a_broken_package_is_named(module: str, code: str, whose: str, reason: s
     message = answer(tmp_path, module, code, "plan", "scene.toml")
     assert re.search(rf"{whose} is installed but .*\({reason}\).*: pip install --force-reinstall {whose}$", message)
     assert "this is a bug" not in message
+
+
+@pytest.mark.parametrize(
+    ("error", "words"),
+    [
+        (ModuleNotFoundError("No module named 'pandas'", name="pandas"), "pandas .*not installed.*install .*with"),
+        (ModuleNotFoundError("No module named 'dateutil'", name="dateutil"),
+         "pandas .*'tables'.* installed but"),
+        (ImportError("x"), r"pandas .*'tables'.* installed but .*\(x\)"),
+    ],
+)  # fmt: skip
+def test_what_is_absent_is_installed_and_what_is_broken_anew(error: ImportError, words: str) -> None:
+    assert re.match(words, how_to_mend("pandas", "tables", error))

@@ -94,3 +94,10 @@ def test_damage_is_told(tmp_path: Path, change: Callable[[h5py.File], None], mes
         change(file)
     with pytest.raises(StorageError, match=message):
         load_moving(path)
+
+
+def test_too_many_points_are_not_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    save_moving(block_wave(), tmp_path / "stress_wave.h5")
+    monkeypatch.setattr(moving, "MOST_POINTS", 100)
+    with pytest.raises(StorageError, match=r"386 points.*5 frames.*100"):
+        load_moving(tmp_path / "stress_wave.h5")

@@ -17,7 +17,7 @@ from seatfem.pictures import plots as seat_plots
 from seatfem.pictures import rendering
 from seatfem.pictures.cell_grid import CellGrid
 from seatfem.structures.elements.assembly import assemble
-from seatfem.structures.model import Material
+from seatfem.structures.model import Material, ModelError
 
 pytest.importorskip("matplotlib")
 
@@ -133,6 +133,11 @@ def test_greens_figure_of_every_kind_of_function(greens: impact.GreensFunction, 
     assert ("static " in written) == finite
 
 
+def test_greens_figure_refuses_a_pulse_longer_than_the_record(modal: ModalGreens, tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="width <= duration"):
+        plot_greens(modal, tmp_path / "greens.png", duration=1e-6, width=2e-6)
+
+
 def test_a_missing_matplotlib_names_the_extra(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     with pytest.raises(PictureError, match=r"install 'seatfem\[pictures\]'"), sheet(tmp_path / "a.png", 3, 3):
@@ -210,6 +215,12 @@ def test_hexahedra_are_in_the_order_of_vtk(order: int, drawing: None) -> None:
     assert len(grid.linear_cells) == (8 if order == 1 else 64)
 
 
+def test_grid_of_bare_matrices_is_refused(block) -> None:
+    bare = type(block)(block.M, None, block.K, block.ports)
+    with pytest.raises(ModelError, match="does not know its mesh"):
+        CellGrid.of_model(bare)
+
+
 def test_vtu_holds_quadratic_cells_and_shapes(
     grid: CellGrid, shapes: list[np.ndarray], drawing: None, tmp_path: Path
 ) -> None:
@@ -260,6 +271,19 @@ def test_mesh_picture_shows_contact_and_fixed_faces(block, drawing: None, tmp_pa
         r, g, b = np.moveaxis(np.asarray(image.convert("RGB")).astype(int), 2, 0)
     assert ((r > 150) & (g > 60) & (g < 130) & (b < 60)).sum() > 2000
     assert ((b > 130) & (b - r > 60)).sum() > 2000
+
+
+def test_shapes_that_do_not_fit_are_refused(grid: CellGrid, shapes: list[np.ndarray], tmp_path: Path) -> None:
+    with pytest.raises(PictureError, match="give as many"):
+        seat_plots.plot_modes(grid, shapes, [1.0], tmp_path / "modes.png")
+    with pytest.raises(PictureError, match=r"must be finite and \(3, "):
+        seat_plots.write_vtu(grid, [shapes[0].T], [1.0], tmp_path / "modes.vtu")
+
+
+def test_a_missing_library_is_told_before_vtk_is_touched(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(rendering, "picture_library_gap", lambda: "no pictures: apt-get install libegl1")
+    with pytest.raises(PictureError, match="apt-get install libegl1"):
+        rendering.load_pyvista()
 
 
 @pytest.mark.slow

@@ -147,3 +147,12 @@ def test_a_reed_beside_the_port_is_refused() -> None:
     small = example("tilted_landing", reed__paddle_diameter="9 mm")
     with pytest.raises(SceneError, match=r"contact.offset: .*18 % .*6 mm .*4.5 mm"):
         draw_scene(small, Path("never.png"))
+
+
+def test_a_contact_on_what_holds_the_seat_is_refused() -> None:
+    """A contact on the underside, which rests on its joint, or on faces of both sides is refused."""
+    with pytest.raises(SceneError, match=r"seat.contact: .*valve_body.step:.*'underside'"):
+        draw_scene(example("flapper_on_valve_body", seat__contact={"number": 8}), Path("never.png"))
+    faces = {"of": [{"number": 11}, {"number": 8}]}
+    with pytest.raises(SceneError, match=r"seat.contact: .*opposite sides"):
+        draw_scene(example("flapper_on_valve_body", seat__contact=faces, seat__supports=None), Path("never.png"))

@@ -9,7 +9,7 @@ import skfem
 from seatfem.pictures.cell_grid import revolve
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.elements.supports import Absorbing, Foundation
-from seatfem.structures.materials import Material
+from seatfem.structures.materials import Material, Orthotropic
 from seatfem.structures.model import ModelError
 
 STEEL = Material(200e9, 0.3, 7850.0, "steel")
@@ -123,6 +123,14 @@ def test_regions_weigh_and_damp_apart():
     assert upper @ model.loss @ upper == pytest.approx(0.2 * half * rubber.elasticity[2, 2], rel=1e-9)
     with pytest.raises(ModelError, match="none"):
         assemble_axisymmetric(mesh, {"low": STEEL}, order=2)
+
+
+def test_orthotropic_solids_must_be_the_same_in_every_meridian():
+    fine = Orthotropic((10e9, 10e9, 1e9), (0.25, 0.1, 0.1), (4e9, 1e9, 1e9), 1500.0)
+    model = assemble_axisymmetric(ring(), fine, harmonic=1, fixed=(), order=2)
+    assert np.abs(model.K @ unknowns(model, rigid_motions(model, 1)[1])).max() < 1e-12 * abs(model.K).max()
+    with pytest.raises(ModelError, match="turned by 45 degrees"):
+        assemble_axisymmetric(ring(), Orthotropic((10e9, 10e9, 1e9), (0.25, 0.1, 0.1), (5e9, 1e9, 1e9), 1500.0))
 
 
 def test_supports_act_on_the_whole_ring():

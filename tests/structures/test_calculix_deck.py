@@ -8,7 +8,7 @@ import pytest
 import skfem
 
 from benchmarks.peers import calculix
-from seatfem.faces.cli import DONE, run_command
+from seatfem.faces.cli import BAD_INPUT, DONE, run_command
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.finite_elements import static_greens
@@ -240,3 +240,9 @@ def test_a_deck_begins_just_before_the_first_touch(tmp_path: Path) -> None:
     rates = np.array([line.split(",")[2] for line in block.splitlines() if line.split(",")[1] == "3"], dtype=float)
     tip = 15 / 11  # further out than the contact, where the mode moves about this much more
     assert rates.min() == pytest.approx(-(tip**1.5) * omega * 10e-6, rel=0.15)
+
+
+def test_a_seat_without_elements_has_no_deck(tmp_path: Path) -> None:
+    scene = tmp_path / "bar.toml"
+    scene.write_text(SCENE.replace('kind = "bar"', 'kind = "rod"'), encoding="utf-8")
+    assert run_command(["export", str(scene), "--to", "calculix", "-o", str(tmp_path / "deck")]) == BAD_INPUT

@@ -162,6 +162,15 @@ def test_faces_that_are_no_lips(edges: np.ndarray, words: str) -> None:
         land_of(edges, (0, 0, 1))
 
 
+def test_a_face_that_is_no_strip_is_refused() -> None:
+    """Its outer line crosses itself."""
+    turns = 2 * np.pi * np.arange(CORNERS) / CORNERS
+    winding = turns + 0.9 * np.sin(4 * turns) * (np.abs(turns - np.pi) < 2)
+    bent = 4e-3 * np.column_stack([np.cos(winding), np.sin(winding)]) * (1 + 0.2 * np.cos(8 * turns))[:, None]
+    with pytest.raises(ModelError, match=r"cross.*narrower"):
+        face(circle(1e-3), bent)
+
+
 # Lips that are no rings about their middles
 
 BEND, HALF, BORE = (

@@ -56,6 +56,18 @@ def test_refuses_empty_rows_and_wrong_sizes(model):
         factorize(np.eye(3) + 0.1, backend="superlu").solve(np.ones(2))
 
 
+def test_a_poor_first_solve_is_reported_with_its_number(model):
+    with pytest.raises(FactorizationError, match=r"leaves a residual of \d"):
+        factorize(model.K, tolerance=1e-30)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_the_message_names_the_matrix_and_the_remedy(model, backend):
+    shifted = model.K - 100.0 * model.M
+    with pytest.raises(FactorizationError, match=rf"K.*w\^2 M \({model.size} unknowns\).*fix"):
+        factorize(shifted, backend=backend, name="K - w^2 M")
+
+
 STEEL, PEEK = Material(200e9, 0.3, 7850.0), Material(3.6e9, 0.4, 1300.0)
 ALLOWED = 1e-4
 GRADED = np.concatenate([[0.0], np.geomspace(1e-6, 1e-3, 7)])

@@ -9,7 +9,7 @@ from seatfem.structures.errors import MeshError
 from seatfem.structures.formats.mesh_files import read_mesh
 from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.mesh.spec import MeshSpec
-from seatfem.structures.shapes import CadPart
+from seatfem.structures.shapes import CadPart, GeometryError
 
 pytestmark = pytest.mark.own_gmsh
 
@@ -72,4 +72,14 @@ def test_what_lies_beside_a_mesh_or_in_the_home_folder_is_not_run(tmp_path, spel
     monkeypatch.chdir(tmp_path)
     assert read_mesh(mesh).quality.elements > 0
     assert make_mesh(CadPart(part, fixed=()), MeshSpec(3e-3)).quality.elements > 0
+    assert not mark.exists()
+
+
+@pytest.mark.parametrize("suffix", [".step", ".stp", ".brep"])
+def test_a_part_that_is_a_script(tmp_path, spell, suffix):
+    text, mark = spell
+    path = tmp_path / f"a{suffix}"
+    path.write_bytes(text)
+    with pytest.raises(GeometryError, match=r"is no (STEP|BREP) file"):
+        make_mesh(CadPart(path, unit=1e-3), MeshSpec(1e-3))
     assert not mark.exists()

@@ -10,11 +10,13 @@ import pytest
 from scipy import sparse
 
 from impact.bodies.time_series import TimeSeriesError, read_time_series
+from impact.greens.base import GreensFunctionError
+from impact.measured.frf import FrequencyResponseError, read_frf, read_impulse_response
 from seatfem.structures.errors import MeshError
 from seatfem.structures.formats.decks import Deck, with_included
 from seatfem.structures.formats.matrices import read_matrices
 from seatfem.structures.formats.mesh_files import read_mesh
-from seatfem.structures.formats.uff import UffError, read_frf_uff
+from seatfem.structures.formats.uff import UffError, read_frf_uff, read_modes_uff
 from seatfem.structures.model import ModelError
 from tests.bounded import assert_refused, bounded
 from tests.universal_files import function
@@ -236,3 +238,21 @@ def test_tables_of_many_lines(tmp_path, monkeypatch):
     path.write_text("time [s],force [N]\n" + "1,1\n" * 2000)
     with pytest.raises(TimeSeriesError, match=r"p\.csv, line 1001: 2 columns, 1001 lines"):
         read_time_series(path, "force")
+
+
+@pytest.mark.parametrize(
+    ("read", "error"),
+    [
+        (lambda path: read_time_series(path, "force"), TimeSeriesError),
+        (read_impulse_response, GreensFunctionError),
+        (read_frf, FrequencyResponseError),
+        (lambda path: read_modes_uff(path, ports={"contact": (1, "+z")}), UffError),
+    ],
+)
+def test_records_from_devices(tmp_path, read, error):
+    path = tmp_path / "a.csv"
+    path.symlink_to("/dev/zero")
+    with pytest.raises(error, match=r"a\.csv: .*device"):
+        read(path)
+    with pytest.raises((TimeSeriesError, FrequencyResponseError, ValueError), match="no such file"):
+        read(tmp_path / "none.csv")

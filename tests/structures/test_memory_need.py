@@ -86,6 +86,20 @@ def test_the_prediction_is_within_a_factor_of_a_process_of_its_own():
     assert 1 / 1.5 < predicted / float(done.stdout) < 1.5
 
 
+def test_the_refusal_names_need_memory_key_and_what_would_fit():
+    need = memory_need(CUBE)
+    with pytest.raises(MemoryNeedError, match=r"^seat.mesh.size: 3e\+05 unknowns.* GB") as refused:
+        check_memory(CUBE, size=1e-3, levels=("axisymmetric", "sector"), available=1e9)
+    message = str(refused.value)
+    assert f"{need / 1e9:.2g} GB of memory, 1 GB" in message
+    assert 'seat.model = "axisymmetric", or seat.model = "sector"' in message
+    size = float(message.partition('seat.mesh.size = "')[2].partition(" mm")[0])
+    check_memory(CUBE.scaled(size**-3), available=1e9)  # the size it advises does fit
+    with pytest.raises(MemoryNeedError):
+        check_memory(CUBE.scaled((0.9 * size) ** -3), available=1e9)
+    assert check_memory(CUBE, available=1.01 * need) == need
+
+
 def test_a_seat_is_refused_by_the_memory_of_what_solves_for_it(monkeypatch):
     """Iterations on two grids need a fraction of a factor: large seats were refused although they fit."""
     how = Method(reduction="auto", tolerance=0.01)

@@ -83,6 +83,11 @@ def test_parts_are_counted_and_accepted():
     check_parts(joined)
 
 
+def test_unmerged_meshes_say_so():
+    with pytest.raises(MeshError, match=r'4 nodes .*\(1000, 0, 0\).* merge = "20 um"'):
+        check_coincident(side_by_side(8, 0.0))
+
+
 DECK = """*Node
 1, 0, 0, 0
 2, 1, 0, 0

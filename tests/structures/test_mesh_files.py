@@ -86,6 +86,15 @@ def check_one_element(seat, nodes):
     assert seat.quality.nodes == {4: 4, 10: 10, 8: 8, 20: 27}[nodes]
 
 
+def fields(name, words):
+    """Small fields, continued on as many lines as it takes."""
+    lines = [words[k : k + 8] for k in range(0, len(words), 8)]
+    heads = [name, *["+"] * (len(lines) - 1)]
+    return "\n".join(
+        f"{head:8}" + "".join(f"{word:8}" for word in line) for head, line in zip(heads, lines, strict=True)
+    )
+
+
 VTK = {"vtkTetra": 10, "vtkQuadraticTetra": 24, "vtkHexahedron": 12, "vtkQuadraticHexahedron": 25}
 VTK |= {"vtkTriQuadraticHexahedron": 29}
 VTK_FACES = {4: 5, 10: 22, 8: 9, 20: 23, 27: 28}  # cell type of the face of a cell of so many nodes
@@ -123,6 +132,11 @@ def test_vtu_by_vtk_itself(tmp_path, name):
 def _faces(cell):
     for face in map(cell.GetFace, range(cell.GetNumberOfFaces())):
         yield [face.GetPointId(k) for k in range(face.GetNumberOfPoints())]
+
+
+def test_bricks_of_27_nodes_in_unv(written_meshes):
+    with pytest.raises(MeshError, match=r"hex-2-2.unv:108: .*2412.*type 115.*27 nodes:.*8"):
+        ring(written_meshes, "hex-2-2.unv")
 
 
 @pytest.mark.parametrize(

@@ -23,6 +23,7 @@ from seatfem.structures.shapes import (
     Group,
     NamedFace,
     PlaneFace,
+    PointFace,
     Region,
     encode,
 )
@@ -153,6 +154,14 @@ def test_cone_selector():
     part = CadPart(MESHES / "conical_seat.step", contact=ConeFace(math.pi / 4, radius_max=4.5e-3))
     area = math.pi * (2 * BORE + 0.5e-3 * math.sqrt(0.5)) * 0.5e-3
     assert make_mesh(part, COARSE).quality.cad_areas["contact"] == pytest.approx(area, rel=1e-9)
+
+
+@pytest.mark.slow
+def test_point_on_an_edge_is_ambiguous():
+    with pytest.raises(GeometryError, match=r"'contact'.*2 faces"):
+        body_areas(contact=PointFace((10e-3, 0.0, 14e-3)))
+    with pytest.raises(GeometryError, match=r"'contact' \(face.*\(50, 0, 0\) mm\)"):
+        body_areas(contact=PointFace((50e-3, 0.0, 0.0)))
 
 
 @pytest.mark.slow

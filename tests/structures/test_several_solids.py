@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from seatfem.faces.cli import BAD_INPUT, run_command
 from seatfem.structures.inspection.cad import inspect_geometry
 from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.mesh.spec import MeshSpec
@@ -72,3 +73,31 @@ def test_what_is_refused(path: Path, keys: dict[str, Any], field: str, message: 
     with pytest.raises(GeometryError, match=message) as caught:
         make_mesh(part, MeshSpec(4e-3))
     assert problems[field] == str(caught.value)
+
+
+SCENE = """\
+[seat]
+kind = "cad"
+file = "{}"
+contact = {{ number = 18 }}
+fixed = {{ number = {} }}
+material = "steel"
+damping_ratio = 0.02
+{}
+[reed]
+kind = "rigid_mass"
+mass = "2 g"
+velocity = "-1 m/s"
+[run]
+duration = "60 us"
+filter_width = "8 us"
+"""
+
+
+@pytest.mark.parametrize(("fixed", "more", "key"), [(12, "", "seat.fixed"), (5, "solid = 0", "seat.solid")])
+def test_a_plan_names_the_key(
+    path: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str], fixed: int, more: str, key: str
+) -> None:
+    (tmp_path / "scene.toml").write_text(SCENE.format(path, fixed, more))
+    assert run_command(["plan", str(tmp_path / "scene.toml")]) == BAD_INPUT
+    assert f"{key}: " in capfd.readouterr().err

@@ -134,6 +134,17 @@ def test_a_drawing_of_a_seat_answers_as_the_seat(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+def test_a_mesh_that_is_given(tmp_path: Path) -> None:
+    """A given mesh is divided into twice as many arcs for the error bar, and at most into its elements."""
+    scene = scene_of(tmp_path, MESHED, "ports = 8\n")
+    solved = seat_of(scene)
+    assert Division.from_greens(solved.in_rings) == Division(16)
+    assert solved.greens.ports == Division(8).names
+    with pytest.raises(ModelError, match=r"contact\.ports = 128: .*5\d elements .*fewer"):
+        seat_of(scene_of(tmp_path, MESHED, "ports = 128\n"))
+
+
+@pytest.mark.slow
 def test_plans_mesh_each_arc(tmp_path: Path) -> None:
     """The plan gives each arc an element at least; a coarser stated size is refused with one that would do."""
     plan = begin_plan(scene_of(tmp_path, SLOT + 'model = "spring"\n', 'ports = 48\ntilt = "0.2 deg"\n', 0.04))

@@ -87,6 +87,11 @@ def test_tables_that_are_none(tmp_path: Path, rows: str, message: str) -> None:
         of_field(tmp_path, rows)
 
 
+def test_one_way_of_release(tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match=r"reed.release.velocity: field"):
+        scene_of(tmp_path, '{ field = "field.csv", velocity = "-2 m/s" }')
+
+
 def test_a_plates_matrices_strike_in_python(tmp_path: Path) -> None:
     """A body of a plate's SecondOrderModel by modes, in a state of its first: it lands on a spring with that speed, and
     flies there as q'' = -w^2 q says."""

@@ -9,7 +9,7 @@ import pytest
 from seatfem.faces.plan_view import read_back
 from seatfem.study.runs.pipeline import run_scene
 from tests.gallery import load_text, refusal
-from tests.universal_files import HEX, H, elements, function, groups, mode, nodes, units
+from tests.universal_files import HEX, F, H, elements, function, groups, mode, nodes, units
 
 REST = (
     '\n[reed]\nkind = "rigid_mass"\nmass = "20 g"\nvelocity = "-1 m/s"\n[contact]\n'
@@ -79,6 +79,16 @@ def test_keys_of_modes(tmp_path: Path) -> None:
     )
     assert one[:, 0] == pytest.approx([0.3, 0.6])
     assert two == pytest.approx(one / np.sqrt(1e3))  # tonnes
+
+
+def test_a_key_of_universal_files_beside_another(tmp_path: Path) -> None:
+    """A node, a direction or a system says nothing of a CSV file."""
+    rows = "\n".join(f"{f},{h.real},{h.imag}" for f, h in zip(F, H, strict=True))
+    (tmp_path / "a.csv").write_text(f"{HEAD}{rows}\n", encoding="utf-8")
+    for line in AT:
+        assert "remove the key" in refusal(load_text, tmp_path, seat("frf", "a.csv", line))
+    scene = load_text(tmp_path, seat("frf", "a.csv"))
+    assert "2 lines above the head" in dict(read_back(scene))["seat"]
 
 
 @pytest.mark.parametrize(

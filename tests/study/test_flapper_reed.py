@@ -11,7 +11,7 @@ from seatfem.structures.model import ModelError
 from seatfem.structures.natural_modes import Wanted, modes_of
 from seatfem.structures.sheets import Sheet, SolvedSheet
 from tests.gallery import FLAPPER, load_text, summary_of
-from tests.steps import Scene, Stopwatch, striker_of
+from tests.steps import Scene, SceneError, Stopwatch, striker_of
 
 COARSE = 'greens = { bandwidth = "30 kHz" }\n'
 SPRING = 'kind = "spring"\nstiffness = "20 N/um"\n'
@@ -82,6 +82,23 @@ def test_what_its_function_depends_on(tmp_path: Path) -> None:
     assert len(set(keys.values())) == len(keys)
     at_rest = scene_of(tmp_path, FLAPPER, more='force = "-1 N"\n').reed
     assert key_of(at_rest, at_rest.stated()) == keys[""]
+
+
+def test_motion_is_required(tmp_path: Path) -> None:
+    with pytest.raises(SceneError, match=r"reed.release.*required.*missing"):
+        scene_of(tmp_path, FLAPPER)
+
+
+def test_torsion_leaves_the_centre_at_rest(tmp_path: Path) -> None:
+    scene = scene_of(tmp_path, FLAPPER + COARSE, more='release = { mode = 2, velocity = "-2 m/s" }\n')
+    with pytest.raises(ModelError, match=r"reed.release.mode = 2:.*centre"):
+        striker_of(scene)
+
+
+def test_a_mode_above_the_band_is_refused(tmp_path: Path) -> None:
+    scene = scene_of(tmp_path, FLAPPER + COARSE, more='release = { mode = 500, velocity = "-2 m/s" }\n')
+    with pytest.raises(ModelError, match=r"reed.release.mode = 500:.*reed.greens.bandwidth"):
+        striker_of(scene)
 
 
 @pytest.mark.parametrize(

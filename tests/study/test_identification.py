@@ -222,6 +222,15 @@ def test_what_is_no_number_in_a_record_is_named(cell, words, record, tmp_path, c
     assert len(said) < 1000
 
 
+def test_a_gauge_that_the_scene_has_not(record, tmp_path):
+    text = RECORD.replace('kind = "force"\nnoise = "40 N"', 'kind = "strain"\nof = "middle"\nnoise = 1e-6')
+    path = write_files(tmp_path, *record, text)
+    table = (tmp_path / "force.csv").read_text().replace("force [N]", "strain [um/m]")
+    (tmp_path / "force.csv").write_text(table)
+    with pytest.raises(SceneError, match=r"'middle'.*\[\[gauge\]\]"):
+        identify(path)
+
+
 @pytest.mark.slow
 def test_a_record_longer_than_the_run_and_one_of_too_many_samples(record, tmp_path):
     time, force = record

@@ -11,7 +11,7 @@ from seatfem.structures.kinds import Plate
 from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import CadPart, CylinderFace, NumberedFace
-from tests.steps import BAD_INPUT, DONE, load_scene, run_command
+from tests.steps import BAD_INPUT, DONE, SceneError, check_files, load_scene, run_command
 
 ROOT = Path(__file__).parents[2]
 MESHES = ROOT / "meshes"
@@ -78,6 +78,13 @@ def test_wrong_headers_are_told_by_a_plan(seat, place, words, tmp_path, capsys):
     lines = plan_messages(tmp_path, f"[seat]\n{seat}\n", capsys)
     assert place in lines[0]
     assert words in lines[0]
+
+
+def test_supports_of_drawn_seats_are_looked_up_without_a_file(tmp_path: Path) -> None:
+    seat = '[seat]\nkind = "annular"\nbore_radius = "4 mm"\nlip_width = "1 mm"\nmaterial = "steel"\n'
+    scene = load_scene(written(tmp_path, seat + 'supports = [{ kind = "sliding", on = "top" }]\n'))
+    with pytest.raises(SceneError, match=r"'top'.*'contact', 'fixed'"):
+        check_files(scene)
 
 
 def test_numbers_are_those_of_the_file_and_stay_through_fragmenting() -> None:
@@ -152,3 +159,9 @@ def test_the_unit_of_a_mesh_is_asked_for(tmp_path: Path) -> None:
         assert run_command(["faces", mesh, "--unit", unit, "-o", str(table), "--quiet"]) == DONE
         areas[unit] = float(table.read_text(encoding="utf-8").splitlines()[1].split(",")[2])
     assert areas["m"] == pytest.approx(areas["inch"] / 0.0254**2, rel=1e-3)
+
+
+def test_faces_of_what_has_none(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    spring = written(tmp_path, '[seat]\nkind = "spring"\nstiffness = "20 N/um"\n')
+    assert run_command(["faces", str(spring)]) == BAD_INPUT
+    assert "has no faces" in capsys.readouterr().err

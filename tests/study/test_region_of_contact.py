@@ -20,6 +20,7 @@ from tests.as_stated import seat_of, solved_striker, striker_of
 from tests.gallery import load_text
 from tests.steps import Scene, SceneError, check_files, error_budget, values_of_record
 
+ROOT = Path(__file__).parents[2]
 STEEL = 'material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }\n'
 FLAPPER = (
     'kind = "flapper"\nroot_width = "9 mm"\ntaper_length = "3 mm"\nneck_width = "7 mm"\nneck_length = "20 mm"\n'
@@ -74,6 +75,25 @@ def test_the_region_is_the_struck_land(
 def test_a_face_that_is_no_land_asks_for_the_contact(tmp_path: Path, seat: str, named: str) -> None:
     with pytest.raises(SceneError, match=named):
         scene_of(tmp_path, seat)
+
+
+def test_a_width_without_a_radius_is_refused_where_the_reed_meets_the_whole_face(tmp_path: Path) -> None:
+    """It would change nothing; beside a seat without a face it is the width of the ring about a hole."""
+    hole = FLAPPER + 'hole_diameter = "3 mm"\ncontact_width = "1 mm"\n' + IN_MODE
+    for seat in (ANNULAR, PORTS):
+        with pytest.raises(SceneError, match=r"reed\.contact_width: 1 mm has no effect.*add reed\.contact_radius"):
+            scene_of(tmp_path, seat, hole)
+    scene_of(tmp_path, 'kind = "spring"\nstiffness = "20 N/um"\n', hole)
+
+
+@pytest.mark.slow
+def test_a_broad_face_of_a_drawing_asks_for_the_contact(tmp_path: Path) -> None:
+    """The whole top of a plate as contact is refused unless the reed's own face is stated."""
+    file = ROOT / "meshes" / "assembly_plate.step"
+    broad = f'kind = "cad"\nfile = "{file}"\ncontact = {{ number = 3 }}\nfixed = {{ number = 5 }}\n{STEEL}'
+    with pytest.raises(SceneError, match=r"seat\.contact: .*5 holes.*as a whole: state .*reed\.contact_radius"):
+        check_files(scene_of(tmp_path, broad))
+    check_files(scene_of(tmp_path, broad, FLAPPER + RING + IN_MODE))
 
 
 @pytest.mark.slow
@@ -216,3 +236,14 @@ def test_a_stopper_that_is_drawn_above_the_reed_is_met_where_it_is_drawn(tmp_pat
         np.testing.assert_allclose(shapes, means, atol=0.01 * np.abs(means).max())  # the strip is 1 mm wide
         opening = math.tan(math.radians(0.1)) * places.mean() * math.sin(turn) if arcs > 1 else 0.0
         assert gaps[k] - gaps.mean() == pytest.approx(opening, abs=1e-9)
+
+
+def test_a_round_stopper_that_reaches_off_the_reed_is_refused(tmp_path: Path) -> None:
+    """A round stopper wider than the reed is refused, in arcs or whole, but for a stated face of the reed."""
+    seat = 'kind = "spring"\nstiffness = "20 N/um"\n'
+    wide = f'[stopper]\ngap = "1 mm"\n{STOPPER}'.replace('"2 mm"', '"7 mm"')
+    for more in (wide, wide + "arcs = 8\n"):
+        with pytest.raises(SceneError, match=r"stopper: in plan .* 8\d % .*limit: all of it.*reed\.contact_radius"):
+            check_files(scene_of(tmp_path, seat, more=more))
+    for reed, more in ((FLAPPER + RING + IN_MODE, wide), (FLAPPER + IN_MODE, wide.replace('"7 mm"', '"6 mm"'))):
+        check_files(scene_of(tmp_path, seat, reed, more))

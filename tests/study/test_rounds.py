@@ -21,7 +21,7 @@ from seatfem.study.runs import next_round, pipeline, rounds
 from seatfem.study.runs.next_round import Limits
 from seatfem.study.runs.round import missed
 from tests.gallery import REED_ON_SPRING, load_text
-from tests.steps import GreensFunctionError, Stopwatch, begin_plan, run_command, silent
+from tests.steps import GreensFunctionError, RunError, Stopwatch, begin_plan, run_command, silent
 
 SCENE = REED_ON_SPRING + 'landing = "run"\n'
 
@@ -292,6 +292,12 @@ def test_a_run_that_nears_the_end_of_memory_ends_with_the_last_round_on_file(
         assert summary[key] == one.summary[key]
     alone, kept = (load_results(tmp_path / name / "result.h5")["wave"] for name in ("one", "two"))
     np.testing.assert_array_equal(alone.rows.force, kept.rows.force)
+
+
+@pytest.mark.parametrize(("number", "seconds"), [(0, 1.0), (1, 0.0), (1, float("nan"))])
+def test_limits_that_are_none_are_refused(number: int, seconds: float) -> None:
+    with pytest.raises(RunError, match="--rounds" if number < 1 else "--max-time"):
+        Limits(number, seconds)
 
 
 @pytest.mark.slow

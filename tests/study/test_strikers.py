@@ -20,7 +20,7 @@ from seatfem.study.method import SEAT_MODES, stated_method
 from seatfem.study.scene import Scene, SceneError
 from tests.as_stated import striker_of
 from tests.gallery import load_text, refusal, summary_of
-from tests.steps import Stopwatch, begin_plan, key_of, rounds, run_scene, silent
+from tests.steps import LevelError, Stopwatch, begin_plan, key_of, rounds, run_scene, silent
 
 SPRING = '[seat]\nkind = "spring"\nstiffness = "20 N/um"\n'
 RUN = '[run]\nduration = "1 ms"\nfilter_width = "20 us"\ntime_step = "1 us"\n[accuracy]\ntarget = "50 %"\n'
@@ -189,6 +189,18 @@ IMMOBILE = {
 @pytest.mark.parametrize("striker", IMMOBILE)
 def test_a_motion_that_no_key_can_bring_about_is_told_at_once(striker: str, tmp_path: Path) -> None:
     assert re.search(IMMOBILE[striker], refusal(scene_of, tmp_path, striker))
+
+
+def test_a_striker_is_told_of_in_keys_of_its_own_table(tmp_path: Path) -> None:
+    """The same mistake in a seat and in a striker is refused by the key of its own table."""
+    ball = 'kind = "rigid_mass"\nmass = "2 g"\nvelocity = "-0.5 m/s"\n'
+    wrong = BAR + 'model = "axisymmetric"\n'
+    for role, scene in {
+        "seat": lambda: scene_of(tmp_path, ball, seat="[seat]\n" + wrong),
+        "reed": lambda: scene_of(tmp_path, wrong + 'deflection = "1 um"\n'),
+    }.items():
+        with pytest.raises(LevelError, match=rf"^{role}.model = 'axisymmetric'"):
+            striker_of(scene()) if role == "reed" else stated_method(scene())
 
 
 @pytest.mark.slow

@@ -15,10 +15,11 @@ from pathlib import Path
 import pytest
 
 import seatfem
-from seatfem.jobs.folders import claimed
+from impact.files.safe_files import OutputError
+from seatfem.jobs.folders import JournalError, claimed
 from seatfem.study.sweep import runner as one
 from seatfem.study.sweep.effort import Effort
-from seatfem.study.sweep.runner import JOURNAL, read_journal
+from seatfem.study.sweep.runner import JOURNAL, StudyError, read_journal
 from seatfem.study.sweep.sweep import TABLE, run_study
 from seatfem.study.sweep.table import write_parquet
 from tests.steps import Outcome, SceneError, load_scene, load_study, run_scene
@@ -202,6 +203,40 @@ def test_a_worker_that_dies_or_hangs_is_an_outcome(tmp_path: Path, monkeypatch: 
 
 
 @pytest.mark.slow
+def test_a_measure_that_no_summary_has(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    jobs = answer_here(monkeypatch)
+    path = study_file(tmp_path, '[vary]\nreed.mass = ["1 g", "2 g"]\n[outputs]\nmeasures = ["impulse_N"]')
+    for _ in range(2):  # at once, the second time from the journal
+        with pytest.raises(StudyError, match=r"'impulse_N'.*'impulse_Ns'"):
+            run_study(load_study(path), tmp_path / "out")
+    assert jobs == []  # a look tells
+
+
+@pytest.mark.slow
+@posix
+def test_nothing_outside_the_folder_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    answer_here(monkeypatch)
+    path, out = study_file(tmp_path, '[vary]\nreed.mass = ["1 g"]'), tmp_path / "out"
+    out.mkdir()
+    mine = tmp_path / "mine"
+    mine.write_text("mine", encoding="utf-8")
+    (out / JOURNAL).symlink_to(mine)
+    with pytest.raises(StudyError, match="is a link"):
+        run_study(load_study(path), out)
+    (out / JOURNAL).unlink()
+    os.mkfifo(out / JOURNAL)
+    with pytest.raises(JournalError, match="is a pipe"):
+        run_study(load_study(path), out)
+    (out / JOURNAL).unlink()
+    (out / TABLE).symlink_to(mine)
+    run_study(load_study(path), out)
+    assert mine.read_text(encoding="utf-8") == "mine"
+    assert not (out / TABLE).is_symlink()
+    with pytest.raises(OutputError, match="choose another place"):
+        run_study(load_study(path), mine / "out")
+
+
+@pytest.mark.slow
 def test_a_damaged_journal_costs_what_is_damaged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     jobs = answer_here(monkeypatch)
     path, out = study_file(tmp_path, '[vary]\nreed.mass = ["1 g", "2 g", "3 g"]'), tmp_path / "out"
@@ -218,6 +253,14 @@ def test_a_damaged_journal_costs_what_is_damaged(tmp_path: Path, monkeypatch: py
     run_study(load_study(path), out)
     assert rows(out) == before
     assert len(jobs) == 5
+
+
+@pytest.mark.slow
+@posix
+def test_two_sweeps_in_one_folder(tmp_path: Path) -> None:
+    path, out = study_file(tmp_path, '[vary]\nreed.mass = ["1 g"]'), tmp_path / "out"
+    with claimed(out / f".{JOURNAL}.lock", 0.0), pytest.raises(StudyError, match="another sweep is at work there"):
+        run_study(load_study(path), out)
 
 
 @pytest.mark.slow

@@ -129,6 +129,14 @@ def test_impossible_chains_are_refused(old, new, words, tmp_path):
         load_text(tmp_path, CHAIN.replace(old, new, 1))
 
 
+def test_other_bodies_have_no_gauges(tmp_path):
+    body = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n'
+    text = '[seat]\nkind = "spring"\nstiffness = "1 kN/m"\n' + body + '[run]\nduration = "0.1 ms"\n'
+    for of in ("reed", "seat"):
+        with pytest.raises(SceneError, match=r"gauge.0.at: .*(rigid mass|spring)"):
+            load_text(tmp_path, f'{text}[[gauge]]\nname = "root"\nof = "{of}"\nat = "5 mm"\n')
+
+
 def test_a_wave_from_a_file_is_that_of_the_file(tmp_path):
     (tmp_path / "wave.csv").write_text("time [us],strain [um/m]\n0,0\n20,-900\n40,0\n")
     given = 'peak = -1e-3\nrise = "10 us"\nduration = "60 us"'

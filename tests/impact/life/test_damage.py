@@ -160,6 +160,11 @@ def test_a_design_number_is_a_number(blocks: float) -> None:
         margin(reversed_cycles(1e8), INVENTED, SmithWatsonTopper(), blocks=blocks)
 
 
+def test_a_life_needs_a_curve() -> None:
+    with pytest.raises(LifeError, match=r"'curve' .*\(a data sheet\)"):
+        damage(reversed_cycles(1e8), Strength("a data sheet"), SmithWatsonTopper())
+
+
 def test_the_rule_of_a_closing_speed() -> None:
     allowed = Strength("invented: at most 8 m/s", impact_velocity=8.0)
     result = speed_margin(-5.0, allowed)
@@ -208,6 +213,13 @@ def test_a_curve_at_another_ratio_is_the_same_point(name: str, amplitude: float,
     equivalent = judge.equivalent(own, slant * own)
     if np.all(np.isfinite(equivalent)) and equivalent[0] > 0:
         np.testing.assert_allclose(judge.at_ratio(equivalent, slant), own, rtol=1e-9)
+
+
+def test_messages_name_what_is_missing() -> None:
+    with pytest.raises(LifeError, match=r"goodman .*'ultimate' .*\(a data sheet\)"):
+        mean_stress("goodman", Strength("a data sheet"))
+    with pytest.raises(LifeError, match=r"'godman'.*'goodman'\?"):
+        mean_stress("godman", INVENTED)
 
 
 @pytest.mark.parametrize(

@@ -56,6 +56,14 @@ def test_tensors_are_judged_beside_and_only_where_a_criterion_is_stated() -> Non
         judged(both, DEMAND)
 
 
+def test_nothing_to_judge() -> None:
+    assert judged([], DEMAND).life is None
+    at_rest = judged([("root", np.full(5, 3e6))], DEMAND)
+    assert at_rest.life.margin == np.inf
+    with pytest.raises(LifeError, match=r"root: .*mean stress"):
+        judged([("root", np.full(5, 3e6))], replace(DEMAND, judge=None))
+
+
 def test_a_contact_of_hertz_at_its_largest_force() -> None:
     """The last tensors are those on the axis of the whole contact; every criterion sees half of the way there."""
     force, modulus, radius = 20.0, 110e9, 5e-3
