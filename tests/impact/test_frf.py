@@ -12,6 +12,7 @@ from impact.measured.frf import (
     FrequencyResponseError,
     deviation_by_coherence,
     estimate_deviation,
+    moves_away,
     read_frf,
 )
 
@@ -104,6 +105,11 @@ def test_reciprocity_is_averaged_and_told_or_refused() -> None:
         FrequencyResponse(F, two, ("a", "b"))
     with pytest.raises(FrequencyResponseError, match=r"30 values .*finite"):
         FrequencyResponse(F, np.full(30, np.nan))
+
+
+def test_free_bodies_are_told_by_their_lowest_lines() -> None:
+    assert not moves_away(FrequencyResponse(F, G))
+    assert moves_away(FrequencyResponse(F, G + 100 / W**2))
 
 
 THREE_MODES = impact.ModalGreens(

@@ -117,6 +117,16 @@ PATCH = half_space_patch(**STEEL)
 LOCAL = float(PATCH.static_compliance()[0, 0])
 
 
+def test_exact_part_of_a_sum_is_left_out() -> None:
+    assert half_space.without_patch(SumGreens((PATCH, MODE)), PATCH, band_hz=1e4) is MODE
+    rest = half_space.without_patch(SumGreens((MODE, half_space_patch(**STEEL), MODE)), PATCH, band_hz=1e4)
+    assert isinstance(rest, SumGreens)
+    assert rest.parts == (MODE, MODE)
+    rigid = half_space.without_patch(PATCH, PATCH, band_hz=1e4)
+    assert rigid.static_compliance()[0, 0] == 0.0
+    assert half_space.without_patch(SumGreens((PATCH,)), PATCH, band_hz=1e4).static_compliance()[0, 0] == 0.0
+
+
 def test_hertz_striker_on_a_corrected_seat_is_hertz_in_series_with_the_bulk() -> None:
     """A seat less its local compliance bears the force of the bulk alone."""
     seat = MODE.merge([ModalGreens(np.zeros(0), np.zeros(0), np.zeros((0, 1)), Residual.spring(LOCAL + 1e-11))])

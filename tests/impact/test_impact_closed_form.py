@@ -76,6 +76,19 @@ def test_damped_free_rods_collide_and_lose_energy() -> None:
     assert 0.5 < spent[2] < 0.95
 
 
+def test_rod_limits() -> None:
+    fixed, free = impact.fixed_rod(**ROD), impact.free_rod(**ROD)
+    matched = impact.rod_with_end_impedance(**ROD, end_impedance=6.0)
+    t = np.array([0.0, 1.0, 1.999, 2.0, 3.9, 4.0])
+    np.testing.assert_allclose(fixed.impulse_response(t), np.array([1, 1, 1, -1, -1, 1]) / 6)
+    np.testing.assert_allclose(free.impulse_response(t), np.array([1, 1, 1, 3, 3, 5]) / 6)
+    np.testing.assert_allclose(matched.impulse_response(t), np.full(6, 1 / 6))
+    assert fixed.static_compliance()[0, 0] == pytest.approx(ROD["length"] / (ROD["young"] * ROD["area"]))
+    assert free.mass() == pytest.approx(ROD["density"] * ROD["area"] * ROD["length"])
+    endless = impact.semi_infinite_rod(young=4.0, density=1.0, area=3.0)
+    np.testing.assert_allclose(endless.impulse_response(t), matched.impulse_response(t))
+
+
 def test_dashpots_springs_and_power_laws() -> None:
     assert impact.spring(stiffness=4.0).static_compliance()[0, 0] == 0.25
     plate = impact.infinite_plate(young=2e11, poisson=0.3, density=7850.0, thickness=0.01)

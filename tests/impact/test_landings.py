@@ -164,6 +164,14 @@ def test_a_pressed_reed_trembles_within_the_band(excess: float, landings: int) -
         assert tremblings[0].static_load == pytest.approx(10.0)
 
 
+def test_a_preload_is_no_landing_and_a_release_at_no_gap_is_one() -> None:
+    force, none = np.full(500, 5.0), np.zeros(500)
+    assert find_landings(record(force, np.full(500, 5.0))) == ()
+    released = np.where(np.arange(500) == 0, 0.0, np.where(np.arange(500) < 100, 5.0, 0.0))
+    assert len(find_landings(record(released, none, speed=0.5))) == 1
+    assert find_landings(record(released, none, speed=0.0)) == ()  # at rest: nothing approaches
+
+
 def test_openings_shorter_than_thirty_microseconds_end_no_landing() -> None:
     force = np.zeros(1000)
     force[100:150] = force[170:200] = 5.0
@@ -173,6 +181,13 @@ def test_openings_shorter_than_thirty_microseconds_end_no_landing() -> None:
     assert second.duration == pytest.approx(20e-6)
     assert hardest((first, second)) is first
     assert first.impulse == pytest.approx(80 * 5e-6)
+
+
+def test_the_end_of_the_record_cuts_a_landing_off() -> None:
+    force = np.zeros(300)
+    force[250:] = 5.0
+    (landing,) = find_landings(record(force, np.zeros(300)))
+    assert landing.cut_off
 
 
 def test_landings_are_paired_by_time_and_only_once() -> None:

@@ -65,6 +65,18 @@ TIME = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])
 VALUE = np.array([0.0, 0.0, 1.0, 3.0, 2.0])
 
 
+def test_from_series():
+    g = SampledGreens.from_series(TIME, VALUE, tail="hold", port_names=("lip",))
+    assert g.values[0, 0] == pytest.approx(G)  # zeros before t = 0 are causal
+    assert (g.dt, g.tail, g.ports) == (0.5, "hold", ("lip",))
+    assert "pretrigger" not in g.provenance
+    rounded = TIME + 0.002 * np.array([1, -1, 0, 1, 0.0])  # within 1 % of the spacing
+    assert SampledGreens.from_series(rounded, VALUE).values[0, 0] == pytest.approx(G)
+    both = np.einsum("ij,n->ijn", [[2.0, 1.0], [1.0, 3.0]], VALUE)
+    times = np.broadcast_to(TIME, both.shape)
+    assert SampledGreens.from_series(times, both).impulse_response(0.5, 0, 1) == pytest.approx(3.0)
+
+
 def test_motion_before_the_blow():
     early = VALUE.copy()
     early[1] = 0.5

@@ -95,6 +95,15 @@ def test_no_energy_is_gained_and_all_of_it_is_accounted_for(law: impact.Law, por
         assert result.film.min() == -tension / ports or tension == 0.0
 
 
+def test_solid_contact_and_film_exclude_each_other_in_the_gap() -> None:
+    """While a rigid contact stays closed, its film rests; the solid force begins where the gap has ended."""
+    result = several(1, FILM, impact.Signorini())
+    closed = (result.gap[1:] < 1e-15) & (result.gap[:-1] < 1e-15)
+    assert np.any(closed)
+    np.testing.assert_allclose(result.film[1:][closed], 0.0, atol=1e-9 * result.film.max())
+    assert np.all(result.solid[1:][result.gap[1:] > 1e-12] == 0)
+
+
 @pytest.mark.parametrize("law", LAWS)
 def test_several_ports_that_share_a_film_are_one(law: impact.Law) -> None:
     """Five ports with a fifth of spring, film and law each have the forces of one under a rigid face."""

@@ -44,6 +44,12 @@ def test_every_format_gives_the_same_matrices(files: dict[str, Path], tmp_path: 
         assert abs(other.K - reference.K).max() == 0, name
 
 
+def test_a_column_is_a_diagonal_mass(files: dict[str, Path], tmp_path: Path) -> None:
+    np.save(tmp_path / "m.npy", np.arange(1.0, N + 1)[:, None])
+    model = read_matrices(tmp_path / "m.npy", files["stiffness"], ports={"contact": PORT})
+    assert model.M.diagonal() == pytest.approx(np.arange(1.0, N + 1))
+
+
 @pytest.mark.parametrize(
     ("system", "length", "mass", "time"),
     [

@@ -32,12 +32,27 @@ def frequencies(shape: Outlined, count: int = 5) -> np.ndarray:
     return plate_modes(Sheet(shape, STEEL, band)).modes.frequencies_hz[:count]
 
 
+def turned(places: tuple[tuple[float, float], ...], angle: float) -> tuple[tuple[float, float], ...]:
+    turn = np.array([[math.cos(angle), math.sin(angle)], [-math.sin(angle), math.cos(angle)]])
+    return tuple((float(x), float(y)) for x, y in np.array(places) @ turn + (3e-3, -7e-3))
+
+
 def test_the_square_cantilever_plate() -> None:
     rigidity = STEEL.young * PLATE.thickness**3 / (12 * (1 - STEEL.poisson**2))
     scale = 2 * np.pi * 1e-4 * math.sqrt(STEEL.density * PLATE.thickness / rigidity)
     scaled = frequencies(PLATE) * scale
     assert (scaled < YOUNG).all()
     assert scaled == pytest.approx(YOUNG, rel=8e-3)
+
+
+def test_it_may_lie_anywhere_and_run_either_way() -> None:
+    angle = 0.7
+    segment = turned(ROOT, angle)
+    away = Outlined(turned(SQUARE[::-1], angle), 0.05e-3, turned(((8e-3, 0.0),), angle)[0], (segment[0], segment[1]))
+    assert away.area == pytest.approx(PLATE.area)
+    assert away.room == pytest.approx(PLATE.room)
+    assert frequencies(away) == pytest.approx(frequencies(PLATE), rel=1e-3)
+    assert decode(encode(away)) == away
 
 
 @pytest.mark.slow

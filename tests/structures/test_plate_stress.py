@@ -8,7 +8,7 @@ from impact.bodies.body import Body, ModalState
 from impact.greens.modal import ModalGreens, Residual
 from seatfem.structures.elements.mindlin import PlateMesh, assemble_plate
 from seatfem.structures.fields.recovery import StressField, at_time, largest, von_mises
-from seatfem.structures.fields.sites import plate_nodes, plate_points, plate_stress
+from seatfem.structures.fields.sites import plate_nodes, plate_points, plate_stress, sharp_nodes
 from seatfem.structures.lip import Patch
 from seatfem.structures.materials import Material
 from seatfem.structures.model import Array, ModelError
@@ -111,3 +111,12 @@ def test_the_first_mode_of_a_strip_bears_root_3_rho_c_v_at_its_clamp() -> None:
     assert peaks.after_contact.von_mises[0] == pytest.approx(exact * np.cos(0.2 * np.pi / 2), rel=0.02)
     at_once = at_time(field, force, dt, int(quarter / dt))
     assert von_mises(at_once)[0] == pytest.approx(exact, rel=0.01)
+
+
+def test_reentrant_corners_of_an_outline_are_found() -> None:
+    whole = strip(4, 4)
+    centres = whole.points[whole.cells[:, 8]]
+    kept = ~((centres[:, 0] < LENGTH / 2) & (centres[:, 1] < WIDTH / 2))
+    used, cells = np.unique(whole.cells[kept], return_inverse=True)
+    mesh = PlateMesh(whole.points[used], cells.reshape(-1, 9))
+    np.testing.assert_allclose(sharp_nodes(mesh), [(LENGTH / 2, WIDTH / 2)])

@@ -346,3 +346,21 @@ def test_a_free_block_keeps_its_rigid_part_exactly(method):
     inertia = mass / 12 * (np.array([11e-3, 12e-3, 0]) ** 2 + np.array([4e-3, 4e-3, 0]) ** 2)
     arm = 3e-3
     assert (loose.T @ loose)[0, 0] == pytest.approx(1 / mass + arm**2 / inertia[1], rel=1e-9)
+
+
+@pytest.mark.slow
+def test_a_band_below_the_lowest_mode_is_answered(block):
+    narrow = Modal().reduce(block, Damping(), Aims(2e4, 1e-4, 2e-2))
+    greens, modes = narrow.greens, narrow.modes
+    assert len(modes.omega) >= 1
+    assert true_error(greens, block, Damping(), 2e4, 1e-4) <= greens.error_estimate.reduction <= 2e-2
+
+
+@pytest.mark.slow
+def test_where_krylov_crawls_it_starts_again_with_a_higher_shift(block):
+    """Undamped and to 1e-3, the band's own shift needs more than 60 vectors a port; damped bodies stay with it."""
+    easy = Krylov().reduce(block, Damping(0.1), Aims(4e5, 2e-5, 1e-2)).greens
+    assert easy.provenance["shift_rad_per_s"] == pytest.approx(2 * np.pi * 4e5)
+    hard = Krylov().reduce(block, Damping(), Aims(4e5, 2e-5, 1e-4)).greens
+    assert hard.provenance["shift_rad_per_s"] == pytest.approx(5 * np.pi * 4e5)
+    assert true_error(hard, block, Damping(), 4e5, 2e-5) <= 1.1 * hard.error_estimate.reduction <= 1.1e-4

@@ -75,6 +75,12 @@ def test_what_is_refused(path: Path, keys: dict[str, Any], field: str, message: 
     assert problems[field] == str(caught.value)
 
 
+def test_a_solid_is_chosen_by_its_name(path: Path) -> None:
+    name = inspect_geometry(CadPart(path, contact=TOP, fixed=BOTTOM)).solids[1].name
+    solids = inspect_geometry(CadPart(path, contact=TOP, fixed=INSIDE, solid=name)).solids
+    assert [(each.number, each.name) for each in solids] == [(3, name)]
+
+
 SCENE = """\
 [seat]
 kind = "cad"

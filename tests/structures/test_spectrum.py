@@ -53,6 +53,15 @@ def test_random_pencils_are_solved_whole(name, backend):
 
 
 @pytest.mark.slow
+def test_all_below_a_frequency():
+    values, model, limit = SPECTRA["tenfold"], pencil(SPECTRA["tenfold"]), 8.5
+    modes = solve_modes(model, up_to_hz=np.sqrt(limit) / (2 * np.pi))
+    assert modes.complete
+    assert len(modes.omega) == np.sum(values < limit)
+    assert len(solve_modes(model, 3, up_to_hz=np.sqrt(limit) / (2 * np.pi)).omega) == 3
+
+
+@pytest.mark.slow
 def test_a_shift_that_is_an_eigenvalue_is_moved():
     values = SPECTRA["spread"]
     model = pencil(values)

@@ -114,6 +114,13 @@ def test_a_cylinder_is_selected_by_its_radius_alone() -> None:
     assert "4 separate faces" in inspect_geometry(one).problems[0][1]
 
 
+def test_of_several_cylinders_that_about_the_z_axis_is_meant(tmp_path: Path) -> None:
+    """A radius without an axis means the cylinder about the z axis."""
+    scene = load_scene(written(tmp_path, CAD.format(MESHES / "valve_body.step") + 'fixed = { radius = "4 mm" }\n'))
+    (bore,) = (face for face in inspect_geometry(scene.seat.geometry()).faces if "fixed" in face.groups)
+    assert bore.area == pytest.approx(2 * np.pi * 4e-3 * 14e-3, rel=1e-9)
+
+
 @pytest.mark.slow
 def test_a_cad_plate_is_measured_like_the_same_plate_drawn_here(tmp_path: Path) -> None:
     """A CAD plate's faces give lands 1 mm wide on a plate that bends inside its rim, not one as wide as the reed."""

@@ -11,6 +11,7 @@ import pytest
 from impact.after.landings import Landing
 from seatfem import results
 from seatfem.faces.verdict import horizon
+from seatfem.study.runs.horizon import ensemble_keys
 from tests.steps import run_command
 
 SCENE = (
@@ -73,6 +74,17 @@ def test_restitution_on_a_shaken_table_is_that_of_the_only_landing(tmp_path: Pat
 
 def landing(speed: float) -> Landing:
     return Landing(0.0, 1.0, 0.5, 0, speed, 10 * speed, 0.0, 10 * speed, speed, False, False)
+
+
+def test_bars_are_of_the_members_and_spreads_of_single_landings() -> None:
+    """Means of 2, 4 and 6 m/s: their standard error is 2/sqrt(3); single landings of 1, 3, 4, 6 scatter by more."""
+    keys = ensemble_keys([[landing(1.0), landing(3.0)], [landing(4.0)], [landing(6.0)], []])
+    assert keys[results.ENSEMBLE] == 4
+    assert keys[results.ENSEMBLE_LANDINGS] == 4
+    assert keys[results.ENSEMBLE_SPEED] == pytest.approx(4.0)
+    assert keys[f"error_bar_{results.ENSEMBLE_SPEED}"] == pytest.approx(2 * 2 / math.sqrt(3))
+    assert keys[results.spread_of(results.ENSEMBLE_SPEED)] == pytest.approx(math.sqrt(13 / 3))
+    assert keys[results.ENSEMBLE_PEAK] == pytest.approx(40.0)
 
 
 def test_a_difference_that_stays_is_said_to_hardly_grow() -> None:

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from seatfem.study.impacts.validity import covered_notes
 from seatfem.study.scene import Scene, SceneError
 from tests.gallery import load_text
 
@@ -18,6 +19,13 @@ run = {{ duration = "1 ms" }}
 
 def scene(folder: Path, at: float, width: float = 12) -> Scene:
     return load_text(folder, SCENE.format(at=at, width=width))
+
+
+@pytest.mark.parametrize(("at", "width", "share"), [(30, 12, "50 %"), (24, 4.5, "33 %")])
+def test_a_note_says_how_much_of_the_lip_is_covered(tmp_path: Path, at: float, width: float, share: str) -> None:
+    """A reed of half the lip's mean diameter covers 2/pi asin(1/2) = 1/3 of its circle."""
+    (note,) = covered_notes(scene(tmp_path, at, width).geometry)
+    assert f"covers {share} of the lip, 10 mm wide" in note
 
 
 def test_a_lip_behind_the_clamp_is_refused(tmp_path: Path) -> None:

@@ -50,6 +50,14 @@ def test_the_allowed_speed(scene: Path, tmp_path: Path) -> None:
     assert picture.stat().st_size > 10_000
 
 
+@pytest.mark.slow
+def test_none_allowed_where_no_values_enclose_it(scene: Path, tmp_path: Path) -> None:
+    curve = margin_curve(scene, KEY, ["-1 m/s", "-0.5 m/s"], tmp_path / "runs")
+    assert curve.allowed is None
+    assert len(curve.values) == 2
+    assert min(curve.margins) > 1
+
+
 @pytest.mark.parametrize(
     ("key", "values", "said"),
     [

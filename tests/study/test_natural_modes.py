@@ -82,6 +82,17 @@ def test_a_bar_that_is_a_rod_for_its_load_bends(tmp_path):
     assert max(mode.share for mode in modes[:2]) < 1e-6
 
 
+@pytest.mark.slow
+def test_a_limit_in_hertz(annular, tmp_path):
+    limit = float(annular.frequencies_hz[7]) * 1.001
+    up_to = solve_text(ANNULAR, tmp_path, None, limit)
+    assert up_to.frequencies_hz == pytest.approx(annular.frequencies_hz[annular.frequencies_hz < limit], rel=1e-9)
+    assert len(solve_text(ANNULAR, tmp_path, None, 10.0).modes) == 0
+    assert len(solve_text(ANNULAR, tmp_path, 2, limit).modes) <= 3
+    with pytest.raises(ModelError, match="--count 0"):
+        Wanted.from_limits(0, None)
+
+
 def test_torsion_of_a_free_cylinder_turns_it_and_has_no_harmonic():
     material, mesh = Material(200e9, 0.3, 7850.0), section(np.linspace(2e-3, 5e-3, 4), np.linspace(0.0, 20e-3, 9))
     free = assemble_axisymmetric(mesh, material, torsion=True, fixed=(), order=2)

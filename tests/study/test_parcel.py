@@ -55,6 +55,15 @@ def test_files_that_vary_travel_too(tmp_path: Path) -> None:
     }  # fmt: skip
 
 
+def test_halves_and_hdf5_of_a_mesh(tmp_path: Path) -> None:
+    for name in ("disk.ele", "disk.node", "arrays.h5"):
+        (tmp_path / name).write_bytes(b"")
+    (tmp_path / "disk.xdmf").write_text('<DataItem Format="HDF">arrays.h5:/data0</DataItem>', encoding="utf-8")
+    for name, inner in (("disk.ele", "1/input.node"), ("disk.xdmf", "1/arrays.h5")):
+        (tmp_path / "scene.toml").write_text(MESH.format(name) + REED, encoding="utf-8")
+        assert list(packed(tmp_path / "scene.toml", {})[2]) == ["0/input.toml", f"1/input{name[4:]}", inner]
+
+
 @pytest.mark.parametrize("other", ["mesh/nodes.inp", "my nodes.inp"])
 def test_what_cannot_travel(other: str, tmp_path: Path) -> None:
     """An included name that means something else elsewhere is refused."""
@@ -82,3 +91,14 @@ def test_what_a_file_is_read_with_counts(tmp_path: Path) -> None:
         assert key_of(scene.seat, Method()) != before[1]
         (tmp_path / other).write_bytes(b"one")
         assert (by_content(scene), key_of(scene.seat, Method())) == before
+
+
+def test_the_curve_of_a_strength_counts(tmp_path: Path) -> None:
+    for suffix in ("toml", "csv"):
+        file = EXAMPLES / "strengths" / f"invented_strip.{suffix}"
+        (tmp_path / file.name).write_text(file.read_text(encoding="utf-8"), encoding="utf-8")
+    scene = load_scene(EXAMPLES / "life_of_a_flapper.toml", {"life.strength": str(tmp_path / "invented_strip.toml")})
+    before = by_content(scene)
+    curve = tmp_path / "invented_strip.csv"
+    curve.write_text(curve.read_text(encoding="utf-8") + "\n", encoding="utf-8")
+    assert {key for key, value in by_content(scene).items() if value != before[key]} == {"life"}

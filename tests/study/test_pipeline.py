@@ -362,3 +362,18 @@ def test_a_picture_that_fails_is_told_and_costs_no_number(problem, tmp_path, mon
         "force.png", "energy.png", "greens.png", "stress_histories.png", "drawing.png"
     }  # fmt: skip
     assert {path.name for path in ran.folder.iterdir()} == {path.name for path in ran.outcome.files}
+
+
+@pytest.mark.slow
+def test_a_seat_file_read_from_the_output_folder_is_left_as_it_is(tmp_path: Path) -> None:
+    folder = tmp_path / "out"
+    run_scene(load_scene(_written(tmp_path / "rod.toml", SPRING)), folder, pictures=False)
+    before = (folder / "seat.h5").read_bytes()
+    greens = '[seat]\nkind = "greens"\nfile = "out/seat.h5"\n' + REED
+    run_scene(load_scene(_written(tmp_path / "again.toml", greens)), folder, pictures=False)
+    assert (folder / "seat.h5").read_bytes() == before
+
+
+def _written(path: Path, text: str) -> Path:
+    path.write_text(text, encoding="utf-8")
+    return path

@@ -10,14 +10,16 @@ import pytest
 import impact
 from impact import measures
 from impact.after.result import as_one
+from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.materials import Material
+from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.mesh.plane_meshes import make_meridian
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.model import SecondOrderModel
 from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.rings import face_compliance, left_by, ring_borders, ring_names, ring_shares
-from seatfem.structures.shapes import AnnularSeat, ConicalSeat, Stopper
+from seatfem.structures.shapes import AnnularSeat, Block, ConicalSeat, Stopper
 from tests.steps import ModalGreens, Residual, SceneError, load_scene, run_contacts, run_scene, striker_of
 
 STEEL = Material(2e11, 0.3, 7850.0)
@@ -87,6 +89,21 @@ def test_meridians_have_nodes_at_the_borders(geometry: AnnularSeat | ConicalSeat
     radii = np.sort(mesh.mesh.p[0, struck])
     borders = [np.sqrt(radii[0] ** 2 + s * (radii[-1] ** 2 - radii[0] ** 2)) for s in ring_borders(4)]
     assert all(np.abs(radii - border).min() < 2e-3 * radii[-1] for border in borders)  # a dome's area is not r^2's
+
+
+@pytest.mark.slow
+def test_a_rectangle_is_divided_by_the_distance_from_its_rim() -> None:
+    """The outer of four rings of a patch 2 x 4 mm lies at its rim: within d of it are 8 - (2 - 2d)(4 - 2d)."""
+    mesh = make_mesh(Block(12e-3, 12e-3, 6e-3, 2e-3, 4e-3), MeshSpec(2e-3, 0.4e-3))
+    whole = assemble(mesh, STEEL)
+    model = assemble(mesh, STEEL, rings=4)
+    vector = sum(share * port.vector for share, port in zip(ring_shares(4), model.ports.values(), strict=True))
+    np.testing.assert_allclose(vector, whole.port_matrix[:, 0], atol=1e-9 * np.abs(vector).max())
+    outer = model.dofs.expand(model.ports["contact_1"].vector)[2]
+    x, y = 1e3 * model.dofs.points[:2]
+    depth = 1 - math.sqrt(1 - (ring_shares(4)[0]))  # of a like strip, in half widths; at least the ring's
+    inside = (np.abs(x) < 1 - 3 * depth - 0.4) & (np.abs(y) < 2 - 3 * depth - 0.4)
+    assert np.abs(outer[inside]).max(initial=0.0) < 1e-3 * np.abs(outer).max()
 
 
 SCENE = (

@@ -11,10 +11,10 @@ from impact.greens.modal import ModalGreens, Residual
 from impact.notices import Advice
 from seatfem.faces.cli import BAD_INPUT, run_command
 from seatfem.study.impacts.contact import RunError, check_step, run_contacts
-from seatfem.study.impacts.validity import one_way_notes, validity_advice
+from seatfem.study.impacts.validity import dishing_notes, one_way_notes, validity_advice
 from tests.as_stated import striker_of
 from tests.gallery import load_text
-from tests.steps import GreensFunction, Scene, Solved, Touches, error_budget, stated_method
+from tests.steps import GreensFunction, Scene, Solved, Touches, error_budget, load_scene, stated_method
 
 SCENE = """
 seat = {{ kind = "spring", stiffness = "40 N/um" }}
@@ -23,6 +23,10 @@ reed = {{ kind = "cantilever", length = "{length} mm", width = "10 mm", thicknes
     release = {{ tip_deflection = "{deflection} mm" }} }}
 run = {{ duration = "1 ms", filter_width = "2 us" }}
 """
+
+
+def dishing_of(scene: Scene) -> tuple[str, ...]:
+    return dishing_notes(scene.reed, scene.seat, scene.load, scene.run.duration)
 
 
 def advice_of(scene: Scene, *bodies: GreensFunction) -> tuple[Advice, ...]:
@@ -113,6 +117,16 @@ def test_a_stated_spring_has_what_waves_change_in_the_bars_of_all_measures(tmp_p
     run_command(["run", str(path), "-o", str(out), "--quiet", "--no-pictures"])
     second = json.loads((out / "summary.json").read_text(encoding="utf-8"))
     assert second["error_bar_max_seat_displacement_m"] > 0
+
+
+def test_a_beam_that_is_pressed_on_a_port_says_that_it_does_not_dish() -> None:
+    """The note gives 3 p r^2/(4 t^2) = 159 MPa, 3.3/2 of it with a free edge, for 9 bar over 9.2 mm."""
+    examples = Path(__file__).parents[2] / "examples"
+    (note,) = dishing_of(load_scene(examples / "valve_on_cast_iron.toml"))
+    assert "900 kPa over a port of 9.2 mm" in note
+    assert "about 159 MPa to 262 MPa" in note
+    assert dishing_of(load_scene(examples / "flapper_on_peek_sleeve.toml")) == ()  # no pressure
+    assert dishing_of(load_scene(examples / "suction_flapper.toml")) == ()  # a plate
 
 
 LANDING = """
