@@ -85,6 +85,20 @@ def test_filter_narrower_than_two_steps_is_refused() -> None:
         measures.filtered_force(record([1.0, 2.0]), 1.9e-6)
 
 
+def test_impact_velocity_before_first_contact() -> None:
+    result = with_rows(record([0.0, 0.0, 1.0]), gap=np.array([9.0, 5.0, 2.0, 0.0]) * 1e-6)
+    assert measures.impact_velocity(result) == pytest.approx(3.0)
+    assert measures.impact_velocity(record([1.0, 0.0])) == 3.0  # at once: that of the free motion
+    assert math.isnan(measures.impact_velocity(record([0.0, 0.0])))
+
+
+def test_restitution_of_a_free_striker_from_the_impulse() -> None:
+    result = record([0.0, 5e6, 5e6 / 2, 0.0])  # impulse 7.5, mass 2: -3 + 3.75 = 0.75
+    assert measures.restitution(result) == pytest.approx(0.25)
+    # a free target of mass 6 recoils by 1.25
+    assert measures.restitution(replace(result, target_mass=6.0)) == pytest.approx((0.75 + 1.25) / 3)
+
+
 def test_restitution_of_a_held_striker_from_its_energy() -> None:
     result = record([0.0, 1.0, 1.0, 0.0], striker_mass=math.inf, striker_velocity=0.0)
     stored = np.array([4.0, 4.0, 3.0, 1.0, 1.0])

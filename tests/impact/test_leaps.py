@@ -72,3 +72,11 @@ def test_energy_balances_under_loads_that_rise(wrong: float) -> None:
     fewer, _ = replays(modal, state, shape, STEP * lengths)
     off = change + block.lost - work - fewer.advance(force, means, levels, 1.03 * rises).load_work
     assert np.abs(off).max() > 1e-6 * size
+
+
+def test_straight_loads_are_seen_as_mean_and_rise() -> None:
+    """The mean and the rise over a leap of a straight load, constant over each fine step, are exact."""
+    time = np.arange(20) + 0.5
+    means, rises = find_loads(np.array([2.0 + 0.5 * time]), np.array([0, 1, 5, 20]))
+    np.testing.assert_allclose(means[0], [2.25, 3.5, 8.25])
+    np.testing.assert_allclose(rises[0], [0.0, 2.0, 7.5])

@@ -28,6 +28,11 @@ def test_rigid_mass_on_a_fixed_rod() -> None:
     assert card.predicted_impulse_error > 0
 
 
+def test_an_absorbing_end_turns_the_sign_at_equal_masses() -> None:
+    assert regime(*mass_on_rod(0.1, 1.0)).predicted_sign == "over"
+    assert regime(*mass_on_rod(4.0, 1.0)).predicted_sign == "under"
+
+
 @pytest.mark.parametrize(("number", "sign"), [(0, "equal"), (1, "equal"), (2, "over"), (3, "under")])
 def test_card_of_table_1(number: int, sign: str) -> None:
     case, reed = CASES[number], table_1_reed()

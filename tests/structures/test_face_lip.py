@@ -88,6 +88,18 @@ def test_an_eccentric_ring_is_seen_from_its_centroid() -> None:
     np.testing.assert_allclose(weights, lip.area / 16, rtol=1e-12)
 
 
+def test_places_are_shares_of_the_area() -> None:
+    """Places on a ring are its angle and, across, (r^2 - a^2)/(b^2 - a^2); cuts lead back to them."""
+    lip, turns, radii = FaceLip(ROUND_FACE, 8), np.array([0.1, 2.0, 5.9]), np.array([5.1e-3, 5.5e-3, 5.9e-3])
+    points = np.column_stack([radii * np.cos(turns), radii * np.sin(turns), np.zeros(3)])
+    around, across, _ = lip.places(points)
+    np.testing.assert_allclose(around, turns / (2 * np.pi), atol=1e-6)
+    np.testing.assert_allclose(across, (radii**2 - 25e-6) / 11e-6, atol=2e-4)
+    left, right = lip.cuts(shares := np.linspace(0.01, 0.99, 7))
+    middles = lip.places(np.column_stack([(left + right) / 2, np.zeros(7)]))[0]
+    np.testing.assert_allclose(middles, shares, atol=1e-9)
+
+
 @pytest.mark.parametrize(
     ("normal", "x", "y"),
     [

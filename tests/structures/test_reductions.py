@@ -142,6 +142,13 @@ def test_modal_error_is_below_its_estimate(block, damping):
     assert modes.frequencies_hz[-1] < 6e5
 
 
+@pytest.mark.parametrize("zeta", [0.1, 1.0, 3.0])
+def test_first_velocity_of_a_damped_rod_is_the_sum_over_its_modes(zeta):
+    w = np.geomspace(1e-4, 1e5, 400001)  # their integral at t = 1
+    integral = np.trapezoid(impact.greens.oscillator.impulse_response(1.0, w, zeta) * w, np.log(w))
+    assert Damping(zeta).first_velocity() == pytest.approx(2 / np.pi * integral, rel=1e-3)
+
+
 def test_an_unknown_impedance_gives_a_bare_spring(rod):
     bare = SecondOrderModel(rod.M, None, rod.K, {"contact": rod.port_matrix[:, 0]})
     assert residual(np.array([[2e-9]]), bare, Damping()).compliance[0, 0] == 2e-9

@@ -10,7 +10,7 @@ import pytest
 import impact
 from impact.after.landings import JUMP, Landing
 from impact.runs.variations import SAFETY, Budget, narrowed
-from seatfem.study.error_budget import FLOOR_OF_SPRING, FLOORS, error_budget, unresolved_steps, with_jumps
+from seatfem.study.error_budget import FLOOR_OF_SPRING, FLOORS, _until, error_budget, unresolved_steps, with_jumps
 from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.scene.measures import ContactDuration, ContactRecord, Impulse
 from tests.as_stated import striker_of
@@ -71,6 +71,13 @@ def test_an_error_of_g_becomes_one_of_the_force_not_of_the_impulse(scene: Scene)
     assert impulse < 2e-3
 
 
+def test_a_bar_over_its_value() -> None:
+    parts = {"mesh": {"impulse": 0.3, "peak_force": 0.1}, "time_step": {"impulse": 0.1, "peak_force": 0.0}}
+    budget = Budget({"impulse": -10.0, "peak_force": 0.0}, parts)
+    assert budget.relative("impulse") == pytest.approx(SAFETY * 0.04)
+    assert budget.relative("peak_force") == math.inf
+
+
 def test_a_seat_taken_for_a_spring_has_its_floor(scene: Scene) -> None:
     """The impulse of a mass on a spring is 2 m V whatever its stiffness: the floor alone knows of waves."""
     striker, seat = striker_of(scene), impact.spring(stiffness=40e6)
@@ -109,6 +116,12 @@ def test_a_duration_may_jump(pieces: tuple[tuple[int, float], ...], share: float
     blow = touches(*pieces)
     assert ContactDuration().jump(blow, share) == pytest.approx(jump * 1e-6, abs=1e-15)
     assert Impulse().jump(blow, share) == 0.0
+
+
+def test_a_record_is_cut_at_a_time() -> None:
+    """A record cut at a time has as many steps as there are until then, and their impulse."""
+    cut = _until(touches((50, 2.0)), 30e-6)
+    assert cut.dt * cut.force.sum() == pytest.approx(60e-6, rel=1e-12)
 
 
 def test_a_jump_is_in_the_bar_of_the_duration_alone() -> None:

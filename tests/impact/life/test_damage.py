@@ -44,6 +44,17 @@ def test_survival_by_the_normal_distribution(share: float, z: float) -> None:
     assert math.log10(KNEE.life(450e6) / KNEE.life(450e6, share)) / 0.25 == pytest.approx(z, abs=5e-6)
 
 
+def test_slopes_on_both_sides_of_the_knee() -> None:
+    lives = KNEE.life([800e6, 400e6, 200e6, 0.0, math.inf])
+    np.testing.assert_allclose(lives[:3], [1e7 * 2.0**-12, 1e7, 1e7 * 2.0**23], rtol=1e-12)
+    assert lives[3:].tolist() == [math.inf, 0.0]
+    assert basquin(400e6, 1e7, 12.0, 5.0).life(200e6) == pytest.approx(1e7 * 32)
+    limit = basquin(400e6, 1e7, 12.0, math.inf)
+    assert limit.life(400e6) == pytest.approx(1e7)
+    assert limit.life(399.9e6) == math.inf
+    assert limit.stress(1e12) == pytest.approx(400e6)
+
+
 def test_a_table_goes_through_its_points() -> None:
     points = [(600e6, 1e5), (450e6, 1e6), (400e6, 1e7)]
     curve = tabled(points)
@@ -75,6 +86,11 @@ def test_a_table_goes_through_its_points() -> None:
 def test_curves_that_are_refused(build: object, words: str) -> None:
     with pytest.raises(LifeError, match=words):
         build()  # type: ignore[operator]
+
+
+def test_miner_adds_up_cycles() -> None:
+    both = Cycles(np.array([800e6, 1600e6]), np.zeros(2), np.array([10.0, 2.0]))
+    assert damage(both, INVENTED, SmithWatsonTopper()) == pytest.approx(10 / 1e7 + 2 * 4096 / 1e7)
 
 
 def test_a_life_by_hand() -> None:
@@ -114,6 +130,22 @@ def test_a_margin_at_a_jump() -> None:
     assert margin(reversed_cycles(200e6), limited, SmithWatsonTopper(), blocks=1e9) == pytest.approx(2.0, rel=1e-9)
     steady = Cycles(np.array([2.0]), np.array([900e6]), np.ones(1))
     assert margin(steady, INVENTED, Goodman(1800e6), blocks=1.0) == pytest.approx(2.0, rel=1e-6)
+
+
+def test_nothing_to_bear() -> None:
+    none = rainflow([5.0])
+    assert life(none, INVENTED, Goodman(1800e6), blocks=1.0).blocks == math.inf
+    assert margin(none, INVENTED, Goodman(1800e6), blocks=1.0) == math.inf
+    pressed = Cycles(np.array([100e6]), np.array([-500e6]), np.ones(1))
+    assert margin(pressed, INVENTED, SmithWatsonTopper(), blocks=1e9) == math.inf
+
+
+def test_a_part_that_breaks_says_so() -> None:
+    broken = Cycles(np.array([100e6]), np.array([2100e6]), np.ones(1))
+    result = life(broken, INVENTED, Morrow(2000e6), blocks=1e6)
+    assert (result.damage, result.blocks) == (math.inf, 0.0)
+    assert [each.name for each in result.advice] == ["mean_stress", "largest_stress"]
+    assert "limit 2e+09): no cycle survives" in str(result.advice[0])
 
 
 def test_a_curve_of_pulsating_stress() -> None:

@@ -86,6 +86,16 @@ def test_axes_order_and_scale_do_not_count(number: int, seed: int, factor: float
 
 
 @pytest.mark.slow
+def test_shear_of_means_does_no_harm() -> None:
+    """A constant shear stress moves the path and leaves its size."""
+    base = bending_and_torsion(300, 150)
+    shifted = base + 1e8 * np.array([0, 0, 0, 1.0, -2.0, 0.5])
+    for kind in CRITERIA:
+        judge = kind(TORSION, BENDING)
+        assert judge.value(shifted) == pytest.approx(judge.value(base), rel=1e-7)
+
+
+@pytest.mark.slow
 @settings(deadline=None, max_examples=20)
 @given(st.integers(0, 10**6))
 def test_the_mean_over_planes_of_harmonic_stress(seed: int) -> None:
