@@ -208,20 +208,15 @@ def line(rows: Sequence[Row]) -> str:
     return f"{head}{tail}{', '.join(parts)}; {one.seconds:.0f} s"
 
 
-def parser_of(seed: int, scenes: int, file: Path) -> argparse.ArgumentParser:
-    """Return what scripts are asked on drawn scenes: which ones, how long each, the table and whether it is shown."""
+def main() -> None:
+    """Run what is missing of a seed, and tell what the table holds."""
     parser = argparse.ArgumentParser()
-    defaults: dict[str, Any] = {"seed": seed, "first": 0, "scenes": scenes, "longest": LONGEST, "file": file}
+    defaults: dict[str, Any] = {"seed": SEED, "first": 0, "scenes": SCENES, "longest": LONGEST, "file": FILE}
     for name, default in defaults.items():
         parser.add_argument(f"--{name}", type=type(default), default=default)
     parser.add_argument("--summary", action="store_true", help="run nothing")
     parser.add_argument("--document", action="store_true", help="run nothing, write the page, too")
-    return parser
-
-
-def main() -> None:
-    """Run what is missing of a seed, and tell what the table holds."""
-    asked = parser_of(SEED, SCENES, FILE).parse_args()
+    asked = parser.parse_args()
     indices = range(asked.first, asked.first + (0 if asked.summary or asked.document else asked.scenes))
     rows = cover(asked.file, asked.seed, indices, lambda index: judge(index, asked.seed, asked.longest))
     print(summary(rows))  # noqa: T201

@@ -1,8 +1,6 @@
 """Landings on whole regions of contact, drawn at random: scenes that state no contact, and the same for `points`.
 
-    python benchmarks/drawn_regions.py FOLDER
-
-writes the scenes of `SEED`. Every one has a plate reed that covers all of what it strikes: the land of one port and of
+Every one has a plate reed that covers all of what it strikes: the land of one port and of
 two ports, a kidney, the lip of the tutorial's assembly; free rings and discs land on one land and on several. Seats are
 a hundred times as stiff as steel, so that they are rigid to the other program, and known by their statics.
 """
@@ -10,9 +8,9 @@ a hundred times as stiff as steel, so that they are rigid to the other program, 
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -64,22 +62,8 @@ class Struck:
     across: float
 
 
-def one_port(rng: np.random.Generator) -> Struck:
-    """The land of the only port of a round plate."""
-    return _plate(rng, 1)
-
-
-def two_ports(rng: np.random.Generator) -> Struck:
-    """The lands of two ports in a row, along the reed."""
-    return _plate(rng, 2)
-
-
-def three_ports(rng: np.random.Generator) -> Struck:
-    """The lands of three ports on a circle."""
-    return _plate(rng, 3)
-
-
-def _plate(rng: np.random.Generator, ports: int) -> Struck:
+def ports_of(ports: int, rng: np.random.Generator) -> Struck:
+    """The land of the only port of a round plate, of two in a row along the reed, or of three on a circle."""
     port, land = rng.uniform(2.0, 4.0) / math.sqrt(ports), rng.uniform(0.6, 1.2)
     pitch = 2 * (port + land) + rng.uniform(0.5, 2.0)
     layout = "row" if ports == 2 else "circle"
@@ -177,10 +161,10 @@ def ring(struck: Struck, rng: np.random.Generator) -> tuple[str, Outline, float]
 Seats = Callable[[np.random.Generator], Struck]
 Reeds = Callable[[Struck, np.random.Generator], tuple[str, Outline, float]]
 KINDS: Final[Mapping[str, tuple[Reeds, Seats]]] = {
-    "flapper on one land": (flapper, one_port), "sheet on two lands": (sheet, two_ports),
+    "flapper on one land": (flapper, partial(ports_of, 1)), "sheet on two lands": (sheet, partial(ports_of, 2)),
     "flapper on a kidney": (flapper, kidney), "flapper on the assembly's lip": (flapper, tutorial_lip),
-    "ring on one land": (ring, one_port), "disc on three lands": (disc, three_ports),
-    "flapper on two lands": (flapper, two_ports), "disc on one land": (disc, one_port),
+    "ring on one land": (ring, partial(ports_of, 1)), "disc on three lands": (disc, partial(ports_of, 3)),
+    "flapper on two lands": (flapper, partial(ports_of, 2)), "disc on one land": (disc, partial(ports_of, 1)),
     "the tutorial's assembly": (drawn_flapper, tutorial_lip),
 }  # fmt: skip
 """By turns: twice those of even places flat and those of odd ones tilted, then the other way round.
@@ -225,14 +209,3 @@ def _contact(fall: Fall, drawn: bool) -> str:
     lines.append(f'[run]\nduration = "{1e6 * fall.duration!r} us"\nfilter_width = "{1e6 * fall.filter_width!r} us"\n')
     lines.append('[accuracy]\ntarget = "10 %"\nmeasures = ["impulse", "filtered_peak"]\nlanding = "run"\n')
     return "".join(lines)
-
-
-def main(folder: Path) -> None:
-    """Write the scenes of the seed."""
-    folder.mkdir(parents=True, exist_ok=True)
-    for index in range(SCENES):
-        (folder / f"{index:02d}.toml").write_text(draw_region(index).text, encoding="utf-8")
-
-
-if __name__ == "__main__":
-    main(Path(sys.argv[1]))

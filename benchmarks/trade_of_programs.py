@@ -68,16 +68,10 @@ class Judged:
         return [*((self.reference, level) for level in range(self.finest + 1)), *self.besides]
 
 
+BY_SICONOS: Final = tuple((SICONOS, level) for level in range(2, 6))
 SCENES: Final = (
     Judged("beam_on_rod", "Beam reed on a rod", (IMPULSE, PEAK, STRESS, CONTACT_STRESS), PLAIN, 9),
-    Judged(
-        "mass_on_lip",
-        "Rigid mass on the lip of a steel seat",
-        (IMPULSE, PEAK),
-        PLAIN,
-        7,
-        tuple((SICONOS, level) for level in range(2, 6)),
-    ),
+    Judged("mass_on_lip", "Rigid mass on the lip of a steel seat", (IMPULSE, PEAK), PLAIN, 7, BY_SICONOS),
     Judged("tilted_flapper", "Flapper that lands tilted", (IMPULSE, PEAK), POINTS, len(GRIDS) - 1),
     Judged("repeated_landing", "Fatigue margin of a beam reed", (MARGIN,), PLAIN, 8),
     Judged("gas_valve", "Suction reed, driven by the gas", (IMPULSE, PEAK, MASS), PLAIN, 5),

@@ -16,7 +16,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final
 
-from benchmarks.peers import calculix, impact_scene, siconos_impact, tables
+from benchmarks.peers import calculix, impact_scene, tables
 from benchmarks.table import RESULTS, Table, machine, timed
 from impact.files.safe_files import write_whole
 from seatfem.structures.reduction.greens import greens_function
@@ -27,7 +27,7 @@ START = "import seatfem; seatfem.assemble, seatfem.solve_modes, seatfem.greens_f
 
 HEAD = """# Peers
 
-This page compares other programs with seatfem on the same mesh, or on the same reduced system;
+This page compares other programs with seatfem on the same mesh, [another](trade_programs.md) on the same scenes;
 `python -m benchmarks.peers` writes it from `benchmarks/results/peers.json`. The deck for CalculiX is written from our
 own model (nodes, elements, constrained components, nodal forces of the port: `seatfem export --to calculix`). The
 body is an annular seat of steel, clamped at its underside, in tetrahedra of ten nodes.
@@ -46,8 +46,6 @@ LIMITS = """## Strengths of each program
   plasticity, large displacements, friction, heat and flow; we have none of these.
 - Debian's ccx uses SPOOLES; builds with PARDISO or PaStiX, which its manual calls faster, were not measured.
   Hexahedra are not compared: ours of second order have 27 nodes, CalculiX's C3D20 have 20.
-- Siconos solves any number of contacts with friction, also between nonlinear bodies; a part of its time is that of
-  Python calls. Our march is exact between steps, but only for linear bodies.
 - scikit-fem and SciPy need forty lines and no reduction; each step of each scene is a solution with the factor.
 """
 
@@ -59,7 +57,7 @@ def start() -> float:
 
 def peers() -> list[str]:
     """Return the versions of those that are installed."""
-    here = [peer.version() for peer in (calculix, siconos_impact) if not peer.absent()]
+    here = [] if calculix.absent() else [calculix.version()]
     return [*here, *(f"{name} {version(name)}" for name in ("scikit-fem", "scipy"))]
 
 
@@ -73,8 +71,6 @@ def warm() -> None:
 TABLES: Final[dict[str, tuple[str, Callable[[], Table], Callable[[], str]]]] = {
     "modes": ("Natural modes", tables.modes_table, calculix.absent),
     "impact": ("The impact", tables.impact_table, str),
-    "finer": ("The impact on a finer mesh", tables.finer_table, calculix.absent),
-    "reduced": ("One reduced system", tables.siconos_table, str),
 }
 
 

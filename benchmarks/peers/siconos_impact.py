@@ -13,9 +13,7 @@ from benchmarks.peers.calculix import PeerError
 from benchmarks.peers.impact_scene import DURATION, MASS, SPEED, STIFFNESS, Array, Course
 
 NAME, PYTHON = "Siconos", "/usr/bin/python3"
-FOOT = 1 / 2000  # of the mass
 PROGRAM = Path(__file__).with_name("siconos_program.py")
-RULES = {"theta_rule": "Siconos, theta rule", "moreau_jean": "Siconos, Moreau-Jean"}
 
 
 def absent() -> str:
@@ -25,12 +23,6 @@ def absent() -> str:
     except OSError:
         return f"there is no {PYTHON}"
     return f"{PYTHON} has no module siconos (Debian: apt-get install python3-siconos)" if asked.returncode else ""
-
-
-def version() -> str:
-    """Of the Debian package, as the module does not tell."""
-    asked = ["dpkg-query", "-W", "-f", "${Version}", "python3-siconos"]
-    return f"{NAME} {subprocess.run(asked, capture_output=True, text=True, check=True).stdout}"
 
 
 @dataclass(frozen=True)
@@ -43,18 +35,15 @@ class Impact:
     duration: float = DURATION
 
 
-def march(omega: Array, shares: Array, steps: tuple[float, ...], impact: Impact = Impact()) -> dict[str, list[Course]]:
-    """By each rule and each of ``steps`` [s], on undamped modes with the patch's ``shares`` in their shapes."""
+def march(omega: Array, shares: Array, steps: tuple[float, ...], impact: Impact = Impact()) -> list[Course]:
+    """By the theta rule in each of ``steps`` [s], on undamped modes with the patch's ``shares`` in their shapes."""
     with tempfile.TemporaryDirectory() as folder:
         asked, answer = Path(folder) / "asked.npz", Path(folder) / "answer.npz"
-        np.savez(asked, omega=omega, shares=shares, steps=np.array(steps), foot=FOOT * impact.mass, **asdict(impact))
+        np.savez(asked, omega=omega, shares=shares, steps=np.array(steps), **asdict(impact))
         command = [PYTHON, str(PROGRAM), str(asked), str(answer)]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         if done.returncode:
             raise PeerError(f"{NAME} fails with {done.returncode}: {done.stderr[-1000:]}")
         with np.load(answer) as found:
-            rows = {rule: [found[f"{rule}_{k}"] for k in range(len(steps))] for rule in RULES}
-    return {
-        rule: [Course(row[1:], dt, float(row[0])) for row, dt in zip(each, steps, strict=True)]
-        for rule, each in rows.items()
-    }
+            rows = [found[name] for name in found.files]
+    return [Course(row[1:], dt, float(row[0])) for row, dt in zip(rows, steps, strict=True)]

@@ -25,7 +25,7 @@ def main(path: Path, level: int) -> None:
         mass=1 / striker.shapes[0] ** 2, speed=-number(scene["reed"]["velocity"]), duration=duration,
         stiffness=1 / (1 / law + striker.residual + seat.residual),
     )  # fmt: skip
-    force = siconos_impact.march(seat.omega, seat.shapes, (dt,), impact)["theta_rule"][0].force[:, None]
+    force = siconos_impact.march(seat.omega, seat.shapes, (dt,), impact)[0].force[:, None]
     nothing = np.zeros(0)
     measures = read_measures(scene, None, force, np.zeros((len(force), 0)), nothing, nothing, dt)
     print(json.dumps(measures))  # noqa: T201

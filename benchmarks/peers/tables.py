@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.peers import calculix, calculix_impact, plain_impact, plain_scikit, siconos_impact, switching
+from benchmarks.peers import calculix, calculix_impact, plain_impact, plain_scikit
 from benchmarks.peers import impact_scene as scene
 from benchmarks.table import Table, timed
 from impact import ModalGreens, Residual
@@ -26,7 +26,6 @@ MODES = 20
 Steps = tuple[float, ...]
 Measured = tuple[str, float, float, float, scene.Course, str]  # program, step, first, further, force, apart by its mass
 SMALL, MEDIUM, LARGE = MeshSpec(5e-3, 2.5e-3), MeshSpec(2.5e-3, 1.25e-3), MeshSpec(1.5e-3, 0.75e-3)
-REDUCED_STEPS = (0.4e-6, 0.1e-6, 0.025e-6)
 STEP, FINE, AGAIN = 20e-9, 5e-9, 20  # of our runs and of the reference [s]; runs that a time is the mean of
 
 
@@ -94,17 +93,6 @@ def impact_table() -> Table:
     return Table("The impact", notes, COLUMNS, rows)
 
 
-def finer_table() -> Table:
-    """Return the same impact on a finer mesh."""
-    mesh = make_mesh(AnnularSeat(), replace(LARGE, curved=False)).mesh
-    model = scene.seat(mesh)
-    rows = _compared(mesh, model, _marched(scene.reduced(model, 1e-3), FINE), STEPS[1:2])
-    notes = (
-        f"The same scene with {model.size} unknowns; apart from our reduction of 0.1 % and steps of {1e9 * FINE:g} ns.",
-    )
-    return Table("The impact on a finer mesh", notes, COLUMNS, rows)
-
-
 def _compared(mesh: Any, model: SecondOrderModel, truth: scene.Course, steps: Steps) -> tuple[tuple[str, ...], ...]:
     """Return a row for each tolerance of ours, and each of the others' ``steps`` [s]."""
     rows, first, again = [], 0.0, 0.0
@@ -158,34 +146,3 @@ def _calculix(model: SecondOrderModel, steps: Steps) -> Iterator[Measured]:
     for dt in steps:
         theirs, _ = calculix_impact.march(model, dt)
         yield calculix.NAME, dt, theirs.seconds, theirs.seconds, theirs, f"{scene.apart(theirs, truth)[0]:.2g}"
-
-
-def siconos_table() -> Table:
-    """The same impact on one reduced system: error and time of each step."""
-    greens = replace(scene.reduced(scene.seat(scene.mesh()), 1e-2), residual=Residual.none())
-    omega, shares = greens.omega, greens.shapes[:, 0]
-    truth = switching.march(omega, shares, 5e-9)
-    found = {"seatfem": [_marched(greens, dt) for dt in REDUCED_STEPS]}
-    reason = siconos_impact.absent()
-    if not reason:
-        theirs = siconos_impact.march(omega, shares, REDUCED_STEPS)
-        found |= {siconos_impact.RULES[rule]: courses for rule, courses in theirs.items()}
-    rows = []
-    for name, courses in found.items():
-        errors = [scene.apart(course, truth) for course in courses]
-        rows += [
-            (name, f"{1e9 * c.dt:g}", f"{1e3 * c.seconds:.3g}", f"{e[0]:.2g}", *(f"{x:+.2g}" for x in e[1:]))
-            for c, e in zip(courses, errors, strict=True)
-        ]
-    left = f"\n\n{siconos_impact.NAME} is left out: {reason}." if reason else ""
-    notes = (
-        f"The same impact on {len(omega)} undamped modes of our reduction (without its residual), as diagonal "
-        "matrices. Apart: as above, from the exact motion between the changes of contact, whose times are "
-        "computed (`benchmarks/peers/switching.py`). Processor time of one scene, building its system included.\n\n"
-        "Theta rule: `FirstOrderLinearTIDS`, `EulerMoreauOSI` (theta = gamma = 1/2, for the relation too), the spring "
-        "as a complementarity condition: the same system. Moreau-Jean: `LagrangianLinearTIDS`, `MoreauJeanOSI` "
-        "(theta = 1/2), `NewtonImpactNSL(0)`: contact without compliance, so that the spring ends in a foot of "
-        f"{1e6 * siconos_impact.FOOT * scene.MASS:g} mg, which sticks to the seat at impact." + left,
-    )
-    columns = ("program", "step (ns)", "time (ms)", "apart (%)", "peak (%)", "impulse (%)", "duration (%)")
-    return Table("One reduced system", notes, columns, tuple(rows))

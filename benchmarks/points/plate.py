@@ -126,11 +126,13 @@ class Plate:
         entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
         return csc_matrix(entries, shape=(3 * len(nodes), number))
 
-    def count_modes(self, frequency: float) -> int:
-        """Estimate how many modes lie below a frequency [Hz]; narrow plates have more."""
-        _, _, weights = self.mesh.gradients()
+    def modes_below(self, frequency: float) -> tuple[Array, Array]:
+        """Return the `modes` up to a frequency [Hz]; their number is estimated, and narrow plates have more."""
         number = math.sqrt(self.material.density * self.thickness / self.rigidity)
-        return math.ceil(MORE_MODES * weights.sum() * frequency * number / 2) + 10
+        count = math.ceil(MORE_MODES * self.mesh.gradients()[2].sum() * frequency * number / 2) + 10
+        while (inside := (found := self.modes(count))[0] <= 2 * np.pi * frequency).all():
+            count = math.ceil(1.2 * count)
+        return found[0][inside], found[1][:, inside]
 
 
 def lowest_modes(stiffness: csc_matrix, mass: Array, count: int, *, free: bool = False) -> tuple[Array, Array]:

@@ -98,12 +98,7 @@ def reed_modes(
     mesh = mesh_blocks(outline.blocks(size), order)
     clamped = np.empty(0, dtype=int) if isinstance(outline, Ring) else np.flatnonzero(mesh.points[:, 0] < 1e-9)
     plate = Plate(mesh, material, thickness, (3 * clamped[:, None] + np.arange(3)).ravel())
-    count, complete = plate.count_modes(band), False
-    while not complete:
-        omega, shapes = plate.modes(count)
-        inside = omega <= 2 * np.pi * band
-        complete, count = not inside.all(), math.ceil(1.2 * count)
-    return omega[inside], shapes[:, inside], plate
+    return *plate.modes_below(band), plate
 
 
 def march_region(

@@ -1,6 +1,5 @@
-"""What the pages for people name is there: files, places, names; what is made from the code is current."""
+"""What the pages for people name is there: files, tests, places, names; what is made from the code is current."""
 
-import csv
 import importlib
 import re
 from collections.abc import Iterator
@@ -12,6 +11,10 @@ from rooms import rooms_svg
 from scenes_page import scenes_page
 from summary_page import lines_of_page
 
+from seatfem.faces.exchange import FORMATS
+from seatfem.structures.formats.writing import WRITTEN
+from seatfem.structures.kinds.measured import UNIVERSAL
+from seatfem.structures.shapes.cad import BREP_SUFFIXES, STEP_SUFFIXES
 from tests.contracts.test_public_names import PUBLIC
 
 ROOT = Path(__file__).parents[2]
@@ -44,6 +47,27 @@ def test_every_file_that_a_page_names_is_there(page: Path) -> None:
     assert [name for name in names if not exists(page, name)] == []
 
 
+def test_every_test_that_a_page_names_is_there() -> None:
+    named = {place for page in PAGES for place in re.findall(r"`([\w/.]+)::(\w+)`", page.read_text(encoding="utf-8"))}
+    assert len(named) > 15
+    assert [
+        (file, name)
+        for file, name in named
+        if not re.search(rf"^def {name}\(", (ROOT / file).read_text(encoding="utf-8"), re.MULTILINE)
+    ] == []
+
+
+def test_every_format_that_is_read_or_written_stands_in_its_table() -> None:
+    pages = {name: (DOCS / f"{name}.md").read_text(encoding="utf-8") for name in ("exchange", "mesh_formats")}
+    table = pages["exchange"].partition("| format |")[2].partition("## ")[0]
+    rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in table.splitlines() if line.startswith("| ")]
+    exports = {(name, "SCENE" in row[3]) for row in rows for name in re.findall(r"--to (\w+)", row[3])}
+    assert exports == {(name, how.takes_scenes) for name, how in FORMATS.items()}
+    suffixes = {suffix for row in rows if row[2] != "-" for suffix in re.findall(r"\.\w+", row[0])}
+    assert {*UNIVERSAL, *STEP_SUFFIXES, *BREP_SUFFIXES, ".dxf", ".csv", ".h5", ".mtx", ".npz", ".npy"} <= suffixes
+    assert {*WRITTEN} <= set(re.findall(r"\.\w+", pages["mesh_formats"]))
+
+
 @pytest.mark.parametrize("package", ["impact", "seatfem"])
 def test_every_room_stands_in_the_architecture(package: str) -> None:
     """The first column of a package's table has all of its rooms and no others."""
@@ -68,20 +92,6 @@ def test_what_is_made_from_the_code_is_current() -> None:
     pages["summary.md"] = "\n".join(lines_of_page())
     old = [name for name, text in pages.items() if text != (DOCS / name).read_text(encoding="utf-8")]
     assert old == [], "run: make docs"
-
-
-def test_badges_say_what_holds() -> None:
-    """The table of damaged files has no defect and as many cases as the badge says."""
-    rows = list(csv.DictReader((ROOT / "benchmarks" / "results" / "fuzz.csv").read_text("utf-8").splitlines()))
-    assert f">{sum(int(row['cases']) for row in rows):,}, 0 defects<" in badges()["fuzz"]
-    assert all(int(row["ran"]) + int(row["refused"]) == int(row["cases"]) for row in rows)
-
-
-def test_every_example_has_a_picture() -> None:
-    examples = {path.stem for suffix in ("toml", "py") for path in (ROOT / "examples").glob(f"*.{suffix}")}
-    pictures = {path.stem: path.stat().st_size for path in (DOCS / "images" / "scenes").iterdir()}
-    assert {*pictures} == examples, "run: .venv/bin/python docs/scene_pictures.py"
-    assert max(pictures.values()) <= 40_000
 
 
 def test_a_name_beside_a_file_is_in_that_file() -> None:

@@ -362,19 +362,6 @@ def test_restitution_of_free_bodies_is_momentum_s(name: str, factor: float) -> N
     assert other.energy.residual < 1e-9
 
 
-def test_restitution_does_not_ask_for_the_class() -> None:
-    """A damped rod, its samples and a multiple of the rod half as heavy have the same restitution."""
-    forms = (DAMPED_FREE, sampled(DAMPED_FREE, "rigid"), ScaledGreens(DAMPED_FREE.scaled(0.5), 2.0))
-    restitutions = []
-    for greens in forms:
-        problem = impact.ContactProblem(
-            impact.rigid_mass(mass=1.0, velocity=-1.0), greens, law=impact.LinearSpring(50.0)
-        )
-        restitutions.append(measures.restitution(impact.solve(problem, dt=DT / 4, duration=5.0)))
-    assert restitutions[2] == pytest.approx(restitutions[0], rel=1e-9)
-    assert restitutions[1] == pytest.approx(restitutions[0], rel=2e-3)  # linear between samples
-
-
 def test_a_representation_that_says_nothing_of_its_mass_is_asked_to() -> None:
     class Drifting(PowerGreens):
         def inverse_mass(self) -> np.ndarray:

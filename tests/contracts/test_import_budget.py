@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+EXAMPLE = Path(__file__).parents[2] / "examples" / "flapper_on_spring.toml"
 SCENE = Path(__file__).with_name("mass_on_spring.toml").read_text(encoding="utf-8")
 PROGRAM = """
 import contextlib, io, json, sys
@@ -33,11 +34,15 @@ ERRANDS = [
     (["run", "wrong.toml"], 2, DRAWN | SOLID | COMPILED | NOT_NAMED | LIFE | {"h5py", "pypardiso"}),
     (["run", "spring.toml", "--output", "out", "--no-pictures"], 0,
      DRAWN | SOLID | NOT_NAMED | LIFE | {"pypardiso", "numba.np.linalg"}),
+    (["plan", str(EXAMPLE)], 0,
+     DRAWN | {"skfem", "scipy.sparse", "scipy.special", "scipy.signal", "scipy.optimize", "pymetis", "pypardiso"}),
 ]  # fmt: skip
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("errand", "code", "not_needed"), ERRANDS, ids=["help", "wrong key", "mass on a spring"])
+@pytest.mark.parametrize(
+    ("errand", "code", "not_needed"), ERRANDS, ids=["help", "wrong key", "mass on a spring", "closed form"]
+)
 def test_an_errand_loads_no_more_than_it_needs(
     tmp_path: Path, errand: list[str], code: int, not_needed: set[str]
 ) -> None:

@@ -1,70 +1,41 @@
-"""Nobody asks which kind a structure is: it answers for itself, in its own file."""
+"""Nobody asks which kind a body, a shape or a Green's function is: it answers for itself, in its own file."""
 
 import ast
+import importlib
+import inspect
+import pkgutil
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
+import impact
+from impact.greens.base import GreensFunction
 from seatfem.fields import kind_of
 from seatfem.structures.kinds import kinds_of
 from seatfem.structures.kinds.structure import HOMES
 from seatfem.structures.reduction.greens import reducers
 from seatfem.structures.shapes import families
 from seatfem.study.scene.laws import laws
+from tests.contracts.test_greens import KINDS
 
-ROOT = Path(__file__).parents[2] / "seatfem"
-KINDS = ROOT / "structures" / "kinds"
-NAMES = {kind.__name__ for kind in kinds_of() if kind.__module__.startswith("seatfem.")}
-FILES = sorted(path for path in ROOT.rglob("*.py") if not path.is_relative_to(KINDS))
-
-
-def test_a_scene_finds_the_module_of_each_kind_that_it_names() -> None:
-    stated = {(module, name) for module, names in HOMES.items() for name in names.split()}
-    homes = {(kind.__module__.rpartition(".")[2], name) for kind in kinds_of() for name in (kind_of(kind), *kind.also)}
-    assert stated == {(module, name) for module, name in homes if (KINDS / f"{module}.py").is_file()}
-    assert {kind_of(kind) for kind in kinds_of({"spring", "rigid_mass"})} == {"spring", "rigid_mass"}
-    assert kinds_of({"spring", "sprig"}) == kinds_of()
+ROOT = Path(__file__).parents[2]
+HOMES_OF_KINDS = ROOT / "seatfem" / "structures" / "kinds"
 
 
-def kinds_asked_for(path: Path) -> Iterator[str]:
-    """Yield the kinds that a file imports or asks for."""
-    if "kinds" not in (text := path.read_text(encoding="utf-8")):
-        return
-    for node in ast.walk(ast.parse(text)):
-        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("seatfem.structures.kinds"):
-            yield from (f"{path}:{node.lineno}: {each.name}" for each in node.names if each.name in NAMES)
-        if isinstance(node, ast.Attribute) and node.attr in NAMES and ast.unparse(node.value).endswith("kinds"):
-            yield f"{path}:{node.lineno}: {node.attr}"
+def ours(classes: set[type]) -> set[str]:
+    return {each.__name__ for each in classes if each.__module__.partition(".")[0] in ("impact", "seatfem")}
 
 
-def test_no_kind_is_known_by_name_outside_its_own_file() -> None:
-    """No file asks for a kind by name, but the package of all kinds and those derived from it."""
-    assert {"Annular", "Cantilever", "Matrices", "GreensFile"} <= NAMES
-    within = [path for path in KINDS.glob("*.py") if path.name != "__init__.py"]
-    assert [place for path in (*FILES, *within) for place in kinds_asked_for(path)] == []
+def representations() -> set[type]:
+    """Return all classes of Green's functions."""
+    for _, name, _ in pkgutil.walk_packages(impact.__path__, "impact."):
+        importlib.import_module(name)
+    return {GreensFunction, *below(GreensFunction)}
 
 
-def test_no_shape_is_asked_for_its_family() -> None:
-    """No file outside the shapes asks with isinstance for a family, parts from CAD files excepted."""
-    shapes = ROOT / "structures" / "shapes"
-    drawn = {family.__name__ for family in families() if family.__module__.startswith("seatfem.")} - {"CadPart"}
-    assert {"AnnularSeat", "Bar", "ValvePlate"} <= drawn
-    places = []
-    for path in sorted(path for path in ROOT.rglob("*.py") if not path.is_relative_to(shapes)):
-        if "isinstance" not in (text := path.read_text(encoding="utf-8")) or not any(name in text for name in drawn):
-            continue
-        for node in ast.walk(ast.parse(text)):
-            asks = isinstance(node, ast.Call) and ast.unparse(node.func) == "isinstance"
-            if asks and drawn & {each.id for each in ast.walk(node) if isinstance(each, ast.Name)}:
-                places.append(f"{path}:{node.lineno}")
-    assert places == []
-
-
-ASKED = {
-    ("faces/verdict.py", "spring"): "a summary, which is text: a spring is its own baseline",
-    ("structures/formats/uff.py", "modes"): "what a data set holds, not a kind",
-}
+def below(kind: type) -> set[type]:
+    return {one for each in kind.__subclasses__() for one in (each, *below(each))}
 
 
 def all_names() -> set[str]:
@@ -73,7 +44,41 @@ def all_names() -> set[str]:
     return kinds | {name for name, each in reducers().items() if type(each).__module__.startswith("seatfem.")}
 
 
-def compared(tree: ast.AST, names: set[str]) -> Iterator[tuple[int, str]]:
+def test_a_scene_finds_the_module_of_each_kind_that_it_names() -> None:
+    stated = {(module, name) for module, names in HOMES.items() for name in names.split()}
+    homes = {(kind.__module__.rpartition(".")[2], name) for kind in kinds_of() for name in (kind_of(kind), *kind.also)}
+    assert stated == {(module, name) for module, name in homes if (HOMES_OF_KINDS / f"{module}.py").is_file()}
+    assert {kind_of(kind) for kind in kinds_of({"spring", "rigid_mass"})} == {"spring", "rigid_mass"}
+    assert kinds_of({"spring", "sprig"}) == kinds_of()
+
+
+def test_every_representation_goes_through_the_contract() -> None:
+    """Each class that can be made stands in `tests/contracts/test_greens.py`, which all promises are tested on."""
+    concrete = ours({kind for kind in representations() if not inspect.isabstract(kind)})
+    assert concrete == {type(greens).__name__ for greens, _ in KINDS.values()}
+
+
+def classes_asked_for(tree: ast.AST, names: set[str]) -> Iterator[str]:
+    """Yield each of ``names`` that an object is asked for by isinstance, type(...) or match."""
+    own = {alias.asname or alias.name: alias.name for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)
+           for alias in node.names}  # fmt: skip
+    for node in ast.walk(tree):
+        text = ast.unparse(node) if isinstance(node, ast.Call | ast.Compare) else ""
+        if isinstance(node, ast.MatchClass) or text.startswith(("isinstance(", "issubclass(")) or "type(" in text:
+            for each in ast.walk(node):
+                name = own.get(each.id) if isinstance(each, ast.Name) else getattr(each, "attr", None)
+                if name in names:
+                    yield f"{getattr(each, 'lineno', 0)}: {name}"
+
+
+def kinds_imported(tree: ast.AST, names: set[str]) -> Iterator[str]:
+    """Yield each of ``names`` that is imported from the package of kinds."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("seatfem.structures.kinds"):
+            yield from (f"{node.lineno}: {each.name}" for each in node.names if each.name in names)
+
+
+def names_compared(tree: ast.AST, names: set[str]) -> Iterator[str]:
     """Yield where a kind is asked for by name or stated: compared with, matched, or the value of "kind"."""
     for node in ast.walk(tree):
         parts: list[ast.AST] = []
@@ -85,24 +90,51 @@ def compared(tree: ast.AST, names: set[str]) -> Iterator[tuple[int, str]]:
             parts = [value for key, value in pairs if isinstance(key, ast.Constant) and key.value == "kind"]
         for each in (each for part in parts for each in ast.walk(part)):
             if isinstance(each, ast.Constant) and isinstance(each.value, str) and each.value in names:
-                yield each.lineno, each.value
+                yield f"{each.lineno}: {each.value}"
+
+
+QUESTIONS = {
+    "the class of a Green's function": (
+        classes_asked_for, lambda: ours(representations()), ("impact/greens/", "impact/storage/")
+    ),
+    "the family of a shape": (
+        classes_asked_for, lambda: ours(set(families())) - {"CadPart"}, ("seatfem/structures/shapes/",)
+    ),
+    "the class of a kind": (kinds_imported, lambda: ours(set(kinds_of())), ("seatfem/structures/kinds/__init__.py",)),
+    "the name of a kind, law or reduction": (
+        names_compared, all_names,
+        ("impact/", "seatfem/structures/kinds/", "seatfem/structures/reduction/", "seatfem/study/scene/laws.py",
+         "seatfem/faces/verdict.py",  # asks a summary, which is text
+         "seatfem/structures/formats/uff.py"),  # what a data set holds, not a kind
+    ),
+}  # fmt: skip
+"""How each is seen, the names that are asked for, and where they may be."""
 
 
 @pytest.mark.slow
-def test_no_kind_law_or_reduction_is_asked_for_outside_its_own_file() -> None:
-    own = (ROOT / "structures" / "reduction", ROOT / "study" / "scene" / "laws.py")
-    names, places = all_names(), {}
-    for path in FILES:
-        text = path.read_text(encoding="utf-8")
-        if not any(path.is_relative_to(each) for each in own) and any(f'"{name}"' in text for name in names):
-            place = path.relative_to(ROOT).as_posix()
-            places |= {(place, name): line for line, name in compared(ast.parse(text), names)}
-    assert places.keys() == ASKED.keys(), places
+@pytest.mark.parametrize("question", QUESTIONS)
+def test_nobody_asks_for_it_outside_its_own_file(question: str) -> None:
+    look, names_of, own = QUESTIONS[question]
+    names, places = names_of(), []
+    assert len(names) > 5
+    for path in sorted([*(ROOT / "impact").rglob("*.py"), *(ROOT / "seatfem").rglob("*.py")]):
+        text, place = path.read_text(encoding="utf-8"), path.relative_to(ROOT).as_posix()
+        if not place.startswith(own) and any(name in text for name in names):
+            places += [f"{place}:{found}" for found in look(ast.parse(text), names)]
+    assert places == []
+
+
+@pytest.mark.parametrize(
+    "code", ["isinstance(g, int | ModalGreens)", "type(g) is impact.ModalGreens", "match g:\n  case ModalGreens(): 1"]
+)
+def test_a_question_for_a_class_is_seen_in_every_form(code: str) -> None:
+    tree = ast.parse(f"from impact.greens.modal import ModalGreens\n{code}")
+    assert list(classes_asked_for(tree, {"ModalGreens"}))
 
 
 @pytest.mark.parametrize(
     "code",
     ['x.kind == "plate"', 'match law.kind:\n  case "hertz": pass', 'x.reduction in ("krylov",)', '{"kind": "rod"}'],
 )
-def test_the_question_is_seen_in_every_form(code: str) -> None:
-    assert len(list(compared(ast.parse(code), all_names()))) == 1
+def test_a_question_for_a_name_is_seen_in_every_form(code: str) -> None:
+    assert len(list(names_compared(ast.parse(code), all_names()))) == 1

@@ -42,10 +42,8 @@ def test_any_other_fails_the_test_that_provokes_it(text: str, lack: str) -> None
 
 FOREIGN = [
     ("frf", "states no units; give units=, one of SI, or mm-N-s", ["units="]),
-    ("modes", "mode 1 has the modal mass 0; state modal_mass=1.0 for it", ["modal_mass="]),
     ("mesh", "the law is rigid; add a residual (impact.Residual)", ["impact.Residual"]),
     ("frf", "nodes coincide; state merge = 0.1 mm", ["merge"]),
-    ("modes", "2 parts; accept seat.parts = 2", ["seat.parts"]),
     ("mesh", "nodes coincide; state merge = 0.1 mm, with contact.gap = 1 mm and run.duration = 3 ms", []),
     ("frf", "states no units; take kind = 'mesh' with parts = 2, or state units = { response = 'g/N' }", []),
 ]

@@ -1,25 +1,31 @@
-"""What people look at in notebooks: tables in HTML, data frames, figures."""
+"""What people look at: texts of a few lines and never arrays, tables in HTML, data frames, figures."""
 
 from __future__ import annotations
 
 import re
 import sys
+from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 
 import impact
+import seatfem
+from impact.greens.base import ErrorEstimate
 from impact.names import FrameError, frame_of
 from impact.quantities import as_html
 from seatfem.study.runs.kept import RunOutcome
 from tests.rod_model import rod_model
 
+LARGEST, LINES = 1500, 14
+BALL = impact.rigid_mass(mass=1e-3, velocity=-1.0)
+HIT = impact.ContactProblem(BALL, impact.spring(stiffness=1e6))
+
 
 @pytest.fixture(scope="module")
 def result() -> impact.ImpactResult:
-    ball = impact.rigid_mass(mass=1e-3, velocity=-1.0)
-    return impact.solve(impact.ContactProblem(ball, impact.spring(stiffness=1e6)), dt=1e-7, duration=1.2e-4)
+    return impact.solve(HIT, dt=1e-7, duration=1.2e-4)
 
 
 @pytest.fixture(scope="module")
@@ -29,6 +35,59 @@ def outcome() -> RunOutcome:
         "error_in_words": "none", "plan_cost_s": 2.0, "preloaded": True, "first_contact_s": None,
     }  # fmt: skip
     return RunOutcome(summary, ("a note",), (), met=False)
+
+
+def examples(run: impact.ImpactResult) -> dict[str, object]:
+    many = 5000
+    greens = impact.ModalGreens(
+        np.linspace(1e3, 1e6, many), np.full(many, 0.01), np.ones((many, 2)), impact.Residual.spring(np.eye(2)),
+        ("left", "right"), ErrorEstimate(0.01), {"method": "krylov", "list": list(range(many)), "text": "x" * many},
+    )  # fmt: skip
+    reed = impact.cantilever_reed(
+        young=2e11, density=7850.0, length=25e-3, width=1e-2, thickness=3e-4, n_modes=200, tip_deflection=1e-3
+    )
+    contacts = [impact.Contact(greens, port=p, law=impact.LinearSpring(1e6)) for p in ("left", "right")] * 30
+    problem = impact.ContactProblem(BALL, contacts=contacts[:2])
+    prepared = impact.prepare(problem, 1e-7, 1e-4)
+    stepper = impact.ContactStepper(prepared)
+    model = rod_model(young=2e11, density=7850.0, area=1e-4, length=0.03, elements=100)
+    return {
+        "modal": greens, "poles": impact.PoleGreens.from_modal(greens),
+        "samples": impact.SampledGreens(np.zeros(many), 1e-6, "zero"), "sum": impact.SumGreens((greens,) * 20),
+        "multiple": impact.ScaledGreens(impact.ScaledGreens(greens, 2.0), 2.0),
+        "half-space": impact.half_space_patch(young=2e11, poisson=0.3, density=7850.0, radius=1e-3),
+        "residual": greens.residual, "kernel": greens.step_kernel(1e-6, 10), "ball": BALL, "reed": reed,
+        "state": reed.state, "load": impact.Load(np.ones(many), np.zeros_like), "contact": contacts[0],
+        "problem": problem, "problem of many": impact.ContactProblem(BALL, contacts=contacts), "result": run,
+        "energy": run.energy, "prepared": prepared, "stepper": stepper, "step": stepper.step(),
+        "batch": impact.solve_many(HIT, dt=1e-6, duration=1e-4, velocities=np.linspace(-2, -1, 40), record="force"),
+        "series": impact.TimeSeries(np.arange(many, dtype=float), np.zeros(many)),
+        "passivity": impact.passivity(impact.spring(stiffness=1.0), 1e-6, 100), "model": model,
+        "port": model.ports["contact"], "modes": seatfem.solve_modes(model, 20),
+        "reduction": seatfem.reduce_model(model, bandwidth=1e5, duration=1e-5, tolerance=0.05),
+        "store": seatfem.Store(Path("folder")),
+    }  # fmt: skip
+
+
+@pytest.mark.slow
+def test_it_prints_in_a_few_lines(result: impact.ImpactResult) -> None:
+    for name, thing in examples(result).items():
+        for text in (str(thing), repr(thing)):
+            assert len(text) <= LARGEST, name
+            assert len(text.splitlines()) <= LINES, name
+            assert "array([" not in text, name
+            assert max(map(len, text.splitlines())) <= 700, name
+
+
+def test_a_result_says_in_four_lines_what_happened() -> None:
+    """Four lines give peak, impulse, contacts and the balance of energy, or that nothing touches."""
+    hit = impact.ContactProblem(BALL, impact.spring(stiffness=1e7))
+    lines = repr(impact.solve(hit, dt=1e-7, duration=1e-4)).splitlines()
+    assert re.search(r"99\.\d+ N at 15\.7 us, .*1\.99\d? mN s", lines[1])
+    assert re.search(r"once, .*0 s to 31\.[45] us", lines[2])
+    assert len(lines) == 4
+    away = impact.ContactProblem(impact.rigid_mass(mass=1e-3, velocity=1.0), impact.spring(stiffness=1e7))
+    assert "no contact" in repr(impact.solve(away, dt=1e-7, duration=1e-5))
 
 
 def test_html_is_the_text_as_a_table_and_nothing_in_it_is_markup(result: impact.ImpactResult) -> None:
@@ -49,9 +108,7 @@ def test_a_run_as_a_data_frame(result: impact.ImpactResult) -> None:
     assert np.array_equal(frame["force_N"], result.force)
     assert frame["energy_input_J"].iloc[0] == pytest.approx(0.5e-3)
     two = [impact.Contact(impact.spring(stiffness=1e6), gap=g) for g in (0.0, 1e-6)]
-    several = impact.solve(
-        impact.ContactProblem(impact.rigid_mass(mass=1e-3, velocity=-1.0), contacts=two), dt=1e-7, duration=1e-5
-    )
+    several = impact.solve(impact.ContactProblem(BALL, contacts=two), dt=1e-7, duration=1e-5)
     assert np.array_equal(several.to_dataframe()["gap_m[1]"], several.gap[:, 1])
 
 
@@ -66,8 +123,6 @@ def test_measures_as_text_and_as_a_data_frame(outcome: RunOutcome) -> None:
 
 
 def test_modes_as_a_data_frame() -> None:
-    import seatfem
-
     modes = seatfem.solve_modes(rod_model(young=2e11, density=7850.0, area=1e-4, length=0.03, elements=20), 3)
     assert np.array_equal(modes.to_dataframe()["frequency_hz"], modes.frequencies_hz)
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pressure
@@ -26,7 +25,6 @@ from scipy.integrate import quad
 
 from impact.after.rods import fixed_rod_modes
 
-PAGE = (Path(__file__).parents[2] / "docs" / "paper.md").read_text(encoding="utf-8")
 AREA, HALF_DIGIT = AREAS["area"], 0.05  # percent: of numbers that the page has to 0.1 %
 
 
@@ -118,15 +116,6 @@ def test_the_conclusion_holds_at_some_steps() -> None:
     assert counts == {step: 16 if step in (5e-6, 10e-6) else 0 for step in time_steps.STEPS}
 
 
-def test_agreement_needs_both_parts() -> None:
-    """A pair (rod, stiffness) counts if K is too high for both lengths, and more so for the second."""
-    ones = np.ones((5, 2))
-    stiffness = np.array([[1.1, 1.2], [1.2, 1.1], [0.9, 1.2], [1.1, 0.9], [1.1, 1.2]])
-    peaks = np.stack([ones, stiffness], axis=-1)
-    peaks[4, 0, 0] = 0.0  # no contact
-    assert time_steps.agreeing(peaks) == 1
-
-
 def test_undamped_the_strip_blows_up() -> None:
     """The strip's force grows without bound undamped, stays far too large damped, and needs finer steps to be right."""
     first = round(undamped.LANDING / undamped.STEP)
@@ -194,20 +183,3 @@ def test_a_free_flight_under_pressure() -> None:
     assert fine < 3.6e-9
     assert coarse / fine == pytest.approx(4.0, rel=0.02)
     assert pressure.flight(1e-6, points=4) > 10 * fine
-
-
-@pytest.mark.slow
-def test_the_page_has_the_numbers_of_the_scripts() -> None:
-    for step in time_steps.STEPS:
-        peaks = time_steps.peaks(step, "area")
-        [line] = [line for line in PAGE.splitlines() if line.startswith(f"| {1e6 * step:g} |") and line.count("%") == 4]
-        cells = [cell.strip() for cell in line.strip("|").split("|")]
-        for k, error in enumerate(100 * time_steps.errors(peaks)[time_steps.PLAIN]):
-            assert cells[2 + 2 * k] == f"{error:+.1f} %"
-        assert cells[5] == str(time_steps.agreeing(peaks))
-    for words, peak in (("no pressure", 0.0), ("p(x, t)", pressure.PEAK)):
-        first, speed = pressure.arrival(peak)
-        assert f"| {words}, (2) and (12) | {1e6 * first:.3f} | {speed:.4f} |" in PAGE
-    bare, damped = (undamped.force(CASES[0], how)[:1000].max() for how in (False, True))
-    assert f"| strip | 3 mm | {undamped.number(bare)} |" in PAGE
-    assert f"| {undamped.number(damped)} |" in PAGE

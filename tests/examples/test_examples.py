@@ -88,11 +88,6 @@ def test_script(
     assert err == ""
 
 
-def test_the_readme_shows_the_example_that_runs() -> None:
-    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
-    assert blocks == [(ROOT / "examples" / "readme.py").read_text(encoding="utf-8")]
-
-
 def shortened(path: Path) -> Scene:
     """Return the scene until its first contact group ends, in steps finer than needed, on a coarse mesh."""
     scene = load_scene(path)
@@ -256,13 +251,6 @@ def test_compressor_cycle(gallery: Gallery) -> None:
     assert summary["gas_mass_residual"] < 1e-9
     assert summary["gas_energy_residual"] < 1e-9
     assert summary["energy_residual"] < 1e-9
-
-
-def test_the_struck_plate_has_no_symmetry() -> None:
-    """Nothing less than three dimensions describes it: one port of several, off the centre."""
-    seat = load_scene(ROOT / "examples" / "flapper_on_valve_plate.toml").seat
-    assert seat.struck is not None
-    assert [level.level for level in seat.levels() if level.applies] == ["3d"]
 
 
 @pytest.mark.slow

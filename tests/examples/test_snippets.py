@@ -125,10 +125,3 @@ def carry_out(words: list[str]) -> None:
         shutil.copy(rest[0], rest[1])
     else:
         pytest.fail(f"how is {name} tried?")
-
-
-def test_no_code_hides_without_a_fence() -> None:
-    """Indented blocks hold formulas alone: code has a fence and a language, so that it is tried."""
-    looks = re.compile(r"^    (?:seatfem|make|python|pip|import|from|\[\[?\w+[\w.]*\]) ?", re.MULTILINE)
-    fenced = re.compile(r"^```.*?^```$", re.DOTALL | re.MULTILINE)
-    assert [(page.name, hit) for page in PAGES for hit in looks.findall(fenced.sub("", page.read_text("utf-8")))] == []

@@ -1,7 +1,7 @@
 """Numerical stability at the extremes: every cell ends right, warned or refused, never silently wrong.
 
 `battery` makes the cells, `run_battery` carries them out in a process of their own and can be resumed, `write_table`
-and `draw_map` show the outcomes; `make extremes` (`python -m tests.extremes`) does all of it.
+shows the outcomes; `make extremes` (`python -m tests.extremes`) does all of it.
 """
 
 import sys
@@ -12,12 +12,11 @@ if (path := str(Path(__file__).parents[2] / "benchmarks")) not in sys.path:
 
 from tests.extremes.battery import battery, subset
 from tests.extremes.cell import Cell, Finding, Outcome, carry_out
-from tests.extremes.mixed import random_cells
-from tests.extremes.picture import draw_map
+from tests.extremes.random_scenes import random_cells
 from tests.extremes.runner import run_battery
 from tests.extremes.table import in_words, read_table, write_counts, write_table
 
 __all__ = [
-    "Cell", "Finding", "Outcome", "battery", "carry_out", "draw_map", "in_words", "random_cells", "read_table",
+    "Cell", "Finding", "Outcome", "battery", "carry_out", "in_words", "random_cells", "read_table",
     "run_battery", "subset", "write_counts", "write_table",
 ]  # fmt: skip

@@ -1,7 +1,7 @@
-"""The battery, its table and its map: `python -m tests.extremes`, with the options below.
+"""The battery and its table: `python -m tests.extremes`, with the options below.
 
-The whole battery, and with --write any part of it, renews its lines of docs/extremes.csv, docs/images/extremes.png and
-the counts in docs/extremes.md; other parts write table and map into the folder. A run that was stopped goes on where it
+The whole battery, and with --write any part of it, renews its lines of docs/extremes.csv and the counts in
+docs/extremes.md; other parts write a table into the folder. A run that was stopped goes on where it
 was; --log takes what the log of a run holds that was, or goes on, elsewhere.
 """
 
@@ -11,9 +11,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from impact.files.safe_files import OutputError
-from impact.pictures.drawing import try_draw
 
-from . import battery, draw_map, in_words, random_cells, read_table, run_battery, subset, write_counts, write_table
+from . import battery, in_words, random_cells, read_table, run_battery, subset, write_counts, write_table
 from .runner import logged
 from .worker import MOST_RANDOM
 
@@ -29,7 +28,6 @@ def main(words: Sequence[str] | None = None) -> int:
     if given.subset is not None:
         cells = subset(cells, given.subset, seed=given.seed)
     table = DOCS / "extremes.csv" if whole else given.folder / "extremes.csv"
-    picture = DOCS / "images" / "extremes.png" if whole else given.folder / "extremes.png"
     try:
         log = given.folder / "extremes.jsonl"
         outcomes = (
@@ -47,9 +45,7 @@ def main(words: Sequence[str] | None = None) -> int:
         outcomes = {cell.name: outcomes[cell.name] for cell in cells if cell.name in outcomes}
         write_counts(cells, outcomes, DOCS / "extremes.md")
     write_table(cells, outcomes, table)
-    gap = try_draw(lambda path: draw_map(cells, outcomes, path), picture)
-    messages = (in_words(outcomes), f"wrote {table}", f"note: {gap}" if gap else f"wrote {picture}")
-    sys.stdout.write("\n".join(messages) + "\n")
+    sys.stdout.write(f"{in_words(outcomes)}\nwrote {table}\n")
     return 1 if any(outcome.verdict == "wrong" for outcome in outcomes.values()) else 0
 
 

@@ -14,10 +14,10 @@ from tests.extremes.encounters import encounter_cells
 from tests.extremes.lasting_axes import lasting_cells
 from tests.extremes.lips_axes import lip_cells
 from tests.extremes.marching import marching_cells
-from tests.extremes.mixed import mixed_cells
 from tests.extremes.moved_axes import moved_cells
 from tests.extremes.plates_axes import plate_cells
 from tests.extremes.ports import port_cells
+from tests.extremes.random_scenes import random_cells
 from tests.extremes.records import record_cells
 from tests.extremes.scene_files import scene_file_cells
 from tests.extremes.solids import solid_cells
@@ -29,14 +29,14 @@ PROVIDERS: tuple[Callable[[], tuple[Cell, ...]], ...] = (
     together_cells,
 )  # fmt: skip
 OF_SCENE_FILES: tuple[Callable[[], tuple[Cell, ...]], ...] = (
-    scene_file_cells, plate_cells, lip_cells, moved_cells, lasting_cells, mixed_cells,
+    scene_file_cells, plate_cells, lip_cells, moved_cells, lasting_cells, random_cells,
 )  # fmt: skip
 """The same of cells that run whole scene files."""
 
 
 @cache
 def battery() -> tuple[Cell, ...]:
-    """Return all cells, in the order of the map."""
+    """Return all cells."""
     marches = (cell for provider in PROVIDERS for cell in provider())
     files = (replace(cell, of_scene_file=True) for provider in OF_SCENE_FILES for cell in provider())
     return (*marches, *files)

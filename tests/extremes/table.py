@@ -19,13 +19,8 @@ MEANING: Mapping[Verdict, str] = {
     "slow": "slow or large", "wrong": "off and silent, or broken",
 }  # fmt: skip
 MARK: Final = "<!-- counts of the extremes -->", "<!-- end of the counts -->"
-PAIRS, RANDOM, FILES, MARCH = (
-    "Pairs of scene files",
-    "Random scenes",
-    "Scene files, one number at a time",
-    "Marches and models",
-)
-TOGETHER: Final = {"pairwise": "Marches, all at once", "pairs of scene files": PAIRS, "random scenes": RANDOM}
+FILES, MARCH = "Scene files, one number at a time", "Marches and models"
+TOGETHER: Final = {"pairwise": "Marches, all at once", "random scenes": "Random scenes"}
 """Axes whose cells change all numbers at once, and what they are called in the page."""
 
 

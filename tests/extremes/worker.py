@@ -10,9 +10,9 @@ from seatfem.jobs.processes import limit_process
 from seatfem.structures.cache import VARIABLE
 from tests.extremes.battery import battery
 from tests.extremes.cell import Cell, carry_out
-from tests.extremes.mixed import random_cells
+from tests.extremes.random_scenes import random_cells
 
-MOST_RANDOM = 2000  # random scenes, of the long form
+MOST_RANDOM = 1000  # random scenes, of the long form
 MEMORY_LIMIT = 6 << 30  # bytes of address space beyond what the libraries map
 
 

@@ -1,36 +1,26 @@
 """The program: exit codes, messages, no traceback. The pipeline is replaced: what it computes is tested elsewhere."""
 
 import json
-import math
 import os
 import re
-import shutil
 import subprocess
 import sys
 import tomllib
 import types
-import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from io import StringIO
 from pathlib import Path
 
 import pytest
-from rich.console import Console
-from rich.table import Table
 
 from seatfem import verify
-from seatfem.faces import cli, scene_verbs, terminal
-from seatfem.faces.cli import BAD_INPUT, DONE, FAILED, INTERRUPTED, run_command
-from seatfem.faces.progress_bars import StageClock, progress_bars
+from seatfem.faces import cli, scene_verbs
+from seatfem.faces.cli import BAD_INPUT, DONE, FAILED, INTERRUPTED, app, run_command
 from seatfem.machine import doctor
 from seatfem.machine import libraries as system
 from seatfem.machine.doctor import Check
 from seatfem.structures.shapes import GeometryError
-from seatfem.study.runs.next_round import Limits
-from seatfem.study.safety import MOST_ROUNDS
 from seatfem.study.scene import Scene
-from tests.contracts.test_program import VERBS
 
 ROOT = Path(__file__).parents[2]
 SPRING_SCENE = ROOT / "examples" / "flapper_on_spring.toml"
@@ -128,31 +118,6 @@ def test_run_tells_results_notes_files_and_times(pipeline: Pipeline, capsys: pyt
     assert "stepping: 0.0 s" in err
 
 
-def test_effort_is_handed_on(pipeline: Pipeline, capsys: pytest.CaptureFixture[str]) -> None:
-    limits = pipeline_limits(pipeline, [])
-    assert (limits.rounds, limits.seconds, pipeline.options["pictures"]) == (MOST_ROUNDS, math.inf, True)
-    fewer = ["--max-time", "30", "--rounds", "2", "--no-pictures"]
-    limits = pipeline_limits(pipeline, fewer)
-    assert (limits.rounds, limits.seconds, pipeline.options["pictures"]) == (2, 30.0, False)
-    pipeline.options = {}
-    assert run_command(["demo", "--quiet", "--output", "there", *fewer]) == DONE
-    assert pipeline.asked[-1][-1] == Path("there")
-    assert pipeline.options["limits"] == limits
-    assert pipeline.options["pictures"] is False
-    capsys.readouterr()
-    for flag, value in (("--rounds", "0"), ("--max-time", "-1"), ("--max-time", "nan"), ("--rounds", "many")):
-        assert run_command(["run", str(SPRING_SCENE), flag, value]) == BAD_INPUT
-        out, err = capsys.readouterr()
-        assert flag in out + err
-
-
-def pipeline_limits(pipeline: Pipeline, flags: list[str]) -> Limits:
-    assert run_command(["run", str(SPRING_SCENE), "--quiet", *flags]) == DONE
-    limits = pipeline.options["limits"]
-    assert isinstance(limits, Limits)
-    return limits
-
-
 def test_what_a_run_tells_on_its_way_is_printed_unless_quiet(
     pipeline: Pipeline, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -163,55 +128,7 @@ def test_what_a_run_tells_on_its_way_is_printed_unless_quiet(
     assert capsys.readouterr().err == ""
 
 
-def test_verbose_dates_what_is_done_and_tells_the_memory(
-    pipeline: Pipeline, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert run_command(["greens", str(SPRING_SCENE), "--verbose"]) == DONE
-    dated = r"\d{4}-\d\d-\d\d \d\d:\d\d:\d\d \d+\.\d\d GB stepping"
-    shown = capsys.readouterr().err.splitlines()
-    assert re.fullmatch(rf"{dated}: 0 %, 0\.0 s", shown[0])
-    assert re.fullmatch(rf"{dated}: 100 %, \d+\.\d s", shown[-1])
-    assert len(shown) == 2
-
-
-def test_how_many_modes_are_asked_for(pipeline: Pipeline, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run_command(["modes", str(SPRING_SCENE), "--count", "40", "--up-to", "50 kHz", "--quiet"]) == DONE
-    assert pipeline.wanted == (40, 50e3)
-    assert run_command(["modes", str(SPRING_SCENE), "--up-to", "50 mm"]) == BAD_INPUT
-    assert "50 mm" in capsys.readouterr().err
-
-
-@pytest.mark.slow(but="bash")
-@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
-def test_completion_knows_verbs_and_options(shell: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run_command(["completion", shell]) == DONE
-    script = capsys.readouterr().out
-    for word in ("optimise", "run", "max-time", "no-pictures", "up-to"):
-        assert word in script
-    if shell == "bash" and shutil.which("bash"):
-        program = "COMP_WORDS=(seatfem mo); COMP_CWORD=1; _seatfem; echo ${COMPREPLY[@]}"
-        done = subprocess.run(["bash", "-c", f"{script}\n{program}"], capture_output=True, text=True, check=True)
-        assert done.stdout.split() == ["modes"]
-
-
-def test_where_results_go(pipeline: Pipeline) -> None:
-    for arguments in (
-        ["demo"],
-        ["run", str(SPRING_SCENE)],
-        ["greens", str(SPRING_SCENE)],
-        ["modes", str(SPRING_SCENE)],
-    ):
-        run_command([*arguments, "--quiet"])
-    assert [path for *_, path in pipeline.asked] == [
-        Path("seatfem-demo"),
-        Path("flapper_on_spring-result"),
-        Path("flapper_on_spring-seat.h5"),
-        Path("flapper_on_spring-modes"),
-    ]
-    assert pipeline.asked[0][1] == "Suction valve on a cast-iron plate"
-
-
-@pytest.mark.parametrize("verb", VERBS)
+@pytest.mark.parametrize("verb", sorted(name for name in app if not name.startswith("-")))
 def test_every_verb_has_help(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert run_command([verb, "--help"]) == DONE
     assert f"Usage: seatfem {verb}" in capsys.readouterr().out
@@ -262,17 +179,6 @@ def test_debug_shows_the_traceback(pipeline: Pipeline, monkeypatch: pytest.Monke
     monkeypatch.setenv("SEATFEM_DEBUG", "1")
     with pytest.raises(ZeroDivisionError):
         run_command(["run", str(SPRING_SCENE)])
-
-
-def test_warnings_are_one_line_each(pipeline: Pipeline, capsys: pytest.CaptureFixture[str]) -> None:
-    def act() -> None:
-        with warnings.catch_warnings():  # the tests' own filter makes errors of warnings
-            warnings.simplefilter("always")
-            warnings.warn("the step is coarse", stacklevel=1)
-
-    pipeline.act = act
-    assert run_command(["run", str(SPRING_SCENE), "--quiet"]) == DONE
-    assert capsys.readouterr().err == "warning: the step is coarse\n"
 
 
 def test_doctor_exit_codes(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
@@ -357,17 +263,6 @@ def test_init_knows_no_such_kind(tmp_path: Path, capfd: pytest.CaptureFixture[st
     assert not list(tmp_path.iterdir())
 
 
-def test_a_stage_counts_its_time_once_and_goes_on_when_it_starts_again() -> None:
-    shown: list[tuple[str, float, float]] = []
-    times = iter([0.0, 1.0, 2.5, 3.0, 10.0, 12.0])
-    clock = StageClock(lambda *report: shown.append(report), now=lambda: next(times))
-    for stage, done in [("mesh", 0.0), ("solve", 0.0), ("mesh", 1.0), ("mesh", 1.0), ("mesh", 0.5), ("mesh", 1.7)]:
-        clock(stage, done)
-    assert shown == [
-        ("mesh", 0.0, 0.0), ("solve", 0.0, 0.0), ("mesh", 1.0, 2.5), ("mesh", 0.5, 2.5), ("mesh", 1.0, 4.5),
-    ]  # fmt: skip
-
-
 @pytest.mark.slow
 def test_letters_that_a_terminal_lacks_end_nothing() -> None:
     code = "from seatfem.faces import cli; cli.run_command = lambda arguments: print('12.0 \\u00b1 0.1 N'); cli.main()"
@@ -389,35 +284,3 @@ def test_dense_products_take_one_thread_unless_asked_for_more(setting: str | Non
     environment |= {} if setting is None else {"OPENBLAS_NUM_THREADS": setting}
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=False)
     assert done.stdout.splitlines()[-1] == threads, done.stderr
-
-
-def test_brackets_are_no_markup_wherever_text_is_printed(
-    pipeline: Pipeline, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """``pip install 'seatfem[uff]'`` must come through whole: tables, notes, errors, stages, titles."""
-    remedy = "pip install 'seatfem[uff]'"
-    gap = Check("pyuff", False, "absent", remedy, required=False)
-    monkeypatch.setattr(doctor, "doctor_report", lambda: (gap, Check("gmsh[x]", False, "absent [y]", remedy)))
-    assert run_command(["doctor"]) == FAILED
-    out, err = capsys.readouterr()
-    assert out.count(remedy) == 2
-    assert f"gmsh[x]: absent [y]; {remedy}" in err
-    scene = tmp_path / "scene.toml"
-    scene.write_text(SPRING_SCENE.read_text(encoding="utf-8").replace("Flapper", "[red]Flapper[/red] [uff]"))
-    monkeypatch.setitem(SUMMARY, "landing_status", "some [red]new[/red] status")
-    monkeypatch.setitem(SUMMARY, "error_unknown", "mesh[/]")
-    assert run_command(["run", str(scene)]) == DONE
-    out = capsys.readouterr().out
-    for words in ("[red]Flapper[/red] [uff] reed", "Some [red]new[/red] status", "mesh[/]", "pictures [skipped]"):
-        assert words in out
-    pipeline.act = failing(GeometryError(remedy))
-    assert run_command(["run", str(scene), "--quiet"]) == BAD_INPUT
-    assert remedy in capsys.readouterr().err
-    text = StringIO()
-    with progress_bars(Console(file=text, force_terminal=True, width=80), quiet=False) as progress:
-        progress("seat[uff]", 0.5)
-    assert "seat[uff]" in text.getvalue()
-    choices = Table("key")
-    choices.add_row("a [uff] choice")
-    terminal.console().print(choices)
-    assert "[uff]" in capsys.readouterr().out

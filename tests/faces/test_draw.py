@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from seatfem.faces.cli import BAD_INPUT, DONE, run_command
+from seatfem.faces.cli import DONE, run_command
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SCENE = EXAMPLES / "suction_valve.toml"
@@ -25,18 +25,6 @@ def test_a_scene_is_drawn_beside_the_shell_and_told_in_a_sentence(
     assert lines[1:] == ["wrote suction_valve-drawing.png"]
     assert [path.name for path in tmp_path.iterdir()] == ["suction_valve-drawing.png"]
     assert (tmp_path / "suction_valve-drawing.png").read_bytes().startswith(b"\x89PNG")
-
-
-@pytest.mark.slow
-def test_keys_are_changed_and_the_file_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    file = tmp_path / "valve.svg"
-    words = ["draw", str(SCENE), "--set", "contact.at=27 mm", "--output", str(file), "--quiet"]
-    assert run_command(words) == DONE
-    assert capsys.readouterr().out == ""
-    assert ">27 mm<" in file.read_text(encoding="utf-8")
-    assert run_command(["draw", str(SCENE), "--set", "reed.width=0.5 mm", "-o", str(tmp_path / "no.png")]) == BAD_INPUT
-    assert ": contact.at: 28 mm: in plan the reed covers 3.5 %" in capsys.readouterr().err
-    assert [path.name for path in tmp_path.iterdir()] == ["valve.svg"]
 
 
 @pytest.mark.slow

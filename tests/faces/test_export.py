@@ -24,7 +24,7 @@ from seatfem.structures.formats.uff import UffError, read_frf_uff, read_modes_uf
 from seatfem.structures.materials import Material
 from seatfem.structures.reduction.greens import greens_function
 from seatfem.structures.reduction.modes import solve_modes
-from tests.steps import BAD_INPUT, DONE, ModalGreens, Residual, load_greens, load_results, run_command
+from tests.steps import BAD_INPUT, DONE, Residual, load_greens, load_results, run_command
 
 SCENE = (
     '[seat]\nkind = "annular"\nbore_radius = "4 mm"\nlip_width = "1 mm"\nmaterial = "steel"\ndamping_ratio = 0.05\n'
@@ -68,17 +68,6 @@ def test_a_receptance_comes_back(folder: Path, tmp_path: Path) -> None:
     exact = load_greens(folder / "seat.h5").transfer(2j * np.pi * read.frequency)
     np.testing.assert_allclose(read.receptance, exact, rtol=1e-6)
     assert read.frequency[-1] == pytest.approx(1.25 / 10e-6)
-
-
-def test_two_ports_are_two_nodes(tmp_path: Path) -> None:
-    shapes = np.array([[1.0, 0.5], [0.3, -1.0]])
-    omega, zeta = np.array([1e3, 5e3]), np.array([0.02, 0.05])
-    greens = ModalGreens(omega, zeta, shapes, Residual.none(2), ("a", "b"))
-    f = np.linspace(10, 2000, 200)
-    write_receptance_uff(greens, f, tmp_path / "two.uff")
-    read = read_frf_uff(tmp_path / "two.uff", ports={"a": (1, "+z"), "b": (2, "-z")})
-    signs = np.array([[1, -1], [-1, 1]])
-    np.testing.assert_allclose(read.receptance, signs * greens.transfer(2j * np.pi * f), rtol=1e-6)
 
 
 def test_uneven_frequencies(tmp_path: Path) -> None:

@@ -5,7 +5,6 @@ import re
 import subprocess
 import sys
 import unicodedata
-from pathlib import Path
 
 import pytest
 from rich.table import Table
@@ -14,7 +13,6 @@ from seatfem.faces.cli import BAD_INPUT, DONE, run_command
 from seatfem.faces.progress_bars import progress_bars
 from seatfem.faces.terminal import Console, visible
 
-PACKAGE = Path(__file__).parents[2] / "seatfem"
 EVIL = "\x1b]0;owned\x07\x1b[2J\x1b[31m\x9b5m\x9d\u202egnp.exe\u2066\u200b\x08\x7f\r[red]b[/red]:skull:"
 SPRING = '[seat]\nkind = "spring"\nstiffness = "20 N/um"\n'
 BALL = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n'
@@ -56,13 +54,6 @@ def test_messages_tables_and_bars(terminal, capsys):
     assert text.count("[red]b[/red]:skull:") >= 4
 
 
-def test_a_table_leaves_room_for_escapes(capsys):
-    table = Table("a", "b")
-    table.add_row("\x1b" * 5, "x")
-    Console(width=80).print(table)
-    assert "\\x1b" * 5 in capsys.readouterr().out
-
-
 def folder_of(tmp_path, **files):
     for name, text in files.items():
         (tmp_path / name.replace("_", ".")).write_text(text, encoding="utf-8")
@@ -99,16 +90,6 @@ def test_what_is_refused_is_told_visibly(text, tmp_path, capsys):
     assert "\nseatfem: all is well" not in err
 
 
-@pytest.mark.parametrize(
-    "arguments",
-    [[EVIL], ["run", EVIL], ["run", "a.toml", f"--{EVIL}"], ["verify", "--seed", EVIL], ["run", "\udcff\udc9b.toml"]],
-)
-def test_arguments_are_told_visibly(arguments, capsys):
-    assert run_command(arguments) == BAD_INPUT
-    out, err = capsys.readouterr()
-    assert len(seen(out + err)) > 20
-
-
 @pytest.mark.slow
 def test_a_traceback_that_was_asked_for(tmp_path):
     scene = folder_of(tmp_path, scene_toml=f"[seat]\nkind = 'greens'\nfile = {QUOTED}\n")
@@ -117,11 +98,3 @@ def test_a_traceback_that_was_asked_for(tmp_path):
     )
     assert done.returncode == 1
     assert "Traceback" in seen(done.stderr)
-
-
-def test_nothing_else_writes_to_the_terminal():
-    """Rich's own console is made in one place; another may name its type."""
-    for_types = "if TYPE_CHECKING:\n    from rich.console import Console\n"
-    texts = {path.name: path.read_text(encoding="utf-8").replace(for_types, "") for path in PACKAGE.rglob("*.py")}
-    makers = [name for name, text in texts.items() if "rich.console import" in text]
-    assert makers == ["terminal.py"]

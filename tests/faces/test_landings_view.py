@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from io import StringIO
 from pathlib import Path
-from typing import Any
 
 import pytest
 from rich.table import Table
@@ -15,7 +14,6 @@ from seatfem.faces.tables import landings_of, landings_table, result_table
 from seatfem.faces.terminal import Console
 from seatfem.faces.verdict import verdict
 from seatfem.study.runs.pipeline import write_landings
-from seatfem.study.scene.measures import ContactRecord, Measure
 
 JUDGED = "landing_impulse_Ns, landing_filtered_peak_force_N"
 
@@ -109,41 +107,6 @@ def test_a_run_that_did_not_land_says_so_first(
     assert "landing" not in " ".join(lines[:6])
     assert not [line for line in lines if line.endswith((", reached", ", missed"))]
     assert landings_table(landings_of(run)) is None
-
-
-def test_landings_are_listed_the_largest_excess_first(summary: dict[str, object]) -> None:
-    lines = lines_of(landings_table(landings_of(summary)))
-    rows = [line for line in lines if line.startswith(("seat ", "stopper "))]
-    assert [row.split()[:2] for row in rows] == [["stopper", "1"], ["seat", "1"], ["seat", "2,"]]
-    assert rows[1] == ("seat 1 348.8 deg 9.001 1.49 43.80 ± 0.57 3.1 40.7 230.0 ± 1.4 21 ± ? not known (0.31 ± 0.22)")
-    assert rows[2].startswith("seat 2, cut off ")
-    assert "± ?: uncertainty not known" in lines
-
-
-@pytest.fixture
-def toy() -> Iterator[None]:
-    class Square(Measure):
-        """Integral of the squared force."""
-
-        name, key, words = "toy_square", "force_squared_N2s", "squared force"
-
-        def of(self, blow: ContactRecord) -> float:
-            return 0.0
-
-    yield
-    del Square.name
-
-
-@pytest.mark.usefixtures("toy")
-@pytest.mark.parametrize("prefix", ["", "landing_"])
-def test_a_measure_of_the_user_is_a_row(summary: dict[str, Any], prefix: str) -> None:
-    key = f"{prefix}force_squared_N2s"
-    changed = {**summary, "accuracy_measures": "toy_square", "accuracy_judged_keys": key}
-    value = {key: 12.5, f"error_bar_{key}": 0.125, f"spring_{key}": 10.0}
-    lines = printed(changed, **value)
-    assert f"squared force ({key}) 12.50 ± 0.12 10.00 -20 % 20 1 %, reached" in lines
-    assert re.match("Squared force: .*10 .*12", verdict({**changed, **value}))
-    assert any(line.startswith("squared force: asked for") for line in printed(changed))
 
 
 def test_landings_as_csv(tmp_path: Path) -> None:

@@ -48,37 +48,3 @@ def test_the_scene_of_the_sheet_is_one(tmp_path: Path, monkeypatch: pytest.Monke
     for rpm in ("3000", '"3000 1/min"', '"3000 rpm"', '"50 1/s"'):
         Path("scene.toml").write_text(SHEET["scene"].replace("rpm = 3000", f"rpm = {rpm}"), encoding="utf-8")
         assert load_scene("scene.toml").load[0].pressure.rpm == pytest.approx(3000.0, rel=1e-15)
-
-
-def test_faces_are_listed_line_by_line(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """Each face has a line; a key with a line end in it makes no further one."""
-    part = Path(__file__).parents[2] / "meshes" / "annular_seat.step"
-    green = '{ kind = "colour", colour = [0, 255, 0] }'
-    body = f'[seat]\nkind = "cad"\nfile = "{part.as_posix()}"\nmaterial = "steel"\ncontact = {green}\n'
-    reed = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[run]\nduration = "1 ms"\n'
-    scene = tmp_path / "scene.toml"
-    scene.write_text(body + reed, encoding="utf-8")
-    assert run_command(["plan", str(scene)]) == BAD_INPUT
-    lines = capfd.readouterr().err.splitlines()
-    assert [line.partition(":")[0] for line in lines if line.startswith("  ")] == [f"  face {k}" for k in range(1, 9)]
-    scene.write_text(body.replace(green, "{ number = 6 }") + '"a\\nb" = 1\n' + reed, encoding="utf-8")
-    assert run_command(["plan", str(scene)]) == BAD_INPUT
-    assert len(capfd.readouterr().err.splitlines()) == 1
-
-
-def test_init_without_a_kind_lists_them_by_groups(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run_command(["init"]) == 0
-    output = capsys.readouterr().out
-    places = [
-        output.index(words) for words in ("reeds", "flapper", "seats", "annular", "strikers", "ball", "imported", "cad")
-    ]
-    assert places == sorted(places)
-
-
-@pytest.mark.parametrize(("text", "seconds"), [("90", 90.0), ("1min", 60.0), ("2 h", 7200.0), ("500 ms", 0.5)])
-def test_times_of_options_take_units(text: str, seconds: float) -> None:
-    from cyclopts import Token
-
-    from seatfem.faces.terminal import seconds_of
-
-    assert seconds_of(float, [Token(value=text)]) == pytest.approx(seconds, rel=1e-15)

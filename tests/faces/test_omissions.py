@@ -8,8 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from seatfem.faces.report import checked
-from seatfem.faces.report.checked import checked_scenes, weak_coverage, who_checked
+from seatfem.faces.report.checked import checked_scenes, who_checked
 from seatfem.faces.report.fragments import omissions
 from seatfem.faces.report.page import report_page
 
@@ -20,10 +19,6 @@ WHOLE = {
     "contact_count": 2, "accuracy_judged_keys": "impulse_Ns", "accuracy_met": True, "error_unknown": "",
 }  # fmt: skip
 """Summary of a run that leaves nothing open."""
-
-
-def test_a_run_of_which_all_is_known_leaves_nothing_out() -> None:
-    assert list(omissions(WHOLE)) == []
 
 
 @pytest.mark.parametrize(
@@ -51,13 +46,6 @@ def test_what_is_open_is_told(changed: dict[str, object], sentence: str) -> None
     assert sentence in list(omissions({**WHOLE, **changed}))
 
 
-def test_a_reed_that_lands_with_no_value_asked_of_the_landing() -> None:
-    judged = {**WHOLE, "accuracy_judged_keys": "landing_restitution", "landing_restitution": None}
-    assert list(omissions(judged)) == []  # nothing landed: the verdict says so
-    (note,) = omissions({**judged, "landing_time_s": 1e-3, "error_bar_landing_time_s": 1e-6})
-    assert note.endswith(": restitution.")
-
-
 def test_the_package_names_scenes_that_were_checked() -> None:
     table = checked_scenes()
     assert len(table) > 50
@@ -67,39 +55,6 @@ def test_the_package_names_scenes_that_were_checked() -> None:
     assert (
         f"The whole scene language: {lips['inside']} of {lips['numbers']} numbers of {lips['scenes']} scenes" in words
     )
-
-
-def test_kinds_that_never_met_are_told_apart(monkeypatch: pytest.MonkeyPatch) -> None:
-    heads = ("section", "seat", "reed", "scenes", "inside", "numbers")
-    lines = ("Runs rod ball 1 3 4", "Runs rod disc 2 5 5")
-    rows = [dict(zip(heads, line.split(), strict=True)) for line in lines]
-    monkeypatch.setattr(checked, "checked_scenes", lambda: rows)
-    words = html.unescape(who_checked({"seat_kind": "rod", "reed_kind": "bar"}))
-    assert 'None had a seat "rod" and a reed "bar", but:' in words
-    assert '<li>seat "rod", Runs: 8 of 9 numbers of 3 scenes had' in words
-    assert '<li>reed "bar"' not in words
-    assert "nor either of them" in who_checked({"seat_kind": "cad", "reed_kind": "bar"})
-    assert "Runs: 3 of 4 numbers of 1 scene had" in who_checked({"seat_kind": "rod", "reed_kind": "ball"})
-
-
-@pytest.mark.parametrize(
-    ("line", "words"),
-    [
-        ("Runs plate flapper 1 6 13", "Runs: 6 of 13 numbers of 1 scene had"),  # few and bad
-        ("Runs plate flapper 1 13 13", "Runs: 13 of 13 numbers of 1 scene had"),  # few
-        ("Runs plate flapper 4 52 58", "Runs: 52 of 58 numbers of 4 scenes had"),  # bad
-        ("Runs plate flapper 4 57 58", ""),  # one of 58 may well be outside
-        ("Runs plate disc 4 58 58", 'no scene with a seat "plate" and a reed "flapper"'),
-    ],
-)
-def test_thin_or_bad_coverage_is_told(line: str, words: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    heads = ("section", "seat", "reed", "scenes", "inside", "numbers")
-    monkeypatch.setattr(checked, "checked_scenes", lambda: [dict(zip(heads, line.split(), strict=True))])
-    summary = {"seat_kind": "plate", "reed_kind": "flapper", "accuracy_met": True}
-    said = weak_coverage(summary)
-    assert words in said
-    assert bool(said) == bool(words)
-    assert weak_coverage({**summary, "accuracy_met": False}) == ""
 
 
 def test_nothing_of_a_summary_runs_in_the_page(tmp_path: Path) -> None:

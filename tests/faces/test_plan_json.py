@@ -10,7 +10,7 @@ import pytest
 
 from seatfem.faces.plan_view import judged_line, plan_json
 from seatfem.study.runs.forecast import Look, look_at
-from tests.steps import BAD_INPUT, DONE, load_scene, run_command
+from tests.steps import DONE, load_scene, run_command
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SLEEVE = EXAMPLES / "flapper_on_peek_sleeve.toml"
@@ -76,11 +76,3 @@ def test_the_scene_is_filled_and_in_si_units(look: Look) -> None:
 def test_json_knows_no_infinity(look: Look) -> None:
     endless = replace(look.plan, error={"impulse": math.inf, "stress": math.nan, "filtered_peak": 0.5})
     assert json.loads(plan_json(endless))["error"] == {"impulse": None, "stress": None, "filtered_peak": 0.5}
-
-
-@pytest.mark.slow
-def test_a_look_is_stopped_in_its_first_round(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run_command(["plan", str(SLEEVE), "--max-time", "1 us"]) == BAD_INPUT
-    err = capsys.readouterr().err
-    assert "no first round within 1e-6 s: --max-time is over (" in err
-    assert "seat.mesh.size" in err

@@ -32,34 +32,6 @@ def test_a_record_is_told_with_its_heads_rows_and_ranges() -> None:
     assert parts["stopper"] == "spring, stiffness 20 N/um, lift 2 mm"
 
 
-def test_another_unit_reads_differently(tmp_path: Path) -> None:
-    """A thickness in um where mm was meant, or a head in kPa instead of bar, can be seen."""
-    assert "thickness 0.3 mm" in read("tilted_landing.toml")["reed"]
-    assert "thickness 3 um" in read("tilted_landing.toml", **{"reed.thickness": "3 um"})["reed"]
-    record = tmp_path / "course.csv"
-    record.write_text("time [ms],pressure [kPa]\n0,-1\n2.5,20\n", encoding="utf-8")
-    reading = read("tilted_landing.toml", load=[{"pressure": {"file": str(record)}, "area": "80 mm^2"}])["load"]
-    columns = "2 rows, divided by commas, decimal point: time [ms] 0 to 2.5, pressure [kPa] -1 to 20"
-    course = "read as pressure -1 kPa to 20 kPa from 0 ms to 2.5 ms"
-    assert reading == f"pressure (file course.csv ({columns}), {course}), area 80 mm^2"
-
-
-@pytest.mark.slow
-def test_struck_faces_releases_and_strengths_are_told() -> None:
-    parts = read("life_of_a_flapper.toml")
-    assert parts["seat, face"].startswith("flat ring, mean radius 5.5 mm, width 1 mm; area 34.558 mm^2")
-    assert "material steel (young 200 GPa" in parts["seat"]
-    assert "release (mode 1, velocity -2 m/s)" in parts["reed"]
-    table = "file invented_strip.csv (5 rows, divided by commas, decimal point: stress [MPa] 410 to 735"
-    assert f"ultimate 1.8 GPa, curve ({table}" in parts["life"]
-    assert "impact velocity 8 m/s" in parts["life"]
-    of_cad = read("kidney_landing.toml")
-    assert of_cad["seat, face"].startswith("lip 34.2")
-    assert "file kidney_seat.step (72 kB)" in of_cad["seat"]
-    coarse = re.search(r"area about (\d+) mm\^2, narrowest width about", of_cad["seat, face"])
-    assert float(coarse[1]) % 10 ** (len(coarse[1]) - 2) == 0  # two digits: its triangles are coarse
-
-
 @pytest.mark.slow(
     only=(
         "cad_assembly.toml",

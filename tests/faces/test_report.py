@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import html
 import io
 import json
@@ -13,19 +12,16 @@ import subprocess
 import sys
 import webbrowser
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 from PIL import Image
 
-from impact.march.rows import Rows
 from seatfem.faces.cli import BAD_INPUT, DONE, run_command
 from seatfem.faces.report.asked import AskedError
-from seatfem.faces.report.figures import MOST, _envelope, body_figure, lip_figure
 from seatfem.faces.report.fragments import ReportError, hot_spots, life_table, provenance
-from seatfem.faces.report.page import SCREENS, _landings, _shares, _state, report_page
+from seatfem.faces.report.page import SCREENS, _landings, _state, report_page
 from seatfem.pictures.moving import save_moving
 from tests.browsing import changed, put, shot, until
 from tests.moving_block import block_modes, block_wave
@@ -67,21 +63,6 @@ def test_it_holds_what_was_asked_planned_and_found(folder: Path) -> None:
 
 
 @pytest.mark.slow
-def test_it_begins_with_the_drawing_of_the_scene(folder: Path) -> None:
-    page = (folder / "report.html").read_text(encoding="utf-8")
-    drawing = base64.b64encode((folder / "drawing.png").read_bytes()).decode("ascii")
-    headings = re.findall(r"<h2 id=[^>]*>([^<]*)</h2>", page)
-    assert headings[:2] == ["Drawing", "Result"]
-    assert page.count(drawing) == 1
-    assert "The scene as it was computed: section along the reed through the contact, and plan, with sizes." in page
-    (folder / "drawing.png").rename(folder / "kept")
-    try:
-        assert '<h2 id="h0">Result</h2>' in report_page(folder)
-    finally:
-        (folder / "kept").rename(folder / "drawing.png")
-
-
-@pytest.mark.slow
 def test_no_text_of_a_scene_runs_in_it(folder: Path) -> None:
     page = (folder / "report.html").read_text(encoding="utf-8")
     assert HOSTILE not in page
@@ -94,33 +75,6 @@ def test_it_names_no_address_to_ask(folder: Path) -> None:
     """Outside the scripts, where plotly names sources of maps, the page names no address."""
     page = re.sub(r"<script>.*?</script>", "", (folder / "report.html").read_text(encoding="utf-8"), flags=re.DOTALL)
     assert "://" not in page
-
-
-def test_a_curve_keeps_its_peaks() -> None:
-    values = np.zeros(200_000)
-    values[[17, 123_456]] = 5.0, -7.0
-    kept = _envelope(values)
-    assert len(kept) <= MOST + 2
-    assert {17, 123_456, 0, 199_999} <= set(kept.tolist())
-
-
-def test_force_along_the_lip_is_that_of_segments_not_of_the_parts_across_them() -> None:
-    """The figure sums three rings of two segments each, in newtons."""
-    force = np.array([[0, 0, 0, 0, 0, 0], [1, 2, 3, 10, 20, 30], [0, 1, 0, 0, 10, 0]], dtype=float)
-    run: Any = SimpleNamespace(rows=Rows(1e-6, np.arange(3), force, force, force), dt=1e-6)
-    (drawn,) = lip_figure(run, 2).data
-    assert list(drawn.y) == ["1", "2"]
-    np.testing.assert_allclose(drawn.z, [[6, 1], [60, 10]])
-    assert len(lip_figure(run).data[0].y) == 6
-
-
-def test_a_body_that_is_too_large_loses_frames_and_says_so() -> None:
-    figure = body_figure("stress_wave.h5", block_wave(40), most=60_000)
-    shown = json.loads(re.findall(r"application/json\">(.*)</script>", figure)[0])["labels"]
-    assert shown == [f"{k} µs" for k in range(0, 40, 3)]  # 3088 bytes each, beside 13848 for the triangles
-    assert "Of 40 frames 14 are in this page" in figure
-    assert len(figure) < 1.5 * 60_000
-    assert "Grey: no value was computed." in figure
 
 
 def test_hot_spots_and_life_are_tables() -> None:
@@ -170,15 +124,6 @@ def test_landings_are_a_table_and_all_of_them_can_be_opened() -> None:
 def test_the_badge_names_what_it_speaks_of(changed: dict[str, object], badge: str) -> None:
     summary = {"accuracy_target": 0.02, "accuracy_met": True, "accuracy_judged_keys": "landing_x"}
     assert badge in _state({**summary, **changed})
-
-
-def test_shares_of_a_landing_and_of_the_run_are_told_apart() -> None:
-    summary: dict[str, object] = {"filter_width_s": 5e-6}
-    for key, value in (("impulse_Ns", 1.0), ("landing_impulse_Ns", 0.5)):
-        summary |= {key: value, f"error_bar_{key}": 0.1, f"error_time_step_{key}": 0.05, f"error_mesh_{key}": 0.02}
-    assert _shares(summary) == {"time step": {"impulse": 0.05}, "mesh error": {"impulse": 0.02}}
-    of_landing = _shares({**summary, "accuracy_judged_keys": "landing_impulse_Ns"})
-    assert of_landing == {"time step": {"impulse": 0.1}, "mesh error": {"impulse": 0.04}}
 
 
 @pytest.mark.parametrize(
@@ -381,35 +326,6 @@ def test_a_section_shows_the_inside(browser: Any) -> None:
     put(browser, axis, "")
     until(lambda: (np.abs(shot(canvas) - whole) > 12).mean() < 0.001, "as it was before it was cut")
     assert browser.get_log("browser") == []
-
-
-PAPER = (720, 980)  # CSS pixels of a page between its margins
-
-
-@pytest.mark.slow
-def test_it_prints_without_what_only_a_screen_can_do(browser: Any) -> None:
-    """Nothing is wider than the paper, two figures stand on a page, bodies are drawn whole, hints and buttons gone."""
-    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
-    paper = {"width": PAPER[0], "height": PAPER[1], "deviceScaleFactor": 1, "mobile": False}
-    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", paper)
-    try:
-        wide = """const most = document.documentElement.clientWidth + 1;
-            return [...document.querySelectorAll('table, pre, figure, img, canvas')].filter(
-                each => each.getBoundingClientRect().right > most).map(each => each.tagName)"""
-        until(lambda: browser.execute_script(wide) == [], "within the paper")
-        plots = browser.find_elements("css selector", "section:has(> .plot)")
-        assert all(2 * plot.rect["height"] < PAPER[1] for plot in plots[:3])
-        _, canvas = _body(browser, "modes.h5")
-        seen = until(lambda: (now := shot(canvas)).shape[0] > 200 and (now < 240).mean() > 0.02 and (now,), "drawn")[0]
-        assert (seen[:3, : seen.shape[1] // 2] > 240).all()  # whole: not cut by the frame
-        assert (seen[-3:] > 240).all()
-        for hidden in (".screen", ".controls button", "nav", "[data-ready] .probe"):
-            assert not any(each.is_displayed() for each in browser.find_elements("css selector", hidden))
-        page = browser.execute_cdp_cmd("Page.printToPDF", {"printBackground": False})
-        assert base64.b64decode(page["data"]).startswith(b"%PDF-")
-    finally:
-        browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
-        browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
 
 
 @pytest.mark.slow

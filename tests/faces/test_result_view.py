@@ -9,9 +9,7 @@ from rich.console import Console
 
 from seatfem.faces.report.fragments import omissions, provenance
 from seatfem.faces.tables import result_table
-from seatfem.faces.verdict import difference, lasting, simpler, verdict
-from seatfem.readings import in_text
-from seatfem.study.safety import source_in_words
+from seatfem.faces.verdict import lasting, verdict
 
 ABSENT = ...  # of a key that is not there
 PEAK, IMPULSE = "filtered_peak_force_N", "impulse_Ns"
@@ -44,15 +42,6 @@ def test_value_bar_spring_difference_and_target_stand_in_one_row() -> None:
     assert row("restitution") == "restitution 0.85 0.87"
 
 
-def test_what_depends_on_the_step_stands_last_and_says_so() -> None:
-    lines = printed()
-    raw = lines.index("raw, step 25 ns")
-    assert lines[raw + 1] == "peak force 150 N 70 N"
-    assert lines[raw + 2] == "energy balance error < 1e-7 %"
-    assert all(lines.index(line) < raw for line in lines if line.startswith(("impulse", "restitution", "contacts")))
-    assert row("seat displacement").endswith(" 1.000 ± 0.010 um 2.000 um, raw")  # of the spring: its raw force
-
-
 def test_stress_after_the_first_landing_replaces_the_largest_of_all() -> None:
     old = {"peak_reed_stress_Pa": 2e8, "spring_peak_reed_stress_Pa": 2e8}
     new = {"peak_reed_stress_after_contact_Pa": 9e7, "initial_reed_stress_Pa": 2e8, "reed_stress_at_start_Pa": 1.5e8}
@@ -76,13 +65,6 @@ def test_a_bar_above_half_of_the_value_leaves_it_not_known() -> None:
     assert row("first contact", error_bar_first_contact_s=4e-4).startswith("first contact 500 ± 400 us")
 
 
-def test_a_bar_that_is_not_known_is_said() -> None:
-    lines = printed(error_bar_max_seat_displacement_m=None)
-    assert "seat displacement 1 ± ? um 2 um, raw" in lines
-    assert "± ?: uncertainty not known" in lines
-    assert "± ?" not in " ".join(printed())
-
-
 def test_a_difference_beyond_the_bars_is_told_with_its_numbers() -> None:
     peak = r"Peak force .*2 us.* 40 N .*50 N \(-20 %\)\. .* 50 N: 0\.5 N\."
     assert re.fullmatch(peak, verdict(RUN))
@@ -99,24 +81,6 @@ def test_below_the_bars_a_spring_is_enough() -> None:
     assert unknown.startswith("This run cannot show"), "an unknown value decides nothing"
 
 
-@pytest.mark.parametrize(
-    ("changed", "words"),
-    [
-        ({"plan_seat_level": "spring", "accuracy_met": False}, "The plan replaced the seat"),
-        ({"plan_seat_level": "spring", "accuracy_met": True},
-         "The seat is so stiff .*effect of waves"),
-        ({"plan_seat_level": "spring", "ports": 32}, "The seat is so stiff .*segments of the lip"),
-        ({"plan_seat_level": "spring", "ports": 32, "plan_given": "seat.model"},
-         'seat.model = "spring": .*baseline has no'),
-        ({"plan_seat_level": "spring", "plan_given": "seat.model, run.duration"}, 'seat.model = "spring"'),
-        ({"seat_kind": "spring"}, "The seat is a spring"),
-        ({"first_contact_s": None}, "No contact within run.duration"),
-    ],
-)  # fmt: skip
-def test_seat_and_spring_alike_by_choice_is_said(changed: dict[str, object], words: str) -> None:
-    assert re.match(words, verdict({**RUN, **changed}))
-
-
 def test_measures_asked_for_decide_and_others_do_not() -> None:
     """The stress was asked for: the peak's difference is not the answer."""
     stress = "peak_reed_stress_after_contact_Pa"
@@ -126,78 +90,11 @@ def test_measures_asked_for_decide_and_others_do_not() -> None:
     assert re.match("A spring is enough .*reed stress after", verdict(changed))
 
 
-def test_nothing_to_compare_where_seat_or_bar_is_missing() -> None:
-    assert difference(RUN, "peak_force_N") is None
-    assert difference({**RUN, PEAK: 0.0}, PEAK) is None
-    assert difference({**RUN, PEAK: None}, PEAK) is None
-    exact = difference({**RUN, "error_bar_" + PEAK: 0.0}, PEAK)
-    assert exact.bars == float("inf")
-
-
-LIP: dict[str, object] = {
-    "ports": 64, "spring_ports": 64, "tilt_deg": 0.3, "line_force_arc_m": 4.32e-3, "line_force_width_s": 1e-6,
-    "line_force_peak_N_per_m": 8230.0, "spring_line_force_peak_N_per_m": 9823.0,
-    "error_bar_line_force_peak_N_per_m": 1600.0, "line_force_peak_at_deg": 270.0,
-    "spring_line_force_peak_at_deg": 264.375, "line_impulse_peak_Ns_per_m": 0.0608,
-    "spring_line_impulse_peak_Ns_per_m": 0.0602, "error_bar_line_impulse_peak_Ns_per_m": 0.0017,
-    "line_impulse_peak_at_deg": 101.25, "spring_line_impulse_peak_at_deg": 101.25, "first_touch_at_deg": 270.0,
-    "spring_first_touch_at_deg": 270.0,
-}  # fmt: skip
-
-
-def test_a_contact_along_a_lip_has_a_block_of_its_own() -> None:
-    """A block shows force and impulse per length with bars, places, averages and the baseline."""
-    lines = printed(**LIP, accuracy_measures="line_force", error_unknown="mesh")
-    first = lines.index("along the lip")
-    assert first > next(k for k, line in enumerate(lines) if line.startswith("seat displacement"))
-    assert lines[first + 1 : first + 8] == [
-        "force per length 8.2 ± 1.6 kN/m 9.8 kN/m +19 % 1 19 %, missed", "where 270 deg 264.4 deg",
-        "impulse per length 60.8 ± 1.7 mN s/m 60.2 mN s/m -0.99 % 0.35", "where 101.2 deg 101.2 deg",
-        "first touch 270 deg 270 deg", "lip segments 64 64", "tilt 0.3 deg",
-    ]  # fmt: skip
-    assert "per length: mean over 4.32 mm of the lip, the force over 1 us, too" in lines
-    text = " ".join(lines)
-    assert "angles: 0 deg is the x axis" in text
-    assert "places:" not in text
-    by_length = {key: None for key in LIP if key.endswith("_at_deg")} | {"line_force_peak_at_m": 12e-3}
-    strip = " ".join(printed(**{**LIP, **by_length}))
-    assert "at the lesser x" in strip
-    assert "angles:" not in strip
-    assert any(line.endswith("uncertainty: mesh error") for line in lines)
-    assert "along the lip" not in printed(line_force_peak_N_per_m=None)  # as in every summary
-
-
-def test_what_simpler_models_would_say_is_one_line() -> None:
-    said: dict[str, object] = {"one_port_filtered_peak_force_N": 360.6, "one_port_impulse_Ns": 1.532e-3}
-    beam: dict[str, object] = {"beam_filtered_peak_force_N": 155.3, "beam_impulse_Ns": 1.309e-3}
-    assert simpler(RUN) == ""
-    ending = " (peak, 2 us mean, and impulse of the whole run)"
-    assert simpler({**RUN, **said}) == "simpler models: single contact point 361 N and 1.53 mN s" + ending
-    assert simpler({**RUN, **said, **beam}).endswith(", beam 155 N and 1.31 mN s" + ending)
-
-
 LIFE: dict[str, object] = {
     "life_margin": 1.35, "spring_life_margin": 1.4, "error_bar_life_margin": 0.05, "life_cycles": 2.3e12,
     "life_damage_per_cycle": 1 / 2.3e12, "life_at": "reed, root, face away from the seat", "life_design_cycles": 4.5e9,
     "life_survival": 0.999, "life_criterion": "goodman", "life_strength_source": "invented",
 }  # fmt: skip
-
-
-def test_the_life_of_the_reed() -> None:
-    """The table has margins, and a sentence says where, by what criterion, and whose strength."""
-    lines = printed(**LIFE)
-    assert "margin on stress 1.350 ± 0.050 1.400 +3.7 % 1" in lines
-    assert "cycles to failure 2.3e12 (asked 4.5e9)" in lines
-    assert not any(line.startswith("margin on speed") for line in lines)
-    assert not any("fatigue" in line for line in printed())
-    ends = r" 4\.5e9 cycles .*99\.9 % .*1\.35 \+- 0\.05 .*\(reed, root, face away from the seat; goodman; invented\)"
-    assert re.fullmatch("fatigue: .*endures" + ends, lasting(LIFE))
-    short = lasting({**LIFE, "life_margin": 0.7, "life_cycles": 1.2e6})
-    assert re.search(r"fails .*1\.2e6 .*4\.5e9 .*99\.9 % .*0\.7 \+- 0\.05", short)
-    assert "no multiple of the stress" in lasting({**LIFE, "life_margin": None})
-    speed = {"life_speed_margin": 4.0, "life_speed_m_per_s": 2.0, "life_speed_limit_m_per_s": 8.0}
-    sentence = lasting({**speed, "life_speed_source": "a report"})
-    assert re.fullmatch(r"fatigue: .*2 m/s, 0\.25 .*8 m/s .*\(a report\)", sentence)
 
 
 @pytest.mark.slow(but="None")
@@ -218,23 +115,3 @@ def test_a_summary_of_another_version_is_still_readable(value: object, tmp_path:
         key: value for key, value in LIFE.items() if key not in ("life_design_cycles", "life_survival", "life_at")
     }
     assert re.search(r"endures .*1\.35 \+- 0\.05 .*\(goodman; invented\)$", lasting(without))
-
-
-@pytest.mark.parametrize(
-    ("source", "words"),
-    [
-        ("mesh", "mesh error"),
-        ("striker's mesh", "mesh error of the reed"),
-        ("stopper's reduction", "reduced model of the stopper"),
-        ("of_a_plugin", "of a plugin"),
-    ],
-)
-def test_sources_of_error_are_words(source: str, words: str) -> None:
-    assert source_in_words(source) == words
-
-
-@pytest.mark.parametrize(
-    ("value", "bar", "text"), [(0.0, 2.3e-7, "0 ± 230 ns"), (0.0, None, "0 s"), (1e-3, 2e-6, "1.0000 ± 0.0020 ms")]
-)
-def test_zero_is_written_in_the_unit_of_its_bar(value: float, bar: float | None, text: str) -> None:
-    assert in_text("first_contact_s", value, bar, "s") == text

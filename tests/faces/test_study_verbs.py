@@ -6,12 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from seatfem.study.sweep.study import Design, Optimise, Outputs, Study
-from seatfem.study.sweep.variations import Variation, kinds_below
 from tests.steps import BAD_INPUT, DONE, FAILED, run_command
 from tests.study.crew_at_hand import amount, answer_by, answer_here
 
-ROOT = Path(__file__).parents[2]
 SCENE = """seat = { kind = "spring", stiffness = "1 N/um" }
 reed = { kind = "rigid_mass", mass = "1 g", velocity = "-1 m/s" }
 run = { duration = "0.2 ms" }
@@ -61,12 +58,6 @@ def test_a_study_is_run_and_told(study: Path, capsys: Told) -> None:
 
 
 @pytest.mark.slow
-def test_a_study_of_which_all_is_done(study: Path, tmp_path: Path) -> None:
-    written(tmp_path, '[vary]\nreed.mass = ["1 g", "2 g"]')
-    assert run_command(["sweep", "gaps.toml", "--quiet", "--workers", "2", "--rounds", "1", "--limit", "9.5"]) == DONE
-
-
-@pytest.mark.slow
 def test_plan_tells_of_a_study(study: Path, capsys: Told) -> None:
     assert run_command(["plan", "gaps.toml"]) == DONE
     assert re.match(
@@ -101,20 +92,6 @@ def test_bad_options(options: list[str], message: str, study: Path, capfd: Told)
     assert re.search(message, " ".join((out + err).split()))
     assert "Traceback" not in out + err
     assert sorted(path.name for path in Path().iterdir()) == ["gaps.toml", "scene.toml"]
-
-
-@pytest.mark.slow
-def test_scenes_that_failed_are_tried_again_where_that_is_asked_for(
-    study: Path, capsys: Told, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    assert run_command(["sweep", "gaps.toml", "--quiet"]) == FAILED
-    tried: list[object] = []
-    mended = {"landing_impulse_Ns": 3.0, "landing_filtered_peak_force_N": 2.0}
-    answer_by(monkeypatch, lambda changed: tried.append(changed["reed.mass"]) or mended)
-    assert run_command(["sweep", "gaps.toml", "--quiet"]) == FAILED
-    assert tried == []
-    assert run_command(["sweep", "gaps.toml", "--quiet", "--retry"]) == DONE
-    assert tried == ["3 g"]
 
 
 @pytest.mark.parametrize("verb", ["sweep", "optimise", "trade"])
@@ -183,18 +160,6 @@ def test_an_optimum_is_found_and_told(
     assert "nearest has impulse_Ns = 2.9 ± 0.01" in capsys.readouterr().out
 
 
-@pytest.mark.slow
-def test_plan_tells_of_a_search(study: Path, tmp_path: Path, capsys: Told) -> None:
-    written(tmp_path, SOUGHT + 'maximise = "impulse_Ns"')
-    assert run_command(["plan", "gaps.toml"]) == DONE
-    out = capsys.readouterr().out
-    assert re.match(r"search: .*40 scenes: .*[\d.]+ s .*target: 3 scenes: .*[\d.]+ s", out)
-    assert run_command(["plan", "gaps.toml", "--json"]) == DONE
-    plan = json.loads(capsys.readouterr().out)
-    assert (plan["search"]["scenes"], plan["confirmation"]["scenes"]) == (40, 3)
-    assert plan["time_s"] > 40 * plan["search"]["each"]
-
-
 @pytest.mark.parametrize("verb", ["optimise", "plan"])
 @pytest.mark.parametrize(
     ("text", "message"),
@@ -241,18 +206,3 @@ def test_a_search_without_its_table_or_measure(study: Path, tmp_path: Path, caps
 def test_a_scene_is_no_study(study: Path, capsys: Told) -> None:
     assert run_command(["sweep", "scene.toml"]) == BAD_INPUT
     assert "scene.toml: vary: required key is missing" in capsys.readouterr().err
-
-
-def test_the_page_has_every_key_design_and_kind() -> None:
-    text = (ROOT / "docs" / "studies.md").read_text(encoding="utf-8")
-    tables = {"outputs": Outputs, "optimise": Optimise}
-    keys = {*Study.model_fields} - {"vary", *tables}
-    keys |= {f"{name}.{key}" for name, table in tables.items() for key in table.model_fields}
-    assert [key for key in keys if f"| `{key}` |" not in text] == []
-    assert [name for name in Design.__args__ if f"`{name}`" not in text] == []
-    kinds = {kind.model_fields["kind"].annotation.__args__[0]: kind for kind in kinds_below(Variation)}
-    for name, kind in kinds.items():
-        if name not in ("list", "range"):
-            assert f'kind = "{name}"' in text
-        keys = {field.alias or key for key, field in kind.model_fields.items()} - {"kind", "values"}
-        assert [key for key in keys if f"{key} = " not in text] == []

@@ -272,19 +272,6 @@ def test_the_coarser_function_is_kept_first_and_under_its_own_key(
     assert again.coarser is None or not again.reused
 
 
-def test_a_spring_used_again_moves_as_a_plane(tmp_path: Path) -> None:
-    """The division of its face is no unknown source of error."""
-    scene, cache = (
-        load_scene(scene_file(tmp_path, SPRING + BALL)),
-        Cache(tmp_path / "seat.h5", Store(tmp_path / "store")),
-    )
-    first = seat_of(scene, cache)
-    assert (tmp_path / "seat.h5").is_file()
-    again = seat_of(scene, cache)
-    assert again.reused
-    assert (first.plane, again.plane) == (True, True)
-
-
 def test_the_key_holds_the_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A mended reduction does not serve what the broken one computed; a picture's colour changes nothing."""
     scene = load_scene(scene_file(tmp_path, BLOCK + BALL))
@@ -325,29 +312,6 @@ def test_two_runs_at_once_in_one_folder_and_one_cache(tmp_path: Path) -> None:
     for entry in Store(tmp_path / "store").entries():
         load_greens(entry.path, key=entry.key)
     assert [path for folder in ("out", "store") for path in (tmp_path / folder).iterdir() if path.name[0] == "."] == []
-
-
-def test_no_writer_goes_round_whole_file() -> None:
-    """All files for users are written by `impact.files.safe_files.whole_file`, except for private folders, journals and
-    /proc."""
-    allowed = {
-        "seatfem/machine/resources.py",
-        "impact/files/safe_files.py", "seatfem/jobs/folders.py", "seatfem/jobs/processes.py", "seatfem/jobs/cluster.py",
-        "seatfem/jobs/foreman.py", "seatfem/study/trade/trade.py",
-    }  # fmt: skip
-    allowed |= {"seatfem/structures/mesh/_gmsh_worker.py", "seatfem/structures/formats/_meshio_worker.py"}
-    allowed |= {"seatfem/structures/shapes/cad.py"}  # the copy of a STEP file in a private folder
-    words = (".write_text(", ".write_bytes(", "savefig(", "imwrite(", ".save(", "savez(", '.open("w', '.open("a')
-    writers = set()
-    for path in [*(ROOT / "impact").rglob("*.py"), *(ROOT / "seatfem").rglob("*.py")]:
-        text = path.read_text(encoding="utf-8")
-        if any(word in text for word in words) and not {"whole_file(", "write_whole("} & set(_calls(text)):
-            writers.add(path.relative_to(ROOT).as_posix())
-    assert writers - allowed <= {"seatfem/faces/other_verbs.py"}  # `machine.save`, which is whole_file's
-
-
-def _calls(text: str) -> list[str]:
-    return [word for word in ("whole_file(", "write_whole(") if word in text]
 
 
 @pytest.fixture

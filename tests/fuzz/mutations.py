@@ -1,4 +1,4 @@
-"""How a file is damaged: byte by byte, line by line, number by number, key by key, and inside of HDF5.
+"""How a file is damaged: byte by byte, line by line, number by number, key by key.
 
 Every mutation takes the sound content and a generator of random numbers, and returns the damaged content.
 """
@@ -7,10 +7,7 @@ import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from random import Random
-from typing import Any, Final
-
-import h5py
-import numpy as np
+from typing import Final
 
 from impact.storage.hdf5 import USER_BLOCK, seal_of
 
@@ -153,94 +150,3 @@ def seal(path: Path) -> None:
         block = seal_of(file.read())
         file.seek(0)
         file.write(block)
-
-
-_ODD: Final[tuple[Any, ...]] = (
-    np.nan, np.inf, 0.0, -1.0, 1e308, 1e-30, 2**62, -5, "", "nan", "modal", "sampled", "poles", "zero", "{", "[]",
-    '["a", "a"]', '{"kind": "modal", "seat_key": [1]}', "[" * 5000, np.zeros(0), np.zeros((3, 3)), b"\xff", True, 1j,
-)  # fmt: skip
-_LINKS: Final = (h5py.SoftLink("/nowhere"), h5py.ExternalLink("other.h5", "/"), h5py.SoftLink("/"))
-
-
-def attribute(file: Any, random: Random) -> None:
-    """Replace an attribute, or take it away."""
-    holder = random.choice([each for each in (file, *(file[name] for name in _objects(file))) if len(each.attrs)])
-    name = random.choice(list(holder.attrs))
-    del holder.attrs[name]
-    if random.random() < 0.7:
-        holder.attrs[name] = random.choice(_ODD)
-
-
-def values(file: Any, random: Random) -> None:
-    """Replace one number of a dataset, or all."""
-    name = random.choice(_datasets(file))
-    array = np.array(file[name][...], dtype=float)
-    new = random.choice((np.nan, np.inf, -np.inf, 0.0, -1.0, 1e308, 1e-308, 1e150, 1e30, 1e9, 1e-9))
-    if array.size and random.random() < 0.6:
-        array.flat[random.randrange(array.size)] = new
-    else:
-        array = random.choice((array * new, np.full_like(array, new)))
-    _replace(file, name, array)
-
-
-def form(file: Any, random: Random) -> None:
-    """Give a dataset another shape or type, or that of another dataset."""
-    name = random.choice(_datasets(file))
-    array = np.array(file[name][...], dtype=float)
-    flat = array.ravel()
-    changes: tuple[Callable[[], Any], ...] = (
-        *(lambda: flat[:-1], lambda: np.append(flat, 1.0), lambda: flat[:0], lambda: array[..., None]),
-        *(lambda: np.stack([array, array]), lambda: array.T.copy(), lambda: array.astype(complex), lambda: "text"),
-        *(lambda: array.astype("S8"), lambda: array.astype(bool), lambda: array.astype([("a", "f8")])),
-        *(lambda: h5py.Empty("f8"), lambda: np.array(file[random.choice(_datasets(file))][...])),
-    )
-    _replace(file, name, random.choice(changes)())
-
-
-def object_replaced(file: Any, random: Random) -> None:
-    """Take an object away, or put a group or a link that leads nowhere, elsewhere or in a circle in its place."""
-    name = random.choice(_objects(file))
-    del file[name]
-    kind = random.randrange(5)
-    if kind == 1:
-        file.create_group(name)
-    elif kind > 1:
-        file[name] = _LINKS[kind - 2]
-
-
-def enormous(file: Any, random: Random) -> None:
-    """Put a dataset that takes no room in the file and terabytes in memory in the place of another."""
-    name = random.choice(_datasets(file))
-    rank = file[name].ndim or 1
-    shape = tuple(int(1e13 ** (1 / rank)) for _ in range(rank)) if random.random() < 0.5 else (10_000_000,)
-    del file[name]
-    file.create_dataset(name, shape=shape, dtype="f8", chunks=tuple(min(n, 1000) for n in shape), compression="gzip")
-
-
-HDF5: Final[Mapping[str, Callable[[Any, Random], None]]] = {
-    each.__name__: each for each in (attribute, values, form, object_replaced, enormous)
-}
-
-
-def damage_hdf5(path: Path, name: str, random: Random) -> None:
-    """Change the inside of a file, which stays sound; nine of ten are sealed again, the others have no seal."""
-    with h5py.File(path, "r+") as file:
-        (HDF5[name] if _datasets(file) else attribute)(file, random)
-    seal(path)
-    if random.random() < 0.1:
-        path.write_bytes(b"\0" * USER_BLOCK + path.read_bytes()[USER_BLOCK:])
-
-
-def _objects(file: Any) -> list[str]:
-    names: list[str] = []
-    file.visit(names.append)
-    return sorted(names)
-
-
-def _datasets(file: Any) -> list[str]:
-    return [name for name in _objects(file) if isinstance(file[name], h5py.Dataset)]
-
-
-def _replace(file: Any, name: str, new: Any) -> None:
-    del file[name]
-    file[name] = new

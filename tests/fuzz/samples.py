@@ -35,7 +35,7 @@ from tests.moving_block import block_modes, block_wave
 from tests.uff_sets import function_set, mode_set, unit_set, write_sets
 
 MESHES: Final = Path(__file__).parents[2] / "meshes"
-Form = Literal["toml", "text", "hdf5", "bytes"]
+Form = Literal["toml", "text", "bytes"]
 SEAT: Final = impact.ModalGreens(
     2 * np.pi * np.array([2e3, 5.1e3, 9.3e3]),
     np.array([0.02, 0.01, 0.03]),
@@ -143,7 +143,7 @@ def _samples(folder: Path, *, write: bool) -> Iterator[Sample]:
     }
     for name, greens in kernels.items():
         there(f"greens-{name}", SCENES["greens"], seat__h5=partial(save_greens, greens))
-        yield Sample(f"greens-{name}", "seat.h5", "hdf5", "run", 4.0)
+        yield Sample(f"greens-{name}", "seat.h5", "bytes", "run", 4.0)
     for ending in (".mtx", ".npz", ".npy", ".mtx.gz"):
         there(
             f"matrices{ending}",
@@ -218,14 +218,14 @@ def _write(path: Path) -> None:
 def _own_files(there: Callable[..., None]) -> Iterator[Sample]:
     """What the program writes for itself: results, checkpoints, bodies in motion, entries of the store, journals."""
     there("results", result__h5=_results, march__h5=lambda path: save_checkpoint(march(100), path))
-    yield Sample("results", "result.h5", "hdf5", load_results, 3.0)
-    yield Sample("results", "march.h5", "hdf5", _march, 3.0)
+    yield Sample("results", "result.h5", "bytes", load_results, 3.0)
+    yield Sample("results", "march.h5", "bytes", _march, 3.0)
     there(
         "moving", modes__h5=partial(save_moving, block_modes(refined=1)), wave__h5=partial(save_moving, block_wave(3))
     )
-    yield from (Sample("moving", f"{name}.h5", "hdf5", _body, 1.5) for name in ("modes", "wave"))
+    yield from (Sample("moving", f"{name}.h5", "bytes", _body, 1.5) for name in ("modes", "wave"))
     there("store", **{KEY: lambda path: Store(path.parent).put(KEY, SEAT) and None, "journal__jsonl": _journal})
-    yield Sample("store", f"{KEY}.h5", "hdf5", _store, 1.5)
+    yield Sample("store", f"{KEY}.h5", "bytes", _store, 1.5)
     yield Sample("store", "journal.jsonl", "text", read_journal)
 
 

@@ -33,7 +33,7 @@ from seatfem.structures.cache import VARIABLE
 from seatfem.structures.mesh.gmsh_process import GmshSession, MeshingError
 from seatfem.study.impacts import contact
 
-from .mutations import BYTES, HDF5, TEXT, TOML, damage_hdf5
+from .mutations import BYTES, TEXT, TOML
 from .samples import Sample, build
 
 SECONDS: Final = 150.0  # of a trial; gmsh may try to read a file for 100 s
@@ -69,9 +69,7 @@ def trials_of(samples: dict[str, Sample], total: int, seed: int) -> list[str]:
     weight = sum(sample.share for sample in samples.values())
     found = []
     for name, sample in samples.items():
-        names = {"toml": (*TOML, *BYTES), "text": (*TEXT, *BYTES), "hdf5": (*HDF5, *BYTES), "bytes": (*BYTES,)}[
-            sample.form
-        ]
+        names = {"toml": (*TOML, *BYTES), "text": (*TEXT, *BYTES), "bytes": (*BYTES,)}[sample.form]
         count = max(1, round(total * sample.share / weight))
         found += [f"{name} {names[k % len(names)]} {k // len(names)} {seed}" for k in range(count)]
     Random(seed).shuffle(found)
@@ -119,13 +117,7 @@ def carry_out(trial: str, folder: Path) -> Verdict:
     shutil.rmtree(case, ignore_errors=True)
     shutil.copytree(folder / "samples" / sample.name, case)
     target, random = case / sample.target, Random(trial)
-    try:
-        if mutation in HDF5:
-            damage_hdf5(target, mutation, random)
-        else:
-            target.write_bytes({**BYTES, **TEXT, **TOML}[mutation](target.read_bytes(), random))
-    except (OSError, ValueError, TypeError, IndexError) as error:  # HDF5 cannot be broken in every way
-        return Verdict("refused", f"not written: {error}", 0.0, 0.0)
+    target.write_bytes({**BYTES, **TEXT, **TOML}[mutation](target.read_bytes(), random))
     return judged(sample, case)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from impact.after import histories
-from impact.after.histories import line_force_peak, line_impulse_peak, over_arcs, per_length
+from impact.after.histories import line_force_peak, line_impulse_peak, over_arcs
 
 LENGTH, DT = 0.03, 1e-7
 
@@ -80,12 +80,3 @@ def test_uneven_arcs_are_weighed_by_their_lengths() -> None:
     peak, place = line_force_peak(np.repeat(force, 3, axis=0), DT, DT, lengths, 0.5)
     assert peak == pytest.approx(by_hand.max(), rel=1e-12)
     assert place == pytest.approx((4 + 2) / 8, rel=1e-12)
-
-
-def test_means_in_time_keep_the_impulse_of_each_arc() -> None:
-    """The means of a front that runs around keep each arc's impulse and stay below its peak."""
-    arcs, t = 16, np.arange(401)[:, None]
-    force = np.maximum(0.0, 3.0 - np.abs(t - 100 - 12 * np.arange(arcs)) / 10) * (t > 0)
-    means = per_length(force, DT, 2e-6, LENGTH)
-    np.testing.assert_allclose(means.sum(axis=0) * LENGTH / arcs, force[1:].sum(axis=0), rtol=1e-12)
-    assert 0.8 * 3.0 * arcs / LENGTH < means.max() < 3.0 * arcs / LENGTH

@@ -162,12 +162,3 @@ def test_runs_in_threads_leave_what_they_leave_one_after_the_other() -> None:
     at_once = budget_of(together, problem, values, dt, sources, filter_width=width, threads=4)
     assert at_once.parts == alone.parts
     assert alone.parts["modes"]["filtered_peak"] > 0
-
-
-def test_durations_of_whole_steps_err_by_a_step() -> None:
-    """A duration errs by a step even if no other step changes it."""
-    problem, dt = blow(EXACT, 1.0, impact.Signorini()), TRANSIT / 50
-    constant = {"contact_duration": 1e-4, "contact_duration 1": 0.0, "impulse": 1.0}
-    quantities = {name: lambda result, value=value: value for name, value in constant.items()}
-    bars = impact.error_budget(problem, dt=dt, duration=TRANSIT, measures=quantities)
-    assert bars.parts["time_step"] == {"contact_duration": pytest.approx(dt), "contact_duration 1": 0.0, "impulse": 0.0}

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from impact.bodies.time_series import TimeSeriesError, read_time_series
-from impact.files.csv_table import head_of, normal_unit, read_csv
 from impact.measured.frf import FrequencyResponseError, read_frf, read_impulse_response
 from seatfem.structures.kinds.measured import read_columns
 
@@ -146,20 +145,6 @@ def test_other_columns_are_left_aside_and_quotes_are_read(tmp_path: Path) -> Non
     series = read_time_series(written(tmp_path, text), "force")
     assert series.time == pytest.approx([0.5, 1.5])
     assert series.value == pytest.approx([2.5, 4.5])
-
-
-def test_a_separator_at_the_end_of_all_lines(tmp_path: Path) -> None:
-    found = read_csv(written(tmp_path, "a;b;\n1;2;\n3;4;\n"), ValueError)
-    assert found.numbers().tolist() == [[1, 2], [3, 4]]
-    assert found.dialect == "divided by semicolons, decimal point"
-
-
-def test_heads_and_units() -> None:
-    assert head_of(" accelerance real [m/(N s^2)] ").unit == "m/(N s^2)"
-    assert head_of("Real ((m/s²)/N)").unit == "(m/s²)/N"
-    assert (head_of("p(t)").name, head_of("p(t)").unit) == ("p", "t")
-    assert head_of("plain").unit == ""
-    assert normal_unit("µm/(N·s²)") == "um/(N s^2)"
 
 
 def test_a_stated_unit_stands_in_place_of_one_that_is_unknown(tmp_path: Path) -> None:

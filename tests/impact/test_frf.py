@@ -141,12 +141,6 @@ def test_known_noise_is_found(spacing: float, size: float, course: str) -> None:
         assert np.quantile(np.abs(np.log(ratio)), 0.9) < 0.35
 
 
-def test_a_smooth_response_has_none() -> None:
-    f: Array = np.arange(50.0, 16e3, 10.0)
-    exact = THREE_MODES.transfer(2j * np.pi * f)[:, 0, 0]
-    assert np.all(estimate_deviation(exact, f) < 1e-6 * np.abs(exact).max())
-
-
 def test_noise_by_coherence_is_that_of_averaged_blows() -> None:
     """The coherence of ten noisy blows gives the scatter of H1 over many such records."""
     rng = np.random.default_rng(2)

@@ -35,7 +35,6 @@ from impact.gas import (
     port_force,
 )
 from impact.greens.base import Array
-from impact.march.stepper import with_recorded_loads
 
 AIR = GASES["air"]
 CRANK = SliderCrank(bore=50e-3, stroke=40e-3, rod=80e-3, clearance=4e-6, rpm=3000.0)
@@ -261,20 +260,3 @@ def test_estimated_areas() -> None:
 def test_what_is_refused(make: object, words: str) -> None:
     with pytest.raises(GasError, match=words):
         make()  # type: ignore[operator]
-
-
-def test_loads_that_followed_the_lift_are_found_again() -> None:
-    """Gas that is fed back and areas by the lift, given as known courses, lead to the same run."""
-    turned = impact.Load(np.array([KILO]), lambda t: -0.3 * np.cos(900 * t), lambda lift: 1 + 2e3 * lift)
-    dt = 5e-6
-    for loads in (striker(compressor()).loads, (turned,), (*striker(compressor()).loads, turned)):
-        body = replace(striker(compressor()), loads=loads)
-        spring = impact.Body(impact.spring(stiffness=1e6))
-
-        def gap(striker: impact.Body, spring: impact.Body = spring) -> Array:
-            return impact.solve(impact.ContactProblem(striker, spring, gap=5e-4), dt=dt, duration=4e-3).gap
-
-        moved = gap(body)
-        np.testing.assert_allclose(gap(with_recorded_loads(body, moved, dt)), moved, atol=1e-9 * np.abs(moved).max())
-        still = replace(body, loads=tuple(impact.Load(load.shape, load.amplitude) for load in loads))
-        assert np.abs(gap(still) - moved).max() > 1e-5

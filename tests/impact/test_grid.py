@@ -20,15 +20,6 @@ def test_a_force_is_constant_over_a_step_and_a_motion_is_a_line() -> None:
     )
 
 
-def test_times_lengths_and_words() -> None:
-    np.testing.assert_allclose(STEPS.time, [0, 1e-3, 2e-3, 6e-3, 22e-3])
-    np.testing.assert_allclose(STEPS.spans, [1e-3, 1e-3, 4e-3, 16e-3])
-    lengths, levels = STEPS.levels
-    assert lengths.tolist() == [1, 4, 16]
-    assert levels.tolist() == [0, 0, 1, 2]
-    assert STEPS.describe() == "4 steps: 2 of 1 ms, 1 of 4 ms, 1 of 16 ms"
-
-
 @pytest.mark.parametrize(
     ("step", "ends"), [(1, [0, 1]), (6, [0, 1, 2, 6]), (7, [0, 1, 2, 6, 7]), (22, [0, 1, 2, 6, 22])]
 )

@@ -89,12 +89,6 @@ def test_landings_are_known_until_a_difference_is_felt(growth: list[float], diff
     assert Horizon(np.array(growth)).known(difference) == count
 
 
-def test_the_rate_is_that_of_small_differences() -> None:
-    assert Horizon(np.array([1.0, 10.0, 1e2, 1e9, 1e9])).rate == pytest.approx(10.0)
-    assert Horizon(np.array([1.0])).rate == 1.0
-    assert 1e3 * np.finfo(float).eps < PERTURBATION
-
-
 def test_bodies_that_never_part_have_no_horizon() -> None:
     with pytest.raises(impact.march.problem.ContactError, match="never part"):
         make_twin(dropped(1.0), np.full((3, 1), -1e-6), PERTURBATION)

@@ -7,7 +7,7 @@ import pytest
 
 import impact
 from impact import GreensFunctionError, ModalGreens, Residual
-from impact.exact.closed_form import BareFixedRod, DampedFixedRod, DampedFreeRod, PowerGreens, damped_start
+from impact.exact.closed_form import DampedFixedRod, DampedFreeRod, PowerGreens, damped_start
 
 ROD = {"young": 4.0, "density": 1.0, "area": 3.0, "length": 2.0}  # c = 2, Z = 6, l/c = 1
 
@@ -32,17 +32,6 @@ def test_kernel_of_the_damped_rod_is_exact_at_its_step(zeta: float, dt: float) -
     # differences of S, known to about 1e-14 of its largest value 1/6 on either side
     np.testing.assert_allclose(ours, exact, atol=1e-13)
     assert kernel.self_weight(dt)[0, 0] == pytest.approx(float(rod.step_response(dt)), abs=1e-13)
-
-
-@pytest.mark.parametrize("zeta", [0.1, 1.5])
-@pytest.mark.parametrize("kind", [DampedFixedRod, BareFixedRod])
-def test_a_rod_is_marched_by_so_many_poles_at_most(kind: type[DampedFixedRod], zeta: float) -> None:
-    rod, most = kind(impedance=6.0, transit=1.0, damping_ratio=zeta), kind.most_poles[0]
-    dt = 1e-3 * rod.lasting_modes(1e-3) / most  # the number of modes goes like 1/dt
-    poles, weights = rod.step_kernel(1.01 * dt, 200), rod.step_kernel(0.99 * dt, 200)
-    assert 0.98 * most < len(poles.modal.omega) == rod.lasting_modes(1.01 * dt) <= most
-    assert weights.modal is None
-    assert weights.weights is not None
 
 
 def test_a_damped_rod_comes_to_rest_without_a_jump() -> None:

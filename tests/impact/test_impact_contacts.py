@@ -209,29 +209,6 @@ def test_step_by_step_is_solve_bit_for_bit(law: Law) -> None:
     np.testing.assert_array_equal(result.energy.stored, whole.energy.stored)
 
 
-def test_a_greens_function_is_a_body_at_rest() -> None:
-    """A Green's function serves as a body everywhere, and in several contacts as the same one."""
-    ball, plate = impact.rigid_mass(mass=1e-3, velocity=-1.0), impact.spring(stiffness=1e6)
-    bare = impact.solve(impact.ContactProblem(ball, plate), dt=1e-6, duration=2e-4)
-    whole = impact.solve(impact.ContactProblem(ball, impact.Body(plate)), dt=1e-6, duration=2e-4)
-    np.testing.assert_array_equal(bare.force, whole.force)
-    listed = impact.ContactProblem(ball, contacts=[impact.Contact(plate)])
-    assert isinstance(listed.contacts[0].target, impact.Body)
-    np.testing.assert_array_equal(impact.solve(listed, dt=1e-6, duration=2e-4).force, whole.force)
-    assert impact.regime_card(ball, plate, bare) == impact.regime_card(ball, impact.Body(plate), bare)
-    block = impact.ModalGreens(np.array([1e4, 3e4]), np.zeros(2), np.eye(2), impact.Residual.none(2), ("left", "right"))
-    beam = impact.ModalGreens(np.array([0.0, 0.0]), np.zeros(2), np.array([[1.0, 1.0], [1.0, -1.0]]),
-                              impact.Residual.none(2), ("left", "right"))  # fmt: skip
-    law = impact.LinearSpring(1e5)
-    contacts = [impact.Contact(block, port=p, striker_port=p, law=law) for p in ("left", "right")]
-    assert len(impact.ContactProblem(beam, contacts=contacts).targets) == 1
-    apart = [impact.Contact(impact.Body(block), port=p, striker_port=p, law=law) for p in ("left", "right")]
-    assert len(impact.ContactProblem(beam, contacts=apart).targets) == 2
-    assert impact.ContactProblem(beam, beam).striker is not impact.ContactProblem(beam, beam).target
-    with pytest.raises(ValueError, match=r"float .*impact\.Body"):
-        impact.ContactProblem(ball, 1.0)  # type: ignore[arg-type]
-
-
 SEATS = [impact.spring(stiffness=1e6), impact.semi_infinite_rod(young=4.0, density=9.0, area=1.0)]
 
 

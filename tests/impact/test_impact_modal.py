@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from impact import ErrorEstimate, GreensFunctionError, ModalGreens, Residual, single_mode
+from impact import GreensFunctionError, ModalGreens, Residual, single_mode
 
 RNG = np.random.default_rng(11)
 
@@ -71,19 +71,6 @@ def test_residual_refuses_what_gains_energy() -> None:
 def test_modes_that_cannot_be_are_refused(omega: list, zeta: list, shapes: list, words: str) -> None:
     with pytest.raises(GreensFunctionError, match=words):
         ModalGreens(np.array(omega), np.array(zeta), np.array(shapes), Residual.none())
-
-
-def two_ports() -> ModalGreens:
-    omega, zeta = np.array([0.0, 2.0, 5.0]), np.array([0.0, 0.05, 1.2])
-    residual = Residual.exponential(np.diag([0.1, 0.2]), np.diag([1.0, 2.0]))
-    return ModalGreens(omega, zeta, RNG.normal(size=(3, 2)), residual, port_names=("lip", "guide"))
-
-
-def test_error_estimate_adds_what_is_known() -> None:
-    assert ErrorEstimate().total is None
-    assert ErrorEstimate(reduction=0.01).total == 0.01
-    assert ErrorEstimate(0.01, 0.02).total == pytest.approx(0.03)
-    assert two_ports().with_error(ErrorEstimate(0.1)).error_estimate.reduction == 0.1
 
 
 @pytest.mark.parametrize(

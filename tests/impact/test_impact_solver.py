@@ -73,14 +73,6 @@ def test_advice_when_the_step_is_too_coarse_for_the_highest_mode() -> None:
     assert not impact.solve(mass_on(fast), dt=0.004, duration=1.0).advice
 
 
-def test_advice_on_a_contact_that_the_end_cuts() -> None:
-    """Three steps of a force that rises are off by a third; three hundred are not."""
-    rod = impact.fixed_rod(**ROD)
-    (advice,) = impact.solve(mass_on(rod), dt=0.01, duration=0.03).advice
-    assert "contacts of fewer than 10 steps" in advice.name
-    assert not impact.solve(mass_on(rod), dt=1e-4, duration=0.03).advice
-
-
 @pytest.mark.parametrize(("velocity", "side", "away"), [(2.0, 1, True), (-2.0, 1, False), (-2.0, -1, True)])
 def test_a_striker_that_flies_away_is_told_the_sign_of_velocities(velocity: float, side: int, away: bool) -> None:
     contact = impact.Contact(impact.spring(stiffness=1e6), gap=1e-6, side=side, law=impact.LinearSpring(1e6))

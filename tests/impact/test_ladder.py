@@ -15,8 +15,7 @@ from impact.greens.base import Array
 from impact.march import ladder
 from impact.march.ladder import SHARE, LadderMarch, Levels, finish_march, march, prepare_levels
 from impact.march.prepared import Discretised, discretise, prepare
-from impact.march.problem import ContactError
-from impact.march.rows import MarchRun, Rows
+from impact.march.rows import MarchRun
 
 H = 50e-9
 
@@ -266,24 +265,6 @@ def test_a_wrong_effect_of_a_force_in_a_long_step_is_seen() -> None:
         taken(march_in_levels(one, each)) for each in (levels, replace(levels, gains=levels.gains * factors))
     )
     assert abs(wrong[0] / right[0] - 1) > 3e-4
-
-
-def test_rows_at_equal_steps() -> None:
-    rows = Rows(
-        1e-3,
-        np.array([0, 4, 5, 6, 22]),
-        np.array([[7.0], [0.0], [2.0], [3.0], [0.0]]),
-        np.array([[1.0], [5.0], [4.0], [4.0], [20.0]]),
-        np.zeros((5, 0)),
-    )
-    assert rows.lengths == {1: 2, 4: 1, 16: 1}
-    np.testing.assert_array_equal(rows.spread_forces(rows.force, 0, 7)[:, 0], [7, 0, 0, 0, 0, 2, 3, 0])
-    np.testing.assert_array_equal(rows.spread_motions(rows.gap, 3, 8)[:, 0], [4, 5, 4, 4, 5, 6])
-    with pytest.raises(ContactError, match="22 steps"):
-        rows.spread_forces(rows.force, 5, 23)
-    long = replace(rows, ends=np.array([0, 4, 5, 6, 10**9]))
-    with pytest.raises(ContactError, match="8 GB"):
-        long.spread_forces(rows.force)
 
 
 @pytest.mark.slow

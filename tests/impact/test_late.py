@@ -9,7 +9,7 @@ from types import ModuleType
 
 import pytest
 
-from impact.late import LateFinder, LateModule, import_now, load_late
+from impact.late import LateModule, import_now, load_late
 
 SOURCES = {
     "__init__": "",
@@ -68,13 +68,6 @@ def test_a_name_that_is_set_from_outside_is_kept() -> None:
     assert late("first").two() == 20
 
 
-@pytest.mark.usefixtures("package")
-def test_names_are_listed_after_execution() -> None:
-    """`dir` and `import_now` execute; a list of names without the module's own would be of no use."""
-    assert {"ONE", "two"} <= set(dir(late("first")))
-    assert "TWO" in vars(import_now("late_toy.second"))
-
-
 def test_a_module_that_fails_is_executed_again(package: Path) -> None:
     """What made it fail may be mended while the program runs."""
     broken = late("broken")
@@ -101,10 +94,3 @@ def test_a_thread_waits_for_the_module_that_another_executes() -> None:
     for thread in threads:
         thread.join()
     assert values == [2] * 4
-
-
-@pytest.mark.usefixtures("package")
-def test_packages_are_found_once() -> None:
-    """Asked for a second time, a package gets no second finder."""
-    load_late("late_toy")
-    assert [finder.prefix for finder in sys.meta_path if isinstance(finder, LateFinder)].count("late_toy.") == 1

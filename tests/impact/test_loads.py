@@ -55,11 +55,6 @@ def test_point_force() -> None:
     assert sag(CANTILEVER, L, PointForce(lambda t: -3.0, at=0.4 * L)) == pytest.approx(exact, rel=1e-6)
 
 
-def test_a_number_is_a_constant_force() -> None:
-    exact = -3.0 * CANTILEVER.compliance(L, 0.4 * L)
-    assert sag(CANTILEVER, L, PointForce(-3.0, at=0.4 * L)) == pytest.approx(exact, rel=1e-6)
-
-
 def test_field_of_a_polynomial_is_exact() -> None:
     field = PressureField(lambda x, t: (x / L) ** 3 * (1 + t), between=(0.2 * L, L), points=4)
     plain = Pressure(lambda t: 1 + t, between=(0.2 * L, L), profile=lambda x: (x / L) ** 3)

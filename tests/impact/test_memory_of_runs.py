@@ -2,45 +2,25 @@
 
 import tracemalloc
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import impact
-from impact import Body, Contact, ContactProblem, ModalGreens, Residual
-from impact.bodies.body import ModalState
+from impact import Body, Contact, ContactProblem
 from impact.march import ladder
 from impact.march.problem import ContactError
 from impact.march.rows import Replayed
 from impact.runs import solver
 from impact.storage.hdf5 import load_results, save_results
+from tests.impact.test_ladder import deflected, seat
 
 STEP, PARTS = 50e-9, 24
 MOST = 3.1
 """Most memory of a run, over that of its forces: forces, gaps, and 0.6 of blocks, energies and flags; another copy of
 either needs 3.6."""
-
-
-def reed(parts: int, **more: object) -> Body:
-    """Return twelve modes of a cantilever from 150 Hz on, which lies askew and yields at once to a force."""
-    k, scatter = np.arange(1, 13), np.random.default_rng(2).normal(1, 0.05, (12, parts))
-    omega = 2 * np.pi * 150.0 * ((k - 0.4) / 0.6) ** 2
-    rest = Residual.spring(1e-7 * np.eye(parts))
-    greens = ModalGreens(omega, np.full(12, 0.01), 30.0 * ((-1.0) ** (k + 1))[:, None] * scatter, rest, named(parts))
-    return Body(greens, state=ModalState(np.eye(12)[0] * 1e-4, np.zeros(12)), **more)  # type: ignore[arg-type]
-
-
-def seat(parts: int, **more: object) -> Body:
-    """Return forty modes from 20 kHz on, with what they leave out."""
-    shapes = np.random.default_rng(1).normal(0, 8.0, (40, parts))
-    omega = 2 * np.pi * 20e3 * np.arange(1, 41) ** 1.1
-    rest = Residual.exponential(2e-9 * np.eye(parts), 2e-2 * np.eye(parts))
-    return Body(ModalGreens(omega, np.full(40, 0.02), shapes, rest, named(parts)), **more)  # type: ignore[arg-type]
-
-
-def named(parts: int) -> tuple[str, ...]:
-    return tuple(f"part {k + 1}" for k in range(parts))
 
 
 def on_a_seat(parts: int, body: Body) -> list[Contact]:
@@ -70,7 +50,7 @@ def traced() -> Iterator[Callable[[], int]]:
 
 @pytest.mark.slow
 def test_a_run_of_many_contacts_keeps_forces_and_gaps_once(long_runs: None, traced: Callable[[], int]) -> None:
-    problem = ContactProblem(reed(PARTS), contacts=on_a_seat(PARTS, seat(PARTS)))
+    problem = ContactProblem(deflected(PARTS), contacts=on_a_seat(PARTS, seat(PARTS)))
     impact.solve(problem, dt=STEP, duration=1e-4)
     before = traced()
     result = impact.solve(problem, dt=STEP, duration=0.04)
@@ -82,7 +62,7 @@ def test_a_run_of_many_contacts_keeps_forces_and_gaps_once(long_runs: None, trac
 
 @pytest.mark.slow
 def test_memory_does_not_grow_with_the_number_of_varied_runs(long_runs: None, traced: Callable[[], int]) -> None:
-    problem = ContactProblem(reed(8), contacts=on_a_seat(8, seat(8)))
+    problem = ContactProblem(deflected(8), contacts=on_a_seat(8, seat(8)))
     result = impact.solve(problem, dt=STEP, duration=0.01)
     others = {f"gap {k}": solver.widen_gaps(problem, k * 1e-9) for k in range(1, 7)}
     measures = {"impulse": lambda one: float(one.rows.spans @ one.rows.force[1:].sum(axis=1))}
@@ -100,9 +80,9 @@ def test_displacements_on_demand_are_those_that_are_kept(
     equal_steps: bool, long_runs: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Replayed displacements of all bodies at all contacts, some, and weighted are those that a run keeps."""
-    below = seat(3, base=lambda time: 2e-6 * np.sin(3e3 * time))
+    below = replace(seat(3), base=lambda time: 2e-6 * np.sin(3e3 * time))
     above = Contact(impact.spring(stiffness=1e6), side=-1, striker_port=1, gap=2e-4)
-    problem = ContactProblem(reed(3), contacts=[*on_a_seat(3, below), above])
+    problem = ContactProblem(deflected(3), contacts=[*on_a_seat(3, below), above])
     replayed = impact.solve(problem, dt=STEP, duration=5e-3, equal_steps=equal_steps)
     monkeypatch.setattr(solver, "LARGE", 1e9)
     kept = impact.solve(problem, dt=STEP, duration=5e-3, equal_steps=equal_steps)
@@ -122,7 +102,7 @@ def test_displacements_on_demand_are_those_that_are_kept(
 
 @pytest.mark.slow
 def test_a_file_without_displacements_says_so(long_runs: None, tmp_path: Path) -> None:
-    problem = ContactProblem(reed(2), contacts=on_a_seat(2, seat(2)))
+    problem = ContactProblem(deflected(2), contacts=on_a_seat(2, seat(2)))
     result = impact.solve(problem, dt=STEP, duration=1e-3)
     save_results(tmp_path / "r.h5", {"lip": result}, {})
     read = load_results(tmp_path / "r.h5")["lip"]

@@ -12,7 +12,6 @@ import impact
 from impact.greens.base import GreensFunctionError
 from impact.greens.modal import ModalGreens, Residual
 from impact.greens.sampled import SampledGreens
-from impact.measured.frf import sampling_advice
 from impact.measured.passivity import passivity, repair, require_passive, work_increments
 
 STEEL = {"young": 2e11, "density": 7850.0}
@@ -195,19 +194,3 @@ def test_repair_for_a_step_within_the_spacing():
 def test_repair_refuses_a_rigid_tail():
     with pytest.raises(GreensFunctionError, match="subtract t/M"):
         repair(SampledGreens(seat_samples(50), DT, "rigid"))
-
-
-def test_sampling_advice():
-    quiet = SampledGreens(seat_samples(400), DT)
-    assert sampling_advice(quiet, DT, 399) == ()
-    assert sampling_advice(SEAT, DT, 399) == ()
-    (coarse,) = sampling_advice(quiet, 10 * DT, 39, body="seat")  # 93 kHz modes, steps reach 50 kHz
-    assert "sampled seat's response" in coarse.name
-    assert coarse.value > coarse.limit == 0.01
-    assert "dt <= 1e-06 s" in coarse.remedy
-    bare = replace(SEAT, residual=Residual.none()).impulse_response(DT * np.arange(400))
-    (fine,) = sampling_advice(SampledGreens(bare, DT), 0.3 * DT, 1000)
-    assert fine.value < fine.limit < 0
-    assert "impact.repair" in fine.remedy
-    both = impact.SumGreens((quiet, quiet))
-    assert sampling_advice(both, 10 * DT, 39) == sampling_advice(quiet, 10 * DT, 39) * 2

@@ -139,11 +139,6 @@ def test_what_is_refused(change: dict[str, np.ndarray], words: str) -> None:
         replace(good, **change)
 
 
-def test_a_critical_mode_has_no_simple_poles() -> None:
-    with pytest.raises(GreensFunctionError, match="double pole"):
-        impact.PoleGreens.from_modal(replace(MODAL, zeta=np.ones(5)))
-
-
 TIMES = np.array([0.0, 1e-4, 7e-4, 3e-3])
 
 

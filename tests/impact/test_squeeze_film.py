@@ -172,18 +172,6 @@ def impulse_of(run: MarchRun) -> float:
     return float(run.rows.force[1:, 0] @ run.rows.spans)
 
 
-def test_files_keep_the_film(tmp_path: Path) -> None:
-    result = several(2, FILM, impact.LinearSpring(1e9))
-    impact.save_results(tmp_path / "one.h5", {"wave": result}, {})
-    loaded = impact.load_results(tmp_path / "one.h5")["wave"]
-    assert np.any(loaded.film)
-    assert np.any(loaded.energy.film_loss)
-    np.testing.assert_array_equal(loaded.film, result.film)
-    np.testing.assert_array_equal(loaded.energy.film_loss, result.energy.film_loss)
-    assert measures.film_force_peak(loaded, contact=1) == result.film[:, 1].max()
-    assert measures.stiction_force_peak(loaded, contact=0) == -result.film[:, 0].min()
-
-
 def test_a_march_goes_on_with_its_film_and_with_no_other(tmp_path: Path) -> None:
     problem = impact.ContactProblem(impact.rigid_mass(mass=MASS, velocity=-1.0), seat(1), gap=GAP, film=FILM)
     whole = impact.ContactStepper(impact.prepare(problem, 50e-9, 20e-6))
@@ -243,22 +231,3 @@ def test_a_law_that_lets_go_before_the_gap_opens() -> None:
     assert np.any(inside & (result.force[1:] == 0))
     assert np.all(result.film[1:][inside] == 0)
     assert result.energy.residual < 1e-11
-
-
-def test_a_pressed_reed_that_is_pulled_off_is_held_by_its_film() -> None:
-    """The film bears nothing under a preload at rest; as the load turns, it pulls before the gap opens far."""
-    turning = impact.Pressure(lambda t: -2e3 * np.cos(2 * np.pi * t / 4e-3))
-    striker = impact.cantilever_reed(
-        young=206e9, density=7800, length=25e-3, width=1e-2, thickness=3e-4, n_modes=8, tip_deflection=0.0,
-        damping_ratio=0.02, loads=[turning],
-    )  # fmt: skip
-    film = impact.SqueezeFilm.strip(**STRIP)
-    pulled, free = (
-        impact.solve(impact.ContactProblem(striker, seat(1), film=each, preload=True), dt=2e-7, duration=1.6e-3)
-        for each in (film, None)
-    )
-    assert pulled.film[:100].min() == pytest.approx(0.0, abs=1e-6)
-    assert measures.stiction_force_peak(pulled) > 0.01
-    assert pulled.gap[-1] < 0.9 * free.gap[-1]
-    assert free.gap[-1] > 1e-6
-    assert pulled.energy.residual < 1e-9

@@ -6,7 +6,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import fields, replace
+from dataclasses import fields
 from pathlib import Path
 
 import h5py
@@ -90,17 +90,6 @@ def test_results_are_read_as_they_were_written(seat: str, tmp_path: Path) -> Non
     assert set(read) == {"wave", "spring"}
     assert_same(read["wave"], fine)
     assert_same(read["spring"], coarse)
-
-
-def test_what_results_share_is_stored_once(tmp_path: Path) -> None:
-    mass = impact.rigid_mass(mass=1e-3, velocity=-1.0)
-    wave = impact.solve(impact.ContactProblem(mass, impact.Body(KINDS["rod"])), dt=1e-7, duration=2e-4)
-    other = replace(wave, rows=replace(wave.rows, gap=2 * wave.gap))
-    save_results(tmp_path / "r.h5", {"wave": wave, "other": other}, {})
-    with h5py.File(tmp_path / "r.h5") as file:
-        assert file["other/force"] == file["wave/force"]
-        assert file["other/gap"] != file["wave/gap"]
-    assert_same(load_results(tmp_path / "r.h5")["other"], other)
 
 
 @pytest.mark.slow

@@ -23,12 +23,6 @@ def test_units_become_si(tmp_path: Path) -> None:
     assert series(np.array([0.25e-3]))[0] == pytest.approx(1.25e5, rel=1e-14)
 
 
-def test_other_brackets_and_pounds(tmp_path: Path) -> None:
-    series = read_time_series(written(tmp_path, "time (ms),pressure (psi)\n0,0\n1,2\n"), "pressure")
-    pound_per_square_inch = 0.45359237 * 9.80665 / 0.0254**2  # as both are defined
-    assert series(np.array([0.5e-3]))[0] == pytest.approx(pound_per_square_inch, rel=1e-14)
-
-
 def test_beyond_the_record() -> None:
     time, value = np.array([1.0, 2.0]), np.array([3.0, 5.0])
     t = np.array([0.5, 1.5, 2.5])

@@ -117,19 +117,3 @@ def test_the_part_that_touches_first_within_a_step_closes_with_its_own_speed(
     (landing,) = find_landings(record)
     assert (landing.part, landing.touch) == (part, pytest.approx(touch))
     assert landing.closing_speed == pytest.approx(speed)
-
-
-def test_steps_of_different_lengths_give_the_same_times() -> None:
-    """A touch within a long step: the flight is straight, and the end of the contact is found in its own step."""
-    problem, dt = by_spring(), HALF_SWING / 80
-    fine = landing_of(problem, dt, 2 * HALF_SWING)
-    result = impact.solve(problem, dt=dt, duration=2 * HALF_SWING, equal_steps=True)
-    touch = int(np.flatnonzero(result.force > 0)[0])
-    ends = np.array([0, touch - 3, *range(touch - 1, len(result.force))])
-    grid = impact.march.grid.TimeGrid(dt, ends)
-    columns, own = (result.force[ends][:, None], result.gap[ends][:, None]), np.zeros((2, 1))
-    none, speeds = np.zeros(len(result.force)), closing_speeds(problem, dt)
-    record = ContactRecord(result.force, result.force > 0, grid, *columns, none, 4 * dt, speeds, own)
-    (landing,) = find_landings(record)
-    assert landing.touch == pytest.approx(fine.touch, rel=1e-9)
-    assert landing.duration == pytest.approx(fine.duration, rel=1e-9)

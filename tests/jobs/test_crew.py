@@ -48,13 +48,6 @@ def test_what_is_lost_costs_itself_alone() -> None:
 
 
 @pytest.mark.slow
-def test_a_worker_is_renewed_after_some_answers() -> None:
-    with crew(ANSWERS, renew=2) as ask:
-        pids = [str(answer).split(", ")[1] for _, answer in ask("abcde", 60.0)]
-    assert pids[0] == pids[1] != pids[2] == pids[3] != pids[4]
-
-
-@pytest.mark.slow
 def test_whoever_stops_asking_ends_what_has_begun() -> None:
     """Jobs are taken as there are workers for them; the crew is there for others."""
     taken = count()

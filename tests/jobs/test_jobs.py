@@ -255,27 +255,6 @@ def test_only_what_is_ours_and_left_over_is_swept(tmp_path: Path) -> None:
     assert sweep(tmp_path / "nowhere") == ()
 
 
-WITH_A_DEAD_WORKER = """
-import signal, sys
-from pathlib import Path
-from seatfem.jobs.processes import end_worker, start_worker, tell_worker
-signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # as gmsh.initialize does
-sys.executable = "/bin/false"
-process = start_worker("any", log=Path(sys.argv[1]))
-process.wait()
-tell_worker(process, "a line")
-end_worker(process)
-print("went on", signal.SIGPIPE in signal.sigpending(), signal.pthread_sigmask(signal.SIG_BLOCK, ()))
-"""
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="no SIGPIPE")
-def test_a_dead_worker_does_not_end_a_program_that_uses_gmsh(tmp_path: Path) -> None:
-    command = [sys.executable, "-c", WITH_A_DEAD_WORKER, str(tmp_path / "log")]
-    ended = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
-    assert (ended.returncode, ended.stdout) == (0, "went on False set()\n"), ended.stderr
-
-
 def _asked(*numbers: signal.Signals) -> None:
     with ended_by_signals():
         for number in numbers:

@@ -9,7 +9,7 @@ from impact.measured.amplitudes import Candidate
 from impact.measured.frf import FrequencyResponse
 from impact.measured.pole_fit import fit_poles
 from impact.measured.vector_fitting import Poles
-from seatfem.pictures.fit_plots import _degrees, plot_fit, plot_stabilisation, rows_of
+from seatfem.pictures.fit_plots import plot_fit, plot_stabilisation
 from seatfem.structures.method import Solved
 from seatfem.study.runs.pictures import _seat_pictures
 from seatfem.study.scene import load_scene
@@ -28,13 +28,6 @@ def test_data_fit_and_band_are_named(tmp_path: Path) -> None:
         assert words in drawn, words
 
 
-def test_phases_are_in_degrees_and_jumps_leave_no_strokes() -> None:
-    shown = _degrees(np.exp(1j * np.radians([-90.0, -179.0, 179.0, 90.0])))
-    assert shown[0] == pytest.approx(-90)
-    assert np.isnan(shown[1])  # before the jump
-    assert shown[2:] == pytest.approx([179, 90])
-
-
 NOISY_F = np.arange(50.0, 12e3, 25.0)
 
 
@@ -42,22 +35,6 @@ def candidate(criterion: float, *modes: tuple[float, float]) -> Candidate:
     """Return a candidate with modes of these frequencies [Hz] and damping ratios."""
     pairs = [2 * np.pi * f * (-zeta + 1j * np.sqrt(1 - zeta**2)) for f, zeta in modes]
     return Candidate(Poles(np.array(pairs), np.zeros(0)), criterion)
-
-
-def test_poles_are_held_against_those_of_the_order_before() -> None:
-    tried = (
-        candidate(90.0, (1000.0, 0.01)),
-        candidate(40.0, (1009.0, 0.0103), (3000.0, 0.02)),
-        candidate(50.0, (700.0, 0.01), (2000.0, 0.02)),  # a worse one of the same order
-        candidate(60.0, (1009.0, 0.0104), (2985.0, 0.0215), (5000.0, 0.01)),
-    )
-    rows = rows_of(tried)
-    assert [(row.order, row.criterion) for row in rows] == [(1, 90.0), (2, 40.0), (3, 60.0)]
-    assert [row.states for row in rows] == [
-        ("stable",),  # against the next order, for there is none before
-        ("stable", "new"),
-        ("stable", "frequency", "new"),  # a damping that changed by 7.5 %
-    ]
 
 
 @pytest.mark.slow

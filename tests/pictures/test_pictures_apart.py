@@ -1,7 +1,6 @@
 """Pictures in another process: what crashes, fails or cannot be handed over costs itself alone."""
 
 import os
-import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
@@ -9,7 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from impact.files.safe_files import whole_file
 from seatfem.jobs import crew
 from seatfem.pictures import rendering
 from seatfem.pictures.rendering import Picture, drawing_apart
@@ -79,25 +77,6 @@ def test_what_hangs_is_ended(drawers, tmp_path: Path, monkeypatch: pytest.Monkey
     monkeypatch.setattr(rendering, "TIMEOUT", 0.5)
     with drawn_apart([("a.png", drawers.hanging)], tmp_path) as drawn:
         assert drawn("a.png") == "a.png: no answer within 0.5 s"
-
-
-def test_leaving_the_block_ends_the_work(drawers, tmp_path: Path) -> None:
-    """An interrupt such as Ctrl-C stops a hanging picture at once."""
-    begun = time.perf_counter()
-    with pytest.raises(KeyboardInterrupt), drawn_apart([("a.png", drawers.hanging)], tmp_path):
-        raise KeyboardInterrupt
-    assert time.perf_counter() - begun < 40  # of 60
-    assert not (tmp_path / "a.png").exists()
-
-
-def test_what_cannot_be_handed_over_is_drawn_here(tmp_path: Path) -> None:
-    def draw(path: Path) -> None:
-        with whole_file(path) as temporary:
-            temporary.write_text(str(os.getpid()))
-
-    with drawn_apart([("a.png", draw)], tmp_path) as drawn:
-        assert drawn("a.png") == ""
-    assert (tmp_path / "a.png").read_text() == str(os.getpid())
 
 
 def test_a_worker_that_cannot_be_started_costs_its_pictures_and_no_wait(

@@ -8,19 +8,16 @@ import pytest
 import skfem
 
 import impact
-from impact.after import measures
 from impact.greens.modal import ModalGreens, Residual
 from impact.pictures import plots
 from impact.pictures.drawing import PictureError, sheet
-from impact.pictures.lip_plots import draw_marks, landing_marks
-from impact.pictures.plots import lowest_excited, plot_greens, sampled_filter
+from impact.pictures.plots import plot_greens, sampled_filter
 from impact.quantities import text
 from seatfem.pictures import plots as seat_plots
 from seatfem.pictures import rendering
 from seatfem.pictures.cell_grid import CellGrid
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.model import Material, ModelError
-from seatfem.structures.rings import as_a_whole
 
 pytest.importorskip("matplotlib")
 
@@ -117,16 +114,6 @@ def test_every_figure_is_a_whole_png_and_leaves_the_settings_alone(
             assert len(image.convert("L").getcolors()) > 50  # not blank
 
 
-@pytest.mark.slow
-def test_figures_of_a_run_without_contact_and_without_baseline(tmp_path: Path) -> None:
-    away = impact.ContactProblem(impact.rigid_mass(mass=1e-3, velocity=1.0), impact.Body(impact.spring(stiffness=1e6)))
-    result = impact.solve(away, dt=1e-7, duration=1e-4)
-    plots.plot_force(result, None, tmp_path / "force.svg")
-    plots.plot_motion(result, None, tmp_path / "motion.svg")
-    plots.plot_energy(result, tmp_path / "energy.svg")
-    assert ">none<" in (tmp_path / "force.svg").read_text(encoding="utf-8")
-
-
 @pytest.mark.slow(but="plate")
 @pytest.mark.parametrize(
     "greens",
@@ -144,21 +131,6 @@ def test_greens_figure_of_every_kind_of_function(greens: impact.GreensFunction, 
     written = (tmp_path / "greens.svg").read_text(encoding="utf-8")
     finite = np.isfinite(greens.static_compliance()[0, 0])
     assert ("static " in written) == finite
-
-
-@pytest.mark.slow
-def test_greens_figure_counts_the_poles_of_its_port_alone(tmp_path: Path) -> None:
-    """Two arcs of a ring: as a whole they do not see the mode that turns one against the other."""
-    rocking = ModalGreens(
-        omega=2 * np.pi * np.array([60e3, 90e3, 210e3]),
-        zeta=np.full(3, 0.1),
-        shapes=np.array([[20.0, 20.0], [30.0, -30.0], [15.0, 15.0]]),
-        residual=Residual.none(2),
-        port_names=("arc_1", "arc_2"),
-    )
-    for greens, poles in ((rocking, 3), (as_a_whole(rocking), 2)):
-        plot_greens(greens, tmp_path / "greens.svg", duration=1e-4, width=2e-6)
-        assert f">{poles} poles, lowest excited 60.0 kHz<" in (tmp_path / "greens.svg").read_text(encoding="utf-8")
 
 
 def test_greens_figure_refuses_a_pulse_longer_than_the_record(modal: ModalGreens, tmp_path: Path) -> None:
@@ -249,18 +221,6 @@ def test_grid_of_bare_matrices_is_refused(block) -> None:
         CellGrid.of_model(bare)
 
 
-def test_visible_facets_close_the_half_that_is_kept(block) -> None:
-    mesh = block.dofs.mesh
-    kept = mesh.p[1][mesh.t].mean(axis=0) > 1e-3
-    visible = seat_plots._visible_facets(mesh, kept, ("contact", "fixed"))
-    facets = np.concatenate(list(visible.values()))
-    assert len(np.unique(facets)) == len(facets)
-    a, b, c = (mesh.p[:, mesh.facets[k, facets]] for k in range(3))
-    area = np.linalg.norm(np.cross(b - a, c - a, axis=0), axis=0).sum() / 2
-    # the mesh has a layer of nodes at y = 1 mm, so the half is a block of 2 x 1 x 3 mm
-    assert area == pytest.approx(2e-6 * (2 * 1 + 2 * 3 + 1 * 3), rel=1e-9)
-
-
 def test_vtu_holds_quadratic_cells_and_shapes(
     grid: CellGrid, shapes: list[np.ndarray], drawing: None, tmp_path: Path
 ) -> None:
@@ -338,91 +298,3 @@ def test_a_missing_driver_is_told_and_does_not_crash(drawing: None, monkeypatch:
             rendering.load_pyvista()
     finally:
         rendering.can_draw.cache_clear()
-
-
-def test_the_lowest_pole_that_is_told_carries_compliance(modal):
-    """A pole of a reduction with a millionth of the compliance is no mode to be told of."""
-    assert lowest_excited(modal) == pytest.approx(60e3)
-    weak = ModalGreens(
-        omega=2 * np.pi * np.array([11.3e3, 60e3]),
-        zeta=np.zeros(2),
-        shapes=np.array([[0.01], [20.0]]),
-        residual=Residual.spring(np.zeros((1, 1))),
-    )
-    assert lowest_excited(weak) == pytest.approx(60e3)
-    assert (
-        lowest_excited(ModalGreens(omega=np.zeros(1), zeta=np.zeros(1), shapes=np.ones((1, 1)), residual=weak.residual))
-        is None
-    )
-
-
-@pytest.mark.slow
-def test_pictures_enlarge_the_hardest_contact(tmp_path: Path) -> None:
-    """A reed that lies on its seat is blown open and comes back: its landing is harder than the chatter before."""
-    pulse = impact.TimeSeries([0.0, 1e-4, 2e-4, 1e-3, 1.1e-3, 5e-3], [-10.0, -10.0, 2e3, 2e3, -100.0, -100.0])
-    reed = impact.cantilever_reed(
-        young=2e11, density=7850.0, length=25e-3, width=10e-3, thickness=0.3e-3, damping_ratio=0.03, n_modes=8,
-        loads=[impact.Pressure(pulse)],
-    )  # fmt: skip
-    result = impact.solve(impact.ContactProblem(reed, impact.spring(stiffness=1e6), gap=0.0), dt=5e-7, duration=5e-3)
-    number, (begin, end) = measures.hardest_group(result)
-    groups = measures.contact_groups(result)
-    assert number > 0
-    np.testing.assert_array_equal([begin, end], groups[number])
-    hardest = float(result.time[int(np.argmax(result.force))])
-    assert begin <= hardest <= end
-    assert plots.shown_contact([result, result], 1e-6, 0.05)[0] == pytest.approx((begin, end), abs=0.06 * (end - begin))
-    plots.plot_force(result, result, tmp_path / "force.svg")
-    assert f"Contact {number + 1}, the hardest" in (tmp_path / "force.svg").read_text(encoding="utf-8")
-
-
-def record(number: int, excess: float, start: float, body: str = "seat") -> dict[str, object]:
-    """Return a landing as summary.json lists it."""
-    times = {"time_s": start, "duration_s": 2e-5, "peak_time_s": start + 5e-6}
-    return {"body": body, "number": number, "filtered_peak_force_N": 20.0, "excess_peak_force_N": excess, **times}
-
-
-@pytest.mark.slow
-def test_the_hardest_landing_is_marked_and_enlarged(runs: list[impact.ImpactResult], tmp_path: Path) -> None:
-    end = float(runs[0].time[-1])
-    landings = [record(1, 2.0, 0.1 * end), record(2, 9.0, 0.6 * end), record(1, 99.0, 0.3 * end, "stopper")]
-    first, second = landing_marks(landings)
-    assert (first.number, first.hardest, second.number, second.hardest) == (2, True, 1, False)
-    window, words = plots.shown_contact(runs, 1e-6, 0.05, landings)
-    assert words == "landing 2, the hardest"
-    assert window[0] < first.start < first.end < window[1] <= end
-    assert window[0] > second.end
-    plots.plot_force(*runs, tmp_path / "force.svg", landings=landings)
-    plots.plot_motion(*runs, tmp_path / "motion.svg", landings=landings)
-    force, motion = ((tmp_path / f"{name}.svg").read_text(encoding="utf-8") for name in ("force", "motion"))
-    for picture in (force, motion):
-        assert "landing (filled: the hardest)" in picture
-        assert "anding 2, the hardest" in picture
-    assert "peak, landing" in force
-    assert "landing on the stopper" in motion
-    assert "landing on the stopper" not in force
-
-
-def test_of_landings_too_close_for_their_numbers_the_hardest_has_its_own() -> None:
-    landings = [record(1, 2.0, 5.0e-4), record(2, 9.0, 5.1e-4), record(3, 1.0, 9e-4)]
-    with sheet(None, 4, 3) as figure:
-        axes = figure.subplots()
-        axes.set(xlim=(0.0, 1e-3), ylim=(0.0, 25.0))
-        draw_marks(axes, landing_marks(landings), lambda mark: (mark.start, mark.peak))
-        assert [note.get_text() for note in axes.texts] == ["2", "3"]
-        assert len(axes.lines) == 3
-
-
-def test_landings_without_their_numbers_and_beyond_ten_are_not_marked() -> None:
-    many = [record(number, float(number), 1e-4 * number) for number in range(1, 15)]
-    assert [mark.number for mark in landing_marks(many)] == list(range(14, 4, -1))
-    assert landing_marks([record(1, 1.0, 0.0) | {"duration_s": None}, {"body": "seat"}]) == ()
-
-
-@pytest.mark.slow
-def test_the_receptance_of_an_undamped_mode_is_drawn(tmp_path: Path) -> None:
-    """At its own frequency, which is one of those drawn, it is infinite."""
-    omega = 2 * np.pi * np.array([1024.0, 4096.0])
-    modes = ModalGreens(omega, np.zeros(2), np.ones((2, 1)), Residual.spring(1e-9))
-    plot_greens(modes, tmp_path / "greens.png", duration=5e-3, width=1e-4)
-    assert (tmp_path / "greens.png").stat().st_size > 10_000

@@ -2,16 +2,14 @@
 
 import math
 import re
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from seatfem.pictures.scene_drawing import draw_layout
 from seatfem.structures.kinds import kinds_of
-from seatfem.structures.outlines import BodyViews, Size, covered_share, crossings, of_beam
+from seatfem.structures.outlines import BodyViews, covered_share, crossings, of_beam
 from seatfem.structures.rings import Division
 from seatfem.structures.shapes.loops import inside
 from seatfem.study.impacts.layout import cover_note, draw_scene, facts_of, layout_of
@@ -198,21 +196,6 @@ def test_the_share_below_a_reed() -> None:
 @pytest.mark.parametrize("kind", [kind for kind in kinds_of() if kind.__module__.startswith("seatfem.")], ids=str)
 def test_every_kind_has_views_of_its_own_or_a_symbol(kind: Any) -> None:
     assert "views" in {name for base in kind.__mro__[:-1] for name in vars(base)}
-
-
-@pytest.mark.slow
-def test_sizes_are_kept_apart(tmp_path: Path) -> None:
-    """Dimensions of one row of the drawing do not meet, and no words begin beyond the sheet."""
-    layout = layout_of(example("kidney_landing"))
-    many = tuple(Size("section", 0, -k * 1e-3, k * 1e-3, -7e-3, f"width number {k}") for k in range(1, 9))
-    bodies = {**layout.bodies, "seat": replace(layout.seat, sizes=many)}
-    draw_layout(replace(layout, bodies=bodies), tmp_path / "many.svg")
-    text = (tmp_path / "many.svg").read_text(encoding="utf-8")
-    places = re.findall(r'<text[^>]*?x="([\d.]+)" y="([\d.]+)"[^>]*>width number', text)
-    assert len(places) == 8
-    assert len({y for _, y in places}) == 8
-    wide = float(re.findall(r'viewBox="0 0 ([\d.]+)', text)[0])
-    assert all(0 < float(x) < wide for x, _ in places)
 
 
 def test_a_reed_beside_the_port_is_refused() -> None:

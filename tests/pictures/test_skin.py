@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 import skfem
 
-from seatfem.pictures.cell_grid import OPENED, SLICES, Skin, skin_of, skin_of_plate, skin_of_section, wound_outward
+from seatfem.pictures.cell_grid import OPENED, SLICES, Skin, skin_of, skin_of_section, wound_outward
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
-from seatfem.structures.elements.mindlin import PlateMesh
 from seatfem.structures.materials import Material
 from tests.moving_block import SIDES, block
 
@@ -54,13 +53,6 @@ def test_a_tube_is_laid_open() -> None:
     np.testing.assert_allclose(outwards[:, 2], 2.0)
 
 
-def test_a_plate_shows_one_face() -> None:
-    points = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1), (0, -1), (1, 0), (0, 1), (-1, 0), (0, 0)], dtype=float)
-    skin = skin_of_plate(PlateMesh(points, np.arange(9)[None, :]))
-    assert area(skin) == pytest.approx(4.0)
-    assert len(skin.nodes) == 9
-
-
 def _volume(points: np.ndarray, triangles: np.ndarray) -> float:
     a, b, c = np.moveaxis(points[triangles], 1, 0)
     return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
@@ -90,8 +82,3 @@ def test_a_body_of_revolution_that_is_laid_open_is_closed() -> None:
     assert wound is not None
     way = np.radians(240.0) * 7e-3
     assert _volume(skin.points, wound) == pytest.approx(24e-6 * way, rel=2e-3)
-
-
-def test_a_surface_with_a_rim_has_no_inside() -> None:
-    body = block("Block", ("1",))
-    assert wound_outward(body.points, body.triangles[1:]) is None

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 import skfem
-from scipy import sparse
 
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.materials import Material, Orthotropic
@@ -34,14 +33,6 @@ def test_port_averages_the_normal_displacement_and_pushes_with_one_newton():
     assert port.area == pytest.approx(1.0, rel=1e-12)
     assert port.impedance == pytest.approx(7850.0 * np.sqrt(200e9 * 0.7 / (1.3 * 0.4) / 7850.0), rel=1e-12)
     assert port.vector.sum() == pytest.approx(1.0, rel=1e-12)
-
-
-def test_rayleigh_coefficients_are_recognised():
-    assert assemble(block(1), STEEL, rayleigh=(2e3, 1e-8)).rayleigh == pytest.approx((2e3, 1e-8), rel=1e-9)
-    assert assemble(block(1), STEEL).rayleigh == (0.0, 0.0)
-    model = assemble(block(1), STEEL)
-    dashpot = sparse.diags_array(np.arange(model.size, dtype=float))
-    assert SecondOrderModel(model.M, dashpot, model.K, model.ports).rayleigh is None
 
 
 @pytest.mark.parametrize(

@@ -227,14 +227,6 @@ def test_landings_that_no_deck_holds(tmp_path: Path, old: str, new: str, words: 
 
 
 @pytest.mark.slow
-def test_a_whole_seat_that_is_too_large(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("seatfem.study.runs.calculix_contact.MOST", 1000)
-    readme = (exported(LANDING, tmp_path) / "README.txt").read_text(encoding="utf-8")
-    assert "unknowns are more than ccx can march (1000)" in readme
-    assert not (tmp_path / "deck" / "contact.inp").exists()
-
-
-@pytest.mark.slow
 def test_a_deck_begins_just_before_the_first_touch(tmp_path: Path) -> None:
     """Let go at 10 um, the reed is 1 um below its middle position after acos(-0.1)/w of its first mode, at w 10 um; the
     higher modes of the static shape take some per cent."""

@@ -9,14 +9,13 @@ import ezdxf
 import numpy as np
 import pytest
 
-from seatfem.faces.cli import BAD_INPUT, DONE, run_command
+from seatfem.faces.cli import BAD_INPUT, run_command
 from seatfem.structures.errors import GeometryError
 from seatfem.structures.formats.dxf import read_outline, write_outline
 from seatfem.structures.shapes import Flat, loops
 from seatfem.structures.shapes.flat import Disc, Flapper, RingPlate
 from seatfem.structures.shapes.outlined import Outlined
 from tests.bounded import bounded
-from tests.gallery import FLAPPER
 
 HEAD = "0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n{}\n0\nENDSEC\n"
 Draw = Callable[[Any], object]
@@ -256,16 +255,6 @@ def test_what_is_written_comes_back(shape: Flat, tmp_path: Path) -> None:
         assert perimeter(read) == pytest.approx(perimeter(loop), rel=1e-13)
     if shape is not HOLED:
         assert loops.area(back[0]) - sum(map(loops.area, back[1:])) == pytest.approx(shape.area, rel=1e-12)
-
-
-def test_the_reed_of_a_scene_is_written_by_the_verb(tmp_path: Path) -> None:
-    (tmp_path / "scene.toml").write_text(SCENE.format(f'{FLAPPER}release = {{ mode = 1, velocity = "-1 m/s" }}'))
-    assert run_command(["export", str(tmp_path / "scene.toml"), "--to", "dxf", "-o", str(tmp_path), "--quiet"]) == DONE
-    outline, *holes = (tuple(map(tuple, loop.tolist())) for loop in read_outline(tmp_path / "reed.dxf"))
-    own = Flapper(8e-3, 2e-3, 6e-3, 15e-3, 16e-3, 0.3e-3)
-    read = Outlined(outline, 0.3e-3, own.centre, segment=((0, -4e-3), (0, 4e-3)), holes=tuple(holes))
-    assert read.area == pytest.approx(own.area, rel=1e-9)
-    assert (*read.room, read.narrowest) == pytest.approx((*own.room, own.narrowest))
 
 
 def test_a_reed_without_an_outline(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:

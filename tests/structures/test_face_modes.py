@@ -16,7 +16,7 @@ from seatfem.structures.lip import Lip
 from seatfem.structures.materials import Material
 from seatfem.structures.method import Aims
 from seatfem.structures.model import SecondOrderModel
-from seatfem.structures.reduction import factorization, lip_modes
+from seatfem.structures.reduction import lip_modes
 from seatfem.structures.reduction.harmonics import RingPatch
 from seatfem.structures.reduction.lip_modes import face_greens, lip_greens
 from seatfem.structures.reduction.modes import ConvergenceError
@@ -129,12 +129,3 @@ def test_too_many_modes_are_refused_before_they_are_looked_for(monkeypatch: pyte
         face_greens(model(8), Aims(4 * BAND, DURATION, 0.01))
     lower = parse_quantity(str(caught.value).rpartition("lower it to ")[2], "frequency")
     assert len(face_greens(model(8), Aims(lower, DURATION, 0.01))[0].omega) <= 20
-
-
-@pytest.mark.parametrize("static", [True, False])
-def test_static_solves_are_reported_in_blocks(static: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Those of 48 ports took a minute without a report."""
-    monkeypatch.setattr(factorization, "BLOCK", 3)
-    reports: list[tuple[str, float]] = []
-    face_greens(model(8), AIMS, ZETA, static=static, progress=lambda *report: reports.append(report))
-    assert [done for stage, done in reports if stage == "reduction"] == pytest.approx([0, 3 / 8, 6 / 8])

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 import skfem
-from scipy import sparse
 from scipy.linalg import eigvalsh
 
 from seatfem.structures.elements.assembly import assemble
@@ -67,14 +66,6 @@ def test_the_message_names_the_matrix_and_the_remedy(model, backend):
     shifted = model.K - 100.0 * model.M
     with pytest.raises(FactorizationError, match=rf"K.*w\^2 M \({model.size} unknowns\).*fix"):
         factorize(shifted, backend=backend, name="K - w^2 M")
-
-
-@pytest.mark.skipif(not _pardiso_class(), reason="no MKL")
-def test_pardiso_is_told_where_mkl_is(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A search through all files of the environment took longer than a small factorization."""
-    monkeypatch.setattr("glob.glob", None)
-    matrix = sparse.csr_array(sparse.diags_array([2.0, 3.0]))
-    assert factorize(matrix, backend="pardiso").solve(np.ones(2)) == pytest.approx([1 / 2, 1 / 3])
 
 
 STEEL, PEEK = Material(200e9, 0.3, 7850.0), Material(3.6e9, 0.4, 1300.0)

@@ -8,14 +8,13 @@ import pytest
 from impact.greens.base import Array
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.fields.recovery import von_mises
-from seatfem.structures.fields.sites import near, on_surface, singular_points
+from seatfem.structures.fields.sites import on_surface
 from seatfem.structures.fields.solids import elements_of, solid_stress
 from seatfem.structures.materials import Material
 from seatfem.structures.mesh.plane_meshes import MeridianMesh, make_meridian
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.shapes import AnnularSeat
-from seatfem.structures.shapes.revolved import PER_FILLET
 
 STEEL = Material(200e9, 0.3, 7850.0, "steel")
 RADIUS, FOOT = 0.4e-3, (5e-3, 5e-3)
@@ -49,14 +48,3 @@ def test_the_largest_stress_in_the_fillet_converges() -> None:
     errors = [abs(largest(drawn(finer)) / exact - 1) for finer in (0.25, 1.0)]
     assert errors[1] < 0.01
     assert math.log(errors[0] / errors[1], 4.0) > 1.4
-
-
-def test_the_fillet_has_the_elements_that_are_stated_and_is_no_singular_edge() -> None:
-    mesh = drawn(1.0)
-    facets = mesh.mesh.facets[:, mesh.mesh.boundary_facets()]
-    along = on_the_fillet(mesh.mesh.p[:, facets].transpose(2, 1, 0).reshape(-1, 2)).reshape(-1, 2).all(axis=1)
-    assert along.sum() == PER_FILLET
-    corner = np.array([FOOT])
-    assert not near(corner, singular_points(mesh, ("fixed",)), RADIUS).any()
-    sharp = make_meridian(AnnularSeat(outer_radius=8e-3, thickness=5e-3), MeshSpec(0.8e-3, 0.2e-3))
-    assert near(corner, singular_points(sharp, ("fixed",)), RADIUS).any()

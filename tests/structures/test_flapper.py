@@ -10,9 +10,7 @@ from seatfem.structures.elements.mindlin import PlateMesh, assemble_plate
 from seatfem.structures.errors import MeshError
 from seatfem.structures.materials import Material
 from seatfem.structures.mesh.gmsh_process import GmshSession
-from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.mesh.plane_meshes import mesh_sheet
-from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.method import COARSENING
 from seatfem.structures.reduction.modes import solve_modes
 from seatfem.structures.shapes import Flapper, GeometryError, decode, encode
@@ -52,12 +50,6 @@ def test_frequencies(meshes: dict[float, PlateMesh], size: float, tolerance: flo
     modes = solve_modes(model, 5)
     assert modes.complete
     assert modes.frequencies_hz == pytest.approx(FREQUENCIES, rel=tolerance)
-
-
-def test_the_sheet_is_a_solid_too() -> None:
-    mesh = make_mesh(replace(REED, thickness=2e-3), MeshSpec(4e-3, curved=False))
-    assert mesh.quality.volume == pytest.approx(2e-3 * REED.area, rel=0.02)
-    assert {"contact", "fixed"} <= set(mesh.mesh.boundaries)
 
 
 class Elsewhere(Flapper):

@@ -132,18 +132,3 @@ def test_keys_follow_the_code_from_elsewhere(tmp_path: Path) -> None:
             del pucks.Mine.name, pucks.Disc.model_fields["kind"], pucks.Puck.family, sys.modules[f"pucks_{i}"]
     assert len(set(keys)) == 4
     assert hashes[0] != hashes[1]
-
-
-def test_the_code_of_a_reduction_counts_alone(tmp_path: Path) -> None:
-    """It does for a seat of ours, and where it may be chosen; not where another is asked for by name."""
-    from seatfem.structures.kinds.turned import Annular
-
-    seat = Annular(kind="annular", bore_radius="4 mm", lip_width="2 mm", material="steel")
-    keys = []
-    for i, height in enumerate((3e-3, 4e-3)):
-        pucks = module(tmp_path, SHAPE.format(more=f"HEIGHT = {height}") + REDUCER, f"reductions_{i}")
-        try:
-            keys.append([key_of(seat, Method("axisymmetric", 1e5, reduction=n)) for n in ("mine", "auto", "krylov")])
-        finally:
-            del pucks.Mine.name, pucks.Puck.family, sys.modules[f"reductions_{i}"]
-    assert [one == other for one, other in zip(*keys, strict=True)] == [False, False, True]

@@ -7,12 +7,11 @@ import numpy as np
 import pytest
 
 from seatfem.structures.mesh import gmsh_process
-from seatfem.structures.mesh.gmsh_process import GmshSession, MeshingError
+from seatfem.structures.mesh.gmsh_process import GmshSession
 from seatfem.structures.mesh.meshing import SeatMesh, make_mesh
 from seatfem.structures.mesh.plane_meshes import MeridianMesh, make_meridian
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import AnnularSeat, Stopper
-from tests.refusals import RAISES
 
 pytestmark = pytest.mark.own_gmsh
 
@@ -63,17 +62,6 @@ def test_a_session_makes_the_meshes_of_single_processes(monkeypatch, make, geome
             assert_same(make(geometry, spec, gmsh=gmsh), single[spec])
     assert len(processes) == 1
     assert processes[0].returncode is not None
-
-
-@pytest.mark.slow
-def test_a_session_goes_on_after_a_failure(monkeypatch) -> None:
-    """A session starts another process after one that failed."""
-    processes = started(monkeypatch)
-    with GmshSession() as gmsh:
-        with RAISES(MeshingError, match="no_such_task"):  # a mistake of the program, no refusal
-            gmsh({"task": "no_such_task"})
-        assert make_meridian(AnnularSeat(), COARSE, gmsh=gmsh).quality.elements > 0
-    assert [process.poll() is None for process in processes] == [False, False]
 
 
 @pytest.mark.slow

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,12 +14,8 @@ from seatfem.structures.lands import FaceLip, land_of
 from seatfem.structures.materials import Material
 from seatfem.structures.method import Aims
 from seatfem.structures.reduction.lip_modes import face_greens
-from seatfem.structures.rings import Division, as_a_whole
-from seatfem.study.scene import Scene, load_scene
-from tests.as_stated import seat_of
 from tests.structures.test_face_lip import KIDNEY, closed
 
-MESHES = Path(__file__).parents[2] / "meshes"
 AIMS = Aims(100e3, 40e-6, 0.01)
 YOUNG, HEIGHT = 200e9, 3e-3
 WITHOUT_POISSON = Material(YOUNG, 0.0, 7850.0)
@@ -101,26 +96,3 @@ def test_two_faces_know_of_each_other() -> None:
     halves = compliance.reshape(2, 4, 2, 4).mean(axis=(1, 3))
     np.testing.assert_allclose(halves, whole, rtol=1e-9)
     assert abs(compliance[3, 4]) < 0.2 * compliance[3, 3]
-
-
-def scene_of(folder: Path, contact: str, name: str = "kidney_seat", size: float = 1.2) -> Scene:
-    path = folder / "scene.toml"
-    path.write_text(
-        f'[seat]\nkind = "cad"\nfile = "{MESHES / name}.step"\nmaterial = "steel"\nmodel = "spring"\n'
-        f'mesh = {{ size = "4 mm", contact_size = "{size} mm" }}\n'
-        f'[reed]\nkind = "rigid_mass"\nmass = "0.1 g"\nvelocity = "-1 m/s"\n[contact]\n{contact}\n'
-        '[run]\nduration = "0.1 ms"\n',
-        encoding="utf-8",
-    )
-    return load_scene(path)
-
-
-@pytest.mark.slow
-def test_a_kidney_of_a_step_file(tmp_path: Path) -> None:
-    """A kidney meshed by gmsh has the same static compliance in 16 arcs as in one port."""
-    many, one = (seat_of(scene_of(tmp_path, f"ports = {arcs}"), mesh_error=False) for arcs in (16, 1))
-    assert many.greens.ports == Division(16).names
-    whole = as_a_whole(many.greens).static_compliance()[0, 0]
-    assert whole == pytest.approx(one.greens.static_compliance()[0, 0], rel=1e-9)
-    compliance = many.greens.static_compliance()
-    np.testing.assert_allclose(compliance, compliance[::-1, ::-1], atol=0.1 * compliance.max())  # but for the mesh

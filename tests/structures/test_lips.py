@@ -17,7 +17,6 @@ from seatfem.structures.rings import (
     Division,
     as_a_whole,
     divided_less,
-    division_to_compare,
     in_fewer_arcs,
     parts_joined,
     ring_shares,
@@ -130,12 +129,6 @@ def test_fewer_parts_are_means_of_more() -> None:
     np.testing.assert_allclose(
         joined.static_compliance()[0, 1:], static[5].reshape(6, 2, 2).mean(axis=1).ravel(), rtol=1e-12
     )
-
-
-def test_the_model_behind_an_error() -> None:
-    assert division_to_compare(Division(16, 2)) == Division(32, 2)
-    assert division_to_compare(Division(1, 1)) == Division(1, 4)
-    assert division_to_compare(Division(100, 2)) == Division(100, 2)  # twice as many are more than can be
 
 
 def test_fewer_arcs_are_joined_of_whole_ones() -> None:

@@ -134,15 +134,6 @@ def test_merging_on_reading(tmp_path):
     assert whole.provenance.content_hash != apart.provenance.content_hash
 
 
-def test_a_mirrored_file_says_that_it_was_mended(tmp_path):
-    path = tmp_path / "mirrored.inp"
-    one, _, _ = DECK.replace("1, 1, 2, 3, 4, 5, 6, 7, 8", "1, 5, 6, 7, 8, 1, 2, 3, 4").partition("2, 12, 13")
-    path.write_text(f"{one}*Nset, nset=L\n1, 4, 5, 8\n*Nset, nset=R\n2, 3, 6, 7\n")
-    seat = read_mesh(path, contact="L", fixed="R")
-    assert seat.quality.min_scaled_jacobian == pytest.approx(1.0)
-    assert any("mirrored node order" in note for note in seat.provenance.notes)
-
-
 def test_a_patch_inside_the_mesh(tmp_path):
     path = tmp_path / "two.inp"
     path.write_text(

@@ -2,18 +2,13 @@
 
 import itertools
 import math
-import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from impact.notices import silent
-from seatfem.machine.resources import Stopwatch
-from seatfem.pictures.cell_grid import skin_of
 from seatfem.structures.errors import MeshError
 from seatfem.structures.formats.mesh_files import read_mesh
-from tests.gallery import load_text
 
 UNIT = 1e-2  # metres; the files of `write_mesh_files` are in centimetres
 RING = 3 * math.pi / 4 * UNIT**3
@@ -70,38 +65,9 @@ def test_curved_volume_converges(written_meshes, name, order):
     assert math.log2(errors[0] / errors[1]) == pytest.approx(order, abs=0.1)
 
 
-SEAT = (
-    '[seat]\nkind = "mesh"\nfile = "{}"\nunit = "mm"\nmaterial = "steel"\ngreens = {{ bandwidth = "300 kHz" }}\n'
-    '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[run]\nduration = "50 us"\n'
-)
-
-
-@pytest.mark.slow(but="hex-1")
-@pytest.mark.parametrize("name", ["hex-1-4.inp", "hex-2-2.msh4.msh", "hex20-2-2.inp", "hex20-2-4.inp"])
-def test_a_seat_of_hexahedra_is_solved_and_drawn(written_meshes, tmp_path, name):
-    """With a nodal mass; its compliance is that of tetrahedra: measured, 0.8 % apart on these coarse meshes."""
-    seat = load_text(tmp_path, SEAT.format((written_meshes / name).as_posix())).seat
-    solved, other = (
-        body.solve(body.stated(), 5e-5, Stopwatch(), silent)
-        for body in (seat, seat.model_copy(update={"file": written_meshes / "tet-2-4.inp"}))
-    )
-    assert solved.model.M.nnz == solved.model.size
-    ours, theirs = (each.greens.static_compliance()[0, 0] for each in (solved, other))
-    assert ours == pytest.approx(theirs, rel=0.015)
-    assert np.ptp(skin_of(solved.model).points, axis=0) == pytest.approx([2e-3, 2e-3, 1e-3])
-
-
 # One element whose nodes stand at F(reference place), F = (x + A x z, y + B x^2, z): det F' = 1 + A z, and areas of the
 # faces z = 0 and z = 1 in closed form. Reference places as the manuals print them.
 A, B = 0.3, 0.2
-TET = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
-TET_MIDDLE = [(0.5, 0, 0), (0.5, 0.5, 0), (0, 0.5, 0), (0, 0, 0.5), (0.5, 0, 0.5), (0, 0.5, 0.5)]
-HEX = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
-LOW = [(0.5, 0, 0), (1, 0.5, 0), (0.5, 1, 0), (0, 0.5, 0)]
-HIGH = [(0.5, 0, 1), (1, 0.5, 1), (0.5, 1, 1), (0, 0.5, 1)]
-UPRIGHT = [(0, 0, 0.5), (1, 0, 0.5), (1, 1, 0.5), (0, 1, 0.5)]
-ABAQUS = {"C3D4": TET, "C3D10M": TET + TET_MIDDLE, "C3D8R": HEX, "C3D20R": HEX + LOW + HIGH + UPRIGHT}
-NASTRAN = {"CTETRA4": TET, "CTETRA": TET + TET_MIDDLE, "CHEXA8": HEX, "CHEXA": HEX + LOW + UPRIGHT + HIGH}
 
 
 def moved(places, curved):
@@ -120,56 +86,6 @@ def check_one_element(seat, nodes):
     assert seat.quality.nodes == {4: 4, 10: 10, 8: 8, 20: 27}[nodes]
 
 
-def abaqus_deck(kind):
-    """Data lines of *NODE and *ELEMENT; node numbers with gaps, 15 numbers on a line."""
-    places = ABAQUS[kind]
-    points = moved(places, len(places) > 8)
-    nodes = "\n".join(f"{10 * k + 7}, {x!r}, {y!r}, {z!r}" for k, (x, y, z) in enumerate(points.tolist()))
-    numbers = [str(10 * k + 7) for k in range(len(places))]
-    return nodes, ",\n".join(", ".join(numbers[k : k + 15]) for k in range(0, len(numbers), 15))
-
-
-def write_abaqus(path, kind):
-    """As Abaqus/CAE writes it: part, instance, internal element set behind the surface."""
-    nodes, listed = abaqus_deck(kind)
-    tet = len(ABAQUS[kind]) in (4, 10)
-    contact = "S4" if tet else "S2"  # x = 0; z = 1
-    path.write_text(f"""*Heading
-** a comment, then a keyword line that goes on
-*Part, name=Seat
-*NODE
-{nodes}
-*Element,
- type={kind}
-5, {listed}
-*Nset, nset=Base, generate
- 7, {27 if tet else 37}, 10
-*Elset, elset=Steel
-5,
-*End Part
-*Assembly, name=Assembly
-*Instance, name=Seat-1, part=Seat
-*End Instance
-*Elset, elset=_Top, internal, instance=Seat-1
- 5,
-*Surface, type=ELEMENT, name=Top
-_Top, {contact}
-*End Assembly
-*Material, name=Steel
-*Elastic
-210000., 0.3
-""")
-
-
-@pytest.mark.parametrize("kind", ABAQUS)
-def test_abaqus_dialect(tmp_path, kind):
-    path = tmp_path / "seat.inp"
-    write_abaqus(path, kind)
-    seat = read_mesh(path, contact="top", fixed="BASE")  # names without regard to case
-    check_one_element(seat, len(ABAQUS[kind]))
-    assert list(seat.mesh.subdomains) == ["seat", "Steel"]
-
-
 def fields(name, words):
     """Small fields, continued on as many lines as it takes."""
     lines = [words[k : k + 8] for k in range(0, len(words), 8)]
@@ -177,27 +93,6 @@ def fields(name, words):
     return "\n".join(
         f"{head:8}" + "".join(f"{word:8}" for word in line) for head, line in zip(heads, lines, strict=True)
     )
-
-
-@pytest.mark.parametrize("kind", NASTRAN)
-def test_nastran_dialect(tmp_path, kind):
-    places = NASTRAN[kind]
-    tet = len(places) in (4, 10)
-    points = moved(places, len(places) > 8).tolist()
-    # Large fields, the exponent without its letter.
-    grid = [
-        f"GRID*   {k + 1:<16}{'':16}{10 * x:<16.9f}{10 * y:<16.9f}\n*       {z:.9f}+1"
-        for k, (x, y, z) in enumerate(points)
-    ]
-    element = fields(kind.rstrip("48"), ["5", "2", *(str(k + 1) for k in range(len(places)))])
-    load = "PLOAD4,9,5,1.,,,,1,2" if tet else "PLOAD4,9,5,1.,,,,5,7"  # a vertex, and the one off the face or opposite
-    held = "SPC1,4,123,1,THRU,3" if tet else "SPC1,4,123,1,2,3,4"
-    lines = ["SOL 103", "CEND", "BEGIN BULK", "$ comment", *grid, element, load, held, "ENDDATA", "GRID,1,7"]
-    path = tmp_path / "seat.bdf"
-    path.write_text("\n".join(lines))
-    seat = read_mesh(path, contact="PLOAD4 9", fixed="SPC 4", unit=0.1)
-    check_one_element(seat, len(places))
-    assert list(seat.mesh.subdomains) == ["seat", "PID 2"]
 
 
 VTK = {"vtkTetra": 10, "vtkQuadraticTetra": 24, "vtkHexahedron": 12, "vtkQuadraticHexahedron": 25}
@@ -244,24 +139,6 @@ def test_bricks_of_27_nodes_in_unv(written_meshes):
         ring(written_meshes, "hex-2-2.unv")
 
 
-def test_node_groups_of_unv(written_meshes, tmp_path):
-    whole = ring(written_meshes, "hex20-2-2.unv")
-    text = (written_meshes / "hex20-2-2.unv").read_text().rstrip().removesuffix("-1").rstrip()
-    # Every node with z = 0, as one more group of the last dataset.
-    nodes = re.findall(r"^ +(\d+) .*\n.* 0\.0+D\+00$", text, re.MULTILINE)
-    entities = [f"{7:10}{node:>10}{0:10}{0:10}" for node in nodes]
-    pairs = ["".join(entities[k : k + 2]) for k in range(0, len(entities), 2)]
-    path = tmp_path / "nodes.unv"
-    path.write_text(
-        "\n".join([text, "".join(f"{n:10}" for n in (9, 0, 0, 0, 0, 0, 0, len(entities))), "floor", *pairs, "    -1\n"])
-    )
-    seat = read_mesh(path, fixed="floor", unit=UNIT)
-    assert seat.quality.areas["fixed"] == pytest.approx(whole.quality.areas["fixed"], rel=1e-12)
-    path.write_text(text.replace("2412", "2412\n  1"))
-    with pytest.raises(MeshError, match=r"nodes\.unv:\d+: dataset 2412.*export"):
-        read_mesh(path)
-
-
 @pytest.mark.parametrize(
     ("options", "message"),
     [
@@ -288,11 +165,3 @@ def test_a_vtu_that_is_none(tmp_path):
         read_mesh(path)
     with pytest.raises(MeshError, match=r"\.msh, \.med, \.unv, \.inp"):
         read_mesh(Path(__file__))
-
-
-def test_a_free_seat_and_groups_that_trade_names(written_meshes):
-    seat = ring(written_meshes, "tet-2-2.inp", contact="fixed", fixed=None)
-    assert {"contact", "contact of the file"} <= seat.mesh.boundaries.keys()
-    place = seat.mesh.p[:, seat.mesh.facets[:, seat.mesh.boundaries["contact"]]]
-    assert np.all(place[2] == 0.0)
-    assert "fixed" not in seat.mesh.boundaries

@@ -8,13 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatfem.structures.formats.mesh_files import read_mesh
 from seatfem.structures.mesh.gmsh_process import MeshingError
 from seatfem.structures.mesh.meshing import content_hash, make_mesh
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import AnnularSeat, CadPart, GeometryError
 
-MESHES = Path(__file__).resolve().parents[2] / "meshes"
 DEMO_SPEC = MeshSpec(size=1.6e-3, contact_size=0.6e-3)  # that of meshes/make_meshes.py
 COARSE = MeshSpec(size=3e-3)
 
@@ -33,15 +31,6 @@ def test_demo_mesh_is_sound(demo):
     assert demo.quality.volume == pytest.approx(demo.quality.cad_volume, rel=2e-5)
     assert demo.quality.areas == pytest.approx(demo.quality.cad_areas, rel=2e-5)
     assert demo.quality.min_scaled_jacobian > 0.2
-
-
-@pytest.mark.slow
-def test_msh_file_is_the_parametric_seat(demo):
-    seat = read_mesh(MESHES / "annular_seat.msh")
-    assert seat.order == 2
-    assert seat.quality.areas == pytest.approx(demo.quality.areas, rel=1e-5)
-    assert seat.quality.volume == pytest.approx(demo.quality.volume, rel=1e-5)
-    assert (MESHES / "annular_seat.msh").stat().st_size < 1.5e6
 
 
 @pytest.mark.slow

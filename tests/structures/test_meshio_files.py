@@ -122,17 +122,6 @@ def test_nastran_holds_small_coordinates_and_says_the_names(seats, tmp_path):
     )
 
 
-@pytest.mark.parametrize("begin", ["BEGIN BULK\n", ""])
-def test_loaded_and_held_faces_of_a_nastran_deck(tmp_path, begin):
-    """Also without its frame, which is common."""
-    deck = tmp_path / "a.bdf"
-    deck.write_text(
-        f"{begin}GRID,1,,0.,0.,0.\nGRID,2,,1.,0.,0.\nGRID,3,,0.,1.,0.\nGRID,4,,0.,0.,1.\nCTETRA,1,3,1,2,3,4\n"
-        "PLOAD4,9,1,1.,,,,1,2\nSPC1,4,123,1,2,3\nENDDATA\n"
-    )
-    assert {"contact", "fixed"} <= read_mesh(deck, contact="PLOAD4 9", fixed="SPC 4").mesh.boundaries.keys()
-
-
 def test_bad_requests(seats, tmp_path):
     with pytest.raises(MeshError, match="no suffix: choose one of"):
         write_mesh(seats["tet-1"], tmp_path / "a")

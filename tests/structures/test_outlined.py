@@ -12,10 +12,8 @@ from scipy.special import iv, ivp, jv, jvp, kv, kvp, yv, yvp
 
 from seatfem.structures.materials import Material
 from seatfem.structures.mesh.plane_meshes import mesh_sheet
-from seatfem.structures.outlines import of_sheet
 from seatfem.structures.shapes import Flapper, GeometryError, Outlined, decode, encode
 from seatfem.structures.shapes.loops import whole
-from seatfem.structures.shapes.selectors import CylinderFace
 from seatfem.structures.sheets import Sheet, plate_modes
 
 STEEL = Material(206e9, 0.3, 7800.0)
@@ -241,10 +239,3 @@ def test_the_nodes_of_a_clamped_hole_are_those_of_its_edge() -> None:
         replace(UMBRELLA, hole=(0.0, 4e-3))
     with pytest.raises(GeometryError, match="give one of segment, hole"):
         replace(PLATE, holes=(SLOT,), hole=(5e-3, 0.0))
-
-
-def test_a_hole_is_clamped_in_drawing_and_solid() -> None:
-    views = of_sheet("sheet", UMBRELLA, ())
-    assert np.hypot(*views.clamp[0].T) == pytest.approx(2.5e-3)
-    assert sorted(float(line[0, 0]) for line in views.held) == pytest.approx([-2.5e-3, 2.5e-3], rel=2e-3)
-    assert UMBRELLA.patches["fixed"][0] == CylinderFace(2.5e-3, (0.0, 0.0, 1.0), (0.0, 0.0, 0.0), several=True)

@@ -8,7 +8,7 @@ from seatfem.structures import sheets
 from seatfem.structures.cache import VARIABLE, CacheWarning
 from seatfem.structures.materials import Material
 from seatfem.structures.shapes.outlined import Outlined
-from seatfem.structures.sheets import Sheet, in_wider_band, modes_in_process, plate_modes
+from seatfem.structures.sheets import Sheet, modes_in_process, plate_modes
 
 CORNERS = ((0.0, -2e-3), (12e-3, -2e-3), (12e-3, 2e-3), (0.0, 2e-3))
 STRIP = Outlined(CORNERS, 0.3e-3, (10e-3, 0.0), (CORNERS[3], CORNERS[0]))
@@ -49,13 +49,6 @@ def test_a_plate_comes_back_bit_for_bit_without_mesher_and_eigensolver(monkeypat
     same(first, _again())
 
 
-def test_other_questions_have_other_files():
-    plate_modes(ASKED)
-    plate_modes(ASKED, 1.5)
-    plate_modes(Sheet(STRIP, Material(206e9, 0.3, 7801.0), 5e3))
-    assert len(files()) == 3
-
-
 @pytest.mark.parametrize("harm", ["cut", "flipped", "other"])
 def test_a_damaged_file_is_told_and_replaced(harm):
     first = plate_modes(ASKED)
@@ -88,13 +81,3 @@ def test_all_plates_together_are_bounded(monkeypatch):
     monkeypatch.setattr(sheets, "MOST", files()[0].stat().st_size * 1.5)
     plate_modes(ASKED, 1.4)
     assert len(files()) == 1
-
-
-def test_the_modes_report_their_progress_and_are_the_same_whoever_watches():
-    reports = []
-    first = plate_modes(ASKED, progress=lambda stage, done: reports.append(stage))
-    assert {"factorization", "modes"} <= set(reports)
-    assert plate_modes(ASKED) is first
-    reports.clear()
-    assert in_wider_band(first, lambda stage, done: reports.append(stage)) is not None
-    assert "modes" in reports

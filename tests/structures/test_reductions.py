@@ -288,13 +288,6 @@ def test_g_is_known_for_as_long_as_it_was_computed(block):
 
 
 @pytest.mark.slow
-def test_modes_are_modes_at_any_time(block):
-    modes = greens_function(block, bandwidth=1 / WIDTH, duration=SPAN, tolerance=2e-2, method="modes")
-    assert modes.valid_for == np.inf
-    assert late_error(block, modes, 0.0, 30 * SPAN) <= 2 * modes.error_estimate.reduction
-
-
-@pytest.mark.slow
 def test_where_krylov_vectors_do_not_suffice_the_next_way_is_taken(block, monkeypatch):
     """Unless the scene states their number; where no way reaches the tolerance, the message has the reason of each."""
     ways = {"krylov": Krylov(most=12), "modes": Modal()}

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from seatfem.faces.cli import BAD_INPUT, DONE, run_command
+from seatfem.faces.cli import BAD_INPUT, run_command
 from seatfem.structures.inspection.cad import inspect_geometry
 from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.mesh.spec import MeshSpec
@@ -107,13 +107,3 @@ def test_a_plan_names_the_key(
     (tmp_path / "scene.toml").write_text(SCENE.format(path, fixed, more))
     assert run_command(["plan", str(tmp_path / "scene.toml")]) == BAD_INPUT
     assert f"{key}: " in capfd.readouterr().err
-
-
-def test_the_verb_lists_the_solids(path: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    """The verb lists number, name, volume and centre of each solid, and the solid of each face."""
-    assert run_command(["faces", str(path), "-o", str(tmp_path / "a.csv")]) == DONE
-    rows = [line.strip("│ ").split("│") for line in capfd.readouterr().out.splitlines() if "solid_2" in line]
-    assert [cell.strip() for cell in rows[0]][2:] == ["solid_2", "216", "33, 3, 3"]
-    head, *faces = (tmp_path / "a.csv").read_text().splitlines()
-    assert head.endswith("solid")
-    assert [face.split(",")[0] for face in faces if face.endswith(",2")] == [str(n) for n in range(7, 13)]

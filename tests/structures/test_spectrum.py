@@ -1,6 +1,5 @@
 """Block Lanczos about shifts inside the spectrum: complete whatever repeats, crowds or coincides."""
 
-import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -78,15 +77,6 @@ def test_a_shift_that_is_an_eigenvalue_is_moved():
         assert shift.count == np.sum(values < shift.value)
 
 
-@pytest.mark.slow
-def test_several_shifts_are_taken_for_many(monkeypatch):
-    monkeypatch.setattr(spectrum, "_AT_ONCE", 12)
-    values, model = SPECTRA["clusters"], pencil(SPECTRA["clusters"])
-    modes = solve_modes(model, 60)
-    assert modes.complete
-    assert modes.omega**2 == pytest.approx(values[:60], rel=1e-9)
-
-
 @pytest.fixture(scope="module")
 def square_block():
     mesh = skfem.MeshHex.init_tensor(*(np.linspace(0, a, n) for a, n in ((1e-2, 5), (1e-2, 5), (4e-3, 4))))
@@ -148,19 +138,3 @@ def test_unusable_requests(square_block):
     with pytest.raises(ConvergenceError, match=r"modes .*\(limit 5\)"):
         Spectrum(model).below((2 * np.pi * 1e6) ** 2, 5)
     assert len(solve_modes(model, up_to_hz=1.0).omega) == 0
-
-
-def test_progress_is_reported_before_each_block(monkeypatch):
-    """A report, by which a limit of time ends the search, stands before each block."""
-    events = []
-    expand = spectrum.BlockLanczos.expand
-
-    def counted(self):
-        events.append("block")
-        expand(self)
-
-    monkeypatch.setattr(spectrum.BlockLanczos, "expand", counted)
-    solve_modes(pencil(SPECTRA["spread"]), 100, progress=lambda stage, done: events.append(stage))
-    pairs = list(itertools.pairwise(events))
-    assert events.count("block") > 10
-    assert ("block", "block") not in pairs

@@ -81,16 +81,6 @@ def test_the_key_is_of_the_content(tmp_path: Path) -> None:
         content_key({"a": {1}})
 
 
-def test_where_it_stands(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setenv("SEATFEM_STORE", str(tmp_path / "mine"))
-    assert Store.default().folder == tmp_path / "mine"
-    monkeypatch.delenv("SEATFEM_STORE")
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    assert Store.default().folder == tmp_path / "seatfem" / "greens"
-    monkeypatch.delenv("XDG_CACHE_HOME")
-    assert Store.default().folder == Path.home() / ".cache" / "seatfem" / "greens"
-
-
 def test_what_is_refused(tmp_path: Path) -> None:
     with pytest.raises(StoreError, match=r"'\.\./escape'.*content"):
         Store(tmp_path).get("../escape")

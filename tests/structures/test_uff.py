@@ -111,27 +111,6 @@ def test_impulse_responses(tmp_path: Path) -> None:
         )
 
 
-def test_what_is_refused(tmp_path: Path) -> None:
-    masses = np.ones(3)
-    path = write_sets(tmp_path / "modes.uff", *modes(masses, masses))
-    with pytest.raises(UffError, match=r"system .cgs. is unknown"):
-        read_modes_uff(path, ports=PORTS, system="cgs")  # type: ignore[arg-type]
-    with pytest.raises(UffError, match=r"mode 1.*node 5.*3.*7.*9"):
-        read_modes_uff(path, ports={"lip": (5, "+z")}, system="SI")
-    with pytest.raises(UffError, match=r"dataset 58.*\[55\]"):
-        read_frf_uff(path, ports=PORTS, system="SI")
-    with pytest.raises(UffError, match=r"none.uff: no such file"):
-        read_frf_uff(tmp_path / "none.uff", ports=PORTS)
-    (tmp_path / "text.uff").write_text("no universal file")
-    with pytest.raises(UffError, match=r"text.uff:1: 'no universal file' .*export"):
-        read_frf_uff(tmp_path / "text.uff", ports=PORTS)
-    one = function(0, 0, G[:, 0, 0])
-    with pytest.raises(UffError, match=r"stop / lip, stop / stop; .*7:3/7:3"):
-        read_frf_uff(write_sets(tmp_path / "one.uff", one), ports=PORTS, system="SI")
-    with pytest.raises(UffError, match=r"'lip'.*'lip'"):
-        read_frf_uff(write_sets(tmp_path / "twice.uff", one, one), ports={"lip": PORTS["lip"]}, system="SI")
-
-
 def test_pyuff_reads_what_is_written(tmp_path: Path) -> None:
     """Modes, nodes, units and responses are those of the body, by another reader of the format."""
     write_receptance_uff(BODY, F, tmp_path / "g.uff")

@@ -1,7 +1,6 @@
 """The loop begins coarse, measures the error of each key by a neighbour, and refines what the target needs."""
 
 import math
-import re
 from collections.abc import Mapping
 from dataclasses import replace
 from itertools import pairwise
@@ -12,18 +11,12 @@ from typing import Any, cast
 import pytest
 
 from impact.runs.variations import Budget
-from seatfem.faces.cli import DONE, run_command
-from seatfem.structures.kinds.structure import MOST_BEAM_MODES
 from seatfem.structures.reduction import lip_modes
 from seatfem.study.ladders import mesh
 from seatfem.study.method import (
     BAND,
-    FIELDS,
     MODEL,
     MODES,
-    REED_BAND,
-    REED_CONTACT_SIZE,
-    REED_SIZE,
     SIZE,
     STEP,
     TOLERANCE,
@@ -46,7 +39,7 @@ from seatfem.study.runs.next_round import Limits
 from seatfem.study.runs.round import Round
 from seatfem.study.runs.rounds import rounds
 from tests.steps import Stopwatch, silent
-from tests.study.small_scenes import ANNULAR, BAR, MASS, PLATE, REED, STEEL, TWO_PORTS, scene_of
+from tests.study.small_scenes import ANNULAR, BAR, MASS, PLATE, REED, TWO_PORTS, scene_of
 
 pytestmark = pytest.mark.usefixtures("own_store")
 FINER = {**dict.fromkeys((SIZE, STEP, TOLERANCE), -1), **dict.fromkeys((BAND, MODES), 1)}
@@ -124,14 +117,6 @@ def test_the_target_is_met_by_what_is_finer_in_every_refined_key(
 
 
 @pytest.mark.slow
-def test_two_loops_take_the_same_way(tmp_path: Path) -> None:
-    scene = scene_of(BAR, MASS, accuracy={"target": 0.03, "landing": "run"})
-    ways = [[done.plan.method for done in loop(scene, tmp_path / name)] for name in ("one", "other")]
-    assert ways[0] == ways[1]
-    assert len(ways[0]) > 1
-
-
-@pytest.mark.slow
 def test_a_spring_is_dismissed_where_waves_count(tmp_path: Path) -> None:
     """The plan's spring is replaced when the waves of a long bar return while the contact lasts."""
     scene = scene_of(BAR, MASS, accuracy={"target": 0.05, "landing": "run"})
@@ -197,60 +182,11 @@ def test_a_measure_whose_bar_exceeds_its_value_is_given_up(
     assert not why or "contact duration is 160 % of its value after 2 refinements" in why
 
 
-def test_what_is_given_up_is_told_with_what_it_leaves() -> None:
-    done = round_of({SIZE: 0.2}, refined={SIZE: (Refinement(0.21, 2.0),) * TRIES})
-    plan, why = refine_plan(done)
-    assert plan is None
-    assert "seat.mesh.size" in why
-    assert "30 % of impulse" in why
-
-
-def test_a_stated_key_is_named_where_the_loop_stops() -> None:
-    plan, why = refine_plan(round_of({SIZE: 0.2}, seat__mesh={"size": "1 mm", "contact_size": "0.5 mm"}))
-    assert plan is None
-    assert "seat.mesh.size" in why
-    assert "the file states it" in why
-
-
 def test_work_is_bounded_by_what_gains_most() -> None:
     done = round_of({SIZE: 0.3, STEP: 0.3, BAND: 0.3}, target=0.001)
     plan, _ = refine_plan(done)
     assert plan is not None
     assert 1 < max(work_ratio(done.plan.method, plan.method, plan.scene).values()) <= MOST_WORK
-
-
-def test_unknowns_of_a_reed_are_work() -> None:
-    """A ball whose elements are half as large has eight times the unknowns, and the seat's work is the same."""
-    run = 'run = { duration = "0.1 ms" }'
-    ball = f'reed = {{ kind = "ball", diameter = "5 mm", velocity = "-1 m/s", {STEEL} }}'
-    scene = scene_of(BAR, ball, run)
-    method = begin_method(scene)
-    coarse, fine = (method.replaced({REED_SIZE: size, REED_CONTACT_SIZE: size}) for size in (2e-4, 1e-4))
-    work = work_ratio(coarse, fine, scene)
-    assert (work["seat"], work["contact"]) == (1, 1)
-    dimensions = 2 if scene.reed.elastic.elements_of(method.reed) == "axisymmetric" else 3
-    assert work["reed"] == pytest.approx(2**dimensions)
-
-
-def test_a_lip_in_more_arcs_has_no_more_modes() -> None:
-    """The seat's modes are computed once for all arcs; the contact has twice as many points."""
-    plate = {"kind": "ring_plate", "inner_diameter": "6 mm", "outer_diameter": "12 mm", "thickness": "1 mm"}
-    reed = {**plate, "material": "steel", "velocity": "-1 m/s"}
-    scene = scene_of(ANNULAR, 'run = { duration = "0.1 ms" }', reed=reed, contact={"tilt": "0.3 deg", "ports": 16})
-    method = begin_method(scene)
-    work = work_ratio(method, method.along(scene.geometry, 32, 1), scene)
-    assert work == {"seat": 1, "reed": 1, "contact": 2}
-
-
-@pytest.mark.slow
-def test_the_command_line_runs_the_loop(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    scene = tmp_path / "scene.toml"
-    scene.write_text(f'{ANNULAR}\n{MASS}\naccuracy = {{ target = "10 %", landing = "run" }}\n', encoding="utf-8")
-    monkeypatch.chdir(tmp_path)
-    assert run_command(["run", "scene.toml", "--no-pictures"]) == DONE
-    plan = (tmp_path / "scene-result" / "plan.json").read_text(encoding="utf-8")
-    assert all(key in plan for key in FIELDS if key in (SIZE, STEP))
-    assert "% of peak force, measured" in plan
 
 
 @pytest.mark.slow
@@ -273,34 +209,3 @@ def test_bands_end_where_a_seat_in_segments_has_too_many_modes(
     assert further is None
     for words in (BAND, "kHz", f"more than {most} modes", "state a longer run.filter_width"):
         assert words in why
-
-
-def test_bands_of_a_plate_end_where_it_has_too_many_modes() -> None:
-    """The widest one is computed, no wider one is offered, and the words name key, value, limit and remedy."""
-    plan = begin_plan(scene_of(TWO_PORTS, reed__greens={}))
-    ladder, plate = converge.ladder_of(REED_BAND), plan.scene.reed.thin_plate
-    assert ladder is not None
-    assert plate is not None
-    widest = ladder.refine(plan.scene, plan.method, 100.0)
-    assert widest is not None
-    plate.sheet(widest.reed.bandwidth).check()
-    assert ladder.refine(plan.scene, widest, 100.0) is None
-    seat = SimpleNamespace(greens=SimpleNamespace(modal=None))
-    done = SimpleNamespace(plan=replace(plan, method=widest), seat=seat)
-    assert set(why := converge._out_of_reach(cast(Round, done))) == {REED_BAND}
-    assert re.fullmatch(r"above \d+ kHz .* 600 modes .*: state a longer run.filter_width", why[REED_BAND])
-
-
-def test_the_most_of_what_rounds_count_is_named() -> None:
-    done = round_of({MODES: 0.2})
-    done.plan = replace(done.plan, method=done.plan.method.replaced({MODES: MOST_BEAM_MODES}))  # type: ignore[misc]
-    assert refine_plan(done)[1].endswith(f"and rounds take at most {MOST_BEAM_MODES}: state {MODES}")
-
-
-def test_a_measure_of_zero_is_named_where_nothing_can_be_refined() -> None:
-    done = round_of({TOLERANCE: 0.2})
-    done.left = replace(done.left, values={"impulse": 0.0})  # type: ignore[misc]
-    assert converge.what_remains(done) == ""
-    further, why = refine_plan(done)
-    assert further is None
-    assert why.endswith("is zero, so that a relative error has no meaning")

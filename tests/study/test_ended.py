@@ -81,20 +81,6 @@ def test_other_questions_begin_anew(tmp_path):
     assert cached_plan(plan_of(tmp_path, 'title = "another name"\n' + SCENE).scene) is not None  # that asks for nothing
 
 
-@pytest.mark.slow
-def test_what_met_in_one_round_is_kept_and_what_missed_is_not(store_of_the_test, tmp_path):
-    done = last_of(plan_of(tmp_path, SCENE.replace('"2 %"', '"20 %"')), tmp_path)
-    assert done.number == 1
-    save_plan(done.plan.scene, done)
-    assert cached_plan(done.plan.scene).method == done.plan.method
-    (only,) = (store_of_the_test / "ended").iterdir()
-    strict = SCENE.replace('"2 %"', '"0.1 %"').replace("[run]", '[run]\ntime_step = "2 us"')
-    missed = last_of(plan_of(tmp_path, strict), tmp_path)
-    assert not missed.met
-    save_plan(missed.plan.scene, replace(missed, number=2))
-    assert list((store_of_the_test / "ended").iterdir()) == [only]
-
-
 HARM = {
     "no JSON": lambda kept: "no JSON",
     "a list": lambda kept: "[]",

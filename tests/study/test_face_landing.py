@@ -15,11 +15,11 @@ from seatfem.structures.lands import FaceLip
 from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.impacts.touches import measured
 from seatfem.study.ladders.mesh import PER_ARC
-from seatfem.study.method import as_stated, stated_method
+from seatfem.study.method import stated_method
 from seatfem.study.scene.lips import closed_line
 from tests.as_stated import seat_of, striker_of
 from tests.gallery import FLAPPER, load_text
-from tests.steps import Division, Lip, ModelError, Scene, SceneError, begin_plan, check_files, error_budget
+from tests.steps import Division, ModelError, Scene, SceneError, begin_plan, check_files, error_budget
 
 MESHES = Path(__file__).parents[2] / "meshes"
 STEEL = 'material = { young = "206 GPa", poisson = 0.3, density = "7800 kg/m^3" }\n'
@@ -157,41 +157,6 @@ def test_plans_mesh_each_arc(tmp_path: Path) -> None:
         seat_of(scene_of(tmp_path, SLOT + sizes, "ports = 48\n"))
 
 
-@pytest.mark.slow
-def test_arcs_of_a_face_are_chosen(tmp_path: Path) -> None:
-    """The plan takes the fewest arcs whose convergence can be estimated, as for a circle."""
-    plan = begin_plan(scene_of(tmp_path, SLOT + 'model = "spring"\n', 'tilt = "0.2 deg"\n', 0.04))
-    assert plan.method.ports == 16
-    assert plan.is_open("contact.ports")
-    assert plan.method.reed.lip.arcs == plan.method.ports
-
-
-@pytest.mark.slow
-def test_a_lip_leaves_no_sectors(tmp_path: Path) -> None:
-    """A plate with one port is solved as a quarter only if its land is struck as a whole, not in arcs."""
-    one = PLATE.replace("ports = 4", "ports = 1")
-    scene = scene_of(tmp_path, one, "ports = 16\n", 0.04)
-    assert scene.seat.stated().level == "sector"
-    plan = begin_plan(scene)
-    assert plan.method.seat.level in ("3d", "spring")
-    assert as_stated(plan.scene, plan.method).geometry.lip() == plan.method.seat.lip
-
-
-@pytest.mark.parametrize(
-    ("seat", "words"),
-    [
-        (cad("conical_seat"), "conical_seat.step:.*struck"),
-        (cad("block"), "block.step:.*1.5 times"),
-    ],
-)
-@pytest.mark.parametrize(("contact", "key"), [("ports = 8\n", "ports"), ('tilt = "1 deg"\n', "tilt")])
-def test_faces_of_files_that_are_no_lips(tmp_path: Path, seat: str, words: str, contact: str, key: str) -> None:
-    with pytest.raises(SceneError) as caught:
-        check_files(scene_of(tmp_path, seat, contact))
-    assert f"contact.{key}: " in str(caught.value)
-    assert re.search(words, str(caught.value))
-
-
 @pytest.mark.parametrize(
     ("seat", "words"),
     [
@@ -236,9 +201,3 @@ def test_a_slot_partly_off_the_reed(tmp_path: Path) -> None:
     assert max(float(line[:, 0].max()) for line in lip.cuts(np.arange(4000) / 4000)) == pytest.approx(5.5e-3, rel=1e-3)
     with pytest.raises(SceneError, match=r"contact\.offset: .*leaves a port open"):
         check_files(scene_of(tmp_path, SLOT, 'ports = 8\noffset = ["3 mm", "0 mm"]\n'))
-
-
-def test_rings_keep_their_arcs(tmp_path: Path) -> None:
-    """A ring of a body of revolution stays a `Lip`, not a `FaceLip`."""
-    seat = 'kind = "annular"\nbore_radius = "5 mm"\nlip_width = "1 mm"\nlip_edge_radius = "0 mm"\n' + STEEL
-    assert scene_of(tmp_path, seat, "ports = 12\n").geometry.lip() == Lip(5.5e-3, 1e-3, 12)

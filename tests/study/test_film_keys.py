@@ -9,10 +9,10 @@ import pytest
 
 import impact
 from impact import measures
-from seatfem.faces.verdict import simpler, verdict
+from seatfem.faces.verdict import verdict
 from seatfem.study.runs.summary import summarise
 from tests.gallery import FLAPPER, LIP, load_text, refusal
-from tests.steps import Division, Scene, Touches, bed, problem_of, run_contacts, run_scene, striker_of
+from tests.steps import Division, Scene, Touches, bed, problem_of, run_contacts, striker_of
 
 AIR = 'film = { viscosity = "18 uPa s", floor = "1 um" }'
 LANDING = f"""
@@ -76,26 +76,6 @@ def test_a_mass_is_stopped_by_the_momentum_of_its_film(tmp_path: Path) -> None:
     assert kept["film_loss_J"] == pytest.approx(0.5 * 1e-3 * 0.2**2, rel=1e-3)
     assert kept["film_force_peak_N"] == kept["peak_force_N"]
     assert verdict({**kept, "seat_kind": "annular"}) == ""
-
-
-@pytest.mark.slow
-def test_a_run_tells_of_its_film_and_of_none(tmp_path: Path) -> None:
-    scene = load_text(tmp_path, MASS.replace("-0.2 m/s", "-2 m/s"))
-    outcome = run_scene(scene, tmp_path, pictures=False)
-    summary = outcome.summary
-    without = load_text(tmp_path, MASS.replace("-0.2 m/s", "-2 m/s").replace("film = ", "# film = "))
-    plain = run_scene(without, tmp_path / "plain", pictures=False).summary
-    assert summary["stiction_force_peak_N"] == pytest.approx(0.4e5 * 34.56e-6)
-    assert summary["film_force_peak_N"] > 10.0  # type: ignore[operator]
-    assert summary["without_film_impulse_Ns"] == pytest.approx(plain["impulse_Ns"], rel=1e-3)
-    assert summary["without_film_filtered_peak_force_N"] == pytest.approx(plain["filtered_peak_force_N"], rel=1e-2)
-    assert summary["impulse_Ns"] < 0.95 * plain["impulse_Ns"]  # type: ignore[operator]
-    assert summary["energy_residual"] < 1e-9  # type: ignore[operator]
-    assert simpler(summary).startswith("simpler models: without the film ")
-    assert not any(key.startswith(("film", "without_film", "stiction")) for key in plain)
-    assert any("A gas, as viscosity = 1.8e-05 Pa s says" in message for message in outcome.messages)
-    loaded = impact.load_results(tmp_path / "result.h5")["wave"]
-    assert measures.film_force_peak(loaded) == summary["film_force_peak_N"]
 
 
 @pytest.mark.slow

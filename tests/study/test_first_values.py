@@ -6,8 +6,6 @@ from pathlib import Path
 
 import pytest
 
-from impact.after.landings import JUMP
-from impact.runs.variations import SAFETY
 from seatfem.study.ladders.table import ladder_of
 from seatfem.study.method import MODES, SIZE, STEP, as_stated, is_given, stated_method
 from tests.steps import Limits, Stopwatch, begin_plan, converge, rounds, silent
@@ -42,12 +40,6 @@ def test_what_it_leaves_open_is_filled_by_a_rule() -> None:
         assert not choice.given
         assert choice.reason
     assert plan.choice("run.time_step").given
-
-
-@pytest.mark.slow
-def test_what_a_run_ends_with_can_be_stated() -> None:
-    plan = converge(scene_of(ANNULAR, REED, accuracy__target="20 %")).plan
-    assert begin_plan(as_stated(plan.scene, plan.method)).method == plan.method
 
 
 def test_auto_and_absent_values_are_open() -> None:
@@ -110,14 +102,6 @@ def test_chosen_steps_end_with_the_run(factor: float) -> None:
     assert 0.7713e-3 / (4 * dt) == pytest.approx(round(0.7713e-3 / (4 * dt)), abs=1e-9)
 
 
-def test_elements_stay_no_smaller_than_those_stated_at_the_contact() -> None:
-    scene = scene_of(ANNULAR, REED, seat__mesh={"contact_size": "2 mm"})
-    method = begin_plan(scene).method
-    assert (method.seat.contact_size, is_given(scene, SIZE)) == (2e-3, False)
-    assert method.seat.size >= 2e-3
-    assert ladder_of(SIZE).refine(scene, method, 4.0) is None  # both sizes make one error
-
-
 @pytest.mark.slow
 def test_a_mesh_made_elsewhere_is_not_reduced_over_all_its_band() -> None:
     file = Path(__file__).parents[2] / "meshes" / "annular_seat.msh"
@@ -125,11 +109,3 @@ def test_a_mesh_made_elsewhere_is_not_reduced_over_all_its_band() -> None:
     plan = begin_plan(scene_of(REED, seat=seat))
     assert plan.method.seat.size is None
     assert plan.method.seat.bandwidth <= 1e6  # type: ignore[operator]
-
-
-@pytest.mark.slow
-def test_a_duration_is_known_to_an_eighth_of_a_step_at_best(tmp_path: Path) -> None:
-    wanted = {"target": "50 %", "measures": ["contact_duration"]}
-    scene = scene_of(SPRING, MASS, accuracy=wanted, run__time_step="2 us")
-    *_, done = rounds(begin_plan(scene), tmp_path, Stopwatch(), silent, limits=Limits(1))
-    assert 0.99 * SAFETY * JUMP * 2e-6 <= done.left.bar("contact_duration") < 2e-6

@@ -12,8 +12,8 @@ import impact
 from impact.after.result import ImpactResult
 from impact.gas import Compressor, Prescribed
 from seatfem.study.impacts.bodies import problem_of
-from seatfem.study.impacts.contact import RunError, check_step, fallback_step, run_contacts, stress_of
-from seatfem.study.impacts.gas import GasRun, cycle_masses, gas_notes, gas_of, lift_of
+from seatfem.study.impacts.contact import RunError, check_step, fallback_step, run_contacts
+from seatfem.study.impacts.gas import GasRun, cycle_masses, gas_notes, gas_of
 from tests.as_stated import seat_of, striker_of
 from tests.gallery import load_text, refusal
 from tests.steps import Scene, begin_plan, run_scene
@@ -190,30 +190,3 @@ def test_what_is_wrong_is_named(text: str, csv: str, words: str, tmp_path: Path)
     message = refusal(scene_of, tmp_path, text)
     assert re.search(words, message)
     assert int(message.split("scene.toml:")[1].split(":")[0]) > (SEAT + REED).count("\n")
-
-
-@pytest.mark.slow
-def test_a_reed_in_gas_is_bent_as_by_the_same_load(tmp_path: Path) -> None:
-    """Gas and an equal load give the same largest stresses and the same measure `stress`."""
-    area = '[["0 mm", "110 mm^2"], ["2 mm", "70 mm^2"]]'
-    record(tmp_path)
-    accuracy = '[accuracy]\nmeasures = ["impulse", "stress"]\n'
-    gas = 'angle = "30 deg"\ncylinder_pressure = "p.csv"\n[gas.force]\nforward = { area = '
-    driven = scene_of(tmp_path, f'{accuracy}{GAS}{gas}{area}, source = "bench" }}\n')
-    one = _stress(driven)
-    record(tmp_path, over=True)
-    load = f'[[load]]\npressure = {{ file = "p.csv", rpm = 3000, angle = "30 deg" }}\narea = {area}\n'
-    other = _stress(scene_of(tmp_path, load))
-    assert one["stress"] == pytest.approx(other["stress"], rel=1e-7)
-    assert other["initial"] == pytest.approx(one["initial"], rel=1e-7)
-    assert one["initial"] > 1e7  # lifted by the gas before it met anything
-    assert one["stress"] > one["initial"]
-    assert driven.turn == pytest.approx(0.02)  # the block of its life, where the last cycle is asked for
-
-
-def _stress(scene: Scene) -> dict[str, float]:
-    striker, seat = striker_of(scene), impact.spring(stiffness=5e7)
-    touches = run_contacts(scene, striker, seat, 8e-7)
-    met, lift = touches.stopper_force, lift_of(touches)
-    stress = stress_of(scene.geometry, striker, touches.seat.force, 8e-7, lift, stopper=met)
-    return {"initial": stress.initial.value, "stress": stress.after_contact.value}

@@ -6,15 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatfem.structures.formats import mesh_files
-from seatfem.structures.inspection import cad
 from seatfem.structures.inspection.cad import inspect_geometry
-from seatfem.structures.inspection.mesh_file import shape_of
 from seatfem.structures.kinds import Plate
 from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import CadPart, CylinderFace, NumberedFace
-from tests.steps import BAD_INPUT, DONE, SceneError, begin_plan, check_files, load_scene, run_command
+from tests.steps import BAD_INPUT, DONE, SceneError, check_files, load_scene, run_command
 
 ROOT = Path(__file__).parents[2]
 MESHES = ROOT / "meshes"
@@ -57,13 +54,6 @@ def test_every_wrong_selector_is_told_at_its_line(verb, tmp_path, capsys):
     assert "seatfem faces valve_plate.step" in lines[0]
 
 
-def test_a_wrong_unit_is_told_at_its_key(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (line,) = plan_messages(tmp_path, CAD.format(MESHES / "bar.step") + 'unit = "inch"\n', capsys)
-    assert line.startswith("scene.toml:5: seat.unit: ")
-    (line,) = plan_messages(tmp_path, MESH + 'unit = "um"\n', capsys)
-    assert line.startswith("scene.toml:5: seat.unit: ")
-
-
 @pytest.mark.slow
 def test_wrong_groups_of_a_mesh_are_told_together(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     lines = plan_messages(tmp_path, MESH + 'contact = "contac"\nfixed = "clamp"\n', capsys)
@@ -95,29 +85,6 @@ def test_supports_of_drawn_seats_are_looked_up_without_a_file(tmp_path: Path) ->
     scene = load_scene(written(tmp_path, seat + 'supports = [{ kind = "sliding", on = "top" }]\n'))
     with pytest.raises(SceneError, match=r"'top'.*'contact', 'fixed'"):
         check_files(scene)
-
-
-@pytest.mark.slow
-def test_a_file_is_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A process reads a file once for its plans, and again after the file changed."""
-    calls: list[str] = []
-    gmsh, read = cad.run_gmsh, mesh_files.run_gmsh
-    monkeypatch.setattr(cad, "run_gmsh", lambda job, *more: (calls.append(job["task"]), gmsh(job, *more))[1])
-    monkeypatch.setattr(mesh_files, "run_gmsh", lambda job, *more: (calls.append(job["task"]), read(job, *more))[1])
-    copy = tmp_path / "part.step"
-    copy.write_bytes((MESHES / "block.step").read_bytes())
-    scene = load_scene(written(tmp_path, CAD.format(copy)))
-    for _ in range(2):
-        begin_plan(scene)
-    assert calls == ["inspect"]
-    copy.write_bytes((MESHES / "bar.step").read_bytes())
-    check_files(scene)
-    assert calls == ["inspect", "inspect"]
-    (tmp_path / "seat.msh").write_bytes((MESHES / "annular_seat.msh").read_bytes())
-    scene = load_scene(written(tmp_path, MESH.replace(str(MESHES / "annular_seat.msh"), "seat.msh")))
-    begin_plan(scene)
-    assert scene.seat.read() is scene.seat.read()
-    assert calls[2:] == ["read"]
 
 
 def test_numbers_are_those_of_the_file_and_stay_through_fragmenting() -> None:
@@ -152,28 +119,6 @@ def test_of_several_cylinders_that_about_the_z_axis_is_meant(tmp_path: Path) -> 
     scene = load_scene(written(tmp_path, CAD.format(MESHES / "valve_body.step") + 'fixed = { radius = "4 mm" }\n'))
     (bore,) = (face for face in inspect_geometry(scene.seat.geometry()).faces if "fixed" in face.groups)
     assert bore.area == pytest.approx(2 * np.pi * 4e-3 * 14e-3, rel=1e-9)
-
-
-def test_what_a_shape_measures() -> None:
-    """Widths, depths and spans of parts are those of their drawings."""
-    annular = inspect_geometry(CadPart(MESHES / "annular_seat.step")).shape
-    assert annular.volume == pytest.approx(3231.0e-9, rel=1e-3)
-    assert annular.width("contact") == pytest.approx(0.8e-3, rel=0.02)  # straight edges of coarse circles
-    assert annular.depth("contact") == pytest.approx(8.5e-3, rel=1e-6)
-    assert annular.span("contact", ["fixed"]) == 0.0
-    plate = inspect_geometry(CadPart(MESHES / "valve_plate.step")).shape
-    assert 3e-3 < plate.span("contact", ["fixed"]) < 9e-3  # lands from 6 to 14 mm, rim from 16 mm
-    bore = inspect_geometry(CadPart(MESHES / "valve_body.step", contact=CylinderFace(4e-3))).shape
-    assert bore.normal("contact") is None
-
-
-def test_a_mesh_measures_what_its_cad_does(tmp_path: Path) -> None:
-    scene = load_scene(written(tmp_path, MESH))
-    shape = shape_of(scene.seat.read())
-    drawn = inspect_geometry(CadPart(MESHES / "annular_seat.step")).shape
-    for measure in ("area", "width", "depth"):
-        assert getattr(shape, measure)("contact") == pytest.approx(getattr(drawn, measure)("contact"), rel=0.02)
-    assert shape.volume == pytest.approx(drawn.volume, rel=1e-3)
 
 
 @pytest.mark.slow

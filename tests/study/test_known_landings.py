@@ -12,7 +12,7 @@ from impact.after.landings import Landing
 from seatfem import results
 from seatfem.faces.verdict import horizon
 from seatfem.study.runs.horizon import ensemble_keys
-from tests.steps import SceneError, load_scene, run_command
+from tests.steps import run_command
 
 SCENE = (
     '\nseat = {{ kind = "spring", stiffness = "100 kN/m" }}\n'
@@ -63,14 +63,6 @@ def test_a_shaken_ball_is_known_for_some_landings_only(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_run_with_two_landings_has_no_horizon(tmp_path: Path) -> None:
-    summary = summary_of(tmp_path, shaken(tmp_path, "70 ms"))
-    assert len(list(summary["landings"])) == 2  # type: ignore[call-overload]
-    assert results.KNOWN_LANDINGS not in summary
-    assert horizon(summary) == ""
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize(("duration", "number"), [("30 ms", 1), ("70 ms", 2)])
 def test_restitution_on_a_shaken_table_is_that_of_the_only_landing(tmp_path: Path, duration: str, number: int) -> None:
     """Impulses of all blows over the first approach would be above 1: the table and gravity give speed in between."""
@@ -95,16 +87,6 @@ def test_bars_are_of_the_members_and_spreads_of_single_landings() -> None:
     assert keys[results.ENSEMBLE_PEAK] == pytest.approx(40.0)
 
 
-def test_without_landings_beyond_the_horizon_there_are_no_means() -> None:
-    assert ensemble_keys([[], [], []]) == {results.ENSEMBLE: 3, results.ENSEMBLE_LANDINGS: 0}
-
-
-@pytest.mark.parametrize("members", ["1", "0", "1001", "2.0", '"many"'])
-def test_an_impossible_ensemble_is_refused(tmp_path: Path, members: str) -> None:
-    with pytest.raises(SceneError, match="ensemble"):
-        load_scene(shaken(tmp_path, "70 ms", f"ensemble = {members}"))
-
-
 def test_a_difference_that_stays_is_said_to_hardly_grow() -> None:
     summary = {"landings": [{}, {}, {}], results.KNOWN_LANDINGS: 3, results.LANDING_GROWTH: 1.02}
     words = "all 3 landings are known: a small difference, of round-off or inputs and not of the step, hardly grows"
@@ -113,15 +95,3 @@ def test_a_difference_that_stays_is_said_to_hardly_grow() -> None:
     nothing = "No landing is left to an ensemble (run.ensemble): it was not marched"
     assert horizon(alone) == f"{words} from one to the next. {nothing}"
     assert horizon({key: alone[key] for key in (results.ENSEMBLE, results.ENSEMBLE_LANDINGS)}) == nothing
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("duration", ["70 ms", "250 ms"])
-def test_where_all_landings_are_known_there_are_no_others(tmp_path: Path, duration: str) -> None:
-    """Twins may land once more before the end, which is no statistic of this run: no member is marched."""
-    summary = summary_of(tmp_path, shaken(tmp_path, duration, "ensemble = 4"))
-    number = len(list(summary["landings"]))  # type: ignore[call-overload]
-    assert summary.get(results.KNOWN_LANDINGS) == (number if number > 2 else None)
-    assert (summary[results.ENSEMBLE], summary[results.ENSEMBLE_LANDINGS]) == (1, 0)
-    assert results.ENSEMBLE_SPEED not in summary
-    assert "No landing is left to an ensemble" in horizon(summary)

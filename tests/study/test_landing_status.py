@@ -8,18 +8,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatfem.study.impacts.landings import needs_landing
 from seatfem.study.sweep import effects
 from seatfem.study.sweep.runner import StudyError
 from seatfem.study.sweep.sweep import TABLE, run_optimum, run_study
 from seatfem.study.sweep.table import StudyTable
 from tests.steps import DONE, FAILED, load_study, run_command
-from tests.study.crew_at_hand import amount, answer_by, answer_here
+from tests.study.crew_at_hand import answer_here
 from tests.study.test_studies import study_file
 
 GAPS = '[vary]\ncontact.gap = ["0 mm", "0.05 mm", "0.09 mm", "0.15 mm", "0.3 mm"]\nreed.velocity = {}\n'
 STATUSES = ["landed", "landed", "landed", "cut off", "no landing"]
-LANDED = {"landing_status": "landed"}
 STAYS = np.pi * (1e-3 / 1e6) ** 0.5
 RUN = 2e-4
 
@@ -43,46 +41,6 @@ def test_means_are_of_scenes_that_land(tmp_path: Path, monkeypatch: pytest.Monke
     effect = effects.main_effect(table, "contact.gap [mm]", "landing_impulse_Ns")
     assert list(effect.at) == [0.0, 0.05, 0.09]
     assert effect.mean == pytest.approx([2e-3] * 3, rel=5e-3)
-
-
-@pytest.mark.slow
-def test_the_whole_run_of_a_scene_that_does_not_land_counts_for_nothing_either(tmp_path, monkeypatch):
-    """Its impulse is 0, the least of all: no front begins with it."""
-    more = '[outputs]\nmeasures = ["impulse_Ns", "landing_count"]\npareto = ["impulse_Ns", "max peak_force_N"]\n'
-    table = swept(tmp_path, monkeypatch, more, '["-1 m/s", "-1.05 m/s"]')
-    landed = np.array(table.columns["landing_status"]) == "landed"
-    assert table.numbers("impulse_Ns")[~landed].min() == 0.0
-    assert np.isnan(table.values("impulse_Ns")[~landed]).all()
-    assert landed[effects.front(table)].all()
-    assert len(effects.front(table)) > 0
-    assert table.counted("landing_count").all()
-    assert table.ranges()[-2].startswith("landing_count: 0 to 1")
-
-
-@pytest.mark.slow
-def test_sobol_blocks_and_bands_without_them(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A measure that grows with its key; scenes above 0.75 of it do not land, and have its largest values."""
-    answer_here(monkeypatch)
-
-    def answer(changed: dict[str, object]) -> dict[str, object]:
-        gap = amount(changed["contact.gap"])
-        return {"landing_impulse_Ns": gap, "landing_status": "landed" if gap < 0.75 else "cut off"}
-
-    answer_by(monkeypatch, answer)
-    study = """design = "{}"
-number = 64
-vary = {{ contact.gap = {{ kind = "uniform", from = "0 mm", to = "1 mm" }}, \
-    reed.mass = {{ kind = "uniform", from = "1 g", to = "2 g" }} }}
-outputs = {{ measures = ["landing_impulse_Ns"] }}
-"""
-    drawn = run_study(load_study(study_file(tmp_path, study.format("latin_hypercube"))), tmp_path / "drawn")
-    [band] = effects.tolerance_bands(drawn)
-    assert len(band.sample) == 48  # a Latin hypercube has a quarter of its scenes in each quarter
-    assert band.sample.max() < 0.75
-    table = run_study(load_study(study_file(tmp_path, study.format("sobol_indices"))), tmp_path / "indices")
-    [indices] = effects.sobol_indices(table)
-    landed = np.array(table.columns["landing_status"]) == "landed"
-    assert indices.blocks == landed.reshape(4, 64).all(axis=0).sum() < 64
 
 
 @pytest.mark.slow
@@ -130,14 +88,6 @@ def test_an_optimum_lands(measure: str, tmp_path: Path, monkeypatch: pytest.Monk
 
 
 @pytest.mark.slow
-def test_an_optimum_of_what_needs_no_landing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    answer_here(monkeypatch)
-    optimum = run_optimum(load_study(study_file(tmp_path, SOUGHT % "landing_count")), tmp_path / "out")
-    assert optimum.best.value("landing_count") == 0
-    assert optimum.as_json()["left_out"] == ""
-
-
-@pytest.mark.slow
 def test_no_optimum_where_nothing_lands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     answer_here(monkeypatch)
     text = SOUGHT.replace('"0 mm"', '"0.3 mm"') % "impulse_Ns"
@@ -166,27 +116,3 @@ def test_what_the_program_says(tmp_path, monkeypatch, capsys):
     out = capsys.readouterr().out
     assert "2 of 2 scenes left out: 2 no landing\n" in out
     assert "landing_impulse_Ns: no scene has it: none landed\n" in out
-
-
-@pytest.mark.slow
-def test_a_measure_that_is_empty_in_some_is_counted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    answer_here(monkeypatch)
-    known = {"0.05 mm": None}
-    answer_by(monkeypatch, lambda keys: {"landing_restitution": known.get(str(keys["contact.gap"]), 0.5)} | LANDED)
-    table = swept(tmp_path, monkeypatch, '[outputs]\nmeasures = ["landing_restitution"]\n')
-    assert table.empty_in_words() == ["landing_restitution: empty in 1 of 5 scenes that count for it"]
-    assert table.unanswered() == ()
-    assert table.left_out_in_words() == ""
-
-
-@pytest.mark.parametrize(
-    ("key", "needs"),
-    [
-        ("landing_impulse_Ns", True), ("impulse_Ns", True), ("spring_peak_force_N", True), ("life_margin", True),
-        ("error_bar_landing_impulse_Ns", True), ("stopper_impulse_Ns", False), ("gas_largest_lift_m", False),
-        ("error_bar_stopper_impulse_Ns", False), ("spring_stopper_impulse_Ns", False), ("landing_count", False),
-        ("pressed_on_largest_load_N", False),
-    ],
-)  # fmt: skip
-def test_what_speaks_of_a_landing(key: str, needs: bool) -> None:
-    assert needs_landing(key) == needs

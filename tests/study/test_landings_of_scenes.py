@@ -61,37 +61,6 @@ def test_the_landing_of_a_valve_is_not_the_gas_that_presses_it(tmp_path: Path) -
     assert [float(row["time_s"]) for row in rows] == [each["time_s"] for each in summary["landings"]]
 
 
-@pytest.mark.slow
-def test_first_and_run_speak_of_the_first_landing_and_of_the_run(tmp_path: Path) -> None:
-    first, _ = run(tmp_path, VALVE, accuracy__landing="first")
-    assert first["accuracy_judged_keys"] == "first_landing_impulse_Ns, first_landing_filtered_peak_force_N"
-    assert first["first_landing_impulse_Ns"] == next(
-        each["impulse_Ns"] for each in first["landings"] if each["body"] == "seat"
-    )
-    assert first["error_bar_first_landing_impulse_Ns"] > 0
-    whole, _ = run(tmp_path, VALVE, accuracy__landing="run")
-    assert whole["accuracy_judged_keys"] == "impulse_Ns, filtered_peak_force_N"
-
-
-@pytest.mark.slow
-def test_with_one_landing_and_no_load_both_agree(tmp_path: Path) -> None:
-    summary, met = run(tmp_path, MASS + '[run]\nduration = "0.3 ms"\n[accuracy]\ntarget = "5 %"\n')
-    assert met
-    for key, of_landing in (
-        ("impulse_Ns", "landing_impulse_Ns"),
-        ("filtered_peak_force_N", "landing_filtered_peak_force_N"),
-        ("contact_duration_s", "landing_duration_s"),
-        ("restitution", "landing_restitution"),
-        ("max_seat_displacement_m", "landing_max_seat_displacement_m"),
-    ):
-        assert summary[of_landing] == pytest.approx(summary[key], rel=1e-9), key
-    for key in ("impulse_Ns", "filtered_peak_force_N", "closing_speed_m_per_s", "restitution", "time_s", "duration_s"):
-        assert summary[f"error_bar_landing_{key}"] is not None
-    assert "contact_cut_off" not in summary
-    assert summary["error_bar_contact_duration_s"] is not None
-    assert summary["landing_closing_speed_m_per_s"] == pytest.approx(1.0, rel=1e-6)
-
-
 @pytest.mark.slow(but="text0")
 @pytest.mark.parametrize(
     ("text", "status"),

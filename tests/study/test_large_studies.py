@@ -3,8 +3,6 @@
 import pytest
 
 from seatfem.faces.cli import DONE, run_command
-from seatfem.study.sweep import cases, sweep
-from seatfem.study.sweep.study import load_study
 from tests.bounded import assert_refused, bounded
 
 SCENE = """
@@ -16,10 +14,6 @@ DRAWN = (
     '\nscene = "scene.toml"\ndesign = "monte_carlo"\nnumber = {0}\nlimit = {0}\n[vary]\n'
     '"reed.velocity" = {{ from = "-2 m/s", to = "-1 m/s" }}\n'
 )
-GRID = """
-scene = "scene.toml"
-vary = { "reed.velocity" = { from = "-2 m/s", to = "-1 m/s", number = 40 }, "seat.stiffness" = ["1e6 N/m", "2e6 N/m"] }
-"""
 
 
 @pytest.fixture
@@ -38,22 +32,3 @@ def test_a_plan_of_many_scenes_is_a_price_at_once(folder, capfd):
     assert "100000 scenes: about" in words
     assert "based on 1000 scenes" in words
     assert_refused(["plan", str(folder / "1000000.toml")], capfd, "1000000.toml:4: number: 1000000 ", " 100000")
-
-
-@pytest.mark.slow
-def test_the_price_by_some_is_that_by_all(folder, monkeypatch):
-    """All scenes cost alike, and both seats are among those that are drawn."""
-    monkeypatch.setattr(sweep, "LOOKED_AT", 20)
-    (folder / "study.toml").write_text(GRID)
-    study = load_study(folder / "study.toml")
-    some, every = sweep.ahead_of_many(study), sweep.ahead(study, cases.cases_of(study))
-    assert (some.scenes, some.seats, some.looked_at) == (every.scenes, every.seats, 20)
-    assert some.seconds(2) == pytest.approx(every.seconds(2), rel=0.3)
-
-
-def test_checking_reports_how_far_it_is(folder, monkeypatch):
-    monkeypatch.setattr(cases, "TOLD_EVERY", 20)
-    (folder / "study.toml").write_text(GRID)
-    reports = []
-    cases.cases_of(load_study(folder / "study.toml"), progress=lambda *stage: reports.append(stage))
-    assert reports == [("checking scenes", share) for share in (0.25, 0.5, 0.75, 1.0)]

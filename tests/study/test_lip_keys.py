@@ -1,6 +1,5 @@
 """Keys of a contact along a lip that do not fit: each is named, with its limit and what would do."""
 
-import math
 import re
 from pathlib import Path
 
@@ -63,17 +62,6 @@ def test_keys_beside_others(tmp_path: Path, contact: str, reed: str, seat: str, 
     message = refusal(scene_of, tmp_path, contact + "\n", reed, seat)
     assert f"contact.{key}" in message
     assert re.search(words, message)
-
-
-def test_the_largest_tilt_is_within_its_limit(tmp_path: Path) -> None:
-    """30 degrees in radians are above the limit by one rounding."""
-    assert scene_of(tmp_path, 'tilt = "30 deg"\n').geometry.contact.tilt == pytest.approx(math.pi / 6)
-    assert "30.0001 deg must be at most 30 deg" in refusal(scene_of, tmp_path, 'tilt = "30.0001 deg"\n')
-
-
-def test_a_load_as_a_single_table(tmp_path: Path) -> None:
-    message = refusal(scene_of, tmp_path, '[load]\npressure = "-1 bar"\narea = "80 mm^2"\n')
-    assert re.search(r"scene.toml:\d+: load: .*write \[\[load\]\]", message)
 
 
 def test_a_seat_modelled_in_space_is_struck_as_a_whole(tmp_path: Path) -> None:

@@ -9,13 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from impact.after.histories import ClosedLine, best_plane
+from impact.after.histories import best_plane
 from impact.pictures.drawing import PictureError
 from impact.pictures.lip_plots import plot_lip
 from impact.quantities import text
 from seatfem.pictures import rendering
-from seatfem.pictures.frames import LANDING, landing_frames
-from seatfem.pictures.moving import animate_frames, load_moving
+from seatfem.pictures.moving import animate_frames
 from seatfem.study.runs.stress_wave import by_arc, landing_of, lip_pictures
 from tests.gallery import FLAPPER, LIP, load_text
 from tests.steps import Division, Lip, Solved, bed, run_contacts, solved_striker, striker_of
@@ -42,15 +41,6 @@ def landed(tmp_path_factory: pytest.TempPathFactory) -> Any:
         reed=solved_striker(scene),
     )
     return SimpleNamespace(done=done, baseline=stiffer)
-
-
-@pytest.mark.slow
-def test_arcs_have_the_force_of_their_rings_and_their_mean_gap(landed: Any) -> None:
-    parts = landed.done.touches.parts
-    lip = by_arc(landed.done.touches, Division(ARCS, 2))
-    np.testing.assert_allclose(lip.force.sum(axis=1), landed.done.touches.seat.force, rtol=1e-12)
-    np.testing.assert_allclose(lip.gap[:, 3], (parts.gap[:, 6] + parts.gap[:, 7]) / 2, rtol=1e-12)
-    np.testing.assert_allclose(lip.gap.mean(axis=1), landed.done.touches.seat.gap, rtol=1e-9, atol=1e-15)
 
 
 @pytest.mark.slow
@@ -116,28 +106,6 @@ def test_figure_of_the_lip_says_over_what_it_is_averaged(landed: Any, tmp_path: 
     assert (tmp_path / "alone.png").stat().st_size > 50_000
 
 
-def test_the_landing_is_kept_for_reports(landed: Any, tmp_path: Path) -> None:
-    """The file has the plate's motion to 1/32767 of the farthest, and the film's times and forces."""
-    frames = landing_of(landed.done, by_arc(landed.done.touches, Division(ARCS, 2)))
-    dict(lip_pictures(landed.done, landed.baseline))["landing.h5"](tmp_path / "landing.h5")
-    kept = load_moving(tmp_path / "landing.h5")
-    np.testing.assert_allclose(kept.displacement, frames.displacement, atol=1e-4 * kept.largest)
-    np.testing.assert_array_equal(kept.time, frames.time)
-    assert "force" in kept.labels[0]
-
-
-def test_no_pictures_of_other_contacts(landed: Any) -> None:
-    whole = SimpleNamespace(**{**vars(landed.done), "touches": SimpleNamespace(parts=None, line=None)})
-    assert lip_pictures(whole, landed.baseline) == []
-
-
-def test_what_cannot_be_drawn_of_the_plate_is_told_and_the_figure_is_there(landed: Any, tmp_path: Path) -> None:
-    broken = SimpleNamespace(**{**vars(landed.done), "striker": None})
-    pictures = dict(lip_pictures(broken, landed.baseline))
-    with pytest.raises(AttributeError):
-        pictures["landing.gif"](tmp_path / "landing.gif")
-
-
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="drawn off-screen")
 def test_landing_is_a_film_of_all_its_times(landed: Any, tmp_path: Path) -> None:
@@ -157,43 +125,3 @@ def test_landing_is_a_film_of_all_its_times(landed: Any, tmp_path: Path) -> None
     with Image.open(tmp_path / "landing.gif") as film:
         assert film.n_frames == len(few.time)  # type: ignore[attr-defined]
         assert len(film.convert("L").getcolors()) > 20
-
-
-def test_heights_are_exaggerated_by_round_numbers_up_to_a_share_of_the_plate(landed: Any) -> None:
-    frames = landing_of(landed.done, by_arc(landed.done.touches, Division(ARCS, 2)))
-    drawn = frames.exaggeration * max(frames.largest, np.abs(frames.overlay.height).max()) / frames.size
-    assert LANDING / 2.5 < drawn <= LANDING
-    assert text(frames.exaggeration, "")[0] in "125"
-    one = np.zeros((3, 1))
-    with pytest.raises(PictureError, match="8 arcs need as many"):
-        landing_frames(None, one, one, (one, one), np.zeros(7), np.zeros((3, ARCS)), one)  # type: ignore[arg-type]
-
-
-def two_ports() -> ClosedLine:
-    """Return two rings of four arcs, 12 mm apart, the arcs' middles at 0, 90, 180 and 270 deg."""
-    turns = np.radians([0, 90, 180, 270])
-    ring = 1e-3 * np.stack([np.cos(turns), np.sin(turns)], axis=1)
-    places = np.concatenate([ring + np.array([x, 0]) for x in (-6e-3, 6e-3)])
-    return ClosedLine(np.full(ARCS, 1e-3), None, places, ((4, True), (4, True)))
-
-
-def test_the_place_on_several_rings_is_a_ring_and_an_angle() -> None:
-    line = two_ports()
-    assert [line.place_on_ring(arc)[0] for arc in range(ARCS)] == [1] * 4 + [2] * 4
-    assert np.degrees([line.place_on_ring(arc)[1] for arc in range(ARCS)]) == pytest.approx([0, 90, 180, 270] * 2)
-    assert replace(line, pieces=((4, True), (4, False))).rings == []
-    assert replace(line, pieces=()).rings == []
-
-
-@pytest.mark.slow
-def test_the_figure_of_several_ports_names_port_and_angle(landed: Any, tmp_path: Path) -> None:
-    """Lengths along both, one behind the other, would say nothing."""
-    pytest.importorskip("matplotlib")
-    lip = by_arc(landed.done.touches, Division(ARCS, 2))
-    figure = plot_lip(lip, None, tmp_path / "lip.svg", radius=two_ports(), share=0.25, filter_width=2e-6)
-    (impulse,) = (axes.lines[0] for axes in figure.axes if axes.get_title(loc="left").startswith("Impulse"))
-    assert np.isnan(impulse.get_ydata()).sum() == 1  # no line from port to port
-    written = (tmp_path / "lip.svg").read_text(encoding="utf-8")
-    for words in ("port 1", "port 2", "port 1, 0°", "port 2, 180°", "along each port, from the x axis"):
-        assert f">{words}<" in written
-    assert "along the lip [mm]" not in written

@@ -21,10 +21,6 @@ def scene(folder: Path, at: float, width: float = 12) -> Scene:
     return load_text(folder, SCENE.format(at=at, width=width))
 
 
-def test_a_lip_under_the_whole_reed_needs_no_note(tmp_path: Path) -> None:
-    assert covered_notes(scene(tmp_path, 24).geometry) == ()
-
-
 @pytest.mark.parametrize(("at", "width", "share"), [(30, 12, "50 %"), (24, 4.5, "33 %")])
 def test_a_note_says_how_much_of_the_lip_is_covered(tmp_path: Path, at: float, width: float, share: str) -> None:
     """A reed of half the lip's mean diameter covers 2/pi asin(1/2) = 1/3 of its circle."""

@@ -1,27 +1,21 @@
 """A look at a scene: rounds for a few seconds, what they leave, and the run that goes on from there."""
 
-import json
 import math
 import os
 import re
-import subprocess
-import sys
-from dataclasses import asdict, replace
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
-import psutil
 import pytest
 
-from impact.runs.variations import safety
 from seatfem.faces.other_verbs import study_ahead
-from seatfem.faces.plan_view import look_lines, plan_json
+from seatfem.faces.plan_view import look_lines
 from seatfem.study.runs.converge import AIM
-from seatfem.study.runs.forecast import HANGING, USUAL, Look, converge, forecast, look_at, patience
+from seatfem.study.runs.forecast import USUAL, Look, converge, forecast, look_at
 from seatfem.study.runs.kept import cached_plan
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.runs.round import Round
-from seatfem.study.safety import source_in_words
 from seatfem.study.sweep import sweep
 from seatfem.study.sweep.cases import cases_of
 from tests.gallery import LIP, REED_ON_SPRING, load_text, mass
@@ -94,17 +88,6 @@ def test_what_is_left_is_foretold_and_the_run_takes_the_same_way(tmp_path: Path)
 
 
 @pytest.mark.slow
-def test_a_reason_names_what_the_value_before_left(tmp_path: Path) -> None:
-    scene = lip_scene(tmp_path, "10 %")
-    first, last = look_at(scene, NO_TIME), look_at(scene, 600.0)
-    before = first.plan.choice("seat.model")
-    assert re.fullmatch(r"[\d.]+ % of (impulse|peak force)", before.leaves)
-    assert last.plan.choice("seat.model").value == "axisymmetric"
-    assert last.plan.choice("seat.model").reason == f"spring before left {before.leaves}, measured"
-    assert not any("predict" in line for look in (first, last) for line in tell(look))
-
-
-@pytest.mark.slow
 def test_the_lines_add_up_to_the_bars(tmp_path: Path) -> None:
     """The parts of the keys are those of the bar, with its safety factor: 100 % of it to the digits shown."""
     look = look_at(lip_scene(tmp_path, "4 %"), NO_TIME)
@@ -116,31 +99,6 @@ def test_the_lines_add_up_to_the_bars(tmp_path: Path) -> None:
         assert shares == sorted(shares, reverse=True)
         assert sum(shares) == pytest.approx(whole, rel=0.05)  # two digits, and parts below a hundredth
         assert keys.startswith("seat.model ")
-
-
-@pytest.mark.slow
-def test_a_target_that_a_stated_key_keeps_out_of_reach_is_told(tmp_path: Path) -> None:
-    look = look_at(beam_scene(tmp_path, "0.1 %", step="0.5 us"), 600.0)
-    assert look.left.rounds == 0
-    assert max(look.left.error.values()) > 1e-3
-    assert look.left.why.startswith(f"{source_in_words('time_step')} (run.time_step) leaves ")
-    assert look.left.why.endswith("of peak force, and the file states it")
-    assert tell(look)[0].startswith("target missed so far: peak force +-")
-    assert f"left to do: nothing more: {look.left.why}" in tell(look)
-
-
-@pytest.mark.slow
-def test_without_a_landing_there_is_nothing_to_judge(tmp_path: Path) -> None:
-    """The reed arrives after 0.65 ms."""
-    scene = beam_scene(tmp_path, "2 %", duration="0.3 ms")
-    look = look_at(scene, 600.0)
-    assert (look.done.met, look.done.number, look.left.rounds) == (None, 1, 0)
-    assert tell(look)[0].startswith("nothing to judge: ")
-    assert "left to do: nothing more: there is no landing to judge" in tell(look)
-    assert cached_plan(scene) is None
-    data = json.loads(plan_json(look.plan, look))
-    assert data["meets_target"] is False
-    assert data["left"] == {**asdict(look.left), "error": {}}
 
 
 @pytest.mark.slow
@@ -170,18 +128,6 @@ def test_a_look_leaves_no_files(is_interrupted: bool, tmp_path: Path, monkeypatc
 
 
 @pytest.mark.slow
-def test_what_is_left_is_priced_alike_where_all_was_reused(tmp_path: Path) -> None:
-    """The second look computes hardly anything; the next round would take it as long as the first look said."""
-    scene = lip_scene(tmp_path, "4 %")
-    first, second = (look_at(scene, NO_TIME) for _ in range(2))
-    assert second.done.seat.reused
-    spent = [sum(look.done.spent.values()) for look in (first, second)]
-    assert spent[1] < spent[0] / 2
-    assert second.done.price == first.done.price == first.done.spent
-    assert replace(second.left, memory=first.left.memory) == first.left
-
-
-@pytest.mark.slow
 def test_a_forecast_grows_with_the_rounds_that_the_error_needs(tmp_path: Path) -> None:
     """Each round is expected to reduce the largest error by three: 5.6 % of the peak for 2 %, 1 % and 0.04 %."""
     done = look_at(beam_scene(tmp_path, "2 %"), NO_TIME).done
@@ -193,24 +139,6 @@ def test_a_forecast_grows_with_the_rounds_that_the_error_needs(tmp_path: Path) -
         counts.append(forecast(asked_again(done, scene)).rounds)
     assert counts == [math.ceil(math.log(worst / target, USUAL)) for target in (0.02, 0.01, 0.0004)]
     assert counts[0] == 1 < counts[1] < counts[2]
-
-
-@pytest.mark.slow
-def test_a_forecast_promises_nothing_that_cannot_be_refined(tmp_path: Path) -> None:
-    """A stated step leaves more of the peak than .5 %; the modes are refined, and the look says what stays and why."""
-    look = look_at(beam_scene(tmp_path, "0.5 %", step="300 ns"), NO_TIME)
-    (peak,) = (name for name in look.done.judged if "peak" in name)
-    by_step = safety(peak) * look.done.left.by_key["run.time_step"][peak] / look.done.left.values[peak]
-    assert by_step > 0.005
-    assert look.left.rounds > 0
-    assert by_step <= look.left.error[peak] <= look.done.left.relative(peak)
-    assert re.search(r"\(time step \(run.time_step\) leaves .* and the file states it\)", "\n".join(tell(look)))
-
-
-@pytest.mark.parametrize(("load", "longer"), [(0.0, 1.0), (1.0, 1.0), (3.5, 3.5)])
-def test_a_busy_machine_is_given_longer(load: float, longer: float, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(psutil, "getloadavg", lambda: (load * (os.cpu_count() or 1), 0.0, 0.0))
-    assert patience() == pytest.approx(longer * HANGING)
 
 
 def asked_again(done: Round, scene: Scene) -> Round:
@@ -242,18 +170,6 @@ def test_a_study_is_priced_by_looks_at_three_of_its_scenes(tmp_path: Path, monke
 
 
 @pytest.mark.slow
-def test_a_study_is_priced_by_what_a_look_expects_of_the_last_round(tmp_path: Path) -> None:
-    scene = beam_scene(tmp_path, "2 %")
-    study = tmp_path / "study.toml"
-    study.write_text('scene = "scene.toml"\n[vary]\nreed.length = ["25.4 mm"]\n')
-    look = look_at(scene, sweep.LOOK)
-    price = sweep.ahead(load_study(study), cases_of(load_study(study)))
-    assert price.seats == 0  # a spring
-    assert 0 < price.each < 10 * look.left.contact
-    assert price.memory > 50e6
-
-
-@pytest.mark.slow
 def test_the_plan_of_a_study_refuses_a_measure_that_no_summary_has(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -275,36 +191,3 @@ def test_the_plan_of_a_study_refuses_a_measure_that_no_summary_has(
     study.write_text(f'outputs.measures = ["life_margin"]\n{vary}')  # a key of scenes that have [life]
     assert run_command(["plan", str(study)]) == BAD_INPUT
     assert "'life_margin'" in capsys.readouterr().err
-
-
-BLOCK = """
-seat = { kind = "block", width = "12 mm", depth = "10 mm", thickness = "8 mm", patch_width = "4 mm", \
-    patch_depth = "4 mm", damping_ratio = 0.05, model = "3d", mesh = { size = "0.8 mm", contact_size = "0.6 mm" }, \
-    greens = { bandwidth = "200 kHz" }, material = "steel" }
-reed = { kind = "rigid_mass", mass = "5 g", velocity = "-1 m/s" }
-run = { duration = "0.1 ms", filter_width = "4 us" }
-accuracy = { target = "50 %", landing = "run", measures = ["impulse"] }
-"""
-LOOK = """
-import sys
-from pathlib import Path
-from seatfem.study.runs.forecast import look_at
-from seatfem.study.scene import load_scene
-look = look_at(load_scene(Path(sys.argv[1])))
-print(look.done.seat.reused, look.left.memory, look.done.held)
-"""
-
-
-@pytest.mark.slow
-def test_a_second_look_foretells_the_memory_of_a_seat_that_it_reuses(tmp_path: Path) -> None:
-    """The solids take several times as much as the program. Heaps of two processes differ by some MB."""
-    (file := tmp_path / "scene.toml").write_text(BLOCK)
-    command = [sys.executable, "-c", LOOK, str(file)]
-    environment = {**os.environ, "SEATFEM_STORE": str(tmp_path / "store")}
-    first, second = (
-        subprocess.run(command, capture_output=True, text=True, env=environment, check=True).stdout.split()
-        for _ in range(2)
-    )
-    assert (first[0], second[0]) == ("False", "True")
-    assert float(first[1]) > 3 * float(first[2])
-    assert float(second[1]) == pytest.approx(float(first[1]), rel=0.1)

@@ -13,7 +13,7 @@ from impact.notices import Advice
 from seatfem.faces.tables import result_table
 from seatfem.study.impacts.validity import fit_of, validity_advice
 from tests.gallery import load_text
-from tests.steps import GreensFunction, RunError, Scene, SceneError, load_scene, run_scene
+from tests.steps import GreensFunction, RunError, Scene, SceneError, run_scene
 
 F = np.arange(40.0, 12e3, 20.0)
 S = 2j * np.pi * F
@@ -74,15 +74,6 @@ def test_bars_of_seat_and_baseline_hold_the_truth(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_run_that_finds_its_seat_again_has_the_same_bars(tmp_path: Path) -> None:
-    path = scene(tmp_path, 0.02)
-    first, again = (run_scene(path, tmp_path / "out", pictures=False).summary for _ in range(2))
-    assert again["seat_reused"]
-    for key in ("error_record_impulse_Ns", "error_bar_spring_impulse_Ns", "error_bar_seat_static_stiffness_N_per_m"):
-        assert again[key] == pytest.approx(first[key], rel=1e-6)
-
-
-@pytest.mark.slow
 def test_lines_that_do_not_fit_are_advised(tmp_path: Path) -> None:
     path = scene(tmp_path, 0.002, odd=1.4)
     (advice,) = advice_of(path, path.seat.fit().greens)  # type: ignore[attr-defined]
@@ -107,21 +98,6 @@ def test_lines_that_do_not_fit_are_advised(tmp_path: Path) -> None:
 def test_what_the_scene_says_of_columns_is_checked(tmp_path: Path, old: str, new: str, words: str) -> None:
     with pytest.raises((SceneError, ValueError), match=words):
         scene(tmp_path, 0.01, SEAT.replace(old, new)).seat.response()
-
-
-def test_courses_of_any_header(tmp_path: Path) -> None:
-    (tmp_path / "p.csv").write_text("Zeit;p_zyl\n0;-0,1\n1,5;0,2\n9;0,2\n", encoding="utf-8")
-    stated = 'columns = { time = "Zeit", pressure = "p_zyl" }, units = { time = "ms", pressure = "bar" }'
-    course = f'{{ file = "p.csv", {stated} }}'
-    text = '[seat]\nkind = "spring"\nstiffness = "1e7 N/m"\n[reed]\nkind = "rigid_mass"\nmass = "1 g"\n'
-    text += 'velocity = "-1 m/s"\n'
-    text += f'[[load]]\npressure = {course}\narea = "80 mm^2"\n[run]\nduration = "1 ms"\nfilter_width = "20 us"\n'
-    (tmp_path / "scene.toml").write_text(text, encoding="utf-8")
-    pressure = load_scene(tmp_path / "scene.toml").load[0].pressure.course
-    assert pressure(np.array([0.0, 1.5e-3])) == pytest.approx([-1e4, 2e4])
-    (tmp_path / "scene.toml").write_text(text.replace('file = "p.csv"', 'value = "1 bar"'), encoding="utf-8")
-    with pytest.raises(SceneError, match=r"columns:.*remove"):
-        load_scene(tmp_path / "scene.toml")
 
 
 @pytest.mark.slow

@@ -81,17 +81,6 @@ def test_a_bar_that_is_a_rod_for_its_load_bends(tmp_path):
 
 
 @pytest.mark.slow
-def test_an_arc_shares_among_its_harmonics(tmp_path):
-    arc = solve_text(ANNULAR.replace("[seat]", '[seat]\narc = "60 deg"'), tmp_path, 30)
-    shares = {}
-    for mode in arc.modes:
-        shares[mode.diameters] = shares.get(mode.diameters, 0.0) + (mode.share or 0.0)
-    assert shares[1] > 1e-3
-    assert sum(shares.values()) < 1.0
-    assert all(mode.share == 0.0 for mode in arc.modes if mode.family in ("sin", "torsion"))
-
-
-@pytest.mark.slow
 def test_a_limit_in_hertz(annular, tmp_path):
     limit = float(annular.frequencies_hz[7]) * 1.001
     up_to = solve_text(ANNULAR, tmp_path, None, limit)
@@ -132,20 +121,6 @@ def test_the_table_on_file(tmp_path):
     assert "as many as inertia counts" in outcome.messages[0]
     drawn = {"mesh.png", "modes.png", "mode_1.gif", "modes.vtu", "modes.h5"}
     assert {path.name for path in outcome.files} == {"modes.csv"} | drawn
-
-
-@pytest.mark.slow
-def test_the_mesh_is_as_fine_as_what_is_looked_for(tmp_path):
-    """Few modes do not ask for the elements of the Green's function's band; more modes ask for smaller ones, and the
-    lowest frequencies are within 1 % of those on a mesh that was asked for 16."""
-    bar = '[seat]\nkind = "bar"\nlength = "40 mm"\nwidth = "10 mm"\nheight = "8 mm"\nmaterial = "steel"\n'
-    wide = seat_of(bar + 'greens = { bandwidth = "2 MHz" }\n', tmp_path).seat
-    few, many = (modes_of(wide, Wanted(count), Stopwatch(), silent) for count in (6, 16))
-    assert few.dof < 30_000 < many.dof  # 2 MHz: half a million
-    assert few.frequencies_hz == pytest.approx(many.frequencies_hz[:6], rel=0.01)
-    below = modes_of(wide, Wanted(up_to_hz=1.01 * many.frequencies_hz[5]), Stopwatch(), silent)
-    assert len(below.modes) == 6
-    assert below.dof < many.dof
 
 
 def test_matrices_have_modes_and_springs_have_none(tmp_path):

@@ -12,8 +12,7 @@ from seatfem.structures.rings import OF_ONE, Division, divided_less
 from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.contact import record_of
 from seatfem.study.impacts.validity import ONE_PORT
-from seatfem.study.ladders.table import ladder_of
-from seatfem.study.method import PORTS, RINGS
+from seatfem.study.method import PORTS
 from seatfem.study.runs.converge import refine_plan
 from tests.as_stated import solved_striker, striker_of
 from tests.gallery import FLAPPER, load_text
@@ -58,15 +57,6 @@ def test_a_run_begins_with_one_contact_where_it_lands_flat(folder: Path, more: s
 
 
 @pytest.mark.slow
-def test_stated_ports_are_obeyed(folder: Path) -> None:
-    for ports in (1, 64):
-        done = first_round(folder, ports)
-        assert done.plan.method.ports == ports
-        assert not done.plan.is_open(PORTS)
-        assert ("lip" in done.left.parts) == (ports == 1)
-
-
-@pytest.mark.slow
 def test_the_bar_is_what_arcs_change(folder: Path) -> None:
     """The bar is the difference between one port and the whole seat over a half-space under 16 arcs."""
     done = first_round(folder)
@@ -90,13 +80,6 @@ def test_the_bar_is_what_arcs_change(folder: Path) -> None:
 
 
 @pytest.mark.slow
-def test_the_bar_holds_against_arcs(folder: Path) -> None:
-    done, arcs = (first_round(folder, ports) for ports in (1, 64))
-    off = abs(arcs.left.values["impulse"] - done.left.values["impulse"])
-    assert 0 < off <= 1.5 * (done.left.parts["lip"]["impulse"] + done.left.parts["patch"]["impulse"])
-
-
-@pytest.mark.slow
 def test_rounds_end_where_one_port_leaves_too_much(folder: Path) -> None:
     """The file states it, and no other key undoes that."""
     done = first_round(folder)
@@ -105,21 +88,3 @@ def test_rounds_end_where_one_port_leaves_too_much(folder: Path) -> None:
     plan, why = refine_plan(replace(done, left=budget))
     assert plan is None
     assert why == "single contact point instead of the lip leaves 60 % of impulse, and it cannot be made smaller"
-
-
-@pytest.mark.slow
-def test_rings_are_the_same_model_stated_and_refined(folder: Path) -> None:
-    """Rings that divide one contact give equal methods, values and errors, stated or refined to."""
-    stated, first = plan_of(folder, "ports = 1\nrings = 4"), plan_of(folder, "ports = 1")
-    ladder = ladder_of(RINGS)
-    assert ladder is not None
-    refined = ladder.refine(first.scene, first.method, 2.0)
-    assert refined is not None
-    assert (refined.seat, refined.reed) == (stated.method.seat, stated.method.reed)
-    assert refined.seat.division == Division(1, 4)
-    one, other = (
-        next(rounds(plan, folder / name, Stopwatch(), silent, limits=Limits(rounds=1))).left
-        for name, plan in (("stated", stated), ("refined", replace(first, method=refined)))
-    )
-    assert one.values == other.values
-    assert one.parts == other.parts

@@ -1,20 +1,17 @@
 """Optima with a known place: a mass m, speed v, on a spring k: peak force v sqrt(k m), displacement v sqrt(m / k)."""
 
 import csv
-import json
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from seatfem.study.sweep.best import Optimum
-from seatfem.study.sweep.cases import PILOTS
 from seatfem.study.sweep.effort import Effort
 from seatfem.study.sweep.runner import JOURNAL, StudyError
 from seatfem.study.sweep.sweep import run_optimum
-from tests.steps import Outcome, load_study
+from tests.steps import load_study
 from tests.study.crew_at_hand import amount, answer_by, answer_here
-from tests.study.test_studies import MESHED, study_file
+from tests.study.test_studies import study_file
 
 STIFFNESS = '[vary]\nseat.stiffness = { from = "0.1 N/um", to = "10 N/um", scale = "log" }\n'
 MASS = 'reed.mass = { from = "0.2 g", to = "5 g" }\n'
@@ -125,24 +122,3 @@ def test_it_goes_on_where_it_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyP
         run_optimum(load_study(path), out)
         assert len(jobs) == count - kept
         assert (out / "optimum.json").read_bytes() == whole
-
-
-@pytest.mark.slow
-def test_a_seat_that_does_not_vary_is_computed_once_a_level(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The one of the search does not serve at the target."""
-    jobs = answer_here(monkeypatch)
-    outcome = Outcome("done", "", 0.0)
-    answer_by(
-        monkeypatch,
-        lambda keys: replace(outcome, summary={"impulse_Ns": amount(keys["reed.mass"])}, start={"work": 1 / len(jobs)}),
-    )
-    text = f'[vary]\n{MASS}[optimise]\nminimise = "impulse_Ns"\nmost = 8\n'
-    optimum = run_optimum(load_study(study_file(tmp_path, text, MESHED)), tmp_path / "out")
-    starts = [(json.loads(job)["start"], "accuracy" in json.loads(job)["changed"]) for job in jobs]
-    assert starts[0] == ({}, True)
-    assert [start for start, coarse in starts[1:5] if coarse] == [{"work": 1.0}] * PILOTS
-    assert [start for start, coarse in starts[5:] if coarse] == [{"work": 0.5}] * (len(optimum.searched) - 1 - PILOTS)
-    fine = [start for start, coarse in starts if not coarse]
-    assert fine[0] == {}
-    assert fine[1:] == [fine[1]] * (len(fine) - 1)
-    assert all(start not in fine for start in ({"work": 1.0}, {"work": 0.5}))

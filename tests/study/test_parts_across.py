@@ -118,17 +118,6 @@ def test_rounds_divide_across(done: list[Round]) -> None:
 
 
 @pytest.mark.slow
-def test_stated_parts_across_stay_and_tell_what_they_leave(tmp_path: Path) -> None:
-    """Nor do more arcs help: a round that doubles them would leave as much."""
-    (done,) = last_of_each(scene_of(tmp_path, "rings = 1\n"), tmp_path)
-    assert done.plan.method.seat.division == ONE
-    assert done.plan.choice(RINGS).given
-    assert safety("impulse") * done.left.by_key[RINGS]["landing_impulse"] > 0.015 * done.left.values["landing_impulse"]
-    assert "(contact.rings) leaves " in done.stopped
-    assert done.stopped.endswith("of impulse, and the file states it")
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize(("key", "divided"), [(RINGS, THREE), (PORTS, Division(32, 1))])
 def test_a_round_divides_by_what_leaves_most(done: list[Round], key: str, divided: Division) -> None:
     first = done[0]
@@ -149,9 +138,3 @@ def test_more_contacts_than_memory_or_time_allow(tmp_path: Path, monkeypatch: py
     monkeypatch.setattr(contact, "available_memory", lambda: 1e15)
     with pytest.raises(RunError, match=r"and 26 h, .* 24 h are taken"):
         check_length(scene, 1e-11)
-
-
-@pytest.mark.slow
-def test_more_parts_than_are_chosen_may_be_stated(tmp_path: Path) -> None:
-    plan = begin_plan(scene_of(tmp_path, "ports = 20\nrings = 5\n"))
-    assert plan.method.seat.division == Division(20, 5)

@@ -11,22 +11,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-import impact
 from impact import measures
 from impact.notices import Progress, silent
-from seatfem.faces.cli import main
-from seatfem.machine.resources import Stopwatch
 from seatfem.pictures import plots
 from seatfem.structures.cache import VARIABLE
-from seatfem.study.impacts.contact import fallback_step, run_contacts
-from seatfem.study.runs import pictures, pipeline
-from seatfem.study.runs.afterwards import baseline_of
-from seatfem.study.runs.next_round import Limits
+from seatfem.study.runs import pictures
 from seatfem.study.runs.pipeline import RunOutcome, compute_greens, run_scene, write_modes
-from seatfem.study.runs.rounds import rounds
 from seatfem.study.runs.stress_spots import load_histories
-from tests.as_stated import striker_of
-from tests.steps import SOURCES, begin_plan, load_greens, load_results, load_scene
+from tests.steps import SOURCES, load_greens, load_results, load_scene
 
 REED = (
     '\n[reed]\nkind = "cantilever"\nlength = "25.4 mm"\nwidth = "10 mm"\nthickness = "0.305 mm"\n'
@@ -151,41 +143,6 @@ def test_summary_has_the_demanded_keys_for_the_seat_and_for_the_spring(annular: 
 
 
 @pytest.mark.slow
-def test_spring_baseline_has_the_static_stiffness_of_the_seat(annular: Ran) -> None:
-    greens = load_greens(annular.folder / "seat.h5")
-    assert annular.summary["seat_static_stiffness_N_per_m"] == 1 / greens.static_compliance()[0, 0]
-    spring = load_results(annular.folder / "result.h5")["spring"]
-    deflection = -spring.force / annular.summary["seat_static_stiffness_N_per_m"]
-    np.testing.assert_allclose(spring.target_displacement, deflection, rtol=1e-9, atol=1e-18)
-
-
-@pytest.mark.slow
-def test_a_seat_computed_as_its_spring_is_its_own_baseline(tmp_path: Path) -> None:
-    """Its run is not repeated; marched again, on a spring of that stiffness, it is the same but for round-off."""
-    path = tmp_path / "scene.toml"
-    path.write_text(ANNULAR.replace('"axisymmetric"', '"spring"'), encoding="utf-8")
-    plan = begin_plan(load_scene(path))
-    *_, done = rounds(plan, tmp_path, Stopwatch(), silent, limits=Limits(rounds=1))
-    baseline = baseline_of(done, Stopwatch())
-    assert baseline.touches is done.touches
-    again = run_contacts(plan.scene, done.striker, impact.spring(stiffness=baseline.stiffness), done.result.dt)
-    np.testing.assert_allclose(baseline.result.force, again.seat.force, rtol=1e-9, atol=1e-9 * again.seat.force.max())
-
-
-@pytest.mark.slow
-def test_error_of_the_seat_is_stated_in_parts(annular: Ran) -> None:
-    """The error has the coarser mesh's part and that of the reduction, within its tolerance."""
-    summary = annular.summary
-    assert 0 < summary["greens_error_reduction"] <= 0.03
-    assert 1e-4 < summary["greens_error_mesh"] < 0.1
-    assert summary["greens_error"] == pytest.approx(summary["greens_error_reduction"] + summary["greens_error_mesh"])
-    assert summary["coarse_dof"] < summary["seat_dof"]
-    stored = load_greens(annular.folder / "seat.h5")
-    assert stored.error_estimate.total == summary["greens_error"]
-    assert stored.provenance["dof"] == summary["seat_dof"]
-
-
-@pytest.mark.slow
 def test_every_measure_has_an_error_bar_split_by_source(annular: Ran) -> None:
     """A bar is 1.5 times the sum of its parts, and the mesh's part is not nothing."""
     summary = annular.summary
@@ -231,18 +188,6 @@ def test_another_folder_and_another_reed_do_not_compute_the_seat_again(tmp_path:
 
 
 @pytest.mark.slow
-def test_a_seat_in_the_folder_keeps_its_error_bars(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The coarser mesh's function beside the seat gives the same error bars when the store is empty."""
-    first = run(BAR, tmp_path / "one").summary
-    monkeypatch.setenv(VARIABLE, str(tmp_path / "empty"))
-    again = run(BAR, tmp_path / "one").summary
-    assert again["seat_reused"] is True
-    assert again["error_mesh_impulse_Ns"] == pytest.approx(first["error_mesh_impulse_Ns"], rel=1e-6)
-    (tmp_path / "one" / "seat_coarser.h5").unlink()
-    assert run(BAR, tmp_path / "one").summary["error_mesh_impulse_Ns"] != again["error_mesh_impulse_Ns"]
-
-
-@pytest.mark.slow
 def test_seats_from_other_programs_files(tmp_path: Path) -> None:
     """Matrices in mm, t, s and the measured receptance of a mass on a spring are the same seat."""
     mass, stiffness, zeta = 0.02, 4e7, 0.05
@@ -268,26 +213,6 @@ def test_seats_from_other_programs_files(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_greens_function_file_stands_for_the_seat(annular: Ran, tmp_path: Path) -> None:
-    scene = f'[seat]\nkind = "greens"\nfile = "{(annular.folder / "seat.h5").as_posix()}"\n' + REED
-    ran = run(scene, tmp_path / "out")
-    assert_same_results(ran.folder, annular.folder)
-    assert ran.summary["greens_error"] == annular.summary["greens_error"]
-
-
-@pytest.mark.slow
-def test_when_a_seat_is_used_again(tmp_path: Path) -> None:
-    run(SPRING, tmp_path / "out")
-    for old, new, reused in (
-        ("1 mm", "2 mm", True),  # another release of the reed
-        ('"0.9 ms"', '"1.0 ms"', True),  # a spring is known for all times
-        ("27.8 N/um", "27800 N/mm", True),  # the same seat in other words
-        ("27.8 N/um", "27.9 N/um", False),
-    ):
-        assert run(SPRING.replace(old, new), tmp_path / "out").summary["seat_reused"] is reused, new
-
-
-@pytest.mark.slow
 def test_time_stepping_gives_the_same_impact_and_is_used_again(tmp_path: Path) -> None:
     """Time stepping and Ritz vectors agree under Rayleigh damping; the second run reuses the seat."""
     striker = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[run]\nduration = "30 us"\n'
@@ -300,16 +225,6 @@ def test_time_stepping_gives_the_same_impact_and_is_used_again(tmp_path: Path) -
     for key, within in (("impulse_Ns", 0.06), ("seat_static_stiffness_N_per_m", 1e-6)):  # 0.06: both tolerances
         assert summary[key] == pytest.approx(expected[key], rel=within)
     assert run(text, tmp_path / "stepped").summary["seat_reused"] is True
-
-
-@pytest.mark.parametrize("damping", [0.0, 0.1])
-def test_the_step_resolves_the_waves_in_a_rod(damping: float, tmp_path: Path) -> None:
-    """The step is a fortieth of the transit l/c of a 3 mm rod; the filter alone would allow 50 ns."""
-    text = ROD.replace("30 mm", "3 mm").replace("area =", f"damping_ratio = {damping}\narea =")
-    scene = load_scene(_written(tmp_path / "rod.toml", text))
-    rod = impact.fixed_rod(young=200e9, density=7850, area=1e-6, length=3e-3, damping_ratio=damping)
-    step = fallback_step(scene.run, scene.gas, striker_of(scene).greens, rod)
-    assert step == pytest.approx(3e-3 / np.sqrt(200e9 / 7850) / 40)
 
 
 def test_a_rigid_mass_on_a_rod_is_the_textbooks(tmp_path: Path) -> None:
@@ -447,62 +362,6 @@ def test_a_picture_that_fails_is_told_and_costs_no_number(problem, tmp_path, mon
         "force.png", "energy.png", "greens.png", "stress_histories.png", "drawing.png"
     }  # fmt: skip
     assert {path.name for path in ran.folder.iterdir()} == {path.name for path in ran.outcome.files}
-
-
-@pytest.mark.slow
-def test_a_crash_among_the_pictures_leaves_all_numbers(tmp_path: Path) -> None:
-    """A process that is gone at once, as by a fault in a graphics driver, leaves all numbers."""
-    (tmp_path / "s.toml").write_text(SPRING, encoding="utf-8")
-    crash = "import os; from seatfem.study.runs import pictures; pictures.plot_motion = lambda *a, **b: os._exit(139)"
-    command = [
-        sys.executable, "-c", f"{crash}; from seatfem.faces.cli import main; main()", "run", "s.toml", "-o", "out",
-    ]  # fmt: skip
-    assert run_program(command, tmp_path).returncode == 139
-    names = {path.name for path in (tmp_path / "out").iterdir()}
-    assert names == {"summary.json", "landings.csv", "result.h5", "seat.h5", "force.png", *OF_STRESS}
-    assert_whole(tmp_path / "out")
-    summary = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
-    assert set(summary) >= DEMANDED
-    assert "pictures_missing" not in summary  # nobody was left to tell
-
-
-@pytest.mark.slow
-def test_a_disk_that_fills_up_among_the_pictures_leaves_the_first_summary(tmp_path, monkeypatch):
-    def fill(*given: object) -> tuple[tuple[Path, ...], tuple[str, ...]]:
-        def full(path: Path, data: object) -> None:
-            raise OSError(28, "No space left on device")
-
-        monkeypatch.setattr(pipeline, "write_json", full)
-        return (), ()
-
-    monkeypatch.setattr("seatfem.study.runs.pictures.draw_run", fill)
-    ran = run(SPRING, tmp_path / "out", pictures=True)
-    assert any("summary.json does not list the pictures" in text for text in ran.outcome.messages)
-    assert set(ran.summary) >= DEMANDED
-
-
-@pytest.mark.slow(but="text1")
-@pytest.mark.parametrize(
-    ("text", "arguments", "code", "message"),
-    [
-        (SPRING, ("run", "s.toml", "-o", "out", "--quiet"), 0, ""),
-        (SPRING, ("greens", "s.toml", "-o", "s.toml/g.h5"), 2, "s.toml/g.h5: cannot be written"),
-        (SPRING, ("modes", "s.toml"), 2, "seat.kind = 'spring'"),
-        (SPRING.replace("[run]", "[run]\ntime_step = '1 us'"), ("run", "s.toml"), 2, "run.time_step = 1 us does not"),
-    ],
-)
-def test_exit_codes_of_the_program(text, arguments, code, message, tmp_path, monkeypatch, capfd):
-    """The entry point ends with the code of the outcome; real processes end in the tests around this one."""
-    (tmp_path / "s.toml").write_text(text, encoding="utf-8")
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sys, "argv", ["seatfem", *arguments])
-    with pytest.raises(SystemExit) as ended:
-        main()
-    said = "".join(capfd.readouterr())
-    assert (ended.value.code or 0) == code, said
-    assert "Traceback" not in said
-    assert message in said
-    assert (said == "") == (code == 0)
 
 
 @pytest.mark.slow

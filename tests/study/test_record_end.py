@@ -51,26 +51,3 @@ def test_an_end_within_the_delay_of_a_touch_is_in_the_bar_of_the_impulse(tmp_pat
     assert budget.dominant("impulse") == "time_step"
     assert CLOCK not in budget.values
     assert all(CLOCK not in part for part in budget.parts.values())
-
-
-@pytest.mark.slow
-def test_an_end_in_flight_adds_nothing(tmp_path: Path) -> None:
-    """Half way to the stopper no touch is near: the bar is what it was, in proportion to the touches before."""
-    inside, flight = FIRST + 7 * PERIOD + 1.2 * TOUCH, FIRST + 7 * PERIOD + TOUCH + 0.5 * WAY / SPEED
-    cut, whole = (budget_at(end, tmp_path) for end in (inside, flight))
-    error = abs(whole.values["impulse"] - impulse_until(flight))
-    assert error <= whole.bar("impulse") <= 5 * error
-    assert cut.bar("impulse") > 2 * whole.bar("impulse")
-    assert cut.bar("filtered_peak") == pytest.approx(whole.bar("filtered_peak"), rel=0.2)  # of the first touch
-
-
-@pytest.mark.slow
-def test_a_course_that_covers_the_run_alone_is_not_asked_for_more(tmp_path: Path) -> None:
-    """A base known until the run's end leaves the bar, with an earlier end, as large as it must be."""
-    late = FIRST + 7 * PERIOD + 1.2 * TOUCH
-    rows = "".join(f"{late * k / 8 + 4 * STEP * (k == 8):.12g},0\n" for k in range(9))
-    (tmp_path / "base.csv").write_text("time [s],displacement [m]\n" + rows, encoding="utf-8")
-    based = budget_at(late, tmp_path, '[[base]]\nof = "seat"\ndisplacement = "base.csv"\n')
-    alone = budget_at(late, tmp_path)
-    assert based.values["impulse"] == pytest.approx(alone.values["impulse"], rel=1e-9)
-    assert abs(alone.values["impulse"] - impulse_until(late)) <= based.bar("impulse") <= alone.bar("impulse")

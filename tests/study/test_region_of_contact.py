@@ -1,7 +1,6 @@
 """A plate without a stated contact meets the struck face all over: the region is that of the geometry."""
 
 import math
-import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,17 +11,15 @@ import pytest
 import impact
 from impact import measures
 from meshes.valve_plate_assembly import Bodies, write
-from seatfem.structures.lip import Lip
 from seatfem.structures.patch import on_its_patch
 from seatfem.structures.rings import OF_ONE, Division, as_a_whole
 from seatfem.study.impacts.bodies import problem_of, stopper_of
 from seatfem.study.impacts.contact import record_of, run_contacts
 from seatfem.study.impacts.layout import layout_of
-from seatfem.study.impacts.validity import beside_notes
 from seatfem.study.method import stated_method
 from tests.as_stated import seat_of, solved_striker, striker_of
-from tests.gallery import Gallery, load_text, read_summary
-from tests.steps import Scene, SceneError, begin_plan, check_files, error_budget, values_of_record
+from tests.gallery import load_text
+from tests.steps import Scene, SceneError, check_files, error_budget, values_of_record
 
 ROOT = Path(__file__).parents[2]
 STEEL = 'material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }\n'
@@ -68,35 +65,6 @@ def test_the_region_is_the_struck_land(
     assert patch_of(scene_of(tmp_path, seat + model)) == pytest.approx((area, *ends), rel=2e-3)
 
 
-def test_a_disc_is_met_as_one_and_a_ring_in_segments(tmp_path: Path) -> None:
-    disc = f'kind = "disc"\ndiameter = "16 mm"\nthickness = "1 mm"\nvelocity = "-2 m/s"\n{STEEL}'
-    scene = scene_of(tmp_path, STOPPER, disc)
-    assert patch_of(scene) == pytest.approx((4 * math.pi, 0, 2), rel=5e-3)
-    assert stated_method(scene).ports is None
-    assert stated_method(scene_of(tmp_path, ANNULAR, disc)).ports == 32
-    spring = 'kind = "spring"\nstiffness = "20 N/um"\n'
-    assert stated_method(scene_of(tmp_path, spring, disc)).reed.lip is None
-
-
-def test_a_stated_contact_wins(tmp_path: Path) -> None:
-    scene = scene_of(tmp_path, ANNULAR, FLAPPER + RING + IN_MODE)
-    assert scene.geometry.region() is None
-    assert stated_method(scene).reed.lip is None
-    segments = scene.geometry.segments()
-    assert isinstance(segments, Lip)
-    assert (segments.arcs, segments.rings) == (16, 3)
-
-
-@pytest.mark.slow
-def test_a_stopper_is_met_with_its_own_face(tmp_path: Path) -> None:
-    behind = ANNULAR.replace("4 mm", "3 mm")
-    scene = scene_of(tmp_path, ANNULAR, more=f'[stopper]\ngap = "1 mm"\n{behind}')
-    lip = stated_method(scene).reed.behind
-    assert isinstance(lip, Lip)
-    assert (lip.inner, lip.outer) == pytest.approx((3.1e-3, 3.9e-3))
-    assert "stopper_contact" in striker_of(scene).greens.ports
-
-
 @pytest.mark.parametrize(
     ("seat", "named"),
     [
@@ -108,18 +76,6 @@ def test_a_stopper_is_met_with_its_own_face(tmp_path: Path) -> None:
 def test_a_face_that_is_no_land_asks_for_the_contact(tmp_path: Path, seat: str, named: str) -> None:
     with pytest.raises(SceneError, match=named):
         scene_of(tmp_path, seat)
-
-
-def test_a_ring_over_open_ports_is_noted(tmp_path: Path) -> None:
-    """Midway between two ports 14 % of it meets a land; about the struck port all of it does."""
-    between, ring = PORTS.replace("struck = 1\n", ""), FLAPPER + RING + IN_MODE
-    (note,) = beside_notes(scene_of(tmp_path, between, ring).geometry)
-    assert re.fullmatch(
-        r"reed\.contact_radius = 4\.5 mm: in plan 1[3-5] % of this ring .* remove contact_radius.*", note
-    )
-    assert beside_notes(scene_of(tmp_path, PORTS, ring).geometry) == ()
-    in_parts = "[contact]\nports = 16\n"  # which the reed meets in place of its own ring
-    assert beside_notes(scene_of(tmp_path, PORTS, ring.replace("4.5", "2"), in_parts).geometry) == ()
 
 
 def test_a_width_without_a_radius_is_refused_where_the_reed_meets_the_whole_face(tmp_path: Path) -> None:
@@ -152,21 +108,6 @@ def test_an_open_port_is_met_along_its_land(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_one_contact_that_is_stated_knows_what_segments_change(tmp_path: Path, gallery: Gallery) -> None:
-    """The lip of the tutorial's assembly as one ring: its bars reach the landing in segments."""
-    example = ROOT / "examples" / "cad_assembly.toml"
-    ring = 'contact_radius = "4.6 mm"\ncontact_width = "1.2 mm"\nrelease = '
-    text = example.read_text(encoding="utf-8").replace("\nrelease = ", "\n" + ring).replace("../", f"{ROOT}/")
-    (tmp_path / "ring.toml").write_text(text, encoding="utf-8")
-    one, several = (read_summary(gallery.run_of(path)) for path in (tmp_path / "ring.toml", example))
-    for key in ("landing_filtered_peak_force_N", "landing_impulse_Ns"):
-        assert abs(one[key] - several[key]) < one[f"error_bar_{key}"] + several[f"error_bar_{key}"]
-    assert one["landing_filtered_peak_force_N"] > 1.2 * several["landing_filtered_peak_force_N"]  # of no use as one
-    assert one["accuracy_met"] is False
-    assert several["accuracy_met"] is True
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("rings", [1, 2])
 def test_one_part_across_a_stated_ring_is_doubted_too(tmp_path: Path, rings: int) -> None:
     """The share of one contact is what segments in three parts across change of the run, whatever its rings."""
@@ -185,20 +126,6 @@ def test_one_part_across_a_stated_ring_is_doubted_too(tmp_path: Path, rings: int
     one, several = (values_of_record(record_of(scene, problem, 2e-7))["filtered_peak"] for problem in problems)
     budget = error_budget(scene, stated_method(scene), solved, striker_of(scene), touches)
     assert budget.parts["lip"]["filtered_peak"] >= 0.99 * OF_ONE * abs(several - one) > 0
-
-
-@pytest.mark.slow
-def test_three_lands_are_divided_alike(tmp_path: Path) -> None:
-    """Three equal lands have a multiple of three segments."""
-    seat = (
-        PORTS.replace("ports = 2", "ports = 3").replace('"row"\nstruck = 1', '"circle"').replace('"12 mm"', '"11 mm"')
-    )
-    disc = f'kind = "disc"\ndiameter = "26 mm"\nthickness = "1 mm"\nvelocity = "-1 m/s"\n{STEEL}'
-    stiff = seat + 'model = "spring"\nmesh = { size = "4 mm", contact_size = "1 mm" }\n'
-    tilted = scene_of(tmp_path, stiff, disc, '[contact]\ntilt = "0.05 deg"\n')
-    ports = begin_plan(tilted).method.ports
-    assert ports is not None
-    assert ports % 3 == 0
 
 
 COARSE = 'model = "spring"\nmesh = { size = "3 mm", contact_size = "0.7 mm" }\n'

@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 from impact import measures
-from impact.quantities import percent
 from impact.storage.hdf5 import load_greens, load_results
 from seatfem.structures import cache
 from seatfem.structures.mesh.gmsh_process import MeshingError
@@ -118,13 +117,6 @@ def test_few_modes_of_the_reed_miss_a_target(n_modes: int, tmp_path: Path) -> No
     assert done.left.dominant("impulse") == "model"
     for name in ("impulse", "filtered_peak"):
         assert abs(done.left.values[name] - many.left.values[name]) <= done.left.bar(name)
-
-
-@pytest.mark.slow
-def test_no_round_beyond_the_number(tmp_path: Path) -> None:
-    plan = with_step(plan_of(SCENE + 'target = "0.5 %"\n', tmp_path), 4e-6)
-    two = carry_out(plan, tmp_path, Stopwatch(), silent, limits=Limits(2))
-    assert (two.number, two.stopped) == (2, "2 rounds at most")
 
 
 @pytest.mark.slow(but="factorization")
@@ -237,21 +229,6 @@ def test_summary_and_exit_code_tell_whether_the_target_was_met(more, code, tmp_p
 
 
 @pytest.mark.slow
-def test_each_round_is_told_with_its_bar_time_memory_and_the_price_of_the_next(tmp_path: Path) -> None:
-    lines: list[str] = []
-    plan = with_step(plan_of(SCENE + 'target = "2 %"\n', tmp_path), 2e-6)
-    done = carry_out(plan, tmp_path, Stopwatch(), silent, tell=lines.append)
-    assert len(lines) == done.number
-    line = r"round 1: impulse \+-\S+ %; peak force \+-\S+ %; target 2 % missed; \S+ s, \S+ GB; the next about \S+ s$"
-    assert re.match(line, lines[0])
-    assert re.match(r"round 2 \(.*run.time_step \S+ us -> \S+ us\): ", lines[1])
-    assert f"-> {percent(done.left.relative('filtered_peak'))}; target 2 % reached" in lines[-1]
-    assert done.memory > 50e6
-    assert set(done.spent) == {"contact", "reed stress", "error budget"}
-    assert 0 < sum(done.spent.values()) < 60
-
-
-@pytest.mark.slow
 def test_no_round_that_is_expected_to_outlast_the_time_is_begun(tmp_path: Path) -> None:
     plan = with_step(plan_of(SCENE + 'target = "2 %"\n', tmp_path), 2e-6)
     one = carry_out(plan, tmp_path, Stopwatch(), silent, limits=Limits(seconds=1e-3))
@@ -273,62 +250,6 @@ def test_a_round_that_outlasts_the_time_is_stopped_and_the_one_before_stays(tmp_
     assert seen[0].stopped == "round 2 was begun and not finished"
     assert "--max-time is over (" in seen[1].stopped
     assert seen[1].result is seen[0].result
-
-
-@pytest.mark.slow
-def test_the_time_of_a_round_is_that_of_the_last_one_and_its_further_work(tmp_path: Path) -> None:
-    """The expected time grows like the root of twice the steps or four times the work, or as rounds show."""
-    done = carry_out(plan_of(SCENE, tmp_path), tmp_path, Stopwatch(), silent, limits=Limits(1))
-    done = replace(done, price={"mesh": 10.0, "reduction": 70.0, "contact": 5.0, "error budget": 15.0, "plan": 3.0})
-    step, modes = done.plan.method.time_step, done.plan.method.reed.n_modes
-
-    def finer(**values: object) -> Plan:
-        keys = {"step": "run.time_step", "modes": "reed.n_modes"}
-        return replace(done.plan, method=done.plan.method.replaced({keys[k]: v for k, v in values.items()}))
-
-    fixed = next_round.FIXED  # what does not grow; the rest like the root of the work
-    for work, keys in ((2, {"step": step / 2}), (4, {"step": step / 2, "modes": 2 * modes})):
-        expected = work**0.5 * (20.0 - fixed) + fixed
-        assert next_round.expect_time(done, finer(**keys)) == pytest.approx(expected)
-    earlier = done.plan.method.replaced({"run.time_step": 2 * step})
-    slow = replace(done, before=(earlier, {"contact": 20.0 / 2**0.8}))  # the last two rounds show the power of the work
-    assert next_round.expect_time(slow, finer(step=step / 2)) == pytest.approx(2**0.8 * 20.0)
-
-
-@pytest.mark.slow
-def test_the_memory_of_a_round_is_that_of_the_last_one_with_what_grows(tmp_path: Path) -> None:
-    """Histories grow with the steps, bodies by their least, and never below what was taken already."""
-    done = carry_out(plan_of(SCENE, tmp_path), tmp_path, Stopwatch(), silent, limits=Limits(1))
-    assert done.result.rows.is_uniform
-    step, after = done.plan.method.time_step, next_round.AFTERWARDS
-    histories = next_round.HISTORIES * 8 * (len(done.result.rows.ends) + int(done.result.rows.ends[-1]))
-    done = replace(done, memory=next_round.PROGRAM + 5e8 + histories, held=0.0)
-
-    def expect(finer: float, count: int = 1) -> float:
-        method = done.plan.method.replaced({"run.time_step": step / finer})
-        return next_round.expect_memory(done, replace(done.plan, method=method), count)
-
-    least = next_round.LEAST_GROWTH
-    for finer, count in ((1, 1), (10, 1), (10, 2)):
-        more = 5e8 * (least**count - 1) + histories * (finer**count - 1)
-        assert expect(finer, count) == pytest.approx(done.memory + more + after)
-    assert next_round.expect_memory(done, None) == done.memory + after
-    small = replace(done, memory=next_round.PROGRAM + histories)
-    method = done.plan.method.replaced({"run.time_step": 10 * step})
-    assert next_round.expect_memory(small, replace(done.plan, method=method)) == small.memory + after
-
-
-@pytest.mark.slow
-def test_what_a_process_did_before_does_not_count_as_memory_of_its_run(tmp_path: Path) -> None:
-    """Half a gigabyte is used and freed, and as much held: neither is expected to grow with the rounds."""
-    used = np.ones(2**26)
-    held = np.ones(2**26)
-    del used
-    done = carry_out(plan_of(SCENE, tmp_path), tmp_path, Stopwatch(), silent, limits=Limits(1))
-    assert held.nbytes < done.held <= done.memory < done.held + 4e8
-    growth = next_round.LEAST_GROWTH**8
-    most = done.held + growth * (done.memory - done.held) + next_round.AFTERWARDS
-    assert next_round.expect_memory(done, done.plan, count=8) < most + 1e8 < growth * held.nbytes
 
 
 @pytest.mark.slow
@@ -402,32 +323,6 @@ def test_each_finished_round_is_on_file_while_the_next_is_under_way(tmp_path, mo
     assert measures.impulse(both["wave"]) == summary["impulse_Ns"]
     assert both["wave"].dt == 2e-6
     load_greens(out / "seat.h5")
-
-
-@pytest.mark.slow
-def test_no_pictures_draws_none_and_says_nothing_of_them(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    scene, out = tmp_path / "s.toml", tmp_path / "out"
-    scene.write_text(SCENE + 'target = "50 %"\n', encoding="utf-8")
-    assert run_command(["run", str(scene), "-o", str(out), "--no-pictures"]) == 0
-    expected = {"scene.toml", "plan.json"}
-    stress = {"reed_hot_spots.csv", "stress.h5"}
-    files = {"summary.json", "landings.csv", "result.h5", "seat.h5"}
-    assert {path.name for path in out.iterdir()} == files | expected | stress
-    assert "skipped" not in capsys.readouterr().out
-
-
-@pytest.mark.slow
-def test_notes_speak_of_keys_and_values(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Notes on a step that damps modes name its key, not the solver's argument; those on assumptions give values."""
-    scene = tmp_path / "s.toml"
-    scene.write_text(SCENE.replace("[run]", '[run]\ntime_step = "2 us"') + 'target = "90 %"\n', encoding="utf-8")
-    run_command(["run", str(scene), "-o", str(tmp_path / "out"), "--no-pictures"])
-    notes = [line for line in capsys.readouterr().out.splitlines() if line.startswith("note: ")]
-    assert any("coarse for the reed's modes" in note and "use run.time_step <= " in note for note in notes), notes
-    assert any(note.endswith("or fewer reed.n_modes") for note in notes)
-    assert not any(re.search(r"\bdt\b", note) for note in notes)
-    assumed = "reed.width = 10.0 mm, reed.thickness = 305 µm, reed.material = 200 GPa, 7850 kg/m^3"
-    assert any(note.endswith(assumed) for note in notes)
 
 
 def test_a_run_ends_in_words_before_its_memory_does(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from seatfem.faces.other_verbs import study_ahead
-from seatfem.study.sweep import side_by_side
 from seatfem.study.sweep.runner import JOURNAL, Outcome, carry_out
 from seatfem.study.sweep.study import load_study
 from seatfem.study.sweep.sweep import Ahead, run_study, scenes_of
@@ -89,17 +88,6 @@ def test_reeds_let_go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         if not name.startswith(BAR):
             beside = table.numbers(name)[int(np.flatnonzero(others)[0])]
             assert beside == pytest.approx(float(str(alone.summary[name])), rel=1e-7)
-
-
-@pytest.mark.slow
-def test_scenes_that_cannot_be_marched_so_run_by_themselves(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    answer_here(monkeypatch)
-    monkeypatch.setattr(side_by_side.impact, "solve_many", lambda *_, **__: 1 / 0)
-    path = study_file(tmp_path, THROWN.replace("48", "32"))
-    table = run_study(load_study(path), tmp_path / "out", file=path)
-    assert not sampled(table).any()
-    assert "run by itself: division by zero" in table.columns["message"]
-    assert np.isfinite(table.numbers(f"{BAR}landing_impulse_Ns")).all()
 
 
 @pytest.mark.slow

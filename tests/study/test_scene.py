@@ -6,15 +6,11 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from seatfem.structures.kinds import Annular, Cantilever
 from seatfem.study.scene.problems import key_lines
 from tests.gallery import load_text
 from tests.steps import Scene, SceneError, key_of, load_scene, stated_method
-
-EXAMPLES = Path(__file__).parents[2] / "examples"
 
 SCENE = (
     'title = "test"\n[seat]\nkind = "annular"\nbore_radius = "4 mm"\nlip_width = "1 mm"\n'
@@ -214,12 +210,6 @@ def test_the_seat_key_sees_the_seat_only(load: Load) -> None:
     assert seat_key(load(changed('bore_radius = "4 mm"', 'bore_radius = "4.1 mm"'))) != key
 
 
-@pytest.mark.parametrize(("name", "area"), [("3mm_area", 4.17e-7), ("30mm_strip", 4.17e-9)])
-def test_the_two_readings_of_table_1(name: str, area: float) -> None:
-    seat = load_scene(EXAMPLES / f"paper_table1_{name}.toml").seat
-    assert seat.cross_section == pytest.approx(area, rel=1e-15)
-
-
 def test_key_lines_of_every_toml_construct() -> None:
     text = """\
 a = 1 # [not.a.table]
@@ -246,32 +236,6 @@ x = "\\"]"
     }  # fmt: skip
     assert {path: lines.get(path) for path in expected} == expected
     assert _paths(tomllib.loads(text)) <= lines.keys()
-
-
-_values = st.recursive(
-    st.sampled_from(["1", "-2.5e3", "true", '"a,]}#"', "'x = [1'", '"\\""', '"""m\n[n]"""', "1979-05-27"]),
-    lambda inner: (
-        st.lists(inner, max_size=3).map(lambda items: "[\n" + ",\n".join(items) + "]")
-        | st.lists(inner, max_size=3).map(
-            lambda items: "{ " + ", ".join(f"k{index} = {item}" for index, item in enumerate(items)) + " }"
-        )
-    ),
-    max_leaves=6,
-)
-
-
-@pytest.mark.slow
-@given(st.lists(_values, max_size=6), st.integers(0, 6))
-def test_key_lines_agree_with_tomllib(values: list[str], header_at: int) -> None:
-    parts = [f"key{index} = {value} # {{" for index, value in enumerate(values)]
-    parts.insert(header_at, "[head.er]")
-    text = "\n".join(parts)
-    lines = key_lines(text)
-    assert _paths(tomllib.loads(text)) <= lines.keys()
-    for index in range(len(values)):
-        key = f"key{index}"
-        line = lines.get((key,)) or lines[("head", "er", key)]
-        assert text.splitlines()[line - 1].startswith(f"{key} = ")
 
 
 def _paths(data: object, path: tuple[str | int, ...] = ()) -> set[tuple[str | int, ...]]:

@@ -1,18 +1,12 @@
 """docs/scene.md and its pages say what the program does."""
 
-import re
-import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
-import pytest
-from pydantic import BaseModel, ValidationError, create_model
+from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 from scene_page import scene_pages
 
-from seatfem.fields import Table
-from seatfem.study.scene.keys import holds
-from seatfem.study.scene.load import scene_of
 from seatfem.study.scene.problems import tables_in
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -25,23 +19,6 @@ def test_the_pages_are_current() -> None:
     assert pages == PAGES, "run: make docs"
 
 
-def test_every_table_is_described_once_and_linked() -> None:
-    """Each table stands once, kinds of bodies under their family, and the first page links all pages."""
-    for page, kinds in {
-        "seats": ("annular", "bar", "block", "rod", "spring"),
-        "reeds": ("cantilever", "flapper", "sheet"),
-        "strikers": ("ball", "rigid_mass", "ring_plate"),
-        "imported": ("cad", "mesh", "greens"),
-    }.items():
-        for kind in kinds:
-            assert f'\n## kind = "{kind}"\n' in PAGES[f"scene/{page}.md"]
-    headings = [line for text in PAGES.values() for line in text.splitlines() if line.startswith("| key |")]
-    tables = {table for name in FIELDS.values() for table in tables_in(name.annotation)} | {scene_of()}
-    assert len(headings) == len(tables)
-    assert set(re.findall(r"^- \[.+\]\((scene/.+)\)", PAGES["scene.md"], re.MULTILINE)) == {*PAGES} - {"scene.md"}
-    assert '| `lip_height` | length, `"3 mm"` | `"0.5 mm"` |' in PAGES["scene/seats.md"]
-
-
 def fields(table: type[BaseModel], seen: set[type[BaseModel]]) -> Iterator[tuple[str, FieldInfo]]:
     """Yield every key of a table and of the tables in it."""
     seen.add(table)
@@ -50,39 +27,3 @@ def fields(table: type[BaseModel], seen: set[type[BaseModel]]) -> Iterator[tuple
         for inner in tables_in(field.annotation):
             if inner not in seen:
                 yield from fields(inner, seen)
-
-
-FIELDS = dict(fields(scene_of(), set()))
-
-
-@pytest.mark.slow
-def test_what_a_key_holds_is_what_it_takes() -> None:
-    """Flags are flags, lists say how many of what, and the example shown is one that the key takes."""
-    refused = []
-    for key, field in FIELDS.items():
-        said = holds(field)
-        if tables_in(field.annotation) or not (shown := re.findall(r"`(.+?)`", said)):
-            continue
-        holder = create_model("Holder", __base__=Table, value=(field.annotation, field))
-        for example in shown:
-            value = tomllib.loads(f"value = {example}")["value"]
-            if said.startswith("list") and not isinstance(value, list):
-                value = [value]
-            if "velocity" in key:  # the unit's example; the sign is in the description
-                value = f"-{value}"
-            try:
-                holder.model_validate({"value": value})
-            except ValidationError as error:
-                refused.append((key, example, str(error)))
-    assert refused == []
-
-
-def test_lists_say_how_many_of_what() -> None:
-    said = {key: holds(field) for key, field in FIELDS.items()}
-    assert said["ByPlane.several"] == "`true` or `false`"
-    assert said["ByPlane.axis_point"] == 'list of three lengths, `["12 mm", "0 mm", "8 mm"]`'
-    assert said["ByPlane.normal"] == "list of three numbers, `[0.0, 0.0, 1.0]`"
-    assert said["OrthotropicMaterial.young"].startswith("list of three pressures")
-    assert said["Accuracy.measures"].startswith('list of `"impulse"`')
-    assert "list of numbers" not in "".join(PAGES.values())
-    assert "False" not in "".join(PAGES.values())

@@ -10,7 +10,7 @@ import impact
 from impact import measures
 from seatfem.study.impacts.validity import simpler_models
 from tests.gallery import FLAPPER, load_text
-from tests.steps import Division, Lip, Scene, bed, load_scene, stated_method, striker_of
+from tests.steps import Division, Lip, Scene, bed, load_scene, striker_of
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 STIFFNESS, DT, RADIUS, TILT = 2e8, 5e-8, 5.5e-3, math.radians(0.3)
@@ -77,12 +77,6 @@ def test_the_beam_has_the_plates_widths_and_starts_as_it_does(tmp_path: Path) ->
 def test_no_beam_where_it_would_not_move_alike(release: str, more: str, tmp_path: Path) -> None:
     scene = scene_of(tmp_path, release, more)
     assert list(simpler_models(scene, striker_of(scene), bed(Division(8), STIFFNESS), DT)) == ["one_port"]
-
-
-def test_none_beside_a_contact_of_one_port(tmp_path: Path) -> None:
-    scene = scene_of(tmp_path)
-    striker = striker_of(scene, method=stated_method(scene).along(scene.geometry, 1).reed)
-    assert simpler_models(scene, striker, bed(Division(1), STIFFNESS), DT) == {}
 
 
 def test_the_column_of_the_annular_seat() -> None:

@@ -1,7 +1,6 @@
 """What scenes of a study begin with: the plan that one of the first with their seat has ended with."""
 
 import json
-import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,18 +10,13 @@ from seatfem.study.sweep import runner as one
 from seatfem.study.sweep.cases import PILOTS, begun, cases_of, chosen, start_of
 from seatfem.study.sweep.runner import JOURNAL, carry_out, read_journal
 from tests.steps import (
-    Limits,
-    Stopwatch,
     begin_plan,
     converge,
     load_scene,
     load_study,
-    rounds,
     run_study,
-    silent,
 )
 from tests.study.crew_at_hand import answer_here
-from tests.study.small_scenes import ANNULAR, MASS
 from tests.study.test_studies import SPRING, study_file
 
 MASSES = '[vary]\nreed.mass = ["1 g", "1.1 g", "1.2 g", "1 g", "1.3 g", "1.4 g", "1.5 g"]'
@@ -83,48 +77,3 @@ def test_scenes_that_are_too_different_begin_by_rule(tmp_path: Path, monkeypatch
     assert chosen([]) == {}
     with pytest.raises(TypeError, match="no outcome"):
         one.Outcome("done", start={"work": "x"})
-
-
-def test_a_seat_serves_scenes_of_another_plan(tmp_path: Path) -> None:
-    """A longer run begins by rule, with the keys of the seat that is there."""
-    path = study_file(tmp_path, MASSES, SPRING).parent / "scene.toml"
-    start = {**start_of(begin_plan(load_scene(path))), "seat": {"seat.stiffness": "2 N/um"}}
-    outcome = carry_out(path, {"run.duration": "0.3 ms"}, 4, start)
-    assert outcome.summary["seat_static_stiffness_N_per_m"] == pytest.approx(2e6)
-
-
-@pytest.mark.slow
-def test_what_waves_of_the_seat_change_is_told_of_a_seat_by_another_scene_too(tmp_path: Path) -> None:
-    """A seat that was enough as a spring there is stated as one here, where its waves are 18 % of the peak."""
-    path = tmp_path / "scene.toml"
-    path.write_text(f"{ANNULAR}{MASS}", encoding="utf-8")
-    start = start_of(begin_plan(load_scene(path)))
-    assert start["seat"]["seat.model"] == "spring"
-    shares = []
-    for changed in ({}, start["seat"]):
-        plan = begin_plan(load_scene(path, changed))
-        *_, done = rounds(plan, tmp_path, Stopwatch(), silent, limits=Limits(1))
-        shares.append(done.left.by_key["seat.model"]["filtered_peak"] / done.left.values["filtered_peak"])
-    assert shares[1] == pytest.approx(shares[0], rel=1e-6)
-    assert shares[0] > 0.1
-
-
-@pytest.mark.slow
-def test_stresses_are_looked_for_where_a_measure_is_one(tmp_path: Path) -> None:
-    """All other numbers are the same bits; scenes are known with stresses or without."""
-    scene = Path(__file__).parents[2] / "examples" / "flapper_on_spring.toml"
-    (tmp_path / "scene.toml").write_bytes(scene.read_bytes())
-    text = 'scene = "scene.toml"\n[vary]\ncontact.gap = ["0.01 mm"]\n[outputs]\nmeasures = ["{}"]\n'
-    cases = {}
-    for name in ("impulse_Ns", "peak_reed_stress_Pa"):
-        (tmp_path / "study.toml").write_text(text.format(name), encoding="utf-8")
-        (cases[name],) = cases_of(load_study(tmp_path / "study.toml"))
-    assert [case.stress for case in cases.values()] == [False, True]
-    assert len({case.key for case in cases.values()}) == 2
-    without, full = (
-        carry_out(tmp_path / "scene.toml", each.changed, 1, {}, stress=each.stress) for each in cases.values()
-    )
-    assert full.summary["peak_reed_stress_Pa"] > 1e6
-    others = {key: value for key, value in full.summary.items() if not re.search("stress|time|memory", key)}
-    assert {key: without.summary[key] for key in others} == others
-    assert without.summary.get("peak_reed_stress_Pa") is None

@@ -13,10 +13,8 @@ import impact
 from impact import measures
 from impact.runs.variations import SAFETY, Budget
 from impact.storage.hdf5 import load_results, save_greens
-from seatfem.study.impacts.bodies import problem_of, stopper_of
-from seatfem.study.impacts.contact import record_of, run_contacts
-from seatfem.study.impacts.touches import Touches, stopper_values, values_of_record
-from seatfem.study.impacts.window import Excerpt, Window, window_of
+from seatfem.study.impacts.contact import run_contacts
+from seatfem.study.impacts.touches import Touches, stopper_values
 from seatfem.study.scene import Scene
 from tests.as_stated import striker_of
 from tests.gallery import load_text, refusal
@@ -126,46 +124,6 @@ def test_a_scene_is_the_problem_built_by_hand(tmp_path: Path) -> None:
             np.testing.assert_allclose(getattr(one, name), theirs, rtol=0, atol=1e-12 * np.abs(theirs).max())
 
 
-def test_the_place_of_the_contact_is_one_port(tmp_path: Path) -> None:
-    """A stopper at the place of the contact, stated or not, shares the seat's port."""
-    for at in ("", 'at = "25.4 mm"\n'):
-        text = SEAT + REED + '[stopper]\nkind = "spring"\nstiffness = "5 N/um"\ngap = "1.2 mm"\n' + at + SHORT
-        scene = load_text(tmp_path, text)
-        problem = problem_of(scene, striker_of(scene), impact.Body(impact.spring(stiffness=1e6)))
-        assert problem.striker.greens.ports == ("contact",)
-        assert [contact.side for contact in problem.contacts] == [1, -1]
-
-
-def test_rings_of_the_seat_stay_apart_from_the_stopper(tmp_path: Path) -> None:
-    """Two rings and a stopper are three contacts, of which the first two are the seat's."""
-    scene = load_text(tmp_path, SEAT + MASS + STOPPER + RUN)
-    compliance = 1e-6 * np.array([[1.2, 0.3], [0.3, 1.5]])
-    nothing = np.zeros((0, 2))
-    greens = impact.ModalGreens(
-        np.zeros(0), np.zeros(0), nothing, impact.Residual(nothing, np.zeros(0), compliance), ("contact_1", "contact_2")
-    )
-    touches = run_contacts(scene, striker_of(scene), greens, 2e-7)
-    byhand = impact.solve(
-        impact.ContactProblem(
-            impact.rigid_mass(mass=1e-3, velocity=-1.0),
-            contacts=[
-                *(impact.Contact(greens, port=k, gap=1e-4) for k in range(2)),
-                impact.Contact(impact.spring(stiffness=4e6), gap=2e-4, side=-1),
-            ],
-        ),
-        dt=2e-7,
-        duration=1.4e-3,
-    )
-    np.testing.assert_allclose(touches.parts.force, byhand.force[:, :2], atol=1e-12 * byhand.force.max())
-    np.testing.assert_allclose(touches.stopper.force, byhand.force[:, 2], atol=1e-12 * byhand.force.max())
-    np.testing.assert_array_equal(touches.seat.force, touches.parts.force.sum(axis=1))
-    assert touches.stopper.force.max() > 1.0
-    values = values_of_record(record_of(scene, problem_of(scene, striker_of(scene), impact.Body(greens)), 2e-7))
-    assert values["impulse"] == pytest.approx(measures.impulse(touches.seat), rel=1e-9)
-    mean = touches.seat.target_displacement
-    assert values["seat_displacement"] == pytest.approx(np.abs(mean).max(), rel=1e-9)
-
-
 @pytest.mark.slow
 def test_the_keys_of_a_run(tmp_path: Path) -> None:
     """Seat, stopper and both spring baselines have their own keys, with the values of their results."""
@@ -190,24 +148,6 @@ def test_the_keys_of_a_run(tmp_path: Path) -> None:
     # the bars are the seat's: a spring of the same stiffness is the same seat
     assert summary["spring_impulse_Ns"] == pytest.approx(summary["impulse_Ns"], rel=1e-9)
     assert summary["error_bar_impulse_Ns"] > abs(summary["impulse_Ns"] - 4e-3)
-
-
-@pytest.mark.slow
-def test_a_stopper_that_is_read_is_told_of(tmp_path: Path) -> None:
-    """A Green's function from a file: the run says that it is taken as it is; the impact is the same."""
-    save_greens(impact.spring(stiffness=4e6), tmp_path / "stopper.h5")
-    text = SEAT + MASS + '[stopper]\nkind = "greens"\nfile = "stopper.h5"\ngap = "0.2 mm"\n' + RUN
-    scene = load_text(tmp_path, text)
-    body = stopper_of(scene)
-    assert float(body.greens.static_compliance()[0, 0]) == pytest.approx(1 / 4e6)
-    note = "the stopper (kind 'greens') is computed as its keys state it"
-    outcome = run_scene(scene, tmp_path / "out", pictures=False)
-    assert any(note in words for words in outcome.messages)
-    stated = bounced(load_text(tmp_path, SEAT + MASS + STOPPER + RUN), 1e-7).stopper
-    assert outcome.summary["stopper_impulse_Ns"] == pytest.approx(measures.impulse(stated), rel=1e-12)
-    for key in ("stopper_impulse_Ns", "stopper_filtered_peak_force_N"):
-        assert 0 < outcome.summary[f"error_bar_{key}"] < 0.05 * outcome.summary[key]  # type: ignore[operator]
-    assert "stopper's patch" in str(outcome.summary["error_unknown"])
 
 
 CUT = '[run]\nduration = "{} ms"\n[accuracy]\ntarget = "5 %"\n'
@@ -280,30 +220,6 @@ def test_the_mesh_and_the_patch_of_a_stopper_are_in_the_bars(tmp_path: Path) -> 
     truth = stopper_values(bounced(divided, 1e-7).stopper_force, 1e-7, coarse.run.filter_width)[peak]
     off = abs(truth - budget.values[peak])
     assert 0.01 * truth < off < SAFETY * budget.parts["stopper"][peak] < 4 * off
-
-
-@pytest.mark.slow
-def test_the_modes_of_a_stopper_that_is_a_beam_are_in_the_bars(tmp_path: Path) -> None:
-    """The bars count a beam's modes as a stopper like a reed's: two have a larger share than forty."""
-    beam = '[stopper]\nkind = "cantilever"\nlength = "4 mm"\ngap = "0.2 mm"\nn_modes = {}\n'
-    scenes = (load_text(tmp_path, SEAT + MASS + beam.format(n) + CUT.format(1.07)) for n in (2, 40))
-    few, many = (stopper_share(scene)[1].parts["stopper"]["impulse"] for scene in scenes)
-    assert few > 3 * many > 0
-
-
-def test_a_part_of_a_run_meets_the_stopper(tmp_path: Path) -> None:
-    """It is marched with it: the mass comes back to the seat; and begins before it is met, where that comes first."""
-    scene = load_text(tmp_path, SEAT + MASS + STOPPER + RUN)
-    bodies = impact.spring(stiffness=1e6), striker_of(scene)
-    excerpt = Excerpt(scene, Window(0.0, 1.4e-3, 2), *bodies, stopper_of(scene))
-    (values,) = excerpt.measures([1e-7])
-    assert values["impulse"] == pytest.approx(4e-3, rel=0.01)
-    free = Excerpt(scene.model_copy(update={"stopper": None}), excerpt.window, *bodies)
-    assert free.measures([1e-7])[0]["impulse"] == pytest.approx(2e-3, rel=0.01)
-    force, above = np.zeros(1400), np.zeros(1401)
-    force[900:950], above[300:340] = 1.0, 1.0
-    assert window_of(scene, striker_of(scene), force, 1e-6).start == pytest.approx(890e-6)
-    assert window_of(scene, striker_of(scene), force, 1e-6, above).start == pytest.approx(289e-6)
 
 
 REFUSED = [

@@ -1,17 +1,13 @@
 """Files of measured strength: read into SI, refused with every reason at once, named on the page."""
 
-import re
 from pathlib import Path
 
 import pytest
-from pydantic import BaseModel
 
 from impact.life.strength import Curve, Strength
 from seatfem.study.scene import SceneError
-from seatfem.study.scene.problems import tables_in
-from seatfem.study.scene.strength import CurveTable, StrengthTable, load_strength
+from seatfem.study.scene.strength import load_strength
 
-PAGE = Path(__file__).parents[2] / "docs" / "life.md"
 WHOLE = (
     '\nsource = "invented for tests"\ngrade = "strip"\ndirection = "along rolling"\nthickness = "0.3 mm"\n'
     'temperature = "120 degC"\nspecimens = 30\nultimate = "1800 MPa"\nfatigue_strength = "2 GPa"\n'
@@ -148,14 +144,3 @@ def test_hostile_files(tmp_path: Path) -> None:
         load_strength(written(tmp_path, "source = "))
     with pytest.raises(SceneError, match="nested too deeply"):
         load_strength(written(tmp_path, "source = " + "[" * 100_000))
-
-
-def keys_of(table: type[BaseModel]) -> set[str]:
-    return set(table.model_fields)
-
-
-def test_the_page_names_every_key() -> None:
-    [section] = re.findall(r"^## Strength files$(.*?)^## ", PAGE.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
-    listed = set(re.findall(r"^\| `(\w+)` \|", section, re.MULTILINE))
-    assert listed == keys_of(StrengthTable) | keys_of(CurveTable)
-    assert tables_in(StrengthTable.model_fields["curve"].annotation) == (CurveTable,)

@@ -11,7 +11,6 @@ import impact
 from impact.bodies.loads import Gravity, PointForce, Pressure
 from impact.bodies.reeds import reed
 from impact.greens.base import ErrorEstimate
-from seatfem.structures.inspection.cad import inspect_geometry
 from seatfem.study.error_budget import error_budget
 from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.contact import RunError, check_step
@@ -19,10 +18,9 @@ from seatfem.study.impacts.window import Excerpt
 from seatfem.study.ladders.table import ladder_of
 from seatfem.study.method import SEAT_MODES, stated_method
 from seatfem.study.scene import Scene, SceneError
-from seatfem.study.scene.problems import in_words_of
-from tests.as_stated import solved_striker, striker_of
+from tests.as_stated import striker_of
 from tests.gallery import load_text, refusal, summary_of
-from tests.steps import LevelError, Limits, Stopwatch, begin_plan, key_of, kinds_of, rounds, run_scene, silent
+from tests.steps import LevelError, Stopwatch, begin_plan, key_of, rounds, run_scene, silent
 
 SPRING = '[seat]\nkind = "spring"\nstiffness = "20 N/um"\n'
 RUN = '[run]\nduration = "1 ms"\nfilter_width = "20 us"\ntime_step = "1 us"\n[accuracy]\ntarget = "50 %"\n'
@@ -85,16 +83,6 @@ def test_a_preload_starts_in_equilibrium(tmp_path: Path) -> None:
     assert summary["impact_velocity_m_per_s"] is summary["spring_impact_velocity_m_per_s"] is None  # nothing comes in
 
 
-@pytest.mark.slow
-def test_a_free_function_strikes_as_the_mass_it_is_of(tmp_path: Path) -> None:
-    impact.save_greens(impact.rigid_mass(mass=2e-3, velocity=0.0).greens, tmp_path / "mass.h5")
-    ball = 'kind = "rigid_mass"\nmass = "2 g"\nvelocity = "-0.5 m/s"\n'
-    striker = 'kind = "greens"\nfile = "mass.h5"\nvelocity = "-0.5 m/s"\n'
-    one, other = (summary_of(scene_of(tmp_path, text), tmp_path / "out") for text in (ball, striker))
-    for key in ("impulse_Ns", "filtered_peak_force_N", "max_seat_displacement_m"):
-        assert one[key] == pytest.approx(other[key], rel=1e-12)
-
-
 WRONG = {
     "release = { mode = 1 }": "reed.release.deflection: .*beside mode",
     'release = { mode = 1, tip_deflection = "1 mm" }': "reed.release.tip_deflection: mode",
@@ -143,7 +131,6 @@ def test_what_is_held_has_no_velocity(tmp_path: Path) -> None:
 
 
 OPEN = RUN.replace('time_step = "1 us"\n', "").replace("50 %", "10 %")
-COARSE_BAR = BAR + 'model = "sector"\ngreens = { bandwidth = "40 kHz" }\ndeflection = "1 um"\n'
 FREE_ROD = (
     'kind = "rod"\nyoung = "200 GPa"\ndensity = "7850 kg/m^3"\nlength = "10 mm"\narea = "10 mm^2"\n'
     'far_end = "free"\nvelocity = "-0.1 m/s"\n'
@@ -154,18 +141,6 @@ def open_scene_of(folder: Path, striker: str, gap: str, target: str = "10 %") ->
     """Return a scene whose step is left open."""
     run = OPEN.replace("10 %", target)
     return load_text(folder, f'{SPRING}[reed]\n{striker}[contact]\ngap = "{gap}"\n{run}')
-
-
-@pytest.mark.slow
-def test_a_coarse_striker_is_told_of_and_not_the_seat(tmp_path: Path) -> None:
-    """A spring has no mesh: what is left is the striker's, and finer elements of it reduce that slowly."""
-    outcome = run_scene(open_scene_of(tmp_path, COARSE_BAR, "0.2 um", "3 %"), tmp_path / "out")
-    summary = outcome.summary
-    assert summary["error_striker_impulse_Ns"] > 0.01 * summary["impulse_Ns"]
-    assert summary["error_mesh_impulse_Ns"] == 0.0
-    assert summary["error_bar_impulse_Ns"] > 1.5 * summary["error_striker_impulse_Ns"]
-    assert "(reed.mesh.size) leaves " in str(summary["accuracy_stopped_because"])
-    assert any("refine reed.mesh" in message for message in outcome.messages)
 
 
 def test_what_is_not_known_of_a_striker_is_named(tmp_path: Path) -> None:
@@ -228,12 +203,6 @@ def test_a_striker_is_told_of_in_keys_of_its_own_table(tmp_path: Path) -> None:
             striker_of(scene()) if role == "reed" else stated_method(scene())
 
 
-def test_files_that_are_called_as_a_table_keep_their_names() -> None:
-    bar = next(kind for kind in kinds_of() if kind.__name__ == "BarSeat").model_construct()
-    text = "/tmp/seat.mesh: seat.mesh.size and reed.greens, not seat.h5"
-    assert in_words_of("reed", bar, text) == "/tmp/seat.mesh: reed.mesh.size and reed.greens, not seat.h5"
-
-
 @pytest.mark.slow
 def test_a_beam_that_is_struck_has_an_error_of_its_modes(tmp_path: Path) -> None:
     """Three modes are not enough, and the run says so; more are kept unless the file says how many."""
@@ -257,19 +226,3 @@ def test_a_seat_is_no_thicker_than_its_theory(tmp_path: Path) -> None:
     thick = scene_of(tmp_path, ball, seat="[seat]\n" + CANTILEVER + 'thickness = "8 mm"\n')
     with pytest.raises(RunError, match=r"^seat.thickness = 8 mm.*seat.length = 25.4 mm"):
         check_step(thick)
-
-
-@pytest.mark.slow
-def test_a_part_that_nothing_holds_is_thrown(tmp_path: Path) -> None:
-    """A body so stiff beside the spring gives its momentum back twice."""
-    block = (Path(__file__).parents[2] / "meshes" / "block.step").as_posix()
-    more = (
-        'fixed = { kind = "nothing" }\ndamping_ratio = 0.02\nmesh = { size = "6 mm" }\nvelocity = "-0.1 m/s"\n'
-        'greens = { bandwidth = "30 kHz", tolerance = "5 %" }\n'
-    )
-    text = f'kind = "cad"\nfile = "{block}"\nmaterial = "steel"\n{more}'
-    scene = scene_of(tmp_path, text, seat=SPRING.replace("20 N/um", "1 N/um"))
-    mass = 7850 * inspect_geometry(scene.reed.geometry()).shape.volume
-    assert solved_striker(scene).greens.mass() == pytest.approx(mass, rel=1e-3)
-    *_, done = rounds(begin_plan(scene), tmp_path, Stopwatch(), silent, limits=Limits(1))
-    assert done.left.values["impulse"] == pytest.approx(2 * mass * 0.1, rel=0.01)

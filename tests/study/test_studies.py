@@ -17,14 +17,12 @@ import pytest
 import seatfem
 from impact.files.safe_files import OutputError
 from seatfem.jobs.folders import JournalError, claimed
-from seatfem.study.runs.forecast import Look
 from seatfem.study.sweep import runner as one
-from seatfem.study.sweep import sweep
 from seatfem.study.sweep.effort import Effort
 from seatfem.study.sweep.runner import JOURNAL, StudyError, read_journal
 from seatfem.study.sweep.sweep import TABLE, run_study
 from seatfem.study.sweep.table import write_parquet
-from tests.steps import ModelError, Outcome, Scene, SceneError, load_scene, load_study, run_scene
+from tests.steps import Outcome, SceneError, load_scene, load_study, run_scene
 from tests.study.crew_at_hand import answer_here
 
 ROOT = Path(__file__).parents[2]
@@ -185,26 +183,6 @@ def test_a_scene_that_fails_stands_in_the_table(tmp_path: Path, monkeypatch: pyt
 
 
 @pytest.mark.slow
-def test_a_scene_that_cannot_be_looked_at_is_told_when_it_is_run(tmp_path, monkeypatch):
-    """The forecast does without it; but not without any."""
-    answer_here(monkeypatch)
-    real = sweep.look_at
-
-    def looked_at(scene: Scene, *given: object, **named: object) -> Look:
-        if scene.run.duration > longest:
-            raise ModelError(f"run.duration = {scene.run.duration} s must be shorter")
-        return real(scene, *given, **named)
-
-    longest = 0.5e-3
-    monkeypatch.setattr(sweep, "look_at", looked_at)
-    path = study_file(tmp_path, '[vary]\nrun.duration = ["0.2 ms", "1 ms"]')
-    assert run_study(load_study(path), tmp_path / "out").has_numbers.all()
-    longest = 0.0
-    with pytest.raises(ModelError, match="must be shorter"):
-        run_study(load_study(path), tmp_path / "other")
-
-
-@pytest.mark.slow
 @posix
 def test_a_worker_that_dies_or_hangs_is_an_outcome(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """It is given one more chance if it dies, and more time if more is given."""
@@ -333,20 +311,6 @@ def test_sweeps_from_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
         seatfem.sweep(tmp_path / "scene.toml", vary, design="monte_carlo")
     with pytest.raises(SceneError, match=r"vary\.reed\.mas: scene 1 of 1"):
         seatfem.sweep(tmp_path / "scene.toml", {"reed.mas": ["1 g"]})
-
-
-@pytest.mark.parametrize("package", ["pandas", "pyarrow"])
-def test_a_broken_package_is_told_before_the_first_scene(package, tmp_path, monkeypatch):
-    """A package that fails to import is refused before the first scene, not hours later."""
-    (tmp_path / package).mkdir()
-    (tmp_path / package / "__init__.py").write_text("raise RuntimeError('built for another numpy')", encoding="utf-8")
-    monkeypatch.syspath_prepend(tmp_path)
-    for name in [each for each in sys.modules if each.partition(".")[0] == package]:
-        monkeypatch.delitem(sys.modules, name)
-    (tmp_path / "scene.toml").write_text(SPRING, encoding="utf-8")
-    with pytest.raises(StudyError, match=rf"{package} .*\(built.*numpy\).*--force-reinstall {package}"):
-        seatfem.sweep(tmp_path / "scene.toml", {"reed.mass": ["1 g", "2 g"]}, folder=tmp_path / "study")
-    assert not (tmp_path / "study").exists()
 
 
 def test_tables_for_pandas_and_parquet(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ from scipy import stats
 
 from seatfem.study.sweep import effects
 from seatfem.study.sweep.cases import shares_of
-from seatfem.study.sweep.charts import reports_of, write_reports
+from seatfem.study.sweep.charts import write_reports
 from seatfem.study.sweep.study import Study
 from seatfem.study.sweep.table import StudyTable
 
@@ -121,25 +121,6 @@ def test_the_front_heeds_which_way_is_better() -> None:
     x = np.arange(5.0)[:, None]
     results = table(loaded, x, first=np.array([1.0, 2, 3, 2, np.nan]), second=np.array([1.0, 3, 2, 0, 9]))
     assert effects.front(results) == [0, 1]
-
-
-WHAT = {
-    ("grid", 1): {"main_effects"},
-    ("grid", 2): {"main_effects", "scatter"},
-    ("zip", 1): {"main_effects"},
-    ("zip", 2): {"scatter"},
-    ("monte_carlo", 2): {"main_effects", "percentiles", "scatter"},
-    ("sobol_indices", 2): {"main_effects", "percentiles", "scatter", "sobol_indices"},
-}
-
-
-@pytest.mark.parametrize(("design", "keys"), WHAT)
-def test_nothing_is_drawn_that_means_nothing(design: str, keys: int, tmp_path: Path) -> None:
-    loaded = study(design, 32 if design in ("monte_carlo", "sobol_indices") else None, KEYS[:keys])
-    x = shares_of(loaded) if loaded.is_drawn else np.random.default_rng(1).random((8, keys))
-    assert {name for name, _, _ in reports_of(table(loaded, x, y=x.sum(axis=1)))} == WHAT[design, keys]
-    assert list(reports_of(table(loaded, x, y=np.ones(len(x))))) == []  # nothing changes
-    assert list(reports_of(table(loaded, x, y=np.full(len(x), np.nan)))) == []
 
 
 @pytest.mark.slow

@@ -19,7 +19,6 @@ from seatfem.study.method import FIELDS, MODEL, PORTS, RunMethod
 from seatfem.study.runs.converge import LEAST, begin_method
 from seatfem.study.sweep.effects import pareto_front
 from seatfem.study.trade import trade
-from seatfem.study.trade.report import in_words
 from seatfem.study.trade.rungs import (
     ALL_OPEN,
     OWN_CHOICE,
@@ -30,7 +29,7 @@ from seatfem.study.trade.rungs import (
     states,
 )
 from seatfem.study.trade.trade import Trade, run_points
-from tests.steps import Outcome, Scene, SceneError, load_scene
+from tests.steps import Outcome, Scene, load_scene
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 DRAWN = ("flapper_on_annular_seat", "flapper_on_arc", "flapper_on_stopper", "flapper_on_valve_plate", "mass_on_bar")
@@ -133,19 +132,6 @@ def test_around_the_converged_state_one_key_is_varied_to_both_sides(name: str):
     assert {point.values[MODEL] for point in points if point.varied == MODEL} == expected - {end.value(MODEL)}
 
 
-def test_settings_are_stated_and_taken_out(small: Path):
-    sizes = {"seat.mesh.size": "2 mm", "seat.greens.bandwidth": "300 kHz", "run.time_step": "50 ns"}
-    scene = load_scene(EXAMPLES / "flapper_on_annular_seat.toml", sizes)
-    assert (scene.seat.mesh.size, scene.seat.greens.bandwidth, scene.run.time_step) == (2e-3, 3e5, 5e-8)
-    assert "size" in scene.seat.mesh.model_fields_set
-    free = load_scene(EXAMPLES / "flapper_on_annular_seat.toml", {**sizes, **ALL_OPEN})
-    assert free.seat.mesh.size is None
-    assert free.run.time_step is None
-    assert "bandwidth" not in free.seat.greens.model_fields_set
-    with pytest.raises(SceneError, match=r"run\.time_step"):
-        load_scene(small, {"run.time_step": "1 mm"})
-
-
 def run_point(scene: Path, point: Point, limit: float) -> Outcome:
     """Run one point in a process of its own."""
     return run_points(scene, [point], None, time_limit=limit)[point.name]
@@ -201,54 +187,6 @@ def test_a_point_that_takes_too_much_processor_time_is_stopped(small: Path):
     assert "processor" in stopped.message or "10 s" in stopped.message
 
 
-def test_a_process_that_dies_is_an_outcome(small: Path, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr("sys.executable", "/bin/false")
-    died = run_point(small, Point("dies", "all keys"), 10.0)
-    assert died.state == "failed"
-    assert "exit code 1" in died.message
-
-
-def test_a_stopped_ladder_goes_on_after_a_line_that_was_cut_short(small: Path, monkeypatch: pytest.MonkeyPatch):
-    ran: list[str] = []
-
-    def pretend(scene: Path, point: Point, limit: float) -> Outcome:
-        ran.append(point.name)
-        return Outcome("done", "", 1.0, {"impulse": float(len(ran))})
-
-    carry_out_by(monkeypatch, pretend)
-    monkeypatch.setattr(trade, "code_version", lambda: "one")
-    points = [Point(name, "all keys") for name in "abc"]
-    journal = small.parent / "deep" / "trade.jsonl"
-    first = run_points(small, points, journal)
-    whole = journal.read_bytes()
-    journal.write_bytes(whole[: whole.rindex(b'"outcome"') + 20])  # killed while it wrote the third
-    second = run_points(small, points, journal)
-    assert ran == ["a", "b", "c", "c"]
-    assert first["a"] == second["a"]
-    assert run_points(small, points, journal) == second  # and the new line stands on its own
-    assert ran == ["a", "b", "c", "c"]
-    run_points(small, [replace(points[0], values={"run.time_step": 1e-8})], journal)  # another point of the same name
-    small.write_text(SMALL.replace("20 g", "21 g"), encoding="utf-8")  # another scene
-    run_points(small, points[:1], journal)
-    monkeypatch.setattr(trade, "code_version", lambda: "two")  # another program
-    run_points(small, points[:1], journal)
-    assert ran[4:] == ["a", "a", "a"]
-
-
-def test_a_point_that_was_stopped_is_tried_again_with_more_time(small: Path, monkeypatch: pytest.MonkeyPatch):
-    limits: list[float] = []
-
-    def hang(scene: Path, point: Point, limit: float) -> Outcome:
-        limits.append(limit)
-        return Outcome("stopped", "no end", summary={"processor_s": limit}) if limit < 50 else Outcome("done")
-
-    carry_out_by(monkeypatch, hang)
-    points, journal = [Point("one", "all keys")], small.parent / "trade.jsonl"
-    states = [run_points(small, points, journal, time_limit=limit)["one"].state for limit in (10, 5, 60, 80)]
-    assert states == ["stopped", "stopped", "done", "done"]
-    assert limits == [10, 60]
-
-
 def trade_of(costs: list[float], impulses: list[float], peaks: list[float], floor: float = 1e-3) -> Trade:
     """Return points "0", "1", ... and the converged one, the last, against the values 1."""
     names = [*(str(k) for k in range(len(costs) - 1)), OWN_CHOICE]
@@ -277,33 +215,6 @@ def test_errors_below_the_floor_do_not_count():
     assert math.isnan(points.excess("1", error=0.02))
     assert math.isnan(points.excess("never"))
     assert math.isnan(points.error("never", "impulse"))
-
-
-def test_a_point_that_does_not_tell_a_measure_is_on_the_fronts_of_others_alone():
-    points = trade_of([1.0, 2.0, 3.0], [1.0, 1.1, 1.2], [1.1, 1.1, 1.2])
-    del points.outcomes["0"].summary["filtered_peak"]  # type: ignore[attr-defined]
-    assert math.isnan(points.trusted_error("0"))
-    assert "0" in points.front("impulse")
-    assert "0" not in points.front()
-    assert "0" not in points.front("filtered_peak")
-
-
-def test_a_point_that_does_not_land_has_no_error_of_a_landing():
-    """It is no rival of those that land, and the words count it; of the whole run it has one."""
-    points = trade_of([1.0, 2.0, 3.0], [0.0, 1.1, 1.05], [0.0, 1.1, 1.05])
-    points.outcomes["0"].summary["landing_status"] = "no landing"  # type: ignore[index]
-    points.outcomes["1"].summary["landing_status"] = "landed"  # type: ignore[index]
-    assert points.front() == ("0", "1", OWN_CHOICE)
-    assert points.left_out_in_words() == ""
-    of_landings = {
-        name: replace(each, summary=each.summary | {f"landing_{key}": each.summary.get(key) for key in points.measures})
-        for name, each in points.outcomes.items()
-    }
-    measures = tuple(f"landing_{name}" for name in points.measures)
-    points = replace(points, measures=measures, outcomes=of_landings, floor=dict.fromkeys(measures, 1e-3))
-    assert math.isnan(points.error("0", "landing_impulse"))
-    assert points.front() == ("1", OWN_CHOICE)
-    assert in_words(points).splitlines()[1] == "1 of 3 points left out: 1 no landing"
 
 
 @pytest.mark.slow

@@ -2,9 +2,7 @@
 
 import math
 import re
-from decimal import Decimal
 
-import pint
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -59,15 +57,6 @@ def test_what_is_refused(text: str, dimension: str, message: str) -> None:
     with pytest.raises(UnitError) as caught:
         parse_quantity(text, dimension)
     assert re.search(message, str(caught.value))
-
-
-@pytest.mark.slow
-def test_the_table_of_usual_units_is_pints() -> None:
-    registry = pint.UnitRegistry(non_int_type=Decimal)
-    for dimension in DIMENSIONS.values():
-        assert dimension.usual
-        for unit, factor in dimension.usual.items():
-            assert Decimal(factor) == registry.Quantity(Decimal(1), unit).to(dimension.si).magnitude, unit
 
 
 @given(st.floats(allow_nan=False, allow_infinity=False), st.sampled_from(sorted(DIMENSIONS)))

@@ -161,22 +161,3 @@ def test_an_absolute_pressure_is_named_before_the_run(
         assert "of an absolute one subtract the pressure on the other side" in said, verb
     (note,) = one_way_notes(load_text(tmp_path, pressed(-1, -3, -9, -3)))
     assert "(-72 N to -8 N, positive off the seat) press the reed on its seat" in note
-
-
-def test_loads_that_close_and_open_a_valve_need_no_word(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    other_side = '[[load]]\npressure = "-2 bar"\narea = "80 mm^2"\n'
-    spring = '[[spring]]\nstiffness = "1 N/mm"\npreload = "9 N"\n'
-    for text in (
-        LANDING,
-        pressed(-1, 3, 9, 3),
-        pressed(1, 3, 9, 3, more=other_side),
-        pressed(1, 3, 9, 3, more=spring),
-        pressed(-1, -3, -9, -3).replace('"0 mm"', '"1 mm"'),  # it closes
-        f'{LANDING}[[load]]\nforce = "-1 N"\n',
-        f'{LANDING}[[load]]\nforce = "1 N"\n[[load]]\ngravity = "-1 m/s^2"\n',
-    ):
-        assert one_way_notes(load_text(tmp_path, text)) == (), text
-    (note,) = one_way_notes(load_text(tmp_path, f'{LANDING}[[load]]\nforce = "1 N"\n'))
-    assert note.startswith("load.0.force: the loads (1 N,")
-    assert note.endswith("Check their signs")

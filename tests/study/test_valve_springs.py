@@ -9,11 +9,7 @@ import numpy as np
 import pytest
 
 import impact
-from impact.bodies.loads import SprungBody
-from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.contact import run_contacts, stress_of, valve_spring_keys
-from seatfem.study.impacts.layout import layout_of
-from seatfem.study.ladders.modes import with_other_modes
 from tests.as_stated import striker_of
 from tests.gallery import load_text, refusal
 from tests.steps import Scene, run_scene
@@ -26,11 +22,6 @@ RING = (
 DISC = '[reed]\nkind = "disc"\ndiameter = "16 mm"\nthickness = "1 mm"\nmesh = { size = "2 mm" }\n'
 MASS = '[reed]\nkind = "rigid_mass"\nmass = "2 g"\nvelocity = "-1 m/s"\n'
 BEAM = '[reed]\nkind = "cantilever"\nlength = "25 mm"\nwidth = "10 mm"\nthickness = "0.3 mm"\n'
-FLAPPER = (
-    '[reed]\nkind = "flapper"\nroot_width = "16 mm"\nneck_width = "8 mm"\ntaper_length = "4 mm"\n'
-    'neck_length = "15 mm"\npaddle_diameter = "16 mm"\nthickness = "0.3 mm"\n'
-    'greens = { bandwidth = "10 kHz" }\nmesh = { size = "2 mm" }\n'
-)
 SPRING = '[[spring]]\nstiffness = "4 N/mm"\npreload = "6 N"\n'
 AREA, SPAN, RIGIDITY = math.pi * 75e-6, 25e-3, 200e9 * 10e-3 * 0.3e-3**3 / 12
 RING_MASS = 7850 * 1.5e-3 * AREA
@@ -100,19 +91,6 @@ def test_the_stress_of_a_reed_that_springs_press_closed(tmp_path: Path) -> None:
     assert 2 * stresses[80] - stresses[40] != pytest.approx(below_it(1.03 * 4e3), rel=2e-3)
 
 
-def test_every_body_of_an_error_bar_has_the_springs(tmp_path: Path) -> None:
-    """Bodies by other Green's functions or modes, and the problem's own, all have the springs."""
-    ring, beam = scene_of(tmp_path, RING, SPRING), None
-    striker = striker_of(ring)
-    again = striker_of(ring, greens=ring.reed.body().greens)
-    beam = scene_of(tmp_path, BEAM, SPRING)
-    for body in (again, *(other for other, _ in with_other_modes(striker)), striker_of(beam, 6)):
-        assert isinstance(body, SprungBody)
-        assert math.isinf(body.mass)
-    problem = problem_of(beam, striker_of(beam), impact.Body(impact.spring(stiffness=1e8)))
-    assert isinstance(problem.striker, SprungBody)
-
-
 @pytest.mark.slow
 def test_a_run_tells_the_force_of_its_springs(tmp_path: Path) -> None:
     """It lies at rest until the springs have it: under 6.8 N at the lift, 6 N closed, which is the static load."""
@@ -128,21 +106,6 @@ def test_a_run_tells_the_force_of_its_springs(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_ball_with_a_velocity_has_springs_and_error_bars(tmp_path: Path) -> None:
-    """Its step's bar takes the striker as it was run, which has its springs already: they are not put on it twice."""
-    ball = '[reed]\nkind = "ball"\ndiameter = "10 mm"\nmaterial = "steel"\nvelocity = "-1 m/s"\n'
-    scene = scene_of(
-        tmp_path, ball, f'{SPRING}[contact]\ngap = "20 um"\n', 'duration = "0.5 ms"\nfilter_width = "5 us"'
-    )
-    summary: dict[str, Any] = run_scene(scene, tmp_path, pictures=False).summary
-    mass, way = 7850 * math.pi * 1e-6 / 6, 20e-6
-    speed = math.sqrt(1 + (2 * 6 * way + 4e3 * way**2) / mass)
-    assert summary["landing_closing_speed_m_per_s"] == pytest.approx(speed, rel=1e-3)
-    assert summary["valve_spring_force_at_landing_N"] == pytest.approx(6.0, rel=1e-3)
-    assert summary["error_bar_landing_impulse_Ns"] < 0.05 * summary["landing_impulse_Ns"]
-
-
-@pytest.mark.slow
 def test_forces_and_weights_of_free_plates(tmp_path: Path) -> None:
     """A force beside the middle of a disc turns it: the edge goes by F/m + F e x/I, its mass times gravity falls."""
     shift = 'force = "-1 N"\npoint = ["3 mm", "0 mm"]\n'
@@ -155,17 +118,6 @@ def test_forces_and_weights_of_free_plates(tmp_path: Path) -> None:
     assert float(weight.amplitude(np.zeros(1))[0]) == pytest.approx(-9.81 * mass, rel=1e-3)
     ring = striker_of(scene_of(tmp_path, RING, '[[load]]\npressure = "-1 bar"\narea = "236 mm^2"\n'))
     assert np.abs(ring.loads[0].shape[ring.greens.modal.omega > 0]).max() < 1e-6 / math.sqrt(RING_MASS)  # it bends none
-
-
-def test_the_drawing_has_them_in_their_places(tmp_path: Path) -> None:
-    layout = layout_of(scene_of(tmp_path, BEAM, f'{SPRING}at = "15 mm"\n'))
-    np.testing.assert_allclose(layout.springs, [(-10e-3, 0.0)])
-    flapper = scene_of(tmp_path, FLAPPER, f'{SPRING}at = "10 mm"\n[[load]]\nforce = "-1 N"\nat = "10 mm"\n')
-    layout, centre = layout_of(flapper), flapper.reed.geometry().centre[0]
-    assert [layout.springs[0, 0], *(action.low for action in layout.actions)] == pytest.approx([10e-3 - centre] * 3)
-    layout = layout_of(scene_of(tmp_path, RING, f'{SPRING}number = 3\nradius = "7 mm"\n'))
-    assert np.hypot(*layout.springs.T) == pytest.approx([7e-3] * 3)
-    assert [action.words for action in layout.actions] == ["3 valve springs, 4 N/mm together, preload 6 N"]
 
 
 @pytest.mark.parametrize(

@@ -1,12 +1,11 @@
 """Whole regions of contact against the program on points: benchmarks/coverage_of_regions.py, its table and its page."""
 
 import math
-from dataclasses import replace
 from statistics import median
 
 import coverage_of_regions
 import pytest
-from coverage_of_regions import KEYS, NARROW, Row, judge, summary_of
+from coverage_of_regions import KEYS, NARROW, Row, judge
 from drawn_regions import SCENES, SEED
 from table import read_rows
 
@@ -29,22 +28,6 @@ def test_references_are_known_better_than_they_judge() -> None:
     shares = [row.doubt / row.bar for row in ROWS if row.measure in NARROW and row.inside]
     assert max(shares) < 1
     assert median(shares) < 1 / 3
-
-
-def test_page_shows_the_table() -> None:
-    assert summary_of(ROWS) in coverage_of_regions.PAGE.read_text(encoding="utf-8")
-
-
-def test_summary_counts_missed_and_outside() -> None:
-    row = Row(
-        SEED, 0, "x", met="True", measure="impulse", value=1.0, bar=0.04, reference=1.02, doubt=0.01, inside="True"
-    )
-    wide = replace(row, index=1, bar=0.2, reference=1.5, inside="False")
-    missed = replace(wide, index=2, met="False")
-    text = summary_of([row, wide, missed])
-    assert "3 scenes: 2 reached their target, 1 missed it" in text
-    assert "| impulse | 1 of 3 |" in text
-    assert "| 2 of 3 |" in text  # narrow, or missed
 
 
 @pytest.mark.slow

@@ -13,7 +13,7 @@ import coverage_of_scenes
 import pytest
 from drawn_scenes import SEATS, STRIKERS, draw_scene
 from finer_scenes import FINEST, LADDER, Finer, finer_in_every_key
-from scenes_summary import ends, in_target, is_inside, is_known, kind_of, share, table, width
+from scenes_summary import in_target, is_inside, is_known, kind_of, share, width
 from table import read_rows
 
 from seatfem.structures.kinds import Structure
@@ -186,28 +186,11 @@ def test_bars_are_within_the_target() -> None:
     assert share([row for row in planned if "in arcs" not in row.about], in_target) >= 0.8
 
 
-@of_the_table
-def test_the_page_has_the_table() -> None:
-    """Nobody writes its numbers by hand."""
-    page = coverage_of_scenes.PAGE.read_text(encoding="utf-8")
-    assert [line for line in (ends(ROWS), *table(ROWS)) if line not in page] == []
-
-
 def test_the_package_has_the_counts_of_the_tables() -> None:
     """Reports show them; `python benchmarks/checked_scenes.py` writes them."""
     assert checked_scenes.FILE.read_text(encoding="utf-8") == checked_scenes.checked_scenes()
     page = coverage_of_scenes.PAGE.read_text(encoding="utf-8")
     assert [heading for heading in checked_scenes.SECTIONS if f"\n## {heading}\n" not in page] == []
-
-
-def test_numbers_with_a_bar_that_is_shown_are_counted_by_kind(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The table counts numbers inside their bars by kind of scene; bars above half of their value do not count."""
-    lines = ("seed,index,seat,reed,value,bar,inside", "1,0,rod,ball,2,1,True", "1,0,rod,ball,-2,0.5,False")
-    more = ("1,1,rod,ball,2,0.1,True", "1,2,rod,ball,2,1.1,True", "1,3,rod,ball,2,nan,", "1,4,rod,disc,2,0.1,True")
-    (tmp_path / "made_up.csv").write_text("\n".join((*lines, *more)) + "\n", encoding="utf-8")
-    monkeypatch.setattr(checked_scenes, "RESULTS", tmp_path)
-    monkeypatch.setattr(checked_scenes, "SECTIONS", {"Made up": "made_up.csv"})
-    assert checked_scenes.checked_scenes().splitlines()[1:] == ["Made up,rod,ball,2,2,3", "Made up,rod,disc,1,1,1"]
 
 
 @of_the_table

@@ -20,7 +20,6 @@ from seatfem.verify import (
     measured_table,
     measured_table_view,
     read_measured_set,
-    with_uncertainty,
 )
 
 SETS = {record.name: record for record in measured_sets()}
@@ -109,14 +108,6 @@ def test_intervals_overlap_up_to_the_sum_of_both(ours: tuple[float, float], over
     assert Comparison(Prediction("f", 1.0, 0.1, "Hz"), Estimate(*ours)).overlap == overlaps
 
 
-@pytest.mark.parametrize(
-    ("value", "uncertainty", "text"),
-    [(62.154, 1.193, "62.2 ± 1.2 Hz"), (2185.29, 19.94, "2185 ± 20 Hz"), (0.99933, 1e-8, "0.99933 Hz")],
-)
-def test_an_uncertainty_has_two_digits(value: float, uncertainty: float, text: str) -> None:
-    assert with_uncertainty(value, uncertainty, "Hz") == text
-
-
 @pytest.mark.parametrize(("agrees", "code"), [(True, DONE), (False, FAILED)])
 def test_verify_measured_fails_where_a_set_states_otherwise(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], agrees: bool, code: int
@@ -135,11 +126,3 @@ def test_a_set_whose_module_leaves_a_number_out_is_refused() -> None:
     more = replace(record, predicted=(*record.predicted, Prediction("mass", 1.0, 0.1, "kg")))
     with pytest.raises(VerificationError, match=r"pipe_round_trip\.py.*predict"):
         measured_table(records=[more])
-
-
-def test_the_page_has_every_set_and_number() -> None:
-    page = (Path(__file__).parents[2] / "docs" / "measured.md").read_text(encoding="utf-8")
-    for record in SETS.values():
-        assert f"\n## {record.name.replace('_', ' ').capitalize()}\n" in page
-        assert [each.name for each in record.predicted if f"| {each.name} |" not in page] == []
-        assert record.source["address"] in page

@@ -71,9 +71,3 @@ def test_kidney_has_the_area_and_the_line_of_its_offsets() -> None:
     assert cells.lengths.sum() == pytest.approx(2 * length + math.pi * (KIDNEY.inner + KIDNEY.outer), rel=1e-12)
     steps = np.linalg.norm(np.diff(KIDNEY.cells(4000, 1).places[:, 0], axis=0, append=np.nan), axis=1)[:-1]
     assert steps.max() < 1.05 * cells.lengths.sum() / 4000  # places follow each other around
-
-
-def test_ring_has_its_second_moment() -> None:
-    cells = RoundLand((0.0, 0.0), 2e-3, 3e-3).cells(16, 2)
-    moment = (cells.areas * (cells.places**2).sum(axis=-1)).sum()
-    assert moment == pytest.approx(math.pi / 2 * (3e-3**4 - 2e-3**4), rel=1e-12)

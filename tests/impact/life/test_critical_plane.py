@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from impact.life.damage import Goodman
 from impact.life.multiaxial import Crossland
-from impact.life.places import STRAIGHT, Demand, _normals, judged, normal_stresses, on_planes, thinned
+from impact.life.places import STRAIGHT, Demand, judged, normal_stresses, on_planes, thinned
 from impact.life.strength import LifeError, Strength, basquin
 
 DEMAND = Demand(
@@ -50,17 +50,6 @@ def test_a_stress_that_turns_is_right_within_the_grid() -> None:
     assert margin(stress) == pytest.approx(expected, rel=0.008)
     amplitudes = [np.ptp(each) / 2 for _, each in normal_stresses("root", stress)]
     assert 0.992 * 250e6 < max(amplitudes) <= 250e6 * (1 + 1e-9)
-
-
-def test_normals_lie_ten_degrees_apart() -> None:
-    normals = _normals()
-    np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1, rtol=1e-12)
-    random = np.random.default_rng(1).normal(size=(5000, 3))
-    random /= np.linalg.norm(random, axis=1)[:, None]
-    off = np.degrees(np.arccos(np.clip(np.abs(random @ normals.T).max(axis=1), 0, 1)))
-    assert off.max() < 7.5  # half the diagonal of a cell of 10 by 10
-    apart = np.abs(normals @ normals.T) - np.eye(len(normals))
-    assert np.degrees(np.arccos(apart.max())) > 5  # none twice
 
 
 @pytest.mark.parametrize("stress", [np.zeros((0, 6)), np.zeros((4, 5)), np.full((2, 6), np.nan)])

@@ -108,19 +108,6 @@ def test_points_below_a_share_of_the_hot_spot_are_skipped(size: int) -> None:
         assert mapped.values[k] == judged_by_goodman(rainflow(HISTORIES[k]))
 
 
-def test_a_share_of_nothing_skips_nothing() -> None:
-    mapped = cycle_map(blocks(3), judged_by_goodman, 0.0)
-    assert mapped.skipped == 0
-    np.testing.assert_array_equal(mapped.values, [judged_by_goodman(rainflow(each)) for each in HISTORIES])
-
-
-def test_margins_of_points() -> None:
-    histories = np.random.default_rng(8).normal(size=(5, 40, 6)) * 1e8
-    judge = Crossland(310e6, 500e6)
-    mapped = margin_map([histories[:2], histories[2:]], judge)
-    assert mapped.tolist() == [judge.margin(each) for each in histories]
-
-
 def test_what_is_no_map() -> None:
     with pytest.raises(LifeError, match="share = 2"):
         cycle_map(blocks(1), judged_by_goodman, 2.0)
