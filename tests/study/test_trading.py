@@ -18,6 +18,7 @@ from seatfem.jobs.crew import Ask
 from seatfem.study.method import FIELDS, MODEL, PORTS, RunMethod
 from seatfem.study.runs.converge import LEAST, begin_method
 from seatfem.study.sweep.effects import pareto_front
+from seatfem.study.sweep.runner import Outcome
 from seatfem.study.trade import trade
 from seatfem.study.trade.report import in_words
 from seatfem.study.trade.rungs import (
@@ -30,7 +31,7 @@ from seatfem.study.trade.rungs import (
     states,
 )
 from seatfem.study.trade.trade import Trade, run_points
-from tests.steps import Outcome, Scene, SceneError, load_scene
+from tests.steps import Scene, SceneError, load_scene
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 DRAWN = ("flapper_on_annular_seat", "flapper_on_arc", "flapper_on_stopper", "flapper_on_valve_plate", "mass_on_bar")

@@ -14,6 +14,7 @@ from impact.march import motion
 from impact.march.prepared import step_count
 from impact.march.problem import ContactProblem
 from impact.runs.sensitivity import Neighbours, force_sensitivities, touches, why_not
+from seatfem.fields import Value
 from seatfem.structures.cache import Cache, build
 from seatfem.study.identify.record import OWN, Identification, Samples, is_own, number_of
 from seatfem.study.impacts.bodies import check_base, problem_of, solve_body, striker_of
@@ -22,7 +23,6 @@ from seatfem.study.method import stated_method
 from seatfem.study.runs.afterwards import static_stiffness
 from seatfem.study.scene import Scene, load_scene
 from seatfem.study.scene.problems import scene_error
-from seatfem.study.sweep.variations import Value
 
 WIDTH: Final = 1e-4
 """Half width of central differences of data, over the bounds of a key: errors are its square, 1e-8, and eps over it."""
