@@ -142,8 +142,9 @@ def bodies_of(scene: Scene) -> list[Piece]:
         spread = [-0.3 * size, -0.15 * size, 0.0] if clamped else [-0.375 * size, 0.375 * size]
         spread = [0.0] if all(load.force is not None for load in scene.load) else spread
         pieces += [arrow(0.2 * size, height_at(striker[0], x) + 0.03 * size, x) for x in spread]
-    if (gas := scene.gas) is not None and gas.bore and gas.stroke:
-        pieces += cylinder_pieces(gas.bore, gas.stroke, -size / 2)
+    for drive in scene.driven_by:
+        if (bore := getattr(drive, "bore", None)) and (stroke := getattr(drive, "stroke", None)):
+            pieces += cylinder_pieces(bore, stroke, -size / 2)
     return pieces
 
 

@@ -158,8 +158,8 @@ def result_table(summary: readings.Summary) -> Table:
 
 
 def _last_cycle(summary: readings.Summary, row: results.Result) -> readings.Summary:
-    """Return the summary with the last number in place of a list of one per cycle of a gas."""
-    if row.group != "gas":
+    """Return the summary with the last number in place of a list of one per cycle."""
+    if row.group != "cycle":
         return summary
     values = {name: summary[name] for name in (row.key, f"error_bar_{row.key}") if name in summary}
     return {name: value[-1] if isinstance(value, list) and value else value for name, value in values.items()}

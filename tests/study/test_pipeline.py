@@ -308,7 +308,7 @@ def test_the_step_resolves_the_waves_in_a_rod(damping: float, tmp_path: Path) ->
     text = ROD.replace("30 mm", "3 mm").replace("area =", f"damping_ratio = {damping}\narea =")
     scene = load_scene(_written(tmp_path / "rod.toml", text))
     rod = impact.fixed_rod(young=200e9, density=7850, area=1e-6, length=3e-3, damping_ratio=damping)
-    step = fallback_step(scene.run, scene.gas, striker_of(scene).greens, rod)
+    step = fallback_step(scene.run, scene.driven_by, striker_of(scene).greens, rod)
     assert step == pytest.approx(3e-3 / np.sqrt(200e9 / 7850) / 40)
 
 

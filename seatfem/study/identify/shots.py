@@ -221,7 +221,7 @@ class Model:
         striker, seat = self._bodies_of(scene, {**shot.changes, **keys})
         if k not in self.steps:
             check_step(scene)
-            step = scene.run.time_step or fallback_step(scene.run, scene.gas, striker.greens, seat.greens)
+            step = scene.run.time_step or fallback_step(scene.run, scene.driven_by, striker.greens, seat.greens)
             self.steps[k] = step / self.finer
         if spring:
             seat = impact.Body(impact.spring(stiffness=static_stiffness(seat.greens, scene.seat.column())))

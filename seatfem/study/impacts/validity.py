@@ -155,7 +155,7 @@ def one_way_notes(scene: Scene) -> tuple[str, ...]:
     """
     pushes = [each.pressure or each.force for each in scene.load]
     own = any(getattr(scene.reed, key, None) is not None for key in ("pressure", "point_force", "force", "gravity"))
-    if not pushes or None in pushes or own or scene.gas or scene.base or scene.wave or is_curved(scene.reed):
+    if not pushes or None in pushes or own or scene.driven_by or scene.base or scene.wave or is_curved(scene.reed):
         return ()
     time = np.linspace(0.0, scene.run.duration, SAMPLES)
     areas = [1.0 if each.area is None else each.area(0.0) for each in scene.load]
@@ -278,7 +278,7 @@ def simpler_bodies(scene: Scene, striker: impact.Body, division: Division) -> It
         for name, share in zip(division.names, division.shares, strict=True):
             weights[greens.port_index(name)] = share
         yield ONE_PORT, replace(striker, greens=greens.combined(weights, ("contact",)))
-    if scene.load or scene.base or scene.spring or scene.gas is not None or scene.stopper is not None:
+    if scene.load or scene.base or scene.spring or scene.driven_by or scene.stopper is not None:
         return
     with in_role("reed", scene.reed):
         plate = scene.reed.thin_plate

@@ -16,7 +16,7 @@ from impact.after.result import ImpactResult
 from impact.files.csv_table import write_csv
 from impact.notices import Progress
 from impact.pictures.drawing import try_draw
-from impact.pictures.plots import plot_energy, plot_force, plot_gas, plot_greens, plot_motion, plot_strains
+from impact.pictures.plots import plot_energy, plot_force, plot_greens, plot_motion, plot_strains
 from impact.quantities import text
 from seatfem.machine.libraries import picture_library_gap
 from seatfem.pictures import cell_grid, fit_plots, frames, plots, rendering
@@ -28,10 +28,9 @@ from seatfem.structures.mesh import plane_meshes
 from seatfem.structures.method import Method, Solved
 from seatfem.structures.model import Array
 from seatfem.structures.reduction import modes as reduced_modes
-from seatfem.study.impacts import gas
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.method import RunMethod
-from seatfem.study.scene import ContactGeometry, Run, Scene
+from seatfem.study.scene import Run, Scene
 
 if TYPE_CHECKING:
     from seatfem.pictures import cell_grid
@@ -137,15 +136,6 @@ def _greens_picture(run: Run, method: RunMethod, seat: Solved) -> rendering.Pict
     whole = rings.as_a_whole(seat.greens)  # p parts have p^2 responses
     draw = partial(plot_greens, whole, duration=min(run.duration, periods / band), width=1 / band)
     return "greens.png", draw
-
-
-def gas_pictures(run: gas.GasRun | None, geometry: ContactGeometry, title: str) -> list[rendering.Picture]:
-    """Return gas.png of a run with gas."""
-    if run is None:
-        return []
-    stop = None if geometry.stopper is None else geometry.stopper_gap + geometry.contact.gap
-    courses = run.drive, run.history, run.angle, run.volume
-    return [("gas.png", lambda path: plot_gas(*courses, path, stop=stop, title=title or "Reed valve"))]
 
 
 def gauge_pictures(touches: Touches, title: str) -> list[rendering.Picture]:
