@@ -226,7 +226,7 @@ def finer_round(done: Round, reference: Reference) -> Round:
     scene, step = reference.scene, reference.method.time_step
     assert step is not None
     touches = run_contacts(scene, reference.striker, reference.seat.greens, step)
-    force, lift = touches.seat.force, touches.lift
+    force, lift = touches.seat.force, touches.opening
     stress = stress_of(scene.geometry, reference.striker, force, step, lift, stopper=touches.stopper_force)
     plan = replace(done.plan, scene=scene, method=reference.method)
     bodies = {"seat": reference.seat, "striker": reference.striker, "reed": reference.reed}

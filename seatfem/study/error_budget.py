@@ -178,7 +178,7 @@ def error_budget(
         coarse = contact.stress_in_run(scene.geometry, striker, touches, coarsely=True, since=since)
         blow = contact_record_of(touches, width, coarse, choice)
     last, like = impulse_of_last_touch(blow), touches.landings
-    others = contact.other_values(scene, touches.strains, touches.lift, result.dt)
+    others = contact.other_values(scene, touches.strains, touches.opening, result.dt)
     own = RunRecord(blow, like, touches.stopper_force, others)
 
     def values_with_clock(record: RunRecord) -> Values:

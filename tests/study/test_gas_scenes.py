@@ -120,7 +120,7 @@ def test_what_a_run_says_of_its_gas(tmp_path: Path) -> None:
     net = np.subtract(keys["gas_mass_forward_kg"], keys["gas_mass_back_kg"])
     step = keys["time_step_s"] / 3
     again = run_contacts(scene, striker_of(scene, 60), seat_of(scene).greens, step)
-    history = scene.gas.after_run(again.lift, again.seat.dt, scene.run.duration, again.stopper).history
+    history = scene.gas.after_run(again.opening, again.seat.dt, scene.run.duration, again.stopper).history
     finer = cycle_masses(scene.gas, scene.run.duration, history, of_other=True)
     for key, masses in finer.items():
         bars = keys[f"error_bar_{key}"]
@@ -215,6 +215,6 @@ def test_a_reed_in_gas_is_bent_as_by_the_same_load(tmp_path: Path) -> None:
 def _stress(scene: Scene) -> dict[str, float]:
     striker, seat = striker_of(scene), impact.spring(stiffness=5e7)
     touches = run_contacts(scene, striker, seat, 8e-7)
-    met, lift = touches.stopper_force, touches.lift
+    met, lift = touches.stopper_force, touches.opening
     stress = stress_of(scene.geometry, striker, touches.seat.force, 8e-7, lift, stopper=met)
     return {"initial": stress.initial.value, "stress": stress.after_contact.value}

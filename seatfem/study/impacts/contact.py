@@ -95,7 +95,7 @@ def valve_spring_keys(
     if not isinstance(striker, SprungBody):
         return {}
     dt = touches.seat.dt
-    marched = with_recorded_loads(striker, touches.lift, dt)
+    marched = with_recorded_loads(striker, touches.opening, dt)
     ports = on_the_ports(geometry, striker.greens, seat, touches)
     (change,) = spring_displacements(marched, ports, dt, striker.springs.stiffness[:, None])
     force = np.asarray(sum(spring.force_on_undeformed(geometry.contact.gap) for spring in springs) + change)
@@ -171,7 +171,7 @@ def stress_in_run(
     since: float | None = None,
 ) -> ReedStress | None:
     """Return the reed's largest bending stresses in a run, as `stress_of` under its forces."""
-    force, dt, lift, above = run.seat.force, run.seat.dt, run.lift, run.stopper_force
+    force, dt, lift, above = run.seat.force, run.seat.dt, run.opening, run.stopper_force
     return stress_of(geometry, striker, force, dt, lift, coarsely=coarsely, stopper=above, since=since)
 
 
@@ -237,7 +237,7 @@ def run_contacts(
     run = touches.taken_apart(scene.geometry, problem, result, scene.run.filter_width)
     if not scene.gauge:
         return run
-    force, above, lift = run.seat.force, run.stopper_force, run.lift
+    force, above, lift = run.seat.force, run.stopper_force, run.opening
     return replace(run, strains=gauge_strains(scene.gauged, striker, force, above, result.dt, lift))
 
 

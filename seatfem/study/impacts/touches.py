@@ -50,14 +50,16 @@ class Touches:
     strains: Mapping[str, Array] = field(default_factory=dict)
 
     @property
+    def opening(self) -> Array:
+        """Return the (n + 1,) mean gap of the contacts at the seat, which loads and gas see as the lift [m]."""
+        if self.parts is None:
+            return self.seat.gap
+        return self.parts.rows.spread_motions(self.parts.rows.gap.mean(axis=1))
+
+    @property
     def stopper_force(self) -> Array | None:
         """Return the (n + 1,) contact force on the stopper [N]; ``None`` without one."""
         return None if self.stopper is None else self.stopper.force
-
-    @property
-    def lift(self) -> Array:
-        """Return the (n + 1,) mean gap of the contacts at the seat [m]."""
-        return self.seat.gap if self.parts is None else self.parts.rows.spread_motions(self.parts.rows.gap.mean(axis=1))
 
 
 def taken_apart(

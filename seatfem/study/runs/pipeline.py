@@ -190,7 +190,7 @@ def first_numbers(done: Round) -> dict[str, Any]:
 def _courses_of_drives(done: Round) -> tuple[DriveRun, ...]:
     """Return the course in a round of what wings do."""
     scene, touches = done.plan.scene, done.touches
-    run = touches.lift, touches.seat.dt, scene.run.duration, touches.stopper
+    run = touches.opening, touches.seat.dt, scene.run.duration, touches.stopper
     return tuple(each.after_run(*run) for each in scene.driven_by)
 
 

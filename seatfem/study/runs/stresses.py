@@ -295,14 +295,14 @@ def plate_field(done: Round, striker: Body | None = None) -> StressField:
     """Return the stress field in a face of the plate in a round; ``striker``: the plate's body, if on another mesh."""
     striker, touches = striker or done.striker, done.touches
     field = plate_stress.plate_field(done.plan.scene.geometry, striker, _division(done))
-    return struck_by(field, striker, touches.lift, plate_pushes(done, touches), touches.seat.dt)
+    return struck_by(field, striker, touches.opening, plate_pushes(done, touches), touches.seat.dt)
 
 
 def struck_in(field: StressField, done: Round, touches: Touches) -> tuple[StressField, Array]:
     """Return the stress field of a plate in a run of a round, its own or that on another seat, and the port forces of
     `plate_pushes`."""
     pushes = plate_pushes(done, touches)
-    return struck_by(field, done.striker, touches.lift, pushes, touches.seat.dt), pushes
+    return struck_by(field, done.striker, touches.opening, pushes, touches.seat.dt), pushes
 
 
 def stress_on_another_seat(done: Round, touches: Touches) -> ReedStress | None:
