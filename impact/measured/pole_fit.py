@@ -10,11 +10,12 @@ import numpy as np
 from impact.greens.base import Array, ComplexArray, ErrorEstimate
 from impact.greens.modal import ModalGreens
 from impact.greens.oscillator import hann
+from impact.greens.passivity import pole_passivity
 from impact.greens.poles import PoleGreens
 from impact.greens.sampled import SampledGreens
 from impact.measured import amplitudes, frf
 from impact.measured.amplitudes import FitData, free_residues, least_squares, made_passive, modal_fit, response_of
-from impact.measured.vector_fitting import Poles, basis, left_over, pole_passivity, refined
+from impact.measured.vector_fitting import Poles, basis, left_over, refined
 
 Form = Literal["auto", "modal", "complex"]
 Fitted = ModalGreens | PoleGreens
