@@ -20,6 +20,13 @@ WINGS = {
     "identify": (("seatfem/study/identify", "seatfem/faces/identify_verbs.py"), {"identify"}),
     "gas": (("seatfem/wings/gas.py", "impact/gas.py", "impact/pictures/gas_plot.py"),
             {"[gas]", "scene/gas.md", "last cycle"}),
+    "measured responses": (
+        ("impact/measured", "impact/pictures/fit_plots.py", "seatfem/structures/formats/uff_responses.py",
+         "seatfem/structures/kinds/measured.py"),
+        {"init frf", "impact.FrequencyResponse", "impact.fit_poles", "impact.read_impulse_response",
+         "seatfem.FrequencyResponse", "seatfem.fit_impulse_response", "seatfem.fit_poles", "seatfem.read_frf",
+         "seatfem.read_frf_uff"},
+    ),
 }  # fmt: skip
 """Files of each wing, and what the program has no more without them."""
 TESTS = (
@@ -36,8 +43,11 @@ from scene_page import scene_pages
 from summary_page import lines_of_page
 from seatfem.faces.cli import app
 from seatfem.faces.wings import file_kinds
+from seatfem.fields import kind_of
+from seatfem.structures.kinds import kinds_of
 from seatfem.study.scene.keys import scene_schema
 offered = [name for name in app if not name.startswith("-")] + [f"init {each.name}" for each in file_kinds()]
+offered += [f"init {kind_of(each)}" for each in kinds_of()]
 offered += [f"{package.__name__}.{name}" for package in (impact, seatfem) for name in package.__all__]
 offered += [*scene_pages(), *(part.partition("\\n")[0] for part in "\\n".join(lines_of_page()).split("\\n## ")[1:])]
 print(json.dumps(offered + [f"[{key}]" for key in scene_schema()["properties"]]))

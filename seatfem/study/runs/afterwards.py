@@ -214,9 +214,9 @@ def baseline_of(done: Round, watch: Stopwatch) -> Baseline:
             simpler = validity.simpler_keys(models, scene.run.filter_width)
             del models
     errors, bar = None, None
-    if (measured := scene.seat.measured) is not None and (fit := measured.fit()).draws:
+    if draws := scene.seat.other_fits():
         with watch("spring baseline"):
-            others = [static_stiffness(draw) for draw in fit.draws]
+            others = [static_stiffness(draw) for draw in draws]
             errors = _record_errors(done, touches, stress, stiffness, others)
             bar = SAFETY * OF_DRAWS * max(abs(other - stiffness) for other in others)
     return Baseline(done.result, stiffness, touches, stress, simpler, errors, bar)

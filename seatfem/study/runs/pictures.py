@@ -19,7 +19,7 @@ from impact.pictures.drawing import try_draw
 from impact.pictures.plots import plot_energy, plot_force, plot_greens, plot_motion, plot_strains
 from impact.quantities import text
 from seatfem.machine.libraries import picture_library_gap
-from seatfem.pictures import cell_grid, fit_plots, frames, plots, rendering
+from seatfem.pictures import cell_grid, frames, plots, rendering
 from seatfem.pictures import moving as moving_pictures
 from seatfem.structures import cache, finite_elements, natural_modes, rings
 from seatfem.structures.cache import Store, StoreError
@@ -155,14 +155,7 @@ def stopper_pictures(touches: Touches, width: float, title: str) -> list[renderi
 
 
 def _seat_pictures(body: Structure, width: float, seat: Solved) -> list[rendering.Picture]:
-    measured, fitted = body.measured, seat.greens.modal or seat.greens.pole_sum
-    if measured is not None and fitted is not None:
-        response, fit = measured.response(), measured.fit()
-        drawn: list[rendering.Picture] = [
-            ("fit.png", lambda path: fit_plots.plot_fit(response, fitted, path, width=width))
-        ]
-        if len(fit.tried) > 1:
-            drawn.append(("stabilisation.png", partial(fit_plots.plot_stabilisation, response, fit.tried)))
+    if drawn := body.fit_pictures(seat.greens, width):
         return drawn
     if seat.mesh is None:
         return []
