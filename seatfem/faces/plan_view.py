@@ -70,7 +70,7 @@ def read_table(scene: Scene) -> Table | None:
 
 
 def _struck(body: Structure, along: Contact | Literal[False]) -> str:
-    """Return what is known without a mesh about the struck face of a body and its measured response."""
+    """Return what was read of a body's file, and what is known without a mesh about its struck face."""
     facts = [counted] if (counted := body.counted()) else []
     if (ring := body.lip_face.ring) is not None:
         mean, width = (write_quantity(size, "length") for size in ring)
@@ -81,7 +81,7 @@ def _struck(body: Structure, along: Contact | Literal[False]) -> str:
         about, digits = ("", 5) if ring else ("about ", 2)  # an area by coarse flat triangles is approximate
         area, width = write_quantity(patch.area, "area", digits), write_quantity(patch.width, "length", digits)
         facts.append(f"area {about}{area}, narrowest width {about}{width}")
-    return "; ".join((*facts, *body.file_facts()))
+    return "; ".join(facts)
 
 
 def _words(table: BaseModel, key: str = "") -> str:

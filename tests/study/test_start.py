@@ -10,15 +10,15 @@ import pytest
 from seatfem.study.sweep import runner as one
 from seatfem.study.sweep.cases import PILOTS, begun, cases_of, chosen, start_of
 from seatfem.study.sweep.runner import JOURNAL, carry_out, read_journal
+from seatfem.study.sweep.study import load_study
+from seatfem.study.sweep.sweep import run_study
 from tests.steps import (
     Limits,
     Stopwatch,
     begin_plan,
     converge,
     load_scene,
-    load_study,
     rounds,
-    run_study,
     silent,
 )
 from tests.study.crew_at_hand import answer_here

@@ -79,10 +79,10 @@ file = "response.csv"
         read_as = self.response().origin.get("read_as")
         return () if read_as is None else (f"read as {read_as}",)
 
-    def file_facts(self) -> tuple[str, ...]:
-        response = self.response()
-        first, last = (write_quantity(float(f), "frequency") for f in (response.frequency[0], response.frequency[-1]))
-        return (f"response at {len(response.frequency)} frequencies, {first} to {last}",)
+    def counted(self) -> str:
+        frequency = self.response().frequency
+        first, last = (write_quantity(float(end), "frequency") for end in (frequency[0], frequency[-1]))
+        return f"response at {len(frequency)} frequencies, {first} to {last}"
 
     def other_fits(self) -> tuple[base.GreensFunction, ...]:
         return tuple(self.fit().draws)

@@ -319,10 +319,6 @@ class Structure(Striking):
         """Return the surface of a body from a file; ``None`` for others."""
         return None
 
-    def file_facts(self) -> tuple[str, ...]:
-        """Return what the plan says of a record in its files."""
-        return ()
-
     def other_fits(self) -> tuple[GreensFunction, ...]:
         """Return the Green's functions fitted to its record with other samples of the noise."""
         return ()
@@ -408,7 +404,7 @@ class Structure(Striking):
     # Estimates before its Green's function is computed
 
     def counted(self) -> str:
-        """Return in words which part of its file it is; "" where it is all of it. Raises as `patch`."""
+        """Return in words what was read of its file, "" if nothing has to be said. Raises as `patch`."""
         return ""
 
     def patch(self) -> Patch | None:
