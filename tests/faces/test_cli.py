@@ -186,7 +186,7 @@ def test_how_many_modes_are_asked_for(pipeline: Pipeline, capsys: pytest.Capture
 def test_completion_knows_verbs_and_options(shell: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert run_command(["completion", shell]) == DONE
     script = capsys.readouterr().out
-    for word in ("optimise", "run", "max-time", "no-pictures", "up-to"):
+    for word in ("doctor", "run", "max-time", "no-pictures", "up-to"):
         assert word in script
     if shell == "bash" and shutil.which("bash"):
         program = "COMP_WORDS=(seatfem mo); COMP_CWORD=1; _seatfem; echo ${COMPREPLY[@]}"
