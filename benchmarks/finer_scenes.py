@@ -19,7 +19,6 @@ from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.rings import FEWEST_ARCS, MOST_RINGS
 from seatfem.study.impacts.bodies import problem_of, solve_body, striker_of
 from seatfem.study.impacts.contact import record_of, run_contacts, stress_of
-from seatfem.study.impacts.gas import lift_of
 from seatfem.study.impacts.landings import Landings
 from seatfem.study.impacts.touches import values_of_record
 from seatfem.study.ladders.patch import finer_stopper, meshed_for_arcs
@@ -227,7 +226,7 @@ def finer_round(done: Round, reference: Reference) -> Round:
     scene, step = reference.scene, reference.method.time_step
     assert step is not None
     touches = run_contacts(scene, reference.striker, reference.seat.greens, step)
-    force, lift = touches.seat.force, lift_of(touches)
+    force, lift = touches.seat.force, touches.opening
     stress = stress_of(scene.geometry, reference.striker, force, step, lift, stopper=touches.stopper_force)
     plan = replace(done.plan, scene=scene, method=reference.method)
     bodies = {"seat": reference.seat, "striker": reference.striker, "reed": reference.reed}

@@ -37,7 +37,6 @@ from seatfem.structures.kinds.beam import Beam
 from seatfem.structures.kinds.plate_loads import ClampedPlate
 from seatfem.structures.kinds.structure import Structure
 from seatfem.study.scene import Scene, load_scene
-from seatfem.study.sweep.study import load_study
 
 ROOT = Path(__file__).resolve().parent.parent
 EXAMPLES, PICTURES = ROOT / "examples", ROOT / "docs" / "images" / "scenes"
@@ -103,9 +102,10 @@ def every_picture() -> Iterator[tuple[str, Callable[[], list[Piece]]]]:
 
 def scene_pieces(path: Path) -> list[Piece]:
     """Return the bodies of a scene; of a study those of its scene, the striker in three places."""
-    if "scene" not in tomllib.loads(path.read_text(encoding="utf-8")):
+    of_study = tomllib.loads(path.read_text(encoding="utf-8")).get("scene")
+    if of_study is None:
         return bodies_of(load_scene(path))
-    scene = load_scene(load_study(path).scene)
+    scene = load_scene(path.parent / of_study)
     ghosts = [striker_pieces(scene.reed, pose_of(scene, factor))[0] for factor in GHOSTS]
     return [*bodies_of(scene), *(replace(ghost, opacity=0.3) for ghost in ghosts)]
 
@@ -142,8 +142,9 @@ def bodies_of(scene: Scene) -> list[Piece]:
         spread = [-0.3 * size, -0.15 * size, 0.0] if clamped else [-0.375 * size, 0.375 * size]
         spread = [0.0] if all(load.force is not None for load in scene.load) else spread
         pieces += [arrow(0.2 * size, height_at(striker[0], x) + 0.03 * size, x) for x in spread]
-    if (gas := scene.gas) is not None and gas.bore and gas.stroke:
-        pieces += cylinder_pieces(gas.bore, gas.stroke, -size / 2)
+    for drive in scene.driven_by:
+        if (bore := getattr(drive, "bore", None)) and (stroke := getattr(drive, "stroke", None)):
+            pieces += cylinder_pieces(bore, stroke, -size / 2)
     return pieces
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from impact.files.safe_files import write_whole
-from seatfem.results import HEADINGS, OF_LANDINGS, RESULTS, result_of
+from seatfem.results import HEADINGS, OF_LANDINGS, all_results, result_of
 from seatfem.study.scene.measures import all_measures
 
 PAGE: Final = Path(__file__).with_name("summary.md")
@@ -44,9 +44,10 @@ def lines_of_page() -> Iterator[str]:
     """Yield the page: a table for each group of `HEADINGS`, and the one of landings."""
     yield HEAD
     measures = (each.key for each in all_measures().values())
-    results = {row.key: row for row in (*RESULTS, *map(result_of, measures))}
+    results = all_results() | {row.key: row for row in map(result_of, measures)}
     for group, heading in HEADINGS.items():
-        rows = [row for row in results.values() if row.group == group]
+        if not (rows := [row for row in results.values() if row.group == group]):
+            continue
         yield f"## {heading.partition('{')[0]}\n\n| key | meaning |\n|---|---|"
         above = ""
         for row in rows:

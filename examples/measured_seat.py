@@ -15,8 +15,8 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 import impact
+from impact.greens.passivity import passivity, repair
 from impact.measured.frf import read_impulse_response
-from impact.measured.passivity import passivity, repair
 from impact.pictures.drawing import sheet
 
 YOUNG, DENSITY, AREA, LENGTH = 2e11, 7850.0, 1e-4, 0.1

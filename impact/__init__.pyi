@@ -77,6 +77,15 @@ from impact.greens.base import (
     SumGreens as SumGreens,
 )
 from impact.greens.modal import ModalGreens as ModalGreens, Residual as Residual
+from impact.greens.passivity import (
+    PassivityReport as PassivityReport,
+    PolePassivity as PolePassivity,
+    passivity as passivity,
+    pole_passivity as pole_passivity,
+    repair as repair,
+    require_passive as require_passive,
+    sampling_advice as sampling_advice,
+)
 from impact.greens.poles import (
     PoleGreens as PoleGreens,
     StateSpace as StateSpace,
@@ -105,16 +114,8 @@ from impact.march.stepper import ContactStepper as ContactStepper, StepState as 
 from impact.measured.frf import (
     FrequencyResponse as FrequencyResponse,
     read_impulse_response as read_impulse_response,
-    sampling_advice as sampling_advice,
-)
-from impact.measured.passivity import (
-    PassivityReport as PassivityReport,
-    passivity as passivity,
-    repair as repair,
-    require_passive as require_passive,
 )
 from impact.measured.pole_fit import fit_poles as fit_poles
-from impact.measured.vector_fitting import PolePassivity as PolePassivity, pole_passivity as pole_passivity
 from impact.pictures.lip_plots import plot_lip as plot_lip
 from impact.pictures.plots import (
     plot_energy as plot_energy,

@@ -9,9 +9,11 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from functools import cache
 from importlib import import_module
 from importlib.abc import MetaPathFinder
 from importlib.machinery import ModuleSpec, PathFinder, SourceFileLoader
+from pkgutil import iter_modules
 from threading import RLock
 from types import ModuleType
 from typing import Any, Final
@@ -85,6 +87,12 @@ def import_now(name: str) -> ModuleType:
     module = import_module(name)
     _execute(module)
     return module
+
+
+@cache
+def import_all(package: str) -> tuple[ModuleType, ...]:
+    """Return the executed modules of a package, in the order of their names."""
+    return tuple(import_now(f"{package}.{each.name}") for each in iter_modules(import_module(package).__path__))
 
 
 def _execute(module: ModuleType) -> None:

@@ -63,12 +63,17 @@ def public_names(
     """Return ``__getattr__``, ``__dir__`` and ``__all__`` of a package, whose names are the imports of its stub.
 
     The stub, `__init__.pyi` beside ``file``, is what type checkers read too, as SPEC 1 of Scientific Python has it;
-    the modules that it imports from the package itself are not among the names. ``former`` is that of `lazy_names`.
+    the modules that it imports from the package itself are not among the names, nor are those of a module that was
+    removed. ``former`` is that of `lazy_names`.
     """
     stub = [
         n for n in ast.parse(Path(file).with_suffix(".pyi").read_text("utf-8")).body if isinstance(n, ast.ImportFrom)
     ]
-    places = {n.module or "": [each.name for each in n.names] for n in stub if n.module != package}
+    root = Path(file).parents[package.count(".") + 1]
+    places = {
+        n.module: [each.name for each in n.names] for n in stub if n.module and n.module != package
+        if any((root / f"{n.module.replace('.', '/')}{end}").is_file() for end in (".py", "/__init__.py"))
+    }  # fmt: skip
     names = sorted(name for names in places.values() for name in names)
     load = lazy_names(package, {module: " ".join(held) for module, held in places.items()}, former)
     return load, names.copy, names

@@ -13,7 +13,8 @@ from seatfem.structures.elements.mindlin import (
 )
 from seatfem.structures.formats.matrices import read_matrices as read_matrices
 from seatfem.structures.formats.mesh_files import read_mesh as read_mesh
-from seatfem.structures.formats.uff import read_frf_uff as read_frf_uff, read_modes_uff as read_modes_uff
+from seatfem.structures.formats.uff import read_modes_uff as read_modes_uff
+from seatfem.structures.formats.uff_responses import read_frf_uff as read_frf_uff
 from seatfem.structures.formats.writing import write_mesh as write_mesh
 from seatfem.structures.lands import FaceLip as FaceLip, face_lip as face_lip
 from seatfem.structures.lip import AnyLip as AnyLip, Lip as Lip

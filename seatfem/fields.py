@@ -1,5 +1,6 @@
 """The kinds of values a scene key may hold: strings with units become SI floats."""
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from copy import copy
@@ -14,7 +15,15 @@ from pydantic.fields import FieldInfo
 from pydantic.types import Discriminator
 
 from impact.files.safe_files import MB, check_file
-from seatfem.units import DIMENSIONS, UnitError, parse_fraction, parse_quantity, parse_rpm, write_quantity
+from seatfem.units import (
+    DIMENSIONS,
+    UnitError,
+    number_and_unit,
+    parse_fraction,
+    parse_quantity,
+    parse_rpm,
+    write_quantity,
+)
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -219,6 +228,20 @@ def read_temperature(value: object) -> float:
     raise UnitError(f"{value!r} is no temperature; write '120 degC' or '393 K'")
 
 
+Value = Any
+"""A value as it is written in a scene file: "0.3 mm", 5, "signorini"."""
+
+
+def read_written(value: object) -> tuple[float, str]:
+    """Return the number and the unit of a written quantity."""
+    if isinstance(value, bool) or not isinstance(value, int | float | str):
+        raise ValueError(f"{value!r} is no number; write one with its unit, e.g. '0.3 mm', or a pure one")
+    number, unit = number_and_unit(value)
+    if not math.isfinite(number):
+        raise ValueError(f"{value!r} must be finite")
+    return number, unit
+
+
 def _cited(value: str) -> str:
     if not value.strip():
         raise ValueError("is empty: measured numbers need a citation, as of a report, a standard or a data sheet")
@@ -266,6 +289,8 @@ def _existing_file(value: Path, info: ValidationInfo) -> Path:
     return path.resolve()
 
 
+WrittenQuantity = Annotated[tuple[float, str], BeforeValidator(read_written)]
+"""Number and unit of a quantity of any dimension."""
 Length = Annotated[float, BeforeValidator(ReadQuantity("length")), Gt(0)]
 Position = Annotated[float, BeforeValidator(ReadQuantity("length"))]
 Gap = Annotated[float, BeforeValidator(ReadQuantity("length")), Ge(0)]

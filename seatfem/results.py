@@ -10,9 +10,10 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import ClassVar, Final, Literal
 
+from impact.late import import_all
 from seatfem.readings import Summary, as_number, duration
 
-Group = Literal["landing", "run", "stopper", "spring", "film", "lip", "seat", "life", "gas", "raw"]
+Group = Literal["landing", "run", "stopper", "spring", "film", "lip", "seat", "life", "cycle", "raw"]
 
 HEADINGS: Final[Mapping[Group, str]] = {
     "landing": "landing on the seat",
@@ -23,7 +24,7 @@ HEADINGS: Final[Mapping[Group, str]] = {
     "lip": "along the lip",
     "seat": "stress in the seat",
     "life": "fatigue",
-    "gas": "gas, last cycle",
+    "cycle": "last cycle",
     "raw": "raw{step}",
 }
 UNITS: Final[Mapping[str, str]] = {
@@ -50,7 +51,6 @@ FILM_PEAK: Final = "film_force_peak_N"
 LINE_PEAK: Final = "line_force_peak"
 PORTS: Final = "ports"
 LIFE_MARGIN, LIFE_CYCLES = "life_margin", "life_cycles"
-LARGEST_LIFT: Final = "gas_largest_lift_m"
 RAW_PEAK: Final = "peak_force_N"
 KNOWN_LANDINGS, KNOWN_OF_INPUTS, LANDING_GROWTH = "known_landings", "known_landings_of_inputs", "growth_per_landing"
 ENSEMBLE, ENSEMBLE_LANDINGS = "ensemble_members", "ensemble_landings"
@@ -170,14 +170,6 @@ RESULTS: Final = (
     Result("life_multiaxial_margin", "margin, several axes", "life"),
     Result("life_contact_margin", "margin, contact", "life"),
     Result("life_speed_margin", "margin on speed", "life"),
-    Result(LARGEST_LIFT, "largest lift", "gas"),
-    Result("gas_opening_deg", "opens", "gas"),
-    Result("gas_closing_deg", "closes", "gas"),
-    Result("gas_seating_velocity_m_per_s", "seating velocity", "gas"),
-    Result("gas_seat_impacts", "seat impacts", "gas"),
-    Result("gas_stopper_impacts", "stopper impacts", "gas"),
-    Result("gas_mass_forward_kg", "mass forward", "gas"),
-    Result("gas_mass_back_kg", "mass back", "gas"),
     Result(RAW_PEAK, "peak force", "raw"),
     Result("stopper_peak_force_N", "stopper's peak force", "raw"),
 )
@@ -192,14 +184,16 @@ OF_LANDINGS: Final[Mapping[str, str]] = {
     RESTITUTION: "restitution",
 }
 """Keys of the records of landings, and the heads of their columns."""
-_BY_KEY: Final = {result.key: result for result in RESULTS}
-RESULT_KEYS: Final = frozenset(_BY_KEY)
+WINGS: Final = "seatfem.wings"
+"""Package whose files may add results."""
 
 
 class ResultSource:
-    """Base of what has results of its own, by being a subclass with a key: a measure.
+    """Base of what has results of its own, by being a subclass: a measure, with its name and key, or a wing.
 
     Attributes:
+        rows: further results, by wings.
+        captions: words for its pictures in a report, by file name.
         name: by which scenes ask for it.
         key: in summary.json, with its unit.
         words: in sentences, and in the tables of a run where `RESULTS` has no row of it.
@@ -210,13 +204,28 @@ class ResultSource:
     key: ClassVar[str]
     words: ClassVar[str]
     landing_key: ClassVar[str] = ""
+    rows: ClassVar[tuple[Result, ...]] = ()
+    captions: ClassVar[Mapping[str, str]] = {}
 
 
-def _sources(kind: type[ResultSource] = ResultSource) -> Iterator[type[ResultSource]]:
+def _all_sources(kind: type[ResultSource] = ResultSource) -> Iterator[type[ResultSource]]:
+    import_all(WINGS)
     for each in kind.__subclasses__():
-        if "name" in vars(each):
-            yield each
-        yield from _sources(each)
+        yield from (each, *_all_sources(each))
+
+
+def _sources() -> Iterator[type[ResultSource]]:
+    return (each for each in _all_sources() if "name" in vars(each))
+
+
+def all_results() -> dict[str, Result]:
+    """Return all results that are declared, by key: `RESULTS` and those of wings."""
+    return {row.key: row for row in (*RESULTS, *(row for each in _all_sources() for row in each.rows))}
+
+
+def all_captions() -> dict[str, str]:
+    """Return the captions of pictures by wings."""
+    return {name: words for each in _all_sources() for name, words in each.captions.items()}
 
 
 def _measure_words(key: str) -> str:
@@ -225,7 +234,7 @@ def _measure_words(key: str) -> str:
 
 def result_of(key: str) -> Result:
     """Return the result of a key; of one that this table does not know the key stands in it where it tells no unit."""
-    if (known := _BY_KEY.get(key)) is not None:
+    if (known := all_results().get(key)) is not None:
         return known
     words = _measure_words(key.removeprefix(LANDING)) or key
     result = Result(key, words, "landing" if key.startswith(LANDING) else "run")
@@ -235,7 +244,7 @@ def result_of(key: str) -> Result:
 def label_of(key: str) -> str:
     """Return what stands on an axis for a key of summary.json, as "peak force [N]"; another name as it is."""
     words = {each.landing_key: f"{each.words} of the landing" for each in _sources()}.get(key) or _measure_words(key)
-    if not words and (known := _BY_KEY.get(key)) is not None:
+    if not words and (known := all_results().get(key)) is not None:
         words = f"{HEADINGS[known.group].partition('{')[0]}: {known.words.partition('{')[0].strip(' ,')}"
     unit = result_of(key).unit
     return f"{words} [{unit}]" if words and unit else words or key
@@ -247,7 +256,7 @@ def name_of(key: str, summary: Summary) -> str:
         return f"peak force (mean over {duration(summary.get('filter_width_s'))})"
     if words := _measure_words(key) or _measure_words(key.removeprefix(LANDING)):
         return words
-    return words_of(_BY_KEY[key], summary).strip() if key in _BY_KEY else key
+    return words_of(known, summary).strip() if (known := all_results().get(key)) is not None else key
 
 
 def words_of(row: Result, summary: Summary) -> str:
@@ -293,8 +302,8 @@ def rows_of(summary: Summary) -> dict[Group, list[Result]]:
     if asked(summary) and not any(key.startswith(LANDING) for key in asked(summary)):
         order[:2] = ["run", "landing"]
     measured = {each.key for each in _sources()}
-    rows = (*RESULTS, *(result_of(key) for key in sorted((judged | measured) - _BY_KEY.keys())))
-    groups = {group: [row for row in rows if row.group == group] for group in order}
+    rows = (declared := all_results()) | {key: result_of(key) for key in sorted((judged | measured) - declared.keys())}
+    groups = {group: [row for row in rows.values() if row.group == group] for group in order}
     return {group: shown for group, of_it in groups.items() if (shown := list(_shown(summary, group, of_it, judged)))}
 
 

@@ -16,13 +16,10 @@ import pytest
 from pydantic import BaseModel
 
 from seatfem.faces import cli
-from seatfem.fields import kind_of, kinds_below
+from seatfem.fields import Table, kind_of, kinds_below
 from seatfem.structures.kinds import kinds_of
-from seatfem.study.identify.record import Identification
 from seatfem.study.scene import Scene
 from seatfem.study.scene.problems import SceneError, tables_in
-from seatfem.study.scene.strength import StrengthTable
-from seatfem.study.sweep.study import Study
 
 RAISES, PLACED = pytest.raises, cli.placed
 NAMED = re.compile(r"\d|['\"`].+['\"`]|\S[._/]\w|\w ?=|--\w|^[\w ]+: |[a-z][A-Z]|\b[B-Z]\b")
@@ -67,7 +64,7 @@ def keys_at(file: Path | None, key: str) -> frozenset[str]:
     role = key.partition(".")[0]
     table = tomllib.loads(file.read_text(encoding="utf-8")).get(role) if role in BODIES and file is not None else None
     if not isinstance(table, dict):
-        return frozenset().union(*map(keys_below, (Scene, Study, Identification, StrengthTable, *kinds_of())))
+        return frozenset().union(*map(keys_below, (*Table.__subclasses__(), *kinds_of())))
     kinds = [each for each in kinds_of() if kind_of(each) == table.get("kind", next(iter(table), ""))]
     others = (tables_in(field.annotation) for name, field in Scene.model_fields.items() if name not in BODIES)
     return frozenset(BODIES).union(*map(keys_below, (*(kinds or kinds_of()), *chain.from_iterable(others))))

@@ -28,7 +28,4 @@ from seatfem.study.runs.round import Round
 from seatfem.study.runs.rounds import rounds
 from seatfem.study.scene import Scene, SceneError, load_scene
 from seatfem.study.scene.files import check_files
-from seatfem.study.sweep.runner import Outcome
-from seatfem.study.sweep.study import load_study
-from seatfem.study.sweep.sweep import run_study
 from tests.as_stated import seat_of, solved_striker, striker_of

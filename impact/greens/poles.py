@@ -38,7 +38,7 @@ class PoleGreens(PoleSums):
                   + sum_n b_ni b_nj t + c_ij delta(t)
 
     With M u'' + C u' + K u = B f and (s^2 M + s C + K) x = 0, x normalised by x'(2 s M + C) x = 1, r = B'x. Unlike
-    `ModalGreens` it need not be passive: see `measured.pole_passivity`. It is convolved by step weights; its energy in
+    `ModalGreens` it need not be passive: see `impact.pole_passivity`. It is convolved by step weights; its energy in
     a ledger is the work done on it.
 
     Attributes:

@@ -1,1 +1,1 @@
-"""Green's functions from measurements: reading, passivity, pole fits."""
+"""Green's functions from measurements: reading, pole fits."""

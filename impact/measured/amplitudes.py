@@ -16,13 +16,20 @@ import scipy
 from scipy.linalg import cho_factor, cho_solve, cholesky, solve_triangular
 from scipy.optimize import nnls
 
+from impact.greens import passivity
 from impact.greens.base import Array, ComplexArray
 from impact.greens.modal import ModalGreens, Residual
 from impact.greens.poles import PoleGreens
 from impact.measured import vector_fitting
 from impact.measured.frf import FrequencyResponseError
-from impact.measured.passivity import positive_part
-from impact.measured.vector_fitting import Lines, Poles, converge_poles, find_misfit, refined, starting_poles
+from impact.measured.vector_fitting import (
+    Lines,
+    Poles,
+    converge_poles,
+    find_misfit,
+    refined,
+    starting_poles,
+)
 
 _ROUNDS = 12
 _MARGIN = 1e-4  # eigenvalue to which each violation is raised, over the sum of the sizes of the terms
@@ -95,13 +102,13 @@ def make_passive(residues: Residues, port_names: tuple[str, ...], s: ComplexArra
     goals: list[float] = []
     for _ in range(_ROUNDS):
         greens = residues.greens(port_names)
-        if vector_fitting.pole_passivity(greens).passive:
+        if passivity.pole_passivity(greens).passive:
             return residues
-        grid = vector_fitting.passivity_grid(greens)
-        margins = vector_fitting.passivity_margins(greens, grid)
+        grid = passivity.passivity_grid(greens)
+        margins = passivity.passivity_margins(greens, grid)
         padded = np.concatenate([[np.inf], margins, [np.inf]])
         for w in grid[(margins < 0) & (margins <= padded[:-2]) & (margins <= padded[2:])]:  # local minima
-            mobility, size = vector_fitting.real_mobility(greens, np.array([w]))
+            mobility, size = passivity.real_mobility(greens, np.array([w]))
             values, vectors = np.linalg.eigh(mobility[0])
             for value, v in zip(values, vectors.T, strict=True):
                 if value < _MARGIN * size[0]:
@@ -202,7 +209,7 @@ def free_residues(data: FitData, poles: vector_fitting.Poles) -> Residues:
     """Return least-squares residues, passive or not, with positive semidefinite c and rigid-body term."""
     phi, extra, p = vector_fitting.basis(data.s, poles), data.extra, len(data.port_names)
     coefficients = least_squares(np.concatenate([phi, extra], axis=1), data.g, data.weights)
-    extras = np.array([positive_part(matrix) for matrix in coefficients[phi.shape[1] :]])
+    extras = np.array([passivity.positive_part(matrix) for matrix in coefficients[phi.shape[1] :]])
     if np.abs(extras[0]).max() < _NOTHING * np.abs(data.g).max():
         extras[0] = 0.0
     if np.any(extras != coefficients[phi.shape[1] :]):
@@ -279,10 +286,12 @@ def _positive_least_squares(columns: ComplexArray, g: ComplexArray, weights: Arr
         return np.asarray(nnls(real, goal[:, 0])[0] / scale)[:, None, None]
     gram, right = real.T @ real, (real.T @ goal).reshape(-1, *g.shape[1:])
     step = 1 / float(np.linalg.eigvalsh(gram)[-1])
-    x = y = positive_part(np.linalg.lstsq(gram, right.reshape(len(gram), -1), rcond=1e-12)[0].reshape(right.shape))
+    x = y = passivity.positive_part(
+        np.linalg.lstsq(gram, right.reshape(len(gram), -1), rcond=1e-12)[0].reshape(right.shape)
+    )
     inertia = 1.0
     for _ in range(_ITERATIONS):
-        new = positive_part(y - step * (np.tensordot(gram, y, axes=1) - right))
+        new = passivity.positive_part(y - step * (np.tensordot(gram, y, axes=1) - right))
         if np.sum((y - new) * (new - x)) > 0:
             inertia = 1.0
         following = (1 + np.sqrt(1 + 4 * inertia**2)) / 2

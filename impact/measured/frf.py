@@ -1,5 +1,4 @@
-"""Measured responses: files of Green's functions and of frequency responses, transforms, causality, noise by line, and
-advice on runs with them.
+"""Measured responses: files of Green's functions and of frequency responses, transforms, causality, noise by line.
 
 Sources: McKelvey and Guerin, IFAC Proc. 45 (2012) 424, and Schoukens et al., Mech. Syst. Signal Process. 20 (2006) 897
 (local rational and polynomial models of a frequency response); Bendat and Piersol, Random Data, 4th ed., 9.2 (the
@@ -11,7 +10,7 @@ from __future__ import annotations
 import math
 import os
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Final, Literal, get_args
 
@@ -21,15 +20,10 @@ from numpy.typing import ArrayLike
 
 from impact.bodies.time_series import NOTHING_STATED, SECONDS, Stated
 from impact.files.csv_table import CsvTable, normal_unit, read_needed_csv
-from impact.greens.base import Array, ComplexArray, GreensFunction, GreensFunctionError
+from impact.greens.base import Array, ComplexArray, GreensFunctionError
 from impact.greens.sampled import Pretrigger, SampledGreens, Tail
-from impact.measured.passivity import passivity
-from impact.notices import Advice
 from impact.quantities import brief
 
-UNRESOLVED_LIMIT = 0.01  # fraction of the power above the run's Nyquist frequency beyond which there is advice
-REST_LIMIT = 0.05  # ratio of a record's end to its largest value beyond which there is advice, for tail 'zero'
-_CHECKED_STEPS = 8192  # most steps whose passivity is checked
 _LIKE_IMPULSE = "'time [us],impulse_response [um/(N s)]'"
 _UNITS = {"m/(N s)": 1.0, "mm/(N s)": 1e-3, "um/(N s)": 1e-6, "nm/(N s)": 1e-9}
 
@@ -70,48 +64,6 @@ def read_impulse_response(
         )
     except GreensFunctionError as problem:
         raise GreensFunctionError(f"{table.path}: {problem}") from problem
-
-
-def sampling_advice(greens: GreensFunction, dt: float, n: int, *, body: str = "target") -> tuple[Advice, ...]:
-    """Return advice for a run of ``n`` steps of ``dt`` [s] with a sampled body (or the sampled parts of a sum).
-
-    Advice is given if the fraction of the power |g^(f)|^2 of the samples above 1/(2 dt) is large, if the step weights
-    are not passive (in the first 8192 steps), and if a record that is set to zero at its end is not at rest there.
-    """
-    return tuple(advice for part in greens.sampled_parts for advice in _advice_on(part, dt, n, body))
-
-
-def _advice_on(greens: SampledGreens, dt: float, n: int, body: str) -> Iterator[Advice]:
-    power = np.sum(np.abs(np.fft.rfft(greens.values, axis=2)) ** 2, axis=(0, 1))
-    above = np.fft.rfftfreq(greens.values.shape[2], greens.dt) > 0.5 / dt * (1 + 1e-9)
-    share = float(power[above].sum() / max(power.sum(), 1e-300))
-    if share > UNRESOLVED_LIMIT:
-        yield Advice(
-            f"share of the sampled {body}'s response above half the step rate",
-            share,
-            UNRESOLVED_LIMIT,
-            f"the samples reach {0.5 / greens.dt:.3g} Hz, steps of {dt:.3g} s only {0.5 / dt:.3g} Hz",
-            f"use dt <= {greens.dt:.3g} s",
-        )
-    size = np.abs(greens.values).max(axis=(0, 1))
-    level = float(size[-max(len(size) // 10, 1) :].max() / max(size.max(), 1e-300))
-    if greens.tail == "zero" and n * dt > greens.end * (1 + 1e-9) and level > REST_LIMIT:
-        yield Advice(
-            f"last tenth of the sampled {body}'s record over its largest value",
-            level,
-            REST_LIMIT,
-            f"the tail rule 'zero' cuts a motion that goes on at {greens.end:.3g} s",
-            "measure or compute longer, until it has come to rest",
-        )
-    report = passivity(greens, dt, min(n, _CHECKED_STEPS))
-    if not report.passive:
-        yield Advice(
-            f"least work of the sampled {body} over the largest",
-            report.smallest / report.largest,
-            -report.tolerance / report.largest,
-            f"contact can draw energy from it, most near {report.frequency:.3g} Hz",
-            "use impact.repair(greens, dt), and a step that is a whole multiple of the samples' spacing",
-        )
 
 
 HALF: Final = 7  # number of lines on either side of one in its local model

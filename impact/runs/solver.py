@@ -25,6 +25,7 @@ from impact.after import regime
 from impact.after.result import EnergyLedger, ImpactResult, RunRows, ledger
 from impact.bodies.body import AtRest, Body, as_body
 from impact.greens.base import Array, GreensFunction
+from impact.greens.passivity import sampling_advice
 from impact.march.grid import blocks
 from impact.march.history import Engine
 from impact.march.ladder import begin_march, finish_march, march
@@ -33,7 +34,6 @@ from impact.march.prepared import discretise
 from impact.march.problem import ContactError, ContactProblem
 from impact.march.rows import MarchRun, Replayed, Rows, find_ports
 from impact.march.stepper import ContactStepper
-from impact.measured.frf import sampling_advice
 from impact.notices import Advice, Progress, silent
 from impact.quantities import brief, percent
 from impact.runs.variations import (

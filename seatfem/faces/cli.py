@@ -17,12 +17,12 @@ from typing import Final, Literal
 from cyclopts import App, CycloptsError
 
 from impact.files.safe_files import FULL
-from seatfem import study
-from seatfem.faces import other_verbs, scene_verbs
 from seatfem.faces.scene_verbs import DEMO_SCENE, demo_scene
 from seatfem.faces.terminal import BAD_INPUT, DONE, FAILED, INTERRUPTED, Console, lines
+from seatfem.faces.wings import all_verbs
 from seatfem.jobs import folders, processes
 from seatfem.machine import doctor, resources
+from seatfem.study import scene as scene_files
 from seatfem.study.scene import problems
 
 __all__ = ["BAD_INPUT", "DEMO_SCENE", "DONE", "FAILED", "INTERRUPTED", "demo_scene", "main", "run_command"]
@@ -60,8 +60,8 @@ def placed(error: Exception, arguments: Sequence[str]) -> str:
     solver, which does not know scenes, and the line of the key before a message about a file that the scene names."""
     scenes = [Path(word) for word in arguments if word.endswith(".toml")]
     if scenes and type(error).__name__ == "SceneError":
-        assert isinstance(error, study.scene.SceneError)
-        error = study.scene.located(error, scenes[0])
+        assert isinstance(error, scene_files.SceneError)
+        error = scene_files.located(error, scenes[0])
     text = in_words(error)
     is_placed = type(error).__name__ == "SceneError"
     if scenes and not is_placed and _is_ours(error) and (key := _KEY.match(text)):
@@ -75,10 +75,9 @@ def _with_line(text: str, key: str, scene: Path) -> str:
     """Return the text with the file, and the line of the key, or of its table, with which a message of one line
     begins, if the file has either."""
     try:
-        error = study.scene.located(
-            study.scene.SceneError((problems.Problem(None, 0, "", text, tuple(key.split("."))),)), scene
-        )
-    except study.scene.SceneError:  # an error of the scene file itself
+        problem = problems.Problem(None, 0, "", text, tuple(key.split(".")))
+        error = scene_files.located(scene_files.SceneError((problem,)), scene)
+    except scene_files.SceneError:  # an error of the scene file itself
         return text
     return text if "\n" in text else str(error) if error.problems[0].line else f"{scene}: {text}"
 
@@ -110,25 +109,7 @@ app = App(
     error_console=Console(stderr=True),
     help_format="plaintext",
 )
-for verb in (
-    scene_verbs.demo,
-    scene_verbs.run,
-    other_verbs.report,
-    other_verbs.view,
-    other_verbs.export,
-    scene_verbs.plan,
-    scene_verbs.draw,
-    scene_verbs.trade,
-    other_verbs.sweep,
-    other_verbs.optimise,
-    other_verbs.identify,
-    scene_verbs.greens,
-    scene_verbs.modes,
-    other_verbs.init,
-    other_verbs.faces,
-    other_verbs.verify,
-    other_verbs.doctor,
-):
+for verb in all_verbs():
     app.command(verb)
 
 

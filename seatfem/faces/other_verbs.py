@@ -1,13 +1,10 @@
-"""Verbs other than those of `scene_verbs`: faces, init, verify, doctor; report, view and export, which take the folder
-of a run; sweep and optimise, which take a study; identify, which takes a record file."""
+"""Verbs that take no scene: faces, init, verify, doctor; report, view and export, which take the folder of a run."""
 
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final, Literal, TypeVar
+from typing import TYPE_CHECKING, Annotated, Final, Literal
 
 from cyclopts import Parameter
 
@@ -23,29 +20,21 @@ from seatfem.faces.terminal import (
     FAILED,
     Common,
     Output,
-    Seconds,
     console,
     lines,
     print_outcome,
     progress_of,
 )
+from seatfem.faces.wings import file_kinds
 from seatfem.machine import doctor as doctor_checks
 from seatfem.machine import libraries
 from seatfem.pictures import faces_picture
 from seatfem.structures.inspection import mesh_file
-from seatfem.study.identify import fit
 from seatfem.study.scene import files as scene_files
-from seatfem.study.scene import keys, tables
-from seatfem.study.sweep import best, charts
-from seatfem.study.sweep import study as study_tables
-from seatfem.study.sweep import sweep as study_runs
-from seatfem.study.sweep.effort import Effort
+from seatfem.study.scene import keys
 
 if TYPE_CHECKING:
     from rich.console import Console
-
-
-Made = TypeVar("Made")
 
 # Verbs reach the modules that they run by lazy names: `seatfem --help` must not load compilers and finite elements.
 
@@ -117,8 +106,8 @@ def init(
     Parameters
     ----------
     kind:
-        Of a reed or a seat: flapper, cantilever, ball, annular, plate, cad ...; or study: many scenes of one. Without a
-        kind all are listed: reeds, seats, strikers, and what other programs and measurements give.
+        Of a reed or a seat: flapper, cantilever, ball, annular, plate, cad ...; or of another file. Without a kind all
+        are listed: reeds, seats, strikers, what other programs and measurements give, and other files.
     output:
         The file [default: the kind + ".toml"].
     schema:
@@ -128,24 +117,21 @@ def init(
         console().print(terminal_tables.kinds_table())
         lines().print("next: seatfem init KIND")
         return DONE
-    path, of_study = output or Path(f"{kind}.toml"), kind == study_tables.STUDY
+    path, others = output or Path(f"{kind}.toml"), {each.name: each for each in file_kinds()}
     name_in_shell = shlex.quote("".join(letter if letter.isprintable() else "?" for letter in path.name))
-    text = (
-        study_tables.study_template(file=name_in_shell) if of_study else keys.scene_template(kind, file=name_in_shell)
-    )
+    other = others.get(kind)
+    text = other.template(name_in_shell) if other else keys.scene_template(kind, file=name_in_shell)
     if path.exists():
         raise keys.NoTemplate(f"{path}: exists already; remove it, or name another file (--output)")
-    name = study_tables.STUDY_SCHEMA_FILE if of_study else keys.SCHEMA_FILE
+    name = other.schema_file if other else keys.SCHEMA_FILE
     written = {path: f"#:schema {name}\n{text}" if schema else text}
     if schema:
-        written[path.with_name(name)] = keys.schema_text(
-            study_tables.study_schema() if of_study else keys.scene_schema()
-        )
+        written[path.with_name(name)] = keys.schema_text(other.schema() if other else keys.scene_schema())
     check_writable(*written)
     for file, content in written.items():
         write_whole(file, content.encode("utf-8"))
     if not common.quiet:
-        follows = "plan" if of_study else "draw"
+        follows = "plan" if other else "draw"
         lines().print(f"wrote {', '.join(map(str, written))}; next: seatfem {follows} {shlex.quote(str(path))}")
     return DONE
 
@@ -266,133 +252,4 @@ def export(
     return DONE
 
 
-@Parameter(name="*")
-@dataclass(frozen=True)
-class Work(Effort):
-    """Limits on the effort of a study, as options of a verb."""
-
-    workers: Annotated[
-        int | None, Parameter(help="Processes that run scenes [default: one a core, as far as the memory does].")
-    ] = Effort.workers
-    rounds: Annotated[
-        int, Parameter(help="At most so many rounds of refinement of each scene, the first included.")
-    ] = Effort.rounds
-    limit: Annotated[Seconds, Parameter(help="Time of the clock for one scene: seconds, or with a unit (10 min).")] = (
-        Effort.limit
-    )
-    retry: Annotated[bool, Parameter(negative="", help="Try scenes again that have failed before.")] = Effort.retry
-    cluster: Annotated[
-        str | None,
-        Parameter(help="Address of a scheduler of dask, whose workers run the scenes: tcp://HOST:8786 or tls://..."),
-    ] = Effort.cluster
-    no_pictures: Annotated[bool, Parameter(negative="", help="Tables only.")] = False
-
-
-USUAL: Final = Work()
-
-
-def _run_study(
-    study: Path, folder: Path, work: Work, common: Common, carry_out: Callable[..., Made]
-) -> tuple[str, Made]:
-    """Return the heading of a study and the result of ``carry_out``, its table or its search, in a folder."""
-    definition, messages = study_tables.load_study(study), lines(stderr=True, quiet=common.quiet)
-    with progress_of(common) as progress:
-        outcome = carry_out(definition, folder, work, file=study, progress=progress, tell=messages.print)
-    return definition.heading, outcome
-
-
-def sweep(
-    study: Annotated[Path, Parameter(help="The study file (TOML): a scene and the values of its varied keys.")],
-    /,
-    *,
-    output: Output = None,
-    work: Work = USUAL,
-    common: Common = COMMON,
-) -> int:
-    """Run a scene over many values of its keys: one table, and what follows from it; goes on where it stopped.
-
-    Parameters
-    ----------
-    output:
-        Folder for table, reports and journal [default: the study's name + "-sweep"].
-    """
-    folder, terminal = output or Path(f"{study.stem}-sweep"), lines(quiet=common.quiet)
-    heading, table = _run_study(study, folder, work, common, study_runs.run_study)
-    files, gaps = charts.write_reports(table, folder, pictures=not work.no_pictures)
-    states = list(table.columns["status"])
-    counts = ", ".join(f"{states.count(state)} {state}" for state in dict.fromkeys(states))
-    terminal.print(f"{heading}: {len(table)} scenes, {counts}")
-    sentences = (table.left_out_in_words(), *table.ranges(), *table.empty_in_words(), *table.failures())
-    print_outcome(
-        terminal,
-        sentences,
-        gaps,
-        (folder / study_runs.TABLE, *filter(Path.exists, [folder / study_runs.PARQUET]), *files),
-    )
-    return DONE if table.has_numbers.all() and not table.unanswered() else FAILED
-
-
-def optimise(
-    study: Annotated[Path, Parameter(help="The study file (TOML) with the table [optimise].")],
-    /,
-    *,
-    output: Output = None,
-    work: Work = USUAL,
-    common: Common = COMMON,
-) -> int:
-    """Find the values within their ranges whose scene has the least or greatest measure; goes on where it stopped.
-
-    Parameters
-    ----------
-    output:
-        Folder for tables, picture and journal [default: the study's name + "-optimum"].
-    """
-    folder, terminal = output or Path(f"{study.stem}-optimum"), lines(quiet=common.quiet)
-    heading, optimum = _run_study(study, folder, work, common, study_runs.run_optimum)
-    numbers = optimum.as_json()
-    counts = f"{numbers['searched']} scenes searched, {numbers['failed']} failed, {numbers['confirmed']} confirmed"
-    terminal.print(f"{heading}: {counts}")
-    files, picture = [folder / name for name in ("optimum.json", "optimum.csv", "search.csv")], folder / "search.png"
-    gap = "" if work.no_pictures else best.draw_search(optimum, picture)
-    files += [] if work.no_pictures or gap else [picture]
-    sentences = (numbers["left_out"], *optimum.table(optimum.searched).failures(), optimum.in_words())
-    print_outcome(terminal, sentences, [gap], files)
-    return DONE if optimum.is_met else FAILED
-
-
-def identify(
-    record: Annotated[
-        Path, Parameter(help="The record file (TOML): a scene, records, keys to be fitted (docs/howto/identify.md).")
-    ],
-    /,
-    *,
-    output: Output = None,
-    no_pictures: Annotated[bool, Parameter(negative="", help="Numbers and files only.")] = False,
-    common: Common = COMMON,
-) -> int:
-    """Find the values of a scene's keys that explain records of force, strain or motion: each with its interval, and
-    what the records do not tell.
-
-    Parameters
-    ----------
-    output:
-        Folder for identify.json and identify.png [default: the record file's name + "-identify"].
-    """
-    folder, messages = output or Path(f"{record.stem}-identify"), lines(stderr=True, quiet=common.quiet)
-    with progress_of(common) as progress:
-        result = fit.identify(record, progress=progress, tell=messages.print)
-    files, gap = fit.write(result, folder, pictures=not no_pictures)
-    print_outcome(lines(quiet=common.quiet), result.sentences(), [gap], files)
-    return DONE
-
-
-def study_ahead(path: Path) -> study_runs.Ahead | study_runs.SearchAhead | None:
-    """Return the expected cost of a study; ``None`` if the file is no study."""
-    if not tables.has_table(path, "vary"):
-        return None
-    study = study_tables.load_study(path)
-    if study.optimise is not None:
-        return study_runs.ahead_of(study, file=path)
-    if study.number_of_scenes > study_runs.LOOKED_AT and study.error_bars == "every":
-        return study_runs.ahead_of_many(study, file=path)
-    return study_runs.ahead(study, study_runs.scenes_of(study, file=path)[0])
+VERBS: Final = (faces, init, verify, doctor, report, view, export)

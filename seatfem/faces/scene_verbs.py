@@ -1,4 +1,4 @@
-"""Verbs that take a scene: demo, run, plan, draw, trade, greens, modes."""
+"""Verbs that take a scene: demo, run, plan, draw, greens, modes."""
 
 import math
 import sys
@@ -10,9 +10,8 @@ from typing import Annotated, Final
 
 from cyclopts import Parameter
 
-from impact.pictures import drawing as chart_drawing
 from seatfem import units
-from seatfem.faces import other_verbs, plan_view, tables, verdict
+from seatfem.faces import plan_view, tables, verdict
 from seatfem.faces.report import asked
 from seatfem.faces.report import checked as checked_scenes
 from seatfem.faces.terminal import (
@@ -32,13 +31,13 @@ from seatfem.faces.terminal import (
     progress_of,
     tell,
 )
+from seatfem.faces.wings import file_kinds
 from seatfem.pictures import rendering
 from seatfem.study.impacts import layout as layouts
 from seatfem.study.impacts import validity
 from seatfem.study.runs import forecast, next_round, pipeline
 from seatfem.study.scene import parcel
-from seatfem.study.trade import report as trade_report
-from seatfem.study.trade import trade as trades
+from seatfem.study.scene import tables as scene_tables
 
 # Verbs reach the modules that they run by lazy names: `seatfem --help` must not load compilers and finite elements.
 
@@ -87,8 +86,8 @@ def plan(
     common: Common = COMMON,
 ) -> int:
     """Look at a scene for a few seconds: begin with coarse values of what it leaves open, measure their errors, and
-    print every choice with its reason, what each leaves, and what is left to do; of a study file the number of its
-    scenes and what they would take. A run goes on from there.
+    print every choice with its reason, what each leaves, and what is left to do; of another file than a scene, what it
+    would take. A run goes on from there.
 
     Parameters
     ----------
@@ -100,12 +99,14 @@ def plan(
         Time of the look, in seconds or with a unit (1 min), after which it is stopped even in its first round [default:
         no round is begun after 3 s, 6 s with files; the first is stopped after 60 s, later on a busy machine].
     """
-    if (ahead := other_verbs.study_ahead(scene)) is not None:
-        if json:
-            sys.stdout.write(ahead.as_json() + "\n")
-        else:
-            lines(quiet=common.quiet).print(ahead.in_words(ahead.workers()))
-        return DONE
+    for other in file_kinds():
+        if scene_tables.has_table(scene, other.table):
+            cost = other.expected_cost(scene, as_json=json)
+            if json:
+                sys.stdout.write(f"{cost}\n")
+            else:
+                lines(quiet=common.quiet).print(cost)
+            return DONE
     checked = load(scene, changes)
     with progress_of(common) as progress:
         longest = forecast.patience() if max_time is None else max_time
@@ -137,45 +138,6 @@ def draw(scene: SceneFile, /, *, output: Output = None, changes: Changes = (), c
     layout = layouts.draw_scene(checked, path)
     notes = [layouts.cover_note(layout), *validity.one_way_notes(checked)]
     print_outcome(lines(quiet=common.quiet), [layouts.facts_of(layout)], notes, [path])
-    return DONE
-
-
-def trade(
-    scene: SceneFile,
-    /,
-    *,
-    output: Output = None,
-    quick: Annotated[bool, Parameter(negative="")] = False,
-    limit: Seconds = 20.0,
-    cluster: str | None = None,
-    common: Common = COMMON,
-) -> int:
-    """Measure speed against accuracy: the scene at every fidelity, as a chart and a table; goes on where it stopped.
-
-    Parameters
-    ----------
-    output:
-        Folder for chart, tables and journal [default: the scene's name + "-trade"].
-    quick:
-        Without the points in which one key is varied.
-    limit:
-        Processor time for one point, in seconds or with a unit (1 min); the
-        reference and the loop's choice may take four times as many.
-    cluster:
-        Address of a scheduler of dask, whose workers carry out the points: tcp://HOST:8786 or tls://...
-    """
-    load(scene)
-    folder = output or Path(f"{scene.stem}-trade")
-    with progress_of(common) as progress:
-        result = trades.measure_trade(
-            scene, folder / "trade.jsonl", quick=quick, time_limit=limit, cluster=cluster, progress=progress
-        )
-    files = [folder / "trade.csv", folder / "trade.json"]
-    trade_report.write_trade(result, *files)
-    terminal = lines(quiet=common.quiet)
-    terminal.print(trade_report.in_words(result))
-    gap = chart_drawing.try_draw(lambda path: trade_report.draw_trade(result, path), folder / "trade.png")
-    print_outcome(terminal, (), [gap], files if gap else [*files, folder / "trade.png"])
     return DONE
 
 
@@ -267,3 +229,6 @@ def _run(path: Path, folder: Path, effort: Effort, common: Common, changes: Sequ
     if common.quiet and outcome.met is False:  # an exit code alone does not explain the reason
         lines(stderr=True).print(f"seatfem: {outcome.messages[0]}")
     return FAILED if outcome.met is False else DONE
+
+
+VERBS: Final = (demo, run, plan, draw, greens, modes)

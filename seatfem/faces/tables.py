@@ -17,6 +17,7 @@ from impact.files.csv_table import csv_text
 from impact.quantities import in_digits, in_units, percent, plain, text
 from seatfem import readings, results
 from seatfem.faces.verdict import count, difference, is_static, which_landing
+from seatfem.faces.wings import file_kinds
 from seatfem.fields import by_group, kind_of
 from seatfem.machine.doctor import Check
 from seatfem.structures import natural_modes
@@ -43,12 +44,17 @@ def modes_table(modes: Sequence[natural_modes.Mode]) -> Table:
 
 
 def kinds_table() -> Table:
-    """Return the kinds of bodies that scenes may have, by groups, each with the first sentence of its description."""
+    """Return what `seatfem init` can begin: kinds of bodies by groups, each with the first sentence of its description,
+    and kinds of files beside scenes."""
     table = Table("", "kind", "what it is")
-    for group, kinds in by_group(kinds_of()).items():
-        for number, each in enumerate(kinds):
+    groups: dict[str, dict[str, type]] = {
+        group: {kind_of(each): each for each in kinds} for group, kinds in by_group(kinds_of()).items()
+    }
+    groups["other files"] = {each.name: type(each) for each in file_kinds()}
+    for group, members in groups.items():
+        for number, (name, each) in enumerate(members.items()):
             words = " ".join((inspect.getdoc(each) or "").replace("`", "").split())
-            table.add_row("" if number else group, kind_of(each), re.split(r"(?<=[a-z)])[.:;] ", words)[0].rstrip("."))
+            table.add_row("" if number else group, name, re.split(r"(?<=[a-z)])[.:;] ", words)[0].rstrip("."))
     return table
 
 
@@ -150,8 +156,8 @@ def result_table(summary: readings.Summary) -> Table:
 
 
 def _last_cycle(summary: readings.Summary, row: results.Result) -> readings.Summary:
-    """Return the summary with the last number in place of a list of one per cycle of a gas."""
-    if row.group != "gas":
+    """Return the summary with the last number in place of a list of one per cycle."""
+    if row.group != "cycle":
         return summary
     values = {name: summary[name] for name in (row.key, f"error_bar_{row.key}") if name in summary}
     return {name: value[-1] if isinstance(value, list) and value else value for name, value in values.items()}

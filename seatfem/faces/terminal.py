@@ -21,10 +21,11 @@ from rich.segment import Segment
 from rich.text import Text
 
 from impact.notices import Progress
-from seatfem import study, units
+from seatfem import units
 from seatfem.faces import progress_bars, tables
 from seatfem.study.runs import pipeline
 from seatfem.study.safety import MOST_ROUNDS
+from seatfem.study.scene import load as scene_reader
 from seatfem.study.scene import models
 
 _UNSEEN: Final = re.compile(
@@ -137,7 +138,7 @@ def progress_of(common: Common, console: Console | None = None) -> AbstractConte
 
 def load(path: Path, changes: Sequence[str] = ()) -> models.Scene:
     """Return the scene with ``changes`` applied, each as in --set."""
-    return study.scene.load_scene(path, dict(changed(each) for each in changes))
+    return scene_reader.load_scene(path, dict(changed(each) for each in changes))
 
 
 def changed(option: str) -> tuple[str, object]:

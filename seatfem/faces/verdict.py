@@ -116,8 +116,8 @@ def pressed_on(summary: Summary) -> str:
     time, load = (as_number(summary.get(f"pressed_on_{key}")) for key in ("time_s", "largest_load_N"))
     if not time or not load:
         return ""
-    who = "the gas" if results.LARGEST_LIFT in summary else "its loads"
-    return f"reed pressed on its seat by {who}: up to {in_units(load, 'N')}, {duration(time)} in total (not a landing)"
+    lasts = f"{duration(time)} in total (not a landing)"
+    return f"reed pressed on its seat by its loads: up to {in_units(load, 'N')}, {lasts}"
 
 
 HARDLY: Final = 1.1  # growth of a difference from landing to landing below which it is called none

@@ -16,6 +16,7 @@ NOT_NUMERICS: Final = (
     "seatfem/pictures",
     "seatfem/study",
     "seatfem/verify.py",
+    "seatfem/wings",
 )
 """Sources that do not affect the Green's function of a seat; a new one is taken to affect it until it is listed."""
 VARIABLE: Final = "SEATFEM_STORE"

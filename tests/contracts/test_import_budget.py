@@ -25,7 +25,8 @@ DRAWN = {"gmsh", "pyvista", "vtkmodules", "matplotlib", "plotly", "PIL", "meshio
 SOLID = {"skfem", "scipy.spatial", "scipy.sparse", "scipy.linalg", "scipy.optimize", "scipy.special", "pymetis"}
 COMPILED = {"numba", "llvmlite"}
 NOT_NAMED = {
-    f"seatfem.structures.kinds.{name}" for name in ("blocks", "drawn", "measured", "plate_loads", "reeds", "turned")
+    f"seatfem.structures.kinds.{name}"
+    for name in ("blocks", "drawn", "measured", "plate_loads", "reeds", "stored", "turned")
 }
 LIFE = {"impact.life.damage", "impact.life.multiaxial", "rainflow", "seatfem.study.runs.lives"}
 NUMBERS = {"numpy", "scipy", "h5py", "pydantic"}

@@ -22,9 +22,11 @@ from seatfem.structures.cache import build
 from seatfem.structures.kinds import Annular, Cantilever, Rod
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.study.runs import forecast, rounds
+from seatfem.study.sweep.study import load_study
+from seatfem.study.sweep.sweep import run_study
 from tests.frozen.recorded import CHEAP
 from tests.gallery import Gallery, read_summary, summary_of
-from tests.steps import Scene, load_results, load_scene, load_study, run_command, run_study, striker_of
+from tests.steps import Scene, load_results, load_scene, run_command, striker_of
 from tests.study.crew_at_hand import answer_here
 
 ROOT = Path(__file__).parents[2]

@@ -22,7 +22,8 @@ import pytest
 from seatfem.study.identify.record import load_identification
 from seatfem.study.runs.forecast import look_at
 from seatfem.study.scene.strength import load_strength
-from tests.steps import load_scene, load_study, run_command
+from seatfem.study.sweep.study import load_study
+from tests.steps import load_scene, run_command
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]

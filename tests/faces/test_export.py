@@ -20,7 +20,8 @@ from seatfem.pictures.frames import mode_frames
 from seatfem.pictures.moving import load_moving, save_moving
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.formats.matrices import read_matrices
-from seatfem.structures.formats.uff import UffError, read_frf_uff, read_modes_uff, write_receptance_uff
+from seatfem.structures.formats.uff import UffError, read_modes_uff, write_receptance_uff
+from seatfem.structures.formats.uff_responses import read_frf_uff
 from seatfem.structures.materials import Material
 from seatfem.structures.reduction.greens import greens_function
 from seatfem.structures.reduction.modes import solve_modes

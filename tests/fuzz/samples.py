@@ -25,7 +25,7 @@ from seatfem.pictures.moving import load_moving, save_moving
 from seatfem.structures.cache import Store
 from seatfem.structures.formats.dxf import write_outline
 from seatfem.structures.formats.mesh_files import read_mesh
-from seatfem.structures.formats.uff import read_impulse_response_uff
+from seatfem.structures.formats.uff_responses import read_impulse_response_uff
 from seatfem.structures.formats.writing import write_mesh
 from seatfem.structures.shapes.flat import Flapper
 from seatfem.study.scene.keys import scene_template

@@ -8,7 +8,7 @@ import pytest
 
 from impact.bodies.time_series import TimeSeriesError, read_time_series
 from impact.measured.frf import FrequencyResponseError, read_frf, read_impulse_response
-from seatfem.structures.kinds.measured import read_columns
+from seatfem.structures.columns import read_columns
 
 TIMES, VALUES = np.array([0.0, 0.5, 1.25, 2.0]), np.array([-1.5, 0.25, 3.0, 1e-3])
 DIALECTS = [(separator, decimal) for separator, decimal in product(",;\t", ".,") if (separator, decimal) != (",", ",")]

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 import impact
 from impact.greens.base import GreensFunctionError
 from impact.greens.modal import ModalGreens, Residual
+from impact.greens.passivity import passivity, repair, require_passive, work_increments
 from impact.greens.sampled import SampledGreens
-from impact.measured.passivity import passivity, repair, require_passive, work_increments
 
 STEEL = {"young": 2e11, "density": 7850.0}
 DT = 1e-6

@@ -7,10 +7,11 @@ import pytest
 from scipy.linalg import eig
 
 import impact
+from impact.greens.passivity import pole_passivity
 from impact.measured.amplitudes import Residues, make_passive
 from impact.measured.frf import FrequencyResponse, FrequencyResponseError, causality_defect, receptance
 from impact.measured.pole_fit import fit_impulse_response, fit_poles, fit_response
-from impact.measured.vector_fitting import Poles, pole_passivity
+from impact.measured.vector_fitting import Poles
 
 F = 10.0 * np.arange(5, 1201)  # 50 Hz ... 12 kHz
 S = 2j * np.pi * F

@@ -10,8 +10,8 @@ from scipy.linalg import eig, expm
 import impact
 from impact.greens.base import GreensFunction, GreensFunctionError
 from impact.greens.modal import ModalGreens, Residual
+from impact.greens.passivity import pole_passivity, real_mobility
 from impact.greens.poles import PoleGreens
-from impact.measured.vector_fitting import pole_passivity, real_mobility
 
 MODAL = impact.ModalGreens(
     2 * np.pi * np.array([0.0, 1e3, 2.3e3, 5e3, 8e3]),

@@ -17,14 +17,15 @@ from seatfem.jobs import cluster
 from seatfem.jobs.cluster import ClusterError, cluster_crew, threads_of
 from seatfem.jobs.crew import Lost
 from seatfem.study.sweep.effort import Effort
-from seatfem.study.sweep.runner import JOURNAL, StudyError
+from seatfem.study.sweep.runner import JOURNAL, Outcome, StudyError
+from seatfem.study.sweep.study import load_study
+from seatfem.study.sweep.sweep import run_study
 from seatfem.study.trade.rungs import MEMORY, PROCESSOR, Point, carry_out
 from seatfem.study.trade.trade import run_points
 from tests.extremes import battery
 from tests.extremes import carry_out as cells_here
 from tests.extremes.runner import run_battery
 from tests.jobs.crowd import Crowd
-from tests.steps import Outcome, load_study, run_study
 from tests.study.test_studies import rows
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")

@@ -9,7 +9,7 @@ from impact.measured.amplitudes import Candidate
 from impact.measured.frf import FrequencyResponse
 from impact.measured.pole_fit import fit_poles
 from impact.measured.vector_fitting import Poles
-from seatfem.pictures.fit_plots import plot_fit, plot_stabilisation
+from impact.pictures.fit_plots import plot_fit, plot_stabilisation
 from seatfem.structures.method import Solved
 from seatfem.study.runs.pictures import _seat_pictures
 from seatfem.study.scene import load_scene

@@ -16,7 +16,8 @@ from seatfem.structures.errors import MeshError
 from seatfem.structures.formats.decks import Deck, with_included
 from seatfem.structures.formats.matrices import read_matrices
 from seatfem.structures.formats.mesh_files import read_mesh
-from seatfem.structures.formats.uff import UffError, read_frf_uff, read_modes_uff
+from seatfem.structures.formats.uff import UffError, read_modes_uff
+from seatfem.structures.formats.uff_responses import read_frf_uff
 from seatfem.structures.model import ModelError
 from tests.bounded import assert_refused, bounded
 from tests.universal_files import function

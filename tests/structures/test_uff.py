@@ -10,14 +10,8 @@ import pyuff
 import impact
 from impact.measured.frf import FrequencyResponse
 from impact.measured.pole_fit import fit_poles
-from seatfem.structures.formats.uff import (
-    UffError,
-    read_frf_uff,
-    read_impulse_response_uff,
-    read_modes_uff,
-    write_modes_uff,
-    write_receptance_uff,
-)
+from seatfem.structures.formats.uff import UffError, read_modes_uff, write_modes_uff, write_receptance_uff
+from seatfem.structures.formats.uff_responses import read_frf_uff, read_impulse_response_uff
 from tests.uff_sets import function_set, mode_set, unit_set, write_sets
 
 BODY = impact.ModalGreens(

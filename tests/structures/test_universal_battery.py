@@ -9,7 +9,8 @@ import pyuff
 
 from impact.measured.frf import FrequencyResponseError
 from seatfem.structures.errors import MeshError
-from seatfem.structures.formats.uff import UffError, read_frf_uff, read_modes_uff
+from seatfem.structures.formats.uff import UffError, read_modes_uff
+from seatfem.structures.formats.uff_responses import read_frf_uff
 from seatfem.structures.formats.universal import read_unv
 from tests.mutated_lines import check_mutants, is_same
 from tests.universal_files import (

@@ -41,7 +41,7 @@ def test_units_of_a_response(text: str, lines: tuple[str, ...], scale: float, tm
     """By dataset 164, by labels, or as the scene states; the plan says which."""
     (tmp_path / "a.uff").write_text(text, encoding="utf-8")
     scene = load_text(tmp_path, seat("frf", "a.uff", *AT, *lines))
-    measured = scene.seat.measured.response()
+    measured = scene.seat.response()
     assert measured.receptance[:, 0, 0] * measured.per_receptance == pytest.approx(scale * H, rel=1e-5)
     assert f"{scale:.6g} m/(N s^2)" in dict(read_back(scene))["seat, file"]
 

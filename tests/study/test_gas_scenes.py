@@ -13,7 +13,7 @@ from impact.after.result import ImpactResult
 from impact.gas import Compressor, Prescribed
 from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.contact import RunError, check_step, fallback_step, run_contacts
-from seatfem.study.impacts.gas import GasRun, cycle_masses, gas_notes, gas_of
+from seatfem.wings.gas import cycle_masses
 from tests.as_stated import seat_of, striker_of
 from tests.gallery import load_text, refusal
 from tests.steps import Scene, begin_plan, run_scene
@@ -63,7 +63,7 @@ def test_a_prescribed_pressure_is_that_of_a_load(valve: str, tmp_path: Path) -> 
     text = text.replace('"suction"', f'"{valve}"', 1)
     driven = scene_of(tmp_path, text + 'angle = "30 deg"\ncylinder_pressure = "p.csv"\n' + force)
     one = solved(driven)
-    assert isinstance(gas_of(driven.gas), Prescribed)
+    assert isinstance(driven.gas.model, Prescribed)
     record(tmp_path, over=True)
     load = f'[[load]]\npressure = {{ file = "p.csv", rpm = 3000, angle = "30 deg" }}\narea = {area}\n'
     if valve == "discharge":  # p - 1 bar is what opens
@@ -88,8 +88,8 @@ def test_directions_have_areas_of_their_own(tmp_path: Path) -> None:
     assert forward.amplitude(np.array([0.011])) == 0.0
     assert above < 0
     assert back.by_opening(5e-4) == pytest.approx(100 / 120)
-    assert gas_notes(scene.gas)[0].count("gas.flow") == 2
-    assert "gas.force" not in gas_notes(scene.gas)[0]
+    assert scene.gas.notes()[0].count("gas.flow") == 2
+    assert "gas.force" not in scene.gas.notes()[0]
 
 
 @pytest.mark.slow
@@ -100,7 +100,7 @@ def test_what_a_run_says_of_its_gas(tmp_path: Path) -> None:
         tmp_path, '[contact]\npreload = true\n[accuracy]\ntarget = "10 %"\n' + text, '[run]\nfilter_width = "20 us"\n'
     )
     assert scene.run.duration == pytest.approx(0.04)
-    drive = gas_of(scene.gas)
+    drive = scene.gas.model
     assert isinstance(drive, Compressor)
     outcome = run_scene(scene, tmp_path / "out", pictures=False)
     keys = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
@@ -120,7 +120,8 @@ def test_what_a_run_says_of_its_gas(tmp_path: Path) -> None:
     net = np.subtract(keys["gas_mass_forward_kg"], keys["gas_mass_back_kg"])
     step = keys["time_step_s"] / 3
     again = run_contacts(scene, striker_of(scene, 60), seat_of(scene).greens, step)
-    finer = cycle_masses(scene.gas, scene.run.duration, GasRun.from_run(scene.gas, again).history, of_other=True)
+    history = scene.gas.after_run(again.opening, again.seat.dt, scene.run.duration, again.stopper).history
+    finer = cycle_masses(scene.gas, scene.run.duration, history, of_other=True)
     for key, masses in finer.items():
         bars = keys[f"error_bar_{key}"]
         assert len(bars) == 2
@@ -145,7 +146,7 @@ def test_steps_follow_the_crank(tmp_path: Path) -> None:
     """A step is at most half a degree of the crank over 32, whoever chooses it; a longer one is refused."""
     scene = scene_of(tmp_path, GAS + CRANK, RUN.replace("20 us", "400 us"))
     most = 1 / 50 / 360 / 2 / 32
-    assert fallback_step(scene.run, scene.gas, impact.spring(stiffness=1e6)) == pytest.approx(most)
+    assert fallback_step(scene.run, scene.driven_by, impact.spring(stiffness=1e6)) == pytest.approx(most)
     assert (begin_plan(scene).method.time_step or 0.0) <= most * (1 + 1e-9)
     stated = scene_of(tmp_path, GAS + CRANK, RUN + 'time_step = "2 us"\n')
     with pytest.raises(RunError, match=r"gas\.rpm = 3000:.*0\.868 us"):

@@ -10,9 +10,10 @@ import pytest
 
 from seatfem.study.sweep import effects
 from seatfem.study.sweep.runner import StudyError
+from seatfem.study.sweep.study import load_study
 from seatfem.study.sweep.sweep import TABLE, run_optimum, run_study
 from seatfem.study.sweep.table import StudyTable
-from tests.steps import DONE, FAILED, load_study, run_command
+from tests.steps import DONE, FAILED, run_command
 from tests.study.crew_at_hand import answer_here
 from tests.study.test_studies import study_file
 

@@ -9,8 +9,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from seatfem.faces.other_verbs import study_ahead
 from seatfem.faces.plan_view import look_lines
+from seatfem.faces.study_verbs import study_ahead
 from seatfem.study.runs.converge import AIM
 from seatfem.study.runs.forecast import USUAL, Look, converge, forecast, look_at
 from seatfem.study.runs.kept import cached_plan
@@ -18,8 +18,9 @@ from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.runs.round import Round
 from seatfem.study.sweep import sweep
 from seatfem.study.sweep.cases import cases_of
+from seatfem.study.sweep.study import load_study
 from tests.gallery import LIP, REED_ON_SPRING, load_text, mass
-from tests.steps import BAD_INPUT, Scene, load_study, run_command
+from tests.steps import BAD_INPUT, Scene, run_command
 
 NO_TIME = 1e-3  # s: the first round alone
 ON_LIP = f'[seat]\n{LIP}[reed]\n{mass(2, "-1 m/s")}[run]\nduration = "0.2 ms"\nfilter_width = "5 us"\n[accuracy]\n'

@@ -11,7 +11,8 @@ from rich.console import Console
 import impact
 from impact.notices import Advice
 from seatfem.faces.tables import result_table
-from seatfem.study.impacts.validity import fit_of, validity_advice
+from seatfem.structures.fits import fit_of
+from seatfem.study.impacts.validity import validity_advice
 from tests.gallery import load_text
 from tests.steps import GreensFunction, RunError, Scene, SceneError, run_scene
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatfem.faces.other_verbs import study_ahead
+from seatfem.faces.study_verbs import study_ahead
 from seatfem.study.sweep.runner import JOURNAL, Outcome, carry_out
 from seatfem.study.sweep.study import load_study
 from seatfem.study.sweep.sweep import Ahead, run_study, scenes_of

@@ -9,13 +9,9 @@ import pytest
 from seatfem.study.sweep import runner as one
 from seatfem.study.sweep.cases import PILOTS, begun, cases_of, chosen, start_of
 from seatfem.study.sweep.runner import JOURNAL, carry_out, read_journal
-from tests.steps import (
-    begin_plan,
-    converge,
-    load_scene,
-    load_study,
-    run_study,
-)
+from seatfem.study.sweep.study import load_study
+from seatfem.study.sweep.sweep import run_study
+from tests.steps import begin_plan, converge, load_scene
 from tests.study.crew_at_hand import answer_here
 from tests.study.test_studies import SPRING, study_file
 

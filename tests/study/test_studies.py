@@ -19,10 +19,11 @@ from impact.files.safe_files import OutputError
 from seatfem.jobs.folders import JournalError, claimed
 from seatfem.study.sweep import runner as one
 from seatfem.study.sweep.effort import Effort
-from seatfem.study.sweep.runner import JOURNAL, StudyError, read_journal
+from seatfem.study.sweep.runner import JOURNAL, Outcome, StudyError, read_journal
+from seatfem.study.sweep.study import load_study
 from seatfem.study.sweep.sweep import TABLE, run_study
 from seatfem.study.sweep.table import write_parquet
-from tests.steps import Outcome, SceneError, load_scene, load_study, run_scene
+from tests.steps import SceneError, load_scene, run_scene
 from tests.study.crew_at_hand import answer_here
 
 ROOT = Path(__file__).parents[2]

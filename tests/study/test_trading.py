@@ -18,6 +18,7 @@ from seatfem.jobs.crew import Ask
 from seatfem.study.method import FIELDS, MODEL, PORTS, RunMethod
 from seatfem.study.runs.converge import LEAST, begin_method
 from seatfem.study.sweep.effects import pareto_front
+from seatfem.study.sweep.runner import Outcome
 from seatfem.study.trade import trade
 from seatfem.study.trade.rungs import (
     ALL_OPEN,
@@ -29,7 +30,7 @@ from seatfem.study.trade.rungs import (
     states,
 )
 from seatfem.study.trade.trade import Trade, run_points
-from tests.steps import Outcome, Scene, load_scene
+from tests.steps import Scene, load_scene
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 DRAWN = ("flapper_on_annular_seat", "flapper_on_arc", "flapper_on_stopper", "flapper_on_valve_plate", "mass_on_bar")

@@ -225,7 +225,6 @@ CAPTIONS: Final[Mapping[str, str]] = {
     "seat_stress.png": "Largest stress on the seat, and its histories.",
     "stress_histories.png": "Stress over time at the hot spots of reed and seat.",
     "margin.png": "Margin against speed.",
-    "gas.png": "Pressures, lift and flow over the cycle.",
     "gauges.png": "Strain at the gauges.",
     "fit.png": "The measured response and what was fitted to it.",
     "stabilisation.png": "The poles of each number of modes that was tried, and which of them stay.",
@@ -254,7 +253,7 @@ def kept_pictures(folder: Path) -> str:
         drawn = (folder / INSTEAD.get(file.name, file.name + "?")).is_file()
         if file.name in INTERACTIVE or (drawn and (file.name not in STILLS or size > min(room, MOST_OF_A_PICTURE))):
             continue
-        caption = CAPTIONS.get(file.name, file.stem.replace("_", " "))
+        caption = {**CAPTIONS, **results.all_captions()}.get(file.name, file.stem.replace("_", " "))
         if size > MOST_OF_A_PICTURE or size > room:
             shown.append(f"<p>{html.escape(file.name)} is too large for this page; it lies beside the results.</p>")
             continue

@@ -8,7 +8,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -291,3 +291,18 @@ def _problems(answer: Mapping[str, object]) -> tuple[tuple[str, str], ...]:
 def _face(face: Mapping[str, object], groups: Mapping[str, list[int]]) -> FoundFace:
     containing = tuple(name for name, tags in groups.items() if face["tag"] in tags)
     return FoundFace(**{key: decode(value) for key, value in face.items() if key != "tag"}, groups=containing)
+
+
+Made = TypeVar("Made")
+
+
+def read_once(read: Callable[..., Made], arguments: tuple[Any, ...], *files: Path) -> Made:
+    """Return ``read(*arguments)``, cached in the process while the files are unchanged."""
+    result: Made = _read(read, arguments, tuple(state_of(file) for file in files))
+    return result
+
+
+@lru_cache(maxsize=8)
+def _read(read: Callable[..., Any], arguments: tuple[Any, ...], states: tuple[FileState, ...]) -> Any:
+    del states  # part of the cache key
+    return read(*arguments)

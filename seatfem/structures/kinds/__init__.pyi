@@ -2,12 +2,7 @@
 from seatfem.structures.kinds.blocks import BarSeat as BarSeat, BlockSeat as BlockSeat, Plate as Plate
 from seatfem.structures.kinds.closed_forms import RigidMass as RigidMass, Rod as Rod, Spring as Spring
 from seatfem.structures.kinds.from_files import Cad as Cad, MeshFile as MeshFile
-from seatfem.structures.kinds.measured import (
-    FrequencyResponseFile as FrequencyResponseFile,
-    GreensFile as GreensFile,
-    Matrices as Matrices,
-    UniversalModes as UniversalModes,
-)
+from seatfem.structures.kinds.measured import FrequencyResponseFile as FrequencyResponseFile
 from seatfem.structures.kinds.plates import Disc as Disc, Flapper as Flapper, RingPlate as RingPlate
 from seatfem.structures.kinds.reeds import (
     Cantilever as Cantilever,
@@ -17,6 +12,11 @@ from seatfem.structures.kinds.reeds import (
     TipMass as TipMass,
 )
 from seatfem.structures.kinds.sheet import OutlinedSheet as OutlinedSheet
+from seatfem.structures.kinds.stored import (
+    GreensFile as GreensFile,
+    Matrices as Matrices,
+    UniversalModes as UniversalModes,
+)
 from seatfem.structures.kinds.structure import Structure as Structure, kinds_of as kinds_of
 from seatfem.structures.kinds.turned import (
     Annular as Annular,
@@ -39,6 +39,7 @@ from seatfem.structures.kinds import (
     reeds as reeds,
     selectors as selectors,
     sheet as sheet,
+    stored as stored,
     structure as structure,
     thin_plate as thin_plate,
     turned as turned,

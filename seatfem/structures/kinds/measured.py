@@ -1,155 +1,35 @@
-"""Bodies from files: Green's functions, measured frequency responses, modes, matrices, and columns of CSV files."""
+"""Bodies by a measured frequency response, to which poles are fitted."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import replace
-from functools import lru_cache
+import math
+from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, Self, TypeVar
+from typing import Any, ClassVar, Final, Literal, Self
 
 import numpy as np
-import scipy
 from pydantic import Field, model_validator
-from threadpoolctl import threadpool_limits
 
 from impact import notices
-from impact.files import csv_table, safe_files
-from impact.greens import base, modal
-from impact.greens.base import Array
-from impact.measured import pole_fit
-from impact.measured.frf import FrequencyResponseError, read_frf
-from impact.storage import hdf5
+from impact.greens import base
+from impact.measured import frf, pole_fit
+from impact.pictures import fit_plots
 from seatfem.fields import ExistingFile, KeyProblem, Tolerance, default
 from seatfem.machine.resources import Stopwatch
-from seatfem.structures import finite_elements, rings
-from seatfem.structures import model as models
-from seatfem.structures.formats import matrices
-from seatfem.structures.formats.uff import Direction, System, read_frf_uff, read_modes_uff
-from seatfem.structures.inspection.cad import FileState, opened, state_of
-from seatfem.structures.kinds import elastic, structure
+from seatfem.structures.fits import fit_of
+from seatfem.structures.formats import uff_responses
+from seatfem.structures.formats.uff import Direction, System
+from seatfem.structures.inspection.cad import opened, read_once
+from seatfem.structures.kinds import structure
 from seatfem.structures.kinds.motion import Moving, ResponseColumns, ResponseUnits, stated_in
 from seatfem.structures.method import Method, Solved
-from seatfem.units import UnitError, parse_quantity, write_quantity
-
-if TYPE_CHECKING:
-    from scipy.spatial import Delaunay
-
-    from impact.measured.frf import FrequencyResponse
-    from impact.measured.pole_fit import PoleFit
-
-LARGEST: Final = 50 * safe_files.MB  # largest file
-
-
-class ColumnsError(ValueError):
-    """A table that cannot be used; the message names file, line and remedy."""
-
-
-def read_columns(path: Path, known: Mapping[str, str], needed: tuple[str, ...]) -> dict[str, Array]:
-    """Return the columns of a CSV file, (n,) each, in SI.
-
-    Args:
-        path: CSV file; lines that begin with # are skipped.
-        known: name -> dimension (`seatfem.units.DIMENSIONS`) of the permitted columns; "" for pure numbers.
-        needed: names of the required columns.
-
-    Raises:
-        ColumnsError: an unknown or missing column, a missing unit, or a row with other than finite numbers.
-    """
-    table = csv_table.read_csv(path, ColumnsError, most=LARGEST)
-    wanted = ",".join(f"{name} [unit]" if dimension else name for name, dimension in known.items())
-    if not table.rows:
-        raise ColumnsError(f"{path}: no table; a header such as {wanted} and rows of numbers are needed")
-    scales: dict[str, float] = {}
-    for head in table.heads:
-        if head.name not in known or head.name in scales or bool(head.unit) != bool(known[head.name]):
-            raise ColumnsError(f"{path}:{table.head_line}: column {head.text[:80]!r}; known are {wanted}, once each")
-        try:
-            unit = csv_table.normal_unit(head.unit)
-            scales[head.name] = parse_quantity(f"1 {unit}", known[head.name]) if unit else 1.0
-        except UnitError as error:
-            raise ColumnsError(f"{path}:{table.head_line}: column {head.text[:80]!r}: {error}") from error
-    if missing := [name for name in needed if name not in scales]:
-        raise ColumnsError(f"{path}:{table.head_line}: add a column {missing[0]}; the header is {table.header}")
-    values = table.numbers()
-    return {name: scale * values[:, k] for k, (name, scale) in enumerate(scales.items())}
-
-
-def check_scattered(path: Path, table: Mapping[str, Array]) -> None:
-    """Raise `ColumnsError` where the points x, y of a table lie on one line."""
-    if np.linalg.matrix_rank(np.column_stack([table["x"], table["y"], np.ones_like(table["x"])])) < 3:
-        raise ColumnsError(f"{path}: its points lie on one line; three that do not are needed")
-
-
-def between(table: Mapping[str, Array], name: str, points: Array) -> Array:
-    """Return the (n,) values of a column at points (n, 2), interpolated linearly in triangles; nan outside."""
-    with threadpool_limits(limits=1, user_api="blas"):  # systems of 2 unknowns: 100 times slower with threads
-        triangles = _triangulate(np.column_stack([table["x"], table["y"]]).tobytes())
-        return np.asarray(scipy.interpolate.LinearNDInterpolator(triangles, table[name])(points))
-
-
-@lru_cache(maxsize=2)
-def _triangulate(points: bytes) -> Delaunay:
-    """Return the triangles between points (n, 2)."""
-    return scipy.spatial.Delaunay(np.frombuffer(points).reshape(-1, 2))
-
+from seatfem.units import write_quantity
 
 UNIVERSAL: Final = (".uff", ".unv", ".58", ".uf", ".ufb")
 OF_CSV: Final = ("columns", "averages")
 OF_UNIVERSAL: Final = ("node", "direction", "system")
 """Keys of a frequency response that only one of two kinds of file takes."""
-Made = TypeVar("Made")
-
-
-def read_once(read: Callable[..., Made], arguments: tuple[Any, ...], *files: Path) -> Made:
-    """Return ``read(*arguments)``, cached in the process while the files are unchanged."""
-    result: Made = _read(read, arguments, tuple(state_of(file) for file in files))
-    return result
-
-
-@lru_cache(maxsize=8)
-def _read(read: Callable[..., Any], arguments: tuple[Any, ...], states: tuple[FileState, ...]) -> Any:
-    del states  # part of the cache key
-    return read(*arguments)
-
-
-class GreensFile(Moving):
-    """A Green's function computed or measured before."""
-
-    group: ClassVar[str] = "imported"
-    traits: ClassVar[structure.Traits] = replace(Moving.traits, has_rings=True)
-
-    sample: ClassVar[str] = """
-file = "seat.h5"
-"""
-
-    kind: Literal["greens"]
-    file: ExistingFile = Field(description="the Green's function file, relative to the scene's folder")
-
-    def problems(self) -> Iterator[structure.Finding]:
-        yield from opened(self._read, {"file": self.file})
-
-    def _read(self) -> base.GreensFunction:
-        return hdf5.load_greens(self.file)
-
-    def function(self, duration: float) -> base.GreensFunction:
-        """Return the function in the file; raises `GreensFunctionError` if it ends before ``duration`` [s]."""
-        greens = self._read()
-        if greens.valid_for < duration * (1 - 1e-9):
-            lasts, known = write_quantity(duration, "time"), write_quantity(greens.valid_for, "time", 6)
-            raise base.GreensFunctionError(
-                f"seat.file = {self.file.name}: the run lasts {lasts} (run.duration) but g is known up to {known}; "
-                "shorten the run to that, or make the file anew for all of it (seatfem greens, with this "
-                "run.duration), or from a longer record"
-            )
-        return greens
-
-    def solve(
-        self, method: Method, duration: float, watch: Stopwatch, progress: notices.Progress, *, mesh_error: bool = True
-    ) -> Solved:
-        greens = self.function(duration)
-        combined = greens if method.rings is None else rings.with_fewer_rings(greens, method.rings)
-        return Solved(combined, about={"seat_model": f"Green's function from {self.file.name}"})
 
 
 class FrequencyResponseFile(Moving):
@@ -204,11 +84,36 @@ file = "response.csv"
         first, last = (write_quantity(float(end), "frequency") for end in (frequency[0], frequency[-1]))
         return f"response at {len(frequency)} frequencies, {first} to {last}"
 
-    @property
-    def measured(self) -> structure.Measured | None:
-        return self
+    def other_fits(self) -> tuple[base.GreensFunction, ...]:
+        return tuple(self.fit().draws)
 
-    def response(self) -> FrequencyResponse:
+    def fit_advice(self, role: str, greens: base.GreensFunction) -> Iterator[notices.Advice]:
+        """Yield advice if the misfit of the record exceeds its noise, with the frequency ranges."""
+        fit = fit_of(greens)
+        remedy = f"leave these lines out, state {role}.free = true for a free body, or measure a wider band"
+        reason = "it is not the response of a linear, passive body with all its modes within the band"
+        words = pole_fit.describe_ranges(list(fit.ranges))
+        if fit.unexplained > fit.allowed:
+            what = f"part of the {role}'s record that its poles miss beyond the noise"
+            where = f", most of it {words}" if words else ""
+            yield notices.Advice(what, fit.unexplained, fit.allowed, f"{reason}{where}", remedy)
+        elif fit.ranges:
+            what = f"largest misfit of the {role}'s poles over the noise of the record"
+            limit = math.sqrt(pole_fit.BLOCK_LIMIT)
+            yield notices.Advice(what, fit.worst, limit, f"{reason} {words}", remedy)
+
+    def fit_pictures(self, greens: base.GreensFunction, width: float) -> list[structure.Picture]:
+        response, fit, fitted = self.response(), self.fit(), greens.modal or greens.pole_sum
+        if fitted is None:
+            return []
+        drawn: list[structure.Picture] = [
+            ("fit.png", lambda path: fit_plots.plot_fit(response, fitted, path, width=width))
+        ]
+        if len(fit.tried) > 1:
+            drawn.append(("stabilisation.png", partial(fit_plots.plot_stabilisation, response, fit.tried)))
+        return drawn
+
+    def response(self) -> frf.FrequencyResponse:
         """Return the measured response of the contact, cached in the process.
 
         Raises:
@@ -227,90 +132,8 @@ file = "response.csv"
         with watch("pole fit"):
             return Solved(self.fit().greens, about={"seat_model": f"poles fitted to {self.file.name}"})
 
-    def fit(self) -> PoleFit:
+    def fit(self) -> pole_fit.PoleFit:
         return read_once(_fitted, (self._reading, self.tolerance, self.free), self.file)
-
-
-class UniversalModes(Moving):
-    """Measured or computed modes in a universal file (dataset 55)."""
-
-    group: ClassVar[str] = "imported"
-    sample: ClassVar[str] = """
-file = "modes.unv"
-node = 1
-direction = "+z"
-"""
-
-    kind: Literal["modes"]
-    file: ExistingFile = Field(description="the universal file")
-    node: int = Field(strict=True, description="number of the contact's node")
-    direction: Direction = Field(description="outward normal of the contact")
-    system: System | None = Field(None, description="units of the file, in place of those that it states")
-    modal_mass: float | None = Field(
-        None,
-        gt=0,
-        strict=True,
-        description="modal mass of all modes in the file's unit of mass, in place of those in the file: 1 for "
-        "mass-normalised shapes",
-    )
-
-    def problems(self) -> Iterator[structure.Finding]:
-        yield from opened(self.function, {"file": self.file})
-
-    def function(self) -> modal.ModalGreens:
-        """Return the modes in the file, cached in the process. Raises `UffError`, `OSError`."""
-        return read_once(_modes, (self.file, self.node, self.direction, self.system, self.modal_mass), self.file)
-
-    def solve(
-        self, method: Method, duration: float, watch: Stopwatch, progress: notices.Progress, *, mesh_error: bool = True
-    ) -> Solved:
-        return Solved(self.function(), about={"seat_model": f"modes from {self.file.name}"})
-
-
-class Matrices(elastic.Reduced):
-    """Mass, stiffness and damping matrices of another finite element program (.mtx, .npz, .npy)."""
-
-    group: ClassVar[str] = "imported"
-    sample: ClassVar[str] = """
-mass = "mass.mtx"
-stiffness = "stiffness.mtx"
-contact = "contact.csv"
-damping_ratio = 0.02
-"""
-
-    kind: Literal["matrices"]
-    mass: ExistingFile = Field(description="file of the mass matrix")
-    stiffness: ExistingFile = Field(description="file of the stiffness matrix")
-    damping: ExistingFile | None = Field(None, description="file of the damping matrix")
-    contact: ExistingFile = Field(description="CSV file (dof,weight) of the contact face")
-    system: Literal["SI", "mm-t-s", "mm-kg-ms", "inch-lbf-s"] = Field("SI", description="units of the files")
-    first_dof: Literal[0, 1] = Field(1, description="number of the first unknown in the contact file")
-    constrained: Literal["refuse", "drop"] = Field("refuse", description="what to do with held unknowns")
-
-    def problems(self) -> Iterator[structure.Finding]:
-        files = {"mass": self.mass, "damping": self.damping, "contact": self.contact, "stiffness": self.stiffness}
-        yield from opened(self.system_of_equations, files)
-
-    @property
-    def couples(self) -> bool:
-        return self.damping is not None
-
-    def system_of_equations(self) -> models.SecondOrderModel:
-        """Return the model in the files, cached in the process. Raises `ModelError`, `OSError`."""
-        files = (self.mass, self.stiffness, self.damping, self.contact)
-        return read_once(_matrices, (*files, self.system, self.first_dof, self.constrained), *filter(None, files))
-
-    def solve(
-        self, method: Method, duration: float, watch: Stopwatch, progress: notices.Progress, *, mesh_error: bool = True
-    ) -> Solved:
-        with watch("reduction"):
-            model = self.system_of_equations()
-            try:
-                reduction = finite_elements.reduced(self, model, method, duration, progress)
-            except (models.ModelError, np.linalg.LinAlgError) as problem:
-                raise models.ModelError(f"{self.stiffness}, {self.mass}: {problem}") from problem
-        about = {"seat_model": f"matrices from {self.stiffness.name}", "seat_dof": model.size}
-        return Solved(reduction.greens, model=model, modes=reduction.modes, about=about)
 
 
 def _record(
@@ -322,33 +145,22 @@ def _record(
     columns: Any,
     units: Any,
     system: System | None,
-) -> FrequencyResponse:
+) -> frf.FrequencyResponse:
     if file.suffix.lower() not in UNIVERSAL:
         columns, units, quantity = dict(columns), dict(units), quantity or ""
-        return read_frf(file, columns=columns, units=units, quantity=quantity, averages=averages or 0)
+        return frf.read_frf(file, columns=columns, units=units, quantity=quantity, averages=averages or 0)
     ports = {"contact": (node, direction)}
-    return read_frf_uff(file, ports=ports, system=system, units=dict(units), quantity=quantity)
+    return uff_responses.read_frf_uff(file, ports=ports, system=system, units=dict(units), quantity=quantity)
 
 
-def _fitted(arguments: tuple[Any, ...], tolerance: float, free: bool | None) -> PoleFit:
+def _fitted(arguments: tuple[Any, ...], tolerance: float, free: bool | None) -> pole_fit.PoleFit:
     file = arguments[0]
     response = read_once(_record, arguments, file)
     try:
         return pole_fit.fit_response(response, tolerance=tolerance, free=free)
-    except FrequencyResponseError as problem:
-        raise FrequencyResponseError(f"{file}: {problem}") from problem
+    except frf.FrequencyResponseError as problem:
+        raise frf.FrequencyResponseError(f"{file}: {problem}") from problem
     except np.linalg.LinAlgError as problem:
-        raise FrequencyResponseError(
+        raise frf.FrequencyResponseError(
             f"{file}: no poles can be fitted ({problem}): some values are beyond all measure; check the units"
         ) from problem
-
-
-def _modes(file: Path, node: int, direction: Direction, system: Any, modal_mass: float | None) -> modal.ModalGreens:
-    return read_modes_uff(file, ports={"contact": (node, direction)}, system=system, modal_mass=modal_mass or 0.0)
-
-
-def _matrices(
-    mass: Path, stiffness: Path, damping: Path | None, contact: Path, system: Any, first_dof: Any, constrained: Any
-) -> models.SecondOrderModel:
-    options = {"system": system, "first_dof": first_dof, "constrained": constrained}
-    return matrices.read_matrices(mass, stiffness, damping, ports={"contact": contact}, **options)

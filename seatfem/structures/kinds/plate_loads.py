@@ -17,8 +17,9 @@ from impact.greens.base import Array, GreensFunction
 from seatfem import units
 from seatfem.fields import Acceleration, Approach, ExistingFile, KeyProblem, Length, Position, Table
 from seatfem.structures import errors, lip, sheets
-from seatfem.structures.kinds import measured, motion, structure, thin_plate
-from seatfem.structures.kinds.measured import ColumnsError, between, check_scattered, read_columns
+from seatfem.structures.columns import ColumnsError, between, check_scattered, read_columns
+from seatfem.structures.inspection.cad import read_once
+from seatfem.structures.kinds import motion, structure, thin_plate
 
 HEIGHTS: Final = [["0 mm", "0 um"], ["15 mm", "20 um"], ["30 mm", "60 um"]]
 COLUMNS: Final = {"x": "length", "y": "length", "height": "length"}
@@ -68,7 +69,7 @@ class Curvature(Table):
 
     def _table(self) -> Mapping[str, Array]:
         assert self.file is not None
-        table = measured.read_once(_read_heights, (self.file,), self.file)
+        table = read_once(_read_heights, (self.file,), self.file)
         if "y" not in table and (len(table["x"]) < 2 or np.any(np.diff(table["x"]) <= 0)):
             raise ColumnsError(f"{self.file}: at least two rows are needed, and x must increase from one to the next")
         if "y" in table:

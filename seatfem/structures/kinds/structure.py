@@ -5,7 +5,7 @@ As a striker it has an initial deflection, a contact face, and responses to load
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
 from types import MappingProxyType
@@ -19,7 +19,7 @@ from impact.after.histories import ReedStress
 from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunction, GreensFunctionError
 from impact.late import import_now
-from impact.notices import Progress
+from impact.notices import Advice, Progress
 from seatfem.fields import Angle, Gap, KeyProblem, Length, Table, kind_of, kinds_below
 from seatfem.machine.resources import Stopwatch
 from seatfem.structures import lip, model
@@ -29,8 +29,6 @@ from seatfem.structures.patch import Column, Face, Patch
 from seatfem.units import write_quantity
 
 if TYPE_CHECKING:
-    from impact.measured.frf import FrequencyResponse
-    from impact.measured.pole_fit import PoleFit
     from seatfem.structures.inspection.cad import Shape
     from seatfem.structures.kinds.beam import Beam
     from seatfem.structures.kinds.drawn import Drawn
@@ -42,6 +40,8 @@ NO_RING: Final = (
 )
 _READS: Final[Mapping[str, Any]] = MappingProxyType({"length": Length, "gap": Gap, "angle": Angle})
 """Field type of a key of a shape, by `Key.reads` of `seatfem.structures.shapes.shape`."""
+Picture = tuple[str, Callable[[Path], object]]
+"""File name of a picture, and the function that draws it."""
 Finding = tuple[tuple[str | int, ...], str]
 """Path to a key, relative to the structure's table, and the problem with its value."""
 
@@ -240,16 +240,6 @@ class LocalShare:
     unknown: str = ""
 
 
-class Measured(Protocol):
-    """A body whose Green's function is fitted to a measured frequency response."""
-
-    def response(self) -> FrequencyResponse:
-        """Return the measured response of the contact, cached in the process. Raises the errors of the reader."""
-
-    def fit(self) -> PoleFit:
-        """Return the fitted poles, the other fits that were tried, and fits to other samples of the noise."""
-
-
 @dataclass(frozen=True)
 class SampleScene:
     """Rest of the example scene of a kind (`seatfem init`).
@@ -324,11 +314,6 @@ class Structure(Striking):
         """Return the body if its mesh is generated from a geometry, with any element size, else ``None``."""
         return None
 
-    @property
-    def measured(self) -> Measured | None:
-        """Return the body if its poles are fitted to a measured response, else ``None``."""
-        return None
-
     # Description of the body
 
     def files(self) -> tuple[Path, ...]:
@@ -342,6 +327,18 @@ class Structure(Striking):
     def surface(self) -> Shape | None:
         """Return the surface of a body from a file; ``None`` for others."""
         return None
+
+    def other_fits(self) -> tuple[GreensFunction, ...]:
+        """Return the Green's functions fitted to its record with other samples of the noise."""
+        return ()
+
+    def fit_advice(self, role: str, greens: GreensFunction) -> Iterator[Advice]:
+        """Yield advice on the misfit of its ``greens`` to its record; ``role``: its table."""
+        yield from ()
+
+    def fit_pictures(self, greens: GreensFunction, width: float) -> list[Picture]:
+        """Return the pictures of its fitted ``greens``; ``width``: averaging time of forces [s]."""
+        return []
 
     def file_notes(self) -> tuple[str, ...]:
         """Return what its file states, leaves open or holds besides, as the user might not expect."""
@@ -478,10 +475,11 @@ HOMES: Final[Mapping[str, str]] = MappingProxyType(
         "blocks": "bar block plate",
         "closed_forms": "rigid_mass rod spring",
         "from_files": "cad mesh",
-        "measured": "frf greens matrices modes",
+        "measured": "frf",
         "plates": "disc flapper ring_plate",
         "reeds": "cantilever clamped_clamped stepped timoshenko tip_mass",
         "sheet": "sheet plate",
+        "stored": "greens matrices modes",
         "turned": "annular ball conical stopper",
     }
 )
@@ -492,7 +490,8 @@ def kinds_of(named: Collection[str] = ()) -> tuple[type[Structure], ...]:
     """Return all kinds, sorted by name, or, without loading others, those that scenes may mean by the names ``named``;
     all if one of these is no kind's name."""
     for module, names in HOMES.items():
-        if not named or not set(named).isdisjoint(names.split()):
+        is_meant = not named or not set(named).isdisjoint(names.split())
+        if is_meant and Path(__file__).with_name(f"{module}.py").is_file():
             import_now(f"{__package__}.{module}")
     kinds = tuple(sorted(kinds_below(Structure), key=kind_of))
     meant = {each: {kind_of(each), *each.also} & set(named) for each in kinds}

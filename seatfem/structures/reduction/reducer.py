@@ -16,7 +16,7 @@ import numpy as np
 
 from impact.greens import modal, oscillator, poles
 from impact.greens.base import GreensFunction, StatedGreens
-from impact.measured.vector_fitting import pole_passivity
+from impact.greens.passivity import pole_passivity
 from impact.notices import Progress, silent
 from impact.quantities import brief
 from seatfem.structures.method import Aims

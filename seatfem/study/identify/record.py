@@ -15,9 +15,7 @@ from impact.greens.base import Array
 from seatfem import fields
 from seatfem.study.scene.load import load_scene
 from seatfem.study.scene.problems import Problem, SceneError, scene_error
-from seatfem.study.scene.tables import load_table, located
-from seatfem.study.sweep.study import DOTTED, WholeKey, dotted
-from seatfem.study.sweep.variations import Quantity, Value
+from seatfem.study.scene.tables import WholeKey, dotted, load_table, located
 from seatfem.units import UnitError, number_and_unit, parse_fraction, parse_quantity
 
 MOST_SAMPLES: Final = 20_000  # largest number of compared samples of a record
@@ -47,9 +45,9 @@ def _no_text(value: object) -> object:
 class Fitted(fields.Table):
     """Fitted key: start of the search, and bounds."""
 
-    start: Annotated[Quantity, BeforeValidator(_no_text)] = Field(description="where the search begins")
-    low: Quantity = Field(alias="from", description="least value")
-    high: Quantity = Field(alias="to", description="greatest value")
+    start: Annotated[fields.WrittenQuantity, BeforeValidator(_no_text)] = Field(description="where the search begins")
+    low: fields.WrittenQuantity = Field(alias="from", description="least value")
+    high: fields.WrittenQuantity = Field(alias="to", description="greatest value")
     name: str = fields.default("", "in results; the key where absent", pattern=r"^[\w .-]{0,40}$")
 
     def contradictions(self) -> fields.Contradictions:
@@ -87,7 +85,7 @@ class Fitted(fields.Table):
         low, high = self.low[0], self.high[0]
         return math.log(value / low) / math.log(high / low) if self.by_logarithm else (value - low) / (high - low)
 
-    def written(self, value: float) -> Value:
+    def written(self, value: float) -> fields.Value:
         """Return a number as text for a scene file."""
         return f"{value!r} {self.unit}" if self.unit else value
 
@@ -108,7 +106,7 @@ class Record(fields.Table):
     end: Instant | None = fields.absent("until when it is compared", alias="to")
     gain: float = fields.default(1.0, "by which the record is larger than what it records", gt=-1e9, lt=1e9)
     delay: Instant = fields.default("0 s", "by which it is later")
-    set: Annotated[dict[WholeKey, Any], DOTTED] = fields.default(
+    set: Annotated[dict[WholeKey, Any], dotted({"kind"})] = fields.default(
         {}, "values of the scene's keys in this shot, by dotted key"
     )
 
@@ -249,7 +247,7 @@ def is_own(key: str) -> bool:
     return key.partition(".")[0] in OWN
 
 
-def number_of(value: Value) -> float:
+def number_of(value: fields.Value) -> float:
     """Return the number of a value in the file, in seconds for a delay."""
     number, unit = number_and_unit(value)
     return parse_quantity(str(value), "time") if unit else number

@@ -14,6 +14,7 @@ from impact.march import motion
 from impact.march.prepared import step_count
 from impact.march.problem import ContactProblem
 from impact.runs.sensitivity import Neighbours, force_sensitivities, touches, why_no_derivative
+from seatfem.fields import Value
 from seatfem.structures.cache import Cache, build
 from seatfem.study.identify.record import OWN, Identification, Samples, is_own, number_of
 from seatfem.study.impacts.bodies import check_base, problem_of, solve_body, striker_of
@@ -22,7 +23,6 @@ from seatfem.study.method import stated_method
 from seatfem.study.runs.afterwards import static_stiffness
 from seatfem.study.scene import Scene, load_scene
 from seatfem.study.scene.problems import scene_error
-from seatfem.study.sweep.variations import Value
 
 WIDTH: Final = 1e-4
 """Half width of central differences of data, over the bounds of a key: errors are its square, 1e-8, and eps over it."""
@@ -221,7 +221,7 @@ class Model:
         striker, seat = self._bodies_of(scene, {**shot.changes, **keys})
         if k not in self.steps:
             check_step(scene)
-            step = scene.run.time_step or fallback_step(scene.run, scene.gas, striker.greens, seat.greens)
+            step = scene.run.time_step or fallback_step(scene.run, scene.driven_by, striker.greens, seat.greens)
             self.steps[k] = step / self.finer
         if spring:
             seat = impact.Body(impact.spring(stiffness=static_stiffness(seat.greens, scene.seat.column())))

@@ -20,7 +20,6 @@ from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.motion import constant, scaled
 from seatfem.structures.method import Method, Solved, bed
 from seatfem.structures.rings import Division
-from seatfem.study.impacts.gas import gas_loads
 from seatfem.study.scene import ContactGeometry, Scene, drives, lips, local, problems
 from seatfem.study.scene.contact import Stopper
 from seatfem.units import write_quantity
@@ -75,11 +74,11 @@ def striker_of(scene: Scene, n_modes: int | None = None, greens: GreensFunction 
     ``n_modes``: number of modes of a beam, in place of the stated one; ``greens``: Green's function of a striker that
     is not in closed form.
     """
-    reed, gas = scene.reed, scene.gas
+    reed = scene.reed
     with problems.in_role("reed", reed):
         body = reed.body(greens, n_modes, scene.geometry.contact_at)
-        gas_forces = () if gas is None else gas_loads(gas, reed, body)
-        body = replace(body, loads=(*body.loads, *external_loads(scene.load, reed, body), *gas_forces))
+        by_wings = (load for each in scene.driven_by for load in each.loads(reed, body))
+        body = replace(body, loads=(*body.loads, *external_loads(scene.load, reed, body), *by_wings))
         carried = on_its_base(scene.mount("reed"), body)
         return on_its_springs(scene.spring, scene.contact.gap, reed, carried)
 

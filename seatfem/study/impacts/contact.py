@@ -3,7 +3,6 @@ springs."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -22,7 +21,7 @@ from impact.bodies.loads import SprungBody
 from impact.files import csv_table
 from impact.greens.base import Array, GreensFunction
 from impact.march import history, motion
-from impact.march.grid import FOLLOW, TimeGrid
+from impact.march.grid import TimeGrid
 from impact.march.ladder import NO_STEPS, march
 from impact.march.prepared import step_count
 from impact.march.problem import RigidContactError
@@ -34,12 +33,11 @@ from seatfem.machine.resources import available_memory
 from seatfem.structures.rings import Division
 from seatfem.study.impacts import touches
 from seatfem.study.impacts.bodies import check_base, problem_of
-from seatfem.study.impacts.gas import lift_of, mass_values
 from seatfem.study.impacts.landings import Landings, landings_of_march
 from seatfem.study.impacts.touches import Touches, on_the_ports, pushes
 from seatfem.study.scene import ContactGeometry, Run, Scene, drives, lips, local, measures
 from seatfem.study.scene.drives import Gauged
-from seatfem.study.scene.gas import CompressorGas
+from seatfem.study.scene.wings import Drive, longest_step
 from seatfem.units import write_quantity
 
 FILE: Final = "gauges.csv"
@@ -97,7 +95,7 @@ def valve_spring_keys(
     if not isinstance(striker, SprungBody):
         return {}
     dt = touches.seat.dt
-    marched = with_recorded_loads(striker, lift_of(touches), dt)
+    marched = with_recorded_loads(striker, touches.opening, dt)
     ports = on_the_ports(geometry, striker.greens, seat, touches)
     (change,) = spring_displacements(marched, ports, dt, striker.springs.stiffness[:, None])
     force = np.asarray(sum(spring.force_on_undeformed(geometry.contact.gap) for spring in springs) + change)
@@ -110,7 +108,6 @@ def valve_spring_keys(
 
 STEPS_PER_RADIAN = 4  # steps per radian of the highest rate in either body: a fortieth of a rod's transit
 STEPS_PER_FILTER = 20  # steps in the filter's width of a method without a step
-GAS_PER_DEGREE = 2  # updates of the gas per degree of the crank
 LEAST_STEPS_PER_FILTER = 2  # fewest steps in the filter's width that resolve the filtered force
 MAX_STEPS = 20_000_000
 STEP_BYTES = 530  # bytes per step of all histories of a run, and of their file while it is put together
@@ -174,7 +171,7 @@ def stress_in_run(
     since: float | None = None,
 ) -> ReedStress | None:
     """Return the reed's largest bending stresses in a run, as `stress_of` under its forces."""
-    force, dt, lift, above = run.seat.force, run.seat.dt, lift_of(run), run.stopper_force
+    force, dt, lift, above = run.seat.force, run.seat.dt, run.opening, run.stopper_force
     return stress_of(geometry, striker, force, dt, lift, coarsely=coarsely, stopper=above, since=since)
 
 
@@ -240,7 +237,7 @@ def run_contacts(
     run = touches.taken_apart(scene.geometry, problem, result, scene.run.filter_width)
     if not scene.gauge:
         return run
-    force, above, lift = run.seat.force, run.stopper_force, lift_of(run)
+    force, above, lift = run.seat.force, run.stopper_force, run.opening
     return replace(run, strains=gauge_strains(scene.gauged, striker, force, above, result.dt, lift))
 
 
@@ -293,9 +290,10 @@ def record_of(
 
 
 def other_values(scene: Scene, strains: Strains, opening: Array, dt: float) -> Values:
-    """Return the values of a run that no contact has, as `RunRecord.others`: extreme strains at gauges, and masses of
-    gas by the lift ``opening`` (n + 1,) [m] at steps ``dt`` [s]."""
-    return {**gauge_values(strains), **mass_values(scene.gas, scene.run.duration, opening, dt)}
+    """Return the values of a run that no contact has, as `RunRecord.others`: extreme strains at gauges, and those of
+    wings by the lift ``opening`` (n + 1,) [m] at steps ``dt`` [s]."""
+    by_wings = (each.values(opening, dt, scene.run.duration) for each in scene.driven_by)
+    return {**gauge_values(strains), **{name: value for values in by_wings for name, value in values.items()}}
 
 
 def blow_of_march(
@@ -339,17 +337,12 @@ def strains_of(gauged: Sequence[Gauged], run: MarchRun) -> Strains:
     return gauge_strains(gauged, striker, touches.force_of(run), stopper, dt, run.opening)
 
 
-def fallback_step(run: Run, gas: CompressorGas | None, *bodies: GreensFunction) -> float:
+def fallback_step(run: Run, driven: tuple[Drive, ...], *bodies: GreensFunction) -> float:
     """Return the time step of a method without one [s]: the least of 1/4 rad of the highest rate, 1/20 of the filter's
-    width, 1/200 of the run, and `gas_step`."""
+    width, 1/200 of the run, and the `longest_step` of what is ``driven``."""
     limits = [run.filter_width / STEPS_PER_FILTER, run.duration / 200]
     limits += [1.0 / (STEPS_PER_RADIAN * rate) for rate in (body.highest_rate for body in bodies) if rate > 0]
-    return min(*limits, gas_step(gas))
-
-
-def gas_step(gas: CompressorGas | None) -> float:
-    """Return the longest step for gas, `GAS_PER_DEGREE` times a degree of the crank [s]; inf without."""
-    return math.inf if gas is None else gas.turn / 360 / GAS_PER_DEGREE / FOLLOW
+    return min(*limits, longest_step(driven))
 
 
 def check_step(scene: Scene) -> None:
@@ -370,13 +363,10 @@ def check_step(scene: Scene) -> None:
             "run.filter_width, or watch longer"
         )
     check_length(scene, width / LEAST_STEPS_PER_FILTER if step is None else step)
-    if step is not None and step > (most := gas_step(scene.gas)):
-        raise RunError(
-            f"run.time_step = {write_quantity(step, 'time')} lets the gas follow the reed every "
-            f"{write_quantity(FOLLOW * step, 'time')}, less than "
-            f"{GAS_PER_DEGREE} times a degree of the crank at gas.rpm = {60 / scene.gas.turn if scene.gas else 0:g}: "
-            f"use at most {write_quantity(most, 'time', 3)}"
-        )
+    for drive in scene.driven_by:
+        if step is not None and step > (most := drive.longest_step):
+            why = f"run.time_step = {write_quantity(step, 'time')} {drive.describe_step(step)}"
+            raise RunError(f"{why}: use at most {write_quantity(most, 'time', 3)}")
     if step is not None and 2 * step > width:
         raise RunError(
             f"run.time_step = {write_quantity(step, 'time')} does not resolve the mean peak force: at most "

@@ -2,7 +2,7 @@
 
 A run without a landing, or one that ends during it, has numbers without meaning: an impulse of zero, or a part of a
 peak. In statistics over many scenes it counts only for what needs no landing on the seat: numbers of the stopper, of
-the gas, of the static load, and the count of landings.
+wings, of the static load, and the count of landings.
 """
 
 from __future__ import annotations
@@ -34,6 +34,7 @@ from impact.march.problem import ContactProblem
 from impact.march.rows import MarchRun
 from impact.march.stepper import with_recorded_loads
 from impact.quantities import brief
+from seatfem.study.scene.wings import drives_of_wings
 
 Face = Literal["seat", "stopper"]
 Status = Literal["landed", "no landing", "cut off", "never opened"]
@@ -192,8 +193,8 @@ class _March:
 STATUS: Final = "landing_status"
 LANDED: Final = "landed"
 BAR: Final = "error_bar_"
-NO_LANDING_NEEDED: Final = ("stopper_", "gas_", "gauge_", "peak_gauge_strain", "pressed_on_", "landing_count", STATUS)
-"""Prefixes of the keys of summary.json that need no landing on the seat."""
+NO_LANDING_NEEDED: Final = ("stopper_", "gauge_", "peak_gauge_strain", "pressed_on_", "landing_count", STATUS)
+"""Prefixes of the keys of summary.json that need no landing on the seat, as those of wings do not."""
 
 
 def has_landed(summary: Mapping[str, object]) -> bool:
@@ -203,7 +204,8 @@ def has_landed(summary: Mapping[str, object]) -> bool:
 
 def needs_landing(key: str) -> bool:
     """Return whether a key of summary.json, or its error bar, has a meaning only with a landing on the seat."""
-    return not key.removeprefix(BAR).removeprefix("spring_").startswith(NO_LANDING_NEEDED)
+    needless = (*NO_LANDING_NEEDED, *(f"{each.table}_" for each in drives_of_wings()))
+    return not key.removeprefix(BAR).removeprefix("spring_").startswith(needless)
 
 
 def counts(summary: Mapping[str, object], key: str) -> bool:

@@ -19,8 +19,8 @@ from seatfem.structures.outlines import BodyViews, Loops, covered_share, crossin
 from seatfem.structures.rings import Division
 from seatfem.study.scene import ContactGeometry, Scene, drives, files
 from seatfem.study.scene.drives import Wave
-from seatfem.study.scene.gas import CompressorGas
 from seatfem.study.scene.lips import COVERED
+from seatfem.study.scene.wings import Drive
 from seatfem.units import write_quantity
 
 START_POINTS: Final = 60
@@ -63,7 +63,7 @@ def layout_of(scene: Scene, division: Division | None = None) -> Layout:
         *_reed_actions(reed, root, during, ends),
         *_load_actions(scene.load, root, during, ends),
         *(Action(words, float(at[:, 0].min()), float(at[:, 0].max()), -1) for words, at in springs),
-        *_other_actions(scene.wave, scene.base, scene.gas),
+        *_other_actions(scene.wave, scene.base, scene.driven_by),
     )
     return Layout(
         title=scene.title or f"{seen.name} on {views.name}",
@@ -156,16 +156,17 @@ def _arcs(geometry: ContactGeometry, division: Division) -> Array:
     return np.stack([one, other], axis=1)
 
 
-def _other_actions(waves: Sequence[Wave], bases: Sequence[drives.Base], gas: CompressorGas | None) -> Iterator[Action]:
-    """Yield incoming waves, base motions, and the pressure of the gas."""
+def _other_actions(
+    waves: Sequence[Wave], bases: Sequence[drives.Base], drives_of_wings: Sequence[Drive]
+) -> Iterator[Action]:
+    """Yield incoming waves, base motions, and what wings do."""
     for wave in waves:
         peak = float(np.abs(wave.course().value).max())
         yield Action(f"a wave of strain up to {peak:.3g} comes along the {wave.of}", 0.0, 0.0, 0)
     for base in bases:
         yield Action(f"the base of the {base.of} moves as in a file", 0.0, 0.0, 0)
-    if gas is not None:
-        port = gas.port_diameter
-        yield Action(f"pressure of the gas, {gas.valve} valve, port Ø {length_text(port)}", -port / 2, port / 2, 0)
+    for each in drives_of_wings:
+        yield Action(*each.label, 0)
 
 
 def _reed_actions(reed: Structure, at: float | None, during: Array, ends: tuple[float, float]) -> Iterator[Action]:

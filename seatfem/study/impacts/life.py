@@ -17,7 +17,6 @@ from impact.life.places import Judged, judged, margin_error, on_planes, thinned
 from impact.march.stepper import with_recorded_loads
 from impact.notices import Advice
 from impact.quantities import finite_or_none
-from seatfem.study.impacts.gas import lift_of
 from seatfem.study.impacts.touches import Touches, pushes
 from seatfem.study.scene import ContactGeometry
 from seatfem.study.scene.life import LifeTable
@@ -92,7 +91,7 @@ def beam_histories(
     force, dt = pushes(striker, touches.seat.force, touches.stopper_force), touches.seat.dt
     peaks = () if stress is None else (stress.initial, stress.after_contact, stress.largest)
     peak_places = {peak.at for peak in peaks if peak is not None}
-    body = loads.without_springs(with_recorded_loads(striker, lift_of(touches), dt), force, dt)
+    body = loads.without_springs(with_recorded_loads(striker, touches.opening, dt), force, dt)
     if (known := geometry.reed.stress(force, dt, body, geometry.contact_at)) is not None:
         yield from known.histories(peak_places, few=few)
 

@@ -24,6 +24,7 @@ from seatfem.structures.rings import Division
 from seatfem.study.impacts.landings import Face, Landings, landings_of_result
 from seatfem.study.scene import ContactGeometry, lips
 from seatfem.study.scene.measures import ContactRecord, LandingChoice, Line, judged_landing, key_of, values_of
+from seatfem.study.scene.wings import CYCLE
 
 
 @dataclass(frozen=True)
@@ -47,6 +48,13 @@ class Touches:
     stopper_parts: ImpactResult | None = None
     landings: Landings | None = None
     strains: Mapping[str, Array] = field(default_factory=dict)
+
+    @property
+    def opening(self) -> Array:
+        """Return the (n + 1,) mean gap of the contacts at the seat, which loads and gas see as the lift [m]."""
+        if self.parts is None:
+            return self.seat.gap
+        return self.parts.rows.spread_motions(self.parts.rows.gap.mean(axis=1))
 
     @property
     def stopper_force(self) -> Array | None:
@@ -257,17 +265,13 @@ class RunRecord:
         blow: histories of the contact with the seat.
         landings: landings of the run; ``None`` if not determined.
         stopper: (n + 1,) force on the stopper [N]; ``None`` without one.
-        others: strains at gauges and masses of gas by their keys in summary.json; of the latter, `OF_GAS`, a number of
-            the cycle follows.
+        others: strains at gauges, and values of wings, by their keys in summary.json or `cycle_name`.
     """
 
     blow: ContactRecord
     landings: Landings | None = None
     stopper: Array | None = None
     others: Values = field(default_factory=dict)
-
-
-OF_GAS: Final = "gas_mass_"
 
 
 def values_of_record(record: RunRecord, like: Landings | None = None) -> Values:
@@ -285,18 +289,18 @@ def values_of_record(record: RunRecord, like: Landings | None = None) -> Values:
 
 
 def bar_keys(budget: Budget) -> dict[str, object]:
-    """Return the error bars for summary.json: error_bar_KEY of each measure, or a list of them for a mass of gas in
-    each cycle, and error_SOURCE_KEY of each source."""
-    names = [name for name in budget.values if not is_of_a_landing(name) and not name.startswith(OF_GAS)]
+    """Return the error bars for summary.json: error_bar_KEY of each measure, or a list of them for a value in each
+    cycle, and error_SOURCE_KEY of each source."""
+    names = [name for name in budget.values if not is_of_a_landing(name) and CYCLE not in name]
     bars: dict[str, object] = {f"error_bar_{key_of(name)}": finite_or_none(budget.bar(name)) for name in names}
-    masses: dict[str, list[float | None]] = {}
+    by_cycle: dict[str, list[float | None]] = {}
     for name in budget.values:
-        if name.startswith(OF_GAS):
-            masses.setdefault(f"error_bar_{name.partition(' ')[0]}", []).append(finite_or_none(budget.bar(name)))
+        if CYCLE in name:
+            by_cycle.setdefault(f"error_bar_{name.partition(CYCLE)[0]}", []).append(finite_or_none(budget.bar(name)))
     shares = {
         f"error_{source}_{key_of(name)}": finite_or_none(part[name])
         for source, part in budget.parts.items()
         for name in names
         if name in part
     }
-    return bars | masses | shares | {"error_unknown": ", ".join(budget.unknown)}
+    return bars | by_cycle | shares | {"error_unknown": ", ".join(budget.unknown)}

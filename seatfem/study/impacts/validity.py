@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Final
 
 import numpy as np
@@ -14,8 +13,8 @@ from impact import measures, notices, quantities
 from impact.after.measures import film_force_peak
 from impact.after.result import ImpactResult
 from impact.greens.base import GreensFunction
-from impact.measured import pole_fit
 from seatfem.structures.errors import ModelError
+from seatfem.structures.fits import fit_of
 from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.structure import is_curved
 from seatfem.structures.outlines import covered_share
@@ -48,8 +47,8 @@ def validity_advice(
     for role, structure, greens in (("seat", geometry.seat, seat), ("reed", geometry.reed, reed)):
         if greens is None:
             continue
-        band = (fit := fit_of(greens)).highest
-        misfits += [] if structure.measured is None else _misfits(role, fit)
+        band = fit_of(greens).highest
+        misfits += structure.fit_advice(role, greens)
         if band is None or filter_width >= 1 / band:
             continue
         passed, least = (write_quantity(width, "time", 3) for width in (filter_width, 1 / band))
@@ -155,7 +154,7 @@ def one_way_notes(scene: Scene) -> tuple[str, ...]:
     """
     pushes = [each.pressure or each.force for each in scene.load]
     own = any(getattr(scene.reed, key, None) is not None for key in ("pressure", "point_force", "force", "gravity"))
-    if not pushes or None in pushes or own or scene.gas or scene.base or scene.wave or is_curved(scene.reed):
+    if not pushes or None in pushes or own or scene.driven_by or scene.base or scene.wave or is_curved(scene.reed):
         return ()
     time = np.linspace(0.0, scene.run.duration, SAMPLES)
     areas = [1.0 if each.area is None else each.area(0.0) for each in scene.load]
@@ -189,54 +188,6 @@ def stopper_notes(stopper: Stopper | None) -> tuple[str, ...]:
         f"the stopper (kind {stopper.body.kind!r}) is computed as its keys state it, but for the parts of its face: a "
         "run's uncertainty includes its error, which no round reduces",
     )
-
-
-@dataclass(frozen=True)
-class Fit:
-    """Quality of a fit to a measured response, as the fit states it.
-
-    Attributes:
-        highest: highest measured frequency [Hz]; ``None`` for a Green's function that is not fitted.
-        unexplained: fraction of the response that the fit misses beyond the noise.
-        allowed: limit of that fraction.
-        ranges: frequency ranges in which the misfit exceeds the noise [Hz], the worst first.
-        worst: largest misfit of neighbouring lines over their noise.
-    """
-
-    highest: float | None = None
-    unexplained: float = 0.0
-    allowed: float = math.inf
-    ranges: tuple[tuple[float, float], ...] = ()
-    worst: float = 0.0
-
-
-def fit_of(greens: GreensFunction) -> Fit:
-    """Return the quality of the fit that is recorded in a Green's function."""
-    fit = greens.provenance.get("fit")
-    if not isinstance(fit, dict):
-        return Fit()
-    band, ranges = fit.get("band_hz"), fit.get("unexplained_lines_hz")
-    highest = float(band[1]) if isinstance(band, list | tuple) and len(band) == 2 else None
-    lines = tuple((float(low), float(high)) for low, high in ranges) if isinstance(ranges, list | tuple) else ()
-    missed, allowed, worst = (fit.get(key) for key in ("unexplained", "unexplained_allowed", "misfit_over_noise_worst"))
-    if not (isinstance(missed, float) and isinstance(allowed, float) and isinstance(worst, float)):
-        return Fit(highest)
-    return Fit(highest, missed, allowed, lines, worst)
-
-
-def _misfits(role: str, fit: Fit) -> Iterator[notices.Advice]:
-    """Yield advice if the misfit of a record exceeds its noise, with the frequency ranges."""
-    remedy = f"leave these lines out, state {role}.free = true for a free body, or measure a wider band"
-    reason = "it is not the response of a linear, passive body with all its modes within the band"
-    words = pole_fit.describe_ranges(list(fit.ranges))
-    if fit.unexplained > fit.allowed:
-        what = f"part of the {role}'s record that its poles miss beyond the noise"
-        where = f", most of it {words}" if words else ""
-        yield notices.Advice(what, fit.unexplained, fit.allowed, f"{reason}{where}", remedy)
-    elif fit.ranges:
-        what = f"largest misfit of the {role}'s poles over the noise of the record"
-        limit = math.sqrt(pole_fit.BLOCK_LIMIT)
-        yield notices.Advice(what, fit.worst, limit, f"{reason} {words}", remedy)
 
 
 ONE_PORT: Final = "one_port"
@@ -278,7 +229,7 @@ def simpler_bodies(scene: Scene, striker: impact.Body, division: Division) -> It
         for name, share in zip(division.names, division.shares, strict=True):
             weights[greens.port_index(name)] = share
         yield ONE_PORT, replace(striker, greens=greens.combined(weights, ("contact",)))
-    if scene.load or scene.base or scene.spring or scene.gas is not None or scene.stopper is not None:
+    if scene.load or scene.base or scene.spring or scene.driven_by or scene.stopper is not None:
         return
     with in_role("reed", scene.reed):
         plate = scene.reed.thin_plate

@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Final
 from impact.march.problem import ContactProblem
 from impact.runs.variations import FINE, Values, changes, times
 from seatfem.study.impacts.bodies import stopper_of
-from seatfem.study.impacts.contact import MAX_STEPS, gas_step
+from seatfem.study.impacts.contact import MAX_STEPS
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.impacts.window import Excerpt, window_of
 from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder
 from seatfem.study.method import STEP, RunMethod
 from seatfem.study.scene import Scene
+from seatfem.study.scene.wings import longest_step
 
 if TYPE_CHECKING:
     from seatfem.study.impacts.plate_stress import PlateLook
@@ -37,11 +38,11 @@ class TimeStep(Ladder):
     dimension: str = "time"
 
     def begin(self, known: Beginning, method: RunMethod) -> RunMethod:
-        """Return the method with `FIRST` steps in the width of the filter, or as many as a gas needs."""
+        """Return the method with `FIRST` steps in the width of the filter, or as many as a drive needs."""
         run = known.scene.run
         if STEP in method.given:
             return method
-        step = max(min(run.filter_width / FIRST, gas_step(known.scene.gas)), run.duration / MAX_STEPS)
+        step = max(min(run.filter_width / FIRST, longest_step(known.scene.driven_by)), run.duration / MAX_STEPS)
         return replace(method, time_step=fitted(step, run.duration))
 
     def finer(self, value: float, factor: float, scene: Scene) -> float:

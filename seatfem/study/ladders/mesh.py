@@ -11,10 +11,10 @@ from impact.greens.base import GreensFunction
 from impact.greens.modal import Residual
 from impact.quantities import percent
 from impact.runs.variations import NARROWER, STATIC_SHARE, Terms, narrow_greens, ringing_on
+from seatfem.structures.fits import fit_of
 from seatfem.structures.kinds import Structure
 from seatfem.structures.method import ARC_ERROR, Method
 from seatfem.structures.patch import PATCH_ORDER, Patch, Sizes, mesh_error, sizes_for
-from seatfem.study.impacts.validity import fit_of
 from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder
 from seatfem.study.ladders.modes import in_wider_band, with_other_modes
 from seatfem.study.method import BAND, CONTACT_SIZE, REED_BAND, REED_CONTACT_SIZE, REED_SIZE, SIZE, TOLERANCE, RunMethod
@@ -110,8 +110,7 @@ class ElementSize(Ladder):
 
 def measured_draws(run: ComputedRun) -> tuple[GreensFunction, ...]:
     """Return further fits to the record of a measured seat, whose spread replaces the error of a reduction."""
-    measured = run.scene.seat.measured
-    return () if measured is None else tuple(measured.fit().draws)
+    return run.scene.seat.other_fits()
 
 
 @dataclass(frozen=True)

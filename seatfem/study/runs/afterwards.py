@@ -26,7 +26,7 @@ from seatfem.pictures import cell_grid, frames, moving
 from seatfem.structures import method, rings
 from seatfem.structures.fields import peaks, recovery, solids
 from seatfem.structures.patch import Column
-from seatfem.study.impacts import contact, gas, plate_stress, validity
+from seatfem.study.impacts import contact, plate_stress, validity
 from seatfem.study.impacts import life as place_lives
 from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.contact import RunError, record_of, run_contacts, stress_in_run
@@ -213,9 +213,9 @@ def baseline_of(done: Round, watch: Stopwatch) -> Baseline:
             simpler = validity.simpler_keys(models, scene.run.filter_width)
             del models
     errors, bar = None, None
-    if (measured := scene.seat.measured) is not None and (fit := measured.fit()).draws:
+    if draws := scene.seat.other_fits():
         with watch("spring baseline"):
-            others = [static_stiffness(draw) for draw in fit.draws]
+            others = [static_stiffness(draw) for draw in draws]
             errors = _record_errors(done, touches, stress, stiffness, others)
             bar = SAFETY * OF_DRAWS * max(abs(other - stiffness) for other in others)
     return Baseline(done.result, stiffness, touches, stress, simpler, errors, bar)
@@ -300,12 +300,12 @@ class Afterwards:
         ]
 
     def notes(self, plan: Plan) -> tuple[str, ...]:
-        """Return notes on stress, gas and life for the reader of the run."""
+        """Return notes on stress, drives and life for the reader of the run."""
         scene = plan.scene
         return (
             *self.margin_missed(scene.accuracy),
             *(() if self.stress is None else stresses.stress_notes(plan, self.stress)),
-            *gas.gas_notes(scene.gas),
+            *(note for each in scene.driven_by for note in each.notes()),
             *(() if self.life is None else place_lives.life_notes(scene.life, self.life)),
         )
 

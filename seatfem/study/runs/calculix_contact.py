@@ -91,7 +91,8 @@ def _spring(scene: Scene) -> float:
     """Return the stiffness of the contact [N/m]. Raises `ModelError` for what the deck of a landing cannot hold."""
     if not isinstance(law := scene.contact.law.law(), impact.LinearSpring):
         raise ModelError(f"contact.law.kind = {scene.contact.law.kind!r}: ccx needs a stiffness; state a spring")
-    left_out = {key: getattr(scene, key) for key in ("stopper", "load", "base", "wave", "gas", "spring")}
+    left_out = {key: getattr(scene, key) for key in ("stopper", "load", "base", "wave", "spring")}
+    left_out |= {each.table: each for each in scene.driven_by}
     left_out |= {f"contact.{key}": getattr(scene.contact, key) for key in ("film", "preload", "waviness")}
     left_out |= {"reed.curvature": structure.is_curved(scene.reed), "reed: a load": structure.is_loaded(scene.reed)}
     if keys := [key for key, value in left_out.items() if value]:

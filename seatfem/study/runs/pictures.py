@@ -16,10 +16,10 @@ from impact.after.result import ImpactResult
 from impact.files.csv_table import write_csv
 from impact.notices import Progress
 from impact.pictures.drawing import try_draw
-from impact.pictures.plots import plot_energy, plot_force, plot_gas, plot_greens, plot_motion, plot_strains
+from impact.pictures.plots import plot_energy, plot_force, plot_greens, plot_motion, plot_strains
 from impact.quantities import text
 from seatfem.machine.libraries import picture_library_gap
-from seatfem.pictures import cell_grid, fit_plots, frames, plots, rendering
+from seatfem.pictures import cell_grid, frames, plots, rendering
 from seatfem.pictures import moving as moving_pictures
 from seatfem.structures import cache, finite_elements, natural_modes, rings
 from seatfem.structures.cache import Store, StoreError
@@ -28,10 +28,9 @@ from seatfem.structures.mesh import plane_meshes
 from seatfem.structures.method import Method, Solved
 from seatfem.structures.model import Array
 from seatfem.structures.reduction import modes as reduced_modes
-from seatfem.study.impacts import gas
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.method import RunMethod
-from seatfem.study.scene import ContactGeometry, Run, Scene
+from seatfem.study.scene import Run, Scene
 
 if TYPE_CHECKING:
     from seatfem.pictures import cell_grid
@@ -139,15 +138,6 @@ def _greens_picture(run: Run, method: RunMethod, seat: Solved) -> rendering.Pict
     return "greens.png", draw
 
 
-def gas_pictures(run: gas.GasRun | None, geometry: ContactGeometry, title: str) -> list[rendering.Picture]:
-    """Return gas.png of a run with gas."""
-    if run is None:
-        return []
-    stop = None if geometry.stopper is None else geometry.stopper_gap + geometry.contact.gap
-    courses = run.drive, run.history, run.angle, run.volume
-    return [("gas.png", lambda path: plot_gas(*courses, path, stop=stop, title=title or "Reed valve"))]
-
-
 def gauge_pictures(touches: Touches, title: str) -> list[rendering.Picture]:
     """Return gauges.png of a run with strain gauges."""
     draw = partial(plot_strains, touches.strains, touches.seat.dt, title=title or "Strain at the gauges")
@@ -165,14 +155,7 @@ def stopper_pictures(touches: Touches, width: float, title: str) -> list[renderi
 
 
 def _seat_pictures(body: Structure, width: float, seat: Solved) -> list[rendering.Picture]:
-    measured, fitted = body.measured, seat.greens.modal or seat.greens.pole_sum
-    if measured is not None and fitted is not None:
-        response, fit = measured.response(), measured.fit()
-        drawn: list[rendering.Picture] = [
-            ("fit.png", lambda path: fit_plots.plot_fit(response, fitted, path, width=width))
-        ]
-        if len(fit.tried) > 1:
-            drawn.append(("stabilisation.png", partial(fit_plots.plot_stabilisation, response, fit.tried)))
+    if drawn := body.fit_pictures(seat.greens, width):
         return drawn
     if seat.mesh is None:
         return []

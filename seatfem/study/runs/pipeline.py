@@ -21,7 +21,6 @@ from seatfem.structures.mesh.gmsh_process import gmsh_session
 from seatfem.study.impacts import contact
 from seatfem.study.impacts import layout as layouts
 from seatfem.study.impacts.contact import RunError
-from seatfem.study.impacts.gas import GasRun, gas_keys, write_gas
 from seatfem.study.impacts.touches import bar_keys
 from seatfem.study.plan import Plan
 from seatfem.study.runs import lives, seat_fields, stress_wave
@@ -50,6 +49,7 @@ from seatfem.study.runs.summary import (
 )
 from seatfem.study.scene import Scene, load_scene
 from seatfem.study.scene.files import check_files
+from seatfem.study.scene.wings import DriveRun
 from seatfem.units import UnitError, number_and_unit
 
 if TYPE_CHECKING:
@@ -61,7 +61,6 @@ __all__ = ["RunError", "RunOutcome", "compute_greens", "first_numbers", "run_sce
 
 SUMMARY_FILE: Final = "summary.json"
 RESULT_FILE: Final = "result.h5"
-GAS_FILE: Final = "gas.csv"
 
 
 @gmsh_session()
@@ -116,14 +115,14 @@ def run_scene(
             run_pictures.ahead(scene.seat, scene.run, latest.plan.method, latest.seat, painter)
         if baseline is None or baseline.beside is not latest.result:  # a round is yielded again if the next one fails
             baseline = baseline_of(latest, watch)
-        gas_run = None if scene.gas is None else GasRun.from_run(scene.gas, latest.touches)
-        summary = _summary(latest, baseline, gas_run, watch)
+        courses = _courses_of_drives(latest)
+        summary = _summary(latest, baseline, courses, watch)
         with watch("files"):
             if histories:
                 about = {"title": scene.title, "round": latest.number}
                 save_results(folder / RESULT_FILE, _results(latest, baseline), about)
             write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
-            gas = () if gas_run is None else (write_gas(gas_run, folder / GAS_FILE),)
+            by_wings = [each.write(folder) for each in courses]
             write_landings(folder / LANDINGS_FILE, summary["landings"])
         if latest.is_followed:
             baseline = None  # its histories would lie beside those of the next round
@@ -148,10 +147,11 @@ def run_scene(
             division = latest.plan.method.seat.division
             layout, draw = layouts, scene_drawing.draw_layout
             drawing = layout.DRAWING, lambda path: draw(layout.layout_of(scene, division), path)
-            of_gas = run_pictures.gas_pictures(gas_run, scene.geometry, scene.title)
+            stop = None if scene.stopper is None else scene.geometry.stopper_gap + scene.contact.gap
+            of_wings = [each.picture(scene.title, stop) for each in courses]
             strains = run_pictures.gauge_pictures(latest.touches, scene.title)
             stopper = run_pictures.stopper_pictures(latest.touches, scene.run.filter_width, scene.title)
-            more = [drawing, *stopper, *lip, *of_gas, *strains, *later.pictures(latest)]
+            more = [drawing, *stopper, *lip, *of_wings, *strains, *later.pictures(latest)]
             results = (latest.result, baseline.result)
             bodies = (latest.plan.method, latest.seat, *results)
             drawn, gaps = run_pictures.draw_run(scene, *bodies, folder, progress, more, painter, summary["landings"])
@@ -162,7 +162,7 @@ def run_scene(
             gaps = (*gaps, f"{SUMMARY_FILE} does not list the pictures: {problem}")
     tables = (folder / SUMMARY_FILE, folder / LANDINGS_FILE)
     seats = (folder / SEAT_FILE, *filter(Path.is_file, (cache.coarser_file(folder / SEAT_FILE),)))
-    files = (*tables, *((folder / RESULT_FILE,) if histories else ()), *seats, *gas, *later.files, *drawn)
+    files = (*tables, *((folder / RESULT_FILE,) if histories else ()), *seats, *by_wings, *later.files, *drawn)
     summary |= timing_keys(watch, start)
     return RunOutcome(summary, (*notes, *gaps), files, watch.stages, met, plan=latest.plan)
 
@@ -183,12 +183,18 @@ def _results(done: Round, baseline: Baseline) -> dict[str, ImpactResult]:
 
 def first_numbers(done: Round) -> dict[str, Any]:
     """Return the keys of summary.json that a round has by itself, before stress, life and gauges."""
-    scene, watch = done.plan.scene, Stopwatch({"contact": 0.0, "plan": 0.0})
-    gas_run = None if scene.gas is None else GasRun.from_run(scene.gas, done.touches)
-    return _summary(done, baseline_of(done, watch), gas_run, watch)
+    watch = Stopwatch({"contact": 0.0, "plan": 0.0})
+    return _summary(done, baseline_of(done, watch), _courses_of_drives(done), watch)
 
 
-def _summary(done: Round, baseline: Baseline, gas_run: GasRun | None, watch: Stopwatch) -> dict[str, Any]:
+def _courses_of_drives(done: Round) -> tuple[DriveRun, ...]:
+    """Return the course in a round of what wings do."""
+    scene, touches = done.plan.scene, done.touches
+    run = touches.opening, touches.seat.dt, scene.run.duration, touches.stopper
+    return tuple(each.after_run(*run) for each in scene.driven_by)
+
+
+def _summary(done: Round, baseline: Baseline, courses: tuple[DriveRun, ...], watch: Stopwatch) -> dict[str, Any]:
     scene, width = done.plan.scene, done.plan.scene.run.filter_width
     records, bar = landing_records(done.touches, done.left), baseline.stiffness_bar
     landing, known = scene.accuracy.landing, {"driven": scene.is_loaded, "filmed": scene.contact.film is not None}
@@ -216,7 +222,7 @@ def _summary(done: Round, baseline: Baseline, gas_run: GasRun | None, watch: Sto
         **done.seat.about,
         "seat_reused": done.seat.reused,
         "seat_kind": scene.seat.kind,
-        **({} if gas_run is None else gas_keys(gas_run, done.touches, scene.run.duration)),
+        **{key: value for each in courses for key, value in each.keys().items()},
         **({} if scene.stopper is None else stopper_face_keys(scene.stopper)),
         **contact.valve_spring_keys(scene.spring, scene.geometry, done.striker, done.seat.greens, done.touches),
         **reed_keys(scene.reed.kind, done.striker, done.reed),

@@ -190,7 +190,7 @@ def solve(
     if scene.stopper is not None:
         with watch("stopper"):  # solved once for all runs of this process
             bodies += [body.greens for body in (stopper_of(scene),) if body is not None]
-    dt = method.time_step or contact.fallback_step(scene.run, scene.gas, *bodies)
+    dt = method.time_step or contact.fallback_step(scene.run, scene.driven_by, *bodies)
     contact.check_length(scene, dt, method.seat.division.count)
     with watch("contact"):
         flights = contact.Flights(striker, scene.run.duration, scene.contact.preload)

@@ -31,7 +31,7 @@ from seatfem.structures.fields.sites import near, peak_mesh_error
 from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.structures.rings import Division
 from seatfem.study.error_budget import terms_by_key
-from seatfem.study.impacts import gas, plate_stress
+from seatfem.study.impacts import plate_stress
 from seatfem.study.impacts.bodies import problem_of, striker_of
 from seatfem.study.impacts.contact import marched
 from seatfem.study.impacts.plate_stress import (
@@ -295,14 +295,14 @@ def plate_field(done: Round, striker: Body | None = None) -> StressField:
     """Return the stress field in a face of the plate in a round; ``striker``: the plate's body, if on another mesh."""
     striker, touches = striker or done.striker, done.touches
     field = plate_stress.plate_field(done.plan.scene.geometry, striker, _division(done))
-    return struck_by(field, striker, gas.lift_of(touches), plate_pushes(done, touches), touches.seat.dt)
+    return struck_by(field, striker, touches.opening, plate_pushes(done, touches), touches.seat.dt)
 
 
 def struck_in(field: StressField, done: Round, touches: Touches) -> tuple[StressField, Array]:
     """Return the stress field of a plate in a run of a round, its own or that on another seat, and the port forces of
     `plate_pushes`."""
     pushes = plate_pushes(done, touches)
-    return struck_by(field, done.striker, gas.lift_of(touches), pushes, touches.seat.dt), pushes
+    return struck_by(field, done.striker, touches.opening, pushes, touches.seat.dt), pushes
 
 
 def stress_on_another_seat(done: Round, touches: Touches) -> ReedStress | None:

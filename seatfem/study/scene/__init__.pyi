@@ -11,7 +11,6 @@ from seatfem.study.scene import (
     contradictions as contradictions,
     drives as drives,
     files as files,
-    gas as gas,
     keys as keys,
     life as life,
     lips as lips,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -15,7 +14,6 @@ from seatfem.structures.kinds.structure import Structure
 from seatfem.structures.rings import Division
 from seatfem.study.scene.contact import Contact
 from seatfem.study.scene.drives import Base, ExternalLoad, Gauge, ValveSpring, Wave
-from seatfem.study.scene.gas import CompressorGas
 from seatfem.study.scene.lips import ContactGeometry
 from seatfem.study.scene.local import unknown_shares
 from seatfem.study.scene.measures import GaugeStrain, LifeMargin, Stress, any_needs_stress
@@ -29,10 +27,10 @@ if TYPE_CHECKING:
 
 def contradictions_of(scene: Scene) -> Contradictions:
     """Yield pairs of a key to change and the reason, for each contradiction between tables of the scene."""
-    if scene.gas is not None:
-        yield from _of_gas(scene.gas, scene.run.duration)
+    for drive in scene.driven_by:
+        yield from within(drive.table, drive.check(scene.run.duration))
     seat, reed, contact, stopper = scene.seat, scene.reed, scene.contact, scene.stopper
-    driven = bool(scene.load or scene.base or scene.spring or scene.wave or scene.gas)
+    driven = bool(scene.load or scene.base or scene.spring or scene.wave or scene.driven_by)
     struck = stopper is not None and structure.motion_key(stopper.body) != ""
     yield from _of_roles(seat, reed, driven=driven or struck)
     if stopper is None:
@@ -52,19 +50,6 @@ def contradictions_of(scene: Scene) -> Contradictions:
     if scene.life is not None:
         stressed = scene.stress is not None
         yield from within("life", scene.life.check(scene.geometry, scene.turn, scene.run.duration, stressed=stressed))
-
-
-def _of_gas(gas: CompressorGas, duration: float) -> Contradictions:
-    takes = write_quantity(duration, "time")
-    if gas.cycles is not None and not math.isclose(gas.cycles * gas.turn, duration, rel_tol=1e-6):
-        words = f"{gas.cycles:g} turns take {write_quantity(gas.cycles * gas.turn, 'time')}, run.duration is {takes}"
-        yield "gas.cycles", f"{words}: keep one of the two"
-    if gas.cylinder_pressure is not None:
-        time, slack = gas.course.time, 1e-9 * duration
-        if not gas.course.period and (time[0] > slack or time[-1] < duration - slack):
-            first, last = (write_quantity(end, "time") for end in (time[0], time[-1]))
-            words = f"the record covers {first} to {last}, the run takes {takes}"
-            yield "gas.cylinder_pressure", f"{words}: give a longer record, or shorten run.duration"
 
 
 def _of_roles(seat: Structure, reed: Structure, *, driven: bool) -> Contradictions:

@@ -18,7 +18,7 @@ from pydantic_core import core_schema
 from seatfem import fields, units
 from seatfem.structures.kinds import Structure, kinds_of
 from seatfem.structures.kinds.parts import ReductionName
-from seatfem.study.scene import contact, load, models
+from seatfem.study.scene import contact, load
 from seatfem.study.scene.problems import did_you_mean, leaves, notes_of, own_keys, reader_of, tables_in
 
 _PLAIN: Final = {bool: "`true` or `false`", str: "text", int: "whole number", float: "number", Path: "file name"}
@@ -240,7 +240,7 @@ def scene_template(name: str, *, file: str = "scene.toml") -> str:
     stated: Stated = {"seat": _begun(seat), "reed": _begun(reed, around.motion), "contact": {}}
     stated |= {"run": {"duration": DURATION} | width, "accuracy": {"target": TARGET}}
     lines = [_HEAD.format(file=file), f"title = {as_toml(title)}", ""]
-    for key, field in models.Scene.model_fields.items():
+    for key, field in load.scene_of().model_fields.items():
         if key in ("seat", "reed"):
             lines += _body(key, seat if key == "seat" else reed, stated)
         elif key in stated:

@@ -32,7 +32,7 @@ from seatfem.fields import (
     problem_of,
     read_number,
 )
-from seatfem.structures.kinds import measured
+from seatfem.structures import columns
 
 ClosingForce = Annotated[float, BeforeValidator(ReadQuantity("force")), Gt(0)]
 Exponent = Annotated[float, BeforeValidator(read_number), Ge(1), Le(10)]
@@ -177,12 +177,12 @@ file = "joint.csv"
     @model_validator(mode="after")
     def _read(self, info: ValidationInfo) -> Self:
         if not (info.context or {}).get("unread"):
-            with problem_of("file", measured.ColumnsError, LawError):
+            with problem_of("file", columns.ColumnsError, LawError):
                 self.law()
         return self
 
     def law(self, share: float = 1.0) -> Law:
-        table = measured.read_columns(self.file, COLUMNS, tuple(COLUMNS))
+        table = columns.read_columns(self.file, COLUMNS, tuple(COLUMNS))
         return TableJoint(*(tuple(table[name].tolist()) for name in COLUMNS)).scaled(share)
 
 

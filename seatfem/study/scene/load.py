@@ -9,7 +9,7 @@ from typing import Any, Final, Literal
 
 from pydantic import create_model
 
-from seatfem.fields import field_of, one_of
+from seatfem.fields import absent, field_of, one_of
 from seatfem.structures.formats import mesh_files
 from seatfem.structures.kinds import Structure, kinds_of
 from seatfem.study.scene.contact import OWN_LAWS, Contact, stopper_of
@@ -19,6 +19,7 @@ from seatfem.study.scene.models import BODIES, Scene
 from seatfem.study.scene.problems import Problem, SceneError
 from seatfem.study.scene.run import OWN_MEASURES, Accuracy
 from seatfem.study.scene.tables import load_as
+from seatfem.study.scene.wings import Drive, drives_of_wings
 
 SCENE: Final = (".toml", "")
 _PARTS: Final = (
@@ -86,12 +87,15 @@ def kinds_named(data: Mapping[str, Any]) -> set[str]:
 
 def scene_of(kinds: tuple[type[Structure], ...] = ()) -> type[Scene]:
     """Return the type of scenes with bodies of these kinds, by default all, and with all contact laws and measures."""
-    return _scene_of(kinds or kinds_of(), laws(), tuple(all_measures()))
+    return _scene_of(kinds or kinds_of(), laws(), tuple(all_measures()), drives_of_wings())
 
 
 @lru_cache
 def _scene_of(
-    kinds: tuple[type[Structure], ...], laws: tuple[type[ContactLaw], ...], measures: tuple[str, ...]
+    kinds: tuple[type[Structure], ...],
+    laws: tuple[type[ContactLaw], ...],
+    measures: tuple[str, ...],
+    drives: tuple[type[Drive], ...],
 ) -> type[Scene]:
     fields: Any = {name: (one_of(kinds), field_of(Scene, name)) for name in BODIES}
     fields["stopper"] = (stopper_of(kinds, laws) | None, field_of(Scene, "stopper"))
@@ -101,4 +105,5 @@ def _scene_of(
     if measures != OWN_MEASURES:
         names: Any = {"measures": (tuple[Literal[measures], ...], field_of(Accuracy, "measures"))}  # type: ignore[valid-type]
         fields["accuracy"] = (create_model("Accuracy", __base__=Accuracy, **names), field_of(Scene, "accuracy"))
+    fields |= {each.table: (each | None, absent(each.description)) for each in drives}
     return create_model("Scene", __base__=Scene, __doc__=Scene.__doc__, **fields)

@@ -6,23 +6,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from contextlib import suppress
+from functools import reduce
 from pathlib import Path
 from typing import Any, ClassVar, Final, Literal
 
 from pydantic import Field, ValidationError, ValidationInfo, model_validator
 
-from seatfem import fields, units
+from seatfem import fields
 from seatfem.structures.kinds import Structure, drawn, kinds_of
 from seatfem.structures.kinds.structure import is_loaded
 from seatfem.structures.rings import MOST_RINGS
 from seatfem.structures.shapes.cad import STEP_SUFFIXES
 from seatfem.study.scene import contradictions, drives, measures, parts_as_drawn, problems
 from seatfem.study.scene.contact import Contact, Stopper
-from seatfem.study.scene.gas import CompressorGas
 from seatfem.study.scene.life import LifeTable
 from seatfem.study.scene.lips import ContactGeometry
 from seatfem.study.scene.run import Accuracy, Run, Stress
+from seatfem.study.scene.wings import Drive, drives_of_wings
 
 KEY: Final = "assembly.placed"
 FOLLOWING: Final = (("contact", ("offset", "tilt", "tilt_axis", "gap")), ("seat", ("along",)), ("reed", ("frame",)))
@@ -167,7 +167,6 @@ class Scene(fields.Table):
     base: tuple[drives.Base, ...] = fields.default((), "what moves the bases of bodies, a table each: [[base]]")
     wave: tuple[drives.Wave, ...] = fields.default((), "waves that come along endless rods, a table each: [[wave]]")
     gauge: tuple[drives.Gauge, ...] = fields.default((), "strain gauges, a table each: [[gauge]]")
-    gas: CompressorGas | None = fields.absent("the gas that the reed, as a valve, lets through")
     run: Run = Field(description="what is simulated")
     accuracy: Accuracy = fields.default({}, "the accuracy asked for")
     life: LifeTable | None = fields.absent("fatigue life asked for; not computed where absent")
@@ -190,18 +189,17 @@ class Scene(fields.Table):
 
     @model_validator(mode="before")
     @classmethod
-    def _duration_of_the_cycles(cls, given: object) -> object:
-        """Return the scene with run.duration by gas.cycles; invalid values are reported by their tables."""
-        gas = given.get("gas") if isinstance(given, Mapping) else None
-        if not isinstance(given, Mapping) or not isinstance(gas, Mapping) or "cycles" not in gas:
+    def _keys_by_wings(cls, given: object) -> object:
+        """Return the scene with keys that follow from the tables of wings."""
+        if not isinstance(given, Mapping):
             return given
-        turns, rpm, run = gas["cycles"], gas.get("rpm"), given.get("run", {})
-        with suppress(units.UnitError):
-            rpm = fields.read_rpm(rpm)
-        plain = all(isinstance(number, int | float) and number > 0 for number in (turns, rpm))
-        if not plain or not isinstance(run, Mapping) or "duration" in run:
-            return given
-        return {**given, "run": {**run, "duration": f"{60 * turns / rpm!r} s"}}
+        return reduce(lambda tables, drive: drive.complete(tables), drives_of_wings(), given)
+
+    @property
+    def driven_by(self) -> tuple[Drive, ...]:
+        """Return the tables of wings that load the reed."""
+        tables = (getattr(self, name) for name in type(self).model_fields)
+        return tuple(each for each in tables if isinstance(each, Drive))
 
     @property
     def bodies(self) -> Mapping[str, Structure]:
@@ -222,17 +220,16 @@ class Scene(fields.Table):
     def turn(self) -> float | None:
         """Return the duration of one turn of the crank [s]; ``None`` without a crank, or for several speeds."""
         courses: list[object] = [each for load in self.load for each in (load.pressure, load.force, load.base_motion)]
-        courses += [self.gas, *(getattr(self.reed, key, None) for key in self.reed.traits.moved_by)]
+        courses += [*self.driven_by, *(getattr(self.reed, key, None) for key in self.reed.traits.moved_by)]
         turns = {60.0 / rpm for course in courses if (rpm := getattr(course, "rpm", None)) is not None}
         return turns.pop() if len(turns) == 1 else None
 
     @property
     def crank(self) -> tuple[float, float] | None:
-        """Return speed [1/min] and initial angle [rad] of the crank, by [gas] or else the first load with a speed."""
-        if self.gas is not None:
-            return self.gas.rpm, self.gas.angle
-        courses = (course for load in self.load for course in (load.pressure, load.force) if course is not None)
-        return next(((course.rpm, course.angle or 0.0) for course in courses if course.rpm is not None), None)
+        """Return speed [1/min] and initial angle [rad] of the crank, by a wing or the first load with a speed."""
+        courses: list[Any] = [*self.driven_by, *(each for load in self.load for each in (load.pressure, load.force))]
+        turned = (each for each in courses if getattr(each, "rpm", None) is not None)
+        return next(((each.rpm, each.angle or 0.0) for each in turned), None)
 
     def mount(self, role: str) -> drives.Mount:
         """Return the body in this role with the motion of its base and its incoming wave."""
@@ -248,14 +245,13 @@ class Scene(fields.Table):
 
     @property
     def is_loaded(self) -> bool:
-        """Return whether there are loads, gas, springs, moving bases or incoming waves."""
-        driven = bool(self.load or self.base or self.spring or self.wave)
-        return driven or self.gas is not None or is_loaded(self.reed)
+        """Return whether there are loads, drives, springs, moving bases or incoming waves."""
+        return bool(self.load or self.base or self.spring or self.wave or self.driven_by) or is_loaded(self.reed)
 
     @property
     def is_blown_by_lift(self) -> bool:
         """Return whether any load depends on the opening of the reed."""
-        return self.gas is not None or any(load.by_lift for load in self.load)
+        return bool(self.driven_by) or any(load.by_lift for load in self.load)
 
     def contradictions(self) -> fields.Contradictions:
         return contradictions.contradictions_of(self)

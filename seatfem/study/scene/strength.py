@@ -11,7 +11,7 @@ from pydantic import Field
 
 from impact.life.strength import UNKNOWN, Curve, LifeError, Strength, basquin, tabled
 from seatfem import fields
-from seatfem.structures.kinds.measured import ColumnsError, read_columns
+from seatfem.structures.columns import ColumnsError, read_columns
 from seatfem.study.scene.tables import load_table
 
 COLUMNS: Final = {"stress": "pressure", "cycles": ""}

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Set
 from copy import deepcopy
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Annotated, Any, Final
 
-from pydantic import ValidationError
+from pydantic import AfterValidator, BeforeValidator, ValidationError
 
 from impact.files.safe_files import MB, read_text
 from seatfem.fields import AnyTable
@@ -118,3 +118,31 @@ def _lines(text: str) -> dict[KeyPath, int]:
         return {single(path): line for path, line in key_lines(text).items()}
     except RecursionError:
         return {}
+
+
+MOST_PARTS: Final = 8  # largest number of parts of a key of a scene
+LONGEST: Final = 200  # largest number of characters of a key
+
+
+def _whole_key(key: str) -> str:
+    parts = key.split(".")
+    if not all(part.strip() for part in parts) or len(parts) > MOST_PARTS or len(key) > LONGEST:
+        raise ValueError(f"{key[:LONGEST]!r} is no key of a scene; write its tables and its name, as reed.thickness")
+    return key
+
+
+WholeKey = Annotated[str, AfterValidator(_whole_key)]
+
+
+def _by_dotted_key(table: Mapping[str, Any], own: Set[str], before: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield values by dotted key; a table with one of the keys ``own`` is a value, others contain further keys."""
+    for key, value in table.items():
+        if isinstance(value, Mapping) and not own & value.keys() and before.count(".") < MOST_PARTS:
+            yield from _by_dotted_key(value, own, f"{before}{key}.")
+        else:
+            yield f"{before}{key}", value
+
+
+def dotted(own: Set[str]) -> BeforeValidator:
+    """Return a validator that reads reed.thickness = ... as "reed.thickness" = ...; ``own``: keys of value tables."""
+    return BeforeValidator(lambda table: dict(_by_dotted_key(table, own)) if isinstance(table, Mapping) else table)

@@ -16,6 +16,7 @@ import scipy
 from numpy.typing import NDArray
 
 from impact.notices import Progress, silent
+from seatfem.fields import Value
 from seatfem.machine import code
 from seatfem.structures.cache import content_key
 from seatfem.study.impacts.contact import RunError, check_step
@@ -27,7 +28,7 @@ from seatfem.study.scene import Scene, SceneError, load_scene, located
 from seatfem.study.scene.parcel import by_content
 from seatfem.study.scene.problems import Problem
 from seatfem.study.sweep.study import Study
-from seatfem.study.sweep.variations import Listed, Value
+from seatfem.study.sweep.variations import Listed
 from seatfem.units import number_and_unit
 
 Changes = Mapping[str, Value]

@@ -19,7 +19,6 @@ from typing import Any, Final, Literal, get_args
 from impact.files.safe_files import check_writable
 from impact.notices import Progress, silent
 from impact.quantities import in_time
-from seatfem import study
 from seatfem.jobs import folders
 from seatfem.jobs import folders as lines
 from seatfem.jobs.cluster import cluster_crew, threads_of
@@ -27,6 +26,7 @@ from seatfem.jobs.crew import Ask, Lost, crew
 from seatfem.jobs.folders import claimed
 from seatfem.study.runs import converge, next_round, pipeline
 from seatfem.study.runs.next_round import Limits
+from seatfem.study.scene import load as scene_reader
 from seatfem.study.scene.parcel import packed
 from seatfem.study.sweep import cases as study_cases
 from seatfem.study.sweep.cases import Case, chosen
@@ -116,11 +116,11 @@ def carry_out(
 def _carried_out(
     path: Path, changed: Changes, limits: next_round.Limits, start: Mapping[str, Any], *, leads: bool
 ) -> Outcome:
-    scene = study.scene.load_scene(path, changed)
+    scene = scene_reader.load_scene(path, changed)
     with folders.private_folder("sweep") as folder:
         plan = study_cases.begun(scene, start)
         if plan is None:
-            scene = study.scene.load_scene(path, {**changed, **start.get("seat", {})})
+            scene = scene_reader.load_scene(path, {**changed, **start.get("seat", {})})
             plan = converge.begin_plan(scene)
         result = pipeline.run_scene(scene, folder, limits=limits, pictures=False, plan=plan, histories=False)
     summary = {key: _scalar(value) for key, value in result.summary.items() if _is_scalar(value)}

@@ -87,7 +87,7 @@ def _marched(
     with private_folder("sweep") as folder:
         seat = cache.build(base.seat, plan.method.seat, base.run.duration, cache.Cache(folder / SEAT_FILE))
     problem = _problem(base, plan, impact.Body(seat.greens))
-    dt = plan.method.time_step or fallback_step(base.run, base.gas, problem.striker.greens, seat.greens)
+    dt = plan.method.time_step or fallback_step(base.run, base.driven_by, problem.striker.greens, seat.greens)
     parallel = list[_Scene | None]()
     for other in others:
         scene = load_scene(path, {**changed, **other})

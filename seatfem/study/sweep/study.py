@@ -2,7 +2,6 @@
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Set
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Final, Literal
@@ -11,7 +10,7 @@ from pydantic import AfterValidator, BeforeValidator, Field
 
 from seatfem.fields import Contradictions, ExistingFile, Fraction, Table, absent, default, kinds_below
 from seatfem.study.scene.keys import schema_of, table_lines
-from seatfem.study.scene.tables import load_table
+from seatfem.study.scene.tables import WholeKey, dotted, load_table
 from seatfem.study.sweep.variations import AnyVariation, Listed, Range, Variation
 
 LEAST: Final = 5  # fewest evaluations: three for a quadratic model of one key, one to start and one to use it
@@ -93,19 +92,10 @@ POWERS: Final = ("sobol", "sobol_indices")
 CONTACT_DATA: Final = ("contact.gap", "reed.velocity", "reed.release.tip_deflection", "reed.release.deflection")
 """Keys that may differ between scenes integrated in parallel: gap, speed and deflection of the striker."""
 MOST_KEYS: Final = 100
-DEEPEST: Final = 8  # largest number of parts of a dotted key
-LONGEST: Final = 200  # largest number of characters of a key
 OF_VARIATIONS: Final = {
     field.alias or name for kind in kinds_below(Variation) for name, field in kind.model_fields.items()
 } - {"number"}  # of which a scene may have tables
 MOST_SCENES: Final = 100_000  # largest number of scenes of a study; each takes some 3 ms to check
-
-
-def _whole_key(key: str) -> str:
-    parts = key.split(".")
-    if not all(part.strip() for part in parts) or len(parts) > DEEPEST or len(key) > LONGEST:
-        raise ValueError(f"{key[:LONGEST]!r} is no key of a scene; write its tables and its name, as reed.thickness")
-    return key
 
 
 def _objective(text: str) -> str:
@@ -116,24 +106,6 @@ def _objective(text: str) -> str:
 
 
 Objective = Annotated[str, AfterValidator(_objective)]
-WholeKey = Annotated[str, AfterValidator(_whole_key)]
-
-
-def _by_dotted_key(table: Mapping[str, Any], own: Set[str], before: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield values by dotted key; a table with one of the keys ``own`` is a value, others contain further keys."""
-    for key, value in table.items():
-        if isinstance(value, Mapping) and not own & value.keys() and before.count(".") < DEEPEST:
-            yield from _by_dotted_key(value, own, f"{before}{key}.")
-        else:
-            yield f"{before}{key}", value
-
-
-def dotted(own: Set[str]) -> BeforeValidator:
-    """Return a validator that reads reed.thickness = ... as "reed.thickness" = ...; ``own``: keys of value tables."""
-    return BeforeValidator(lambda table: dict(_by_dotted_key(table, own)) if isinstance(table, Mapping) else table)
-
-
-DOTTED: Final = dotted(OF_VARIATIONS)  # for tables of variations by dotted key
 
 
 class Outputs(Table):
@@ -166,7 +138,7 @@ class Study(Table):
     number: int | None = absent("scenes that are drawn", strict=True, ge=1, le=MOST_SCENES)
     seed: int = default(1, "of what is drawn", strict=True, ge=0, lt=2**32)
     limit: int = default(10_000, "scenes that are allowed at most", strict=True, ge=1, le=MOST_SCENES)
-    vary: Annotated[dict[WholeKey, AnyVariation], DOTTED] = Field(
+    vary: Annotated[dict[WholeKey, AnyVariation], dotted(OF_VARIATIONS)] = Field(
         min_length=1, max_length=MOST_KEYS, description="values by dotted key of the scene"
     )
     error_bars: Literal["every", "sampled"] = default(
@@ -270,8 +242,6 @@ def load_study(path: Path | str) -> Study:
     return load_table(path, Study)
 
 
-STUDY: Final = "study"
-STUDY_SCHEMA_FILE: Final = "seatfem-study.schema.json"
 _HEAD: Final = """\
 # seatfem init flapper      writes the scene that stands below, unless there is one
 # seatfem plan {file}     how many scenes there are, and what they would take

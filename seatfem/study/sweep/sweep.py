@@ -25,7 +25,7 @@ from impact.quantities import in_time
 from seatfem.jobs.folders import private_folder
 from seatfem.machine import libraries, resources
 from seatfem.machine.libraries import require_gmsh_libraries
-from seatfem.results import RESULT_KEYS, result_of
+from seatfem.results import all_results, result_of
 from seatfem.study.impacts.landings import LANDED, STATUS, left_out_in_words
 from seatfem.study.runs.forecast import Look, look_at
 from seatfem.study.runs.pipeline import first_numbers
@@ -317,7 +317,7 @@ def _check_asked(study: Study, done: Round) -> None:
     more = any((scene.life, scene.stress, scene.gauge))
 
     def may_come(name: str) -> bool:
-        shown = name in RESULT_KEYS and result_of(name).group not in ("life", "seat")
+        shown = name in all_results() and result_of(name).group not in ("life", "seat")
         return shown or (more and AFTERWARDS.match(name) is not None)
 
     if study.asked:

@@ -345,7 +345,7 @@ def _share(summary: Mapping[str, object], name: str) -> float:
 def check_sampled(scene: Scene, measures: Sequence[str]) -> None:
     """Raise `SceneError` for a ``scene`` that cannot be integrated in parallel, or measures that need a full run."""
     words = {
-        "a gas": scene.gas is not None,
+        **{f"[{each.table}]": True for each in scene.driven_by},
         "a [[spring]]": bool(scene.spring),
         "a stopper": scene.stopper is not None,
         "a film in the gap": scene.contact.film is not None,

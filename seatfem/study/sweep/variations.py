@@ -3,29 +3,26 @@
 import math
 from collections.abc import Mapping
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any, Final, Literal
+from typing import TYPE_CHECKING, Annotated, Final, Literal
 
 import numpy as np
 import scipy
 from pydantic import AfterValidator, BeforeValidator, Field
 
-from seatfem.fields import Contradictions, KeyProblem, Table, absent, kinds_below, one_of
-from seatfem.units import number_and_unit
+from seatfem.fields import (
+    Contradictions,
+    KeyProblem,
+    Table,
+    Value,
+    WrittenQuantity,
+    absent,
+    kinds_below,
+    one_of,
+    read_written,
+)
 
 MOST: Final = 10_000  # largest number of values of a key
 EDGE: Final = 2.0**-53  # smallest probability p, or 1 - p, at which unbounded distributions are evaluated
-Value = Any
-"""A value as it is written in a scene file: "0.3 mm", 5, "signorini"."""
-
-
-def _quantity(value: object) -> tuple[float, str]:
-    """Return the number and the unit of a written quantity."""
-    if isinstance(value, bool) or not isinstance(value, int | float | str):
-        raise ValueError(f"{value!r} is no number; write one with its unit, e.g. '0.3 mm', or a pure one")
-    number, unit = number_and_unit(value)
-    if not math.isfinite(number):
-        raise ValueError(f"{value!r} must be finite")
-    return number, unit
 
 
 def _positive(value: tuple[float, str]) -> tuple[float, str]:
@@ -34,8 +31,7 @@ def _positive(value: tuple[float, str]) -> tuple[float, str]:
     return value
 
 
-Quantity = Annotated[tuple[float, str], BeforeValidator(_quantity)]
-Positive = Annotated[Quantity, AfterValidator(_positive)]
+Positive = Annotated[WrittenQuantity, AfterValidator(_positive)]
 Share = Annotated[float, Field(ge=0, le=1)]
 
 
@@ -86,7 +82,7 @@ class Listed(Variation):
     def quantities(self) -> dict[str, tuple[float, str]]:
         """Return the numbers of all values, or nothing if one is no number or they differ in unit."""
         try:
-            quantities = {f"values.{number}": _quantity(value) for number, value in enumerate(self.values)}
+            quantities = {f"values.{number}": read_written(value) for number, value in enumerate(self.values)}
         except ValueError:
             return {}
         return quantities if len({unit for _, unit in quantities.values()}) == 1 else {}
@@ -102,8 +98,8 @@ class Range(Variation):
     """Range from one value to another: ``number`` levels in grids, any value between in designs that draw."""
 
     kind: Literal["range"]
-    low: Quantity = Field(alias="from", description="lowest value")
-    high: Quantity = Field(alias="to", description="highest value")
+    low: WrittenQuantity = Field(alias="from", description="lowest value")
+    high: WrittenQuantity = Field(alias="to", description="highest value")
     number: int | None = absent("of levels", strict=True, ge=2, le=MOST)
     scale: Literal["linear", "log"] = "linear"
 
@@ -141,7 +137,7 @@ class Normal(Variation):
     """Normal distribution."""
 
     kind: Literal["normal"]
-    mean: Quantity = Field(description="mean value")
+    mean: WrittenQuantity = Field(description="mean value")
     deviation: Positive = Field(description="standard deviation")
 
     def quantile(self, share: float) -> Value:
@@ -152,8 +148,8 @@ class TruncatedNormal(Normal):
     """Normal distribution within bounds: mean and deviation are those without the bounds."""
 
     kind: Literal["truncated_normal"]  # type: ignore[assignment]
-    low: Quantity = Field(alias="from", description="lowest value")
-    high: Quantity = Field(alias="to", description="highest value")
+    low: WrittenQuantity = Field(alias="from", description="lowest value")
+    high: WrittenQuantity = Field(alias="to", description="highest value")
 
     def contradictions(self) -> Contradictions:
         yield from super().contradictions()
@@ -189,7 +185,7 @@ class Tabled(Variation):
     """Measured distribution: values, and the fraction of all below each, interpolated linearly."""
 
     kind: Literal["table"]
-    points: tuple[tuple[Quantity, Share], ...] = Field(
+    points: tuple[tuple[WrittenQuantity, Share], ...] = Field(
         min_length=2, max_length=MOST, description="[value, share below it], from 0 to 1"
     )
 

@@ -1,8 +1,10 @@
-"""Passivity: whether a body can return more work than it received, and the nearest passive samples of a response."""
+"""Passivity: whether a body can return more work than it received, as samples or as a sum of poles; the nearest passive
+samples of a response; advice on runs with samples."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -10,7 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from impact.greens.base import Array, GreensFunction, GreensFunctionError, is_greens, step_weights
+from impact.greens.poles import PoleGreens
 from impact.greens.sampled import SampledGreens
+from impact.notices import Advice
 
 TOLERANCE = 1e-9  # largest negative eigenvalue that counts as round-off, over the largest eigenvalue
 _LANCZOS = 80
@@ -211,7 +215,7 @@ def repair(greens: SampledGreens, dt: float = 0.0) -> SampledGreens:
     """Return the nearest samples from which no force can draw work; ``greens`` itself if it is passive.
 
     Minimises sum_ij,k (g'_ij - g_ij)^2 at the sample times under Re[(1 - z) W(z)] >= 0 on |z| = 1, W the step weights
-    of g' at its own step (`impact.measured.passivity.passivity`). The dual of this quadratic programme is solved by an
+    of g' at its own step (`impact.passivity`). The dual of this quadratic programme is solved by an
     accelerated projected gradient; the remaining small violation is removed by the least multiple of a falling ramp,
     since any g that never rises and ends at zero is passive:
 
@@ -354,3 +358,165 @@ def _nearest(form: _WorkForm, x: Array) -> tuple[Array, int]:
         momentum = new + (inertia - 1) / following * (new - multipliers)
         multipliers, inertia = new, following
     return nearest, rounds
+
+
+UNRESOLVED_LIMIT = 0.01  # fraction of the power above the run's Nyquist frequency beyond which there is advice
+REST_LIMIT = 0.05  # ratio of a record's end to its largest value beyond which there is advice, for tail 'zero'
+_CHECKED_STEPS = 8192  # most steps whose passivity is checked
+
+
+def sampling_advice(greens: GreensFunction, dt: float, n: int, *, body: str = "target") -> tuple[Advice, ...]:
+    """Return advice for a run of ``n`` steps of ``dt`` [s] with a sampled body (or the sampled parts of a sum).
+
+    Advice is given if the fraction of the power |g^(f)|^2 of the samples above 1/(2 dt) is large, if the step weights
+    are not passive (in the first 8192 steps), and if a record that is set to zero at its end is not at rest there.
+    """
+    return tuple(advice for part in greens.sampled_parts for advice in _advice_on(part, dt, n, body))
+
+
+def _advice_on(greens: SampledGreens, dt: float, n: int, body: str) -> Iterator[Advice]:
+    power = np.sum(np.abs(np.fft.rfft(greens.values, axis=2)) ** 2, axis=(0, 1))
+    above = np.fft.rfftfreq(greens.values.shape[2], greens.dt) > 0.5 / dt * (1 + 1e-9)
+    share = float(power[above].sum() / max(power.sum(), 1e-300))
+    if share > UNRESOLVED_LIMIT:
+        yield Advice(
+            f"share of the sampled {body}'s response above half the step rate",
+            share,
+            UNRESOLVED_LIMIT,
+            f"the samples reach {0.5 / greens.dt:.3g} Hz, steps of {dt:.3g} s only {0.5 / dt:.3g} Hz",
+            f"use dt <= {greens.dt:.3g} s",
+        )
+    size = np.abs(greens.values).max(axis=(0, 1))
+    level = float(size[-max(len(size) // 10, 1) :].max() / max(size.max(), 1e-300))
+    if greens.tail == "zero" and n * dt > greens.end * (1 + 1e-9) and level > REST_LIMIT:
+        yield Advice(
+            f"last tenth of the sampled {body}'s record over its largest value",
+            level,
+            REST_LIMIT,
+            f"the tail rule 'zero' cuts a motion that goes on at {greens.end:.3g} s",
+            "measure or compute longer, until it has come to rest",
+        )
+    report = passivity(greens, dt, min(n, _CHECKED_STEPS))
+    if not report.passive:
+        yield Advice(
+            f"least work of the sampled {body} over the largest",
+            report.smallest / report.largest,
+            -report.tolerance / report.largest,
+            f"contact can draw energy from it, most near {report.frequency:.3g} Hz",
+            "use impact.repair(greens, dt), and a step that is a whole multiple of the samples' spacing",
+        )
+
+
+POLE_TOLERANCE = 1e-9  # largest negative eigenvalue that counts as round-off, over the sum of the sizes of the terms
+_AROUND = np.concatenate([-np.geomspace(30, 0.03, 10), [0.0], np.geomspace(0.03, 30, 10)])  # in half widths from a pole
+_CHUNK = 2_000_000  # number of values evaluated at once
+
+
+@dataclass(frozen=True)
+class PolePassivity:
+    """Frequency at which the real part of a body's mobility is smallest.
+
+    Attributes:
+        margin: smallest eigenvalue of Re[iw G(iw)] over the sum of the sizes of its terms at that frequency, least over
+            w, -1 ... 1; < 0 is an energy gain.
+        frequency: the frequency [Hz].
+        tolerance: the body counts as passive if ``margin`` >= -``tolerance``.
+    """
+
+    margin: float
+    frequency: float
+    tolerance: float = POLE_TOLERANCE
+
+    @property
+    def passive(self) -> bool:
+        """Return whether the body is passive within the tolerance."""
+        return self.margin >= -self.tolerance
+
+    def __str__(self) -> str:
+        verdict = "passive" if self.passive else "not passive"
+        return f"{verdict}: margin {self.margin:.3g} at {self.frequency:.4g} Hz (limit {-self.tolerance:.1g})"
+
+
+def pole_passivity(greens: PoleGreens, *, tolerance: float = POLE_TOLERANCE) -> PolePassivity:
+    """Report whether any force history can draw energy from the body.
+
+    A force N does the work integral of N u' = (1/pi) integral over w > 0 of N^ Re[iw G(iw)] N: never negative if and
+    only if Re[iw G(iw)] (symmetric, p x p) is positive semidefinite at all w, including its limits at 0 and infinity. A
+    pole on the imaginary axis also needs r r' = -i times a positive matrix.
+
+    The terms are summed in a form free of cancellation (`real_mobility`); frequencies are refined around each pole, and
+    around the least values by two rounds of subdivision. A violation narrower than that grid is not detected.
+
+    ``tolerance``: relative tolerance of the margin. Source: Anderson and Vongpanitlerd, Network Analysis and Synthesis
+    (1973), ch. 2.
+    """
+    w = passivity_grid(greens)
+    margins = passivity_margins(greens, w)
+    for _ in range(2):  # neighbourhood of the eight least values
+        least = np.argsort(margins)[:8]
+        fine = [np.linspace(w[max(k - 1, 0)], w[min(k + 1, len(w) - 1)], 33)[1:-1] for k in least]
+        w = np.concatenate([w, *fine])
+        margins = np.concatenate([margins, passivity_margins(greens, np.concatenate(fine))])
+        order = np.argsort(w)
+        w, margins = w[order], margins[order]
+    worst = int(np.argmin(margins))
+    margin, frequency = float(margins[worst]), float(w[worst])
+    for k in np.flatnonzero(greens.poles.real == 0):
+        r = greens.shapes[k]
+        size = float(np.sum(np.abs(r) ** 2))
+        turned = 1j * np.outer(r, r)  # must be real and positive
+        worst_turn = float(np.linalg.eigvalsh(turned.real)[0] - np.abs(turned.imag).max())
+        if size and worst_turn / size < min(margin, -tolerance):
+            margin, frequency = worst_turn / size, float(greens.poles[k].imag)
+    return PolePassivity(margin, frequency / (2 * np.pi), tolerance)
+
+
+def real_mobility(greens: PoleGreens, omega: Array) -> tuple[Array, Array]:
+    """Return Re[iw G(iw)] (n, p, p), and the sum of the sizes (traces) of its terms (n,) [m/(N s)].
+
+    A pair R = r r' at s gives w^2 (2 sigma B - A (|s|^2 - w^2))/((|s|^2 - w^2)^2 + 4 w^2 sigma^2), sigma = -Re s, A = 2
+    Re R, B = -2 Re(R s*); a real pole sign a a' w^2/(w^2 + rate^2); rigid bodies and compliance contribute nothing.
+    """
+    n, p = len(omega), len(greens.port_names)
+    total, size = np.zeros((n, p, p)), np.zeros(n)
+    residues = np.einsum("ki,kj->kij", greens.shapes, greens.shapes)
+    a, b = 2 * residues.real, -2 * (residues * greens.poles.conj()[:, None, None]).real
+    sigma, square = -greens.poles.real, np.abs(greens.poles) ** 2
+    real = greens.signs[:, None, None] * np.einsum("mi,mj->mij", greens.real_shapes, greens.real_shapes)
+    chunk = max(1, _CHUNK // max(1, len(sigma) + len(real)))
+    sizes = [np.abs(np.einsum("kii->ki", x)).sum(axis=1) for x in (a, b, real)]
+    for start in range(0, n, chunk):
+        w2 = omega[start : start + chunk, None] ** 2
+        away = square - w2
+        below = away**2 + 4 * w2 * sigma**2
+        below = np.where(below == 0, np.inf, below)  # on an undamped pole
+        weight_b, weight_a = 2 * w2 * sigma / below, -w2 * away / below
+        weight_r = w2 / np.where((w2 == 0) & (greens.rates == 0), 1.0, w2 + greens.rates**2)
+        terms = ((weight_b, b), (weight_a, a), (weight_r, real))
+        total[start : start + chunk] = sum(np.tensordot(weight, x, axes=1) for weight, x in terms)
+        size[start : start + chunk] = sum(
+            np.abs(weight) @ x for (weight, _), x in zip(terms, (sizes[1], sizes[0], sizes[2]), strict=True)
+        )
+    return total, size
+
+
+def passivity_margins(greens: PoleGreens, omega: Array) -> Array:
+    """Return the smallest eigenvalue (n,) of Re[iw G(iw)] over the sum of the sizes of its terms."""
+    total, size = real_mobility(greens, omega)
+    least = total[:, 0, 0] if total.shape[1] == 1 else np.linalg.eigvalsh(total)[:, 0]
+    return np.asarray(least / np.where(size > 0, size, 1.0))
+
+
+def passivity_grid(greens: PoleGreens) -> Array:
+    """Return angular frequencies around each pole in multiples of its half width, around each real pole in octaves, and
+    far below and above all."""
+    s, width = greens.poles, np.maximum(-greens.poles.real, 1e-6 * np.abs(greens.poles))
+    near = (s.imag[:, None] + width[:, None] * _AROUND).ravel()
+    rates = greens.rates[greens.rates > 0]
+    octaves = (rates[:, None] * 2.0 ** np.arange(-4, 5)).ravel()
+    scale = np.concatenate([np.abs(s), rates])
+    if not scale.size:
+        return np.ones(1)
+    wide = np.geomspace(1e-4 * scale.min(), 1e4 * scale.max(), 600)
+    w = np.unique(np.concatenate([near, octaves, wide]))
+    return np.asarray(w[w > 0])

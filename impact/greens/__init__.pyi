@@ -1,8 +1,0 @@
-# ruff: noqa: I001 (one import a module)
-from impact.greens import (
-    base as base,
-    modal as modal,
-    oscillator as oscillator,
-    poles as poles,
-    sampled as sampled,
-)

@@ -1,1 +1,0 @@
-from impact.storage import hdf5 as hdf5

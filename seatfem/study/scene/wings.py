@@ -1,0 +1,102 @@
+"""What a file of `seatfem.wings` may add to a scene: a table that loads the reed by its opening."""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any, ClassVar
+
+from impact.after import result as impact_results
+from impact.bodies import body as bodies
+from impact.greens.base import Array
+from impact.late import import_all
+from seatfem.fields import Contradictions, Table
+from seatfem.results import WINGS, ResultSource
+from seatfem.structures.kinds import Structure
+
+
+class Drive(Table, ResultSource):
+    """A table of a scene that loads the reed by its opening, as a gas does: a subclass. Absent, it does nothing."""
+
+    table: ClassVar[str]
+    """Its key in a scene; keys of summary.json begin with it."""
+    description: ClassVar[str]
+
+    @classmethod
+    def complete(cls, scene: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Return the tables of a scene file with keys that follow from this one."""
+        return scene
+
+    @abstractmethod
+    def check(self, duration: float) -> Contradictions:
+        """Yield the keys that contradict the ``duration`` of the run [s], with the reasons."""
+
+    @property
+    @abstractmethod
+    def longest_step(self) -> float:
+        """Return the longest time step with which it follows the reed [s]."""
+
+    @abstractmethod
+    def describe_step(self, step: float) -> str:
+        """Return what is wrong with a ``step`` above the longest [s]."""
+
+    @property
+    @abstractmethod
+    def label(self) -> tuple[str, float, float]:
+        """Return the words for it in a drawing of the scene, and the range of x on which it acts [m]."""
+
+    @abstractmethod
+    def loads(self, reed: Structure, body: bodies.Body) -> Iterator[bodies.Load]:
+        """Yield its loads on the ``body`` of a ``reed``."""
+
+    @abstractmethod
+    def values(self, lift: Array, dt: float, duration: float) -> dict[str, float]:
+        """Return its results with error bars, by `cycle_name`; arguments as in `after_run`."""
+
+    @abstractmethod
+    def notes(self) -> tuple[str, ...]:
+        """Return notes for the reader of a run."""
+
+    @abstractmethod
+    def after_run(
+        self, lift: Array, dt: float, duration: float, stopper: impact_results.ImpactResult | None
+    ) -> DriveRun:
+        """Return its course in a run of this ``duration`` [s], with the (n + 1,) ``lift`` of the reed [m] at steps
+        ``dt`` [s]; ``stopper``: the contact there."""
+
+
+class DriveRun:
+    """The course of a `Drive` in a run."""
+
+    @abstractmethod
+    def keys(self) -> dict[str, object]:
+        """Return its keys of summary.json."""
+
+    @abstractmethod
+    def write(self, folder: Path) -> Path:
+        """Write its histories into the ``folder`` of the run, and return the file."""
+
+    @abstractmethod
+    def picture(self, title: str, stop: float | None) -> tuple[str, Callable[[Path], None]]:
+        """Return the file name of its picture, and the function that draws it; ``stop``: lift at the stopper [m]."""
+
+
+def drives_of_wings() -> tuple[type[Drive], ...]:
+    """Return all tables that wings add to scenes."""
+    import_all(WINGS)
+    return tuple(Drive.__subclasses__())
+
+
+def longest_step(present: tuple[Drive, ...]) -> float:
+    """Return the longest time step with which all of these follow the reed [s]; inf without any."""
+    return min((each.longest_step for each in present), default=math.inf)
+
+
+CYCLE = " cycle "
+
+
+def cycle_name(key: str, cycle: int) -> str:
+    """Return the name, among the values of a run, of the value of a list in summary.json for one cycle."""
+    return f"{key}{CYCLE}{cycle}"
