@@ -23,7 +23,7 @@ from impact.measured.amplitudes import (
     modal_fit,
     response_of,
 )
-from impact.measured.vector_fitting import Poles, basis, find_misfit, pole_passivity, refined
+from impact.measured.vector_fitting import Poles, basis, find_misfit, refined
 from impact.quantities import finite_or_none
 
 Form = Literal["auto", "modal", "complex"]
