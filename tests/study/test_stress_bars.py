@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from seatfem.structures.kinds import Annular
-from seatfem.study.impacts.plate_stress import Forces
+from seatfem.study.impacts.forces import PatchForces
 from seatfem.study.impacts.validity import ONE_PORT
 from seatfem.study.method import BAND, SIZE, STEP
 from seatfem.study.plan import Choice
@@ -21,7 +21,7 @@ from tests.steps import Division, Plan
 
 def test_forces_keep_their_sum_and_their_place_on_the_lip() -> None:
     force = np.random.default_rng(0).uniform(0, 5, (3, 8))
-    four = Forces(force, Division(4, 2), None, 1e-7)
+    four = PatchForces(force, Division(4, 2))
     assert four.by(Division(4, 2)) is force
     np.testing.assert_allclose(four.by(Division())[:, 0], force.sum(axis=1))
     arcs = force.reshape(3, 4, 2).sum(axis=2)

@@ -94,17 +94,10 @@ class GasRun:
     def from_run(gas: CompressorGas, touches: Touches) -> GasRun:
         """Return the gas of a run, by its table [gas]."""
         drive = gas_of(gas)
-        history = gas_history(drive, lift_of(touches), touches.seat.dt)
+        history = gas_history(drive, touches.opening, touches.seat.dt)
         crank = gas.crank
         volume = None if crank is None else np.array([crank.volume(float(t)) for t in history.time])
         return GasRun(gas, drive, history, angles(history.time, gas.rpm, gas.angle), volume)
-
-
-def lift_of(touches: Touches) -> Array:
-    """Return the (n + 1,) mean gap of the contacts at the seat, which the gas sees as the lift [m]."""
-    if touches.parts is None:
-        return touches.seat.gap
-    return touches.parts.rows.spread_motions(touches.parts.rows.gap.mean(axis=1))
 
 
 def gas_keys(run: GasRun, touches: Touches, duration: float) -> dict[str, object]:
@@ -112,7 +105,7 @@ def gas_keys(run: GasRun, touches: Touches, duration: float) -> dict[str, object
 
     The valve is open above `OPEN` of its largest lift; the seating velocity is its speed where it falls below that.
     """
-    gas, dt, lift, turn = run.asked, touches.seat.dt, lift_of(touches), run.asked.turn
+    gas, dt, lift, turn = run.asked, touches.seat.dt, touches.opening, run.asked.turn
     largest = float(np.max(lift))
     is_open = lift > OPEN * largest if largest > 0 else np.zeros(len(lift), dtype=bool)
     rises, falls = (np.flatnonzero(is_open[1:] & ~is_open[:-1]) + 1, np.flatnonzero(~is_open[1:] & is_open[:-1]) + 1)

@@ -7,19 +7,14 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, Final
 
-import impact
-from impact.after import loads, measures
-from impact.after.histories import ReedStress
+from impact.after import measures
 from impact.greens.base import Array
 from impact.life import damage, strength
 from impact.life.multiaxial import hertz_path
 from impact.life.places import Judged, judged, margin_error, on_planes, thinned
-from impact.march.stepper import with_recorded_loads
 from impact.notices import Advice
 from impact.quantities import finite_or_none
-from seatfem.study.impacts.gas import lift_of
-from seatfem.study.impacts.touches import Touches, pushes
-from seatfem.study.scene import ContactGeometry
+from seatfem.study.impacts.touches import Touches
 from seatfem.study.scene.life import LifeTable
 
 Histories = Iterable[tuple[str, Array]]
@@ -77,24 +72,6 @@ def lasting(
     contact = life.demand("contact")
     below = None if contact is None else (judged(_below_contact(life, stiffness, touches), contact), contact.strength)
     return LifeResult(tuple(bodies), below, speed)
-
-
-def beam_histories(
-    geometry: ContactGeometry,
-    striker: impact.Body,
-    touches: Touches,
-    stress: ReedStress | None,
-    *,
-    few: bool = False,
-) -> Iterator[tuple[str, Array]]:
-    """Yield the stress histories of `seatfem.structures.kinds.structure.KnownStress.histories`, those at the places of
-    the ``stress`` peaks included."""
-    force, dt = pushes(striker, touches.seat.force, touches.stopper_force), touches.seat.dt
-    peaks = () if stress is None else (stress.initial, stress.after_contact, stress.largest)
-    peak_places = {peak.at for peak in peaks if peak is not None}
-    body = loads.without_springs(with_recorded_loads(striker, lift_of(touches), dt), force, dt)
-    if (known := geometry.reed.stress(force, dt, body, geometry.contact_at)) is not None:
-        yield from known.histories(peak_places, few=few)
 
 
 def block_from(life: LifeTable | None, turn: float | None, touches: Touches) -> int:

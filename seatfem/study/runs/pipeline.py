@@ -218,7 +218,7 @@ def _summary(done: Round, baseline: Baseline, gas_run: GasRun | None, watch: Sto
         "seat_kind": scene.seat.kind,
         **({} if gas_run is None else gas_keys(gas_run, done.touches, scene.run.duration)),
         **({} if scene.stopper is None else stopper_face_keys(scene.stopper)),
-        **contact.valve_spring_keys(scene.spring, scene.geometry, done.striker, done.seat.greens, done.touches),
+        **contact.valve_spring_keys(scene.spring, done.strike),
         **reed_keys(scene.reed.kind, done.striker, done.reed),
         **regime_keys(done.striker, rings.as_a_whole(done.seat.greens), done.result),
     }

@@ -26,9 +26,7 @@ from seatfem.structures.method import BEYOND, COARSENING, Solved
 from seatfem.structures.model import ModelError, SecondOrderModel
 from seatfem.structures.reduction.harmonics import RingPatch, mixing_of
 from seatfem.structures.rings import Division, ring_names
-from seatfem.study.impacts.touches import Touches
 from seatfem.study.plan import Plan
-from seatfem.study.runs.round import Round
 from seatfem.study.scene.problems import Problem, SceneError
 from seatfem.study.scene.run import Stress as StressTable
 
@@ -346,14 +344,6 @@ def check_stress(plan: Plan, progress: Progress) -> None:
     else:
         mesh = body.meshes(method, progress)[0]
     SeatMesh(plan, mesh).named()
-
-
-def force_by_port(done: Round, touches: Touches) -> Array:
-    """Return the (n + 1, ports) forces of a run on the seat [N]; on a seat with one contact, the force is divided over
-    its rings by their areas."""
-    if touches.parts is not None:
-        return -touches.parts.force
-    return np.asarray(-touches.seat.force[:, None] * Division.from_greens(done.seat.greens).shares)
 
 
 def _in_mm(point: Sequence[float] | Array) -> str:

@@ -1,11 +1,13 @@
 """Stress in the seat of a run: the largest on its surface with an error bar, and histories at named points."""
 
+from __future__ import annotations
+
 import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, Final
+from typing import Any, ClassVar, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,27 +15,33 @@ from scipy.spatial import cKDTree
 
 from impact import notices, quantities
 from impact.greens.base import Array
-from seatfem.pictures import rendering, stress_plot
+from seatfem.pictures import cell_grid, rendering, stress_plot
 from seatfem.structures.errors import ModelError
 from seatfem.structures.fields.peaks import BETWEEN, Largest
-from seatfem.structures.fields.recovery import at_time, histories, largest, von_mises
-from seatfem.structures.fields.sites import local_maxima
-from seatfem.structures.fields.solids import AnyField, RingField, elements_of
+from seatfem.structures.fields.recovery import at_time, histories, largest, response_in_frames, von_mises
+from seatfem.structures.fields.sites import at_nodes, local_maxima, near
+from seatfem.structures.fields.solids import AnyField, RingField, elements_of, turned
 from seatfem.structures.finite_elements import MESH_SAFETY
 from seatfem.structures.model import SecondOrderModel
-from seatfem.structures.rings import Division
+from seatfem.study.impacts.forces import Strike
+from seatfem.study.impacts.life import Histories
 from seatfem.study.runs import seat_fields, summary
+from seatfem.study.runs.body_stress import COMPONENTS, FieldStress, History, Motion, Spot, rows_of
 from seatfem.study.runs.round import Round
 from seatfem.units import place_words
 
 FEWER_HARMONICS: Final = 0.75  # fraction of the harmonics in the comparison that gives their truncation error
 NEAREST: Final = 6  # sites at and beside a place at which its mesh error is estimated
+LIVES: Final = 12  # hot spots of the surface whose life is computed
 MOST_SPOTS: Final = 20  # most hot spots of a seat
 LEAST_SPOT: Final = 0.1  # least stress of a hot spot, over the largest stress
+PASSES: Final = 2  # duration of the frames of its wave, in travel times of a shear wave along the seat
+AROUND: Final = ("rr", "tt", "zz", "tz", "rz", "rt")  # stress components of a body of revolution
+LIP: Final = "lip"
 
 
 @dataclass(frozen=True)
-class SeatStress:
+class SeatStress(FieldStress):
     """Stress in the seat at P sites of its surface: peaks, hot spots and error bars.
 
     Attributes:
@@ -50,15 +58,16 @@ class SeatStress:
         judged: (2 + Q,) largest von Mises stress, largest tension, largest von Mises stress at each named point [Pa].
         bars: their error bars at the same places, so far [Pa].
         by_key: parts of the first bar, by the key or the model that leaves them [Pa]; empty so far.
-        time: (n + 1,) [s].
         points: (Q, 3) points that the scene names [m].
         named: (Q + 1, 6, n + 1) stress histories of these points, and of the site of the largest stress [Pa].
         snapshot: (P, 6) stress on the surface at the time of the largest stress [Pa].
         front: rho c_0 v, c_0^2 = E/rho, at the first touch [Pa]; nan without one.
-        field, of_points: stress fields at all sites and at the named points, for any port forces.
+        of_points: stress field at the named points.
         largest_at: stress field at the sites of the largest von Mises stress and of the largest tension.
-        division: division of the struck patch into parts, the ports of these fields.
     """
+
+    role: ClassVar[str] = "seat"
+    each: ClassVar[int] = LIVES
 
     meshes: seat_fields.SeatMeshes
     known: seat_fields.MeshStress
@@ -71,15 +80,12 @@ class SeatStress:
     peak: Largest
     judged: Array
     bars: Array
-    time: Array
     points: Array
     named: Array
     snapshot: Array
     front: float
-    field: AnyField
     of_points: AnyField
     largest_at: AnyField
-    division: Division
     by_key: Mapping[str, float] = dataclasses.field(default_factory=dict)
 
     @property
@@ -105,9 +111,86 @@ class SeatStress:
         return np.column_stack([np.hypot(*self.points[:, :2].T), self.points[:, 2]])
 
     @property
-    def is_around(self) -> bool:
-        """Return whether the stress components are in cylindrical coordinates."""
-        return self.sites.shape[1] == 2 or isinstance(self.field, RingField)
+    def components(self) -> tuple[str, ...]:
+        """Return the names of the stress components, of a body of revolution in cylindrical coordinates."""
+        return AROUND if self.sites.shape[1] == 2 or isinstance(self.field, RingField) else COMPONENTS
+
+    @property
+    def regions(self) -> NDArray[np.str_]:
+        """Return one name, of the surface, for all points."""
+        return np.full(len(self.sites), "")
+
+    @property
+    def relative_bar(self) -> float:
+        return self.bar / float(self.peak.von_mises.max()) if math.isfinite(self.bar) else math.nan
+
+    def under(self, strike: Strike) -> SeatStress:
+        return replace(self, strike=strike, force=strike.on_seat)
+
+    def histories(self, first: int) -> Histories:
+        """Yield those of the surface, then those of the points that the scene names."""
+        yield from super().histories(first)
+        yield from self._named_histories(self.of_points, np.full(len(self.of_points.points), ""))
+
+    def hot_spots(self, stride: int) -> tuple[tuple[Spot, ...], tuple[History, ...]]:
+        """Return all hot spots, and histories at the largest on the lip and elsewhere and at named points."""
+        parts, touches = np.where(self.on_lip[self.spots], LIP, "body"), self.strike.touches
+        times = self.peak.von_mises_time[self.spots]
+        spots = self.spots_at(self.spots, parts, self.singular[self.spots], times)
+        first = np.sort(np.unique(parts, return_index=True)[1])
+        histories = self.histories_at(self.spots[first], [spots[k] for k in first], stride)
+        for point, stress in zip(self.named_places, self.named[:-1], strict=True):
+            histories.append(History.at_peak(self.role, "named", point, stress, touches, self.components, stride))
+        return spots, tuple(histories)
+
+    def on_skin(self, values: Array) -> tuple[cell_grid.Skin, Array]:
+        """Return the surface as `FieldStress.on_skin`; of harmonics all around the ring."""
+        nodes = elements_of(self.mesh).nodes
+        if not isinstance(self.field, RingField):
+            assert self.model is not None
+            skin = cell_grid.skin_of(self.model)
+            on_nodes = np.full(len(skin.nodes), np.nan)
+            on_nodes[rows_of(self.field.points, nodes.T[skin.nodes])] = values
+            return skin, on_nodes
+        around = self.field.angles[0]
+        skin = cell_grid.skin_of_section(
+            self.mesh, nodes[0], nodes[1], np.append(around, around[0] + 2 * np.pi)
+        ).spread()
+        assert skin.angles is not None
+        on_nodes = np.full((nodes.shape[1], len(around)), np.nan)
+        on_nodes[rows_of(self.field.section, nodes.T)] = values.reshape(self.field.angles.shape)
+        turns = np.round((skin.angles - around[0]) / (2 * np.pi) * len(around)).astype(np.int64) % len(around)
+        return skin, on_nodes[skin.nodes, turns]
+
+    @property
+    def wave_span(self) -> tuple[float, float]:
+        touch, extent = self.strike.touches.touch, float(np.ptp(self.mesh.p, axis=1).max())
+        return touch, touch + PASSES * extent / self.drawn.body.slowest
+
+    def motion(self, steps: range) -> Motion:
+        """Return the stress wave on the mesh of the stress: harmonics are summed one by one to save memory."""
+        elements, drawn = elements_of(self.mesh), self.drawn
+        if self.model is None:
+            skin = cell_grid.skin_of_section(elements.mesh, *elements.nodes).spread()
+        else:
+            skin = cell_grid.skin_of(self.model)
+        nodes, which = np.unique(skin.nodes, return_inverse=True)
+        sites = at_nodes(elements, nodes)
+        tensors, moved = np.zeros((len(steps), len(which), 6)), np.zeros((len(steps), len(which), 3))
+        for n, model, response, mixing in drawn.harmonics(self.waves):
+            functional = drawn.stress_of(model, sites, n)
+            for by_sin in (False, True)[: 2 if n else 1]:
+                pushes = self.force if self.waves is None else self.force @ mixing[:, :, int(by_sin)]
+                unknowns = response_in_frames(response, pushes, self.dt, steps)
+                stress = np.asarray(functional @ unknowns.T).reshape(len(sites), 6, -1)
+                for frame, each in enumerate(unknowns):
+                    parts = [stress[which, :, frame], model.expand(each)[:, skin.nodes].T]
+                    if skin.angles is not None and self.waves is not None:
+                        parts = [turned(part, skin.angles, n, by_sin=by_sin) for part in parts]
+                    tensors[frame] += parts[0]
+                    moved[frame] += parts[1]
+        known = ~near(elements.nodes.T[skin.nodes], drawn.singular, drawn.distance)
+        return Motion(skin, von_mises(tensors), moved, known, "Stress wave in the seat")
 
     @property
     def bar(self) -> float:
@@ -140,7 +223,8 @@ def seat_stress(done: Round, progress: notices.Progress = notices.silent) -> Sea
     if scene.stress is None:
         return None
     meshes = seat_fields.SeatMeshes(done.plan, done.seat, progress)
-    dt, force = done.result.dt, seat_fields.force_by_port(done, done.touches)
+    strike = done.strike
+    dt, force = strike.dt, strike.on_seat
     waves = seat_fields.Waves.from_forces(meshes, force)
     known = meshes.both[0].stress(waves).within(scene.stress)
     points = np.array(scene.stress.points).reshape(-1, 3)
@@ -158,6 +242,9 @@ def seat_stress(done: Round, progress: notices.Progress = notices.silent) -> Sea
     named_fields = [*of_points, both.at(np.array([0]))]
     angles = len(field.points) // len(known.to_edge)
     return SeatStress(
+        strike,
+        field,
+        force,
         meshes,
         known,
         waves,
@@ -169,15 +256,12 @@ def seat_stress(done: Round, progress: notices.Progress = notices.silent) -> Sea
         peaks,
         judged,
         bars,
-        done.result.time,
         points,
         np.concatenate([histories(each, force, dt) for each in named_fields]),
         at_time(field, force, dt, round(peaks.von_mises_time[worst] / dt)),
         _front(done),
-        field,
         of_points[0] if of_points else field.at(np.zeros(0, dtype=np.int64)),
         both,
-        Division.from_greens(done.seat.greens) if done.touches.parts is not None else Division(1, force.shape[1]),
     )
 
 
@@ -203,7 +287,7 @@ def _with_fewer(field: AnyField) -> AnyField:
     return replace(field, harmonics=field.harmonics[: max(1, int(FEWER_HARMONICS * len(field.harmonics)))])
 
 
-def left_by_mesh(stress: SeatStress, done: Round) -> Array:
+def left_by_mesh(stress: SeatStress) -> Array:
     """Return the mesh errors (2 + Q,) of `SeatStress.judged` [Pa]; nan if there is no coarser mesh to compare with.
 
     They are `MESH_SAFETY` / (r - 1) times the change from the coarser mesh, r the ratio of element sizes: its root mean
@@ -215,9 +299,8 @@ def left_by_mesh(stress: SeatStress, done: Round) -> Array:
     if not peak.von_mises.any():
         return np.zeros(len(stress.judged))
     beside = cKDTree(sites).query(sites[places_of(peak)], k=min(NEAREST, len(sites)))[1].reshape(2, -1)
-    force = seat_fields.force_by_port(done, done.touches)
     try:
-        found, named = stress_on(coarse, stress, beside.ravel(), force, done.result.dt)
+        found, named = stress_on(coarse, stress, beside.ravel(), stress.force, stress.dt)
     except ModelError:  # a place lies between a chord of the coarser mesh and the surface
         return unknown
     pairs = ((found.von_mises, peak.von_mises), (found.principal, peak.principal))
@@ -294,7 +377,7 @@ def stress_pictures(stress: SeatStress, title: str, unsure: tuple[float, float])
         stress.mesh,
         sites,
         von_mises(stress.snapshot[stress.section]),
-        stress.time,
+        stress.strike.touches.seat.time,
         von_mises(np.moveaxis(stress.named, 1, 2)),
         (*labels[:-1], f"largest, {labels[-1]}"),
         at=float(peak.von_mises_time[k]),
