@@ -230,7 +230,7 @@ def test_the_wave_and_the_margins_of_a_ring_struck_in_arcs(tmp_path: Path, monke
     (tmp_path / "seat.toml").write_text(STRENGTH, encoding="utf-8")
     *_, done = rounds(begin_plan(load_text(tmp_path, ARCS)), tmp_path, Stopwatch(), silent, limits=Limits(rounds=1))
     stress = seat_stress(done)
-    assert len(stress.waves.numbers) > 3
+    assert len(stress.known.waves.numbers) > 3
     wave = wave_of(done, stress)
     some, section = np.arange(len(wave.points))[:: len(wave.points) // 4], elements_of(stress.mesh).nodes.T
     places = np.column_stack([np.hypot(*wave.points[some, :2].T), wave.points[some, 2]])
@@ -243,7 +243,7 @@ def test_the_wave_and_the_margins_of_a_ring_struck_in_arcs(tmp_path: Path, monke
         Harmonic(
             n, response.stress(stress.drawn.stress_of(model, sites, n), sites.points).field(done.result.dt), mixing
         )
-        for n, model, response, mixing in stress.drawn.harmonics(stress.waves)
+        for n, model, response, mixing in stress.drawn.harmonics(stress.known.waves)
     ]
     field = RingField(sites.points, angles[:, None], tuple(parts))
     exact = von_mises(np.moveaxis(histories(field, stress.force, stress.dt), 1, 2))

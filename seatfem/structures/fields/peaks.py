@@ -100,9 +100,11 @@ def largest(
     record into further spans. ``workers`` threads (default: as many as compiled code may use) share the places; the
     result does not depend on their number.
     """
-    bounds, stride = field.bounds, stride_of(field, dt)
     spans = Spans.of_run(force, dt, since)
-    peaks = np.zeros((spans.count, 4, len(bounds), len(field.points) // max(1, len(bounds))))
+    if not len(field.points):
+        return LargestStress(spans, np.zeros((spans.count, 4, 0)))
+    bounds, stride = field.bounds, stride_of(field, dt)
+    peaks = np.zeros((spans.count, 4, len(bounds), len(field.points) // len(bounds)))
     with ThreadPoolExecutor(workers or threads()) as pool:
         for number, part in blocks_of_times(field, force, dt, stride):
             times = number * stride

@@ -15,7 +15,7 @@ from impact.exact import contact_stress, half_space
 from impact.greens.base import Array
 from seatfem.fields import Angle, KeyProblem, Length, of_same_names
 from seatfem.structures.kinds import drawn, structure
-from seatfem.structures.kinds.places import Place, StressAtPlaces
+from seatfem.structures.kinds.places import StressAtPlaces
 from seatfem.structures.lip import Lip
 from seatfem.structures.method import QUARTERS, Level, Method
 from seatfem.structures.outlines import BodyViews, Size, length_text, of_profile
@@ -263,8 +263,8 @@ damping_ratio = 0.005
         across, along = contact_stress.disk_axis_stress(np.array([depth]), poisson=poisson)
         unit = np.array([across[0], across[0], along[0], 0.0, 0.0, 0.0])
         tensors = np.outer(np.abs(force) / (math.pi * facet**2), unit)
-        below = Place(f"{length_text(depth * facet)} below the facet", depth * facet, tensors, on_surface=False)
-        return StressAtPlaces((below,), force, dt)
+        below = {f"{length_text(depth * facet)} below the facet": (depth * facet, tensors)}
+        return StressAtPlaces(below, force, dt, is_inside=True)
 
     def struck_part(self) -> tuple[float, float, float]:
         return self.struck_area, self.geometry().contact_radius, self.diameter

@@ -34,21 +34,6 @@ BESIDE: Final = 3.0  # distance from the contact within which a point is "beside
 RIM: Final = "rim of an averaged patch"  # part of a plate beside one contact with the mean motion of a disc or ring
 
 
-@dataclass(frozen=True)
-class _Columns:
-    """Stress of a plate at P points, for a static force on each port and for each elastic mode.
-
-    Attributes:
-        points: (P, 2) coordinates [m].
-        static: (P, 6, p) stress under a static unit force on each port [Pa/N].
-        modal: (P, 6, M) stress of each elastic mode shape [Pa/(m sqrt(kg))].
-    """
-
-    points: Array
-    static: Array
-    modal: Array
-
-
 def lips_of_plate(geometry: ContactGeometry, division: rings.Division) -> tuple[lip.AnyLip, ...]:
     """Return the contact patches on the striking plate: its own face, the stopper's, the seat's lip by `division`."""
     seat = geometry.on_the_reed(geometry.lip(division.arcs, division.rings))
@@ -96,35 +81,17 @@ def plate_field(geometry: ContactGeometry, striker: Body, division: rings.Divisi
     """
     plate = _plate_of(geometry).plate(striker.greens)
     lips, touched = lips_of_plate(geometry, division), _touching_lips(geometry, division)
-    columns = _columns(_Plate(plate, lips, touched, tuple(striker.greens.ports)))
-    return recovery.StressField(columns.points, columns.static, columns.modal, striker)
-
-
-@dataclass(frozen=True, eq=False)
-class _Plate:
-    """A plate with its contact patches and ports, by which its stress is cached."""
-
-    plate: sheets.PlateModes
-    lips: tuple[lip.AnyLip, ...]
-    touched: tuple[lip.AnyLip, ...]
-    ports: tuple[str, ...]
-
-    def __hash__(self) -> int:
-        return hash((id(self.plate), self.lips, self.ports))
-
-    def __eq__(self, other: object) -> bool:
-        if not isinstance(other, _Plate):
-            return NotImplemented
-        mine, theirs = ((each.lips, each.touched, each.ports) for each in (self, other))
-        return self.plate is other.plate and mine == theirs
+    return recovery.StressField(*_columns(plate, lips, touched, tuple(striker.greens.ports)), striker)
 
 
 @lru_cache(maxsize=4)
-def _columns(key: _Plate) -> _Columns:
-    """Return the stress of a plate by modes and ports; cached in the process."""
-    plate = key.plate
+def _columns(
+    plate: sheets.PlateModes, lips: tuple[lip.AnyLip, ...], touched: tuple[lip.AnyLip, ...], ports: tuple[str, ...]
+) -> tuple[Array, Array, Array]:
+    """Return the points (P, 2) of known stress [m], and there the stress (P, 6, p) under a static unit force on each
+    port [Pa/N] and (P, 6, M) of each elastic mode shape [Pa/(m sqrt(kg))]; cached in the process."""
     sheet, sites = plate.sheet, field_sites.plate_nodes(plate.mesh)
-    model, thickness = plate.with_ports(key.lips).with_ports(key.ports), sheet.shape.thickness
+    model, thickness = plate.with_ports(lips).with_ports(ports), sheet.shape.thickness
     rigid, shapes = plate.modes.omega == 0, plate.modes.shapes
     stiffness, loads, tolerance = model.K, model.port_matrix, AS_IF_HELD
     if rigid.any():  # inertia relief: rigid-body inertia balances the loads
@@ -138,8 +105,8 @@ def _columns(key: _Plate) -> _Columns:
         shapes[:, ~rigid],
     )
     static, modal = (np.asarray(functional @ each).reshape(len(sites), 6, -1) for each in solutions)
-    away = ~field_sites.near(sites.points, _singular(plate, key.touched), thickness)
-    return _Columns(sites.points[away], static[away], modal[away])
+    away = ~field_sites.near(sites.points, _singular(plate, touched), thickness)
+    return sites.points[away], static[away], modal[away]
 
 
 def struck_by(field: StressField, strike: Strike) -> StressField:

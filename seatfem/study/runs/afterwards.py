@@ -301,8 +301,8 @@ def afterwards(
         on_spring = replace(done.strike, touches=baseline.touches, stress=baseline.stress)
         life_at_spring = lives.lives(done, [reed], on_spring, progress)
     keys |= lives.run_keys(scene.life, bodies, life, life_at_spring)
-    if life.below is not None and life.below[0].tensor_margin is not None:
-        contact_bar = stresses.contact_margin_bar(done, life.below[0].tensor_margin)
+    if life.below is not None and life.below.worst.tensor_margin is not None:
+        contact_bar = stresses.contact_margin_bar(done, life.below.worst.tensor_margin)
         keys |= {"error_bar_life_contact_margin": finite_or_none(contact_bar)}
     keep(keys)
     with watch("life curves"):

@@ -108,19 +108,6 @@ def foremost(histories: Iterable[History]) -> tuple[History, ...]:
     return tuple(each for each in largest_first if each.spot.value >= LEAST * largest_first[0].spot.value)
 
 
-@dataclass(frozen=True)
-class Motion:
-    """Surface of a body in F frames: von Mises stress (F, S) [Pa] and displacements (F, S, 3) [m] of the nodes of its
-    ``skin``, a mask (S,) of the nodes where stress is ``known``, and title and note of the picture."""
-
-    skin: Skin
-    mises: Array
-    displacement: Array
-    known: NDArray[np.bool_]
-    title: str
-    note: str = ""
-
-
 class BodyStress(ABC):
     """The stress in a body under the forces of one run; ``role``: "reed" or "seat"."""
 
@@ -153,7 +140,7 @@ class BodyStress(ABC):
         """Return start and end of the time in which its stress wave is shown [s]; nan without a contact."""
         return math.nan, math.nan
 
-    def motion(self, steps: range) -> Motion | None:
+    def wave(self, steps: range) -> frames.Frames | None:
         """Return the stress wave at the ends of the time ``steps``; ``None`` for a body in closed form."""
         return None
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
@@ -23,7 +23,6 @@ from seatfem.study.impacts.bodies import striker_of
 from seatfem.study.impacts.forces import Strike
 from seatfem.study.impacts.life import (
     LifeResult,
-    as_json,
     asked_keys,
     block_from,
     body_of,
@@ -55,10 +54,10 @@ def lives(done: Round, bodies: Sequence[BodyStress], strike: Strike, progress: P
         sphere = done.plan.scene.contact.law.of_a_sphere or 0.0
         result = lasting(life, strike.touches, first, histories["reed"], histories.get("seat", ()), sphere)
         progress("life", 1.0)
-        return as_json(result)
+        return asdict(result)
 
     what = "life of reed and seat" if with_seat else "life of the reed"
-    return from_json(life, kept.cached_numbers(done, strike.touches, what, compute))
+    return from_json(kept.cached_numbers(done, strike.touches, what, compute))
 
 
 def run_keys(
@@ -194,8 +193,8 @@ def _margin_at(
     other = again(done, name, value / factor)
     worst = lives(other, bodies, other.strike).of_one_axis
     margin, bar, at = math.inf, math.inf, "no place"
-    if worst is not None and worst[0].life is not None:
-        margin, at = worst[0].life.margin, worst[0].at or at
+    if worst is not None and worst.worst.life is not None:
+        margin, at = worst.worst.life.margin, worst.worst.at or at
         bar = margin_error(margin, bars_of(bodies).get(body_of(at), math.inf))
     seconds = time.perf_counter() - start
     tell(f"{name} = {value:.4g} {unit}: margin {margin:.4g}, {at}; {in_time(seconds)}")

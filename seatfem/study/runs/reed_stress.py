@@ -17,7 +17,7 @@ from impact.bodies.body import Body
 from impact.bodies.loads import own_coordinates
 from impact.greens.base import Array
 from impact.march.motion import modal_coordinates
-from seatfem.pictures import cell_grid
+from seatfem.pictures import cell_grid, frames
 from seatfem.structures import method, sheets
 from seatfem.structures.fields.peaks import LITTLE, LargestStress, largest, von_mises
 from seatfem.structures.fields.recovery import StressField, in_frames
@@ -36,7 +36,7 @@ from seatfem.study.impacts.plate_stress import (
     stresses_of_plate,
     struck_by,
 )
-from seatfem.study.runs.body_stress import BOTH_FACES, FieldStress, History, Motion, Spot, foremost, rows_of
+from seatfem.study.runs.body_stress import BOTH_FACES, FieldStress, History, Spot, foremost, rows_of
 from seatfem.study.scene import Scene
 
 BEFORE: Final = 0.15  # time shown before the contact, in its durations
@@ -122,7 +122,7 @@ class PlateStress(FieldStress):
         start, end = groups[0] if len(groups) else (math.nan, math.nan)
         return start - BEFORE * (end - start), end + AFTER * (end - start)
 
-    def motion(self, steps: range) -> Motion:
+    def wave(self, steps: range) -> frames.Frames:
         """Return the stress wave in a face, without the rigid motion, which would hide the bending."""
         striker, plate = self.strike.striker, self.reed.plate(self.strike.striker.greens)
         skin, mises = self.on_skin(von_mises(in_frames(self.field, self.force, self.dt, steps)))
@@ -133,7 +133,8 @@ class PlateStress(FieldStress):
         moved, bends = np.zeros((*mises.shape, 3)), np.flatnonzero(plate.modes.omega[: rows.shape[1]])
         moved[..., 2] = [dofs.expand(plate.modes.shapes[:, bends] @ q[bends])[2][skin.nodes] for q in rows]
         known = np.asarray(np.isfinite(mises).all(axis=0))
-        return Motion(skin, mises, moved, known, "Stress wave in the faces of the reed", GREY)
+        time, touch = self.strike.touches.seat.time[list(steps)], self.strike.touches.touch
+        return frames.wave_frames("Stress wave in the faces of the reed", skin, mises, moved, time, touch, known, GREY)
 
 
 def plate_stress(scene: Scene, solved_by: Method, strike: Strike, since: float | None = None) -> PlateStress | None:

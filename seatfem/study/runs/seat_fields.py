@@ -13,7 +13,8 @@ import numpy as np
 
 from impact.greens.base import Array
 from impact.notices import Progress, silent
-from seatfem.structures.fields.recovery import MORE, VECTORS, Response, StressSpace
+from seatfem.structures.fields.peaks import Integers, largest
+from seatfem.structures.fields.recovery import MORE, VECTORS, Response, StressField, StressSpace
 from seatfem.structures.fields.sites import Sites, at_points, edge_distances, near, on_surface, singular_points
 from seatfem.structures.fields.solids import AnyField, Harmonic, RingField, elements_of, felt, solid_stress
 from seatfem.structures.finite_elements import AnyMesh, draw, matrices, refinement_of
@@ -125,16 +126,17 @@ class SeatMesh:
         and at the named ones."""
         asked, elements = self.plan.scene.stress, elements_of(self.mesh)
         assert asked is not None
-        of_named = [self.named()] if asked.points else []
         of_surface = [on_surface(elements)] if asked.surface else []
-        places = [*(of_surface if at is None else [at_points(elements, at)]), *of_named]
+        places = [*(of_surface if at is None else [at_points(elements, at)]), *([self.named()] if asked.points else [])]
         by_place: list[list[StressSpace]] = [[] for _ in places]
         for n, model, response, _ in self.harmonics(waves):
             for spaces, sites in zip(by_place, places, strict=True):
                 spaces.append(response.stress(self.stress_of(model, sites, n), sites.points))
-        where, points = tuple(by_place[0]), tuple(by_place[-1]) if of_named else ()
+        where, points = tuple(by_place[0]), tuple(by_place[-1])
+        if not asked.points:
+            points = tuple(space.at_points(np.zeros(len(space.points), dtype=bool)) for space in where)
         to_edge, to_struck = (edge_distances(where[0].points, of) for of in (self.singular, self.struck))
-        return MeshStress(where, points, to_edge, to_struck)
+        return MeshStress(where, points, to_edge, to_struck, asked, waves)
 
     def harmonics(self, waves: Waves | None) -> Iterator[tuple[int, SecondOrderModel, Response, Array]]:
         """Yield number, model, response and `Harmonic.mixing` of each harmonic; without ``waves`` those of the only
@@ -185,22 +187,32 @@ class MeshStress:
 
     Attributes:
         where: stress at all surface nodes (or at the named points, if the scene asks for these only), by harmonic.
-        points: stress at the named points, by harmonic; empty without any.
+        points: stress at the points that the scene names, by harmonic.
         to_edge, to_struck: (P,) distance of each of these places from the nearest singular edge, and from the struck
             face [m].
+        asked: the table [stress] of the scene.
+        waves: harmonics around a body of revolution that is struck in arcs, else ``None``.
     """
 
     where: tuple[StressSpace, ...]
     points: tuple[StressSpace, ...]
     to_edge: Array
     to_struck: Array
+    asked: StressTable
+    waves: Waves | None
 
-    def within(self, asked: StressTable) -> MeshStress:
-        """Return the stress at places away from singular edges and, unless ``asked.struck``, from the struck face.
+    @property
+    def angles(self) -> int:
+        """Return the number of angles around the axis at which each place has a stress."""
+        return len(self.waves.angles) if self.waves is not None and self.asked.surface else 1
+
+    def within(self) -> MeshStress:
+        """Return the stress at places away from singular edges and, unless ``stress.struck``, from the struck face.
 
         Raises:
             ModelError: no such places.
         """
+        asked = self.asked
         if not asked.surface:
             return self
         counted = self.to_edge >= asked.distance * (1 - 1e-9)
@@ -214,20 +226,33 @@ class MeshStress:
         where = tuple(space.at_points(counted) for space in self.where)
         return replace(self, where=where, to_edge=self.to_edge[counted], to_struck=self.to_struck[counted])
 
-    def field(
-        self, asked: StressTable, waves: Waves | None, dt: float, *, named: bool = False, fewer: bool = False
-    ) -> AnyField:
-        """Return the stress field for a time step ``dt`` [s] on the surface, or at the ``named`` points; ``fewer``:
-        from fewer vectors, for the error bar."""
-        spaces = self.points if named else self.where
-        fields = [space.field(dt, fewer=fewer) for space in spaces]
-        if waves is None:
-            return fields[0]
-        points = np.array(asked.points).reshape(-1, 3)
-        angles = np.arctan2(points[:, 1], points[:, 0])[:, None] if named or not asked.surface else waves.angles
-        mixings = (mixing_of(waves.patches, waves.rings, n) for n in waves.numbers)
-        parts = tuple(map(Harmonic, waves.numbers, fields, mixings))
-        return RingField(spaces[0].points, np.broadcast_to(angles, (len(spaces[0].points), angles.shape[-1])), parts)
+    def fields(self, dt: float, *, fewer: bool = False) -> SeatFields:
+        """Return the stress fields for a time step ``dt`` [s]; ``fewer``: from fewer vectors, for the error bar."""
+        surface, named = ([space.field(dt, fewer=fewer) for space in spaces] for spaces in (self.where, self.points))
+        if self.waves is None:
+            return SeatFields(surface[0], named[0])
+        points = np.array(self.asked.points).reshape(-1, 3)
+        own = np.arctan2(points[:, 1], points[:, 0])[:, None]
+        around = self.waves.angles[None] if self.asked.surface else own
+        return SeatFields(self.waves.sum(surface, around), self.waves.sum(named, own))
+
+
+@dataclass(frozen=True)
+class SeatFields:
+    """Stress fields of a seat, on its ``surface`` and at the Q points ``named`` by the scene."""
+
+    surface: AnyField
+    named: AnyField
+
+    def at(self, which: Integers) -> SeatFields:
+        """Return the fields with these points of the surface only."""
+        return replace(self, surface=self.surface.at(which))
+
+    def judged(self, force: Array, dt: float) -> Array:
+        """Return the (2 + Q,) von Mises stress of the surface's first point, tension of its second one, and von Mises
+        stress of the named points under forces (n + 1, ports), the largest after the first touch [Pa]."""
+        of_surface, of_named = (largest(field, force, dt).after_contact for field in (self.surface, self.named))
+        return np.array([of_surface.von_mises[0], of_surface.principal[1], *of_named.von_mises])
 
 
 @dataclass(frozen=True)
@@ -303,6 +328,12 @@ class Waves:
     def rings(self) -> list[str]:
         """Return the names of the rings that are struck."""
         return list(dict.fromkeys(patch.boundary for patch in self.patches.values()))
+
+    def sum(self, fields: Sequence[StressField], angles: Array) -> RingField:
+        """Return the sum of the fields of the harmonics at their G places, at angles (G, A) or (1, A) [rad]."""
+        points, mixings = fields[0].points, (mixing_of(self.patches, self.rings, n) for n in self.numbers)
+        parts = tuple(map(Harmonic, self.numbers, fields, mixings))
+        return RingField(points, np.broadcast_to(angles, (len(points), angles.shape[-1])), parts)
 
     @staticmethod
     def from_forces(seat: SeatMeshes, force: Array) -> Waves | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, ClassVar, Final
@@ -15,7 +15,7 @@ from scipy.spatial import cKDTree
 
 from impact import notices, quantities
 from impact.greens.base import Array
-from seatfem.pictures import cell_grid, rendering, stress_plot
+from seatfem.pictures import cell_grid, frames, rendering, stress_plot
 from seatfem.structures.errors import ModelError
 from seatfem.structures.fields.peaks import BETWEEN, Largest
 from seatfem.structures.fields.recovery import at_time, histories, largest, response_in_frames, von_mises
@@ -26,7 +26,7 @@ from seatfem.structures.model import SecondOrderModel
 from seatfem.study.impacts.forces import Strike
 from seatfem.study.impacts.life import Histories
 from seatfem.study.runs import seat_fields, summary
-from seatfem.study.runs.body_stress import COMPONENTS, FieldStress, History, Motion, Spot, rows_of
+from seatfem.study.runs.body_stress import COMPONENTS, FieldStress, History, Spot, rows_of
 from seatfem.study.runs.round import Round
 from seatfem.units import place_words
 
@@ -47,7 +47,6 @@ class SeatStress(FieldStress):
     Attributes:
         meshes: the seat's two meshes, made when they are needed.
         known: stress on the finer mesh as a function of port forces and time step.
-        waves: harmonics around a body of revolution that is struck in arcs, else ``None``.
         sites: (P, d) coordinates away from singular edges [m]; (r, z) in a half section, x, y, z if harmonics are
             summed, with stress components rr, tt, zz, tz, rz, rt in both cases.
         section: (P,) mask of the sites on the half section that is drawn.
@@ -62,8 +61,7 @@ class SeatStress(FieldStress):
         named: (Q + 1, 6, n + 1) stress histories of these points, and of the site of the largest stress [Pa].
         snapshot: (P, 6) stress on the surface at the time of the largest stress [Pa].
         front: rho c_0 v, c_0^2 = E/rho, at the first touch [Pa]; nan without one.
-        of_points: stress field at the named points.
-        largest_at: stress field at the sites of the largest von Mises stress and of the largest tension.
+        worst: fields at the sites of the largest von Mises stress and of the largest tension, and at the named points.
     """
 
     role: ClassVar[str] = "seat"
@@ -71,7 +69,6 @@ class SeatStress(FieldStress):
 
     meshes: seat_fields.SeatMeshes
     known: seat_fields.MeshStress
-    waves: seat_fields.Waves | None
     sites: Array
     section: NDArray[np.bool_]
     singular: Array
@@ -84,8 +81,7 @@ class SeatStress(FieldStress):
     named: Array
     snapshot: Array
     front: float
-    of_points: AnyField
-    largest_at: AnyField
+    worst: seat_fields.SeatFields
     by_key: Mapping[str, float] = dataclasses.field(default_factory=dict)
 
     @property
@@ -101,7 +97,7 @@ class SeatStress(FieldStress):
     @property
     def model(self) -> SecondOrderModel | None:
         """Return the model on that mesh; ``None`` for a body of revolution struck in arcs, with one a harmonic."""
-        return self.drawn.model if self.waves is None else None
+        return self.drawn.model if self.known.waves is None else None
 
     @property
     def named_places(self) -> Array:
@@ -130,7 +126,7 @@ class SeatStress(FieldStress):
     def histories(self, first: int) -> Histories:
         """Yield those of the surface, then those of the points that the scene names."""
         yield from super().histories(first)
-        yield from self._named_histories(self.of_points, np.full(len(self.of_points.points), ""))
+        yield from self._named_histories(self.worst.named, np.full(len(self.points), ""))
 
     def hot_spots(self, stride: int) -> tuple[tuple[Spot, ...], tuple[History, ...]]:
         """Return all hot spots, and histories at the largest on the lip and elsewhere and at named points."""
@@ -167,7 +163,7 @@ class SeatStress(FieldStress):
         touch, extent = self.strike.touches.touch, float(np.ptp(self.mesh.p, axis=1).max())
         return touch, touch + PASSES * extent / self.drawn.body.slowest
 
-    def motion(self, steps: range) -> Motion:
+    def wave(self, steps: range) -> frames.Frames:
         """Return the stress wave on the mesh of the stress: harmonics are summed one by one to save memory."""
         elements, drawn = elements_of(self.mesh), self.drawn
         if self.model is None:
@@ -177,20 +173,22 @@ class SeatStress(FieldStress):
         nodes, which = np.unique(skin.nodes, return_inverse=True)
         sites = at_nodes(elements, nodes)
         tensors, moved = np.zeros((len(steps), len(which), 6)), np.zeros((len(steps), len(which), 3))
-        for n, model, response, mixing in drawn.harmonics(self.waves):
+        for n, model, response, mixing in drawn.harmonics(self.known.waves):
             functional = drawn.stress_of(model, sites, n)
             for by_sin in (False, True)[: 2 if n else 1]:
-                pushes = self.force if self.waves is None else self.force @ mixing[:, :, int(by_sin)]
+                pushes = self.force if self.known.waves is None else self.force @ mixing[:, :, int(by_sin)]
                 unknowns = response_in_frames(response, pushes, self.dt, steps)
                 stress = np.asarray(functional @ unknowns.T).reshape(len(sites), 6, -1)
                 for frame, each in enumerate(unknowns):
                     parts = [stress[which, :, frame], model.expand(each)[:, skin.nodes].T]
-                    if skin.angles is not None and self.waves is not None:
+                    if skin.angles is not None and self.known.waves is not None:
                         parts = [turned(part, skin.angles, n, by_sin=by_sin) for part in parts]
                     tensors[frame] += parts[0]
                     moved[frame] += parts[1]
         known = ~near(elements.nodes.T[skin.nodes], drawn.singular, drawn.distance)
-        return Motion(skin, von_mises(tensors), moved, known, "Stress wave in the seat")
+        time, mises = self.strike.touches.seat.time[list(steps)], von_mises(tensors)
+        touch = self.strike.touches.touch
+        return frames.wave_frames("Stress wave in the seat", skin, mises, moved, time, touch, known)
 
     @property
     def bar(self) -> float:
@@ -201,7 +199,7 @@ class SeatStress(FieldStress):
     def from_excluded(self) -> float:
         """Return the distance of the largest von Mises stress from sharp edges and, where it is left out, from the
         struck face [m]."""
-        asked, place = self.meshes.plan.scene.stress, self.where // (len(self.sites) // len(self.known.to_edge))
+        asked, place = self.meshes.plan.scene.stress, self.where // self.known.angles
         struck = math.inf if asked is None or asked.struck else float(self.known.to_struck[place])
         return min(float(self.singular[self.where]), struck)
 
@@ -226,28 +224,23 @@ def seat_stress(done: Round, progress: notices.Progress = notices.silent) -> Sea
     strike = done.strike
     dt, force = strike.dt, strike.on_seat
     waves = seat_fields.Waves.from_forces(meshes, force)
-    known = meshes.both[0].stress(waves).within(scene.stress)
-    points = np.array(scene.stress.points).reshape(-1, 3)
-    field = known.field(scene.stress, waves, dt)
-    of_points = [known.field(scene.stress, waves, dt, named=True)] if known.points else []
+    known = meshes.both[0].stress(waves).within()
+    fields, fewer = known.fields(dt), known.fields(dt, fewer=True)
+    field, angles = fields.surface, known.angles
     peaks = largest(field, force, dt).after_contact
     worst, places = int(peaks.von_mises.argmax()), places_of(peaks)
-    both = field.at(places)
-    judged = _stress_at(both, of_points, force, dt)
-    fewer_of_points = [known.field(scene.stress, waves, dt, named=True, fewer=True)] if known.points else []
-    others = [(known.field(scene.stress, waves, dt, fewer=True).at(places), fewer_of_points)]
-    if isinstance(both, RingField) and len(both.harmonics) > 1:
-        others.append((_with_fewer(both), [_with_fewer(each) for each in of_points]))
-    bars = sum((np.abs(_stress_at(*other, force, dt) - judged) for other in others), BETWEEN * judged)
-    named_fields = [*of_points, both.at(np.array([0]))]
-    angles = len(field.points) // len(known.to_edge)
+    at_worst = fields.at(places)
+    judged, others = at_worst.judged(force, dt), [fewer.at(places)]
+    if isinstance(field, RingField) and len(field.harmonics) > 1:
+        others.append(seat_fields.SeatFields(*map(_with_fewer, (at_worst.surface, at_worst.named))))
+    bars = sum((np.abs(each.judged(force, dt) - judged) for each in others), BETWEEN * judged)
+    shown = [each for each in (at_worst.named, at_worst.surface.at(np.array([0]))) if len(each.points)]
     return SeatStress(
         strike,
         field,
         force,
         meshes,
         known,
-        waves,
         field.points,
         np.arange(len(field.points)) % angles == worst % angles,
         np.repeat(known.to_edge, angles),
@@ -256,29 +249,17 @@ def seat_stress(done: Round, progress: notices.Progress = notices.silent) -> Sea
         peaks,
         judged,
         bars,
-        points,
-        np.concatenate([histories(each, force, dt) for each in named_fields]),
+        np.array(scene.stress.points).reshape(-1, 3),
+        np.concatenate([histories(each, force, dt) for each in shown]),
         at_time(field, force, dt, round(peaks.von_mises_time[worst] / dt)),
         _front(done),
-        of_points[0] if of_points else field.at(np.zeros(0, dtype=np.int64)),
-        both,
+        at_worst,
     )
 
 
 def places_of(peaks: Largest) -> NDArray[np.int64]:
     """Return the sites of the largest von Mises stress and of the largest tension."""
     return np.array([peaks.von_mises.argmax(), peaks.principal.argmax()])
-
-
-def _stress_at(spots: AnyField, of_points: Sequence[AnyField], force: Array, dt: float) -> Array:
-    """Return `SeatStress.judged` under forces (n + 1, ports) [N], of the fields at both spots and at named points."""
-    of_spots = largest(spots, force, dt).after_contact
-    return np.array([of_spots.von_mises[0], of_spots.principal[1], *_named(of_points, force, dt)])
-
-
-def _named(of_points: Sequence[AnyField], force: Array, dt: float) -> Array:
-    """Return the (Q,) largest von Mises stress at named points [Pa]."""
-    return np.array([stress for each in of_points for stress in largest(each, force, dt).after_contact.von_mises])
 
 
 def _with_fewer(field: AnyField) -> AnyField:
@@ -317,16 +298,13 @@ def stress_on(
 ) -> tuple[Largest, Array]:
     """Return the largest stress at the sites ``which``, and the von Mises stress at the named points, on another mesh
     of the seat, under forces (n + 1, ports) [N] in steps ``dt`` [s]. Raises `ModelError` where that holds no site."""
-    asked, on_section = stress.meshes.plan.scene.stress, None
-    assert asked is not None
-    if asked.surface:
-        angles = len(stress.sites) // len(stress.known.to_edge)
+    on_section, angles = None, stress.known.angles
+    if stress.known.asked.surface:
         on_section = stress.known.where[0].points[which // angles]
         which = np.arange(len(which)) * angles + which % angles
-    known = mesh.stress(stress.waves, at=on_section)
-    of_points = [known.field(asked, stress.waves, dt, named=True)] if known.points else []
-    of_sites = known.field(asked, stress.waves, dt).at(which)
-    return largest(of_sites, force, dt).after_contact, _named(of_points, force, dt)
+    fields = mesh.stress(stress.known.waves, at=on_section).fields(dt)
+    on_surface, named = (largest(each, force, dt).after_contact for each in (fields.surface.at(which), fields.named))
+    return on_surface, named.von_mises
 
 
 def stress_keys(stress: SeatStress | None) -> dict[str, object]:
@@ -354,15 +332,12 @@ def stress_keys(stress: SeatStress | None) -> dict[str, object]:
 def judged_under(stress: SeatStress, force: Array, dt: float, *, anew: bool = False) -> Array:
     """Return `SeatStress.judged` at the same places under other forces (n + 1, ports) [N]; ``anew``: by a field for the
     step ``dt`` [s], as a shorter one includes more of the Ritz pairs, which respond to a sharper pulse."""
-    asked, known, of_points = stress.meshes.plan.scene.stress, stress.known, [stress.of_points]
     if not anew:
-        return _stress_at(stress.largest_at, of_points if len(stress.points) else [], force, dt)
-    assert asked is not None
-    waves = seat_fields.Waves.from_forces(stress.meshes, force)
-    if waves is not None and stress.waves is not None and waves.numbers != stress.waves.numbers:
-        known = stress.meshes.both[0].stress(waves).within(asked)
-    of_points = [known.field(asked, waves, dt, named=True)] if known.points else []
-    return _stress_at(known.field(asked, waves, dt).at(places_of(stress.peak)), of_points, force, dt)
+        return stress.worst.judged(force, dt)
+    known, waves = stress.known, seat_fields.Waves.from_forces(stress.meshes, force)
+    if waves is not None and known.waves is not None and waves.numbers != known.waves.numbers:
+        known = stress.drawn.stress(replace(waves, angles=known.waves.angles)).within()
+    return known.fields(dt).at(places_of(stress.peak)).judged(force, dt)
 
 
 def stress_pictures(stress: SeatStress, title: str, unsure: tuple[float, float]) -> list[rendering.Picture]:

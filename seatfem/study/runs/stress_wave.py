@@ -13,7 +13,7 @@ from impact.bodies.loads import own_coordinates
 from impact.march.motion import modal_coordinates
 from impact.pictures.lip_plots import landing_marks, plot_lip
 from seatfem.pictures import moving
-from seatfem.pictures.frames import Frames, landing_frames, wave_frames
+from seatfem.pictures.frames import Frames, landing_frames
 from seatfem.pictures.rendering import Picture
 from seatfem.structures.elements.mindlin import PlateMesh
 from seatfem.structures.rings import Division
@@ -149,10 +149,7 @@ def wave_pictures(done: Round, bodies: Sequence[BodyStress]) -> list[Picture]:
 def wave_of(done: Round, body: BodyStress) -> Frames | None:
     """Return frames of the stress wave in a body; ``None`` in closed form, and without times to show."""
     steps = _steps(done, *body.wave_span)
-    if not steps or (seen := body.motion(steps)) is None:
-        return None
-    time = done.result.time[list(steps)]
-    return wave_frames(seen.title, seen.skin, seen.mises, seen.displacement, time, done.touch, seen.known, seen.note)
+    return body.wave(steps) if steps else None
 
 
 def _steps(done: Round, first: float, last: float) -> range:
