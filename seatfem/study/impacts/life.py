@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any
 
 from pydantic import TypeAdapter
 
@@ -21,8 +21,6 @@ from seatfem.study.scene.life import LifeTable
 
 Histories = Iterable[tuple[str, Array]]
 """Pairs of a place ("body, place") and its stress over the run [Pa]: (n + 1,) uniaxial, or (n + 1, 6) tensors."""
-STRESS: Final = "stress"
-"""The measure whose error bar gives that of the margin of a beam."""
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,6 @@ from seatfem.study.impacts import contact, gas, validity
 from seatfem.study.impacts import life as place_lives
 from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.contact import RunError, record_of, run_contacts
-from seatfem.study.impacts.life import STRESS
 from seatfem.study.impacts.touches import RECORD, RunRecord, Touches, contact_record_of, stress_since, values_of_record
 from seatfem.study.ladders.mesh import OF_DRAWS
 from seatfem.study.plan import Plan
@@ -44,16 +43,16 @@ from seatfem.study.runs import (
 )
 from seatfem.study.runs import pictures as run_pictures
 from seatfem.study.runs.body_stress import BodyStress, ClosedFormStress
-from seatfem.study.runs.reed_stress import PlateStress
 from seatfem.study.runs.round import Round
 from seatfem.study.scene import Accuracy
-from seatfem.study.scene.measures import LifeMargin
+from seatfem.study.scene.measures import LifeMargin, Stress
 
 if TYPE_CHECKING:
     from seatfem.pictures import rendering
     from seatfem.study.impacts.life import LifeResult
     from seatfem.study.runs import stress_spots
     from seatfem.study.runs.lives import MarginCurve
+    from seatfem.study.runs.reed_stress import PlateStress
     from seatfem.study.runs.seat_stress import SeatStress
 
 PICTURE: Final = "margin_map.png"
@@ -284,7 +283,7 @@ def afterwards(
         keys |= seat_stress.stress_keys(stress) | ({} if done.plate or plate is None else plate_stress_keys(plate))
         keep(keys)
     keys |= reed_front_keys(done, done.stress if plate is None else plate.largest)
-    bar = done.left.relative(STRESS) if done.left.values.get(STRESS, 0.0) > 0 else math.nan
+    bar = done.left.relative(Stress.name) if done.left.values.get(Stress.name, 0.0) > 0 else math.nan
     reed = ClosedFormStress(done.strike, bar) if plate is None else plate
     bodies: tuple[BodyStress, ...] = (reed,) if stress is None else (reed, stress)
     with watch("hot spots"):

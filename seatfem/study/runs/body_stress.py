@@ -30,6 +30,7 @@ LEAST: Final = 0.1  # least stress of a spot with a history, over the largest in
 SHARE: Final = 0.3
 """Least range of von Mises stress, over the largest, at which a margin is computed; below, it is 3 times
 larger."""
+EACH: Final = 4  # points of each part whose life is computed
 ONE_FACE: Final = (("", 1.0),)
 BOTH_FACES: Final = ((", face away from the seat", 1.0), (", face towards the seat", -1.0))
 
@@ -189,7 +190,7 @@ class FieldStress(BodyStress):
 
     faces: ClassVar[tuple[tuple[str, float], ...]] = ONE_FACE
     """In words each face whose stress the field gives, and its factor on the stress."""
-    each: ClassVar[int] = peaks.EACH
+    each: ClassVar[int] = EACH
     """Number of points of each part that may fail."""
 
     strike: Strike

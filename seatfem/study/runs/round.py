@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -22,16 +22,18 @@ from seatfem.study import safety
 from seatfem.study.impacts import validity
 from seatfem.study.impacts.contact import Flights
 from seatfem.study.impacts.forces import Strike
-from seatfem.study.impacts.plate_stress import PlateLook
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.ladders.table import source_of
 from seatfem.study.method import MODES, STEP, RunMethod
 from seatfem.study.plan import Plan
-from seatfem.study.runs.reed_stress import PlateStress
 from seatfem.study.runs.remedies import remedy_of
 from seatfem.study.scene.measures import in_words as spoken
 from seatfem.study.scene.measures import short_words
 from seatfem.units import write_quantity
+
+if TYPE_CHECKING:
+    from seatfem.study.impacts.plate_stress import PlateLook
+    from seatfem.study.runs.reed_stress import PlateStress
 
 UNFINISHED: Final = "was begun and not finished"
 

@@ -26,10 +26,10 @@ from seatfem.study.impacts.touches import STRIKER, stress_since
 from seatfem.study.ladders.mesh import TOLERANCES
 from seatfem.study.method import BAND, TOLERANCE
 from seatfem.study.plan import Plan
+from seatfem.study.runs import reed_stress
 from seatfem.study.runs.converge import attempts, in_widest_band, with_measured_errors
 from seatfem.study.runs.kept import cached_numbers
 from seatfem.study.runs.next_round import Limits, expect_time, next_plan
-from seatfem.study.runs.reed_stress import PlateStress, plate_stress
 from seatfem.study.runs.round import UNFINISHED, Round, in_words
 from seatfem.study.safety import FAILURES
 from seatfem.study.scene.measures import Stress, any_needs_stress, asked_name
@@ -195,18 +195,18 @@ def solve(
     with watch("contact"):
         flights = contact.Flights(striker, scene.run.duration, scene.contact.preload)
         touches = run_contacts(scene, striker, seat.greens, dt, progress, flights)
-    reed_stress, since = None, stress_since(touches, scene.accuracy.landing)
+    stresses, since = None, stress_since(touches, scene.accuracy.landing)
     strike = Strike(scene.geometry, striker, seat.greens, touches)
     if stress or scene.needs_stress or scene.stress is not None or scene.life is not None:
         with watch("reed stress"):
-            reed_stress = strike.largest_stress(since=since)
+            stresses = strike.largest_stress(since=since)
     plate = None
     if any_needs_stress(scene.accuracy.measures):
         progress("reed stress", 0.0)
         with watch("reed stress"):
-            plate = plate_stress(scene, method.reed, strike, since)
-    reed_stress = reed_stress if plate is None else plate.largest
-    return Round(plan, seat, striker, touches, reed_stress, Budget({}), reed, plate=plate, flights=flights)
+            plate = reed_stress.plate_stress(scene, method.reed, strike, since)
+    stresses = stresses if plate is None else plate.largest
+    return Round(plan, seat, striker, touches, stresses, Budget({}), reed, plate=plate, flights=flights)
 
 
 def _round(
@@ -263,7 +263,7 @@ def _round(
     return replace(computed, plan=with_measured_errors(computed), spent=spent, price=price, memory=memory)
 
 
-def _with_recovery(left: Budget, plate: PlateStress | None) -> Budget:
+def _with_recovery(left: Budget, plate: reed_stress.PlateStress | None) -> Budget:
     """Return the budget with errors of a plate's stress recovery, by its mesh and modes, added to those of the reed."""
     names = [name for name in left.values if asked_name(name) == Stress.name]
     if plate is None or not names or not left.parts:
