@@ -100,13 +100,6 @@ class SeatStress(FieldStress):
         return self.drawn.model if self.known.waves is None else None
 
     @property
-    def named_places(self) -> Array:
-        """Return the named points in the coordinates of the sites: r and z on a half section."""
-        if self.sites.shape[1] == 3:
-            return self.points
-        return np.column_stack([np.hypot(*self.points[:, :2].T), self.points[:, 2]])
-
-    @property
     def components(self) -> tuple[str, ...]:
         """Return the names of the stress components, of a body of revolution in cylindrical coordinates."""
         return AROUND if self.sites.shape[1] == 2 or isinstance(self.field, RingField) else COMPONENTS
@@ -135,7 +128,7 @@ class SeatStress(FieldStress):
         spots = self.spots_at(self.spots, parts, self.singular[self.spots], times)
         first = np.sort(np.unique(parts, return_index=True)[1])
         histories = self.histories_at(self.spots[first], [spots[k] for k in first], stride)
-        for point, stress in zip(self.named_places, self.named[:-1], strict=True):
+        for point, stress in zip(self.worst.named.points, self.named[:-1], strict=True):
             histories.append(History.at_peak(self.role, "named", point, stress, touches, self.components, stride))
         return spots, tuple(histories)
 
@@ -149,9 +142,8 @@ class SeatStress(FieldStress):
             on_nodes[rows_of(self.field.points, nodes.T[skin.nodes])] = values
             return skin, on_nodes
         around = self.field.angles[0]
-        skin = cell_grid.skin_of_section(
-            self.mesh, nodes[0], nodes[1], np.append(around, around[0] + 2 * np.pi)
-        ).spread()
+        closed = np.append(around, around[0] + 2 * np.pi)
+        skin = cell_grid.skin_of_section(self.mesh, nodes[0], nodes[1], closed).spread()
         assert skin.angles is not None
         on_nodes = np.full((nodes.shape[1], len(around)), np.nan)
         on_nodes[rows_of(self.field.section, nodes.T)] = values.reshape(self.field.angles.shape)
@@ -173,18 +165,19 @@ class SeatStress(FieldStress):
         nodes, which = np.unique(skin.nodes, return_inverse=True)
         sites = at_nodes(elements, nodes)
         tensors, moved = np.zeros((len(steps), len(which), 6)), np.zeros((len(steps), len(which), 3))
+        around = None if self.model is not None else skin.angles
         for n, model, response, mixing in drawn.harmonics(self.known.waves):
             functional = drawn.stress_of(model, sites, n)
             for by_sin in (False, True)[: 2 if n else 1]:
-                pushes = self.force if self.known.waves is None else self.force @ mixing[:, :, int(by_sin)]
+                pushes = self.force if around is None else self.force @ mixing[:, :, int(by_sin)]
                 unknowns = response_in_frames(response, pushes, self.dt, steps)
                 stress = np.asarray(functional @ unknowns.T).reshape(len(sites), 6, -1)
                 for frame, each in enumerate(unknowns):
-                    parts = [stress[which, :, frame], model.expand(each)[:, skin.nodes].T]
-                    if skin.angles is not None and self.known.waves is not None:
-                        parts = [turned(part, skin.angles, n, by_sin=by_sin) for part in parts]
-                    tensors[frame] += parts[0]
-                    moved[frame] += parts[1]
+                    for sums, part in (
+                        (tensors, stress[which, :, frame]),
+                        (moved, model.expand(each)[:, skin.nodes].T),
+                    ):
+                        sums[frame] += part if around is None else turned(part, around, n, by_sin=by_sin)
         known = ~near(elements.nodes.T[skin.nodes], drawn.singular, drawn.distance)
         time, mises = self.strike.touches.seat.time[list(steps)], von_mises(tensors)
         touch = self.strike.touches.touch
@@ -199,8 +192,7 @@ class SeatStress(FieldStress):
     def from_excluded(self) -> float:
         """Return the distance of the largest von Mises stress from sharp edges and, where it is left out, from the
         struck face [m]."""
-        asked, place = self.meshes.plan.scene.stress, self.where // self.known.angles
-        struck = math.inf if asked is None or asked.struck else float(self.known.to_struck[place])
+        struck = math.inf if self.known.asked.struck else float(self.known.to_struck[self.where // self.known.angles])
         return min(float(self.singular[self.where]), struck)
 
     @property
@@ -225,12 +217,12 @@ def seat_stress(done: Round, progress: notices.Progress = notices.silent) -> Sea
     dt, force = strike.dt, strike.on_seat
     waves = seat_fields.Waves.from_forces(meshes, force)
     known = meshes.both[0].stress(waves).within()
-    fields, fewer = known.fields(dt), known.fields(dt, fewer=True)
-    field, angles = fields.surface, known.angles
+    fields, angles = known.fields(dt), known.angles
+    field = fields.surface
     peaks = largest(field, force, dt).after_contact
     worst, places = int(peaks.von_mises.argmax()), places_of(peaks)
     at_worst = fields.at(places)
-    judged, others = at_worst.judged(force, dt), [fewer.at(places)]
+    judged, others = at_worst.judged(force, dt), [known.fields(dt, fewer=True).at(places)]
     if isinstance(field, RingField) and len(field.harmonics) > 1:
         others.append(seat_fields.SeatFields(*map(_with_fewer, (at_worst.surface, at_worst.named))))
     bars = sum((np.abs(each.judged(force, dt) - judged) for each in others), BETWEEN * judged)
@@ -343,7 +335,7 @@ def judged_under(stress: SeatStress, force: Array, dt: float, *, anew: bool = Fa
 def stress_pictures(stress: SeatStress, title: str, unsure: tuple[float, float]) -> list[rendering.Picture]:
     """Return seat_stress.png and seat_stress.vtu. ``unsure``: as in `plot_stress`."""
     k, peak = stress.where, stress.peak
-    labels = [place_words(place, "seat") for place in (*stress.named_places, stress.sites[k])]
+    labels = [place_words(place, "seat") for place in (*stress.worst.named.points, stress.sites[k])]
     sites = stress.sites[stress.section]
     if stress.mesh.dim() == 2:
         sites = np.column_stack([np.hypot(*sites[:, :-1].T), sites[:, -1]]) if sites.shape[1] == 3 else sites
