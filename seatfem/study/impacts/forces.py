@@ -4,7 +4,6 @@ bodies, which may be divided otherwise."""
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Final
 
 import numpy as np
@@ -125,12 +124,12 @@ class Strike:
     touches: Touches
     stress: ReedStress | None = None
 
-    @cached_property
+    @property
     def forces(self) -> Forces:
         """Return the contact forces."""
         return Forces.from_touches(self.geometry, self.seat, self.touches)
 
-    @cached_property
+    @property
     def pushes(self) -> Array:
         """Return the (n + 1, ports) forces on the ports of the striker, away from the seat [N]."""
         return self.forces.on_striker(self.striker.greens)

@@ -185,7 +185,6 @@ class FieldStress(BodyStress):
     Attributes:
         strike: the run.
         field: stress at P points of the surface for any forces on the ports.
-        force: (n + 1, ports) forces on the ports in the run [N].
     """
 
     faces: ClassVar[tuple[tuple[str, float], ...]] = ONE_FACE
@@ -195,7 +194,11 @@ class FieldStress(BodyStress):
 
     strike: Strike
     field: AnyField
-    force: Array
+
+    @property
+    @abstractmethod
+    def force(self) -> Array:
+        """Return the (n + 1, ports) forces on the ports in the run [N]."""
 
     @property
     def dt(self) -> float:
@@ -261,10 +264,11 @@ class FieldStress(BodyStress):
         Raises:
             LifeError: as `impact.life.places.judged`.
         """
-        ranges = peaks.mises_range(self.field, self.force, self.dt, since=first)
+        force = self.force
+        ranges = peaks.mises_range(self.field, force, self.dt, since=first)
         hot = np.flatnonzero(ranges >= SHARE * ranges.max())
         factors = np.full(len(ranges), np.nan)
-        histories = recovery.tensor_histories(self.field.at(hot), self.force, self.dt)
+        histories = recovery.tensor_histories(self.field.at(hot), force, self.dt)
         for number, history in zip(hot, histories, strict=True):
             block = places.thinned(history[first:])
             factors[number] = min(_margin(sign * block, demand) for _, sign in self.faces)

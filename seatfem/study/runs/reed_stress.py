@@ -64,6 +64,10 @@ class PlateStress(FieldStress):
     bar: float
     largest_at: StressField
 
+    @property
+    def force(self) -> Array:
+        return self.strike.pushes
+
     @cached_property
     def largest(self) -> ReedStress:
         """Return the largest von Mises stresses before and after the first touch."""
@@ -91,7 +95,7 @@ class PlateStress(FieldStress):
         return np.asarray((self.regions != RIM) | (not math.isnan(self.relative_bar)))
 
     def under(self, strike: Strike) -> PlateStress:
-        return replace(self, strike=strike, field=struck_by(self.field, strike), force=strike.pushes)
+        return replace(self, strike=strike, field=struck_by(self.field, strike))
 
     def largest_in(self, strike: Strike, since: float | None) -> ReedStress:
         """Return the largest stresses in another run, also before and after the start ``since`` of a landing [s]."""
@@ -159,7 +163,7 @@ def plate_stress(scene: Scene, solved_by: Method, strike: Strike, since: float |
     if not len(field.points):
         return None
     by_point = largest(field, strike.pushes, strike.dt, since=since)
-    stress = PlateStress(strike, field, strike.pushes, reed, by_point, math.nan, field)
+    stress = PlateStress(strike, field, reed, by_point, math.nan, field)
     if stress.largest.after_contact is None:
         return stress
     peaks, plate = by_point.after_contact.von_mises, reed.plate(greens)

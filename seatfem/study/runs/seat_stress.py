@@ -85,6 +85,10 @@ class SeatStress(FieldStress):
     by_key: Mapping[str, float] = dataclasses.field(default_factory=dict)
 
     @property
+    def force(self) -> Array:
+        return self.strike.on_seat
+
+    @property
     def drawn(self) -> seat_fields.SeatMesh:
         """Return the finer of the seat's meshes."""
         return self.meshes.both[0]
@@ -114,7 +118,7 @@ class SeatStress(FieldStress):
         return self.bar / float(self.peak.von_mises.max()) if math.isfinite(self.bar) else math.nan
 
     def under(self, strike: Strike) -> SeatStress:
-        return replace(self, strike=strike, force=strike.on_seat)
+        return replace(self, strike=strike)
 
     def histories(self, first: int) -> Histories:
         """Yield those of the surface, then those of the points that the scene names."""
@@ -165,11 +169,11 @@ class SeatStress(FieldStress):
         nodes, which = np.unique(skin.nodes, return_inverse=True)
         sites = at_nodes(elements, nodes)
         tensors, moved = np.zeros((len(steps), len(which), 6)), np.zeros((len(steps), len(which), 3))
-        around = None if self.model is not None else skin.angles
+        around, force = None if self.model is not None else skin.angles, self.force
         for n, model, response, mixing in drawn.harmonics(self.known.waves):
             functional = drawn.stress_of(model, sites, n)
             for by_sin in (False, True)[: 2 if n else 1]:
-                pushes = self.force if around is None else self.force @ mixing[:, :, int(by_sin)]
+                pushes = force if around is None else force @ mixing[:, :, int(by_sin)]
                 unknowns = response_in_frames(response, pushes, self.dt, steps)
                 stress = np.asarray(functional @ unknowns.T).reshape(len(sites), 6, -1)
                 for frame, each in enumerate(unknowns):
@@ -230,7 +234,6 @@ def seat_stress(done: Round, progress: notices.Progress = notices.silent) -> Sea
     return SeatStress(
         strike,
         field,
-        force,
         meshes,
         known,
         field.points,
