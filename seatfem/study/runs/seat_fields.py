@@ -40,6 +40,13 @@ peak ask for 20 of a section, stress asks for hundreds."""
 ON_IT: Final = 1e-6  # distance [m] from a node of the struck face within which a point counts as on it
 
 
+def seat_of(plan: Plan) -> Elastic:
+    """Return the seat of a plan, which has finite elements wherever its stress is asked for."""
+    body = plan.scene.seat.elastic
+    assert body is not None
+    return body
+
+
 @dataclass(frozen=True)
 class SeatMesh:
     """A mesh of the seat of a plan.
@@ -57,20 +64,18 @@ class SeatMesh:
     @property
     def body(self) -> Elastic:
         """Return the seat."""
-        body = self.plan.scene.seat.elastic
-        assert body is not None
-        return body
+        return seat_of(self.plan)
+
+    @property
+    def asked(self) -> StressTable:
+        """Return the table [stress] of the scene."""
+        assert self.plan.scene.stress is not None
+        return self.plan.scene.stress
 
     @property
     def singular(self) -> Array:
         """Return the (k, d) points on singular edges of the mesh [m]."""
         return singular_points(self.mesh, self.body.held)
-
-    @property
-    def distance(self) -> float:
-        """Return the distance from singular points within which stress is not evaluated [m]."""
-        assert self.plan.scene.stress is not None
-        return self.plan.scene.stress.distance
 
     @property
     def struck(self) -> Array:
@@ -82,10 +87,9 @@ class SeatMesh:
 
     def named(self) -> Sites:
         """Return the sites of ``stress.points``. Raises `SceneError` if one is off the seat, or at a singular edge."""
-        assert self.plan.scene.stress is not None
-        elements, wanted = elements_of(self.mesh), self.plan.scene.stress.points
+        elements, wanted, distance = elements_of(self.mesh), self.asked.points, self.asked.distance
         points, problems = self._in_mesh_coordinates(np.array(wanted).reshape(-1, 3)), []
-        close = near(points, self.singular, self.distance)
+        close = near(points, self.singular, distance)
         for number, point in enumerate(wanted):
             path, message = ("stress", "points", number), ""
             try:
@@ -101,7 +105,7 @@ class SeatMesh:
                 )
             if close[number] and not message:
                 message = (
-                    f"{_in_mm(point)} mm is within stress.distance = {1e3 * self.distance:.4g} mm of an edge where "
+                    f"{_in_mm(point)} mm is within stress.distance = {1e3 * distance:.4g} mm of an edge where "
                     "elastic stress has no limit: move the point away, round the edge, or lower stress.distance"
                 )
             if message:
@@ -124,8 +128,7 @@ class SeatMesh:
     def stress(self, waves: Waves | None, at: Array | None = None) -> MeshStress:
         """Return the stress on the mesh, by the harmonics of ``waves`` if there are any; ``at``: only at these points,
         and at the named ones."""
-        asked, elements = self.plan.scene.stress, elements_of(self.mesh)
-        assert asked is not None
+        asked, elements = self.asked, elements_of(self.mesh)
         of_surface = [on_surface(elements)] if asked.surface else []
         places = [*(of_surface if at is None else [at_points(elements, at)]), *([self.named()] if asked.points else [])]
         by_place: list[list[StressSpace]] = [[] for _ in places]
@@ -273,8 +276,7 @@ class SeatMeshes:
     @cached_property
     def of_run(self) -> tuple[AnyMesh, AnyMesh | None]:
         """Return the mesh of the Green's function, and one coarser by `COARSENING` unless it is read from a file."""
-        body, mesh, coarser = self.plan.scene.seat.elastic, self.solved.mesh, self.solved.coarser_mesh
-        assert body is not None
+        body, mesh, coarser = seat_of(self.plan), self.solved.mesh, self.solved.coarser_mesh
         if mesh is None or (coarser is None and body.drawn is not None):
             return body.meshes(self.plan.method.seat, self.progress)
         return mesh, coarser
@@ -282,8 +284,7 @@ class SeatMeshes:
     @cached_property
     def both(self) -> tuple[SeatMesh, SeatMesh | None]:
         """Return the mesh, made finer to have about `ENOUGH` elements, and one coarser by `COARSENING`, likewise."""
-        (mesh, coarser), method, body = self.of_run, self.plan.method.seat, self.plan.scene.seat.elastic
-        assert body is not None
+        (mesh, coarser), method, body = self.of_run, self.plan.method.seat, seat_of(self.plan)
         if body.drawn is not None and self.finer > 1:
             spec = body.drawn.mesh_spec(method)
             method = replace(method, size=spec.size / self.finer, contact_size=spec.patch_size / self.finer)
@@ -341,8 +342,7 @@ class Waves:
 
         Their wavelength around the ring is at least two elements of the struck face in the mesh of the round.
         """
-        method, body = seat.plan.method.seat, seat.plan.scene.seat.elastic
-        assert body is not None
+        method, body = seat.plan.method.seat, seat_of(seat.plan)
         if body.elements_of(method) != "harmonics" or not isinstance(drawn := seat.of_run[0], MeridianMesh):
             return None
         faces, lip, mesh = ring_names("contact", method.rings or 1), method.lip, elements_of(drawn).mesh
@@ -365,9 +365,9 @@ class Waves:
 def check_stress(plan: Plan, progress: Progress) -> None:
     """Raise `SceneError` for named points that are off the seat or at a singular edge; a seat that is drawn is meshed
     coarser by `COARSENING` for it."""
-    scene, body, method = plan.scene, plan.scene.seat.elastic, plan.method.seat
-    if scene.stress is None or not scene.stress.points or body is None:
+    if plan.scene.stress is None or not plan.scene.stress.points:
         return
+    body, method = seat_of(plan), plan.method.seat
     if (drawn := body.drawn) is not None:
         spec, level = drawn.mesh_spec(method), drawn.elements_of(method)
         spec = replace(spec, size=COARSENING * spec.size, contact_size=COARSENING * spec.patch_size)

@@ -182,7 +182,7 @@ class SeatStress(FieldStress):
                         (moved, model.expand(each)[:, skin.nodes].T),
                     ):
                         sums[frame] += part if around is None else turned(part, around, n, by_sin=by_sin)
-        known = ~near(elements.nodes.T[skin.nodes], drawn.singular, drawn.distance)
+        known = ~near(elements.nodes.T[skin.nodes], drawn.singular, drawn.asked.distance)
         time, mises = self.strike.touches.seat.time[list(steps)], von_mises(tensors)
         touch = self.strike.touches.touch
         return frames.wave_frames("Stress wave in the seat", skin, mises, moved, time, touch, known)
@@ -217,7 +217,7 @@ def seat_stress(done: Round, progress: notices.Progress = notices.silent) -> Sea
     if scene.stress is None:
         return None
     meshes = seat_fields.SeatMeshes(done.plan, done.seat, progress)
-    strike = done.strike
+    strike, solid = done.strike, seat_fields.seat_of(done.plan).material.solid
     dt, force = strike.dt, strike.on_seat
     waves = seat_fields.Waves.from_forces(meshes, force)
     known = meshes.both[0].stress(waves).within()
@@ -247,7 +247,7 @@ def seat_stress(done: Round, progress: notices.Progress = notices.silent) -> Sea
         np.array(scene.stress.points).reshape(-1, 3),
         np.concatenate([histories(each, force, dt) for each in shown]),
         at_time(field, force, dt, round(peaks.von_mises_time[worst] / dt)),
-        _front(done),
+        summary.front_of(done.result, float(np.max(solid.young)), solid.density),
         at_worst,
     )
 
@@ -356,11 +356,3 @@ def stress_pictures(stress: SeatStress, title: str, unsure: tuple[float, float])
     )
     write = partial(stress_plot.write_stress_vtu, stress.sites, peak.von_mises, peak.von_mises_time)
     return [("seat_stress.png", draw), ("seat_stress.vtu", write)]
-
-
-def _front(done: Round) -> float:
-    """Return rho c_0 v at the first touch [Pa], for the seat's material and the closing speed v."""
-    body = done.plan.scene.seat.elastic
-    assert body is not None
-    solid = body.material.solid
-    return summary.front_of(done.result, float(np.max(solid.young)), solid.density)
