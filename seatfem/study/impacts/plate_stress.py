@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from impact.after.histories import PeakStress, ReedStress, stress_by_spans
 from impact.bodies.body import Body, ModalState
-from impact.greens.base import Array, GreensFunction
+from impact.greens.base import Array
 from impact.march.rows import MarchRun
 from seatfem.structures import lip, rings, sheets
 from seatfem.structures.fields import recovery
@@ -34,10 +34,7 @@ BESIDE: Final = 3.0  # distance from the contact within which a point is "beside
 RIM: Final = "rim of an averaged patch"  # part of a plate beside one contact with the mean motion of a disc or ring
 
 
-def lips_of_plate(geometry: ContactGeometry, division: rings.Division) -> tuple[lip.AnyLip, ...]:
-    """Return the contact patches on the striking plate: its own face, the stopper's, the seat's lip by `division`."""
-    seat = geometry.on_the_reed(geometry.lip(division.arcs, division.rings))
-    return _plate_of(geometry).lips(seat, geometry.behind_the_reed())
+Lips = tuple[lip.AnyLip, ...]
 
 
 def _plate_of(geometry: ContactGeometry) -> ThinPlate:
@@ -46,27 +43,29 @@ def _plate_of(geometry: ContactGeometry) -> ThinPlate:
     return geometry.reed.thin_plate
 
 
-def _touching_lips(geometry: ContactGeometry, division: rings.Division) -> tuple[lip.AnyLip, ...]:
-    """Return the patches of `lips_of_plate` that are in contact: those of seat and stopper, for which its own stands
-    in."""
-    own, *others = lips_of_plate(geometry, division)
+def lips_of_plate(geometry: ContactGeometry, division: rings.Division) -> tuple[Lips, Lips]:
+    """Return the contact patches on the striking plate, its own face, the stopper's and the seat's lip by ``division``;
+    and those that are in contact: the plate's own face only where it stands in for that of seat or stopper."""
+    seat = geometry.on_the_reed(geometry.lip(division.arcs, division.rings))
+    lips = _plate_of(geometry).lips(seat, geometry.behind_the_reed())
+    own, *others = lips
     behind = [each for each in others if each.side]
     if geometry.stopper is not None and not behind:
         behind = [own]
-    return (*behind, *([each for each in others if not each.side] or [own]))
+    return lips, (*behind, *([each for each in others if not each.side] or [own]))
 
 
-def singular_points(geometry: ContactGeometry, greens: GreensFunction, division: rings.Division) -> Array:
+def singular_points(strike: Strike) -> Array:
     """Return the (k, 2) points near which plate theory gives no stress in the striking plate [m]."""
-    return _singular(_plate_of(geometry).plate(greens), _touching_lips(geometry, division))
+    _, touched = lips_of_plate(strike.geometry, strike.division)
+    return _singular(_plate_of(strike.geometry).plate(strike.striker.greens), touched)
 
 
 def parts_of_plate(strike: Strike, points: Array) -> NDArray[np.str_]:
     """Return the (P,) names of the parts of the striking plate on which points (P, 2) lie."""
-    reed = _plate_of(strike.geometry)
-    touching = _touching_lips(strike.geometry, strike.division)
-    touched = _points_of(reed.plate(strike.striker.greens), touching)
-    beside = field_sites.near(points, touched, BESIDE * reed.thickness)
+    reed, (_, touched) = _plate_of(strike.geometry), lips_of_plate(strike.geometry, strike.division)
+    touching = _points_of(reed.plate(strike.striker.greens), touched)
+    beside = field_sites.near(points, touching, BESIDE * reed.thickness)
     words = RIM if strike.division.arcs == 1 else "beside the contact"
     return np.where(beside, words, reed.geometry().regions(points))
 
@@ -80,14 +79,12 @@ def plate_field(geometry: ContactGeometry, striker: Body, division: rings.Divisi
     The field's body is the whole striker; `struck_by` replaces it by its elastic modes with the loads of a run.
     """
     plate = _plate_of(geometry).plate(striker.greens)
-    lips, touched = lips_of_plate(geometry, division), _touching_lips(geometry, division)
-    return recovery.StressField(*_columns(plate, lips, touched, tuple(striker.greens.ports)), striker)
+    columns = _columns(plate, *lips_of_plate(geometry, division), tuple(striker.greens.ports))
+    return recovery.StressField(*columns, striker)
 
 
 @lru_cache(maxsize=4)
-def _columns(
-    plate: sheets.PlateModes, lips: tuple[lip.AnyLip, ...], touched: tuple[lip.AnyLip, ...], ports: tuple[str, ...]
-) -> tuple[Array, Array, Array]:
+def _columns(plate: sheets.PlateModes, lips: Lips, touched: Lips, ports: tuple[str, ...]) -> tuple[Array, Array, Array]:
     """Return the points (P, 2) of known stress [m], and there the stress (P, 6, p) under a static unit force on each
     port [Pa/N] and (P, 6, M) of each elastic mode shape [Pa/(m sqrt(kg))]; cached in the process."""
     sheet, sites = plate.sheet, field_sites.plate_nodes(plate.mesh)
@@ -167,13 +164,13 @@ class PlateLook:
         return stresses_of_plate(self.reed, field, recovery.largest(field, pushes, forces.dt, since=since, workers=1))
 
 
-def _singular(plate: sheets.PlateModes, touched: tuple[lip.AnyLip, ...]) -> Array:
+def _singular(plate: sheets.PlateModes, touched: Lips) -> Array:
     """Return the (k, 2) points of contact patches, ends of the clamp and sharp corners [m]."""
     ends = _ends_of_clamp(plate.mesh) if plate.sheet.shape.held_loop is None else np.zeros((0, 2))
     return np.concatenate([_points_of(plate, touched), ends, field_sites.sharp_nodes(plate.mesh)])
 
 
-def _points_of(plate: sheets.PlateModes, lips: tuple[lip.AnyLip, ...]) -> Array:
+def _points_of(plate: sheets.PlateModes, lips: Lips) -> Array:
     """Return the (k, 2) points of contact patches [m]."""
     return np.concatenate([patch.points for patch in sheets.patches_of(plate.sheet, lips).values()])
 

@@ -107,8 +107,7 @@ class PlateStress(FieldStress):
         peak = self.by_point.after_contact if math.isfinite(self.by_point.spans.touch) else self.by_point.initial
         by_part = [np.flatnonzero(self.regions == part) for part in np.unique(self.regions)]
         which = np.array([points[peak.von_mises[points].argmax()] for points in by_part])
-        singular = singular_points(self.strike.geometry, self.strike.striker.greens, self.strike.division)
-        edges = edge_distances(self.field.points[which], singular)
+        edges = edge_distances(self.field.points[which], singular_points(self.strike))
         spots = self.spots_at(which, self.regions[which], edges, peak.von_mises_time[which])
         histories = foremost(self.histories_at(which, spots, stride))
         return tuple(each.spot for each in histories), histories
