@@ -31,7 +31,7 @@ from seatfem.study.runs.converge import begin_plan
 from seatfem.study.runs.next_round import Limits
 from seatfem.study.runs.round import Round
 from seatfem.study.runs.rounds import rounds
-from seatfem.study.runs.seat_fields import SeatMesh, force_by_port
+from seatfem.study.runs.seat_fields import SeatMesh
 from seatfem.study.runs.seat_stress import places_of, seat_stress, stress_on
 from seatfem.study.runs.stresses import SEAT, TENSION
 from seatfem.study.scene import load_scene
@@ -157,7 +157,7 @@ def seat_at_the_same_places(done: Round, finest: Round) -> dict[str, float]:
     spec, finer = body.drawn.mesh_spec(method), HALF * stress.meshes.finer
     method = replace(method, size=spec.size / finer, contact_size=spec.patch_size / finer)
     mesh = SeatMesh(finest.plan, body.meshes(method, silent)[0])
-    force, dt = force_by_port(finest, finest.touches), finest.result.dt
+    force, dt = finest.strike.on_seat, finest.result.dt
     found, _ = stress_on(mesh, stress, places_of(stress.peak), force, dt)
     return {SEAT: float(found.von_mises[0]), TENSION: float(found.principal[1])}
 

@@ -18,14 +18,16 @@ from seatfem.structures.method import Method, Solved
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.rings import FEWEST_ARCS, MOST_RINGS
 from seatfem.study.impacts.bodies import problem_of, solve_body, striker_of
-from seatfem.study.impacts.contact import record_of, run_contacts, stress_of
+from seatfem.study.impacts.contact import record_of, run_contacts
+from seatfem.study.impacts.forces import Strike
 from seatfem.study.impacts.landings import Landings
 from seatfem.study.impacts.touches import values_of_record
 from seatfem.study.ladders.patch import finer_stopper, meshed_for_arcs
 from seatfem.study.method import RunMethod, as_stated
+from seatfem.study.runs.reed_stress import plate_stress
 from seatfem.study.runs.round import Round
 from seatfem.study.runs.seat_stress import seat_stress
-from seatfem.study.runs.stresses import REED, SEAT, TENSION, plate_reed_stress, stresses
+from seatfem.study.runs.stresses import REED, SEAT, TENSION, stresses
 from seatfem.study.scene import Scene
 
 LEAST_MODES, MOST_MODES = 60, 400  # of a beam in a reference
@@ -226,8 +228,7 @@ def finer_round(done: Round, reference: Reference) -> Round:
     scene, step = reference.scene, reference.method.time_step
     assert step is not None
     touches = run_contacts(scene, reference.striker, reference.seat.greens, step)
-    force, lift = touches.seat.force, touches.opening
-    stress = stress_of(scene.geometry, reference.striker, force, step, lift, stopper=touches.stopper_force)
+    stress = Strike(scene.geometry, reference.striker, reference.seat.greens, touches).largest_stress()
     plan = replace(done.plan, scene=scene, method=reference.method)
     bodies = {"seat": reference.seat, "striker": reference.striker, "reed": reference.reed}
     return replace(done, plan=plan, touches=touches, stress=stress, **bodies)  # type: ignore[arg-type]
@@ -239,12 +240,13 @@ def largest_stresses(done: Round, *, bare: bool = False) -> tuple[Mapping[str, f
     ``bare``: without what the force leaves in the bars, whose runs take longest.
     """
     values, bars = dict[str, float](), dict[str, float]()
-    seat, plate = (seat_stress(done), plate_reed_stress(done)) if bare else stresses(done)
+    reed = done.plan.method.reed
+    seat, plate = (seat_stress(done), plate_stress(done.plan.scene, reed, done.strike)) if bare else stresses(done)
     if seat is not None:
         values[SEAT], bars[SEAT] = float(seat.peak.von_mises.max()), seat.bar
         values[TENSION], bars[TENSION] = float(seat.peak.principal.max()), float(seat.bars[1])
-    if plate is not None and plate.found.after_contact is not None:
-        values[REED], bars[REED] = plate.found.after_contact.value, plate.bar
+    if plate is not None and plate.largest.after_contact is not None:
+        values[REED], bars[REED] = plate.largest.after_contact.value, plate.bar
     elif REED in done.left.values and done.stress is not None and done.stress.after_contact is not None:
         values[REED], bars[REED] = done.stress.after_contact.value, done.left.bar(REED)
     return values, bars

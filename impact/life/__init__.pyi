@@ -27,10 +27,7 @@ from impact.life.damage import (
 from impact.life.places import (
     Demand as Demand,
     Judged as Judged,
-    PointMap as PointMap,
-    cycle_map as cycle_map,
     judged as judged,
-    margin_map as margin_map,
 )
 from impact.life.multiaxial import (
     Crossland as Crossland,

@@ -1,7 +1,7 @@
-"""Location of the first fatigue failure: maps of many points, critical planes, and the worst of named places."""
+"""Location of the first fatigue failure: critical planes, and the worst of named places."""
 
 import math
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Final
@@ -12,78 +12,9 @@ from impact.greens.base import Array
 from impact.life.damage import UNSTRESSED, Cycles, Life, MeanStress, life, rainflow
 from impact.life.multiaxial import Multiaxial
 from impact.life.strength import OWN, LifeError, Strength
-from impact.quantities import brief
 
 SHARE = 0.7
 """Least stress range over that of the hot spot; below it damage is less than 0.7^5 = 17 % for slopes of 5 and more."""
-
-
-@dataclass(frozen=True, repr=False)
-class PointMap:
-    """Results for the cycles at P points.
-
-    Attributes:
-        values: (P,) results; NaN at points that were skipped.
-        ranges: (P,) largest stress range at each point [Pa].
-        share: points with ranges below this fraction of the largest were skipped.
-    """
-
-    values: Array
-    ranges: Array
-    share: float
-
-    @property
-    def skipped(self) -> int:
-        """Return the number of skipped points."""
-        return int(np.isnan(self.values).sum())
-
-    __repr__ = brief
-
-
-def cycle_map(blocks: Iterable[Array], judged: Callable[[Cycles], float], share: float = SHARE) -> PointMap:
-    """Return a result for each point by its cycles, except for points with small stress ranges.
-
-    A point is skipped if its largest range is below ``share`` of the largest of all points, 0 ... 1; 0 skips none. As
-    mean stresses are ignored in this, take a lower share if they differ much between points.
-
-    Args:
-        blocks: (p, n) histories of p points at a time, each repeated endlessly [Pa].
-        judged: function of the `Cycles` of one point, such as `impact.life.damage.damage` or `margin`.
-
-    Raises `LifeError` for a share out of range, a block of another shape, values that are not finite, or no points, and
-    the errors of ``judged``.
-    """
-    if not 0 <= share <= 1:
-        raise LifeError(f"share = {share:g} of the hot spot's range must lie between 0 and 1")
-    ranges: list[float] = []
-    values: list[float] = []
-    hottest = 0.0
-    for block in blocks:
-        if block.ndim != 2 or not block.size:
-            raise LifeError(f"a block of histories must be (points, times), not {block.shape}")
-        reach = np.ptp(block, axis=1)
-        if not np.isfinite(reach).all():
-            at = len(ranges) + int(np.argmin(np.isfinite(reach)))
-            raise LifeError(f"the stresses of the map must be finite, those of point {at} are not")
-        hottest = max(hottest, float(reach.max()))
-        near = reach >= share * hottest
-        values += [judged(rainflow(row)) if hot else np.nan for row, hot in zip(block, near, strict=True)]
-        ranges += reach.tolist()
-    if not ranges:
-        raise LifeError("no points: give the map a block at least")
-    point_ranges = np.array(ranges)
-    return PointMap(np.where(point_ranges >= share * hottest, values, np.nan), point_ranges, share)
-
-
-def margin_map(blocks: Iterable[Array], criterion: Multiaxial) -> Array:
-    """Return the (P,) margins of points by a multiaxial criterion; ``blocks``: (p, n, 6) stress at p points each [Pa].
-
-    Raises `LifeError` like the criterion's ``value``, and for no points.
-    """
-    margins = [criterion.margin(history) for block in blocks for history in block]
-    if not margins:
-        raise LifeError("no points: give the map a block at least")
-    return np.array(margins)
 
 
 STRAIGHT: Final = 1e-4

@@ -127,7 +127,7 @@ class Sheet:
             )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class PlateModes:
     """The modes of a plate on one mesh, whatever touches it.
 

@@ -27,6 +27,7 @@ from seatfem.machine import compiling, resources
 from seatfem.structures import method as methods
 from seatfem.study.impacts import contact, plate_stress
 from seatfem.study.impacts.bodies import problem_of
+from seatfem.study.impacts.forces import Strike
 from seatfem.study.impacts.landings import Face, Landings
 from seatfem.study.impacts.touches import (
     LIP,
@@ -175,7 +176,7 @@ def error_budget(
     blow = stated = contact_record_of(touches, width, stress, choice)
     if stress is not None and look is None:  # compared as other runs evaluate it, on a coarse grid
         since = stress_since(touches, choice)
-        coarse = contact.stress_in_run(scene.geometry, striker, touches, coarsely=True, since=since)
+        coarse = Strike(scene.geometry, striker, seat.greens, touches).largest_stress(coarsely=True, since=since)
         blow = contact_record_of(touches, width, coarse, choice)
     last, like = impulse_of_last_touch(blow), touches.landings
     others = contact.other_values(scene, touches.strains, touches.opening, result.dt)

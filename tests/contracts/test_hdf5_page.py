@@ -15,7 +15,8 @@ import impact
 from impact.storage.hdf5 import save_checkpoint
 from seatfem.pictures.frames import Frames
 from seatfem.pictures.moving import load_moving, save_moving
-from seatfem.study.runs.stress_spots import History, Spot, Spots, write_spots
+from seatfem.study.runs.body_stress import History, Spot
+from seatfem.study.runs.stress_spots import Spots, write_spots
 from tests.steps import GreensFunction, ModalGreens, Residual
 
 ROOT = Path(__file__).parents[2]

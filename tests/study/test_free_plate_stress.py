@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatfem.structures.fields.recovery import largest
+from seatfem.structures.fields.recovery import StressField, largest
+from seatfem.study.impacts.plate_stress import plate_field, struck_by
 from seatfem.study.runs.lives import again
-from seatfem.study.runs.stresses import plate_field, plate_pushes, struck_in
 from tests.gallery import load_text
 from tests.steps import Round, Stopwatch, begin_plan, rounds, silent
 
@@ -40,9 +40,14 @@ def landed(
     return next(rounds(begin_plan(load_text(folder, text)), folder, Stopwatch(), silent))
 
 
+def field_of(done: Round) -> StressField:
+    """Return the stress field of the plate in its round."""
+    strike = done.strike
+    return struck_by(plate_field(strike.geometry, strike.striker, strike.division), strike)
+
+
 def stress(done: Round) -> float:
-    field = plate_field(done)
-    peaks = largest(field, plate_pushes(done, done.touches), done.result.dt)
+    peaks = largest(field_of(done), done.strike.pushes, done.result.dt)
     largest_since = float(peaks.after_contact.von_mises.max())
     assert peaks.initial.von_mises.max() < 1e-12 * largest_since  # it flies as a rigid body, to round-off
     return largest_since
@@ -67,12 +72,12 @@ def test_a_thin_plate(tmp_path: Path) -> None:
 def test_twice_the_speed_at_twice_the_tilt_is_twice_the_stress(tmp_path: Path) -> None:
     """Linear bodies and laws: all lengths, gaps too, grow with the speed, and time stays."""
     done = landed(tmp_path, 8)
-    field = plate_field(done)
+    field = field_of(done)
 
     def at(speed: float, tilt: float) -> float:
         there = again(again(done, "speed", speed), "tilt", math.atan(tilt))
-        changed, push = struck_in(field, there, there.touches)
-        return float(largest(changed, push, done.result.dt).after_contact.von_mises.max())
+        changed = struck_by(field, there.strike)
+        return float(largest(changed, there.strike.pushes, done.result.dt).after_contact.von_mises.max())
 
     one, two, faster = at(1, 1e-3), at(2, 2e-3), at(2, 1e-3)
     assert two == pytest.approx(2 * one, rel=1e-9)

@@ -3,6 +3,8 @@
 All strengths are invented.
 """
 
+import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,14 +12,16 @@ import pytest
 
 from impact.life.places import margin_error
 from impact.life.strength import basquin
+from impact.notices import Progress
 from seatfem.faces.report.fragments import html_table
 from seatfem.faces.tables import result_table
 from seatfem.faces.verdict import lasting as in_words
 from seatfem.structures.fields.peaks import hottest, largest, mises_range, von_mises
 from seatfem.structures.fields.recovery import histories
-from seatfem.study.runs import lives, pipeline
-from seatfem.study.runs.lives import Stressed
-from seatfem.study.runs.stresses import RIM, plate_field
+from seatfem.study.impacts.plate_stress import RIM
+from seatfem.study.runs import afterwards, pipeline
+from seatfem.study.runs.body_stress import BodyStress
+from seatfem.study.runs.reed_stress import PlateStress, plate_stress
 from tests.gallery import BAR, load_text
 from tests.steps import Round, SceneError
 
@@ -43,15 +47,22 @@ def run(
     (folder / "strength.toml").write_text(STRENGTH, encoding="utf-8")
     kept: list[Round] = []
     if monkeypatch is not None:
-        of = Stressed.from_round
+        stresses = afterwards.stresses.stresses
 
-        def keep(done: Round, *stresses: object) -> Stressed:
+        def keep(done: Round, progress: Progress) -> tuple[BodyStress | None, BodyStress | None]:
             kept.append(done)
-            return of(done, *stresses)  # type: ignore[arg-type]
+            return stresses(done, progress)
 
-        monkeypatch.setattr(Stressed, "from_round", keep)
+        monkeypatch.setattr("seatfem.study.runs.stresses.stresses", keep)
     outcome = pipeline.run_scene(load_text(folder, text), folder / "out", pictures=False)
     return dict(outcome.summary), kept
+
+
+def stress_of(done: Round) -> PlateStress:
+    """Return the stress in the plate of a round."""
+    stress = plate_stress(done.plan.scene, done.plan.method.reed, done.strike)
+    assert stress is not None
+    return stress
 
 
 @pytest.mark.slow
@@ -60,7 +71,7 @@ def test_a_plate_in_free_flight_fails_where_and_when_its_stress_says(tmp_path, m
     margin is S(N) over it, and Crossland's t/(sqrt(J2a) + k pmax) = f over it."""
     text = SPRING + THROWN + '[contact]\ngap = "9 mm"\n' + RUN.format(12) + LIFE + 'multiaxial = "crossland"\n'
     keys, (done,) = run(tmp_path, text, monkeypatch)
-    field = plate_field(done)
+    field = stress_of(done).field
     peak = float(largest(field, np.zeros((len(done.result.time), 1)), done.result.dt).initial.von_mises.max())
     periods = 12e-3 * float(done.striker.greens.modal.omega[0]) / (2 * np.pi)  # type: ignore[union-attr]
     assert keys["life_margin"] == pytest.approx(CURVE.stress(4.5e9 * periods) / peak, rel=0.01)
@@ -81,7 +92,7 @@ def test_the_points_with_the_largest_ranges_of_each_region(tmp_path: Path, monke
     stress, bar = (keys[f"{of}peak_reed_stress_after_contact_Pa"] for of in ("", "error_bar_"))
     for name in ("life_margin", "life_multiaxial_margin"):
         assert keys[f"error_bar_{name}"] == pytest.approx(margin_error(keys[name], bar / stress))  # type: ignore[operator,arg-type]
-    field = plate_field(done)
+    field = stress_of(done).field
     some = field.at(np.arange(0, len(field.points), 40))
     ranges = mises_range(some, done.result.force, done.result.dt)
     stress = np.moveaxis(histories(some, done.result.force, done.result.dt), 1, 2)
@@ -218,10 +229,10 @@ def test_the_rim_of_an_averaged_patch_says_so_and_counts_in_no_margin_without_a_
     keys, (done,) = run(tmp_path, text, monkeypatch)
     parts = [spot["part"] for spot in keys["reed_stress_hot_spots"]]
     assert RIM in parts
-    field, touches = plate_field(done), done.touches
-    for without_rim in (False, True):
-        names = [name for name, _ in lives._plate_histories(done, field, touches, 0, without_rim=without_rim)]
-        assert any(RIM in name for name in names) != without_rim
+    stress = stress_of(done)
+    for bar in (1e6, math.nan):
+        names = [name for name, _ in replace(stress, bar=bar).histories(0)]
+        assert any(RIM in name for name in names) != math.isnan(bar)
         assert any("paddle" in name for name in names)
     at_rim = {**keys, "reed_stress_hot_spots": [next(s for s in keys["reed_stress_hot_spots"] if s["part"] == RIM)]}
     assert f"largest reed stress: {RIM}" in result_table(at_rim).caption

@@ -15,6 +15,7 @@ from impact.pictures.lip_plots import plot_lip
 from impact.quantities import text
 from seatfem.pictures import rendering
 from seatfem.pictures.moving import animate_frames
+from seatfem.study.impacts.forces import Strike
 from seatfem.study.runs.stress_wave import by_arc, landing_of, lip_pictures
 from tests.gallery import FLAPPER, LIP, load_text
 from tests.steps import Division, Lip, Solved, bed, run_contacts, solved_striker, striker_of
@@ -39,6 +40,7 @@ def landed(tmp_path_factory: pytest.TempPathFactory) -> Any:
         seat=Solved(springs),
         striker=striker,
         reed=solved_striker(scene),
+        strike=Strike(scene.geometry, striker, springs, touches),
     )
     return SimpleNamespace(done=done, baseline=stiffer)
 

@@ -14,8 +14,8 @@ from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.ladders.ladder import ComputedRun
 from seatfem.study.ladders.modes import OF_MODES, in_wider_band, with_other_modes
 from seatfem.study.method import BAND, MODEL, PORTS, RINGS
+from seatfem.study.runs.reed_stress import plate_stress
 from seatfem.study.runs.rounds import solve as solve_plan
-from seatfem.study.runs.stresses import plate_reed_stress
 from tests.as_stated import seat_of, striker_of
 from tests.gallery import load_text
 from tests.steps import ModalGreens, Residual, Scene, Stopwatch, begin_plan, stated_method
@@ -112,7 +112,8 @@ def test_a_plate_in_a_wider_band_has_the_ports_of_its_run(tmp_path: Path) -> Non
     run = ComputedRun(scene, method, solved, problem_of(scene, striker, Body(solved.greens)))
     assert run.division.rings == 4
     assert {tuple(body.greens.ports) for body, _ in in_wider_band(run)} == {tuple(striker.greens.ports)}
-    stress = plate_reed_stress(solve_plan(replace(begin_plan(scene), method=method), Stopwatch()))
+    done = solve_plan(replace(begin_plan(scene), method=method), Stopwatch())
+    stress = plate_stress(scene, method.reed, done.strike)
     assert stress is not None
     assert 0 < stress.bar < np.inf
 

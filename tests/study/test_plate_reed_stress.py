@@ -16,10 +16,11 @@ from seatfem.structures.elements.mindlin import average
 from seatfem.structures.fields.recovery import histories, von_mises
 from seatfem.structures.fields.sites import plate_nodes, plate_stress
 from seatfem.structures.sheets import PlateModes
-from seatfem.study.impacts.plate_stress import PlateReedStress
 from seatfem.study.runs import pipeline
+from seatfem.study.runs.reed_stress import PlateStress
+from seatfem.study.runs.reed_stress import plate_stress as stress_of_plate
 from seatfem.study.runs.seat_stress import SeatStress
-from seatfem.study.runs.stresses import plate_field, plate_peaks, plate_pushes, stresses
+from seatfem.study.runs.stresses import stresses
 from tests.gallery import load_text
 from tests.steps import Lip, Round
 
@@ -132,11 +133,11 @@ def in_time(plate: PlateModes, start: Array, pushes: Array, dt: float) -> Array:
     return np.array(steps).T
 
 
-def watched(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Round, PlateReedStress]]:
+def watched(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Round, PlateStress]]:
     """Return the rounds whose stress is told."""
     kept = []
 
-    def record_stress(done: Round, progress: Progress) -> tuple[SeatStress | None, PlateReedStress | None]:
+    def record_stress(done: Round, progress: Progress) -> tuple[SeatStress | None, PlateStress | None]:
         seat, reed = stresses(done, progress)
         kept.append((done, reed))
         return seat, reed
@@ -187,21 +188,23 @@ def test_histories_and_peak_are_those_of_a_time_integration(reed, more, step, al
         start = -SPEED / plate.centre[0] * plate.modes.shapes[:, 0]
     unknowns = in_time(plate, start, loads, dt / 2)[:, ::2]
     functional = plate_stress(plate.mesh, sheet.material, sheet.shape.thickness, plate.model, plate_nodes(plate.mesh))
-    field = plate_field(done)
+    field = stress.field
     node = cKDTree(plate.mesh.points).query(field.points)[1]
     exact = (functional @ unknowns).reshape(len(plate.mesh.points), 6, -1)[node]
     in_all = von_mises(np.moveaxis(exact, 1, 2))
     largest, half = in_all.max(axis=1), in_all.shape[1] // 2
-    assert abs(stress.found.after_contact.value - largest.max()) < stress.bar
+    assert abs(stress.largest.after_contact.value - largest.max()) < stress.bar
     assert stress.bar < 0.7 * largest.max()  # half of it is what segments of the lip change
-    assert summary[AFTER] == stress.found.after_contact.value
-    cut = plate_peaks(done, since=half * dt).found  # as if a landing began in mid-run
+    assert summary[AFTER] == stress.largest.after_contact.value
+    cut = stress_of_plate(
+        done.plan.scene, done.plan.method.reed, done.strike, since=half * dt
+    ).by_point  # as if a landing began in mid-run
     for chosen, there in (("until", in_all[:, : half + 1]), ("after", in_all[:, half + 1 :])):
         peak = cut.within(getattr(cut.spans, chosen)(cut.spans.landing)).von_mises.max()
         assert abs(peak - there.max()) < 0.02 * largest.max()
     away = np.abs(field.points - centre).sum(axis=1)
     sites = [int(away.argmax()), int(away.argmin()), int(largest.argmax())]
-    ours = histories(field.at(np.array(sites)), plate_pushes(done, done.touches), dt)
+    ours = histories(field.at(np.array(sites)), stress.force, dt)
     off = np.abs(ours - exact[sites]).max(axis=(1, 2)) / np.abs(exact).max()
     assert off.max() < allowed
 

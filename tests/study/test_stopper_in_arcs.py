@@ -15,8 +15,9 @@ from seatfem.structures.inspection.cad import Shape
 from seatfem.structures.rings import Division, as_a_whole
 from seatfem.study.impacts.bodies import problem_of, stopper_of
 from seatfem.study.impacts.contact import marched, run_contacts
-from seatfem.study.impacts.plate_stress import Forces, plate_field
-from seatfem.study.impacts.touches import Touches, on_the_ports, stopper_values
+from seatfem.study.impacts.forces import Forces
+from seatfem.study.impacts.plate_stress import plate_field
+from seatfem.study.impacts.touches import Touches, stopper_values
 from seatfem.study.ladders.table import ladder_of
 from seatfem.study.runs.converge import begin_plan
 from seatfem.study.runs.remedies import remedy_by_key
@@ -93,7 +94,8 @@ def test_a_free_ring_is_pushed_against_its_stopper(tmp_path: Path) -> None:
     force = touches.stopper_parts.force
     np.testing.assert_allclose(force.sum(axis=1), touches.stopper.force, rtol=1e-12)
     np.testing.assert_allclose(force.sum(axis=0), force.sum() / 8, rtol=0.02 * force.sum() / 8)  # the mesh is uneven
-    pushed = on_the_ports(scene.geometry, body.greens, impact.spring(stiffness=5e7), touches)[1:].T
+    spring = impact.spring(stiffness=5e7)
+    pushed = Forces.from_touches(scene.geometry, spring, touches).on_striker(body.greens)[1:].T
     assert -pushed.sum() * 1e-7 == pytest.approx(measures.impulse(touches.stopper), rel=1e-12)
     coordinates, modal = modal_coordinates(body, pushed, 1e-7, 1), body.greens.modal
     of = [body.greens.port_index(STOPPER + name) for name in Division(8).names]
@@ -163,11 +165,10 @@ def test_stress_of_a_plate_that_meets_its_stopper_in_arcs(tmp_path: Path) -> Non
     bent = field.static[:, :, arcs].mean(axis=2)
     np.testing.assert_allclose(bent, field.static[:, :, 0], atol=1e-3 * np.abs(bent).max())
     run = marched(problem_of(scene, striker, seat), 2e-7, scene.run.duration)
-    pushed, force = Forces.from_march(run).pushes(striker.greens, Division()), run.force[:, 1:]
+    pushed, force = Forces.from_march(run).on_striker(striker.greens), run.force[:, 1:]
     np.testing.assert_array_equal(pushed[:, arcs], -force)
-    np.testing.assert_array_equal(
-        pushed, on_the_ports(scene.geometry, striker.greens, seat.greens, struck(scene, 2e-7))
-    )
+    known = Forces.from_touches(scene.geometry, seat.greens, struck(scene, 2e-7))
+    np.testing.assert_array_equal(pushed, known.on_striker(striker.greens))
     assert np.ptp(force.sum(axis=0)) > 0.1 * force.sum(axis=0).max()
     summary = run_scene(scene, tmp_path / "out", pictures=False).summary
     assert summary["landing_peak_reed_stress_Pa"] > 0

@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from seatfem.study.impacts.plate_stress import Forces
+from seatfem.study.impacts.forces import PatchForces
 from tests.steps import Division
 
 
 def test_forces_keep_their_sum_and_their_place_on_the_lip() -> None:
     force = np.random.default_rng(0).uniform(0, 5, (3, 8))
-    four = Forces(force, Division(4, 2), None, 1e-7)
+    four = PatchForces(force, Division(4, 2))
     assert four.by(Division(4, 2)) is force
     np.testing.assert_allclose(four.by(Division())[:, 0], force.sum(axis=1))
     arcs = force.reshape(3, 4, 2).sum(axis=2)

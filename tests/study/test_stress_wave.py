@@ -14,12 +14,10 @@ from seatfem.pictures.moving import load_moving, plot_margin_map
 from seatfem.structures.fields.recovery import Response, histories, in_frames, recover, response_in_frames, von_mises
 from seatfem.structures.fields.sites import at_nodes
 from seatfem.structures.fields.solids import Harmonic, RingField, elements_of, solid_stress
-from seatfem.study.runs import afterwards
-from seatfem.study.runs.afterwards import margin_pictures, margins
-from seatfem.study.runs.lives import Stressed
-from seatfem.study.runs.seat_fields import force_by_port
-from seatfem.study.runs.seat_stress import seat_stress
-from seatfem.study.runs.stress_wave import after_touch, reed_wave, seat_wave, wave_pictures
+from seatfem.study.runs.afterwards import margin_pictures
+from seatfem.study.runs.reed_stress import plate_stress
+from seatfem.study.runs.seat_stress import SeatStress, seat_stress
+from seatfem.study.runs.stress_wave import wave_of, wave_pictures
 from seatfem.study.scene.problems import SceneError
 from tests.gallery import FLAPPER, load_text
 from tests.steps import Limits, Stopwatch, begin_plan, rounds, silent
@@ -64,7 +62,7 @@ def few(done: Any, scene: Any) -> Any:
 def test_frames_are_the_histories_at_their_times(pressed: tuple[Any, Any]) -> None:
     """Frames made by a field of stress or by the unknowns themselves are its histories at their times."""
     done, stress = pressed
-    force, dt = force_by_port(done, done.touches), done.result.dt
+    force, dt = stress.force, stress.dt
     nodes = np.array([5, 17, 30])
     elements = elements_of(stress.mesh)
     sites = at_nodes(elements, nodes)
@@ -82,7 +80,7 @@ def test_frames_are_the_histories_at_their_times(pressed: tuple[Any, Any]) -> No
 @pytest.mark.slow
 def test_the_wave_shows_the_pressure_and_how_the_bar_gives_way(pressed: tuple[Any, Any]) -> None:
     done, stress = pressed
-    wave = seat_wave(done, stress)
+    wave = wave_of(done, stress)
     assert len(wave.time) == 12
     assert wave.time[0] == pytest.approx(10e-6, abs=30e-6)
     assert 300e-6 < wave.time[-1] <= 341e-6
@@ -99,7 +97,7 @@ def test_the_wave_shows_the_pressure_and_how_the_bar_gives_way(pressed: tuple[An
 def test_its_files_and_pictures(pressed: tuple[Any, Any], tmp_path: Path) -> None:
     """Each time has a picture and a file; the exaggeration moves the body by 2 to 5 % of its size."""
     done, stress = few(pressed[0], load(tmp_path, "frames = 4")), pressed[1]
-    pictures = dict(wave_pictures(done, stress))
+    pictures = dict(wave_pictures(done, [stress]))
     assert set(pictures) == {"stress_wave.gif", "stress_wave.png", "seat_stress.pvd", "stress_wave.h5"}
     for name, draw in pictures.items():
         draw(path=tmp_path / name)
@@ -113,7 +111,7 @@ def test_its_files_and_pictures(pressed: tuple[Any, Any], tmp_path: Path) -> Non
     assert 'file="seat_stress/0004.vtu"' in series
     import pyvista
 
-    wave = seat_wave(done, stress)
+    wave = wave_of(done, stress)
     last = pyvista.read(tmp_path / "seat_stress" / "0004.vtu")
     np.testing.assert_allclose(last.point_data["von Mises [Pa]"], wave.values[-1], rtol=1e-6)
     np.testing.assert_allclose(last.point_data["displacement [m]"], wave.displacement[-1], rtol=1e-6)
@@ -136,24 +134,16 @@ def test_parts_that_do_not_fit_together_are_refused(pressed: tuple[Any, Any]) ->
         wave_frames("", skin, values, moved, np.arange(3.0), 0.0, ~is_known)
 
 
-@pytest.mark.slow
-def test_what_depends_on_the_step_ends_with_the_filter_of_the_force(pressed: tuple[Any, Any]) -> None:
-    done, _ = pressed
-    start, end = after_touch(done)
-    assert start == pytest.approx(TOUCH, abs=1e-6)
-    assert end - start == pytest.approx(done.plan.scene.run.filter_width)
-
-
 @pytest.mark.slow(but="crossland")
 @pytest.mark.parametrize("criterion", ["", "crossland"])
 def test_margins_of_a_bar_that_is_pressed(pressed: tuple[Any, Any], tmp_path: Path, criterion: str) -> None:
     """Its sides bear -p and are let go: Crossland's sqrt(J2a) is p/2/sqrt 3 and pmax 0, Goodman's amplitude p/2 under
     a compressive mean, which counts for nothing. The bar's own waves are 2 %."""
-    done, stress = pressed
+    stress = pressed[1]
     scene = load(tmp_path, criterion=criterion)
     demand = scene.life.demand("seat")
     middle = stress.field.at(np.flatnonzero(np.abs(stress.field.points[:, 2] - 5e-3) < 1.1e-3))
-    values = margins(middle, force_by_port(done, done.touches), done.result.dt, demand)
+    values = replace(stress, field=middle, sites=middle.points).margins(demand)
     amplitude = demand.strength.curve.stress(4.5e9)
     exact = 310e6 * 2 * np.sqrt(3) / PRESSURE if criterion else 2 * amplitude / PRESSURE
     assert len(values) > 4
@@ -163,7 +153,7 @@ def test_margins_of_a_bar_that_is_pressed(pressed: tuple[Any, Any], tmp_path: Pa
 @pytest.mark.slow
 def test_the_map_of_margins_is_drawn_and_written(pressed: tuple[Any, Any], tmp_path: Path) -> None:
     done, stress = pressed
-    pictures = dict(margin_pictures(done, Stressed(None, stress)))
+    pictures = dict(margin_pictures(done, [stress]))
     assert set(pictures) == {"margin_map.png", "seat_margin.vtu"}
     for name, draw in pictures.items():
         draw(path=tmp_path / name)
@@ -201,7 +191,7 @@ def test_a_plate_that_strikes_is_shown_as_it_moves(tmp_path: Path) -> None:
     (tmp_path / "seat.toml").write_text(STRENGTH, encoding="utf-8")
     scene = load_text(tmp_path, text.replace('"360 us"', '"60 us"'))
     *_, done = rounds(begin_plan(scene), tmp_path, Stopwatch(), silent)
-    wave = reed_wave(done)
+    wave = wave_of(done, plate_stress(scene, done.plan.method.reed, done.strike))
     steps = np.round(wave.time / done.result.dt).astype(int)
     centre = np.asarray(scene.reed.geometry().centre)
     struck = np.linalg.norm(wave.points[:, :2] - centre, axis=1) < 1e-3
@@ -240,8 +230,8 @@ def test_the_wave_and_the_margins_of_a_ring_struck_in_arcs(tmp_path: Path, monke
     (tmp_path / "seat.toml").write_text(STRENGTH, encoding="utf-8")
     *_, done = rounds(begin_plan(load_text(tmp_path, ARCS)), tmp_path, Stopwatch(), silent, limits=Limits(rounds=1))
     stress = seat_stress(done)
-    assert len(stress.waves.numbers) > 3
-    wave = seat_wave(done, stress)
+    assert len(stress.known.waves.numbers) > 3
+    wave = wave_of(done, stress)
     some, section = np.arange(len(wave.points))[:: len(wave.points) // 4], elements_of(stress.mesh).nodes.T
     places = np.column_stack([np.hypot(*wave.points[some, :2].T), wave.points[some, 2]])
     nodes = np.array([np.linalg.norm(section - place, axis=1).argmin() for place in places])
@@ -253,16 +243,16 @@ def test_the_wave_and_the_margins_of_a_ring_struck_in_arcs(tmp_path: Path, monke
         Harmonic(
             n, response.stress(stress.drawn.stress_of(model, sites, n), sites.points).field(done.result.dt), mixing
         )
-        for n, model, response, mixing in stress.drawn.harmonics(stress.waves)
+        for n, model, response, mixing in stress.drawn.harmonics(stress.known.waves)
     ]
     field = RingField(sites.points, angles[:, None], tuple(parts))
-    exact = von_mises(np.moveaxis(histories(field, force_by_port(done, done.touches), done.result.dt), 1, 2))
+    exact = von_mises(np.moveaxis(histories(field, stress.force, stress.dt), 1, 2))
     now = np.round(wave.time / done.result.dt).astype(int)
     assert exact.max() > 0
     np.testing.assert_allclose(wave.values[:, some].T, exact[:, now], atol=1e-9 * exact.max())
     # in place of margins the distance from a place: each point is drawn with its own
-    monkeypatch.setattr(afterwards, "margins", lambda field, *_, **__: np.linalg.norm(field.points - PLACE, axis=1))
-    (drawn,) = dict(margin_pictures(done, Stressed.from_round(done, stress, None)))["margin_map.png"].args[0]  # type: ignore[attr-defined]
+    monkeypatch.setattr(SeatStress, "margins", lambda self, *_: np.linalg.norm(self.field.points - PLACE, axis=1))
+    (drawn,) = dict(margin_pictures(done, [stress]))["margin_map.png"].args[0]  # type: ignore[attr-defined]
     seen = np.isfinite(drawn.colours[0])
     assert seen.sum() >= len(stress.sites)
     np.testing.assert_allclose(drawn.colours[0][seen], np.linalg.norm(drawn.points[seen] - PLACE, axis=1), atol=1e-12)

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import impact
-from seatfem.study.impacts.contact import run_contacts, stress_of, valve_spring_keys
+from seatfem.study.impacts.contact import run_contacts, valve_spring_keys
+from seatfem.study.impacts.forces import Strike
 from tests.as_stated import striker_of
 from tests.gallery import load_text, refusal
 from tests.steps import Scene, run_scene
@@ -57,7 +58,7 @@ def test_a_rigid_mass_lands_under_its_springs(tmp_path: Path) -> None:
     t = touches.seat.time[: int(np.flatnonzero(touches.seat.force)[0]) - 1]
     exact = centre - centre * np.cos(omega * t) - np.sin(omega * t) / omega
     np.testing.assert_allclose(touches.seat.striker_displacement[: len(t)], exact, atol=1e-9)
-    keys = valve_spring_keys(scene.spring, scene.geometry, striker, seat, touches)
+    keys = valve_spring_keys(scene.spring, Strike(scene.geometry, striker, seat, touches))
     highest = float(touches.seat.striker_displacement.max())
     assert highest > 1e-5  # it returns beyond its start
     assert keys["valve_spring_force_max_N"] == pytest.approx(6 + 4e3 * (1e-3 + highest), rel=1e-9)
@@ -75,7 +76,7 @@ def test_the_stress_of_a_reed_that_springs_press_closed(tmp_path: Path) -> None:
         scene = scene_of(tmp_path, BEAM, more, 'duration = "0.1 ms"\ntime_step = "1 us"')
         striker, seat = striker_of(scene), impact.spring(stiffness=1e8)
         touches = run_contacts(scene, striker, seat, 1e-6)
-        stress = stress_of(scene.geometry, striker, touches.seat.force, 1e-6, touches.seat.gap)
+        stress = Strike(scene.geometry, striker, seat, touches).largest_stress()
         assert stress.largest.value == pytest.approx(stress.at_start.value, rel=1e-3)  # it stays at rest
         assert touches.seat.force == pytest.approx(touches.seat.force[0], rel=1e-6)
         stresses[n_modes] = stress.at_start.value

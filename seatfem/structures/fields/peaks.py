@@ -100,9 +100,11 @@ def largest(
     record into further spans. ``workers`` threads (default: as many as compiled code may use) share the places; the
     result does not depend on their number.
     """
-    bounds, stride = field.bounds, stride_of(field, dt)
     spans = Spans.of_run(force, dt, since)
-    peaks = np.zeros((spans.count, 4, len(bounds), len(field.points) // max(1, len(bounds))))
+    if not len(field.points):
+        return LargestStress(spans, np.zeros((spans.count, 4, 0)))
+    bounds, stride = field.bounds, stride_of(field, dt)
+    peaks = np.zeros((spans.count, 4, len(bounds), len(field.points) // len(bounds)))
     with ThreadPoolExecutor(workers or threads()) as pool:
         for number, part in blocks_of_times(field, force, dt, stride):
             times = number * stride
@@ -168,7 +170,6 @@ def thinned(part: Array, times: Array, bound: Array, largest: float) -> tuple[Ar
     return part[samples], times[samples], retained
 
 
-EACH: Final = 4  # hot spots of each region
 _AT_ONCE: Final = 256  # places whose stress over one block of times is held at once
 
 
@@ -203,7 +204,7 @@ def mises_range(field: Field, force: Array, dt: float, *, since: int = 0) -> Arr
     return np.asarray(np.sqrt(3) * np.linalg.norm(high - low, axis=-1).ravel())
 
 
-def hottest(ranges: Array, regions: NDArray[np.str_], each: int = EACH) -> NDArray[np.int64]:
+def hottest(ranges: Array, regions: NDArray[np.str_], each: int) -> NDArray[np.int64]:
     """Return the indices of the points (P,) with the largest stress ranges, ``each`` of every region."""
     order = np.argsort(-ranges, kind="stable")
     return np.concatenate([order[regions[order] == name][:each] for name in np.unique(regions)]).astype(np.int64)

@@ -188,8 +188,8 @@ class StressSpace:
     def field(self, dt: float, *, fewer: bool = False) -> StressField:
         """Return the field for a step ``dt`` [s], or that of ``fewer`` vectors. Raises as `Pairs.slower`."""
         pairs = (self.fewer if fewer else self.pairs).slower(dt, resting=self.resting)
-        spanned = self.spanned.reshape(6 * len(self.points), -1)[:, : len(pairs.coefficients)]
-        modal = (spanned @ pairs.coefficients).reshape(len(self.points), 6, -1)
+        spanned = self.spanned.reshape(6 * len(self.points), self.spanned.shape[2])[:, : len(pairs.coefficients)]
+        modal = (spanned @ pairs.coefficients).reshape(len(self.points), 6, len(pairs.omega))
         greens = ModalGreens(pairs.omega, pairs.zeta, pairs.shapes, Residual.none(len(self.ports)), self.ports)
         return StressField(self.points, self.static, modal, Body(greens))
 

@@ -25,7 +25,7 @@ WIDTHS: Final = [["0 mm", "8 mm"], ["2 mm", "6 mm"], ["15 mm", "6 mm"], ["15 mm"
 class Cantilever(UniformBeam):
     """A flat reed, clamped at its root: an Euler-Bernoulli beam; by default as wide and thick as the paper's."""
 
-    traits: ClassVar[Traits] = replace(Beam.traits, has_stress=True)
+    traits: ClassVar[Traits] = replace(Beam.traits, stress="closed form")
     sample: ClassVar[str] = """
 length = "25 mm"
 width = "10 mm"
@@ -72,19 +72,27 @@ class BeamStress:
         known = self.force, self.dt, self.body, self.beam
         return stresses.reed_stress(*known, contact_at=self.at, coarsely=coarsely, since=since)
 
-    def histories(self, also: Collection[float] = (), *, few: bool = False) -> Iterator[tuple[str, Array]]:
-        """Yield the bending stress of both faces at the root, the contacts, ``also`` and, unless ``few``, `PLACES`."""
-        beam, at = self.beam, self.at
+    def histories(self, also: Collection[float] = ()) -> Iterator[tuple[str, Array]]:
+        """Yield the bending stress of both faces at the root, the contacts, ``also`` and `PLACES`."""
+        for name, _, stress in self._along([*np.linspace(0.0, self.beam.length, PLACES), *also]):
+            yield f"{name}, face towards the seat", stress
+            yield f"{name}, face away from the seat", -stress
+
+    def spots(self, worst: float) -> Iterator[tuple[str, Array, Array]]:
+        """Yield the bending stress of the face towards the seat at the root, the contacts and the ``worst`` place."""
+        return self._along([worst])
+
+    def _along(self, others: Collection[float]) -> Iterator[tuple[str, Array, Array]]:
+        """Yield name, position and bending stress of the root, the contacts and ``others``, from the root on."""
+        at = self.at
         contacts = (
             {"contact": at} if isinstance(at, float) else dict(zip(("contact", "stopper"), at or (), strict=False))
         )
         named = {place: name for name, place in {**contacts, "root": 0.0}.items()}
-        places = np.unique([*np.linspace(0.0, beam.length, 0 if few else PLACES), *named, *also])
-        bending = stresses.bending_stress(self.force, self.dt, self.body, beam, places, contact_at=at)
+        places = np.unique([*named, *others])
+        bending = stresses.bending_stress(self.force, self.dt, self.body, self.beam, places, contact_at=at)
         for place, stress in zip(places, bending, strict=True):
-            name = named.get(place, f"{1e3 * place:.4g} mm from the root")
-            yield f"{name}, face towards the seat", stress
-            yield f"{name}, face away from the seat", -stress
+            yield named.get(place, f"{1e3 * place:.4g} mm from the root"), np.array([place]), stress
 
 
 class ClampedClamped(UniformBeam):

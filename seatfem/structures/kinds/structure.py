@@ -63,12 +63,16 @@ class KnownStress(Protocol):
     def largest(self, *, coarsely: bool, since: float | None = None) -> ReedStress:
         """Return the largest stresses of the run, and those before and after the time ``since`` of a landing [s]."""
 
-    def histories(self, also: Collection[float] = (), *, few: bool = False) -> Iterator[tuple[str, Array]]:
+    def histories(self, also: Collection[float] = ()) -> Iterator[tuple[str, Array]]:
         """Yield the name of each place that may fail and its stress over time [Pa]: (n + 1,) uniaxial at a free
         surface, > 0 in tension, or (n + 1, 6) tensors xx, yy, zz, yz, xz, xy.
 
-        ``also``: further places, as distances from the root [m]; ``few``: these, the root and the contacts only.
+        ``also``: further places, as distances from the root [m].
         """
+
+    def spots(self, worst: float) -> Iterator[tuple[str, Array, Array]]:
+        """Yield name of the part, position (d,) [m] and stress as `histories` of the places that are reported as hot
+        spots; ``worst``: place of the largest stress, a distance from the root [m]."""
 
 
 class Striking(Table):
@@ -180,7 +184,7 @@ class Traits:
         has_rings: its contact face may be divided into rings.
         is_solved: its Green's function must be computed or read from a file before the run.
         has_weight: `Structure.weight` is implemented.
-        has_stress: `Structure.stress` is implemented.
+        stress: how the stress in a striker is known: by `Structure.stress`, by the field of its elements, or not.
         moved_by: keys of its initial conditions and loads; empty if the body cannot strike.
     """
 
@@ -194,7 +198,7 @@ class Traits:
     has_rings: bool = False
     is_solved: bool = False
     has_weight: bool = False
-    has_stress: bool = False
+    stress: Literal["closed form", "field", "not"] = "not"
     moved_by: tuple[str, ...] = ()
 
 

@@ -49,7 +49,9 @@ FRONTS: Final = "5 us"  # filter width in sample scenes: force fronts of a flat 
 class ThinPlate(motion.Moving):
     """Base of all flat plates that touch with a disc or a ring; computed by Mindlin plate elements."""
 
-    traits: ClassVar[structure.Traits] = replace(motion.Moving.traits, needs_gmsh=True, is_kept=True, has_weight=True)
+    traits: ClassVar[structure.Traits] = replace(
+        motion.Moving.traits, needs_gmsh=True, is_kept=True, has_weight=True, stress="field"
+    )
     _beside_greens: ClassVar[frozenset[str]] = frozenset({"velocity", "release", "deflection", "force"})
     shape: ClassVar[type[Flat]]
     """Class of the outline; its fields are keys of the table."""

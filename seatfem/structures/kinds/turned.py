@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import ClassVar, Final, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
 
-from impact.after.histories import NO_STRESS, PeakStress, ReedStress, Spans, stress_by_spans
 from impact.bodies.body import Body
 from impact.exact import contact_stress, half_space
 from impact.greens.base import Array
 from seatfem.fields import Angle, KeyProblem, Length, of_same_names
 from seatfem.structures.kinds import drawn, structure
+from seatfem.structures.kinds.places import StressAtPlaces
 from seatfem.structures.lip import Lip
 from seatfem.structures.method import QUARTERS, Level, Method
 from seatfem.structures.outlines import BodyViews, Size, length_text, of_profile
@@ -209,7 +208,7 @@ class Ball(Turned):
     contact_radius of at least that of the contact; the force does not depend on it. kind = "rigid_mass" in place of the
     ball omits its waves."""
 
-    traits: ClassVar[structure.Traits] = replace(Turned.traits, has_stress=True)
+    traits: ClassVar[structure.Traits] = replace(Turned.traits, stress="closed form")
     group: ClassVar[str] = "strikers"
     sample: ClassVar[str] = """
 diameter = "10 mm"
@@ -250,58 +249,21 @@ damping_ratio = 0.005
         assert modal is not None
         return np.where(modal.omega[:, None] == 0, pushed, 0.0) if by == "springs" else pushed
 
-    def stress(self, force: Array, dt: float, body: Body, at: structure.At) -> FacetStress:
-        return FacetStress(np.abs(force), dt, self.geometry().contact_radius, self.material.mean.poisson)
-
-    def struck_part(self) -> tuple[float, float, float]:
-        return self.struck_area, self.geometry().contact_radius, self.diameter
-
-
-@dataclass(frozen=True)
-class FacetStress:
-    """Stress below the facet of a ball under its contact force.
-
-    Attributes:
-        pressed: magnitude of the force (n + 1,) [N].
-        dt: time step [s].
-        facet: radius of the facet [m].
-        poisson: Poisson's ratio of the ball.
-    """
-
-    pressed: Array
-    dt: float
-    facet: float
-    poisson: float
-
-    def largest(self, *, coarsely: bool, since: float | None = None) -> ReedStress:
-        """Return the largest von Mises stress on the axis below the facet, with its depth as the place.
+    def stress(self, force: Array, dt: float, body: Body, at: structure.At) -> StressAtPlaces:
+        """Return the stress on the axis below the facet at the depth of the largest von Mises stress.
 
         The pressure on the facet is uniform, as for its port in the Green's function: p = N/(pi a^2). The stress is the
-        static one in a half-space under the instantaneous force: sigma = 2 tau_max of `disk_shear_maximum`.
+        static one in a half-space under the instantaneous force.
 
         Source: Timoshenko and Goodier, load over part of the boundary of a semi-infinite solid.
         """
-        spans, pressed, most = Spans.of_run(self.pressed, self.dt, since), self.pressed, self._most_stressed
-        number = spans.of_times(np.arange(len(pressed)))
+        facet, poisson = self.geometry().contact_radius, self.material.mean.poisson
+        depth = contact_stress.disk_shear_maximum(poisson=poisson).depth
+        across, along = contact_stress.disk_axis_stress(np.array([depth]), poisson=poisson)
+        unit = np.array([across[0], across[0], along[0], 0.0, 0.0, 0.0])
+        tensors = np.outer(np.abs(force) / (math.pi * facet**2), unit)
+        below = {f"{length_text(depth * facet)} below the facet": (depth * facet, tensors)}
+        return StressAtPlaces(below, force, dt, is_inside=True)
 
-        def largest(chosen: slice) -> PeakStress:
-            in_spans = np.isin(number, np.arange(spans.count)[chosen])
-            if not pressed[in_spans].any():
-                return NO_STRESS
-            step = int(np.argmax(np.where(in_spans, pressed, 0.0)))
-            value = 2 * most.stress * pressed[step] / (math.pi * self.facet**2)
-            return PeakStress(float(value), most.depth * self.facet, self.dt * step)
-
-        return stress_by_spans(spans, largest)
-
-    def histories(self, also: Collection[float] = (), *, few: bool = False) -> Iterator[tuple[str, Array]]:
-        """Yield the stress tensors at the depth of the largest von Mises stress, by the theory of `largest`."""
-        facet, depth = self.facet, self._most_stressed.depth
-        across, along = contact_stress.disk_axis_stress(np.array([depth]), poisson=self.poisson)
-        tensors = np.zeros((len(self.pressed), 6))
-        tensors[:, :2], tensors[:, 2] = across[0], along[0]
-        yield f"{length_text(depth * facet)} below the facet", tensors * self.pressed[:, None] / (math.pi * facet**2)
-
-    @property
-    def _most_stressed(self) -> contact_stress.ShearMaximum:
-        return contact_stress.disk_shear_maximum(poisson=self.poisson)
+    def struck_part(self) -> tuple[float, float, float]:
+        return self.struck_area, self.geometry().contact_radius, self.diameter

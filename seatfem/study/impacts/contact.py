@@ -33,9 +33,10 @@ from seatfem.machine.resources import available_memory
 from seatfem.structures.rings import Division
 from seatfem.study.impacts import touches
 from seatfem.study.impacts.bodies import check_base, problem_of
+from seatfem.study.impacts.forces import Strike, known_stress
 from seatfem.study.impacts.landings import Landings, landings_of_march
-from seatfem.study.impacts.touches import Touches, on_the_ports, pushes
-from seatfem.study.scene import ContactGeometry, Run, Scene, drives, lips, local, measures
+from seatfem.study.impacts.touches import pushes
+from seatfem.study.scene import Run, Scene, drives, lips, local, measures
 from seatfem.study.scene.drives import Gauged
 from seatfem.study.scene.wings import Drive, longest_step
 from seatfem.units import write_quantity
@@ -83,22 +84,15 @@ def write_strains(folder: Path, strains: Strains, dt: float) -> Path:
     return folder / FILE
 
 
-def valve_spring_keys(
-    springs: Sequence[drives.ValveSpring],
-    geometry: ContactGeometry,
-    striker: Body,
-    seat: GreensFunction,
-    touches: Touches,
-) -> dict[str, object]:
-    """Return the keys of the total force of the valve springs towards the ``seat``: the largest, and that at the start
-    of the hardest landing; none without springs."""
+def valve_spring_keys(springs: Sequence[drives.ValveSpring], strike: Strike) -> dict[str, object]:
+    """Return the keys of the total force of the valve springs towards the seat: the largest, and that at the start of
+    the hardest landing; none without springs."""
+    striker, touches = strike.striker, strike.touches
     if not isinstance(striker, SprungBody):
         return {}
-    dt = touches.seat.dt
-    marched = with_recorded_loads(striker, touches.opening, dt)
-    ports = on_the_ports(geometry, striker.greens, seat, touches)
-    (change,) = spring_displacements(marched, ports, dt, striker.springs.stiffness[:, None])
-    force = np.asarray(sum(spring.force_on_undeformed(geometry.contact.gap) for spring in springs) + change)
+    marched, gap = with_recorded_loads(striker, touches.opening, strike.dt), strike.geometry.contact.gap
+    (change,) = spring_displacements(marched, strike.pushes, strike.dt, striker.springs.stiffness[:, None])
+    force = np.asarray(sum(spring.force_on_undeformed(gap) for spring in springs) + change)
     hard = None if touches.landings is None else touches.landings.hardest
     return {
         "valve_spring_force_max_N": float(force.max()),
@@ -140,50 +134,15 @@ def in_words_of_a_scene() -> Iterator[None]:
         raise RunError(RIGID) from None
 
 
-def stress_of(
-    geometry: lips.ContactGeometry,
-    striker: impact.Body,
-    force: Array,
-    dt: float,
-    opening: Array,
-    *,
-    coarsely: bool = False,
-    stopper: Array | None = None,
-    since: float | None = None,
-) -> ReedStress | None:
-    """Return the reed's largest bending stresses under contact forces (n + 1,) of seat and stopper; ``None`` for a
-    rigid mass. ``opening``: (n + 1,) mean gap at the seat, for loads that depend on the lift; ``since``: start of a
-    landing [s], before and after which the largest stresses are reported separately, too."""
-    if not geometry.reed.traits.has_stress:
-        return None
-    forces = touches.pushes(striker, force, stopper)
-    body = without_springs(with_recorded_loads(striker, opening, dt), forces, dt)
-    stress = geometry.reed.stress(forces, dt, body, geometry.contact_at)
-    return None if stress is None else stress.largest(coarsely=coarsely, since=since)
-
-
-def stress_in_run(
-    geometry: lips.ContactGeometry,
-    striker: impact.Body,
-    run: touches.Touches,
-    *,
-    coarsely: bool = False,
-    since: float | None = None,
-) -> ReedStress | None:
-    """Return the reed's largest bending stresses in a run, as `stress_of` under its forces."""
-    force, dt, lift, above = run.seat.force, run.seat.dt, run.opening, run.stopper_force
-    return stress_of(geometry, striker, force, dt, lift, coarsely=coarsely, stopper=above, since=since)
-
-
 def bending_look(geometry: lips.ContactGeometry) -> StressLook | None:
     """Return the function that evaluates a beam's bending stress on a coarse grid; ``None`` for other reeds."""
-    if not geometry.reed.traits.has_stress:
+    if geometry.reed.traits.stress != "closed form":
         return None
 
     def look(run: MarchRun, since: float | None) -> ReedStress | None:
-        striker, dt, force = run.problem.striker, run.dt, touches.force_of(run)
-        stopper, opening = touches.stopper_force_of(run), run.opening
-        return stress_of(geometry, striker, force, dt, opening, coarsely=True, stopper=stopper, since=since)
+        force, stopper = touches.force_of(run), touches.stopper_force_of(run)
+        known = known_stress(geometry, run.problem.striker, force, stopper, run.opening, run.dt)
+        return None if known is None else known.largest(coarsely=True, since=since)
 
     return look
 

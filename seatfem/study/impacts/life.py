@@ -1,30 +1,41 @@
-"""Fatigue life from the stress histories of one run, by the table [life], its keys and its JSON form."""
+"""Fatigue life from the stress histories of one run, by the table [life], and its keys."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import asdict, dataclass
-from typing import Any, Final
+from dataclasses import dataclass
+from typing import Any
 
-import impact
-from impact.after import loads, measures
-from impact.after.histories import ReedStress
+from pydantic import TypeAdapter
+
+from impact.after import measures
 from impact.greens.base import Array
-from impact.life import damage, strength
+from impact.life import strength
 from impact.life.multiaxial import hertz_path
-from impact.life.places import Judged, judged, margin_error, on_planes, thinned
-from impact.march.stepper import with_recorded_loads
-from impact.notices import Advice
+from impact.life.places import Demand, Judged, judged, margin_error, on_planes, thinned
+from impact.life.strength import SpeedMargin
 from impact.quantities import finite_or_none
-from seatfem.study.impacts.touches import Touches, pushes
-from seatfem.study.scene import ContactGeometry
+from seatfem.study.impacts.touches import Touches
 from seatfem.study.scene.life import LifeTable
 
 Histories = Iterable[tuple[str, Array]]
 """Pairs of a place ("body, place") and its stress over the run [Pa]: (n + 1,) uniaxial, or (n + 1, 6) tensors."""
-STRESS: Final = "stress"
-"""The measure whose error bar gives that of the margin of a beam."""
+
+
+@dataclass(frozen=True)
+class BodyLife:
+    """Life and margins of a body, ``worst``, at its worst places, with the source of its strength and the number of
+    cycles of its limits, nan without any."""
+
+    worst: Judged
+    source: str
+    limit_cycles: float
+
+    @staticmethod
+    def under(histories: Histories, demand: Demand) -> BodyLife:
+        """Return the life under named stress histories."""
+        return BodyLife(judged(histories, demand), demand.strength.source, demand.strength.limit_cycles)
 
 
 @dataclass(frozen=True)
@@ -32,26 +43,26 @@ class LifeResult:
     """Fatigue life of the bodies of one run, for the strengths in the scene.
 
     Attributes:
-        bodies: for each body, life and margins at its worst places, and the strength.
+        bodies: life of each body.
         below: the same for depths below a Hertzian contact; ``None`` if not asked for.
         speed: allowed and largest closing speed; ``None`` without a stated limit or a contact.
     """
 
-    bodies: tuple[tuple[Judged, strength.Strength], ...] = ()
-    below: tuple[Judged, strength.Strength] | None = None
-    speed: strength.SpeedMargin | None = None
+    bodies: tuple[BodyLife, ...] = ()
+    below: BodyLife | None = None
+    speed: SpeedMargin | None = None
 
     @property
-    def of_one_axis(self) -> tuple[Judged, strength.Strength] | None:
+    def of_one_axis(self) -> BodyLife | None:
         """Return the result of the body with the least margin over the design life (uniaxial, on critical planes)."""
-        candidates = [each for each in self.bodies if each[0].at]
-        return min(candidates, key=lambda each: each[0].life.margin, default=None)
+        candidates = [each for each in self.bodies if each.worst.at]
+        return min(candidates, key=lambda each: each.worst.life.margin, default=None)
 
     @property
-    def of_several_axes(self) -> tuple[Judged, strength.Strength] | None:
+    def of_several_axes(self) -> BodyLife | None:
         """Return the result of the body with the least margin by the multiaxial criterion."""
-        candidates = [each for each in self.bodies if each[0].tensor_at]
-        return min(candidates, key=lambda each: each[0].tensor_margin, default=None)
+        candidates = [each for each in self.bodies if each.worst.tensor_at]
+        return min(candidates, key=lambda each: each.worst.tensor_margin, default=None)
 
 
 def lasting(
@@ -71,29 +82,10 @@ def lasting(
     for demand, histories in ((life.demand(), reed), (life.demand("seat"), seat)):
         if demand is not None and life.of_bending:
             block = ((name, thinned(each[first:])) for name, each in histories)
-            result = judged(on_planes(block, tensors=demand.several_axes is not None), demand)
-            bodies.append((result, demand.strength))
+            bodies.append(BodyLife.under(on_planes(block, tensors=demand.several_axes is not None), demand))
     contact = life.demand("contact")
-    below = None if contact is None else (judged(_below_contact(life, stiffness, touches), contact), contact.strength)
+    below = None if contact is None else BodyLife.under(_below_contact(life, stiffness, touches), contact)
     return LifeResult(tuple(bodies), below, speed)
-
-
-def beam_histories(
-    geometry: ContactGeometry,
-    striker: impact.Body,
-    touches: Touches,
-    stress: ReedStress | None,
-    *,
-    few: bool = False,
-) -> Iterator[tuple[str, Array]]:
-    """Yield the stress histories of `seatfem.structures.kinds.structure.KnownStress.histories`, those at the places of
-    the ``stress`` peaks included."""
-    force, dt = pushes(striker, touches.seat.force, touches.stopper_force), touches.seat.dt
-    peaks = () if stress is None else (stress.initial, stress.after_contact, stress.largest)
-    peak_places = {peak.at for peak in peaks if peak is not None}
-    body = loads.without_springs(with_recorded_loads(striker, touches.opening, dt), force, dt)
-    if (known := geometry.reed.stress(force, dt, body, geometry.contact_at)) is not None:
-        yield from known.histories(peak_places, few=few)
 
 
 def block_from(life: LifeTable | None, turn: float | None, touches: Touches) -> int:
@@ -117,51 +109,49 @@ def life_keys(lasting: LifeResult) -> dict[str, object]:
     keys: dict[str, object] = {}
     if (worst := lasting.of_one_axis) is not None:
         keys |= {
-            "life_margin": finite_or_none(worst[0].life.margin),
-            "life_cycles": finite_or_none(worst[0].life.blocks),
-            "life_damage_per_cycle": finite_or_none(worst[0].life.damage),
-            "life_at": worst[0].at,
+            "life_margin": finite_or_none(worst.worst.life.margin),
+            "life_cycles": finite_or_none(worst.worst.life.blocks),
+            "life_damage_per_cycle": finite_or_none(worst.worst.life.damage),
+            "life_at": worst.worst.at,
         }
     for name, judgement in (("multiaxial", lasting.of_several_axes), ("contact", lasting.below)):
-        if judgement is not None and judgement[0].tensor_at:
+        if judgement is not None and judgement.worst.tensor_at:
             keys |= {
-                f"life_{name}_margin": finite_or_none(judgement[0].tensor_margin),
-                f"life_{name}_at": judgement[0].tensor_at,
+                f"life_{name}_margin": finite_or_none(judgement.worst.tensor_margin),
+                f"life_{name}_at": judgement.worst.tensor_at,
             }
     if lasting.speed is not None:
         keys |= {"life_speed_margin": finite_or_none(lasting.speed.margin), "life_speed_m_per_s": lasting.speed.speed}
     return keys
 
 
-def asked_keys(life: LifeTable | None, lasting: LifeResult, bars: Mapping[str, float]) -> dict[str, object]:
+def asked_keys(life: LifeTable, lasting: LifeResult, bars: Mapping[str, float]) -> dict[str, object]:
     """Return the demands of [life], the strengths, and the error bars of the margins for summary.json.
 
     Margins are inversely proportional to stress: `impact.life.places.margin_error`. ``bars``: relative error bars of
     the stress by body; the margin of a body without one, as without contact, has none.
     """
     keys: dict[str, object] = {}
-    if life is None:
-        return keys
     for name, judgement in (("multiaxial", lasting.of_several_axes), ("contact", lasting.below)):
         if judgement is not None:
             criterion = life.multiaxial if name == "multiaxial" else life.contact_criterion
             keys[f"life_{name}_criterion"] = criterion
-            keys[f"life_{name}_cycles"] = finite_or_none(judgement[1].limit_cycles)
-            keys["life_strength_source"] = judgement[1].source
+            keys[f"life_{name}_cycles"] = finite_or_none(judgement.limit_cycles)
+            keys["life_strength_source"] = judgement.source
 
     def bar(margin: float, place: str) -> float | None:
         return finite_or_none(margin_error(margin, bars.get(body_of(place), math.inf)))
 
     if (several := lasting.of_several_axes) is not None:
-        keys["error_bar_life_multiaxial_margin"] = bar(several[0].tensor_margin, several[0].tensor_at)
+        keys["error_bar_life_multiaxial_margin"] = bar(several.worst.tensor_margin, several.worst.tensor_at)
     if (worst := lasting.of_one_axis) is not None:
         keys |= {
             "life_criterion": life.criterion,
-            "life_survival": worst[0].life.survival,
+            "life_survival": worst.worst.life.survival,
             "life_design_cycles": life.blocks,
             "life_block": life.block,
-            "life_strength_source": worst[1].source,
-            "error_bar_life_margin": bar(worst[0].life.margin, worst[0].at),
+            "life_strength_source": worst.source,
+            "error_bar_life_margin": bar(worst.worst.life.margin, worst.worst.at),
         }
     if lasting.speed is not None:
         keys |= {"life_speed_limit_m_per_s": lasting.speed.allowed, "life_speed_source": lasting.speed.source}
@@ -176,41 +166,12 @@ def body_of(place: str) -> str:
 def life_notes(life: LifeTable | None, lasting: LifeResult) -> tuple[str, ...]:
     """Return advice on the life, such as on immediate failure, and a note if no closing speed can be compared."""
     worst = lasting.of_one_axis
-    notes = [] if worst is None else [f"life: {advice}" for advice in worst[0].life.advice]
+    notes = [] if worst is None else [f"life: {advice}" for advice in worst.worst.life.advice]
     if life is not None and lasting.speed is None and life.allowed_speed() is not None:
         notes.append("life: nothing closed within run.duration, so there is no speed to compare with the allowed one")
     return tuple(notes)
 
 
-def as_json(lasting: LifeResult) -> dict[str, Any]:
-    """Return a life as JSON-compatible values, without the strengths, which the scene has."""
-    return {
-        "bodies": [asdict(judged) for judged, _ in lasting.bodies],
-        "below": None if lasting.below is None else asdict(lasting.below[0]),
-        "speed": None if lasting.speed is None else asdict(lasting.speed),
-    }
-
-
-def from_json(life: LifeTable | None, numbers: Mapping[str, Any]) -> LifeResult:
-    """Return the life that `as_json` wrote for a run of a scene with this table [life].
-
-    Raises:
-        ValueError, TypeError, LookupError: the numbers do not match the table.
-    """
-    if life is None:
-        return LifeResult()
-    demands = [life.demand(), life.demand("seat")] if life.of_bending else []
-    strengths = [demand.strength for demand in demands if demand is not None]
-    bodies = tuple(zip(map(_judged, numbers["bodies"]), strengths, strict=True))
-    contact, below, speed = life.demand("contact"), numbers["below"], numbers["speed"]
-    return LifeResult(
-        bodies,
-        None if below is None or contact is None else (_judged(below), contact.strength),
-        None if speed is None else strength.SpeedMargin(**speed),
-    )
-
-
-def _judged(numbers: Mapping[str, Any]) -> Judged:
-    life = numbers["life"]
-    advice = tuple(Advice(**each) for each in life["advice"])
-    return Judged(**{**numbers, "life": damage.Life(**{**life, "advice": advice})})
+def from_json(numbers: Mapping[str, Any]) -> LifeResult:
+    """Return the life of which `dataclasses.asdict` made JSON-compatible values. Raises `ValueError` for others."""
+    return TypeAdapter(LifeResult).validate_python(numbers)

@@ -15,14 +15,14 @@ from impact.after import histories
 from impact.after.landings import pair_landings
 from impact.after.result import ImpactResult, join_contacts, select_contacts
 from impact.bodies.body import Body
-from impact.greens.base import Array, GreensFunction
+from impact.greens.base import Array
 from impact.march.motion import PortForces, mean_displacement
 from impact.march.rows import MarchRun
 from impact.quantities import finite_or_none
 from impact.runs.variations import Budget, Values
 from seatfem.structures.rings import Division
 from seatfem.study.impacts.landings import Face, Landings, landings_of_result
-from seatfem.study.scene import ContactGeometry, lips
+from seatfem.study.scene import ContactGeometry
 from seatfem.study.scene.measures import ContactRecord, LandingChoice, Line, judged_landing, key_of, values_of
 from seatfem.study.scene.wings import CYCLE
 
@@ -48,6 +48,12 @@ class Touches:
     stopper_parts: ImpactResult | None = None
     landings: Landings | None = None
     strains: Mapping[str, Array] = field(default_factory=dict)
+
+    @property
+    def touch(self) -> float:
+        """Return the time of the first touch of the seat [s]; nan without one."""
+        groups = measures.contact_groups(self.seat)
+        return float(groups[0][0]) if len(groups) else math.nan
 
     @property
     def opening(self) -> Array:
@@ -139,22 +145,6 @@ def displacement_of(run: MarchRun) -> Array:
     if seat.body.base is None:
         return moved
     return moved + seat.body.carried(np.asarray(seat.dt * np.arange(len(moved)), dtype=np.float64))
-
-
-def on_the_ports(geometry: ContactGeometry, striker: GreensFunction, seat: GreensFunction, touches: Touches) -> Array:
-    """Return the (n + 1, ports) normal forces of seat and stopper on all ports of the striker [N]."""
-    force = np.zeros((len(touches.seat.force), len(striker.ports)))
-
-    def add(parts: ImpactResult | None, whole: ImpactResult, names: tuple[str, ...], other: int, sign: int) -> None:
-        each = whole.force[:, None] if parts is None else parts.force
-        for name, pushed in zip(names, each.T, strict=True):
-            force[:, striker.port_index(name) if name in striker.ports else other] += sign * pushed
-
-    add(touches.parts, touches.seat, (Division() if touches.parts is None else Division.from_greens(seat)).names, 0, 1)
-    if touches.stopper is not None and geometry.stopper is not None:
-        names = tuple(lips.STOPPER + name for name in geometry.stopper.parts.names)
-        add(touches.stopper_parts, touches.stopper, names, len(striker.ports) - 1 if geometry.has_two_places else 0, -1)
-    return force
 
 
 def pushes(striker: Body, force: Array, stopper: Array | None) -> Array:

@@ -129,7 +129,7 @@ def dishing_notes(reed: Structure, seat: Structure, loads: Sequence[ExternalLoad
     """
     time = np.linspace(0.0, duration, SAMPLES)
     thickness, material = getattr(reed, "thickness", None), getattr(reed, "material", None)
-    if not reed.traits.has_stress or thickness is None or material is None or seat.files():
+    if reed.traits.stress != "closed form" or thickness is None or material is None or seat.files():
         return ()
     closing = max((-float(each.pressure.course(time).min()) for each in loads if each.pressure), default=0.0)
     loops = seat.views(coarse=True).contact

@@ -3,34 +3,31 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 import impact
 from impact.after.histories import ReedStress
 from impact.after.result import ImpactResult
-from impact.greens.base import Array, GreensFunction
+from impact.greens.base import GreensFunction
 from impact.greens.modal import ModalGreens
-from impact.life import places
 from impact.march.problem import ContactProblem
 from impact.notices import Progress, Tell
 from impact.quantities import finite_or_none, percent
 from impact.runs.variations import ROUND_OFF, SAFETY, Budget, Values, Variation, budget_of
 from seatfem.machine.resources import Stopwatch
-from seatfem.pictures import cell_grid, frames, moving
+from seatfem.pictures import moving
 from seatfem.structures import method, rings
-from seatfem.structures.fields import peaks, recovery, solids
 from seatfem.structures.patch import Column
-from seatfem.study.impacts import contact, plate_stress, validity
+from seatfem.study.impacts import contact, validity
 from seatfem.study.impacts import life as place_lives
 from seatfem.study.impacts.bodies import problem_of
-from seatfem.study.impacts.contact import RunError, record_of, run_contacts, stress_in_run
-from seatfem.study.impacts.plate_stress import PlateReedStress
+from seatfem.study.impacts.contact import RunError, record_of, run_contacts
 from seatfem.study.impacts.touches import RECORD, RunRecord, Touches, contact_record_of, stress_since, values_of_record
 from seatfem.study.ladders.mesh import OF_DRAWS
 from seatfem.study.plan import Plan
@@ -38,7 +35,6 @@ from seatfem.study.runs import (
     horizon,
     kept,
     lives,
-    seat_fields,
     seat_stress,
     stress_spots,
     stress_wave,
@@ -46,33 +42,33 @@ from seatfem.study.runs import (
     summary,
 )
 from seatfem.study.runs import pictures as run_pictures
+from seatfem.study.runs.body_stress import BodyStress, ClosedFormStress
 from seatfem.study.runs.round import Round
 from seatfem.study.scene import Accuracy
-from seatfem.study.scene.measures import LifeMargin
+from seatfem.study.scene.measures import LifeMargin, Stress
 
 if TYPE_CHECKING:
-    from impact.life.places import Demand
-    from seatfem.pictures import frames, rendering
-    from seatfem.structures.fields.solids import AnyField, RingField
+    from seatfem.pictures import rendering
     from seatfem.study.impacts.life import LifeResult
     from seatfem.study.runs import stress_spots
-    from seatfem.study.runs.lives import MarginCurve, Stressed
+    from seatfem.study.runs.lives import MarginCurve
+    from seatfem.study.runs.reed_stress import PlateStress
     from seatfem.study.runs.seat_stress import SeatStress
 
 PICTURE: Final = "margin_map.png"
-SHARE: Final = 0.3
-"""Least range of von Mises stress, over the largest, at which a margin is computed; below, it is 3 times
-larger."""
 
 
-def margin_pictures(done: Round, stressed: Stressed | None) -> list[rendering.Picture]:
+def margin_pictures(done: Round, bodies: Sequence[BodyStress]) -> list[rendering.Picture]:
     """Return margin_map.png, seat_margin.vtu and reed_margin.vtu of the bodies with a strength and a stress in finite
     elements; none unless the scene has [stress] and [life]."""
     life = done.plan.scene.life
-    if stressed is None or life is None or done.plan.scene.stress is None:
+    if life is None or done.plan.scene.stress is None:
         return []
+    first = place_lives.block_from(life, done.plan.scene.turn, done.touches)
+    demands = {"seat": life.demand("seat"), "reed": life.demand()}
     try:
-        maps = [each for each in (_seat_map(done, stressed), _reed_map(done, stressed)) if each is not None]
+        asked = [(body, demand) for body in bodies if (demand := demands[body.role]) is not None]
+        maps = [each for body, demand in asked if (each := body.margin_map(demand, first)) is not None]
     except Exception as problem:  # all numbers are on file: the missing picture is reported instead
         return [(PICTURE, partial(run_pictures.raising, problem))]
     if not maps:
@@ -83,83 +79,6 @@ def margin_pictures(done: Round, stressed: Stressed | None) -> list[rendering.Pi
         (f"{each.title}_margin.vtu", partial(moving.write_surface, each, {"margin": each.colours[0]})) for each in maps
     ]
     return [(PICTURE, partial(moving.plot_margin_map, maps, title=title)), *files]
-
-
-def margins(field: AnyField, force: Array, dt: float, demand: Demand, *, since: int = 0, faces: bool = False) -> Array:
-    """Return the factors (P,) on all stresses at which each point of a field uses up its design life, or reaches the
-    limit of the multiaxial criterion if there is one; nan where the range is below `SHARE` of the largest.
-
-    Args:
-        field, force, dt: as in `seatfem.structures.fields.recovery.histories`.
-        demand: strength and design life.
-        since: first step of the load block that repeats.
-        faces: whether to take the smaller factor of both faces of a plate.
-
-    Raises:
-        LifeError: as `impact.life.places.judged`.
-    """
-    ranges = peaks.mises_range(field, force, dt, since=since)
-    hot = np.flatnonzero(ranges >= SHARE * ranges.max())
-    factors = np.full(len(ranges), np.nan)
-    for number, history in zip(hot, recovery.tensor_histories(field.at(hot), force, dt), strict=True):
-        block = places.thinned(history[since:])
-        factors[number] = min(_margin([each], demand) for each in ((block, -block) if faces else (block,)))
-    return factors
-
-
-def _margin(blocks: Iterable[Array], demand: Demand) -> float:
-    named = (("", block) for block in blocks)
-    if demand.several_axes is not None:
-        return places.judged(named, demand).tensor_margin
-    return places.judged(places.on_planes(named), demand).life.margin
-
-
-def _seat_map(done: Round, stressed: Stressed) -> frames.Frames | None:
-    life, seat = done.plan.scene.life, stressed.seat
-    demand = None if life is None else life.demand("seat")
-    if seat is None or demand is None:
-        return None
-    first, force = (
-        place_lives.block_from(life, done.plan.scene.turn, done.touches),
-        seat_fields.force_by_port(done, done.touches),
-    )
-    factors = margins(seat.field, force, done.result.dt, demand, since=first)
-    nodes = solids.elements_of(seat.mesh).nodes
-    if isinstance(seat.field, solids.RingField):
-        return _ring_map(seat.field, factors, seat.mesh, nodes)
-    assert seat.model is not None
-    skin = cell_grid.skin_of(seat.model)
-    values = np.full(len(skin.nodes), np.nan)
-    values[stress_wave.rows_of(seat.field.points, nodes.T[skin.nodes])] = factors
-    return frames.margin_frames("seat", skin, values)
-
-
-def _ring_map(field: RingField, factors: Array, mesh: Any, nodes: Array) -> frames.Frames:
-    """Return the map of the margins ``factors`` (P,) at a field's points, all around the ring."""
-    around = field.angles[0]
-    skin = cell_grid.skin_of_section(mesh, nodes[0], nodes[1], np.append(around, around[0] + 2 * np.pi)).spread()
-    assert skin.angles is not None
-    values = np.full((nodes.shape[1], len(around)), np.nan)
-    values[stress_wave.rows_of(field.section, nodes.T)] = factors.reshape(field.angles.shape)
-    turns = np.round((skin.angles - around[0]) / (2 * np.pi) * len(around)).astype(np.int64) % len(around)
-    return frames.margin_frames("seat", skin, values[skin.nodes, turns])
-
-
-def _reed_map(done: Round, stressed: Stressed) -> frames.Frames | None:
-    life, field, reed = done.plan.scene.life, stressed.reed, done.plan.scene.reed.thin_plate
-    demand = None if life is None else life.demand()
-    if field is None or demand is None or reed is None:
-        return None
-    mesh = reed.plate(done.striker.greens).mesh
-    first = place_lives.block_from(life, done.plan.scene.turn, done.touches)
-    force = stresses.plate_pushes(done, done.touches)
-    factors = margins(field, force, done.result.dt, demand, since=first, faces=True)
-    if "reed" not in lives.bars_of(done, stressed):
-        factors[stresses.parts_of_plate(done, field.points) == stresses.RIM] = np.nan
-    skin = cell_grid.skin_of_plate(mesh)
-    values = np.full(len(skin.nodes), np.nan)
-    values[stress_wave.rows_of(field.points, mesh.points[skin.nodes])] = factors
-    return frames.margin_frames("reed", skin, values)
 
 
 @dataclass(frozen=True)
@@ -197,13 +116,13 @@ def baseline_of(done: Round, watch: Stopwatch) -> Baseline:
     stress = None
     if same:
         stress = done.stress
-    elif done.plate is not None:
-        with watch("reed stress"):
-            stress = stresses.stress_on_another_seat(done, touches)
     elif done.stress is not None:
         with watch("reed stress"):
-            coarsely, since = not scene.needs_stress, stress_since(touches, scene.accuracy.landing)
-            stress = stress_in_run(scene.geometry, done.striker, touches, coarsely=coarsely, since=since)
+            strike, since = replace(done.strike, touches=touches), stress_since(touches, scene.accuracy.landing)
+            if done.plate is None:
+                stress = strike.largest_stress(coarsely=not scene.needs_stress, since=since)
+            else:
+                stress = done.plate.largest_in(strike, since)
     if not same and scene.life is None:
         touches = replace(touches, parts=None)  # long histories of many parts, of which the line keeps the forces
     simpler: Mapping[str, object] = {}
@@ -270,32 +189,35 @@ def static_stiffness(greens: GreensFunction, column: Column | None = None) -> fl
 class Afterwards:
     """Attributes:
     keys: entries of summary.json.
+    bodies: stress of the bodies.
     stress: stress in the seat, if the scene has [stress].
     spots: hot spots of both bodies.
-    stressed: stress fields from which life is computed, if the scene has [life].
     life: fatigue life of the bodies, if the scene has [life].
     curves: margins over values of one key.
     files: files that were written."""
 
     keys: Mapping[str, object] = field(default_factory=dict)
+    bodies: tuple[BodyStress, ...] = ()
     stress: SeatStress | None = None
     spots: stress_spots.Spots = field(default_factory=lambda: stress_spots.Spots())
-    stressed: Stressed | None = None
     life: LifeResult | None = None
     curves: tuple[MarginCurve, ...] = ()
     files: tuple[Path, ...] = ()
 
     def pictures(self, done: Round) -> list[rendering.Picture]:
         """Return the pictures of stress, life and curves."""
+        title = done.plan.scene.title
         of_seat: list[rendering.Picture] = []
-        title = done.plan.scene.title or "Stress in the seat"
+        waves: list[rendering.Picture] = []
         if self.stress is not None:
-            of_seat = seat_stress.stress_pictures(self.stress, title, stress_wave.after_touch(done))
+            unsure = done.touch, done.touch + done.plan.scene.run.filter_width
+            of_seat = seat_stress.stress_pictures(self.stress, title or "Stress in the seat", unsure)
+            waves = stress_wave.wave_pictures(done, self.bodies)
         return [
             *of_seat,
-            *stress_spots.spot_pictures(done, self.spots),
-            *([] if self.stress is None else stress_wave.wave_pictures(done, self.stress)),
-            *margin_pictures(done, self.stressed),
+            *stress_spots.spot_pictures(self.spots, done.touch, f"{title or 'Stress'}: histories at the hot spots"),
+            *waves,
+            *margin_pictures(done, self.bodies),
             *lives.curve_pictures(self.curves),
         ]
 
@@ -354,39 +276,41 @@ def afterwards(
         keys |= contact.gauge_values(done.touches.strains)
         courses = (contact.write_strains(folder, done.touches.strains, done.result.dt),)
         keep(keys)
-    stress, reed_stress_ = None, done.plate
-    of_plate = scene.reed.thin_plate is not None and plate_stress.has_plate_stress(scene.reed, done.striker)
-    if scene.stress is not None or (scene.life is not None and of_plate):
+    stress, plate = None, done.plate
+    if scene.stress is not None or scene.life is not None:
         with watch("reed stress" if scene.stress is None else "seat stress"):
-            stress, reed_stress_ = stresses.stresses(done, progress)
-        keys |= seat_stress.stress_keys(stress) | ({} if done.plate else plate_stress_keys(reed_stress_))
+            stress, plate = stresses.stresses(done, progress)
+        keys |= seat_stress.stress_keys(stress) | ({} if done.plate or plate is None else plate_stress_keys(plate))
         keep(keys)
-    keys |= reed_front_keys(done, done.stress if reed_stress_ is None else reed_stress_.found)
-    plate = None if reed_stress_ is None else reed_stress_.peaks
+    keys |= reed_front_keys(done, done.stress if plate is None else plate.largest)
+    bar = done.left.relative(Stress.name) if done.left.values.get(Stress.name, 0.0) > 0 else math.nan
+    reed = ClosedFormStress(done.strike, bar) if plate is None else plate
+    bodies: tuple[BodyStress, ...] = (reed,) if stress is None else (reed, stress)
     with watch("hot spots"):
-        spots = stress_spots.Spots.from_round(done, stress, plate)
+        named = 0 if scene.stress is None else len(scene.stress.points)
+        spots = stress_spots.Spots.from_bodies(bodies, done.result.time, named)
         files = stress_spots.write_spots(spots, folder, courses=histories)
     files = (*courses, *files)
     keys |= stress_spots.spot_keys(spots)
     keep(keys)
     if scene.life is None:
-        return Afterwards(keys, stress, spots, files=files)
+        return Afterwards(keys, bodies, stress, spots, files=files)
     with watch("life"):
-        stressed = lives.Stressed.from_round(done, stress, plate, reed_stress_)
-        life = lives.lives(done, stressed, done.touches, done.stress, progress)
-        life_at_spring = lives.lives(done, stressed, baseline.touches, baseline.stress, progress, with_seat=False)
-    keys |= lives.run_keys(done, stressed, life, life_at_spring)
-    if life.below is not None and life.below[0].tensor_at:
-        bar = stresses.contact_margin_bar(done, life.below[0].tensor_margin)
-        keys |= {"error_bar_life_contact_margin": finite_or_none(bar)}
+        life = lives.lives(done, bodies, done.strike, progress)
+        on_spring = replace(done.strike, touches=baseline.touches, stress=baseline.stress)
+        life_at_spring = lives.lives(done, [reed], on_spring, progress)
+    keys |= lives.run_keys(scene.life, bodies, life, life_at_spring)
+    if life.below is not None and life.below.worst.tensor_at:
+        contact_bar = stresses.contact_margin_bar(done, life.below.worst.tensor_margin)
+        keys |= {"error_bar_life_contact_margin": finite_or_none(contact_bar)}
     keep(keys)
     with watch("life curves"):
         price = done.spent.get("contact", 0.0) + watch.stages["life"] / 2
-        curves = lives.life_curves(done, stressed, price=price, tell=tell)
+        curves = lives.life_curves(done, bodies, price=price, tell=tell)
         written = lives.write_curves(curves, folder)
     keys |= lives.curve_keys(curves)
     keep(keys)
-    return Afterwards(keys, stress, spots, stressed, life, curves, (*files, *written))
+    return Afterwards(keys, bodies, stress, spots, life, curves, (*files, *written))
 
 
 def reed_front_keys(done: Round, stress: ReedStress | None) -> dict[str, object]:
@@ -399,12 +323,9 @@ def reed_front_keys(done: Round, stress: ReedStress | None) -> dict[str, object]
     return {"peak_reed_stress_over_rho_c0_v": None if math.isnan(front) else stress.after_contact.value / front}
 
 
-def plate_stress_keys(stress: PlateReedStress | None) -> dict[str, object]:
+def plate_stress_keys(stress: PlateStress) -> dict[str, object]:
     """Return for summary.json the stress of a plate, under the keys of a beam's stress, and its error bars."""
-    if stress is None:
-        return {}
-    bar = finite_or_none(stress.bar)
-    landing = stress.found.after_landing
+    bar, landing = finite_or_none(stress.bar), stress.largest.after_landing
     of_landing = {} if landing is None else {"landing_peak_reed_stress_Pa": landing.value}
     bars = {f"error_bar_{key}": bar for key in ("peak_reed_stress_after_contact_Pa", *of_landing)}
-    return {**summary.reed_stress_keys(stress.found), **of_landing, **bars}
+    return {**summary.reed_stress_keys(stress.largest), **of_landing, **bars}

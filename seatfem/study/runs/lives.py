@@ -5,177 +5,72 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-import numpy as np
 import scipy
-from numpy.typing import NDArray
 
-from impact.after.histories import ReedStress
 from impact.files.csv_table import write_csv
 from impact.life.places import margin_error
 from impact.notices import Progress, Tell, silent
 from impact.quantities import finite_or_none, in_time
 from seatfem.pictures import stress_plot
-from seatfem.structures.fields import peaks, recovery
 from seatfem.study.impacts import contact
 from seatfem.study.impacts.bodies import striker_of
+from seatfem.study.impacts.forces import Strike
 from seatfem.study.impacts.life import (
-    STRESS,
-    Histories,
     LifeResult,
-    as_json,
     asked_keys,
-    beam_histories,
     block_from,
     body_of,
     from_json,
     lasting,
     life_keys,
 )
-from seatfem.study.impacts.plate_stress import PlatePeaks, PlateReedStress
-from seatfem.study.impacts.touches import Touches
-from seatfem.study.runs import kept, seat_fields, stresses
+from seatfem.study.runs import kept
+from seatfem.study.runs.body_stress import BodyStress
 from seatfem.study.runs.round import Round
-from seatfem.study.scene.life import OF_A_CURVE, UNITS, varied
+from seatfem.study.scene.life import OF_A_CURVE, UNITS, LifeTable, varied
 
 if TYPE_CHECKING:
     from seatfem.pictures.rendering import Picture
-    from seatfem.structures.fields.recovery import StressField
-    from seatfem.study.runs.seat_stress import SeatStress
-
-OF_SEAT = 12  # hot spots of the seat's surface whose life is computed
 
 
-@dataclass(frozen=True)
-class Stressed:
-    """Stress fields in the bodies of a round, for the forces of any run.
-
-    Attributes:
-        reed: stress in one face of a plate; ``None`` for other reeds.
-        seat: stress in the seat; ``None`` if its life is not computed.
-        reed_bar: relative error bar of the stress in a plate; nan if unknown.
-    """
-
-    reed: StressField | None
-    seat: SeatStress | None
-    reed_bar: float = math.nan
-
-    @classmethod
-    def from_round(
-        cls, done: Round, seat: SeatStress | None, plate: PlatePeaks | None, plate_stress: PlateReedStress | None = None
-    ) -> Stressed:
-        """Return the stress fields of those bodies of a round whose life the scene asks for."""
-        life = done.plan.scene.life
-        reed = None if life is None or life.demand() is None or plate is None else plate.field
-        after = None if plate_stress is None else plate_stress.found.after_contact
-        bar = math.nan if plate_stress is None or after is None else plate_stress.bar / after.value
-        return cls(reed, None if life is None or life.demand("seat") is None else seat, bar)
-
-
-def lives(
-    done: Round,
-    stressed: Stressed,
-    touches: Touches,
-    stress: ReedStress | None,
-    progress: Progress = silent,
-    *,
-    with_seat: bool = True,
-) -> LifeResult:
-    """Return the fatigue life under the forces of one run: the round's own, or that on a spring (``with_seat=False``).
+def lives(done: Round, bodies: Sequence[BodyStress], strike: Strike, progress: Progress = silent) -> LifeResult:
+    """Return the fatigue life of bodies under the forces of one run: the round's own, or that on another seat.
 
     It is cached for runs with the same forces.
     """
-    what = "life of reed and seat" if with_seat and stressed.seat is not None else "life of the reed"
+    life = done.plan.scene.life
+    with_seat = life is not None and life.demand("seat") is not None and any(each.role == "seat" for each in bodies)
 
     def compute() -> Mapping[str, Any]:
-        return as_json(_compute_life(done, stressed, touches, stress, progress, with_seat=with_seat))
+        progress("life", 0.0)
+        first = block_from(life, done.plan.scene.turn, strike.touches)
+        histories = {each.role: each.under(strike).histories(first) for each in bodies}
+        sphere = done.plan.scene.contact.law.of_a_sphere or 0.0
+        result = lasting(life, strike.touches, first, histories["reed"], histories.get("seat", ()), sphere)
+        progress("life", 1.0)
+        return asdict(result)
 
-    return from_json(done.plan.scene.life, kept.cached_numbers(done, touches, what, compute))
-
-
-def _compute_life(
-    done: Round,
-    stressed: Stressed,
-    touches: Touches,
-    stress: ReedStress | None,
-    progress: Progress,
-    *,
-    with_seat: bool,
-) -> LifeResult:
-    scene = done.plan.scene
-    progress("life", 0.0)
-    plate, first = stressed.reed, block_from(scene.life, scene.turn, touches)
-    without_rim = "reed" not in bars_of(done, stressed)
-    reed = (
-        _beam_histories(done, touches, stress)
-        if plate is None
-        else _plate_histories(done, plate, touches, first, without_rim=without_rim)
-    )
-    seat = () if stressed.seat is None or not with_seat else _seat_histories(done, stressed.seat, touches, first)
-    life = lasting(scene.life, touches, first, reed, seat, scene.contact.law.of_a_sphere or 0.0)
-    progress("life", 1.0)
-    return life
+    what = "life of reed and seat" if with_seat else "life of the reed"
+    return from_json(kept.cached_numbers(done, strike.touches, what, compute))
 
 
-def run_keys(done: Round, stressed: Stressed, life: LifeResult, on_spring: LifeResult) -> dict[str, object]:
+def run_keys(
+    life: LifeTable, bodies: Sequence[BodyStress], result: LifeResult, on_spring: LifeResult
+) -> dict[str, object]:
     """Return for summary.json the life of a run and of its spring baseline, what the scene demands, and error bars."""
     spring_keys = {f"spring_{key}": value for key, value in life_keys(on_spring).items()}
-    return life_keys(life) | spring_keys | asked_keys(done.plan.scene.life, life, bars_of(done, stressed))
+    return life_keys(result) | spring_keys | asked_keys(life, result, bars_of(bodies))
 
 
-def bars_of(done: Round, stressed: Stressed) -> dict[str, float]:
-    """Return the relative error bars of the stress in reed and seat, where they are known."""
-    bars = {}
-    if done.left.values.get(STRESS, 0.0) > 0:
-        bars["reed"] = done.left.relative(STRESS)
-    if math.isfinite(stressed.reed_bar):
-        bars["reed"] = stressed.reed_bar
-    if (seat := stressed.seat) is not None and math.isfinite(seat.bar):
-        bars["seat"] = seat.bar / float(seat.peak.von_mises.max())
-    return bars
-
-
-def _beam_histories(done: Round, touches: Touches, stress: ReedStress | None) -> Histories:
-    """Yield the stress histories of a beam reed, if its life is asked for and its bending stress is known."""
-    scene = done.plan.scene
-    if scene.life is not None and scene.life.demand() is not None:
-        for name, history in beam_histories(scene.geometry, done.striker, touches, stress):
-            yield f"reed, {name}", history
-
-
-def _plate_histories(done: Round, field: StressField, touches: Touches, first: int, *, without_rim: bool) -> Histories:
-    """Yield the stress histories in both faces at the points of each part of the plate with the largest range, all
-    parts or those ``without_rim``: the rim of an averaged patch, whose stress is a model's, counts with a bar only."""
-    (field, force), dt = stresses.struck_in(field, done, touches), touches.seat.dt
-    regions = stresses.parts_of_plate(done, field.points)
-    ranges = peaks.mises_range(field, force, dt, since=first)
-    spots = peaks.hottest(ranges, regions)
-    spots = spots[regions[spots] != stresses.RIM] if without_rim else spots
-    chosen = field.at(spots)
-    histories = recovery.tensor_histories(chosen, force, dt)
-    for point, part, stress in zip(chosen.points, regions[spots], histories, strict=True):
-        place = f"reed, {part}, {_millimetres(point)}"
-        yield f"{place}, face away from the seat", stress
-        yield f"{place}, face towards the seat", -stress
-
-
-def _seat_histories(done: Round, seat: SeatStress, touches: Touches, first: int) -> Histories:
-    """Yield the stress histories at the surface points with the largest range, and at the points the scene names."""
-    force, dt = seat_fields.force_by_port(done, touches), touches.seat.dt
-    ranges = peaks.mises_range(seat.field, force, dt, since=first)
-    surface = seat.field.at(peaks.hottest(ranges, np.full(len(ranges), "surface"), OF_SEAT))
-    for field in (surface, seat.of_points):
-        for point, stress in zip(field.points, recovery.tensor_histories(field, force, dt), strict=True):
-            yield f"seat, {_millimetres(point)}", stress
-
-
-def _millimetres(point: NDArray[np.float64]) -> str:
-    return "(" + ", ".join(f"{1e3 * x:.3g}" for x in point) + ") mm"
+def bars_of(bodies: Sequence[BodyStress]) -> dict[str, float]:
+    """Return the relative error bars of the stress in bodies, where they are known."""
+    return {body.role: body.relative_bar for body in bodies if not math.isnan(body.relative_bar)}
 
 
 MARGIN: Final = "life_margin"
@@ -254,11 +149,11 @@ def _zero_between(low: float, high: float) -> float:
     return low / (low - high) if low != high else 0.0
 
 
-def life_curves(done: Round, stressed: Stressed, *, price: float, tell: Tell) -> tuple[MarginCurve, ...]:
+def life_curves(done: Round, bodies: Sequence[BodyStress], *, price: float, tell: Tell) -> tuple[MarginCurve, ...]:
     """Return the margin curves that [life] asks for; each point is a contact computed by the run's method.
 
     Args:
-        done, stressed: round and stress fields of the run.
+        done, bodies: round and stress of the run.
         price: time of one contact and its life in the run [s].
         tell: receives the expected time, then a line for each value.
     """
@@ -271,7 +166,7 @@ def life_curves(done: Round, stressed: Stressed, *, price: float, tell: Tell) ->
     curves = []
     for name, values in life.curves.asked():
         unit, factor = UNITS[name]
-        run = partial(_margin_at, done, stressed, tell, name)
+        run = partial(_margin_at, done, bodies, tell, name)
         curves.append(traced(name, unit, [factor * value for value in values], run, most=OF_A_CURVE))
     return tuple(curves)
 
@@ -287,18 +182,20 @@ def again(done: Round, name: str, value: float) -> Round:
     reed = None if done.reed is None else done.reed.greens
     striker = striker_of(scene, done.plan.method.reed.n_modes, reed)
     touches = contact.run_contacts(scene, striker, done.seat.greens, done.result.dt)
-    stress = contact.stress_in_run(scene.geometry, striker, touches, coarsely=True)
-    return replace(done, plan=replace(done.plan, scene=scene), striker=striker, touches=touches, stress=stress)
+    other = replace(done, plan=replace(done.plan, scene=scene), striker=striker, touches=touches)
+    return replace(other, stress=other.strike.largest_stress(coarsely=True))
 
 
-def _margin_at(done: Round, stressed: Stressed, tell: Tell, name: str, value: float) -> tuple[float, float | None]:
+def _margin_at(
+    done: Round, bodies: Sequence[BodyStress], tell: Tell, name: str, value: float
+) -> tuple[float, float | None]:
     start, (unit, factor) = time.perf_counter(), UNITS[name]
     other = again(done, name, value / factor)
-    worst = lives(other, stressed, other.touches, other.stress).of_one_axis
+    worst = lives(other, bodies, other.strike).of_one_axis
     margin, bar, at = math.inf, math.inf, "no place"
     if worst is not None:
-        margin, at = worst[0].life.margin, worst[0].at
-        bar = margin_error(margin, bars_of(done, stressed).get(body_of(at), math.inf))
+        margin, at = worst.worst.life.margin, worst.worst.at
+        bar = margin_error(margin, bars_of(bodies).get(body_of(at), math.inf))
     seconds = time.perf_counter() - start
     tell(f"{name} = {value:.4g} {unit}: margin {margin:.4g}, {at}; {in_time(seconds)}")
     return margin, finite_or_none(bar)

@@ -40,7 +40,7 @@ class Limits:
             stopped, and the round before is the answer. Infinite: `LONGEST` each round.
         first: wall time after which the first round is stopped, with `OutOfTime` and no answer [s].
         steady: whether only an exceeded ``seconds`` stops the rounds, so that results do not depend on expected times.
-        stress: whether the reed's largest stresses are computed although the scene does not ask for them.
+        stress: whether the last round has the reed's largest stresses although the scene does not ask for them.
 
     Raises:
         RunError: ``rounds`` below 1, ``seconds`` not positive.

@@ -224,7 +224,7 @@ def _summary(done: Round, baseline: Baseline, courses: tuple[DriveRun, ...], wat
         "seat_kind": scene.seat.kind,
         **{key: value for each in courses for key, value in each.keys().items()},
         **({} if scene.stopper is None else stopper_face_keys(scene.stopper)),
-        **contact.valve_spring_keys(scene.spring, scene.geometry, done.striker, done.seat.greens, done.touches),
+        **contact.valve_spring_keys(scene.spring, done.strike),
         **reed_keys(scene.reed.kind, done.striker, done.reed),
         **regime_keys(done.striker, rings.as_a_whole(done.seat.greens), done.result),
     }

@@ -6,12 +6,11 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 import impact
-from impact.after import measures
 from impact.after.histories import ReedStress
 from impact.after.regime import UNRESOLVED
 from impact.after.result import ImpactResult
@@ -19,10 +18,10 @@ from impact.quantities import in_time, percent
 from impact.runs import variations
 from impact.runs.variations import Budget
 from seatfem.structures.method import Solved
-from seatfem.structures.rings import Division
 from seatfem.study import safety
-from seatfem.study.impacts import plate_stress, validity
+from seatfem.study.impacts import validity
 from seatfem.study.impacts.contact import Flights
+from seatfem.study.impacts.forces import Strike
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.ladders.table import source_of
 from seatfem.study.method import MODES, STEP, RunMethod
@@ -31,6 +30,10 @@ from seatfem.study.runs.remedies import remedy_of
 from seatfem.study.scene.measures import in_words as spoken
 from seatfem.study.scene.measures import short_words
 from seatfem.units import write_quantity
+
+if TYPE_CHECKING:
+    from seatfem.study.impacts.plate_stress import PlateLook
+    from seatfem.study.runs.reed_stress import PlateStress
 
 UNFINISHED: Final = "was begun and not finished"
 
@@ -71,18 +74,18 @@ class Round:
     memory: float = math.nan
     held: float = 0.0
     before: tuple[RunMethod, Mapping[str, float]] | None = None
-    plate: plate_stress.PlateReedStress | None = None
+    plate: PlateStress | None = None
     flights: Flights | None = field(default=None, repr=False)
 
     @property
-    def look(self) -> plate_stress.PlateLook | None:
-        """Return how runs of the error budget evaluate a plate's stress, at its largest; ``None``: no such measure."""
-        reed = self.plan.scene.reed.thin_plate
-        if self.plate is None or reed is None:
-            return None
-        return plate_stress.PlateLook(
-            reed, replace(self.plate.largest_at, body=self.striker), Division.from_greens(self.seat.greens)
-        )
+    def strike(self) -> Strike:
+        """Return the run by itself, without its scene and method."""
+        return Strike(self.plan.scene.geometry, self.striker, self.seat.greens, self.touches, self.stress)
+
+    @property
+    def look(self) -> PlateLook | None:
+        """Return how runs of the error budget evaluate a plate's stress; ``None``: it is no measure."""
+        return None if self.plate is None else self.plate.look
 
     @property
     def is_followed(self) -> bool:
@@ -97,8 +100,7 @@ class Round:
     @property
     def touch(self) -> float:
         """Return the time of the first touch of the seat [s]; nan without one."""
-        groups = measures.contact_groups(self.result)
-        return float(groups[0][0]) if len(groups) else math.nan
+        return self.touches.touch
 
     @property
     def landed(self) -> bool:

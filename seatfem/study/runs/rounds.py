@@ -18,15 +18,14 @@ from seatfem.machine.resources import Stopwatch, available_memory, forget_peak, 
 from seatfem.structures.cache import Cache, build, key_of
 from seatfem.structures.reduction import lip_modes, modes
 from seatfem.study.error_budget import error_budget
-from seatfem.study.impacts import contact, plate_stress
+from seatfem.study.impacts import contact
 from seatfem.study.impacts.bodies import solve_body, stopper_of, striker_of
 from seatfem.study.impacts.contact import run_contacts
-from seatfem.study.impacts.plate_stress import PlateReedStress
 from seatfem.study.impacts.touches import STRIKER, stress_since
 from seatfem.study.ladders.mesh import TOLERANCES
 from seatfem.study.method import BAND, TOLERANCE
 from seatfem.study.plan import Plan
-from seatfem.study.runs import stresses
+from seatfem.study.runs import reed_stress
 from seatfem.study.runs.converge import attempts, in_widest_band, with_measured_errors
 from seatfem.study.runs.kept import cached_numbers
 from seatfem.study.runs.next_round import Limits, expect_time, next_plan
@@ -76,7 +75,7 @@ def rounds(
         line = in_words(latest, before)
         if further is None:
             tell(line)
-            yield replace(latest, stopped=why)
+            yield _with_stress(replace(latest, stopped=why), limits, watch)
             return
         tell(f"{line}; the next about {in_time(expect_time(latest, further))}")
         number, before, stopped = latest.number + 1, latest.plan, ""
@@ -95,7 +94,7 @@ def rounds(
                     if isinstance(problem, OutOfTime):
                         break
             if latest.number < number:
-                yield replace(latest, stopped=stopped)
+                yield _with_stress(replace(latest, stopped=stopped), limits, watch)
                 return
         except KeyboardInterrupt:
             _restore_seat(latest, further, folder)
@@ -164,7 +163,6 @@ def solve(
     *,
     before: Round | None = None,
     cache: Cache | None = None,
-    stress: bool = False,
     mesh_error: bool = True,
 ) -> Round:
     """Return a plan's results without their errors.
@@ -172,7 +170,6 @@ def solve(
     Args:
         before: a round whose seat and reed are reused if their methods are unchanged.
         cache: cache of the seat; ``None``: it is computed.
-        stress: whether the reed's largest stresses are computed although the scene does not ask for them.
         mesh_error: whether bodies are also solved on coarser meshes, for the error estimate.
     """
     scene, method = plan.scene, plan.method
@@ -195,17 +192,26 @@ def solve(
     with watch("contact"):
         flights = contact.Flights(striker, scene.run.duration, scene.contact.preload)
         touches = run_contacts(scene, striker, seat.greens, dt, progress, flights)
-    reed_stress, since = None, stress_since(touches, scene.accuracy.landing)
-    if stress or scene.needs_stress or scene.stress is not None or scene.life is not None:
-        with watch("reed stress"):
-            reed_stress = contact.stress_in_run(scene.geometry, striker, touches, since=since)
-    computed = Round(plan, seat, striker, touches, reed_stress, Budget({}), reed, flights=flights)
-    if any_needs_stress(scene.accuracy.measures) and plate_stress.has_plate_stress(scene.reed, striker):
-        progress("reed stress", 0.0)
-        with watch("reed stress"):
-            plate = stresses.plate_reed_stress(computed, since)
-        computed = replace(computed, plate=plate, stress=None if plate is None else plate.found)
-    return computed
+    computed = Round(plan, seat, striker, touches, None, Budget({}), reed, flights=flights)
+    if not scene.needs_stress:
+        return computed
+    progress("reed stress", 0.0)
+    with watch("reed stress"):
+        since, plate = stress_since(touches, scene.accuracy.landing), None
+        if any_needs_stress(scene.accuracy.measures):
+            plate = reed_stress.plate_stress(scene, method.reed, computed.strike, since)
+        stress = computed.strike.largest_stress(since=since) if plate is None else plate.largest
+    return replace(computed, plate=plate, stress=stress)
+
+
+def _with_stress(done: Round, limits: Limits, watch: Stopwatch) -> Round:
+    """Return the last round with the reed's largest stresses, if they are wanted or the scene asks for more of them."""
+    scene = done.plan.scene
+    if done.stress is not None or not (limits.stress or scene.stress or scene.life):
+        return done
+    with watch("reed stress"):
+        since = stress_since(done.touches, scene.accuracy.landing)
+        return replace(done, stress=done.strike.largest_stress(since=since))
 
 
 def _round(
@@ -226,7 +232,7 @@ def _round(
     scene, cache, stages = plan.scene, Cache(folder / SEAT_FILE), dict(watch.stages)
     while True:
         try:
-            computed = solve(plan, watch, progress, before=before, cache=cache, stress=limits.stress)
+            computed = solve(plan, watch, progress, before=before, cache=cache)
             break
         except lip_modes.BandError as crowded:
             if not plan.is_open(BAND):
@@ -262,7 +268,7 @@ def _round(
     return replace(computed, plan=with_measured_errors(computed), spent=spent, price=price, memory=memory)
 
 
-def _with_recovery(left: Budget, plate: PlateReedStress | None) -> Budget:
+def _with_recovery(left: Budget, plate: reed_stress.PlateStress | None) -> Budget:
     """Return the budget with errors of a plate's stress recovery, by its mesh and modes, added to those of the reed."""
     names = [name for name in left.values if asked_name(name) == Stress.name]
     if plate is None or not names or not left.parts:

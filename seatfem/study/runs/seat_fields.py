@@ -13,7 +13,8 @@ import numpy as np
 
 from impact.greens.base import Array
 from impact.notices import Progress, silent
-from seatfem.structures.fields.recovery import MORE, VECTORS, Response, StressSpace
+from seatfem.structures.fields.peaks import Integers, largest
+from seatfem.structures.fields.recovery import MORE, VECTORS, Response, StressField, StressSpace
 from seatfem.structures.fields.sites import Sites, at_points, edge_distances, near, on_surface, singular_points
 from seatfem.structures.fields.solids import AnyField, Harmonic, RingField, elements_of, felt, solid_stress
 from seatfem.structures.finite_elements import AnyMesh, draw, matrices, refinement_of
@@ -26,9 +27,7 @@ from seatfem.structures.method import BEYOND, COARSENING, Solved
 from seatfem.structures.model import ModelError, SecondOrderModel
 from seatfem.structures.reduction.harmonics import RingPatch, mixing_of
 from seatfem.structures.rings import Division, ring_names
-from seatfem.study.impacts.touches import Touches
 from seatfem.study.plan import Plan
-from seatfem.study.runs.round import Round
 from seatfem.study.scene.problems import Problem, SceneError
 from seatfem.study.scene.run import Stress as StressTable
 
@@ -39,6 +38,13 @@ ENOUGH: Final = {2: 10000, 3: 12000}
 """Elements, by dimension, that a drawn seat's mesh would have for stress if it were as fine all over; where impulse and
 peak ask for 20 of a section, stress asks for hundreds."""
 ON_IT: Final = 1e-6  # distance [m] from a node of the struck face within which a point counts as on it
+
+
+def seat_of(plan: Plan) -> Elastic:
+    """Return the seat of a plan, which has finite elements wherever its stress is asked for."""
+    body = plan.scene.seat.elastic
+    assert body is not None
+    return body
 
 
 @dataclass(frozen=True)
@@ -58,20 +64,18 @@ class SeatMesh:
     @property
     def body(self) -> Elastic:
         """Return the seat."""
-        body = self.plan.scene.seat.elastic
-        assert body is not None
-        return body
+        return seat_of(self.plan)
+
+    @property
+    def asked(self) -> StressTable:
+        """Return the table [stress] of the scene."""
+        assert self.plan.scene.stress is not None
+        return self.plan.scene.stress
 
     @property
     def singular(self) -> Array:
         """Return the (k, d) points on singular edges of the mesh [m]."""
         return singular_points(self.mesh, self.body.held)
-
-    @property
-    def distance(self) -> float:
-        """Return the distance from singular points within which stress is not evaluated [m]."""
-        assert self.plan.scene.stress is not None
-        return self.plan.scene.stress.distance
 
     @property
     def struck(self) -> Array:
@@ -83,10 +87,9 @@ class SeatMesh:
 
     def named(self) -> Sites:
         """Return the sites of ``stress.points``. Raises `SceneError` if one is off the seat, or at a singular edge."""
-        assert self.plan.scene.stress is not None
-        elements, wanted = elements_of(self.mesh), self.plan.scene.stress.points
+        elements, wanted, distance = elements_of(self.mesh), self.asked.points, self.asked.distance
         points, problems = self._in_mesh_coordinates(np.array(wanted).reshape(-1, 3)), []
-        close = near(points, self.singular, self.distance)
+        close = near(points, self.singular, distance)
         for number, point in enumerate(wanted):
             path, message = ("stress", "points", number), ""
             try:
@@ -102,7 +105,7 @@ class SeatMesh:
                 )
             if close[number] and not message:
                 message = (
-                    f"{_in_mm(point)} mm is within stress.distance = {1e3 * self.distance:.4g} mm of an edge where "
+                    f"{_in_mm(point)} mm is within stress.distance = {1e3 * distance:.4g} mm of an edge where "
                     "elastic stress has no limit: move the point away, round the edge, or lower stress.distance"
                 )
             if message:
@@ -125,18 +128,18 @@ class SeatMesh:
     def stress(self, waves: Waves | None, at: Array | None = None) -> MeshStress:
         """Return the stress on the mesh, by the harmonics of ``waves`` if there are any; ``at``: only at these points,
         and at the named ones."""
-        asked, elements = self.plan.scene.stress, elements_of(self.mesh)
-        assert asked is not None
-        of_named = [self.named()] if asked.points else []
+        asked, elements = self.asked, elements_of(self.mesh)
         of_surface = [on_surface(elements)] if asked.surface else []
-        places = [*(of_surface if at is None else [at_points(elements, at)]), *of_named]
+        places = [*(of_surface if at is None else [at_points(elements, at)]), *([self.named()] if asked.points else [])]
         by_place: list[list[StressSpace]] = [[] for _ in places]
         for n, model, response, _ in self.harmonics(waves):
             for spaces, sites in zip(by_place, places, strict=True):
                 spaces.append(response.stress(self.stress_of(model, sites, n), sites.points))
-        where, points = tuple(by_place[0]), tuple(by_place[-1]) if of_named else ()
+        where, points = tuple(by_place[0]), tuple(by_place[-1])
+        if not asked.points:
+            points = tuple(space.at_points(np.zeros(len(space.points), dtype=bool)) for space in where)
         to_edge, to_struck = (edge_distances(where[0].points, of) for of in (self.singular, self.struck))
-        return MeshStress(where, points, to_edge, to_struck)
+        return MeshStress(where, points, to_edge, to_struck, asked, waves)
 
     def harmonics(self, waves: Waves | None) -> Iterator[tuple[int, SecondOrderModel, Response, Array]]:
         """Yield number, model, response and `Harmonic.mixing` of each harmonic; without ``waves`` those of the only
@@ -187,22 +190,32 @@ class MeshStress:
 
     Attributes:
         where: stress at all surface nodes (or at the named points, if the scene asks for these only), by harmonic.
-        points: stress at the named points, by harmonic; empty without any.
+        points: stress at the points that the scene names, by harmonic.
         to_edge, to_struck: (P,) distance of each of these places from the nearest singular edge, and from the struck
             face [m].
+        asked: the table [stress] of the scene.
+        waves: harmonics around a body of revolution that is struck in arcs, else ``None``.
     """
 
     where: tuple[StressSpace, ...]
     points: tuple[StressSpace, ...]
     to_edge: Array
     to_struck: Array
+    asked: StressTable
+    waves: Waves | None
 
-    def within(self, asked: StressTable) -> MeshStress:
-        """Return the stress at places away from singular edges and, unless ``asked.struck``, from the struck face.
+    @property
+    def angles(self) -> int:
+        """Return the number of angles around the axis at which each place has a stress."""
+        return len(self.waves.angles) if self.waves is not None and self.asked.surface else 1
+
+    def within(self) -> MeshStress:
+        """Return the stress at places away from singular edges and, unless ``stress.struck``, from the struck face.
 
         Raises:
             ModelError: no such places.
         """
+        asked = self.asked
         if not asked.surface:
             return self
         counted = self.to_edge >= asked.distance * (1 - 1e-9)
@@ -216,20 +229,33 @@ class MeshStress:
         where = tuple(space.at_points(counted) for space in self.where)
         return replace(self, where=where, to_edge=self.to_edge[counted], to_struck=self.to_struck[counted])
 
-    def field(
-        self, asked: StressTable, waves: Waves | None, dt: float, *, named: bool = False, fewer: bool = False
-    ) -> AnyField:
-        """Return the stress field for a time step ``dt`` [s] on the surface, or at the ``named`` points; ``fewer``:
-        from fewer vectors, for the error bar."""
-        spaces = self.points if named else self.where
-        fields = [space.field(dt, fewer=fewer) for space in spaces]
-        if waves is None:
-            return fields[0]
-        points = np.array(asked.points).reshape(-1, 3)
-        angles = np.arctan2(points[:, 1], points[:, 0])[:, None] if named or not asked.surface else waves.angles
-        mixings = (mixing_of(waves.patches, waves.rings, n) for n in waves.numbers)
-        parts = tuple(map(Harmonic, waves.numbers, fields, mixings))
-        return RingField(spaces[0].points, np.broadcast_to(angles, (len(spaces[0].points), angles.shape[-1])), parts)
+    def fields(self, dt: float, *, fewer: bool = False) -> SeatFields:
+        """Return the stress fields for a time step ``dt`` [s]; ``fewer``: from fewer vectors, for the error bar."""
+        surface, named = ([space.field(dt, fewer=fewer) for space in spaces] for spaces in (self.where, self.points))
+        if self.waves is None:
+            return SeatFields(surface[0], named[0])
+        points = np.array(self.asked.points).reshape(-1, 3)
+        own = np.arctan2(points[:, 1], points[:, 0])[:, None]
+        around = self.waves.angles[None] if self.asked.surface else own
+        return SeatFields(self.waves.sum(surface, around), self.waves.sum(named, own))
+
+
+@dataclass(frozen=True)
+class SeatFields:
+    """Stress fields of a seat, on its ``surface`` and at the Q points ``named`` by the scene."""
+
+    surface: AnyField
+    named: AnyField
+
+    def at(self, which: Integers) -> SeatFields:
+        """Return the fields with these points of the surface only."""
+        return replace(self, surface=self.surface.at(which))
+
+    def judged(self, force: Array, dt: float) -> Array:
+        """Return the (2 + Q,) von Mises stress of the surface's first point, tension of its second one, and von Mises
+        stress of the named points under forces (n + 1, ports), the largest after the first touch [Pa]."""
+        of_surface, of_named = (largest(field, force, dt).after_contact for field in (self.surface, self.named))
+        return np.array([of_surface.von_mises[0], of_surface.principal[1], *of_named.von_mises])
 
 
 @dataclass(frozen=True)
@@ -250,8 +276,7 @@ class SeatMeshes:
     @cached_property
     def of_run(self) -> tuple[AnyMesh, AnyMesh | None]:
         """Return the mesh of the Green's function, and one coarser by `COARSENING` unless it is read from a file."""
-        body, mesh, coarser = self.plan.scene.seat.elastic, self.solved.mesh, self.solved.coarser_mesh
-        assert body is not None
+        body, mesh, coarser = seat_of(self.plan), self.solved.mesh, self.solved.coarser_mesh
         if mesh is None or (coarser is None and body.drawn is not None):
             return body.meshes(self.plan.method.seat, self.progress)
         return mesh, coarser
@@ -259,8 +284,7 @@ class SeatMeshes:
     @cached_property
     def both(self) -> tuple[SeatMesh, SeatMesh | None]:
         """Return the mesh, made finer to have about `ENOUGH` elements, and one coarser by `COARSENING`, likewise."""
-        (mesh, coarser), method, body = self.of_run, self.plan.method.seat, self.plan.scene.seat.elastic
-        assert body is not None
+        (mesh, coarser), method, body = self.of_run, self.plan.method.seat, seat_of(self.plan)
         if body.drawn is not None and self.finer > 1:
             spec = body.drawn.mesh_spec(method)
             method = replace(method, size=spec.size / self.finer, contact_size=spec.patch_size / self.finer)
@@ -306,14 +330,19 @@ class Waves:
         """Return the names of the rings that are struck."""
         return list(dict.fromkeys(patch.boundary for patch in self.patches.values()))
 
+    def sum(self, fields: Sequence[StressField], angles: Array) -> RingField:
+        """Return the sum of the fields of the harmonics at their G places, at angles (G, A) or (1, A) [rad]."""
+        points, mixings = fields[0].points, (mixing_of(self.patches, self.rings, n) for n in self.numbers)
+        parts = tuple(map(Harmonic, self.numbers, fields, mixings))
+        return RingField(points, np.broadcast_to(angles, (len(points), angles.shape[-1])), parts)
+
     @staticmethod
     def from_forces(seat: SeatMeshes, force: Array) -> Waves | None:
         """Return the harmonics of a seat that forces (n + 1, ports) excite; ``None`` if it is not solved by harmonics.
 
         Their wavelength around the ring is at least two elements of the struck face in the mesh of the round.
         """
-        method, body = seat.plan.method.seat, seat.plan.scene.seat.elastic
-        assert body is not None
+        method, body = seat.plan.method.seat, seat_of(seat.plan)
         if body.elements_of(method) != "harmonics" or not isinstance(drawn := seat.of_run[0], MeridianMesh):
             return None
         faces, lip, mesh = ring_names("contact", method.rings or 1), method.lip, elements_of(drawn).mesh
@@ -336,9 +365,9 @@ class Waves:
 def check_stress(plan: Plan, progress: Progress) -> None:
     """Raise `SceneError` for named points that are off the seat or at a singular edge; a seat that is drawn is meshed
     coarser by `COARSENING` for it."""
-    scene, body, method = plan.scene, plan.scene.seat.elastic, plan.method.seat
-    if scene.stress is None or not scene.stress.points or body is None:
+    if plan.scene.stress is None or not plan.scene.stress.points:
         return
+    body, method = seat_of(plan), plan.method.seat
     if (drawn := body.drawn) is not None:
         spec, level = drawn.mesh_spec(method), drawn.elements_of(method)
         spec = replace(spec, size=COARSENING * spec.size, contact_size=COARSENING * spec.patch_size)
@@ -346,14 +375,6 @@ def check_stress(plan: Plan, progress: Progress) -> None:
     else:
         mesh = body.meshes(method, progress)[0]
     SeatMesh(plan, mesh).named()
-
-
-def force_by_port(done: Round, touches: Touches) -> Array:
-    """Return the (n + 1, ports) forces of a run on the seat [N]; on a seat with one contact, the force is divided over
-    its rings by their areas."""
-    if touches.parts is not None:
-        return -touches.parts.force
-    return np.asarray(-touches.seat.force[:, None] * Division.from_greens(done.seat.greens).shares)
 
 
 def _in_mm(point: Sequence[float] | Array) -> str:

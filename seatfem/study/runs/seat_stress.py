@@ -1,11 +1,13 @@
 """Stress in the seat of a run: the largest on its surface with an error bar, and histories at named points."""
 
+from __future__ import annotations
+
 import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, Final
+from typing import Any, ClassVar, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,33 +15,38 @@ from scipy.spatial import cKDTree
 
 from impact import notices, quantities
 from impact.greens.base import Array
-from seatfem.pictures import rendering, stress_plot
+from seatfem.pictures import cell_grid, frames, rendering, stress_plot
 from seatfem.structures.errors import ModelError
 from seatfem.structures.fields.peaks import BETWEEN, Largest
-from seatfem.structures.fields.recovery import at_time, histories, largest, von_mises
-from seatfem.structures.fields.sites import local_maxima
-from seatfem.structures.fields.solids import AnyField, RingField, elements_of
+from seatfem.structures.fields.recovery import at_time, histories, largest, response_in_frames, von_mises
+from seatfem.structures.fields.sites import at_nodes, local_maxima, near
+from seatfem.structures.fields.solids import AnyField, RingField, elements_of, turned
 from seatfem.structures.finite_elements import MESH_SAFETY
 from seatfem.structures.model import SecondOrderModel
-from seatfem.structures.rings import Division
+from seatfem.study.impacts.forces import Strike
+from seatfem.study.impacts.life import Histories
 from seatfem.study.runs import seat_fields, summary
+from seatfem.study.runs.body_stress import COMPONENTS, FieldStress, History, Spot, rows_of
 from seatfem.study.runs.round import Round
 from seatfem.units import place_words
 
 FEWER_HARMONICS: Final = 0.75  # fraction of the harmonics in the comparison that gives their truncation error
 NEAREST: Final = 6  # sites at and beside a place at which its mesh error is estimated
+LIVES: Final = 12  # hot spots of the surface whose life is computed
 MOST_SPOTS: Final = 20  # most hot spots of a seat
 LEAST_SPOT: Final = 0.1  # least stress of a hot spot, over the largest stress
+PASSES: Final = 2  # duration of the frames of its wave, in travel times of a shear wave along the seat
+AROUND: Final = ("rr", "tt", "zz", "tz", "rz", "rt")  # stress components of a body of revolution
+LIP: Final = "lip"
 
 
 @dataclass(frozen=True)
-class SeatStress:
+class SeatStress(FieldStress):
     """Stress in the seat at P sites of its surface: peaks, hot spots and error bars.
 
     Attributes:
         meshes: the seat's two meshes, made when they are needed.
         known: stress on the finer mesh as a function of port forces and time step.
-        waves: harmonics around a body of revolution that is struck in arcs, else ``None``.
         sites: (P, d) coordinates away from singular edges [m]; (r, z) in a half section, x, y, z if harmonics are
             summed, with stress components rr, tt, zz, tz, rz, rt in both cases.
         section: (P,) mask of the sites on the half section that is drawn.
@@ -50,19 +57,18 @@ class SeatStress:
         judged: (2 + Q,) largest von Mises stress, largest tension, largest von Mises stress at each named point [Pa].
         bars: their error bars at the same places, so far [Pa].
         by_key: parts of the first bar, by the key or the model that leaves them [Pa]; empty so far.
-        time: (n + 1,) [s].
         points: (Q, 3) points that the scene names [m].
         named: (Q + 1, 6, n + 1) stress histories of these points, and of the site of the largest stress [Pa].
         snapshot: (P, 6) stress on the surface at the time of the largest stress [Pa].
         front: rho c_0 v, c_0^2 = E/rho, at the first touch [Pa]; nan without one.
-        field, of_points: stress fields at all sites and at the named points, for any port forces.
-        largest_at: stress field at the sites of the largest von Mises stress and of the largest tension.
-        division: division of the struck patch into parts, the ports of these fields.
+        worst: fields at the sites of the largest von Mises stress and of the largest tension, and at the named points.
     """
+
+    role: ClassVar[str] = "seat"
+    each: ClassVar[int] = LIVES
 
     meshes: seat_fields.SeatMeshes
     known: seat_fields.MeshStress
-    waves: seat_fields.Waves | None
     sites: Array
     section: NDArray[np.bool_]
     singular: Array
@@ -71,16 +77,16 @@ class SeatStress:
     peak: Largest
     judged: Array
     bars: Array
-    time: Array
     points: Array
     named: Array
     snapshot: Array
     front: float
-    field: AnyField
-    of_points: AnyField
-    largest_at: AnyField
-    division: Division
+    worst: seat_fields.SeatFields
     by_key: Mapping[str, float] = dataclasses.field(default_factory=dict)
+
+    @property
+    def force(self) -> Array:
+        return self.strike.on_seat
 
     @property
     def drawn(self) -> seat_fields.SeatMesh:
@@ -95,19 +101,91 @@ class SeatStress:
     @property
     def model(self) -> SecondOrderModel | None:
         """Return the model on that mesh; ``None`` for a body of revolution struck in arcs, with one a harmonic."""
-        return self.drawn.model if self.waves is None else None
+        return self.drawn.model if self.known.waves is None else None
 
     @property
-    def named_places(self) -> Array:
-        """Return the named points in the coordinates of the sites: r and z on a half section."""
-        if self.sites.shape[1] == 3:
-            return self.points
-        return np.column_stack([np.hypot(*self.points[:, :2].T), self.points[:, 2]])
+    def components(self) -> tuple[str, ...]:
+        """Return the names of the stress components, of a body of revolution in cylindrical coordinates."""
+        return AROUND if self.sites.shape[1] == 2 or isinstance(self.field, RingField) else COMPONENTS
 
     @property
-    def is_around(self) -> bool:
-        """Return whether the stress components are in cylindrical coordinates."""
-        return self.sites.shape[1] == 2 or isinstance(self.field, RingField)
+    def regions(self) -> NDArray[np.str_]:
+        """Return one name, of the surface, for all points."""
+        return np.full(len(self.sites), "")
+
+    @property
+    def relative_bar(self) -> float:
+        return self.bar / float(self.peak.von_mises.max()) if math.isfinite(self.bar) else math.nan
+
+    def under(self, strike: Strike) -> SeatStress:
+        return replace(self, strike=strike)
+
+    def histories(self, first: int) -> Histories:
+        """Yield those of the surface, then those of the points that the scene names."""
+        yield from super().histories(first)
+        yield from self._named_histories(self.worst.named, np.full(len(self.points), ""))
+
+    def hot_spots(self, stride: int) -> tuple[tuple[Spot, ...], tuple[History, ...]]:
+        """Return all hot spots, and histories at the largest on the lip and elsewhere and at named points."""
+        parts, touches = np.where(self.on_lip[self.spots], LIP, "body"), self.strike.touches
+        times = self.peak.von_mises_time[self.spots]
+        spots = self.spots_at(self.spots, parts, self.singular[self.spots], times)
+        first = np.sort(np.unique(parts, return_index=True)[1])
+        histories = self.histories_at(self.spots[first], [spots[k] for k in first], stride)
+        for point, stress in zip(self.worst.named.points, self.named[:-1], strict=True):
+            histories.append(History.at_peak(self.role, "named", point, stress, touches, self.components, stride))
+        return spots, tuple(histories)
+
+    def on_skin(self, values: Array) -> tuple[cell_grid.Skin, Array]:
+        """Return the surface as `FieldStress.on_skin`; of harmonics all around the ring."""
+        nodes = elements_of(self.mesh).nodes
+        if not isinstance(self.field, RingField):
+            assert self.model is not None
+            skin = cell_grid.skin_of(self.model)
+            on_nodes = np.full(len(skin.nodes), np.nan)
+            on_nodes[rows_of(self.field.points, nodes.T[skin.nodes])] = values
+            return skin, on_nodes
+        around = self.field.angles[0]
+        closed = np.append(around, around[0] + 2 * np.pi)
+        skin = cell_grid.skin_of_section(self.mesh, nodes[0], nodes[1], closed).spread()
+        assert skin.angles is not None
+        on_nodes = np.full((nodes.shape[1], len(around)), np.nan)
+        on_nodes[rows_of(self.field.section, nodes.T)] = values.reshape(self.field.angles.shape)
+        turns = np.round((skin.angles - around[0]) / (2 * np.pi) * len(around)).astype(np.int64) % len(around)
+        return skin, on_nodes[skin.nodes, turns]
+
+    @property
+    def wave_span(self) -> tuple[float, float]:
+        touch, extent = self.strike.touches.touch, float(np.ptp(self.mesh.p, axis=1).max())
+        return touch, touch + PASSES * extent / self.drawn.body.slowest
+
+    def wave(self, steps: range) -> frames.Frames:
+        """Return the stress wave on the mesh of the stress: harmonics are summed one by one to save memory."""
+        elements, drawn = elements_of(self.mesh), self.drawn
+        if self.model is None:
+            skin = cell_grid.skin_of_section(elements.mesh, *elements.nodes).spread()
+        else:
+            skin = cell_grid.skin_of(self.model)
+        nodes, which = np.unique(skin.nodes, return_inverse=True)
+        sites = at_nodes(elements, nodes)
+        tensors, moved = np.zeros((len(steps), len(which), 6)), np.zeros((len(steps), len(which), 3))
+        around, force = None if self.model is not None else skin.angles, self.force
+        for n, model, response, mixing in drawn.harmonics(self.known.waves):
+            functional = drawn.stress_of(model, sites, n)
+            for by_sin in (False, True)[: 2 if n else 1]:
+                pushes = force if around is None else force @ mixing[:, :, int(by_sin)]
+                unknowns = response_in_frames(response, pushes, self.dt, steps)
+                stress = np.asarray(functional @ unknowns.T).reshape(len(sites), 6, -1)
+                for frame, each in enumerate(unknowns):
+                    for sums, part in (
+                        (tensors, stress[which, :, frame]),
+                        (moved, model.expand(each)[:, skin.nodes].T),
+                    ):
+                        sums[frame] += part if around is None else turned(part, around, n, by_sin=by_sin)
+        known = ~near(elements.nodes.T[skin.nodes], drawn.singular, drawn.asked.distance)
+        time, mises = self.strike.touches.seat.time[list(steps)], von_mises(tensors)
+        touch = self.strike.touches.touch
+        return frames.wave_frames("Stress wave in the seat", skin, mises, moved, time, touch, known)
 
     @property
     def bar(self) -> float:
@@ -118,8 +196,7 @@ class SeatStress:
     def from_excluded(self) -> float:
         """Return the distance of the largest von Mises stress from sharp edges and, where it is left out, from the
         struck face [m]."""
-        asked, place = self.meshes.plan.scene.stress, self.where // (len(self.sites) // len(self.known.to_edge))
-        struck = math.inf if asked is None or asked.struck else float(self.known.to_struck[place])
+        struck = math.inf if self.known.asked.struck else float(self.known.to_struck[self.where // self.known.angles])
         return min(float(self.singular[self.where]), struck)
 
     @property
@@ -140,27 +217,25 @@ def seat_stress(done: Round, progress: notices.Progress = notices.silent) -> Sea
     if scene.stress is None:
         return None
     meshes = seat_fields.SeatMeshes(done.plan, done.seat, progress)
-    dt, force = done.result.dt, seat_fields.force_by_port(done, done.touches)
+    strike, solid = done.strike, seat_fields.seat_of(done.plan).material.solid
+    dt, force = strike.dt, strike.on_seat
     waves = seat_fields.Waves.from_forces(meshes, force)
-    known = meshes.both[0].stress(waves).within(scene.stress)
-    points = np.array(scene.stress.points).reshape(-1, 3)
-    field = known.field(scene.stress, waves, dt)
-    of_points = [known.field(scene.stress, waves, dt, named=True)] if known.points else []
+    known = meshes.both[0].stress(waves).within()
+    fields, angles = known.fields(dt), known.angles
+    field = fields.surface
     peaks = largest(field, force, dt).after_contact
     worst, places = int(peaks.von_mises.argmax()), places_of(peaks)
-    both = field.at(places)
-    judged = _stress_at(both, of_points, force, dt)
-    fewer_of_points = [known.field(scene.stress, waves, dt, named=True, fewer=True)] if known.points else []
-    others = [(known.field(scene.stress, waves, dt, fewer=True).at(places), fewer_of_points)]
-    if isinstance(both, RingField) and len(both.harmonics) > 1:
-        others.append((_with_fewer(both), [_with_fewer(each) for each in of_points]))
-    bars = sum((np.abs(_stress_at(*other, force, dt) - judged) for other in others), BETWEEN * judged)
-    named_fields = [*of_points, both.at(np.array([0]))]
-    angles = len(field.points) // len(known.to_edge)
+    at_worst = fields.at(places)
+    judged, others = at_worst.judged(force, dt), [known.fields(dt, fewer=True).at(places)]
+    if isinstance(field, RingField) and len(field.harmonics) > 1:
+        others.append(seat_fields.SeatFields(*map(_with_fewer, (at_worst.surface, at_worst.named))))
+    bars = sum((np.abs(each.judged(force, dt) - judged) for each in others), BETWEEN * judged)
+    shown = [each for each in (at_worst.named, at_worst.surface.at(np.array([0]))) if len(each.points)]
     return SeatStress(
+        strike,
+        field,
         meshes,
         known,
-        waves,
         field.points,
         np.arange(len(field.points)) % angles == worst % angles,
         np.repeat(known.to_edge, angles),
@@ -169,15 +244,11 @@ def seat_stress(done: Round, progress: notices.Progress = notices.silent) -> Sea
         peaks,
         judged,
         bars,
-        done.result.time,
-        points,
-        np.concatenate([histories(each, force, dt) for each in named_fields]),
+        np.array(scene.stress.points).reshape(-1, 3),
+        np.concatenate([histories(each, force, dt) for each in shown]),
         at_time(field, force, dt, round(peaks.von_mises_time[worst] / dt)),
-        _front(done),
-        field,
-        of_points[0] if of_points else field.at(np.zeros(0, dtype=np.int64)),
-        both,
-        Division.from_greens(done.seat.greens) if done.touches.parts is not None else Division(1, force.shape[1]),
+        summary.front_of(done.result, float(np.max(solid.young)), solid.density),
+        at_worst,
     )
 
 
@@ -186,24 +257,13 @@ def places_of(peaks: Largest) -> NDArray[np.int64]:
     return np.array([peaks.von_mises.argmax(), peaks.principal.argmax()])
 
 
-def _stress_at(spots: AnyField, of_points: Sequence[AnyField], force: Array, dt: float) -> Array:
-    """Return `SeatStress.judged` under forces (n + 1, ports) [N], of the fields at both spots and at named points."""
-    of_spots = largest(spots, force, dt).after_contact
-    return np.array([of_spots.von_mises[0], of_spots.principal[1], *_named(of_points, force, dt)])
-
-
-def _named(of_points: Sequence[AnyField], force: Array, dt: float) -> Array:
-    """Return the (Q,) largest von Mises stress at named points [Pa]."""
-    return np.array([stress for each in of_points for stress in largest(each, force, dt).after_contact.von_mises])
-
-
 def _with_fewer(field: AnyField) -> AnyField:
     """Return a field with `FEWER_HARMONICS` of its harmonics."""
     assert isinstance(field, RingField)
     return replace(field, harmonics=field.harmonics[: max(1, int(FEWER_HARMONICS * len(field.harmonics)))])
 
 
-def left_by_mesh(stress: SeatStress, done: Round) -> Array:
+def left_by_mesh(stress: SeatStress) -> Array:
     """Return the mesh errors (2 + Q,) of `SeatStress.judged` [Pa]; nan if there is no coarser mesh to compare with.
 
     They are `MESH_SAFETY` / (r - 1) times the change from the coarser mesh, r the ratio of element sizes: its root mean
@@ -215,9 +275,8 @@ def left_by_mesh(stress: SeatStress, done: Round) -> Array:
     if not peak.von_mises.any():
         return np.zeros(len(stress.judged))
     beside = cKDTree(sites).query(sites[places_of(peak)], k=min(NEAREST, len(sites)))[1].reshape(2, -1)
-    force = seat_fields.force_by_port(done, done.touches)
     try:
-        found, named = stress_on(coarse, stress, beside.ravel(), force, done.result.dt)
+        found, named = stress_on(coarse, stress, beside.ravel(), stress.force, stress.dt)
     except ModelError:  # a place lies between a chord of the coarser mesh and the surface
         return unknown
     pairs = ((found.von_mises, peak.von_mises), (found.principal, peak.principal))
@@ -234,16 +293,13 @@ def stress_on(
 ) -> tuple[Largest, Array]:
     """Return the largest stress at the sites ``which``, and the von Mises stress at the named points, on another mesh
     of the seat, under forces (n + 1, ports) [N] in steps ``dt`` [s]. Raises `ModelError` where that holds no site."""
-    asked, on_section = stress.meshes.plan.scene.stress, None
-    assert asked is not None
-    if asked.surface:
-        angles = len(stress.sites) // len(stress.known.to_edge)
+    on_section, angles = None, stress.known.angles
+    if stress.known.asked.surface:
         on_section = stress.known.where[0].points[which // angles]
         which = np.arange(len(which)) * angles + which % angles
-    known = mesh.stress(stress.waves, at=on_section)
-    of_points = [known.field(asked, stress.waves, dt, named=True)] if known.points else []
-    of_sites = known.field(asked, stress.waves, dt).at(which)
-    return largest(of_sites, force, dt).after_contact, _named(of_points, force, dt)
+    fields = mesh.stress(stress.known.waves, at=on_section).fields(dt)
+    on_surface, named = (largest(each, force, dt).after_contact for each in (fields.surface.at(which), fields.named))
+    return on_surface, named.von_mises
 
 
 def stress_keys(stress: SeatStress | None) -> dict[str, object]:
@@ -271,21 +327,18 @@ def stress_keys(stress: SeatStress | None) -> dict[str, object]:
 def judged_under(stress: SeatStress, force: Array, dt: float, *, anew: bool = False) -> Array:
     """Return `SeatStress.judged` at the same places under other forces (n + 1, ports) [N]; ``anew``: by a field for the
     step ``dt`` [s], as a shorter one includes more of the Ritz pairs, which respond to a sharper pulse."""
-    asked, known, of_points = stress.meshes.plan.scene.stress, stress.known, [stress.of_points]
     if not anew:
-        return _stress_at(stress.largest_at, of_points if len(stress.points) else [], force, dt)
-    assert asked is not None
-    waves = seat_fields.Waves.from_forces(stress.meshes, force)
-    if waves is not None and stress.waves is not None and waves.numbers != stress.waves.numbers:
-        known = stress.meshes.both[0].stress(waves).within(asked)
-    of_points = [known.field(asked, waves, dt, named=True)] if known.points else []
-    return _stress_at(known.field(asked, waves, dt).at(places_of(stress.peak)), of_points, force, dt)
+        return stress.worst.judged(force, dt)
+    known, waves = stress.known, seat_fields.Waves.from_forces(stress.meshes, force)
+    if waves is not None and known.waves is not None and waves.numbers != known.waves.numbers:
+        known = stress.drawn.stress(replace(waves, angles=known.waves.angles)).within()
+    return known.fields(dt).at(places_of(stress.peak)).judged(force, dt)
 
 
 def stress_pictures(stress: SeatStress, title: str, unsure: tuple[float, float]) -> list[rendering.Picture]:
     """Return seat_stress.png and seat_stress.vtu. ``unsure``: as in `plot_stress`."""
     k, peak = stress.where, stress.peak
-    labels = [place_words(place, "seat") for place in (*stress.named_places, stress.sites[k])]
+    labels = [place_words(place, "seat") for place in (*stress.worst.named.points, stress.sites[k])]
     sites = stress.sites[stress.section]
     if stress.mesh.dim() == 2:
         sites = np.column_stack([np.hypot(*sites[:, :-1].T), sites[:, -1]]) if sites.shape[1] == 3 else sites
@@ -294,7 +347,7 @@ def stress_pictures(stress: SeatStress, title: str, unsure: tuple[float, float])
         stress.mesh,
         sites,
         von_mises(stress.snapshot[stress.section]),
-        stress.time,
+        stress.strike.touches.seat.time,
         von_mises(np.moveaxis(stress.named, 1, 2)),
         (*labels[:-1], f"largest, {labels[-1]}"),
         at=float(peak.von_mises_time[k]),
@@ -303,11 +356,3 @@ def stress_pictures(stress: SeatStress, title: str, unsure: tuple[float, float])
     )
     write = partial(stress_plot.write_stress_vtu, stress.sites, peak.von_mises, peak.von_mises_time)
     return [("seat_stress.png", draw), ("seat_stress.vtu", write)]
-
-
-def _front(done: Round) -> float:
-    """Return rho c_0 v at the first touch [Pa], for the seat's material and the closing speed v."""
-    body = done.plan.scene.seat.elastic
-    assert body is not None
-    solid = body.material.solid
-    return summary.front_of(done.result, float(np.max(solid.young)), solid.density)

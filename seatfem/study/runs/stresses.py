@@ -9,14 +9,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 import impact
-from impact.after.histories import ReedStress
-from impact.bodies.body import Body
 from impact.greens.base import Array
 from impact.life.places import margin_error
 from impact.march.problem import ContactProblem
@@ -24,30 +22,18 @@ from impact.march.rows import MarchRun
 from impact.notices import Progress, silent
 from impact.quantities import percent
 from impact.runs.variations import Budget, Values, budget_of, changes, safety, times
-from seatfem.structures import method, rings, sheets
-from seatfem.structures.fields.peaks import LITTLE
-from seatfem.structures.fields.recovery import LargestStress, StressField, largest
-from seatfem.structures.fields.sites import near, peak_mesh_error
-from seatfem.structures.kinds.thin_plate import ThinPlate
-from seatfem.structures.rings import Division
+from seatfem.structures.fields.recovery import largest
 from seatfem.study.error_budget import terms_by_key
-from seatfem.study.impacts import plate_stress
-from seatfem.study.impacts.bodies import problem_of, striker_of
+from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.contact import marched
-from seatfem.study.impacts.plate_stress import (
-    Forces,
-    PlateLook,
-    PlatePeaks,
-    PlateReedStress,
-    has_plate_stress,
-    struck_by,
-)
-from seatfem.study.impacts.touches import Touches, force_of, on_the_ports, stress_since
+from seatfem.study.impacts.forces import Forces
+from seatfem.study.impacts.touches import force_of, stress_since
 from seatfem.study.ladders.ladder import ComputedRun
 from seatfem.study.ladders.table import ladder_of, source_of
 from seatfem.study.method import MODEL
 from seatfem.study.plan import Plan
 from seatfem.study.runs import kept
+from seatfem.study.runs.reed_stress import PlateStress, plate_stress
 from seatfem.study.runs.remedies import remedy_by_source, remedy_of
 from seatfem.study.runs.round import Round
 from seatfem.study.runs.seat_stress import SeatStress, judged_under, left_by_mesh, seat_stress
@@ -111,7 +97,7 @@ OF_EDGES: Final = ("mesh near a sharp edge", "draw the edge with a fillet, or st
 """Errors at the place of a stress in words, each with what to state."""
 
 
-def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | None, PlateReedStress | None]:
+def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | None, PlateStress | None]:
     """Return the stress in the seat, and in a plate that strikes, if the scene needs them. Raises as `seat_stress`.
 
     The error bars include errors of the stress recovery, by mesh and modes, and of the contact force, by the runs of
@@ -119,34 +105,27 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
     force at first touch, which without a compliant contact law does not converge with the step: it has no error bar,
     and needs no coarser mesh.
     """
-    since = stress_since(done.touches, done.plan.scene.accuracy.landing)
+    scene, strike = done.plan.scene, done.strike
+    since = stress_since(done.touches, scene.accuracy.landing)
     seat, reed = seat_stress(done, progress), done.plate
     if reed is None:
-        reed = plate_reed_stress(done, since)
+        reed = plate_stress(scene, done.plan.method.reed, strike, since)
     elif REED in done.left.values:  # a measure of the round, which has its bar there
-        bar = done.left.bar(REED)
-        reed = replace(reed, bar=bar if math.isfinite(bar) else math.nan)
+        reed = replace(reed, bar=done.left.bar(REED))
     of_seat = seat if np.any(done.result.force) else None
-    of_reed = reed if done.plate is None and reed is not None and reed.found.after_contact is not None else None
+    of_reed = reed if done.plate is None and reed is not None and reed.largest.after_contact is not None else None
     if seat is not None and of_seat is None:
-        seat = replace(seat, bars=seat.bars + left_by_mesh(seat, done))
+        seat = replace(seat, bars=seat.bars + left_by_mesh(seat))
     if of_seat is None and of_reed is None:
         return seat, reed
 
-    def look(run: MarchRun) -> Values:
+    def look(run: MarchRun, *, anew: bool = False) -> Values:
         forces, values = Forces.from_march(run), dict[str, float]()
         if of_seat is not None:
-            values |= _by_name(judged_under(of_seat, -forces.by(of_seat.division), forces.dt))
+            values |= _by_name(judged_under(of_seat, forces.on_seat(strike.seat), forces.dt, anew=anew))
         if of_reed is not None:
-            division = Division.from_greens(done.seat.greens) if done.touches.parts is not None else Division()
-            pushes = forces.pushes(of_reed.largest_at.body.greens, division)
+            pushes = forces.on_striker(of_reed.largest_at.body.greens, strike.forces.seat.division)
             values[REED] = float(largest(of_reed.largest_at, pushes, forces.dt).after_contact.von_mises.max())
-        return values
-
-    def look_everywhere(run: MarchRun) -> Values:
-        values, forces = dict(look(run)), Forces.from_march(run)
-        if of_seat is not None:
-            values |= _by_name(judged_under(of_seat, -forces.by(of_seat.division), forces.dt, anew=True))
         return values
 
     run_peaks = {} if of_seat is None else _by_name(of_seat.judged)
@@ -163,20 +142,21 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
     )
 
     def compute() -> Mapping[str, Values]:
-        budget, half = error_bars_of(done, look, look_everywhere, progress, is_judged)
+        budget, half = error_bars_of(done, look, partial(look, anew=True), progress, is_judged)
         return {"half": half, **budget.parts}
 
     parts = dict(kept.cached_numbers(done, done.touches, what, compute))
     budget = Budget(parts.pop("half"), parts)
     raw = is_raw(budget.values)
     if of_seat is not None:
-        mesh_error = np.full(len(raw), math.nan) if all(raw) else left_by_mesh(of_seat, done)
+        mesh_error = np.full(len(raw), math.nan) if all(raw) else left_by_mesh(of_seat)
         bars = of_seat.bars + mesh_error + [budget.bar(name) for name in run_peaks]
         by_key = {key: safety(SEAT) * errors[SEAT] for key, errors in budget.parts.items()}
         by_key |= {RECOVERY: float(mesh_error[0]), WAVES: of_seat.bar}
         seat = replace(of_seat, bars=np.where(raw, math.nan, bars), by_key=by_key)
     if of_reed is not None:
-        reed = replace(of_reed, bar=of_reed.bar + budget.bar(REED))
+        bar = of_reed.bar + budget.bar(REED)
+        reed = replace(of_reed, bar=bar if math.isfinite(bar) else math.nan)
     return seat, reed
 
 
@@ -231,115 +211,3 @@ def _by_name(judged: Array) -> dict[str, float]:
     """Return `SeatStress.judged` by name [Pa]."""
     names = (SEAT, TENSION, *(f"point {number} {SEAT}" for number in range(len(judged) - 2)))
     return dict(zip(names, map(float, judged), strict=True))
-
-
-BESIDE: Final = 3.0  # distance from the contact within which a point is "beside the contact", in plate thicknesses
-RIM: Final = "rim of an averaged patch"  # part of a plate beside one contact with the mean motion of a disc or ring
-
-
-def plate_peaks(done: Round, since: float | None = None) -> PlatePeaks | None:
-    """Return the peaks of a round whose striker is a plate; ``None`` if plate theory gives no stress at any point.
-
-    ``since``: start of the judged landing [s].
-    """
-    field = plate_field(done)
-    if not len(field.points):
-        return None
-    return PlatePeaks(field, largest(field, plate_pushes(done, done.touches), done.result.dt, since=since))
-
-
-def plate_reed_stress(done: Round, since: float | None = None) -> PlateReedStress | None:
-    """Return the largest von Mises stress in the faces of the plate that strikes.
-
-    It is ``None`` for strikers that are no plates, and for a plate too narrow to have points of known stress: plate
-    theory gives none within one thickness of sharp corners, of the ends of the clamp and of the contact. The error bar
-    is the sum of the mesh error, extrapolated from a coarser mesh, and of the truncation error, from modes beyond the
-    band (`sheets.BEYOND`) in a run of their own, of second order; other errors of the contact force are not included.
-    ``since``: start of the judged landing [s], from which on the stress is reported separately, too.
-    """
-    scene, reed = done.plan.scene, done.plan.scene.reed.thin_plate
-    if reed is None or not has_plate_stress(reed, done.striker) or (peaks := plate_peaks(done, since)) is None:
-        return None
-    plate, force, dt = reed.plate(done.striker.greens), plate_pushes(done, done.touches), done.result.dt
-    field, peak_stress = peaks.field, peaks.found
-    stresses = plate_stress.stresses_of_plate(reed, field, peak_stress)
-    if stresses.after_contact is None:
-        return PlateReedStress(stresses, math.nan, field, peaks)
-    worst = field.at(np.array([int(peak_stress.after_contact.von_mises.argmax())]))
-    coarser = sheets.plate_modes(plate.sheet, method.COARSENING)
-    lips = reed.lips(done.plan.method.reed.lip, done.plan.method.reed.behind)
-    on_coarser_mesh = plate_field(done, striker_of(scene, greens=coarser.greens(lips, reed.damping_ratio)))
-    on_coarser = largest(on_coarser_mesh, force, dt).after_contact.von_mises
-    weight = 1 / (sheets.refinement(plate, coarser) ** sheets.ORDER - 1)
-    mesh_error = peak_mesh_error(
-        field.points, peak_stress.after_contact.von_mises, on_coarser_mesh.points, on_coarser, weight
-    )
-    peak = _value(peak_stress)
-    truncation = math.nan
-    if (beyond := reed.in_wider_band(done.striker.greens, lips)) is not None:
-        wider, ratio = beyond
-        truncation = abs(_stress_of(done, reed, striker_of(scene, greens=wider)) - peak) / (1 - ratio**-2)
-    return PlateReedStress(stresses, mesh_error + truncation + LITTLE * peak, worst, peaks)
-
-
-def _stress_of(done: Round, reed: ThinPlate, striker: Body) -> float:
-    """Return the largest stress after the first touch in a run of a round with another model of its plate [Pa]."""
-    scene, division = done.plan.scene, _division(done)
-    look = PlateLook(reed, plate_stress.plate_field(scene.geometry, striker, division), division)
-    problem = problem_of(scene, striker, impact.Body(done.seat.greens))
-    largest = look(marched(problem, done.result.dt, scene.run.duration), None)
-    return math.nan if largest is None or largest.after_contact is None else largest.after_contact.value
-
-
-def plate_field(done: Round, striker: Body | None = None) -> StressField:
-    """Return the stress field in a face of the plate in a round; ``striker``: the plate's body, if on another mesh."""
-    striker, touches = striker or done.striker, done.touches
-    field = plate_stress.plate_field(done.plan.scene.geometry, striker, _division(done))
-    return struck_by(field, striker, touches.opening, plate_pushes(done, touches), touches.seat.dt)
-
-
-def struck_in(field: StressField, done: Round, touches: Touches) -> tuple[StressField, Array]:
-    """Return the stress field of a plate in a run of a round, its own or that on another seat, and the port forces of
-    `plate_pushes`."""
-    pushes = plate_pushes(done, touches)
-    return struck_by(field, done.striker, touches.opening, pushes, touches.seat.dt), pushes
-
-
-def stress_on_another_seat(done: Round, touches: Touches) -> ReedStress | None:
-    """Return the largest stresses in a round's plate in a run on another seat; ``None`` if no stress is known."""
-    since, reed = stress_since(touches, done.plan.scene.accuracy.landing), done.plan.scene.reed.thin_plate
-    field, pushes = struck_in(
-        plate_stress.plate_field(done.plan.scene.geometry, done.striker, _division(done)), done, touches
-    )
-    if reed is None or not len(field.points):
-        return None
-    stresses = largest(field, pushes, touches.seat.dt, since=since)
-    return plate_stress.stresses_of_plate(reed, field, stresses)
-
-
-def _division(done: Round) -> rings.Division:
-    return rings.Division.from_greens(done.seat.greens)
-
-
-def _value(found: LargestStress) -> float:
-    return float(found.after_contact.von_mises.max())
-
-
-def singular_of_plate(done: Round) -> Array:
-    """Return the (k, 2) points [m] near which plate theory gives no stress in the plate that strikes."""
-    return plate_stress.singular_points(done.plan.scene.geometry, done.striker.greens, _division(done))
-
-
-def parts_of_plate(done: Round, points: Array) -> NDArray[np.str_]:
-    """Return the (P,) names of the parts of the striking plate on which points (P, 2) lie."""
-    reed = done.plan.scene.reed.thin_plate
-    assert reed is not None
-    touched = plate_stress.touched_points(done.plan.scene.geometry, done.striker.greens, _division(done))
-    beside = near(points, touched, BESIDE * reed.thickness)
-    words = RIM if _division(done).arcs == 1 else "beside the contact"
-    return np.where(beside, words, reed.geometry().regions(points))
-
-
-def plate_pushes(done: Round, touches: Touches) -> Array:
-    """Return the (n + 1, ports) forces [N] on the striker's ports in a run of a round, its own or on another seat."""
-    return on_the_ports(done.plan.scene.geometry, done.striker.greens, done.seat.greens, touches)

@@ -204,7 +204,7 @@ def _of_parts(seat: Structure, contact: Contact, stress: StressTable | None, dur
 def _of_measures(wanted: Sequence[str], reed: Structure, life: LifeTable | None) -> Contradictions:
     """Yield contradictions for measures of the reed's stress that is not known, or of its life without strength."""
     name = LifeMargin.name if LifeMargin.name in wanted else Stress.name
-    if any_needs_stress(wanted) and not (reed.traits.has_stress or reed.thin_plate is not None):
+    if any_needs_stress(wanted) and reed.traits.stress == "not":
         bends = "has no bending stress that is known" if reed.slender else "does not bend, it has no stress"
         words = f"{name} is asked of a body of kind {reed.kind!r}, which {bends}: remove it, or use a cantilever"
         yield "accuracy.measures", f"{words} or a plate"

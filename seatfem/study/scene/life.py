@@ -238,14 +238,13 @@ source = "report, page"
         if self.contact_criterion and (contact.law.of_a_sphere is None or contact.rings > 1):
             words = "the stress below a contact is known of a law of Hertz, not in rings"
             yield "contact_criterion", f"{words}: state one, or remove the key"
-        bends = reed.traits.has_stress or reed.thin_plate is not None
         judged = self.of_bending and self.strength is not None
-        if judged and not bends:
+        if judged and reed.traits.stress == "not":
             words = f"of a body of kind {reed.kind!r} no bending stress is known"
             yield "strength", f"{words}: remove it, or use a cantilever or a plate"
         if self.seat_strength is not None and not stressed:
             yield "seat_strength", "stress in the seat is not computed: add the table [stress]"
-        if self.multiaxial and not (self.seat_strength or reed.thin_plate is not None):
+        if self.multiaxial and not self.seat_strength and reed.traits.stress != "field":
             words = f"a body of kind {reed.kind!r} has no stress of several axes"
             yield "multiaxial", f"{words}: remove it, or give seat_strength"
         if self.curves is not None:

@@ -174,8 +174,9 @@ class Scene(fields.Table):
 
     @property
     def needs_stress(self) -> bool:
-        """Return whether the reed's stress is needed, for a measure or for its life."""
-        for_life = self.life is not None and self.life.demand() is not None and self.reed.traits.has_stress
+        """Return whether each run needs the reed's stress, for a measure or, in closed form, for its life."""
+        is_cheap = self.reed.traits.stress == "closed form"
+        for_life = is_cheap and self.life is not None and self.life.demand() is not None
         return measures.any_needs_stress(self.accuracy.measures) or for_life
 
     @model_validator(mode="before")

@@ -21,7 +21,8 @@ from impact.runs.batch import ImpactBatch
 from seatfem.jobs.folders import private_folder
 from seatfem.structures import cache, rings
 from seatfem.study.impacts.bodies import problem_of, solve_body, striker_of
-from seatfem.study.impacts.contact import fallback_step, stress_of
+from seatfem.study.impacts.contact import fallback_step
+from seatfem.study.impacts.forces import known_stress
 from seatfem.study.impacts.landings import landings_of_one_contact
 from seatfem.study.plan import Plan
 from seatfem.study.runs.rounds import SEAT_FILE
@@ -145,7 +146,8 @@ def _summary(each: _Scene, batch: ImpactBatch, place: int, dt: float, needs: Col
     since = None if judged is None else judged.start
     stress = None
     if "stress" in needs:
-        stress = stress_of(each.scene.geometry, problem.striker, force, dt, np.zeros(0), since=since)
+        known = known_stress(each.scene.geometry, problem.striker, force, None, np.zeros(0), dt)
+        stress = None if known is None else known.largest(coarsely=False, since=since)
     moved = _displacement(problem.target, force, dt) if "displacement" in needs else None
     values = values_of(
         ContactRecord(force, dt, width, moved, stress, landings=landings.seat, asked=choice, stress_since=since)

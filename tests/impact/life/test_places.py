@@ -1,15 +1,14 @@
-"""The worst of several places, under one axis and several; maps of many points. All strengths are invented."""
+"""The worst of several places, under one axis and several. All strengths are invented."""
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from impact.exact.contact_stress import hertz_circular, hertz_stiffness
-from impact.life.damage import Goodman, damage, rainflow
+from impact.life.damage import Goodman
 from impact.life.multiaxial import Crossland, hertz_path
-from impact.life.places import Demand, cycle_map, judged, margin_error, margin_map
+from impact.life.places import Demand, judged, margin_error
 from impact.life.strength import LifeError, Strength, basquin
 
 INVENTED = Strength("invented for tests", ultimate=1800e6, curve=basquin(400e6, 1e7, 12.0, scatter=0.25))
@@ -81,43 +80,3 @@ def test_a_contact_of_hertz_at_its_largest_force() -> None:
     assert worst.tensor_at == deepest
     with pytest.raises(LifeError, match="under -1 N"):
         list(hertz_path(-1.0, stiffness=stiffness, modulus=modulus))
-
-
-SIZES = np.array([30.0, 100.0, 69.0, 71.0, 50.0, 120.0, 83.0, 84.1]) * 1e6
-HISTORIES = SIZES[:, None] * np.random.default_rng(7).uniform(-1, 1, (8, 300))
-HISTORIES *= (2 * SIZES / np.ptp(HISTORIES, axis=1))[:, None]
-
-
-def judged_by_goodman(cycles: object) -> float:
-    return damage(cycles, INVENTED, Goodman(1800e6))  # type: ignore[arg-type]
-
-
-def blocks(size: int) -> Iterator[np.ndarray]:
-    for first in range(0, 8, size):
-        yield HISTORIES[first : first + size]
-
-
-@pytest.mark.parametrize("size", [1, 3, 8])
-def test_points_below_a_share_of_the_hot_spot_are_skipped(size: int) -> None:
-    """Points below 0.7 x 120 = 84 MPa are skipped, however the points are cut into blocks."""
-    mapped = cycle_map(blocks(size), judged_by_goodman)
-    np.testing.assert_allclose(mapped.ranges, 2 * SIZES)
-    assert np.flatnonzero(~np.isnan(mapped.values)).tolist() == [1, 5, 7]
-    assert (mapped.skipped, mapped.share) == (5, 0.7)
-    for k in (1, 5, 7):
-        assert mapped.values[k] == judged_by_goodman(rainflow(HISTORIES[k]))
-
-
-def test_what_is_no_map() -> None:
-    with pytest.raises(LifeError, match="share = 2"):
-        cycle_map(blocks(1), judged_by_goodman, 2.0)
-    with pytest.raises(LifeError, match="no points"):
-        cycle_map([], judged_by_goodman)
-    with pytest.raises(LifeError, match="no points"):
-        margin_map([], Crossland(310e6, 500e6))
-    with pytest.raises(LifeError, match=r"not \(300,\)"):
-        cycle_map([HISTORIES[0]], judged_by_goodman)
-    spoiled = HISTORIES.copy()
-    spoiled[5, 7] = np.nan
-    with pytest.raises(LifeError, match="those of point 5"):
-        cycle_map([spoiled[:4], spoiled[4:]], judged_by_goodman)
