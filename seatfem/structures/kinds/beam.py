@@ -132,6 +132,9 @@ class Beam(Structure):
         else:
             structure.check_along(self.kind, self.span, place, key)
 
+    def place(self, at: float | None) -> float | None:
+        return self.beam().free_point if at is None else at
+
     def start_at(self, at: float | None) -> float:
         """Return the initial deflection at ``at``, in the static shape under a force at the tip or in a mode."""
         if self.release is None:

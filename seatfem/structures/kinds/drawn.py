@@ -8,7 +8,6 @@ from typing import ClassVar, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
-from impact.greens.base import GreensFunction
 from impact.notices import Progress
 from seatfem import fields
 from seatfem.machine.resources import Stopwatch
@@ -27,7 +26,7 @@ from seatfem.structures.method import (
     Solved,
     choose_level,
 )
-from seatfem.structures.patch import Column, Patch, bulky
+from seatfem.structures.patch import Column, Patch, Sizes, bulky
 from seatfem.structures.shapes import Geometry
 from seatfem.structures.shapes.selectors import Vector
 from seatfem.structures.surface_outlines import Surface, of_surface
@@ -138,6 +137,9 @@ class Drawn(elastic.Elastic):
     def level(self, error: float) -> Applicability:
         return choose_level(self.levels(), error, self.model)
 
+    def simplest(self, method: Method) -> Method:
+        return replace(method, level="spring")
+
     def stated(self, error: float = 0.0, rings: int | None = 1) -> Method:
         method, mesh = super().stated(error, rings), self.mesh
         level = "spring" if self.model == "spring" else method.level
@@ -163,13 +165,18 @@ class Drawn(elastic.Elastic):
         area, width, depth = self.struck_part()
         return Column(area, depth, width, self.material.young_across, self.material.density)
 
-    def mesh_spec(self, method: Method) -> MeshSpec:
-        """Return the mesh of a method; sizes it leaves open follow from the shortest shear wave in the band."""
+    def sizes(self, method: Method) -> Sizes:
+        """Return the element sizes; those that the method leaves open follow from the shortest shear wave in the
+        band."""
         assert method.bandwidth is not None
         per_wavelength = PER_WAVELENGTH[self.elements_of(method)]
         size = method.size or self.slowest / (per_wavelength * method.bandwidth)
-        contact = method.contact_size or 0.4 * size
-        return MeshSpec(size, contact, order=method.order, rings=method.rings or 1)
+        return Sizes(size, method.contact_size or 0.4 * size)
+
+    def mesh_spec(self, method: Method) -> MeshSpec:
+        """Return the mesh of a method."""
+        sizes = self.sizes(method)
+        return MeshSpec(sizes.size, sizes.contact_size, order=method.order, rings=method.rings or 1)
 
     def rough_sizes(self, spec: MeshSpec, level: Level) -> memory_need.Sizes:
         """Return the order of magnitude of the numbers of a mesh, without generating one."""
@@ -182,10 +189,6 @@ class Drawn(elastic.Elastic):
         geometry = self.geometry()
         volume = inspect_geometry(geometry).filled if geometry.volume is None else geometry.volume
         return volume / self.copies.get(level, 1)
-
-    def beyond(self, level: AnyLevel) -> GreensFunction | None:
-        """Return a Green's function with the leading effect that a level neglects; ``None`` if none is known."""
-        return None
 
     @property
     def form_error(self) -> float:

@@ -204,7 +204,7 @@ class Elastic(Reduced):
         return "3d"
 
     def elements_of(self, method: Method) -> Level:
-        """Return the level of a method's finite elements: "3d" for a lip in arcs, which has no equal sectors."""
+        """Return the level: "3d" for a lip in arcs, which has no equal sectors."""
         return "3d" if method.in_arcs else self.discrete(method.level)
 
     def estimate(self) -> GreensFunction | None:

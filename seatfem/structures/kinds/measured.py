@@ -203,6 +203,9 @@ file = "response.csv"
     def measured(self) -> structure.Measured | None:
         return self
 
+    def draws(self) -> tuple[base.GreensFunction, ...]:
+        return tuple(self.fit().draws)
+
     def response(self) -> FrequencyResponse:
         """Return the measured response of the contact, cached in the process.
 

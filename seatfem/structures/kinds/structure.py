@@ -5,11 +5,12 @@ As a striker it has an initial deflection, a contact face, and responses to load
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, Protocol, Self
 
 import numpy as np
 from pydantic import Field
@@ -19,13 +20,13 @@ from impact.after.histories import ReedStress
 from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunction, GreensFunctionError
 from impact.late import import_now
-from impact.notices import Progress
+from impact.notices import Progress, silent
 from seatfem.fields import Angle, Gap, KeyProblem, Length, Table, kind_of, kinds_below
 from seatfem.machine.resources import Stopwatch
 from seatfem.structures import lip, model
-from seatfem.structures.method import Applicability, Method, Solved
+from seatfem.structures.method import AnyLevel, Applicability, Method, Solved
 from seatfem.structures.outlines import BodyViews
-from seatfem.structures.patch import Column, Face, Patch
+from seatfem.structures.patch import Column, Face, Patch, Sizes
 from seatfem.units import write_quantity
 
 if TYPE_CHECKING:
@@ -81,6 +82,15 @@ class Striking(Table):
         """Return the contact face of this body."""
         return Face()
 
+    def place(self, at: float | None) -> float | None:
+        """Return the distance of its contact from the root [m], stated as ``at``; ``None`` if it has no positions."""
+        return at
+
+    def heights(self, points: Array) -> Array:
+        """Return the (n,) heights of the stress-free shape over a flat one, at points (n, 2) relative to the centre of
+        the contact [m]. Raises a `KeyProblem` for points outside the data."""
+        return np.zeros(len(points))
+
     def start_at(self, at: float | None) -> float:
         """Return the initial deflection away from the seat [m] at the distance ``at`` from the root; ``None``: at the
         contact."""
@@ -107,6 +117,26 @@ class Striking(Table):
         if (modal := body.greens.modal) is None or len(modal.omega) == 0:
             raise GreensFunctionError(f"load: a reed of kind {self.kind!r} has no modes that a load could move")
         return np.asarray(modal.shapes[:, :1])
+
+    @property
+    def states_contact(self) -> bool:
+        """Return whether it touches with a face of its own, in place of all of the struck face that it covers."""
+        return True
+
+    def covering(self) -> Self:
+        """Return the body without a stated contact face, so that it touches with all that it covers of a struck
+        face."""
+        return self
+
+    def meets(self, face: lip.AnyLip | None) -> lip.AnyLip | None:
+        """Return a face of seat or stopper as the body meets it, with a port for each of its parts; ``None`` of a body
+        that touches with one rigid face."""
+        return None
+
+    def lips(self, face: lip.AnyLip | None, behind: lip.AnyLip | None = None) -> tuple[lip.AnyLip, ...]:
+        """Return its own contact face, and those of a stopper ``behind`` and of a seat that it `meets`, in parts; none
+        of a body that touches with one rigid face."""
+        return ()
 
     @property
     def wave_speed(self) -> float | None:
@@ -320,6 +350,10 @@ class Structure(Striking):
         """Return the body if its poles are fitted to a measured response, else ``None``."""
         return None
 
+    def draws(self) -> tuple[GreensFunction, ...]:
+        """Return further fits to the record of a measured body, whose spread is the error by noise; none of others."""
+        return ()
+
     # Description of the body
 
     def files(self) -> tuple[Path, ...]:
@@ -398,6 +432,39 @@ class Structure(Striking):
     def stated(self, error: float = 0.0, rings: int | None = 1) -> Method:
         """Return the method by the keys of the table, at the `level` for this ``error``."""
         return Method(self.level(error).level, rings=rings)
+
+    def simplest(self, method: Method) -> Method:
+        """Return the method with the simplest model of the body, without waves where there is one."""
+        return method
+
+    def elements_of(self, method: Method) -> AnyLevel:
+        """Return the level of a method's finite elements; that of the method where it has none."""
+        return method.level
+
+    def sizes(self, method: Method) -> Sizes:
+        """Return the element sizes of a method [m]; zero where its keys do not determine them."""
+        return Sizes(0.0, 0.0)
+
+    def beyond(self, level: AnyLevel) -> GreensFunction | None:
+        """Return a Green's function with the leading effect that a level neglects; ``None`` if none is known."""
+        return None
+
+    def shear_error(self, at: float | None) -> float:
+        """Return the relative error of its compliance ``at`` a distance from the root [m] by shear that its theory
+        leaves out."""
+        return 0.0
+
+    @property
+    def band_limit(self) -> tuple[float, str]:
+        """Return the widest band [Hz] in which its theory holds, and in words what lies above it, with a remedy."""
+        return math.inf, ""
+
+    def in_wider_band(
+        self, greens: GreensFunction, lips: tuple[lip.AnyLip, ...], progress: Progress = silent
+    ) -> tuple[GreensFunction, float] | None:
+        """Return the Green's function of the ports of these lips with the modes of a wider band, and its ratio to that
+        of ``greens``; ``None`` where its theory allows none."""
+        return None
 
     @property
     def is_convolved(self) -> bool:

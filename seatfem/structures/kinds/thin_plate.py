@@ -154,8 +154,7 @@ class ThinPlate(motion.Moving):
 
     @property
     def band_limit(self) -> tuple[float, str]:
-        """Return the widest band [Hz] whose modes have bending waves of at least six thicknesses and are not too many,
-        and in words what lies above it, with a remedy."""
+        """Return the widest band whose modes have bending waves of at least six thicknesses and are not too many."""
         own, sheet, most = self.greens.bandwidth, self.sheet(), sheets.MOST_MODES
         by_theory = own * (SHORTEST * sheet.bending_wave(own) / self.thickness) ** 2 / sheets.CUTOFF
         by_count = own * (most - 1) / sheet.mode_count
@@ -167,14 +166,18 @@ class ThinPlate(motion.Moving):
         """Return the data that determine its modes; ``band``: in place of the key [Hz]."""
         return sheets.Sheet(self.geometry(), self.material.solid, band or self.greens.bandwidth, self.mesh.size)
 
-    def lips(self, lip: AnyLip | None, behind: AnyLip | None = None) -> tuple[AnyLip, ...]:
-        """Return the contact of its table, and the faces of a stopper ``behind`` and of a seat, ``lip``, in parts."""
-        return (self.own_lip, *(each for each in (behind, lip) if each is not None))
+    def meets(self, face: AnyLip | None) -> AnyLip | None:
+        return face
+
+    def lips(self, face: AnyLip | None, behind: AnyLip | None = None) -> tuple[AnyLip, ...]:
+        return (self.own_lip, *(each for each in (behind, face) if each is not None))
 
     @property
     def states_contact(self) -> bool:
-        """Return whether its table states the part with which it touches."""
         return self.contact_radius is not None
+
+    def covering(self) -> Self:
+        return self.model_copy(update={"contact_radius": None, "contact_width": None})
 
     def solved(
         self,
@@ -203,8 +206,6 @@ class ThinPlate(motion.Moving):
     def in_wider_band(
         self, greens: GreensFunction, lips: tuple[AnyLip, ...], progress: Progress = silent
     ) -> tuple[GreensFunction, float] | None:
-        """Return the Green's function of the ports of these lips with the modes of a wider band, and its ratio to that
-        of ``greens``; ``None`` where plate theory allows none."""
         beyond = sheets.in_wider_band(self.plate(greens), progress)
         return beyond and (beyond[0].greens(lips, self.damping_ratio), beyond[1])
 
@@ -222,11 +223,6 @@ class ThinPlate(motion.Moving):
     def spring_points(self) -> Array | None:
         """Return the default places (n, 2) of springs relative to the contact's centre [m]; ``None``: the centre."""
         return None
-
-    def heights(self, points: Array) -> Array:
-        """Return the (n,) heights of the stress-free shape over the flat plate, at points (n, 2) relative to the centre
-        of the contact [m]. Raises a `KeyProblem` for points outside the data."""
-        return np.zeros(len(points))
 
     def as_a_beam(self, greens: GreensFunction) -> Body | None:
         """Return a beam with the same motion as a simpler model of the plate; ``None`` if there is none.

@@ -38,7 +38,7 @@ class Level(Ladder):
         if level is None or self.role != "seat":
             return level
         better, seat = _better(run), run.method.seat
-        if seat.static and run.scene.seat.drawn is not None and not tells_waves(run.scene.seat, seat):
+        if seat.static and not tells_waves(run.scene.seat, seat):
             if (waves := _waves(run)) is None:
                 return None
             better = (*better, waves)
@@ -49,14 +49,14 @@ class Level(Ladder):
         """Return the method with the static compliance of a seat that is drawn, the simplest model; with waves where
         those that it would be compared with cost as much."""
         seat = known.scene.seat
-        if self.role != "seat" or seat.drawn is None or MODEL in method.given:
+        if self.role != "seat" or MODEL in method.given:
             return method
-        still = method.replaced({MODEL: "spring"})
+        still = replace(method, seat=seat.simplest(method.seat))
         return self._with_waves(seat, still) if tells_waves(seat, still.seat) else still
 
     def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod | None:
         """Return the method with waves in the seat: its half section, a sector or, along a lip, all of it."""
-        if self.role != "seat" or MODEL in method.given or not method.seat.static or scene.seat.drawn is None:
+        if self.role != "seat" or MODEL in method.given or not method.seat.static:
             return None
         return self._with_waves(scene.seat, method)
 
@@ -66,10 +66,10 @@ class Level(Ladder):
 
 def _shear(run: ComputedRun) -> Terms:
     """Return the runs with the shear deformation of beams, where it counts."""
-    reed, seat, least = run.scene.reed.slender, run.scene.seat.slender, SHEAR_SHARE * run.scene.accuracy.target
+    scene, least = run.scene, SHEAR_SHARE * run.scene.accuracy.target
     errors: dict[Role, float] = {
-        "reed": 0.0 if reed is None else reed.shear_error(run.scene.contact.at),
-        "seat": 0.0 if seat is None else seat.shear_error(None),
+        "reed": scene.reed.shear_error(scene.contact.at),
+        "seat": scene.seat.shear_error(None),
     }
     counting = (run.with_larger_g(role, error) for role, error in errors.items() if error > least)
     return tuple(term for terms in counting for term in terms or ())
@@ -85,8 +85,8 @@ def _better(run: ComputedRun) -> tuple[Variation, ...]:
     if better is None and (dynamic := method_beside(seat, method)) is not None:
         solved = solve_body("seat", seat, dynamic, run.scene.run.duration, mesh_error=False)
         better = None if solved is None else solved.greens
-    if better is None and seat.drawn is not None:
-        better = seat.drawn.beyond(method.level)
+    if better is None:
+        better = seat.beyond(method.level)
     return () if better is None else (run.with_greens("seat", better),)
 
 
@@ -143,17 +143,15 @@ def coarse_method(seat: Structure, stated: Method, patch: Patch, width: float) -
 def tells_waves(seat: Structure, method: Method) -> bool:
     """Return whether the budget of a static seat includes a run with waves: for a body of revolution in arcs, whose
     waves are cheap, as modes of half sections of a few hundred unknowns each."""
-    body = seat.drawn
-    return method.static and method.in_arcs and body is not None and body.elements_of(method) == "harmonics"
+    return method.static and method.in_arcs and seat.elements_of(method) == "harmonics"
 
 
 def method_beside(seat: Structure, method: Method) -> Method | None:
     """Return the method of a static seat's waves for the error budget: on the same mesh, with a band up to its first
     resonances; ``None`` if the seat is not static, or its waves are expensive."""
-    body = seat.drawn
-    if not tells_waves(seat, method) or body is None or (patch := body.patch()) is None:
+    if not tells_waves(seat, method) or (patch := seat.patch()) is None:
         return None
     assert method.bandwidth is not None
-    spec, band = body.mesh_spec(method), min(method.bandwidth, lowest_band(patch))
+    sizes, band = seat.sizes(method), min(method.bandwidth, lowest_band(patch))
     level = level_with_waves(seat, method)
-    return replace(method, level=level, bandwidth=band, size=spec.size, contact_size=spec.patch_size)
+    return replace(method, level=level, bandwidth=band, size=sizes.size, contact_size=sizes.contact_size)

@@ -55,8 +55,8 @@ def element_sizes(patch: Patch, stated: Method, band: float, error: float) -> Si
 
 def in_each_arc(seat: Structure, how: Method, contact_size: float) -> float:
     """Return the size of elements on the struck face that puts one in each arc of a lip that is meshed in space."""
-    body, lip = seat.elastic, how.lip
-    if body is None or lip is None or not how.in_arcs or body.elements_of(how) != "3d":
+    lip = how.lip
+    if lip is None or not how.in_arcs or seat.elements_of(how) != "3d":
         return contact_size
     return min(contact_size, PER_ARC * lip.length / lip.arcs)
 
@@ -72,22 +72,21 @@ class ElementSize(Ladder):
     def begin(self, known: Beginning, method: RunMethod) -> RunMethod:
         """Return the method with sizes for a relative error `FIRST_ERROR` of g, by wavelength and patch, and an element
         in each part of a lip."""
-        if self.key != SIZE or known.scene.seat.drawn is None or known.patch is None or not known.is_reduced:
+        seat, band = known.scene.seat, method.seat.bandwidth or 0.0
+        if self.key != SIZE or known.patch is None or not known.is_reduced or not seat.sizes(method.seat).size:
             return method
-        band = method.seat.bandwidth or 0.0
         sizes = element_sizes(known.patch, method.seat, band, FIRST_ERROR)
-        on_face = method.seat.contact_size or in_each_arc(known.scene.seat, method.seat, sizes.contact_size)
+        on_face = method.seat.contact_size or in_each_arc(seat, method.seat, sizes.contact_size)
         return method.replaced({SIZE: sizes.size, CONTACT_SIZE: on_face})
 
     def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod | None:
         """Return the method with smaller elements in the bulk and on the struck face; ``None`` where either is stated,
         as both make one error."""
         keys = {SIZE: (SIZE, CONTACT_SIZE), REED_SIZE: (REED_SIZE, REED_CONTACT_SIZE)}.get(self.key, ())
-        body, how = (scene.seat.drawn, method.seat) if self.role == "seat" else (scene.reed.drawn, method.reed)
-        if body is None or how.exact or not keys or method.given.intersection(keys):
+        body, how = (scene.seat, method.seat) if self.role == "seat" else (scene.reed, method.reed)
+        if how.exact or not keys or method.given.intersection(keys) or not (sizes := body.sizes(how)).size:
             return None
-        spec, patch = body.mesh_spec(how), body.patch()
-        sizes, band = Sizes(spec.size, spec.patch_size), how.bandwidth or 0.0
+        patch, band = body.patch(), how.bandwidth or 0.0
         if patch is None:
             finer = factor ** (1 / PATCH_ORDER)
             sizes = Sizes(sizes.size / finer, sizes.contact_size / finer)
@@ -108,12 +107,6 @@ class ElementSize(Ladder):
         return ((run.with_greens(self.role, solved.coarser, 1 / (solved.refinement - 1)),),)
 
 
-def measured_draws(run: ComputedRun) -> tuple[GreensFunction, ...]:
-    """Return further fits to the record of a measured seat, whose spread replaces the error of a reduction."""
-    measured = run.scene.seat.measured
-    return () if measured is None else tuple(measured.fit().draws)
-
-
 @dataclass(frozen=True)
 class Bandwidth(Ladder):
     """The bandwidth of a body's reduction. Its error is the change by leaving out the highest modes within it."""
@@ -132,8 +125,7 @@ class Bandwidth(Ladder):
     def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod | None:
         """Return the method with a wider band, of a plate at most its limit, and elements for its shorter waves."""
         if self.key == REED_BAND and self.key not in method.given and (value := method.value(self.key)):
-            plate = scene.reed.thin_plate
-            wider = float(min(value * factor**0.5, math.inf if plate is None else max(value, plate.band_limit[0])))
+            wider = float(min(value * factor**0.5, max(value, scene.reed.band_limit[0])))
             return method.replaced({self.key: wider}) if wider >= LEAST_WIDER * value else None
         if self.key != BAND or BAND in method.given or not (band := method.seat.bandwidth):
             return None
@@ -141,8 +133,7 @@ class Bandwidth(Ladder):
         if wider <= band:
             return None
         values: dict[str, float] = {BAND: wider}
-        patch = None if scene.seat.drawn is None else scene.seat.drawn.patch()
-        if method.seat.size and patch is not None and SIZE not in method.given:
+        if method.seat.size and SIZE not in method.given and (patch := scene.seat.patch()) is not None:
             before, after = (sizes_for(patch, each, FIRST_ERROR, method.seat.order).size for each in (band, wider))
             smaller = float(f"{method.seat.size * after / before:.2g}")
             values[SIZE] = max(smaller, method.seat.contact_size or 0.0)
@@ -165,7 +156,7 @@ class Bandwidth(Ladder):
             return ()
         if self.role == "seat":
             modal = solved.greens.modal
-            if measured_draws(run) or run.scene.seat.elastic is None or modal is None or len(modal.omega) == 0:
+            if run.method.seat.exact or modal is None or len(modal.omega) == 0:
                 return ()
             highest = float(modal.frequencies_hz.max())
             if not run.method.seat.in_arcs:
@@ -176,14 +167,15 @@ class Bandwidth(Ladder):
                 tuple(run.with_greens("seat", narrowed(modal, highest / r), 1 / (r**LIP_ORDER - 1)) for r in ratios),
                 *of_statics,
             )
-        scene = run.scene
-        struck = scene.reed.thin_plate if self.role == "reed" else scene.stopper and scene.stopper.body.elastic
-        if struck is None:
+        if self.role == "stopper":
+            others = tuple(run.with_body("stopper", other, share) for other, share in with_other_modes(body))
+            return (others,)
+        reed = run.method.reed
+        if not reed.exact or reed.bandwidth is None:  # of a reduction the tolerance has the error
             return ()
-        varied, band = (tuple(in_wider_band(run)), run.method.reed.bandwidth) if self.role == "reed" else ((), None)
-        varied = varied or tuple(with_other_modes(body, band or 0.0))
-        others = tuple(run.with_body(self.role, other, share) for other, share in varied)
-        return (others,) if others or self.role == "stopper" else None
+        varied = tuple(in_wider_band(run)) or tuple(with_other_modes(body, reed.bandwidth))
+        others = tuple(run.with_body("reed", other, share) for other, share in varied)
+        return (others,) if others else None
 
 
 @dataclass(frozen=True)
@@ -204,15 +196,15 @@ class Tolerance(Ladder):
         return method.replaced({TOLERANCE: TOLERANCES[-1 if method.seat.in_arcs else 0]})
 
     def finer(self, value: float, factor: float, scene: Scene) -> float | None:
-        """Return a stricter tolerance; a plate has all modes of its band, at any tolerance."""
-        return None if self.role == "reed" and scene.reed.thin_plate is not None else value / factor
+        """Return a stricter tolerance."""
+        return value / factor
 
     def neighbours(self, run: ComputedRun) -> Terms | None:
         """Return the run with g larger by the reduction's error; a fit to a record has its draws instead."""
         solved = run.solved(self.role)
         assert solved is not None
         error = solved.greens.error_estimate.reduction
-        if self.role == "seat" and (measured_draws(run) or (run.method.seat.in_arcs and error is not None)):
+        if self.role == "seat" and (run.scene.seat.draws() or (run.method.seat.in_arcs and error is not None)):
             return ()  # along a lip, reduced to modes, the error is that of the band
         return run.with_larger_g(self.role, error)
 
@@ -223,13 +215,13 @@ class MeasuredRecord(Ladder):
 
     def applies(self, run: ComputedRun) -> bool:
         """Return whether the seat is a fit to a record, with draws."""
-        return bool(measured_draws(run))
+        return bool(run.scene.seat.draws())
 
     def neighbours(self, run: ComputedRun) -> Terms | None:
         """Return the run on each draw, that with the residual flexibility above the band as a mode at its end, and that
         with g larger by a misfit beyond the noise."""
         fit = fit_of(run.seat.greens)
-        terms = [tuple(run.with_greens("seat", draw, OF_DRAWS) for draw in measured_draws(run))]
+        terms = [tuple(run.with_greens("seat", draw, OF_DRAWS) for draw in run.scene.seat.draws())]
         if fit.highest is not None and (ringing := _ringing_from(run.seat.greens, 2 * math.pi * fit.highest)):
             terms.append((run.with_greens("seat", ringing),))
         return (*terms, *(run.with_larger_g("seat", fit.unexplained) or ()))

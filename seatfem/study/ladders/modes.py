@@ -87,18 +87,18 @@ def in_wider_band(run: ComputedRun) -> Iterator[tuple[Body, float]]:
     Where these modes are little of what yields beyond the band (`HARDLY`), as few are felt in the middle of a disc or
     all around a ring, what is left beyond vibrates, too (`BEYOND`).
     """
-    plate, reed, own = run.scene.reed.thin_plate, run.method.reed, run.problem.striker
-    beyond = plate and plate.in_wider_band(own.greens, plate.lips(reed.lip, reed.behind), run.progress)
-    if not beyond:
+    body, reed, own = run.scene.reed, run.method.reed, run.problem.striker
+    beyond = body.in_wider_band(own.greens, body.lips(reed.lip, reed.behind), run.progress)
+    if beyond is None:
         return
     wider, ratio = beyond
-    body = striker_of(run.scene, greens=wider)
-    yield body, 1 / (1 - ratio**-2)
-    if ratio > NARROWER and (less := narrower(body, ratio / NARROWER)) is not None:
+    striker = striker_of(run.scene, greens=wider)
+    yield striker, 1 / (1 - ratio**-2)
+    if ratio > NARROWER and (less := narrower(striker, ratio / NARROWER)) is not None:
         yield less, 1 / (1 - NARROWER**-2)
-    if _residual(body) > (1 - HARDLY) * _residual(own):
+    if _residual(striker) > (1 - HARDLY) * _residual(own):
         for above, octaves in BEYOND:
-            if (ringing := ringing_on(body, above, ratio * (reed.bandwidth or 0.0), octaves)) is not None:
+            if (ringing := ringing_on(striker, above, ratio * (reed.bandwidth or 0.0), octaves)) is not None:
                 yield ringing, 1.0
 
 

@@ -122,7 +122,7 @@ def of_rings_across(run: ComputedRun) -> Terms | None:
     if many is None:
         return None
     finest = Division(arcs, most)
-    plate = _greens_along(run, lip) if scene.reed.thin_plate is not None else None
+    plate = _greens_along(run, lip)
 
     def struck(division: Division) -> ContactProblem:
         striker = problem.striker if plate is None else striker_of(scene, greens=parts_joined(plate, finest, division))
@@ -184,8 +184,7 @@ def is_one_enough(scene: Scene) -> bool:
     and no stress is asked for."""
     if any_needs_line(scene.accuracy.measures) or scene.stress is not None or scene.life is not None:
         return False
-    is_flat = scene.reed.thin_plate is not None and not scene.contact.uneven and not is_curved(scene.reed)
-    return is_flat and scene.geometry.lip(1) is not None
+    return not scene.contact.uneven and not is_curved(scene.reed) and scene.geometry.lip(1) is not None
 
 
 @dataclass(frozen=True)
@@ -228,15 +227,16 @@ def _on_a_half_space(struck: Structure, greens: base.GreensFunction, lip: AnyLip
 
 def _met_along(run: ComputedRun, seat: base.GreensFunction, lip: AnyLip | None) -> ContactProblem:
     """Return the run on another seat, which a plate meets with the parts of its lip."""
-    striker = run.problem.striker
-    if run.scene.reed.thin_plate is not None:
-        striker = striker_of(run.scene, greens=_greens_along(run, lip))
+    greens = _greens_along(run, lip)
+    striker = run.problem.striker if greens is None else striker_of(run.scene, greens=greens)
     return problem_of(run.scene, striker, impact.Body(seat), run.body("stopper"))
 
 
 def _greens_along(run: ComputedRun, lip: AnyLip | None) -> base.GreensFunction | None:
-    """Return the Green's function of the plate with the parts of a lip of the seat."""
-    reed = replace(run.method.reed, lip=run.scene.geometry.on_the_reed(lip))
+    """Return the Green's function of the striker with the parts of a lip of the seat; ``None`` of a rigid face."""
+    if (met := run.scene.geometry.on_the_reed(lip)) is None:
+        return None
+    reed = replace(run.method.reed, lip=met)
     solved = solve_body("reed", run.scene.reed, reed, run.scene.run.duration, mesh_error=False)
     return None if solved is None else solved.greens
 
@@ -323,13 +323,13 @@ def finer_stopper(scene: Scene, division: Division) -> Division | None:
     """Return the parts of a stopper that are finer than a ``division``: twice as many arcs and more rings, or the first
     of both; ``None`` where its face cannot be divided, or no further."""
     stopper = scene.stopper
-    if scene.reed.thin_plate is None or stopper is None:
+    if stopper is None:
         return None
     if division.arcs > 1:
         rings = max(division.rings, arc_rings_to_compare(division.rings)[0])
         return Division(2 * division.arcs, rings) if 2 * division.arcs * rings <= MOST_PORTS else None
     try:
-        face = scene.geometry.struck(body=stopper.body)
+        face = scene.reed.meets(scene.geometry.struck(body=stopper.body))
     except ModelError:
         return None
     return None if face is None else Division(face.whole(FEWEST_ARCS), max(ACROSS[1], division.rings))
@@ -360,25 +360,27 @@ def _stopped_by(run: ComputedRun, division: Division, greens: base.GreensFunctio
     assert body is not None
     assert scene.stopper is not None
     scene = scene.model_copy(update={"stopper": scene.stopper.divided(division)})
-    if scene.reed.thin_plate is not None and (lip := scene.geometry.behind_the_reed()) is not None:
+    if (lip := scene.geometry.behind_the_reed()) is not None:
         striker = _met_behind(run, lip)
     return problem_of(scene, striker, run.problem.target, replace(body, greens=greens))
 
 
 def _on_its_own_face(run: ComputedRun) -> Sequence[Variation]:
     """Return the run in which a plate whose table states its contact meets the stopper with the stopper's face."""
-    scene, plate = run.scene, run.scene.reed.thin_plate
-    if plate is None or not plate.states_contact or scene.geometry.stopper_lip() is not None:
+    scene = run.scene
+    if not scene.reed.states_contact or scene.geometry.stopper_lip() is not None:
         return ()
-    geometry = replace(scene.geometry, reed=plate.model_copy(update={"contact_radius": None, "contact_width": None}))
     try:
-        striker = _met_behind(run, geometry.behind_the_reed())
+        behind = replace(scene.geometry, reed=scene.reed.covering()).behind_the_reed()
     except SceneError:  # a broad face, for which the contact is stated
         return ()
+    if behind is None:
+        return ()
+    striker = _met_behind(run, behind)
     return (Variation(problem_of(scene, striker, run.problem.target, run.body("stopper"))),)
 
 
-def _met_behind(run: ComputedRun, behind: AnyLip | None) -> impact.Body:
+def _met_behind(run: ComputedRun, behind: AnyLip) -> impact.Body:
     """Return the plate that meets its stopper ``behind``, a face in parts."""
     how = replace(run.method.reed, behind=behind)
     reed = solve_body("reed", run.scene.reed, how, run.scene.run.duration, mesh_error=False)

@@ -139,13 +139,13 @@ def with_measured_errors(done: Round) -> Plan:
 def _out_of_reach(done: Round) -> Mapping[str, str]:
     """Return the bands that no round can widen, with limit and remedy in words: the number of modes of a seat in
     segments grows at most with the cube of its band."""
-    plan, method, plate = done.plan, done.plan.method, done.plan.scene.reed.thin_plate
-    refused, how, modal, body = dict[str, str](), method.seat, done.seat.greens.modal, plan.scene.seat.elastic
-    in_space = body is not None and how.in_arcs and body.elements_of(how) == "3d"
+    plan, scene, how, modal = done.plan, done.plan.scene, done.plan.method.seat, done.seat.greens.modal
+    refused, (widest, beyond) = dict[str, str](), scene.reed.band_limit
+    in_space = how.in_arcs and scene.seat.elements_of(how) == "3d"
     if in_space and how.bandwidth and modal is not None and len(modal.omega) * LEAST_WIDER**3 > MOST_MODES:
         refused[BAND] = too_many_modes(how.bandwidth)
-    if plate is not None and (band := method.reed.bandwidth) and band * LEAST_WIDER > plate.band_limit[0]:
-        refused[REED_BAND] = f"above {described(REED_BAND, band)} {plate.band_limit[1]}"
+    if (band := plan.method.reed.bandwidth) and band * LEAST_WIDER > widest:
+        refused[REED_BAND] = f"above {described(REED_BAND, band)} {beyond}"
     return {key: why for key, why in refused.items() if plan.is_open(key)}
 
 
@@ -390,15 +390,12 @@ def _solving_ratio(body: Structure, before: Method, after: Method) -> float:
     """Return the work of solving a body by one method over that by another: its unknowns times its band, and for Krylov
     vectors times its ports; the modes of a body in arcs do not depend on these."""
     band = ratio_of(after.bandwidth, before.bandwidth)
-    if body.elastic is None:
-        return band
     if not after.in_arcs:
         band *= after.division.count / before.division.count
-    dimensions = 3 if body.elastic.elements_of(before) in ("3d", "sector") else 2
-    old, new = ((how.size, how.contact_size) for how in (before, after))
-    if body.drawn is not None and before.bandwidth and after.bandwidth:
-        old, new = ((spec.size, spec.contact_size) for spec in (body.drawn.mesh_spec(how) for how in (before, after)))
-    return max(ratio_of(old[0], new[0]) ** dimensions, ratio_of(old[1], new[1]) ** (dimensions - 1)) * band
+    dimensions = 3 if body.elements_of(before) in ("3d", "sector") else 2
+    old, new = body.sizes(before), body.sizes(after)
+    finer = ratio_of(old.size, new.size) ** dimensions, ratio_of(old.contact_size, new.contact_size) ** (dimensions - 1)
+    return max(finer) * band
 
 
 def ratio_of(one: float | None, other: float | None) -> float:
