@@ -105,7 +105,7 @@ def test_the_surrogate_stands_for_a_coarse_seat_that_cannot_be_made(monkeypatch:
     spring = impact.spring(stiffness=1 / scene.seat.patch().compliance)
     problem = problem_of(scene, striker_of(scene), impact.Body(spring))
     method = stated_method(scene).replaced({"seat.model": "spring"})
-    variation = level._waves(ComputedRun(scene, method, Solved(spring), problem))
+    (variation,) = level._waves(ComputedRun(scene, method, Solved(spring), problem))
     assert variation.weight == DOUBT
     np.testing.assert_array_equal(variation.problem.target.greens.modal.omega, estimate.omega)
 

@@ -39,9 +39,7 @@ class Level(Ladder):
             return level
         better, seat = _better(run), run.method.seat
         if seat.static and not tells_waves(run.scene.seat, seat):
-            if (waves := _waves(run)) is None:
-                return None
-            better = (*better, waves)
+            better = (*better, *_waves(run))
         terms = (*level, *_shear(run))
         return (*terms, better) if better else terms
 
@@ -90,15 +88,15 @@ def _better(run: ComputedRun) -> tuple[Variation, ...]:
     return () if better is None else (run.with_greens("seat", better),)
 
 
-def _waves(run: ComputedRun) -> Variation | None:
+def _waves(run: ComputedRun) -> tuple[Variation, ...]:
     """Return the run on a seat with waves against the same without them: the seat is solved on a coarse mesh and struck
     as a whole, along a lip with a half-space under its parts, which leaves out what a tilted landing excites besides,
-    so that it counts `DOUBT` times; where that is impossible, it is estimated. ``None`` where its struck face is not
+    so that it counts `DOUBT` times; where that is impossible, it is estimated. None where its struck face is not
     known."""
     scene, lip = run.scene, run.method.seat.lip
     patch, estimate = scene.seat.patch(), scene.seat.estimate()
     if patch is None or estimate is None:
-        return None
+        return ()
     method = coarse_method(scene.seat, run.method.seat, patch, scene.run.filter_width)
     try:
         solved = solve_body("seat", scene.seat, method, scene.run.duration, mesh_error=False)
@@ -112,7 +110,7 @@ def _waves(run: ComputedRun) -> Variation | None:
     else:
         static = impact.spring(stiffness=1 / face_compliance(waves))
     one, other = (run.with_greens("seat", greens).problem for greens in (waves, static))
-    return Variation(one, doubt, other)
+    return (Variation(one, doubt, other),)
 
 
 def level_with_waves(seat: Structure, how: Method) -> AnyLevel:
