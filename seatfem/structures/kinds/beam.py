@@ -20,6 +20,7 @@ from seatfem.structures.kinds import parts, structure
 from seatfem.structures.kinds.motion import AnyPointForce, AnyPressure
 from seatfem.structures.kinds.structure import Structure, Traits
 from seatfem.structures.patch import Face
+from seatfem.units import write_quantity
 
 STIFFENING: Final = 36 / 35  # extra force of a cantilever's elastica under a tip force, over (deflection/length)^2
 DEFLECTED: Final = 0.1  # largest deflection over length; the extra force is less than 1 % there
@@ -131,6 +132,15 @@ class Beam(Structure):
             super().check_place(place, key)
         else:
             structure.check_along(self.kind, self.span, place, key)
+
+    def contact_problems(self, at: float | None, seat: Structure) -> fields.Contradictions:
+        structure.check_along(self.kind, self.span, at, "contact.at")
+        if (ring := seat.lip_face.ring) is None or at is None:
+            return
+        if at < (outer := ring[0] + ring[1] / 2) * (1 - 1e-9):
+            words = f"the lip's middle is {write_quantity(at, 'length')} from the clamp, and the lip reaches"
+            reaches = f"{words} {write_quantity(outer, 'length', 4)} from its middle, behind the clamp"
+            yield "contact.at", f"{reaches}; make contact.at at least that, or the lip smaller"
 
     def place(self, at: float | None) -> float | None:
         return self.beam().free_point if at is None else at

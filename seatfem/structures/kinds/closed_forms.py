@@ -176,7 +176,8 @@ damping_ratio = 0.02
     def wave_speed(self) -> float | None:
         return None if self.far_end != "endless" or self.damping_ratio else math.sqrt(self.young / self.density)
 
-    def check_gauge(self, at: float, key: str) -> None:
+    def check_gauge(self, at: float, table: str, role: str) -> None:
+        key = f"{table}.at"
         if self.damping_ratio and self.far_end != "fixed":
             raise KeyProblem(key, "strain is known along rods without damping, and fixed ones; remove damping_ratio")
         if self.far_end != "endless":

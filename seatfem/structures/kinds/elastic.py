@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 
 from impact.greens.base import GreensFunction
 from impact.notices import Progress
-from seatfem.fields import DampingRatio, KeyProblem, default
+from seatfem.fields import Contradictions, DampingRatio, KeyProblem, default
 from seatfem.structures import lands
 from seatfem.structures.errors import ModelError
 from seatfem.structures.inspection.cad import listed
@@ -19,10 +19,10 @@ from seatfem.structures.method import AUTO, AnyLevel, Applicability, Level, Meth
 from seatfem.structures.method import memory as forgotten_after
 from seatfem.structures.patch import rod_behind
 from seatfem.structures.reduction import greens as reduced_greens
+from seatfem.units import write_quantity
 
 if TYPE_CHECKING:
     from seatfem.structures.finite_elements import AnyMesh
-    from seatfem.structures.inspection.mesh_file import Part
     from seatfem.structures.lands import Land
     from seatfem.structures.lip import AnyLip
     from seatfem.structures.materials import Material, Orthotropic
@@ -96,6 +96,9 @@ class Elastic(Reduced):
     def elastic(self) -> Elastic | None:
         return self
 
+    def stated(self, error: float = 0.0, rings: int | None = 1) -> Method:
+        return super().stated(error, rings or 1)
+
     @property
     def clamped(self) -> bool:
         """Return whether some face is clamped."""
@@ -116,11 +119,6 @@ class Elastic(Reduced):
     def bedded(self) -> tuple[str, ...]:
         """Return the names of the faces that supports hold."""
         return tuple(support.on for support in self.supports if support.holds)
-
-    @property
-    def struck_face(self) -> str:
-        """Return the name of the face that is struck."""
-        return "contact"
 
     @property
     def struck_arc(self) -> float | None:
@@ -153,6 +151,18 @@ class Elastic(Reduced):
 
     def region(self, arcs: int = 1, rings: int = 1) -> AnyLip | None:
         return lands.face_lip(self.land(), arcs, rings) if self.has_faces else None
+
+    def covered_problems(self, width: float | None) -> Contradictions:
+        if not self.has_faces and self.region() is None:
+            words = f"required key is missing: a seat of kind {self.kind!r}, as it is given here, has no flat ring or"
+            yield "reed.contact_radius", f"{words} disc that the reed could meet all over"
+        elif width is not None:
+            words = f"{write_quantity(width, 'length')} has no effect without reed.contact_radius: the reed meets the"
+            remedy = "add reed.contact_radius, the ring's mean radius, or remove it"
+            yield "reed.contact_width", f"{words} whole struck face; {remedy}"
+
+    def field_problems(self) -> Iterator[str]:
+        yield from ()
 
     @property
     def copies(self) -> Mapping[AnyLevel, int]:
@@ -193,10 +203,6 @@ class Elastic(Reduced):
 
     def meshes(self, method: Method, progress: Progress) -> tuple[AnyMesh, AnyMesh | None]:
         """Return the mesh of a method, and one coarser by `COARSENING` where the body is drawn."""
-        raise NotImplementedError
-
-    def part(self) -> Part:
-        """Return its faces for pictures and lists."""
         raise NotImplementedError
 
     def discrete(self, level: AnyLevel) -> Level:

@@ -21,9 +21,10 @@ from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunction, GreensFunctionError
 from impact.late import import_now
 from impact.notices import Progress, silent
-from seatfem.fields import Angle, Gap, KeyProblem, Length, Table, kind_of, kinds_below
+from seatfem.fields import Angle, Contradictions, Gap, KeyProblem, Length, Table, kind_of, kinds_below
 from seatfem.machine.resources import Stopwatch
 from seatfem.structures import lip, model
+from seatfem.structures.errors import GeometryError
 from seatfem.structures.method import AnyLevel, Applicability, Method, Solved
 from seatfem.structures.outlines import BodyViews
 from seatfem.structures.patch import Column, Face, Patch, Sizes
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from impact.measured.frf import FrequencyResponse
     from impact.measured.pole_fit import PoleFit
     from seatfem.structures.inspection.cad import Shape
+    from seatfem.structures.inspection.mesh_file import Part
     from seatfem.structures.kinds.beam import Beam
     from seatfem.structures.kinds.drawn import Drawn
     from seatfem.structures.kinds.elastic import Elastic
@@ -107,6 +109,15 @@ class Striking(Table):
             )
         check_along(self.kind, None, place, key)
 
+    def contact_problems(self, at: float | None, seat: Structure) -> Contradictions:
+        """Yield keys to change, and why, if it cannot touch a ``seat`` at the distance ``at`` from the root [m]."""
+        check_along(self.kind, None, at, "contact.at")
+        yield from ()
+
+    def parts_problems(self, key: str) -> Contradictions:
+        """Yield a ``key`` that shifts, tilts or divides its contact, and why it cannot have that."""
+        yield key, f"a body of kind {self.kind!r} touches with one rigid face; remove the key, or take a plate"
+
     def pushed_at(self, body: Body, place: float | Array | None, by: Push = "force") -> Array:
         """Return the (M, n) modal forces of unit forces on ``body`` [1/sqrt(kg)]: one at a distance from the root [m],
         or those at points (n, 2) relative to the centre of the contact [m]; ``None``: at the contact, or at the default
@@ -143,11 +154,11 @@ class Striking(Table):
         """Return the speed [m/s] of incoming waves towards the struck end; ``None`` if the body admits none."""
         return None
 
-    def check_gauge(self, at: float, key: str) -> None:
-        """Raise a `KeyProblem` of ``key`` unless the strain is known at the distance ``at`` [m]."""
-        raise KeyProblem(
-            key, f"of a {self.kind.replace('_', ' ')} no strain is known at places; take a rod or a cantilever"
-        )
+    def check_gauge(self, at: float, table: str, role: str) -> None:
+        """Raise a `KeyProblem` of a key of the ``table`` unless its strain in this ``role`` is known at the distance
+        ``at`` [m]."""
+        words = f"of a {self.kind.replace('_', ' ')} no strain is known at places; take a rod or a cantilever"
+        raise KeyProblem(f"{table}.at", words)
 
     def strain_at(self, place: float, force: Array, dt: float, body: Body, at: At = None) -> Array:
         """Return the strain (n + 1,) at a place [m], > 0 in tension, under contact forces as in `stress`; of a seat or
@@ -364,6 +375,15 @@ class Structure(Striking):
         """Yield the problems found on opening its files."""
         return iter(())
 
+    @property
+    def struck_face(self) -> str:
+        """Return the name of the face that is struck."""
+        return "contact"
+
+    def part(self) -> Part:
+        """Return its faces for pictures and lists. Raises `GeometryError` if it has none."""
+        raise GeometryError(f"seat.kind = {self.kind!r} has no faces; take a cad, mesh or drawn seat")
+
     def surface(self) -> Shape | None:
         """Return the surface of a body from a file; ``None`` for others."""
         return None
@@ -512,6 +532,22 @@ class Structure(Striking):
     def system_of_equations(self) -> model.SecondOrderModel | None:
         """Return the matrices in its files; ``None`` if it has no matrices."""
         return None
+
+    def stress_problems(self, asked: str, *, tensors: bool = False) -> Iterator[str]:
+        """Yield why what is ``asked`` of its stress as a striker, or of its stress ``tensors``, is not known."""
+        if tensors or not self.traits.has_stress:
+            known, others = ("stress tensors are", "a plate") if tensors else ("stress is", "a cantilever or a plate")
+            words = f"{asked} is asked of a body of kind {self.kind!r}, whose {known} not known"
+            yield f"{words}: remove it, or use {others}"
+
+    def field_problems(self) -> Iterator[str]:
+        """Yield why its stress as a struck body cannot be computed."""
+        yield f"a seat of kind {self.kind!r} has no finite elements; remove the table"
+
+    def covered_problems(self, width: float | None) -> Contradictions:
+        """Yield keys of a plate to change, and why, where it is to touch this body with all that it covers; ``width``:
+        stated of its contact [m]."""
+        yield from ()
 
     def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: At = None) -> Body:
         """Return the body with the motion that the table states.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import ClassVar, Final, Self
 
@@ -11,7 +12,7 @@ from pydantic import Field, model_validator
 from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunction
 from impact.notices import Advice, Progress, silent
-from seatfem.fields import DampingRatio, Frequency, KeyProblem, Length, Table, default, of_same_names
+from seatfem.fields import Contradictions, DampingRatio, Frequency, KeyProblem, Length, Table, default, of_same_names
 from seatfem.machine.resources import Stopwatch
 from seatfem.structures import sheets
 from seatfem.structures.kinds import motion, selectors, structure
@@ -230,6 +231,17 @@ class ThinPlate(motion.Moving):
         ``greens``: Green's function of the plate.
         """
         return None
+
+    def contact_problems(self, at: float | None, seat: structure.Structure) -> Contradictions:
+        yield from super().contact_problems(at, seat)
+        if not self.states_contact:
+            yield from seat.covered_problems(self.contact_width)
+
+    def parts_problems(self, key: str) -> Contradictions:
+        yield from ()
+
+    def stress_problems(self, asked: str, *, tensors: bool = False) -> Iterator[str]:
+        yield from ()
 
     def check_place(self, place: float | Array | None, key: str) -> None:
         """Check a distance; points are checked later, on the mesh."""

@@ -14,7 +14,6 @@ from seatfem.structures.inspection import cad, mesh_file
 from seatfem.structures.kinds.structure import Finding, Structure
 from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.structures.lip import Lip
-from seatfem.structures.shapes import GeometryError
 from seatfem.structures.shapes.loops import distances
 from seatfem.study.scene import lips, load, models
 from seatfem.study.scene.problems import Problem, SceneError
@@ -125,9 +124,9 @@ def _not_flat(stopper: Structure) -> Iterator[Finding]:
 
     The limit is that of lands: a reed passes the rise of a face of 10 mm, 10 um, at 1 m/s within a landing, some 10 us.
     """
-    if (shape := stopper.surface()) is None or stopper.elastic is None:
+    if (shape := stopper.surface()) is None:
         return
-    rise, size = (1e3 * each for each in shape.rise(stopper.elastic.struck_face))
+    rise, size = (1e3 * each for each in shape.rise(stopper.struck_face))
     if rise > lands.FLAT * size:
         yield (
             ("stopper", "contact"),
@@ -158,7 +157,4 @@ def _of_lip(geometry: lips.ContactGeometry, body: Structure, table: str, key: st
 
 def part_of_scene(path: Path) -> mesh_file.Part:
     """Return the faces of a scene's seat. Raises `GeometryError` if it has none, or `SceneError`."""
-    seat = load.load_scene(path).seat
-    if seat.elastic is None:
-        raise GeometryError(f"{path}: seat.kind = {seat.kind!r} has no faces; take a cad, mesh or drawn seat")
-    return seat.elastic.part()
+    return load.load_scene(path).seat.part()

@@ -77,7 +77,7 @@ def varied(geometry: ContactGeometry, name: str, value: float) -> ContactGeometr
     reed, contact, stopper = geometry.reed, geometry.contact, geometry.stopper
     if name == "tilt":
         one = (contact.ports or geometry.usual_ports) == 1
-        if geometry.seat.lip_face.no_lip or reed.thin_plate is None or one:
+        if geometry.seat.lip_face.no_lip or one:
             raise fields.KeyProblem(
                 "tilt", "contact is not along a lip: state contact.ports, 16 or more, or contact.tilt"
             )
@@ -237,16 +237,13 @@ source = "report, page"
         if self.contact_criterion and (contact.law.of_a_sphere is None or contact.rings > 1):
             words = "the stress below a contact is known of a law of Hertz, not in rings"
             yield "contact_criterion", f"{words}: state one, or remove the key"
-        bends = reed.traits.has_stress or reed.thin_plate is not None
-        judged = self.of_bending and self.strength is not None
-        if judged and not bends:
-            words = f"of a body of kind {reed.kind!r} no bending stress is known"
-            yield "strength", f"{words}: remove it, or use a cantilever or a plate"
+        if self.of_bending and self.strength is not None:
+            yield from (("strength", words) for words in reed.stress_problems("a life"))
         if self.seat_strength is not None and not stressed:
             yield "seat_strength", "stress in the seat is not computed: add the table [stress]"
-        if self.multiaxial and not (self.seat_strength or reed.thin_plate is not None):
-            words = f"a body of kind {reed.kind!r} has no stress of several axes"
-            yield "multiaxial", f"{words}: remove it, or give seat_strength"
+        if self.multiaxial and not self.seat_strength:
+            asked = reed.stress_problems("a criterion of several axes", tensors=True)
+            yield from (("multiaxial", f"{words}, or give seat_strength") for words in asked)
         if self.curves is not None:
             yield from fields.within("curves", self.curves.check(geometry))
         if self.block == "last cycle":
