@@ -18,7 +18,6 @@ from seatfem.structures.rings import OF_ONE, Division, as_a_whole
 from seatfem.study.impacts.bodies import problem_of, stopper_of
 from seatfem.study.impacts.contact import record_of, run_contacts
 from seatfem.study.impacts.layout import layout_of
-from seatfem.study.impacts.validity import beside_notes
 from seatfem.study.method import stated_method
 from tests.as_stated import seat_of, solved_striker, striker_of
 from tests.gallery import Gallery, load_text, read_summary
@@ -113,13 +112,13 @@ def test_a_face_that_is_no_land_asks_for_the_contact(tmp_path: Path, seat: str, 
 def test_a_ring_over_open_ports_is_noted(tmp_path: Path) -> None:
     """Midway between two ports 14 % of it meets a land; about the struck port all of it does."""
     between, ring = PORTS.replace("struck = 1\n", ""), FLAPPER + RING + IN_MODE
-    (note,) = beside_notes(scene_of(tmp_path, between, ring).geometry)
+    (note,) = scene_of(tmp_path, between, ring).geometry.cover_notes()
     assert re.fullmatch(
         r"reed\.contact_radius = 4\.5 mm: in plan 1[3-5] % of this ring .* remove contact_radius.*", note
     )
-    assert beside_notes(scene_of(tmp_path, PORTS, ring).geometry) == ()
+    assert scene_of(tmp_path, PORTS, ring).geometry.cover_notes() == ()
     in_parts = "[contact]\nports = 16\n"  # which the reed meets in place of its own ring
-    assert beside_notes(scene_of(tmp_path, PORTS, ring.replace("4.5", "2"), in_parts).geometry) == ()
+    assert scene_of(tmp_path, PORTS, ring.replace("4.5", "2"), in_parts).geometry.cover_notes() == ()
 
 
 def test_a_width_without_a_radius_is_refused_where_the_reed_meets_the_whole_face(tmp_path: Path) -> None:

@@ -18,9 +18,8 @@ def notes(by_step: float | None, *, judged: tuple[str, ...] = ("peak",)) -> tupl
     """Return the notes of a round whose 64 N err by ``by_step`` [N] by the step, and miss the target by the model."""
     parts = {} if by_step is None else {"time_step": {"peak": by_step}}
     plan = SimpleNamespace(
-        scene=SimpleNamespace(
-            accuracy=SimpleNamespace(target=TARGET), stopper=None, reed=SimpleNamespace(slender=None)
-        ),
+        scene=SimpleNamespace(accuracy=SimpleNamespace(target=TARGET), stopper=None),
+        method=SimpleNamespace(reed=SimpleNamespace(n_modes=None)),
         is_given=lambda key: False,
     )
     budget = Budget({"peak": 64.0}, {**parts, "model": {"peak": 20.0}})

@@ -109,6 +109,9 @@ class PlateRelease(Table):
     more than 5 % of its square, integrated over the mass (for a velocity: of its kinetic energy), is outside the modes.
     """
 
+    where: ClassVar[str] = " at the contact"
+    """Place of the deflection, in drawings."""
+
     mode: int = Field(1, strict=True, ge=1, description="number of the mode, with velocity")
     velocity: Approach | None = Field(
         None, description='at the paddle\'s centre; towards the seat it is negative, as in "-2 m/s"'
@@ -273,6 +276,9 @@ class ClampedPlate(thin_plate.ThinPlate):
                 f"{units.write_quantity(most, 'length')}",
             )
         return self
+
+    def place(self, at: float | None) -> float | None:
+        return self.geometry().centre[0]
 
     def start_at(self, at: float | None) -> float:
         if self.release is not None:

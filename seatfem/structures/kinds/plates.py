@@ -51,8 +51,11 @@ class FreePlate(ThinPlate):
             )
         return None
 
+    def pushed_at(self, body: Body, place: float | Array | None, by: structure.Push = "force") -> Array:
+        return super().pushed_at(body, self.spring_points if by == "springs" and place is None else place, by)
+
     @property
-    def spring_points(self) -> Array | None:
+    def spring_points(self) -> Array:
         """Return points on the mean circle, so that the springs resist tumbling."""
         turns = 2 * np.pi * np.arange(EVENLY) / EVENLY
         return np.asarray(sum(self.geometry().room) / 2 * np.column_stack([np.cos(turns), np.sin(turns)]))

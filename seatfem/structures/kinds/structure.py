@@ -20,7 +20,7 @@ from impact.after.histories import ReedStress
 from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunction, GreensFunctionError
 from impact.late import import_now
-from impact.notices import Progress, silent
+from impact.notices import Advice, Progress, silent
 from seatfem.fields import Angle, Contradictions, Gap, KeyProblem, Length, Table, kind_of, kinds_below
 from seatfem.machine.resources import Stopwatch
 from seatfem.structures import lip, model
@@ -35,11 +35,13 @@ if TYPE_CHECKING:
     from impact.measured.pole_fit import PoleFit
     from seatfem.structures.inspection.cad import Shape
     from seatfem.structures.inspection.mesh_file import Part
-    from seatfem.structures.kinds.beam import Beam
     from seatfem.structures.kinds.drawn import Drawn
     from seatfem.structures.kinds.elastic import Elastic
     from seatfem.structures.kinds.thin_plate import ThinPlate
 
+LEAST_COVER: Final = 0.1
+"""`Striking.least_cover` of a beam or plate: a beam with its tip over the middle of a lip covers a half or a third; one
+that covers less than a tenth of a ring is not over the port."""
 NO_RING: Final = (
     "as it is given here, is not struck on a flat ring; remove the key, or take one that is, such as annular"
 )
@@ -79,6 +81,9 @@ class Striking(Table):
 
     kind: str
 
+    least_cover: ClassVar[float] = 0.0
+    """Least share of a struck face that must lie under a rigid face of it; 0 of solids, which strike with theirs."""
+
     @property
     def face(self) -> Face:
         """Return the contact face of this body."""
@@ -98,6 +103,20 @@ class Striking(Table):
         contact."""
         return 0.0
 
+    def start_shape(self) -> Array:
+        """Return the (n, 2) distances from the root and initial deflections [m] that are drawn; none if unknown."""
+        return np.zeros((0, 2))
+
+    @property
+    def spring_points(self) -> Array:
+        """Return the default places (n, 2) of springs relative to the contact's centre [m]."""
+        return np.zeros((1, 2))
+
+    def as_a_beam(self, greens: GreensFunction) -> Body | None:
+        """Return a beam with the same motion as a simpler model of a plate with this Green's function; ``None`` if
+        there is none."""
+        return None
+
     def check_place(self, place: float | Array | None, key: str) -> None:
         """Raise a `KeyProblem` of ``key`` unless a force can act at a place: a distance from the root [m], or points
         (n, 2) relative to the centre of the contact [m]."""
@@ -108,6 +127,23 @@ class Striking(Table):
                 "flapper, sheet, disc or ring_plate",
             )
         check_along(self.kind, None, place, key)
+
+    def cover_notes(self, seat: Structure, at: float | None, offset: tuple[float, float], arcs: int) -> tuple[str, ...]:
+        """Return notes if too little of the seat's face and its own lie on each other, for a contact ``at`` a distance
+        from the root [m], with an ``offset`` [m], in so many arcs."""
+        return ()
+
+    def limits(self) -> tuple[Advice, ...]:
+        """Return advice if its table exceeds the limits of its theory."""
+        return ()
+
+    def assumed(self) -> tuple[str, ...]:
+        """Return the defaults of its table that a user may not expect, as text "reed.KEY = VALUE"."""
+        return ()
+
+    def too_thick(self) -> str:
+        """Return the reason why its theory does not hold at all, and the remedy; "" if it does."""
+        return ""
 
     def contact_problems(self, at: float | None, seat: Structure) -> Contradictions:
         """Yield keys to change, and why, if it cannot touch a ``seat`` at the distance ``at`` from the root [m]."""
@@ -339,11 +375,6 @@ class Structure(Striking):
     @property
     def thin_plate(self) -> ThinPlate | None:
         """Return the body if it is a plate, which bends differently at each arc of a lip, else ``None``."""
-        return None
-
-    @property
-    def slender(self) -> Beam | None:
-        """Return the body if it is a beam in closed form, else ``None``."""
         return None
 
     @property

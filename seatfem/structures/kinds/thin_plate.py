@@ -12,19 +12,22 @@ from pydantic import Field, model_validator
 from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunction
 from impact.notices import Advice, Progress, silent
+from impact.quantities import percent
 from seatfem.fields import Contradictions, DampingRatio, Frequency, KeyProblem, Length, Table, default, of_same_names
 from seatfem.machine.resources import Stopwatch
 from seatfem.structures import sheets
+from seatfem.structures.errors import ModelError
 from seatfem.structures.kinds import motion, selectors, structure
 from seatfem.structures.kinds.parts import Material
 from seatfem.structures.lip import AnyLip, Lip, Patch
 from seatfem.structures.method import Applicability, Method, Solved
-from seatfem.structures.outlines import BodyViews, arc, of_sheet
+from seatfem.structures.outlines import BodyViews, arc, covered_share, of_sheet
 from seatfem.structures.patch import Face
 from seatfem.structures.shapes import Flat
 from seatfem.units import write_quantity
 
 SHORTEST: Final = 1 / 6  # largest ratio of thickness to bending wavelength for which plate theory holds
+HALF: Final = 0.5  # share of the stated disc or ring on the struck face below which it lies beside it
 ROUND_OFF: Final = 1e-9  # relative tolerance for a contact that extends to the edge of the plate
 
 
@@ -54,6 +57,7 @@ class ThinPlate(motion.Moving):
     _beside_greens: ClassVar[frozenset[str]] = frozenset({"velocity", "release", "deflection", "force"})
     shape: ClassVar[type[Flat]]
     """Class of the outline; its fields are keys of the table."""
+    least_cover: ClassVar[float] = structure.LEAST_COVER
     about: ClassVar[str] = "the plate's centre"
     """Name of the point on which its contact is centred."""
 
@@ -220,17 +224,27 @@ class ThinPlate(motion.Moving):
         about = {"seat_model": f"Mindlin plate, {len(modes.omega)} modes", "seat_dof": model.size}
         return Solved(solved.greens, model=model, modes=modes, about=about)
 
-    @property
-    def spring_points(self) -> Array | None:
-        """Return the default places (n, 2) of springs relative to the contact's centre [m]; ``None``: the centre."""
-        return None
-
-    def as_a_beam(self, greens: GreensFunction) -> Body | None:
-        """Return a beam with the same motion as a simpler model of the plate; ``None`` if there is none.
-
-        ``greens``: Green's function of the plate.
-        """
-        return None
+    def cover_notes(
+        self, seat: structure.Structure, at: float | None, offset: tuple[float, float], arcs: int
+    ) -> tuple[str, ...]:
+        """Return a note if less than `HALF` of the disc or ring with which the plate is stated to touch lies on the
+        struck face, as over an open port: what is stated counts."""
+        if not self.states_contact or arcs > 1:
+            return ()
+        try:
+            over, face = self.views(at, coarse=True).turned_over(), seat.views(coarse=True)
+        except ModelError:  # a partner without a face
+            return ()
+        x, y = offset
+        share = covered_share(over, replace(face, plan=face.contact), (-x, -y)) if face.contact else None
+        if share is None or share >= HALF:
+            return ()
+        stated = f"reed.contact_radius = {write_quantity(self.radius, 'length', 3)}"
+        return (
+            f"{stated}: in plan {percent(share)} of this {'disc' if self.width is None else 'ring'} lies on the seat's "
+            "struck face, the rest over a port or beside it; remove contact_radius and contact_width, so that the reed "
+            "meets the face as far as it covers it, or change the contact's place and radius",
+        )
 
     def contact_problems(self, at: float | None, seat: structure.Structure) -> Contradictions:
         yield from super().contact_problems(at, seat)
@@ -249,8 +263,6 @@ class ThinPlate(motion.Moving):
             super().check_place(place, key)
 
     def pushed_at(self, body: Body, place: float | Array | None, by: structure.Push = "force") -> Array:
-        if by == "springs" and place is None:
-            place = self.spring_points
         if not isinstance(place, np.ndarray):
             return super().pushed_at(body, place, by)
         plate = self.plate(body.greens)

@@ -23,8 +23,6 @@ from seatfem.study.scene.gas import CompressorGas
 from seatfem.study.scene.lips import COVERED
 from seatfem.units import write_quantity
 
-START_POINTS: Final = 60
-"""Points at which the reed's initial shape is drawn."""
 SAMPLES: Final = 1024  # instants of the run from which the range of a load is taken
 SHOWN_ARCS: Final = 400
 """Most arcs whose borders are drawn."""
@@ -41,8 +39,6 @@ def layout_of(scene: Scene, division: Division | None = None) -> Layout:
     """
     contact, reed, stopper = scene.contact, scene.reed, scene.stopper
     at = scene.geometry.own_place
-    shape = None if reed.thin_plate is None else reed.thin_plate.geometry()
-    root = shape.centre[0] if shape is not None and shape.is_clamped else at  # distance from the contact's middle
     seen = reed.views(at).turned_over()
     thickness = max((float(loop[:, 1].max()) for loop in seen.section), default=0.0)
     stated = division or Division(contact.ports or 1, contact.rings)
@@ -66,10 +62,10 @@ def layout_of(scene: Scene, division: Division | None = None) -> Layout:
     placed = Placed("reed", seen, height=contact.gap)
     low, high = seen.extent
     ends, during = (float(low[0]), float(high[0])), np.linspace(0.0, scene.run.duration, SAMPLES)
-    springs = [(spring.words, _spring_places(spring, reed, root)) for spring in scene.spring]
+    springs = [(spring.words, _spring_places(spring, reed, at)) for spring in scene.spring]
     actions = (
-        *_reed_actions(reed, root, during, ends),
-        *_load_actions(scene.load, root, during, ends),
+        *_reed_actions(reed, at, during, ends),
+        *_load_actions(scene.load, at, during, ends),
         *(Action(words, float(at[:, 0].min()), float(at[:, 0].max()), -1) for words, at in springs),
         *_other_actions(scene.wave, scene.base, scene.gas),
     )
@@ -141,21 +137,15 @@ def _face_words(views: BodyViews) -> str:
 
 def _start(reed: Structure, at: float | None) -> Array | None:
     """Return (n, 2) position and deflection [m] of a beam that is released from a deflected shape, else ``None``."""
-    if reed.slender is None or at is None:
-        return None
-    x = np.linspace(0.0, reed.slender.span, START_POINTS)
-    shape = np.array([reed.start_at(float(place)) for place in x])
-    return np.column_stack([x - at, shape]) if np.abs(shape).max() > 0 else None
+    shape = reed.start_shape()
+    return shape - np.array([at or 0.0, 0.0]) if np.any(shape[:, 1]) else None
 
 
 def _spring_places(spring: drives.ValveSpring, reed: Structure, at: float | None) -> Array:
     """Return the (n, 2) places at which valve springs are drawn [m]."""
     if spring.at is not None:
         return np.array([(_along(spring.at, at), 0.0)])
-    points, plate = spring.places, reed.thin_plate
-    if points is None and plate is not None:
-        points = plate.spring_points
-    return np.zeros((1, 2)) if points is None else points
+    return reed.spring_points if spring.places is None else spring.places
 
 
 def _arcs(geometry: ContactGeometry, division: Division) -> Array:
@@ -230,10 +220,7 @@ def _release(reed: Any) -> Iterator[Action]:
     for key, words in (("tip_deflection", "released from"), ("deflection", "released from")):
         value = getattr(release, key, None)
         if value is not None:
-            place = 0.0 if reed.slender is None else None
-            yield Action(
-                f"{words} {length_text(value)}" + ("" if place is None else " at the contact"), 0.0, 0.0, _sign(value)
-            )
+            yield Action(f"{words} {length_text(value)}{release.where}", 0.0, 0.0, _sign(value))
     if getattr(release, "field", None) is not None:
         yield Action(f"starts as in {release.field.name}", 0.0, 0.0, 0)
 

@@ -169,6 +169,10 @@ class ContactGeometry:
             arcs //= 2
         return arcs
 
+    def cover_notes(self) -> tuple[str, ...]:
+        """Return notes if too little of the faces of reed and seat lies on each other."""
+        return self.reed.cover_notes(self.seat, self.own_place, self.contact.offset, self.contact.ports or 1)
+
     def on_the_reed(self, lip: AnyLip | None) -> AnyLip | None:
         """Return the lip, where it is not divided the region, in the coordinates of a plate, with its offset, and in
         rings only where it is in arcs: those of one contact face a rigid face; ``None`` for a striker with a face of
