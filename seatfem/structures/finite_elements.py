@@ -32,7 +32,7 @@ from seatfem.structures.model import ModelError, SecondOrderModel
 from seatfem.structures.reduction import factorization, harmonics
 from seatfem.structures.reduction.greens import reduced as reduce_by_aims
 from seatfem.structures.reduction.lip_modes import face_greens, lip_greens
-from seatfem.structures.reduction.modes import ConvergenceError
+from seatfem.structures.reduction.modes import ConvergenceError, solve_modes
 from seatfem.structures.reduction.reducer import Reduction
 from seatfem.structures.rings import as_a_whole, divided_less, division_to_compare, ring_names
 from seatfem.structures.shapes import GeometryError
@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from seatfem.structures.kinds.drawn import Drawn
 
 AnyMesh = SeatMesh | MeridianMesh
+DRAWN_MODES: Final = 12  # most modes that are drawn or kept
 
 
 def draw(
@@ -119,6 +120,16 @@ def matrices(
     except ModelError as error:
         place = next(iter(body.files()), None) if body.drawn is None else f"seat.model = {level!r}"
         raise ModelError(f"{place}: {error}") from error
+
+
+def with_mesh(body: Elastic, solved: Solved, mesh: AnyMesh, method: Method, progress: Progress) -> Solved:
+    """Return a body of which only the Green's function is known with its mesh and the modes that are drawn."""
+    level = body.elements_of(method)
+    if method.static or level == "harmonics":
+        return replace(solved, mesh=mesh)
+    model = matrices(body, mesh, level, progress)
+    modes = solve_modes(model, DRAWN_MODES, progress=progress)
+    return replace(solved, mesh=mesh, model=model, modes=modes, about={**solved.about, "seat_level": level})
 
 
 def supports_of(body: Elastic) -> tuple[Support, ...]:

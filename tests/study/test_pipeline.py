@@ -18,6 +18,7 @@ from seatfem.faces.cli import main
 from seatfem.machine.resources import Stopwatch
 from seatfem.pictures import plots
 from seatfem.structures.cache import VARIABLE
+from seatfem.structures.kinds.drawn import Drawn
 from seatfem.study.impacts.contact import fallback_step, run_contacts
 from seatfem.study.runs import pictures, pipeline
 from seatfem.study.runs.afterwards import baseline_of
@@ -114,7 +115,7 @@ def test_a_run_that_finds_its_seat_on_file_without_pictures_draws_its_mesh_and_m
     assert of_seat <= {path.name for path in second.folder.iterdir()}
     assert second.summary["pictures_missing"] == ""
     assert_same_results(plain.folder, second.folder)
-    monkeypatch.setattr(pictures, "_meshed_again", None)
+    monkeypatch.setattr(Drawn, "meshed", None)
     assert of_seat <= {path.name for path in run(quick, tmp_path / "three", pictures=True).folder.iterdir()}
 
 

@@ -205,6 +205,11 @@ class Drawn(elastic.Elastic):
     ) -> Solved:
         return finite_elements.from_geometry(self, method, duration, watch, progress, mesh_error=mesh_error)
 
+    def meshed(self, solved: Solved, method: Method, progress: Progress) -> Solved:
+        spec, level = self.mesh_spec(method), self.elements_of(method)
+        mesh = finite_elements.draw(self, spec, level, progress, method=method)
+        return finite_elements.with_mesh(self, solved, mesh, method, progress)
+
     def meshes(
         self, method: Method, progress: Progress
     ) -> tuple[finite_elements.AnyMesh, finite_elements.AnyMesh | None]:

@@ -239,6 +239,9 @@ file = "seat.msh"
             mesh = self.read(progress)
         return finite_elements.from_mesh(self, mesh, method, duration, watch, progress)
 
+    def meshed(self, solved: Solved, method: Method, progress: Progress) -> Solved:
+        return finite_elements.with_mesh(self, solved, self.read(progress), method, progress)
+
     def meshes(
         self, method: Method, progress: Progress
     ) -> tuple[finite_elements.AnyMesh, finite_elements.AnyMesh | None]:

@@ -560,6 +560,10 @@ class Structure(Striking):
         assert greens is not None
         return Solved(greens, about={"seat_model": self._model_words}, plane=self.traits.plane)
 
+    def meshed(self, solved: Solved, method: Method, progress: Progress) -> Solved:
+        """Return what a method has ``solved`` and was kept without its mesh, with mesh and modes to be drawn."""
+        return solved
+
     def system_of_equations(self) -> model.SecondOrderModel | None:
         """Return the matrices in its files; ``None`` if it has no matrices."""
         return None

@@ -182,7 +182,7 @@ source = "report, page"
         """Return the number of blocks to be survived."""
         return self.cycles or 60 * (self.hours or 0.0) * (self.rpm or 0.0)
 
-    def measured(self, key: str = "strength") -> Strength | None:
+    def strength_of(self, key: str = "strength") -> Strength | None:
         """Return the strength in the file of ``key``; ``None`` without file. Raises `KeyProblem` for a wrong file."""
         if (path := getattr(self, key)) is None:
             return None
@@ -203,7 +203,8 @@ source = "report, page"
         """
         file = "seat_strength" if of == "seat" else "strength"
         bends, criterion_key = of != "contact", "contact_criterion" if of == "contact" else "multiaxial"
-        if not (self.of_bending if bends else self.contact_criterion) or (strength := self.measured(file)) is None:
+        judged = self.of_bending if bends else self.contact_criterion
+        if not judged or (strength := self.strength_of(file)) is None:
             return None
         key, judge, axes = file, None, None
         try:
@@ -224,7 +225,7 @@ source = "report, page"
         """Return the largest closing speed allowed, as strength with its source; ``None`` if none is stated."""
         if self.impact_speed_limit is not None:
             return Strength(self.source, impact_velocity=self.impact_speed_limit)
-        strength = self.measured()
+        strength = self.strength_of()
         return strength if strength is not None and strength.impact_velocity is not None else None
 
     def check(
