@@ -271,14 +271,6 @@ def load_cached(path: Path, key: str, duration: float, tell: Tell | None = None)
         return None
 
 
-def key_at(path: Path) -> str:
-    """Return the structure's key in the function at ``path``; "" if it cannot be read."""
-    try:
-        return str(hdf5.load_greens(path).provenance.get("seat_key", ""))
-    except (hdf5.StorageError, OSError):
-        return ""
-
-
 def _serving(greens: GreensFunction | None, key: str, duration: float) -> GreensFunction | None:
     """Return ``greens`` if it is not ``None``, has this key and is known for a run of ``duration`` [s]."""
     if greens is None or greens.provenance.get("seat_key") != key:

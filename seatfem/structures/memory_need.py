@@ -49,7 +49,6 @@ MATRIX_ENTRY: Final = 12  # bytes of an entry of a sparse matrix
 ASSEMBLY_ENTRY: Final = 21  # bytes of an entry of K while K is made
 FACTORIZED_ENTRY: Final = 45  # bytes of an entry of K in its factorisation: K, K + s^2 M, triangle, PARDISO's copy
 GRIDS_ENTRY: Final = 3.3  # memory of a reduction on two grids over that of K and M: single precision, coarse space
-COARSE_UNKNOWNS: Final = 7.0  # unknowns of the fine grid over those of the coarse one
 KRYLOV_VECTORS: Final = 150  # 100 vectors for one port, and the allocated room
 _COUPLES: Final = {
     ("tetrahedron", 1): (1, 2, 0, 0),

@@ -206,11 +206,6 @@ def left_by(rings: int) -> float:
     return 1 / (rings**2 / _STRIP - 1)
 
 
-def share_left(rings: int) -> float:
-    """Return the error of ``rings`` rings, over that of a patch that moves as its mean."""
-    return min(1.0, _STRIP / rings**2)
-
-
 def parted(places: Array, weights: Array, borders: Array) -> Array:
     """Return the (p, n) parts of ``weights`` (n,) in the order of ``places`` (n,), between shares ``borders`` (p + 1,)
     of them.

@@ -137,9 +137,6 @@ class Drawn(elastic.Elastic):
     def level(self, error: float) -> Applicability:
         return choose_level(self.levels(), error, self.model)
 
-    def simplest(self, method: Method) -> Method:
-        return replace(method, level="spring")
-
     def stated(self, error: float = 0.0, rings: int | None = 1) -> Method:
         method, mesh = super().stated(error, rings), self.mesh
         level = "spring" if self.model == "spring" else method.level

@@ -183,12 +183,6 @@ class Elastic(Reduced):
         """Return the speed of the slowest shear waves of its materials [m/s]."""
         return min(material.solid.c_s for material in (self.material, *self.materials.values()))
 
-    def loss_at(self, frequency: float) -> float:
-        """Return the damping ratio of modes at a frequency [rad/s]."""
-        if self.rayleigh is None:
-            return self.damping_ratio
-        return self.rayleigh.mass / (2 * frequency) + self.rayleigh.stiffness * frequency / 2
-
     def solids(self, regions: tuple[str, ...]) -> Material | Orthotropic | dict[str, Material | Orthotropic]:
         """Return the material of the body, or of each region: ``material`` for regions not named in ``materials``.
 

@@ -40,8 +40,8 @@ if TYPE_CHECKING:
     from seatfem.structures.kinds.thin_plate import ThinPlate
 
 LEAST_COVER: Final = 0.1
-"""`Striking.least_cover` of a beam or plate: a beam with its tip over the middle of a lip covers a half or a third; one
-that covers less than a tenth of a ring is not over the port."""
+"""`Structure.least_cover` of a beam or plate: with its tip over the middle of a lip it covers a half or a third; one that
+covers less than a tenth of a ring is not over the port."""
 NO_RING: Final = (
     "as it is given here, is not struck on a flat ring; remove the key, or take one that is, such as annular"
 )
@@ -76,147 +76,12 @@ class KnownStress(Protocol):
         """
 
 
-class Striking(Table):
-    """A body as a striker; the defaults are those of a body at rest without positions along it."""
-
-    kind: str
-
-    least_cover: ClassVar[float] = 0.0
-    """Least share of a struck face that must lie under a rigid face of it; 0 of solids, which strike with theirs."""
-
-    @property
-    def face(self) -> Face:
-        """Return the contact face of this body."""
-        return Face()
-
-    def place(self, at: float | None) -> float | None:
-        """Return the distance of its contact from the root [m], stated as ``at``; ``None`` if it has no positions."""
-        return at
-
-    def heights(self, points: Array) -> Array:
-        """Return the (n,) heights of the stress-free shape over a flat one, at points (n, 2) relative to the centre of
-        the contact [m]. Raises a `KeyProblem` for points outside the data."""
-        return np.zeros(len(points))
-
-    def start_at(self, at: float | None) -> float:
-        """Return the initial deflection away from the seat [m] at the distance ``at`` from the root; ``None``: at the
-        contact."""
-        return 0.0
-
-    def start_shape(self) -> Array:
-        """Return the (n, 2) distances from the root and initial deflections [m] that are drawn; none if unknown."""
-        return np.zeros((0, 2))
-
-    @property
-    def spring_points(self) -> Array:
-        """Return the default places (n, 2) of springs relative to the contact's centre [m]."""
-        return np.zeros((1, 2))
-
-    def as_a_beam(self, greens: GreensFunction) -> Body | None:
-        """Return a beam with the same motion as a simpler model of a plate with this Green's function; ``None`` if
-        there is none."""
-        return None
-
-    def check_place(self, place: float | Array | None, key: str) -> None:
-        """Raise a `KeyProblem` of ``key`` unless a force can act at a place: a distance from the root [m], or points
-        (n, 2) relative to the centre of the contact [m]."""
-        if isinstance(place, np.ndarray):
-            raise KeyProblem(
-                key,
-                f"a {self.kind.replace('_', ' ')} has no places across its face; remove the key, or take a plate: a "
-                "flapper, sheet, disc or ring_plate",
-            )
-        check_along(self.kind, None, place, key)
-
-    def cover_notes(self, seat: Structure, at: float | None, offset: tuple[float, float], arcs: int) -> tuple[str, ...]:
-        """Return notes if too little of the seat's face and its own lie on each other, for a contact ``at`` a distance
-        from the root [m], with an ``offset`` [m], in so many arcs."""
-        return ()
-
-    def limits(self) -> tuple[Advice, ...]:
-        """Return advice if its table exceeds the limits of its theory."""
-        return ()
-
-    def assumed(self) -> tuple[str, ...]:
-        """Return the defaults of its table that a user may not expect, as text "reed.KEY = VALUE"."""
-        return ()
-
-    def too_thick(self) -> str:
-        """Return the reason why its theory does not hold at all, and the remedy; "" if it does."""
-        return ""
-
-    def contact_problems(self, at: float | None, seat: Structure) -> Contradictions:
-        """Yield keys to change, and why, if it cannot touch a ``seat`` at the distance ``at`` from the root [m]."""
-        check_along(self.kind, None, at, "contact.at")
-        yield from ()
-
-    def parts_problems(self, key: str) -> Contradictions:
-        """Yield a ``key`` that shifts, tilts or divides its contact, and why it cannot have that."""
-        yield key, f"a body of kind {self.kind!r} touches with one rigid face; remove the key, or take a plate"
-
-    def pushed_at(self, body: Body, place: float | Array | None, by: Push = "force") -> Array:
-        """Return the (M, n) modal forces of unit forces on ``body`` [1/sqrt(kg)]: one at a distance from the root [m],
-        or those at points (n, 2) relative to the centre of the contact [m]; ``None``: at the contact, or at the default
-        places of springs. ``by``: a pressure is scaled to a total force of one.
-
-        Raises `GreensFunctionError` for a body without modes.
-        """
-        if (modal := body.greens.modal) is None or len(modal.omega) == 0:
-            raise GreensFunctionError(f"load: a reed of kind {self.kind!r} has no modes that a load could move")
-        return np.asarray(modal.shapes[:, :1])
-
-    @property
-    def states_contact(self) -> bool:
-        """Return whether it touches with a face of its own, in place of all of the struck face that it covers."""
-        return True
-
-    def covering(self) -> Self:
-        """Return the body without a stated contact face, so that it touches with all that it covers of a struck
-        face."""
-        return self
-
-    def meets(self, face: lip.AnyLip | None) -> lip.AnyLip | None:
-        """Return a face of seat or stopper as the body meets it, with a port for each of its parts; ``None`` of a body
-        that touches with one rigid face."""
-        return None
-
-    def lips(self, face: lip.AnyLip | None, behind: lip.AnyLip | None = None) -> tuple[lip.AnyLip, ...]:
-        """Return its own contact face, and those of a stopper ``behind`` and of a seat that it `meets`, in parts; none
-        of a body that touches with one rigid face."""
-        return ()
-
-    @property
-    def wave_speed(self) -> float | None:
-        """Return the speed [m/s] of incoming waves towards the struck end; ``None`` if the body admits none."""
-        return None
-
-    def check_gauge(self, at: float, table: str, role: str) -> None:
-        """Raise a `KeyProblem` of a key of the ``table`` unless its strain in this ``role`` is known at the distance
-        ``at`` [m]."""
-        words = f"of a {self.kind.replace('_', ' ')} no strain is known at places; take a rod or a cantilever"
-        raise KeyProblem(f"{table}.at", words)
-
-    def strain_at(self, place: float, force: Array, dt: float, body: Body, at: At = None) -> Array:
-        """Return the strain (n + 1,) at a place [m], > 0 in tension, under contact forces as in `stress`; of a seat or
-        stopper, under the force (n + 1,) that presses on it."""
-        raise NotImplementedError
-
-    def weight(self, body: Body) -> tuple[Array, float]:
-        """Return the (M,) modal forces of a unit force distributed like the mass [1/sqrt(kg)], and the mass [kg]."""
-        raise NotImplementedError
-
-    def stress(self, force: Array, dt: float, body: Body, at: At) -> KnownStress | None:
-        """Return its stress under a contact force (n + 1,) [N], or several forces (n + 1, p), positive away from the
-        seat; ``None`` if its stress is not known."""
-        return None
-
-
-def is_loaded(body: Striking) -> bool:
+def is_loaded(body: Structure) -> bool:
     """Return whether a body has prescribed loads."""
     return any(getattr(body, key, None) is not None for key in LOADS)
 
 
-def is_curved(body: Striking) -> bool:
+def is_curved(body: Structure) -> bool:
     """Return whether a body has a stress-free curvature."""
     return getattr(body, "curvature", None) is not None
 
@@ -333,12 +198,14 @@ class SampleScene:
     filter_width: str = ""
 
 
-class Structure(Striking):
+class Structure(Table):
     """A body: its table in a scene, and its methods for the plan, the Green's function and the contact.
 
     A kind is a subclass with ``kind: Literal["name"]``; its docstring and its fields are its chapter in docs/scene/.
     The defaults here suit a body in closed form without files, contact face and motion.
     """
+
+    kind: str
 
     group: ClassVar[str] = "seats"
     """Heading under which lists of kinds show it: one of `seatfem.fields.GROUPS`."""
@@ -346,6 +213,8 @@ class Structure(Striking):
     """Properties of every body of this kind."""
     sample_scene: ClassVar[SampleScene] = SampleScene()
     """Rest of its example scene."""
+    least_cover: ClassVar[float] = 0.0
+    """Least share of a struck face that must lie under a rigid face of it; 0 of solids, which strike with theirs."""
     _beside_greens: ClassVar[frozenset[str]] = frozenset(
         {"mesh", "greens", "model", "n_modes", "velocity", "deflection", "force"}
     )
@@ -357,7 +226,7 @@ class Structure(Striking):
         super().__pydantic_init_subclass__(**kwargs)
         if (shape := vars(cls).get("shape")) is None:
             return
-        inherited = {name for base in cls.__mro__[1:] if issubclass(base, Striking) for name in base.model_fields}
+        inherited = {name for base in cls.__mro__[1:] if issubclass(base, Structure) for name in base.model_fields}
         own = [name for name in cls.model_fields if name not in inherited]
         for field in fields(shape):
             if (key := field.metadata.get("key")) is None:
@@ -464,6 +333,131 @@ class Structure(Striking):
         named = f" ({self.files()[0].name})" if self.files() else ""
         return BodyViews(self.kind.replace("_", " ") + named, symbol="box")
 
+    # As a striker
+
+    @property
+    def face(self) -> Face:
+        """Return the contact face of this body."""
+        return Face()
+
+    def place(self, at: float | None) -> float | None:
+        """Return the distance of its contact from the root [m], stated as ``at``; ``None`` if it has no positions."""
+        return at
+
+    def heights(self, points: Array) -> Array:
+        """Return the (n,) heights of the stress-free shape over a flat one, at points (n, 2) relative to the centre of
+        the contact [m]. Raises a `KeyProblem` for points outside the data."""
+        return np.zeros(len(points))
+
+    def start_at(self, at: float | None) -> float:
+        """Return the initial deflection away from the seat [m] at the distance ``at`` from the root; ``None``: at the
+        contact."""
+        return 0.0
+
+    def start_shape(self) -> Array:
+        """Return the (n, 2) distances from the root and initial deflections [m] that are drawn; none if unknown."""
+        return np.zeros((0, 2))
+
+    @property
+    def spring_points(self) -> Array:
+        """Return the default places (n, 2) of springs relative to the contact's centre [m]."""
+        return np.zeros((1, 2))
+
+    def as_a_beam(self, greens: GreensFunction) -> Body | None:
+        """Return a beam with the motion of a plate that has this Green's function; ``None`` if there is none."""
+        return None
+
+    def check_place(self, place: float | Array | None, key: str) -> None:
+        """Raise a `KeyProblem` of ``key`` unless a force can act at a place: a distance from the root [m], or points
+        (n, 2) relative to the centre of the contact [m]."""
+        if isinstance(place, np.ndarray):
+            raise KeyProblem(
+                key,
+                f"a {self.kind.replace('_', ' ')} has no places across its face; remove the key, or take a plate: a "
+                "flapper, sheet, disc or ring_plate",
+            )
+        check_along(self.kind, None, place, key)
+
+    def cover_notes(self, seat: Structure, at: float | None, offset: tuple[float, float], arcs: int) -> tuple[str, ...]:
+        """Return notes if too little of the seat's face and its own lie on each other, for a contact ``at`` a distance
+        from the root [m], with an ``offset`` [m], in so many arcs."""
+        return ()
+
+    def limits(self) -> tuple[Advice, ...]:
+        """Return advice if its table exceeds the limits of its theory."""
+        return ()
+
+    def assumed(self) -> tuple[str, ...]:
+        """Return the defaults of its table that a user may not expect, as text "reed.KEY = VALUE"."""
+        return ()
+
+    def too_thick(self) -> str:
+        """Return the reason why its theory does not hold at all, and the remedy; "" if it does."""
+        return ""
+
+    def contact_problems(self, at: float | None, seat: Structure) -> Contradictions:
+        """Yield keys to change, and why, if it cannot touch a ``seat`` at the distance ``at`` from the root [m]."""
+        check_along(self.kind, None, at, "contact.at")
+        yield from ()
+
+    def parts_problems(self, key: str) -> Contradictions:
+        """Yield a ``key`` that shifts, tilts or divides its contact, and why it cannot have that."""
+        yield key, f"a body of kind {self.kind!r} touches with one rigid face; remove the key, or take a plate"
+
+    def pushed_at(self, body: Body, place: float | Array | None, by: Push = "force") -> Array:
+        """Return the (M, n) modal forces of unit forces on ``body`` [1/sqrt(kg)]: one at a distance from the root [m],
+        or those at points (n, 2) relative to the centre of the contact [m]; ``None``: at the contact, or at the default
+        places of springs. ``by``: a pressure is scaled to a total force of one.
+
+        Raises `GreensFunctionError` for a body without modes.
+        """
+        if (modal := body.greens.modal) is None or len(modal.omega) == 0:
+            raise GreensFunctionError(f"load: a reed of kind {self.kind!r} has no modes that a load could move")
+        return np.asarray(modal.shapes[:, :1])
+
+    @property
+    def states_contact(self) -> bool:
+        """Return whether it touches with a face of its own, in place of all of the struck face that it covers."""
+        return True
+
+    def covering(self) -> Self:
+        """Return the body without the contact face that its table states."""
+        return self
+
+    def meets(self, face: lip.AnyLip | None) -> lip.AnyLip | None:
+        """Return a face of seat or stopper as the body meets it, with a port for each of its parts; ``None`` of a body
+        that touches with one rigid face."""
+        return None
+
+    def lips(self, face: lip.AnyLip | None, behind: lip.AnyLip | None = None) -> tuple[lip.AnyLip, ...]:
+        """Return its own contact face, and those of a stopper ``behind`` and of a seat that it `meets`, in parts; none
+        of a body that touches with one rigid face."""
+        return ()
+
+    @property
+    def wave_speed(self) -> float | None:
+        """Return the speed [m/s] of incoming waves towards the struck end; ``None`` if the body admits none."""
+        return None
+
+    def check_gauge(self, at: float, table: str, role: str) -> None:
+        """Raise a `KeyProblem` of the ``table`` unless the strain at a distance [m] is known in this ``role``."""
+        words = f"of a {self.kind.replace('_', ' ')} no strain is known at places; take a rod or a cantilever"
+        raise KeyProblem(f"{table}.at", words)
+
+    def strain_at(self, place: float, force: Array, dt: float, body: Body, at: At = None) -> Array:
+        """Return the strain (n + 1,) at a place [m], > 0 in tension, under contact forces as in `stress`; of a seat or
+        stopper, under the force (n + 1,) that presses on it."""
+        raise NotImplementedError
+
+    def weight(self, body: Body) -> tuple[Array, float]:
+        """Return the (M,) modal forces of a unit force distributed like the mass [1/sqrt(kg)], and the mass [kg]."""
+        raise NotImplementedError
+
+    def stress(self, force: Array, dt: float, body: Body, at: At) -> KnownStress | None:
+        """Return its stress under a contact force (n + 1,) [N], or several forces (n + 1, p), positive away from the
+        seat; ``None`` if its stress is not known."""
+        return None
+
     # Levels of modelling
 
     @property
@@ -483,10 +477,6 @@ class Structure(Striking):
     def stated(self, error: float = 0.0, rings: int | None = 1) -> Method:
         """Return the method by the keys of the table, at the `level` for this ``error``."""
         return Method(self.level(error).level, rings=rings)
-
-    def simplest(self, method: Method) -> Method:
-        """Return the method with the simplest model of the body, without waves where there is one."""
-        return method
 
     def elements_of(self, method: Method) -> AnyLevel:
         """Return the level of a method's finite elements; that of the method where it has none."""
@@ -565,7 +555,7 @@ class Structure(Striking):
         return solved
 
     def system_of_equations(self) -> model.SecondOrderModel | None:
-        """Return the matrices in its files; ``None`` if it has no matrices."""
+        """Return the matrices of a plate, or in its files; ``None`` if it has no matrices."""
         return None
 
     def stress_problems(self, asked: str, *, tensors: bool = False) -> Iterator[str]:

@@ -21,6 +21,7 @@ from seatfem.structures.kinds import motion, selectors, structure
 from seatfem.structures.kinds.parts import Material
 from seatfem.structures.lip import AnyLip, Lip, Patch
 from seatfem.structures.method import Applicability, Method, Solved
+from seatfem.structures.model import SecondOrderModel
 from seatfem.structures.outlines import BodyViews, arc, covered_share, of_sheet
 from seatfem.structures.patch import Face
 from seatfem.structures.shapes import Flat
@@ -213,6 +214,9 @@ class ThinPlate(motion.Moving):
     ) -> tuple[GreensFunction, float] | None:
         beyond = sheets.in_wider_band(self.plate(greens), progress)
         return beyond and (beyond[0].greens(lips, self.damping_ratio), beyond[1])
+
+    def system_of_equations(self) -> SecondOrderModel:
+        return sheets.model_of(self.sheet(), self.lips(None))
 
     def solve(
         self, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool = True

@@ -13,7 +13,7 @@ from seatfem.structures.rings import face_compliance
 from seatfem.study.impacts.bodies import solve_body
 from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder, Role
 from seatfem.study.ladders.mesh import BANDS, TOLERANCES, element_sizes, lowest_band, next_band
-from seatfem.study.method import MODEL, RunMethod
+from seatfem.study.method import MODEL, RunMethod, has_key
 from seatfem.study.safety import FAILURES
 from seatfem.study.scene import Scene
 
@@ -47,9 +47,9 @@ class Level(Ladder):
         """Return the method with the static compliance of a seat that is drawn, the simplest model; with waves where
         those that it would be compared with cost as much."""
         seat = known.scene.seat
-        if self.role != "seat" or MODEL in method.given:
+        if self.role != "seat" or MODEL in method.given or not has_key(known.scene, MODEL):
             return method
-        still = replace(method, seat=seat.simplest(method.seat))
+        still = method.replaced({MODEL: "spring"})
         return self._with_waves(seat, still) if tells_waves(seat, still.seat) else still
 
     def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod | None:
