@@ -47,7 +47,7 @@ def test_one_port_is_the_plate_struck_by_the_whole_lip(tmp_path: Path) -> None:
 
 def test_the_beam_has_the_plates_widths_and_starts_as_it_does(tmp_path: Path) -> None:
     scene = scene_of(tmp_path)
-    beam, outline = scene.reed.as_a_beam(striker_of(scene).greens), scene.reed.geometry()
+    (beam,), outline = scene.reed.as_beams(striker_of(scene).greens), scene.reed.geometry()
     greens = beam.greens.modal
     centre, x = 15e-3 + math.sqrt(16e-3**2 - 6e-3**2) / 2, np.linspace(0.0, 15e-3, 20_001)
     width = np.interp(x, [0.0, 2e-3], [8e-3, 6e-3])

@@ -148,17 +148,16 @@ class Beam(Structure):
     def place(self, at: float | None) -> float | None:
         return self.beam().free_point if at is None else at
 
-    def start_at(self, at: float | None) -> float:
+    def start_at(self, at: float) -> float:
         """Return the initial deflection at ``at``, in the static shape under a force at the tip or in a mode."""
         if self.release is None:
             return 0.0
         beam = self.beam()
         tip = beam.free_point
-        x = tip if at is None else at
         if self.release.tip_deflection is not None:
-            return self.release.tip_deflection * beam.compliance(x, tip) / beam.compliance(tip, tip)
+            return self.release.tip_deflection * beam.compliance(at, tip) / beam.compliance(tip, tip)
         assert self.release.mode is not None
-        touched, free = beam.modes(self.release.mode).deflection(np.array([x, tip]))[-1]
+        touched, free = beam.modes(self.release.mode).deflection(np.array([at, tip]))[-1]
         return (self.release.deflection or 0.0) * float(touched / free)
 
     def start_shape(self) -> Array:
@@ -181,7 +180,7 @@ class Beam(Structure):
             "contact.at smaller, or the reed wider",
         )
 
-    def closed_form(self) -> GreensFunction | None:
+    def closed_form(self) -> GreensFunction:
         return self._body(None, None, moved=False).greens
 
     def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: structure.At = None) -> Body:

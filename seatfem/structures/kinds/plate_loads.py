@@ -280,7 +280,7 @@ class ClampedPlate(thin_plate.ThinPlate):
     def place(self, at: float | None) -> float | None:
         return self.geometry().centre[0]
 
-    def start_at(self, at: float | None) -> float:
+    def start_at(self, at: float) -> float:
         if self.release is not None:
             return self.release.start_at(self.geometry().centre)
         return super().start_at(at)

@@ -33,15 +33,14 @@ from seatfem.units import write_quantity
 if TYPE_CHECKING:
     from impact.measured.frf import FrequencyResponse
     from impact.measured.pole_fit import PoleFit
-    from seatfem.structures.inspection.cad import Shape
     from seatfem.structures.inspection.mesh_file import Part
     from seatfem.structures.kinds.drawn import Drawn
     from seatfem.structures.kinds.elastic import Elastic
     from seatfem.structures.kinds.thin_plate import ThinPlate
 
 LEAST_COVER: Final = 0.1
-"""`Structure.least_cover` of a beam or plate: with its tip over the middle of a lip it covers a half or a third; one that
-covers less than a tenth of a ring is not over the port."""
+"""`Structure.least_cover` of a beam or plate: with its tip over the middle of a lip it covers a half or a third; one of
+less than a tenth of a ring is not over the port."""
 NO_RING: Final = (
     "as it is given here, is not struck on a flat ring; remove the key, or take one that is, such as annular"
 )
@@ -284,9 +283,9 @@ class Structure(Table):
         """Return its faces for pictures and lists. Raises `GeometryError` if it has none."""
         raise GeometryError(f"seat.kind = {self.kind!r} has no faces; take a cad, mesh or drawn seat")
 
-    def surface(self) -> Shape | None:
-        """Return the surface of a body from a file; ``None`` for others."""
-        return None
+    def rise(self) -> tuple[float, float]:
+        """Return by how much the struck face of a body from a file rises over a plane, and its largest side [m]."""
+        return 0.0, 0.0
 
     def file_notes(self) -> tuple[str, ...]:
         """Return what its file states, leaves open or holds besides, as the user might not expect."""
@@ -349,8 +348,8 @@ class Structure(Table):
         the contact [m]. Raises a `KeyProblem` for points outside the data."""
         return np.zeros(len(points))
 
-    def start_at(self, at: float | None) -> float:
-        """Return the initial deflection away from the seat [m] at the distance ``at`` from the root; ``None``: at the
+    def start_at(self, at: float) -> float:
+        """Return the initial deflection away from the seat [m] at a distance from the root, of a beam, or at the
         contact."""
         return 0.0
 
@@ -363,9 +362,9 @@ class Structure(Table):
         """Return the default places (n, 2) of springs relative to the contact's centre [m]."""
         return np.zeros((1, 2))
 
-    def as_a_beam(self, greens: GreensFunction) -> Body | None:
-        """Return a beam with the motion of a plate that has this Green's function; ``None`` if there is none."""
-        return None
+    def as_beams(self, greens: GreensFunction) -> tuple[Body, ...]:
+        """Return one beam with the motion of a plate that has this Green's function; none without an equivalent."""
+        return ()
 
     def check_place(self, place: float | Array | None, key: str) -> None:
         """Raise a `KeyProblem` of ``key`` unless a force can act at a place: a distance from the root [m], or points
@@ -435,9 +434,9 @@ class Structure(Table):
         return ()
 
     @property
-    def wave_speed(self) -> float | None:
-        """Return the speed [m/s] of incoming waves towards the struck end; ``None`` if the body admits none."""
-        return None
+    def wave_speed(self) -> float:
+        """Return the speed [m/s] of incoming waves towards the struck end; 0 if the body admits none."""
+        return 0.0
 
     def check_gauge(self, at: float, table: str, role: str) -> None:
         """Raise a `KeyProblem` of the ``table`` unless the strain at a distance [m] is known in this ``role``."""
@@ -535,9 +534,9 @@ class Structure(Table):
         """Return the name of its closed form in results."""
         return f"{self.kind.replace('_', ' ')}, closed form"
 
-    def closed_form(self) -> GreensFunction | None:
-        """Return the Green's function in closed form, if there is one."""
-        return None
+    def closed_form(self) -> GreensFunction:
+        """Return the Green's function in closed form, of bodies that are not solved."""
+        raise NotImplementedError
 
     # Computation
 
@@ -547,7 +546,6 @@ class Structure(Table):
         """Return its Green's function by a method, for runs of ``duration`` [s]; ``mesh_error``: also by a coarser
         mesh."""
         greens = self.closed_form() if method.n_modes is None else self.body(None, method.n_modes).greens
-        assert greens is not None
         return Solved(greens, about={"seat_model": self._model_words}, plane=self.traits.plane)
 
     def meshed(self, solved: Solved, method: Method, progress: Progress) -> Solved:
@@ -582,9 +580,7 @@ class Structure(Table):
             n_modes: number of beam modes, in place of the key.
             at: distance of the contact, or of each of several contacts (ports), from the root [m].
         """
-        known = self.closed_form() if greens is None else greens
-        assert known is not None
-        return Body(known)
+        return Body(self.closed_form() if greens is None else greens)
 
 
 def motion_key(body: Structure) -> str:

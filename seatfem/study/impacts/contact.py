@@ -64,7 +64,7 @@ def _strain(gauged: Gauged, force: Array | None, dt: float, striker: Body) -> Ar
     gauge, body, wave = gauged.gauge, gauged.mount.structure, gauged.mount.wave
     assert force is not None
     strain = body.strain_at(gauge.at, force, dt, striker, gauged.contact_at)
-    if wave is not None and (speed := body.wave_speed) is not None:
+    if wave is not None and (speed := body.wave_speed):
         middle = np.asarray(dt * (np.arange(len(strain)) - 0.5), dtype=np.float64)
         return np.asarray(strain + wave.incoming(speed).strain_at(middle, gauge.at))
     return strain

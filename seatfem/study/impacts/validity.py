@@ -114,7 +114,7 @@ def one_way_notes(scene: Scene) -> tuple[str, ...]:
     areas = [1.0 if each.area is None else each.area(0.0) for each in scene.load]
     force = sum(area * push.course(time) for area, push in zip(areas, pushes, strict=True) if push)
     low, high = (float(end) - sum(each.preload for each in scene.spring) for end in (np.min(force), np.max(force)))
-    closed = scene.contact.gap == 0 and scene.reed.start_at(scene.geometry.own_place) <= 0
+    closed = scene.contact.gap == 0 and scene.reed.start_at(scene.geometry.own_place or 0.0) <= 0
     if low > 0:
         words = "push the reed off its seat during the whole run: the valve never rests closed"
     elif high < 0 and closed and any(push and push.file for push in pushes):
@@ -234,6 +234,5 @@ def simpler_bodies(scene: Scene, striker: impact.Body, division: Division) -> It
     if scene.load or scene.base or scene.spring or scene.gas is not None or scene.stopper is not None:
         return
     with in_role("reed", scene.reed):
-        beam = scene.reed.as_a_beam(greens)
-    if beam is not None:
-        yield BEAM, beam
+        beams = scene.reed.as_beams(greens)
+    yield from ((BEAM, beam) for beam in beams)

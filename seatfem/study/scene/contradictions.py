@@ -116,7 +116,7 @@ def _of_waves(bodies: Mapping[str, Structure], every: Sequence[Wave], based: Col
     """Yield contradictions for waves in other bodies than endless rods, or in one with another wave or moving base."""
     for number, wave in enumerate(every):
         key, body = f"wave.{number}.of", bodies[wave.of]
-        if (speed := body.wave_speed) is None:
+        if not (speed := body.wave_speed):
             yield key, f"the {wave.of} is no endless rod without damping; take kind = 'rod' with far_end = 'endless'"
             continue
         if wave.of in based or wave.of in [each.of for each in every[:number]]:
@@ -151,7 +151,7 @@ def contradictions_of_start(geometry: ContactGeometry) -> Contradictions:
     if more > 0 and geometry.has_two_places:
         words = f"with contact.gap = {1e3 * more:g} mm the closed reed is bent, and where it stands at stopper.at"
         yield "stopper.lift", f"{words} depends on what holds it there; give stopper.gap, from the undeformed reed"
-    gap, start = geometry.stopper_gap, reed.start_at(contact.at if stopper.at is None else stopper.at)
+    gap, start = geometry.stopper_gap, reed.start_at(stopper.at or geometry.own_place or 0.0)
     stated = f"{1e3 * (gap + more):.6g} mm"
     if gap < 0:
         words = f"{stated} is less than contact.gap = {1e3 * more:.6g} mm: the undeformed reed would stand inside"

@@ -125,9 +125,7 @@ def _not_flat(stopper: Structure) -> Iterator[Finding]:
 
     The limit is that of lands: a reed passes the rise of a face of 10 mm, 10 um, at 1 m/s within a landing, some 10 us.
     """
-    if (shape := stopper.surface()) is None:
-        return
-    rise, size = (1e3 * each for each in shape.rise(stopper.struck_face))
+    rise, size = (1e3 * each for each in stopper.rise())
     if rise > lands.FLAT * size:
         yield (
             ("stopper", "contact"),
