@@ -81,10 +81,6 @@ def _struck(body: Structure, along: Contact | Literal[False]) -> str:
         about, digits = ("", 5) if ring else ("about ", 2)  # an area by coarse flat triangles is approximate
         area, width = write_quantity(patch.area, "area", digits), write_quantity(patch.width, "length", digits)
         facts.append(f"area {about}{area}, narrowest width {about}{width}")
-    if body.measured is not None:
-        response = body.measured.response()
-        first, last = (write_quantity(float(f), "frequency") for f in (response.frequency[0], response.frequency[-1]))
-        facts.append(f"response at {len(response.frequency)} frequencies, {first} to {last}")
     return "; ".join(facts)
 
 

@@ -206,6 +206,11 @@ file = "response.csv"
     def draws(self) -> tuple[base.GreensFunction, ...]:
         return tuple(self.fit().draws)
 
+    def counted(self) -> str:
+        frequency = self.response().frequency
+        first, last = (write_quantity(float(f), "frequency") for f in (frequency[0], frequency[-1]))
+        return f"response at {len(frequency)} frequencies, {first} to {last}"
+
     def response(self) -> FrequencyResponse:
         """Return the measured response of the contact, cached in the process.
 

@@ -514,7 +514,7 @@ class Structure(Table):
     # Estimates before its Green's function is computed
 
     def counted(self) -> str:
-        """Return in words which part of its file it is; "" where it is all of it. Raises as `patch`."""
+        """Return in words what of its file counts; "" where it is all of it. Raises as `patch`."""
         return ""
 
     def patch(self) -> Patch | None:

@@ -185,23 +185,10 @@ class ThinPlate(motion.Moving):
     def covering(self) -> Self:
         return self.model_copy(update={"contact_radius": None, "contact_width": None})
 
-    def solved(
-        self,
-        lip: AnyLip | None = None,
-        band: float | None = None,
-        behind: AnyLip | None = None,
-        *,
-        mesh_error: bool = True,
-        progress: Progress = silent,
-    ) -> sheets.SolvedSheet:
-        """Return its modes and its Green's function, cached in the process.
-
-        ``lip``, ``behind``: as in `lips`; ``band``: in place of the key [Hz].
-        """
-        watched = sheets.Watched(progress)
-        return sheets.solved_sheet(
-            self.sheet(band), self.lips(lip, behind), self.damping_ratio, mesh_error=mesh_error, watched=watched
-        )
+    def solved(self, method: Method, *, mesh_error: bool = True, progress: Progress = silent) -> sheets.SolvedSheet:
+        """Return its modes and its Green's function by a method, cached in the process."""
+        asked = self.sheet(method.bandwidth), self.lips(method.lip, method.behind), self.damping_ratio
+        return sheets.solved_sheet(*asked, mesh_error=mesh_error, watched=sheets.Watched(progress))
 
     def plate(self, greens: GreensFunction) -> sheets.PlateModes:
         """Return the modes behind its Green's function, cached in the process."""
@@ -222,8 +209,7 @@ class ThinPlate(motion.Moving):
         self, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool = True
     ) -> Solved:
         with watch("reduction"):
-            ports = (method.lip, method.bandwidth, method.behind)
-            solved = self.solved(*ports, mesh_error=mesh_error, progress=progress)
+            solved = self.solved(method, mesh_error=mesh_error, progress=progress)
             model, modes = solved.plate.model, solved.plate.modes
         about = {"seat_model": f"Mindlin plate, {len(modes.omega)} modes", "seat_dof": model.size}
         return Solved(solved.greens, model=model, modes=modes, about=about)
@@ -278,4 +264,4 @@ class ThinPlate(motion.Moving):
         return plate.mean, plate.mass
 
     def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: structure.At = None) -> Body:
-        return super().body(self.solved().greens if greens is None else greens, n_modes, at)
+        return super().body(self.solved(self.stated()).greens if greens is None else greens, n_modes, at)

@@ -32,9 +32,7 @@ class Level(Ladder):
     def neighbours(self, run: ComputedRun) -> Terms | None:
         """Return the run with g larger by the error that the level states; for the seat also the run on a better level,
         and those with the shear deformation of thick beams."""
-        solved = run.solved(self.role)
-        assert solved is not None
-        level = run.with_larger_g(self.role, solved.level_error)
+        level = run.with_larger_g(self.role, run.solved[self.role].level_error)
         if level is None or self.role != "seat":
             return level
         better, seat = _better(run), run.method.seat

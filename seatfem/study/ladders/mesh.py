@@ -100,8 +100,7 @@ class ElementSize(Ladder):
         """Return the run on the coarser mesh or, without one, with g larger by the stated error of the mesh."""
         if self.key == CONTACT_SIZE:  # the coarser mesh has both sizes coarser
             return ()
-        solved = run.solved(self.role)
-        assert solved is not None
+        solved = run.solved[self.role]
         if solved.coarser is None:
             return run.with_larger_g(self.role, solved.greens.error_estimate.mesh)
         return ((run.with_greens(self.role, solved.coarser, 1 / (solved.refinement - 1)),),)
@@ -149,9 +148,7 @@ class Bandwidth(Ladder):
         static compliance. The stated error of the reduction is that of an arc under a pulse as short as the band is
         wide: it hardly falls with the band.
         """
-        solved, body = run.solved(self.role), run.body(self.role)
-        assert solved is not None
-        assert body is not None
+        solved, body = run.solved[self.role], run.bodies[self.role]
         if solved.greens.error_estimate.reduction is None:
             return ()
         if self.role == "seat":
@@ -201,9 +198,7 @@ class Tolerance(Ladder):
 
     def neighbours(self, run: ComputedRun) -> Terms | None:
         """Return the run with g larger by the reduction's error; a fit to a record has its draws instead."""
-        solved = run.solved(self.role)
-        assert solved is not None
-        error = solved.greens.error_estimate.reduction
+        error = run.solved[self.role].greens.error_estimate.reduction
         if self.role == "seat" and (run.scene.seat.draws() or (run.method.seat.in_arcs and error is not None)):
             return ()  # along a lip, reduced to modes, the error is that of the band
         return run.with_larger_g(self.role, error)

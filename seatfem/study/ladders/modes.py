@@ -62,7 +62,7 @@ class ModeCount(Ladder):
         if self.role != "stopper":
             return run.method.seat.n_modes if self.role == "seat" else run.method.reed.n_modes
         stopper = run.scene.stopper
-        is_beam = stopper is not None and run.solved("stopper") is None and stopper.parts == Division()
+        is_beam = stopper is not None and "stopper" not in run.solved and stopper.parts == Division()
         return stopper.body.stated().n_modes if stopper is not None and is_beam else None
 
     def neighbours(self, run: ComputedRun) -> Terms | None:
@@ -75,7 +75,7 @@ class ModeCount(Ladder):
         scene = run.scene
         if self.role == "reed":
             striker = striker_of(scene, number)
-            return Variation(problem_of(scene, striker, run.problem.target, run.body("stopper")), weight)
+            return Variation(problem_of(scene, striker, run.problem.target, run.bodies.get("stopper")), weight)
         kind = scene.seat if self.role == "seat" or scene.stopper is None else scene.stopper.body
         return run.with_greens(self.role, kind.body(None, number).greens, weight)
 

@@ -126,7 +126,7 @@ def of_rings_across(run: ComputedRun) -> Terms | None:
 
     def struck(division: Division) -> ContactProblem:
         striker = problem.striker if plate is None else striker_of(scene, greens=parts_joined(plate, finest, division))
-        return problem_of(scene, striker, impact.Body(divided_less(many, division)), run.body("stopper"))
+        return problem_of(scene, striker, impact.Body(divided_less(many, division)), run.bodies.get("stopper"))
 
     return ((Variation(struck(Division(arcs, rings)), weight, struck(Division(arcs, division.rings))),),)
 
@@ -229,7 +229,7 @@ def _met_along(run: ComputedRun, seat: base.GreensFunction, lip: AnyLip | None) 
     """Return the run on another seat, which a plate meets with the parts of its lip."""
     greens = _greens_along(run, lip)
     striker = run.problem.striker if greens is None else striker_of(run.scene, greens=greens)
-    return problem_of(run.scene, striker, impact.Body(seat), run.body("stopper"))
+    return problem_of(run.scene, striker, impact.Body(seat), run.bodies.get("stopper"))
 
 
 def _greens_along(run: ComputedRun, lip: AnyLip | None) -> base.GreensFunction | None:
@@ -259,9 +259,9 @@ class StopperParts(Ladder):
 
     def applies(self, run: ComputedRun) -> bool:
         """Return whether the stopper was computed, or is met in parts."""
-        if run.scene.stopper is None or run.body("stopper") is None:
+        if run.scene.stopper is None or "stopper" not in run.bodies:
             return False
-        return run.solved("stopper") is not None or run.scene.stopper.parts != Division()
+        return "stopper" in run.solved or run.scene.stopper.parts != Division()
 
     def neighbours(self, run: ComputedRun) -> Terms | None:
         """Return the run with other parts of the stopper, on both bodies; ``None`` where the body is not known in
@@ -282,8 +282,7 @@ class StopperParts(Ladder):
 def _beside_on_its_mesh(run: ComputedRun, division: Division) -> Sequence[Variation] | None:
     """Return the run with the parts of the stopper that `_beside` states, of a model that has them; none where its
     face is a plane, ``None`` where no such model is known."""
-    body, solved = run.body("stopper"), run.solved("stopper")
-    assert body is not None
+    body, solved = run.bodies["stopper"], run.solved.get("stopper")
     other, weight = _beside(division)
     if solved is None:  # springs side by side, or a body that moves as a whole
         same, greens = run.problem, _in_closed_form(body, other)
@@ -337,8 +336,7 @@ def finer_stopper(scene: Scene, division: Division) -> Division | None:
 
 def _stopped_in(run: ComputedRun, division: Division) -> ContactProblem | None:
     """Return the run with its stopper in these parts, a half-space under its face; ``None`` if that is not known."""
-    body, solved, stopper = run.body("stopper"), run.solved("stopper"), run.scene.stopper
-    assert body is not None
+    body, solved, stopper = run.bodies["stopper"], run.solved.get("stopper"), run.scene.stopper
     assert stopper is not None
     if solved is None:
         return _stopped_by(run, division, _in_closed_form(body, division))
@@ -356,8 +354,7 @@ def _in_closed_form(body: impact.Body, division: Division) -> base.GreensFunctio
 
 def _stopped_by(run: ComputedRun, division: Division, greens: base.GreensFunction) -> ContactProblem:
     """Return the run with a stopper of this Green's function, met in these parts."""
-    scene, body, striker = run.scene, run.body("stopper"), run.problem.striker
-    assert body is not None
+    scene, body, striker = run.scene, run.bodies["stopper"], run.problem.striker
     assert scene.stopper is not None
     scene = scene.model_copy(update={"stopper": scene.stopper.divided(division)})
     if (lip := scene.geometry.behind_the_reed()) is not None:
@@ -377,7 +374,7 @@ def _on_its_own_face(run: ComputedRun) -> Sequence[Variation]:
     if behind is None:
         return ()
     striker = _met_behind(run, behind)
-    return (Variation(problem_of(scene, striker, run.problem.target, run.body("stopper"))),)
+    return (Variation(problem_of(scene, striker, run.problem.target, run.bodies.get("stopper"))),)
 
 
 def _met_behind(run: ComputedRun, behind: AnyLip) -> impact.Body:

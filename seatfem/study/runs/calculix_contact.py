@@ -114,7 +114,7 @@ def _landing(
     if deck.centre is None:
         raise ModelError(f"seat.kind = {body.kind!r}: its struck face must be flat and face up along z; turn the part")
     seat = solve_body("seat", scene.seat, method.seat, scene.run.duration, progress, mesh_error=False)
-    solved = reed.solved(method.reed.lip, method.reed.bandwidth, mesh_error=False)
+    solved = reed.solved(method.reed, mesh_error=False)
     assert seat is not None
     striker = reed.body(replace(solved.greens, zeta=np.zeros_like(solved.greens.zeta)))
     problem = problem_of(scene, striker, impact.Body(seat.greens))
