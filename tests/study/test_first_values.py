@@ -29,7 +29,7 @@ def test_what_the_file_states_is_obeyed() -> None:
     assert plan.method == stated_method(scene)
     assert all(choice.given for choice in plan.choices if choice.key.startswith(("seat", "reed")))
     for key in (SIZE, STEP, MODES):
-        assert ladder_of(key).refine(scene, plan.method, 2.0) is None
+        assert ladder_of(key).refine(scene, plan.method, 2.0) == plan.method
 
 
 def test_what_it_leaves_open_is_filled_by_a_rule() -> None:
@@ -115,7 +115,7 @@ def test_elements_stay_no_smaller_than_those_stated_at_the_contact() -> None:
     method = begin_plan(scene).method
     assert (method.seat.contact_size, is_given(scene, SIZE)) == (2e-3, False)
     assert method.seat.size >= 2e-3
-    assert ladder_of(SIZE).refine(scene, method, 4.0) is None  # both sizes make one error
+    assert ladder_of(SIZE).refine(scene, method, 4.0) == method  # both sizes make one error
 
 
 @pytest.mark.slow

@@ -129,20 +129,19 @@ class Ladder:
         return write_quantity(value, self.dimension, 3) if self.dimension else str(value)
 
     def finer(self, value: Any, factor: float, scene: Scene) -> Any:
-        """Return a finer value, whose error is smaller by about ``factor``; ``None`` if rounds change no such key."""
-        return None
+        """Return a finer value, whose error is smaller by about ``factor``; the same if rounds change no such key."""
+        return value
 
     def begin(self, known: Beginning, method: RunMethod) -> RunMethod:
         """Return the method with the key's first, coarse value by rule; keys that the file states are kept."""
         return method
 
-    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod | None:
-        """Return the method with a finer value, whose error is smaller by about ``factor``; ``None`` if the file states
+    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod:
+        """Return the method with a finer value, whose error is smaller by about ``factor``; the same if the file states
         the key, or it is at its limit."""
         if self.key not in FIELDS or self.key in method.given or not (value := method.value(self.key)):
-            return None
-        finer = self.finer(value, factor, scene)
-        return None if finer is None or finer == value else method.replaced({self.key: finer})
+            return method
+        return method.replaced({self.key: self.finer(value, factor, scene)})
 
     def applies(self, run: ComputedRun) -> bool:
         """Return whether a run has this key and can have an error by it: its body is solved, not in closed form."""

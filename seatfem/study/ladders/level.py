@@ -50,10 +50,10 @@ class Level(Ladder):
         still = method.replaced({MODEL: "spring"})
         return self._with_waves(seat, still) if tells_waves(seat, still.seat) else still
 
-    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod | None:
+    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod:
         """Return the method with waves in the seat: its half section, a sector or, along a lip, all of it."""
         if self.role != "seat" or MODEL in method.given or not method.seat.static:
-            return None
+            return method
         return self._with_waves(scene.seat, method)
 
     def _with_waves(self, seat: Structure, method: RunMethod) -> RunMethod:

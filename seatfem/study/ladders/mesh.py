@@ -79,13 +79,13 @@ class ElementSize(Ladder):
         on_face = method.seat.contact_size or in_each_arc(seat, method.seat, sizes.contact_size)
         return method.replaced({SIZE: sizes.size, CONTACT_SIZE: on_face})
 
-    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod | None:
-        """Return the method with smaller elements in the bulk and on the struck face; ``None`` where either is stated,
+    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod:
+        """Return the method with smaller elements in the bulk and on the struck face; the same where either is stated,
         as both make one error."""
         keys = {SIZE: (SIZE, CONTACT_SIZE), REED_SIZE: (REED_SIZE, REED_CONTACT_SIZE)}.get(self.key, ())
         body, how = (scene.seat, method.seat) if self.role == "seat" else (scene.reed, method.reed)
         if how.exact or not keys or method.given.intersection(keys) or not (sizes := body.sizes(how)).size:
-            return None
+            return method
         patch, band = body.patch(), how.bandwidth or 0.0
         if patch is None:
             finer = factor ** (1 / PATCH_ORDER)
@@ -121,16 +121,16 @@ class Bandwidth(Ladder):
         first = 0.0 if known.patch is None else lowest_band(known.patch)
         return method.replaced({BAND: next_band(max(first, FIRST_BAND / known.scene.run.filter_width))})
 
-    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod | None:
+    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod:
         """Return the method with a wider band, of a plate at most its limit, and elements for its shorter waves."""
         if self.key == REED_BAND and self.key not in method.given and (value := method.value(self.key)):
             wider = float(min(value * factor**0.5, max(value, scene.reed.band_limit[0])))
-            return method.replaced({self.key: wider}) if wider >= LEAST_WIDER * value else None
+            return method.replaced({self.key: wider}) if wider >= LEAST_WIDER * value else method
         if self.key != BAND or BAND in method.given or not (band := method.seat.bandwidth):
-            return None
+            return method
         wider = next_band(factor ** (1 / BAND_ORDER) * band)
         if wider <= band:
-            return None
+            return method
         values: dict[str, float] = {BAND: wider}
         if method.seat.size and SIZE not in method.given and (patch := scene.seat.patch()) is not None:
             before, after = (sizes_for(patch, each, FIRST_ERROR, method.seat.order).size for each in (band, wider))
@@ -192,7 +192,7 @@ class Tolerance(Ladder):
             return method
         return method.replaced({TOLERANCE: TOLERANCES[-1 if method.seat.in_arcs else 0]})
 
-    def finer(self, value: float, factor: float, scene: Scene) -> float | None:
+    def finer(self, value: float, factor: float, scene: Scene) -> float:
         """Return a stricter tolerance."""
         return value / factor
 

@@ -55,19 +55,19 @@ class Rings(Ladder):
         is_open = known.is_reduced and method.seat.lip is None and RINGS not in method.given
         return method.replaced({RINGS: 1}) if is_open else method
 
-    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod | None:
+    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod:
         """Return the method with more rings or, along a lip, more parts across; none under a film, or where the life
         under a sphere's contact is asked for."""
         if RINGS in method.given or not (value := method.seat.rings):
-            return None
+            return method
         if not method.seat.in_arcs:
             finer = super().refine(scene, method, factor)
-            return None if finer is None else finer.with_values(scene.geometry, {})
-        rings = next((number for number in ACROSS if number > value), None)
-        if rings is None or scene.contact.film is not None or not scene.seat.traits.has_rings:
-            return None
+            return method if finer == method else finer.with_values(scene.geometry, {})
+        rings = next((number for number in ACROSS if number > value), value)
+        if rings == value or scene.contact.film is not None or not scene.seat.traits.has_rings:
+            return method
         if scene.life is not None and scene.life.contact_criterion:  # computed without parts across the lip
-            return None
+            return method
         return _in_parts(scene, method, method.seat.lip.arcs if method.seat.lip else 1, rings)
 
     def finer(self, value: int, factor: float, scene: Scene) -> int:
@@ -93,9 +93,9 @@ class Rings(Ladder):
         return ((Variation(varied, 1 + left_by(Division.from_greens(divided).rings), same),),)
 
 
-def _in_parts(scene: Scene, method: RunMethod, arcs: int, rings: int) -> RunMethod | None:
-    """Return the method with the lip in these parts; ``None`` if they are more than the program chooses itself."""
-    return meshed_for_arcs(scene, method.along(scene.geometry, arcs, rings)) if arcs * rings <= MOST_CHOSEN else None
+def _in_parts(scene: Scene, method: RunMethod, arcs: int, rings: int) -> RunMethod:
+    """Return the method with the lip in these parts, as far as they are no more than the program chooses itself."""
+    return meshed_for_arcs(scene, method.along(scene.geometry, arcs, rings)) if arcs * rings <= MOST_CHOSEN else method
 
 
 def meshed_for_arcs(scene: Scene, method: RunMethod) -> RunMethod:
@@ -145,12 +145,12 @@ class Arcs(Ladder):
         scene = known.scene
         if is_one_enough(scene):
             return method.along(scene.geometry, 1, scene.contact.rings)
-        return in_fewest_arcs(scene, method) or method
+        return in_fewest_arcs(scene, method)
 
-    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod | None:
+    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod:
         """Return the method with twice as many arcs."""
         if PORTS in method.given or (method.ports or 1) == 1:
-            return None
+            return method
         return _in_parts(scene, method, 2 * (method.ports or 1), method.seat.rings or 1)
 
     def neighbours(self, run: ComputedRun) -> Terms | None:
@@ -165,13 +165,13 @@ class Arcs(Ladder):
         return ((Variation(varied, weight, run.with_greens("seat", divided_less(finer, division)).problem),),)
 
 
-def in_fewest_arcs(scene: Scene, method: RunMethod) -> RunMethod | None:
+def in_fewest_arcs(scene: Scene, method: RunMethod) -> RunMethod:
     """Return the method with the fewest arcs of a lip whose convergence can be estimated; where a force per length is
-    asked for, with arcs no longer than the part over which it is averaged. ``None`` without a lip."""
+    asked for, with arcs no longer than the part over which it is averaged. It is the same without a lip."""
     along_line = math.ceil(2 * math.pi / scene.contact.line_arc) if any_needs_line(scene.accuracy.measures) else 1
     fewest = max(FEWEST_ARCS, along_line)
     lip = scene.geometry.lip(fewest)
-    return None if lip is None else method.along(scene.geometry, lip.whole(fewest))
+    return method if lip is None else method.along(scene.geometry, lip.whole(fewest))
 
 
 def any_needs_line(names: tuple[str, ...]) -> bool:
@@ -193,11 +193,12 @@ class OnePort(Ladder):
 
     effort: float = 0.7
 
-    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod | None:
+    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod:
         """Return the method with the lip in segments, and an element in each."""
-        if PORTS in method.given or method.ports != 1 or (finer := in_fewest_arcs(scene, method)) is None:
-            return None
-        return meshed_for_arcs(scene, finer)
+        if PORTS in method.given or method.ports != 1:
+            return method
+        finer = in_fewest_arcs(scene, method)
+        return method if finer == method else meshed_for_arcs(scene, finer)
 
     def applies(self, run: ComputedRun) -> bool:
         """Return whether a plate meets a lip with one contact."""
@@ -245,17 +246,17 @@ def _greens_along(run: ComputedRun, lip: AnyLip | None) -> base.GreensFunction |
 class StopperParts(Ladder):
     """The parts in which a stopper is met: twice as many arcs, more rings across them, and both in place of one."""
 
-    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod | None:
-        """Return the method with more arcs and rings of the stopper, as far as the file leaves them open; ``None`` if
+    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod:
+        """Return the method with more arcs and rings of the stopper, as far as the file leaves them open; the same if
         they would be more than the program chooses itself, or the file states one arc."""
         division, has_arcs = method.stopper, STOPPER_ARCS in method.given
         if division is None or (has_arcs and division.arcs == 1):
-            return None
+            return method
         if (finer := finer_stopper(scene, division)) is None:
-            return None
+            return method
         arcs = division.arcs if has_arcs else finer.arcs
         finer = Division(arcs, division.rings if STOPPER_RINGS in method.given else finer.rings)
-        return None if finer == division or finer.count > MOST_CHOSEN else method.stopped(scene.geometry, finer)
+        return method if finer == division or finer.count > MOST_CHOSEN else method.stopped(scene.geometry, finer)
 
     def applies(self, run: ComputedRun) -> bool:
         """Return whether the stopper was computed, or is met in parts."""

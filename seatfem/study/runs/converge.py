@@ -125,7 +125,7 @@ def _matters(scene: Scene, method: RunMethod, key: str) -> bool:
     """Return whether a scene has a key, of the parts of a stopper's face only where this can be divided."""
     if key not in (STOPPER_ARCS, STOPPER_RINGS) or is_given(scene, key) or method.stopper != Division():
         return has_key(scene, key)
-    return _refined(scene, method, STOPPER_ARCS, MOST) is not None
+    return _refined(scene, method, STOPPER_ARCS, MOST) != method
 
 
 def with_measured_errors(done: Round) -> Plan:
@@ -180,7 +180,7 @@ def errors_by_key(done: Round, measure: str) -> Mapping[str, float]:
 
 def mark(done: Round) -> Marks:
     """Return the keys whose errors are to be reduced, and by how much, for the measures that miss the target."""
-    scene, method, budget = done.plan.scene, done.plan.method, done.left
+    scene, budget = done.plan.scene, done.left
     factors, wanted, stuck = dict[str, float](), set[str](), dict[str, Mapping[str, float]]()
     for measure in done.judged:
         allowed = scene.accuracy.target * abs(budget.values[measure]) / safety(measure)
@@ -188,7 +188,7 @@ def mark(done: Round) -> Marks:
             continue
         errors = errors_by_key(done, measure)
         tried = frozenset[str]() if _is_hopeless(done, measure) else errors.keys() - done.plan.refused.keys()
-        open_keys = {key for key in tried if _refined(scene, method, key, MOST) and not _is_stalled(done, key)}
+        open_keys = {key for key in tried if _can_refine(done, key) and not _is_stalled(done, key)}
         fixed = sum(error for key, error in errors.items() if key not in open_keys)
         room = max(AIM * allowed - fixed, (allowed - fixed) / 2)
         if room <= 0:
@@ -219,9 +219,14 @@ def _shares(errors: Mapping[str, float], room: float) -> Mapping[str, float]:
     return {}
 
 
-def _refined(scene: Scene, method: RunMethod, key: str, factor: float) -> RunMethod | None:
-    """Return the method with one key refined; ``None`` if it is stated, at its limit, or no key."""
-    return None if (ladder := ladder_of(key)) is None else ladder.refine(scene, method, factor)
+def _refined(scene: Scene, method: RunMethod, key: str, factor: float) -> RunMethod:
+    """Return the method with one key refined; the same if it is stated, at its limit, or no key."""
+    return method if (ladder := ladder_of(key)) is None else ladder.refine(scene, method, factor)
+
+
+def _can_refine(done: Round, key: str) -> bool:
+    """Return whether a key has a finer value."""
+    return _refined(done.plan.scene, done.plan.method, key, MOST) != done.plan.method
 
 
 def _hiding(done: Round, key: str) -> str:
@@ -229,7 +234,7 @@ def _hiding(done: Round, key: str) -> str:
     its convergence, as a step that of modes, or a tolerance that of a mesh. "" if there is none."""
     past, other = done.plan.refined.get(key, ()), HIDDEN_BY.get(key, "")
     has_stayed = past and _worst(done, key) > past[-1].error / past[-1].factor ** 0.5
-    return other if has_stayed and _refined(done.plan.scene, done.plan.method, other, MOST) else ""
+    return other if has_stayed and _can_refine(done, other) else ""
 
 
 def _is_stalled(done: Round, key: str) -> bool:
@@ -287,7 +292,8 @@ def _within_work(done: Round, factors: Mapping[str, float]) -> tuple[RunMethod, 
     """Return the method refined in the key of the largest error and then in those that reduce most of the error per
     counted work, within `MOST_WORK`; and the factor of each."""
     plan = done.plan
-    alone = {key: finer for key, factor in factors.items() if (finer := _refined(plan.scene, plan.method, key, factor))}
+    alone = {key: _refined(plan.scene, plan.method, key, factor) for key, factor in factors.items()}
+    alone = {key: finer for key, finer in alone.items() if finer != plan.method}
 
     def gain_per_work(key: str) -> float:
         more = max(work_ratio(plan.method, alone[key], plan.scene).values()) - 1
@@ -297,7 +303,7 @@ def _within_work(done: Round, factors: Mapping[str, float]) -> tuple[RunMethod, 
     method, taken = plan.method, dict[str, float]()
     for key in sorted(alone, key=lambda key: (key != first, -gain_per_work(key))):
         for power in POWERS:
-            finer = _refined(plan.scene, method, key, factors[key] ** power) or method
+            finer = _refined(plan.scene, method, key, factors[key] ** power)
             fits = max(work_ratio(plan.method, finer, plan.scene).values()) <= MOST_WORK
             if fits or (key == first and power == POWERS[-1]):
                 method, taken[key] = finer, factors[key] ** power
@@ -349,7 +355,7 @@ def what_remains(done: Round) -> str:
     if math.isinf(done.left.by_key.get(key, {}).get(measure, error)):
         share = "an unknown part"
     value = done.plan.method.value(key) if key in FIELDS else None
-    most = isinstance(value, int) and _refined(done.plan.scene, done.plan.method, key, MOST) is None
+    most = isinstance(value, int) and not _can_refine(done, key)
     why = f"rounds take at most {value}: state {key}" if most else "it cannot be made smaller"
     remedy = remedy_by_key(done.plan.scene, key) if key == STOPPER_ARCS or key not in FIELDS else ""
     why = f"no round refines it further: {remedy}" if remedy else why
