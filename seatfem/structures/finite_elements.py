@@ -224,7 +224,7 @@ def from_geometry(
     reason = (
         (LIP if level == "harmonics" else FACE)
         if method.in_arcs
-        else next(option.reason for option in body.levels(method.bandwidth) if option.level == level)
+        else next(option.reason for option in body.levels() if option.level == level)
     )
     about: dict[str, object] = {"seat_level": level, "seat_level_reason": reason}
     spec = body.mesh_spec(method)

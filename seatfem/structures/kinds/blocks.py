@@ -127,8 +127,8 @@ height = "5 mm"
     ) -> Solved:
         if method.level != "rod":
             return super().solve(method, duration, watch, progress, mesh_error=mesh_error)
-        about = {"seat_level": "rod", "seat_level_reason": self.levels(method.bandwidth)[0].reason}
-        about["seat_model"] = NAMES["rod"]
+        reason = self._rod(method.bandwidth or self.greens.bandwidth).reason
+        about = {"seat_level": "rod", "seat_level_reason": reason, "seat_model": NAMES["rod"]}
         return Solved(self.closed_form(), about=about, level_error=self.form_error, plane=True)
 
 

@@ -110,7 +110,7 @@ class Drawn(elastic.Elastic):
 
     # Levels of modelling
 
-    def levels(self, band: float | None = None) -> tuple[Applicability, ...]:
+    def levels(self) -> tuple[Applicability, ...]:
         reasons: dict[Level, str] = {
             "axisymmetric": "axisymmetric (body, supports and load)",
             "harmonics": "a body of revolution, loaded off its axis: Fourier harmonics in the angle",
@@ -121,7 +121,7 @@ class Drawn(elastic.Elastic):
             Applicability.refused(level, why) if why else Applicability(level, True, 0.0, reasons[level])
             for level, why in self._obstacles.items()
         )
-        return (self._rod(self.greens.bandwidth if band is None else band), *others)
+        return (self._rod(self.greens.bandwidth), *others)
 
     @property
     def _obstacles(self) -> dict[Level, str]:

@@ -43,7 +43,7 @@ class Reduced(motion.Moving):
     damping_ratio: DampingRatio = Field(0.0, description="modal damping, the same for every mode")
     greens: parts.GreensSettings = default({}, "how the Green's function is computed")
 
-    def levels(self, band: float | None = None) -> tuple[Applicability, ...]:
+    def levels(self) -> tuple[Applicability, ...]:
         return (Applicability("3d", True, 0.0, "as the file has it"),)
 
     def stated(self, error: float = 0.0, rings: int | None = 1) -> Method:

@@ -464,9 +464,8 @@ class Structure(Table):
         """Return the modal damping ratio common to all modes; 0 if there is none."""
         return float(getattr(self, "damping_ratio", 0.0))
 
-    def levels(self, band: float | None = None) -> tuple[Applicability, ...]:
-        """Return all levels of modelling with the reasons for or against each, cheapest first, for the frequencies up
-        to ``band`` [Hz]."""
+    def levels(self) -> tuple[Applicability, ...]:
+        """Return all levels of modelling with the reasons for or against each, cheapest first."""
         return (Applicability("closed form", True, 0.0, f"kind = {self.kind!r}: nothing to discretise"),)
 
     def level(self, error: float) -> Applicability:

@@ -135,7 +135,7 @@ class ThinPlate(motion.Moving):
     def face(self) -> Face:
         return Face(self.width or 2 * self.radius, self.material.young, self.material.density)
 
-    def levels(self, band: float | None = None) -> tuple[Applicability, ...]:
+    def levels(self) -> tuple[Applicability, ...]:
         return (Applicability("closed form", True, 0.0, f"kind = {self.kind!r}: the modes of a plate"),)
 
     def limits(self) -> tuple[Advice, ...]:
