@@ -24,7 +24,7 @@ from impact.notices import Advice, Progress, silent
 from seatfem.fields import Angle, Contradictions, Gap, KeyProblem, Length, Table, kind_of, kinds_below
 from seatfem.machine.resources import Stopwatch
 from seatfem.structures import lip, model
-from seatfem.structures.errors import GeometryError
+from seatfem.structures.errors import GeometryError, ModelError
 from seatfem.structures.method import AnyLevel, Applicability, Method, Solved
 from seatfem.structures.outlines import BodyViews
 from seatfem.structures.patch import Column, Face, Patch, Sizes
@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from seatfem.structures.kinds.drawn import Drawn
     from seatfem.structures.kinds.elastic import Elastic
     from seatfem.structures.kinds.thin_plate import ThinPlate
+    from seatfem.structures.sheets import SolvedSheet
 
 LEAST_COVER: Final = 0.1
 """`Structure.least_cover` of a beam or plate: with its tip over the middle of a lip it covers a half or a third; one of
@@ -433,6 +434,10 @@ class Structure(Table):
         of a body that touches with one rigid face."""
         return ()
 
+    def solved(self, method: Method, *, mesh_error: bool = True, progress: Progress = silent) -> SolvedSheet:
+        """Return the modes of a plate and its Green's function by a method. Raises `ModelError` of other bodies."""
+        raise ModelError(f"reed.kind = {self.kind!r}: a plate lands; give a flapper, sheet, disc or ring_plate")
+
     @property
     def wave_speed(self) -> float:
         """Return the speed [m/s] of incoming waves towards the struck end; 0 if the body admits none."""
@@ -504,6 +509,11 @@ class Structure(Table):
         """Return the Green's function of the ports of these lips with the modes of a wider band, and its ratio to that
         of ``greens``; ``None`` where its theory allows none."""
         return None
+
+    def in_narrower_bands(self, greens: GreensFunction, *, in_arcs: bool) -> tuple[tuple[GreensFunction, float], ...]:
+        """Return the Green's function of a seat without its highest modes, and the factor from the change by each to
+        the error by its band; none where the band of its method causes no error."""
+        return ()
 
     @property
     def is_convolved(self) -> bool:

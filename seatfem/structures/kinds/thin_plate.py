@@ -186,7 +186,7 @@ class ThinPlate(motion.Moving):
         return self.model_copy(update={"contact_radius": None, "contact_width": None})
 
     def solved(self, method: Method, *, mesh_error: bool = True, progress: Progress = silent) -> sheets.SolvedSheet:
-        """Return its modes and its Green's function by a method, cached in the process."""
+        """Return its modes and its Green's function, cached in the process."""
         asked = self.sheet(method.bandwidth), self.lips(method.lip, method.behind), self.damping_ratio
         return sheets.solved_sheet(*asked, mesh_error=mesh_error, watched=sheets.Watched(progress))
 

@@ -10,7 +10,7 @@ import impact
 from impact.greens.base import GreensFunction
 from impact.greens.modal import Residual
 from impact.quantities import percent
-from impact.runs.variations import AT_ONCE, NARROWER, Terms, narrowed, ringing_on
+from impact.runs.variations import AT_ONCE, NARROWER, Terms, ringing_on
 from seatfem.structures.kinds import Structure
 from seatfem.structures.method import ARC_ERROR, Method
 from seatfem.structures.patch import PATCH_ORDER, Patch, Sizes, mesh_error, sizes_for
@@ -29,7 +29,6 @@ TOLERANCES: Final = (0.01, 0.02, 0.05, 0.1)
 the next where a Krylov space does not reach it; a lip in arcs, which is reduced to modes, has the last."""
 PER_ARC: Final = 0.8  # largest element size over the length of an arc: meshes are a little coarser than requested
 BAND_ORDER: Final = 3.0  # order of convergence for which bands are widened: 2 far above the filter, more below
-LIP_ORDER: Final = 1.3  # order of convergence of landings on a lip with the seat's band: 1.3 to 2.2 from 100 to 630 kHz
 LEAST_WIDER: Final = 1.1  # least factor by which a plate's band is widened
 OF_DRAWS: Final = 1.2
 """Factor on the largest change among 24 random draws of a record, 2.3 standard deviations: with the budget's own factor
@@ -141,38 +140,27 @@ class Bandwidth(Ladder):
     def neighbours(self, run: ComputedRun) -> Terms | None:
         """Return the run with the body's highest modes moved into its residual flexibility.
 
-        A Krylov space has modes far beyond the band: for the seat those within a factor `NARROWER` of the last are left
-        out. If the reduction's error is unknown, the ladder of its tolerance says so.
-
-        Along a lip the larger of two such changes counts, as one may be small by accident, and the error of the arcs'
-        static compliance. The stated error of the reduction is that of an arc under a pulse as short as the band is
-        wide: it hardly falls with the band.
+        If the reduction's error is unknown, the ladder of its tolerance says so. Along a lip the error of the arcs'
+        static compliance counts, too. The stated error of the reduction is that of an arc under a pulse as short as the
+        band is wide: it hardly falls with the band.
         """
-        solved, body = run.solved[self.role], run.bodies[self.role]
-        if solved.greens.error_estimate.reduction is None:
+        greens, body = run.solved[self.role].greens, run.bodies[self.role]
+        if (error := greens.error_estimate.reduction) is None:
             return ()
         if self.role == "seat":
-            modal = solved.greens.modal
-            if run.method.seat.exact or modal is None or len(modal.omega) == 0:
-                return ()
-            highest = float(modal.frequencies_hz.max())
-            if not run.method.seat.in_arcs:
-                return ((run.with_greens("seat", narrowed(modal, highest / NARROWER)),),)
-            ratios = (NARROWER, NARROWER**2)
-            of_statics = run.with_larger_g("seat", min(solved.greens.error_estimate.reduction, ARC_ERROR)) or ()
-            return (
-                tuple(run.with_greens("seat", narrowed(modal, highest / r), 1 / (r**LIP_ORDER - 1)) for r in ratios),
-                *of_statics,
-            )
+            in_arcs = run.method.seat.in_arcs
+            narrower = run.scene.seat.in_narrower_bands(greens, in_arcs=in_arcs)
+            varied = tuple(run.with_greens("seat", other, share) for other, share in narrower)
+            of_statics = run.with_larger_g("seat", min(error, ARC_ERROR)) if in_arcs else ()
+            return (varied, *(of_statics or ())) if varied else ()
         if self.role == "stopper":
-            others = tuple(run.with_body("stopper", other, share) for other, share in with_other_modes(body))
-            return (others,)
+            return (tuple(run.with_body("stopper", other, share) for other, share in with_other_modes(body)),)
         reed = run.method.reed
         if not reed.exact or reed.bandwidth is None:  # of a reduction the tolerance has the error
             return ()
-        varied = tuple(in_wider_band(run)) or tuple(with_other_modes(body, reed.bandwidth))
-        others = tuple(run.with_body("reed", other, share) for other, share in varied)
-        return (others,) if others else None
+        others = tuple(in_wider_band(run)) or tuple(with_other_modes(body, reed.bandwidth))
+        varied = tuple(run.with_body("reed", other, share) for other, share in others)
+        return (varied,) if varied else None
 
 
 @dataclass(frozen=True)

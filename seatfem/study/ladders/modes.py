@@ -13,7 +13,7 @@ from impact.bodies.body import Body
 from impact.runs.variations import NARROWER, Terms, Variation, narrower, ringing_on
 from seatfem.structures.kinds.structure import MOST_BEAM_MODES
 from seatfem.structures.rings import Division
-from seatfem.study.impacts.bodies import problem_of, striker_of
+from seatfem.study.impacts.bodies import striker_of
 from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder
 from seatfem.study.method import MODES, RunMethod
 from seatfem.study.scene import Scene
@@ -74,8 +74,7 @@ class ModeCount(Ladder):
     def _with(self, run: ComputedRun, number: int, weight: float) -> Variation:
         scene = run.scene
         if self.role == "reed":
-            striker = striker_of(scene, number)
-            return Variation(problem_of(scene, striker, run.problem.target, run.bodies.get("stopper")), weight)
+            return run.with_body("reed", striker_of(scene, number), weight)
         kind = scene.seat if self.role == "seat" or scene.stopper is None else scene.stopper.body
         return run.with_greens(self.role, kind.body(None, number).greens, weight)
 
