@@ -156,7 +156,7 @@ class Bandwidth(Ladder):
         if self.role == "stopper":
             return (tuple(run.with_body("stopper", other, share) for other, share in with_other_modes(body)),)
         reed = run.method.reed
-        if not reed.exact or reed.bandwidth is None:  # of a reduction the tolerance has the error
+        if not reed.exact or reed.bandwidth is None or body.greens.modal is None:  # of a reduction: by its tolerance
             return ()
         others = tuple(in_wider_band(run)) or tuple(with_other_modes(body, reed.bandwidth))
         varied = tuple(run.with_body("reed", other, share) for other, share in others)
