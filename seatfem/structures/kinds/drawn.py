@@ -187,11 +187,6 @@ class Drawn(elastic.Elastic):
         volume = inspect_geometry(geometry).filled if geometry.volume is None else geometry.volume
         return volume / self.copies.get(level, 1)
 
-    @property
-    def form_error(self) -> float:
-        """Return the relative error of g in closed form by effects that `beyond` neglects, too."""
-        return 0.0
-
     def mass(self) -> float:
         return self.material.density * self.measures_inside("3d")
 

@@ -16,10 +16,9 @@ from seatfem.structures import lands
 from seatfem.structures.errors import ModelError
 from seatfem.structures.inspection.cad import listed
 from seatfem.structures.kinds import motion, parts, structure
-from seatfem.structures.method import AUTO, AnyLevel, Applicability, Level, Method
+from seatfem.structures.method import AnyLevel, Applicability, Level, Method
 from seatfem.structures.method import memory as forgotten_after
 from seatfem.structures.patch import rod_behind
-from seatfem.structures.reduction import greens as reduced_greens
 from seatfem.units import write_quantity
 
 if TYPE_CHECKING:
@@ -58,17 +57,6 @@ class Reduced(motion.Moving):
             reduction=settings.method,
             max_vectors=settings.max_vectors,
         )
-
-    @property
-    def couples(self) -> bool:
-        """Return whether damping couples its modes."""
-        return False
-
-    @property
-    def is_convolved(self) -> bool:
-        if self.greens.method == AUTO:
-            return self.couples
-        return not reduced_greens.named(self.greens.method).oscillators
 
     def memory(self, method: Method, duration: float) -> float:
         """Return the time [s] up to which g must be accurate in a run of ``duration`` [s]: earlier if uniform damping
@@ -171,10 +159,6 @@ class Elastic(Reduced):
     def copies(self) -> Mapping[AnyLevel, int]:
         """Return, by level, the number of copies of the modelled part in the whole body; 1 for levels not listed."""
         return {}
-
-    @property
-    def couples(self) -> bool:
-        return any(support.damps for support in self.supports)
 
     @property
     def isotropic(self) -> bool:

@@ -294,10 +294,6 @@ damping_ratio = 0.02
         files = {"mass": self.mass, "damping": self.damping, "contact": self.contact, "stiffness": self.stiffness}
         yield from opened(self.system_of_equations, files)
 
-    @property
-    def couples(self) -> bool:
-        return self.damping is not None
-
     def system_of_equations(self) -> models.SecondOrderModel:
         """Return the model in the files, cached in the process. Raises `ModelError`, `OSError`."""
         files = (self.mass, self.stiffness, self.damping, self.contact)

@@ -515,11 +515,6 @@ class Structure(Table):
         the error by its band; none where the band of its method causes no error."""
         return ()
 
-    @property
-    def is_convolved(self) -> bool:
-        """Return whether its g is no sum of oscillators, since damping couples the modes or g is sampled in time."""
-        return False
-
     # Estimates before its Green's function is computed
 
     def counted(self) -> str:
