@@ -175,11 +175,8 @@ def check_arcs(body: Elastic, mesh: AnyMesh, method: Method) -> None:
     halves = 1 if mesh.shape == "hexahedron" else 2
     elements = lip.length / math.sqrt(halves * lip.area / max(facets, 1))
     if lip.arcs > elements:
-        finer = (
-            f"refine seat.mesh.contact_size to {1e3 * lip.length / lip.arcs:.2g} mm or less, or "
-            if body.drawn is not None
-            else ""
-        )
+        size = f"{1e3 * lip.length / lip.arcs:.2g} mm"
+        finer = f"refine seat.mesh.contact_size to {size} or less, or " if body.sizes(method).size else ""
         raise ModelError(
             f"contact.ports = {lip.arcs}: the struck face has only about {elements:.0f} elements along its "
             f"{1e3 * lip.length:.3g} mm, fewer than one per lip segment: {finer}take fewer"

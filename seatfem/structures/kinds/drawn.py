@@ -163,8 +163,7 @@ class Drawn(elastic.Elastic):
         return Column(area, depth, width, self.material.young_across, self.material.density)
 
     def sizes(self, method: Method) -> Sizes:
-        """Return the element sizes; those that the method leaves open follow from the shortest shear wave in the
-        band."""
+        """Return the element sizes; those left open follow from the shortest shear wave in the band."""
         assert method.bandwidth is not None
         per_wavelength = PER_WAVELENGTH[self.elements_of(method)]
         size = method.size or self.slowest / (per_wavelength * method.bandwidth)

@@ -350,8 +350,7 @@ class Structure(Table):
         return np.zeros(len(points))
 
     def start_at(self, at: float) -> float:
-        """Return the initial deflection away from the seat [m] at a distance from the root, of a beam, or at the
-        contact."""
+        """Return the initial deflection away from the seat [m], of a beam at a distance from its root."""
         return 0.0
 
     def start_shape(self) -> Array:
@@ -494,8 +493,7 @@ class Structure(Table):
         return None
 
     def shear_error(self, at: float | None) -> float:
-        """Return the relative error of its compliance ``at`` a distance from the root [m] by shear that its theory
-        leaves out."""
+        """Return the relative error of its compliance at a distance from the root by shear that its theory omits."""
         return 0.0
 
     @property
