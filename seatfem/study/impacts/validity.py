@@ -179,7 +179,7 @@ def fit_of(greens: GreensFunction) -> Fit:
 
 def _misfits(role: str, fit: Fit) -> Iterator[notices.Advice]:
     """Yield advice if the misfit of a record exceeds its noise, with the frequency ranges."""
-    remedy = f"fit it without these lines, with free = true in [{role}] if the body is free, or measure a wider band"
+    remedy = f"fit it without these lines, with {role}.free = true if the body is free, or measure a wider band"
     reason = "it is not the response of a linear, passive body with all its modes within the band"
     words = pole_fit.describe_ranges(list(fit.ranges))
     if fit.unexplained > fit.allowed:
