@@ -105,7 +105,7 @@ def finer_in_every_key(scene: Scene, method: RunMethod, by: Finer = FINEST) -> t
         stopper = scene.stopper.divided(parts or scene.stopper.parts)
         changed["stopper"] = stopper.model_copy(update={"body": finer_body(stopper.body, by)})
     scene = scene.model_copy(update=changed)
-    reed = replace(method.reed, n_modes=scene.reed.slender and scene.reed.slender.n_modes, **_band_and_size(scene.reed))
+    reed = replace(method.reed, n_modes=scene.reed.stated().n_modes, **_band_and_size(scene.reed))
     seat = replace(seat, rings=rings) if divided else seat
     finer = meshed_for_arcs(scene, RunMethod(seat, reed, step).along(scene.geometry, arcs))
     finer = finer.stopped(scene.geometry, None if scene.stopper is None else scene.stopper.parts)

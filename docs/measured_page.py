@@ -129,7 +129,7 @@ def dispersion(compared: ComparedSet) -> str:
         "| crest | measured | axisymmetric model | Pochhammer and Chree | rod without dispersion |",
         "|---|---|---|---|---|",
         *(
-            f"| {name} | {with_uncertainty(row.measured.value, row.measured.uncertainty, 'us')} | "
+            f"| {name} | {with_uncertainty(row.published.value, row.published.uncertainty, 'us')} | "
             + " | ".join(f"{course[k]:.2f} us" for course in courses)
             + " |"
             for k, (name, row) in enumerate(zip(striker_shot.CRESTS, compared.rows, strict=True))
@@ -161,7 +161,7 @@ def section(compared: ComparedSet) -> str:
 
 def repeated_reasons(rows: Sequence[Comparison]) -> dict[str, str]:
     """Return the letters of the reasons that several rows share, which stand once below the table."""
-    counts = Counter(row.measured.note for row in rows if not row.overlap)
+    counts = Counter(row.published.note for row in rows if not row.overlap)
     return dict(zip((reason for reason, count in counts.items() if count > 1), ascii_lowercase, strict=False))
 
 
@@ -176,11 +176,11 @@ def fitted(compared: ComparedSet, name: str) -> str:
 
 def row_of(row: Comparison, letters: Mapping[str, str]) -> str:
     """Return a row of the table, with the reason of a disagreement or its letter."""
-    measured = with_uncertainty(row.measured.value, row.measured.uncertainty, row.measured.unit)
-    ours = with_uncertainty(row.ours.value, row.ours.uncertainty, row.measured.unit)
-    reason = f" ({letters[row.measured.note]})" if row.measured.note in letters else f": {row.measured.note}"
+    measured = with_uncertainty(row.published.value, row.published.uncertainty, row.published.unit)
+    ours = with_uncertainty(row.ours.value, row.ours.uncertainty, row.published.unit)
+    reason = f" ({letters[row.published.note]})" if row.published.note in letters else f": {row.published.note}"
     verdict = "yes" if row.overlap else f"no{reason}"
-    return f"| {row.measured.name} | {measured} | {ours} | {verdict} |"
+    return f"| {row.published.name} | {measured} | {ours} | {verdict} |"
 
 
 def main() -> None:

@@ -42,7 +42,7 @@ class Measured(NamedTuple):
     known: bool | None
 
 
-def measured(summary: Summary) -> Iterator[Measured]:
+def numbers(summary: Summary) -> Iterator[Measured]:
     """Yield the numbers of a run in the order of summary.json, each with its error bar and the spring's value."""
     for key, value in summary.items():
         if (number := as_number(value)) is not None and not key.startswith((SPRING, "error_", "plan_")):

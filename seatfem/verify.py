@@ -212,19 +212,19 @@ class MeasuredSet:
 class Comparison:
     """Measured number and ours; ``overlap``: |measured - ours| <= uncertainty + bar."""
 
-    measured: Prediction
+    published: Prediction
     ours: Estimate
 
     @property
     def overlap(self) -> bool:
         """Return whether both intervals have a common point."""
-        distance = abs(self.measured.value - self.ours.value)
-        return distance <= self.measured.uncertainty + self.ours.uncertainty
+        distance = abs(self.published.value - self.ours.value)
+        return distance <= self.published.uncertainty + self.ours.uncertainty
 
     @property
     def as_stated(self) -> bool:
         """Return whether they overlap, or not, as the set states."""
-        return self.overlap == self.measured.agrees
+        return self.overlap == self.published.agrees
 
 
 @dataclass(frozen=True)
@@ -350,9 +350,9 @@ def measured_table_view(compared: Sequence[ComparedSet]) -> Table:
             unit = of.get("unit", "") if isinstance(of, Mapping) else ""
             table.add_row("", name, "fitted", with_uncertainty(fit.value, fit.uncertainty, unit), "")
         for row in each.rows:
-            measured = with_uncertainty(row.measured.value, row.measured.uncertainty, row.measured.unit)
-            ours = with_uncertainty(row.ours.value, row.ours.uncertainty, row.measured.unit)
-            table.add_row("", row.measured.name, measured, ours, _verdict(row))
+            measured = with_uncertainty(row.published.value, row.published.uncertainty, row.published.unit)
+            ours = with_uncertainty(row.ours.value, row.ours.uncertainty, row.published.unit)
+            table.add_row("", row.published.name, measured, ours, _verdict(row))
         table.add_section()
     return table
 

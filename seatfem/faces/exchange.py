@@ -95,7 +95,7 @@ def _as_csv(source: Path, output: Path, progress: Progress) -> Written:
             output / "stress.csv", heads, zip(time.tolist(), *(v.tolist() for v in places.values()), strict=True)
         )
     yield csv_table.write_csv(
-        output / "summary.csv", ["key", "value", "error bar", "spring baseline"], readings.measured(summary)
+        output / "summary.csv", ["key", "value", "error bar", "spring baseline"], readings.numbers(summary)
     )
 
 

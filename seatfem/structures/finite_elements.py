@@ -32,7 +32,7 @@ from seatfem.structures.model import ModelError, SecondOrderModel
 from seatfem.structures.reduction import factorization, harmonics
 from seatfem.structures.reduction.greens import reduced as reduce_by_aims
 from seatfem.structures.reduction.lip_modes import face_greens, lip_greens
-from seatfem.structures.reduction.modes import ConvergenceError
+from seatfem.structures.reduction.modes import ConvergenceError, solve_modes
 from seatfem.structures.reduction.reducer import Reduction
 from seatfem.structures.rings import as_a_whole, divided_less, division_to_compare, ring_names
 from seatfem.structures.shapes import GeometryError
@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from seatfem.structures.kinds.drawn import Drawn
 
 AnyMesh = SeatMesh | MeridianMesh
+DRAWN_MODES: Final = 12  # most modes that are drawn or kept
 
 
 def draw(
@@ -122,6 +123,16 @@ def matrices(
         raise ModelError(f"{place}: {error}") from error
 
 
+def with_mesh(body: Elastic, solved: Solved, mesh: AnyMesh, method: Method, progress: Progress) -> Solved:
+    """Return a body of which only the Green's function is known with its mesh and the modes that are drawn."""
+    level = body.elements_of(method)
+    if method.static or level == "harmonics":
+        return replace(solved, mesh=mesh)
+    model = matrices(body, mesh, level, progress)
+    modes = solve_modes(model, DRAWN_MODES, progress=progress)
+    return replace(solved, mesh=mesh, model=model, modes=modes, about={**solved.about, "seat_level": level})
+
+
 def supports_of(body: Elastic) -> tuple[Support, ...]:
     """Return the supports of the body beside its fixed and sliding faces."""
     known = {"foundation": Foundation, "bolted": Bolted, "dashpot": Dashpot, "absorbing": Absorbing}
@@ -165,11 +176,8 @@ def check_arcs(body: Elastic, mesh: AnyMesh, method: Method) -> None:
     halves = 1 if mesh.shape == "hexahedron" else 2
     elements = lip.length / math.sqrt(halves * lip.area / max(facets, 1))
     if lip.arcs > elements:
-        finer = (
-            f"refine seat.mesh.contact_size to {1e3 * lip.length / lip.arcs:.2g} mm or less, or "
-            if body.drawn is not None
-            else ""
-        )
+        size = f"{1e3 * lip.length / lip.arcs:.2g} mm"
+        finer = f"refine seat.mesh.contact_size to {size} or less, or " if body.sizes(method).size else ""
         raise ModelError(
             f"contact.ports = {lip.arcs}: the struck face has only about {elements:.0f} elements along its "
             f"{1e3 * lip.length:.3g} mm, fewer than one per lip segment: {finer}take fewer"
@@ -214,7 +222,7 @@ def from_geometry(
     reason = (
         (LIP if level == "harmonics" else FACE)
         if method.in_arcs
-        else next(option.reason for option in body.levels(method.bandwidth) if option.level == level)
+        else next(option.reason for option in body.levels() if option.level == level)
     )
     about: dict[str, object] = {"seat_level": level, "seat_level_reason": reason}
     spec = body.mesh_spec(method)

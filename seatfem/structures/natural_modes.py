@@ -16,7 +16,7 @@ import numpy as np
 
 from impact.notices import Progress, silent
 from seatfem.machine.resources import Stopwatch
-from seatfem.structures import finite_elements, memory_need, sheets
+from seatfem.structures import finite_elements, memory_need
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.elastic import Elastic
 from seatfem.structures.kinds.structure import Structure
@@ -108,10 +108,7 @@ def modes_of(body: Structure, wanted: Wanted, watch: Stopwatch, progress: Progre
     """Return a body's modes, complete by inertia, whatever excites them; ``None`` where there is nothing to take them
     from."""
     model, mesh = body.system_of_equations(), None
-    if (plate := body.thin_plate) is not None:
-        with watch("modes"):
-            model = sheets.model_of(plate.sheet(), plate.lips(None))
-    elif (elastic := body.elastic) is not None:
+    if (elastic := body.elastic) is not None:
         drawn = body.drawn
         around = drawn is not None and drawn.traits.revolved and drawn.isotropic and drawn.model != "3d"
         with watch("mesh"):

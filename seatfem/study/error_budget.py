@@ -210,7 +210,7 @@ def error_budget(
     floors: dict[str, float] = {source: least for source, least in FLOORS.items() if source in varied}
     if method.seat.level == "spring":
         floors["model"] = FLOOR_OF_SPRING
-    in_parts = scene.reed.thin_plate is not None and computed.division.arcs > 1
+    in_parts = method.reed.lip is not None and computed.division.arcs > 1
     shares = {"model": WITHIN_PARTS} if in_parts else {}  # an error that more arcs do not reduce
     budget = with_floors(replace(budget, sources=(*budget.sources, *unknown)), floors, shares)
     budget = with_cut_landings(with_jumps(budget, blow), like, first_is_cut(touches.seat))

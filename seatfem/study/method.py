@@ -142,7 +142,7 @@ def stated_method(scene: Scene) -> RunMethod:
     Raises `LevelError`: the stated level cannot describe the seat.
     """
     given = stated_keys(scene)
-    rings = scene.contact.rings if scene.seat.elastic is not None or RINGS in given else None
+    rings = scene.contact.rings if RINGS in given else None
     with in_role("reed", scene.reed):
         reed = scene.reed.stated()
     seat = scene.seat.stated(scene.accuracy.target / LEVEL_SHARE, rings)

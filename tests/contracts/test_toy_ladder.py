@@ -78,7 +78,7 @@ def test_the_error_budget_runs_its_neighbour(scene: Scene, toy: Toy) -> None:
 class RefinedToy(Toy):
     """A key whose finer value shows in the time step, which no error asks for here."""
 
-    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod | None:
+    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod:
         assert method.time_step is not None
         return method.replaced({STEP: method.time_step / factor})
 

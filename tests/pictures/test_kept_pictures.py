@@ -48,7 +48,7 @@ def test_a_second_run_in_another_folder_shows_the_same_pictures(scene, tmp_path,
     def fail(*given):
         raise MeshingError("gmsh is missing")
 
-    monkeypatch.setattr(pictures, "_meshed_again", fail)
+    monkeypatch.setattr(type(scene.seat), "meshed", fail)
     assert drawn(another, tmp_path / "three", [], monkeypatch, missing=True) == curves
 
 

@@ -27,7 +27,7 @@ def test_what_the_file_states_is_obeyed() -> None:
     assert plan.method == stated_method(scene)
     assert all(choice.given for choice in plan.choices if choice.key.startswith(("seat", "reed")))
     for key in (SIZE, STEP, MODES):
-        assert ladder_of(key).refine(scene, plan.method, 2.0) is None
+        assert ladder_of(key).refine(scene, plan.method, 2.0) == plan.method
 
 
 def test_what_it_leaves_open_is_filled_by_a_rule() -> None:

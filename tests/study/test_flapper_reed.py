@@ -25,7 +25,7 @@ def scene_of(folder: Path, reed: str, seat: str = SPRING, more: str = "", step: 
 
 
 def solved_of(reed: Structure) -> SolvedSheet:
-    return reed.solved()  # type: ignore[attr-defined]
+    return reed.solved(reed.stated())  # type: ignore[attr-defined]
 
 
 @pytest.mark.slow

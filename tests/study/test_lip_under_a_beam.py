@@ -4,7 +4,6 @@ from pathlib import Path
 
 import pytest
 
-from seatfem.study.impacts.validity import covered_notes
 from seatfem.study.scene import Scene, SceneError
 from tests.gallery import load_text
 
@@ -24,7 +23,7 @@ def scene(folder: Path, at: float, width: float = 12) -> Scene:
 @pytest.mark.parametrize(("at", "width", "share"), [(30, 12, "50 %"), (24, 4.5, "33 %")])
 def test_a_note_says_how_much_of_the_lip_is_covered(tmp_path: Path, at: float, width: float, share: str) -> None:
     """A reed of half the lip's mean diameter covers 2/pi asin(1/2) = 1/3 of its circle."""
-    (note,) = covered_notes(scene(tmp_path, at, width).geometry)
+    (note,) = scene(tmp_path, at, width).geometry.cover_notes()
     assert f"covers {share} of the lip, 10 mm wide" in note
 
 

@@ -15,6 +15,7 @@ from impact import measures
 from impact.notices import Progress, silent
 from seatfem.pictures import plots
 from seatfem.structures.cache import VARIABLE
+from seatfem.structures.kinds.drawn import Drawn
 from seatfem.study.runs import pictures
 from seatfem.study.runs.pipeline import RunOutcome, compute_greens, run_scene, write_modes
 from seatfem.study.runs.stress_spots import load_histories
@@ -106,7 +107,7 @@ def test_a_run_that_finds_its_seat_on_file_without_pictures_draws_its_mesh_and_m
     assert of_seat <= {path.name for path in second.folder.iterdir()}
     assert second.summary["pictures_missing"] == ""
     assert_same_results(plain.folder, second.folder)
-    monkeypatch.setattr(pictures, "_meshed_again", None)
+    monkeypatch.setattr(Drawn, "meshed", None)
     assert of_seat <= {path.name for path in run(quick, tmp_path / "three", pictures=True).folder.iterdir()}
 
 

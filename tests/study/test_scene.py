@@ -269,7 +269,7 @@ def test_stress_is_asked_of_what_bends(load: Load) -> None:
     start, end = SCENE.split("[reed]")[0], SCENE[SCENE.index("[run]") :]
     mass = start + '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n' + end
     (refused,) = messages(load, mass + wanted)
-    words = "stress is asked of a body of kind 'rigid_mass', which does not bend, it has no stress: remove it, or use"
+    words = "stress is asked of a body of kind 'rigid_mass', whose stress is not known: remove it, or use"
     assert words in refused
 
 

@@ -20,9 +20,13 @@ from seatfem.structures.kinds import parts, structure
 from seatfem.structures.kinds.motion import AnyPointForce, AnyPressure
 from seatfem.structures.kinds.structure import Structure, Traits
 from seatfem.structures.patch import Face
+from seatfem.units import write_quantity
 
 STIFFENING: Final = 36 / 35  # extra force of a cantilever's elastica under a tip force, over (deflection/length)^2
 DEFLECTED: Final = 0.1  # largest deflection over length; the extra force is less than 1 % there
+POINTS: Final = 720  # sampled points around a lip
+COVERED: Final = 0.95  # covered fraction of a lip above which a beam counts as covering it
+START_POINTS: Final = 60  # places at which the initial shape is drawn
 SLENDER: Final = 0.2  # largest thickness over length of a thin beam; shear adds 3 % to the compliance there
 SHEAR: Final = 0.25 * 2 * (1 + 0.3) / (5 / 6)  # compliance by shear over that by bending, over (t/l)^2; nu = 0.3
 
@@ -30,6 +34,9 @@ SHEAR: Final = 0.25 * 2 * (1 + 0.3) / (5 / 6)  # compliance by shear over that b
 class Release(fields.Table):
     """The initial state of a reed: at rest in the static shape under a force at its tip, or in one mode, with a
     deflection or a velocity."""
+
+    where: ClassVar[str] = ""
+    """Place of the deflection, in drawings."""
 
     tip_deflection: fields.Length | None = Field(None, description="deflection of the tip, away from the seat")
     mode: int | None = Field(None, strict=True, ge=1, description="number of a mode, with deflection or velocity")
@@ -76,6 +83,7 @@ class Beam(Structure):
     """The key that states its length."""
     both_held: ClassVar[bool] = False
     """This says whether the far end of the beam is clamped as well."""
+    least_cover: ClassVar[float] = structure.LEAST_COVER
 
     thickness: fields.Length = fields.default("0.305 mm", "thickness, in the direction of the motion")
     material: parts.Material = fields.default(
@@ -115,10 +123,6 @@ class Beam(Structure):
         name = "beam held at both ends" if self.both_held else self.kind.replace("_", " ")
         return outlines.of_beam(name, self.widths_along, self.thickness, place, both_ends=self.both_held)
 
-    @property
-    def slender(self) -> Beam | None:
-        return self
-
     def stated(self, error: float = 0.0, rings: int | None = 1) -> method.Method:
         return replace(super().stated(error, rings), n_modes=self.n_modes)
 
@@ -132,20 +136,51 @@ class Beam(Structure):
         else:
             structure.check_along(self.kind, self.span, place, key)
 
-    def start_at(self, at: float | None) -> float:
+    def contact_problems(self, at: float | None, seat: Structure) -> fields.Contradictions:
+        structure.check_along(self.kind, self.span, at, "contact.at")
+        if (ring := seat.lip_face.ring) is None or at is None:
+            return
+        if at < (outer := ring[0] + ring[1] / 2) * (1 - 1e-9):
+            words = f"the lip's middle is {write_quantity(at, 'length')} from the clamp, and the lip reaches"
+            reaches = f"{words} {write_quantity(outer, 'length', 4)} from its middle, behind the clamp"
+            yield "contact.at", f"{reaches}; make contact.at at least that, or the lip smaller"
+
+    def place(self, at: float | None) -> float | None:
+        return self.beam().free_point if at is None else at
+
+    def start_at(self, at: float) -> float:
         """Return the initial deflection at ``at``, in the static shape under a force at the tip or in a mode."""
         if self.release is None:
             return 0.0
         beam = self.beam()
         tip = beam.free_point
-        x = tip if at is None else at
         if self.release.tip_deflection is not None:
-            return self.release.tip_deflection * beam.compliance(x, tip) / beam.compliance(tip, tip)
+            return self.release.tip_deflection * beam.compliance(at, tip) / beam.compliance(tip, tip)
         assert self.release.mode is not None
-        touched, free = beam.modes(self.release.mode).deflection(np.array([x, tip]))[-1]
+        touched, free = beam.modes(self.release.mode).deflection(np.array([at, tip]))[-1]
         return (self.release.deflection or 0.0) * float(touched / free)
 
-    def closed_form(self) -> GreensFunction | None:
+    def start_shape(self) -> Array:
+        x = np.linspace(0.0, self.span, START_POINTS)
+        return np.column_stack([x, [self.start_at(float(place)) for place in x]])
+
+    def cover_notes(self, seat: Structure, at: float | None, offset: tuple[float, float], arcs: int) -> tuple[str, ...]:
+        """Return a note if the beam covers only a part of a lip, which the model presses all around."""
+        if (ring := seat.lip_face.ring) is None or at is None:
+            return ()
+        angle = 2 * np.pi * (np.arange(POINTS) + 0.5) / POINTS
+        along, across = at + ring[0] * np.cos(angle), ring[0] * np.sin(angle)
+        share = float(np.mean((along >= 0) & (along <= self.span) & (np.abs(across) <= self.face.width / 2)))
+        if share >= COVERED:
+            return ()
+        outer, place = write_quantity(2 * ring[0] + ring[1], "length", 3), write_quantity(at, "length")
+        return (
+            f"the reed covers {quantities.percent(share, 2)} of the lip, {outer} wide, at contact.at = {place}; "
+            "this model presses all of it. A reed that closes a port reaches beyond its lip all around: make "
+            "contact.at smaller, or the reed wider",
+        )
+
+    def closed_form(self) -> GreensFunction:
         return self._body(None, None, moved=False).greens
 
     def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: structure.At = None) -> Body:
@@ -200,7 +235,6 @@ class Beam(Structure):
         return self
 
     def too_thick(self) -> str:
-        """Return the reason why the theory of thin beams does not hold for this beam; "" if it does."""
         if self.thickness <= SLENDER * self.span:
             return ""
         return (
@@ -240,7 +274,6 @@ class Beam(Structure):
         )
 
     def assumed(self) -> tuple[str, ...]:
-        """Return dimensions and material that take their default, as text "reed.KEY = VALUE"."""
         values = {
             "width": quantities.text(self.mean_width, "m"),
             "thickness": quantities.text(self.thickness, "m"),

@@ -98,10 +98,8 @@ height = "5 mm"
         area, _, length = self.struck_part()
         return self.material.mean.poisson**2 * math.sqrt(area) / length
 
-    def closed_form(self) -> base.GreensFunction | None:
-        """Return the elementary rod of the same cross-section, clamped at its far end, if that level applies."""
-        if not self._rod(self.greens.bandwidth).applies:
-            return None
+    def closed_form(self) -> base.GreensFunction:
+        """Return the elementary rod of the same cross-section, clamped at its far end."""
         solid, (area, _, length) = self.material.mean, self.struck_part()
         return impact.fixed_rod(
             young=solid.young, density=solid.density, area=area, length=length, damping_ratio=self.damping_ratio
@@ -127,11 +125,11 @@ height = "5 mm"
     def solve(
         self, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool = True
     ) -> Solved:
-        if method.level != "rod" or (greens := self.closed_form()) is None:
+        if method.level != "rod":
             return super().solve(method, duration, watch, progress, mesh_error=mesh_error)
-        about = {"seat_level": "rod", "seat_level_reason": self.levels(method.bandwidth)[0].reason}
-        about["seat_model"] = NAMES["rod"]
-        return Solved(greens, about=about, level_error=self.form_error, plane=True)
+        reason = self._rod(method.bandwidth or self.greens.bandwidth).reason
+        about = {"seat_level": "rod", "seat_level_reason": reason, "seat_model": NAMES["rod"]}
+        return Solved(self.closed_form(), about=about, level_error=self.form_error, plane=True)
 
 
 class BlockSeat(Drawn):

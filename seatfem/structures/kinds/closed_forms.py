@@ -43,7 +43,7 @@ stiffness = "50 N/um"
     def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
         return BodyViews(f"spring {1e-6 * self.stiffness:.4g} N/um", symbol="spring")
 
-    def closed_form(self) -> GreensFunction | None:
+    def closed_form(self) -> GreensFunction:
         return impact.spring(stiffness=self.stiffness)
 
 
@@ -69,7 +69,7 @@ mass = "5 g"
     def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
         return BodyViews(f"rigid mass {in_units(self.mass, 'kg')}", symbol="mass")
 
-    def closed_form(self) -> GreensFunction | None:
+    def closed_form(self) -> GreensFunction:
         return impact.rigid_mass(mass=self.mass, velocity=0.0).greens
 
     def weight(self, body: Body) -> tuple[Array, float]:
@@ -144,7 +144,7 @@ damping_ratio = 0.02
     def column(self) -> Column | None:
         return Column(self.cross_section, self.length, math.sqrt(self.cross_section), self.young, self.density)
 
-    def closed_form(self) -> GreensFunction | None:
+    def closed_form(self) -> GreensFunction:
         rods: Mapping[str, Callable[..., GreensFunction]] = {
             "fixed": impact.fixed_rod,
             "free": impact.free_rod,
@@ -173,10 +173,11 @@ damping_ratio = 0.02
         return super().body(greens, n_modes, at)
 
     @property
-    def wave_speed(self) -> float | None:
-        return None if self.far_end != "endless" or self.damping_ratio else math.sqrt(self.young / self.density)
+    def wave_speed(self) -> float:
+        return 0.0 if self.far_end != "endless" or self.damping_ratio else math.sqrt(self.young / self.density)
 
-    def check_gauge(self, at: float, key: str) -> None:
+    def check_gauge(self, at: float, table: str, role: str) -> None:
+        key = f"{table}.at"
         if self.damping_ratio and self.far_end != "fixed":
             raise KeyProblem(key, "strain is known along rods without damping, and fixed ones; remove damping_ratio")
         if self.far_end != "endless":
@@ -192,7 +193,7 @@ damping_ratio = 0.02
     def _step_response(self, away: float) -> Callable[[Array], Array]:
         """Return the axial force at a distance ``away`` from an end as a function of time after a unit step force at
         that end."""
-        if (speed := self.wave_speed) is not None:
+        if speed := self.wave_speed:
             return lambda time: np.asarray(time >= away / speed, dtype=float)
         free = impact.rod_with_end_impedance
         rod: ExactRod = free(**self._sizes, end_impedance=0.0)

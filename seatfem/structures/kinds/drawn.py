@@ -8,7 +8,6 @@ from typing import ClassVar, Final, Literal, Self
 
 from pydantic import Field, model_validator
 
-from impact.greens.base import GreensFunction
 from impact.notices import Progress
 from seatfem import fields
 from seatfem.machine.resources import Stopwatch
@@ -27,7 +26,7 @@ from seatfem.structures.method import (
     Solved,
     choose_level,
 )
-from seatfem.structures.patch import Column, Patch, bulky
+from seatfem.structures.patch import Column, Patch, Sizes, bulky
 from seatfem.structures.shapes import Geometry
 from seatfem.structures.shapes.selectors import Vector
 from seatfem.structures.surface_outlines import Surface, of_surface
@@ -111,7 +110,7 @@ class Drawn(elastic.Elastic):
 
     # Levels of modelling
 
-    def levels(self, band: float | None = None) -> tuple[Applicability, ...]:
+    def levels(self) -> tuple[Applicability, ...]:
         reasons: dict[Level, str] = {
             "axisymmetric": "axisymmetric (body, supports and load)",
             "harmonics": "a body of revolution, loaded off its axis: Fourier harmonics in the angle",
@@ -122,7 +121,7 @@ class Drawn(elastic.Elastic):
             Applicability.refused(level, why) if why else Applicability(level, True, 0.0, reasons[level])
             for level, why in self._obstacles.items()
         )
-        return (self._rod(self.greens.bandwidth if band is None else band), *others)
+        return (self._rod(self.greens.bandwidth), *others)
 
     @property
     def _obstacles(self) -> dict[Level, str]:
@@ -163,13 +162,17 @@ class Drawn(elastic.Elastic):
         area, width, depth = self.struck_part()
         return Column(area, depth, width, self.material.young_across, self.material.density)
 
-    def mesh_spec(self, method: Method) -> MeshSpec:
-        """Return the mesh of a method; sizes it leaves open follow from the shortest shear wave in the band."""
+    def sizes(self, method: Method) -> Sizes:
+        """Return the element sizes; those left open follow from the shortest shear wave in the band."""
         assert method.bandwidth is not None
         per_wavelength = PER_WAVELENGTH[self.elements_of(method)]
         size = method.size or self.slowest / (per_wavelength * method.bandwidth)
-        contact = method.contact_size or 0.4 * size
-        return MeshSpec(size, contact, order=method.order, rings=method.rings or 1)
+        return Sizes(size, method.contact_size or 0.4 * size)
+
+    def mesh_spec(self, method: Method) -> MeshSpec:
+        """Return the mesh of a method."""
+        sizes = self.sizes(method)
+        return MeshSpec(sizes.size, sizes.contact_size, order=method.order, rings=method.rings or 1)
 
     def rough_sizes(self, spec: MeshSpec, level: Level) -> memory_need.Sizes:
         """Return the order of magnitude of the numbers of a mesh, without generating one."""
@@ -183,15 +186,6 @@ class Drawn(elastic.Elastic):
         volume = inspect_geometry(geometry).filled if geometry.volume is None else geometry.volume
         return volume / self.copies.get(level, 1)
 
-    def beyond(self, level: AnyLevel) -> GreensFunction | None:
-        """Return a Green's function with the leading effect that a level neglects; ``None`` if none is known."""
-        return None
-
-    @property
-    def form_error(self) -> float:
-        """Return the relative error of g in closed form by effects that `beyond` neglects, too."""
-        return 0.0
-
     def mass(self) -> float:
         return self.material.density * self.measures_inside("3d")
 
@@ -201,6 +195,11 @@ class Drawn(elastic.Elastic):
         self, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool = True
     ) -> Solved:
         return finite_elements.from_geometry(self, method, duration, watch, progress, mesh_error=mesh_error)
+
+    def meshed(self, solved: Solved, method: Method, progress: Progress) -> Solved:
+        spec, level = self.mesh_spec(method), self.elements_of(method)
+        mesh = finite_elements.draw(self, spec, level, progress, method=method)
+        return finite_elements.with_mesh(self, solved, mesh, method, progress)
 
     def meshes(
         self, method: Method, progress: Progress

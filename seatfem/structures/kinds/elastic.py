@@ -4,28 +4,30 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, ClassVar, Protocol, Self
+from typing import TYPE_CHECKING, ClassVar, Final, Protocol, Self
 
 from pydantic import Field, model_validator
 
 from impact.greens.base import GreensFunction
 from impact.notices import Progress
-from seatfem.fields import DampingRatio, KeyProblem, default
+from impact.runs.variations import NARROWER, narrow_greens
+from seatfem.fields import Contradictions, DampingRatio, KeyProblem, default
 from seatfem.structures import lands
 from seatfem.structures.errors import ModelError
 from seatfem.structures.inspection.cad import listed
 from seatfem.structures.kinds import motion, parts, structure
-from seatfem.structures.method import AUTO, AnyLevel, Applicability, Level, Method
+from seatfem.structures.method import AnyLevel, Applicability, Level, Method
 from seatfem.structures.method import memory as forgotten_after
 from seatfem.structures.patch import rod_behind
-from seatfem.structures.reduction import greens as reduced_greens
+from seatfem.units import write_quantity
 
 if TYPE_CHECKING:
     from seatfem.structures.finite_elements import AnyMesh
-    from seatfem.structures.inspection.mesh_file import Part
     from seatfem.structures.lands import Land
     from seatfem.structures.lip import AnyLip
     from seatfem.structures.materials import Material, Orthotropic
+
+LIP_ORDER: Final = 1.3  # order of convergence of landings on a lip with the seat's band: 1.3 to 2.2 from 100 to 630 kHz
 
 
 class HalfSpaceShare(Protocol):
@@ -43,7 +45,7 @@ class Reduced(motion.Moving):
     damping_ratio: DampingRatio = Field(0.0, description="modal damping, the same for every mode")
     greens: parts.GreensSettings = default({}, "how the Green's function is computed")
 
-    def levels(self, band: float | None = None) -> tuple[Applicability, ...]:
+    def levels(self) -> tuple[Applicability, ...]:
         return (Applicability("3d", True, 0.0, "as the file has it"),)
 
     def stated(self, error: float = 0.0, rings: int | None = 1) -> Method:
@@ -55,17 +57,6 @@ class Reduced(motion.Moving):
             reduction=settings.method,
             max_vectors=settings.max_vectors,
         )
-
-    @property
-    def couples(self) -> bool:
-        """Return whether damping couples its modes."""
-        return False
-
-    @property
-    def is_convolved(self) -> bool:
-        if self.greens.method == AUTO:
-            return self.couples
-        return not reduced_greens.named(self.greens.method).oscillators
 
     def memory(self, method: Method, duration: float) -> float:
         """Return the time [s] up to which g must be accurate in a run of ``duration`` [s]: earlier if uniform damping
@@ -96,6 +87,9 @@ class Elastic(Reduced):
     def elastic(self) -> Elastic | None:
         return self
 
+    def stated(self, error: float = 0.0, rings: int | None = 1) -> Method:
+        return super().stated(error, rings or 1)
+
     @property
     def clamped(self) -> bool:
         """Return whether some face is clamped."""
@@ -116,11 +110,6 @@ class Elastic(Reduced):
     def bedded(self) -> tuple[str, ...]:
         """Return the names of the faces that supports hold."""
         return tuple(support.on for support in self.supports if support.holds)
-
-    @property
-    def struck_face(self) -> str:
-        """Return the name of the face that is struck."""
-        return "contact"
 
     @property
     def struck_arc(self) -> float | None:
@@ -154,14 +143,22 @@ class Elastic(Reduced):
     def region(self, arcs: int = 1, rings: int = 1) -> AnyLip | None:
         return lands.face_lip(self.land(), arcs, rings) if self.has_faces else None
 
+    def covered_problems(self, width: float | None) -> Contradictions:
+        if not self.has_faces and self.region() is None:
+            words = f"required key is missing: a seat of kind {self.kind!r}, as it is given here, has no flat ring or"
+            yield "reed.contact_radius", f"{words} disc that the reed could meet all over"
+        elif width is not None:
+            words = f"{write_quantity(width, 'length')} has no effect without reed.contact_radius: the reed meets the"
+            remedy = "add reed.contact_radius, the ring's mean radius, or remove it"
+            yield "reed.contact_width", f"{words} whole struck face; {remedy}"
+
+    def field_problems(self) -> Iterator[str]:
+        yield from ()
+
     @property
     def copies(self) -> Mapping[AnyLevel, int]:
         """Return, by level, the number of copies of the modelled part in the whole body; 1 for levels not listed."""
         return {}
-
-    @property
-    def couples(self) -> bool:
-        return any(support.damps for support in self.supports)
 
     @property
     def isotropic(self) -> bool:
@@ -172,12 +169,6 @@ class Elastic(Reduced):
     def slowest(self) -> float:
         """Return the speed of the slowest shear waves of its materials [m/s]."""
         return min(material.solid.c_s for material in (self.material, *self.materials.values()))
-
-    def loss_at(self, frequency: float) -> float:
-        """Return the damping ratio of modes at a frequency [rad/s]."""
-        if self.rayleigh is None:
-            return self.damping_ratio
-        return self.rayleigh.mass / (2 * frequency) + self.rayleigh.stiffness * frequency / 2
 
     def solids(self, regions: tuple[str, ...]) -> Material | Orthotropic | dict[str, Material | Orthotropic]:
         """Return the material of the body, or of each region: ``material`` for regions not named in ``materials``.
@@ -195,16 +186,22 @@ class Elastic(Reduced):
         """Return the mesh of a method, and one coarser by `COARSENING` where the body is drawn."""
         raise NotImplementedError
 
-    def part(self) -> Part:
-        """Return its faces for pictures and lists."""
-        raise NotImplementedError
+    def in_narrower_bands(self, greens: GreensFunction, *, in_arcs: bool) -> tuple[tuple[GreensFunction, float], ...]:
+        """Return one without the modes within a factor `NARROWER` of the last, as a Krylov space has modes far beyond
+        its band; along a lip two, as the change by one may be small by accident."""
+        if (modal := greens.modal) is None or len(modal.omega) == 0:
+            return ()
+        highest = float(modal.frequencies_hz.max())
+        if not in_arcs:
+            return ((narrow_greens(modal, highest / NARROWER), 1.0),)
+        return tuple((narrow_greens(modal, highest / r), 1 / (r**LIP_ORDER - 1)) for r in (NARROWER, NARROWER**2))
 
     def discrete(self, level: AnyLevel) -> Level:
         """Return the level of the finite elements; for a spring, the cheapest that applies."""
         return "3d"
 
     def elements_of(self, method: Method) -> Level:
-        """Return the level of a method's finite elements: "3d" for a lip in arcs, which has no equal sectors."""
+        """Return the level: "3d" for a lip in arcs, which has no equal sectors."""
         return "3d" if method.in_arcs else self.discrete(method.level)
 
     def estimate(self) -> GreensFunction | None:

@@ -18,7 +18,7 @@ from seatfem.machine.resources import Stopwatch
 from seatfem.structures import errors, finite_elements, lands, outlines
 from seatfem.structures.formats import mesh_files
 from seatfem.structures.inspection import mesh_file
-from seatfem.structures.inspection.cad import FileState, Shape, inspect_geometry, naming, state_of
+from seatfem.structures.inspection.cad import FileState, inspect_geometry, naming, state_of
 from seatfem.structures.kinds import drawn, elastic, structure
 from seatfem.structures.kinds.parts import METRES, LengthUnit
 from seatfem.structures.kinds.selectors import BLUE_FACES, RED_FACES, ClampSelector, Direction, FaceSelector, Region
@@ -130,8 +130,8 @@ file = "seat.step"
     def part(self) -> mesh_file.Part:
         return mesh_file.of_geometry(self.geometry(), self.file.name)
 
-    def surface(self) -> Shape:
-        return inspect_geometry(self.geometry()).shape
+    def rise(self) -> tuple[float, float]:
+        return inspect_geometry(self.geometry()).shape.rise(self.struck_face)
 
     def counted(self) -> str:
         inspected = inspect_geometry(self.geometry())
@@ -210,8 +210,8 @@ file = "seat.msh"
     def part(self) -> mesh_file.Part:
         return mesh_file.of_mesh(self.file.name, self.read(), ())
 
-    def surface(self) -> Shape:
-        return mesh_file.shape_of(self.read())
+    def rise(self) -> tuple[float, float]:
+        return mesh_file.shape_of(self.read()).rise(self.struck_face)
 
     def file_notes(self) -> tuple[str, ...]:
         return self.read().provenance.notes
@@ -238,6 +238,9 @@ file = "seat.msh"
         with watch("mesh"):
             mesh = self.read(progress)
         return finite_elements.from_mesh(self, mesh, method, duration, watch, progress)
+
+    def meshed(self, solved: Solved, method: Method, progress: Progress) -> Solved:
+        return finite_elements.with_mesh(self, solved, self.read(progress), method, progress)
 
     def meshes(
         self, method: Method, progress: Progress

@@ -220,12 +220,11 @@ class Moving(structure.Structure):
     )
     force: AnyForce | None = Field(None, description="of a reed: force at its contact; a constant one may be text")
 
-    def start_at(self, at: float | None) -> float:
+    def start_at(self, at: float) -> float:
         return self.deflection or 0.0
 
     def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: structure.At = None) -> Body:
         known = self.closed_form() if greens is None else greens
-        assert known is not None
         if self.velocity is not None and math.isinf(known.mass()):
             raise GreensFunctionError(
                 f"reed.velocity = {write_quantity(self.velocity, 'velocity')}: a body of kind {self.kind!r} that is "

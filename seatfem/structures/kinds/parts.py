@@ -213,9 +213,6 @@ class Support(fields.Table):
     kind: str
     on: str = Field(description="name of the face")
 
-    damps: ClassVar[bool] = False
-    """Whether it has dashpots, which couple the modes."""
-
     @property
     def holds(self) -> bool:
         """Return whether it resists a displacement, not only a velocity."""
@@ -267,8 +264,6 @@ class AbsorbingSupport(Support):
         description="where the waves come from; with it the face holds the seat against slow motion too",
     )
 
-    damps: ClassVar[bool] = True
-
     @property
     def holds(self) -> bool:
         return self.centre is not None
@@ -280,8 +275,6 @@ class DashpotSupport(Support):
     kind: Literal["dashpot"]
     normal: fields.AreaDamping = Field(description="damping per area, normal to the face")
     tangential: fields.AreaDamping = fields.default("0 N*s/m^3", "damping per area, along the face")
-
-    damps: ClassVar[bool] = True
 
     @property
     def holds(self) -> bool:

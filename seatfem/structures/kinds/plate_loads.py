@@ -110,6 +110,9 @@ class PlateRelease(Table):
     more than 5 % of its square, integrated over the mass (for a velocity: of its kinetic energy), is outside the modes.
     """
 
+    where: ClassVar[str] = " at the contact"
+    """Place of the deflection, in drawings."""
+
     mode: int = Field(1, strict=True, ge=1, description="number of the mode, with velocity")
     velocity: Approach | None = Field(
         None, description='at the paddle\'s centre; towards the seat it is negative, as in "-2 m/s"'
@@ -275,7 +278,10 @@ class ClampedPlate(thin_plate.ThinPlate):
             )
         return self
 
-    def start_at(self, at: float | None) -> float:
+    def place(self, at: float | None) -> float | None:
+        return self.geometry().centre[0]
+
+    def start_at(self, at: float) -> float:
         if self.release is not None:
             return self.release.start_at(self.geometry().centre)
         return super().start_at(at)

@@ -51,8 +51,11 @@ class FreePlate(ThinPlate):
             )
         return None
 
+    def pushed_at(self, body: Body, place: float | Array | None, by: structure.Push = "force") -> Array:
+        return super().pushed_at(body, self.spring_points if by == "springs" and place is None else place, by)
+
     @property
-    def spring_points(self) -> Array | None:
+    def spring_points(self) -> Array:
         """Return points on the mean circle, so that the springs resist tumbling."""
         turns = 2 * np.pi * np.arange(EVENLY) / EVENLY
         return np.asarray(sum(self.geometry().room) / 2 * np.column_stack([np.cos(turns), np.sin(turns)]))
@@ -144,23 +147,23 @@ thickness = "0.3 mm"
         "face; absent: a disc does, or about a hole a ring of a quarter of what is there",
     )
 
-    def as_a_beam(self, greens: GreensFunction) -> Body | None:
+    def as_beams(self, greens: GreensFunction) -> tuple[Body, ...]:
         """Return a beam of the same widths, released in its mode nearest in frequency, with the same velocity of the
-        contact at the paddle's centre. ``None`` for other initial conditions, with loads, or if no bending mode is
+        contact at the paddle's centre; none for other initial conditions, with loads, or if no bending mode is
         near."""
         release = self.release
         if release is None or release.velocity is None or structure.is_loaded(self):
-            return None
+            return ()
         outline, solid = self.geometry(), self.material.solid
         beam = SteppedCantilever(solid.young, solid.density, self.thickness, outline.widths(CHORDS))
         assert greens.modal is not None
         wanted, frequencies = greens.modal.omega[release.mode - 1], beam.frequencies(OF_THE_BEAM)
         number = int(np.argmin(np.abs(frequencies - wanted)))
         if abs(frequencies[number] / wanted - 1) > NEAR:
-            return None
+            return ()
         centre = outline.centre[0]
         start = ModeShape(number + 1, at=centre, velocity=release.velocity)
-        return reed(beam, damping_ratio=self.damping_ratio, n_modes=OF_THE_BEAM, contact_at=centre, release=start)
+        return (reed(beam, damping_ratio=self.damping_ratio, n_modes=OF_THE_BEAM, contact_at=centre, release=start),)
 
     def geometry(self) -> FlapperOutline:
         return of_same_names(FlapperOutline, self)

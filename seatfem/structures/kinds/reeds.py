@@ -41,8 +41,10 @@ thickness = "0.3 mm"
     def stress(self, force: Array, dt: float, body: Body, at: At) -> BeamStress:
         return BeamStress(self.beam(), force, dt, body, at)
 
-    def check_gauge(self, at: float, key: str) -> None:
-        check_along(self.kind, self.span, at, key)
+    def check_gauge(self, at: float, table: str, role: str) -> None:
+        if role != "reed":
+            raise KeyProblem(f"{table}.of", "of beams strain is known along the reed; put the gauge there")
+        check_along(self.kind, self.span, at, f"{table}.at")
 
     def strain_at(self, place: float, force: Array, dt: float, body: Body, at: At = None) -> Array:
         """Return the bending strain in the face towards the seat."""

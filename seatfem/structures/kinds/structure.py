@@ -5,11 +5,12 @@ As a striker it has an initial deflection, a contact face, and responses to load
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Literal, Protocol, Self
 
 import numpy as np
 from pydantic import Field
@@ -19,22 +20,26 @@ from impact.after.histories import ReedStress
 from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunction, GreensFunctionError
 from impact.late import import_now
-from impact.notices import Advice, Progress
-from seatfem.fields import Angle, Gap, KeyProblem, Length, Table, kind_of, kinds_below
+from impact.notices import Advice, Progress, silent
+from seatfem.fields import Angle, Contradictions, Gap, KeyProblem, Length, Table, kind_of, kinds_below
 from seatfem.machine.resources import Stopwatch
 from seatfem.structures import lip, model
-from seatfem.structures.method import Applicability, Method, Solved
+from seatfem.structures.errors import GeometryError, ModelError
+from seatfem.structures.method import AnyLevel, Applicability, Method, Solved
 from seatfem.structures.outlines import BodyViews
-from seatfem.structures.patch import Column, Face, Patch
+from seatfem.structures.patch import Column, Face, Patch, Sizes
 from seatfem.units import write_quantity
 
 if TYPE_CHECKING:
-    from seatfem.structures.inspection.cad import Shape
-    from seatfem.structures.kinds.beam import Beam
+    from seatfem.structures.inspection.mesh_file import Part
     from seatfem.structures.kinds.drawn import Drawn
     from seatfem.structures.kinds.elastic import Elastic
     from seatfem.structures.kinds.thin_plate import ThinPlate
+    from seatfem.structures.sheets import SolvedSheet
 
+LEAST_COVER: Final = 0.1
+"""`Structure.least_cover` of a beam or plate: with its tip over the middle of a lip it covers a half or a third; one of
+less than a tenth of a ring is not over the port."""
 NO_RING: Final = (
     "as it is given here, is not struck on a flat ring; remove the key, or take one that is, such as annular"
 )
@@ -75,84 +80,12 @@ class KnownStress(Protocol):
         spots; ``worst``: place of the largest stress, a distance from the root [m]."""
 
 
-class Striking(Table):
-    """A body as a striker; the defaults are those of a body at rest without positions along it."""
-
-    kind: str
-
-    @property
-    def face(self) -> Face:
-        """Return the contact face of this body."""
-        return Face()
-
-    @property
-    def spring_points(self) -> Array | None:
-        """Return the default places (n, 2) of springs relative to the contact's centre [m]; ``None``: the centre."""
-        return None
-
-    def from_root(self, at: float | None) -> float | None:
-        """Return the distance of the contact from the root [m], ``at`` where a scene states it."""
-        return at
-
-    def start_at(self, at: float | None) -> float:
-        """Return the initial deflection away from the seat [m] at the distance ``at`` from the root; ``None``: at the
-        contact."""
-        return 0.0
-
-    def check_place(self, place: float | Array | None, key: str) -> None:
-        """Raise a `KeyProblem` of ``key`` unless a force can act at a place: a distance from the root [m], or points
-        (n, 2) relative to the centre of the contact [m]."""
-        if isinstance(place, np.ndarray):
-            raise KeyProblem(
-                key,
-                f"a {self.kind.replace('_', ' ')} has no places across its face; remove the key, or take a plate: a "
-                "flapper, sheet, disc or ring_plate",
-            )
-        check_along(self.kind, None, place, key)
-
-    def pushed_at(self, body: Body, place: float | Array | None, by: Push = "force") -> Array:
-        """Return the (M, n) modal forces of unit forces on ``body`` [1/sqrt(kg)]: one at a distance from the root [m],
-        or those at points (n, 2) relative to the centre of the contact [m]; ``None``: at the contact, or at the default
-        places of springs. ``by``: a pressure is scaled to a total force of one.
-
-        Raises `GreensFunctionError` for a body without modes.
-        """
-        if (modal := body.greens.modal) is None or len(modal.omega) == 0:
-            raise GreensFunctionError(f"load: a reed of kind {self.kind!r} has no modes that a load could move")
-        return np.asarray(modal.shapes[:, :1])
-
-    @property
-    def wave_speed(self) -> float | None:
-        """Return the speed [m/s] of incoming waves towards the struck end; ``None`` if the body admits none."""
-        return None
-
-    def check_gauge(self, at: float, key: str) -> None:
-        """Raise a `KeyProblem` of ``key`` unless the strain is known at the distance ``at`` [m]."""
-        raise KeyProblem(
-            key, f"of a {self.kind.replace('_', ' ')} no strain is known at places; take a rod or a cantilever"
-        )
-
-    def strain_at(self, place: float, force: Array, dt: float, body: Body, at: At = None) -> Array:
-        """Return the strain (n + 1,) at a place [m], > 0 in tension, under contact forces as in `stress`; of a seat or
-        stopper, under the force (n + 1,) that presses on it."""
-        raise NotImplementedError
-
-    def weight(self, body: Body) -> tuple[Array, float]:
-        """Return the (M,) modal forces of a unit force distributed like the mass [1/sqrt(kg)], and the mass [kg]."""
-        raise NotImplementedError
-
-    def stress(self, force: Array, dt: float, body: Body, at: At) -> KnownStress | None:
-        """Return its stress under a contact force (n + 1,) [N], or several forces (n + 1, p), positive away from the
-        seat; ``None`` if its stress is not known."""
-        return None
-
-
-def is_loaded(body: Striking) -> bool:
+def is_loaded(body: Structure) -> bool:
     """Return whether a body has prescribed loads."""
     return any(getattr(body, key, None) is not None for key in LOADS)
 
 
-def is_curved(body: Striking) -> bool:
+def is_curved(body: Structure) -> bool:
     """Return whether a body has a stress-free curvature."""
     return getattr(body, "curvature", None) is not None
 
@@ -259,12 +192,14 @@ class SampleScene:
     filter_width: str = ""
 
 
-class Structure(Striking):
+class Structure(Table):
     """A body: its table in a scene, and its methods for the plan, the Green's function and the contact.
 
     A kind is a subclass with ``kind: Literal["name"]``; its docstring and its fields are its chapter in docs/scene/.
     The defaults here suit a body in closed form without files, contact face and motion.
     """
+
+    kind: str
 
     group: ClassVar[str] = "seats"
     """Heading under which lists of kinds show it: one of `seatfem.fields.GROUPS`."""
@@ -272,6 +207,8 @@ class Structure(Striking):
     """Properties of every body of this kind."""
     sample_scene: ClassVar[SampleScene] = SampleScene()
     """Rest of its example scene."""
+    least_cover: ClassVar[float] = 0.0
+    """Least share of a struck face that must lie under a rigid face of it; 0 of solids, which strike with theirs."""
     _beside_greens: ClassVar[frozenset[str]] = frozenset(
         {"mesh", "greens", "model", "n_modes", "velocity", "deflection", "force"}
     )
@@ -283,7 +220,7 @@ class Structure(Striking):
         super().__pydantic_init_subclass__(**kwargs)
         if (shape := vars(cls).get("shape")) is None:
             return
-        inherited = {name for base in cls.__mro__[1:] if issubclass(base, Striking) for name in base.model_fields}
+        inherited = {name for base in cls.__mro__[1:] if issubclass(base, Structure) for name in base.model_fields}
         own = [name for name in cls.model_fields if name not in inherited]
         for field in fields(shape):
             if (key := field.metadata.get("key")) is None:
@@ -301,11 +238,6 @@ class Structure(Striking):
     @property
     def thin_plate(self) -> ThinPlate | None:
         """Return the body if it is a plate, which bends differently at each arc of a lip, else ``None``."""
-        return None
-
-    @property
-    def slender(self) -> Beam | None:
-        """Return the body if it is a beam in closed form, else ``None``."""
         return None
 
     @property
@@ -328,9 +260,18 @@ class Structure(Striking):
         """Yield the problems found on opening its files."""
         return iter(())
 
-    def surface(self) -> Shape | None:
-        """Return the surface of a body from a file; ``None`` for others."""
-        return None
+    @property
+    def struck_face(self) -> str:
+        """Return the name of the face that is struck."""
+        return "contact"
+
+    def part(self) -> Part:
+        """Return its faces for pictures and lists. Raises `GeometryError` if it has none."""
+        raise GeometryError(f"seat.kind = {self.kind!r} has no faces; take a cad, mesh or drawn seat")
+
+    def rise(self) -> tuple[float, float]:
+        """Return by how much the struck face of a body from a file rises over a plane, and its largest side [m]."""
+        return 0.0, 0.0
 
     def other_fits(self) -> tuple[GreensFunction, ...]:
         """Return the Green's functions fitted to its record with other samples of the noise."""
@@ -389,6 +330,134 @@ class Structure(Striking):
         named = f" ({self.files()[0].name})" if self.files() else ""
         return BodyViews(self.kind.replace("_", " ") + named, symbol="box")
 
+    # As a striker
+
+    @property
+    def face(self) -> Face:
+        """Return the contact face of this body."""
+        return Face()
+
+    def place(self, at: float | None) -> float | None:
+        """Return the distance of its contact from the root [m], stated as ``at``; ``None`` if it has no positions."""
+        return at
+
+    def heights(self, points: Array) -> Array:
+        """Return the (n,) heights of the stress-free shape over a flat one, at points (n, 2) relative to the centre of
+        the contact [m]. Raises a `KeyProblem` for points outside the data."""
+        return np.zeros(len(points))
+
+    def start_at(self, at: float) -> float:
+        """Return the initial deflection away from the seat [m], of a beam at a distance from its root."""
+        return 0.0
+
+    def start_shape(self) -> Array:
+        """Return the (n, 2) distances from the root and initial deflections [m] that are drawn; none if unknown."""
+        return np.zeros((0, 2))
+
+    @property
+    def spring_points(self) -> Array:
+        """Return the default places (n, 2) of springs relative to the contact's centre [m]."""
+        return np.zeros((1, 2))
+
+    def as_beams(self, greens: GreensFunction) -> tuple[Body, ...]:
+        """Return one beam with the motion of a plate that has this Green's function; none without an equivalent."""
+        return ()
+
+    def check_place(self, place: float | Array | None, key: str) -> None:
+        """Raise a `KeyProblem` of ``key`` unless a force can act at a place: a distance from the root [m], or points
+        (n, 2) relative to the centre of the contact [m]."""
+        if isinstance(place, np.ndarray):
+            raise KeyProblem(
+                key,
+                f"a {self.kind.replace('_', ' ')} has no places across its face; remove the key, or take a plate: a "
+                "flapper, sheet, disc or ring_plate",
+            )
+        check_along(self.kind, None, place, key)
+
+    def cover_notes(self, seat: Structure, at: float | None, offset: tuple[float, float], arcs: int) -> tuple[str, ...]:
+        """Return notes if too little of the seat's face and its own lie on each other, for a contact ``at`` a distance
+        from the root [m], with an ``offset`` [m], in so many arcs."""
+        return ()
+
+    def limits(self) -> tuple[Advice, ...]:
+        """Return advice if its table exceeds the limits of its theory."""
+        return ()
+
+    def assumed(self) -> tuple[str, ...]:
+        """Return the defaults of its table that a user may not expect, as text "reed.KEY = VALUE"."""
+        return ()
+
+    def too_thick(self) -> str:
+        """Return the reason why its theory does not hold at all, and the remedy; "" if it does."""
+        return ""
+
+    def contact_problems(self, at: float | None, seat: Structure) -> Contradictions:
+        """Yield keys to change, and why, if it cannot touch a ``seat`` at the distance ``at`` from the root [m]."""
+        check_along(self.kind, None, at, "contact.at")
+        yield from ()
+
+    def parts_problems(self, key: str) -> Contradictions:
+        """Yield a ``key`` that shifts, tilts or divides its contact, and why it cannot have that."""
+        yield key, f"a body of kind {self.kind!r} touches with one rigid face; remove the key, or take a plate"
+
+    def pushed_at(self, body: Body, place: float | Array | None, by: Push = "force") -> Array:
+        """Return the (M, n) modal forces of unit forces on ``body`` [1/sqrt(kg)]: one at a distance from the root [m],
+        or those at points (n, 2) relative to the centre of the contact [m]; ``None``: at the contact, or at the default
+        places of springs. ``by``: a pressure is scaled to a total force of one.
+
+        Raises `GreensFunctionError` for a body without modes.
+        """
+        if (modal := body.greens.modal) is None or len(modal.omega) == 0:
+            raise GreensFunctionError(f"load: a reed of kind {self.kind!r} has no modes that a load could move")
+        return np.asarray(modal.shapes[:, :1])
+
+    @property
+    def states_contact(self) -> bool:
+        """Return whether it touches with a face of its own, in place of all of the struck face that it covers."""
+        return True
+
+    def covering(self) -> Self:
+        """Return the body without the contact face that its table states."""
+        return self
+
+    def meets(self, face: lip.AnyLip | None) -> lip.AnyLip | None:
+        """Return a face of seat or stopper as the body meets it, with a port for each of its parts; ``None`` of a body
+        that touches with one rigid face."""
+        return None
+
+    def lips(self, face: lip.AnyLip | None, behind: lip.AnyLip | None = None) -> tuple[lip.AnyLip, ...]:
+        """Return its own contact face, and those of a stopper ``behind`` and of a seat that it `meets`, in parts; none
+        of a body that touches with one rigid face."""
+        return ()
+
+    def solved(self, method: Method, *, mesh_error: bool = True, progress: Progress = silent) -> SolvedSheet:
+        """Return the modes of a plate and its Green's function by a method. Raises `ModelError` of other bodies."""
+        raise ModelError(f"reed.kind = {self.kind!r}: a plate lands; give a flapper, sheet, disc or ring_plate")
+
+    @property
+    def wave_speed(self) -> float:
+        """Return the speed [m/s] of incoming waves towards the struck end; 0 if the body admits none."""
+        return 0.0
+
+    def check_gauge(self, at: float, table: str, role: str) -> None:
+        """Raise a `KeyProblem` of the ``table`` unless the strain at a distance [m] is known in this ``role``."""
+        words = f"of a {self.kind.replace('_', ' ')} no strain is known at places; take a rod or a cantilever"
+        raise KeyProblem(f"{table}.at", words)
+
+    def strain_at(self, place: float, force: Array, dt: float, body: Body, at: At = None) -> Array:
+        """Return the strain (n + 1,) at a place [m], > 0 in tension, under contact forces as in `stress`; of a seat or
+        stopper, under the force (n + 1,) that presses on it."""
+        raise NotImplementedError
+
+    def weight(self, body: Body) -> tuple[Array, float]:
+        """Return the (M,) modal forces of a unit force distributed like the mass [1/sqrt(kg)], and the mass [kg]."""
+        raise NotImplementedError
+
+    def stress(self, force: Array, dt: float, body: Body, at: At) -> KnownStress | None:
+        """Return its stress under a contact force (n + 1,) [N], or several forces (n + 1, p), positive away from the
+        seat; ``None`` if its stress is not known."""
+        return None
+
     # Levels of modelling
 
     @property
@@ -396,9 +465,8 @@ class Structure(Striking):
         """Return the modal damping ratio common to all modes; 0 if there is none."""
         return float(getattr(self, "damping_ratio", 0.0))
 
-    def levels(self, band: float | None = None) -> tuple[Applicability, ...]:
-        """Return all levels of modelling with the reasons for or against each, cheapest first, for the frequencies up
-        to ``band`` [Hz]."""
+    def levels(self) -> tuple[Applicability, ...]:
+        """Return all levels of modelling with the reasons for or against each, cheapest first."""
         return (Applicability("closed form", True, 0.0, f"kind = {self.kind!r}: nothing to discretise"),)
 
     def level(self, error: float) -> Applicability:
@@ -409,10 +477,38 @@ class Structure(Striking):
         """Return the method by the keys of the table, at the `level` for this ``error``."""
         return Method(self.level(error).level, rings=rings)
 
+    def elements_of(self, method: Method) -> AnyLevel:
+        """Return the level of a method's finite elements; that of the method where it has none."""
+        return method.level
+
+    def sizes(self, method: Method) -> Sizes:
+        """Return the element sizes of a method [m]; zero where its keys do not determine them."""
+        return Sizes(0.0, 0.0)
+
+    def beyond(self, level: AnyLevel) -> GreensFunction | None:
+        """Return a Green's function with the leading effect that a level neglects; ``None`` if none is known."""
+        return None
+
+    def shear_error(self, at: float | None) -> float:
+        """Return the relative error of its compliance at a distance from the root by shear that its theory omits."""
+        return 0.0
+
     @property
-    def is_convolved(self) -> bool:
-        """Return whether its g is no sum of oscillators, since damping couples the modes or g is sampled in time."""
-        return False
+    def band_limit(self) -> tuple[float, str]:
+        """Return the widest band [Hz] in which its theory holds, and in words what lies above it, with a remedy."""
+        return math.inf, ""
+
+    def in_wider_band(
+        self, greens: GreensFunction, lips: tuple[lip.AnyLip, ...], progress: Progress = silent
+    ) -> tuple[GreensFunction, float] | None:
+        """Return the Green's function of the ports of these lips with the modes of a wider band, and its ratio to that
+        of ``greens``; ``None`` where its theory allows none."""
+        return None
+
+    def in_narrower_bands(self, greens: GreensFunction, *, in_arcs: bool) -> tuple[tuple[GreensFunction, float], ...]:
+        """Return the Green's function of a seat without its highest modes, and the factor from the change by each to
+        the error by its band; none where the band of its method causes no error."""
+        return ()
 
     # Estimates before its Green's function is computed
 
@@ -437,9 +533,9 @@ class Structure(Striking):
         """Return the name of its closed form in results."""
         return f"{self.kind.replace('_', ' ')}, closed form"
 
-    def closed_form(self) -> GreensFunction | None:
-        """Return the Green's function in closed form, if there is one."""
-        return None
+    def closed_form(self) -> GreensFunction:
+        """Return the Green's function in closed form, of bodies that are not solved."""
+        raise NotImplementedError
 
     # Computation
 
@@ -449,12 +545,31 @@ class Structure(Striking):
         """Return its Green's function by a method, for runs of ``duration`` [s]; ``mesh_error``: also by a coarser
         mesh."""
         greens = self.closed_form() if method.n_modes is None else self.body(None, method.n_modes).greens
-        assert greens is not None
         return Solved(greens, about={"seat_model": self._model_words}, plane=self.traits.plane)
 
+    def meshed(self, solved: Solved, method: Method, progress: Progress) -> Solved:
+        """Return what a method has ``solved`` and was kept without its mesh, with mesh and modes to be drawn."""
+        return solved
+
     def system_of_equations(self) -> model.SecondOrderModel | None:
-        """Return the matrices in its files; ``None`` if it has no matrices."""
+        """Return the matrices of a plate, or in its files; ``None`` if it has no matrices."""
         return None
+
+    def stress_problems(self, asked: str, *, tensors: bool = False) -> Iterator[str]:
+        """Yield why what is ``asked`` of its stress as a striker, or of its stress ``tensors``, is not known."""
+        if self.traits.stress == "not" or (tensors and self.traits.stress != "field"):
+            known, others = ("stress tensors are", "a plate") if tensors else ("stress is", "a cantilever or a plate")
+            words = f"{asked} is asked of a body of kind {self.kind!r}, whose {known} not known"
+            yield f"{words}: remove it, or use {others}"
+
+    def field_problems(self) -> Iterator[str]:
+        """Yield why its stress as a struck body cannot be computed."""
+        yield f"a seat of kind {self.kind!r} has no finite elements; remove the table"
+
+    def covered_problems(self, width: float | None) -> Contradictions:
+        """Yield keys of a plate to change, and why, where it is to touch this body with all that it covers; ``width``:
+        stated of its contact [m]."""
+        yield from ()
 
     def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: At = None) -> Body:
         """Return the body with the motion that the table states.
@@ -464,9 +579,7 @@ class Structure(Striking):
             n_modes: number of beam modes, in place of the key.
             at: distance of the contact, or of each of several contacts (ports), from the root [m].
         """
-        known = self.closed_form() if greens is None else greens
-        assert known is not None
-        return Body(known)
+        return Body(self.closed_form() if greens is None else greens)
 
 
 def motion_key(body: Structure) -> str:

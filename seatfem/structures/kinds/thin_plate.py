@@ -11,19 +11,23 @@ from pydantic import Field, model_validator
 from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunction
 from impact.notices import Advice, Progress, silent
-from seatfem.fields import DampingRatio, Frequency, KeyProblem, Length, Table, default, of_same_names
+from impact.quantities import percent
+from seatfem.fields import Contradictions, DampingRatio, Frequency, KeyProblem, Length, Table, default, of_same_names
 from seatfem.machine.resources import Stopwatch
 from seatfem.structures import sheets
+from seatfem.structures.errors import ModelError
 from seatfem.structures.kinds import motion, selectors, structure
 from seatfem.structures.kinds.parts import Material
 from seatfem.structures.lip import AnyLip, Lip, Patch
 from seatfem.structures.method import Applicability, Method, Solved
-from seatfem.structures.outlines import BodyViews, arc, of_sheet
+from seatfem.structures.model import SecondOrderModel
+from seatfem.structures.outlines import BodyViews, arc, covered_share, of_sheet
 from seatfem.structures.patch import Face
 from seatfem.structures.shapes import Flat
 from seatfem.units import write_quantity
 
 SHORTEST: Final = 1 / 6  # largest ratio of thickness to bending wavelength for which plate theory holds
+HALF: Final = 0.5  # share of the stated disc or ring on the struck face below which it lies beside it
 ROUND_OFF: Final = 1e-9  # relative tolerance for a contact that extends to the edge of the plate
 
 
@@ -55,6 +59,7 @@ class ThinPlate(motion.Moving):
     _beside_greens: ClassVar[frozenset[str]] = frozenset({"velocity", "release", "deflection", "force"})
     shape: ClassVar[type[Flat]]
     """Class of the outline; its fields are keys of the table."""
+    least_cover: ClassVar[float] = structure.LEAST_COVER
     about: ClassVar[str] = "the plate's centre"
     """Name of the point on which its contact is centred."""
 
@@ -131,7 +136,7 @@ class ThinPlate(motion.Moving):
     def face(self) -> Face:
         return Face(self.width or 2 * self.radius, self.material.young, self.material.density)
 
-    def levels(self, band: float | None = None) -> tuple[Applicability, ...]:
+    def levels(self) -> tuple[Applicability, ...]:
         return (Applicability("closed form", True, 0.0, f"kind = {self.kind!r}: the modes of a plate"),)
 
     def limits(self) -> tuple[Advice, ...]:
@@ -156,8 +161,7 @@ class ThinPlate(motion.Moving):
 
     @property
     def band_limit(self) -> tuple[float, str]:
-        """Return the widest band [Hz] whose modes have bending waves of at least six thicknesses and are not too many,
-        and in words what lies above it, with a remedy."""
+        """Return the widest band whose modes have bending waves of at least six thicknesses and are not too many."""
         own, sheet, most = self.greens.bandwidth, self.sheet(), sheets.MOST_MODES
         by_theory = own * (SHORTEST * sheet.bending_wave(own) / self.thickness) ** 2 / sheets.CUTOFF
         by_count = own * (most - 1) / sheet.mode_count
@@ -169,32 +173,23 @@ class ThinPlate(motion.Moving):
         """Return the data that determine its modes; ``band``: in place of the key [Hz]."""
         return sheets.Sheet(self.geometry(), self.material.solid, band or self.greens.bandwidth, self.mesh.size)
 
-    def lips(self, lip: AnyLip | None, behind: AnyLip | None = None) -> tuple[AnyLip, ...]:
-        """Return the contact of its table, and the faces of a stopper ``behind`` and of a seat, ``lip``, in parts."""
-        return (self.own_lip, *(each for each in (behind, lip) if each is not None))
+    def meets(self, face: AnyLip | None) -> AnyLip | None:
+        return face
+
+    def lips(self, face: AnyLip | None, behind: AnyLip | None = None) -> tuple[AnyLip, ...]:
+        return (self.own_lip, *(each for each in (behind, face) if each is not None))
 
     @property
     def states_contact(self) -> bool:
-        """Return whether its table states the part with which it touches."""
         return self.contact_radius is not None
 
-    def solved(
-        self,
-        lip: AnyLip | None = None,
-        band: float | None = None,
-        behind: AnyLip | None = None,
-        *,
-        mesh_error: bool = True,
-        progress: Progress = silent,
-    ) -> sheets.SolvedSheet:
-        """Return its modes and its Green's function, cached in the process.
+    def covering(self) -> Self:
+        return self.model_copy(update={"contact_radius": None, "contact_width": None})
 
-        ``lip``, ``behind``: as in `lips`; ``band``: in place of the key [Hz].
-        """
-        watched = sheets.Watched(progress)
-        return sheets.solved_sheet(
-            self.sheet(band), self.lips(lip, behind), self.damping_ratio, mesh_error=mesh_error, watched=watched
-        )
+    def solved(self, method: Method, *, mesh_error: bool = True, progress: Progress = silent) -> sheets.SolvedSheet:
+        """Return its modes and its Green's function, cached in the process."""
+        asked = self.sheet(method.bandwidth), self.lips(method.lip, method.behind), self.damping_ratio
+        return sheets.solved_sheet(*asked, mesh_error=mesh_error, watched=sheets.Watched(progress))
 
     def plate(self, greens: GreensFunction) -> sheets.PlateModes:
         """Return the modes behind its Green's function, cached in the process."""
@@ -205,36 +200,50 @@ class ThinPlate(motion.Moving):
     def in_wider_band(
         self, greens: GreensFunction, lips: tuple[AnyLip, ...], progress: Progress = silent
     ) -> tuple[GreensFunction, float] | None:
-        """Return the Green's function of the ports of these lips with the modes of a wider band, and its ratio to that
-        of ``greens``; ``None`` where plate theory allows none."""
         beyond = sheets.in_wider_band(self.plate(greens), progress)
         return beyond and (beyond[0].greens(lips, self.damping_ratio), beyond[1])
+
+    def system_of_equations(self) -> SecondOrderModel:
+        return sheets.model_of(self.sheet(), self.lips(None))
 
     def solve(
         self, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool = True
     ) -> Solved:
         with watch("reduction"):
-            ports = (method.lip, method.bandwidth, method.behind)
-            solved = self.solved(*ports, mesh_error=mesh_error, progress=progress)
+            solved = self.solved(method, mesh_error=mesh_error, progress=progress)
             model, modes = solved.plate.model, solved.plate.modes
         about = {"seat_model": f"Mindlin plate, {len(modes.omega)} modes", "seat_dof": model.size}
         return Solved(solved.greens, model=model, modes=modes, about=about)
 
-    def from_root(self, at: float | None) -> float | None:
-        shape = self.geometry()
-        return shape.centre[0] if shape.is_clamped else at
+    def cover_notes(
+        self, seat: structure.Structure, at: float | None, offset: tuple[float, float], arcs: int
+    ) -> tuple[str, ...]:
+        """Return a note if less than `HALF` of the disc or ring with which the plate is stated to touch lies on the
+        struck face, as over an open port: what is stated counts."""
+        if not self.states_contact or arcs > 1:
+            return ()
+        try:
+            over, face = self.views(at, coarse=True).turned_over(), seat.views(coarse=True)
+        except ModelError:  # a partner without a face
+            return ()
+        x, y = offset
+        share = covered_share(over, replace(face, plan=face.contact), (-x, -y)) if face.contact else None
+        if share is None or share >= HALF:
+            return ()
+        stated = f"reed.contact_radius = {write_quantity(self.radius, 'length', 3)}"
+        return (
+            f"{stated}: in plan {percent(share)} of this {'disc' if self.width is None else 'ring'} lies on the seat's "
+            "struck face, the rest over a port or beside it; remove contact_radius and contact_width, so that the reed "
+            "meets the face as far as it covers it, or change the contact's place and radius",
+        )
 
-    def heights(self, points: Array) -> Array:
-        """Return the (n,) heights of the stress-free shape over the flat plate, at points (n, 2) relative to the centre
-        of the contact [m]. Raises a `KeyProblem` for points outside the data."""
-        return np.zeros(len(points))
+    def contact_problems(self, at: float | None, seat: structure.Structure) -> Contradictions:
+        yield from super().contact_problems(at, seat)
+        if not self.states_contact:
+            yield from seat.covered_problems(self.contact_width)
 
-    def as_a_beam(self, greens: GreensFunction) -> Body | None:
-        """Return a beam with the same motion as a simpler model of the plate; ``None`` if there is none.
-
-        ``greens``: Green's function of the plate.
-        """
-        return None
+    def parts_problems(self, key: str) -> Contradictions:
+        yield from ()
 
     def check_place(self, place: float | Array | None, key: str) -> None:
         """Check a distance; points are checked later, on the mesh."""
@@ -242,8 +251,6 @@ class ThinPlate(motion.Moving):
             super().check_place(place, key)
 
     def pushed_at(self, body: Body, place: float | Array | None, by: structure.Push = "force") -> Array:
-        if by == "springs" and place is None:
-            place = self.spring_points
         if not isinstance(place, np.ndarray):
             return super().pushed_at(body, place, by)
         plate = self.plate(body.greens)
@@ -255,4 +262,4 @@ class ThinPlate(motion.Moving):
         return plate.mean, plate.mass
 
     def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: structure.At = None) -> Body:
-        return super().body(self.solved().greens if greens is None else greens, n_modes, at)
+        return super().body(self.solved(self.stated()).greens if greens is None else greens, n_modes, at)

@@ -89,7 +89,6 @@ def stopper_of(scene: Scene) -> Body | None:
         return None
     solved = solved_stopper(scene.geometry, scene.run.duration)
     greens = scene.stopper.body.closed_form() if solved is None else solved.greens
-    assert greens is not None
     waveless = len(greens.ports) == 1 and greens.modal is not None and greens.highest_rate == 0
     if scene.stopper.parts != Division() and waveless:  # one spring
         greens = bed(scene.stopper.parts, 1 / float(greens.static_compliance()[0, 0]))
@@ -158,7 +157,7 @@ def on_its_base(mount: drives.Mount, body: Body) -> Body:
         GreensFunctionError: nothing holds the body; `TimeSeriesError`: the file of the motion cannot be used.
     """
     role, structure, base, wave = mount.role, mount.structure, mount.base, mount.wave
-    if wave is not None and body.base is None and (speed := structure.wave_speed) is not None:
+    if wave is not None and body.base is None and (speed := structure.wave_speed):
         away = 1.0 if role == "seat" else -1.0  # from the rod: towards its partner
         incoming = wave.incoming(speed)
         return replace(body, base=lambda time: away * incoming.outwards(time))

@@ -63,7 +63,7 @@ def _strain(gauged: Gauged, force: Array | None, dt: float, striker: Body) -> Ar
     gauge, body, wave = gauged.gauge, gauged.mount.structure, gauged.mount.wave
     assert force is not None
     strain = body.strain_at(gauge.at, force, dt, striker, gauged.contact_at)
-    if wave is not None and (speed := body.wave_speed) is not None:
+    if wave is not None and (speed := body.wave_speed):
         middle = np.asarray(dt * (np.arange(len(strain)) - 0.5), dtype=np.float64)
         return np.asarray(strain + wave.incoming(speed).strain_at(middle, gauge.at))
     return strain
@@ -307,7 +307,7 @@ def fallback_step(run: Run, driven: tuple[Drive, ...], *bodies: GreensFunction) 
 def check_step(scene: Scene) -> None:
     """Raise `RunError` for an unusable time step, reed or seat, before anything expensive is computed."""
     for role, body in (("reed", scene.reed), ("seat", scene.seat)):
-        if body.slender is not None and (thick := body.slender.too_thick()):
+        if thick := body.too_thick():
             raise RunError(thick.replace("reed.", f"{role}."))
     if loose := scene.seat.loose:
         raise RunError(
@@ -353,10 +353,11 @@ def check_length(scene: Scene, dt: float, parts: int | None = None) -> None:
         )
     most = min(MAX_STEPS, room / STEP_BYTES)
     if steps > most:
+        fewer = "" if scene.reed.stated().n_modes is None else "keep fewer reed.n_modes, "
         chosen = "run.time_step" if scene.run.time_step else "the step that both bodies and run.filter_width need"
         raise RunError(
             f"run.duration = {write_quantity(scene.run.duration, 'time')} takes {steps:.2g} steps of "
             f"{write_quantity(dt, 'time', 2)} ({chosen}), at most "
             f"{most:.2g} are stored: shorten run.duration, widen run.filter_width, "
-            f"{'' if scene.reed.slender is None else 'keep fewer reed.n_modes, '}or give a longer run.time_step"
+            f"{fewer}or give a longer run.time_step"
         )

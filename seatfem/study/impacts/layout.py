@@ -23,8 +23,6 @@ from seatfem.study.scene.lips import COVERED
 from seatfem.study.scene.wings import Drive
 from seatfem.units import write_quantity
 
-START_POINTS: Final = 60
-"""Points at which the reed's initial shape is drawn."""
 SAMPLES: Final = 1024  # instants of the run from which the range of a load is taken
 SHOWN_ARCS: Final = 400
 """Most arcs whose borders are drawn."""
@@ -41,7 +39,6 @@ def layout_of(scene: Scene, division: Division | None = None) -> Layout:
     """
     contact, reed, stopper = scene.contact, scene.reed, scene.stopper
     at = scene.geometry.own_place
-    root = reed.from_root(at)
     seen = reed.views(at).turned_over().moved(0.0, z=contact.gap)
     stated = division or Division(contact.ports or 1, contact.rings)
     if stated.arcs > 1 or scene.geometry.region() is not None:  # the contact is drawn on the struck face
@@ -58,10 +55,10 @@ def layout_of(scene: Scene, division: Division | None = None) -> Layout:
         bodies["stopper"] = stopper.body.views().turned_over().moved(along, z=above + scene.geometry.stopper_gap)
     low, high = seen.extent
     ends, during = (float(low[0]), float(high[0])), np.linspace(0.0, scene.run.duration, SAMPLES)
-    springs = [(spring.words, _spring_places(spring, reed, root)) for spring in scene.spring]
+    springs = [(spring.words, _spring_places(spring, reed, at)) for spring in scene.spring]
     actions = (
-        *_reed_actions(reed, root, during, ends),
-        *_load_actions(scene.load, root, during, ends),
+        *_reed_actions(reed, at, during, ends),
+        *_load_actions(scene.load, at, during, ends),
         *(Action(words, float(at[:, 0].min()), float(at[:, 0].max()), -1) for words, at in springs),
         *_other_actions(scene.wave, scene.base, scene.driven_by),
     )
@@ -70,7 +67,7 @@ def layout_of(scene: Scene, division: Division | None = None) -> Layout:
         bodies=bodies,
         gap=contact.gap,
         lift=0.0 if stopper is None else scene.geometry.stopper_gap,
-        start=_start(reed, at, ends),
+        start=_start(reed, at),
         actions=actions,
         springs=np.concatenate([np.zeros((0, 2)), *(places for _, places in springs)]),
         arcs=_arcs(scene.geometry, stated) + contact.offset,
@@ -129,20 +126,17 @@ def _face_words(views: BodyViews) -> str:
     return f"a struck face of {x:.4g} x {y:.4g} mm"
 
 
-def _start(reed: Structure, at: float | None, ends: tuple[float, float]) -> Array:
-    """Return (n, 2) position and deflection [m] between its ``ends`` of a beam, met at a place along it, that is
-    released from a deflected shape, else (0, 2)."""
-    x = np.linspace(*ends, START_POINTS if at is not None else 0)
-    shape = np.array([reed.start_at(place) for place in (x + (at or 0.0)).tolist()])
-    return np.column_stack([x, shape]) if np.any(shape) else np.zeros((0, 2))
+def _start(reed: Structure, at: float | None) -> Array:
+    """Return (n, 2) position and deflection [m] of a beam that is released from a deflected shape, else (0, 2)."""
+    shape = reed.start_shape()
+    return shape - np.array([at or 0.0, 0.0]) if np.any(shape[:, 1]) else np.zeros((0, 2))
 
 
 def _spring_places(spring: drives.ValveSpring, reed: Structure, at: float | None) -> Array:
     """Return the (n, 2) places at which valve springs are drawn [m]."""
     if spring.at is not None:
         return np.array([(_along(spring.at, at), 0.0)])
-    points = reed.spring_points if spring.places is None else spring.places
-    return np.zeros((1, 2)) if points is None else points
+    return reed.spring_points if spring.places is None else spring.places
 
 
 def _arcs(geometry: ContactGeometry, division: Division) -> Array:
@@ -218,10 +212,7 @@ def _release(reed: Any) -> Iterator[Action]:
     for key, words in (("tip_deflection", "released from"), ("deflection", "released from")):
         value = getattr(release, key, None)
         if value is not None:
-            place = 0.0 if reed.slender is None else None
-            yield Action(
-                f"{words} {length_text(value)}" + ("" if place is None else " at the contact"), 0.0, 0.0, _sign(value)
-            )
+            yield Action(f"{words} {length_text(value)}{release.where}", 0.0, 0.0, _sign(value))
     if getattr(release, "field", None) is not None:
         yield Action(f"starts as in {release.field.name}", 0.0, 0.0, 0)
 

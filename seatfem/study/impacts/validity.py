@@ -13,11 +13,9 @@ from impact import measures, notices, quantities
 from impact.after.measures import film_force_peak
 from impact.after.result import ImpactResult
 from impact.greens.base import GreensFunction
-from seatfem.structures.errors import ModelError
 from seatfem.structures.fits import fit_of
 from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.structure import is_curved
-from seatfem.structures.outlines import covered_share
 from seatfem.structures.rings import Division, as_a_whole
 from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.impacts.touches import Touches
@@ -28,9 +26,6 @@ from seatfem.study.scene.problems import in_role
 from seatfem.units import write_quantity
 
 SAMPLES: Final = 4096  # instants of a run from which the largest pressure is taken
-POINTS: Final = 720  # sampled points around a lip
-HALF: Final = 0.5  # share of a plate's stated disc or ring on the struck face below which it lies beside it
-COVERED: Final = 0.95  # covered fraction of a lip above which a beam counts as covering it
 THICKEST_GAS: Final = 1e-4
 """Viscosity [Pa s] above which a fluid is a liquid."""
 
@@ -42,13 +37,12 @@ def validity_advice(
     reed: GreensFunction | None = None,
 ) -> tuple[notices.Advice, ...]:
     """Return advice if the run exceeds limits of its theory or data; ``filter_width``: averaging time [s]."""
-    flat = geometry.reed.slender or geometry.reed.thin_plate
     misfits, bands = list[notices.Advice](), list[notices.Advice]()
-    for role, structure, greens in (("seat", geometry.seat, seat), ("reed", geometry.reed, reed)):
+    for role, body, greens in (("seat", geometry.seat, seat), ("reed", geometry.reed, reed)):
         if greens is None:
             continue
         band = fit_of(greens).highest
-        misfits += structure.fit_advice(role, greens)
+        misfits += body.fit_advice(role, greens)
         if band is None or filter_width >= 1 / band:
             continue
         passed, least = (write_quantity(width, "time", 3) for width in (filter_width, 1 / band))
@@ -62,7 +56,7 @@ def validity_advice(
                 f"use run.filter_width >= {least}, or measure to higher frequencies",
             )
         )
-    return (*(() if flat is None else flat.limits()), *misfits, *bands)
+    return (*geometry.reed.limits(), *misfits, *bands)
 
 
 def film_notes(geometry: ContactGeometry, result: ImpactResult) -> tuple[str, ...]:
@@ -77,47 +71,6 @@ def film_notes(geometry: ContactGeometry, result: ImpactResult) -> tuple[str, ..
         f"contact.film: its mean pressure reaches {bars:.3g} bar. A gas, as viscosity = {keys.viscosity:g} Pa s says, "
         "would be compressed: the film's force is an upper bound, and the truth lies between this run and the one "
         "without the film (without_film_ in summary.json)",
-    )
-
-
-def covered_notes(geometry: ContactGeometry) -> tuple[str, ...]:
-    """Return a note if a beam covers only a part of the lip, which the model presses all around."""
-    reed, ring = geometry.reed, geometry.seat.lip_face.ring
-    beam, at = reed.slender, geometry.own_place
-    if ring is None or beam is None or at is None:
-        return ()
-    angle = 2 * np.pi * (np.arange(POINTS) + 0.5) / POINTS
-    along, across = at + ring[0] * np.cos(angle), ring[0] * np.sin(angle)
-    share = float(np.mean((along >= 0) & (along <= beam.span) & (np.abs(across) <= reed.face.width / 2)))
-    if share >= COVERED:
-        return ()
-    outer, place = write_quantity(2 * ring[0] + ring[1], "length", 3), write_quantity(at, "length")
-    return (
-        f"the reed covers {quantities.percent(share, 2)} of the lip, {outer} wide, at contact.at = {place}; "
-        "this model presses all of it. A reed that closes a port reaches beyond its lip all around: make contact.at "
-        "smaller, or the reed wider",
-    )
-
-
-def beside_notes(geometry: ContactGeometry) -> tuple[str, ...]:
-    """Return a note if less than `HALF` of the disc or ring with which a plate is stated to touch lies on the struck
-    face, as over an open port: what is stated counts."""
-    plate, at = geometry.reed.thin_plate, geometry.own_place
-    if plate is None or not plate.states_contact or (geometry.contact.ports or 1) > 1:
-        return ()
-    try:
-        over, face = geometry.reed.views(at, coarse=True).turned_over(), geometry.seat.views(coarse=True)
-    except ModelError:  # a partner without a face
-        return ()
-    x, y = geometry.contact.offset
-    share = covered_share(over, replace(face, plan=face.contact), (-x, -y)) if face.contact else None
-    if share is None or share >= HALF:
-        return ()
-    stated = f"reed.contact_radius = {write_quantity(plate.radius, 'length', 3)}"
-    return (
-        f"{stated}: in plan {quantities.percent(share)} of this {'disc' if plate.width is None else 'ring'} lies on "
-        "the seat's struck face, the rest over a port or beside it; remove contact_radius and contact_width, so that "
-        "the reed meets the face as far as it covers it, or change the contact's place and radius",
     )
 
 
@@ -160,7 +113,7 @@ def one_way_notes(scene: Scene) -> tuple[str, ...]:
     areas = [1.0 if each.area is None else each.area(0.0) for each in scene.load]
     force = sum(area * push.course(time) for area, push in zip(areas, pushes, strict=True) if push)
     low, high = (float(end) - sum(each.preload for each in scene.spring) for end in (np.min(force), np.max(force)))
-    closed = scene.contact.gap == 0 and scene.reed.start_at(scene.geometry.own_place) <= 0
+    closed = scene.contact.gap == 0 and scene.reed.start_at(scene.geometry.own_place or 0.0) <= 0
     if low > 0:
         words = "push the reed off its seat during the whole run: the valve never rests closed"
     elif high < 0 and closed and any(push and push.file for push in pushes):
@@ -232,7 +185,5 @@ def simpler_bodies(scene: Scene, striker: impact.Body, division: Division) -> It
     if scene.load or scene.base or scene.spring or scene.driven_by or scene.stopper is not None:
         return
     with in_role("reed", scene.reed):
-        plate = scene.reed.thin_plate
-        beam = None if plate is None else plate.as_a_beam(greens)
-    if beam is not None:
-        yield BEAM, beam
+        beams = scene.reed.as_beams(greens)
+    yield from ((BEAM, beam) for beam in beams)

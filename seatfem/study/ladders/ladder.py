@@ -7,7 +7,9 @@ every key, all take these values from the key's ladder in `seatfem.study.ladders
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, Literal
 
 import impact
@@ -46,19 +48,19 @@ class ComputedRun:
     reed: Solved | None = None
     progress: Progress = silent
 
-    def solved(self, role: Role) -> Solved | None:
-        """Return a solved body; ``None`` for one in closed form, and for an absent stopper."""
-        if role == "seat":
-            return self.seat
-        if role == "reed":
-            return self.reed
-        return None if self.body("stopper") is None else solved_stopper(self.scene.geometry, self.scene.run.duration)
+    @cached_property
+    def bodies(self) -> Mapping[Role, impact.Body]:
+        """Return the bodies of the contact problem by role."""
+        known: dict[Role, impact.Body] = {"seat": self.problem.target, "reed": self.problem.striker}
+        stopper = touches.stopper_in(self.problem)
+        return known if stopper is None else {**known, "stopper": stopper}
 
-    def body(self, role: Role) -> impact.Body | None:
-        """Return a body of the contact problem; ``None`` for an absent stopper."""
-        if role == "seat":
-            return self.problem.target
-        return self.problem.striker if role == "reed" else touches.stopper_in(self.problem)
+    @cached_property
+    def solved(self) -> Mapping[Role, Solved]:
+        """Return what was solved of the bodies that are not in closed form, by role."""
+        stopper = solved_stopper(self.scene.geometry, self.scene.run.duration) if "stopper" in self.bodies else None
+        known: dict[Role, Solved | None] = {"seat": self.seat, "reed": self.reed, "stopper": stopper}
+        return {role: solved for role, solved in known.items() if solved is not None}
 
     @property
     def division(self) -> Division:
@@ -67,25 +69,20 @@ class ComputedRun:
 
     def with_greens(self, role: Role, greens: GreensFunction, weight: float = 1.0) -> Variation:
         """Return the run with another Green's function of one of its bodies."""
-        stopper = self.body("stopper")
         if role == "seat":
-            return Variation(problem_of(self.scene, self.problem.striker, impact.Body(greens), stopper), weight)
+            bodies = self.problem.striker, impact.Body(greens), self.bodies.get("stopper")
+            return Variation(problem_of(self.scene, *bodies), weight)
         if role == "reed":
             return self.with_body("reed", striker_of(self.scene, greens=greens), weight)
-        assert stopper is not None
-        return self.with_body("stopper", replace(stopper, greens=greens), weight)
+        return self.with_body("stopper", replace(self.bodies["stopper"], greens=greens), weight)
 
     def with_body(self, role: Role, other: impact.Body, weight: float = 1.0) -> Variation:
         """Return the run with another body in place of one of its bodies."""
-        body = self.body(role)
-        assert body is not None
-        return Variation(with_body(self.problem, body, other), weight)
+        return Variation(with_body(self.problem, self.bodies[role], other), weight)
 
     def with_larger_g(self, role: Role, error: float | None) -> Terms | None:
         """Return the run with a body's g larger by a relative error; ``None`` if the error is unknown."""
-        body = self.body(role)
-        assert body is not None
-        return vary_greens(self.problem, body, error)
+        return vary_greens(self.problem, self.bodies[role], error)
 
 
 @dataclass(frozen=True)
@@ -132,24 +129,23 @@ class Ladder:
         return write_quantity(value, self.dimension, 3) if self.dimension else str(value)
 
     def finer(self, value: Any, factor: float, scene: Scene) -> Any:
-        """Return a finer value, whose error is smaller by about ``factor``; ``None`` if rounds change no such key."""
-        return None
+        """Return a finer value, whose error is smaller by about ``factor``; the same if rounds change no such key."""
+        return value
 
     def begin(self, known: Beginning, method: RunMethod) -> RunMethod:
         """Return the method with the key's first, coarse value by rule; keys that the file states are kept."""
         return method
 
-    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod | None:
-        """Return the method with a finer value, whose error is smaller by about ``factor``; ``None`` if the file states
+    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod:
+        """Return the method with a finer value, whose error is smaller by about ``factor``; the same if the file states
         the key, or it is at its limit."""
         if self.key not in FIELDS or self.key in method.given or not (value := method.value(self.key)):
-            return None
-        finer = self.finer(value, factor, scene)
-        return None if finer is None or finer == value else method.replaced({self.key: finer})
+            return method
+        return method.replaced({self.key: self.finer(value, factor, scene)})
 
     def applies(self, run: ComputedRun) -> bool:
         """Return whether a run has this key and can have an error by it: its body is solved, not in closed form."""
-        return run.solved(self.role) is not None
+        return self.role in run.solved
 
     def neighbours(self, run: ComputedRun) -> Terms | None:
         """Return the varied runs that estimate the errors by the key's value: terms add up, and within a term the

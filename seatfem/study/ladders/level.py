@@ -13,7 +13,7 @@ from seatfem.structures.rings import face_compliance
 from seatfem.study.impacts.bodies import solve_body
 from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder, Role
 from seatfem.study.ladders.mesh import BANDS, TOLERANCES, element_sizes, lowest_band, next_band
-from seatfem.study.method import MODEL, RunMethod
+from seatfem.study.method import MODEL, RunMethod, has_key
 from seatfem.study.safety import FAILURES
 from seatfem.study.scene import Scene
 
@@ -32,16 +32,12 @@ class Level(Ladder):
     def neighbours(self, run: ComputedRun) -> Terms | None:
         """Return the run with g larger by the error that the level states; for the seat also the run on a better level,
         and those with the shear deformation of thick beams."""
-        solved = run.solved(self.role)
-        assert solved is not None
-        level = run.with_larger_g(self.role, solved.level_error)
+        level = run.with_larger_g(self.role, run.solved[self.role].level_error)
         if level is None or self.role != "seat":
             return level
         better, seat = _better(run), run.method.seat
-        if seat.static and run.scene.seat.drawn is not None and not tells_waves(run.scene.seat, seat):
-            if (waves := _waves(run)) is None:
-                return None
-            better = (*better, waves)
+        if seat.static and not tells_waves(run.scene.seat, seat):
+            better = (*better, *_waves(run))
         terms = (*level, *_shear(run))
         return (*terms, better) if better else terms
 
@@ -49,15 +45,15 @@ class Level(Ladder):
         """Return the method with the static compliance of a seat that is drawn, the simplest model; with waves where
         those that it would be compared with cost as much."""
         seat = known.scene.seat
-        if self.role != "seat" or seat.drawn is None or MODEL in method.given:
+        if self.role != "seat" or MODEL in method.given or not has_key(known.scene, MODEL):
             return method
         still = method.replaced({MODEL: "spring"})
         return self._with_waves(seat, still) if tells_waves(seat, still.seat) else still
 
-    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod | None:
+    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod:
         """Return the method with waves in the seat: its half section, a sector or, along a lip, all of it."""
-        if self.role != "seat" or MODEL in method.given or not method.seat.static or scene.seat.drawn is None:
-            return None
+        if self.role != "seat" or MODEL in method.given or not method.seat.static:
+            return method
         return self._with_waves(scene.seat, method)
 
     def _with_waves(self, seat: Structure, method: RunMethod) -> RunMethod:
@@ -66,10 +62,10 @@ class Level(Ladder):
 
 def _shear(run: ComputedRun) -> Terms:
     """Return the runs with the shear deformation of beams, where it counts."""
-    reed, seat, least = run.scene.reed.slender, run.scene.seat.slender, SHEAR_SHARE * run.scene.accuracy.target
+    scene, least = run.scene, SHEAR_SHARE * run.scene.accuracy.target
     errors: dict[Role, float] = {
-        "reed": 0.0 if reed is None else reed.shear_error(run.scene.contact.at),
-        "seat": 0.0 if seat is None else seat.shear_error(None),
+        "reed": scene.reed.shear_error(scene.contact.at),
+        "seat": scene.seat.shear_error(None),
     }
     counting = (run.with_larger_g(role, error) for role, error in errors.items() if error > least)
     return tuple(term for terms in counting for term in terms or ())
@@ -85,20 +81,20 @@ def _better(run: ComputedRun) -> tuple[Variation, ...]:
     if better is None and (dynamic := method_beside(seat, method)) is not None:
         solved = solve_body("seat", seat, dynamic, run.scene.run.duration, mesh_error=False)
         better = None if solved is None else solved.greens
-    if better is None and seat.drawn is not None:
-        better = seat.drawn.beyond(method.level)
+    if better is None:
+        better = seat.beyond(method.level)
     return () if better is None else (run.with_greens("seat", better),)
 
 
-def _waves(run: ComputedRun) -> Variation | None:
+def _waves(run: ComputedRun) -> tuple[Variation, ...]:
     """Return the run on a seat with waves against the same without them: the seat is solved on a coarse mesh and struck
     as a whole, along a lip with a half-space under its parts, which leaves out what a tilted landing excites besides,
-    so that it counts `DOUBT` times; where that is impossible, it is estimated. ``None`` where its struck face is not
+    so that it counts `DOUBT` times; where that is impossible, it is estimated. None where its struck face is not
     known."""
     scene, lip = run.scene, run.method.seat.lip
     patch, estimate = scene.seat.patch(), scene.seat.estimate()
     if patch is None or estimate is None:
-        return None
+        return ()
     method = coarse_method(scene.seat, run.method.seat, patch, scene.run.filter_width)
     try:
         solved = solve_body("seat", scene.seat, method, scene.run.duration, mesh_error=False)
@@ -112,7 +108,7 @@ def _waves(run: ComputedRun) -> Variation | None:
     else:
         static = impact.spring(stiffness=1 / face_compliance(waves))
     one, other = (run.with_greens("seat", greens).problem for greens in (waves, static))
-    return Variation(one, doubt, other)
+    return (Variation(one, doubt, other),)
 
 
 def level_with_waves(seat: Structure, how: Method) -> AnyLevel:
@@ -143,17 +139,15 @@ def coarse_method(seat: Structure, stated: Method, patch: Patch, width: float) -
 def tells_waves(seat: Structure, method: Method) -> bool:
     """Return whether the budget of a static seat includes a run with waves: for a body of revolution in arcs, whose
     waves are cheap, as modes of half sections of a few hundred unknowns each."""
-    body = seat.drawn
-    return method.static and method.in_arcs and body is not None and body.elements_of(method) == "harmonics"
+    return method.static and method.in_arcs and seat.elements_of(method) == "harmonics"
 
 
 def method_beside(seat: Structure, method: Method) -> Method | None:
     """Return the method of a static seat's waves for the error budget: on the same mesh, with a band up to its first
     resonances; ``None`` if the seat is not static, or its waves are expensive."""
-    body = seat.drawn
-    if not tells_waves(seat, method) or body is None or (patch := body.patch()) is None:
+    if not tells_waves(seat, method) or (patch := seat.patch()) is None:
         return None
     assert method.bandwidth is not None
-    spec, band = body.mesh_spec(method), min(method.bandwidth, lowest_band(patch))
+    sizes, band = seat.sizes(method), min(method.bandwidth, lowest_band(patch))
     level = level_with_waves(seat, method)
-    return replace(method, level=level, bandwidth=band, size=spec.size, contact_size=spec.patch_size)
+    return replace(method, level=level, bandwidth=band, size=sizes.size, contact_size=sizes.contact_size)

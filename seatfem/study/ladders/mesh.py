@@ -10,7 +10,7 @@ import impact
 from impact.greens.base import GreensFunction
 from impact.greens.modal import Residual
 from impact.quantities import percent
-from impact.runs.variations import NARROWER, STATIC_SHARE, Terms, narrow_greens, ringing_on
+from impact.runs.variations import NARROWER, STATIC_SHARE, Terms, ringing_on
 from seatfem.structures.fits import fit_of
 from seatfem.structures.kinds import Structure
 from seatfem.structures.method import ARC_ERROR, Method
@@ -29,7 +29,6 @@ TOLERANCES: Final = (0.01, 0.02, 0.05, 0.1)
 the next where a Krylov space does not reach it; a lip in arcs, which is reduced to modes, has the last."""
 PER_ARC: Final = 0.8  # largest element size over the length of an arc: meshes are a little coarser than requested
 BAND_ORDER: Final = 3.0  # order of convergence for which bands are widened: 2 far above the filter, more below
-LIP_ORDER: Final = 1.3  # order of convergence of landings on a lip with the seat's band: 1.3 to 2.2 from 100 to 630 kHz
 LEAST_WIDER: Final = 1.1  # least factor by which a plate's band is widened
 OF_DRAWS: Final = 1.2
 """Factor on the largest change among 24 random draws of a record, 2.3 standard deviations: with the budget's own factor
@@ -55,8 +54,8 @@ def element_sizes(patch: Patch, stated: Method, band: float, error: float) -> Si
 
 def in_each_arc(seat: Structure, how: Method, contact_size: float) -> float:
     """Return the size of elements on the struck face that puts one in each arc of a lip that is meshed in space."""
-    body, lip = seat.elastic, how.lip
-    if body is None or lip is None or not how.in_arcs or body.elements_of(how) != "3d":
+    lip = how.lip
+    if lip is None or not how.in_arcs or seat.elements_of(how) != "3d":
         return contact_size
     return min(contact_size, PER_ARC * lip.length / lip.arcs)
 
@@ -72,22 +71,21 @@ class ElementSize(Ladder):
     def begin(self, known: Beginning, method: RunMethod) -> RunMethod:
         """Return the method with sizes for a relative error `FIRST_ERROR` of g, by wavelength and patch, and an element
         in each part of a lip."""
-        if self.key != SIZE or known.scene.seat.drawn is None or known.patch is None or not known.is_reduced:
+        seat, band = known.scene.seat, method.seat.bandwidth or 0.0
+        if self.key != SIZE or known.patch is None or not known.is_reduced or not seat.sizes(method.seat).size:
             return method
-        band = method.seat.bandwidth or 0.0
         sizes = element_sizes(known.patch, method.seat, band, FIRST_ERROR)
-        on_face = method.seat.contact_size or in_each_arc(known.scene.seat, method.seat, sizes.contact_size)
+        on_face = method.seat.contact_size or in_each_arc(seat, method.seat, sizes.contact_size)
         return method.replaced({SIZE: sizes.size, CONTACT_SIZE: on_face})
 
-    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod | None:
-        """Return the method with smaller elements in the bulk and on the struck face; ``None`` where either is stated,
+    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod:
+        """Return the method with smaller elements in the bulk and on the struck face; the same where either is stated,
         as both make one error."""
         keys = {SIZE: (SIZE, CONTACT_SIZE), REED_SIZE: (REED_SIZE, REED_CONTACT_SIZE)}.get(self.key, ())
-        body, how = (scene.seat.drawn, method.seat) if self.role == "seat" else (scene.reed.drawn, method.reed)
-        if body is None or how.exact or not keys or method.given.intersection(keys):
-            return None
-        spec, patch = body.mesh_spec(how), body.patch()
-        sizes, band = Sizes(spec.size, spec.patch_size), how.bandwidth or 0.0
+        body, how = (scene.seat, method.seat) if self.role == "seat" else (scene.reed, method.reed)
+        if how.exact or not keys or method.given.intersection(keys) or not (sizes := body.sizes(how)).size:
+            return method
+        patch, band = body.patch(), how.bandwidth or 0.0
         if patch is None:
             finer = factor ** (1 / PATCH_ORDER)
             sizes = Sizes(sizes.size / finer, sizes.contact_size / finer)
@@ -101,16 +99,10 @@ class ElementSize(Ladder):
         """Return the run on the coarser mesh or, without one, with g larger by the stated error of the mesh."""
         if self.key == CONTACT_SIZE:  # the coarser mesh has both sizes coarser
             return ()
-        solved = run.solved(self.role)
-        assert solved is not None
+        solved = run.solved[self.role]
         if solved.coarser is None:
             return run.with_larger_g(self.role, solved.greens.error_estimate.mesh)
         return ((run.with_greens(self.role, solved.coarser, 1 / (solved.refinement - 1)),),)
-
-
-def measured_draws(run: ComputedRun) -> tuple[GreensFunction, ...]:
-    """Return further fits to the record of a measured seat, whose spread replaces the error of a reduction."""
-    return run.scene.seat.other_fits()
 
 
 @dataclass(frozen=True)
@@ -128,20 +120,18 @@ class Bandwidth(Ladder):
         first = 0.0 if known.patch is None else lowest_band(known.patch)
         return method.replaced({BAND: next_band(max(first, FIRST_BAND / known.scene.run.filter_width))})
 
-    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod | None:
+    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod:
         """Return the method with a wider band, of a plate at most its limit, and elements for its shorter waves."""
         if self.key == REED_BAND and self.key not in method.given and (value := method.value(self.key)):
-            plate = scene.reed.thin_plate
-            wider = float(min(value * factor**0.5, math.inf if plate is None else max(value, plate.band_limit[0])))
-            return method.replaced({self.key: wider}) if wider >= LEAST_WIDER * value else None
+            wider = float(min(value * factor**0.5, max(value, scene.reed.band_limit[0])))
+            return method.replaced({self.key: wider}) if wider >= LEAST_WIDER * value else method
         if self.key != BAND or BAND in method.given or not (band := method.seat.bandwidth):
-            return None
+            return method
         wider = next_band(factor ** (1 / BAND_ORDER) * band)
         if wider <= band:
-            return None
+            return method
         values: dict[str, float] = {BAND: wider}
-        patch = None if scene.seat.drawn is None else scene.seat.drawn.patch()
-        if method.seat.size and patch is not None and SIZE not in method.given:
+        if method.seat.size and SIZE not in method.given and (patch := scene.seat.patch()) is not None:
             before, after = (sizes_for(patch, each, FIRST_ERROR, method.seat.order).size for each in (band, wider))
             smaller = float(f"{method.seat.size * after / before:.2g}")
             values[SIZE] = max(smaller, method.seat.contact_size or 0.0)
@@ -150,41 +140,27 @@ class Bandwidth(Ladder):
     def neighbours(self, run: ComputedRun) -> Terms | None:
         """Return the run with the body's highest modes moved into its residual flexibility.
 
-        A Krylov space has modes far beyond the band: for the seat those within a factor `NARROWER` of the last are left
-        out. If the reduction's error is unknown, the ladder of its tolerance says so.
-
-        Along a lip the larger of two such changes counts, as one may be small by accident, and the error of the arcs'
-        static compliance. The stated error of the reduction is that of an arc under a pulse as short as the band is
-        wide: it hardly falls with the band.
+        If the reduction's error is unknown, the ladder of its tolerance says so. Along a lip the error of the arcs'
+        static compliance counts, too. The stated error of the reduction is that of an arc under a pulse as short as the
+        band is wide: it hardly falls with the band.
         """
-        solved, body = run.solved(self.role), run.body(self.role)
-        assert solved is not None
-        assert body is not None
-        if solved.greens.error_estimate.reduction is None:
+        greens, body = run.solved[self.role].greens, run.bodies[self.role]
+        if (error := greens.error_estimate.reduction) is None:
             return ()
         if self.role == "seat":
-            modal = solved.greens.modal
-            if measured_draws(run) or run.scene.seat.elastic is None or modal is None or len(modal.omega) == 0:
-                return ()
-            highest = float(modal.frequencies_hz.max())
-            if not run.method.seat.in_arcs:
-                return ((run.with_greens("seat", narrow_greens(modal, highest / NARROWER)),),)
-            ratios = (NARROWER, NARROWER**2)
-            of_statics = run.with_larger_g("seat", min(solved.greens.error_estimate.reduction, ARC_ERROR)) or ()
-            return (
-                tuple(
-                    run.with_greens("seat", narrow_greens(modal, highest / r), 1 / (r**LIP_ORDER - 1)) for r in ratios
-                ),
-                *of_statics,
-            )
-        scene = run.scene
-        struck = scene.reed.thin_plate if self.role == "reed" else scene.stopper and scene.stopper.body.elastic
-        if struck is None:
+            in_arcs = run.method.seat.in_arcs
+            narrower = run.scene.seat.in_narrower_bands(greens, in_arcs=in_arcs)
+            varied = tuple(run.with_greens("seat", other, share) for other, share in narrower)
+            of_statics = run.with_larger_g("seat", min(error, ARC_ERROR)) if in_arcs else ()
+            return (varied, *(of_statics or ())) if varied else ()
+        if self.role == "stopper":
+            return (tuple(run.with_body("stopper", other, share) for other, share in with_other_modes(body)),)
+        reed = run.method.reed
+        if not reed.exact or reed.bandwidth is None or body.greens.modal is None:  # of a reduction: by its tolerance
             return ()
-        varied, band = (tuple(in_wider_band(run)), run.method.reed.bandwidth) if self.role == "reed" else ((), None)
-        varied = varied or tuple(with_other_modes(body, band or 0.0))
-        others = tuple(run.with_body(self.role, other, share) for other, share in varied)
-        return (others,) if others or self.role == "stopper" else None
+        others = tuple(in_wider_band(run)) or tuple(with_other_modes(body, reed.bandwidth))
+        varied = tuple(run.with_body("reed", other, share) for other, share in others)
+        return (varied,) if varied else None
 
 
 @dataclass(frozen=True)
@@ -204,16 +180,14 @@ class Tolerance(Ladder):
             return method
         return method.replaced({TOLERANCE: TOLERANCES[-1 if method.seat.in_arcs else 0]})
 
-    def finer(self, value: float, factor: float, scene: Scene) -> float | None:
-        """Return a stricter tolerance; a plate has all modes of its band, at any tolerance."""
-        return None if self.role == "reed" and scene.reed.thin_plate is not None else value / factor
+    def finer(self, value: float, factor: float, scene: Scene) -> float:
+        """Return a stricter tolerance."""
+        return value / factor
 
     def neighbours(self, run: ComputedRun) -> Terms | None:
         """Return the run with g larger by the reduction's error; a fit to a record has its draws instead."""
-        solved = run.solved(self.role)
-        assert solved is not None
-        error = solved.greens.error_estimate.reduction
-        if self.role == "seat" and (measured_draws(run) or (run.method.seat.in_arcs and error is not None)):
+        error = run.solved[self.role].greens.error_estimate.reduction
+        if self.role == "seat" and (run.scene.seat.other_fits() or (run.method.seat.in_arcs and error is not None)):
             return ()  # along a lip, reduced to modes, the error is that of the band
         return run.with_larger_g(self.role, error)
 
@@ -224,13 +198,13 @@ class MeasuredRecord(Ladder):
 
     def applies(self, run: ComputedRun) -> bool:
         """Return whether the seat is a fit to a record, with draws."""
-        return bool(measured_draws(run))
+        return bool(run.scene.seat.other_fits())
 
     def neighbours(self, run: ComputedRun) -> Terms | None:
         """Return the run on each draw, that with the residual flexibility above the band as a mode at its end, and that
         with g larger by a misfit beyond the noise."""
         fit = fit_of(run.seat.greens)
-        terms = [tuple(run.with_greens("seat", draw, OF_DRAWS) for draw in measured_draws(run))]
+        terms = [tuple(run.with_greens("seat", draw, OF_DRAWS) for draw in run.scene.seat.other_fits())]
         if fit.highest is not None and (ringing := _ringing_from(run.seat.greens, 2 * math.pi * fit.highest)):
             terms.append((run.with_greens("seat", ringing),))
         return (*terms, *(run.with_larger_g("seat", fit.unexplained) or ()))

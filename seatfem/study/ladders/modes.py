@@ -13,7 +13,7 @@ from impact.bodies.body import Body
 from impact.runs.variations import NARROWER, Terms, Variation, narrow_body, ringing_on
 from seatfem.structures.kinds.structure import MOST_BEAM_MODES
 from seatfem.structures.rings import Division
-from seatfem.study.impacts.bodies import problem_of, striker_of
+from seatfem.study.impacts.bodies import striker_of
 from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder
 from seatfem.study.method import MODES, RunMethod
 from seatfem.study.scene import Scene
@@ -62,7 +62,7 @@ class ModeCount(Ladder):
         if self.role != "stopper":
             return run.method.seat.n_modes if self.role == "seat" else run.method.reed.n_modes
         stopper = run.scene.stopper
-        is_beam = stopper is not None and run.solved("stopper") is None and stopper.parts == Division()
+        is_beam = stopper is not None and "stopper" not in run.solved and stopper.parts == Division()
         return stopper.body.stated().n_modes if stopper is not None and is_beam else None
 
     def neighbours(self, run: ComputedRun) -> Terms | None:
@@ -74,8 +74,7 @@ class ModeCount(Ladder):
     def _with(self, run: ComputedRun, number: int, weight: float) -> Variation:
         scene = run.scene
         if self.role == "reed":
-            striker = striker_of(scene, number)
-            return Variation(problem_of(scene, striker, run.problem.target, run.body("stopper")), weight)
+            return run.with_body("reed", striker_of(scene, number), weight)
         kind = scene.seat if self.role == "seat" or scene.stopper is None else scene.stopper.body
         return run.with_greens(self.role, kind.body(None, number).greens, weight)
 
@@ -87,18 +86,18 @@ def in_wider_band(run: ComputedRun) -> Iterator[tuple[Body, float]]:
     Where these modes are little of what yields beyond the band (`HARDLY`), as few are felt in the middle of a disc or
     all around a ring, what is left beyond vibrates, too (`BEYOND`).
     """
-    plate, reed, own = run.scene.reed.thin_plate, run.method.reed, run.problem.striker
-    beyond = plate and plate.in_wider_band(own.greens, plate.lips(reed.lip, reed.behind), run.progress)
-    if not beyond:
+    body, reed, own = run.scene.reed, run.method.reed, run.problem.striker
+    beyond = body.in_wider_band(own.greens, body.lips(reed.lip, reed.behind), run.progress)
+    if beyond is None:
         return
     wider, ratio = beyond
-    body = striker_of(run.scene, greens=wider)
-    yield body, 1 / (1 - ratio**-2)
-    if ratio > NARROWER and (less := narrow_body(body, ratio / NARROWER)) is not None:
+    striker = striker_of(run.scene, greens=wider)
+    yield striker, 1 / (1 - ratio**-2)
+    if ratio > NARROWER and (less := narrow_body(striker, ratio / NARROWER)) is not None:
         yield less, 1 / (1 - NARROWER**-2)
-    if _residual(body) > (1 - HARDLY) * _residual(own):
+    if _residual(striker) > (1 - HARDLY) * _residual(own):
         for above, octaves in BEYOND:
-            if (ringing := ringing_on(body, above, ratio * (reed.bandwidth or 0.0), octaves)) is not None:
+            if (ringing := ringing_on(striker, above, ratio * (reed.bandwidth or 0.0), octaves)) is not None:
                 yield ringing, 1.0
 
 

@@ -55,19 +55,19 @@ class Rings(Ladder):
         is_open = known.is_reduced and method.seat.lip is None and RINGS not in method.given
         return method.replaced({RINGS: 1}) if is_open else method
 
-    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod | None:
+    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod:
         """Return the method with more rings or, along a lip, more parts across; none under a film, or where the life
         under a sphere's contact is asked for."""
         if RINGS in method.given or not (value := method.seat.rings):
-            return None
+            return method
         if not method.seat.in_arcs:
             finer = super().refine(scene, method, factor)
-            return None if finer is None else finer.with_values(scene.geometry, {})
-        rings = next((number for number in ACROSS if number > value), None)
-        if rings is None or scene.contact.film is not None or not scene.seat.traits.has_rings:
-            return None
+            return method if finer == method else finer.with_values(scene.geometry, {})
+        rings = next((number for number in ACROSS if number > value), value)
+        if rings == value or scene.contact.film is not None or not scene.seat.traits.has_rings:
+            return method
         if scene.life is not None and scene.life.contact_criterion:  # computed without parts across the lip
-            return None
+            return method
         return _in_parts(scene, method, method.seat.lip.arcs if method.seat.lip else 1, rings)
 
     def finer(self, value: int, factor: float, scene: Scene) -> int:
@@ -93,9 +93,9 @@ class Rings(Ladder):
         return ((Variation(varied, 1 + left_by(Division.from_greens(divided).rings), same),),)
 
 
-def _in_parts(scene: Scene, method: RunMethod, arcs: int, rings: int) -> RunMethod | None:
-    """Return the method with the lip in these parts; ``None`` if they are more than the program chooses itself."""
-    return meshed_for_arcs(scene, method.along(scene.geometry, arcs, rings)) if arcs * rings <= MOST_CHOSEN else None
+def _in_parts(scene: Scene, method: RunMethod, arcs: int, rings: int) -> RunMethod:
+    """Return the method with the lip in these parts, as far as they are no more than the program chooses itself."""
+    return meshed_for_arcs(scene, method.along(scene.geometry, arcs, rings)) if arcs * rings <= MOST_CHOSEN else method
 
 
 def meshed_for_arcs(scene: Scene, method: RunMethod) -> RunMethod:
@@ -122,11 +122,11 @@ def of_rings_across(run: ComputedRun) -> Terms | None:
     if many is None:
         return None
     finest = Division(arcs, most)
-    plate = _greens_along(run, lip) if scene.reed.thin_plate is not None else None
+    plate = _greens_along(run, lip)
 
     def struck(division: Division) -> ContactProblem:
         striker = problem.striker if plate is None else striker_of(scene, greens=parts_joined(plate, finest, division))
-        return problem_of(scene, striker, impact.Body(divided_less(many, division)), run.body("stopper"))
+        return problem_of(scene, striker, impact.Body(divided_less(many, division)), run.bodies.get("stopper"))
 
     return ((Variation(struck(Division(arcs, rings)), weight, struck(Division(arcs, division.rings))),),)
 
@@ -145,12 +145,12 @@ class Arcs(Ladder):
         scene = known.scene
         if is_one_enough(scene):
             return method.along(scene.geometry, 1, scene.contact.rings)
-        return in_fewest_arcs(scene, method) or method
+        return in_fewest_arcs(scene, method)
 
-    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod | None:
+    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod:
         """Return the method with twice as many arcs."""
         if PORTS in method.given or (method.ports or 1) == 1:
-            return None
+            return method
         return _in_parts(scene, method, 2 * (method.ports or 1), method.seat.rings or 1)
 
     def neighbours(self, run: ComputedRun) -> Terms | None:
@@ -165,13 +165,13 @@ class Arcs(Ladder):
         return ((Variation(varied, weight, run.with_greens("seat", divided_less(finer, division)).problem),),)
 
 
-def in_fewest_arcs(scene: Scene, method: RunMethod) -> RunMethod | None:
+def in_fewest_arcs(scene: Scene, method: RunMethod) -> RunMethod:
     """Return the method with the fewest arcs of a lip whose convergence can be estimated; where a force per length is
-    asked for, with arcs no longer than the part over which it is averaged. ``None`` without a lip."""
+    asked for, with arcs no longer than the part over which it is averaged. It is the same without a lip."""
     along_line = math.ceil(2 * math.pi / scene.contact.line_arc) if any_needs_line(scene.accuracy.measures) else 1
     fewest = max(FEWEST_ARCS, along_line)
     lip = scene.geometry.lip(fewest)
-    return None if lip is None else method.along(scene.geometry, lip.whole(fewest))
+    return method if lip is None else method.along(scene.geometry, lip.whole(fewest))
 
 
 def any_needs_line(names: tuple[str, ...]) -> bool:
@@ -184,8 +184,7 @@ def is_one_enough(scene: Scene) -> bool:
     and no stress is asked for."""
     if any_needs_line(scene.accuracy.measures) or scene.stress is not None or scene.life is not None:
         return False
-    is_flat = scene.reed.thin_plate is not None and not scene.contact.uneven and not is_curved(scene.reed)
-    return is_flat and scene.geometry.lip(1) is not None
+    return not scene.contact.uneven and not is_curved(scene.reed) and scene.geometry.lip(1) is not None
 
 
 @dataclass(frozen=True)
@@ -194,11 +193,12 @@ class OnePort(Ladder):
 
     effort: float = 0.7
 
-    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod | None:
+    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod:
         """Return the method with the lip in segments, and an element in each."""
-        if PORTS in method.given or method.ports != 1 or (finer := in_fewest_arcs(scene, method)) is None:
-            return None
-        return meshed_for_arcs(scene, finer)
+        if PORTS in method.given or method.ports != 1:
+            return method
+        finer = in_fewest_arcs(scene, method)
+        return method if finer == method else meshed_for_arcs(scene, finer)
 
     def applies(self, run: ComputedRun) -> bool:
         """Return whether a plate meets a lip with one contact."""
@@ -228,15 +228,16 @@ def _on_a_half_space(struck: Structure, greens: base.GreensFunction, lip: AnyLip
 
 def _met_along(run: ComputedRun, seat: base.GreensFunction, lip: AnyLip | None) -> ContactProblem:
     """Return the run on another seat, which a plate meets with the parts of its lip."""
-    striker = run.problem.striker
-    if run.scene.reed.thin_plate is not None:
-        striker = striker_of(run.scene, greens=_greens_along(run, lip))
-    return problem_of(run.scene, striker, impact.Body(seat), run.body("stopper"))
+    greens = _greens_along(run, lip)
+    striker = run.problem.striker if greens is None else striker_of(run.scene, greens=greens)
+    return problem_of(run.scene, striker, impact.Body(seat), run.bodies.get("stopper"))
 
 
 def _greens_along(run: ComputedRun, lip: AnyLip | None) -> base.GreensFunction | None:
-    """Return the Green's function of the plate with the parts of a lip of the seat."""
-    reed = replace(run.method.reed, lip=run.scene.geometry.on_the_reed(lip))
+    """Return the Green's function of the striker with the parts of a lip of the seat; ``None`` of a rigid face."""
+    if (met := run.scene.geometry.on_the_reed(lip)) is None:
+        return None
+    reed = replace(run.method.reed, lip=met)
     solved = solve_body("reed", run.scene.reed, reed, run.scene.run.duration, mesh_error=False)
     return None if solved is None else solved.greens
 
@@ -245,23 +246,23 @@ def _greens_along(run: ComputedRun, lip: AnyLip | None) -> base.GreensFunction |
 class StopperParts(Ladder):
     """The parts in which a stopper is met: twice as many arcs, more rings across them, and both in place of one."""
 
-    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod | None:
-        """Return the method with more arcs and rings of the stopper, as far as the file leaves them open; ``None`` if
+    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod:
+        """Return the method with more arcs and rings of the stopper, as far as the file leaves them open; the same if
         they would be more than the program chooses itself, or the file states one arc."""
         division, has_arcs = method.stopper, STOPPER_ARCS in method.given
         if division is None or (has_arcs and division.arcs == 1):
-            return None
+            return method
         if (finer := finer_stopper(scene, division)) is None:
-            return None
+            return method
         arcs = division.arcs if has_arcs else finer.arcs
         finer = Division(arcs, division.rings if STOPPER_RINGS in method.given else finer.rings)
-        return None if finer == division or finer.count > MOST_CHOSEN else method.stopped(scene.geometry, finer)
+        return method if finer == division or finer.count > MOST_CHOSEN else method.stopped(scene.geometry, finer)
 
     def applies(self, run: ComputedRun) -> bool:
         """Return whether the stopper was computed, or is met in parts."""
-        if run.scene.stopper is None or run.body("stopper") is None:
+        if run.scene.stopper is None or "stopper" not in run.bodies:
             return False
-        return run.solved("stopper") is not None or run.scene.stopper.parts != Division()
+        return "stopper" in run.solved or run.scene.stopper.parts != Division()
 
     def neighbours(self, run: ComputedRun) -> Terms | None:
         """Return the run with other parts of the stopper, on both bodies; ``None`` where the body is not known in
@@ -282,8 +283,7 @@ class StopperParts(Ladder):
 def _beside_on_its_mesh(run: ComputedRun, division: Division) -> Sequence[Variation] | None:
     """Return the run with the parts of the stopper that `_beside` states, of a model that has them; none where its
     face is a plane, ``None`` where no such model is known."""
-    body, solved = run.body("stopper"), run.solved("stopper")
-    assert body is not None
+    body, solved = run.bodies["stopper"], run.solved.get("stopper")
     other, weight = _beside(division)
     if solved is None:  # springs side by side, or a body that moves as a whole
         same, greens = run.problem, _in_closed_form(body, other)
@@ -323,13 +323,13 @@ def finer_stopper(scene: Scene, division: Division) -> Division | None:
     """Return the parts of a stopper that are finer than a ``division``: twice as many arcs and more rings, or the first
     of both; ``None`` where its face cannot be divided, or no further."""
     stopper = scene.stopper
-    if scene.reed.thin_plate is None or stopper is None:
+    if stopper is None:
         return None
     if division.arcs > 1:
         rings = max(division.rings, arc_rings_to_compare(division.rings)[0])
         return Division(2 * division.arcs, rings) if 2 * division.arcs * rings <= MOST_PORTS else None
     try:
-        face = scene.geometry.struck(body=stopper.body)
+        face = scene.reed.meets(scene.geometry.struck(body=stopper.body))
     except ModelError:
         return None
     return None if face is None else Division(face.whole(FEWEST_ARCS), max(ACROSS[1], division.rings))
@@ -337,8 +337,7 @@ def finer_stopper(scene: Scene, division: Division) -> Division | None:
 
 def _stopped_in(run: ComputedRun, division: Division) -> ContactProblem | None:
     """Return the run with its stopper in these parts, a half-space under its face; ``None`` if that is not known."""
-    body, solved, stopper = run.body("stopper"), run.solved("stopper"), run.scene.stopper
-    assert body is not None
+    body, solved, stopper = run.bodies["stopper"], run.solved.get("stopper"), run.scene.stopper
     assert stopper is not None
     if solved is None:
         return _stopped_by(run, division, _in_closed_form(body, division))
@@ -356,29 +355,30 @@ def _in_closed_form(body: impact.Body, division: Division) -> base.GreensFunctio
 
 def _stopped_by(run: ComputedRun, division: Division, greens: base.GreensFunction) -> ContactProblem:
     """Return the run with a stopper of this Green's function, met in these parts."""
-    scene, body, striker = run.scene, run.body("stopper"), run.problem.striker
-    assert body is not None
+    scene, body, striker = run.scene, run.bodies["stopper"], run.problem.striker
     assert scene.stopper is not None
     scene = scene.model_copy(update={"stopper": scene.stopper.divided(division)})
-    if scene.reed.thin_plate is not None and (lip := scene.geometry.behind_the_reed()) is not None:
+    if (lip := scene.geometry.behind_the_reed()) is not None:
         striker = _met_behind(run, lip)
     return problem_of(scene, striker, run.problem.target, replace(body, greens=greens))
 
 
 def _on_its_own_face(run: ComputedRun) -> Sequence[Variation]:
     """Return the run in which a plate whose table states its contact meets the stopper with the stopper's face."""
-    scene, plate = run.scene, run.scene.reed.thin_plate
-    if plate is None or not plate.states_contact or scene.geometry.stopper_lip() is not None:
+    scene = run.scene
+    if not scene.reed.states_contact or scene.geometry.stopper_lip() is not None:
         return ()
-    geometry = replace(scene.geometry, reed=plate.model_copy(update={"contact_radius": None, "contact_width": None}))
     try:
-        striker = _met_behind(run, geometry.behind_the_reed())
+        behind = replace(scene.geometry, reed=scene.reed.covering()).behind_the_reed()
     except SceneError:  # a broad face, for which the contact is stated
         return ()
-    return (Variation(problem_of(scene, striker, run.problem.target, run.body("stopper"))),)
+    if behind is None:
+        return ()
+    striker = _met_behind(run, behind)
+    return (Variation(problem_of(scene, striker, run.problem.target, run.bodies.get("stopper"))),)
 
 
-def _met_behind(run: ComputedRun, behind: AnyLip | None) -> impact.Body:
+def _met_behind(run: ComputedRun, behind: AnyLip) -> impact.Body:
     """Return the plate that meets its stopper ``behind``, a face in parts."""
     how = replace(run.method.reed, behind=behind)
     reed = solve_body("reed", run.scene.reed, how, run.scene.run.duration, mesh_error=False)

@@ -104,9 +104,8 @@ def _landing(
     plan: Plan, body: elastic.Elastic, area: float, deck: CalculixBody, folder: Path, progress: Progress
 ) -> tuple[str, Sequence[Path]]:
     """Write the deck of a plate that lands on the whole seat; return its paragraph of the README, and the files."""
-    scene, method, reed, mesh = plan.scene, plan.method, plan.scene.reed.thin_plate, "mesh.inp"
-    if reed is None:
-        raise ModelError(f"reed.kind = {scene.reed.kind!r}: a plate lands; give a flapper, sheet, disc or ring_plate")
+    scene, method, mesh = plan.scene, plan.method, "mesh.inp"
+    solved = scene.reed.solved(method.reed, mesh_error=False)
     stiffness, dt = _spring(scene) / area, scene.run.filter_width / PER_PULSE
     if deck.element.startswith("CAX") or deck.share != 1:
         mesh, deck = "whole.inp", _seat(body, replace(method.seat, level="3d"), progress)[1]
@@ -115,9 +114,8 @@ def _landing(
     if deck.centre is None:
         raise ModelError(f"seat.kind = {body.kind!r}: its struck face must be flat and face up along z; turn the part")
     seat = solve_body("seat", scene.seat, method.seat, scene.run.duration, progress, mesh_error=False)
-    solved = reed.solved(method.reed.lip, method.reed.bandwidth, mesh_error=False)
     assert seat is not None
-    striker = reed.body(replace(solved.greens, zeta=np.zeros_like(solved.greens.zeta)))
+    striker = scene.reed.body(replace(solved.greens, zeta=np.zeros_like(solved.greens.zeta)))
     problem = problem_of(scene, striker, impact.Body(seat.greens))
     result = impact.solve(problem, dt=dt / SUBSTEPS, duration=scene.run.duration)
     force = result.force.reshape(len(result.time), -1).sum(axis=1)

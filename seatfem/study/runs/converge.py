@@ -125,7 +125,7 @@ def _matters(scene: Scene, method: RunMethod, key: str) -> bool:
     """Return whether a scene has a key, of the parts of a stopper's face only where this can be divided."""
     if key not in (STOPPER_ARCS, STOPPER_RINGS) or is_given(scene, key) or method.stopper != Division():
         return has_key(scene, key)
-    return _refined(scene, method, STOPPER_ARCS, MOST) is not None
+    return _refined(scene, method, STOPPER_ARCS, MOST) != method
 
 
 def with_measured_errors(done: Round) -> Plan:
@@ -139,13 +139,13 @@ def with_measured_errors(done: Round) -> Plan:
 def _out_of_reach(done: Round) -> Mapping[str, str]:
     """Return the bands that no round can widen, with limit and remedy in words: the number of modes of a seat in
     segments grows at most with the cube of its band."""
-    plan, method, plate = done.plan, done.plan.method, done.plan.scene.reed.thin_plate
-    refused, how, modal, body = dict[str, str](), method.seat, done.seat.greens.modal, plan.scene.seat.elastic
-    in_space = body is not None and how.in_arcs and body.elements_of(how) == "3d"
+    plan, scene, how, modal = done.plan, done.plan.scene, done.plan.method.seat, done.seat.greens.modal
+    refused, (widest, beyond) = dict[str, str](), scene.reed.band_limit
+    in_space = how.in_arcs and scene.seat.elements_of(how) == "3d"
     if in_space and how.bandwidth and modal is not None and len(modal.omega) * LEAST_WIDER**3 > MOST_MODES:
         refused[BAND] = too_many_modes(how.bandwidth)
-    if plate is not None and (band := method.reed.bandwidth) and band * LEAST_WIDER > plate.band_limit[0]:
-        refused[REED_BAND] = f"above {described(REED_BAND, band)} {plate.band_limit[1]}"
+    if (band := plan.method.reed.bandwidth) and band * LEAST_WIDER > widest:
+        refused[REED_BAND] = f"above {described(REED_BAND, band)} {beyond}"
     return {key: why for key, why in refused.items() if plan.is_open(key)}
 
 
@@ -180,7 +180,7 @@ def errors_by_key(done: Round, measure: str) -> Mapping[str, float]:
 
 def mark(done: Round) -> Marks:
     """Return the keys whose errors are to be reduced, and by how much, for the measures that miss the target."""
-    scene, method, budget = done.plan.scene, done.plan.method, done.left
+    scene, budget = done.plan.scene, done.left
     factors, wanted, stuck = dict[str, float](), set[str](), dict[str, Mapping[str, float]]()
     for measure in done.judged:
         allowed = scene.accuracy.target * abs(budget.values[measure]) / safety(measure)
@@ -188,7 +188,7 @@ def mark(done: Round) -> Marks:
             continue
         errors = errors_by_key(done, measure)
         tried = frozenset[str]() if _is_hopeless(done, measure) else errors.keys() - done.plan.refused.keys()
-        open_keys = {key for key in tried if _refined(scene, method, key, MOST) and not _is_stalled(done, key)}
+        open_keys = {key for key in tried if _can_refine(done, key) and not _is_stalled(done, key)}
         fixed = sum(error for key, error in errors.items() if key not in open_keys)
         room = max(AIM * allowed - fixed, (allowed - fixed) / 2)
         if room <= 0:
@@ -219,9 +219,14 @@ def _shares(errors: Mapping[str, float], room: float) -> Mapping[str, float]:
     return {}
 
 
-def _refined(scene: Scene, method: RunMethod, key: str, factor: float) -> RunMethod | None:
-    """Return the method with one key refined; ``None`` if it is stated, at its limit, or no key."""
-    return None if (ladder := ladder_of(key)) is None else ladder.refine(scene, method, factor)
+def _refined(scene: Scene, method: RunMethod, key: str, factor: float) -> RunMethod:
+    """Return the method with one key refined; the same if it is stated, at its limit, or no key."""
+    return method if (ladder := ladder_of(key)) is None else ladder.refine(scene, method, factor)
+
+
+def _can_refine(done: Round, key: str) -> bool:
+    """Return whether a key has a finer value."""
+    return _refined(done.plan.scene, done.plan.method, key, MOST) != done.plan.method
 
 
 def _hiding(done: Round, key: str) -> str:
@@ -229,7 +234,7 @@ def _hiding(done: Round, key: str) -> str:
     its convergence, as a step that of modes, or a tolerance that of a mesh. "" if there is none."""
     past, other = done.plan.refined.get(key, ()), HIDDEN_BY.get(key, "")
     has_stayed = past and _worst(done, key) > past[-1].error / past[-1].factor ** 0.5
-    return other if has_stayed and _refined(done.plan.scene, done.plan.method, other, MOST) else ""
+    return other if has_stayed and _can_refine(done, other) else ""
 
 
 def _is_stalled(done: Round, key: str) -> bool:
@@ -287,7 +292,8 @@ def _within_work(done: Round, factors: Mapping[str, float]) -> tuple[RunMethod, 
     """Return the method refined in the key of the largest error and then in those that reduce most of the error per
     counted work, within `MOST_WORK`; and the factor of each."""
     plan = done.plan
-    alone = {key: finer for key, factor in factors.items() if (finer := _refined(plan.scene, plan.method, key, factor))}
+    alone = {key: _refined(plan.scene, plan.method, key, factor) for key, factor in factors.items()}
+    alone = {key: finer for key, finer in alone.items() if finer != plan.method}
 
     def gain_per_work(key: str) -> float:
         more = max(work_ratio(plan.method, alone[key], plan.scene).values()) - 1
@@ -297,7 +303,7 @@ def _within_work(done: Round, factors: Mapping[str, float]) -> tuple[RunMethod, 
     method, taken = plan.method, dict[str, float]()
     for key in sorted(alone, key=lambda key: (key != first, -gain_per_work(key))):
         for power in POWERS:
-            finer = _refined(plan.scene, method, key, factors[key] ** power) or method
+            finer = _refined(plan.scene, method, key, factors[key] ** power)
             fits = max(work_ratio(plan.method, finer, plan.scene).values()) <= MOST_WORK
             if fits or (key == first and power == POWERS[-1]):
                 method, taken[key] = finer, factors[key] ** power
@@ -349,7 +355,7 @@ def what_remains(done: Round) -> str:
     if math.isinf(done.left.by_key.get(key, {}).get(measure, error)):
         share = "an unknown part"
     value = done.plan.method.value(key) if key in FIELDS else None
-    most = isinstance(value, int) and _refined(done.plan.scene, done.plan.method, key, MOST) is None
+    most = isinstance(value, int) and not _can_refine(done, key)
     why = f"rounds take at most {value}: state {key}" if most else "it cannot be made smaller"
     remedy = remedy_by_key(done.plan.scene, key) if key == STOPPER_ARCS or key not in FIELDS else ""
     why = f"no round refines it further: {remedy}" if remedy else why
@@ -390,15 +396,12 @@ def _solving_ratio(body: Structure, before: Method, after: Method) -> float:
     """Return the work of solving a body by one method over that by another: its unknowns times its band, and for Krylov
     vectors times its ports; the modes of a body in arcs do not depend on these."""
     band = ratio_of(after.bandwidth, before.bandwidth)
-    if body.elastic is None:
-        return band
     if not after.in_arcs:
         band *= after.division.count / before.division.count
-    dimensions = 3 if body.elastic.elements_of(before) in ("3d", "sector") else 2
-    old, new = ((how.size, how.contact_size) for how in (before, after))
-    if body.drawn is not None and before.bandwidth and after.bandwidth:
-        old, new = ((spec.size, spec.contact_size) for spec in (body.drawn.mesh_spec(how) for how in (before, after)))
-    return max(ratio_of(old[0], new[0]) ** dimensions, ratio_of(old[1], new[1]) ** (dimensions - 1)) * band
+    dimensions = 3 if body.elements_of(before) in ("3d", "sector") else 2
+    old, new = body.sizes(before), body.sizes(after)
+    finer = ratio_of(old.size, new.size) ** dimensions, ratio_of(old.contact_size, new.contact_size) ** (dimensions - 1)
+    return max(finer) * band
 
 
 def ratio_of(one: float | None, other: float | None) -> float:

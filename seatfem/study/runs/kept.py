@@ -192,7 +192,7 @@ class RunOutcome:
 
     def __str__(self) -> str:
         lines = []
-        for row in readings.measured(self.summary):
+        for row in readings.numbers(self.summary):
             if row.known is None:
                 continue
             bar = "?" if row.error_bar is None else f"{row.error_bar:.2g}"
@@ -209,5 +209,5 @@ class RunOutcome:
     def to_dataframe(self) -> pandas.DataFrame:
         """Return key, value, error_bar, spring and known of every number [SI], the key as index; ``known`` is False
         where the bar is above half of the value. Raises `FrameError` without pandas."""
-        rows = list(readings.measured(self.summary))
+        rows = list(readings.numbers(self.summary))
         return frame_of({name: [getattr(row, name) for row in rows] for name in readings.Measured._fields}, "key")

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -21,20 +20,19 @@ from impact.quantities import text
 from seatfem.machine.libraries import picture_library_gap
 from seatfem.pictures import cell_grid, frames, plots, rendering
 from seatfem.pictures import moving as moving_pictures
-from seatfem.structures import cache, finite_elements, natural_modes, rings
+from seatfem.structures import cache, natural_modes, rings
 from seatfem.structures.cache import Store, StoreError
+from seatfem.structures.finite_elements import DRAWN_MODES
 from seatfem.structures.kinds import Structure
 from seatfem.structures.mesh import plane_meshes
-from seatfem.structures.method import Method, Solved
+from seatfem.structures.method import Solved
 from seatfem.structures.model import Array
-from seatfem.structures.reduction import modes as reduced_modes
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.method import RunMethod
 from seatfem.study.scene import Run, Scene
 
 if TYPE_CHECKING:
     from seatfem.pictures import cell_grid
-    from seatfem.structures.kinds.elastic import Elastic
     from seatfem.structures.mesh import meshing, plane_meshes
     from seatfem.structures.natural_modes import Mode, NaturalModes
 
@@ -86,40 +84,24 @@ def draw_run(
         _greens_picture(scene.run, method, seat),
         *more,
     ]
-    body = scene.seat.elastic
     copies: tuple[Path, ...] = ()
     missing: tuple[str, ...] = ()
-    key = "" if body is None else cache.key_of(scene.seat, method.seat)
-    if body is not None and seat.mesh is None and not method.seat.exact:
+    key = "" if method.seat.exact else cache.key_of(scene.seat, method.seat)
+    if key and seat.mesh is None:
         try:
             copies = Store.default().fetch(key, folder)
-            seat = seat if copies else _meshed_again(body, method.seat, seat, progress)
+            seat = seat if copies else scene.seat.meshed(seat, method.seat, progress)
         except Exception as problem:  # all numbers are on file: the missing pictures are reported instead
             missing = (f"no pictures of the seat's mesh and modes: {problem}",)
     of_seat = _seat_pictures(scene.seat, width, seat)
     files, gaps = draw_all(of_run + of_seat, folder, progress, painter)
     names = [name for name, _ in of_seat]
     try:
-        for file in (file for file in files if body is not None and file.name in names):
+        for file in (file for file in files if key and file.name in names):
             Store.default().keep(key, file)
     except (StoreError, OSError) as problem:
         missing = (*missing, f"pictures of the seat are not kept for later runs: {problem}")
     return (*files, *copies), (*gaps, *missing)
-
-
-def _meshed_again(body: Elastic, method: Method, seat: Solved, progress: Progress) -> Solved:
-    """Return a seat of which only the Green's function is known with its mesh and the modes that are drawn."""
-    level, elements = body.elements_of(method), finite_elements
-    mesh = (
-        body.meshes(method, progress)[0]
-        if body.drawn is None
-        else elements.draw(body.drawn, body.drawn.mesh_spec(method), level, progress, method=method)
-    )
-    if method.static or level == "harmonics":
-        return replace(seat, mesh=mesh)
-    model = elements.matrices(body, mesh, level, progress)
-    modes = reduced_modes.solve_modes(model, SHOWN, progress=progress)
-    return replace(seat, mesh=mesh, model=model, modes=modes, about={**seat.about, "seat_level": level})
 
 
 def ahead(body: Structure, run: Run, method: RunMethod, seat: Solved, painter: rendering.Painter) -> None:
@@ -184,11 +166,11 @@ def _mode_pictures(numbered: list[tuple[int, Mode]], title: str, *, cut: bool) -
 
 
 def _kept_modes(seat: Solved) -> list[tuple[int, Mode]]:
-    """Return the first `SHOWN` modes of a seat's Green's function, numbered from 1."""
+    """Return the first `DRAWN_MODES` modes of a seat's Green's function, numbered from 1."""
     assert seat.modes is not None
     new = natural_modes.Mode
     diameters = 0 if isinstance(seat.mesh, plane_meshes.MeridianMesh) else None
-    triples = zip(seat.modes.frequencies_hz[:SHOWN], seat.modes.residuals, seat.modes.shapes.T, strict=False)
+    triples = zip(seat.modes.frequencies_hz[:DRAWN_MODES], seat.modes.residuals, seat.modes.shapes.T, strict=False)
     return [
         (number, new(float(frequency), float(residual), None, diameters, "", seat.model, shape))
         for number, (frequency, residual, shape) in enumerate(triples, start=1)
@@ -243,9 +225,6 @@ def _by_name(draw: Callable[..., object]) -> Callable[[Path], object]:
     return draw_at
 
 
-SHOWN = 12  # most modes that are drawn or kept
-
-
 def draw_modes(natural: NaturalModes, folder: Path, progress: Progress) -> tuple[tuple[Path, ...], tuple[str, ...]]:
     """Write modes.csv and, of a meshed body, mesh.png, modes.png, mode_1.gif, modes.vtu; return files and gaps."""
     table = folder / "modes.csv"
@@ -254,7 +233,7 @@ def draw_modes(natural: NaturalModes, folder: Path, progress: Progress) -> tuple
         return (table,), ()
     cut = natural.modes[0].diameters is not None
     numbered = [(k, mode) for k, mode in enumerate(natural.modes, start=1) if mode.frequency_hz > 0]
-    elastic = [(k, mode) for k, mode in numbered if not mode.repeats][:SHOWN]
+    elastic = [(k, mode) for k, mode in numbered if not mode.repeats][:DRAWN_MODES]
     title = "Modes of the seat"
 
     def paraview(path: Path) -> None:

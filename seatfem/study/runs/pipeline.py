@@ -103,10 +103,10 @@ def run_scene(
     scene, folder = scene if isinstance(scene, Scene) else load_scene(Path(scene)), Path(folder)
     safe_files.check_writable(*(folder / name for name in (RESULT_FILE, SUMMARY_FILE, SEAT_FILE, LANDINGS_FILE)))
     with watch("plan"):
-        plan = plan or cached_plan(scene)
-        if plan is None and painter is not None and scene.seat.elastic is not None:  # it is likely to be drawn
+        known = plan or cached_plan(scene)
+        plan = known or begin_plan(scene)
+        if known is None and painter is not None and not plan.method.seat.exact:  # it is likely to be drawn
             painter.begin()
-        plan = plan or begin_plan(scene)
         if scene.stress is not None:
             seat_fields.check_stress(plan, progress)
     baseline: Baseline | None = None

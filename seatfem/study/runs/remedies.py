@@ -65,7 +65,7 @@ NOTHING: Final = "raise accuracy.target"  # where no key of the scene's kinds ma
 
 def remedy_of(plan: Plan, key: str, source: str) -> str:
     """Return in words how the error by a ``key`` of a ``source`` becomes smaller, or why it cannot."""
-    if source == LIP and (plate := plan.scene.reed.thin_plate) is not None and plate.states_contact:
+    if source == LIP and plan.scene.reed.states_contact:
         return "remove reed.contact_radius: the reed then meets the struck face in segments"
     return plan.refused.get(key) or remedy_by_key(plan.scene, key) or remedy_by_source(plan.scene, source) or NOTHING
 

@@ -192,7 +192,7 @@ def remarks(done: Round) -> tuple[str, ...]:
     """Return remarks on the results of a round, in sentences, the most general first."""
     scene = done.plan.scene
     empty = [name for name in scene.accuracy.judged if done.landed and name not in done.left.values]
-    assumed = () if scene.reed.slender is None else scene.reed.slender.assumed()
+    assumed = scene.reed.assumed()
     limits = validity.validity_advice(scene.geometry, scene.run.filter_width, done.seat.greens, done.striker.greens)
     return (
         *([f"asked for, but without a value: {', '.join(map(spoken, empty))}: {NO_VALUE}"] if empty else []),
@@ -202,8 +202,7 @@ def remarks(done: Round) -> tuple[str, ...]:
         *validity.film_notes(scene.geometry, done.result),
         *validity.stopper_notes(scene.stopper),
         *validity.dishing_notes(scene.reed, scene.seat, scene.load, scene.run.duration),
-        *validity.covered_notes(scene.geometry),
-        *validity.beside_notes(scene.geometry),
+        *scene.geometry.cover_notes(),
         *validity.one_way_notes(scene),
     )
 
@@ -213,7 +212,7 @@ def _advice(done: Round) -> tuple[str, ...]:
     is measured and within the target, and none on a time step that the loop chose if the target is met."""
     is_small, measured = _is_step_within(done), done.met is True and not done.plan.is_given(STEP)
     narrower, sentences = NARROWER if done.plan.scene.stopper is None else OF_EITHER, []
-    narrower_reed = "a lower reed.greens.bandwidth" if done.plan.scene.reed.slender is None else f"fewer {MODES}"
+    narrower_reed = "a lower reed.greens.bandwidth" if done.plan.method.reed.n_modes is None else f"fewer {MODES}"
     for advice in done.result.advice:
         of_the_step = "dt <=" in advice.remedy
         if not ((measured and of_the_step) or (is_small and advice.name == UNRESOLVED)):

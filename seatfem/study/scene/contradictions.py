@@ -18,7 +18,6 @@ from seatfem.study.scene.lips import ContactGeometry
 from seatfem.study.scene.local import unknown_shares
 from seatfem.study.scene.measures import GaugeStrain, LifeMargin, Stress, any_needs_stress
 from seatfem.study.scene.run import Stress as StressTable
-from seatfem.units import write_quantity
 
 if TYPE_CHECKING:
     from seatfem.study.scene.life import LifeTable
@@ -41,9 +40,8 @@ def contradictions_of(scene: Scene) -> Contradictions:
     yield from _of_bases(scene.bodies, scene.base)
     yield from _of_waves(scene.bodies, scene.wave, {base.of for base in scene.base})
     yield from _of_gauges(scene.bodies, scene.gauge, scene.accuracy.measures)
-    yield from _of_contact(reed, seat.lip_face.ring, contact.at)
-    yield from contradictions_of_start(scene.geometry)
     yield from _of_lip(seat, reed, contact)
+    yield from contradictions_of_start(scene.geometry)
     yield from unknown_shares(scene.geometry)
     yield from _of_parts(seat, contact, scene.stress, scene.run.duration)
     yield from _of_measures(scene.accuracy.measures, reed, scene.life)
@@ -102,7 +100,7 @@ def _of_waves(bodies: Mapping[str, Structure], every: Sequence[Wave], based: Col
     """Yield contradictions for waves in other bodies than endless rods, or in one with another wave or moving base."""
     for number, wave in enumerate(every):
         key, body = f"wave.{number}.of", bodies[wave.of]
-        if (speed := body.wave_speed) is None:
+        if not (speed := body.wave_speed):
             yield key, f"the {wave.of} is no endless rod without damping; take kind = 'rod' with far_end = 'endless'"
             continue
         if wave.of in based or wave.of in [each.of for each in every[:number]]:
@@ -119,21 +117,9 @@ def _of_gauges(bodies: Mapping[str, Structure], gauges: Sequence[Gauge], measure
         elif gauge.name in [each.name for each in gauges[:number]]:
             yield f"gauge.{number}.name", f"{gauge.name!r} is the name of another gauge; give it one of its own"
         else:
-            bodies[gauge.of].check_gauge(gauge.at, f"gauge.{number}.at")
-            if gauge.of != "reed" and bodies[gauge.of].slender is not None:
-                yield f"gauge.{number}.of", "of beams strain is known along the reed; put the gauge there"
+            bodies[gauge.of].check_gauge(gauge.at, f"gauge.{number}", gauge.of)
     if GaugeStrain.name in measures and not gauges:
         yield "accuracy.measures", f"{GaugeStrain.name} is asked, and there is no gauge: add [[gauge]], or remove it"
-
-
-def _of_contact(reed: Structure, ring: tuple[float, float] | None, at: float | None) -> Contradictions:
-    structure.check_along(reed.kind, None if reed.slender is None else reed.slender.span, at, "contact.at")
-    if ring is None or reed.slender is None or at is None:
-        return
-    if at < (outer := ring[0] + ring[1] / 2) * (1 - 1e-9):
-        words = f"the lip's middle is {write_quantity(at, 'length')} from the clamp, and the lip reaches"
-        reaches = f"{words} {write_quantity(outer, 'length', 4)} from its middle, behind the clamp"
-        yield "contact.at", f"{reaches}; make contact.at at least that, or the lip smaller"
 
 
 def contradictions_of_start(geometry: ContactGeometry) -> Contradictions:
@@ -142,15 +128,14 @@ def contradictions_of_start(geometry: ContactGeometry) -> Contradictions:
         return
     reed, contact = geometry.reed, geometry.contact
     reed.check_place(stopper.at, "stopper.at")
-    if stopper.parts != Division() and reed.thin_plate is None:
+    if stopper.parts != Division():
         key = "arcs" if (stopper.arcs or 1) > 1 else "tilt" if stopper.tilt else "rings"
-        words = f"a reed of kind {reed.kind!r} touches with one rigid face"
-        yield f"stopper.{key}", f"{words}; remove the key, or take a plate"
+        yield from reed.parts_problems(f"stopper.{key}")
     key, more = ("gap", 0.0) if stopper.lift is None else ("lift", contact.gap)
     if more > 0 and geometry.has_two_places:
         words = f"with contact.gap = {1e3 * more:g} mm the closed reed is bent, and where it stands at stopper.at"
         yield "stopper.lift", f"{words} depends on what holds it there; give stopper.gap, from the undeformed reed"
-    gap, start = geometry.stopper_gap, reed.start_at(contact.at if stopper.at is None else stopper.at)
+    gap, start = geometry.stopper_gap, reed.start_at(stopper.at or geometry.own_place or 0.0)
     stated = f"{1e3 * (gap + more):.6g} mm"
     if gap < 0:
         words = f"{stated} is less than contact.gap = {1e3 * more:.6g} mm: the undeformed reed would stand inside"
@@ -170,23 +155,9 @@ def _of_lip(seat: Structure, reed: Structure, contact: Contact) -> Contradiction
         yield "reed.curvature", f"a seat of kind {seat.kind!r}, {why}"
     if structure.is_curved(reed) and contact.ports == 1:
         yield "contact.ports", "a single contact point has only a mean gap, reed.curvature needs several: remove it"
-    touches = reed.thin_plate is not None and not reed.thin_plate.states_contact
-    if touches and seat.elastic is not None and not seat.elastic.has_faces and seat.region() is None:
-        words = f"required key is missing: a seat of kind {seat.kind!r}, as it is given here, has no flat ring or disc"
-        yield "reed.contact_radius", f"{words} that the reed could meet all over"
-    if touches and (width := getattr(reed, "contact_width", None)) is not None and _is_met_all_over(seat):
-        words = f"{write_quantity(width, 'length')} has no effect without reed.contact_radius: the reed meets the whole"
-        yield (
-            "reed.contact_width",
-            f"{words} struck face; add reed.contact_radius, the ring's mean radius, or remove it",
-        )
-    if any(contact.offset) and reed.thin_plate is None:
-        yield "contact.offset", f"a body of kind {reed.kind!r} touches with one rigid face; remove the key"
-
-
-def _is_met_all_over(seat: Structure) -> bool:
-    """Return whether a plate without a stated contact face meets the struck face of this seat all over."""
-    return (seat.elastic is not None and seat.elastic.has_faces) or seat.region() is not None
+    yield from reed.contact_problems(contact.at, seat)
+    if any(contact.offset):
+        yield from reed.parts_problems("contact.offset")
 
 
 def _of_parts(seat: Structure, contact: Contact, stress: StressTable | None, duration: float) -> Contradictions:
@@ -194,8 +165,7 @@ def _of_parts(seat: Structure, contact: Contact, stress: StressTable | None, dur
     if contact.film is not None:
         yield from within("contact", contact.film.check(seat.lip_face.ring, seat.kind, contact.rings))
     if stress is not None:
-        if seat.elastic is None:
-            yield "stress", f"a seat of kind {seat.kind!r} has no finite elements; remove the table"
+        yield from (("stress", words) for words in seat.field_problems())
         yield from within("stress", stress.check(duration))
     if contact.rings > 1 and not seat.traits.has_rings:
         yield "contact.rings", f"a seat of kind {seat.kind!r} has no contact face that could be divided; remove the key"
@@ -204,10 +174,8 @@ def _of_parts(seat: Structure, contact: Contact, stress: StressTable | None, dur
 def _of_measures(wanted: Sequence[str], reed: Structure, life: LifeTable | None) -> Contradictions:
     """Yield contradictions for measures of the reed's stress that is not known, or of its life without strength."""
     name = LifeMargin.name if LifeMargin.name in wanted else Stress.name
-    if any_needs_stress(wanted) and reed.traits.stress == "not":
-        bends = "has no bending stress that is known" if reed.slender else "does not bend, it has no stress"
-        words = f"{name} is asked of a body of kind {reed.kind!r}, which {bends}: remove it, or use a cantilever"
-        yield "accuracy.measures", f"{words} or a plate"
+    if any_needs_stress(wanted):
+        yield from (("accuracy.measures", words) for words in reed.stress_problems(name))
     if LifeMargin.name in wanted and (life is None or life.demand() is None):
         words = f"{name} is asked, and no strength of the reed is stated: add life.strength, or remove the measure"
         yield "accuracy.measures", words

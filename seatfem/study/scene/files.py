@@ -12,18 +12,12 @@ from impact.quantities import in_digits, percent
 from seatfem.structures import errors, lands, outlines, rings
 from seatfem.structures.inspection import cad, mesh_file
 from seatfem.structures.kinds.structure import Finding, Structure
-from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.structures.lip import Lip
-from seatfem.structures.shapes import GeometryError
 from seatfem.structures.shapes.loops import distances
 from seatfem.study.scene import lips, load, models
 from seatfem.study.scene.problems import Problem, SceneError
 
 PLATE: Final = 0.97  # least share of a ring of revolution under a plate, with an allowance for chords and sampling
-BEAM: Final = 0.1
-"""Least fraction of the contact face under a beam, or a plate with its own contact face, which strike with one rigid
-face: a beam with its tip over the middle of a lip covers a half or a third; one that covers less than a tenth of a ring
-is not over the port."""
 
 
 def misplaced(geometry: lips.ContactGeometry, *, as_drawn: bool) -> Iterator[Finding]:
@@ -32,24 +26,24 @@ def misplaced(geometry: lips.ContactGeometry, *, as_drawn: bool) -> Iterator[Fin
     ``as_drawn``: whether the relative position follows from CAD files.
     """
     contact, reed, seat = geometry.contact, geometry.reed, geometry.seat
-    if reed.slender is None and reed.thin_plate is None:  # solids strike with their stated face
+    if not reed.least_cover:
         return
-    at = geometry.own_place
     try:
-        over, face = reed.views(at, coarse=True).turned_over(), seat.views(coarse=True)
+        views, face = reed.views(geometry.own_place, coarse=True), seat.views(coarse=True)
     except errors.ModelError:  # missing faces are reported elsewhere
         return
-    plate, share = reed.thin_plate, outlines.covered_share(face, over, contact.offset)
-    if share is None:
+    over = views.turned_over()
+    if (share := outlines.covered_share(face, over, contact.offset)) is None:
+        return
+    in_parts, limit = _too_little(geometry, views, share)
+    if not limit:
         return
     reach = 1e3 * max(float(np.hypot(*loop.T).max()) for loop in face.contact)
     part = f"{percent(share)} of the seat's struck face, which reaches {reach:.4g} mm from its middle"
-    words = f"in plan the reed{', as drawn,' if as_drawn else ''} covers {part}"
-    if plate is not None and (contact.along_a_lip or not plate.states_contact):
-        if not (limit := _too_little(geometry, plate, over, share)):
-            return
+    words = f"in plan the reed{', as drawn,' if as_drawn else ''} covers {part} ({limit}); the reed"
+    if in_parts:
         room = 1e3 * min(distances(loop, np.roll(loop, -1, axis=0), np.zeros((1, 2))).min() for loop in over.plan)
-        words = f"{words} ({limit}); the reed has {in_digits(room, 2)} mm about that of its contact:"
+        words = f"{words} has {in_digits(room, 2)} mm about that of its contact:"
         if as_drawn:
             text = f"{words} move one of the parts in the CAD program, or take a wider reed or a smaller lip"
             yield ("assembly", "placed"), text
@@ -57,9 +51,9 @@ def misplaced(geometry: lips.ContactGeometry, *, as_drawn: bool) -> Iterator[Fin
         x, y = (1e3 * each for each in contact.offset)
         text = f"[{x:.4g} mm, {y:.4g} mm]: {words} change the offset, or reed and seat, until the reed covers the lip"
         yield ("contact", "offset"), text
-    elif share < BEAM:
+    else:
         length, width = (1e3 * float(side) for side in np.subtract(*over.extent[::-1]))
-        words = f"{words} (limit: {percent(BEAM)}); the reed, {length:.4g} x {width:.4g} mm, lies beside the port:"
+        words = f"{words}, {length:.4g} x {width:.4g} mm, lies beside the port:"
         if contact.at is not None:
             text = f"{1e3 * contact.at:.4g} mm: {words} move the contact, or take a wider reed or a smaller port"
             yield ("contact", "at"), text
@@ -67,19 +61,26 @@ def misplaced(geometry: lips.ContactGeometry, *, as_drawn: bool) -> Iterator[Fin
             yield ("reed",), f"{words} take a wider reed or a smaller port, or state contact.at"
 
 
-def _too_little(geometry: lips.ContactGeometry, plate: ThinPlate, over: outlines.BodyViews, share: float) -> str:
-    """Return the limit that a plate with outlines ``over`` passes on a share of a lip; "" if it meets enough of it."""
-    try:
-        region = geometry.overlap(geometry.seat)
-    except lands.UncoveredError as error:
-        return str(error)
-    except errors.ModelError:  # no lip: reported elsewhere
-        return ""
+def _too_little(geometry: lips.ContactGeometry, reed: outlines.BodyViews, share: float) -> tuple[bool, str]:
+    """Return whether the reed meets the struck face in parts, and the limit that it passes on a share of it; "" if it
+    meets enough."""
+    contact, least = geometry.contact, geometry.reed.least_cover
+    region = None
+    if contact.along_a_lip or not geometry.reed.states_contact:
+        try:
+            region = geometry.reed.meets(geometry.overlap(geometry.seat))
+        except lands.UncoveredError as error:
+            return True, str(error)
+        except errors.ModelError:  # no lip: reported elsewhere
+            return True, ""
+    if region is None:
+        return False, "" if share >= least else f"limit: {percent(least)}"
     if not isinstance(region, lands.FaceLip):
-        return "" if share >= PLATE else "limit: all of it"
-    points = region.lines_across(2).reshape(-1, 2) + geometry.contact.offset
-    near = any(distances(line[:-1], line[1:], points).min() < plate.thickness for line in over.clamp)
-    return f"up to its clamp; limit: {1e3 * plate.thickness:.3g} mm away, its thickness" if near else ""
+        return True, "" if share >= PLATE else "limit: all of it"
+    points = region.lines_across(2).reshape(-1, 2) + contact.offset
+    thickness = -reed.heights[0]
+    near = any(distances(line[:-1], line[1:], points).min() < thickness for line in reed.turned_over().clamp)
+    return True, f"up to its clamp; limit: {1e3 * thickness:.3g} mm away, its thickness" if near else ""
 
 
 def check_files(scene: models.Scene) -> None:
@@ -125,9 +126,7 @@ def _not_flat(stopper: Structure) -> Iterator[Finding]:
 
     The limit is that of lands: a reed passes the rise of a face of 10 mm, 10 um, at 1 m/s within a landing, some 10 us.
     """
-    if (shape := stopper.surface()) is None or stopper.elastic is None:
-        return
-    rise, size = (1e3 * each for each in shape.rise(stopper.elastic.struck_face))
+    rise, size = (1e3 * each for each in stopper.rise())
     if rise > lands.FLAT * size:
         yield (
             ("stopper", "contact"),
@@ -158,7 +157,4 @@ def _of_lip(geometry: lips.ContactGeometry, body: Structure, table: str, key: st
 
 def part_of_scene(path: Path) -> mesh_file.Part:
     """Return the faces of a scene's seat. Raises `GeometryError` if it has none, or `SceneError`."""
-    seat = load.load_scene(path).seat
-    if seat.elastic is None:
-        raise GeometryError(f"{path}: seat.kind = {seat.kind!r} has no faces; take a cad, mesh or drawn seat")
-    return seat.elastic.part()
+    return load.load_scene(path).seat.part()

@@ -77,7 +77,7 @@ def varied(geometry: ContactGeometry, name: str, value: float) -> ContactGeometr
     reed, contact, stopper = geometry.reed, geometry.contact, geometry.stopper
     if name == "tilt":
         one = (contact.ports or geometry.usual_ports) == 1
-        if geometry.seat.lip_face.no_lip or reed.thin_plate is None or one:
+        if geometry.seat.lip_face.no_lip or one:
             raise fields.KeyProblem(
                 "tilt", "contact is not along a lip: state contact.ports, 16 or more, or contact.tilt"
             )
@@ -182,7 +182,7 @@ source = "report, page"
         """Return the number of blocks to be survived."""
         return self.cycles or 60 * (self.hours or 0.0) * (self.rpm or 0.0)
 
-    def measured(self, key: str = "strength") -> Strength | None:
+    def strength_of(self, key: str = "strength") -> Strength | None:
         """Return the strength in the file of ``key``; ``None`` without file. Raises `KeyProblem` for a wrong file."""
         if (path := getattr(self, key)) is None:
             return None
@@ -203,7 +203,8 @@ source = "report, page"
         """
         file = "seat_strength" if of == "seat" else "strength"
         bends, criterion_key = of != "contact", "contact_criterion" if of == "contact" else "multiaxial"
-        if not (self.of_bending if bends else self.contact_criterion) or (strength := self.measured(file)) is None:
+        judged = self.of_bending if bends else self.contact_criterion
+        if not judged or (strength := self.strength_of(file)) is None:
             return None
         key, judge, axes = file, None, None
         survival = OWN if self.survival is None else self.survival
@@ -225,7 +226,7 @@ source = "report, page"
         """Return the largest closing speed allowed, as strength with its source; ``None`` if none is stated."""
         if self.impact_speed_limit is not None:
             return Strength(self.source, impact_velocity=self.impact_speed_limit)
-        strength = self.measured()
+        strength = self.strength_of()
         return None if strength is None or math.isnan(strength.impact_velocity) else strength
 
     def check(
@@ -238,15 +239,13 @@ source = "report, page"
         if self.contact_criterion and (contact.law.of_a_sphere is None or contact.rings > 1):
             words = "the stress below a contact is known of a law of Hertz, not in rings"
             yield "contact_criterion", f"{words}: state one, or remove the key"
-        judged = self.of_bending and self.strength is not None
-        if judged and reed.traits.stress == "not":
-            words = f"of a body of kind {reed.kind!r} no bending stress is known"
-            yield "strength", f"{words}: remove it, or use a cantilever or a plate"
+        if self.of_bending and self.strength is not None:
+            yield from (("strength", words) for words in reed.stress_problems("a life"))
         if self.seat_strength is not None and not stressed:
             yield "seat_strength", "stress in the seat is not computed: add the table [stress]"
-        if self.multiaxial and not self.seat_strength and reed.traits.stress != "field":
-            words = f"a body of kind {reed.kind!r} has no stress of several axes"
-            yield "multiaxial", f"{words}: remove it, or give seat_strength"
+        if self.multiaxial and not self.seat_strength:
+            asked = reed.stress_problems("a criterion of several axes", tensors=True)
+            yield from (("multiaxial", f"{words}, or give seat_strength") for words in asked)
         if self.curves is not None:
             yield from fields.within("curves", self.curves.check(geometry))
         if self.block == "last cycle":

@@ -53,8 +53,7 @@ class ContactGeometry:
     @property
     def own_place(self) -> float | None:
         """Return contact.at [m], by default the tip of a beam; ``None`` for other reeds."""
-        beam = self.reed.slender
-        return beam.beam().free_point if self.contact.at is None and beam is not None else self.contact.at
+        return self.reed.place(self.contact.at)
 
     @property
     def contact_at(self) -> float | tuple[float, float] | None:
@@ -104,10 +103,8 @@ class ContactGeometry:
     def segments(self) -> AnyLip | None:
         """Return the struck face in segments and parts across, with which one contact of a plate is compared; ``None``
         of other reeds, of a face that is no ring or strip, as a disc, and of one that the reed does not cover."""
-        if self.reed.thin_plate is None:
-            return None
         try:
-            region = self.overlap(self.seat)
+            region = self.reed.meets(self.overlap(self.seat))
         except ModelError:  # a face that the reed's stated contact meets in part
             return None
         if region is None or region.is_disc:
@@ -122,12 +119,12 @@ class ContactGeometry:
         """Return the struck face of seat or stopper, undivided: of flat faces what lies under a plate. Raises
         `ModelError` of a face that is neither ring nor strip, `UncoveredError` of too little under the plate."""
         region = struck.region()
-        if self.reed.thin_plate is None or not isinstance(region, FaceLip):
+        if not isinstance(met := self.reed.meets(region), FaceLip):
             return region
         loops, seals = self.reed.views(self.own_place, coarse=True).turned_over().plan, struck is self.seat
         seen = [loop - self.contact.offset if seals else turned_over(loop) for loop in loops]
-        part = under(region.face, tuple(loop.tobytes() for loop in seen), seals=seals)
-        return FaceLip(part, is_part=part != region.face)
+        part = under(met.face, tuple(loop.tobytes() for loop in seen), seals=seals)
+        return FaceLip(part, is_part=part != met.face)
 
     def struck(self, arcs: int = 1, rings: int = 1, body: Structure | None = None) -> AnyLip | None:
         """Return the `overlap`, by default the seat's, in parts; ``None`` if `lip_face` excludes that."""
@@ -136,7 +133,7 @@ class ContactGeometry:
         return None if face is None else replace(face, arcs=arcs, rings=rings)  # type: ignore[type-var]
 
     def _face_met(self, struck: Structure, key: str) -> AnyLip | None:
-        if (reed := self.reed.thin_plate) is None or reed.states_contact:
+        if self.reed.states_contact:
             return None
         try:
             return self.overlap(struck)
@@ -152,11 +149,13 @@ class ContactGeometry:
         is no lip.
         """
         arcs, rings = ports or self.contact.ports or self.usual_ports, rings or self.contact.rings
-        if arcs == 1 and (self.reed.thin_plate is None or (self.contact.ports is None and not self._meets_a_lip)):
+        if arcs == 1 and self.contact.ports is None and not self._meets_a_lip:
             return None
         lip = self.struck(arcs, rings)
+        if arcs == 1:
+            return self.reed.meets(lip)
         stated = ports or self.contact.ports
-        if stated or lip is None or arcs == 1 or (whole := lip.whole(arcs)) == arcs:
+        if stated or lip is None or (whole := lip.whole(arcs)) == arcs:
             return lip
         return self.struck(whole, rings)
 
@@ -171,11 +170,15 @@ class ContactGeometry:
             arcs //= 2
         return arcs
 
+    def cover_notes(self) -> tuple[str, ...]:
+        """Return notes if too little of the faces of reed and seat lies on each other."""
+        return self.reed.cover_notes(self.seat, self.own_place, self.contact.offset, self.contact.ports or 1)
+
     def on_the_reed(self, lip: AnyLip | None) -> AnyLip | None:
         """Return the lip, where it is not divided the region, in the coordinates of a plate, with its offset, and in
         rings only where it is in arcs: those of one contact face a rigid face; ``None`` for a striker with a face of
         its own."""
-        if self.reed.thin_plate is None or (face := lip or self.region()) is None:
+        if (face := self.reed.meets(lip or self.region())) is None:
             return None
         rings = face.rings if face.arcs > 1 else 1
         return replace(face, rings=rings, offset=self.contact.offset)  # type: ignore[type-var]
@@ -191,9 +194,10 @@ class ContactGeometry:
         body, parts = self.stopper.body, self.stopper.parts
         if parts == Division():
             return met if (met := self._face_met(body, "stopper.contact")) is not None and met.is_part else None
-        own: AnyLip | None = getattr(self.reed, "own_lip", None)
-        lip = self.struck(parts.arcs, parts.rings, body)
-        return replace(own, arcs=parts.arcs, rings=parts.rings) if lip is None and own is not None else lip  # type: ignore[type-var]
+        if (lip := self.struck(parts.arcs, parts.rings, body)) is not None:
+            return lip
+        own = next(iter(self.reed.lips(None)), None)
+        return None if own is None else replace(own, arcs=parts.arcs, rings=parts.rings)  # type: ignore[type-var]
 
     def with_stopper_in(self, division: Division | None) -> ContactGeometry:
         """Return the geometry with the stopper's face in other parts; ``None``: there is no stopper."""
@@ -207,7 +211,8 @@ class ContactGeometry:
         lip = self.stopper_lip()
         if lip is None and self.stopper is not None:
             lip = self._face_met(self.stopper.body, "stopper.contact")
-        return None if lip is None else replace(lip, side=STOPPER)  # type: ignore[type-var]
+        met = self.reed.meets(lip)
+        return None if met is None else replace(met, side=STOPPER)  # type: ignore[type-var]
 
     def stopper_gaps(self) -> Array:
         """Return the gaps (parts,) between the undeformed reed and the stopper [m], as in `gaps`, with h by the tilt of
@@ -288,11 +293,8 @@ class ContactGeometry:
     def _of_the_reed(self, points: Array, offset: tuple[float, float]) -> Array:
         """Return the heights of the stress-free reed over a flat one at points (..., 2), relative to a place off its
         contact by ``offset`` [m]. Raises `SceneError` if they are not known."""
-        reed = self.reed.thin_plate
-        if reed is None or not is_curved(reed):
-            return np.zeros(points.shape[:-1])
         try:
-            return reed.heights((offset + points).reshape(-1, 2)).reshape(points.shape[:-1])
+            return self.reed.heights((offset + points).reshape(-1, 2)).reshape(points.shape[:-1])
         except KeyProblem as problem:
             raise scene_error(f"reed.{problem.key}", str(problem)) from None
 

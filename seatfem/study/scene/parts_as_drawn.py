@@ -63,13 +63,13 @@ class PartsAsDrawn:
     Attributes:
         seat, file: the seat's table and the reed's file.
         found: inspected geometry of the seat.
-        drawn: outline of the reed.
+        reed: outline of the reed.
     """
 
     seat: Drawn
     file: Path
     found: Inspected
-    drawn: outline.DrawnOutline
+    reed: outline.DrawnOutline
 
     @cached_property
     def land(self) -> lands.Land:
@@ -82,8 +82,8 @@ class PartsAsDrawn:
     @property
     def frame(self) -> Frame:
         """Return the frame of the reed in its file."""
-        assert self.drawn.frame is not None
-        return self.drawn.frame
+        assert self.reed.frame is not None
+        return self.reed.frame
 
     def clamp(self, given: object) -> DrawnClamp:
         """Return the clamp from the value of reed.clamped: a line and the side beyond it.
@@ -113,7 +113,7 @@ class PartsAsDrawn:
 
     def placement(self, clamp: DrawnClamp) -> outline.Placement:
         """Return the position of the reed over the lip. Raises `KeyProblem` if the parts do not fit together."""
-        side = outline.facing_side(self.drawn, self._normal)
+        side = outline.facing_side(self.reed, self._normal)
         place, name, contact = outline.placed(self.land, side, np.array(clamp.ends)), self._name, self._contact_words
         self._check_sizes(float(np.ptp(self.found.edges[self.seat.struck_face].reshape(-1, 3), axis=0).max()))
         corners = loops.polygon(self._outline(place)[0])[0]
@@ -167,12 +167,12 @@ class PartsAsDrawn:
         return f"the contact face {numbers[0]}" if len(numbers) == 1 else f"the contact faces {', '.join(numbers)}"
 
     def _outline(self, placement: outline.Placement) -> list[Array]:
-        seen = self.drawn.seen_in(placement.frame)
+        seen = self.reed.seen_in(placement.frame)
         return [loops.as_loop(loop) for loop in (seen.outline, *seen.holes)]
 
     @property
     def _corners(self) -> Array:
-        return self.frame.points(loops.polygon(loops.as_loop(self.drawn.outline))[0])
+        return self.frame.points(loops.polygon(loops.as_loop(self.reed.outline))[0])
 
     @property
     def _size(self) -> float:
@@ -186,7 +186,7 @@ class PartsAsDrawn:
     def check_facing(self) -> None:
         """Raise `KeyProblem` for implausible sizes, or a contact face that does not face the reed."""
         self._check_sizes(LEAST * float(self.found.shape.extent.max()))
-        point, up = (np.array(each) for each in outline.facing_side(self.drawn, self._normal))
+        point, up = (np.array(each) for each in outline.facing_side(self.reed, self._normal))
         struck = next(face for face in self.found.faces if self.seat.struck_face in face.groups)
         height = float((point - np.array(struck.centre)) @ up)
         inclined = math.acos(min(1.0, float(up @ np.array(self._normal))))
@@ -194,7 +194,7 @@ class PartsAsDrawn:
         if inclined > STEEPEST:
             angle, most = math.degrees(inclined), math.degrees(STEEPEST)
             words = f"is inclined by {angle:.4g} deg to {reed} (limit {most:g} deg)"
-        elif (away := height + self.drawn.thickness) < outline.ROUND_OFF:
+        elif (away := height + self.reed.thickness) < outline.ROUND_OFF:
             words = f"looks away from {reed}, which lies {-1e3 * away:.4g} mm behind it"
         else:
             return
@@ -210,7 +210,7 @@ class PartsAsDrawn:
         if 1 / WITHIN < factor * reed / seat / USUAL < WITHIN and factor * reed > least:
             times = f"{factor:g} times larger" if factor > 1 else f"{1 / factor:g} times smaller"
             words = f"{times}, the reed would fit"
-        thick = self.drawn.thickness * self.frame.normal
+        thick = self.reed.thickness * self.frame.normal
         sides = np.ptp(np.concatenate([self._corners, self._corners + thick]), axis=0)
         sizes = f"{self._name} measures {_box(self.found.shape.extent)}, the reed in {self.file.name} {_box(sides)}"
         remedy = f"{words} ({self._units}): export both files in the same unit"
@@ -226,7 +226,7 @@ class PartsAsDrawn:
         faces = []
         for face in self.found.faces:
             if face.normal is not None and self.seat.struck_face not in face.groups:
-                point, up = outline.facing_side(self.drawn, face.normal)
+                point, up = outline.facing_side(self.reed, face.normal)
                 away = float((np.array(point) - np.array(face.centre)) @ np.array(face.normal))
                 if np.dot(up, face.normal) >= math.cos(STEEPEST) and away > -outline.ROUND_OFF:
                     centre = ", ".join(f"{1e3 * c:.4g}" for c in np.round(face.centre, 12) + 0.0)

@@ -60,7 +60,7 @@ def finer_in_all(scene: Scene, method: RunMethod) -> RunMethod:
     """Return a method with every key one rung finer, which divides its error by `LEAST`, as far as there are rungs."""
     method = replace(method, given=frozenset())
     for ladder in LADDERS:
-        method = ladder.refine(scene, method, LEAST) or method
+        method = ladder.refine(scene, method, LEAST)
     return method
 
 
@@ -90,7 +90,7 @@ def around(scene: Scene, start: RunMethod, end: RunMethod) -> Iterator[Point]:
         keys = [key for key in (ladder.key, *ladder.also) if key in FIELDS]
         coarser = end.with_values(scene.geometry, {key: first[key] for key in keys})
         for method in (coarser, ladder.refine(scene, free, LEAST)):
-            if method is not None and method.values != end.values:
+            if method.values != end.values:
                 yield _varied(PORTS if ladder.key == ONE_PORT else ladder.key, method)
     if end.ports is None:  # a lip needs its own level
         for other in scene.seat.levels():
