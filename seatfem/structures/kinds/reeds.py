@@ -78,8 +78,9 @@ class BeamStress:
         contacts = (
             {"contact": at} if isinstance(at, float) else dict(zip(("contact", "stopper"), at or (), strict=False))
         )
+        met = at if isinstance(at, tuple) else ()
         named = {place: name for name, place in {**contacts, "root": 0.0}.items()}
-        places = np.unique([*np.linspace(0.0, beam.length, 0 if few else PLACES), *named, *also])
+        places = np.unique([*np.linspace(0.0, beam.length, 0 if few else PLACES), *named, *also, *met])
         bending = stresses.bending_stress(self.force, self.dt, self.body, beam, places, contact_at=at)
         for place, stress in zip(places, bending, strict=True):
             name = named.get(place, f"{1e3 * place:.4g} mm from the root")

@@ -134,7 +134,6 @@ def problem_of(scene: Scene, striker: Body, seat: Body, stopper: Body | None = N
         target = stopper or stopper_of(scene)
         assert target is not None
         target, parts = on_its_base(scene.mount("stopper"), target), scene.stopper.parts
-        beyond = len(striker.greens.ports) - 1 if apart else 0
         for k, (name, share) in enumerate(zip(parts.names, parts.shares, strict=True)):
             port = lips.STOPPER + name
             contacts.append(
@@ -144,7 +143,7 @@ def problem_of(scene: Scene, striker: Body, seat: Body, stopper: Body | None = N
                     gap=float(above[k]),
                     law=local.law_of_part(scene.stopper.law, float(share), scene.stopper.body, scene.reed),
                     side=-1,
-                    striker_port=port if port in striker.greens.ports else beyond,
+                    striker_port=port if port in striker.greens.ports else (1 + k if apart else 0),
                 )
             )
     check_start(scene.stopper, striker, contacts)

@@ -56,7 +56,8 @@ def gauge_strains(
         return {}
     pushed = pushes(striker, force, stopper)
     marched = without_springs(with_recorded_loads(striker, opening, dt), pushed, dt)
-    forces = {"seat": force, "reed": pushed, "stopper": stopper}
+    above = stopper if stopper is None else stopper.reshape(len(stopper), -1).sum(axis=1)
+    forces = {"seat": force, "reed": pushed, "stopper": above}
     return {each.gauge.name: _strain(each, forces[each.gauge.of], dt, marched) for each in gauged}
 
 
@@ -174,7 +175,7 @@ def stress_in_run(
     since: float | None = None,
 ) -> ReedStress | None:
     """Return the reed's largest bending stresses in a run, as `stress_of` under its forces."""
-    force, dt, lift, above = run.seat.force, run.seat.dt, lift_of(run), run.stopper_force
+    force, dt, lift, above = run.seat.force, run.seat.dt, lift_of(run), run.stopper_forces
     return stress_of(geometry, striker, force, dt, lift, coarsely=coarsely, stopper=above, since=since)
 
 
@@ -185,8 +186,10 @@ def bending_look(geometry: lips.ContactGeometry) -> StressLook | None:
 
     def look(run: MarchRun, since: float | None) -> ReedStress | None:
         striker, dt, force = run.problem.striker, run.dt, touches.force_of(run)
-        stopper, opening = touches.stopper_force_of(run), run.opening
-        return stress_of(geometry, striker, force, dt, opening, coarsely=True, stopper=stopper, since=since)
+        stopper, opening = touches.stopper_forces_of(run), run.opening
+        parts = len(run.problem.contacts) - touches.seat_contacts(run.problem)
+        met = geometry.with_stopper_in(Division(max(parts, 1)))
+        return stress_of(met, striker, force, dt, opening, coarsely=True, stopper=stopper, since=since)
 
     return look
 
@@ -240,7 +243,7 @@ def run_contacts(
     run = touches.taken_apart(scene.geometry, problem, result, scene.run.filter_width)
     if not scene.gauge:
         return run
-    force, above, lift = run.seat.force, run.stopper_force, lift_of(run)
+    force, above, lift = run.seat.force, run.stopper_forces, lift_of(run)
     return replace(run, strains=gauge_strains(scene.gauged, striker, force, above, result.dt, lift))
 
 
@@ -335,7 +338,7 @@ def strains_of(gauged: Sequence[Gauged], run: MarchRun) -> Strains:
     """Return the strain at the gauges in a run without energies."""
     if not gauged:
         return {}
-    striker, dt, stopper = run.problem.striker, run.dt, touches.stopper_force_of(run)
+    striker, dt, stopper = run.problem.striker, run.dt, touches.stopper_forces_of(run)
     return gauge_strains(gauged, striker, touches.force_of(run), stopper, dt, run.opening)
 
 

@@ -51,9 +51,12 @@ def layout_of(scene: Scene, division: Division | None = None) -> Layout:
     stopper_body = None
     if stopper is not None:
         along = 0.0 if stopper.at is None or at is None else stopper.at - at
+        views = stopper.body.views()
+        if stopper.profile is not None:
+            views = stopper.profile.views(reed.views(at))
         stopper_body = Placed(
             "stopper",
-            stopper.body.views().turned_over(),
+            views.turned_over(),
             (along, 0.0),
             contact.gap + thickness + scene.geometry.stopper_gap,
         )

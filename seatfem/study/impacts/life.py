@@ -89,7 +89,7 @@ def beam_histories(
 ) -> Iterator[tuple[str, Array]]:
     """Yield the stress histories of `seatfem.structures.kinds.structure.KnownStress.histories`, those at the places of
     the ``stress`` peaks included."""
-    force, dt = pushes(striker, touches.seat.force, touches.stopper_force), touches.seat.dt
+    force, dt = pushes(striker, touches.seat.force, touches.stopper_forces), touches.seat.dt
     peaks = () if stress is None else (stress.initial, stress.after_contact, stress.largest)
     peak_places = {peak.at for peak in peaks if peak is not None}
     body = loads.without_springs(with_recorded_loads(striker, lift_of(touches), dt), force, dt)

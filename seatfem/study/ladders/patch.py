@@ -275,7 +275,7 @@ class StopperParts(Ladder):
         if (beside := _beside_on_its_mesh(run, division)) is None:
             return None
         if division.arcs > 1:
-            return beside, _stopper_rings(run, division)
+            return (beside,) if run.scene.reed.thin_plate is None else (beside, _stopper_rings(run, division))
         return ((*beside, *_stopper_in_arcs(run, division), *_on_its_own_face(run)),)
 
 
@@ -323,8 +323,10 @@ def finer_stopper(scene: Scene, division: Division) -> Division | None:
     """Return the parts of a stopper that are finer than a ``division``: twice as many arcs and more rings, or the first
     of both; ``None`` where its face cannot be divided, or no further."""
     stopper = scene.stopper
-    if scene.reed.thin_plate is None or stopper is None:
+    if stopper is None or (scene.reed.thin_plate is None and stopper.profile is None):
         return None
+    if scene.reed.thin_plate is None:  # a beam is met along its length only
+        return Division(2 * division.arcs) if 2 * division.arcs <= MOST_PORTS else None
     if division.arcs > 1:
         rings = max(division.rings, arc_rings_to_compare(division.rings)[0])
         return Division(2 * division.arcs, rings) if 2 * division.arcs * rings <= MOST_PORTS else None
@@ -360,7 +362,9 @@ def _stopped_by(run: ComputedRun, division: Division, greens: base.GreensFunctio
     assert body is not None
     assert scene.stopper is not None
     scene = scene.model_copy(update={"stopper": scene.stopper.divided(division)})
-    if scene.reed.thin_plate is not None and (lip := scene.geometry.behind_the_reed()) is not None:
+    if scene.reed.thin_plate is None:
+        striker = striker_of(scene, run.method.reed.n_modes)
+    elif (lip := scene.geometry.behind_the_reed()) is not None:
         striker = _met_behind(run, lip)
     return problem_of(scene, striker, run.problem.target, replace(body, greens=greens))
 

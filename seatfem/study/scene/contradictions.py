@@ -157,15 +157,22 @@ def contradictions_of_start(geometry: ContactGeometry) -> Contradictions:
         return
     reed, contact = geometry.reed, geometry.contact
     reed.check_place(stopper.at, "stopper.at")
-    if stopper.parts != Division() and reed.thin_plate is None:
-        key = "arcs" if (stopper.arcs or 1) > 1 else "tilt" if stopper.tilt else "rings"
+    if stopper.profile is not None and reed.slender is not None and stopper.rings > 1:
+        yield "stopper.rings", f"a reed of kind {reed.kind!r} is met along its length only; remove the key"
+    if stopper.parts != Division() and reed.thin_plate is None and (stopper.profile is None or reed.slender is None):
+        key = (
+            "arcs" if (stopper.arcs or 1) > 1 else "tilt" if stopper.tilt else "profile" if stopper.profile else "rings"
+        )
         words = f"a reed of kind {reed.kind!r} touches with one rigid face"
         yield f"stopper.{key}", f"{words}; remove the key, or take a plate"
+    if stopper.profile is not None and not reed.files():
+        with keys_of("stopper.profile"):
+            stopper.profile.face(reed.views(geometry.own_place, coarse=True))
     key, more = ("gap", 0.0) if stopper.lift is None else ("lift", contact.gap)
     if more > 0 and geometry.has_two_places:
         words = f"with contact.gap = {1e3 * more:g} mm the closed reed is bent, and where it stands at stopper.at"
         yield "stopper.lift", f"{words} depends on what holds it there; give stopper.gap, from the undeformed reed"
-    gap, start = geometry.stopper_gap, reed.start_at(contact.at if stopper.at is None else stopper.at)
+    gap, start = geometry.stopper_gap_at_contact, reed.start_at(contact.at if stopper.at is None else stopper.at)
     stated = f"{1e3 * (gap + more):.6g} mm"
     if gap < 0:
         words = f"{stated} is less than contact.gap = {1e3 * more:.6g} mm: the undeformed reed would stand inside"
