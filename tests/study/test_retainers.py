@@ -11,12 +11,15 @@ from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.impacts.layout import layout_of
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.scene import Scene, load_scene
+from seatfem.study.scene.files import check_files
 from seatfem.study.scene.problems import SceneError
 from tests.study.small_scenes import scene_of
 
 YOUNG, DENSITY, LENGTH, WIDTH, THICKNESS = 200e9, 7850.0, 25e-3, 10e-3, 0.3e-3
 STIFFNESS = YOUNG * WIDTH * THICKNESS**3 / 12
 RADIUS = 0.2
+
+MESHES = Path(__file__).parents[2] / "meshes"
 
 BEAM = f"""
 [seat]
@@ -252,3 +255,44 @@ def test_places_that_do_not_rise_are_refused_with_their_file(tmp_path: Path) -> 
     (tmp_path / "back.csv").write_text("along [mm],height [mm]\n0,0\n10,1\n5,2\n")
     with pytest.raises(SceneError, match=r"back\.csv.*rise"):
         beam_scene(tmp_path, **{"stopper.profile": {"file": str(tmp_path / "back.csv")}})
+
+
+CAD = """
+[seat]
+kind = "annular"
+bore_radius = "4 mm"
+lip_width = "1 mm"
+material = "steel"
+[reed]
+kind = "flapper"
+root_width = "10 mm"
+taper_length = "2 mm"
+neck_width = "7 mm"
+neck_length = "18 mm"
+paddle_diameter = "13 mm"
+thickness = "0.3 mm"
+release = { mode = 1, velocity = "-1 m/s" }
+[stopper]
+kind = "cad"
+file = "retainer.step"
+material = "steel"
+gap = "0.1 mm"
+[run]
+duration = "1 ms"
+"""
+
+
+def test_a_curved_face_of_a_part_has_its_own_heights(tmp_path: Path) -> None:
+    """The radius of the file's cylinder is 200 mm; the side view of its triangles gives its heights within 5 um."""
+    (tmp_path / "retainer.step").write_bytes((MESHES / "retainer.step").read_bytes())
+    (tmp_path / "scene.toml").write_text(CAD)
+    with pytest.raises(SceneError, match=r"stopper\.contact.*not flat.*own_face = true"):
+        check_files(load_scene(tmp_path / "scene.toml"))
+    scene = load_scene(tmp_path / "scene.toml", {"stopper.profile": {"own_face": True}})
+    check_files(scene)
+    assert scene.stopper is not None
+    assert scene.stopper.profile is not None
+    x = np.linspace(0.0, 29.9e-3, 100)
+    heights = scene.stopper.profile.heights(x, scene.stopper.body)
+    assert heights == pytest.approx(RADIUS - np.sqrt(RADIUS**2 - x**2), abs=5e-6)
+    assert scene.geometry.stopper_gaps()[0] == pytest.approx(0.1e-3, abs=5e-6)

@@ -106,7 +106,8 @@ def solved_stopper(geometry: ContactGeometry, duration: float) -> Solved | None:
         return None
     stopper = geometry.stopper.body
     with problems.in_role("stopper", stopper):
-        lip = None if stopper.lip_face.no_lip else geometry.stopper_lip()
+        moves_as_one = stopper.lip_face.no_lip or geometry.stopper.profile is not None
+        lip = None if moves_as_one else geometry.stopper_lip()
         method = stopper.stated() if lip is None else replace(stopper.stated(rings=lip.rings), lip=lip)
     return solve_body("stopper", stopper, method, duration)
 

@@ -53,7 +53,7 @@ def layout_of(scene: Scene, division: Division | None = None) -> Layout:
         along = 0.0 if stopper.at is None or at is None else stopper.at - at
         views = stopper.body.views()
         if stopper.profile is not None:
-            views = stopper.profile.views(reed.views(at))
+            views = stopper.profile.views(reed.views(at), stopper.body)
         stopper_body = Placed(
             "stopper",
             views.turned_over(),

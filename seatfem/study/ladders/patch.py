@@ -285,7 +285,8 @@ def _beside_on_its_mesh(run: ComputedRun, division: Division) -> Sequence[Variat
     body, solved = run.body("stopper"), run.solved("stopper")
     assert body is not None
     other, weight = _beside(division)
-    if solved is None:  # springs side by side, or a body that moves as a whole
+    assert run.scene.stopper is not None
+    if solved is None or run.scene.stopper.profile is not None:  # springs, or a body that moves as a whole
         same, greens = run.problem, _in_closed_form(body, other)
     else:
         models = [each for each in (solved.in_rings, solved.greens) if each is not None]
@@ -342,7 +343,7 @@ def _stopped_in(run: ComputedRun, division: Division) -> ContactProblem | None:
     body, solved, stopper = run.body("stopper"), run.solved("stopper"), run.scene.stopper
     assert body is not None
     assert stopper is not None
-    if solved is None:
+    if solved is None or stopper.profile is not None:
         return _stopped_by(run, division, _in_closed_form(body, division))
     if solved.plane:
         return _stopped_by(run, division, as_a_whole(body.greens))

@@ -159,9 +159,12 @@ gap = "1.5 mm"
         for key in ("tilt", "profile"):
             if getattr(self, key) and self.arcs == 1:
                 yield "arcs", f"a single contact point has only a mean gap, {key} needs several: remove one key"
-        if self.profile is not None and not self.body.lip_face.no_lip:
+        if self.profile is not None and not self.profile.own_face and not self.body.lip_face.no_lip:
             words = f"a stopper of kind {self.body.kind!r} has a face of its own"
-            yield "profile", f"{words}; remove the key, or take a spring, of the stiffness of the retainer"
+            yield "profile", f"{words}; state own_face = true of a cad or mesh, or take a spring"
+        if self.profile is not None and self.profile.own_face and not self.body.files():
+            words = f"a stopper of kind {self.body.kind!r} has no curved face; state radius or file, of a spring"
+            yield "profile.own_face", words
         if self.profile is not None and self.at is not None:
             yield "at", "the reed meets a profile all along; remove one of the two"
         if (key := motion_key(self.body)) and key != "velocity":

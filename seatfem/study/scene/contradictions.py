@@ -165,9 +165,10 @@ def contradictions_of_start(geometry: ContactGeometry) -> Contradictions:
         )
         words = f"a reed of kind {reed.kind!r} touches with one rigid face"
         yield f"stopper.{key}", f"{words}; remove the key, or take a plate"
-    if stopper.profile is not None and not reed.files():
+    is_file = bool(reed.files() or (stopper.profile is not None and stopper.profile.own_face))
+    if stopper.profile is not None and not is_file:
         with keys_of("stopper.profile"):
-            stopper.profile.face(reed.views(geometry.own_place, coarse=True))
+            stopper.profile.face(reed.views(geometry.own_place, coarse=True), stopper.body)
     key, more = ("gap", 0.0) if stopper.lift is None else ("lift", contact.gap)
     if more > 0 and geometry.has_two_places:
         words = f"with contact.gap = {1e3 * more:g} mm the closed reed is bent, and where it stands at stopper.at"

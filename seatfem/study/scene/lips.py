@@ -91,7 +91,7 @@ class ContactGeometry:
         """Return the height of the stopper's profile at the reed's contact [m]."""
         if self.stopper is None or (profile := self.stopper.profile) is None:
             return 0.0
-        return float(profile.heights(np.array([self._from_clamp()]))[0])
+        return float(profile.heights(np.array([self._from_clamp()]), self.stopper.body)[0])
 
     def _from_clamp(self) -> float:
         """Return the distance of the reed's contact from its clamp [m]. Raises `KeyProblem` without a clamp."""
@@ -149,7 +149,7 @@ class ContactGeometry:
         `ModelError` of a face that is neither ring nor strip, `UncoveredError` of too little under the plate."""
         if self.stopper is not None and self.stopper.profile is not None and struck is self.stopper.body:
             try:
-                return self.stopper.profile.face(self.reed.views(self.own_place, coarse=True))
+                return self.stopper.profile.face(self.reed.views(self.own_place, coarse=True), struck)
             except KeyProblem as problem:
                 raise scene_error(f"stopper.profile.{problem.key}".rstrip("."), str(problem)) from None
         region = struck.region()
@@ -255,7 +255,7 @@ class ContactGeometry:
         openings = _openings(self.stopper_gap, lip, self._lines_sought, heights)
         if stopper.profile is None:
             return openings
-        risen = stopper.profile.heights(self._from_clamp() + lip.lines()[..., 0])
+        risen = stopper.profile.heights(self._from_clamp() + lip.lines()[..., 0], stopper.body)
         return np.asarray(openings + risen.mean(axis=-1).ravel())
 
     def gaps(self, division: Division) -> Array:

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
+from pathlib import Path
 from typing import ClassVar, Final
 
 import numpy as np
 from pydantic import Field
+from scipy.interpolate import PchipInterpolator
 
 from impact.files.csv_table import needed_csv
 from impact.greens.base import Array
 from seatfem.fields import Contradictions, ExistingFile, Gap, KeyProblem, Length, Table, absent, default
-from seatfem.structures.lands import FaceLip, Land
+from seatfem.structures.inspection.cad import Shape
+from seatfem.structures.kinds import Structure
+from seatfem.structures.lands import FaceLip, Land, axes_along
 from seatfem.structures.outlines import BodyViews, length_text
 from seatfem.structures.strips import Strip
 from seatfem.units import write_quantity
@@ -28,8 +33,8 @@ class Profile(Table):
     """The shape of the stopper's face along a clamped reed, as of the retainer of a discharge valve.
 
     At a distance x from the reed's clamp the face lies gap + h(x) beyond the undeformed reed. The reed rolls on it in
-    segments of equal areas (arcs), each with its own gap. The stopper's stiffness is that of the whole face, spread
-    evenly over the segments.
+    segments of equal areas (arcs), each with its own gap. A spring's stiffness is that of the whole face, spread evenly
+    over the segments; the face of a solid is displaced as a whole, by its mean.
     """
 
     sample: ClassVar[str] = 'radius = "200 mm"'
@@ -40,72 +45,90 @@ class Profile(Table):
         description="instead of the radius: CSV file with the header `along [mm],height [mm]`: distances x from the "
         "clamp, which rise, and heights h, linear in between",
     )
+    own_face: bool = default(
+        False,
+        "instead of both: whether the heights are those of the struck face of a stopper of kind cad or mesh, seen "
+        "along that axis of the part which is nearest to its normal. The end at which it comes nearest to the reed "
+        "lies at start",
+        strict=True,
+    )
     start: Gap = default("0 mm", "distance of its beginning from the reed's clamp")
     end: Length | None = absent("distance of its end; where absent that of the reed, or the last one in the file")
     width: Length | None = absent("width across the reed; that of the reed where absent")
 
     def contradictions(self) -> Contradictions:
-        if (self.radius is None) == (self.file is None):
-            yield "radius", "give exactly one of radius and file"
+        if (self.radius is not None) + (self.file is not None) + self.own_face != 1:
+            yield "radius", "give exactly one of radius, file and own_face"
             return
         if self.end is not None and self.end <= self.start:
             words = f"{write_quantity(self.end, 'length')} is not beyond start, {write_quantity(self.start, 'length')}"
             yield "end", f"{words}; make it larger"
-        along, _ = self._table
+        if self.file is None:
+            return
+        along, _ = self._read(self.file)
         for key, place in (("start", self.start), ("end", self.end)):
-            if self.file is not None and place is not None and not along[0] <= place <= along[-1]:
+            if place is not None and not along[0] <= place <= along[-1]:
                 ends = " to ".join(write_quantity(float(each), "length") for each in (along[0], along[-1]))
                 yield key, f"{write_quantity(place, 'length')} lies beyond the heights of the file, known from {ends}"
 
-    @property
-    def _table(self) -> tuple[Array, Array]:
-        """Return places and heights (n,) in the file [m]. Raises `KeyProblem` for places that do not rise."""
-        if self.file is None:
-            return np.array([0.0, np.inf]), np.zeros(2)
-        with_units = needed_csv(self.file, ValueError, LIKE, "")
+    @staticmethod
+    def _read(file: Path) -> tuple[Array, Array]:
+        """Return places and heights (n,) in a file [m]. Raises `KeyProblem` for places that do not rise."""
         try:
-            numbers, factors = with_units.quantities(COLUMNS, {}, {})
+            numbers, factors = needed_csv(file, ValueError, LIKE, "").quantities(COLUMNS, {}, {})
         except ValueError as error:
             raise KeyProblem("file", str(error)) from None
         along, heights = (numbers * factors).T
         if len(along) < 2 or not np.all(np.diff(along) > 0):
-            raise KeyProblem("file", f"{self.file}: its places must rise from row to row, in two rows or more")
+            raise KeyProblem("file", f"{file}: its places must rise from row to row, in two rows or more")
         return along, heights
 
-    def heights(self, along: Array) -> Array:
-        """Return the heights h of the face [m] at distances from the reed's clamp [m]."""
+    def _table(self, body: Structure) -> tuple[Array, Array]:
+        """Return places and heights (n,) in the file or of the body's face [m]."""
+        if self.file is not None:
+            return self._read(self.file)
+        along, heights, _ = _profile_of_face(body)
+        return self.start + along, heights
+
+    def heights(self, along: Array, body: Structure) -> Array:
+        """Return the heights h of the face of the stopper's ``body`` [m] at distances from the reed's clamp [m]."""
+        if self.own_face:  # a smooth face, known at the corners of triangles
+            return np.asarray(PchipInterpolator(*self._table(body))(along))
         if self.radius is None:
-            return np.interp(along, *self._table)
+            return np.interp(along, *self._table(body))
         reach = np.maximum(along - self.start, 0.0)
         return np.asarray(self.radius - np.sqrt(np.maximum(self.radius**2 - reach**2, 0.0)))
 
-    def face(self, reed: BodyViews) -> FaceLip:
-        """Return the part of the face that lies over a reed, undivided, from the reed's contact in the frame of its
-        views turned over.
+    def face(self, reed: BodyViews, body: Structure) -> FaceLip:
+        """Return the part of the face of the stopper's ``body`` that lies over a reed, undivided, from the reed's
+        contact in the frame of its views turned over.
 
         Raises:
             KeyProblem: a reed without a clamp, or one beside the face; a radius shorter than the face.
         """
         root, loops = distance_of_clamp(reed), tuple(loop * (1.0, -1.0) for loop in reed.plan)
         far = root + max(float(loop[:, 0].max()) for loop in loops)
-        end = min(far, far if self.end is None else self.end, float(self._table[0][-1]))
+        end, width = far if self.end is None else min(far, self.end), self.width or math.inf
+        if self.radius is None:
+            end = min(end, float(self._table(body)[0][-1]))
+        if self.own_face:
+            width = min(width, _profile_of_face(body)[2])
         if end <= self.start:
             words = f"the retainer begins {write_quantity(self.start, 'length')} from the clamp, where the reed has"
             raise KeyProblem("start", f"{words} ended, at {write_quantity(far, 'length')}; make it smaller")
         if self.radius is not None and end - self.start > self.radius:
             words = f"{write_quantity(self.radius, 'length')} is less than the length of the face on the reed"
             raise KeyProblem("radius", f"{words}, {write_quantity(end - self.start, 'length')}; state a larger one")
-        half = BEYOND * max(float(np.abs(loop[:, 1]).max()) for loop in loops)
-        half = half if self.width is None else min(half, self.width / 2)
+        half = min(BEYOND * max(float(np.abs(loop[:, 1]).max()) for loop in loops), width / 2)
         return FaceLip(_land(self.start - root, end - root, half, tuple(loop.tobytes() for loop in loops)))
 
-    def views(self, reed: BodyViews) -> BodyViews:
+    def views(self, reed: BodyViews, body: Structure) -> BodyViews:
         """Return the outlines of a retainer with this face over a reed, in section and plan as of a seat, from the
         reed's contact. Raises as `face`."""
-        face, root = self.face(reed), distance_of_clamp(reed)
+        face, root = self.face(reed, body), distance_of_clamp(reed)
         left, right = face.lines_across(2)[0]
         x = np.array([left[0, 0], *left[:, 0], left[-1, 0]])
-        below = self.heights(root + x)
+        below = self.heights(root + x, body)
         below[[0, -1]] = below.max() + SHOWN * (x[-1] - x[0])
         return BodyViews(
             "retainer" if self.radius is None else f"retainer, R {length_text(self.radius)}",
@@ -119,6 +142,29 @@ def distance_of_clamp(reed: BodyViews) -> float:
     if not reed.clamp:
         raise KeyProblem("", f"a {reed.name} has no clamp from which it rolls on a retainer; take a beam or a flapper")
     return -min(float(line[:, 0].min()) for line in reed.clamp)
+
+
+def _profile_of_face(body: Structure) -> tuple[Array, Array, float]:
+    """Return distances from the end at which the struck face of a solid comes nearest to the reed, its heights there
+    (n,), and its width [m]. Raises `KeyProblem` for a body without faces of triangles."""
+    if (shape := body.surface()) is None or body.elastic is None:
+        raise KeyProblem("own_face", f"a stopper of kind {body.kind!r} has no face of its own; state radius or file")
+    return _along_the_part(shape, body.elastic.struck_face)
+
+
+@lru_cache(maxsize=4)
+def _along_the_part(shape: Shape, face: str) -> tuple[Array, Array, float]:
+    rows = shape.groups[face]
+    mean = (shape.areas[rows, None] * shape.normals[rows]).sum(axis=0)
+    outward = np.sign(mean[np.abs(mean).argmax()]) * np.eye(3)[np.abs(mean).argmax()]
+    x, y, z = axes_along(outward)
+    points = shape.points[np.unique(shape.triangles[rows])]
+    along, first = np.unique(np.round(points @ x, 9), return_inverse=True)
+    heights = -np.bincount(first, points @ z) / np.bincount(first)
+    heights -= heights.min()
+    if heights[-1] < heights[0]:
+        along, heights = -along[::-1], heights[::-1]
+    return along - along[0], heights, float(np.ptp(points @ y))
 
 
 @lru_cache(maxsize=8)
