@@ -1,8 +1,8 @@
-"""Four parts as CAD programs export them: python meshes/cad_parts.py FOLDER (run by make_meshes.py).
+"""Five parts as CAD programs export them: python meshes/cad_parts.py FOLDER (run by make_meshes.py).
 
 ``valve_body.step``: a seat in a housing with filleted shoulder and four bolt holes. ``insert_seat.step``: a hard ring
 pressed into a softer body: two solids, each of its own colour. ``slot_seat.step``: a slot with a raised lip around it.
-``kidney_seat.step``: a kidney-shaped port with such a lip.
+``kidney_seat.step``: a kidney-shaped port with such a lip. ``retainer.step``: a bar with a face curved along it.
 """
 
 import math
@@ -88,6 +88,12 @@ def _kidney(occ: Any, radius: float, height: float) -> tuple[int, int]:
     return next(entity for entity in occ.extrude([(2, face)], 0, 0, height) if entity[0] == 3)
 
 
+def retainer(occ: Any) -> None:
+    """Bar of 30 by 10 mm, 8 mm thick at the clamp, its upper face curved by a radius of 200 mm; millimetres."""
+    bar, curve = occ.addBox(0, -5, 0, 30, 10, 8), occ.addCylinder(0, -6, -192, 0, 12, 0, 200)
+    occ.intersect([(3, bar)], [(3, curve)])
+
+
 def _circle(curve: int, radius: float, z: float) -> bool:
     x0, _, z0, x1, _, z1 = gmsh.model.getBoundingBox(1, curve)
     return abs((x1 - x0) / 2 - radius) < 1e-3 and abs(z0 - z) < 1e-3 and abs(z1 - z) < 1e-3
@@ -103,7 +109,9 @@ def write(path: Path, contact_z: float, solids: dict[int, Colour]) -> None:
     gmsh.clear()
     gmsh.model.occ.importShapes(str(path))
     gmsh.model.occ.synchronize()
-    faces = {face.tag: CONTACT_COLOUR for face in faces_of(gmsh.model, MILLIMETRE) if _is_flat(face, contact_z, 1.0)}
+    found = faces_of(gmsh.model, MILLIMETRE)
+    struck = [face for face in found if _is_flat(face, contact_z, 1.0)] or [each for each in found if not each.normal]
+    faces = {face.tag: CONTACT_COLOUR for face in struck}
     faces |= {face.tag: FIXED_COLOUR for face in faces_of(gmsh.model, MILLIMETRE) if _is_flat(face, 0.0, -1.0)}
     if solids:  # only the ring is struck
         faces = {tag: colour for tag, colour in faces.items() if colour == FIXED_COLOUR or _on_second_solid(tag)}
@@ -132,6 +140,10 @@ def main(folder: Path) -> None:
     kidney_seat(gmsh.model.occ)
     gmsh.model.occ.synchronize()
     write(folder / "kidney_seat.step", 7e-3, {})
+    gmsh.clear()
+    retainer(gmsh.model.occ)
+    gmsh.model.occ.synchronize()
+    write(folder / "retainer.step", math.inf, {})
     gmsh.finalize()
 
 

@@ -55,6 +55,7 @@ FILES = {
     "valve_body": (ring(10e-3, 4e-3), ring(20e-3, 4e-3) - 4 * ring(2.25e-3, 0)),
     "insert_seat": (ring(8e-3, 4e-3), PLATE),
     "slot_seat": (1e-3 * (10e-3 + math.pi * 6e-3), 720e-6 - (5e-3 * 5e-3 + ring(2.5e-3, 0))),
+    "retainer": (200e-3 * math.asin(30 / 200) * 10e-3, 300e-6),
     "kidney_seat": (2 * KIDNEY * 1e-3 + math.pi * 3.4e-6, 720e-6 - (KIDNEY * 2.4e-3 + ring(1.2e-3, 0))),
 }
 

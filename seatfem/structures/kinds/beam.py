@@ -130,6 +130,11 @@ class Beam(Structure):
     def face(self) -> Face:
         return Face(self.mean_width, self.material.young, self.material.density)
 
+    def parts_problems(self, key: str) -> fields.Contradictions:
+        """Yield as of other bodies, but a profile, on which the beam rolls along its length."""
+        if key != "stopper.profile":
+            yield from super().parts_problems(key)
+
     def check_place(self, place: float | Array | None, key: str) -> None:
         if isinstance(place, np.ndarray):
             super().check_place(place, key)

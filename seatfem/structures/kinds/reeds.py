@@ -90,8 +90,9 @@ class BeamStress:
         contacts = (
             {"contact": at} if isinstance(at, float) else dict(zip(("contact", "stopper"), at or (), strict=False))
         )
+        met = at if isinstance(at, tuple) else ()
         named = {place: name for name, place in {**contacts, "root": 0.0}.items()}
-        places = np.unique([*named, *others])
+        places = np.unique([*named, *others, *met])
         bending = stresses.bending_stress(self.force, self.dt, self.body, self.beam, places, contact_at=at)
         for place, stress in zip(places, bending, strict=True):
             yield named.get(place, f"{1e3 * place:.4g} mm from the root"), np.array([place]), stress

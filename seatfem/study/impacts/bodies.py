@@ -104,7 +104,8 @@ def solved_stopper(geometry: ContactGeometry, duration: float) -> Solved | None:
         return None
     stopper = geometry.stopper.body
     with problems.in_role("stopper", stopper):
-        lip = None if stopper.lip_face.no_lip else geometry.stopper_lip()
+        moves_as_one = stopper.lip_face.no_lip or geometry.stopper.profile is not None
+        lip = None if moves_as_one else geometry.stopper_lip()
         method = stopper.stated() if lip is None else replace(stopper.stated(rings=lip.rings), lip=lip)
     return solve_body("stopper", stopper, method, duration)
 
@@ -132,7 +133,6 @@ def problem_of(scene: Scene, striker: Body, seat: Body, stopper: Body | None = N
         target = stopper or stopper_of(scene)
         assert target is not None
         target, parts = on_its_base(scene.mount("stopper"), target), scene.stopper.parts
-        beyond = len(striker.greens.ports) - 1 if apart else 0
         for k, (name, share) in enumerate(zip(parts.names, parts.shares, strict=True)):
             port = lips.STOPPER + name
             contacts.append(
@@ -142,7 +142,7 @@ def problem_of(scene: Scene, striker: Body, seat: Body, stopper: Body | None = N
                     gap=float(above[k]),
                     law=local.law_of_part(scene.stopper.law, float(share), scene.stopper.body, scene.reed),
                     side=-1,
-                    striker_port=port if port in striker.greens.ports else beyond,
+                    striker_port=port if port in striker.greens.ports else (1 + k if apart else 0),
                 )
             )
     check_start(scene.stopper, striker, contacts)

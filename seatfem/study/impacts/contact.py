@@ -55,7 +55,8 @@ def gauge_strains(
         return {}
     pushed = pushes(striker, force, stopper)
     marched = without_springs(with_recorded_loads(striker, opening, dt), pushed, dt)
-    forces = {"seat": force, "reed": pushed, "stopper": stopper}
+    above = stopper if stopper is None else stopper.reshape(len(stopper), -1).sum(axis=1)
+    forces = {"seat": force, "reed": pushed, "stopper": above}
     return {each.gauge.name: _strain(each, forces[each.gauge.of], dt, marched) for each in gauged}
 
 
@@ -140,8 +141,10 @@ def bending_look(geometry: lips.ContactGeometry) -> StressLook | None:
         return None
 
     def look(run: MarchRun, since: float | None) -> ReedStress | None:
-        force, stopper = touches.force_of(run), touches.stopper_force_of(run)
-        known = known_stress(geometry, run.problem.striker, force, stopper, run.opening, run.dt)
+        force, stopper = touches.force_of(run), touches.stopper_forces_of(run)
+        parts = len(run.problem.contacts) - touches.seat_contacts(run.problem)
+        met = geometry.with_stopper_in(Division(max(parts, 1)))
+        known = known_stress(met, run.problem.striker, force, stopper, run.opening, run.dt)
         return None if known is None else known.largest(coarsely=True, since=since)
 
     return look
@@ -196,7 +199,7 @@ def run_contacts(
     run = touches.taken_apart(scene.geometry, problem, result, scene.run.filter_width)
     if not scene.gauge:
         return run
-    force, above, lift = run.seat.force, run.stopper_force, run.opening
+    force, above, lift = run.seat.force, run.stopper_forces, run.opening
     return replace(run, strains=gauge_strains(scene.gauged, striker, force, above, result.dt, lift))
 
 
@@ -292,7 +295,7 @@ def strains_of(gauged: Sequence[Gauged], run: MarchRun) -> Strains:
     """Return the strain at the gauges in a run without energies."""
     if not gauged:
         return {}
-    striker, dt, stopper = run.problem.striker, run.dt, touches.stopper_force_of(run)
+    striker, dt, stopper = run.problem.striker, run.dt, touches.stopper_forces_of(run)
     return gauge_strains(gauged, striker, touches.force_of(run), stopper, dt, run.opening)
 
 

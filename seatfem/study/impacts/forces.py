@@ -90,10 +90,10 @@ class Forces:
         for name, pushed in zip(division.names, self.seat.by(division).T, strict=True):
             force[:, greens.port_index(name) if name in greens.ports else 0] += pushed
         if self.stopper is not None:
-            behind, beyond = _behind(greens), len(greens.ports) - 1 if self.apart else 0
-            for name, pushed in zip(behind.names, self.stopper.by(behind).T, strict=True):
-                port = STOPPER + name
-                force[:, greens.port_index(port) if port in greens.ports else beyond] -= pushed
+            behind = self.stopper.division if self.apart else _behind(greens)
+            for k, (name, pushed) in enumerate(zip(behind.names, self.stopper.by(behind).T, strict=True)):
+                port, other = STOPPER + name, 1 + k if self.apart else 0
+                force[:, greens.port_index(port) if port in greens.ports else other] -= pushed
         return force
 
     def on_seat(self, greens: GreensFunction) -> Array:
@@ -153,7 +153,7 @@ class Strike:
     def known_stress(self) -> KnownStress | None:
         """Return the striker's stress, if it is known in closed form."""
         run = self.touches
-        return known_stress(self.geometry, self.striker, run.seat.force, run.stopper_force, run.opening, self.dt)
+        return known_stress(self.geometry, self.striker, run.seat.force, run.stopper_forces, run.opening, self.dt)
 
     def largest_stress(self, *, coarsely: bool = False, since: float | None = None) -> ReedStress | None:
         """Return the largest of `known_stress`; ``since``: start of a landing [s], before and after which the largest
@@ -164,8 +164,9 @@ class Strike:
 def known_stress(
     geometry: ContactGeometry, striker: Body, force: Array, stopper: Array | None, opening: Array, dt: float
 ) -> KnownStress | None:
-    """Return the stress of a striker under the contact forces (n + 1,) of seat and stopper [N], if it is known in
-    closed form. ``opening``: (n + 1,) mean gap at the seat, for loads that depend on the lift [m]."""
+    """Return the stress of a striker under the contact forces of the seat (n + 1,) and of the stopper, or its parts
+    (n + 1, parts) [N], if it is known in closed form. ``opening``: (n + 1,) mean gap at the seat, for loads that depend
+    on the lift [m]."""
     if geometry.reed.traits.stress != "closed form":
         return None
     forces = pushes(striker, force, stopper)

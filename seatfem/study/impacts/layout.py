@@ -52,7 +52,10 @@ def layout_of(scene: Scene, division: Division | None = None) -> Layout:
     if stopper is not None:
         along = 0.0 if stopper.at is None or at is None else stopper.at - at
         above = contact.gap + NOMINAL if seen.symbol else seen.heights[1]
-        bodies["stopper"] = stopper.body.views().turned_over().moved(along, z=above + scene.geometry.stopper_gap)
+        views = stopper.body.views()
+        if stopper.profile is not None:
+            views = stopper.profile.views(reed.views(at), stopper.body)
+        bodies["stopper"] = views.turned_over().moved(along, z=above + scene.geometry.stopper_gap)
     low, high = seen.extent
     ends, during = (float(low[0]), float(high[0])), np.linspace(0.0, scene.run.duration, SAMPLES)
     springs = [(spring.words, _spring_places(spring, reed, at)) for spring in scene.spring]

@@ -67,6 +67,12 @@ class Touches:
         """Return the (n + 1,) contact force on the stopper [N]; ``None`` without one."""
         return None if self.stopper is None else self.stopper.force
 
+    @property
+    def stopper_forces(self) -> Array | None:
+        """Return the contact force on the stopper [N], (n + 1,), or on its parts (n + 1, parts); ``None`` without
+        one."""
+        return self.stopper_force if self.stopper_parts is None else self.stopper_parts.force
+
 
 def taken_apart(
     geometry: ContactGeometry, problem: impact.ContactProblem, result: ImpactResult, filter_width: float
@@ -137,6 +143,12 @@ def stopper_force_of(run: MarchRun) -> Array | None:
     return None if seat == len(run.problem.contacts) else run.force_on(slice(seat, None))
 
 
+def stopper_forces_of(run: MarchRun) -> Array | None:
+    """Return the contact force on the stopper, as `Touches.stopper_forces`; ``None`` without one."""
+    seat, several = seat_contacts(run.problem), len(run.problem.striker.greens.ports) > 2
+    return run.rows.spread_forces(run.rows.force[:, seat:]) if several else stopper_force_of(run)
+
+
 def displacement_of(run: MarchRun) -> Array:
     """Return the (n + 1,) mean displacement of the seat's patch [m]."""
     seat, shares, rows = run.bodies[1], Division.from_greens(run.bodies[1].body.greens).shares, run.rows
@@ -148,10 +160,12 @@ def displacement_of(run: MarchRun) -> Array:
 
 
 def pushes(striker: Body, force: Array, stopper: Array | None) -> Array:
-    """Return the forces of seat and stopper on the striker [N]: (n + 1,), or (n + 1, 2) if each has its own port."""
+    """Return the forces of the seat and of the ``stopper`` or its parts on the striker [N]: (n + 1,), or (n + 1, ports)
+    if each has its own port."""
     if stopper is None:
         return force
-    return np.column_stack([force, -stopper]) if len(striker.greens.ports) > 1 else force - stopper
+    forces = np.column_stack([force, -stopper])
+    return forces if len(striker.greens.ports) == forces.shape[1] else np.asarray(forces.sum(axis=1))
 
 
 Source = Literal["mesh", "reduction", "time_step", "model", "patch", "striker", "stopper", "lip", "record"]

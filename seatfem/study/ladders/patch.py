@@ -276,7 +276,7 @@ class StopperParts(Ladder):
         if (beside := _beside_on_its_mesh(run, division)) is None:
             return None
         if division.arcs > 1:
-            return beside, _stopper_rings(run, division)
+            return (beside,) if run.scene.geometry.has_two_places else (beside, _stopper_rings(run, division))
         return ((*beside, *_stopper_in_arcs(run, division), *_on_its_own_face(run)),)
 
 
@@ -285,7 +285,8 @@ def _beside_on_its_mesh(run: ComputedRun, division: Division) -> Sequence[Variat
     face is a plane, ``None`` where no such model is known."""
     body, solved = run.bodies["stopper"], run.solved.get("stopper")
     other, weight = _beside(division)
-    if solved is None:  # springs side by side, or a body that moves as a whole
+    assert run.scene.stopper is not None
+    if solved is None or run.scene.stopper.profile is not None:  # springs, or a body that moves as a whole
         same, greens = run.problem, _in_closed_form(body, other)
     else:
         models = [each for each in (solved.in_rings, solved.greens) if each is not None]
@@ -325,6 +326,8 @@ def finer_stopper(scene: Scene, division: Division) -> Division | None:
     stopper = scene.stopper
     if stopper is None:
         return None
+    if stopper.profile is not None and scene.geometry.has_two_places:  # a beam is met along its length only
+        return Division(2 * division.arcs) if 2 * division.arcs <= MOST_PORTS else None
     if division.arcs > 1:
         rings = max(division.rings, arc_rings_to_compare(division.rings)[0])
         return Division(2 * division.arcs, rings) if 2 * division.arcs * rings <= MOST_PORTS else None
@@ -339,7 +342,7 @@ def _stopped_in(run: ComputedRun, division: Division) -> ContactProblem | None:
     """Return the run with its stopper in these parts, a half-space under its face; ``None`` if that is not known."""
     body, solved, stopper = run.bodies["stopper"], run.solved.get("stopper"), run.scene.stopper
     assert stopper is not None
-    if solved is None:
+    if solved is None or stopper.profile is not None:
         return _stopped_by(run, division, _in_closed_form(body, division))
     if solved.plane:
         return _stopped_by(run, division, as_a_whole(body.greens))
@@ -358,7 +361,9 @@ def _stopped_by(run: ComputedRun, division: Division, greens: base.GreensFunctio
     scene, body, striker = run.scene, run.bodies["stopper"], run.problem.striker
     assert scene.stopper is not None
     scene = scene.model_copy(update={"stopper": scene.stopper.divided(division)})
-    if (lip := scene.geometry.behind_the_reed()) is not None:
+    if scene.geometry.has_two_places:  # a beam has a port at each place
+        striker = striker_of(scene, run.method.reed.n_modes)
+    elif (lip := scene.geometry.behind_the_reed()) is not None:
         striker = _met_behind(run, lip)
     return problem_of(scene, striker, run.problem.target, replace(body, greens=greens))
 

@@ -30,6 +30,7 @@ from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.structure import motion_key
 from seatfem.structures.rings import MOST_CHOSEN, MOST_PORTS, MOST_RINGS, Division
 from seatfem.study.scene.laws import USUAL, ContactLaw, law_as_text, laws
+from seatfem.study.scene.retainers import Profile
 
 
 class Film(Table):
@@ -115,8 +116,8 @@ gap = "1.5 mm"
     arcs: int | None = absent(
         "segments of its face, each with its own contact, for a reed that is a plate: of the flat ring or "
         "disc that is struck, of the faces of cad and mesh, or, of a stopper without a face such as a spring, of the "
-        "reed's contact face; 32 where rings or a tilt are given, else its face is met as a whole, until rounds "
-        "divide it",
+        "reed's contact face; 32 where rings, a tilt or a profile are given, else its face is met as a whole, until "
+        "rounds divide it; with a profile also for a beam",
         strict=True,
         ge=1,
         le=MOST_PORTS,
@@ -124,6 +125,7 @@ gap = "1.5 mm"
     rings: int = default(1, "parts across each of its segments", strict=True, ge=1, le=MOST_RINGS)
     tilt: Angle = default("0 deg", "between the stopper's plane and the undeformed reed; gap is then the smallest")
     tilt_axis: Angle = default("0 deg", "direction about which it is tilted, as contact.tilt_axis")
+    profile: Profile | None = absent("shape of its face along a clamped reed; flat where absent")
     law: _Law = default(USUAL, "force by penetration; a kind without keys may be written as text")
     body: Structure = Field(description="the stopping body")
 
@@ -154,8 +156,17 @@ gap = "1.5 mm"
             yield "arcs", f"{self.arcs} segments in {self.rings} rings are more than {MOST_PORTS}: take fewer"
         if abs(self.tilt) > STEEPEST:
             yield "tilt", f"{math.degrees(self.tilt):g} deg must be at most {math.degrees(STEEPEST):g} deg"
-        if self.tilt and self.arcs == 1:
-            yield "arcs", "a single contact point has only a mean gap, tilt needs several: remove one key"
+        for key in ("tilt", "profile"):
+            if getattr(self, key) and self.arcs == 1:
+                yield "arcs", f"a single contact point has only a mean gap, {key} needs several: remove one key"
+        if self.profile is not None and not self.profile.own_face and not self.body.lip_face.no_lip:
+            words = f"a stopper of kind {self.body.kind!r} has a face of its own"
+            yield "profile", f"{words}; state own_face = true of a cad or mesh, or take a spring"
+        if self.profile is not None and self.profile.own_face and not self.body.files():
+            words = f"a stopper of kind {self.body.kind!r} has no curved face; state radius or file, of a spring"
+            yield "profile.own_face", words
+        if self.profile is not None and self.at is not None:
+            yield "at", "the reed meets a profile all along; remove one of the two"
         if (key := motion_key(self.body)) and key != "velocity":
             yield key, "a stopper is at rest, or strikes with a velocity; remove the key, or strike with the body"
         yield from flies_away(self.speed, "velocity")
@@ -168,7 +179,7 @@ gap = "1.5 mm"
     @property
     def parts(self) -> Division:
         """Return the parts into which its face is divided."""
-        many = self.arcs or (USUAL_ARCS if self.tilt or self.rings > 1 else 1)
+        many = self.arcs or (USUAL_ARCS if self.tilt or self.rings > 1 or self.profile is not None else 1)
         return Division(min(many, MOST_PORTS // self.rings), self.rings)
 
     def divided(self, division: Division) -> Stopper:

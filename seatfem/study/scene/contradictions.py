@@ -129,13 +129,19 @@ def contradictions_of_start(geometry: ContactGeometry) -> Contradictions:
     reed, contact = geometry.reed, geometry.contact
     reed.check_place(stopper.at, "stopper.at")
     if stopper.parts != Division():
-        key = "arcs" if (stopper.arcs or 1) > 1 else "tilt" if stopper.tilt else "rings"
-        yield from reed.parts_problems(f"stopper.{key}")
+        keys = {"profile": stopper.profile, "arcs": (stopper.arcs or 1) > 1, "tilt": stopper.tilt}
+        yield from reed.parts_problems(f"stopper.{next((each for each, value in keys.items() if value), 'rings')}")
+    if stopper.profile is not None and stopper.rings > 1:
+        yield from reed.parts_problems("stopper.rings")
+    is_file = bool(reed.files() or (stopper.profile is not None and stopper.profile.own_face))
+    if stopper.profile is not None and not is_file:
+        with keys_of("stopper.profile"):
+            stopper.profile.face(reed.views(geometry.own_place, coarse=True), stopper.body)
     key, more = ("gap", 0.0) if stopper.lift is None else ("lift", contact.gap)
     if more > 0 and geometry.has_two_places:
         words = f"with contact.gap = {1e3 * more:g} mm the closed reed is bent, and where it stands at stopper.at"
         yield "stopper.lift", f"{words} depends on what holds it there; give stopper.gap, from the undeformed reed"
-    gap, start = geometry.stopper_gap, reed.start_at(stopper.at or geometry.own_place or 0.0)
+    gap, start = geometry.stopper_gap_at_contact, reed.start_at(stopper.at or geometry.own_place or 0.0)
     stated = f"{1e3 * (gap + more):.6g} mm"
     if gap < 0:
         words = f"{stated} is less than contact.gap = {1e3 * more:.6g} mm: the undeformed reed would stand inside"

@@ -329,4 +329,4 @@ class Gauged:
 
     gauge: Gauge
     mount: Mount
-    contact_at: float | tuple[float, float] | None
+    contact_at: float | tuple[float, ...] | None

@@ -93,9 +93,10 @@ def check_files(scene: models.Scene) -> None:
     findings = [((role, *path), text) for role, body in scene.bodies.items() for path, text in body.problems()]
     if not findings and (key := contact.along_a_lip or ("ports" if contact.ports else "")):
         findings += _of_lip(scene.geometry, scene.seat, "contact", key)
-    if not findings and stopper is not None:
+    flat = stopper is not None and stopper.profile is None
+    if not findings and stopper is not None and flat:
         findings += _not_flat(stopper.body)
-    if not findings and stopper is not None and stopper.parts != rings.Division():
+    if not findings and stopper is not None and flat and stopper.parts != rings.Division():
         findings += _of_lip(scene.geometry, stopper.body, "stopper", "arcs")
     if not findings:
         findings += misplaced(scene.geometry, as_drawn=scene.assembly is not None)
@@ -131,8 +132,8 @@ def _not_flat(stopper: Structure) -> Iterator[Finding]:
         yield (
             ("stopper", "contact"),
             f"this face of {stopper.files()[0].name} is not flat: it rises by {rise:.3g} mm over {size:.3g} mm (limit "
-            f"{lands.FLAT * size:.2g} mm), and how the reed rolls on it is not modelled; choose a flat face, or draw "
-            "one where the reed meets it",
+            f"{lands.FLAT * size:.2g} mm); state stopper.profile = {{ own_face = true }}, on which the reed rolls from "
+            "its clamp on, or choose a flat face",
         )
 
 

@@ -24,6 +24,7 @@ from seatfem.structures.rings import ACROSS, FEWEST_ARCS, MOST_CHOSEN, Division,
 from seatfem.study.scene.contact import Contact, Stopper
 from seatfem.study.scene.measures import Line
 from seatfem.study.scene.problems import scene_error
+from seatfem.study.scene.retainers import distance_of_clamp, middles
 
 NO_ANGLES: Final = (
     "the struck lip is a strip, several faces, or winds about its centroid, so that an angle does not define a place "
@@ -56,9 +57,11 @@ class ContactGeometry:
         return self.reed.place(self.contact.at)
 
     @property
-    def contact_at(self) -> float | tuple[float, float] | None:
-        """Return the position on the reed of the seat's contact [m], and that of the stopper if it differs."""
+    def contact_at(self) -> float | tuple[float, ...] | None:
+        """Return the position on the reed of the seat's contact [m], and those of the stopper if they differ."""
         at = self.contact.at
+        if rolled := self._rolled():
+            return (self.own_place or 0.0, *rolled)
         if self.stopper is None or self.stopper.at is None:
             return at
         place = self.own_place or 0.0  # 0 is the struck end of a rod
@@ -66,17 +69,43 @@ class ContactGeometry:
 
     @property
     def has_two_places(self) -> bool:
-        """Return whether seat and stopper meet the reed at different places, so that it has two ports."""
+        """Return whether seat and stopper meet a beam or rod at different places, so that it has a port at each."""
         return isinstance(self.contact_at, tuple)
 
     @property
     def stopper_gap(self) -> float:
-        """Return the distance from the undeformed reed to the stopper, its gap or lift - contact.gap [m]."""
+        """Return the distance from the undeformed reed to the stopper, its gap, or lift - contact.gap less the height
+        of its profile at the contact [m]."""
         assert self.stopper is not None
         if self.stopper.lift is not None:
-            return self.stopper.lift - self.contact.gap
+            return self.stopper.lift - self.contact.gap - self._height_at_contact()
         assert self.stopper.gap is not None
         return self.stopper.gap
+
+    @property
+    def stopper_gap_at_contact(self) -> float:
+        """Return the distance from the undeformed reed to the stopper at the reed's contact [m]."""
+        return self.stopper_gap + self._height_at_contact()
+
+    def _height_at_contact(self) -> float:
+        """Return the height of the stopper's profile at the reed's contact [m]."""
+        if self.stopper is None or (profile := self.stopper.profile) is None:
+            return 0.0
+        return float(profile.heights(np.array([self._from_clamp()]), self.stopper.body)[0])
+
+    def _from_clamp(self) -> float:
+        """Return the distance of the reed's contact from its clamp [m]. Raises `KeyProblem` without a clamp."""
+        return distance_of_clamp(self.reed.views(self.own_place, coarse=True))
+
+    def _rolled(self) -> tuple[float, ...]:
+        """Return the distances from the clamp of the segments of a profile on which a beam rolls [m]; none without
+        one."""
+        if self.stopper is None or self.stopper.profile is None or (lip := self.stopper_lip()) is None:
+            return ()
+        if self.reed.meets(lip) is not None:  # a plate has ports of its own there
+            return ()
+        root = self._from_clamp()
+        return tuple(root + middle for middle in middles(lip))
 
     @property
     def usual_ports(self) -> int:
@@ -118,6 +147,11 @@ class ContactGeometry:
     def overlap(self, struck: Structure) -> AnyLip | None:
         """Return the struck face of seat or stopper, undivided: of flat faces what lies under a plate. Raises
         `ModelError` of a face that is neither ring nor strip, `UncoveredError` of too little under the plate."""
+        if self.stopper is not None and self.stopper.profile is not None and struck is self.stopper.body:
+            try:
+                return self.stopper.profile.face(self.reed.views(self.own_place, coarse=True), struck)
+            except KeyProblem as problem:
+                raise scene_error(f"stopper.profile.{problem.key}".rstrip("."), str(problem)) from None
         region = struck.region()
         if not isinstance(met := self.reed.meets(region), FaceLip):
             return region
@@ -129,7 +163,8 @@ class ContactGeometry:
     def struck(self, arcs: int = 1, rings: int = 1, body: Structure | None = None) -> AnyLip | None:
         """Return the `overlap`, by default the seat's, in parts; ``None`` if `lip_face` excludes that."""
         body = body or self.seat
-        face = None if body.lip_face.no_lip else self.overlap(body)
+        retainer = self.stopper is not None and self.stopper.profile is not None and body is self.stopper.body
+        face = self.overlap(body) if retainer or not body.lip_face.no_lip else None
         return None if face is None else replace(face, arcs=arcs, rings=rings)  # type: ignore[type-var]
 
     def _face_met(self, struck: Structure, key: str) -> AnyLip | None:
@@ -216,7 +251,7 @@ class ContactGeometry:
 
     def stopper_gaps(self) -> Array:
         """Return the gaps (parts,) between the undeformed reed and the stopper [m], as in `gaps`, with h by the tilt of
-        the stopper, less the height of a reed that is not flat."""
+        the stopper, less the height of a reed that is not flat, and that of its profile added."""
         lip, stopper = self.stopper_lip(), self.stopper
         if lip is None or stopper is None:
             return np.array([self.stopper_gap])
@@ -225,7 +260,11 @@ class ContactGeometry:
             below = turned_over(points)
             return tilted(below, stopper.tilt, stopper.tilt_axis) - self._of_the_reed(below, (0.0, 0.0))
 
-        return _openings(self.stopper_gap, lip, self._lines_sought, heights)
+        openings = _openings(self.stopper_gap, lip, self._lines_sought, heights)
+        if stopper.profile is None:
+            return openings
+        risen = stopper.profile.heights(self._from_clamp() + lip.lines()[..., 0], stopper.body)
+        return np.asarray(openings + risen.mean(axis=-1).ravel())
 
     def gaps(self, division: Division) -> Array:
         """Return the gaps (parts,) of the undeformed bodies [m], arc by arc, the mean over each part of
