@@ -68,7 +68,6 @@ def test_it_is_struck_and_stops(tmp_path: Path) -> None:
 def test_natural_modes(tmp_path: Path) -> None:
     reed = scene_of(tmp_path, FLAPPER + COARSE, more=LANDING).reed
     modes = modes_of(reed, Wanted(3), Stopwatch(), lambda *given: None)
-    assert modes.complete
     assert modes.frequencies_hz == pytest.approx((196.6, 915.2, 1644.7), rel=2e-3)
     assert modes.modes[1].share == pytest.approx(0.0, abs=1e-6)  # torsion
 

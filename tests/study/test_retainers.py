@@ -220,12 +220,11 @@ def test_a_plate_meets_the_part_of_the_retainer_that_lies_over_it() -> None:
 
 
 def test_the_drawing_shows_the_curved_face(tmp_path: Path) -> None:
-    stopper = layout_of(beam_scene(tmp_path)).stopper
-    assert stopper is not None
-    (section,) = stopper.views.section
+    stopper = layout_of(beam_scene(tmp_path)).bodies["stopper"]
+    (section,) = stopper.section
     height = section[:, 1].max() - section[:, 1].min()
     assert height > RADIUS - math.sqrt(RADIUS**2 - LENGTH**2)
-    assert "200 mm" in stopper.views.name
+    assert "200 mm" in stopper.name
 
 
 @pytest.mark.parametrize(

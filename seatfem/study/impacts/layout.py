@@ -271,6 +271,8 @@ def _notes(
         yield "the reed is curved without stress (reed.curvature), drawn flat"
     if contact.preload:
         yield "starts pressed on its seat (preload)"
+    if stopper is not None and stopper.profile is not None:
+        yield "the retainer's face is drawn to scale, its distance from the reed is not"
     if stopper is not None and stopper.parts != Division():
         try:
             known = geometry.stopper_lip() is not None
