@@ -1,6 +1,6 @@
 # make demo      the example, all the way, into seatfem-demo/
 # make test      lint, types, and the tests that take minutes (all but those marked slow)
-# make test-all  everything: all tests, documentation, the wheel in bare environments; what CI runs
+# make test-all  everything: all tests, documentation, the wheel in bare environments
 # All make .venv and install what they need first; a second run installs nothing.
 
 PYTHON ?= python3
@@ -26,7 +26,7 @@ test: lint types cheap
 test-all: test rest
 
 # what make test leaves out
-rest: slow docs installed lowest
+rest: docs installed lowest slow
 
 lint: $(VENV)/installed-dev
 	$(PY) -m ruff check .
@@ -42,7 +42,7 @@ cheap: $(VENV)/installed-dev
 
 slow: $(VENV)/installed-dev
 	@$(VENV)/bin/seatfem doctor --quiet
-	$(PYTEST) -m slow
+	$(PYTEST) -m slow $(if $(WITHIN),--within $(WITHIN))
 
 unit: cheap slow
 

@@ -1,8 +1,10 @@
 """Every test has a store of its own: what one test computed is not another's answer."""
 
+import math
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from contextlib import nullcontext
 from pathlib import Path
@@ -17,6 +19,7 @@ from tests.gallery import Gallery
 
 pytest.raises, cli.placed = refusals.raises, refusals.placed
 
+BEGUN = time.monotonic()
 MOST_MESHES = 200  # kept in memory, of some hundred kB each
 
 # A shell's background job ignores Ctrl-C, and so would the programs under test.
@@ -35,6 +38,16 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             or ("only" in mark.kwargs and not parameters.startswith(mark.kwargs["only"]))
         ):
             item.own_markers = [each for each in item.own_markers if each.name != "slow"]
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--within", type=float, default=math.inf, help="minutes after which no further test begins")
+
+
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Skip tests that would begin after the time of ``--within``: an integration server has a limit."""
+    if time.monotonic() - BEGUN > 60 * item.config.getoption("--within"):
+        pytest.skip("the minutes of --within are over")
 
 
 def pytest_configure(config: pytest.Config) -> None:
