@@ -50,7 +50,7 @@ def keys_of(table: str) -> Iterator[None]:
     try:
         yield
     except KeyProblem as problem:
-        raise KeyProblem(f"{table}.{problem.key}", str(problem)) from None
+        raise KeyProblem(f"{table}.{problem.key}".rstrip("."), str(problem)) from None
 
 
 def within(table: str, contradictions: Iterable[tuple[str, str]]) -> Contradictions:

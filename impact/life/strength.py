@@ -67,7 +67,7 @@ class Curve:
                     f"S-N points rise: from {high:g} Pa at {early:g} cycles to {low:g} Pa at {late:g}; stress must "
                     "fall while cycles grow: sort the points, and fit those that scatter"
                 )
-        if self.scatter is not UNKNOWN and not (math.isfinite(self.scatter) and self.scatter >= 0):
+        if not (math.isnan(self.scatter) or (math.isfinite(self.scatter) and self.scatter >= 0)):
             raise LifeError(f"scatter = {self.scatter:g} of log10 N must not be negative")
         _quantile(self.survival)
 
@@ -206,7 +206,7 @@ class Strength:
             raise LifeError("strength.source is empty: cite the report or standard that the numbers are from")
         for field in fields(self):
             value = getattr(self, field.name)
-            known = isinstance(value, float | int) and value is not UNKNOWN and field.name != "loading_ratio"
+            known = isinstance(value, float | int) and not math.isnan(value) and field.name != "loading_ratio"
             if known and not (math.isfinite(value) and value > 0):
                 raise LifeError(f"strength.{field.name} = {value:g} must be positive and finite")
         if self.walker_exponent > 1:

@@ -31,7 +31,7 @@ WINGS = {
 """Files of each wing, and what the program has no more without them."""
 TESTS = (
     "tests/contracts/test_toy_kinds.py", "tests/contracts/test_toy_law.py", "tests/contracts/test_toy_measure.py",
-    "tests/contracts/test_program.py", "tests/contracts/test_results.py", "tests/study/test_scene.py",
+    "tests/contracts/test_results.py", "tests/study/test_scene.py",
     "tests/study/test_template.py", "tests/faces/test_cli.py", "tests/faces/test_report.py",
 )  # fmt: skip
 """Files of the core's tests, of which those are run that are not slow."""

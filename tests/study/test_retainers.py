@@ -1,18 +1,23 @@
 """A reed that rolls on a curved retainer: statics of Euler and Bernoulli, a plain program of springs, refusals."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from seatfem.study.impacts.bodies import striker_of
-from seatfem.study.impacts.contact import run_contacts
+from impact.bodies.body import Body
+from seatfem.fields import KeyProblem
+from seatfem.structures.rings import Division
+from seatfem.study.impacts.bodies import problem_of, striker_of
+from seatfem.study.impacts.contact import record_of, run_contacts
 from seatfem.study.impacts.layout import layout_of
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.scene import Scene, load_scene
 from seatfem.study.scene.files import check_files
 from seatfem.study.scene.problems import SceneError
+from seatfem.study.scene.retainers import Profile
 from tests.study.small_scenes import scene_of
 
 YOUNG, DENSITY, LENGTH, WIDTH, THICKNESS = 200e9, 7850.0, 25e-3, 10e-3, 0.3e-3
@@ -238,6 +243,10 @@ def test_the_drawing_shows_the_curved_face(tmp_path: Path) -> None:
         ({"stopper.arcs": 1}, "stopper.arcs", "profile"),
         ({"stopper.rings": 2}, "stopper.rings", "remove"),
         ({"stopper.at": "10 mm"}, "stopper.at", "remove"),
+        ({"stopper.tilt": "1 deg"}, "stopper.tilt", "profile.file, remove"),
+        ({"stopper.gap": None, "stopper.lift": "1 mm", "contact.gap": "0 mm"}, "stopper.lift", "inside, add"),
+        ({"stopper.profile.own_face": True, "stopper.profile.radius": None}, "stopper.profile.own_face", "file"),
+        ({"reed.kind": "clamped_clamped"}, "stopper.profile.radius", "both, file"),
     ],
 )
 def test_a_profile_that_cannot_be_is_refused_by_key(
@@ -295,3 +304,24 @@ def test_a_curved_face_of_a_part_has_its_own_heights(tmp_path: Path) -> None:
     heights = scene.stopper.profile.heights(x, scene.stopper.body)
     assert heights == pytest.approx(RADIUS - np.sqrt(RADIUS**2 - x**2), abs=5e-6)
     assert scene.geometry.stopper_gaps()[0] == pytest.approx(0.1e-3, abs=5e-6)
+
+
+def test_strain_at_a_gauge_is_known_in_any_number_of_segments(tmp_path: Path) -> None:
+    """A run is compared with one of twice as many segments; where the reed lies on the retainer its strain is t/(2 R)."""
+    keys = {"reed.point_force": "6 N", "contact.preload": True, "accuracy.measures": ["gauge_strain"]}
+    path = tmp_path / "scene.toml"
+    path.write_text(BEAM + '[[gauge]]\nname = "root"\nof = "reed"\nat = "10 mm"\n')
+    scene = load_scene(path, keys)
+    finer = scene.model_copy(update={"stopper": scene.stopper.divided(Division(64))})
+    striker, seat = striker_of(finer), finer.seat.closed_form()
+    record = record_of(scene, problem_of(finer, striker, Body(seat)), 1e-6, duration=2e-5)
+    (largest,) = (value for name, value in record.others.items() if "largest" in name)
+    assert abs(largest) == pytest.approx(THICKNESS / (2 * RADIUS), rel=0.03)
+
+
+def test_a_hole_over_the_retainer_is_refused(tmp_path: Path) -> None:
+    views = beam_scene(tmp_path).reed.views()
+    hole = 4e-3 * np.array([[math.cos(a), math.sin(a)] for a in np.linspace(0, 2 * math.pi, 40)]) - np.array([12e-3, 0])
+    holed = replace(views, plan=(*views.plan, hole[::-1]))
+    with pytest.raises(KeyProblem, match="slotted"):
+        Profile(radius="200 mm").face(holed, beam_scene(tmp_path).seat)

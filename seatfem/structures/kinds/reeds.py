@@ -87,12 +87,10 @@ class BeamStress:
     def _along(self, others: Collection[float]) -> Iterator[tuple[str, Array, Array]]:
         """Yield name, position and bending stress of the root, the contacts and ``others``, from the root on."""
         at = self.at
-        contacts = (
-            {"contact": at} if isinstance(at, float) else dict(zip(("contact", "stopper"), at or (), strict=False))
-        )
-        met = at if isinstance(at, tuple) else ()
-        named = {place: name for name, place in {**contacts, "root": 0.0}.items()}
-        places = np.unique([*named, *others, *met])
+        met = (at,) if isinstance(at, float) else at or ()
+        names = ("contact", "stopper") if len(met) == 2 else ("contact",)  # on a retainer it is met all along
+        named = {**dict(zip(met, names, strict=False)), 0.0: "root"}
+        places = np.unique([*named, *others])
         bending = stresses.bending_stress(self.force, self.dt, self.body, self.beam, places, contact_at=at)
         for place, stress in zip(places, bending, strict=True):
             yield named.get(place, f"{1e3 * place:.4g} mm from the root"), np.array([place]), stress

@@ -295,7 +295,8 @@ class Model:
         strains: Mapping[str, Array] = {}
         if "strain" in kinds:
             opening = (like or marched).stepper.opening
-            stopper = None if seats.all() else others
+            rolls = len(problem.striker.greens.ports) > 2  # each part of a retainer has a port of its own
+            stopper = None if seats.all() else whole[:, ~seats] if rolls else others
             strains = gauge_strains(marched.scene.gauged, problem.striker, on_seat, stopper, dt, opening)
         for number in shot.records:
             record = self.asked.record[number]

@@ -142,9 +142,7 @@ def bending_look(geometry: lips.ContactGeometry) -> StressLook | None:
 
     def look(run: MarchRun, since: float | None) -> ReedStress | None:
         force, stopper = touches.force_of(run), touches.stopper_forces_of(run)
-        parts = len(run.problem.contacts) - touches.seat_contacts(run.problem)
-        met = geometry.with_stopper_in(Division(max(parts, 1)))
-        known = known_stress(met, run.problem.striker, force, stopper, run.opening, run.dt)
+        known = known_stress(_met_in(geometry, run), run.problem.striker, force, stopper, run.opening, run.dt)
         return None if known is None else known.largest(coarsely=True, since=since)
 
     return look
@@ -247,7 +245,7 @@ def record_of(
     others = None if like is None else like.seat
     stress_look = (look or bending_look(scene.geometry)) if stresses and scene.needs_stress else None
     blow = blow_of_march(scene, run, landings.seat, others, stress=stress_look)
-    further = other_values(scene, strains_of(scene.gauged, run), run.opening, run.dt)
+    further = other_values(scene, strains_of(scene.geometry, scene.gauged, run), run.opening, run.dt)
     return touches.RunRecord(blow, landings, touches.stopper_force_of(run), further)
 
 
@@ -287,16 +285,23 @@ def blow_of_march(
         landings=landings,
         asked=choice,
         stress_since=since,
-        strains=tuple(strains_of(scene.gauged, run).values()),
+        strains=tuple(strains_of(scene.geometry, scene.gauged, run).values()),
     )
 
 
-def strains_of(gauged: Sequence[Gauged], run: MarchRun) -> Strains:
+def strains_of(geometry: lips.ContactGeometry, gauged: Sequence[Gauged], run: MarchRun) -> Strains:
     """Return the strain at the gauges in a run without energies."""
     if not gauged:
         return {}
     striker, dt, stopper = run.problem.striker, run.dt, touches.stopper_forces_of(run)
-    return gauge_strains(gauged, striker, touches.force_of(run), stopper, dt, run.opening)
+    here = [replace(each, contact_at=_met_in(geometry, run).contact_at) for each in gauged]
+    return gauge_strains(here, striker, touches.force_of(run), stopper, dt, run.opening)
+
+
+def _met_in(geometry: lips.ContactGeometry, run: MarchRun) -> lips.ContactGeometry:
+    """Return the geometry with the stopper's face in the parts of a run."""
+    parts = len(run.problem.contacts) - touches.seat_contacts(run.problem)
+    return geometry.with_stopper_in(Division(max(parts, 1))) if geometry.has_two_places else geometry
 
 
 def fallback_step(run: Run, driven: tuple[Drive, ...], *bodies: GreensFunction) -> float:
@@ -351,8 +356,8 @@ def check_length(scene: Scene, dt: float, parts: int | None = None) -> None:
         raise RunError(
             f"contact.ports and contact.rings with [stopper] make {contacts} contacts over {steps:.2g} steps: "
             f"predicted {memory / 1e9:.2g} GB of histories and {seconds / 3600:.2g} h, at most {room / 1e9:.2g} GB are "
-            f"available and {LONGEST_MARCH / 3600:g} h are taken: state fewer contact.ports or contact.rings, shorten "
-            "run.duration, or give a longer run.time_step"
+            f"available and {LONGEST_MARCH / 3600:g} h are taken: state fewer contact.ports, contact.rings or "
+            "stopper.arcs, shorten run.duration, or give a longer run.time_step"
         )
     most = min(MAX_STEPS, room / STEP_BYTES)
     if steps > most:

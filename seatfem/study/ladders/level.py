@@ -37,7 +37,9 @@ class Level(Ladder):
             return level
         better, seat = _better(run), run.method.seat
         if seat.static and not tells_waves(run.scene.seat, seat):
-            better = (*better, *_waves(run))
+            if not (waves := _waves(run)):
+                return None
+            better = (*better, *waves)
         terms = (*level, *_shear(run))
         return (*terms, better) if better else terms
 

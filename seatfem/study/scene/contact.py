@@ -107,10 +107,14 @@ stiffness = "20 N/um"
 gap = "1.5 mm"
 """
 
-    gap: Gap | None = absent("distance from the undeformed reed to the stopper, on the side away from the seat")
+    gap: Gap | None = absent(
+        "distance from the undeformed reed to the stopper, on the side away from the seat; with a profile where its "
+        "height is 0"
+    )
     lift: Position | None = absent(
         "instead of gap: travel of the reed from the seat to the stopper; the reed on its seat lies "
-        "contact.gap below its undeformed place, so that gap = lift - contact.gap"
+        "contact.gap below its undeformed place, so that gap = lift - contact.gap, with a profile less its height at "
+        "the contact"
     )
     at: Length | None = absent("position on the reed, from its root; that of the contact where absent")
     arcs: int | None = absent(
@@ -162,7 +166,11 @@ gap = "1.5 mm"
         if self.profile is not None and not self.profile.own_face and not self.body.lip_face.no_lip:
             words = f"a stopper of kind {self.body.kind!r} has a face of its own"
             yield "profile", f"{words}; state own_face = true of a cad or mesh, or take a spring"
-        if self.profile is not None and self.profile.own_face and not self.body.files():
+        if self.profile is not None and self.tilt:
+            yield "tilt", "it has a profile too; write the tilt into the heights of profile.file, and remove the key"
+        if self.profile is not None and self.speed:
+            yield "velocity", "a retainer is at rest; remove the key, or the profile"
+        if self.profile is not None and self.profile.own_face and self.body.kind not in ("cad", "mesh"):
             words = f"a stopper of kind {self.body.kind!r} has no curved face; state radius or file, of a spring"
             yield "profile.own_face", words
         if self.profile is not None and self.at is not None:

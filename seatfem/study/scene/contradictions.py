@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -133,15 +133,15 @@ def contradictions_of_start(geometry: ContactGeometry) -> Contradictions:
         yield from reed.parts_problems(f"stopper.{next((each for each, value in keys.items() if value), 'rings')}")
     if stopper.profile is not None and stopper.rings > 1:
         yield from reed.parts_problems("stopper.rings")
-    is_file = bool(reed.files() or (stopper.profile is not None and stopper.profile.own_face))
-    if stopper.profile is not None and not is_file:
-        with keys_of("stopper.profile"):
-            stopper.profile.face(reed.views(geometry.own_place, coarse=True), stopper.body)
     key, more = ("gap", 0.0) if stopper.lift is None else ("lift", contact.gap)
+    if stopper.profile is not None:
+        if not reed.files() and not stopper.profile.own_face:  # of files see `files.check_files`
+            yield from overlaps_with_profile(geometry)
+        return
     if more > 0 and geometry.has_two_places:
         words = f"with contact.gap = {1e3 * more:g} mm the closed reed is bent, and where it stands at stopper.at"
         yield "stopper.lift", f"{words} depends on what holds it there; give stopper.gap, from the undeformed reed"
-    gap, start = geometry.stopper_gap_at_contact, reed.start_at(stopper.at or geometry.own_place or 0.0)
+    gap, start = geometry.stopper_gap, reed.start_at(stopper.at or geometry.own_place or 0.0)
     stated = f"{1e3 * (gap + more):.6g} mm"
     if gap < 0:
         words = f"{stated} is less than contact.gap = {1e3 * more:.6g} mm: the undeformed reed would stand inside"
@@ -150,6 +150,28 @@ def contradictions_of_start(geometry: ContactGeometry) -> Contradictions:
         words = f"{stated}: at the start the reed stands {1e3 * start:.6g} mm off its undeformed place there, inside"
         least = f"the stopper (limit: stopper.{key}); make the {key} at least {1e3 * (start + more):.6g} mm"
         yield f"stopper.{key}", f"{words} {least}, or release the reed from a smaller deflection"
+
+
+AT_ONCE: Final = 1e-12  # overlap with a retainer at the start that is round-off [m]
+
+
+def overlaps_with_profile(geometry: ContactGeometry) -> Contradictions:
+    """Yield the gap or lift of a stopper with a profile inside which the reed would begin. Raises `KeyProblem` for a
+    profile that does not suit the reed."""
+    if (stopper := geometry.stopper) is None or stopper.profile is None:
+        return
+    if structure.is_curved(geometry.reed):
+        yield "reed.curvature", "how a curved reed rolls on a profile is not known; remove one of both"
+        return
+    with keys_of("stopper.profile"):
+        stopper.profile.face(geometry.reed.views(geometry.own_place, coarse=True), stopper.body)
+    gaps, at = geometry.stopper_gaps(), geometry.contact_at
+    places = at[1:] if isinstance(at, tuple) else ()
+    starts = [geometry.reed.start_at(place) - gap for place, gap in zip(places, gaps, strict=False)]
+    start = geometry.reed.start_at(geometry.own_place or 0.0) - geometry.stopper_gap_at_contact
+    if (inside := max(*starts, start, -float(gaps.min()))) > AT_ONCE:
+        key = "gap" if stopper.lift is None else "lift"
+        yield f"stopper.{key}", f"the reed would begin {1e3 * inside:.4g} mm inside the retainer; add that to it"
 
 
 def _of_lip(seat: Structure, reed: Structure, contact: Contact) -> Contradictions:

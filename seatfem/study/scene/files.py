@@ -9,12 +9,14 @@ from typing import Final
 import numpy as np
 
 from impact.quantities import in_digits, percent
+from seatfem.fields import KeyProblem
 from seatfem.structures import errors, lands, outlines, rings
 from seatfem.structures.inspection import cad, mesh_file
 from seatfem.structures.kinds.structure import Finding, Structure
 from seatfem.structures.lip import Lip
 from seatfem.structures.shapes.loops import distances
 from seatfem.study.scene import lips, load, models
+from seatfem.study.scene.contradictions import overlaps_with_profile
 from seatfem.study.scene.problems import Problem, SceneError
 
 PLATE: Final = 0.97  # least share of a ring of revolution under a plate, with an allowance for chords and sampling
@@ -98,6 +100,11 @@ def check_files(scene: models.Scene) -> None:
         findings += _not_flat(stopper.body)
     if not findings and stopper is not None and flat and stopper.parts != rings.Division():
         findings += _of_lip(scene.geometry, stopper.body, "stopper", "arcs")
+    if not findings and not flat:
+        try:
+            findings += [(tuple(key.split(".")), text) for key, text in overlaps_with_profile(scene.geometry)]
+        except KeyProblem as problem:
+            findings += [(tuple(problem.key.split(".")), str(problem))]
     if not findings:
         findings += misplaced(scene.geometry, as_drawn=scene.assembly is not None)
     if not findings:

@@ -260,11 +260,10 @@ class ContactGeometry:
             below = turned_over(points)
             return tilted(below, stopper.tilt, stopper.tilt_axis) - self._of_the_reed(below, (0.0, 0.0))
 
-        openings = _openings(self.stopper_gap, lip, self._lines_sought, heights)
         if stopper.profile is None:
-            return openings
+            return _openings(self.stopper_gap, lip, self._lines_sought, heights)
         risen = stopper.profile.heights(self._from_clamp() + lip.lines()[..., 0], stopper.body)
-        return np.asarray(openings + risen.mean(axis=-1).ravel())
+        return np.asarray(self.stopper_gap + risen.mean(axis=-1).ravel())
 
     def gaps(self, division: Division) -> Array:
         """Return the gaps (parts,) of the undeformed bodies [m], arc by arc, the mean over each part of

@@ -41,7 +41,11 @@ def unknown_shares(geometry: ContactGeometry) -> Contradictions:
             if own.unknown:
                 yield f"{table}.law", f"{words}; the {where}, of kind {each.kind!r}, {own.unknown}, {remedy}"
             elif own.compliance > 0 and parts > 1:
-                key = "contact.ports = 1 and contact.rings = 1" if table == "contact" else "stopper.arcs = 1"
+                key = (
+                    "contact.ports = 1 and contact.rings = 1"
+                    if table == "contact"
+                    else "stopper.arcs = 1 without a profile"
+                )
                 yield f"{table}.law", f"{words}; the shares of {parts} parts are not known: take {key}, {remedy}"
 
 

@@ -14,17 +14,22 @@ from scipy.interpolate import PchipInterpolator
 from impact.files.csv_table import read_needed_csv
 from impact.greens.base import Array
 from seatfem.fields import Contradictions, ExistingFile, Gap, KeyProblem, Length, Table, absent, default
-from seatfem.structures.errors import GeometryError
-from seatfem.structures.inspection.cad import Shape
+from seatfem.structures.errors import GeometryError, MeshError, ModelError
+from seatfem.structures.inspection.cad import Shape, read_once
 from seatfem.structures.kinds import Structure
-from seatfem.structures.lands import FaceLip, Land, axes_along
+from seatfem.structures.lands import FLAT, FaceLip, Land, axes_along
 from seatfem.structures.outlines import BodyViews, length_text
+from seatfem.structures.shapes.selectors import Vector
 from seatfem.structures.strips import Strip
 from seatfem.units import write_quantity
 
+OFF: Final = 1 + 1e-6  # so that no side of the face runs along a side of the reed
+WHOLE: Final = 0.99  # share of the length on which the reed lies over the face, with an allowance for its ends
+STRAIGHT: Final = 1e-3  # difference in x of a clamp that counts as none, over the length of the reed
 CUTS: Final = 300  # cuts across the reed between which its width is taken as linear
 BEYOND: Final = 1.01  # half the width of a face that reaches over the sides of the reed, over half of the reed's
 SHOWN: Final = 0.05  # thickness in which it is drawn, over its length
+ALIKE: Final = 1e-3  # distance along a face that counts as none, over its length
 LENGTHS: Final = {"m": 1.0, "mm": 1e-3, "um": 1e-6, "in": 0.0254}
 COLUMNS: Final = {"along": LENGTHS, "height": LENGTHS}
 LIKE: Final = "'along [mm],height [mm]'"
@@ -53,7 +58,9 @@ class Profile(Table):
         "lies at start",
         strict=True,
     )
-    start: Gap = default("0 mm", "distance of its beginning from the reed's clamp")
+    start: Gap | None = absent(
+        "distance of its beginning from the reed's clamp; where absent 0 mm, or the first one in the file"
+    )
     end: Length | None = absent("distance of its end; where absent that of the reed, or the last one in the file")
     width: Length | None = absent("width across the reed; that of the reed where absent")
 
@@ -61,43 +68,46 @@ class Profile(Table):
         if (self.radius is not None) + (self.file is not None) + self.own_face != 1:
             yield "radius", "give exactly one of radius, file and own_face"
             return
-        if self.end is not None and self.end <= self.start:
-            words = f"{write_quantity(self.end, 'length')} is not beyond start, {write_quantity(self.start, 'length')}"
+        if self.end is not None and self.end <= (self.start or 0.0):
+            words = f"{write_quantity(self.end, 'length')} is not beyond start"
             yield "end", f"{words}; make it larger"
         if self.file is None:
             return
-        along, _ = self._read(self.file)
+        along, _ = self._table_in(self.file)
         for key, place in (("start", self.start), ("end", self.end)):
             if place is not None and not along[0] <= place <= along[-1]:
                 ends = " to ".join(write_quantity(float(each), "length") for each in (along[0], along[-1]))
                 yield key, f"{write_quantity(place, 'length')} lies beyond the heights of the file, known from {ends}"
 
     @staticmethod
-    def _read(file: Path) -> tuple[Array, Array]:
-        """Return places and heights (n,) in a file [m]. Raises `KeyProblem` for places that do not rise."""
+    def _table_in(file: Path) -> tuple[Array, Array]:
+        """Return places and heights (n,) in a file [m]. Raises `KeyProblem` for a file that cannot be used."""
         try:
-            numbers, factors = read_needed_csv(file, ValueError, LIKE).quantities(COLUMNS, {}, {})
-        except ValueError as error:
+            return read_once(_read_heights, (file,), file)
+        except (ValueError, OSError) as error:
             raise KeyProblem("file", str(error)) from None
-        along, heights = (numbers * factors).T
-        if len(along) < 2 or not np.all(np.diff(along) > 0):
-            raise KeyProblem("file", f"{file}: its places must rise from row to row, in two rows or more")
-        return along, heights
+
+    def begins(self) -> float:
+        """Return the distance of its beginning from the reed's clamp [m]."""
+        if self.start is not None:
+            return self.start
+        return 0.0 if self.file is None else float(self._table_in(self.file)[0][0])
 
     def _table(self, body: Structure) -> tuple[Array, Array]:
         """Return places and heights (n,) in the file or of the body's face [m]."""
         if self.file is not None:
-            return self._read(self.file)
+            return self._table_in(self.file)
         along, heights, _ = _profile_of_face(body)
-        return self.start + along, heights
+        return self.begins() + along, heights
 
     def heights(self, along: Array, body: Structure) -> Array:
         """Return the heights h of the face of the stopper's ``body`` [m] at distances from the reed's clamp [m]."""
         if self.own_face:  # a smooth face, known at the corners of triangles
-            return np.asarray(PchipInterpolator(*self._table(body))(along))
+            known, heights = self._table(body)
+            return np.asarray(PchipInterpolator(known, heights)(np.clip(along, known[0], known[-1])))
         if self.radius is None:
             return np.interp(along, *self._table(body))
-        reach = np.maximum(along - self.start, 0.0)
+        reach = np.maximum(along - self.begins(), 0.0)
         return np.asarray(self.radius - np.sqrt(np.maximum(self.radius**2 - reach**2, 0.0)))
 
     def face(self, reed: BodyViews, body: Structure) -> FaceLip:
@@ -105,23 +115,31 @@ class Profile(Table):
         contact in the frame of its views turned over.
 
         Raises:
-            KeyProblem: a reed without a clamp, or one beside the face; a radius shorter than the face.
+            KeyProblem: a reed without one straight clamp across it, one beside the face, or slotted over it; a radius
+                shorter than the face, or over a reed that is held at both ends.
         """
         root, loops = distance_of_clamp(reed), tuple(loop * (1.0, -1.0) for loop in reed.plan)
         far = root + max(float(loop[:, 0].max()) for loop in loops)
+        start = self.begins()
+        if self.radius is not None and len(reed.clamp) > 1:
+            raise KeyProblem("radius", "it rises to one end, and this reed is held at both; state the heights by file")
         end, width = far if self.end is None else min(far, self.end), self.width or math.inf
         if self.radius is None:
             end = min(end, float(self._table(body)[0][-1]))
         if self.own_face:
             width = min(width, _profile_of_face(body)[2])
-        if end <= self.start:
-            words = f"the retainer begins {write_quantity(self.start, 'length')} from the clamp, where the reed has"
+        if end <= start:
+            words = f"the retainer begins {write_quantity(start, 'length')} from the clamp, where the reed has"
             raise KeyProblem("start", f"{words} ended, at {write_quantity(far, 'length')}; make it smaller")
-        if self.radius is not None and end - self.start > self.radius:
+        if self.radius is not None and end - start > self.radius:
             words = f"{write_quantity(self.radius, 'length')} is less than the length of the face on the reed"
-            raise KeyProblem("radius", f"{words}, {write_quantity(end - self.start, 'length')}; state a larger one")
-        half = min(BEYOND * max(float(np.abs(loop[:, 1]).max()) for loop in loops), width / 2)
-        return FaceLip(_land(self.start - root, end - root, half, tuple(loop.tobytes() for loop in loops)))
+            raise KeyProblem("radius", f"{words}, {write_quantity(end - start, 'length')}; state a larger one")
+        half = OFF * min(BEYOND * max(float(np.abs(loop[:, 1]).max()) for loop in loops), width / 2)
+        land = _land(start - root, end - root, half, tuple(loop.tobytes() for loop in loops))
+        if sum(float(np.ptp(strip.middles[:, 0])) for strip in land.strips) < WHOLE * (end - start):
+            words = "the reed is slotted, holed or narrower than a tenth of its width over a part of the retainer"
+            raise KeyProblem("end", f"{words}; let it end before that part, or state a smaller width")
+        return FaceLip(land)
 
     def views(self, reed: BodyViews, body: Structure) -> BodyViews:
         """Return the outlines of a retainer with this face over a reed, in section and plan as of a seat, from the
@@ -138,31 +156,53 @@ class Profile(Table):
         )
 
 
+def _read_heights(file: Path) -> tuple[Array, Array]:
+    numbers, factors = read_needed_csv(file, ValueError, LIKE).quantities(COLUMNS, {}, {})
+    along, heights = (numbers * factors).T
+    if len(along) < 2 or not np.all(np.diff(along) > 0):
+        raise ValueError(f"{file}: its places must rise from row to row, in two rows or more")
+    return along, heights
+
+
 def distance_of_clamp(reed: BodyViews) -> float:
     """Return the distance of a reed's contact from its clamp [m]. Raises `KeyProblem` for a reed without a clamp."""
     if not reed.clamp:
         raise KeyProblem("", f"a {reed.name} has no clamp from which it rolls on a retainer; take a beam or a flapper")
-    return -min(float(line[:, 0].min()) for line in reed.clamp)
+    x = reed.clamp[0][:, 0]
+    size = float(np.ptp(np.concatenate(reed.plan)[:, 0]))
+    if float(np.ptp(x)) > STRAIGHT * size or float(x.max()) >= 0:
+        words = "a profile needs a straight clamp square to the reed's x axis, at the smaller x"
+        raise KeyProblem("", f"{words}; turn the sheet, or remove the profile")
+    return -float(x.min())
 
 
 def _profile_of_face(body: Structure) -> tuple[Array, Array, float]:
     """Return distances from the end at which the struck face of a solid comes nearest to the reed, its heights there
     (n,), and its width [m]. Raises `KeyProblem` for a body without faces of triangles."""
     try:
-        return _along_the_part(body.part().shape, body.struck_face)
-    except GeometryError as error:
+        shape = body.part().shape
+    except (GeometryError, ModelError, MeshError) as error:
         raise KeyProblem("own_face", f"{error}; or state radius or file") from None
+    if body.struck_face not in shape.groups:
+        raise KeyProblem("own_face", "stopper.contact selects no face of the file; select one, or state radius or file")
+    return _along_the_part(shape, body.struck_face, getattr(body, "own_axis", None))
 
 
 @lru_cache(maxsize=4)
-def _along_the_part(shape: Shape, face: str) -> tuple[Array, Array, float]:
+def _along_the_part(shape: Shape, face: str, axis: Vector | None) -> tuple[Array, Array, float]:
     rows = shape.groups[face]
     mean = (shape.areas[rows, None] * shape.normals[rows]).sum(axis=0)
     outward = np.sign(mean[np.abs(mean).argmax()]) * np.eye(3)[np.abs(mean).argmax()]
-    x, y, z = axes_along(outward)
+    x, y, z = axes_along(outward, axis or ())
     points = shape.points[np.unique(shape.triangles[rows])]
-    along, first = np.unique(np.round(points @ x, 9), return_inverse=True)
-    heights = -np.bincount(first, points @ z) / np.bincount(first)
+    at, up = points @ x, -(points @ z)
+    cells = np.round((at - at.min()) / (ALIKE * float(np.ptp(at)))).astype(int)  # points of the same place along it
+    _, cell, counts = np.unique(cells, return_inverse=True, return_counts=True)
+    along, heights = (np.bincount(cell, values) / counts for values in (at, up))
+    off = float(np.abs(up - np.interp(at, along, heights)).max())
+    if off > FLAT * float(np.ptp(at)):
+        words = f"the heights of the struck face differ by {write_quantity(off, 'length')} across the reed"
+        raise KeyProblem("own_face", f"{words}; state the direction of the reed, stopper.along, or a file")
     heights -= heights.min()
     if heights[-1] < heights[0]:
         along, heights = -along[::-1], heights[::-1]
