@@ -307,7 +307,7 @@ def test_a_curved_face_of_a_part_has_its_own_heights(tmp_path: Path) -> None:
 
 
 def test_strain_at_a_gauge_is_known_in_any_number_of_segments(tmp_path: Path) -> None:
-    """A run is compared with one of twice as many segments; where the reed lies on the retainer its strain is t/(2 R)."""
+    """A run is compared with one of twice as many segments; where the reed lies on it its strain is t/(2 R)."""
     keys = {"reed.point_force": "6 N", "contact.preload": True, "accuracy.measures": ["gauge_strain"]}
     path = tmp_path / "scene.toml"
     path.write_text(BEAM + '[[gauge]]\nname = "root"\nof = "reed"\nat = "10 mm"\n')

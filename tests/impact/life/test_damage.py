@@ -261,7 +261,7 @@ def test_messages_name_what_is_missing() -> None:
         ({"ultimate": -1.0}, "ultimate = -1 must be positive"),
         ({"walker_exponent": 1.2}, "must not be above 1"),
         ({"loading_ratio": 1.0}, "below 1"),
-        ({"torsion_limit": float("nan")}, "torsion_limit = nan"),
+        ({"torsion_limit": float("inf")}, "torsion_limit = inf"),
     ],
 )
 def test_strength_refuses(fields: dict[str, object], words: str) -> None:
