@@ -137,7 +137,7 @@ class Profile(Table):
         half = OFF * min(BEYOND * max(float(np.abs(loop[:, 1]).max()) for loop in loops), width / 2)
         land = _land(start - root, end - root, half, tuple(loop.tobytes() for loop in loops))
         if sum(float(np.ptp(strip.middles[:, 0])) for strip in land.strips) < WHOLE * (end - start):
-            words = "a reed cannot roll where it is slotted, holed or narrower than a tenth of its width"
+            words = "a reed cannot roll where it is slotted, holed or narrower than 10 % of its width"
             raise KeyProblem("end", f"{words}; let the retainer end before, or state a smaller width")
         return FaceLip(land)
 
