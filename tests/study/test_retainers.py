@@ -17,7 +17,8 @@ from seatfem.study.impacts.touches import Touches
 from seatfem.study.scene import Scene, load_scene
 from seatfem.study.scene.files import check_files
 from seatfem.study.scene.problems import SceneError
-from seatfem.study.scene.retainers import Profile
+from seatfem.study.scene.profile import Profile
+from seatfem.study.scene.retainers import Retainer
 from tests.study.small_scenes import scene_of
 
 YOUNG, DENSITY, LENGTH, WIDTH, THICKNESS = 200e9, 7850.0, 25e-3, 10e-3, 0.3e-3
@@ -301,7 +302,7 @@ def test_a_curved_face_of_a_part_has_its_own_heights(tmp_path: Path) -> None:
     assert scene.stopper is not None
     assert scene.stopper.profile is not None
     x = np.linspace(0.0, 29.9e-3, 100)
-    heights = scene.stopper.profile.heights(x, scene.stopper.body)
+    heights = Retainer(scene.stopper.profile, scene.stopper.body).heights(x)
     assert heights == pytest.approx(RADIUS - np.sqrt(RADIUS**2 - x**2), abs=5e-6)
     assert scene.geometry.stopper_gaps()[0] == pytest.approx(0.1e-3, abs=5e-6)
 
@@ -324,4 +325,4 @@ def test_a_hole_over_the_retainer_is_refused(tmp_path: Path) -> None:
     hole = 4e-3 * np.array([[math.cos(a), math.sin(a)] for a in np.linspace(0, 2 * math.pi, 40)]) - np.array([12e-3, 0])
     holed = replace(views, plan=(*views.plan, hole[::-1]))
     with pytest.raises(KeyProblem, match="slotted"):
-        Profile(radius="200 mm").face(holed, beam_scene(tmp_path).seat)
+        Retainer(Profile(radius="200 mm"), beam_scene(tmp_path).seat).face(holed)

@@ -20,6 +20,7 @@ from seatfem.structures.rings import Division
 from seatfem.study.scene import ContactGeometry, Scene, drives, files
 from seatfem.study.scene.drives import Wave
 from seatfem.study.scene.lips import COVERED
+from seatfem.study.scene.retainers import Retainer
 from seatfem.study.scene.wings import Drive
 from seatfem.units import write_quantity
 
@@ -54,7 +55,7 @@ def layout_of(scene: Scene, division: Division | None = None) -> Layout:
         above = contact.gap + NOMINAL if seen.symbol else seen.heights[1]
         views = stopper.body.views()
         if stopper.profile is not None:
-            views = stopper.profile.views(reed.views(at), stopper.body)
+            views = Retainer(stopper.profile, stopper.body).views(reed.views(at))
         bodies["stopper"] = views.turned_over().moved(along, z=above + scene.geometry.stopper_gap)
     low, high = seen.extent
     ends, during = (float(low[0]), float(high[0])), np.linspace(0.0, scene.run.duration, SAMPLES)

@@ -17,6 +17,7 @@ from seatfem.study.scene.drives import Base, ExternalLoad, Gauge, ValveSpring, W
 from seatfem.study.scene.lips import ContactGeometry
 from seatfem.study.scene.local import unknown_shares
 from seatfem.study.scene.measures import GaugeStrain, LifeMargin, Stress, any_needs_stress
+from seatfem.study.scene.retainers import Retainer
 from seatfem.study.scene.run import Stress as StressTable
 
 if TYPE_CHECKING:
@@ -164,7 +165,7 @@ def overlaps_with_profile(geometry: ContactGeometry) -> Contradictions:
         yield "reed.curvature", "how a curved reed rolls on a profile is not known; remove one of both"
         return
     with keys_of("stopper.profile"):
-        stopper.profile.face(geometry.reed.views(geometry.own_place, coarse=True), stopper.body)
+        Retainer(stopper.profile, stopper.body).face(geometry.reed.views(geometry.own_place, coarse=True))
     gaps, at = geometry.stopper_gaps(), geometry.contact_at
     places = at[1:] if isinstance(at, tuple) else ()
     starts = [geometry.reed.start_at(place) - gap for place, gap in zip(places, gaps, strict=False)]

@@ -24,7 +24,7 @@ from seatfem.structures.rings import ACROSS, FEWEST_ARCS, MOST_CHOSEN, Division,
 from seatfem.study.scene.contact import Contact, Stopper
 from seatfem.study.scene.measures import Line
 from seatfem.study.scene.problems import scene_error
-from seatfem.study.scene.retainers import distance_of_clamp, middles
+from seatfem.study.scene.retainers import Retainer, distance_of_clamp, middles
 
 NO_ANGLES: Final = (
     "the struck lip is a strip, several faces, or winds about its centroid, so that an angle does not define a place "
@@ -91,7 +91,7 @@ class ContactGeometry:
         """Return the height of the stopper's profile at the reed's contact [m]."""
         if self.stopper is None or (profile := self.stopper.profile) is None:
             return 0.0
-        return float(profile.heights(np.array([self._from_clamp()]), self.stopper.body)[0])
+        return float(Retainer(profile, self.stopper.body).heights(np.array([self._from_clamp()]))[0])
 
     def _from_clamp(self) -> float:
         """Return the distance of the reed's contact from its clamp [m]. Raises `KeyProblem` without a clamp."""
@@ -149,7 +149,7 @@ class ContactGeometry:
         `ModelError` of a face that is neither ring nor strip, `UncoveredError` of too little under the plate."""
         if self.stopper is not None and self.stopper.profile is not None and struck is self.stopper.body:
             try:
-                return self.stopper.profile.face(self.reed.views(self.own_place, coarse=True), struck)
+                return Retainer(self.stopper.profile, struck).face(self.reed.views(self.own_place, coarse=True))
             except KeyProblem as problem:
                 raise scene_error(f"stopper.profile.{problem.key}".rstrip("."), str(problem)) from None
         region = struck.region()
@@ -262,7 +262,7 @@ class ContactGeometry:
 
         if stopper.profile is None:
             return _openings(self.stopper_gap, lip, self._lines_sought, heights)
-        risen = stopper.profile.heights(self._from_clamp() + lip.lines()[..., 0], stopper.body)
+        risen = Retainer(stopper.profile, stopper.body).heights(self._from_clamp() + lip.lines()[..., 0])
         return np.asarray(self.stopper_gap + risen.mean(axis=-1).ravel())
 
     def gaps(self, division: Division) -> Array:
@@ -299,12 +299,14 @@ class ContactGeometry:
 
     def line(self, division: Division, parts: Array, grid: TimeGrid, film: Array = NO_FILM) -> Line | None:
         """Return the contact along the lip from the forces (N + 1, parts) on the seat's parts in the steps of ``grid``
-        [N], and their part by a film (N + 1, arcs); ``None`` for a lip without arcs."""
+        [N], and their part by a film (N + 1, parts); ``None`` for a lip without arcs."""
         if division.arcs == 1 or (lip := self.struck(division.arcs)) is None:
             return None
-        force = parts.reshape(len(parts), division.arcs, division.rings).sum(axis=2)
-        share = self.contact.line_arc / (2 * math.pi)
-        return Line(force, grid, lip.lengths, share, lip.edges, film, lip.pieces)
+        every, share = np.broadcast_to(film, parts.shape), self.contact.line_arc / (2 * math.pi)
+        force, by_film = (
+            each.reshape(len(parts), division.arcs, division.rings).sum(axis=2) for each in (parts, every)
+        )
+        return Line(force, grid, lip.lengths, share, lip.edges, by_film, lip.pieces)
 
     @property
     def _is_uneven(self) -> bool:
