@@ -49,7 +49,7 @@ def toys() -> Iterator[None]:
             rod = moved * self.stiffness / self.section
             return StressAtPlaces({"rod": (0.0, rod)}, force, dt)
 
-        def check_gauge(self, at: float, key: str) -> None:
+        def check_gauge(self, at: float, table: str, role: str) -> None:
             """Accept any place, as the rod is strained evenly."""
 
         def strain_at(self, place: float, force: Array, dt: float, body: Body, at: At = None) -> Array:

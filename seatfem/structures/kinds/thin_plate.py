@@ -14,13 +14,12 @@ from impact.notices import Advice, Progress, silent
 from impact.quantities import percent
 from seatfem.fields import Contradictions, DampingRatio, Frequency, KeyProblem, Length, Table, default, of_same_names
 from seatfem.machine.resources import Stopwatch
-from seatfem.structures import sheets
+from seatfem.structures import model, sheets
 from seatfem.structures.errors import ModelError
 from seatfem.structures.kinds import motion, selectors, structure
 from seatfem.structures.kinds.parts import Material
 from seatfem.structures.lip import AnyLip, Lip, Patch
 from seatfem.structures.method import Applicability, Method, Solved
-from seatfem.structures.model import SecondOrderModel
 from seatfem.structures.outlines import BodyViews, arc, covered_share, of_sheet
 from seatfem.structures.patch import Face
 from seatfem.structures.shapes import Flat
@@ -203,7 +202,7 @@ class ThinPlate(motion.Moving):
         beyond = sheets.in_wider_band(self.plate(greens), progress)
         return beyond and (beyond[0].greens(lips, self.damping_ratio), beyond[1])
 
-    def system_of_equations(self) -> SecondOrderModel:
+    def system_of_equations(self) -> model.SecondOrderModel:
         return sheets.model_of(self.sheet(), self.lips(None))
 
     def solve(

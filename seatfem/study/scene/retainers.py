@@ -8,12 +8,12 @@ from functools import lru_cache
 from typing import Final
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
+import scipy
 
 from impact.greens.base import Array
 from seatfem.fields import KeyProblem
 from seatfem.structures.errors import GeometryError, MeshError, ModelError
-from seatfem.structures.inspection.cad import Shape
+from seatfem.structures.inspection import cad
 from seatfem.structures.kinds import Structure
 from seatfem.structures.lands import FLAT, FaceLip, Land, axes_along
 from seatfem.structures.outlines import BodyViews, length_text
@@ -49,7 +49,7 @@ class Retainer:
         """Return the heights h of the face [m] at distances from the reed's clamp [m]."""
         if self.profile.own_face:  # a smooth face, known at the corners of triangles
             known, heights = self._table()
-            return np.asarray(PchipInterpolator(known, heights)(np.clip(along, known[0], known[-1])))
+            return np.asarray(scipy.interpolate.PchipInterpolator(known, heights)(np.clip(along, known[0], known[-1])))
         if self.profile.radius is None:
             return np.interp(along, *self._table())
         reach = np.maximum(along - self.profile.begins(), 0.0)
@@ -126,7 +126,7 @@ def _profile_of_face(body: Structure) -> tuple[Array, Array, float]:
 
 
 @lru_cache(maxsize=4)
-def _along_the_part(shape: Shape, face: str, axis: Vector | None) -> tuple[Array, Array, float]:
+def _along_the_part(shape: cad.Shape, face: str, axis: Vector | None) -> tuple[Array, Array, float]:
     rows = shape.groups[face]
     mean = (shape.areas[rows, None] * shape.normals[rows]).sum(axis=0)
     outward = np.sign(mean[np.abs(mean).argmax()]) * np.eye(3)[np.abs(mean).argmax()]
