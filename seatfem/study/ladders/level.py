@@ -37,9 +37,7 @@ class Level(Ladder):
             return level
         better, seat = _better(run), run.method.seat
         if seat.static and not tells_waves(run.scene.seat, seat):
-            if not (waves := _waves(run)):
-                return None
-            better = (*better, *waves)
+            better = (*better, *_waves(run))
         terms = (*level, *_shear(run))
         return (*terms, better) if better else terms
 
