@@ -170,7 +170,7 @@ gap = "1.5 mm"
             yield "tilt", "it has a profile too; write the tilt into the heights of profile.file, and remove the key"
         if self.profile is not None and self.speed:
             yield "velocity", "a retainer is at rest; remove the key, or the profile"
-        if self.profile is not None and self.profile.own_face and self.body.kind not in ("cad", "mesh"):
+        if self.profile is not None and self.profile.own_face and (self.body.lip_face.no_lip or not self.body.files()):
             words = f"a stopper of kind {self.body.kind!r} has no curved face; state radius or file, of a spring"
             yield "profile.own_face", words
         if self.profile is not None and self.at is not None:
