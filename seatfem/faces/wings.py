@@ -1,4 +1,4 @@
-"""What the files `*_verbs.py` of this folder add to the program: their verbs, and kinds of files beside scenes.
+"""This finds the verbs, and the kinds of files beside scenes, that the files `*_verbs.py` of this folder add.
 
 A file that is removed, with the packages that it runs, takes its verbs and files with it.
 """

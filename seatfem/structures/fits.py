@@ -1,4 +1,4 @@
-"""What a Green's function that was fitted to a record states of its fit."""
+"""Reading of what a Green's function that was fitted to a record states of its fit."""
 
 from __future__ import annotations
 

@@ -189,6 +189,8 @@ def test_a_wrap_without_damping_keeps_its_energy(tmp_path: Path) -> None:
     assert touches.seat.energy.residual < 1e-9
 
 
+RUN = '[run]\nduration = "1 ms"\n'
+
 FLAPPER = """
 [seat]
 kind = "annular"
@@ -205,15 +207,13 @@ paddle_diameter = "13 mm"
 thickness = "0.3 mm"
 release = { mode = 1, velocity = "-1 m/s" }
 [stopper]
-kind = "spring"
-stiffness = "1000 N/um"
 gap = "0.1 mm"
-profile = { radius = "200 mm", width = "6 mm" }
 """
 
 
 def test_a_plate_meets_the_part_of_the_retainer_that_lies_over_it() -> None:
-    scene = scene_of(FLAPPER, '[run]\nduration = "1 ms"')
+    spring = 'kind = "spring"\nstiffness = "1000 N/um"\nprofile = { radius = "200 mm", width = "6 mm" }'
+    scene = scene_of(FLAPPER, spring, RUN)
     lip = scene.geometry.stopper_lip()
     assert lip is not None
     assert lip.arcs == 32
@@ -266,35 +266,10 @@ def test_places_that_do_not_rise_are_refused_with_their_file(tmp_path: Path) -> 
         beam_scene(tmp_path, **{"stopper.profile": {"file": str(tmp_path / "back.csv")}})
 
 
-CAD = """
-[seat]
-kind = "annular"
-bore_radius = "4 mm"
-lip_width = "1 mm"
-material = "steel"
-[reed]
-kind = "flapper"
-root_width = "10 mm"
-taper_length = "2 mm"
-neck_width = "7 mm"
-neck_length = "18 mm"
-paddle_diameter = "13 mm"
-thickness = "0.3 mm"
-release = { mode = 1, velocity = "-1 m/s" }
-[stopper]
-kind = "cad"
-file = "retainer.step"
-material = "steel"
-gap = "0.1 mm"
-[run]
-duration = "1 ms"
-"""
-
-
 def test_a_curved_face_of_a_part_has_its_own_heights(tmp_path: Path) -> None:
     """The radius of the file's cylinder is 200 mm; the side view of its triangles gives its heights within 5 um."""
     (tmp_path / "retainer.step").write_bytes((MESHES / "retainer.step").read_bytes())
-    (tmp_path / "scene.toml").write_text(CAD)
+    (tmp_path / "scene.toml").write_text(FLAPPER + 'kind = "cad"\nfile = "retainer.step"\nmaterial = "steel"\n' + RUN)
     with pytest.raises(SceneError, match=r"stopper\.contact.*not flat.*own_face = true"):
         check_files(load_scene(tmp_path / "scene.toml"))
     scene = load_scene(tmp_path / "scene.toml", {"stopper.profile": {"own_face": True}})
@@ -326,3 +301,10 @@ def test_a_hole_over_the_retainer_is_refused(tmp_path: Path) -> None:
     holed = replace(views, plan=(*views.plan, hole[::-1]))
     with pytest.raises(KeyProblem, match="slotted"):
         Retainer(Profile(radius="200 mm"), beam_scene(tmp_path).seat).face(holed)
+
+
+def test_a_drawing_without_a_title_names_reed_and_seat(tmp_path: Path) -> None:
+    scene = beam_scene(tmp_path)
+    layout = layout_of(scene)
+    assert layout.title == f"{layout.reed.name} on {layout.seat.name}"
+    assert "retainer" not in layout.title

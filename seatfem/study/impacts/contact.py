@@ -294,8 +294,9 @@ def strains_of(geometry: lips.ContactGeometry, gauged: Sequence[Gauged], run: Ma
     if not gauged:
         return {}
     striker, dt, stopper = run.problem.striker, run.dt, touches.stopper_forces_of(run)
-    here = [replace(each, contact_at=_met_in(geometry, run).contact_at) for each in gauged]
-    return gauge_strains(here, striker, touches.force_of(run), stopper, dt, run.opening)
+    contact_at = _met_in(geometry, run).contact_at
+    gauges = [replace(each, contact_at=contact_at) for each in gauged]
+    return gauge_strains(gauges, striker, touches.force_of(run), stopper, dt, run.opening)
 
 
 def _met_in(geometry: lips.ContactGeometry, run: MarchRun) -> lips.ContactGeometry:

@@ -20,7 +20,6 @@ from seatfem.structures.rings import Division
 from seatfem.study.scene import ContactGeometry, Scene, drives, files
 from seatfem.study.scene.drives import Wave
 from seatfem.study.scene.lips import COVERED
-from seatfem.study.scene.retainers import Retainer
 from seatfem.study.scene.wings import Drive
 from seatfem.units import write_quantity
 
@@ -53,10 +52,9 @@ def layout_of(scene: Scene, division: Division | None = None) -> Layout:
     if stopper is not None:
         along = 0.0 if stopper.at is None or at is None else stopper.at - at
         above = contact.gap + NOMINAL if seen.symbol else seen.heights[1]
-        views = stopper.body.views()
-        if stopper.profile is not None:
-            views = Retainer(stopper.profile, stopper.body).views(reed.views(at))
-        bodies["stopper"] = views.turned_over().moved(along, z=above + scene.geometry.stopper_gap)
+        retainer = scene.geometry.retainer
+        above_reed = stopper.body.views() if retainer is None else retainer.views(reed.views(at))
+        bodies["stopper"] = above_reed.turned_over().moved(along, z=above + scene.geometry.stopper_gap)
     low, high = seen.extent
     ends, during = (float(low[0]), float(high[0])), np.linspace(0.0, scene.run.duration, SAMPLES)
     springs = [(spring.words, _spring_places(spring, reed, at)) for spring in scene.spring]

@@ -137,10 +137,13 @@ def stopper_notes(stopper: Stopper | None) -> tuple[str, ...]:
     """Return a note that no round refines the body of a stopper that is solved or read."""
     if stopper is None or not stopper.body.traits.is_solved:
         return ()
-    return (
+    words = (
         f"the stopper (kind {stopper.body.kind!r}) is computed as its keys state it, but for the parts of its face: a "
-        "run's uncertainty includes its error, which no round reduces",
+        "run's uncertainty includes its error, which no round reduces"
     )
+    if stopper.profile is not None:
+        words += "; that its face bends along the reed is not modelled, and not part of the uncertainty"
+    return (words,)
 
 
 ONE_PORT: Final = "one_port"

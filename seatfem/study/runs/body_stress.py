@@ -188,7 +188,7 @@ class FieldStress(BodyStress):
     """
 
     faces: ClassVar[tuple[tuple[str, float], ...]] = ONE_FACE
-    """In words each face whose stress the field gives, and its factor on the stress."""
+    """This names each face whose stress the field gives, with its factor on the stress."""
     each: ClassVar[int] = EACH
     """Number of points of each part that may fail."""
 

@@ -17,7 +17,6 @@ from seatfem.study.scene.drives import Base, ExternalLoad, Gauge, ValveSpring, W
 from seatfem.study.scene.lips import ContactGeometry
 from seatfem.study.scene.local import unknown_shares
 from seatfem.study.scene.measures import GaugeStrain, LifeMargin, Stress, any_needs_stress
-from seatfem.study.scene.retainers import Retainer
 from seatfem.study.scene.run import Stress as StressTable
 
 if TYPE_CHECKING:
@@ -153,24 +152,24 @@ def contradictions_of_start(geometry: ContactGeometry) -> Contradictions:
         yield f"stopper.{key}", f"{words} {least}, or release the reed from a smaller deflection"
 
 
-AT_ONCE: Final = 1e-12  # overlap with a retainer at the start that is round-off [m]
+ROUND_OFF: Final = 1e-12  # overlap with a retainer at the start that is round-off [m]
 
 
 def overlaps_with_profile(geometry: ContactGeometry) -> Contradictions:
     """Yield the gap or lift of a stopper with a profile inside which the reed would begin. Raises `KeyProblem` for a
     profile that does not suit the reed."""
-    if (stopper := geometry.stopper) is None or stopper.profile is None:
+    if (stopper := geometry.stopper) is None or (retainer := geometry.retainer) is None:
         return
     if structure.is_curved(geometry.reed):
         yield "reed.curvature", "how a curved reed rolls on a profile is not known; remove one of both"
         return
     with keys_of("stopper.profile"):
-        Retainer(stopper.profile, stopper.body).face(geometry.reed.views(geometry.own_place, coarse=True))
+        retainer.face(geometry.reed.views(geometry.own_place, coarse=True))
     gaps, at = geometry.stopper_gaps(), geometry.contact_at
     places = at[1:] if isinstance(at, tuple) else ()
     starts = [geometry.reed.start_at(place) - gap for place, gap in zip(places, gaps, strict=False)]
     start = geometry.reed.start_at(geometry.own_place or 0.0) - geometry.stopper_gap_at_contact
-    if (inside := max(*starts, start, -float(gaps.min()))) > AT_ONCE:
+    if (inside := max(*starts, start, -float(gaps.min()))) > ROUND_OFF:
         key = "gap" if stopper.lift is None else "lift"
         yield f"stopper.{key}", f"the reed would begin {1e3 * inside:.4g} mm inside the retainer; add that to it"
 

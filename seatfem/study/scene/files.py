@@ -95,12 +95,12 @@ def check_files(scene: models.Scene) -> None:
     findings = [((role, *path), text) for role, body in scene.bodies.items() for path, text in body.problems()]
     if not findings and (key := contact.along_a_lip or ("ports" if contact.ports else "")):
         findings += _of_lip(scene.geometry, scene.seat, "contact", key)
-    flat = stopper is not None and stopper.profile is None
-    if not findings and stopper is not None and flat:
+    is_flat = stopper is not None and stopper.profile is None
+    if not findings and stopper is not None and is_flat:
         findings += _not_flat(stopper.body)
-    if not findings and stopper is not None and flat and stopper.parts != rings.Division():
+    if not findings and stopper is not None and is_flat and stopper.parts != rings.Division():
         findings += _of_lip(scene.geometry, stopper.body, "stopper", "arcs")
-    if not findings and not flat:
+    if not findings and scene.geometry.retainer is not None:
         try:
             findings += [(tuple(key.split(".")), text) for key, text in overlaps_with_profile(scene.geometry)]
         except KeyProblem as problem:

@@ -87,11 +87,18 @@ class ContactGeometry:
         """Return the distance from the undeformed reed to the stopper at the reed's contact [m]."""
         return self.stopper_gap + self._height_at_contact()
 
+    @property
+    def retainer(self) -> Retainer | None:
+        """Return the stopper on whose profile the reed rolls; ``None`` of others."""
+        if self.stopper is None or self.stopper.profile is None:
+            return None
+        return Retainer(self.stopper.profile, self.stopper.body)
+
     def _height_at_contact(self) -> float:
         """Return the height of the stopper's profile at the reed's contact [m]."""
-        if self.stopper is None or (profile := self.stopper.profile) is None:
+        if (retainer := self.retainer) is None:
             return 0.0
-        return float(Retainer(profile, self.stopper.body).heights(np.array([self._from_clamp()]))[0])
+        return float(retainer.heights(np.array([self._from_clamp()]))[0])
 
     def _from_clamp(self) -> float:
         """Return the distance of the reed's contact from its clamp [m]. Raises `KeyProblem` without a clamp."""
@@ -100,7 +107,7 @@ class ContactGeometry:
     def _rolled(self) -> tuple[float, ...]:
         """Return the distances from the clamp of the segments of a profile on which a beam rolls [m]; none without
         one."""
-        if self.stopper is None or self.stopper.profile is None or (lip := self.stopper_lip()) is None:
+        if self.retainer is None or (lip := self.stopper_lip()) is None:
             return ()
         if self.reed.meets(lip) is not None:  # a plate has ports of its own there
             return ()
@@ -147,9 +154,9 @@ class ContactGeometry:
     def overlap(self, struck: Structure) -> AnyLip | None:
         """Return the struck face of seat or stopper, undivided: of flat faces what lies under a plate. Raises
         `ModelError` of a face that is neither ring nor strip, `UncoveredError` of too little under the plate."""
-        if self.stopper is not None and self.stopper.profile is not None and struck is self.stopper.body:
+        if (retainer := self.retainer) is not None and struck is retainer.body:
             try:
-                return Retainer(self.stopper.profile, struck).face(self.reed.views(self.own_place, coarse=True))
+                return retainer.face(self.reed.views(self.own_place, coarse=True))
             except KeyProblem as problem:
                 raise scene_error(f"stopper.profile.{problem.key}".rstrip("."), str(problem)) from None
         region = struck.region()
@@ -163,8 +170,8 @@ class ContactGeometry:
     def struck(self, arcs: int = 1, rings: int = 1, body: Structure | None = None) -> AnyLip | None:
         """Return the `overlap`, by default the seat's, in parts; ``None`` if `lip_face` excludes that."""
         body = body or self.seat
-        retainer = self.stopper is not None and self.stopper.profile is not None and body is self.stopper.body
-        face = self.overlap(body) if retainer or not body.lip_face.no_lip else None
+        is_retainer = self.retainer is not None and body is self.retainer.body
+        face = self.overlap(body) if is_retainer or not body.lip_face.no_lip else None
         return None if face is None else replace(face, arcs=arcs, rings=rings)  # type: ignore[type-var]
 
     def _face_met(self, struck: Structure, key: str) -> AnyLip | None:
@@ -260,9 +267,9 @@ class ContactGeometry:
             below = turned_over(points)
             return tilted(below, stopper.tilt, stopper.tilt_axis) - self._of_the_reed(below, (0.0, 0.0))
 
-        if stopper.profile is None:
+        if (retainer := self.retainer) is None:
             return _openings(self.stopper_gap, lip, self._lines_sought, heights)
-        risen = Retainer(stopper.profile, stopper.body).heights(self._from_clamp() + lip.lines()[..., 0])
+        risen = retainer.heights(self._from_clamp() + lip.lines()[..., 0])
         return np.asarray(self.stopper_gap + risen.mean(axis=-1).ravel())
 
     def gaps(self, division: Division) -> Array:

@@ -1,4 +1,4 @@
-"""What a file of `seatfem.wings` may add to a scene: a table that loads the reed by its opening."""
+"""Tables that files of `seatfem.wings` add to a scene, which load the reed by its opening."""
 
 from __future__ import annotations
 
