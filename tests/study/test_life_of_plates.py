@@ -15,7 +15,7 @@ from impact.life.strength import basquin
 from impact.notices import Progress
 from seatfem.faces.report.fragments import html_table
 from seatfem.faces.tables import result_table
-from seatfem.faces.verdict import lasting as in_words
+from seatfem.life.words import life_sentence as in_words
 from seatfem.structures.fields.peaks import hottest, largest, mises_range, von_mises
 from seatfem.structures.fields.recovery import histories
 from seatfem.study.impacts.plate_stress import RIM

@@ -6,7 +6,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import ClassVar, Final, Literal
+from typing import TYPE_CHECKING, ClassVar, Final, Literal
 
 import numpy as np
 
@@ -14,8 +14,12 @@ from impact.after import histories
 from impact.after.landings import Landing, hardest, pair_landings
 from impact.after.result import NO_FILM
 from impact.greens.base import Array
+from impact.late import import_all
 from impact.march.grid import TimeGrid
-from seatfem.results import ResultSource
+from seatfem.results import WINGS, ResultSource
+
+if TYPE_CHECKING:
+    from seatfem.study.scene.models import Scene
 
 LandingChoice = Literal["hardest", "first", "run"]
 HARDEST: Final = "landing_"
@@ -114,6 +118,10 @@ class Measure(ResultSource, ABC):
     needs_line: ClassVar[bool] = False
     judged_by: ClassVar[str] = ""
     of_some: ClassVar[bool] = False
+
+    def problem(self, scene: Scene) -> str:
+        """Return why a ``scene`` cannot ask for it, with a remedy; "" if it can."""
+        return ""
 
     def is_known(self, blow: ContactRecord) -> bool:
         """Return whether the measure is defined for this run."""
@@ -279,28 +287,14 @@ class Stress(Measure):
         return peak.value if peak else None
 
 
-class LifeMargin(Measure):
-    """Margin over the reed's design life, inversely proportional to the stress in the whole run.
-
-    It is evaluated from stress histories after the last round; plans and rounds use `Stress` in its place.
-    """
-
-    name, key, words = "life_margin", "life_margin", "margin over the design life"
-    needs_stress = True
-    judged_by = Stress.name
-
-    def is_known(self, blow: ContactRecord) -> bool:
-        return False
-
-    def evaluate(self, blow: ContactRecord) -> float:
-        return math.nan
-
-
 class GaugeStrain(Measure):
     """Largest magnitude of the strain at any gauge."""
 
     name, key, words = "gauge_strain", "peak_gauge_strain", "largest strain at a gauge"
     of_some = True
+
+    def problem(self, scene: Scene) -> str:
+        return "" if scene.gauge else "there is no gauge: add [[gauge]], or remove it"
 
     def is_known(self, blow: ContactRecord) -> bool:
         return bool(blow.strains)
@@ -352,9 +346,15 @@ class LineImpulse(_AlongLip, Measure):
         return histories.line_impulse_peak(force, steps, line.length, line.share, line.pieces)[0]
 
 
-def all_measures() -> Mapping[str, Measure]:
+def defined_measures() -> Mapping[str, Measure]:
     """Return an instance of each measure defined so far, by name, those of this module first."""
     return {each.name: each() for each in Measure.__subclasses__() if "name" in vars(each)}
+
+
+def all_measures() -> Mapping[str, Measure]:
+    """Return the measures defined so far and those of wings, by name."""
+    import_all(WINGS)
+    return defined_measures()
 
 
 def judged_names(names: Collection[str], landing: LandingChoice) -> tuple[str, ...]:

@@ -17,42 +17,78 @@ from impact.files.csv_table import write_csv
 from impact.life.places import margin_error
 from impact.notices import Progress, Tell, silent
 from impact.quantities import finite_or_none, in_time
-from seatfem.pictures import stress_plot
-from seatfem.study.impacts import contact
-from seatfem.study.impacts.bodies import striker_of
-from seatfem.study.impacts.forces import Strike
-from seatfem.study.impacts.life import (
+from seatfem.life.assess import (
     LifeResult,
     asked_keys,
+    assess_life,
     block_from,
     body_of,
     from_json,
-    lasting,
     life_keys,
+    life_notes,
 )
+from seatfem.life.maps import margin_pictures, plot_margins
+from seatfem.life.table import OF_A_CURVE, UNITS, LifeTable, varied
+from seatfem.study.impacts import contact
+from seatfem.study.impacts.bodies import striker_of
+from seatfem.study.impacts.forces import Strike
+from seatfem.study.impacts.touches import force_of
 from seatfem.study.runs import kept
 from seatfem.study.runs.body_stress import BodyStress
 from seatfem.study.runs.round import Round
-from seatfem.study.scene.life import OF_A_CURVE, UNITS, LifeTable, varied
+from seatfem.study.runs.stresses import error_bars_of
+from seatfem.study.scene.wings import Assessed
 
 if TYPE_CHECKING:
     from seatfem.pictures.rendering import Picture
+    from seatfem.study.runs.afterwards import FinishedRun
 
 
-def lives(done: Round, bodies: Sequence[BodyStress], strike: Strike, progress: Progress = silent) -> LifeResult:
+def assess(life: LifeTable, run: FinishedRun) -> Assessed:
+    """Return the fatigue life of the bodies of a run, and the curves of its margin that [life] asks for."""
+    done = run.done
+    with run.watch("life"):
+        result = lives(life, done, run.bodies, done.strike, run.progress)
+        on_spring = lives(life, done, run.bodies[:1], run.on_spring, run.progress)
+    keys = run_keys(life, run.bodies, result, on_spring)
+    if result.below is not None and result.below.worst.tensor_at:
+        bar = contact_margin_bar(done, result.below.worst.tensor_margin)
+        keys |= {"error_bar_life_contact_margin": finite_or_none(bar)}
+    run.keep(keys)
+    with run.watch("life curves"):
+        price = done.spent.get("contact", 0.0) + run.watch.stages["life"] / 2
+        curves = life_curves(life, done, run.bodies, price=price, tell=run.tell)
+        files = write_curves(curves, run.folder)
+
+    def pictures() -> list[Picture]:
+        return [*margin_pictures(life, done, run.bodies), *curve_pictures(curves)]
+
+    return Assessed(keys | curve_keys(curves), files, life_notes(life, result), pictures)
+
+
+def contact_margin_bar(done: Round, margin: float) -> float:
+    """Return the error bar of the ``margin`` below a Hertzian contact from that of its largest force F, as the stress
+    varies as F^(1/3); ``inf`` where the force's error is as large as the force."""
+    errors, _ = error_bars_of(done, lambda run: {"force": float(force_of(run).max())})
+    share = errors.bar("force") / float(done.result.force.max())
+    return margin_error(margin, 1 - (1 - share) ** (1 / 3) if share < 1 else 1.0)
+
+
+def lives(
+    life: LifeTable, done: Round, bodies: Sequence[BodyStress], strike: Strike, progress: Progress = silent
+) -> LifeResult:
     """Return the fatigue life of bodies under the forces of one run: the round's own, or that on another seat.
 
     It is cached for runs with the same forces.
     """
-    life = done.plan.scene.life
-    with_seat = life is not None and life.demand("seat") is not None and any(each.role == "seat" for each in bodies)
+    with_seat = life.demand("seat") is not None and any(each.role == "seat" for each in bodies)
 
     def compute() -> Mapping[str, Any]:
         progress("life", 0.0)
         first = block_from(life, done.plan.scene.turn, strike.touches)
         histories = {each.role: each.under(strike).histories(first) for each in bodies}
         sphere = done.plan.scene.contact.law.of_a_sphere or 0.0
-        result = lasting(life, strike.touches, first, histories["reed"], histories.get("seat", ()), sphere)
+        result = assess_life(life, strike.touches, first, histories["reed"], histories.get("seat", ()), sphere)
         progress("life", 1.0)
         return asdict(result)
 
@@ -149,7 +185,9 @@ def _zero_between(low: float, high: float) -> float:
     return low / (low - high) if low != high else 0.0
 
 
-def life_curves(done: Round, bodies: Sequence[BodyStress], *, price: float, tell: Tell) -> tuple[MarginCurve, ...]:
+def life_curves(
+    life: LifeTable, done: Round, bodies: Sequence[BodyStress], *, price: float, tell: Tell
+) -> tuple[MarginCurve, ...]:
     """Return the margin curves that [life] asks for; each point is a contact computed by the run's method.
 
     Args:
@@ -157,8 +195,7 @@ def life_curves(done: Round, bodies: Sequence[BodyStress], *, price: float, tell
         price: time of one contact and its life in the run [s].
         tell: receives the expected time, then a line for each value.
     """
-    life = done.plan.scene.life
-    if life is None or life.curves is None:
+    if life.curves is None:
         return ()
     count = life.curves.runs[0]
     least, most = (price * number for number in life.curves.runs)
@@ -166,7 +203,7 @@ def life_curves(done: Round, bodies: Sequence[BodyStress], *, price: float, tell
     curves = []
     for name, values in life.curves.asked():
         unit, factor = UNITS[name]
-        run = partial(_margin_at, done, bodies, tell, name)
+        run = partial(_margin_at, life, done, bodies, tell, name)
         curves.append(traced(name, unit, [factor * value for value in values], run, most=OF_A_CURVE))
     return tuple(curves)
 
@@ -187,11 +224,11 @@ def again(done: Round, name: str, value: float) -> Round:
 
 
 def _margin_at(
-    done: Round, bodies: Sequence[BodyStress], tell: Tell, name: str, value: float
+    life: LifeTable, done: Round, bodies: Sequence[BodyStress], tell: Tell, name: str, value: float
 ) -> tuple[float, float | None]:
     start, (unit, factor) = time.perf_counter(), UNITS[name]
     other = again(done, name, value / factor)
-    worst = lives(other, bodies, other.strike).of_one_axis
+    worst = lives(life, other, bodies, other.strike).of_one_axis
     margin, bar, at = math.inf, math.inf, "no place"
     if worst is not None:
         margin, at = worst.worst.life.margin, worst.worst.at
@@ -221,7 +258,7 @@ def curve_pictures(curves: Sequence[MarginCurve]) -> Iterator[Picture]:
 
 
 def _draw(curve: MarginCurve, path: Path) -> None:
-    stress_plot.plot_margins(
+    plot_margins(
         curve.values,
         curve.margins,
         curve.bars,
