@@ -63,7 +63,7 @@ def assess(life: LifeTable, run: FinishedRun) -> Assessed:
     def pictures() -> list[Picture]:
         return [*margin_pictures(life, done, run.bodies), *curve_pictures(curves)]
 
-    return Assessed(keys | curve_keys(curves), files, life_notes(life, result), pictures)
+    return Assessed({**keys, **curve_keys(curves)}, files, life_notes(life, result), pictures)
 
 
 def contact_margin_bar(done: Round, margin: float) -> float:

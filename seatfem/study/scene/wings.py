@@ -126,7 +126,7 @@ class Assessed:
     keys: Mapping[str, object]
     files: tuple[Path, ...]
     notes: tuple[str, ...]
-    pictures: Callable[[], list[tuple[str, Callable[[Path], None]]]]
+    pictures: Callable[[], list[tuple[str, Callable[..., object]]]]
 
 
 def drives() -> tuple[type[Drive], ...]:
