@@ -10,7 +10,7 @@ from rich.console import Console
 from seatfem.faces.report.fragments import omissions, provenance
 from seatfem.faces.tables import result_table
 from seatfem.faces.verdict import verdict
-from seatfem.life.words import life_sentence
+from seatfem.wings.life import life_sentence
 
 ABSENT = ...  # of a key that is not there
 PEAK, IMPULSE = "filtered_peak_force_N", "impulse_Ns"

@@ -13,9 +13,9 @@ import impact
 from impact.exact.contact_stress import hertz_circular, hertz_impact
 from impact.life.strength import basquin
 from seatfem.life.assess import assess_life, block_from, life_keys
-from seatfem.life.words import life_sentence as in_words
 from seatfem.study.impacts.forces import Strike
 from seatfem.study.runs.body_stress import ClosedFormStress
+from seatfem.wings.life import life_sentence as in_words
 from tests.gallery import load_text, refusal
 from tests.steps import Scene, SceneError, load_scene, run_contacts, run_scene, striker_of
 

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from seatfem.life.lives import margin_curve
 from seatfem.life.maps import plot_margins
-from seatfem.life.margin_curve import margin_curve
 from tests.steps import RunError, SceneError, load_scene
 
 KEY = "reed.release.velocity"

@@ -16,7 +16,7 @@ from seatfem.study.scene.contact import Contact
 from seatfem.study.scene.drives import Base, ExternalLoad, Gauge, ValveSpring, Wave
 from seatfem.study.scene.lips import ContactGeometry
 from seatfem.study.scene.local import unknown_shares
-from seatfem.study.scene.measures import all_measures
+from seatfem.study.scene.measures import Measure, all_measures
 from seatfem.study.scene.run import Stress as StressTable
 
 if TYPE_CHECKING:
@@ -41,7 +41,9 @@ def contradictions_of(scene: Scene) -> Contradictions:
     yield from contradictions_of_start(scene.geometry)
     yield from unknown_shares(scene.geometry)
     yield from _of_parts(seat, contact, scene.stress, scene.run.duration)
-    yield from _of_measures(scene)
+    for measure in (each for name, each in all_measures().items() if name in scene.accuracy.measures):
+        table = measure.needs.strip("[]").partition(".")[0]
+        yield from _of_measure(measure, reed, is_possible=not table or bool(getattr(scene, table, None)))
     for table in scene.by_wings:
         yield from within(table.table, table.check(scene))
 
@@ -193,12 +195,10 @@ def _of_parts(seat: Structure, contact: Contact, stress: StressTable | None, dur
         yield "contact.rings", f"a seat of kind {seat.kind!r} has no contact face that could be divided; remove the key"
 
 
-def _of_measures(scene: Scene) -> Contradictions:
-    """Yield contradictions for measures that the scene does not define, as of a reed's stress that is not known."""
-    for name, measure in all_measures().items():
-        if name not in scene.accuracy.measures:
-            continue
-        if measure.needs_stress:
-            yield from (("accuracy.measures", words) for words in scene.reed.stress_problems(name))
-        if words := measure.problem(scene):
-            yield "accuracy.measures", f"{name} is asked, and {words}"
+def _of_measure(measure: Measure, reed: Structure, *, is_possible: bool) -> Contradictions:
+    """Yield contradictions for a measure that needs an absent table, or of the reed's stress that is not known."""
+    if measure.needs_stress:
+        yield from (("accuracy.measures", words) for words in reed.stress_problems(measure.name))
+    if not is_possible:
+        words = f"there is no {measure.needs}: add {measure.needs}, or remove the measure"
+        yield "accuracy.measures", f"{measure.name} is asked, and {words}"

@@ -6,7 +6,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, ClassVar, Final, Literal
+from typing import ClassVar, Final, Literal
 
 import numpy as np
 
@@ -17,9 +17,6 @@ from impact.greens.base import Array
 from impact.late import import_all
 from impact.march.grid import TimeGrid
 from seatfem.results import WINGS, ResultSource
-
-if TYPE_CHECKING:
-    from seatfem.study.scene.models import Scene
 
 LandingChoice = Literal["hardest", "first", "run"]
 HARDEST: Final = "landing_"
@@ -110,6 +107,7 @@ class Measure(ResultSource, ABC):
         needs_displacement, needs_stress, needs_line: data of `ContactRecord` that it needs in addition to the force.
         judged_by: name of another measure of the whole run with the same relative error; "" if it has its own.
         of_some: whether it is omitted from the results of runs in which it is not defined.
+        needs: key or table without which a scene cannot ask for it, as "[[gauge]]"; "" if there is none.
     """
 
     landing_words: ClassVar[str] = ""
@@ -118,10 +116,7 @@ class Measure(ResultSource, ABC):
     needs_line: ClassVar[bool] = False
     judged_by: ClassVar[str] = ""
     of_some: ClassVar[bool] = False
-
-    def problem(self, scene: Scene) -> str:
-        """Return why a ``scene`` cannot ask for it, with a remedy; "" if it can."""
-        return ""
+    needs: ClassVar[str] = ""
 
     def is_known(self, blow: ContactRecord) -> bool:
         """Return whether the measure is defined for this run."""
@@ -292,9 +287,7 @@ class GaugeStrain(Measure):
 
     name, key, words = "gauge_strain", "peak_gauge_strain", "largest strain at a gauge"
     of_some = True
-
-    def problem(self, scene: Scene) -> str:
-        return "" if scene.gauge else "there is no gauge: add [[gauge]], or remove it"
+    needs = "[[gauge]]"
 
     def is_known(self, blow: ContactRecord) -> bool:
         return bool(blow.strains)
