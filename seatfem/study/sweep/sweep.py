@@ -316,11 +316,12 @@ def _check_asked(study: Study, done: Round) -> None:
     """Raise `StudyError` for a measure that no result has and the summary of this round neither."""
     scene = done.plan.scene
     more = any((scene.assessments, scene.stress, scene.gauge))
-    assessed = [each.table for each in assessments()]
-    afterwards = re.compile(f"(spring_|error_bar_)?(landing_)?({'|'.join([*AFTERWARDS, *assessed])})_")
+    beginnings = "|".join([*AFTERWARDS, *(each.table for each in assessments())])
+    afterwards = re.compile(f"(spring_|error_bar_)?(landing_)?({beginnings})_")
+    assessed = {row.key for each in assessments() for row in each.rows}
 
     def may_come(name: str) -> bool:
-        shown = name in all_results() and result_of(name).group not in ("seat", *assessed)
+        shown = name in all_results() and name not in assessed and result_of(name).group != "seat"
         return shown or (more and afterwards.match(name) is not None)
 
     if study.asked:
