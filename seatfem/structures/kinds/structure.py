@@ -252,6 +252,10 @@ class Structure(Table):
 
     # Description of the body
 
+    def outline(self) -> tuple[Array, ...]:
+        """Return the loops of a flat body, (n, 3) of x, y [m] and bulges as `write_outline` takes them; () of others."""
+        return ()
+
     @property
     def own_axis(self) -> tuple[float, ...]:
         """Return the direction that is aligned with the length of the reed; (): the body's x axis."""
