@@ -253,7 +253,7 @@ class Structure(Table):
     # Description of the body
 
     def outline(self) -> tuple[Array, ...]:
-        """Return the loops of a flat body, (n, 3) of x, y [m] and bulges as `write_outline` takes them; () of others."""
+        """Return the loops of a flat body, (n, 3) of x, y [m] and bulges as in `loops`; () of others."""
         return ()
 
     @property
