@@ -62,7 +62,7 @@ def assess(life: LifeTable, run: FinishedRun) -> Assessed:
     with run.watch("life curves"):
         price = done.spent.get("contact", 0.0) + run.watch.stages["life"] / 2
         curves = life_curves(life, done, run.bodies, price=price, tell=run.tell)
-        files = write_curves(curves, run.folder)
+        files = tuple(write_curve(curve, run.folder / f"margin_over_{curve.key}.csv") for curve in curves)
 
     def pictures() -> list[Picture]:
         return [*margin_pictures(life, done, run.bodies), *curve_pictures(curves)]
@@ -249,28 +249,12 @@ def curve_keys(curves: Sequence[MarginCurve]) -> Mapping[str, object]:
     return {f"life_allowed_{name}": None if value is None else scale * value for name, scale, value in limits}
 
 
-def write_curves(curves: Sequence[MarginCurve], folder: Path) -> tuple[Path, ...]:
-    """Write margin_over_speed.csv, ...; return the files."""
-    return tuple(write_curve(curve, folder / f"margin_over_{curve.key}.csv") for curve in curves)
-
-
 def curve_pictures(curves: Sequence[MarginCurve]) -> Iterator[Picture]:
     """Yield margin_over_speed.png, ..."""
     for curve in curves:
-        draw = partial(_draw, curve)
+        numbers, title = (curve.values, curve.margins, curve.bars), f"Margin on stress over {curve.key}"
+        draw = partial(plot_margins, *numbers, label=curve.label, allowed=curve.allowed, title=title)
         yield f"margin_over_{curve.key}.png", draw
-
-
-def _draw(curve: MarginCurve, path: Path) -> None:
-    plot_margins(
-        curve.values,
-        curve.margins,
-        curve.bars,
-        path,
-        label=curve.label,
-        allowed=curve.allowed,
-        title=f"Margin on stress over {curve.key}",
-    )
 
 
 def write_curve(curve: MarginCurve, path: Path) -> Path:
