@@ -30,15 +30,7 @@ from seatfem.study.impacts.forces import Strike
 from seatfem.study.impacts.touches import RECORD, RunRecord, Touches, contact_record_of, stress_since, values_of_record
 from seatfem.study.ladders.mesh import OF_DRAWS
 from seatfem.study.plan import Plan
-from seatfem.study.runs import (
-    horizon,
-    kept,
-    seat_stress,
-    stress_spots,
-    stress_wave,
-    stresses,
-    summary,
-)
+from seatfem.study.runs import horizon, kept, seat_stress, stress_spots, stress_wave, stresses, summary
 from seatfem.study.runs.body_stress import BodyStress, ClosedFormStress
 from seatfem.study.runs.round import Round
 from seatfem.study.scene import Accuracy
@@ -47,7 +39,6 @@ from seatfem.study.scene.wings import Assessed
 
 if TYPE_CHECKING:
     from seatfem.pictures import rendering
-    from seatfem.study.runs import stress_spots
     from seatfem.study.runs.reed_stress import PlateStress
     from seatfem.study.runs.seat_stress import SeatStress
 
