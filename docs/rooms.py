@@ -22,7 +22,7 @@ GROUPS = {
         *("units", "fields", "readings", "results", "machine", "jobs", "structures", "pictures"),
         *(f"study/{room}" for room in ("safety", "scene", "method", "plan", "impacts", "ladders", "error_budget")),
         *(f"study/{room}" for room in ("runs", "sweep", "identify", "trade")),
-        "wings",
+        *("life", "wings"),
         *("verify, doctor", "faces"),
     ),
 }

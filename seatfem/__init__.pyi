@@ -3,7 +3,9 @@ from impact.measured.frf import FrequencyResponse as FrequencyResponse, read_frf
 from impact.measured.pole_fit import fit_impulse_response as fit_impulse_response, fit_poles as fit_poles
 from seatfem.pictures.cell_grid import revolve as revolve
 from seatfem.pictures.plots import plot_mesh as plot_mesh, plot_modes as plot_modes
-from seatfem.pictures.stress_plot import plot_margins as plot_margins
+from seatfem.life.maps import plot_margins as plot_margins
+from seatfem.life.lives import margin_curve as margin_curve
+from seatfem.life.strength import load_strength as load_strength
 from seatfem.structures.elements.assembly import assemble as assemble
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric as assemble_axisymmetric
 from seatfem.structures.elements.mindlin import (
@@ -34,9 +36,8 @@ from seatfem.structures.reduction.reducer import Reduction as Reduction
 from seatfem.structures.sheets import PlateModes as PlateModes, Sheet as Sheet, plate_modes as plate_modes
 from seatfem.structures.cache import Store as Store, content_key as content_key
 from seatfem.study.runs.forecast import converge as converge
-from seatfem.study.runs.pipeline import margin_curve as margin_curve, run_scene as run_scene
+from seatfem.study.runs.pipeline import run_scene as run_scene
 from seatfem.study.scene import load_scene as load_scene
-from seatfem.study.scene.strength import load_strength as load_strength
 from seatfem.study.sweep.sweep import (
     optimise as optimise,
     sweep as sweep,

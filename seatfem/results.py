@@ -50,7 +50,6 @@ SEAT_STRESS: Final = "peak_seat_stress_Pa"
 FILM_PEAK: Final = "film_force_peak_N"
 LINE_PEAK: Final = "line_force_peak"
 PORTS: Final = "ports"
-LIFE_MARGIN, LIFE_CYCLES = "life_margin", "life_cycles"
 RAW_PEAK: Final = "peak_force_N"
 KNOWN_LANDINGS, KNOWN_OF_INPUTS, LANDING_GROWTH = "known_landings", "known_landings_of_inputs", "growth_per_landing"
 ENSEMBLE, ENSEMBLE_LANDINGS = "ensemble_members", "ensemble_landings"
@@ -70,6 +69,7 @@ class Result:
         repeats: key of the landing with the same value, where a run has but one contact.
         unless: tells of which runs it says nothing.
         of_each_step: whether the spring baseline follows the force of every single step in it.
+        demand: key of the pure number that the scene demands of this one, shown beside it; "" without.
     """
 
     key: str
@@ -78,6 +78,7 @@ class Result:
     repeats: str = ""
     unless: Callable[[Summary], bool] | None = None
     of_each_step: bool = False
+    demand: str = ""
 
     @property
     def unit(self) -> str:
@@ -164,12 +165,6 @@ RESULTS: Final = (
     Result("peak_seat_stress_time_s", "  when", "seat"),
     Result("peak_seat_stress_over_rho_c0_v", "  over rho c v (plane wave: 1)", "seat"),
     Result("peak_seat_principal_stress_Pa", "largest tension", "seat"),
-    Result(LIFE_MARGIN, "margin on stress", "life"),
-    Result(LIFE_CYCLES, "cycles to failure", "life"),
-    Result("life_damage_per_cycle", "damage per cycle", "life"),
-    Result("life_multiaxial_margin", "margin, several axes", "life"),
-    Result("life_contact_margin", "margin, contact", "life"),
-    Result("life_speed_margin", "margin on speed", "life"),
     Result(RAW_PEAK, "peak force", "raw"),
     Result("stopper_peak_force_N", "stopper's peak force", "raw"),
 )
@@ -194,6 +189,8 @@ class ResultSource:
     Attributes:
         rows: further results, by wings.
         captions: words for its pictures in a report, by file name.
+        section: prefix and title of all its keys in a section of the report; "" without.
+        absent_words: what a report says where none of these keys is there.
         name: by which scenes ask for it.
         key: in summary.json, with its unit.
         words: in sentences, and in the tables of a run where `RESULTS` has no row of it.
@@ -206,6 +203,13 @@ class ResultSource:
     landing_key: ClassVar[str] = ""
     rows: ClassVar[tuple[Result, ...]] = ()
     captions: ClassVar[Mapping[str, str]] = {}
+    section: ClassVar[tuple[str, str]] = ("", "")
+    absent_words: ClassVar[str] = ""
+
+    @classmethod
+    def sentence(cls, summary: Summary) -> str:
+        """Return its results in one line, below the table of a run; "" without any."""
+        return ""
 
 
 def _all_sources(kind: type[ResultSource] = ResultSource) -> Iterator[type[ResultSource]]:
@@ -226,6 +230,16 @@ def all_results() -> dict[str, Result]:
 def all_captions() -> dict[str, str]:
     """Return the captions of pictures by wings."""
     return {name: words for each in _all_sources() for name, words in each.captions.items()}
+
+
+def all_sentences(summary: Summary) -> Iterator[str]:
+    """Yield a line on the results of each wing that has one."""
+    return filter(None, (each.sentence(summary) for each in _all_sources()))
+
+
+def all_sections() -> Iterator[tuple[str, str, str]]:
+    """Yield prefix and title of the sections of reports by wings, and what is said where no key has the prefix."""
+    return ((*each.section, each.absent_words) for each in _all_sources() if each.section[0])
 
 
 def _measure_words(key: str) -> str:

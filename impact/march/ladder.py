@@ -38,8 +38,6 @@ CHUNK: Final = loop.RISE**HIGHEST * 16  # fine steps whose loads are known at on
 ROOM: Final = 8192  # rows by which the histories grow
 NO_STEPS: Final = TimeGrid(0.0, np.zeros(0, dtype=np.int64))
 """Grid of a march that follows the steps of no other one."""
-Room = tuple[NDArray[np.int64], Array, Array, Array]
-"""Step after each row, forces, gaps and forces of films."""
 
 
 @dataclass(frozen=True)

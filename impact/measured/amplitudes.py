@@ -22,14 +22,7 @@ from impact.greens.modal import ModalGreens, Residual
 from impact.greens.poles import PoleGreens
 from impact.measured import vector_fitting
 from impact.measured.frf import FrequencyResponseError
-from impact.measured.vector_fitting import (
-    Lines,
-    Poles,
-    converge_poles,
-    find_misfit,
-    refined,
-    starting_poles,
-)
+from impact.measured.vector_fitting import Lines, Poles, converge_poles, find_misfit, refined, starting_poles
 
 _ROUNDS = 12
 _MARGIN = 1e-4  # eigenvalue to which each violation is raised, over the sum of the sizes of the terms

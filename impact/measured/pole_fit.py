@@ -15,14 +15,7 @@ from impact.greens.passivity import pole_passivity
 from impact.greens.poles import PoleGreens
 from impact.greens.sampled import SampledGreens
 from impact.measured import amplitudes, frf
-from impact.measured.amplitudes import (
-    FitData,
-    free_residues,
-    least_squares,
-    make_passive,
-    modal_fit,
-    response_of,
-)
+from impact.measured.amplitudes import FitData, free_residues, least_squares, make_passive, modal_fit, response_of
 from impact.measured.vector_fitting import Poles, basis, find_misfit, refined
 from impact.quantities import finite_or_none
 

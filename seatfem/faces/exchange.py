@@ -156,11 +156,11 @@ def _as_reduced(source: Path, output: Path, progress: Progress) -> Written:
 
 def _as_dxf(source: Path, output: Path, progress: Progress) -> Written:
     reed = _scene_of(source).reed
-    if reed.thin_plate is None:
+    if not (loops := reed.outline()):
         raise ExportError(
             f"{source}: reed.kind = {reed.kind!r} has no outline; use a flat one: flapper, sheet, disc, ring_plate"
         )
-    dxf.write_outline(reed.thin_plate.geometry().drawn, output / "reed.dxf")
+    dxf.write_outline(loops, output / "reed.dxf")
     yield output / "reed.dxf"
 
 

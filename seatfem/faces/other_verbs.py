@@ -14,17 +14,7 @@ from seatfem import verify as verify_cases
 from seatfem.faces import exchange
 from seatfem.faces import tables as terminal_tables
 from seatfem.faces.report import page
-from seatfem.faces.terminal import (
-    COMMON,
-    DONE,
-    FAILED,
-    Common,
-    Output,
-    console,
-    lines,
-    print_outcome,
-    progress_of,
-)
+from seatfem.faces.terminal import COMMON, DONE, FAILED, Common, Output, console, lines, print_outcome, progress_of
 from seatfem.faces.wings import file_kinds
 from seatfem.machine import doctor as doctor_checks
 from seatfem.machine import libraries

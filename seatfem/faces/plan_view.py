@@ -22,15 +22,15 @@ from seatfem.study.plan import Choice, Plan
 from seatfem.study.runs import round as rounds
 from seatfem.study.runs.converge import errors_by_key, words_of
 from seatfem.study.runs.forecast import Look
-from seatfem.study.scene import Contact, Scene, drives, files, keys, parcel, strength, tables
+from seatfem.study.scene import Contact, Scene, drives, files, keys, parcel, tables
 from seatfem.study.scene.measures import all_measures, asked_name, short_words
+from seatfem.study.scene.wings import tables_in_files
 from seatfem.units import write_quantity
 
 SHOWN: Final = 4  # largest number of values of a list that are shown; longer lists are shown as number and range
 HOW: Final = ("run", "accuracy", "title")
 """Tables and keys that are omitted, as the table of the plan states them."""
 TABLES: Final = (".csv", ".tsv", ".txt", ".asc")
-STRENGTHS: Final = ("strength", "seat_strength")
 NOT_SHOWN: Final = ("kind", "name", "mesh", "greens")
 _NONE: Final = FieldInfo(default=None)
 
@@ -137,10 +137,9 @@ def _several(values: tuple[Any, ...], field: FieldInfo, key: str) -> str:
 
 
 def _file(path: Path, key: str) -> str:
-    """Return a file's name; for columns also the number of rows and ranges, for a strength file its content."""
-    if key.rpartition(".")[2] in STRENGTHS:
-        # only scenes with a [life] table
-        return f"{path.name} ({_words(tables.load_table(path, strength.StrengthTable), key)})"
+    """Return a file's name; for columns also the number of rows and ranges, for a TOML file its content."""
+    if (table := tables_in_files().get(key)) is not None:
+        return f"{path.name} ({_words(tables.load_table(path, table), key)})"
     if path.suffix.lower() in TABLES and (columns := _columns(path)):
         return f"{path.name} ({columns})"
     return f"{path.name} ({math.ceil(path.stat().st_size / 1000):,} kB)"

@@ -10,7 +10,7 @@ from typing import Annotated, Final
 
 from cyclopts import Parameter
 
-from seatfem import units
+from seatfem import results, units
 from seatfem.faces import plan_view, tables, verdict
 from seatfem.faces.report import asked
 from seatfem.faces.report import checked as checked_scenes
@@ -222,8 +222,8 @@ def _run(path: Path, folder: Path, effort: Effort, common: Common, changes: Sequ
         landings = tables.landings_of(outcome.summary)
         if len(landings) > 1 and (table := tables.landings_table(landings)):  # else the table above has all
             wide.print(table)
-        sentences = (verdict.pressed_on, verdict.horizon, verdict.simpler, verdict.lasting)
-        for words in filter(None, (each(outcome.summary) for each in sentences)):
+        sentences = (each(outcome.summary) for each in (verdict.pressed_on, verdict.horizon, verdict.simpler))
+        for words in (*filter(None, sentences), *results.all_sentences(outcome.summary)):
             wide.print(words, soft_wrap=True)
     tell(outcome, common, copies)
     if common.quiet and outcome.met is False:  # an exit code alone does not explain the reason

@@ -212,12 +212,8 @@ def _cells(summary: readings.Summary, row: results.Result) -> tuple[str, ...]:
         )
     value, bar = readings.as_number(summary.get(row.key)), readings.bar_of(summary, row.key)
     first = readings.in_text(row.key, value, bar, row.unit)
-    if (
-        row.key == results.LIFE_CYCLES
-        and value is not None
-        and (design := readings.as_number(summary.get("life_design_cycles")))
-    ):
-        first = f"{in_digits(value, 2)} (asked {in_digits(design, 2)})"
+    if value is not None and (demand := readings.as_number(summary.get(row.demand))):
+        first = f"{in_digits(value, 2)} (asked {in_digits(demand, 2)})"
     if readings.SPRING + row.key not in summary:
         return (first, "", "", "", _target(summary, row.key, value, bar))
     baseline, contrast = readings.as_number(summary.get(readings.SPRING + row.key)), difference(summary, row.key)

@@ -119,7 +119,7 @@ def matrices(
             **stated,
         )
     except ModelError as error:
-        place = next(iter(body.files()), None) if body.drawn is None else f"seat.model = {level!r}"
+        place = next(iter(body.files()), f"seat.model = {level!r}")
         raise ModelError(f"{place}: {error}") from error
 
 

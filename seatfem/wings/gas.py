@@ -71,6 +71,7 @@ from seatfem.results import Result
 from seatfem.structures import outlines
 from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.motion import CourseColumns, CourseUnits, Record, stated_in
+from seatfem.study.scene.models import Scene
 from seatfem.study.scene.wings import Drive, DriveRun, cycle_name
 from seatfem.units import UnitError, write_quantity
 
@@ -303,7 +304,8 @@ port_diameter = "12 mm"
             return scene
         return {**scene, "run": {**run, "duration": f"{60 * turns / rpm!r} s"}}
 
-    def check(self, duration: float) -> Contradictions:
+    def check(self, scene: Scene) -> Contradictions:
+        duration = scene.run.duration
         takes = write_quantity(duration, "time")
         if self.cycles is not None and not math.isclose(self.cycles * self.turn, duration, rel_tol=1e-6):
             words = f"{self.cycles:g} turns take {write_quantity(self.cycles * self.turn, 'time')}, run.duration is"

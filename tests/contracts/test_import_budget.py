@@ -28,7 +28,7 @@ NOT_NAMED = {
     f"seatfem.structures.kinds.{name}"
     for name in ("blocks", "drawn", "measured", "plate_loads", "reeds", "stored", "turned")
 }
-LIFE = {"impact.life.damage", "impact.life.multiaxial", "rainflow", "seatfem.study.runs.lives"}
+LIFE = {"impact.life.damage", "impact.life.multiaxial", "rainflow", "seatfem.life.lives"}
 NUMBERS = {"numpy", "scipy", "h5py", "pydantic"}
 ERRANDS = [
     (["--help"], 0, DRAWN | SOLID | COMPILED | NUMBERS | LIFE),

@@ -20,6 +20,9 @@ WINGS = {
     "identify": (("seatfem/study/identify", "seatfem/faces/identify_verbs.py"), {"identify"}),
     "gas": (("seatfem/wings/gas.py", "impact/gas.py", "impact/pictures/gas_plot.py"),
             {"[gas]", "scene/gas.md", "last cycle"}),
+    "life": (("seatfem/wings/life.py", "seatfem/life", "impact/life"),
+             {"[life]", "scene/life.md", "fatigue", "seatfem.load_strength", "seatfem.margin_curve",
+              "seatfem.plot_margins"}),
     "measured responses": (
         ("impact/measured", "impact/pictures/fit_plots.py", "seatfem/structures/formats/uff_responses.py",
          "seatfem/structures/kinds/measured.py"),

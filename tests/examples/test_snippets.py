@@ -19,9 +19,9 @@ from pathlib import Path
 
 import pytest
 
+from seatfem.life.strength import load_strength
 from seatfem.study.identify.record import load_identification
 from seatfem.study.runs.forecast import look_at
-from seatfem.study.scene.strength import load_strength
 from seatfem.study.sweep.study import load_study
 from tests.steps import load_scene, run_command
 

@@ -20,7 +20,7 @@ from PIL import Image
 
 from seatfem.faces.cli import BAD_INPUT, DONE, run_command
 from seatfem.faces.report.asked import AskedError
-from seatfem.faces.report.fragments import ReportError, hot_spots, life_table, provenance
+from seatfem.faces.report.fragments import ReportError, hot_spots, keys_table, provenance
 from seatfem.faces.report.page import SCREENS, _landings, _state, report_page
 from seatfem.pictures.moving import save_moving
 from tests.browsing import changed, put, shot, until
@@ -77,17 +77,17 @@ def test_it_names_no_address_to_ask(folder: Path) -> None:
     assert "://" not in page
 
 
-def test_hot_spots_and_life_are_tables() -> None:
+def test_hot_spots_and_keys_of_wings_are_tables() -> None:
     spot = {"von_mises_Pa": 1.25e8, "time_s": 2e-4, "at_m": [0.004, 0.001], "edge_distance_m": None}
     assert "<td>125 MPa</td><td>200 µs</td><td>4, 1</td><td></td>" in hot_spots({"seat_stress_hot_spots": [spot, 3]})
     assert hot_spots({}) == hot_spots({"seat_stress_hot_spots": "many"}) == ""
     unknown = {"peak_seat_stress_Pa": 21.18e6, "error_bar_peak_seat_stress_Pa": 42.9e6}
     assert "not known (21 ± 43 MPa)" in hot_spots({"seat_stress_hot_spots": [spot], **unknown})
-    table = life_table({"life_margin": 1.234567, "error_bar_life_margin": 0.05, "life_at": "<b>"})
+    table = keys_table({"life_margin": 1.234567, "error_bar_life_margin": 0.05, "life_at": "<b>"}, "life_")
     assert "<td>margin</td><td>1.235 ± 0.050</td>" in table
-    assert "not known (1.20 ± 0.70)" in life_table({"life_margin": 1.2, "error_bar_life_margin": 0.7})
+    assert "not known (1.20 ± 0.70)" in keys_table({"life_margin": 1.2, "error_bar_life_margin": 0.7}, "life_")
     assert "&lt;b&gt;" in table
-    assert life_table({"peak": 1.0}) == ""
+    assert keys_table({"peak": 1.0}, "life_") == ""
 
 
 def landings(count: int) -> list[dict[str, object]]:

@@ -9,7 +9,8 @@ from rich.console import Console
 
 from seatfem.faces.report.fragments import omissions, provenance
 from seatfem.faces.tables import result_table
-from seatfem.faces.verdict import lasting, verdict
+from seatfem.faces.verdict import verdict
+from seatfem.wings.life import life_sentence
 
 ABSENT = ...  # of a key that is not there
 PEAK, IMPULSE = "filtered_peak_force_N", "impulse_Ns"
@@ -105,7 +106,7 @@ def test_a_summary_of_another_version_is_still_readable(value: object, tmp_path:
     whole = {**RUN, **LIFE, **speed, "life_multiaxial_margin": 2.0}
     for key in whole:
         summary = {name: old if name != key else value for name, old in whole.items() if name != key or value != ABSENT}
-        sentence = lasting(summary)
+        sentence = life_sentence(summary)
         assert sentence.count(" endures ") + sentence.count(" fails ") + sentence.count("no stress") >= 1
         assert verdict(summary)
         assert result_table(summary).row_count
@@ -114,4 +115,4 @@ def test_a_summary_of_another_version_is_still_readable(value: object, tmp_path:
     without = {
         key: value for key, value in LIFE.items() if key not in ("life_design_cycles", "life_survival", "life_at")
     }
-    assert re.search(r"endures .*1\.35 \+- 0\.05 .*\(goodman; invented\)$", lasting(without))
+    assert re.search(r"endures .*1\.35 \+- 0\.05 .*\(goodman; invented\)$", life_sentence(without))

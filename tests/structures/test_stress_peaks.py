@@ -7,7 +7,8 @@ import pytest
 
 from impact.greens.base import Array
 from seatfem.structures.fields.peaks import Integers, largest, norms
-from seatfem.structures.fields.sites import edge_distances, local_maxima
+from seatfem.structures.fields.sites import local_maxima
+from seatfem.structures.mesh.checks import nearest_distances
 
 
 class Two:
@@ -66,5 +67,5 @@ def test_hot_spots_are_the_tops_of_hills() -> None:
     np.testing.assert_allclose(x[local_maxima(points, values, 0.5, least=0.1)], [2, 6], atol=0.02)
     np.testing.assert_allclose(x[local_maxima(points, values, 3.7)], [2], atol=0.02)
     assert len(local_maxima(points, np.ones(1001), 20.0)) == 1
-    np.testing.assert_allclose(edge_distances(points[:3], points[[2]]), [0.02, 0.01, 0.0])
-    assert np.isinf(edge_distances(points, np.zeros((0, 3)))).all()
+    np.testing.assert_allclose(nearest_distances(points[:3], points[[2]]), [0.02, 0.01, 0.0])
+    assert np.isinf(nearest_distances(points, np.zeros((0, 3)))).all()

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from seatfem.life.lives import again
 from seatfem.structures.fields.recovery import StressField, largest
 from seatfem.study.impacts.plate_stress import plate_field, struck_by
-from seatfem.study.runs.lives import again
 from tests.gallery import load_text
 from tests.steps import Round, Stopwatch, begin_plan, rounds, silent
 

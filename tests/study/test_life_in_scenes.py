@@ -12,10 +12,10 @@ import pytest
 import impact
 from impact.exact.contact_stress import hertz_circular, hertz_impact
 from impact.life.strength import basquin
-from seatfem.faces.verdict import lasting as in_words
+from seatfem.life.assess import assess_life, block_from, life_keys
 from seatfem.study.impacts.forces import Strike
-from seatfem.study.impacts.life import block_from, lasting, life_keys
 from seatfem.study.runs.body_stress import ClosedFormStress
+from seatfem.wings.life import life_sentence as in_words
 from tests.gallery import load_text, refusal
 from tests.steps import Scene, SceneError, load_scene, run_contacts, run_scene, striker_of
 
@@ -53,7 +53,7 @@ def keys_of(scene: Scene, dt: float = 0.5e-6) -> dict[str, object]:
     touches = run_contacts(scene, striker, seat, dt)
     first = block_from(scene.life, scene.turn, touches)
     histories = ClosedFormStress(Strike(scene.geometry, striker, seat, touches)).histories(first)
-    return life_keys(lasting(scene.life, touches, first, histories))
+    return life_keys(assess_life(scene.life, touches, first, histories))
 
 
 @pytest.mark.parametrize("periods", [1, 3])
@@ -97,7 +97,7 @@ def test_the_last_turn_alone(tmp_path: Path) -> None:
     assert block_from(whole.life, whole.turn, touches) == 0
     start = np.zeros(len(touches.seat.time))
     start[: first - 1] = 1e9  # all before the block is passed over
-    verdicts = lasting(scene.life, touches, first, [("reed, root", start)]).of_one_axis
+    verdicts = assess_life(scene.life, touches, first, [("reed, root", start)]).of_one_axis
     assert verdicts.worst.life.margin == math.inf
     assert keys_of(scene)["life_margin"] > 1.01 * keys_of(whole)["life_margin"]  # type: ignore[operator]
 
@@ -149,12 +149,6 @@ def test_without_contact_the_margin_has_no_bar(tmp_path: Path) -> None:
     assert outcome.summary["error_bar_life_margin"] is None
     assert any("nothing closed within run.duration" in note for note in outcome.messages)
     assert "life_speed_margin" not in outcome.summary
-
-
-def test_nobody_asked(tmp_path: Path) -> None:
-    scene = scene_of(tmp_path, gap="0 mm", periods=1).model_copy(update={"life": None})
-    assert keys_of(scene) == {}
-    assert in_words({}) == ""
 
 
 @pytest.mark.parametrize(

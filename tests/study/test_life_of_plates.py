@@ -15,13 +15,13 @@ from impact.life.strength import basquin
 from impact.notices import Progress
 from seatfem.faces.report.fragments import html_table
 from seatfem.faces.tables import result_table
-from seatfem.faces.verdict import lasting as in_words
 from seatfem.structures.fields.peaks import hottest, largest, mises_range, von_mises
 from seatfem.structures.fields.recovery import histories
 from seatfem.study.impacts.plate_stress import RIM
 from seatfem.study.runs import afterwards, pipeline
 from seatfem.study.runs.body_stress import BodyStress
 from seatfem.study.runs.reed_stress import PlateStress, plate_stress
+from seatfem.wings.life import life_sentence as in_words
 from tests.gallery import BAR, load_text
 from tests.steps import Round, SceneError
 

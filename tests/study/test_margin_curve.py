@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from seatfem.pictures.stress_plot import plot_margins
-from seatfem.study.runs.pipeline import margin_curve
+from seatfem.life.lives import margin_curve
+from seatfem.life.maps import plot_margins
 from tests.steps import RunError, SceneError, load_scene
 
 KEY = "reed.release.velocity"

@@ -85,7 +85,7 @@ def test_values_are_si_floats_and_defaults_are_filled_in(load: Load) -> None:
         ('length = "25.4 mm"\n', "", "scene.toml:8: reed.length: .*missing"),
         ('"annular"', '"anular"', "scene.toml:3: seat.kind: 'anular' .*cantilever, .*annular, .*ball, .*'annular'"),
         ('kind = "annular"\n', "", "scene.toml:2: seat.kind: .*missing"),
-        ('title = "test"', '"" = "test"', "scene.toml:1: .*title, seat, reed, assembly, contact, .*life, stress"),
+        ('title = "test"', '"" = "test"', "scene.toml:1: .*title, seat, reed, assembly, contact, .*accuracy, stress"),
         ("[run]\n", "[contact]\nlaw = 'signorin'\n[run]\n",
          "scene.toml:17: contact.law.kind: 'signorin' .*'signorini', 'spring', 'hertz', .*'table_joint'.* 'signorini'"),
         ('release = { tip_deflection = "1 mm" }', "release = 1",

@@ -10,6 +10,7 @@ import pytest
 from seatfem.structures.elements.supports import Absorbing
 from seatfem.structures.finite_elements import draw, matrices, supports_of
 from seatfem.structures.formats.mesh_files import read_mesh
+from seatfem.structures.formats.writing import write_mesh
 from seatfem.structures.kinds import Cad, MeshFile
 from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.mesh.spec import MeshSpec
@@ -161,7 +162,7 @@ def test_a_free_seat_is_refused_before_it_is_meshed(verb, load, tmp_path, capsys
 
 
 def test_a_free_mesh_has_six_modes_at_zero_whatever_its_groups_are_called(tmp_path):
-    make_mesh(Bar(12e-3, 4e-3, 4e-3), MeshSpec(4e-3, order=1), msh=tmp_path / "bar.msh")
+    write_mesh(make_mesh(Bar(12e-3, 4e-3, 4e-3), MeshSpec(4e-3, order=1)), tmp_path / "bar.msh")
     seat = load_text(tmp_path, SCENE.format(file="bar.msh", seat='fixed = ""').replace('"cad"', '"mesh"')).seat
     mesh = read_mesh(seat.file, contact=seat.contact, fixed=seat.fixed or None)
     assert "fixed" in mesh.mesh.boundaries

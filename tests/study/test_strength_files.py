@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from impact.life.strength import Curve, Strength
+from seatfem.life.strength import load_strength
 from seatfem.study.scene import SceneError
-from seatfem.study.scene.strength import load_strength
 
 WHOLE = (
     '\nsource = "invented for tests"\ngrade = "strip"\ndirection = "along rolling"\nthickness = "0.3 mm"\n'

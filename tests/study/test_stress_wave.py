@@ -1,6 +1,7 @@
 """The stress wave and the map of margins of a run: numbers, times, files and pictures."""
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -8,13 +9,13 @@ import numpy as np
 import pytest
 
 from impact.pictures.drawing import PictureError
+from seatfem.life.maps import margin_of, margin_pictures
 from seatfem.pictures.cell_grid import skin_of
 from seatfem.pictures.frames import wave_frames
 from seatfem.pictures.moving import load_moving, plot_margin_map
 from seatfem.structures.fields.recovery import Response, histories, in_frames, recover, response_in_frames, von_mises
 from seatfem.structures.fields.sites import at_nodes
 from seatfem.structures.fields.solids import Harmonic, RingField, elements_of, solid_stress
-from seatfem.study.runs.afterwards import margin_pictures
 from seatfem.study.runs.reed_stress import plate_stress
 from seatfem.study.runs.seat_stress import SeatStress, seat_stress
 from seatfem.study.runs.stress_wave import wave_of, wave_pictures
@@ -143,7 +144,7 @@ def test_margins_of_a_bar_that_is_pressed(pressed: tuple[Any, Any], tmp_path: Pa
     scene = load(tmp_path, criterion=criterion)
     demand = scene.life.demand("seat")
     middle = stress.field.at(np.flatnonzero(np.abs(stress.field.points[:, 2] - 5e-3) < 1.1e-3))
-    values = replace(stress, field=middle, sites=middle.points).margins(demand)
+    values = replace(stress, field=middle, sites=middle.points).margins(partial(margin_of, demand))
     amplitude = demand.strength.curve.stress(4.5e9)
     exact = 310e6 * 2 * np.sqrt(3) / PRESSURE if criterion else 2 * amplitude / PRESSURE
     assert len(values) > 4

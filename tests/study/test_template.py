@@ -45,7 +45,7 @@ def test_every_table_behind_a_mark_works_as_it_stands(kind: str, tmp_path: Path)
         assert table in scene.model_fields_set
         assert not part or part in getattr(scene, table).model_fields_set
     reed_is_plate = kind in ("flapper", "sheet")
-    assert {"stopper", "load", "life"} <= tables.keys()
+    assert {"stopper", "load"} <= tables.keys()
     assert ("stress" in tables) == (bare.seat.elastic is not None)
     assert not reed_is_plate or {"base", "reed.mesh", "reed.curvature", "contact.film", "seat.mesh"} <= tables.keys()
 

@@ -1,4 +1,4 @@
-"""HTML fragments of the page of a run, which page.py orders in sections: tables, hot spots, life, omissions,
+"""HTML fragments of the page of a run, which page.py orders in sections: tables, hot spots, omissions,
 provenance, pictures; and the reading of a run's folder."""
 
 from __future__ import annotations
@@ -102,13 +102,11 @@ def hot_spots(summary: Mapping[str, Any]) -> str:
     return html_rows(("von Mises", "time", "place [mm]", "from a sharp edge"), rows) + f'<p class="soft">{words}</p>'
 
 
-def life_table(summary: Mapping[str, Any]) -> str:
-    """Return a table of all results on fatigue, each number with its error bar; "" without any."""
-    results = [(key, value) for key, value in summary.items() if key.startswith("life_") and value is not None]
-    if not results:
-        return ""
-    rows = [(key.removeprefix("life_").replace("_", " "), _plain(summary, key)) for key, _ in results]
-    return html_rows(("", "value"), rows)
+def keys_table(summary: Mapping[str, Any], prefix: str) -> str:
+    """Return a table of all keys with a ``prefix`` and a value, each number with its error bar; "" without any."""
+    keys = [key for key, value in summary.items() if key.startswith(prefix) and value is not None]
+    rows = [(key.removeprefix(prefix).replace("_", " "), _plain(summary, key)) for key in keys]
+    return html_rows(("", "value"), rows) if rows else ""
 
 
 def _in(spot: Mapping[str, Any], key: str, unit: str) -> str:
@@ -171,13 +169,14 @@ def _numbers_without_bar(summary: readings.Summary) -> dict[tuple[str, Group], l
 
 
 def _not_computed(summary: readings.Summary) -> Iterator[str]:
-    """Yield the stresses and the fatigue that were not computed, and the keys of the scene that request them."""
+    """Yield what was not computed, as stress, and the keys of the scene that request it."""
     if readings.as_number(summary.get(results.SEAT_STRESS)) is None:
         yield "Stress in the seat was not computed; [stress] in the scene asks for that of a seat of finite elements."
     if readings.as_number(summary.get(results.REED_STRESS)) is None:
         yield "Stress in the reed was not computed; [stress] in the scene asks for that of a plate."
-    if not any(key.startswith("life_") for key in summary):
-        yield "Fatigue was not judged; [life] in the scene asks for it."
+    for prefix, _, words in results.all_sections():
+        if words and not any(key.startswith(prefix) for key in summary):
+            yield words
 
 
 def provenance(folder: Path, summary: Mapping[str, Any]) -> str:
@@ -224,7 +223,6 @@ CAPTIONS: Final[Mapping[str, str]] = {
     "greens.png": "The driving-point Green's function: impulse response, step response, receptance.",
     "seat_stress.png": "Largest stress on the seat, and its histories.",
     "stress_histories.png": "Stress over time at the hot spots of reed and seat.",
-    "margin.png": "Margin against speed.",
     "gauges.png": "Strain at the gauges.",
     "fit.png": "The measured response and what was fitted to it.",
     "stabilisation.png": "The poles of each number of modes that was tried, and which of them stay.",

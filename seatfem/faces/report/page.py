@@ -29,7 +29,7 @@ from seatfem.faces.report.fragments import (
     html_rows,
     html_table,
     kept_pictures,
-    life_table,
+    keys_table,
     omissions,
     provenance,
     run_summary,
@@ -37,7 +37,7 @@ from seatfem.faces.report.fragments import (
     versions,
 )
 from seatfem.faces.tables import landings_of, landings_table, result_table
-from seatfem.faces.verdict import LANDED, horizon, judged_words, lasting, pressed_on, simpler, verdict
+from seatfem.faces.verdict import LANDED, horizon, judged_words, pressed_on, simpler, verdict
 from seatfem.pictures.moving import KEPT, moving_bodies
 from seatfem.study.plan import Choice
 from seatfem.study.runs.pipeline import RESULT_FILE
@@ -93,7 +93,13 @@ def report_page(folder: Path) -> str:
 def _sections(folder: Path, summary: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     if drawing := first_picture(folder):
         yield "Drawing", drawing
-    lines = (weak_coverage(summary), pressed_on(summary), horizon(summary), simpler(summary), lasting(summary))
+    lines = (
+        weak_coverage(summary),
+        pressed_on(summary),
+        horizon(summary),
+        simpler(summary),
+        *results.all_sentences(summary),
+    )
     sentences = [f"<p>{html.escape(line)}</p>" for line in lines if line] + [_notes(summary)]
     yield "Result", html_table(result_table(summary)) + _landings(summary) + "".join(sentences)
     left_out = "".join(f"<li>{html.escape(sentence)}</li>" for sentence in omissions(summary))
@@ -107,8 +113,9 @@ def _sections(folder: Path, summary: Mapping[str, Any]) -> Iterator[tuple[str, s
         yield KEPT[name], body_figure(name, motion, MOST_OF_BODIES // len(bodies))
     if spots := hot_spots(summary):
         yield "Hot spots of the seat", spots
-    if life := life_table(summary):
-        yield "Life", life
+    for prefix, title, _ in results.all_sections():
+        if table := keys_table(summary, prefix):
+            yield title, table
     if shown := kept_pictures(folder):
         yield "Pictures", shown
     if plan := text_of(folder / PLAN_FILE):

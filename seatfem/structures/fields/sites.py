@@ -21,6 +21,7 @@ from scipy.spatial import cKDTree
 from seatfem.structures import errors, materials
 from seatfem.structures.elements import mindlin, shape_functions
 from seatfem.structures.elements.mindlin import PlateMesh, shapes_at
+from seatfem.structures.mesh.checks import nearest_distances
 from seatfem.structures.model import SecondOrderModel
 
 Array = NDArray[np.float64]
@@ -225,7 +226,7 @@ def singular_points(mesh: Any, clamped: Sequence[str]) -> Array:
 
 def near(points: Array, singular: Array, distance: float) -> NDArray[np.bool_]:
     """Return a (P,) mask of the points closer than ``distance`` [m] to a singular point."""
-    return np.asarray(edge_distances(points, singular) < distance * (1 - 1e-9))
+    return np.asarray(nearest_distances(points, singular) < distance * (1 - 1e-9))
 
 
 def _normals(mesh: Any, vertices: NDArray[np.int64], elements: NDArray[np.int64]) -> Array:
@@ -273,13 +274,6 @@ def local_maxima(points: Array, values: Array, apart: float, *, least: float = 0
         if rank[tree.query_ball_point(points[number], apart)].min() == rank[number]:
             maxima.append(int(number))
     return np.array(maxima, dtype=np.int64)
-
-
-def edge_distances(points: Array, singular: Array) -> Array:
-    """Return the (P,) distances from each point to the nearest singular point [m]; ``inf`` if there is none."""
-    if not len(singular):
-        return np.full(len(points), np.inf)
-    return np.asarray(cKDTree(singular).query(points)[0])
 
 
 REACH: Final = 2.0  # radius in which maxima of two meshes are compared, over the spacing of the coarser mesh's points

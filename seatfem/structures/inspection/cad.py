@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from seatfem.structures import errors, lands
 from seatfem.structures.kinds.structure import Finding
-from seatfem.structures.mesh.checks import distances
+from seatfem.structures.mesh.checks import nearest_distances
 from seatfem.structures.mesh.gmsh_process import run_gmsh
 from seatfem.structures.shapes import CadPart, Geometry, decode, encode, loops
 from seatfem.structures.shapes.cad import check_readable
@@ -145,7 +145,7 @@ class Shape:
         points = self.points[nodes[:: max(1, len(nodes) // SAMPLED)]]
         if not held_triangles:
             return float(np.linalg.norm(points.mean(axis=0) - self.points, axis=1).max())
-        away = float(np.mean(distances(points, self._sampled(np.concatenate(held_triangles)))))
+        away = float(np.mean(nearest_distances(points, self._sampled(np.concatenate(held_triangles)))))
         beside = math.sqrt(max(0.0, away**2 - depth**2))
         return beside if beside > BESIDE * depth else 0.0
 

@@ -28,7 +28,6 @@ from seatfem.structures.method import (
 )
 from seatfem.structures.patch import Column, Patch, Sizes, bulky
 from seatfem.structures.shapes import Geometry
-from seatfem.structures.shapes.selectors import Vector
 from seatfem.structures.surface_outlines import Surface, of_surface
 
 WHOLE: Final = ("rod", "axisymmetric", "harmonics", "sector")  # values of the key model with a single port for a lip
@@ -60,12 +59,7 @@ class Drawn(elastic.Elastic):
         return replace(face, no_lip=face.no_lip or (struck_as_a_whole(self.model) if self.model in WHOLE else ""))
 
     def land(self) -> lands.Land:
-        return inspect_geometry(self.geometry()).land(self.struck_face, self.own_axis or ())
-
-    @property
-    def own_axis(self) -> Vector | None:
-        """Return the direction that is aligned with the length of the reed; ``None``: the body's x axis."""
-        return None
+        return inspect_geometry(self.geometry()).land(self.struck_face, self.own_axis)
 
     def struck_part(self) -> tuple[float, float, float]:
         """Return the area [m^2] and smallest width [m] of the contact face, and the depth of the body behind it [m]."""
@@ -105,7 +99,7 @@ class Drawn(elastic.Elastic):
         normals = [face.normal for face in inspected.faces if struck in face.groups]
         normal = normals[0] if normals else None
         return of_surface(
-            name, Surface(inspected.shape, inspected.parts, struck, normal, self.held, self.bedded, self.own_axis or ())
+            name, Surface(inspected.shape, inspected.parts, struck, normal, self.held, self.bedded, self.own_axis)
         )
 
     # Levels of modelling

@@ -26,7 +26,6 @@ from seatfem.structures.mesh.gmsh_process import MeshingError
 from seatfem.structures.method import Method, Solved
 from seatfem.structures.patch import Column, Patch, of_shape
 from seatfem.structures.shapes import CadPart, GeometryError, Group
-from seatfem.structures.shapes.selectors import Vector
 from seatfem.structures.surface_outlines import Surface, of_surface, struck_side_problem
 
 if TYPE_CHECKING:
@@ -99,8 +98,8 @@ file = "seat.step"
         )
 
     @property
-    def own_axis(self) -> Vector | None:
-        return self.along
+    def own_axis(self) -> tuple[float, ...]:
+        return self.along or ()
 
     def problems(self) -> Iterator[structure.Finding]:
         try:

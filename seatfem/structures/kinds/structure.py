@@ -252,6 +252,15 @@ class Structure(Table):
 
     # Description of the body
 
+    def outline(self) -> tuple[Array, ...]:
+        """Return the loops of a flat body, (n, 3) of x, y [m] and bulges as in `loops`; () of others."""
+        return ()
+
+    @property
+    def own_axis(self) -> tuple[float, ...]:
+        """Return the direction that is aligned with the length of the reed; (): the body's x axis."""
+        return ()
+
     def files(self) -> tuple[Path, ...]:
         """Return the files named in the table."""
         return tuple(file for key in type(self).model_fields if isinstance(file := getattr(self, key), Path))

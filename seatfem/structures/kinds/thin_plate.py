@@ -80,6 +80,9 @@ class ThinPlate(motion.Moving):
         """Return the outline in SI units. Raises `GeometryError` if it cannot be built."""
         return of_same_names(self.shape, self)  # type: ignore[type-var]
 
+    def outline(self) -> tuple[Array, ...]:
+        return self.geometry().drawn
+
     @model_validator(mode="after")
     def _contact_on_the_plate(self) -> Self:
         least, most = selectors.in_scene_words(self.geometry).room

@@ -425,7 +425,7 @@ def where_it_failed(gmsh: Any, unit: float) -> str:
 
 
 def make(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
-    """Carry out task "mesh": geometry and spec -> arrays, and a .msh file if requested."""
+    """Carry out task "mesh": geometry and spec -> arrays."""
     geometry: Geometry = decode(job["geometry"])
     spec = MeshSpec(**job["spec"])
     unit = geometry.unit_of_model
@@ -447,10 +447,6 @@ def make(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
 
     rungs = LADDER if geometry.is_imported else LADDER[:1]
     notes = retry_with_healing(geometry.source, rungs, attempt, lambda: where_it_failed(gmsh, unit))
-    if job["msh"]:
-        gmsh.option.setNumber("Mesh.ScalingFactor", unit)  # metres, so that the file is read back with unit 1
-        gmsh.write(job["msh"])
-        gmsh.option.setNumber("Mesh.ScalingFactor", 1.0)
     cad = {"volume": volume_of(gmsh.model, unit)} | {
         name: area_of(gmsh.model, faces, unit) for name, faces in results[0].items()
     }

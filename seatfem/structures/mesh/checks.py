@@ -215,8 +215,10 @@ def check_coincident(arrays: io.MeshArrays) -> None:
         )
 
 
-def distances(points: io.Floats, others: io.Floats) -> io.Floats:
-    """Return the (n,) distances of points from the nearest of others."""
+def nearest_distances(points: io.Floats, others: io.Floats) -> io.Floats:
+    """Return the (n,) distances of points from the nearest of others; ``inf`` if there are none."""
+    if not len(others):
+        return np.full(len(points), np.inf)
     return np.asarray(cKDTree(others).query(points)[0], dtype=np.float64)
 
 

@@ -29,7 +29,6 @@ from seatfem.structures.shapes import GeometryError
 Arrays = dict[str, NDArray[Any]]
 
 STAGE = "meshing"
-WRITTEN: Final = ("msh", "picture")  # keys of a job that name files which it writes
 EVERY: Final = 0.5  # time between two reports of progress while gmsh says nothing [s]
 MESHES: Final = 8  # most results that a session remembers
 LARGE: Final = 64e6  # size of a result after which a process is ended, as it holds several times this memory [bytes]
@@ -71,7 +70,7 @@ class GmshSession:
 
     def __call__(self, job: Mapping[str, Any], progress: Progress = silent, /) -> Arrays:
         """Run the job as `Gmsh` says, or return its remembered result."""
-        if any(job.get(name) for name in WRITTEN):
+        if job.get("picture"):
             return self._run(job, progress)
         key = json.dumps([dict(job), _states_of_files(job)], sort_keys=True)
         if key in self._known:

@@ -7,15 +7,12 @@ import hashlib
 import json
 import math
 from collections.abc import Mapping
-from contextlib import nullcontext
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
-from impact.files.safe_files import whole_file
 from impact.notices import Progress, silent
 from impact.quantities import brief
 from seatfem.structures.errors import MeshError
@@ -114,13 +111,12 @@ def make_mesh(
     progress: Progress = silent,
     *,
     sector: int = 1,
-    msh: Path | None = None,
     gmsh: Gmsh = run_gmsh,
 ) -> SeatMesh:
     """Mesh a geometry, or the first of its ``sector`` equal sectors.
 
     A sector begins at the half plane y = 0, x > 0; its cut faces are "symmetry_0" there and "symmetry_1" at the angle
-    2 pi / ``sector``. ``msh``: also write gmsh's own file there, in metres, with the group names.
+    2 pi / ``sector``.
     ``gmsh``: function that carries out the job; a `GmshSession` makes several meshes of one geometry in one process.
     Raises `GeometryError` for a geometry that cannot be built or cut or whose faces are not found, `MeshingError` if
     gmsh fails, and `MeshError` for a mesh with inverted elements.
@@ -128,9 +124,7 @@ def make_mesh(
     data = _encoded(geometry)
     check_sectors(geometry, sector)
     source = geometry.source
-    job = {"task": "mesh", "geometry": data, "spec": asdict(spec), "sectors": sector}
-    with nullcontext() if msh is None else whole_file(msh) as temporary:
-        answer = gmsh(job | {"msh": temporary and str(temporary.resolve())}, progress)
+    answer = gmsh({"task": "mesh", "geometry": data, "spec": asdict(spec), "sectors": sector}, progress)
     cad = {name: float(value) for name, value in groups(answer, "cad").items()}
     cad_volume = cad.pop("volume")
     provenance = MeshProvenance(

@@ -61,14 +61,12 @@ class Reducer(ABC):
         name: name of the reduction.
         oscillators: whether its g is a sum of oscillators; others are convolved by step weights.
         any_time: whether its g is valid beyond the duration it was computed for, like modes of the body.
-        modal_damping: whether it accepts damping ratios, which have no sparse matrix.
         bears_rounding: whether its vectors may be rounded, by factors in single precision or iterations on two grids.
     """
 
     name: ClassVar[str]
     oscillators: ClassVar[bool] = True
     any_time: ClassVar[bool] = False
-    modal_damping: ClassVar[bool] = True
     bears_rounding: ClassVar[bool] = False
 
     def refusal(self, model: SecondOrderModel, damping: Damping, aims: Aims) -> str:

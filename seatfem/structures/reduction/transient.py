@@ -63,7 +63,6 @@ class Transient(Reducer):
 
     name = "transient"
     oscillators = False
-    modal_damping = False
 
     def refusal(self, model: SecondOrderModel, damping: Damping, aims: Aims) -> str:
         """Return why it cannot be used: damping is to be a matrix C that adds no energy, no function of frequency."""

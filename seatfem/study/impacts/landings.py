@@ -34,7 +34,7 @@ from impact.march.problem import ContactProblem
 from impact.march.rows import MarchRun
 from impact.march.stepper import with_recorded_loads
 from impact.quantities import brief
-from seatfem.study.scene.wings import drives_of_wings
+from seatfem.study.scene.wings import drives
 
 Face = Literal["seat", "stopper"]
 Status = Literal["landed", "no landing", "cut off", "never opened"]
@@ -204,7 +204,7 @@ def has_landed(summary: Mapping[str, object]) -> bool:
 
 def needs_landing(key: str) -> bool:
     """Return whether a key of summary.json, or its error bar, has a meaning only with a landing on the seat."""
-    needless = (*NO_LANDING_NEEDED, *(f"{each.table}_" for each in drives_of_wings()))
+    needless = (*NO_LANDING_NEEDED, *(f"{each.table}_" for each in drives()))
     return not key.removeprefix(BAR).removeprefix("spring_").startswith(needless)
 
 

@@ -56,8 +56,8 @@ class Rings(Ladder):
         return method.replaced({RINGS: 1}) if is_open else method
 
     def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod:
-        """Return the method with more rings or, along a lip, more parts across; none under a film, or where the life
-        under a sphere's contact is asked for."""
+        """Return the method with more rings or, along a lip, more parts across; none under a film, or where an
+        assessment needs the whole contact."""
         if RINGS in method.given or not (value := method.seat.rings):
             return method
         if not method.seat.in_arcs:
@@ -66,7 +66,7 @@ class Rings(Ladder):
         rings = next((number for number in ACROSS if number > value), value)
         if rings == value or scene.contact.film is not None or not scene.seat.traits.has_rings:
             return method
-        if scene.life is not None and scene.life.contact_criterion:  # computed without parts across the lip
+        if any(each.needs_whole_contact for each in scene.assessments):
             return method
         return _in_parts(scene, method, method.seat.lip.arcs if method.seat.lip else 1, rings)
 
@@ -182,7 +182,7 @@ def any_needs_line(names: tuple[str, ...]) -> bool:
 def is_one_enough(scene: Scene) -> bool:
     """Return whether one contact may stand for those along a lip: of a plate that lands flat, where nothing along it
     and no stress is asked for."""
-    if any_needs_line(scene.accuracy.measures) or scene.stress is not None or scene.life is not None:
+    if any_needs_line(scene.accuracy.measures) or scene.stress is not None or scene.assessments:
         return False
     return not scene.contact.uneven and not is_curved(scene.reed) and scene.geometry.lip(1) is not None
 

@@ -1,4 +1,4 @@
-"""Post-processing after the last round of a run: spring baseline, stress and fatigue life of the bodies."""
+"""Post-processing after the last round of a run: spring baseline, stress of the bodies, and assessments by wings."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,64 +21,26 @@ from impact.notices import Progress, Tell
 from impact.quantities import finite_or_none, percent
 from impact.runs.variations import ROUND_OFF, SAFETY, Budget, Values, Variation, budget_of
 from seatfem.machine.resources import Stopwatch
-from seatfem.pictures import moving
 from seatfem.structures import method, rings
 from seatfem.structures.patch import Column
 from seatfem.study.impacts import contact, validity
-from seatfem.study.impacts import life as place_lives
 from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.contact import RunError, record_of, run_contacts
+from seatfem.study.impacts.forces import Strike
 from seatfem.study.impacts.touches import RECORD, RunRecord, Touches, contact_record_of, stress_since, values_of_record
 from seatfem.study.ladders.mesh import OF_DRAWS
 from seatfem.study.plan import Plan
-from seatfem.study.runs import (
-    horizon,
-    kept,
-    lives,
-    seat_stress,
-    stress_spots,
-    stress_wave,
-    stresses,
-    summary,
-)
-from seatfem.study.runs import pictures as run_pictures
+from seatfem.study.runs import horizon, kept, seat_stress, stress_spots, stress_wave, stresses, summary
 from seatfem.study.runs.body_stress import BodyStress, ClosedFormStress
 from seatfem.study.runs.round import Round
 from seatfem.study.scene import Accuracy
-from seatfem.study.scene.measures import LifeMargin, Stress
+from seatfem.study.scene.measures import Measure, Stress, all_measures
+from seatfem.study.scene.wings import Assessed
 
 if TYPE_CHECKING:
     from seatfem.pictures import rendering
-    from seatfem.study.impacts.life import LifeResult
-    from seatfem.study.runs import stress_spots
-    from seatfem.study.runs.lives import MarginCurve
     from seatfem.study.runs.reed_stress import PlateStress
     from seatfem.study.runs.seat_stress import SeatStress
-
-PICTURE: Final = "margin_map.png"
-
-
-def margin_pictures(done: Round, bodies: Sequence[BodyStress]) -> list[rendering.Picture]:
-    """Return margin_map.png, seat_margin.vtu and reed_margin.vtu of the bodies with a strength and a stress in finite
-    elements; none unless the scene has [stress] and [life]."""
-    life = done.plan.scene.life
-    if life is None or done.plan.scene.stress is None:
-        return []
-    first = place_lives.block_from(life, done.plan.scene.turn, done.touches)
-    demands = {"seat": life.demand("seat"), "reed": life.demand()}
-    try:
-        asked = [(body, demand) for body in bodies if (demand := demands[body.role]) is not None]
-        maps = [each for body, demand in asked if (each := body.margin_map(demand, first)) is not None]
-    except Exception as problem:  # all numbers are on file: the missing picture is reported instead
-        return [(PICTURE, partial(run_pictures.raising, problem))]
-    if not maps:
-        return []
-    criterion = f" ({life.multiaxial})" if life.multiaxial else f" ({life.criterion}, critical plane)"
-    title = f"{done.plan.scene.title or 'Fatigue'}: margin on stress{criterion}\n"
-    files: list[rendering.Picture] = [
-        (f"{each.title}_margin.vtu", partial(moving.write_surface, each, {"margin": each.colours[0]})) for each in maps
-    ]
-    return [(PICTURE, partial(moving.plot_margin_map, maps, title=title)), *files]
 
 
 @dataclass(frozen=True)
@@ -123,7 +85,7 @@ def baseline_of(done: Round, watch: Stopwatch) -> Baseline:
                 stress = strike.largest_stress(coarsely=not scene.needs_stress, since=since)
             else:
                 stress = done.plate.largest_in(strike, since)
-    if not same and scene.life is None:
+    if not same and not scene.assessments:
         touches = replace(touches, parts=None)  # long histories of many parts, of which the line keeps the forces
     simpler: Mapping[str, object] = {}
     if done.touches.line is not None or scene.contact.film is not None:
@@ -192,20 +154,18 @@ class Afterwards:
     bodies: stress of the bodies.
     stress: stress in the seat, if the scene has [stress].
     spots: hot spots of both bodies.
-    life: fatigue life of the bodies, if the scene has [life].
-    curves: margins over values of one key.
+    assessed: results of the scene's assessments.
     files: files that were written."""
 
     keys: Mapping[str, object] = field(default_factory=dict)
     bodies: tuple[BodyStress, ...] = ()
     stress: SeatStress | None = None
     spots: stress_spots.Spots = field(default_factory=lambda: stress_spots.Spots())
-    life: LifeResult | None = None
-    curves: tuple[MarginCurve, ...] = ()
+    assessed: tuple[Assessed, ...] = ()
     files: tuple[Path, ...] = ()
 
     def pictures(self, done: Round) -> list[rendering.Picture]:
-        """Return the pictures of stress, life and curves."""
+        """Return the pictures of stress and assessments."""
         title = done.plan.scene.title
         of_seat: list[rendering.Picture] = []
         waves: list[rendering.Picture] = []
@@ -217,34 +177,59 @@ class Afterwards:
             *of_seat,
             *stress_spots.spot_pictures(self.spots, done.touch, f"{title or 'Stress'}: histories at the hot spots"),
             *waves,
-            *margin_pictures(done, self.bodies),
-            *lives.curve_pictures(self.curves),
+            *(picture for each in self.assessed for picture in each.pictures()),
         ]
 
     def notes(self, plan: Plan) -> tuple[str, ...]:
-        """Return notes on stress, drives and life for the reader of the run."""
+        """Return notes on stress, drives and assessments for the reader of the run."""
         scene = plan.scene
         return (
-            *self.margin_missed(scene.accuracy),
+            *self.bars_missed(scene.accuracy),
             *(() if self.stress is None else stresses.stress_notes(plan, self.stress)),
             *(note for each in scene.driven_by for note in each.notes()),
-            *(() if self.life is None else place_lives.life_notes(scene.life, self.life)),
+            *(note for each in self.assessed for note in each.notes),
         )
 
-    def margin_missed(self, accuracy: Accuracy) -> tuple[str, ...]:
-        """Return a sentence where the margin over the design life was asked for and its error bar misses the target."""
-        margin, bar = (self.keys.get(f"{prefix}{LifeMargin.key}") for prefix in ("", "error_bar_"))
-        target = accuracy.target
-        if LifeMargin.name not in accuracy.measures or not isinstance(margin, float):
-            return ()
-        relative = bar / margin if isinstance(bar, float) and margin else math.inf
+    def bars_missed(self, accuracy: Accuracy) -> tuple[str, ...]:
+        """Return a sentence for each measure that rounds judge by another and whose own error bar misses the target."""
+        measures = (each for name, each in all_measures().items() if name in accuracy.measures and each.judged_by)
+        return tuple(filter(None, (self._bar_missed(each, accuracy.target) for each in measures)))
+
+    def _bar_missed(self, measure: Measure, target: float) -> str:
+        value, bar = (self.keys.get(f"{prefix}{measure.key}") for prefix in ("", "error_bar_"))
+        if not isinstance(value, float):
+            return ""
+        relative = bar / value if isinstance(bar, float) and value else math.inf
         if relative <= target:
-            return ()
+            return ""
         known = f"an uncertainty of {percent(relative)}" if math.isfinite(relative) else "no known uncertainty"
         return (
-            f"{LifeMargin.words} ({LifeMargin.key}) has {known}, above accuracy.target = {percent(target)}: it has "
-            "that of the stress where it is least",
+            f"{measure.words} ({measure.key}) has {known}, above accuracy.target = {percent(target)}: it has "
+            "that of the stress where it is least"
         )
+
+
+@dataclass(frozen=True)
+class FinishedRun:
+    """The last round of a run, as assessments use it.
+
+    Attributes:
+        done: the round.
+        bodies: stress of the bodies, the reed's first.
+        on_spring: the run of the spring baseline.
+        folder: where files are written.
+        watch, progress, tell: receive the times of stages, their progress, and lines for the reader.
+        keep: function that writes further keys to summary.json.
+    """
+
+    done: Round
+    bodies: tuple[BodyStress, ...]
+    on_spring: Strike
+    folder: Path
+    watch: Stopwatch
+    progress: Progress
+    tell: Tell
+    keep: Callable[[Mapping[str, object]], None]
 
 
 def afterwards(
@@ -258,7 +243,7 @@ def afterwards(
     histories: bool,
     keep: Callable[[Mapping[str, object]], None],
 ) -> Afterwards:
-    """Compute strains, stress, life and curves of the last round.
+    """Compute strains, stress and the assessments of the last round.
 
     Args:
         histories: whether to write stress histories.
@@ -277,7 +262,7 @@ def afterwards(
         courses = (contact.write_strains(folder, done.touches.strains, done.result.dt),)
         keep(keys)
     stress, plate = None, done.plate
-    if scene.stress is not None or scene.life is not None:
+    if scene.stress is not None or scene.assessments:
         with watch("reed stress" if scene.stress is None else "seat stress"):
             stress, plate = stresses.stresses(done, progress)
         keys |= seat_stress.stress_keys(stress) | ({} if done.plate or plate is None else plate_stress_keys(plate))
@@ -293,24 +278,19 @@ def afterwards(
     files = (*courses, *files)
     keys |= stress_spots.spot_keys(spots)
     keep(keys)
-    if scene.life is None:
-        return Afterwards(keys, bodies, stress, spots, files=files)
-    with watch("life"):
-        life = lives.lives(done, bodies, done.strike, progress)
-        on_spring = replace(done.strike, touches=baseline.touches, stress=baseline.stress)
-        life_at_spring = lives.lives(done, [reed], on_spring, progress)
-    keys |= lives.run_keys(scene.life, bodies, life, life_at_spring)
-    if life.below is not None and life.below.worst.tensor_at:
-        contact_bar = stresses.contact_margin_bar(done, life.below.worst.tensor_margin)
-        keys |= {"error_bar_life_contact_margin": finite_or_none(contact_bar)}
-    keep(keys)
-    with watch("life curves"):
-        price = done.spent.get("contact", 0.0) + watch.stages["life"] / 2
-        curves = lives.life_curves(done, bodies, price=price, tell=tell)
-        written = lives.write_curves(curves, folder)
-    keys |= lives.curve_keys(curves)
-    keep(keys)
-    return Afterwards(keys, bodies, stress, spots, life, curves, (*files, *written))
+    on_spring = replace(done.strike, touches=baseline.touches, stress=baseline.stress)
+    assessed: list[Assessed] = []
+
+    def keep_more(more: Mapping[str, object]) -> None:
+        keep({**keys, **more})
+
+    run = FinishedRun(done, bodies, on_spring, folder, watch, progress, tell, keep_more)
+    for each in scene.assessments:
+        assessed.append(each.after_run(run))
+        keys |= assessed[-1].keys
+        keep(keys)
+    files = (*files, *(file for each in assessed for file in each.files))
+    return Afterwards(keys, bodies, stress, spots, tuple(assessed), files)
 
 
 def reed_front_keys(done: Round, stress: ReedStress | None) -> dict[str, object]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar, Final
 
@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impact.greens.base import Array
-from impact.life import places
 from seatfem.pictures import frames
 from seatfem.structures.fields import peaks, recovery
 from seatfem.study.impacts.forces import Strike
@@ -20,11 +19,13 @@ from seatfem.study.impacts.touches import Touches
 from seatfem.units import place_words
 
 if TYPE_CHECKING:
-    from impact.life.places import Demand
     from seatfem.pictures.cell_grid import Skin
     from seatfem.structures.fields.solids import AnyField
-    from seatfem.study.impacts.life import Histories
 
+Histories = Iterable[tuple[str, Array]]
+"""Pairs of a place ("body, place") and its stress over the run [Pa]: (n + 1,) uniaxial, or (n + 1, 6) tensors."""
+MarginOf = Callable[[Array], float]
+"""Function that returns the margin under a history of stress tensors (m, 6) [Pa]."""
 COMPONENTS: Final = ("xx", "yy", "zz", "yz", "xz", "xy")
 LEAST: Final = 0.1  # least stress of a spot with a history, over the largest in its body
 SHARE: Final = 0.3
@@ -131,7 +132,7 @@ class BodyStress(ABC):
     def hot_spots(self, stride: int) -> tuple[tuple[Spot, ...], tuple[History, ...]]:
         """Return the hot spots, and the histories of the largest in every ``stride``-th step."""
 
-    def margin_map(self, demand: Demand, first: int) -> frames.Frames | None:
+    def margin_map(self, margin_of: MarginOf, first: int) -> frames.Frames | None:
         """Return the surface with its fatigue margins by the load block after the ``first`` steps; ``None`` for a body
         in closed form."""
         return None
@@ -256,33 +257,20 @@ class FieldStress(BodyStress):
         courses = recovery.histories(self.field.at(which), self.force, self.dt, stride)
         return [History(spot, self.components, course) for spot, course in zip(spots, courses, strict=True)]
 
-    def margins(self, demand: Demand, first: int = 0) -> Array:
-        """Return the factors (P,) on all stresses at which each point uses up its design life, in its worse face, or
-        reaches the limit of the multiaxial criterion if there is one; nan where the range is below `SHARE` of the
-        largest, and where the life does not count.
-
-        Raises:
-            LifeError: as `impact.life.places.judged`.
-        """
+    def margins(self, margin_of: MarginOf, first: int = 0) -> Array:
+        """Return the margins (P,) of each point by the load block after the ``first`` steps, in its worse face; nan
+        where the range is below `SHARE` of the largest, and where the life does not count. Raises as ``margin_of``."""
         force = self.force
         ranges = peaks.mises_range(self.field, force, self.dt, since=first)
         hot = np.flatnonzero(ranges >= SHARE * ranges.max())
         factors = np.full(len(ranges), np.nan)
         histories = recovery.tensor_histories(self.field.at(hot), force, self.dt)
         for number, history in zip(hot, histories, strict=True):
-            block = places.thinned(history[first:])
-            factors[number] = min(_margin(sign * block, demand) for _, sign in self.faces)
+            factors[number] = min(margin_of(sign * history[first:]) for _, sign in self.faces)
         return np.where(self.counted, factors, np.nan)
 
-    def margin_map(self, demand: Demand, first: int) -> frames.Frames | None:
-        return frames.margin_frames(self.role, *self.on_skin(self.margins(demand, first)))
-
-
-def _margin(block: Array, demand: Demand) -> float:
-    if demand.several_axes is not None:
-        return places.judged([("", block)], demand).tensor_margin or 0.0
-    life = places.judged(places.on_planes([("", block)]), demand).life
-    return math.inf if life is None else life.margin
+    def margin_map(self, margin_of: MarginOf, first: int) -> frames.Frames | None:
+        return frames.margin_frames(self.role, *self.on_skin(self.margins(margin_of, first)))
 
 
 def rows_of(points: Array, among: Array) -> NDArray[np.int64]:

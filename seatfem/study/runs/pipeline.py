@@ -1,5 +1,4 @@
-"""The run of a scene: plan, seat, contact, spring baseline, measures, error bars, files; and curves of a life's margin
-over one key."""
+"""The run of a scene: plan, seat, contact, spring baseline, measures, error bars, files."""
 
 from __future__ import annotations
 
@@ -23,8 +22,8 @@ from seatfem.study.impacts import layout as layouts
 from seatfem.study.impacts.contact import RunError
 from seatfem.study.impacts.touches import bar_keys
 from seatfem.study.plan import Plan
-from seatfem.study.runs import lives, seat_fields, stress_wave
 from seatfem.study.runs import pictures as run_pictures
+from seatfem.study.runs import seat_fields, stress_wave
 from seatfem.study.runs.afterwards import Baseline, afterwards, baseline_of, static_stiffness
 from seatfem.study.runs.converge import begin_plan
 from seatfem.study.runs.forecast import converge
@@ -50,11 +49,9 @@ from seatfem.study.runs.summary import (
 from seatfem.study.scene import Scene, load_scene
 from seatfem.study.scene.files import check_files
 from seatfem.study.scene.wings import DriveRun
-from seatfem.units import UnitError, number_and_unit
 
 if TYPE_CHECKING:
     from seatfem.pictures.rendering import Painter
-    from seatfem.study.runs.lives import MarginCurve
 
 __all__ = ["RunError", "RunOutcome", "compute_greens", "first_numbers", "run_scene", "write_modes"]
 
@@ -136,7 +133,7 @@ def run_scene(
 
     later = afterwards(latest, baseline, folder, watch, progress, tell=tell, histories=histories, keep=keep)
     notes = (*missed(latest), *remarks(latest), *later.notes(latest.plan))
-    met = not later.margin_missed(scene.accuracy) if latest.met else latest.met
+    met = not later.bars_missed(scene.accuracy) if latest.met else latest.met
     summary |= {**later.keys, "accuracy_met": met, "notes": list(notes)}
     keep({})
     drawn: tuple[Path, ...] = ()
@@ -182,7 +179,7 @@ def _results(done: Round, baseline: Baseline) -> dict[str, ImpactResult]:
 
 
 def first_numbers(done: Round) -> dict[str, Any]:
-    """Return the keys of summary.json that a round has by itself, before stress, life and gauges."""
+    """Return the keys of summary.json that a round has by itself, before stress, assessments and gauges."""
     watch = Stopwatch({"contact": 0.0, "plan": 0.0})
     return _summary(done, baseline_of(done, watch), _courses_of_drives(done), watch)
 
@@ -276,65 +273,3 @@ def write_modes(
         "seat_dof": natural.dof,
     }
     return RunOutcome(summary, (note, *gaps), files, watch.stages, modes=natural.modes)
-
-
-def margin_curve(
-    scene: Path | str,
-    key: str,
-    values: Sequence[str | float],
-    folder: Path | str,
-    *,
-    margin: str = "life_margin",
-    tell: Tell = ignore,
-) -> MarginCurve:
-    """Run a scene over values of one key, and where two of them enclose a margin of 1, find the value there.
-
-    Each value is a complete run with error bars, without pictures, in its own folder; the runs of the search for the
-    allowed value (Brent's method, to `lives.NEAR`) are added to the curve. The table is written to margin.csv.
-
-    Args:
-        scene: file with [life].
-        key: dotted key, such as "reed.release.velocity" or "load.0.gravity".
-        values: at least two, written as in the file and in one unit, such as "2 m/s" or, for a ratio, 0.1.
-        folder: parent of the runs' folders.
-        margin: "life_margin", or "life_speed_margin".
-        tell: receives a line for each run.
-
-    Raises:
-        RunError: fewer than two values, several units, or a scene without this margin.
-        SceneError: the scene cannot have the key or the value. Also what runs raise.
-    """
-    numbers, unit = _in_one_unit(key, values)
-
-    def run(value: float) -> tuple[float, float | None]:
-        written: object = f"{value!r} {unit}" if unit else value
-        result = _one_run(scene, key, written, Path(folder) / f"{value:.9g}", margin)
-        tell(f"{key} = {written}: {margin} {result[0]:.4g}")
-        return result
-
-    curve = lives.traced(key, unit, numbers, run, margin=margin)
-    lives.write_curve(curve, Path(folder) / "margin.csv")
-    return curve
-
-
-def _one_run(scene: Path | str, key: str, value: object, folder: Path, margin: str) -> tuple[float, float | None]:
-    summary = run_scene(load_scene(scene, {key: value}), folder, pictures=False).summary
-    if margin not in summary:
-        raise RunError(f"{scene}: a run with {key} = {value} has no {margin}; ask for it in [life]")
-    result, bar = summary[margin], summary.get(f"error_bar_{margin}")
-    return math.inf if result is None else float(str(result)), None if bar is None else float(str(bar))
-
-
-def _in_one_unit(key: str, values: Sequence[str | float]) -> tuple[list[float], str]:
-    """Return the sorted numbers without repetitions, and their unit. Raises `RunError` as `margin_curve`."""
-    try:
-        quantities = [number_and_unit(value) for value in values]
-    except UnitError as error:
-        raise RunError(f"{key}: {error}") from error
-    units = list(dict.fromkeys(unit for _, unit in quantities))
-    numbers = sorted({number for number, _ in quantities})
-    if len(units) > 1:
-        raise RunError(f"{key}: values in {' and '.join(units)}; give all of them in one unit")
-    if len(numbers) < 2:
-        raise RunError(f"{key}: a curve needs two values or more, not {len(numbers)}")
-    return numbers, units[0]

@@ -21,8 +21,9 @@ from seatfem.pictures import cell_grid, frames
 from seatfem.structures import method, sheets
 from seatfem.structures.fields.peaks import LITTLE, LargestStress, largest, von_mises
 from seatfem.structures.fields.recovery import StressField, in_frames
-from seatfem.structures.fields.sites import edge_distances, peak_mesh_error
+from seatfem.structures.fields.sites import peak_mesh_error
 from seatfem.structures.kinds.thin_plate import ThinPlate
+from seatfem.structures.mesh.checks import nearest_distances
 from seatfem.structures.method import Method
 from seatfem.study.impacts.bodies import problem_of, striker_of
 from seatfem.study.impacts.contact import marched
@@ -107,7 +108,7 @@ class PlateStress(FieldStress):
         peak = self.by_point.after_contact if math.isfinite(self.by_point.spans.touch) else self.by_point.initial
         by_part = [np.flatnonzero(self.regions == part) for part in np.unique(self.regions)]
         which = np.array([points[peak.von_mises[points].argmax()] for points in by_part])
-        edges = edge_distances(self.field.points[which], singular_points(self.strike))
+        edges = nearest_distances(self.field.points[which], singular_points(self.strike))
         spots = self.spots_at(which, self.regions[which], edges, peak.von_mises_time[which])
         histories = foremost(self.histories_at(which, spots, stride))
         return tuple(each.spot for each in histories), histories

@@ -207,7 +207,7 @@ def solve(
 def _with_stress(done: Round, limits: Limits, watch: Stopwatch) -> Round:
     """Return the last round with the reed's largest stresses, if they are wanted or the scene asks for more of them."""
     scene = done.plan.scene
-    if done.stress is not None or not (limits.stress or scene.stress or scene.life):
+    if done.stress is not None or not (limits.stress or scene.stress or scene.assessments):
         return done
     with watch("reed stress"):
         since = stress_since(done.touches, scene.accuracy.landing)

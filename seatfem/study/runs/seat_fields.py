@@ -15,13 +15,14 @@ from impact.greens.base import Array
 from impact.notices import Progress, silent
 from seatfem.structures.fields.peaks import Integers, largest
 from seatfem.structures.fields.recovery import MORE, VECTORS, Response, StressField, StressSpace
-from seatfem.structures.fields.sites import Sites, at_points, edge_distances, near, on_surface, singular_points
+from seatfem.structures.fields.sites import Sites, at_points, near, on_surface, singular_points
 from seatfem.structures.fields.solids import AnyField, Harmonic, RingField, elements_of, felt, solid_stress
 from seatfem.structures.finite_elements import AnyMesh, draw, matrices, refinement_of
 from seatfem.structures.inspection.mesh_file import regions_of
 from seatfem.structures.kinds.elastic import Elastic
 from seatfem.structures.lands import FaceLip
 from seatfem.structures.lip import Lip
+from seatfem.structures.mesh.checks import nearest_distances
 from seatfem.structures.mesh.plane_meshes import MeridianMesh
 from seatfem.structures.method import BEYOND, COARSENING, Solved
 from seatfem.structures.model import ModelError, SecondOrderModel
@@ -138,7 +139,7 @@ class SeatMesh:
         where, points = tuple(by_place[0]), tuple(by_place[-1])
         if not asked.points:
             points = tuple(space.at_points(np.zeros(len(space.points), dtype=bool)) for space in where)
-        to_edge, to_struck = (edge_distances(where[0].points, of) for of in (self.singular, self.struck))
+        to_edge, to_struck = (nearest_distances(where[0].points, of) for of in (self.singular, self.struck))
         return MeshStress(where, points, to_edge, to_struck, asked, waves)
 
     def harmonics(self, waves: Waves | None) -> Iterator[tuple[int, SecondOrderModel, Response, Array]]:

@@ -24,9 +24,8 @@ from seatfem.structures.fields.solids import AnyField, RingField, elements_of, t
 from seatfem.structures.finite_elements import MESH_SAFETY
 from seatfem.structures.model import SecondOrderModel
 from seatfem.study.impacts.forces import Strike
-from seatfem.study.impacts.life import Histories
 from seatfem.study.runs import seat_fields, summary
-from seatfem.study.runs.body_stress import COMPONENTS, FieldStress, History, Spot, rows_of
+from seatfem.study.runs.body_stress import COMPONENTS, FieldStress, Histories, History, Spot, rows_of
 from seatfem.study.runs.round import Round
 from seatfem.units import place_words
 

@@ -16,7 +16,6 @@ import numpy as np
 
 import impact
 from impact.greens.base import Array
-from impact.life.places import margin_error
 from impact.march.problem import ContactProblem
 from impact.march.rows import MarchRun
 from impact.notices import Progress, silent
@@ -27,7 +26,7 @@ from seatfem.study.error_budget import terms_by_key
 from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.contact import marched
 from seatfem.study.impacts.forces import Forces
-from seatfem.study.impacts.touches import force_of, stress_since
+from seatfem.study.impacts.touches import stress_since
 from seatfem.study.ladders.ladder import ComputedRun
 from seatfem.study.ladders.table import ladder_of, source_of
 from seatfem.study.method import MODEL
@@ -75,14 +74,6 @@ def error_bars_of(
     values = march_varied(problem, dt)
     finer = [times(2.0, changes(values, half))]
     return budget_of(march_varied, problem, values, dt, terms, finer=finer), half
-
-
-def contact_margin_bar(done: Round, margin: float) -> float:
-    """Return the error bar of the ``margin`` below a Hertzian contact from that of its largest force F, as the stress
-    varies as F^(1/3); ``inf`` where the force's error is as large as the force."""
-    errors, _ = error_bars_of(done, lambda run: {"force": float(force_of(run).max())})
-    share = errors.bar("force") / float(done.result.force.max())
-    return margin_error(margin, 1 - (1 - share) ** (1 / 3) if share < 1 else 1.0)
 
 
 RAW: Final = 0.1  # relative change of stress by half the time step above which no error bar is given

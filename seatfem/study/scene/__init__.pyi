@@ -12,7 +12,6 @@ from seatfem.study.scene import (
     drives as drives,
     files as files,
     keys as keys,
-    life as life,
     lips as lips,
     load as load,
     local as local,
@@ -22,6 +21,5 @@ from seatfem.study.scene import (
     parts_as_drawn as parts_as_drawn,
     problems as problems,
     run as run,
-    strength as strength,
     tables as tables,
 )

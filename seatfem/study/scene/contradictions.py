@@ -16,18 +16,15 @@ from seatfem.study.scene.contact import Contact
 from seatfem.study.scene.drives import Base, ExternalLoad, Gauge, ValveSpring, Wave
 from seatfem.study.scene.lips import ContactGeometry
 from seatfem.study.scene.local import unknown_shares
-from seatfem.study.scene.measures import GaugeStrain, LifeMargin, Stress, any_needs_stress
+from seatfem.study.scene.measures import Measure, all_measures
 from seatfem.study.scene.run import Stress as StressTable
 
 if TYPE_CHECKING:
-    from seatfem.study.scene.life import LifeTable
     from seatfem.study.scene.models import Scene
 
 
 def contradictions_of(scene: Scene) -> Contradictions:
     """Yield pairs of a key to change and the reason, for each contradiction between tables of the scene."""
-    for drive in scene.driven_by:
-        yield from within(drive.table, drive.check(scene.run.duration))
     seat, reed, contact, stopper = scene.seat, scene.reed, scene.contact, scene.stopper
     driven = bool(scene.load or scene.base or scene.spring or scene.wave or scene.driven_by)
     struck = stopper is not None and structure.motion_key(stopper.body) != ""
@@ -39,15 +36,16 @@ def contradictions_of(scene: Scene) -> Contradictions:
     yield from _of_loads(reed, scene.load, scene.spring, based="reed" in [base.of for base in scene.base])
     yield from _of_bases(scene.bodies, scene.base)
     yield from _of_waves(scene.bodies, scene.wave, {base.of for base in scene.base})
-    yield from _of_gauges(scene.bodies, scene.gauge, scene.accuracy.measures)
+    yield from _of_gauges(scene.bodies, scene.gauge)
     yield from _of_lip(seat, reed, contact)
     yield from contradictions_of_start(scene.geometry)
     yield from unknown_shares(scene.geometry)
     yield from _of_parts(seat, contact, scene.stress, scene.run.duration)
-    yield from _of_measures(scene.accuracy.measures, reed, scene.life)
-    if scene.life is not None:
-        stressed = scene.stress is not None
-        yield from within("life", scene.life.check(scene.geometry, scene.turn, scene.run.duration, stressed=stressed))
+    for measure in (each for name, each in all_measures().items() if name in scene.accuracy.measures):
+        table = measure.needs.strip("[]").partition(".")[0]
+        yield from _of_measure(measure, reed, is_possible=not table or bool(getattr(scene, table, None)))
+    for table in scene.by_wings:
+        yield from within(table.table, table.check(scene))
 
 
 def _of_roles(seat: Structure, reed: Structure, *, driven: bool) -> Contradictions:
@@ -109,8 +107,8 @@ def _of_waves(bodies: Mapping[str, Structure], every: Sequence[Wave], based: Col
             wave.incoming(speed)
 
 
-def _of_gauges(bodies: Mapping[str, Structure], gauges: Sequence[Gauge], measures: Collection[str]) -> Contradictions:
-    """Yield contradictions for gauges without a place on their body, and for gauge strain as measure without gauges."""
+def _of_gauges(bodies: Mapping[str, Structure], gauges: Sequence[Gauge]) -> Contradictions:
+    """Yield contradictions for gauges without a place on their body."""
     for number, gauge in enumerate(gauges):
         if gauge.of not in bodies:
             yield f"gauge.{number}.of", "there is no [stopper]; add one, or remove the table"
@@ -118,8 +116,6 @@ def _of_gauges(bodies: Mapping[str, Structure], gauges: Sequence[Gauge], measure
             yield f"gauge.{number}.name", f"{gauge.name!r} is the name of another gauge; give it one of its own"
         else:
             bodies[gauge.of].check_gauge(gauge.at, f"gauge.{number}", gauge.of)
-    if GaugeStrain.name in measures and not gauges:
-        yield "accuracy.measures", f"{GaugeStrain.name} is asked, and there is no gauge: add [[gauge]], or remove it"
 
 
 def contradictions_of_start(geometry: ContactGeometry) -> Contradictions:
@@ -199,11 +195,10 @@ def _of_parts(seat: Structure, contact: Contact, stress: StressTable | None, dur
         yield "contact.rings", f"a seat of kind {seat.kind!r} has no contact face that could be divided; remove the key"
 
 
-def _of_measures(wanted: Sequence[str], reed: Structure, life: LifeTable | None) -> Contradictions:
-    """Yield contradictions for measures of the reed's stress that is not known, or of its life without strength."""
-    name = LifeMargin.name if LifeMargin.name in wanted else Stress.name
-    if any_needs_stress(wanted):
-        yield from (("accuracy.measures", words) for words in reed.stress_problems(name))
-    if LifeMargin.name in wanted and (life is None or life.demand() is None):
-        words = f"{name} is asked, and no strength of the reed is stated: add life.strength, or remove the measure"
-        yield "accuracy.measures", words
+def _of_measure(measure: Measure, reed: Structure, *, is_possible: bool) -> Contradictions:
+    """Yield contradictions for a measure that needs an absent table, or of the reed's stress that is not known."""
+    if measure.needs_stress:
+        yield from (("accuracy.measures", words) for words in reed.stress_problems(measure.name))
+    if not is_possible:
+        words = f"there is no {measure.needs}: add {measure.needs}, or remove the measure"
+        yield "accuracy.measures", f"{measure.name} is asked, and {words}"

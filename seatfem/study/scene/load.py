@@ -19,7 +19,7 @@ from seatfem.study.scene.models import BODIES, Scene
 from seatfem.study.scene.problems import Problem, SceneError
 from seatfem.study.scene.run import OWN_MEASURES, Accuracy
 from seatfem.study.scene.tables import load_as
-from seatfem.study.scene.wings import Drive, drives_of_wings
+from seatfem.study.scene.wings import WingTable, tables_of_wings
 
 SCENE: Final = (".toml", "")
 _PARTS: Final = (
@@ -87,7 +87,7 @@ def kinds_named(data: Mapping[str, Any]) -> set[str]:
 
 def scene_of(kinds: tuple[type[Structure], ...] = ()) -> type[Scene]:
     """Return the type of scenes with bodies of these kinds, by default all, and with all contact laws and measures."""
-    return _scene_of(kinds or kinds_of(), laws(), tuple(all_measures()), drives_of_wings())
+    return _scene_of(kinds or kinds_of(), laws(), tuple(all_measures()), tables_of_wings())
 
 
 @lru_cache
@@ -95,7 +95,7 @@ def _scene_of(
     kinds: tuple[type[Structure], ...],
     laws: tuple[type[ContactLaw], ...],
     measures: tuple[str, ...],
-    drives: tuple[type[Drive], ...],
+    wings: tuple[type[WingTable], ...],
 ) -> type[Scene]:
     fields: Any = {name: (one_of(kinds), field_of(Scene, name)) for name in BODIES}
     fields["stopper"] = (stopper_of(kinds, laws) | None, field_of(Scene, "stopper"))
@@ -104,6 +104,7 @@ def _scene_of(
         fields["contact"] = (create_model("Contact", __base__=Contact, **law), field_of(Scene, "contact"))
     if measures != OWN_MEASURES:
         names: Any = {"measures": (tuple[Literal[measures], ...], field_of(Accuracy, "measures"))}  # type: ignore[valid-type]
-        fields["accuracy"] = (create_model("Accuracy", __base__=Accuracy, **names), field_of(Scene, "accuracy"))
-    fields |= {each.table: (each | None, absent(each.description)) for each in drives}
+        accuracy = create_model("Accuracy", __base__=Accuracy, __doc__=Accuracy.__doc__, **names)
+        fields["accuracy"] = (accuracy, field_of(Scene, "accuracy"))
+    fields |= {each.table: (each | None, absent(each.description)) for each in wings}
     return create_model("Scene", __base__=Scene, __doc__=Scene.__doc__, **fields)

@@ -14,8 +14,9 @@ from impact.after import histories
 from impact.after.landings import Landing, hardest, pair_landings
 from impact.after.result import NO_FILM
 from impact.greens.base import Array
+from impact.late import import_all
 from impact.march.grid import TimeGrid
-from seatfem.results import ResultSource
+from seatfem.results import WINGS, ResultSource
 
 LandingChoice = Literal["hardest", "first", "run"]
 HARDEST: Final = "landing_"
@@ -106,6 +107,7 @@ class Measure(ResultSource, ABC):
         needs_displacement, needs_stress, needs_line: data of `ContactRecord` that it needs in addition to the force.
         judged_by: name of another measure of the whole run with the same relative error; "" if it has its own.
         of_some: whether it is omitted from the results of runs in which it is not defined.
+        needs: key or table without which a scene cannot ask for it, as "[[gauge]]"; "" if there is none.
     """
 
     landing_words: ClassVar[str] = ""
@@ -114,6 +116,7 @@ class Measure(ResultSource, ABC):
     needs_line: ClassVar[bool] = False
     judged_by: ClassVar[str] = ""
     of_some: ClassVar[bool] = False
+    needs: ClassVar[str] = ""
 
     def is_known(self, blow: ContactRecord) -> bool:
         """Return whether the measure is defined for this run."""
@@ -279,28 +282,12 @@ class Stress(Measure):
         return peak.value if peak else None
 
 
-class LifeMargin(Measure):
-    """Margin over the reed's design life, inversely proportional to the stress in the whole run.
-
-    It is evaluated from stress histories after the last round; plans and rounds use `Stress` in its place.
-    """
-
-    name, key, words = "life_margin", "life_margin", "margin over the design life"
-    needs_stress = True
-    judged_by = Stress.name
-
-    def is_known(self, blow: ContactRecord) -> bool:
-        return False
-
-    def evaluate(self, blow: ContactRecord) -> float:
-        return math.nan
-
-
 class GaugeStrain(Measure):
     """Largest magnitude of the strain at any gauge."""
 
     name, key, words = "gauge_strain", "peak_gauge_strain", "largest strain at a gauge"
     of_some = True
+    needs = "[[gauge]]"
 
     def is_known(self, blow: ContactRecord) -> bool:
         return bool(blow.strains)
@@ -352,9 +339,15 @@ class LineImpulse(_AlongLip, Measure):
         return histories.line_impulse_peak(force, steps, line.length, line.share, line.pieces)[0]
 
 
-def all_measures() -> Mapping[str, Measure]:
+def defined_measures() -> Mapping[str, Measure]:
     """Return an instance of each measure defined so far, by name, those of this module first."""
     return {each.name: each() for each in Measure.__subclasses__() if "name" in vars(each)}
+
+
+def all_measures() -> Mapping[str, Measure]:
+    """Return the measures defined so far and those of wings, by name."""
+    import_all(WINGS)
+    return defined_measures()
 
 
 def judged_names(names: Collection[str], landing: LandingChoice) -> tuple[str, ...]:

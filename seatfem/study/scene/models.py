@@ -19,10 +19,9 @@ from seatfem.structures.rings import MOST_RINGS
 from seatfem.structures.shapes.cad import STEP_SUFFIXES
 from seatfem.study.scene import contradictions, drives, measures, parts_as_drawn, problems
 from seatfem.study.scene.contact import Contact, Stopper
-from seatfem.study.scene.life import LifeTable
 from seatfem.study.scene.lips import ContactGeometry
 from seatfem.study.scene.run import Accuracy, Run, Stress
-from seatfem.study.scene.wings import Drive, drives_of_wings
+from seatfem.study.scene.wings import Assessment, Drive, WingTable, tables_of_wings
 
 KEY: Final = "assembly.placed"
 FOLLOWING: Final = (("contact", ("offset", "tilt", "tilt_axis", "gap")), ("seat", ("along",)), ("reed", ("frame",)))
@@ -169,15 +168,14 @@ class Scene(fields.Table):
     gauge: tuple[drives.Gauge, ...] = fields.default((), "strain gauges, a table each: [[gauge]]")
     run: Run = Field(description="what is simulated")
     accuracy: Accuracy = fields.default({}, "the accuracy asked for")
-    life: LifeTable | None = fields.absent("fatigue life asked for; not computed where absent")
     stress: Stress | None = fields.absent("stress in the seat; not computed where absent")
 
     @property
     def needs_stress(self) -> bool:
-        """Return whether each run needs the reed's stress, for a measure or, in closed form, for its life."""
+        """Return whether each run needs the reed's stress, for a measure or, in closed form, an assessment."""
         is_cheap = self.reed.traits.stress == "closed form"
-        for_life = is_cheap and self.life is not None and self.life.demand() is not None
-        return measures.any_needs_stress(self.accuracy.measures) or for_life
+        assessed = is_cheap and any(each.needs_reed_stress for each in self.assessments)
+        return measures.any_needs_stress(self.accuracy.measures) or assessed
 
     @model_validator(mode="before")
     @classmethod
@@ -194,13 +192,23 @@ class Scene(fields.Table):
         """Return the scene with keys that follow from the tables of wings."""
         if not isinstance(given, Mapping):
             return given
-        return reduce(lambda tables, drive: drive.complete(tables), drives_of_wings(), given)
+        return reduce(lambda tables, wing: wing.complete(tables), tables_of_wings(), given)
+
+    @property
+    def by_wings(self) -> tuple[WingTable, ...]:
+        """Return the tables that wings add."""
+        tables = (getattr(self, name) for name in type(self).model_fields)
+        return tuple(each for each in tables if isinstance(each, WingTable))
 
     @property
     def driven_by(self) -> tuple[Drive, ...]:
         """Return the tables of wings that load the reed."""
-        tables = (getattr(self, name) for name in type(self).model_fields)
-        return tuple(each for each in tables if isinstance(each, Drive))
+        return tuple(each for each in self.by_wings if isinstance(each, Drive))
+
+    @property
+    def assessments(self) -> tuple[Assessment, ...]:
+        """Return the tables of wings that ask for results of the finished run."""
+        return tuple(each for each in self.by_wings if isinstance(each, Assessment))
 
     @property
     def bodies(self) -> Mapping[str, Structure]:

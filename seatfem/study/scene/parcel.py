@@ -13,7 +13,7 @@ from seatfem.jobs.crew import FILES
 from seatfem.structures import cache
 from seatfem.structures.formats import mesh_files
 from seatfem.study.scene import load, problems, tables
-from seatfem.study.scene import strength as strengths
+from seatfem.study.scene.wings import tables_in_files
 
 _SUFFIX: Final = re.compile(r"(\.[A-Za-z0-9_]{1,8}){1,2}$")
 _PLAIN: Final = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,99}")
@@ -32,7 +32,7 @@ def packed(path: Path, changed: Mapping[str, Any]) -> tuple[str, dict[str, Any],
         name = f"{number}/input{suffix[0] if suffix else ''}"
         files[name] = file
         renamed[key] = f"{FILES}/{name}"
-        for other in _with(file, strength=key.startswith("life.")):
+        for other in _with(file, key):
             half = other.stem == file.stem and file.suffix.lower() in (".ele", ".node")
             inner = f"input{other.suffix}" if half else other.name
             if other.parent != file.parent or not _PLAIN.fullmatch(inner):
@@ -59,10 +59,10 @@ def _files(table: Any, key: str = "") -> Iterator[tuple[str, Path]]:
         yield from _files(part, f"{key}.{name}" if key else str(name))
 
 
-def _with(file: Path, *, strength: bool) -> list[Path]:
-    """Return the files to which a file refers."""
-    if strength:
-        return [other for _, other in _files(tables.load_table(file, strengths.StrengthTable).model_dump())]
+def _with(file: Path, key: str) -> list[Path]:
+    """Return the files to which the file of a ``key`` refers."""
+    if (table := tables_in_files().get(key)) is not None:
+        return [other for _, other in _files(tables.load_table(file, table).model_dump())]
     return [] if file.suffix.lower() == ".csv" else list(mesh_files.all_files(file)[1:])  # slow
 
 
@@ -79,7 +79,7 @@ def by_content(scene: BaseModel, known: dict[Path, object] | None = None) -> dic
         if not isinstance(asked, Path):
             return asked
         if asked not in hashes:
-            hashes[asked] = cache.content_key({"files": [asked, *_with(asked, strength=key.startswith("life."))]})
+            hashes[asked] = cache.content_key({"files": [asked, *_with(asked, key.rstrip("."))]})
         return hashes[asked]
 
     content: dict[str, Any] = hashed(scene.model_dump(exclude={"title"}, exclude_unset=True, warnings=False), "")

@@ -17,7 +17,6 @@ from seatfem.structures.inspection import cad
 from seatfem.structures.kinds import Structure
 from seatfem.structures.lands import FLAT, FaceLip, Land, axes_along
 from seatfem.structures.outlines import BodyViews, length_text
-from seatfem.structures.shapes.selectors import Vector
 from seatfem.structures.strips import Strip
 from seatfem.study.scene.profile import Profile, read_heights
 from seatfem.units import write_quantity
@@ -122,15 +121,15 @@ def _profile_of_face(body: Structure) -> tuple[Array, Array, float]:
         raise KeyProblem("own_face", f"{error}; or state radius or file") from None
     if body.struck_face not in shape.groups:
         raise KeyProblem("own_face", "stopper.contact selects no face of the file; select one, or state radius or file")
-    return _along_the_part(shape, body.struck_face, getattr(body, "own_axis", None))
+    return _along_the_part(shape, body.struck_face, body.own_axis)
 
 
 @lru_cache(maxsize=4)
-def _along_the_part(shape: cad.Shape, face: str, axis: Vector | None) -> tuple[Array, Array, float]:
+def _along_the_part(shape: cad.Shape, face: str, axis: tuple[float, ...]) -> tuple[Array, Array, float]:
     rows = shape.groups[face]
     mean = (shape.areas[rows, None] * shape.normals[rows]).sum(axis=0)
     outward = np.sign(mean[np.abs(mean).argmax()]) * np.eye(3)[np.abs(mean).argmax()]
-    x, y, z = axes_along(outward, axis or ())
+    x, y, z = axes_along(outward, axis)
     points = shape.points[np.unique(shape.triangles[rows])]
     at, up = points @ x, -(points @ z)
     cells = np.round((at - at.min()) / (ALIKE * float(np.ptp(at)))).astype(int)  # points of the same place along it

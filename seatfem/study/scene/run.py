@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, ClassVar, Final, Literal
 from pydantic import Field, model_validator
 
 from seatfem.fields import Contradictions, Fraction, Gap, KeyProblem, Position, Table, Time, absent, default
-from seatfem.study.scene.measures import LandingChoice, all_measures, judged_names
+from seatfem.study.scene.measures import LandingChoice, defined_measures, judged_names
 from seatfem.units import write_quantity
 
-OWN_MEASURES: Final = tuple(all_measures())
+OWN_MEASURES: Final = tuple(defined_measures())
 """Measures defined before `Scene`, like the laws `contact.OWN_LAWS`."""
 if TYPE_CHECKING:
     Measure = str

@@ -1,12 +1,14 @@
-"""Tables that files of `seatfem.wings` add to a scene, which load the reed by its opening."""
+"""Tables that files of `seatfem.wings` add to a scene: loads on the reed by its opening, and assessments of a run."""
 
 from __future__ import annotations
 
 import math
 from abc import abstractmethod
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from impact.after import result as impact_results
 from impact.bodies import body as bodies
@@ -16,13 +18,18 @@ from seatfem.fields import Contradictions, Table
 from seatfem.results import WINGS, ResultSource
 from seatfem.structures.kinds import Structure
 
+if TYPE_CHECKING:
+    from seatfem.study.scene.models import Scene
 
-class Drive(Table, ResultSource):
-    """A table of a scene that loads the reed by its opening, as a gas does: a subclass. Absent, it does nothing."""
+
+class WingTable(Table, ResultSource):
+    """A table that a wing adds to scenes: a subclass of `Drive` or `Assessment` with a ``table``."""
 
     table: ClassVar[str]
     """Its key in a scene; keys of summary.json begin with it."""
     description: ClassVar[str]
+    file_tables: ClassVar[Mapping[str, type[Table]]] = MappingProxyType({})
+    """Its keys that name TOML files, and the tables in these."""
 
     @classmethod
     def complete(cls, scene: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -30,8 +37,12 @@ class Drive(Table, ResultSource):
         return scene
 
     @abstractmethod
-    def check(self, duration: float) -> Contradictions:
-        """Yield the keys that contradict the ``duration`` of the run [s], with the reasons."""
+    def check(self, scene: Scene) -> Contradictions:
+        """Yield the keys of this table that contradict others of the ``scene``, with the reasons."""
+
+
+class Drive(WingTable):
+    """A table of a scene that loads the reed by its opening, as a gas does: a subclass. Absent, it does nothing."""
 
     @property
     @abstractmethod
@@ -83,10 +94,61 @@ class DriveRun:
         """Return the file name of its picture, and the function that draws it; ``stop``: lift at the stopper [m]."""
 
 
-def drives_of_wings() -> tuple[type[Drive], ...]:
-    """Return all tables that wings add to scenes."""
+class Assessment(WingTable):
+    """A table of a scene that asks for results of a finished run, as a fatigue life: a subclass."""
+
+    @property
+    @abstractmethod
+    def needs_reed_stress(self) -> bool:
+        """Return whether it needs the stress in the reed."""
+
+    @property
+    @abstractmethod
+    def needs_whole_contact(self) -> bool:
+        """Return whether it needs a contact without parts across a lip."""
+
+    @abstractmethod
+    def after_run(self, run: Any) -> Assessed:
+        """Return its results for a `seatfem.study.runs.afterwards.FinishedRun`."""
+
+
+@dataclass(frozen=True)
+class Assessed:
+    """Results of an `Assessment`.
+
+    Attributes:
+        keys: entries of summary.json.
+        files: files that were written.
+        notes: sentences for the reader of the run.
+        pictures: function that returns the file names of its pictures, with the functions that draw them.
+    """
+
+    keys: Mapping[str, object]
+    files: tuple[Path, ...]
+    notes: tuple[str, ...]
+    pictures: Callable[[], list[tuple[str, Callable[..., object]]]]
+
+
+def drives() -> tuple[type[Drive], ...]:
+    """Return all tables by which wings load the reed."""
     import_all(WINGS)
     return tuple(Drive.__subclasses__())
+
+
+def assessments() -> tuple[type[Assessment], ...]:
+    """Return all tables by which wings assess a finished run."""
+    import_all(WINGS)
+    return tuple(Assessment.__subclasses__())
+
+
+def tables_of_wings() -> tuple[type[WingTable], ...]:
+    """Return all tables that wings add to scenes."""
+    return (*drives(), *assessments())
+
+
+def tables_in_files() -> Mapping[str, type[Table]]:
+    """Return the tables in TOML files that keys of wings name, by dotted key."""
+    return {f"{each.table}.{key}": file for each in tables_of_wings() for key, file in each.file_tables.items()}
 
 
 def longest_step(present: tuple[Drive, ...]) -> float:

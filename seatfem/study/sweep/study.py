@@ -11,6 +11,7 @@ from pydantic import AfterValidator, BeforeValidator, Field
 from seatfem.fields import Contradictions, ExistingFile, Fraction, Table, absent, default, kinds_below
 from seatfem.study.scene.keys import schema_of, table_lines
 from seatfem.study.scene.tables import WholeKey, dotted, load_table
+from seatfem.study.scene.wings import assessments
 from seatfem.study.sweep.variations import AnyVariation, Listed, Range, Variation
 
 LEAST: Final = 5  # fewest evaluations: three for a quadratic model of one key, one to start and one to use it
@@ -181,8 +182,10 @@ class Study(Table):
 
     @property
     def asks_for_stress(self) -> bool:
-        """Return whether any output, objective or limit is a stress or a life."""
-        return any(word in name for _, name in self.asked for word in ("stress", "life"))
+        """Return whether any output, objective or limit is a stress, or by an assessment."""
+        return any(
+            word in name for _, name in self.asked for word in ("stress", *(each.table for each in assessments()))
+        )
 
     def contradictions(self) -> Contradictions:
         yield from self._contradictions_of_design() if self.optimise is None else self._contradictions_of_search()

@@ -33,6 +33,7 @@ from seatfem.study.runs.round import Round
 from seatfem.study.safety import MOST_ROUNDS
 from seatfem.study.scene import Scene, SceneError, load_scene, located
 from seatfem.study.scene.problems import explain, scene_error
+from seatfem.study.scene.wings import assessments
 from seatfem.study.sweep import table
 from seatfem.study.sweep.best import (
     NEAREST,
@@ -307,18 +308,21 @@ def ahead(study: Study, cases: Sequence[Case]) -> Ahead:
     return Ahead(alone, different, START, each, seat, memory, len(cases) - alone, LANE * each)
 
 
-AFTERWARDS: Final = re.compile("(spring_|error_bar_)?(landing_)?(life|gauge|peak_gauge|peak_seat|peak_reed)_")
-"""Beginnings of keys that stress, life and gauges add after the last round."""
+AFTERWARDS: Final = ("gauge", "peak_gauge", "peak_seat", "peak_reed")
+"""Beginnings of keys that stress and gauges add after the last round."""
 
 
 def _check_asked(study: Study, done: Round) -> None:
     """Raise `StudyError` for a measure that no result has and the summary of this round neither."""
     scene = done.plan.scene
-    more = any((scene.life, scene.stress, scene.gauge))
+    more = any((scene.assessments, scene.stress, scene.gauge))
+    beginnings = "|".join([*AFTERWARDS, *(each.table for each in assessments())])
+    afterwards = re.compile(f"(spring_|error_bar_)?(landing_)?({beginnings})_")
+    assessed = {row.key for each in assessments() for row in each.rows}
 
     def may_come(name: str) -> bool:
-        shown = name in all_results() and result_of(name).group not in ("life", "seat")
-        return shown or (more and AFTERWARDS.match(name) is not None)
+        shown = name in all_results() and name not in assessed and result_of(name).group != "seat"
+        return shown or (more and afterwards.match(name) is not None)
 
     if study.asked:
         check_measures(study, first_numbers(done), may_come)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,11 +16,9 @@ from impact.life.multiaxial import hertz_path
 from impact.life.places import Demand, Judged, judged, margin_error, on_planes, thinned
 from impact.life.strength import SpeedMargin
 from impact.quantities import finite_or_none
+from seatfem.life.table import LifeTable
 from seatfem.study.impacts.touches import Touches
-from seatfem.study.scene.life import LifeTable
-
-Histories = Iterable[tuple[str, Array]]
-"""Pairs of a place ("body, place") and its stress over the run [Pa]: (n + 1,) uniaxial, or (n + 1, 6) tensors."""
+from seatfem.study.runs.body_stress import Histories
 
 
 @dataclass(frozen=True)
@@ -65,8 +63,8 @@ class LifeResult:
         return min(candidates, key=lambda each: each.worst.tensor_margin, default=None)
 
 
-def lasting(
-    life: LifeTable | None, touches: Touches, first: int, reed: Histories, seat: Histories = (), stiffness: float = 0.0
+def assess_life(
+    life: LifeTable, touches: Touches, first: int, reed: Histories, seat: Histories = (), stiffness: float = 0.0
 ) -> LifeResult:
     """Return the life of the bodies under the repeated stress block of one run; tensors are evaluated on critical
     planes and, if the scene has one, by a multiaxial criterion.
@@ -74,8 +72,6 @@ def lasting(
     ``life``: the table [life]; ``first``: first step of the block (`block_from`); ``reed``, ``seat``: stress histories;
     ``stiffness``: stiffness of a Hertzian contact [N/m^1.5], 0 for other laws.
     """
-    if life is None:
-        return LifeResult()
     allowed, closing = life.allowed_speed(), measures.largest_impact_velocity(touches.seat)
     speed = None if allowed is None or math.isnan(closing) else strength.speed_margin(closing, allowed)
     bodies = []
@@ -88,10 +84,10 @@ def lasting(
     return LifeResult(tuple(bodies), below, speed)
 
 
-def block_from(life: LifeTable | None, turn: float | None, touches: Touches) -> int:
+def block_from(life: LifeTable, turn: float | None, touches: Touches) -> int:
     """Return the first step of the repeated stress block: 0 for the whole run, or a crank ``turn`` [s] before the
     end."""
-    if life is None or life.block != "last cycle":
+    if life.block != "last cycle":
         return 0
     assert turn is not None
     return max(0, len(touches.seat.time) - 1 - round(turn / touches.seat.dt))
@@ -104,35 +100,35 @@ def _below_contact(life: LifeTable, stiffness: float, touches: Touches) -> Itera
         yield from hertz_path(largest, stiffness=stiffness, modulus=life.contact_modulus, poisson=life.contact_poisson)
 
 
-def life_keys(lasting: LifeResult) -> dict[str, object]:
+def life_keys(result: LifeResult) -> dict[str, object]:
     """Return the keys of the life for summary.json; ``None`` for an infinite margin or life."""
     keys: dict[str, object] = {}
-    if (worst := lasting.of_one_axis) is not None:
+    if (worst := result.of_one_axis) is not None:
         keys |= {
             "life_margin": finite_or_none(worst.worst.life.margin),
             "life_cycles": finite_or_none(worst.worst.life.blocks),
             "life_damage_per_cycle": finite_or_none(worst.worst.life.damage),
             "life_at": worst.worst.at,
         }
-    for name, judgement in (("multiaxial", lasting.of_several_axes), ("contact", lasting.below)):
+    for name, judgement in (("multiaxial", result.of_several_axes), ("contact", result.below)):
         if judgement is not None and judgement.worst.tensor_at:
             keys |= {
                 f"life_{name}_margin": finite_or_none(judgement.worst.tensor_margin),
                 f"life_{name}_at": judgement.worst.tensor_at,
             }
-    if lasting.speed is not None:
-        keys |= {"life_speed_margin": finite_or_none(lasting.speed.margin), "life_speed_m_per_s": lasting.speed.speed}
+    if result.speed is not None:
+        keys |= {"life_speed_margin": finite_or_none(result.speed.margin), "life_speed_m_per_s": result.speed.speed}
     return keys
 
 
-def asked_keys(life: LifeTable, lasting: LifeResult, bars: Mapping[str, float]) -> dict[str, object]:
+def asked_keys(life: LifeTable, result: LifeResult, bars: Mapping[str, float]) -> dict[str, object]:
     """Return the demands of [life], the strengths, and the error bars of the margins for summary.json.
 
     Margins are inversely proportional to stress: `impact.life.places.margin_error`. ``bars``: relative error bars of
     the stress by body; the margin of a body without one, as without contact, has none.
     """
     keys: dict[str, object] = {}
-    for name, judgement in (("multiaxial", lasting.of_several_axes), ("contact", lasting.below)):
+    for name, judgement in (("multiaxial", result.of_several_axes), ("contact", result.below)):
         if judgement is not None:
             criterion = life.multiaxial if name == "multiaxial" else life.contact_criterion
             keys[f"life_{name}_criterion"] = criterion
@@ -142,9 +138,9 @@ def asked_keys(life: LifeTable, lasting: LifeResult, bars: Mapping[str, float]) 
     def bar(margin: float, place: str) -> float | None:
         return finite_or_none(margin_error(margin, bars.get(body_of(place), math.inf)))
 
-    if (several := lasting.of_several_axes) is not None:
+    if (several := result.of_several_axes) is not None:
         keys["error_bar_life_multiaxial_margin"] = bar(several.worst.tensor_margin, several.worst.tensor_at)
-    if (worst := lasting.of_one_axis) is not None:
+    if (worst := result.of_one_axis) is not None:
         keys |= {
             "life_criterion": life.criterion,
             "life_survival": worst.worst.life.survival,
@@ -153,8 +149,8 @@ def asked_keys(life: LifeTable, lasting: LifeResult, bars: Mapping[str, float]) 
             "life_strength_source": worst.source,
             "error_bar_life_margin": bar(worst.worst.life.margin, worst.worst.at),
         }
-    if lasting.speed is not None:
-        keys |= {"life_speed_limit_m_per_s": lasting.speed.allowed, "life_speed_source": lasting.speed.source}
+    if result.speed is not None:
+        keys |= {"life_speed_limit_m_per_s": result.speed.allowed, "life_speed_source": result.speed.source}
     return keys
 
 
@@ -163,11 +159,11 @@ def body_of(place: str) -> str:
     return place.split(",")[0]
 
 
-def life_notes(life: LifeTable | None, lasting: LifeResult) -> tuple[str, ...]:
+def life_notes(life: LifeTable, result: LifeResult) -> tuple[str, ...]:
     """Return advice on the life, such as on immediate failure, and a note if no closing speed can be compared."""
-    worst = lasting.of_one_axis
+    worst = result.of_one_axis
     notes = [] if worst is None else [f"life: {advice}" for advice in worst.worst.life.advice]
-    if life is not None and lasting.speed is None and life.allowed_speed() is not None:
+    if result.speed is None and life.allowed_speed() is not None:
         notes.append("life: nothing closed within run.duration, so there is no speed to compare with the allowed one")
     return tuple(notes)
 

@@ -12,7 +12,7 @@ from impact.life import damage, places
 from impact.life import multiaxial as multiaxial_criteria
 from impact.life.strength import OWN, LifeError, Strength
 from seatfem import fields, units
-from seatfem.study.scene import strength as strengths
+from seatfem.life import strength as strengths
 from seatfem.study.scene.contact import STEEPEST
 from seatfem.study.scene.contradictions import contradictions_of_start
 from seatfem.study.scene.lips import ContactGeometry
@@ -105,13 +105,7 @@ TURNS: Final = 2  # least number of turns of the crank for block = "last cycle",
 
 
 class LifeTable(fields.Table):
-    """Fatigue of the reed under its bending stress, and of the seat's surface (`seat_strength`). Stress tensors, of
-    plates and finite elements, are evaluated on their critical planes. One run is one block of stress that repeats:
-    from its end the stress returns to its start, so an initial deflection, such as a release, repeats with every block.
-    If loads repeat with the crank, `block = "last cycle"` uses only the last turn, without the transient at the start.
-    summary.json has life_margin, the factor on all stresses at which the damage over the design life is 1; life_cycles,
-    blocks to failure; life_damage_per_cycle; life_at, the body and the place; and life_speed_margin, allowed over
-    largest closing speed. Theory: [life.md](life.md)."""
+    """The keys of [life], and the demands that they state."""
 
     sample: ClassVar[str] = """
 impact_speed_limit = "6 m/s"
@@ -229,7 +223,7 @@ source = "report, page"
         strength = self.strength_of()
         return None if strength is None or math.isnan(strength.impact_velocity) else strength
 
-    def check(
+    def contradictions_with(
         self, geometry: ContactGeometry, turn: float | None, duration: float, *, stressed: bool
     ) -> fields.Contradictions:
         """Yield contradictions if the scene has no stress for a criterion, or too few turns of the crank [s] within the

@@ -15,44 +15,84 @@ import scipy
 
 from impact.files.csv_table import write_csv
 from impact.life.places import margin_error
-from impact.notices import Progress, Tell, silent
+from impact.notices import Progress, Tell, ignore, silent
 from impact.quantities import finite_or_none, in_time
-from seatfem.pictures import stress_plot
-from seatfem.study.impacts import contact
-from seatfem.study.impacts.bodies import striker_of
-from seatfem.study.impacts.forces import Strike
-from seatfem.study.impacts.life import (
+from seatfem.life.assess import (
     LifeResult,
     asked_keys,
+    assess_life,
     block_from,
     body_of,
     from_json,
-    lasting,
     life_keys,
+    life_notes,
 )
+from seatfem.life.maps import margin_pictures, plot_margins
+from seatfem.life.table import OF_A_CURVE, UNITS, LifeTable, varied
+from seatfem.study.impacts import contact
+from seatfem.study.impacts.bodies import striker_of
+from seatfem.study.impacts.contact import RunError
+from seatfem.study.impacts.forces import Strike
+from seatfem.study.impacts.touches import force_of
 from seatfem.study.runs import kept
+from seatfem.study.runs.afterwards import FinishedRun
 from seatfem.study.runs.body_stress import BodyStress
+from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.runs.round import Round
-from seatfem.study.scene.life import OF_A_CURVE, UNITS, LifeTable, varied
+from seatfem.study.runs.stresses import error_bars_of
+from seatfem.study.scene import load_scene
+from seatfem.study.scene.wings import Assessed
+from seatfem.units import UnitError, number_and_unit
 
 if TYPE_CHECKING:
     from seatfem.pictures.rendering import Picture
 
 
-def lives(done: Round, bodies: Sequence[BodyStress], strike: Strike, progress: Progress = silent) -> LifeResult:
+def assess(life: LifeTable, run: FinishedRun) -> Assessed:
+    """Return the fatigue life of the bodies of a run, and the curves of its margin that [life] asks for."""
+    done = run.done
+    with run.watch("life"):
+        result = lives(life, done, run.bodies, done.strike, run.progress)
+        on_spring = lives(life, done, run.bodies[:1], run.on_spring, run.progress)
+    keys = run_keys(life, run.bodies, result, on_spring)
+    if result.below is not None and result.below.worst.tensor_at:
+        bar = contact_margin_bar(done, result.below.worst.tensor_margin)
+        keys |= {"error_bar_life_contact_margin": finite_or_none(bar)}
+    run.keep(keys)
+    with run.watch("life curves"):
+        price = done.spent.get("contact", 0.0) + run.watch.stages["life"] / 2
+        curves = life_curves(life, done, run.bodies, price=price, tell=run.tell)
+        files = tuple(write_curve(curve, run.folder / f"margin_over_{curve.key}.csv") for curve in curves)
+
+    def pictures() -> list[Picture]:
+        return [*margin_pictures(life, done, run.bodies), *curve_pictures(curves)]
+
+    return Assessed({**keys, **curve_keys(curves)}, files, life_notes(life, result), pictures)
+
+
+def contact_margin_bar(done: Round, margin: float) -> float:
+    """Return the error bar of the ``margin`` below a Hertzian contact from that of its largest force F, as the stress
+    varies as F^(1/3); ``inf`` where the force's error is as large as the force."""
+    errors, _ = error_bars_of(done, lambda run: {"force": float(force_of(run).max())})
+    share = errors.bar("force") / float(done.result.force.max())
+    return margin_error(margin, 1 - (1 - share) ** (1 / 3) if share < 1 else 1.0)
+
+
+def lives(
+    life: LifeTable, done: Round, bodies: Sequence[BodyStress], strike: Strike, progress: Progress = silent
+) -> LifeResult:
     """Return the fatigue life of bodies under the forces of one run: the round's own, or that on another seat.
 
     It is cached for runs with the same forces.
     """
-    life = done.plan.scene.life
-    with_seat = life is not None and life.demand("seat") is not None and any(each.role == "seat" for each in bodies)
+    with_seat = life.demand("seat") is not None and any(each.role == "seat" for each in bodies)
 
     def compute() -> Mapping[str, Any]:
         progress("life", 0.0)
         first = block_from(life, done.plan.scene.turn, strike.touches)
         histories = {each.role: each.under(strike).histories(first) for each in bodies}
         sphere = done.plan.scene.contact.law.of_a_sphere or 0.0
-        result = lasting(life, strike.touches, first, histories["reed"], histories.get("seat", ()), sphere)
+        result = assess_life(life, strike.touches, first, histories["reed"], histories.get("seat", ()), sphere)
         progress("life", 1.0)
         return asdict(result)
 
@@ -149,7 +189,9 @@ def _zero_between(low: float, high: float) -> float:
     return low / (low - high) if low != high else 0.0
 
 
-def life_curves(done: Round, bodies: Sequence[BodyStress], *, price: float, tell: Tell) -> tuple[MarginCurve, ...]:
+def life_curves(
+    life: LifeTable, done: Round, bodies: Sequence[BodyStress], *, price: float, tell: Tell
+) -> tuple[MarginCurve, ...]:
     """Return the margin curves that [life] asks for; each point is a contact computed by the run's method.
 
     Args:
@@ -157,8 +199,7 @@ def life_curves(done: Round, bodies: Sequence[BodyStress], *, price: float, tell
         price: time of one contact and its life in the run [s].
         tell: receives the expected time, then a line for each value.
     """
-    life = done.plan.scene.life
-    if life is None or life.curves is None:
+    if life.curves is None:
         return ()
     count = life.curves.runs[0]
     least, most = (price * number for number in life.curves.runs)
@@ -166,7 +207,7 @@ def life_curves(done: Round, bodies: Sequence[BodyStress], *, price: float, tell
     curves = []
     for name, values in life.curves.asked():
         unit, factor = UNITS[name]
-        run = partial(_margin_at, done, bodies, tell, name)
+        run = partial(_margin_at, life, done, bodies, tell, name)
         curves.append(traced(name, unit, [factor * value for value in values], run, most=OF_A_CURVE))
     return tuple(curves)
 
@@ -187,11 +228,11 @@ def again(done: Round, name: str, value: float) -> Round:
 
 
 def _margin_at(
-    done: Round, bodies: Sequence[BodyStress], tell: Tell, name: str, value: float
+    life: LifeTable, done: Round, bodies: Sequence[BodyStress], tell: Tell, name: str, value: float
 ) -> tuple[float, float | None]:
     start, (unit, factor) = time.perf_counter(), UNITS[name]
     other = again(done, name, value / factor)
-    worst = lives(other, bodies, other.strike).of_one_axis
+    worst = lives(life, other, bodies, other.strike).of_one_axis
     margin, bar, at = math.inf, math.inf, "no place"
     if worst is not None:
         margin, at = worst.worst.life.margin, worst.worst.at
@@ -208,31 +249,77 @@ def curve_keys(curves: Sequence[MarginCurve]) -> Mapping[str, object]:
     return {f"life_allowed_{name}": None if value is None else scale * value for name, scale, value in limits}
 
 
-def write_curves(curves: Sequence[MarginCurve], folder: Path) -> tuple[Path, ...]:
-    """Write margin_over_speed.csv, ...; return the files."""
-    return tuple(write_curve(curve, folder / f"margin_over_{curve.key}.csv") for curve in curves)
-
-
 def curve_pictures(curves: Sequence[MarginCurve]) -> Iterator[Picture]:
     """Yield margin_over_speed.png, ..."""
     for curve in curves:
-        draw = partial(_draw, curve)
+        numbers, title = (curve.values, curve.margins, curve.bars), f"Margin on stress over {curve.key}"
+        draw = partial(plot_margins, *numbers, label=curve.label, allowed=curve.allowed, title=title)
         yield f"margin_over_{curve.key}.png", draw
-
-
-def _draw(curve: MarginCurve, path: Path) -> None:
-    stress_plot.plot_margins(
-        curve.values,
-        curve.margins,
-        curve.bars,
-        path,
-        label=curve.label,
-        allowed=curve.allowed,
-        title=f"Margin on stress over {curve.key}",
-    )
 
 
 def write_curve(curve: MarginCurve, path: Path) -> Path:
     """Write a curve as CSV: value, margin, error bar."""
     rows = zip(curve.values, curve.margins, curve.bars, strict=True)
     return write_csv(path, (curve.label, curve.margin, "error_bar"), rows, digits=9)
+
+
+def margin_curve(
+    scene: Path | str,
+    key: str,
+    values: Sequence[str | float],
+    folder: Path | str,
+    *,
+    margin: str = "life_margin",
+    tell: Tell = ignore,
+) -> MarginCurve:
+    """Run a scene over values of one key, and where two of them enclose a margin of 1, find the value there.
+
+    Each value is a complete run with error bars, without pictures, in its own folder; the runs of the search for the
+    allowed value (Brent's method, to `NEAR`) are added to the curve. The table is written to margin.csv.
+
+    Args:
+        scene: file with [life].
+        key: dotted key, such as "reed.release.velocity" or "load.0.gravity".
+        values: at least two, written as in the file and in one unit, such as "2 m/s" or, for a ratio, 0.1.
+        folder: parent of the runs' folders.
+        margin: "life_margin", or "life_speed_margin".
+        tell: receives a line for each run.
+
+    Raises:
+        RunError: fewer than two values, several units, or a scene without this margin.
+        SceneError: the scene cannot have the key or the value. Also what runs raise.
+    """
+    numbers, unit = _in_one_unit(key, values)
+
+    def run(value: float) -> tuple[float, float | None]:
+        written: object = f"{value!r} {unit}" if unit else value
+        result = _one_run(scene, key, written, Path(folder) / f"{value:.9g}", margin)
+        tell(f"{key} = {written}: {margin} {result[0]:.4g}")
+        return result
+
+    curve = traced(key, unit, numbers, run, margin=margin)
+    write_curve(curve, Path(folder) / "margin.csv")
+    return curve
+
+
+def _one_run(scene: Path | str, key: str, value: object, folder: Path, margin: str) -> tuple[float, float | None]:
+    summary = run_scene(load_scene(scene, {key: value}), folder, pictures=False).summary
+    if margin not in summary:
+        raise RunError(f"{scene}: a run with {key} = {value} has no {margin}; ask for it in [life]")
+    result, bar = summary[margin], summary.get(f"error_bar_{margin}")
+    return math.inf if result is None else float(str(result)), None if bar is None else float(str(bar))
+
+
+def _in_one_unit(key: str, values: Sequence[str | float]) -> tuple[list[float], str]:
+    """Return the sorted numbers without repetitions, and their unit. Raises `RunError` as `margin_curve`."""
+    try:
+        quantities = [number_and_unit(value) for value in values]
+    except UnitError as error:
+        raise RunError(f"{key}: {error}") from error
+    units = list(dict.fromkeys(unit for _, unit in quantities))
+    numbers = sorted({number for number, _ in quantities})
+    if len(units) > 1:
+        raise RunError(f"{key}: values in {' and '.join(units)}; give all of them in one unit")
+    if len(numbers) < 2:
+        raise RunError(f"{key}: a curve needs two values or more, not {len(numbers)}")
+    return numbers, units[0]
