@@ -1,4 +1,5 @@
 # ruff: noqa: I001 (one import a module)
+from impact.notices import SeatfemError as SeatfemError
 from impact.measured.frf import FrequencyResponse as FrequencyResponse, read_frf as read_frf
 from impact.measured.pole_fit import fit_impulse_response as fit_impulse_response, fit_poles as fit_poles
 from seatfem.pictures.cell_grid import revolve as revolve

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Self, TypeGuard
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from impact.notices import SeatfemError
 from impact.quantities import as_html, brief, brief_value, cut, some
 
 if TYPE_CHECKING:
@@ -28,7 +29,7 @@ OWN_ORIGIN: Final[Mapping[str, object]] = MappingProxyType({})
 """The origin that a Green's function has already."""
 
 
-class GreensFunctionError(ValueError):
+class GreensFunctionError(SeatfemError, ValueError):
     """A Green's function that cannot be used; the message names number, limit and remedy."""
 
 

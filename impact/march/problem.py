@@ -11,6 +11,7 @@ import numpy as np
 from impact.bodies.body import AtRest, Body, as_body
 from impact.greens.base import Array, GreensFunction
 from impact.march.laws import NO_FILM, ROUGH, Law, Parameters, Signorini, SqueezeFilm
+from impact.notices import SeatfemError
 from impact.quantities import as_html, brief
 
 SIGNORINI: Final = Signorini()
@@ -18,7 +19,7 @@ MOST_CONTACTS: Final = 8192
 """Most contacts of a problem: the compliance matrix between all contacts then takes 0.5 GB."""
 
 
-class ContactError(ValueError):
+class ContactError(SeatfemError, ValueError):
     """A contact problem that cannot be solved as posed; the message says what to change."""
 
 

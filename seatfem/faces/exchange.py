@@ -13,7 +13,7 @@ from typing import Final
 
 import impact
 from impact.files import csv_table
-from impact.notices import Progress, silent
+from impact.notices import Progress, SeatfemError, silent
 from seatfem import readings
 from seatfem.faces.report import asked, fragments
 from seatfem.faces.terminal import load
@@ -31,7 +31,7 @@ Written = Iterator["Path | str"]
 """Files that were written, and notes on what was omitted."""
 
 
-class ExportError(ValueError):
+class ExportError(SeatfemError, ValueError):
     """Error of an unknown format, or of a source that lacks the data of a format."""
 
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from impact.greens.base import Array, ErrorEstimate, GreensFunction
 from impact.greens.modal import ModalGreens, Residual
+from impact.notices import SeatfemError
 from seatfem.structures import lip as lips
 from seatfem.structures import model as models
 from seatfem.structures.errors import ModelError
@@ -211,7 +212,7 @@ class Applicability:
         return Applicability(level, False, math.inf, reason)
 
 
-class LevelError(ValueError):
+class LevelError(SeatfemError, ValueError):
     """A level that does not describe the structure; the message names key, reason and a level that does."""
 
 

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from impact.files.safe_files import whole_file
+from impact.files.safe_files import MissingFileError, whole_file
 from impact.notices import Progress, silent
 from impact.quantities import brief
 from seatfem.structures.errors import MeshError
@@ -157,7 +157,7 @@ def _encoded(geometry: Geometry) -> dict[str, Any]:
     data: dict[str, Any] = encode(geometry)
     if isinstance(geometry, CadPart):
         if not geometry.path.is_file():
-            raise FileNotFoundError(f"{geometry.path}: no such CAD file; check the path")
+            raise MissingFileError(f"{geometry.path}: no such CAD file; check the path")
         check_readable(geometry.path)
         data["path"] = str(geometry.path.resolve())
     return data

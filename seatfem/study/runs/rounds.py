@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from impact.notices import Progress, Tell, ignore, silent
+from impact.notices import Progress, SeatfemError, Tell, ignore, silent
 from impact.quantities import in_time
 from impact.runs.variations import Budget, total
 from seatfem.machine.resources import Stopwatch, available_memory, forget_peak, peak_memory
@@ -101,7 +101,7 @@ def rounds(
             raise
 
 
-class OutOfTime(RuntimeError):
+class OutOfTime(SeatfemError, RuntimeError):
     """A round has exceeded the time allowed; the message names its stage."""
 
 

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, Final, Literal, get_args
 
 from impact.files.safe_files import check_writable
-from impact.notices import Progress, silent
+from impact.notices import Progress, SeatfemError, silent
 from impact.quantities import in_time
 from seatfem.jobs import folders
 from seatfem.jobs import folders as lines
@@ -151,7 +151,7 @@ RENEW: Final = 500  # scenes after which a worker is replaced, for memory that l
 WORKER: Final = "seatfem.study.sweep.side_by_side:reply"
 
 
-class StudyError(ValueError):
+class StudyError(SeatfemError, ValueError):
     """Error of a study that cannot be run; the message states reason and remedy."""
 
 

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from impact.files.safe_files import check_writable
-from impact.notices import Progress, silent
+from impact.notices import Progress, SeatfemError, silent
 from impact.quantities import brief, in_time
 from seatfem.jobs.cluster import cluster_crew
 from seatfem.jobs.crew import Lost, crew
@@ -98,7 +98,7 @@ def _outcome(answer: str | Lost, limit: float) -> Outcome:
     return Outcome("stopped", why, summary={PROCESSOR: limit}) if why else Outcome("failed", answer.in_words())
 
 
-class TradeError(ValueError):
+class TradeError(SeatfemError, ValueError):
     """Error of a trade that cannot be measured; the message states reason and remedy."""
 
 
