@@ -110,6 +110,14 @@ def as_html(thing: object) -> str:
     return f"<table><caption style='text-align:left'><b>{escape(caption)}</b></caption>{rows}</table>"
 
 
+def html_table(caption: str, heads: Iterable[object], rows: Iterable[Iterable[object]]) -> str:
+    """Return a table in HTML with the texts of heads and cells, for ``_repr_html_``."""
+    style = "style='text-align:left;white-space:nowrap'"
+    head = "".join(f"<th {style}>{escape(str(each))}</th>" for each in heads)
+    body = "".join(f"<tr>{''.join(f'<td {style}>{escape(str(cell))}</td>' for cell in row)}</tr>" for row in rows)
+    return f"<table><caption {style}><b>{escape(caption)}</b></caption><tr>{head}</tr>{body}</table>"
+
+
 def _cells(line: str) -> str:
     name, colon, value = line.partition(": ")
     style = "style='text-align:left'"

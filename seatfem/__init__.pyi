@@ -35,7 +35,9 @@ from seatfem.structures.reduction.reducer import Reduction as Reduction
 from seatfem.structures.sheets import PlateModes as PlateModes, Sheet as Sheet, plate_modes as plate_modes
 from seatfem.structures.cache import Store as Store, content_key as content_key
 from seatfem.study.runs.forecast import converge as converge
+from seatfem.study.runs.outcome import RunResult as RunResult
 from seatfem.study.runs.pipeline import margin_curve as margin_curve, run_scene as run_scene
+from seatfem.study.runs.run import run as run
 from seatfem.study.scene import load_scene as load_scene
 from seatfem.study.scene.strength import load_strength as load_strength
 from seatfem.study.sweep.sweep import (

@@ -95,7 +95,9 @@ def _as_csv(source: Path, output: Path, progress: Progress) -> Written:
             output / "stress.csv", heads, zip(time.tolist(), *(v.tolist() for v in places.values()), strict=True)
         )
     yield csv_table.write_csv(
-        output / "summary.csv", ["key", "value", "error bar", "spring baseline"], readings.numbers(summary)
+        output / "summary.csv",
+        ["key", "value", "error bar", "spring baseline"],
+        ((each.key, each.value, each.bar, each.spring) for each in readings.all_measured(summary)),
     )
 
 

@@ -164,8 +164,8 @@ def check_effort(effort: Effort) -> int | None:
     """
     workers, limit = effort.workers, effort.limit
     Limits(effort.rounds)
-    if workers is not None and workers < 1:
-        raise StudyError(f"--workers = {workers} must be at least 1")
+    if workers is not None and not (isinstance(workers, int) and workers >= 1):
+        raise StudyError(f"--workers = {workers!r} must be a whole number, at least 1")
     if not (limit > 0 and math.isfinite(limit)):
         raise StudyError(f"--limit = {in_time(limit)} must be positive and finite")
     if effort.cluster is None:
