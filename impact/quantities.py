@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import fields
 from html import escape
+from numbers import Real
 from typing import Final
 
 import numpy as np
@@ -83,6 +84,13 @@ def in_time(seconds: float) -> str:
 def plain(unit: str) -> str:
     """Return a unit in letters that every terminal has."""
     return unit.replace("µ", "u")
+
+
+def check_numbers(error: type[Exception], **values: object) -> None:
+    """Raise ``error`` for a value that is no number, as "200 kHz" is none: arguments are in SI units."""
+    for name, value in values.items():
+        if not isinstance(value, Real):
+            raise error(f"{name} = {value!r} is no number; give one in SI units, without its unit")
 
 
 def enumeration(words: Iterable[str]) -> str:

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from impact.greens.base import Array, GreensFunctionError
 from impact.greens.modal import Residual
+from impact.quantities import check_numbers
 
 _POINTS = 12  # Gauss points per panel; a panel is half the shortest wave, so products of modes come out to round-off
 
@@ -184,6 +185,7 @@ def bisected(past_root: Callable[[Array], NDArray[np.bool_]], low: ArrayLike, hi
 
 def positive(family: str, name: str, value: float) -> None:
     """Raise `GreensFunctionError` unless ``value`` is positive and finite."""
+    check_numbers(GreensFunctionError, **{name: value})
     if not (value > 0 and math.isfinite(value)):
         raise GreensFunctionError(f"{family} {name} = {value:g} must be positive and finite")
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from impact.notices import SeatfemError
-from impact.quantities import as_html, brief, brief_value, cut, some
+from impact.quantities import as_html, brief, brief_value, check_numbers, cut, some
 
 if TYPE_CHECKING:
     from impact.greens.modal import ModalGreens
@@ -115,6 +115,7 @@ class Stored:
 
 def check_positive(**values: float) -> None:
     """Raise `GreensFunctionError`, naming it, for a value that is not a positive, finite number."""
+    check_numbers(GreensFunctionError, **values)
     for name, value in values.items():
         if not (value > 0 and math.isfinite(value)):
             raise GreensFunctionError(f"{name} = {value:g} must be a positive, finite number")
