@@ -4,6 +4,7 @@ Your own M, K and C
 
 Matrices of another program as the seat: here a chain of 40 masses, a PEEK rod of 12 mm length that is held at one end.
 """
+# sphinx_gallery_thumbnail_path = "docs/images/scenes/own_matrices.png"
 
 import numpy as np
 
