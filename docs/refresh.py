@@ -2,9 +2,9 @@
 
     .venv/bin/python docs/refresh.py [FOLDER] [--demo]
 
-Runs the demo (or takes FOLDER, where `seatfem demo -o FOLDER` has run), three of the examples, the first command of the
-tutorial and the verification cases, then rewrites docs/images/ (that of the gallery by docs/scene_pictures.py),
-docs/verification.md and what is between the markers in README.md.
+Runs the demo (or takes FOLDER, where `seatfem demo -o FOLDER` has run), three of the examples, the README's program,
+the first command of the tutorial and the verification cases, then rewrites docs/images/ (that of the gallery by
+docs/scene_pictures.py), docs/verification.md and what is between the markers in README.md.
 With --demo: nothing of the verification, which takes minutes.
 """
 
@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -93,7 +94,10 @@ def copied(folder: Path, names: tuple[str, ...]) -> None:
 def in_python() -> None:
     """The README's program, and its picture."""
     folder = Path(tempfile.mkdtemp())
-    subprocess.run([sys.executable, ROOT / "examples" / "readme.py"], cwd=folder, check=True)
+    shutil.copytree(ROOT / "examples", folder / "examples")
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    [program] = re.findall(r"^```python\n(.*?)^```$", readme, re.DOTALL | re.MULTILINE)
+    subprocess.run([sys.executable, "-c", program], cwd=folder, check=True)
     shutil.copyfile(folder / "force.png", ROOT / "docs" / "images" / "readme_force.png")
 
 

@@ -72,8 +72,8 @@ PYTHON: Final[dict[str, list[tuple[str, dict[str, object]]]]] = {
         ("mass_on_bar", {"seat": {**ROD, "far_end": "free"}, "reed": {**ROD, "far_end": "free", "velocity": "-1 m/s"}})
     ],
     "measured_seat": [("mass_on_bar", {"seat": ROD})],
+    "own_matrices": [("flapper_on_spring", {"seat": {**ROD, "length": "12 mm", "area": "100 mm^2"}})],
     "pressure_feedback": [("flapper_on_spring", {"load": [GAS]})],
-    "readme": [("paper_table1_3mm_area", {}), ("flapper_on_spring", {})],
     "rod_against_spring": [("mass_on_bar", {"seat": ROD}), ("mass_on_bar", {"seat": SPRING})],
     "seat_from_step": [
         (

@@ -27,8 +27,6 @@ HEAD: Final = """\
 The scenes, studies and scripts of `examples/`; the comments of the files say more. `make docs` writes this page.
 
 """
-README: Final = "The README's program\n\nA reed strikes a rod, and a spring of the same stiffness, in twenty lines."
-"""Of the script that stands in README.md without a docstring."""
 
 
 @dataclass(frozen=True)
@@ -51,9 +49,7 @@ class Example:
 
     @property
     def entry(self) -> str:
-        """Return the link of its card: a section of the page, the README, or the script."""
-        if self.path.stem == "readme":
-            return "../README.md#in-python"
+        """Return the link of its card: a section of the page, or the script."""
         if not self.verb:
             return f"../examples/{self.path.name}"
         return "#" + re.sub(r"[^\w\- ]", "", self.title.lower()).replace(" ", "-")
@@ -82,7 +78,7 @@ def scripts() -> list[Example]:
     """Return the Python scripts of examples/."""
     found = []
     for path in sorted(EXAMPLES.glob("*.py")):
-        written = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or README
+        written = str(ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))))
         title, words = re.split(r"\n(?:=+\n)?\n", written, maxsplit=1)
         found.append(Example(path, title, words))
     return found

@@ -1,5 +1,5 @@
 # ruff: noqa: I001 (one import a module)
-from impact.notices import Advice as Advice
+from impact.notices import Advice as Advice, SeatfemError as SeatfemError
 from impact.after import measures as measures
 from impact.after.histories import PeakStress as PeakStress, ReedStress as ReedStress
 from impact.after.landings import ContactRecord as ContactRecord, Landing as Landing, find_landings as find_landings

@@ -15,6 +15,7 @@ import numpy as np
 
 from impact.greens.base import Array
 from impact.march.grid import FOLLOW, foresee_openings
+from impact.notices import SeatfemError
 from impact.quantities import brief
 
 __all__ = [
@@ -38,7 +39,7 @@ MOLAR: Final = 8.31446261815324
 """Molar gas constant [J/(mol K)], exact in the SI of 2019."""
 
 
-class GasError(ValueError):
+class GasError(SeatfemError, ValueError):
     """Error of an invalid gas, geometry or table; the message names value, limit and remedy."""
 
 

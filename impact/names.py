@@ -15,6 +15,7 @@ from types import MappingProxyType, ModuleType
 from typing import TYPE_CHECKING, Any, Final
 
 from impact.late import import_now
+from impact.notices import SeatfemError
 
 if TYPE_CHECKING:
     import pandas
@@ -123,7 +124,7 @@ def how_to_mend(package: str, extra: str, error: Exception) -> str:
     return f"{whose} is installed but cannot be imported ({reason}); install it anew: {command}"
 
 
-class FrameError(ImportError):
+class FrameError(SeatfemError, ImportError):
     """pandas is missing; the message names the command that installs it."""
 
 

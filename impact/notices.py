@@ -1,7 +1,15 @@
-"""What long work says to its caller: how far it is, and warnings that are values."""
+"""What work says to its caller: how far it is, warnings that are values, and the base of all errors."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
+
+
+class SeatfemError(Exception):
+    """Base of every error that `impact` and `seatfem` raise about what they were given; the message states the remedy.
+
+    Each error is one of Python's kinds, too, mostly a ValueError.
+    """
+
 
 Progress = Callable[[str, float], None]
 """Called with the name of the stage and the fraction done (0..1)."""

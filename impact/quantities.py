@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import fields
 from html import escape
+from numbers import Real
 from typing import Final
 
 import numpy as np
@@ -85,6 +86,13 @@ def plain(unit: str) -> str:
     return unit.replace("µ", "u")
 
 
+def check_numbers(error: type[Exception], **values: object) -> None:
+    """Raise ``error`` for a value that is no number, as "200 kHz" is none: arguments are in SI units."""
+    for name, value in values.items():
+        if not isinstance(value, Real):
+            raise error(f"{name} = {value!r} is no number; give one in SI units, without its unit")
+
+
 def enumeration(words: Iterable[str]) -> str:
     """Return words as a list in a sentence: "a", "a and b", "a, b and c"; "" of none."""
     *first, last = (*words,) or ("",)
@@ -108,6 +116,14 @@ def as_html(thing: object) -> str:
     caption, *lines = str(thing).splitlines() or [""]
     rows = "".join(f"<tr>{_cells(line.strip())}</tr>" for line in lines)
     return f"<table><caption style='text-align:left'><b>{escape(caption)}</b></caption>{rows}</table>"
+
+
+def html_table(caption: str, heads: Iterable[object], rows: Iterable[Iterable[object]]) -> str:
+    """Return a table in HTML with the texts of heads and cells, for ``_repr_html_``."""
+    style = "style='text-align:left;white-space:nowrap'"
+    head = "".join(f"<th {style}>{escape(str(each))}</th>" for each in heads)
+    body = "".join(f"<tr>{''.join(f'<td {style}>{escape(str(cell))}</td>' for cell in row)}</tr>" for row in rows)
+    return f"<table><caption {style}><b>{escape(caption)}</b></caption><tr>{head}</tr>{body}</table>"
 
 
 def _cells(line: str) -> str:

@@ -15,6 +15,7 @@ from pydantic.fields import FieldInfo
 from pydantic.types import Discriminator
 
 from impact.files.safe_files import MB, check_file
+from impact.notices import SeatfemError
 from seatfem.units import (
     DIMENSIONS,
     UnitError,
@@ -36,7 +37,7 @@ Contradictions = Iterator[tuple[str, str]]
 """Pairs of a key to change and the reason."""
 
 
-class KeyProblem(ValueError):
+class KeyProblem(SeatfemError, ValueError):
     """A check across several keys failed; `key` (dotted, relative to the table) is the one to change."""
 
     def __init__(self, key: str, message: str) -> None:

@@ -2,7 +2,8 @@
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import Final, NamedTuple
+from dataclasses import dataclass
+from typing import Final
 
 from impact.quantities import in_digits, in_units, plain, scaled
 
@@ -17,6 +18,11 @@ WITHOUT_ZERO: Final = ("time_s", "contact_s", "_deg")
 """How keys of instants and places end: their zero is a convention, and no share of them says anything."""
 NO_BAR: Final = math.nan
 """The bar of a number that should have one, and of which none is known."""
+UNITS: Final[Mapping[str, str]] = {
+    "m_per_s": "m/s", "N_per_m": "N/m", "Ns_per_m": "N s/m", "Ns": "N s", "N": "N", "Pa": "Pa", "J": "J", "s": "s",
+    "m": "m", "deg": "deg", "kg": "kg", "Hz": "Hz",
+}  # fmt: skip
+"""Endings of keys, the longer ones first, and their units."""
 DIGITS: Final = 6  # of a value, however small its bar
 DEGREES: Final = "deg"
 
@@ -28,27 +34,60 @@ def as_number(value: object) -> float | None:
     return value
 
 
-class Measured(NamedTuple):
-    """A number of summary.json, its unit in its name [SI].
+@dataclass(frozen=True)
+class Measured:
+    """A number of a run [SI] with its error bar, and that of the spring baseline beside it.
 
-    ``error_bar`` is ``None`` where there is none, ``spring`` where the baseline has no such number; ``known`` tells
-    whether the bar leaves the value known (`is_known`), and is ``None`` where the summary states no bar.
+    As text it has a unit of its size: "36.64 ± 0.47 N". ``float`` and formats such as ".3g" take the value.
+
+    Attributes:
+        key: name in summary.json, or of a landing in landings.csv.
+        value: the number; nan if it is not known.
+        bar: half-width of its error bar; nan if there is none, or if it is not known.
+        unit: unit of both, without prefix: "N", "N s", "m/s"; "" of plain numbers.
+        spring: the number of the spring baseline; nan if it has none.
+        has_bar: whether the run states an error bar, be it unknown.
     """
 
     key: str
     value: float
-    error_bar: float | None
-    spring: float | None
-    known: bool | None
+    bar: float
+    unit: str
+    spring: float = math.nan
+    has_bar: bool = True
+
+    @property
+    def is_known(self) -> bool:
+        """Return whether the error bar, if there is one, is at most half of the value (`is_known`)."""
+        return not self.has_bar or is_known(self.key, self.value, self.bar)
+
+    def __str__(self) -> str:
+        return in_text(self.key, as_number(self.value), self.bar if self.has_bar else None, self.unit)
+
+    def __float__(self) -> float:
+        return self.value
+
+    def __format__(self, spec: str) -> str:
+        return format(self.value, spec) if spec else str(self)
 
 
-def numbers(summary: Summary) -> Iterator[Measured]:
+def measured(numbers: Summary, key: str) -> Measured:
+    """Return a number of a summary, or of a record in it, with its error bar and the spring's value."""
+    values = (as_number(numbers.get(f"{prefix}{key}")) for prefix in ("", BAR, SPRING))
+    value, bar, spring = (math.nan if each is None else each for each in values)
+    return Measured(key, value, bar, unit_of(key), spring, f"{BAR}{key}" in numbers)
+
+
+def all_measured(summary: Summary) -> Iterator[Measured]:
     """Yield the numbers of a run in the order of summary.json, each with its error bar and the spring's value."""
     for key, value in summary.items():
-        if (number := as_number(value)) is not None and not key.startswith((SPRING, "error_", "plan_")):
-            bar, spring = (as_number(summary.get(f"{prefix}{key}")) for prefix in (BAR, SPRING))
-            stated = f"{BAR}{key}" in summary
-            yield Measured(key, number, bar, spring, is_known(key, number, bar) if stated else None)
+        if as_number(value) is not None and not key.startswith((SPRING, "error_", "plan_")):
+            yield measured(summary, key)
+
+
+def unit_of(key: str) -> str:
+    """Return the unit at the end of a key [SI], "" of plain numbers."""
+    return next((unit for ending, unit in UNITS.items() if key.endswith(f"_{ending}")), "")
 
 
 def is_known(key: str, value: float, bar: float | None) -> bool:

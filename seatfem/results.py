@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import ClassVar, Final, Literal
 
 from impact.late import import_all
-from seatfem.readings import Summary, as_number, duration
+from seatfem.readings import Summary, as_number, duration, unit_of
 
 Group = Literal["landing", "run", "stopper", "spring", "film", "lip", "seat", "life", "cycle", "raw"]
 
@@ -27,11 +27,6 @@ HEADINGS: Final[Mapping[Group, str]] = {
     "cycle": "last cycle",
     "raw": "raw{step}",
 }
-UNITS: Final[Mapping[str, str]] = {
-    "m_per_s": "m/s", "N_per_m": "N/m", "Ns_per_m": "N s/m", "Ns": "N s", "N": "N", "Pa": "Pa", "J": "J", "s": "s",
-    "m": "m", "deg": "deg", "kg": "kg", "Hz": "Hz",
-}  # fmt: skip
-"""Endings of keys, the longer ones first, and their units."""
 LANDINGS_FILE: Final = "landings.csv"
 LANDING: Final = "landing_"
 """Prefix of the keys of the judged landing."""
@@ -84,11 +79,6 @@ class Result:
     def unit(self) -> str:
         """Return its unit [SI], without prefix."""
         return unit_of(self.key)
-
-
-def unit_of(key: str) -> str:
-    """Return the unit at the end of a key [SI], "" of plain numbers."""
-    return next((unit for ending, unit in UNITS.items() if key.endswith(f"_{ending}")), "")
 
 
 def spread_of(key: str) -> str:

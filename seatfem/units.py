@@ -16,6 +16,7 @@ from functools import cache
 from math import isfinite
 from typing import TYPE_CHECKING, Final
 
+from impact.notices import SeatfemError
 from impact.quantities import in_digits
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ _OTHERS: Final = {"pressure": (1.0, 1e3), "frequency": (1.0, 1e3), "time": (0.1,
 LONGEST: Final = 80  # characters: an unlucky text takes the cube of its length
 
 
-class UnitError(ValueError):
+class UnitError(SeatfemError, ValueError):
     """A string is not a quantity of the dimension that is needed."""
 
 

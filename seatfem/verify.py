@@ -22,7 +22,7 @@ from typing import Any, Final
 from rich.table import Table
 from rich.text import Text
 
-from impact.notices import Progress, silent
+from impact.notices import Progress, SeatfemError, silent
 
 NAME: Final = "seatfem.known_answers"
 KNOWN_ANSWERS: Final = (
@@ -32,7 +32,7 @@ KNOWN_ANSWERS: Final = (
 """Folders of the cases, in an installed program and in its source tree."""
 
 
-class VerificationError(ValueError):
+class VerificationError(SeatfemError, ValueError):
     """Error of missing or invalid cases or sets; the message names the remedy."""
 
 

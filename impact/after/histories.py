@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from impact.greens.base import Array
 from impact.march.grid import blocks
+from impact.notices import SeatfemError
 
 Window = Literal["moving average", "hann"]
 MOVING_AVERAGE: Window = "moving average"
@@ -166,7 +167,7 @@ def first_touch(force: Array) -> float:
     return float(touching[0]) - 1 if touching.size else np.inf
 
 
-class StressError(ValueError):
+class StressError(SeatfemError, ValueError):
     """A stress that this record cannot give; the message names number, limit and remedy."""
 
 

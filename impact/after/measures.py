@@ -19,12 +19,13 @@ from impact.after.histories import closed_steps as closed_steps
 from impact.after.histories import merged as merged
 from impact.after.result import ImpactResult, select_contacts
 from impact.greens.base import Array
+from impact.notices import SeatfemError
 
 ONLY: Final = -1
 """Number of the contact of a result that has only one."""
 
 
-class MeasureError(ValueError):
+class MeasureError(SeatfemError, ValueError):
     """A measure that this result cannot give; the message names the remedy."""
 
 

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from impact.bodies.time_series import TimeSeries, TimeSeriesError
 from impact.greens.base import Array, ErrorEstimate, GreensFunction, GreensFunctionError, is_greens
 from impact.greens.modal import ModalGreens, Residual
-from impact.quantities import as_html, brief
+from impact.quantities import as_html, brief, check_numbers
 
 
 @dataclass(frozen=True)
@@ -199,6 +199,7 @@ def rigid_mass(*, mass: float, velocity: float) -> Body:
     Raises:
         GreensFunctionError: a mass that is not positive, or a number that is not finite.
     """
+    check_numbers(GreensFunctionError, mass=mass, velocity=velocity)
     if not (mass > 0 and math.isfinite(mass)):
         raise GreensFunctionError(f"mass = {mass:g} kg must be positive and finite")
     shape = np.array([[1.0 / math.sqrt(mass)]])

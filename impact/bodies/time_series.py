@@ -14,6 +14,7 @@ import numpy as np
 
 from impact.files.csv_table import read_needed_csv
 from impact.greens.base import Array
+from impact.notices import SeatfemError
 from impact.quantities import brief
 
 Outside = Literal["forbid", "hold", "zero", "repeat"]
@@ -35,7 +36,7 @@ _UNITS: dict[str, dict[str, float]] = {
 }
 
 
-class TimeSeriesError(ValueError):
+class TimeSeriesError(SeatfemError, ValueError):
     """Error of an unusable time series; the message names file, line, column and remedy."""
 
 

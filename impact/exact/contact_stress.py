@@ -16,12 +16,13 @@ from numpy.polynomial import Chebyshev
 from numpy.typing import ArrayLike
 
 from impact.greens.base import Array
+from impact.notices import SeatfemError
 
 RECTANGULAR = math.sqrt(3.0)  # distance of the surface from the neutral axis over the radius of gyration
 TIP_STEP_MAXIMUM = math.sqrt(math.pi)  # eta of the travelling largest moment: d/d eta vanishes at eta^2/4 = pi/4
 
 
-class ContactStressError(ValueError):
+class ContactStressError(SeatfemError, ValueError):
     """A quantity outside its range; the message names it, its value and the limit."""
 
 

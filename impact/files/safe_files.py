@@ -9,12 +9,18 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO, Final
 
+from impact.notices import SeatfemError
+
 FULL = (errno.ENOSPC, errno.EFBIG, *(getattr(errno, name) for name in ("EDQUOT",) if hasattr(errno, name)))
 """Error numbers for an exhausted disk, quota or file size."""
 
 
-class OutputError(ValueError):
+class OutputError(SeatfemError, ValueError):
     """Error of a path that cannot be written to; the message names it, the reason and a remedy."""
+
+
+class MissingFileError(SeatfemError, FileNotFoundError):
+    """Error of a file that does not exist; the message names it."""
 
 
 @contextmanager
@@ -96,14 +102,14 @@ def opened_file(path: Path, most: int, error: type[Exception]) -> BinaryIO:
     """Return the file, opened for reading bytes.
 
     Raises:
-        FileNotFoundError: there is no such file.
+        MissingFileError: there is no such file.
         error: the path is not a regular file, cannot be read, or is larger than ``most`` bytes; the message names the
             file, its size, the limit and a remedy.
     """
     try:
         handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
     except FileNotFoundError:
-        raise FileNotFoundError(f"{path}: no such file; check the path") from None
+        raise MissingFileError(f"{path}: no such file; check the path") from None
     except (OSError, ValueError) as problem:
         raise error(f"{path}: cannot be read: {getattr(problem, 'strerror', None) or problem}") from None
     try:

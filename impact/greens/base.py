@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Final, Self, TypeGuard
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from impact.quantities import as_html, brief, brief_value, cut, some
+from impact.notices import SeatfemError
+from impact.quantities import as_html, brief, brief_value, check_numbers, cut, some
 
 if TYPE_CHECKING:
     from impact.greens.modal import ModalGreens
@@ -28,7 +29,7 @@ OWN_ORIGIN: Final[Mapping[str, object]] = MappingProxyType({})
 """The origin that a Green's function has already."""
 
 
-class GreensFunctionError(ValueError):
+class GreensFunctionError(SeatfemError, ValueError):
     """A Green's function that cannot be used; the message names number, limit and remedy."""
 
 
@@ -115,6 +116,7 @@ class Stored:
 def check_positive(of: str = "", /, **values: float) -> None:
     """Raise `GreensFunctionError` for a value that is not a positive, finite number; it names the value and whose it
     is, ``of``."""
+    check_numbers(GreensFunctionError, **values)
     for name, value in values.items():
         if not (value > 0 and math.isfinite(value)):
             raise GreensFunctionError(f"{of} {name}".lstrip() + f" = {value:g} must be a positive, finite number")

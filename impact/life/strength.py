@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from impact.greens.base import Array
+from impact.notices import SeatfemError
 from impact.quantities import in_units
 
 UNKNOWN: Final = math.nan
@@ -22,7 +23,7 @@ OWN: Final = math.nan
 """Survival for which an S-N curve is stated, whatever it is."""
 
 
-class LifeError(ValueError):
+class LifeError(SeatfemError, ValueError):
     """Error of data from which no fatigue life follows; the message names number, limit and remedy."""
 
 

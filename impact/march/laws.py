@@ -79,6 +79,7 @@ import numpy as np
 
 from impact.exact import contact_stress
 from impact.greens.base import Array
+from impact.notices import SeatfemError
 
 SIGNORINI, SPRING, HERTZ, HUNT_CROSSLEY, ON_PATCH, USER, ROUGH, TABLE = range(8)
 """Codes of the laws; those from `ROUGH` on remember the deepest closure since the contact last opened."""
@@ -103,7 +104,7 @@ def _signature() -> Any:
     return types.float64(types.float64, types.float64, types.float64)
 
 
-class LawError(ValueError):
+class LawError(SeatfemError, ValueError):
     """A contact law with an impossible parameter, or one that the step rule cannot treat."""
 
 

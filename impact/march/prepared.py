@@ -21,7 +21,7 @@ from impact.greens.modal import ModalGreens, Residual
 from impact.march import history, laws, motion, replay
 from impact.march.loop.marches import active_set
 from impact.march.problem import ContactError, ContactProblem, RigidContactError
-from impact.quantities import brief
+from impact.quantities import brief, check_numbers
 
 BLOCK = 512  # steps of free flight that are computed at once
 
@@ -326,6 +326,7 @@ def _rules(problem: ContactProblem, rule: str) -> NDArray[np.int64]:
 
 def step_count(dt: float, duration: float) -> int:
     """Return the steps of ``dt`` [s] that cover ``duration`` [s]; raises `ContactError` for too many, or none."""
+    check_numbers(ContactError, dt=dt, duration=duration)
     for name, value in (("dt", dt), ("duration", duration)):
         if not (value > 0 and math.isfinite(value)):
             raise ContactError(f"{name} = {value} s must be positive and finite")

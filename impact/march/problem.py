@@ -11,14 +11,15 @@ import numpy as np
 from impact.bodies.body import AtRest, Body, as_body
 from impact.greens.base import Array, GreensFunction
 from impact.march.laws import NO_FILM, ROUGH, Law, Parameters, Signorini, SqueezeFilm
-from impact.quantities import as_html, brief
+from impact.notices import SeatfemError
+from impact.quantities import as_html, brief, check_numbers
 
 SIGNORINI: Final = Signorini()
 MOST_CONTACTS: Final = 8192
 """Most contacts of a problem: the compliance matrix between all contacts then takes 0.5 GB."""
 
 
-class ContactError(ValueError):
+class ContactError(SeatfemError, ValueError):
     """A contact problem that cannot be solved as posed; the message says what to change."""
 
 
@@ -58,6 +59,7 @@ class Contact:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "target", as_body(self.target))
+        check_numbers(ContactError, gap=self.gap)
         if not math.isfinite(self.gap):
             raise ContactError(f"gap = {self.gap} m must be finite")
         if self.side not in (-1, 1):

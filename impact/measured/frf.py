@@ -22,6 +22,7 @@ from impact.bodies.time_series import NOTHING_STATED, SECONDS, Stated
 from impact.files.csv_table import CsvTable, normal_unit, read_needed_csv
 from impact.greens.base import Array, ComplexArray, GreensFunctionError
 from impact.greens.sampled import Pretrigger, SampledGreens, Tail
+from impact.notices import SeatfemError
 from impact.quantities import brief
 
 _LIKE_IMPULSE = "'time [us],impulse_response [um/(N s)]'"
@@ -181,7 +182,7 @@ _ANGLES = {"deg": np.pi / 180, "rad": 1.0}
 RECIPROCITY_LIMIT = 0.2
 
 
-class FrequencyResponseError(ValueError):
+class FrequencyResponseError(SeatfemError, ValueError):
     """Error of a frequency response that cannot be used; the message names file, line, number and remedy."""
 
 

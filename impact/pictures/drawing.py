@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from impact.files.safe_files import whole_file
 from impact.names import how_to_mend
+from impact.notices import SeatfemError
 from impact.quantities import scaled
 
 if TYPE_CHECKING:
@@ -56,7 +57,7 @@ _STYLE: dict[Any, Any] = {
 }
 
 
-class PictureError(RuntimeError):
+class PictureError(SeatfemError, RuntimeError):
     """Error of a picture that cannot be drawn; the message names what is missing and the command that repairs it."""
 
 

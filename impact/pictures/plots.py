@@ -130,6 +130,44 @@ def plot_motion(
     return figure
 
 
+def plot_opening(
+    result: ImpactResult,
+    baseline: ImpactResult | None = None,
+    path: str | os.PathLike[str] | None = None,
+    *,
+    history: str = "gap",
+    filter_width: float = 1e-6,
+    title: str = "",
+    names: tuple[str, str] = NAMES,
+    landings: Sequence[Mapping[str, object]] = (),
+) -> Figure:
+    """Draw the gap between the contact points, or the lift of the striker's above the target's at rest, against time:
+    the whole run, and the hardest contact or landing. ``history``: "gap" or "lift".
+
+    ``landings``: records of summary.json; those on the seat are marked. Returns the figure, written to a ``path`` if
+    one is given. Raises `PictureError` without matplotlib.
+    """
+    runs, end = _runs(result, baseline), float(result.time[-1])
+    heights = [run.gap if history == "gap" else run.gap + run.target_displacement for run in runs]
+    curves: list[_Curve] = [
+        (run, height, name, *style) for run, height, name, style in zip(runs, heights, names, STYLES, strict=False)
+    ]
+    window, contact = shown_contact(runs, filter_width, 0.05, landings)
+    with sheet(path, 7.2, 5.0) as figure:
+        figure.suptitle(title or history.capitalize())
+        whole, close = figure.subplots(2, 1)
+        _curves(whole, curves, (0.0, end), history)
+        _curves(close, curves, window, history)
+        marks, rate = landing_marks(landings), scaled(end, "s")[0]
+        factor = scaled(np.concatenate(heights), "m")[0]
+        draw_marks(whole, marks, lambda mark: (rate * mark.start, factor * value_at(result, heights[0], mark.start)))
+        _mark(whole, window, end)
+        whole.set_title("Whole run")
+        close.set_title(contact.capitalize())
+        whole.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3)
+    return figure
+
+
 def plot_energy(
     result: ImpactResult,
     path: str | os.PathLike[str] | None = None,

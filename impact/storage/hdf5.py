@@ -25,7 +25,7 @@ from impact.march.prepared import MOST_STEPS
 from impact.march.problem import ContactError
 from impact.march.rows import Replayed
 from impact.march.stepper import ContactStepper
-from impact.notices import Advice
+from impact.notices import Advice, SeatfemError
 
 SCHEMA = 2
 """1: histories at equal steps; 2: a result may have steps of different lengths, whose ``ends`` it has."""
@@ -53,7 +53,7 @@ USER_BLOCK = 512  # bytes before the data of an HDF5 file, which the format leav
 _MAGIC = b"impact file, sha256 of all after byte 512: "
 
 
-class StorageError(ValueError):
+class StorageError(SeatfemError, ValueError):
     """A file that cannot be read or written; the message names file, key and remedy."""
 
 

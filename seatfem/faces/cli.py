@@ -17,6 +17,7 @@ from typing import Final, Literal
 from cyclopts import App, CycloptsError
 
 from impact.files.safe_files import FULL
+from impact.notices import SeatfemError
 from seatfem.faces.scene_verbs import DEMO_SCENE, demo_scene
 from seatfem.faces.terminal import BAD_INPUT, DONE, FAILED, INTERRUPTED, Console, lines
 from seatfem.faces.wings import all_verbs
@@ -36,17 +37,13 @@ _KEY: Final = re.compile(r"[a-z_]+(?:\.[a-z_0-9]+)+(?=: | = )")
 """Pattern of a message that begins with a key of a scene."""
 
 
-def _is_ours(error: Exception) -> bool:
-    return type(error).__module__.partition(".")[0] in ("seatfem", "impact")
-
-
 def in_words(error: Exception) -> str:
     """Return the message of an error with its remedy; an error that is not caused by the user is called a bug."""
     if isinstance(error, OSError) and error.errno in FULL:
         return f"{error.filename or 'a file'}: {error.strerror}; free space there, or choose another folder (--output)"
     if isinstance(error, FileNotFoundError) and error.errno == ENOENT and error.filename:
         return f"{error.filename}: no such file; check the path"
-    if _is_ours(error) or isinstance(error, OSError):
+    if isinstance(error, SeatfemError | OSError):
         return str(error)
     if words := doctor.broken_package(error):
         return words
@@ -64,7 +61,7 @@ def placed(error: Exception, arguments: Sequence[str]) -> str:
         error = scene_files.located(error, scenes[0])
     text = in_words(error)
     is_placed = type(error).__name__ == "SceneError"
-    if scenes and not is_placed and _is_ours(error) and (key := _KEY.match(text)):
+    if scenes and not is_placed and isinstance(error, SeatfemError) and (key := _KEY.match(text)):
         text = _with_line(text, key[0], scenes[0])
     if not scenes or type(error).__module__.partition(".")[0] != "impact" or str(scenes[0].absolute().parent) in text:
         return text
@@ -94,7 +91,9 @@ def clipped(text: str) -> str:
 
 def code_of(error: Exception) -> int:
     """Return the exit code of a command that ended with this error."""
-    bad_input = isinstance(error, FileNotFoundError) or (_is_ours(error) and isinstance(error, ValueError))
+    bad_input = isinstance(error, FileNotFoundError) or (
+        isinstance(error, SeatfemError) and isinstance(error, ValueError)
+    )
     return BAD_INPUT if bad_input else FAILED
 
 

@@ -13,7 +13,7 @@ from typing import Final
 
 import impact
 from impact.files import csv_table
-from impact.notices import Progress, silent
+from impact.notices import Progress, SeatfemError, silent
 from seatfem import readings
 from seatfem.faces.report import asked, fragments
 from seatfem.faces.terminal import load
@@ -31,7 +31,7 @@ Written = Iterator["Path | str"]
 """Files that were written, and notes on what was omitted."""
 
 
-class ExportError(ValueError):
+class ExportError(SeatfemError, ValueError):
     """Error of an unknown format, or of a source that lacks the data of a format."""
 
 
@@ -95,7 +95,9 @@ def _as_csv(source: Path, output: Path, progress: Progress) -> Written:
             output / "stress.csv", heads, zip(time.tolist(), *(v.tolist() for v in places.values()), strict=True)
         )
     yield csv_table.write_csv(
-        output / "summary.csv", ["key", "value", "error bar", "spring baseline"], readings.numbers(summary)
+        output / "summary.csv",
+        ["key", "value", "error bar", "spring baseline"],
+        ((each.key, each.value, each.bar, each.spring) for each in readings.all_measured(summary)),
     )
 
 

@@ -98,7 +98,7 @@ def landings_table(records: Records, most: int | None = SHOWN) -> Table | None:
             values = [readings.as_number(record.get(key)) for record in shown]
             stated = [readings.bar_of(record, key) for record in shown]
             largest = (max((abs(each) for each in column if each), default=0.0) for column in (values, stated))
-            factor, unit = readings.prefix_of(results.unit_of(key), *largest)
+            factor, unit = readings.prefix_of(readings.unit_of(key), *largest)
             table.add_column(f"{head}\n[{plain(unit)}]" if unit else head, justify="right")
             columns.append([readings.in_text(key, *each, "", factor) for each in zip(values, stated, strict=True)])
     for cells in zip(*columns, strict=True):

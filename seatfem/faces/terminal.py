@@ -20,7 +20,7 @@ from rich.console import ConsoleOptions, RenderableType
 from rich.segment import Segment
 from rich.text import Text
 
-from impact.notices import Progress
+from impact.notices import Progress, SeatfemError
 from seatfem import units
 from seatfem.faces import progress_bars, tables
 from seatfem.study.runs import pipeline
@@ -84,7 +84,7 @@ def seconds_of(_: object, words: Sequence[Token]) -> float:
 Seconds = Annotated[float, Parameter(converter=seconds_of)]
 
 
-class ChangeError(ValueError):
+class ChangeError(SeatfemError, ValueError):
     """Error of a --set option that is not KEY=VALUE."""
 
 

@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from impact.files.safe_files import MB, read_bytes
+from impact.notices import SeatfemError
 from seatfem.jobs.crew import FILES, Ask, Lost, crew
 from seatfem.jobs.folders import private_folder
 from seatfem.machine.code import code_version
@@ -31,7 +32,7 @@ MOST: Final = 256 * MB  # largest size of a file of a job [bytes]
 _ADDRESS: Final = re.compile(r"(?:tcp|tls)://(\[[0-9A-Fa-f:.]+\]|[\w.-]+):(\d{1,5})")
 
 
-class ClusterError(ValueError):
+class ClusterError(SeatfemError, ValueError):
     """Error of a cluster that cannot be used or is gone; the message names its address and a remedy."""
 
 

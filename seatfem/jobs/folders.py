@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any, Final, TypeVar
 
 from impact.files.safe_files import MB, read_text
+from impact.notices import SeatfemError
 
 if sys.platform != "win32":
     import fcntl
@@ -155,7 +156,7 @@ T = TypeVar("T")
 MOST: Final = 1024 * MB
 
 
-class JournalError(ValueError):
+class JournalError(SeatfemError, ValueError):
     """Error of a journal's path that is not a journal file."""
 
 

@@ -8,6 +8,8 @@ from collections.abc import Mapping
 from functools import cache
 from typing import Final
 
+from impact.notices import SeatfemError
+
 GMSH_LIBRARIES: Final = {
     "libGLU.so.1": "libglu1-mesa",
     "libGL.so.1": "libgl1",
@@ -25,7 +27,7 @@ _OSMESA_WINDOW: Final = "vtkOSOpenGLRenderWindow"
 PICTURE_PACKAGES: Final = ("matplotlib", "pyvista")
 
 
-class MissingLibraryError(RuntimeError):
+class MissingLibraryError(SeatfemError, RuntimeError):
     """Error of a missing system library; the message names the command that installs it."""
 
 

@@ -25,6 +25,7 @@ import impact
 from impact import notices
 from impact.files.safe_files import FULL, write_whole
 from impact.greens.base import GreensFunction
+from impact.notices import SeatfemError
 from impact.storage import hdf5
 from seatfem.jobs.folders import claimed
 from seatfem.machine.code import VARIABLE, cache_folder, numerics_version, sources_from_elsewhere
@@ -40,7 +41,7 @@ Tell = Callable[[str], None]
 T = TypeVar("T")
 
 
-class StoreError(ValueError):
+class StoreError(SeatfemError, ValueError):
     """Error of a store that cannot be used; the message names folder and remedy."""
 
 

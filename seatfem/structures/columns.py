@@ -13,6 +13,7 @@ from threadpoolctl import threadpool_limits
 
 from impact.files import csv_table, safe_files
 from impact.greens.base import Array
+from impact.notices import SeatfemError
 from seatfem.units import UnitError, parse_quantity
 
 if TYPE_CHECKING:
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 LARGEST: Final = 50 * safe_files.MB  # largest file
 
 
-class ColumnsError(ValueError):
+class ColumnsError(SeatfemError, ValueError):
     """A table that cannot be used; the message names file, line and remedy."""
 
 

@@ -1,11 +1,13 @@
 """The errors of geometries and of everything that makes a finite-element model."""
 
+from impact.notices import SeatfemError
 
-class ModelError(ValueError):
+
+class ModelError(SeatfemError, ValueError):
     """A mesh, material or matrix from which no model can be made; the message names object, number and remedy."""
 
 
-class GeometryError(ValueError):
+class GeometryError(SeatfemError, ValueError):
     """A geometry that cannot be built; the message names the field, its value, the limit and the remedy.
 
     ``field``: dotted, of the geometry's specification; "" where none is to blame alone.
@@ -16,7 +18,7 @@ class GeometryError(ValueError):
         self.field = field
 
 
-class MeshError(ValueError):
+class MeshError(SeatfemError, ValueError):
     """Error of an unusable mesh; the message names the source, the group, and the content of the mesh.
 
     ``problems``: pairs of the responsible argument of the reader ("" if there is none) and the message.

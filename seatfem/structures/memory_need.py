@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any, Final, cast
 import numpy as np
 
 from impact.greens.base import Array
+from impact.notices import SeatfemError
 from seatfem.machine import libraries
 from seatfem.machine.resources import available_memory
 from seatfem.structures.mesh import meshing, plane_meshes
@@ -65,7 +66,7 @@ _NODES: Final = {
 _CUBE: Final = {"tetrahedron": (6, 12), "hexahedron": (1, 6)}  # elements, faces on the surface of one cell of a cube
 
 
-class MemoryNeedError(ValueError):
+class MemoryNeedError(SeatfemError, ValueError):
     """A computation that exceeds the memory; the message has predicted and available GB, the key and what fits."""
 
 

@@ -11,6 +11,8 @@ import numpy as np
 
 from impact.greens.base import Array, ErrorEstimate, GreensFunction
 from impact.greens.modal import ModalGreens, Residual
+from impact.notices import SeatfemError
+from impact.quantities import check_numbers
 from seatfem.structures import lip as lips
 from seatfem.structures import model as models
 from seatfem.structures.errors import ModelError
@@ -105,6 +107,7 @@ class Aims:
     def __post_init__(self) -> None:
         for name in ("bandwidth", "duration", "tolerance"):
             value = getattr(self, name)
+            check_numbers(ModelError, **{name: value})
             if not (value > 0 and math.isfinite(value)):
                 raise ModelError(f"{name} = {value} must be positive and finite")
         if self.max_vectors is not None and self.max_vectors < 1:
@@ -211,7 +214,7 @@ class Applicability:
         return Applicability(level, False, math.inf, reason)
 
 
-class LevelError(ValueError):
+class LevelError(SeatfemError, ValueError):
     """A level that does not describe the structure; the message names key, reason and a level that does."""
 
 

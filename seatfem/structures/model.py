@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
-from impact.quantities import brief
+from impact.quantities import brief, brief_value
 from seatfem.structures.errors import ModelError as ModelError
 from seatfem.structures.materials import Material as Material
 
@@ -155,7 +155,10 @@ class Port:
     __repr__ = brief
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "vector", np.asarray(self.vector, dtype=float))
+        try:
+            object.__setattr__(self, "vector", np.asarray(self.vector, dtype=float))
+        except (TypeError, ValueError):
+            raise ModelError(f"port: {brief_value(self.vector)} is no vector; give (n,) weights of unknowns") from None
         for key in ("area", "impedance"):
             if (value := getattr(self, key)) <= 0:
                 raise ModelError(f"port: {key} = {value} must be positive; leave it out if it is not known")
@@ -228,8 +231,8 @@ class SecondOrderModel:
     def __post_init__(self, known: Damping | None) -> None:
         for name in ("M", "C", "K", "loss"):
             value = getattr(self, name)
-            if value is not None:
-                object.__setattr__(self, name, _checked(as_csr(value), name))
+            if value is not None or name in ("M", "K"):
+                object.__setattr__(self, name, _matrix(value, name))
         n = self.size
         for name, matrix in (("C", self.C), ("K", self.K), ("loss", self.loss)):
             if matrix is not None and matrix.shape != (n, n):
@@ -238,6 +241,8 @@ class SecondOrderModel:
             raise ModelError(f"M has a diagonal value {worst:g}: the mass must be positive")
         if (worst := self.K.diagonal().min(initial=1.0)) < 0:
             raise ModelError(f"K has a diagonal value {worst:g}: it must not be negative, or the body gains energy")
+        if not isinstance(self.ports, Mapping):
+            raise ModelError(f"ports = {brief_value(self.ports)} must map names to vectors; give {{'contact': vector}}")
         ports = {name: port if isinstance(port, Port) else Port(port) for name, port in self.ports.items()}
         for name, port in ports.items():
             if port.vector.shape != (n,):
@@ -274,6 +279,7 @@ class SecondOrderModel:
         Raises:
             ModelError: a name that none of its ports has.
         """
+        names = (names,) if isinstance(names, str) else names
         unknown = [name for name in names if name not in self.ports]
         if unknown:
             raise ModelError(f"no port {', '.join(map(repr, unknown))}; the model has {', '.join(self.ports)}")
@@ -286,9 +292,25 @@ class SecondOrderModel:
         return self.dofs.expand(vector)
 
 
+def check_model(model: object) -> None:
+    """Raise `ModelError` for anything but a `SecondOrderModel`."""
+    if not isinstance(model, SecondOrderModel):
+        raise ModelError(f"{type(model).__name__} is no model; give a seatfem.SecondOrderModel(M=, C=, K=, ports=)")
+
+
 def as_csr(matrix: Any) -> sparse.csr_array:
     """Return any scipy sparse or dense matrix as compressed rows of float64."""
     return sparse.csr_array(matrix, dtype=np.float64)
+
+
+def _matrix(value: Any, name: str) -> sparse.csr_array:
+    """Return a matrix of a model. Raises `ModelError` for what is no matrix of real numbers."""
+    data = value if sparse.issparse(value) else np.asarray(value)
+    if data.ndim != 2 or data.dtype.kind not in "fiu":
+        what = f"of shape {data.shape} and type {data.dtype}"
+        remedy = "; give K.real, and K.imag as loss" if data.dtype.kind == "c" else ""
+        raise ModelError(f"{name} is {what}: it must be a matrix (n, n) of real numbers{remedy}")
+    return _checked(as_csr(data), name)
 
 
 def _checked(matrix: sparse.csr_array, name: str) -> sparse.csr_array:

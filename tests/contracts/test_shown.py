@@ -15,7 +15,7 @@ import seatfem
 from impact.greens.base import ErrorEstimate
 from impact.names import FrameError, frame_of
 from impact.quantities import as_html
-from seatfem.study.runs.kept import RunOutcome
+from seatfem.study.runs.outcome import RunOutcome
 from tests.rod_model import rod_model
 
 LARGEST, LINES = 1500, 14
@@ -115,11 +115,14 @@ def test_a_run_as_a_data_frame(result: impact.ImpactResult) -> None:
 @pytest.mark.slow
 def test_measures_as_text_and_as_a_data_frame(outcome: RunOutcome) -> None:
     assert str(outcome).splitlines() == [
-        "RunOutcome, target missed, 0 files", "  impulse_Ns: 0.002 +- 1e-05, spring baseline 0.0019"
-    ]  # fmt: skip
+        "RunOutcome, target missed, 0 files",
+        "  impulse_Ns: 2.000 ± 0.010 mN s, spring baseline 1.9 mN s",
+        "  note: a note",
+    ]
     frame = outcome.to_dataframe()
     assert list(frame.index) == ["impulse_Ns", "contact_count"]
     assert frame.loc["impulse_Ns", "spring"] == 1.9e-3
+    assert frame.loc["impulse_Ns", "unit"] == "N s"
 
 
 def test_modes_as_a_data_frame() -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Final
 
 from impact.files.safe_files import write_whole
+from impact.notices import SeatfemError
 from seatfem.faces.plan_view import plan_json
 from seatfem.study.plan import Plan
 
@@ -20,7 +21,7 @@ _LITERAL: Final = re.compile(r"'(?:[^'\\]|\\.)*'|\"(?:[^\"\\]|\\.)*\"")  # one q
 _TEXT: Final = re.compile(r"\"[^\"\\\n]+\"|'[^'\n]+'")  # a string of the scene file, without escapes
 
 
-class AskedError(ValueError):
+class AskedError(SeatfemError, ValueError):
     """Error of a "# --set" line in the copy of a scene that cannot be read."""
 
 

@@ -15,6 +15,7 @@ from typing import Any, Final
 from rich.table import Table
 
 from impact.files.safe_files import MB, read_bytes, read_text
+from impact.notices import SeatfemError
 from impact.quantities import text
 from seatfem import readings, results
 from seatfem.faces.report.asked import SCENE_COPY, changes_in
@@ -28,7 +29,7 @@ from seatfem.study.safety import source_in_words
 MOST_TEXT: Final = 4 * MB
 
 
-class ReportError(ValueError):
+class ReportError(SeatfemError, ValueError):
     """Error of a folder without a run, or with files that cannot be read; the message names the file and the remedy."""
 
 

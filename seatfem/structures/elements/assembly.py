@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 
 from impact.notices import Progress, silent
+from impact.quantities import brief_value
 from seatfem.structures.elements import element_kernels, shape_functions
 from seatfem.structures.elements.supports import (
     STRUCK,
@@ -95,6 +96,8 @@ def assemble(
             regions that do not cover the mesh once, linear tetrahedra of a nearly incompressible solid.
     """
     mesh = getattr(mesh, "mesh", mesh)
+    if not hasattr(mesh, "boundaries"):
+        raise ModelError(f"mesh: {brief_value(mesh)} is no mesh; give one of scikit-fem, of make_mesh or of read_mesh")
     patches = dict(ports)
     faces = {"fixed": names(fixed), "sliding": names(sliding), "antisymmetric": names(antisymmetric)}
     check_ports(mesh, patches, faces)

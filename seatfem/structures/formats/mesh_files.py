@@ -16,7 +16,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from impact.files.safe_files import MB, check_file, read_text
+from impact.files.safe_files import MB, MissingFileError, check_file, read_text
 from impact.notices import Progress, silent
 from seatfem.jobs.folders import private_folder
 from seatfem.jobs.processes import answer_of, end_worker, start_worker, tell_worker
@@ -234,7 +234,7 @@ def _content_hash(arrays: MeshArrays) -> str:
 
 def _check_request(path: Path, unit: float | None, merge: float | None) -> None:
     if not path.exists():
-        raise FileNotFoundError(f"{path}: no such mesh file; check the path")
+        raise MissingFileError(f"{path}: no such mesh file; check the path")
     check_file(path, LIMIT, MeshError)
     suffix = path.suffix.lower()
     if suffix in CAD:

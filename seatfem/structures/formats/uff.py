@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from impact.files.safe_files import MB, write_whole
 from impact.greens import base, modal
+from impact.notices import SeatfemError
 from seatfem.structures.formats.universal import SYSTEMS, UNSTATED, Dataset, Units, read_datasets, read_units
 
 Direction = Literal["+x", "-x", "+y", "-y", "+z", "-z"]
@@ -27,7 +28,7 @@ FRF, _NORMAL_MODE = 4, 2
 NAMES = 5  # lines of text at the beginning of datasets 55 and 58
 
 
-class UffError(ValueError):
+class UffError(SeatfemError, ValueError):
     """Error of a universal file that cannot be used; the message names file, line, dataset and remedy."""
 
 

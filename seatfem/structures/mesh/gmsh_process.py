@@ -21,7 +21,7 @@ from typing import Any, Final, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from impact.notices import Progress, silent
+from impact.notices import Progress, SeatfemError, silent
 from seatfem.jobs.folders import private_folder
 from seatfem.jobs.processes import end_worker, start_worker, tell_worker
 from seatfem.structures.shapes import GeometryError
@@ -35,7 +35,7 @@ LARGE: Final = 64e6  # size of a result after which a process is ended, as it ho
 REMEDY = "try another element size, above all a smaller contact_size; or check and heal the CAD"
 
 
-class MeshingError(RuntimeError):
+class MeshingError(SeatfemError, RuntimeError):
     """Error of gmsh: it failed, crashed or cannot be loaded; the message states the place and the remedy."""
 
 

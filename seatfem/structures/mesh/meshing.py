@@ -13,16 +13,17 @@ from typing import Any
 
 import numpy as np
 
+from impact.files.safe_files import MissingFileError
 from impact.notices import Progress, silent
-from impact.quantities import brief
-from seatfem.structures.errors import MeshError
+from impact.quantities import brief, brief_value
+from seatfem.structures.errors import GeometryError, MeshError
 from seatfem.structures.mesh.checks import MeshQuality, check_mesh, measure
 from seatfem.structures.mesh.gmsh_process import STAGE, Gmsh, run_gmsh
 from seatfem.structures.mesh.io import MeshArrays, SolidMesh, distinct, from_gmsh, groups, to_skfem
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import CadPart, Geometry, encode, fingerprint
 from seatfem.structures.shapes.cad import check_readable
-from seatfem.structures.shapes.shape import check_sectors
+from seatfem.structures.shapes.shape import Shape, check_sectors
 
 VOLUME_TOLERANCE = 0.02  # largest relative error of the volume; a circle of four curved elements has 0.013
 PLURALS = MappingProxyType({"tetrahedron": "tetrahedra", "hexahedron": "hexahedra"})
@@ -148,10 +149,12 @@ def make_mesh(
 
 
 def _encoded(geometry: Geometry) -> dict[str, Any]:
+    if not isinstance(geometry, Shape):
+        raise GeometryError(f"{brief_value(geometry)} is no geometry; give a shape, or CadPart(path) of a CAD file")
     data: dict[str, Any] = encode(geometry)
     if isinstance(geometry, CadPart):
         if not geometry.path.is_file():
-            raise FileNotFoundError(f"{geometry.path}: no such CAD file; check the path")
+            raise MissingFileError(f"{geometry.path}: no such CAD file; check the path")
         check_readable(geometry.path)
         data["path"] = str(geometry.path.resolve())
     return data

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Final
 
+from impact.quantities import check_numbers
 from seatfem.structures.errors import GeometryError
 from seatfem.units import write_quantity
 
@@ -37,6 +38,7 @@ class MeshSpec:
 
     def __post_init__(self) -> None:
         for name, value in (("size", self.size), ("contact_size", self.contact_size), ("grading", self.grading)):
+            check_numbers(GeometryError, **{f"MeshSpec.{name}": 0.0 if value is None else value})
             if value is not None and not (math.isfinite(value) and value > 0.0):
                 raise GeometryError(f"MeshSpec.{name} = {value:g}: must be finite and > 0")
         if self.contact_size is not None and self.contact_size > self.size:

@@ -12,6 +12,7 @@ from typing import Final
 import numpy as np
 import scipy.linalg
 
+from impact.notices import SeatfemError
 from seatfem.structures.model import Array, DofMap, SecondOrderModel
 from seatfem.structures.reduction.factorization import Backend, Factorization, FactorizationError, factorize
 from seatfem.units import write_quantity
@@ -84,7 +85,7 @@ _DENSITY: Final = 0.7  # number of modes below w over the sum of (w^2 M_ii/K_ii)
 _FEWEST: Final = 0.5  # replaces a count of zero in logarithms
 
 
-class ConvergenceError(ArithmeticError):
+class ConvergenceError(SeatfemError, ArithmeticError):
     """An iteration that did not reach its tolerance; the message gives the measured error and a remedy."""
 
 

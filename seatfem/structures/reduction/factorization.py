@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from impact.notices import Progress, silent
+from impact.notices import Progress, SeatfemError, silent
 from seatfem.structures.model import Array, DofMap, SecondOrderModel, as_csr
 
 Backend = Literal["auto", "pardiso", "superlu"]
@@ -50,7 +50,7 @@ _STEPS: Final = 8  # number of the iparm for steps of refinement
 _REMEDY = "; fix a body that can move freely, or look for inside-out elements and a material without stiffness"
 
 
-class FactorizationError(ArithmeticError):
+class FactorizationError(SeatfemError, ArithmeticError):
     """A matrix that cannot be factorized or a factorization that fails its own check; the message gives the number."""
 
 

@@ -11,10 +11,10 @@ from typing import Final
 
 from impact.greens.base import GreensFunction
 from impact.notices import Progress, silent
-from impact.quantities import in_time
+from impact.quantities import check_numbers, in_time
 from seatfem.structures.errors import ModelError
 from seatfem.structures.method import AUTO, Aims, memory
-from seatfem.structures.model import Damping, SecondOrderModel
+from seatfem.structures.model import Damping, SecondOrderModel, check_model
 from seatfem.structures.reduction.factorization import Backend
 from seatfem.structures.reduction.krylov import Krylov
 from seatfem.structures.reduction.modal import Modal
@@ -162,6 +162,7 @@ def reduce_model(
     progress: Progress = silent,
 ) -> Reduction:
     """Return the same as `greens_function`, with the modes if the reduction computes any."""
+    check_model(model)
     aims = Aims(bandwidth, duration, tolerance, max_vectors, backend)
     return reduced(model.with_ports(ports) if ports else model, aims, damping_ratio, method, progress)
 
@@ -174,6 +175,7 @@ def reduced(
     progress: Progress = silent,
 ) -> Reduction:
     """Return the result of `reduce_model` for all ports, with bandwidth, duration, tolerance etc. as ``aims``."""
+    check_numbers(ModelError, damping_ratio=damping_ratio)
     if not (damping_ratio >= 0 and math.isfinite(damping_ratio)):
         raise ModelError(f"damping_ratio = {damping_ratio} must be >= 0 and finite")
     named_reducer = None if method == AUTO else named(method)

@@ -10,7 +10,7 @@ import scipy.linalg
 
 from impact import notices, quantities
 from impact.names import frame_of
-from seatfem.structures.model import Array, DofMap, ModelError, SecondOrderModel
+from seatfem.structures.model import Array, DofMap, ModelError, SecondOrderModel, check_model
 from seatfem.structures.reduction import eigen_search
 from seatfem.structures.reduction.eigen_search import ConvergenceError
 from seatfem.structures.reduction.factorization import Backend
@@ -97,6 +97,8 @@ def solve_modes(
         CountError: no factorization counts eigenvalues, or its count contradicts those found.
         CrowdedError: there are more than ``limit`` modes.
     """
+    check_model(model)
+    quantities.check_numbers(ModelError, n=n, up_to_hz=up_to_hz, shift_hz=shift_hz)
     if not n >= 1:
         raise ModelError(f"n = {n} modes asked for: give at least 1")
     if not up_to_hz > 0:

@@ -27,7 +27,7 @@ from impact.march.prepared import step_count
 from impact.march.problem import RigidContactError
 from impact.march.rows import MarchRun
 from impact.march.stepper import with_recorded_loads
-from impact.notices import Progress, silent
+from impact.notices import Progress, SeatfemError, silent
 from impact.runs.variations import Values, with_body
 from seatfem.machine.resources import available_memory
 from seatfem.structures.rings import Division
@@ -122,7 +122,7 @@ RIGID: Final = (
 )
 
 
-class RunError(ValueError):
+class RunError(SeatfemError, ValueError):
     """A scene that is well formed but cannot be run as asked; the message names key, limit and remedy."""
 
 

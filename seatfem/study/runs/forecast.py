@@ -6,25 +6,33 @@ What a look has computed is in the stores of seats, numbers and plans, from whic
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Final
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import TYPE_CHECKING, Final
 
 from impact.notices import Progress, Tell, ignore, silent
 from impact.quantities import in_time
 from impact.runs.variations import safety
-from seatfem.jobs.folders import private_folder
 from seatfem.machine.resources import Stopwatch, busyness
-from seatfem.structures.mesh.gmsh_process import gmsh_session
 from seatfem.study.impacts.contact import RunError
 from seatfem.study.plan import Plan
+from seatfem.study.runs import pipeline
 from seatfem.study.runs.converge import AIM, begin_plan, mark, what_remains
 from seatfem.study.runs.kept import first_plan, save_plan
 from seatfem.study.runs.next_round import POWER, Limits, expect_memory, expect_time, next_plan, time_of
-from seatfem.study.runs.round import Round
-from seatfem.study.runs.rounds import OutOfTime, rounds
+from seatfem.study.runs.outcome import Landings, Measures, RunResult
+from seatfem.study.runs.round import Round, missed, remarks
+from seatfem.study.runs.rounds import ANY, OutOfTime, last_round
 from seatfem.study.safety import MOST_ROUNDS
 from seatfem.study.scene import Scene
+from seatfem.study.scene.load import AnyScene, take_scene, with_target
+
+if TYPE_CHECKING:
+    import pandas
+    from matplotlib.figure import Figure
+
 
 USUAL: Final = 9.0  # factor by which a round usually reduces the largest error bar: several keys are refined at once
 SLOW: Final = 3.0  # the same factor of slow rounds, whose larger number decides on the memory
@@ -96,7 +104,7 @@ def look_at(
     purse = PURSE[bool(scene.seat.files())] if seconds is None else seconds
     watch = Stopwatch()
     try:
-        done = _last_round(first_plan(scene), watch, Limits(most, purse, longest), progress, tell)
+        done = last_round(first_plan(scene), watch, Limits(most, purse, longest), progress, tell)
     except OutOfTime as problem:
         raise RunError(
             f"no first round within {in_time(longest)}: {problem}, or state a larger seat.mesh.size, a narrower "
@@ -111,36 +119,68 @@ def patience() -> float:
     return HANGING * busyness()
 
 
+@dataclass(frozen=True, repr=False)
+class ConvergedRound(Round):
+    """The last round of the loop for a scene. Its numbers are those of a run, before its stress fields and life."""
+
+    @cached_property
+    def numbers(self) -> RunResult:
+        """Return the round as the result of a run without files; the spring baseline is run when it is first read."""
+        summary, spring = pipeline.first_numbers(self)
+        notes = (*missed(self), *remarks(self))
+        return RunResult(summary, notes, (), self.spent, self.met, histories=self.result, spring=spring, plan=self.plan)
+
+    @property
+    def measures(self) -> Measures:
+        """Return the measures by their keys in summary.json or their names."""
+        return self.numbers.measures
+
+    @property
+    def landings(self) -> Landings:
+        """Return all landings on seat and stopper in the order of time."""
+        return self.numbers.landings
+
+    def __repr__(self) -> str:
+        return str(self.numbers).replace(RunResult.__name__, type(self).__name__, 1)
+
+    def _repr_html_(self) -> str:
+        return self.numbers._repr_html_()
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """Return the numbers as `seatfem.RunResult.to_dataframe`."""
+        return self.numbers.to_dataframe()
+
+    def plot(self, history: str = "force", path: str | os.PathLike[str] | None = None) -> Figure:
+        """Draw a history as `seatfem.RunResult.plot`."""
+        return self.numbers.plot(history, path)
+
+
 def converge(
-    scene: Scene,
-    target: float | None = None,
+    scene: AnyScene,
+    target: float | str | None = None,
     *,
-    limits: Limits | None = None,
+    limits: Limits = ANY,
     progress: Progress = silent,
     tell: Tell = ignore,
-) -> Round:
+) -> ConvergedRound:
     """Return the last round of the loop for a scene, which meets its target where it can be met. Nothing is kept but in
     the stores of seats and of numbers.
 
+        seatfem.converge("scene.toml", "2 %").measures["impulse"]
+
     Args:
-        scene: the scene; the keys that its file states are kept.
-        target: relative accuracy of the measures asked for, in place of the scene's.
+        scene: path of the scene's file, its text, or a `Scene`; the keys that it states are kept.
+        target: relative accuracy of the measures asked for, in place of the scene's: 0.02 or "2 %".
         limits: limits on rounds and time.
         progress, tell: receive the progress, and a line on each round.
 
-    Raises what `seatfem.study.runs.rounds.rounds` and `seatfem.study.runs.converge.begin_plan` raise.
+    Raises `SceneError`, and what `seatfem.study.runs.rounds.rounds` and `seatfem.study.runs.converge.begin_plan` raise.
     """
+    checked = take_scene(scene)
     if target is not None:
-        accuracy = scene.accuracy.model_copy(update={"target": target})
-        scene = scene.model_copy(update={"accuracy": accuracy})
-    return _last_round(begin_plan(scene), Stopwatch(), limits or Limits(), progress, tell)
-
-
-def _last_round(plan: Plan, watch: Stopwatch, limits: Limits, progress: Progress, tell: Tell) -> Round:
-    """Return the last round of the loop, whose files are temporary."""
-    with private_folder("look") as folder, gmsh_session():
-        *_, done = rounds(plan, folder, watch, progress, limits=limits, tell=tell)
-    return done
+        checked = with_target(checked, target)
+    done = last_round(begin_plan(checked), Stopwatch(), limits, progress, tell)
+    return ConvergedRound(**{each.name: getattr(done, each.name) for each in fields(done)})
 
 
 def forecast(done: Round) -> Forecast:

@@ -9,16 +9,12 @@ import json
 import math
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, get_args
+from typing import Any, Final, get_args
 
 from impact.files.safe_files import read_text, write_whole
-from impact.names import frame_of
-from impact.quantities import as_html, brief
-from seatfem import readings
 from seatfem.machine.code import cache_folder, code_version
-from seatfem.structures import natural_modes
 from seatfem.structures.cache import content_key
 from seatfem.structures.method import AnyLevel
 from seatfem.study.impacts.touches import Touches
@@ -38,10 +34,6 @@ from seatfem.study.runs.converge import begin_plan
 from seatfem.study.runs.round import Round
 from seatfem.study.scene import ContactGeometry, Scene
 from seatfem.study.scene.parcel import by_content
-
-if TYPE_CHECKING:
-    import pandas
-
 
 MOST_BYTES: Final = 100_000  # largest size of a cached file that is read
 OLDEST: Final = 2000  # most files of plans, and of numbers, in the cache; older ones are deleted
@@ -163,51 +155,3 @@ def _number_file(done: Round, touches: Touches, what: str) -> Path:
         }
     )
     return cache_folder() / "numbers" / f"{key}.json"
-
-
-@dataclass(frozen=True)
-class RunOutcome:
-    """Results, files and notes of a run.
-
-    Attributes:
-        summary: the content of summary.json.
-        messages: warnings and notes, a sentence each.
-        files: files that were written.
-        stages: wall time of each stage [s].
-        met: whether the target of accuracy was met; ``None`` without a landing to judge.
-        modes: natural modes, if they were computed (`write_modes`).
-        plan: plan of the last round.
-    """
-
-    summary: Mapping[str, object]
-    messages: tuple[str, ...]
-    files: tuple[Path, ...]
-    stages: Mapping[str, float] = field(default_factory=dict)
-    met: bool | None = True
-    modes: tuple[natural_modes.Mode, ...] = ()
-    plan: Plan | None = None
-
-    __repr__ = brief
-    _repr_html_ = as_html
-
-    def __str__(self) -> str:
-        lines = []
-        for row in readings.numbers(self.summary):
-            if row.known is None:
-                continue
-            bar = "?" if row.error_bar is None else f"{row.error_bar:.2g}"
-            number = f"{row.value:.5g} +- {bar}" if row.known else f"not known ({row.value:.5g} +- {bar})"
-            spring = "" if row.spring is None else f", spring baseline {row.spring:.5g}"
-            lines.append(f"{row.key}: {number}{spring}")
-        target = "target reached" if self.met else "target missed"
-        if self.met is None:
-            target = f"{self.summary.get('landing_status') or 'nothing to judge'}: no target judged"
-        elif judged := str(self.summary.get("accuracy_judged_keys") or self.summary.get("accuracy_measures") or ""):
-            target = f"{target} ({judged})"
-        return "\n  ".join([f"RunOutcome, {target}, {len(self.files)} files", *lines])
-
-    def to_dataframe(self) -> pandas.DataFrame:
-        """Return key, value, error_bar, spring and known of every number [SI], the key as index; ``known`` is False
-        where the bar is above half of the value. Raises `FrameError` without pandas."""
-        rows = list(readings.numbers(self.summary))
-        return frame_of({name: [getattr(row, name) for row in rows] for name in readings.Measured._fields}, "key")

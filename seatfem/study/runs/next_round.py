@@ -53,8 +53,10 @@ class Limits:
     stress: bool = True
 
     def __post_init__(self) -> None:
-        if self.rounds < 1:
-            raise RunError(f"--rounds = {self.rounds} must be at least 1")
+        if not (isinstance(self.rounds, int) and self.rounds >= 1):
+            raise RunError(f"--rounds = {self.rounds!r} must be a whole number, at least 1")
+        if not isinstance(self.seconds, int | float):
+            raise RunError(f"--max-time = {self.seconds!r} is no time; state seconds")
         if not self.seconds > 0:
             raise RunError(f"--max-time = {write_quantity(self.seconds, 'time')} must be positive")
 

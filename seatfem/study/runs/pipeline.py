@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -12,6 +14,7 @@ from impact.after.result import ImpactResult
 from impact.files import csv_table, safe_files
 from impact.notices import Progress, Tell, ignore, silent
 from impact.storage.hdf5 import save_results
+from seatfem.jobs.folders import private_folder
 from seatfem.machine.resources import Stopwatch
 from seatfem.pictures import scene_drawing
 from seatfem.results import LANDINGS_FILE
@@ -26,11 +29,11 @@ from seatfem.study.runs import pictures as run_pictures
 from seatfem.study.runs import seat_fields, stress_wave
 from seatfem.study.runs.afterwards import Baseline, afterwards, baseline_of, static_stiffness
 from seatfem.study.runs.converge import begin_plan
-from seatfem.study.runs.forecast import converge
-from seatfem.study.runs.kept import RunOutcome, cached_plan, save_plan
+from seatfem.study.runs.kept import cached_plan, save_plan
 from seatfem.study.runs.next_round import Limits
+from seatfem.study.runs.outcome import RunOutcome, RunResult
 from seatfem.study.runs.round import Round, missed, remarks
-from seatfem.study.runs.rounds import ANY, SEAT_FILE, rounds
+from seatfem.study.runs.rounds import ANY, SEAT_FILE, last_round, rounds
 from seatfem.study.runs.summary import (
     accuracy_keys,
     greens_error_keys,
@@ -46,8 +49,10 @@ from seatfem.study.runs.summary import (
     timing_keys,
     write_json,
 )
-from seatfem.study.scene import Scene, load_scene
+from seatfem.study.scene import Scene
 from seatfem.study.scene.files import check_files
+from seatfem.study.scene.load import AnyScene, take_scene
+from seatfem.study.scene.tables import path_from
 from seatfem.study.scene.wings import DriveRun
 
 if TYPE_CHECKING:
@@ -62,8 +67,8 @@ RESULT_FILE: Final = "result.h5"
 
 @gmsh_session()
 def run_scene(
-    scene: Scene | Path | str,
-    folder: Path | str,
+    scene: AnyScene,
+    folder: Path | str | None = None,
     progress: Progress = silent,
     *,
     tell: Tell = ignore,
@@ -72,7 +77,7 @@ def run_scene(
     plan: Plan | None = None,
     histories: bool = True,
     painter: Painter | None = None,
-) -> RunOutcome:
+) -> RunResult:
     """Run everything: seat, contact and its spring baseline, measures with their errors, files, then pictures.
 
     The keys that the scene leaves open begin with coarse values by rule; the run measures its errors, and refines the
@@ -81,8 +86,8 @@ def run_scene(
     the first picture; a picture that cannot be drawn is reported, and named in summary.json.
 
     Args:
-        scene: the scene, or the path of its file.
-        folder: where all files are written; it is made.
+        scene: the scene, the path of its file, or its text.
+        folder: where all files are written; it is made. ``None``: nothing is kept on file, nor drawn.
         tell: receives a line on each round: what was refined, errors, time, memory, and the time that the next takes.
         limits: limits on the number of rounds and on time.
         pictures: whether to draw.
@@ -97,7 +102,12 @@ def run_scene(
         Also what the stages raise: LevelError, MeshError, MeshingError, ModelError, GreensFunctionError, StorageError.
     """
     start, watch, is_begun_here = time.perf_counter(), Stopwatch(), plan is None
-    scene, folder = scene if isinstance(scene, Scene) else load_scene(Path(scene)), Path(folder)
+    scene = take_scene(scene)
+    if folder is None:
+        with private_folder("run") as place:
+            run = partial(run_scene, scene, place, progress, tell=tell, limits=limits, plan=plan)
+            return replace(run(pictures=False, histories=False), files=())
+    folder = path_from(folder)
     safe_files.check_writable(*(folder / name for name in (RESULT_FILE, SUMMARY_FILE, SEAT_FILE, LANDINGS_FILE)))
     with watch("plan"):
         known = plan or cached_plan(scene)
@@ -161,7 +171,8 @@ def run_scene(
     seats = (folder / SEAT_FILE, *filter(Path.is_file, (cache.coarser_file(folder / SEAT_FILE),)))
     files = (*tables, *((folder / RESULT_FILE,) if histories else ()), *seats, *by_wings, *later.files, *drawn)
     summary |= timing_keys(watch, start)
-    return RunOutcome(summary, (*notes, *gaps), files, watch.stages, met, plan=latest.plan)
+    outcome = summary, (*notes, *gaps), files, watch.stages, met
+    return RunResult(*outcome, histories=latest.result, spring=baseline.result, plan=latest.plan)
 
 
 def _results(done: Round, baseline: Baseline) -> dict[str, ImpactResult]:
@@ -178,10 +189,12 @@ def _results(done: Round, baseline: Baseline) -> dict[str, ImpactResult]:
     return {name: result for name, result in every.items() if result is not None}
 
 
-def first_numbers(done: Round) -> dict[str, Any]:
-    """Return the keys of summary.json that a round has by itself, before stress, assessments and gauges."""
+def first_numbers(done: Round) -> tuple[dict[str, Any], ImpactResult]:
+    """Return the keys of summary.json that a round has by itself, before stress, assessments and gauges, and the
+    histories of its spring baseline."""
     watch = Stopwatch({"contact": 0.0, "plan": 0.0})
-    return _summary(done, baseline_of(done, watch), _courses_of_drives(done), watch)
+    baseline = baseline_of(done, watch)
+    return _summary(done, baseline, _courses_of_drives(done), watch), baseline.result
 
 
 def _courses_of_drives(done: Round) -> tuple[DriveRun, ...]:
@@ -239,7 +252,7 @@ def compute_greens(scene: Scene, path: Path, progress: Progress = silent) -> Run
     watch = Stopwatch()
     safe_files.check_writable(path)
     with watch("rounds"):
-        done = converge(scene, progress=progress)
+        done = last_round(begin_plan(scene), watch, progress=progress)
     seat, key = done.seat, cache.key_of(scene.seat, done.plan.method.seat)
     cache.Cache(path).write(seat.greens, key, seat.in_rings)
     summary = {

@@ -11,11 +11,13 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from impact.notices import Progress, Tell, ignore, silent
+from impact.notices import Progress, SeatfemError, Tell, ignore, silent
 from impact.quantities import in_time
 from impact.runs.variations import Budget, total
+from seatfem.jobs.folders import private_folder
 from seatfem.machine.resources import Stopwatch, available_memory, forget_peak, peak_memory
 from seatfem.structures.cache import Cache, build, key_of
+from seatfem.structures.mesh.gmsh_process import gmsh_session
 from seatfem.structures.reduction import lip_modes, modes
 from seatfem.study.error_budget import error_budget
 from seatfem.study.impacts import contact
@@ -101,7 +103,16 @@ def rounds(
             raise
 
 
-class OutOfTime(RuntimeError):
+def last_round(
+    plan: Plan, watch: Stopwatch, limits: Limits = ANY, progress: Progress = silent, tell: Tell = ignore
+) -> Round:
+    """Return the last of the `rounds`, whose files are temporary."""
+    with private_folder("look") as folder, gmsh_session():
+        *_, done = rounds(plan, folder, watch, progress, limits=limits, tell=tell)
+    return done
+
+
+class OutOfTime(SeatfemError, RuntimeError):
     """A round has exceeded the time allowed; the message names its stage."""
 
 

@@ -15,6 +15,7 @@ from pydantic.fields import FieldInfo
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
+from impact.notices import SeatfemError
 from seatfem import fields, units
 from seatfem.structures.kinds import Structure, kinds_of
 from seatfem.structures.kinds.parts import ReductionName
@@ -215,7 +216,7 @@ Stated = dict[str, Mapping[str, Any]]
 _SPOKEN: Final = {"number": "0.1", "whole number": "1", "text": '"..."', "file name": '"file.csv"'}
 
 
-class NoTemplate(ValueError):
+class NoTemplate(SeatfemError, ValueError):
     """Error of an unknown kind of body."""
 
 

@@ -7,8 +7,9 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final, Literal
 
-from pydantic import create_model
+from pydantic import ValidationError, create_model
 
+from impact.quantities import brief_value
 from seatfem.fields import absent, field_of, one_of
 from seatfem.structures.formats import mesh_files
 from seatfem.structures.kinds import Structure, kinds_of
@@ -16,9 +17,9 @@ from seatfem.study.scene.contact import OWN_LAWS, Contact, stopper_of
 from seatfem.study.scene.laws import ContactLaw, laws
 from seatfem.study.scene.measures import all_measures
 from seatfem.study.scene.models import BODIES, Scene
-from seatfem.study.scene.problems import Problem, SceneError
+from seatfem.study.scene.problems import Problem, SceneError, explain, scene_error
 from seatfem.study.scene.run import OWN_MEASURES, Accuracy
-from seatfem.study.scene.tables import load_as
+from seatfem.study.scene.tables import UNCHANGED, load_as, path_from, read_toml
 from seatfem.study.scene.wings import WingTable, tables_of_wings
 
 SCENE: Final = (".toml", "")
@@ -65,17 +66,51 @@ def no_scene(path: Path) -> str:
     return ""
 
 
+AnyScene = Scene | Path | str
+"""A scene, the path of its file, or its text: a string of several lines."""
+TEXT: Final = Path("text of the scene")
+"""What stands in messages in place of a file."""
+
+
+def take_scene(given: AnyScene, changed: Mapping[str, object] = UNCHANGED) -> Scene:
+    """Return a scene given in any form. Raises `SceneError` as `load_scene`, and where a `Scene` is to be changed."""
+    if not isinstance(given, Scene):
+        return load_scene(given, changed)
+    if changed:
+        words = (
+            f"{brief_value(changed)} changes keys of a file; give the path of the scene, or load_scene(path, changed)"
+        )
+        raise scene_error("changed", words)
+    return given
+
+
+def with_target(scene: Scene, target: float | str) -> Scene:
+    """Return the scene with another target of accuracy, written as in a file: 0.02 or "2 %". Raises `SceneError`."""
+    try:
+        stated = Accuracy.model_validate({"target": target}).target
+    except ValidationError as error:
+        message = explain(error, Accuracy, {"target": target}, TEXT, {})[0].message
+        raise scene_error("accuracy.target", message) from None
+    accuracy = scene.accuracy.model_copy(update={"target": stated, "level": None})
+    return scene.model_copy(update={"accuracy": accuracy})
+
+
 def load_scene(path: Path | str, changed: Mapping[str, object] | None = None) -> Scene:
-    """Read a scene file (TOML, up to 1 MB). Paths in it are relative to its folder.
+    """Read a scene file (TOML, up to 1 MB), or a scene as text, a string of several lines. Paths in it are relative to
+    its folder, those in a text to the current one.
 
     ``changed``: values by dotted keys that replace those of the file, in the same form; None removes a key.
 
     Raises `SceneError` with all errors: a part, a mesh, a table in place of a scene, an unreadable file,
     TOML syntax, unknown or missing keys, wrong units, values out of range, and keys that contradict each other.
     """
-    if why := no_scene(Path(path)):
-        raise SceneError((Problem(Path(path), 0, "", why),))
-    return load_as(Path(path), lambda data: scene_of(kinds_of(kinds_named(data))), changed)
+    if isinstance(path, str) and "\n" in path:
+        file, text = TEXT, path
+    elif why := no_scene(file := path_from(path)):
+        raise SceneError((Problem(file, 0, "", why),))
+    else:
+        text = read_toml(file)
+    return load_as(text, file, lambda data: scene_of(kinds_of(kinds_named(data))), changed or UNCHANGED)
 
 
 def kinds_named(data: Mapping[str, Any]) -> set[str]:

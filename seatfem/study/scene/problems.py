@@ -18,6 +18,7 @@ from pydantic import BaseModel, BeforeValidator, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
+from impact.notices import SeatfemError
 from seatfem.fields import KeyProblem, kind_of, kinds_in_words, read_number
 
 KeyPath = tuple[str | int, ...]
@@ -155,7 +156,7 @@ _LIMITS: Final = {
 """Types of pydantic's errors -> name of the limit in the error, and its text."""
 
 
-class SceneError(ValueError):
+class SceneError(SeatfemError, ValueError):
     """Error of an unusable scene; `problems` lists all its errors."""
 
     def __init__(self, problems: tuple[Problem, ...]) -> None:

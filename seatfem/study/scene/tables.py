@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
+import os
 import re
 import tomllib
 from collections.abc import Callable, Iterator, Mapping, Set
 from copy import deepcopy
 from dataclasses import replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import Annotated, Any, Final
 
+import numpy as np
 from pydantic import AfterValidator, BeforeValidator, ValidationError
 
 from impact.files.safe_files import MB, read_text
+from impact.quantities import brief_value
 from seatfem.fields import AnyTable
 from seatfem.study.scene.problems import KeyPath, SceneError, explain, key_lines, line_of, scene_error, single
 
+UNCHANGED: Final[Mapping[str, object]] = MappingProxyType({})
 LIMIT: Final = 1 * MB  # largest file
 DEEPEST: Final = 32  # most parts of a dotted key
 _DEEP_KEY: Final = re.compile(r"""(?<![\w"'-])(?:(?:"[^"\n]*+"|'[^'\n]*+'|[\w-]++)[ \t]*+\.[ \t]*+){32}""")
@@ -28,17 +33,30 @@ class _Unreadable(ValueError):
 
 def load_table(path: Path | str, model: type[AnyTable]) -> AnyTable:
     """Read a TOML file of up to 1 MB that holds the keys of a table; errors as `load_scene`."""
-    return load_as(Path(path), lambda _: model, None)
+    file = path_from(path)
+    return load_as(read_toml(file), file, lambda _: model)
+
+
+def path_from(given: object) -> Path:
+    """Return the path of a file as a `Path`. Raises `SceneError` for anything but a path, or text of one line."""
+    if not isinstance(given, str | os.PathLike) or "\n" in str(given):
+        raise scene_error("file", f"{brief_value(given)} is no path; give the path of a file, as text or Path")
+    return Path(given)
 
 
 def load_as(
-    path: Path, model_of: Callable[[dict[str, Any]], type[AnyTable]], changed: Mapping[str, object] | None
+    text: str,
+    path: Path,
+    model_of: Callable[[dict[str, Any]], type[AnyTable]],
+    changed: Mapping[str, object] = UNCHANGED,
 ) -> AnyTable:
-    """Read a TOML file of up to 1 MB as the table whose type ``model_of`` returns for its data; ``changed`` and errors
-    as in `seatfem.load_scene`."""
-    text = _read(path)
+    """Read TOML as the table whose type ``model_of`` returns for its data; ``path``: of its file, or a name of the text
+    in messages. ``changed`` and errors as in `seatfem.load_scene`."""
     data = _parse(text, path)
-    for key, value in (changed or {}).items():
+    if not (isinstance(changed, Mapping) and all(isinstance(key, str) for key in changed)):
+        words = "must map dotted keys to values: write {'reed.thickness': '0.2 mm'}"
+        raise scene_error("changed", f"{brief_value(changed)} {words}", path)
+    for key, value in changed.items():
         _change(data, key, value, path)
     model = model_of(data)
     try:
@@ -50,7 +68,7 @@ def load_as(
 def has_table(path: Path, name: str) -> bool:
     """Return whether a file is TOML with a table of this name."""
     try:
-        return isinstance(_parse(_read(path), path).get(name), dict)
+        return isinstance(_parse(read_toml(path), path).get(name), dict)
     except SceneError:
         return False
 
@@ -59,14 +77,15 @@ def located(error: SceneError, path: Path | None) -> SceneError:
     """Return the error with the scene's file, if it is known, and the lines of the keys."""
     if path is None or all(problem.file for problem in error.problems):
         return error
-    lines = _lines(_read(path))
+    lines = _lines(read_toml(path))
     placed = (
         each if each.file else replace(each, file=path, line=line_of(each.path, lines)) for each in error.problems
     )
     return SceneError(tuple(sorted(placed, key=lambda problem: problem.line)))
 
 
-def _read(path: Path) -> str:
+def read_toml(path: Path) -> str:
+    """Return the text of a file of up to 1 MB. Raises `SceneError` if it cannot be read."""
     try:
         return read_text(path, LIMIT, _Unreadable)
     except (OSError, _Unreadable) as error:
@@ -109,7 +128,7 @@ def _change(data: dict[str, Any], key: str, value: object, path: Path) -> None:
     if value is None:
         place.pop(last, None)
     else:
-        place[last] = deepcopy(value)
+        place[last] = value.tolist() if isinstance(value, np.generic | np.ndarray) else deepcopy(value)
 
 
 def _lines(text: str) -> dict[KeyPath, int]:

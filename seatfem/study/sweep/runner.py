@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, Final, Literal, get_args
 
 from impact.files.safe_files import check_writable
-from impact.notices import Progress, silent
+from impact.notices import Progress, SeatfemError, silent
 from impact.quantities import in_time
 from seatfem.jobs import folders
 from seatfem.jobs import folders as lines
@@ -151,7 +151,7 @@ RENEW: Final = 500  # scenes after which a worker is replaced, for memory that l
 WORKER: Final = "seatfem.study.sweep.side_by_side:reply"
 
 
-class StudyError(ValueError):
+class StudyError(SeatfemError, ValueError):
     """Error of a study that cannot be run; the message states reason and remedy."""
 
 
@@ -164,8 +164,8 @@ def check_effort(effort: Effort) -> int | None:
     """
     workers, limit = effort.workers, effort.limit
     Limits(effort.rounds)
-    if workers is not None and workers < 1:
-        raise StudyError(f"--workers = {workers} must be at least 1")
+    if workers is not None and not (isinstance(workers, int) and workers >= 1):
+        raise StudyError(f"--workers = {workers!r} must be a whole number, at least 1")
     if not (limit > 0 and math.isfinite(limit)):
         raise StudyError(f"--limit = {in_time(limit)} must be positive and finite")
     if effort.cluster is None:

@@ -21,7 +21,7 @@ from pydantic import ValidationError
 
 from impact.files.safe_files import write_whole
 from impact.notices import Progress, Tell, ignore, silent
-from impact.quantities import in_time
+from impact.quantities import brief_value, in_time
 from seatfem.jobs.folders import private_folder
 from seatfem.machine import libraries, resources
 from seatfem.machine.libraries import require_gmsh_libraries
@@ -33,6 +33,7 @@ from seatfem.study.runs.round import Round
 from seatfem.study.safety import MOST_ROUNDS
 from seatfem.study.scene import Scene, SceneError, load_scene, located
 from seatfem.study.scene.problems import explain, scene_error
+from seatfem.study.scene.tables import path_from
 from seatfem.study.scene.wings import assessments
 from seatfem.study.sweep import table
 from seatfem.study.sweep.best import (
@@ -325,7 +326,7 @@ def _check_asked(study: Study, done: Round) -> None:
         return shown or (more and afterwards.match(name) is not None)
 
     if study.asked:
-        check_measures(study, first_numbers(done), may_come)
+        check_measures(study, first_numbers(done)[0], may_come)
 
 
 TABLE: Final = "study.csv"
@@ -414,7 +415,7 @@ def sweep(
     number: int | None = None,
     seed: int = 1,
     limit: int = 10_000,
-    measures: Sequence[str] = (),
+    measures: Sequence[str] | str = (),
     error_bars: str = "every",
     folder: Path | str | None = None,
     workers: int = 1,
@@ -446,9 +447,15 @@ def sweep(
 
     Raises `SceneError`, `StudyError`, `OutputError` as `run_study`.
     """
+    if not isinstance(vary, Mapping):
+        words = "must map dotted keys to lists of values: write {'reed.thickness': ['0.2 mm', '0.3 mm']}"
+        raise scene_error("vary", f"{brief_value(vary)} {words}")
     values = {key: each.tolist() if isinstance(each, np.ndarray) else each for key, each in vary.items()}
-    content = {"scene": str(scene), "vary": values, "design": design, "seed": seed, "limit": limit}
-    content |= {"error_bars": error_bars, "outputs": {"measures": list(measures)}}
+    content = {"scene": str(path_from(scene)), "vary": values, "design": design, "seed": seed, "limit": limit}
+    content |= {
+        "error_bars": error_bars,
+        "outputs": {"measures": [measures] if isinstance(measures, str) else list(measures)},
+    }
     content |= {} if number is None else {"number": number}
     try:
         study = Study.model_validate(content, context={"folder": Path()})

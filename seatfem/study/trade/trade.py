@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from impact.files.safe_files import check_writable
-from impact.notices import Progress, silent
+from impact.notices import Progress, SeatfemError, silent
 from impact.quantities import brief, in_time
 from seatfem.jobs.cluster import cluster_crew
 from seatfem.jobs.crew import Lost, crew
@@ -28,6 +28,7 @@ from seatfem.study.runs.forecast import converge
 from seatfem.study.runs.next_round import Limits
 from seatfem.study.scene import Scene, load_scene
 from seatfem.study.scene.measures import FIRST, HARDEST
+from seatfem.study.scene.tables import path_from
 from seatfem.study.sweep import effects, runner
 from seatfem.study.sweep.runner import Outcome
 from seatfem.study.trade.rungs import ALL_OPEN, AS_FILED, OWN_CHOICE, PROCESSOR, Point, around, finer_in_all, states
@@ -98,7 +99,7 @@ def _outcome(answer: str | Lost, limit: float) -> Outcome:
     return Outcome("stopped", why, summary={PROCESSOR: limit}) if why else Outcome("failed", answer.in_words())
 
 
-class TradeError(ValueError):
+class TradeError(SeatfemError, ValueError):
     """Error of a trade that cannot be measured; the message states reason and remedy."""
 
 
@@ -175,8 +176,8 @@ class Trade:
 
 
 def measure_trade(
-    path: Path,
-    journal: Path,
+    path: Path | str,
+    journal: Path | str,
     *,
     quick: bool = False,
     time_limit: float = TIME_LIMIT,
@@ -194,6 +195,7 @@ def measure_trade(
         ClusterError: an error of the cluster.
         TradeError: no reference ended within the time allowed.
     """
+    path, journal = path_from(path), path_from(journal)
     filed, scene = load_scene(path), load_scene(path, ALL_OPEN)
     check_writable(journal)
     begun, limits = time.perf_counter(), Limits(seconds=LONGER * time_limit)
