@@ -30,9 +30,9 @@ from markers import between
 from impact.files.safe_files import whole_file
 from seatfem.faces.cli import demo_scene, run_command
 from seatfem.faces.plan_view import look_lines
-from seatfem.faces.verdict import verdict
 from seatfem.readings import reading
 from seatfem.structures.cache import VARIABLE
+from seatfem.study.answers.verdict import verdict
 from seatfem.study.runs.forecast import Look, look_at
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import load_scene

@@ -28,7 +28,7 @@ A list with one record for each landing on seat and stopper, in the order of tim
 | key | meaning |
 |---|---|
 """
-PLACES: Final = {"{width}": "filter width", "{touch}": "touch", "{closed}": "", "{cut}": "", "{above}": "", "\n": " "}
+PLACES: Final = {"{width}": "filter width", "{closed}": "", "{cut}": "", "{above}": "", "\n": " "}
 """What stands in the words of a result for what a run says there."""
 
 

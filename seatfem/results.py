@@ -64,8 +64,7 @@ class Result:
     Attributes:
         key: in summary.json [SI], its unit at its end; the spring baseline's has the prefix spring_.
         words: before it; {width} is the filter's, {closed} says whether the reed starts closed, {cut} whether the
-            run ends meanwhile, {above} whether the impulse of a landing is that above a static load, {touch} what comes
-            first: a landing, of a reed that starts closed a contact.
+            run ends meanwhile, {above} whether the impulse of a landing is that above a static load.
         group: of rows, in the order of `HEADINGS`.
         repeats: key of the landing with the same value, where a run has but one contact.
         unless: tells of which runs it says nothing.
@@ -105,38 +104,44 @@ def _not_loaded(summary: Summary) -> bool:
     return not is_loaded(summary, LANDING)
 
 
+def _starts_closed(summary: Summary) -> bool:
+    """Return whether the first contact is the rest of a closed reed, which has neither a landing nor a duration."""
+    return summary.get(FIRST_CONTACT) == 0
+
+
 def _has_angles(summary: Summary) -> bool:
     return summary.get(f"{LINE_PEAK}_at_deg") is not None
 
 
+MEAN_PEAK: Final = "peak force (mean over {width})"
 RESULTS: Final = (
     Result(LANDING_TIME, "time", "landing"),
     Result("landing_closing_speed_m_per_s", "closing speed", "landing"),
-    Result(LANDING + PEAK, "peak force, {width} mean", "landing"),
+    Result(LANDING + PEAK, MEAN_PEAK, "landing"),
     Result(LANDING + EXCESS, "  above the static load", "landing", unless=_not_loaded),
     Result(LANDING + STATIC, "  static load", "landing", unless=_not_loaded),
     Result(LANDING + IMPULSE, "impulse{above}", "landing"),
-    Result("landing_duration_s", "duration", "landing"),
+    Result("landing_duration_s", "contact duration", "landing"),
     Result(LANDING + RESTITUTION, "restitution", "landing"),
     Result(LANDING + SEAT_DISPLACEMENT, "seat displacement", "landing", of_each_step=True),
     Result("landing_peak_reed_stress_Pa", "reed stress after landing", "landing"),
     Result(REED_STRESS_BEFORE_LANDING, "reed stress before landing", "landing"),
-    Result(PEAK, "peak force, {width} mean", "run", repeats=LANDING + PEAK),
+    Result(PEAK, MEAN_PEAK, "run", repeats=LANDING + PEAK),
     Result(PEAK_TIME, "  when", "run", repeats=LANDING + PEAK),
     Result(IMPULSE, "impulse", "run", repeats=LANDING + IMPULSE),
     Result(FIRST_CONTACT, "first contact{closed}", "run", repeats=LANDING_TIME),
-    Result("contact_duration_s", "  lasts{cut}", "run", repeats="landing_duration_s"),
+    Result("contact_duration_s", "  contact duration{cut}", "run", repeats="landing_duration_s", unless=_starts_closed),
     Result(RESTITUTION, "  restitution", "run", repeats=LANDING + RESTITUTION),
     Result(CONTACTS, "contacts", "run"),
     Result(SEAT_DISPLACEMENT, "seat displacement", "run", repeats=LANDING + SEAT_DISPLACEMENT, of_each_step=True),
-    Result(REED_STRESS_AFTER, "reed stress after 1st {touch}", "run"),
+    Result(REED_STRESS_AFTER, "reed stress after first contact", "run"),
     Result("peak_reed_stress_over_rho_c0_v", "  over rho c v (plane wave: 1)", "run"),
-    Result(REED_STRESS_BEFORE, "reed stress before 1st {touch}", "run", unless=lambda run: run.get(FIRST_CONTACT) == 0),
+    Result(REED_STRESS_BEFORE, "reed stress before first contact", "run", unless=_starts_closed),
     Result(REED_STRESS_AT_START, "reed stress at the start", "run"),
-    Result(REED_STRESS, "reed stress, largest", "run", unless=lambda run: REED_STRESS_AFTER in run),
-    Result(ENSEMBLE_SPEED, "unknown landings: closing speed", "run"),
-    Result(ENSEMBLE_PEAK, "unknown landings: peak, {width} mean", "run"),
-    Result("stopper_filtered_peak_force_N", "peak force, {width} mean", "stopper"),
+    Result(REED_STRESS, "largest reed stress", "run", unless=lambda run: REED_STRESS_AFTER in run),
+    Result(ENSEMBLE_SPEED, "unpredictable landings: closing speed", "run"),
+    Result(ENSEMBLE_PEAK, f"unpredictable landings: {MEAN_PEAK}", "run"),
+    Result("stopper_filtered_peak_force_N", MEAN_PEAK, "stopper"),
     Result("stopper_impulse_Ns", "impulse", "stopper"),
     Result("stopper_first_contact_s", "first contact", "stopper"),
     Result("stopper_contact_count", "contacts", "stopper"),
@@ -145,7 +150,7 @@ RESULTS: Final = (
     Result(FILM_PEAK, "largest force", "film"),
     Result("stiction_force_peak_N", "largest pull", "film"),
     Result("film_loss_J", "energy lost", "film"),
-    Result("without_film_filtered_peak_force_N", "without it: peak, {width} mean", "film"),
+    Result("without_film_filtered_peak_force_N", f"without it: {MEAN_PEAK}", "film"),
     Result("without_film_impulse_Ns", "without it: impulse", "film"),
     Result("line_force_peak_N_per_m", "force per length", "lip"),
     Result("line_force_peak_at_deg", "  where", "lip"),
@@ -164,12 +169,12 @@ RESULTS: Final = (
     Result("peak_seat_stress_time_s", "  when", "seat"),
     Result("peak_seat_stress_over_rho_c0_v", "  over rho c v (plane wave: 1)", "seat"),
     Result("peak_seat_principal_stress_Pa", "largest tension", "seat"),
-    Result(LIFE_MARGIN, "margin on stress", "life"),
+    Result(LIFE_MARGIN, "fatigue margin", "life"),
     Result(LIFE_CYCLES, "cycles to failure", "life"),
     Result("life_damage_per_cycle", "damage per cycle", "life"),
-    Result("life_multiaxial_margin", "margin, several axes", "life"),
-    Result("life_contact_margin", "margin, contact", "life"),
-    Result("life_speed_margin", "margin on speed", "life"),
+    Result("life_multiaxial_margin", "fatigue margin, multiaxial", "life"),
+    Result("life_contact_margin", "fatigue margin, contact", "life"),
+    Result("life_speed_margin", "margin on closing speed", "life"),
     Result(RAW_PEAK, "peak force", "raw"),
     Result("stopper_peak_force_N", "stopper's peak force", "raw"),
 )
@@ -180,7 +185,7 @@ OF_LANDINGS: Final[Mapping[str, str]] = {
     STATIC: "static\nload",
     EXCESS: "peak above\nstatic load",
     IMPULSE: "impulse",
-    "duration_s": "duration",
+    "duration_s": "contact\nduration",
     RESTITUTION: "restitution",
 }
 """Keys of the records of landings, and the heads of their columns."""
@@ -198,12 +203,14 @@ class ResultSource:
         key: in summary.json, with its unit.
         words: in sentences, and in the tables of a run where `RESULTS` has no row of it.
         landing_key: in summary.json, of a landing; "" of one that speaks of the whole run alone.
+        landing_words: instead of ``words`` for one landing, if its value means something else there.
     """
 
     name: ClassVar[str]
     key: ClassVar[str]
     words: ClassVar[str]
     landing_key: ClassVar[str] = ""
+    landing_words: ClassVar[str] = ""
     rows: ClassVar[tuple[Result, ...]] = ()
     captions: ClassVar[Mapping[str, str]] = {}
 
@@ -243,7 +250,8 @@ def result_of(key: str) -> Result:
 
 def label_of(key: str) -> str:
     """Return what stands on an axis for a key of summary.json, as "peak force [N]"; another name as it is."""
-    words = {each.landing_key: f"{each.words} of the landing" for each in _sources()}.get(key) or _measure_words(key)
+    named = {each.landing_key: each.landing_words or f"{each.words} of the landing" for each in _sources()}
+    words = named.get(key) or _measure_words(key)
     if not words and (known := all_results().get(key)) is not None:
         words = f"{HEADINGS[known.group].partition('{')[0]}: {known.words.partition('{')[0].strip(' ,')}"
     unit = result_of(key).unit
@@ -252,21 +260,17 @@ def label_of(key: str) -> str:
 
 def name_of(key: str, summary: Summary) -> str:
     """Return a measure in words, the same of a landing as of a whole run."""
-    if key.removeprefix(LANDING) == PEAK:
-        return f"peak force (mean over {duration(summary.get('filter_width_s'))})"
-    if words := _measure_words(key) or _measure_words(key.removeprefix(LANDING)):
-        return words
-    return words_of(known, summary).strip() if (known := all_results().get(key)) is not None else key
+    if (known := all_results().get(key)) is not None and not known.words.startswith(" ") and known.group != "film":
+        return words_of(known, summary)
+    return _measure_words(key) or _measure_words(key.removeprefix(LANDING)) or key
 
 
 def words_of(row: Result, summary: Summary) -> str:
     """Return what stands before the number of a row."""
-    closed = summary.get(FIRST_CONTACT) == 0
     replaced = {
         "{width}": duration(summary.get("filter_width_s")),
-        "{closed}": ", reed starts closed" if closed else "",
+        "{closed}": ", reed starts closed" if _starts_closed(summary) else "",
         "{cut}": ", cut off by the end of the run" if summary.get("contact_cut_off") else "",
-        "{touch}": "contact" if closed else "landing",
         "{above}": " above static load" if is_loaded(summary, LANDING) else "",
     }
     words = row.words

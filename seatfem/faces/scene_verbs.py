@@ -11,9 +11,9 @@ from typing import Annotated, Final
 from cyclopts import Parameter
 
 from seatfem import units
-from seatfem.faces import plan_view, tables, verdict
+from seatfem.faces import plan_view, tables
+from seatfem.faces.first_screen import decision_lines, first_screen
 from seatfem.faces.report import asked
-from seatfem.faces.report import checked as checked_scenes
 from seatfem.faces.terminal import (
     COMMON,
     DONE,
@@ -33,6 +33,10 @@ from seatfem.faces.terminal import (
 )
 from seatfem.faces.wings import file_kinds
 from seatfem.pictures import rendering
+from seatfem.readings import Summary
+from seatfem.study.answers.decision import decide
+from seatfem.study.answers.omissions import omissions
+from seatfem.study.answers.verdict import against_spring, sentences
 from seatfem.study.impacts import layout as layouts
 from seatfem.study.impacts import validity
 from seatfem.study.runs import forecast, next_round, pipeline
@@ -46,7 +50,7 @@ DEMO_SCENE: Final = "valve_on_cast_iron.toml"
 
 
 def demo(*, output: Output = None, effort: Effort = WHOLE, common: Common = COMMON) -> int:
-    """Run the embedded example, all the way.
+    """Run the embedded example: a suction valve, with all files and pictures.
 
     Parameters
     ----------
@@ -85,9 +89,11 @@ def plan(
     changes: Changes = (),
     common: Common = COMMON,
 ) -> int:
-    """Look at a scene for a few seconds: begin with coarse values of what it leaves open, measure their errors, and
-    print every choice with its reason, what each leaves, and what is left to do; of another file than a scene, what it
-    would take. A run goes on from there.
+    """Look at a scene for a few seconds: accuracy so far, time of the full run.
+
+    It begins with coarse values of what the scene leaves open, measures their errors, and prints every choice with its
+    reason, what each leaves, and what is left to do; of another file than a scene, what it would take. A run goes on
+    from there.
 
     Parameters
     ----------
@@ -212,23 +218,31 @@ def _run(path: Path, folder: Path, effort: Effort, common: Common, changes: Sequ
         )  # fmt: skip
     copies = asked.keep_asked(content, parcel.files_of(scene), path.parent, outcome.plan, folder, changes)
     if not common.quiet:
-        wide = console(highlight=False)
-        title = (scene.title or path.stem).replace("\n", "\\n")
-        wide.print(f"\n{title}")
-        wide.print(verdict.verdict(outcome.summary), soft_wrap=True)
-        wide.print(tables.result_table(outcome.summary))
-        if words := checked_scenes.weak_coverage(outcome.summary):
-            wide.print(words, soft_wrap=True)
-        landings = tables.landings_of(outcome.summary)
-        if len(landings) > 1 and (table := tables.landings_table(landings)):  # else the table above has all
-            wide.print(table)
-        sentences = (verdict.pressed_on, verdict.horizon, verdict.simpler, verdict.lasting)
-        for words in filter(None, (each(outcome.summary) for each in sentences)):
-            wide.print(words, soft_wrap=True)
-    tell(outcome, common, copies)
+        summary, title = outcome.summary, scene.title or path.stem
+        if effort.full:
+            _print_all(summary, title)
+            tell(outcome, common, copies)
+        else:
+            for line in first_screen(summary, title, outcome.messages, (*outcome.files, *copies)):
+                lines().print(line)
     if common.quiet and outcome.met is False:  # an exit code alone does not explain the reason
         lines(stderr=True).print(f"seatfem: {outcome.messages[0]}")
     return FAILED if outcome.met is False else DONE
+
+
+def _print_all(summary: Summary, title: str) -> None:
+    """Print all numbers of a run and the sentences about them."""
+    wide, decision = console(highlight=False), decide(summary)
+    for line in decision_lines(summary, title, decision):
+        wide.print(line, soft_wrap=True)
+    for words in ("Left out:", *(f"- {sentence}" for sentence in omissions(summary))):
+        wide.print(words, soft_wrap=True)
+    wide.print(tables.result_table(summary))
+    landings = tables.landings_of(summary)
+    if len(landings) > 1 and (table := tables.landings_table(landings)):  # else the table above has all
+        wide.print(table)
+    for words in filter(None, (against_spring(summary), *sentences(summary))):
+        wide.print(words, soft_wrap=True)
 
 
 VERBS: Final = (demo, run, plan, draw, greens, modes)

@@ -12,7 +12,7 @@ import pytest
 import impact
 from impact.exact.contact_stress import hertz_circular, hertz_impact
 from impact.life.strength import basquin
-from seatfem.faces.verdict import lasting as in_words
+from seatfem.study.answers.verdict import lasting as in_words
 from seatfem.study.impacts.forces import Strike
 from seatfem.study.impacts.life import block_from, lasting, life_keys
 from seatfem.study.runs.body_stress import ClosedFormStress

@@ -15,9 +15,9 @@ from impact.life.strength import basquin
 from impact.notices import Progress
 from seatfem.faces.report.fragments import html_table
 from seatfem.faces.tables import result_table
-from seatfem.faces.verdict import lasting as in_words
 from seatfem.structures.fields.peaks import hottest, largest, mises_range, von_mises
 from seatfem.structures.fields.recovery import histories
+from seatfem.study.answers.verdict import lasting as in_words
 from seatfem.study.impacts.plate_stress import RIM
 from seatfem.study.runs import afterwards, pipeline
 from seatfem.study.runs.body_stress import BodyStress

@@ -18,6 +18,7 @@ from seatfem.pictures import scene_drawing
 from seatfem.results import LANDINGS_FILE
 from seatfem.structures import cache, natural_modes, rings
 from seatfem.structures.mesh.gmsh_process import gmsh_session
+from seatfem.study.answers.decision import decide
 from seatfem.study.impacts import contact
 from seatfem.study.impacts import layout as layouts
 from seatfem.study.impacts.contact import RunError
@@ -30,7 +31,7 @@ from seatfem.study.runs.converge import begin_plan
 from seatfem.study.runs.forecast import converge
 from seatfem.study.runs.kept import RunOutcome, cached_plan, save_plan
 from seatfem.study.runs.next_round import Limits
-from seatfem.study.runs.round import Round, missed, remarks
+from seatfem.study.runs.round import Round, missed, not_modelled, remarks
 from seatfem.study.runs.rounds import ANY, SEAT_FILE, rounds
 from seatfem.study.runs.summary import (
     accuracy_keys,
@@ -137,7 +138,8 @@ def run_scene(
     later = afterwards(latest, baseline, folder, watch, progress, tell=tell, histories=histories, keep=keep)
     notes = (*missed(latest), *remarks(latest), *later.notes(latest.plan))
     met = not later.margin_missed(scene.accuracy) if latest.met else latest.met
-    summary |= {**later.keys, "accuracy_met": met, "notes": list(notes)}
+    summary |= {**later.keys, "accuracy_met": met, "notes": list(notes), "not_modelled": list(not_modelled(latest))}
+    summary |= decide(summary).keys()
     keep({})
     drawn: tuple[Path, ...] = ()
     gaps: tuple[str, ...] = ()
