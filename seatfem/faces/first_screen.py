@@ -12,6 +12,7 @@ from seatfem.faces.tables import result_table
 from seatfem.faces.terminal import Console, visible
 from seatfem.readings import Summary, as_number
 from seatfem.study.answers.decision import Decision, decide
+from seatfem.study.answers.omissions import not_modelled
 from seatfem.study.answers.verdict import against_spring
 
 LINES: Final = 40
@@ -38,7 +39,7 @@ def first_screen(summary: Summary, title: str, notes: Sequence[str], files: Sequ
     room = LINES - len(begin) - len(numbers) - len(end) - 3  # the heading, and a line that counts what does not fit
     sentences = [wrapped(each, "- ") for each in decision.left_out]
     left_out = _fitting(sentences, room)
-    further = [[f"note: {note}"] for note in notes if note not in decision.left_out]
+    further = [[f"note: {note}"] for note in notes if note not in not_modelled(summary)]
     shown = _fitting(further, room - sum(map(_height, left_out)))
     if omitted := len(sentences) + len(further) - len(left_out) - len(shown):
         end = [f"{omitted} further notes: --full", *end]

@@ -38,7 +38,7 @@ from seatfem.faces.tables import is_baseline, landings_of, landings_table, resul
 from seatfem.pictures.moving import KEPT, moving_bodies
 from seatfem.study.answers.checked import who_checked
 from seatfem.study.answers.decision import Decision, decide
-from seatfem.study.answers.omissions import omissions
+from seatfem.study.answers.omissions import not_modelled, omissions
 from seatfem.study.answers.verdict import against_spring, is_static, sentences
 from seatfem.study.plan import Choice
 from seatfem.study.runs.pipeline import RESULT_FILE
@@ -120,9 +120,9 @@ def _sections(folder: Path, summary: Mapping[str, Any]) -> Iterator[tuple[str, s
 
 
 def _notes(summary: Mapping[str, Any]) -> str:
-    """Return the notes of a run as a list; "" if the summary has none."""
-    notes = summary.get("notes")
-    items = _list(map(str, notes)) if isinstance(notes, list) else ""
+    """Return the notes of a run that are not among what was left out, as a list; "" without any."""
+    notes, before = summary.get("notes"), not_modelled(summary)
+    items = _list(str(note) for note in notes if note not in before) if isinstance(notes, list) else ""
     return f"<h3>Notes</h3>{items}" if items else ""
 
 

@@ -95,7 +95,7 @@ def what_happens(summary: Summary) -> str:
     else:
         words = "The reed does not land on the seat"
     stress = [
-        f"largest {body} stress {in_units(value, 'Pa', 3)}"
+        f"{body} stress up to {in_units(value, 'Pa', 3)}"
         for body, key in (("reed", results.REED_STRESS), ("seat", results.SEAT_STRESS))
         if (value := as_number(summary.get(key)))
     ]

@@ -17,12 +17,18 @@ BESIDE: Final = ("time_s", "_at_deg", "_at_m", "_over_rho_c0_v", "tilt_deg")
 """Suffixes of keys that state the time or place of another number, a multiple of it, or an input of the scene."""
 
 
+def not_modelled(summary: readings.Summary) -> list[str]:
+    """Return the sentences on effects that the model of a run leaves out."""
+    sentences = summary.get("not_modelled")
+    return list(map(str, sentences)) if isinstance(sentences, list) else []
+
+
 def left_out(summary: readings.Summary) -> Iterator[str]:
     """Yield a sentence for each effect that a run leaves out of its model, its uncertainty, or its results."""
     if waves := static_seat(summary):
         yield waves
-    not_modelled = summary.get("not_modelled")
-    yield from map(str, not_modelled if isinstance(not_modelled, list) else ())
+    for sentence in not_modelled(summary):
+        yield f"{sentence[:1].upper()}{sentence[1:]}."
     if unknown := str(summary.get("error_unknown") or ""):
         sources = ", ".join(source_in_words(source) for source in unknown.split(", "))
         yield f"Not included in the uncertainty: {sources}."

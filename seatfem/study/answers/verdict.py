@@ -304,7 +304,7 @@ def static_seat(summary: Summary) -> str:
     if summary.get("accuracy_met") is not True:
         stiff = "the plan replaced it by its static stiffness"
     return (
-        f"Waves in the seat are left out, as {stiff}{lip}; their effect on {names} is part of the uncertainty. To "
+        f"Waves in the seat are left out: {stiff}{lip}; their effect on {names} is part of the uncertainty. To "
         'compute them: seat.model = "3d".'
     )
 
