@@ -7,13 +7,15 @@ from itertools import chain
 from pathlib import Path
 from typing import Final
 
+from rich.table import Table
+
 from impact.quantities import in_time
-from seatfem.faces.tables import result_table
+from seatfem.faces.tables import landings_of, landings_table, result_table
 from seatfem.faces.terminal import Console, visible
 from seatfem.readings import Summary, as_number
 from seatfem.study.answers.decision import Decision, decide
-from seatfem.study.answers.omissions import not_modelled
-from seatfem.study.answers.verdict import against_spring
+from seatfem.study.answers.omissions import not_modelled, omissions
+from seatfem.study.answers.verdict import against_spring, sentences
 
 LINES: Final = 40
 COLUMNS: Final = 100
@@ -29,7 +31,7 @@ def decision_lines(summary: Summary, title: str, decision: Decision) -> Iterator
         yield from wrapped(reason, "- ")
 
 
-def first_screen(summary: Summary, title: str, notes: Sequence[str], files: Sequence[Path]) -> list[str]:
+def first_lines(summary: Summary, title: str, notes: Sequence[str], files: Sequence[Path]) -> list[str]:
     """Return at most `LINES` lines of `COLUMNS` columns: the decision, what was left out, the numbers asked for, notes
     and files. What does not fit is counted, and the last line names the option that shows it."""
     decision = decide(summary)
@@ -45,6 +47,17 @@ def first_screen(summary: Summary, title: str, notes: Sequence[str], files: Sequ
         end = [f"{omitted} further notes: --full", *end]
     heading = ["", "Left out:"] if left_out else []
     return [*begin, *heading, *chain(*left_out), *numbers, *chain(*shown), *end]
+
+
+def all_parts(summary: Summary, title: str) -> Iterator[str | Table]:
+    """Yield the lines of the decision, all that was left out, and the tables of all numbers with their sentences."""
+    yield from ("", *decision_lines(summary, title, decide(summary)), "", "Left out:")
+    yield from (f"- {sentence}" for sentence in omissions(summary))
+    yield result_table(summary)
+    landings = landings_of(summary)
+    if len(landings) > 1 and (table := landings_table(landings)):  # else the table above has all
+        yield table
+    yield from filter(None, (against_spring(summary), *sentences(summary)))
 
 
 def _fitting(blocks: Sequence[list[str]], room: int) -> list[list[str]]:

@@ -11,8 +11,7 @@ from typing import Annotated, Final
 from cyclopts import Parameter
 
 from seatfem import units
-from seatfem.faces import plan_view, tables
-from seatfem.faces.first_screen import decision_lines, first_screen
+from seatfem.faces import first_screen, plan_view, tables
 from seatfem.faces.report import asked
 from seatfem.faces.terminal import (
     COMMON,
@@ -33,10 +32,6 @@ from seatfem.faces.terminal import (
 )
 from seatfem.faces.wings import file_kinds
 from seatfem.pictures import rendering
-from seatfem.readings import Summary
-from seatfem.study.answers.decision import decide
-from seatfem.study.answers.omissions import omissions
-from seatfem.study.answers.verdict import against_spring, sentences
 from seatfem.study.impacts import layout as layouts
 from seatfem.study.impacts import validity
 from seatfem.study.runs import forecast, next_round, pipeline
@@ -220,29 +215,15 @@ def _run(path: Path, folder: Path, effort: Effort, common: Common, changes: Sequ
     if not common.quiet:
         summary, title = outcome.summary, scene.title or path.stem
         if effort.full:
-            _print_all(summary, title)
+            for part in first_screen.all_parts(summary, title):
+                console(highlight=False).print(part, soft_wrap=isinstance(part, str))
             tell(outcome, common, copies)
         else:
-            for line in first_screen(summary, title, outcome.messages, (*outcome.files, *copies)):
+            for line in first_screen.first_lines(summary, title, outcome.messages, (*outcome.files, *copies)):
                 lines().print(line)
     if common.quiet and outcome.met is False:  # an exit code alone does not explain the reason
         lines(stderr=True).print(f"seatfem: {outcome.messages[0]}")
     return FAILED if outcome.met is False else DONE
-
-
-def _print_all(summary: Summary, title: str) -> None:
-    """Print all numbers of a run and the sentences about them."""
-    wide, decision = console(highlight=False), decide(summary)
-    for line in decision_lines(summary, title, decision):
-        wide.print(line, soft_wrap=True)
-    for words in ("Left out:", *(f"- {sentence}" for sentence in omissions(summary))):
-        wide.print(words, soft_wrap=True)
-    wide.print(tables.result_table(summary))
-    landings = tables.landings_of(summary)
-    if len(landings) > 1 and (table := tables.landings_table(landings)):  # else the table above has all
-        wide.print(table)
-    for words in filter(None, (against_spring(summary), *sentences(summary))):
-        wide.print(words, soft_wrap=True)
 
 
 VERBS: Final = (demo, run, plan, draw, greens, modes)

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from seatfem.faces.cli import DONE, run_command
-from seatfem.faces.first_screen import COLUMNS, LINES, first_screen
+from seatfem.faces.first_screen import COLUMNS, LINES, first_lines
 
 SCENE = Path(__file__).parents[2] / "examples" / "flapper_on_spring.toml"
 
@@ -46,7 +46,7 @@ def test_what_does_not_fit_is_counted() -> None:
     """Notes of many lines do not push the decision off the screen."""
     summary = {"landing_status": "landed", "seat_kind": "annular", "reed_kind": "cantilever", "impulse_Ns": 1.0}
     notes = [f"note {number} " + "word " * 40 for number in range(30)]
-    lines = first_screen(summary, "A valve", notes, [Path("out/summary.json"), Path("out/result.h5")])
+    lines = first_lines(summary, "A valve", notes, [Path("out/summary.json"), Path("out/result.h5")])
     assert height(lines) <= LINES
     shown = sum(line.startswith("note: ") for line in lines)
     assert 0 < shown < 30
