@@ -66,7 +66,7 @@ class Result:
         words: before it; {width} is the filter's, {closed} says whether the reed starts closed, {cut} whether the
             run ends meanwhile, {above} whether the impulse of a landing is that above a static load.
         group: of rows, in the order of `HEADINGS`.
-        repeats: key of the landing with the same value, where a run has but one contact.
+        repeats: key of the landing; a row of the whole run with the same value as that is left out.
         unless: tells of which runs it says nothing.
         of_each_step: whether the spring baseline follows the force of every single step in it.
     """
@@ -327,8 +327,6 @@ def _shown(summary: Summary, group: Group, rows: list[Result], judged: set[str])
 
 
 def _repeats(summary: Summary, row: Result) -> bool:
-    """Return whether a row of the whole run says again what the only landing says."""
-    if summary.get("landing_count") != 1 or summary.get(CONTACTS) != 1 or is_loaded(summary, LANDING):
-        return False
+    """Return whether a row of the whole run says again what the judged landing says."""
     own, landing = (as_number(summary.get(key)) for key in (PEAK if row.key == PEAK_TIME else row.key, row.repeats))
     return own is not None and landing is not None and math.isclose(own, landing, rel_tol=1e-9, abs_tol=1e-12)

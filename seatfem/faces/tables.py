@@ -168,7 +168,8 @@ def is_baseline(summary: readings.Summary) -> bool:
 
 
 def _rows(summary: readings.Summary, *, short: bool) -> dict[results.Group, list[results.Result]]:
-    """Return the rows of a run by group; ``short``: the closing speed, what is judged, and margins."""
+    """Return the rows of a run by group; ``short``: the closing speed, what is judged, and margins, or without any of
+    them those of the whole run."""
     groups, judged = results.rows_of(summary), {*results.asked(summary), "landing_closing_speed_m_per_s"}
     if not short:
         return groups
@@ -176,7 +177,8 @@ def _rows(summary: readings.Summary, *, short: bool) -> dict[results.Group, list
         group: [row for row in rows if row.key in judged or row.key.endswith("_margin")]
         for group, rows in groups.items()
     }
-    return {group: rows for group, rows in chosen.items() if rows}
+    shown = {group: rows for group, rows in chosen.items() if rows}
+    return shown or {group: rows for group, rows in groups.items() if group == "run"}
 
 
 def _last_cycle(summary: readings.Summary, row: results.Result) -> readings.Summary:

@@ -63,6 +63,37 @@ def test_it_holds_what_was_asked_planned_and_found(folder: Path) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(("width", "height"), [(1300, 900), (400, 800)])
+def test_the_decision_is_on_the_first_screen_and_nothing_scrolls_sideways(
+    browser: Any, width: int, height: int
+) -> None:
+    """Of a page as wide as a laptop's all tables fit; on a phone a wide table scrolls by itself."""
+    size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
+    try:
+        word = browser.find_element("css selector", ".first .decision")
+        assert word.text.lower() == "undecided"
+        assert word.rect["y"] + word.rect["height"] < height
+        seen = "return document.documentElement.scrollWidth"  # curves are drawn anew after a moment
+        until(lambda: browser.execute_script(seen) <= width, f"a page of {width} px")
+        wide = "[...document.querySelectorAll('.scroll')].filter(each => each.scrollWidth > each.clientWidth).length"
+        assert width < 1300 or browser.execute_script(f"return {wide}") == 0
+    finally:
+        browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+@pytest.mark.slow
+def test_a_static_seat_has_no_picture_of_a_spike(folder: Path) -> None:
+    """The seat of the scene is a spring: it has no response over time, and no other spring to be compared with."""
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    assert (folder / "greens.png").is_file()
+    assert "Green&#x27;s function of the seat" not in page
+    assert "The driving-point Green" not in page
+    assert "spring<br>baseline" not in page
+    assert "spring\nbaseline" not in page
+
+
+@pytest.mark.slow
 def test_no_text_of_a_scene_runs_in_it(folder: Path) -> None:
     page = (folder / "report.html").read_text(encoding="utf-8")
     assert HOSTILE not in page
