@@ -208,7 +208,7 @@ def _notes(summary: readings.Summary, table: Table) -> Iterator[str]:
     if place := _most_stressed(summary):
         yield place
     if any(row.of_each_step and row.key in summary and readings.SPRING + row.key in summary for row in results.RESULTS):
-        yield "raw: of single steps, not averaged; the spring's depends on the step"
+        yield "raw: of single steps, not averaged" + "; the spring's depends on the step" * (not is_baseline(summary))
     yield from _bar_note(table)
     if unknown := str(summary.get("error_unknown") or ""):
         yield f"not included in the uncertainty: {', '.join(source_in_words(source) for source in unknown.split(', '))}"

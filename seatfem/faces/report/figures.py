@@ -171,8 +171,9 @@ def motion_figure(runs: Mapping[str, ImpactResult], landings: Landings = ()) -> 
     for name, (label, colour) in LINES.items():
         if name in runs:
             run = runs[name]
-            figure.line(run, factor * run.striker_displacement, f"reed, {label}", colour)
-            figure.line(run, factor * run.gap, f"gap, {label}", colour, dash="dot", hidden=True)
+            on = f", {label}" if "spring" in runs else ""
+            figure.line(run, factor * run.striker_displacement, f"reed{on}", colour)
+            figure.line(run, factor * run.gap, f"gap{on}", colour, dash="dot", hidden=True)
     if "wave" in runs:
         wave = runs["wave"]
         figure.line(wave, factor * wave.target_displacement, "seat", GREEN)

@@ -6,7 +6,7 @@ from typing import Final
 
 from seatfem import readings, results
 from seatfem.results import Group, name_of, rows_of, words_of
-from seatfem.study.answers.verdict import beyond_horizon, static_seat
+from seatfem.study.answers.verdict import beyond_horizon, is_static, static_seat
 from seatfem.study.safety import source_in_words
 
 BAR_UNKNOWN: Final = "Uncertainty not known"
@@ -70,7 +70,8 @@ def _numbers_without_bar(summary: readings.Summary) -> dict[tuple[str, Group], l
 
 def _not_computed(summary: readings.Summary) -> Iterator[str]:
     """Yield the stresses that were not computed, and the keys of the scene that request them."""
-    if readings.as_number(summary.get(results.SEAT_STRESS)) is None:
+    is_a_spring = is_static(summary) and not static_seat(summary)
+    if readings.as_number(summary.get(results.SEAT_STRESS)) is None and not is_a_spring:
         yield "Stress in the seat was not computed; [stress] in the scene asks for that of a seat of finite elements."
     if readings.as_number(summary.get(results.REED_STRESS)) is None:
         yield "Stress in the reed was not computed; [stress] in the scene asks for that of a plate."

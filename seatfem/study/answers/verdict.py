@@ -102,7 +102,8 @@ def standing(summary: Summary) -> str:
     whole = summary.get("accuracy_landing") == "run" and as_number(summary.get(results.CONTACTS))
     if status == LANDED or (whole and status != "cut off"):
         return ""
-    time = str(summary.get("plan_run_duration") or "run.duration")
+    length = as_number(summary.get("run_duration_s"))
+    time = str(summary.get("plan_run_duration") or "run.duration") if length is None else duration(length)
     return STATUS.get(status, status.capitalize() + ".").replace("{time}", time)
 
 

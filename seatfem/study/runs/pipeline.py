@@ -223,6 +223,7 @@ def _summary(done: Round, baseline: Baseline, courses: tuple[DriveRun, ...], wat
         **greens_error_keys(done.seat.greens),
         **done.seat.about,
         "seat_reused": done.seat.reused,
+        "run_duration_s": scene.run.duration,
         "seat_kind": scene.seat.kind,
         **{key: value for each in courses for key, value in each.keys().items()},
         **({} if scene.stopper is None else stopper_face_keys(scene.stopper)),
