@@ -20,7 +20,7 @@ from table import RESULTS
 
 from impact.files.safe_files import write_whole
 
-FILE: Final = Path(__file__).parents[1] / "seatfem" / "faces" / "report" / "checked_scenes.csv"
+FILE: Final = Path(__file__).parents[1] / "seatfem" / "study" / "answers" / "checked_scenes.csv"
 SECTIONS: Final = {"The whole scene language": "coverage_of_scenes.csv", "Stress": "coverage_of_stress.csv"}
 """Headings of docs/coverage.md, and the tables that they describe."""
 HEADS: Final = ("section", "seat", "reed", "scenes", "inside", "numbers")

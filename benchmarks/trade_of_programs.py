@@ -39,7 +39,7 @@ MODULES: Final = {PLAIN: "plain_program", SICONOS: "siconos_landing"}
 WORDS: Final = {
     "impulse_Ns": "impulse",
     "filtered_peak_force_N": "peak force",
-    "peak_reed_stress_after_contact_Pa": "largest reed stress",
+    "peak_reed_stress_after_contact_Pa": "reed stress after first contact",
     "stress_at_contact_Pa": "stress at the contact",
     "life_margin": "fatigue margin",
     "gas_mass_forward_kg": "mass through the valve",

@@ -31,9 +31,12 @@ from markers import between
 from impact.files.safe_files import whole_file
 from seatfem.faces.cli import demo_scene, run_command
 from seatfem.faces.plan_view import look_lines
-from seatfem.faces.verdict import verdict
+from seatfem.faces.tables import is_baseline
 from seatfem.readings import reading
+from seatfem.results import result_of, unit_of, words_of
 from seatfem.structures.cache import VARIABLE
+from seatfem.study.answers.decision import decide
+from seatfem.study.answers.verdict import verdict
 from seatfem.study.runs.forecast import Look, look_at
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import load_scene
@@ -77,9 +80,9 @@ def main() -> None:
     if "--demo" not in sys.argv[1:]:
         rows = verification_table()
         write(ROOT / "docs" / "verification.md", f"# Verification\n\n{PREFACE}{short_table(rows)}\n")
-    for name, run, rows in (("demo", folder, OF_DEMO), ("sleeve", sleeve, OF_SLEEVE)):
-        summary = json.loads((run / "summary.json").read_text(encoding="utf-8"))
-        readme = between(readme, name, run_table(summary, rows))
+    demo, of_sleeve = (json.loads((run / "summary.json").read_text(encoding="utf-8")) for run in (folder, sleeve))
+    readme = between(readme, "demo", f"{first_screen(demo)}\n\n{run_table(demo, OF_DEMO)}")
+    readme = between(readme, "sleeve", f"> {verdict(of_sleeve)}\n\n{run_table(of_sleeve, OF_SLEEVE)}")
     os.environ[VARIABLE] = tempfile.mkdtemp()  # nor does a look find what a run has computed
     readme = between(readme, "plan", plan_table(look_at(load_scene(SLEEVE))))
     write(ROOT / "README.md", readme)
@@ -122,30 +125,34 @@ def short_table(rows: tuple[Row, ...]) -> str:
     return "\n".join(lines)
 
 
-OF_SLEEVE = (
-    ("peak force, mean over 1 us", "landing_filtered_peak_force_N", "N"),
-    ("impulse", "landing_impulse_Ns", "N s"),
-    ("duration", "landing_duration_s", "s"),
-)
+OF_SLEEVE = ("landing_filtered_peak_force_N", "landing_impulse_Ns", "landing_duration_s")
 OF_DEMO = (
-    ("landing", "landing_time_s", "s"),
-    ("closing speed", "landing_closing_speed_m_per_s", "m/s"),
-    ("peak force, mean over 5 us", "landing_filtered_peak_force_N", "N"),
-    ("impulse", "landing_impulse_Ns", "N s"),
-    ("duration", "landing_duration_s", "s"),
-    ("reed stress after landing", "landing_peak_reed_stress_Pa", "Pa"),
-    ("largest reed stress", "peak_reed_stress_after_contact_Pa", "Pa"),
-    ("fatigue margin on stress", "life_margin", ""),
+    "landing_time_s",
+    "landing_closing_speed_m_per_s",
+    *OF_SLEEVE,
+    "landing_peak_reed_stress_Pa",
+    "peak_reed_stress_after_contact_Pa",
+    "life_margin",
 )
 
 
-def run_table(summary: dict[str, object], rows: Sequence[tuple[str, str, str]]) -> str:
-    """Return what a run says: its sentence, the answer with its error bar beside the spring's."""
-    lines = [f"> {verdict(summary)}", "", "| | seat | spring baseline |", "|---|---|---|"]
-    lines += [
-        f"| {name} | {reading(summary, key, unit)} | {reading(summary, 'spring_' + key, unit)} |"
-        for name, key, unit in rows
-    ]
+def first_screen(summary: dict[str, object]) -> str:
+    """Return what a run says first: what happens, the decision, why, and what was left out."""
+    decision = decide(summary)
+    reasons = [f"> - {sentence}" for sentence in (*decision.reasons, decision.checked)]
+    left_out = [f"> - {sentence}" for sentence in decision.left_out]
+    return "\n".join(
+        [f"> {decision.happens}", ">", f"> **{decision.word}**", ">", *reasons, ">", "> Left out:", ">", *left_out]
+    )
+
+
+def run_table(summary: dict[str, object], keys: Sequence[str]) -> str:
+    """Return the numbers of a run with their error bars, beside those of the spring unless the seat is that spring."""
+    heads = ("seat (static)",) if is_baseline(summary) else ("seat", "spring baseline")
+    lines = [f"| | {' | '.join(heads)} |", "|---" * (len(heads) + 1) + "|"]
+    for key in keys:
+        cells = [reading(summary, prefix + key, unit_of(key)) for prefix in ("", "spring_")[: len(heads)]]
+        lines.append(f"| {words_of(result_of(key), summary).strip()} | {' | '.join(cells)} |")
     return "\n".join(lines)
 
 

@@ -20,7 +20,10 @@ GROUPS = {
     ),
     "seatfem": (
         *("units", "fields", "readings", "results", "machine", "jobs", "structures", "pictures"),
-        *(f"study/{room}" for room in ("safety", "scene", "method", "plan", "impacts", "ladders", "error_budget")),
+        *(
+            f"study/{room}"
+            for room in ("safety", "answers", "scene", "method", "plan", "impacts", "ladders", "error_budget")
+        ),
         *(f"study/{room}" for room in ("runs", "sweep", "identify", "trade")),
         *("life", "wings"),
         *("verify, doctor", "faces"),

@@ -20,6 +20,18 @@ keys are the parts of the bar. `first_landing_KEY` is `landing_KEY` of the first
 key is absent if the scene has no such part, and `null` if its value is not known, such as the restitution of a reed
 that stays on the seat.
 """
+DECISION: Final = """
+## decision
+
+| key | meaning |
+|---|---|
+| `decision` | go, no-go or undecided, by margins with their error bars |
+| `decision_reasons` | why, in sentences, those that decide first |
+| `decision_event` | what happens, in one sentence |
+| `decision_checked` | how often scenes of this kind were compared with finer runs |
+| `decision_left_out` | what the numbers leave out, a sentence each |
+| `not_modelled` | effects in the scene that its model leaves out, a sentence each |
+"""
 LANDINGS: Final = """
 ## landings
 
@@ -28,7 +40,7 @@ A list with one record for each landing on seat and stopper, in the order of tim
 | key | meaning |
 |---|---|
 """
-PLACES: Final = {"{width}": "filter width", "{touch}": "touch", "{closed}": "", "{cut}": "", "{above}": "", "\n": " "}
+PLACES: Final = {"{width}": "filter width", "{closed}": "", "{cut}": "", "{above}": "", "\n": " "}
 """What stands in the words of a result for what a run says there."""
 
 
@@ -54,6 +66,7 @@ def lines_of_page() -> Iterator[str]:
             above = above if row.words.startswith(" ") else row.words
             yield table_row(row.key, f"{above}, {row.words.strip()}" if row.words.startswith(" ") else row.words)
         yield ""
+    yield DECISION.strip() + "\n"
     yield LANDINGS.strip()
     yield from (table_row(key, words) for key, words in OF_LANDINGS.items())
     yield ""

@@ -58,10 +58,9 @@ class Result:
     Attributes:
         key: in summary.json [SI], its unit at its end; the spring baseline's has the prefix spring_.
         words: before it; {width} is the filter's, {closed} says whether the reed starts closed, {cut} whether the
-            run ends meanwhile, {above} whether the impulse of a landing is that above a static load, {touch} what comes
-            first: a landing, of a reed that starts closed a contact.
+            run ends meanwhile, {above} whether the impulse of a landing is that above a static load.
         group: of rows, in the order of `HEADINGS`.
-        repeats: key of the landing with the same value, where a run has but one contact.
+        repeats: key of the landing; a row of the whole run with the same value as that is left out.
         unless: tells of which runs it says nothing.
         of_each_step: whether the spring baseline follows the force of every single step in it.
         demand: key of the pure number that the scene demands of this one, shown beside it; "" without.
@@ -96,38 +95,44 @@ def _not_loaded(summary: Summary) -> bool:
     return not is_loaded(summary, LANDING)
 
 
+def _starts_closed(summary: Summary) -> bool:
+    """Return whether the first contact is the rest of a closed reed, which has neither a landing nor a duration."""
+    return summary.get(FIRST_CONTACT) == 0
+
+
 def _has_angles(summary: Summary) -> bool:
     return summary.get(f"{LINE_PEAK}_at_deg") is not None
 
 
+MEAN_PEAK: Final = "peak force (mean over {width})"
 RESULTS: Final = (
     Result(LANDING_TIME, "time", "landing"),
     Result("landing_closing_speed_m_per_s", "closing speed", "landing"),
-    Result(LANDING + PEAK, "peak force, {width} mean", "landing"),
+    Result(LANDING + PEAK, MEAN_PEAK, "landing"),
     Result(LANDING + EXCESS, "  above the static load", "landing", unless=_not_loaded),
     Result(LANDING + STATIC, "  static load", "landing", unless=_not_loaded),
     Result(LANDING + IMPULSE, "impulse{above}", "landing"),
-    Result("landing_duration_s", "duration", "landing"),
+    Result("landing_duration_s", "contact duration", "landing"),
     Result(LANDING + RESTITUTION, "restitution", "landing"),
     Result(LANDING + SEAT_DISPLACEMENT, "seat displacement", "landing", of_each_step=True),
     Result("landing_peak_reed_stress_Pa", "reed stress after landing", "landing"),
     Result(REED_STRESS_BEFORE_LANDING, "reed stress before landing", "landing"),
-    Result(PEAK, "peak force, {width} mean", "run", repeats=LANDING + PEAK),
+    Result(PEAK, MEAN_PEAK, "run", repeats=LANDING + PEAK),
     Result(PEAK_TIME, "  when", "run", repeats=LANDING + PEAK),
     Result(IMPULSE, "impulse", "run", repeats=LANDING + IMPULSE),
     Result(FIRST_CONTACT, "first contact{closed}", "run", repeats=LANDING_TIME),
-    Result("contact_duration_s", "  lasts{cut}", "run", repeats="landing_duration_s"),
+    Result("contact_duration_s", "  contact duration{cut}", "run", repeats="landing_duration_s", unless=_starts_closed),
     Result(RESTITUTION, "  restitution", "run", repeats=LANDING + RESTITUTION),
     Result(CONTACTS, "contacts", "run"),
     Result(SEAT_DISPLACEMENT, "seat displacement", "run", repeats=LANDING + SEAT_DISPLACEMENT, of_each_step=True),
-    Result(REED_STRESS_AFTER, "reed stress after 1st {touch}", "run"),
+    Result(REED_STRESS_AFTER, "reed stress after first contact", "run"),
     Result("peak_reed_stress_over_rho_c0_v", "  over rho c v (plane wave: 1)", "run"),
-    Result(REED_STRESS_BEFORE, "reed stress before 1st {touch}", "run", unless=lambda run: run.get(FIRST_CONTACT) == 0),
+    Result(REED_STRESS_BEFORE, "reed stress before first contact", "run", unless=_starts_closed),
     Result(REED_STRESS_AT_START, "reed stress at the start", "run"),
-    Result(REED_STRESS, "reed stress, largest", "run", unless=lambda run: REED_STRESS_AFTER in run),
-    Result(ENSEMBLE_SPEED, "unknown landings: closing speed", "run"),
-    Result(ENSEMBLE_PEAK, "unknown landings: peak, {width} mean", "run"),
-    Result("stopper_filtered_peak_force_N", "peak force, {width} mean", "stopper"),
+    Result(REED_STRESS, "largest reed stress", "run", unless=lambda run: REED_STRESS_AFTER in run),
+    Result(ENSEMBLE_SPEED, "unpredictable landings: closing speed", "run"),
+    Result(ENSEMBLE_PEAK, f"unpredictable landings: {MEAN_PEAK}", "run"),
+    Result("stopper_filtered_peak_force_N", MEAN_PEAK, "stopper"),
     Result("stopper_impulse_Ns", "impulse", "stopper"),
     Result("stopper_first_contact_s", "first contact", "stopper"),
     Result("stopper_contact_count", "contacts", "stopper"),
@@ -136,7 +141,7 @@ RESULTS: Final = (
     Result(FILM_PEAK, "largest force", "film"),
     Result("stiction_force_peak_N", "largest pull", "film"),
     Result("film_loss_J", "energy lost", "film"),
-    Result("without_film_filtered_peak_force_N", "without it: peak, {width} mean", "film"),
+    Result("without_film_filtered_peak_force_N", f"without it: {MEAN_PEAK}", "film"),
     Result("without_film_impulse_Ns", "without it: impulse", "film"),
     Result("line_force_peak_N_per_m", "force per length", "lip"),
     Result("line_force_peak_at_deg", "  where", "lip"),
@@ -165,7 +170,7 @@ OF_LANDINGS: Final[Mapping[str, str]] = {
     STATIC: "static\nload",
     EXCESS: "peak above\nstatic load",
     IMPULSE: "impulse",
-    "duration_s": "duration",
+    "duration_s": "contact\nduration",
     RESTITUTION: "restitution",
 }
 """Keys of the records of landings, and the heads of their columns."""
@@ -180,21 +185,28 @@ class ResultSource:
         rows: further results, by wings.
         captions: words for its pictures in a report, by file name.
         section: prefix and title of all its keys in a section of the report; "" without.
-        absent_words: what a report says where none of these keys is there.
+        absent_words: what a decision says where none of these keys is there.
+        margins: keys of pure numbers that a decision compares with 1; with each the key whose relative error it has,
+            "" where it has an error bar of its own.
+        sources: keys of the sources of what these rest on, as of a strength.
         name: by which scenes ask for it.
         key: in summary.json, with its unit.
         words: in sentences, and in the tables of a run where `RESULTS` has no row of it.
         landing_key: in summary.json, of a landing; "" of one that speaks of the whole run alone.
+        landing_words: instead of ``words`` for one landing, if its value means something else there.
     """
 
     name: ClassVar[str]
     key: ClassVar[str]
     words: ClassVar[str]
     landing_key: ClassVar[str] = ""
+    landing_words: ClassVar[str] = ""
     rows: ClassVar[tuple[Result, ...]] = ()
     captions: ClassVar[Mapping[str, str]] = {}
     section: ClassVar[tuple[str, str]] = ("", "")
     absent_words: ClassVar[str] = ""
+    margins: ClassVar[Mapping[str, str]] = {}
+    sources: ClassVar[tuple[str, ...]] = ()
 
     @classmethod
     def sentence(cls, summary: Summary) -> str:
@@ -227,9 +239,24 @@ def all_sentences(summary: Summary) -> Iterator[str]:
     return filter(None, (each.sentence(summary) for each in _all_sources()))
 
 
-def all_sections() -> Iterator[tuple[str, str, str]]:
-    """Yield prefix and title of the sections of reports by wings, and what is said where no key has the prefix."""
-    return ((*each.section, each.absent_words) for each in _all_sources() if each.section[0])
+def all_sections() -> Iterator[tuple[str, str]]:
+    """Yield prefix and title of the sections of reports by wings."""
+    return (each.section for each in _all_sources() if each.section[0])
+
+
+def all_absent_words() -> tuple[str, ...]:
+    """Return what is said of wings with margins where a run has none of these."""
+    return tuple(each.absent_words for each in _all_sources() if each.margins)
+
+
+def all_margins() -> dict[str, str]:
+    """Return the keys of all margins, with those whose relative errors they have."""
+    return {key: of for each in _all_sources() for key, of in each.margins.items()}
+
+
+def all_margin_sources() -> tuple[str, ...]:
+    """Return the keys of the sources on which margins rest."""
+    return tuple(key for each in _all_sources() for key in each.sources)
 
 
 def _measure_words(key: str) -> str:
@@ -247,7 +274,8 @@ def result_of(key: str) -> Result:
 
 def label_of(key: str) -> str:
     """Return what stands on an axis for a key of summary.json, as "peak force [N]"; another name as it is."""
-    words = {each.landing_key: f"{each.words} of the landing" for each in _sources()}.get(key) or _measure_words(key)
+    named = {each.landing_key: each.landing_words or f"{each.words} of the landing" for each in _sources()}
+    words = named.get(key) or _measure_words(key)
     if not words and (known := all_results().get(key)) is not None:
         words = f"{HEADINGS[known.group].partition('{')[0]}: {known.words.partition('{')[0].strip(' ,')}"
     unit = result_of(key).unit
@@ -256,21 +284,17 @@ def label_of(key: str) -> str:
 
 def name_of(key: str, summary: Summary) -> str:
     """Return a measure in words, the same of a landing as of a whole run."""
-    if key.removeprefix(LANDING) == PEAK:
-        return f"peak force (mean over {duration(summary.get('filter_width_s'))})"
-    if words := _measure_words(key) or _measure_words(key.removeprefix(LANDING)):
-        return words
-    return words_of(known, summary).strip() if (known := all_results().get(key)) is not None else key
+    if (known := all_results().get(key)) is not None and not known.words.startswith(" ") and known.group != "film":
+        return words_of(known, summary)
+    return _measure_words(key) or _measure_words(key.removeprefix(LANDING)) or key
 
 
 def words_of(row: Result, summary: Summary) -> str:
     """Return what stands before the number of a row."""
-    closed = summary.get(FIRST_CONTACT) == 0
     replaced = {
         "{width}": duration(summary.get("filter_width_s")),
-        "{closed}": ", reed starts closed" if closed else "",
+        "{closed}": ", reed starts closed" if _starts_closed(summary) else "",
         "{cut}": ", cut off by the end of the run" if summary.get("contact_cut_off") else "",
-        "{touch}": "contact" if closed else "landing",
         "{above}": " above static load" if is_loaded(summary, LANDING) else "",
     }
     words = row.words
@@ -327,8 +351,6 @@ def _shown(summary: Summary, group: Group, rows: list[Result], judged: set[str])
 
 
 def _repeats(summary: Summary, row: Result) -> bool:
-    """Return whether a row of the whole run says again what the only landing says."""
-    if summary.get("landing_count") != 1 or summary.get(CONTACTS) != 1 or is_loaded(summary, LANDING):
-        return False
+    """Return whether a row of the whole run says again what the judged landing says."""
     own, landing = (as_number(summary.get(key)) for key in (PEAK if row.key == PEAK_TIME else row.key, row.repeats))
     return own is not None and landing is not None and math.isclose(own, landing, rel_tol=1e-9, abs_tol=1e-12)

@@ -122,11 +122,11 @@ def value_at(run: ImpactResult, values: Array, time: float) -> float:
     return float(values[int(np.clip(np.searchsorted(run.time, time), 0, len(values) - 1))])
 
 
-NAMES = ("elastic seat", "bed of springs")
 COLOURS = "viridis"
 COLUMNS = 900  # number of columns of the map: times
 SHOWN = 1e-3  # least force per length that is coloured, over the largest; the map is white below it
 QUARTERS = (0.0, 0.25, 0.5, 0.75)
+NAMES: Final = ("seat", "spring baseline")
 STYLES: Final[tuple[tuple[str, Any], ...]] = ((BLUE, "solid"), (ORANGE, (0, (4, 2))))
 """Colour and line style of a run and of its baseline, dashed above it, so that both are visible if they coincide."""
 _OF_QUARTERS = (BLUE, ORANGE, GREEN, PURPLE)
@@ -213,7 +213,7 @@ def _map(
     for border in borders[np.cumsum([number for number, _ in line.pieces[:-1]], dtype=int)]:
         axes.axhline(border, color=GREY, linewidth=0.8)
     axes.grid(visible=False)
-    axes.set_title("Force per length on the elastic seat")
+    axes.set_title("Force per length on the seat")
     note = f"{contact}: mean over {1e6 * width:g} µs, {arcs} segments"
     axes.set_title(note, loc="right", color=GREY, fontsize=8)
 

@@ -15,7 +15,7 @@ from impact.greens.base import Array, ErrorEstimate, GreensFunction
 from impact.greens.modal import ModalGreens
 from impact.greens.poles import receptance
 from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, sheet, time_axis, zero_line
-from impact.pictures.lip_plots import BODIES, STYLES, draw_marks, landing_marks, shown_contact, value_at
+from impact.pictures.lip_plots import BODIES, NAMES, STYLES, draw_marks, landing_marks, shown_contact, value_at
 from impact.quantities import percent, scaled, text
 
 if TYPE_CHECKING:
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-NAMES = ("elastic seat", "spring of equal static stiffness")
 _Curve = tuple[ImpactResult, Array, str, str, Any]  # run, values, name, colour and line style
 SPIKES = 2.5  # top of the axis over the largest mean force; forces of single steps may exceed it
 

@@ -14,7 +14,7 @@ from io import TextIOWrapper
 from pathlib import Path
 from typing import Final, Literal
 
-from cyclopts import App, CycloptsError
+from cyclopts import App, CycloptsError, Group
 
 from impact.files.safe_files import FULL
 from impact.notices import SeatfemError
@@ -97,6 +97,27 @@ def code_of(error: Exception) -> int:
     return BAD_INPUT if bad_input else FAILED
 
 
+GROUPS: Final = {
+    Group(title, sort_key=number): names
+    for number, (title, names) in enumerate(
+        {
+            "Begin": ("demo", "init", "faces", "draw"),
+            "Compute a scene": ("plan", "run", "greens", "modes"),
+            "Look at a run": ("report", "view", "export"),
+            "Studies": ("sweep", "optimise", "identify", "trade"),
+            "Trust and installation": ("verify", "doctor", "completion"),
+        }.items()
+    )
+}
+"""Headings of verbs in the help of the program; other verbs stand below `FURTHER`."""
+FURTHER: Final = Group("Further", sort_key=len(GROUPS))
+
+
+def group_of(name: str) -> Group:
+    """Return the group in which the help shows a verb."""
+    return next((group for group, names in GROUPS.items() if name in names), FURTHER)
+
+
 app = App(
     name="seatfem",
     help="Impact of flexible reeds on elastic valve seats.",
@@ -107,12 +128,14 @@ app = App(
     console=Console(),
     error_console=Console(stderr=True),
     help_format="plaintext",
+    group_commands=FURTHER,
 )
 for verb in all_verbs():
-    app.command(verb)
+    group = group_of(verb.__name__)
+    app.command(verb, group=group, sort_key=[*GROUPS.get(group, ()), verb.__name__].index(verb.__name__))
 
 
-@app.command
+@app.command(group=group_of("completion"))
 def completion(shell: Literal["bash", "zsh", "fish"], /) -> int:
     """Print the script by which a shell completes verbs and options.
 

@@ -21,8 +21,7 @@ def identify(
     no_pictures: Annotated[bool, Parameter(negative="", help="Numbers and files only.")] = False,
     common: Common = COMMON,
 ) -> int:
-    """Find the values of a scene's keys that explain records of force, strain or motion: each with its interval, and
-    what the records do not tell.
+    """Find the values of a scene's keys that explain records of force, strain or motion, each with its interval.
 
     Parameters
     ----------

@@ -89,9 +89,10 @@ def init(
     schema: Annotated[bool, Parameter(negative="")] = False,
     common: Common = COMMON,
 ) -> int:
-    """Write a scene to begin with: a reed or a seat of this kind and what suits it. Needed keys have values, all others
-    of these tables and what else may stand beside them ([stopper], [[load]], [life] ...) stand behind # as they would
-    be written, with their meaning; docs/scene.md has every key of every table.
+    """Write a scene to begin with: a reed or a seat of this kind and what suits it.
+
+    Needed keys have values, all others of these tables and what else may stand beside them ([stopper], [[load]], [life]
+    ...) stand behind # as they would be written, with their meaning; docs/scene.md has every key of every table.
 
     Parameters
     ----------
@@ -191,8 +192,10 @@ def view(
     no_browser: Annotated[bool, Parameter(negative="", help="Write the page only.")] = False,
     common: Common = COMMON,
 ) -> int:
-    """Write a run as one web page, as report does, and open it in the browser: modes, stress waves and landings to
-    turn, scrub, cut and point at. Where no browser opens, the file is named that is to be opened elsewhere.
+    """Write a run as one web page, as report does, and open it in the browser.
+
+    Modes, stress waves and landings can be turned, scrubbed, cut and pointed at. Where no browser opens, the file is
+    named that is to be opened elsewhere.
 
     Parameters
     ----------

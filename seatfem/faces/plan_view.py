@@ -18,6 +18,8 @@ from seatfem import fields
 from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.motion import Record, Recorded
 from seatfem.study import method
+from seatfem.study.answers.verdict import is_static
+from seatfem.study.method import MODEL
 from seatfem.study.plan import Choice, Plan
 from seatfem.study.runs import round as rounds
 from seatfem.study.runs.converge import errors_by_key, words_of
@@ -159,6 +161,8 @@ def _columns(path: Path) -> str:
     return f"{len(numbers)} rows, {table.dialect}: {columns}"
 
 
+OF_WAVES: Final = "seat.greens."
+"""Beginning of the keys of a seat's response over frequency."""
 COUNTS: Final = 0.01
 """Fraction of the largest error by a key below which another one is not shown."""
 
@@ -169,9 +173,15 @@ def choices_table(plan: Plan) -> Table:
 
 
 def table_of(choices: Iterable[Choice]) -> Table:
-    """Return a table of choices: value, by file or plan, its error, and its reason."""
-    table = Table("key", "value", "from", "error left", "why")
-    for each in choices:
+    """Return a table of choices: value, by file or plan, its error, and its reason.
+
+    Keys of the response over frequency are left out where the seat is static and the plan chose them.
+    """
+    table, every = Table("key", "value", "from", "error left", "why"), list(choices)
+    static = is_static({"plan_seat_level": next((each.value for each in every if each.key == MODEL), "")})
+    for each in every:
+        if static and each.key.startswith(OF_WAVES) and not each.given:
+            continue
         table.add_row(*map(str, (each.key, each.value, "file" if each.given else "plan", each.leaves, each.reason)))
     return table
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from typing import Final
 
 import psutil
 from rich.console import Console
@@ -14,6 +15,24 @@ from rich.progress import Progress as Bars
 
 from impact.notices import Progress, silent
 
+DOES: Final[Mapping[str, str]] = {
+    "meshing": "gmsh divides the body into elements",
+    "assembly": "matrices of mass, damping and stiffness",
+    "factorization": "the stiffness matrix is factorized for many solutions",
+    "reduction": "the response of the body to an impulse, until its error is small enough",
+    "harmonics": "the response of the body, one order around the axis after another",
+    "modes": "natural modes of the body",
+    "stepping": "contact of reed and seat, step by step; the first run after an installation compiles this",
+    "error budget": "the run is repeated with one setting changed at a time, to measure its error",
+    "predictable landings": "the run is repeated with a disturbance as small as round-off",
+    "ensemble": "runs that differ by round-off, for statistics of landings",
+    "reed stress": "the largest stresses in the reed, from its motion",
+    "spring baseline": "the same run on a spring of the seat's static stiffness",
+    "life": "fatigue cycles at each place of the bodies",
+}
+"""What the stages of a run do, for those who wait."""
+LONG: Final = 1.0  # time of a stage from which its line says what it did [s]
+SILENCE: Final = 10.0  # time after which a stage that is not over says how far it is [s]
 Show = Callable[[str, float, float], None]
 """Function that is called with the stage, the fraction completed (0..1) and the time that the stage has taken [s]."""
 
@@ -59,9 +78,16 @@ class StageClock:
 
 
 def _lines(console: Console) -> Show:
+    """Return a display that prints a line at the end of each stage, and of a long one every `SILENCE` seconds."""
+    printed: dict[str, float] = {}
+
     def show(stage: str, fraction: float, seconds: float) -> None:
-        if fraction >= 1.0:
-            console.print(f"{stage}: {seconds:.1f} s", highlight=False, markup=False)
+        if fraction < 1.0 and seconds - printed.get(stage, 0.0) < SILENCE:
+            return
+        printed[stage] = seconds
+        far = "" if fraction >= 1.0 else f", {100 * fraction:.0f} % done"
+        does = f" ({DOES[stage]})" if stage in DOES and seconds >= LONG else ""
+        console.print(f"{stage}: {seconds:.1f} s{far}{does}", highlight=False, markup=False)
 
     return show
 
@@ -89,7 +115,7 @@ def _bars(bars: Bars) -> Show:
 
     def show(stage: str, fraction: float, seconds: float) -> None:
         if stage not in tasks:
-            tasks[stage] = bars.add_task(stage, total=1.0)
+            tasks[stage] = bars.add_task(f"{stage}: {DOES[stage]}" if stage in DOES else stage, total=1.0)
         bars.update(tasks[stage], completed=fraction)
 
     return show

@@ -10,10 +10,9 @@ from typing import Annotated, Final
 
 from cyclopts import Parameter
 
-from seatfem import results, units
-from seatfem.faces import plan_view, tables, verdict
+from seatfem import units
+from seatfem.faces import first_screen, plan_view, tables
 from seatfem.faces.report import asked
-from seatfem.faces.report import checked as checked_scenes
 from seatfem.faces.terminal import (
     COMMON,
     DONE,
@@ -46,7 +45,7 @@ DEMO_SCENE: Final = "valve_on_cast_iron.toml"
 
 
 def demo(*, output: Output = None, effort: Effort = WHOLE, common: Common = COMMON) -> int:
-    """Run the embedded example, all the way.
+    """Run the embedded example: a suction valve, with all files and pictures.
 
     Parameters
     ----------
@@ -85,9 +84,11 @@ def plan(
     changes: Changes = (),
     common: Common = COMMON,
 ) -> int:
-    """Look at a scene for a few seconds: begin with coarse values of what it leaves open, measure their errors, and
-    print every choice with its reason, what each leaves, and what is left to do; of another file than a scene, what it
-    would take. A run goes on from there.
+    """Look at a scene for a few seconds: accuracy so far, time of the full run.
+
+    It begins with coarse values of what the scene leaves open, measures their errors, and prints every choice with its
+    reason, what each leaves, and what is left to do; of another file than a scene, what it would take. A run goes on
+    from there.
 
     Parameters
     ----------
@@ -212,20 +213,14 @@ def _run(path: Path, folder: Path, effort: Effort, common: Common, changes: Sequ
         )  # fmt: skip
     copies = asked.keep_asked(content, parcel.files_of(scene), path.parent, outcome.plan, folder, changes)
     if not common.quiet:
-        wide = console(highlight=False)
-        title = (scene.title or path.stem).replace("\n", "\\n")
-        wide.print(f"\n{title}")
-        wide.print(verdict.verdict(outcome.summary), soft_wrap=True)
-        wide.print(tables.result_table(outcome.summary))
-        if words := checked_scenes.weak_coverage(outcome.summary):
-            wide.print(words, soft_wrap=True)
-        landings = tables.landings_of(outcome.summary)
-        if len(landings) > 1 and (table := tables.landings_table(landings)):  # else the table above has all
-            wide.print(table)
-        sentences = (each(outcome.summary) for each in (verdict.pressed_on, verdict.horizon, verdict.simpler))
-        for words in (*filter(None, sentences), *results.all_sentences(outcome.summary)):
-            wide.print(words, soft_wrap=True)
-    tell(outcome, common, copies)
+        summary, title = outcome.summary, scene.title or path.stem
+        if effort.full:
+            for part in first_screen.all_parts(summary, title):
+                console(highlight=False).print(part, soft_wrap=isinstance(part, str))
+            tell(outcome, common, copies)
+        else:
+            for line in first_screen.first_lines(summary, title, outcome.messages, (*outcome.files, *copies)):
+                lines().print(line)
     if common.quiet and outcome.met is False:  # an exit code alone does not explain the reason
         lines(stderr=True).print(f"seatfem: {outcome.messages[0]}")
     return FAILED if outcome.met is False else DONE

@@ -16,13 +16,13 @@ from rich.text import Text
 from impact.files.csv_table import csv_text
 from impact.quantities import in_digits, in_units, percent, plain, text
 from seatfem import readings, results
-from seatfem.faces.verdict import count, difference, is_static, which_landing
 from seatfem.faces.wings import file_kinds
 from seatfem.fields import by_group, kind_of
 from seatfem.machine.doctor import Check
 from seatfem.structures import natural_modes
 from seatfem.structures.inspection import cad, mesh_file
 from seatfem.structures.kinds import kinds_of
+from seatfem.study.answers.verdict import count, difference, is_static, which_landing
 from seatfem.study.safety import STAGES, source_in_words
 
 
@@ -100,7 +100,8 @@ def landings_table(records: Records, most: int | None = SHOWN) -> Table | None:
             largest = (max((abs(each) for each in column if each), default=0.0) for column in (values, stated))
             factor, unit = readings.prefix_of(readings.unit_of(key), *largest)
             table.add_column(f"{head}\n[{plain(unit)}]" if unit else head, justify="right")
-            columns.append([readings.in_text(key, *each, "", factor) for each in zip(values, stated, strict=True)])
+            texts = [readings.in_text(key, *each, "", factor) for each in zip(values, stated, strict=True)]
+            columns.append([text.partition(" (")[0] for text in texts])  # landings.csv has what is not known, too
     for cells in zip(*columns, strict=True):
         table.add_row(*cells)
     notes = ["landings sorted by their largest force"]
@@ -126,21 +127,30 @@ ANGLES: Final = (
 LENGTHS: Final = "places: along the lip, a ring from its own x axis anticlockwise, a strip from its end at the lesser x"
 
 
-def result_table(summary: readings.Summary) -> Table:
+def result_table(summary: readings.Summary, *, short: bool = False) -> Table:
     """Return the measures of a run beside those of the spring baseline (the summary's keys with the prefix spring_).
 
     The measures by which the run is judged come first: those of the landing, unless the whole run was requested. Values
     that depend on the time step come last, marked as such. Every number with an error bar in the summary shows it.
+    Where seat and baseline are the same spring, the columns of the baseline are left out. ``short``: the closing speed,
+    what is judged, and the margins alone, without differences and notes.
     """
     target = readings.as_number(summary.get("accuracy_target"))
     aim = "uncertainty" if target is None else f"uncertainty\n(asked {percent(target, 3)})"
-    heads = ("", "seat (static)" if is_static(summary) else "seat", "spring\nbaseline", "spring\nagainst\nseat")
-    table = Table(*heads, "difference /\nuncertainty", aim, box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    heads: tuple[str, ...] = (
+        "",
+        "seat (static)" if is_static(summary) else "seat",
+        "spring\nbaseline",
+        "spring\nagainst\nseat",
+    )
+    shown: Sequence[int] = (0, 1, 5) if is_baseline(summary) else (0, 1, 2, 5) if short else range(6)
+    heads = (*heads, "difference /\nuncertainty", aim)
+    table = Table(*(heads[column] for column in shown), box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     table.caption_justify = "left"
     table.columns[0].no_wrap = True
-    for column in table.columns[1:5]:
+    for column in table.columns[1:-1]:
         column.justify = "right"
-    for number, (group, rows) in enumerate(results.rows_of(summary).items()):
+    for number, (group, rows) in enumerate(_rows(summary, short=short).items()):
         style = "dim" if group == "raw" else None
         if number:
             table.add_section()
@@ -148,11 +158,32 @@ def result_table(summary: readings.Summary) -> Table:
         heading = which_landing(summary) if group == "landing" else results.HEADINGS[group].replace("{step}", step)
         table.add_row(heading, style=style or "bold")
         for row in rows:
-            table.add_row(f" {results.words_of(row, summary)}", *_cells(_last_cycle(summary, row), row), style=style)
-    if (residual := readings.as_number(summary.get("energy_residual"))) is not None:
+            cells = (f" {results.words_of(row, summary)}", *_cells(_last_cycle(summary, row), row))
+            table.add_row(*(cells[column] for column in shown), style=style)
+    if not short and (residual := readings.as_number(summary.get("energy_residual"))) is not None:
         table.add_row(" energy balance error", percent(residual), style="dim")
-    table.caption = "\n".join(_notes(summary, table)) or None
+    table.caption = None if short else "\n".join(_notes(summary, table)) or None
     return table
+
+
+def is_baseline(summary: readings.Summary) -> bool:
+    """Return whether the seat is the spring of the baseline, so that both have the same results."""
+    keys = (results.PEAK, results.IMPULSE, results.CONTACTS)
+    return is_static(summary) and all(summary.get(key) == summary.get(readings.SPRING + key) for key in keys)
+
+
+def _rows(summary: readings.Summary, *, short: bool) -> dict[results.Group, list[results.Result]]:
+    """Return the rows of a run by group; ``short``: the closing speed, what is judged, and margins, or without any of
+    them those of the whole run."""
+    groups, judged = results.rows_of(summary), {*results.asked(summary), "landing_closing_speed_m_per_s"}
+    if not short:
+        return groups
+    chosen = {
+        group: [row for row in rows if row.key in judged or row.key.endswith("_margin")]
+        for group, rows in groups.items()
+    }
+    shown = {group: rows for group, rows in chosen.items() if rows}
+    return shown or {group: rows for group, rows in groups.items() if group == "run"}
 
 
 def _last_cycle(summary: readings.Summary, row: results.Result) -> readings.Summary:
@@ -166,7 +197,7 @@ def _last_cycle(summary: readings.Summary, row: results.Result) -> readings.Summ
 def _bar_note(table: Table) -> Iterator[str]:
     """Yield what a bar that is a question mark means, if the table has one."""
     if any("± ?" in str(cell) for column in table.columns for cell in column.cells):
-        yield "± ?: uncertainty not known"
+        yield "± ?: no uncertainty could be computed"
 
 
 def _notes(summary: readings.Summary, table: Table) -> Iterator[str]:
@@ -182,7 +213,7 @@ def _notes(summary: readings.Summary, table: Table) -> Iterator[str]:
     if place := _most_stressed(summary):
         yield place
     if any(row.of_each_step and row.key in summary and readings.SPRING + row.key in summary for row in results.RESULTS):
-        yield "raw: of single steps, not averaged; the spring's depends on the step"
+        yield "raw: of single steps, not averaged" + "; the spring's depends on the step" * (not is_baseline(summary))
     yield from _bar_note(table)
     if unknown := str(summary.get("error_unknown") or ""):
         yield f"not included in the uncertainty: {', '.join(source_in_words(source) for source in unknown.split(', '))}"
@@ -209,6 +240,7 @@ def _cells(summary: readings.Summary, row: results.Result) -> tuple[str, ...]:
         return (
             _contacts(summary, ""),
             _contacts(summary, readings.SPRING) if readings.SPRING + results.CONTACTS in summary else "",
+            *("",) * 3,
         )
     value, bar = readings.as_number(summary.get(row.key)), readings.bar_of(summary, row.key)
     first = readings.in_text(row.key, value, bar, row.unit)

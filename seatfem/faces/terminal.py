@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Final
 
-from cyclopts import Parameter, Token
+from cyclopts import Group, Parameter, Token
 from rich.console import Console as RichConsole
 from rich.console import ConsoleOptions, RenderableType
 from rich.segment import Segment
@@ -88,7 +88,7 @@ class ChangeError(SeatfemError, ValueError):
     """Error of a --set option that is not KEY=VALUE."""
 
 
-@Parameter(name="*")
+@Parameter(name="*", group=Group("Options of every verb", sort_key=1))
 @dataclass(frozen=True)
 class Common:
     """Options that every verb understands."""
@@ -104,8 +104,11 @@ COMMON: Final = Common()
 @Parameter(name="*")
 @dataclass(frozen=True)
 class Effort:
-    """Limits on a run, as options of a verb."""
+    """Limits on a run, and what it prints and draws, as options of a verb."""
 
+    full: Annotated[
+        bool, Parameter(negative="", help="Print all numbers, landings, notes and files instead of the first screen.")
+    ] = False
     no_pictures: Annotated[bool, Parameter(negative="", help="Numbers and files only.")] = False
     max_time: Annotated[
         Seconds | None,

@@ -37,16 +37,26 @@ class Life(LifeTable, Assessment):
     table, description = "life", "fatigue life asked for; not computed where absent"
     file_tables: ClassVar[Mapping[str, type[Table]]] = {"strength": StrengthTable, "seat_strength": StrengthTable}
     rows = (
-        Result("life_margin", "margin on stress", "life"),
+        Result("life_margin", "fatigue margin", "life"),
         Result("life_cycles", "cycles to failure", "life", demand="life_design_cycles"),
         Result("life_damage_per_cycle", "damage per cycle", "life"),
-        Result("life_multiaxial_margin", "margin, several axes", "life"),
-        Result("life_contact_margin", "margin, contact", "life"),
-        Result("life_speed_margin", "margin on speed", "life"),
+        Result("life_multiaxial_margin", "fatigue margin, multiaxial", "life"),
+        Result("life_contact_margin", "fatigue margin, contact", "life"),
+        Result("life_speed_margin", "margin on closing speed", "life"),
     )
     captions: ClassVar[Mapping[str, str]] = {"margin.png": "Margin against speed."}
     section = ("life_", "Life")
-    absent_words = "Fatigue was not judged; [life] in the scene asks for it."
+    margins: ClassVar[Mapping[str, str]] = {
+        "life_margin": "",
+        "life_multiaxial_margin": "",
+        "life_contact_margin": "",
+        "life_speed_margin": "landing_closing_speed_m_per_s",
+    }
+    sources = ("life_strength_source", "life_speed_source")
+    absent_words = (
+        "No strength is stated: name a file with that of your material, and its source, as [life] strength; without it "
+        "fatigue is not judged."
+    )
 
     @classmethod
     def sentence(cls, summary: Summary) -> str:
@@ -77,7 +87,7 @@ class LifeMargin(Measure):
     It is evaluated from stress histories after the last round; plans and rounds use `Stress` in its place.
     """
 
-    name, key, words = "life_margin", "life_margin", "margin over the design life"
+    name, key, words = "life_margin", "life_margin", "fatigue margin"
     needs_stress = True
     judged_by = Stress.name
     needs = "life.strength"

@@ -104,7 +104,7 @@ QUESTIONS = {
     "the name of a kind, law or reduction": (
         names_compared, all_names,
         ("impact/", "seatfem/structures/kinds/", "seatfem/structures/reduction/", "seatfem/study/scene/laws.py",
-         "seatfem/faces/verdict.py",  # asks a summary, which is text
+         "seatfem/study/answers/verdict.py",  # asks a summary, which is text
          "seatfem/structures/formats/uff.py"),  # what a data set holds, not a kind
     ),
 }  # fmt: skip

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatfem.faces.verdict import name_of
 from seatfem.results import rows_of
+from seatfem.study.answers.verdict import name_of
 from seatfem.study.scene.measures import ContactRecord, Measure
 from tests.gallery import load_text
 from tests.steps import run_scene

@@ -7,9 +7,10 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from seatfem.faces.report.fragments import omissions, provenance
+from seatfem.faces.report.fragments import provenance
 from seatfem.faces.tables import result_table
-from seatfem.faces.verdict import verdict
+from seatfem.study.answers.omissions import omissions
+from seatfem.study.answers.verdict import verdict
 from seatfem.wings.life import life_sentence
 
 ABSENT = ...  # of a key that is not there
@@ -37,21 +38,23 @@ def row(words: str, **changed: object) -> str:
 
 
 def test_value_bar_spring_difference_and_target_stand_in_one_row() -> None:
-    assert row("peak force, 2 us mean") == "peak force, 2 us mean 50.00 ± 0.50 N 40.00 N -20 % 20 1 %, reached"
+    assert (
+        row("peak force (mean over 2 us)") == "peak force (mean over 2 us) 50.00 ± 0.50 N 40.00 N -20 % 20 1 %, reached"
+    )
     assert row("impulse") == "impulse 1.0000 ± 0.0010 mN s 1.0005 mN s +0.05 % 0.5 0.1 %, reached"
-    assert row("peak force, 2 us mean", **{"error_bar_" + PEAK: 1.5}).endswith("3 %, missed")
+    assert row("peak force (mean over 2 us)", **{"error_bar_" + PEAK: 1.5}).endswith("3 %, missed")
     assert row("restitution") == "restitution 0.85 0.87"
 
 
 def test_stress_after_the_first_landing_replaces_the_largest_of_all() -> None:
     old = {"peak_reed_stress_Pa": 2e8, "spring_peak_reed_stress_Pa": 2e8}
     new = {"peak_reed_stress_after_contact_Pa": 9e7, "initial_reed_stress_Pa": 2e8, "reed_stress_at_start_Pa": 1.5e8}
-    assert row("reed stress, largest", **old) == "reed stress, largest 200 MPa 200 MPa"
+    assert row("largest reed stress", **old) == "largest reed stress 200 MPa 200 MPa"
     lines = printed(**old, **new)
-    assert "reed stress after 1st landing 90 MPa" in lines
-    assert "reed stress before 1st landing 200 MPa" in lines
+    assert "reed stress after first contact 90 MPa" in lines
+    assert "reed stress before first contact 200 MPa" in lines
     assert "reed stress at the start 150 MPa" in lines
-    assert not any(line.startswith("reed stress, largest") for line in lines)
+    assert not any(line.startswith("largest reed stress") for line in lines)
 
 
 def test_a_bar_above_half_of_the_value_leaves_it_not_known() -> None:

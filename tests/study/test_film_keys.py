@@ -9,7 +9,7 @@ import pytest
 
 import impact
 from impact import measures
-from seatfem.faces.verdict import verdict
+from seatfem.study.answers.verdict import verdict
 from seatfem.study.runs.summary import summarise
 from tests.gallery import FLAPPER, LIP, load_text, refusal
 from tests.steps import Division, Scene, Touches, bed, problem_of, run_contacts, striker_of

@@ -10,7 +10,7 @@ import pytest
 
 from impact.after.landings import Landing
 from seatfem import results
-from seatfem.faces.verdict import horizon
+from seatfem.study.answers.verdict import horizon
 from seatfem.study.runs.horizon import ensemble_keys
 from tests.steps import run_command
 
@@ -58,7 +58,7 @@ def test_a_shaken_ball_is_known_for_some_landings_only(tmp_path: Path) -> None:
     assert 0 < bar < speed  # type: ignore[operator]
     assert 0 < spread < speed  # type: ignore[operator]
     words = horizon(summary)
-    assert f"landings 1 to {known} are known, from {known + 1} on only statistics" in words
+    assert f"landings 1 to {known} can be predicted, from {known + 1} on only statistics" in words
     assert "Mean of the others over 4 runs: closing speed" in words
 
 
@@ -89,7 +89,9 @@ def test_bars_are_of_the_members_and_spreads_of_single_landings() -> None:
 
 def test_a_difference_that_stays_is_said_to_hardly_grow() -> None:
     summary = {"landings": [{}, {}, {}], results.KNOWN_LANDINGS: 3, results.LANDING_GROWTH: 1.02}
-    words = "all 3 landings are known: a small difference, of round-off or inputs and not of the step, hardly grows"
+    words = (
+        "all 3 landings can be predicted: a small difference, of round-off or inputs and not of the step, hardly grows"
+    )
     assert horizon(summary) == f"{words} from one to the next"
     alone = summary | {results.ENSEMBLE: 1, results.ENSEMBLE_LANDINGS: 0}
     nothing = "No landing is left to an ensemble (run.ensemble): it was not marched"

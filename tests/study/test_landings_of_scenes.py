@@ -82,7 +82,7 @@ def test_scenes_that_do_not_land_are_neither_met_nor_failed(tmp_path, text, stat
         assert summary["contact_cut_off"]
         assert summary["contact_duration_s"] > 0
         assert summary["error_bar_contact_duration_s"] is None
-        assert words_of(result_of("contact_duration_s"), summary) == "  lasts, cut off by the end of the run"
+        assert words_of(result_of("contact_duration_s"), summary) == "  contact duration, cut off by the end of the run"
         return
     assert code == 0
     assert summary["accuracy_met"] is None

@@ -21,7 +21,7 @@ from impact.after.result import ImpactResult
 from impact.files.safe_files import MB
 from impact.greens.base import Array, GreensFunction
 from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY
-from impact.pictures.lip_plots import BODIES, COLOUR, LandingMark, landing_marks, shown_contact, value_at
+from impact.pictures.lip_plots import BODIES, COLOUR, NAMES, LandingMark, landing_marks, shown_contact, value_at
 from impact.pictures.plots import sampled_filter
 from impact.quantities import scaled
 from seatfem.pictures import cell_grid, frames, moving
@@ -147,7 +147,7 @@ MOST: Final = 6000  # largest number of points of a curve in contact, and also o
 MARGIN: Final = 0.05  # time shown before and after all contacts, over their duration
 CELLS: Final = 400  # number of columns of a map along time
 PULSES: Final = 60  # time over which a Green's function is shown, in widths of the pulse
-LINES: Final[Mapping[str, tuple[str, str]]] = {"wave": ("elastic seat", BLUE), "spring": ("spring baseline", ORANGE)}
+LINES: Final[Mapping[str, tuple[str, str]]] = {"wave": (NAMES[0], BLUE), "spring": (NAMES[1], ORANGE)}
 SOURCES: Final = (BLUE, ORANGE, GREEN, PURPLE, SKY, GREY, "#E69F00", "#000000")
 
 
@@ -171,8 +171,9 @@ def motion_figure(runs: Mapping[str, ImpactResult], landings: Landings = ()) -> 
     for name, (label, colour) in LINES.items():
         if name in runs:
             run = runs[name]
-            figure.line(run, factor * run.striker_displacement, f"reed, {label}", colour)
-            figure.line(run, factor * run.gap, f"gap, {label}", colour, dash="dot", hidden=True)
+            on = f", {label}" if "spring" in runs else ""
+            figure.line(run, factor * run.striker_displacement, f"reed{on}", colour)
+            figure.line(run, factor * run.gap, f"gap{on}", colour, dash="dot", hidden=True)
     if "wave" in runs:
         wave = runs["wave"]
         figure.line(wave, factor * wave.target_displacement, "seat", GREEN)
@@ -229,16 +230,23 @@ def greens_figure(greens: GreensFunction, width: float) -> Figure:
     return figure
 
 
-def budget_figure(shares: Mapping[str, Mapping[str, float]]) -> Figure:
-    """Draw the error of each measure by source, relative [%]; ``shares``: source -> measure -> fraction."""
+def budget_figure(shares: Mapping[str, Mapping[str, float]], target: float | None = None) -> Figure:
+    """Draw the uncertainty of each measure by source, relative [%]; ``shares``: source -> measure -> fraction. A line
+    marks the ``target`` that was asked for, and the axis reaches beyond it and the largest uncertainty."""
     figure = _empty("")
     for (source, parts), colour in zip(shares.items(), SOURCES, strict=False):
         names, values = list(parts), [100 * value for value in parts.values()]
         figure.add_bar(y=names, x=_short(np.array(values)), name=source, marker={"color": colour}, orientation="h")
     bars = 60 + 40 * max(map(len, shares.values()), default=1)  # besides 36 px above them and the legend below
     figure.update_layout(barmode="stack", height=bars + 156, margin={"b": 120}, legend={"y": -60 / bars})
-    figure.update_xaxes(title="share of the error [% of the value]")
+    figure.update_xaxes(title="uncertainty [% of the value]")
     figure.update_yaxes(automargin=True, autorange="reversed")
+    if target:
+        measured = {name for parts in shares.values() for name in parts}
+        largest = max((sum(parts.get(name, 0.0) for parts in shares.values()) for name in measured), default=0.0)
+        end = max(1.2 * target, 1.05 * largest)
+        figure.add_vline(x=100 * target, line={"color": GREY, "dash": "dash"}, annotation_text="asked")
+        figure.update_xaxes(range=[0.0, 100 * end])
     return figure
 
 
@@ -295,8 +303,20 @@ class _Along:
             figure.add_scatter(x=_short(rate * time), **curve)
         if near:
             figure.update_xaxes(range=[rate * start, rate * end])
+            figure.update_yaxes(range=self._heights(start, end))
         figure.update_yaxes(title=quantity)
         return figure
+
+    def _heights(self, start: float, end: float) -> tuple[float, float]:
+        """Return the lowest and highest value of the curves that are shown between two times, with a margin."""
+        parts = [
+            np.asarray(curve["y"])[(time >= start) & (time <= end)]
+            for time, curve in self._curves
+            if curve.get("visible") != "legendonly"
+        ]
+        values = np.concatenate([*parts, [0.0]])
+        margin = 0.12 * (float(np.ptp(values)) or 1.0)
+        return float(values.min()) - margin / 3, float(values.max()) + margin
 
 
 def _pressed(runs: Sequence[ImpactResult]) -> tuple[int, int]:

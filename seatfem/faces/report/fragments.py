@@ -6,9 +6,8 @@ from __future__ import annotations
 import base64
 import html
 import json
-import math
 import shlex
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 
@@ -21,10 +20,9 @@ from seatfem import readings, results
 from seatfem.faces.report.asked import SCENE_COPY, changes_in
 from seatfem.faces.tables import time_line
 from seatfem.machine.doctor import installed_version
-from seatfem.results import IMPULSE, SEAT_STRESS, Group, name_of, rows_of, words_of
+from seatfem.results import IMPULSE, SEAT_STRESS
 from seatfem.structures.cache import content_hash
 from seatfem.study.runs.pipeline import SUMMARY_FILE
-from seatfem.study.safety import source_in_words
 
 MOST_TEXT: Final = 4 * MB
 
@@ -106,8 +104,15 @@ def hot_spots(summary: Mapping[str, Any]) -> str:
 def keys_table(summary: Mapping[str, Any], prefix: str) -> str:
     """Return a table of all keys with a ``prefix`` and a value, each number with its error bar; "" without any."""
     keys = [key for key, value in summary.items() if key.startswith(prefix) and value is not None]
-    rows = [(key.removeprefix(prefix).replace("_", " "), _plain(summary, key)) for key in keys]
-    return html_rows(("", "value"), rows) if rows else ""
+    return html_rows(("", "value"), [(_words(key, prefix), _plain(summary, key)) for key in keys]) if keys else ""
+
+
+def _words(key: str, prefix: str) -> str:
+    """Return the words of a result; of another key the key itself, without the ``prefix`` and its unit."""
+    if (known := results.all_results().get(key)) is not None:
+        return known.words
+    ending = next((ending for ending in readings.UNITS if key.endswith(f"_{ending}")), "")
+    return key.removeprefix(prefix).removesuffix(f"_{ending}").replace("_", " ")
 
 
 def _in(spot: Mapping[str, Any], key: str, unit: str) -> str:
@@ -122,62 +127,7 @@ def _place(spot: Mapping[str, Any]) -> str:
 
 def _plain(summary: Mapping[str, Any], key: str) -> str:
     value = summary[key]
-    if readings.bar_of(summary, key) is not None:
-        return readings.reading(summary, key, "")
-    return f"{value:.4g}" if isinstance(value, float) else str(value)
-
-
-BAR_UNKNOWN: Final = "Uncertainty not known"
-TOO_WIDE: Final = "Not known, since the uncertainty is above half of the value"
-NO_BAR: Final = "Without an uncertainty"
-STATES: Final = (BAR_UNKNOWN, TOO_WIDE, NO_BAR)
-BESIDE: Final = ("time_s", "_at_deg", "_at_m", "_over_rho_c0_v", "tilt_deg")
-"""Suffixes of keys that state the time or place of another number, a multiple of it, or an input of the scene."""
-
-
-def omissions(summary: readings.Summary) -> Iterator[str]:
-    """Yield a sentence for each thing that the numbers of a run omit."""
-    if unknown := str(summary.get("error_unknown") or ""):
-        left_out = ", ".join(source_in_words(source) for source in unknown.split(", "))
-        yield f"Not included in the uncertainty: {left_out}."
-    for (words, group), names in _numbers_without_bar(summary).items():
-        yield f"{words} ({results.HEADINGS[group].replace('{step}', '')}): {'; '.join(names)}."
-    if empty := results.without_value(summary):
-        yield f"Asked for, but without a value in this run: {', '.join(name_of(key, summary) for key in empty)}."
-    if summary.get("accuracy_met") is False and (reason := str(summary.get("accuracy_stopped_because") or "")):
-        yield f"The accuracy asked for was missed, and no further round followed: {reason}."
-    yield from _not_computed(summary)
-    if missing := str(summary.get("pictures_missing") or ""):
-        yield f"Pictures that could not be drawn: {missing}."
-
-
-def _numbers_without_bar(summary: readings.Summary) -> dict[tuple[str, Group], list[str]]:
-    """Return the names of numbers whose error is unknown or too large, by reason and by group of rows."""
-    open_numbers: dict[tuple[str, Group], list[str]] = {}
-    for group, rows in rows_of(summary).items():
-        parent = ""
-        for row in rows:
-            words = words_of(row, summary)
-            parent = parent if words.startswith(" ") else words
-            value, bar = readings.as_number(summary.get(row.key)), readings.bar_of(summary, row.key)
-            if not value or isinstance(summary[row.key], int) or row.key.endswith(BESIDE):
-                continue
-            if not readings.is_known(row.key, value, bar):
-                state = NO_BAR if bar is None else TOO_WIDE if math.isfinite(bar) else BAR_UNKNOWN
-                name = f"{parent}: {words.strip()}" if words.startswith(" ") else words
-                open_numbers.setdefault((state, group), []).append(name)
-    return dict(sorted(open_numbers.items(), key=lambda each: STATES.index(each[0][0])))
-
-
-def _not_computed(summary: readings.Summary) -> Iterator[str]:
-    """Yield what was not computed, as stress, and the keys of the scene that request it."""
-    if readings.as_number(summary.get(results.SEAT_STRESS)) is None:
-        yield "Stress in the seat was not computed; [stress] in the scene asks for that of a seat of finite elements."
-    if readings.as_number(summary.get(results.REED_STRESS)) is None:
-        yield "Stress in the reed was not computed; [stress] in the scene asks for that of a plate."
-    for prefix, _, words in results.all_sections():
-        if words and not any(key.startswith(prefix) for key in summary):
-            yield words
+    return readings.reading(summary, key, readings.unit_of(key)) if isinstance(value, float) else str(value)
 
 
 def provenance(folder: Path, summary: Mapping[str, Any]) -> str:
@@ -241,12 +191,12 @@ STILLS: Final = ("landing.gif",)
 """Pictures of `INSTEAD` that are included nevertheless, for browsers without WebGL, and for prints."""
 
 
-def kept_pictures(folder: Path) -> str:
+def kept_pictures(folder: Path, without: Collection[str] = ()) -> str:
     """Return the pictures that no other section shows, with captions; one that is too large is only named."""
     shown, room = [], MOST_OF_PICTURES
     files = sorted(file for pattern in ("*.png", "*.gif") for file in folder.glob(pattern) if not file.is_symlink())
     for file in sorted(files, key=lambda file: file.name in STILLS):
-        if file.name == DRAWING:
+        if file.name == DRAWING or file.name in without:
             continue
         size = file.stat().st_size
         drawn = (folder / INSTEAD.get(file.name, file.name + "?")).is_file()
@@ -261,16 +211,21 @@ def kept_pictures(folder: Path) -> str:
     return "".join(shown)
 
 
-def first_picture(folder: Path) -> str:
-    """Return the drawing of the scene with its caption; "" if the run has none."""
+def first_picture(folder: Path, *, caption: bool = True) -> str:
+    """Return the drawing of the scene, with or without its caption; "" if the run has none."""
     file = folder / DRAWING
     if not file.is_file() or file.is_symlink() or file.stat().st_size > MOST_OF_A_PICTURE:
         return ""
-    return _figure(file, CAPTIONS[DRAWING])
+    return _figure(file, CAPTIONS[DRAWING]) if caption else _image(file, "The valve as it was computed.")
 
 
 def _figure(file: Path, caption: str, style: str = "") -> str:
+    words = f"<figcaption>{html.escape(caption)}</figcaption>"
+    return f"<figure{style}>{_image(file, caption)}{words}</figure>"
+
+
+def _image(file: Path, alternative: str) -> str:
+    """Return an image with its data in the page, and the words for those who do not see it."""
     data = base64.b64encode(read_bytes(file, MOST_OF_A_PICTURE, ReportError)).decode("ascii")
     kind = file.suffix.removeprefix(".").lower()
-    image = f'<img src="data:image/{kind};base64,{data}" alt="{html.escape(caption)}" loading="lazy">'
-    return f"<figure{style}>{image}<figcaption>{html.escape(caption)}</figcaption></figure>"
+    return f'<img src="data:image/{kind};base64,{data}" alt="{html.escape(alternative)}" loading="lazy">'

@@ -4,23 +4,22 @@ from __future__ import annotations
 
 import html
 import json
+import math
 import os
 import sys
 import webbrowser
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from string import Template
 from typing import TYPE_CHECKING, Any, Final
 
 from impact.files.safe_files import write_whole
 from impact.names import how_to_mend
-from impact.quantities import percent
 from impact.storage.hdf5 import load_greens, load_results
 from seatfem import readings, results
 from seatfem.faces.plan_view import table_of
 from seatfem.faces.report import figures as draw
 from seatfem.faces.report.asked import PLAN_FILE, SCENE_COPY
-from seatfem.faces.report.checked import weak_coverage, who_checked
 from seatfem.faces.report.figures import MOST_OF_BODIES, body_figure, part_of_page
 from seatfem.faces.report.fragments import (
     ReportError,
@@ -30,15 +29,17 @@ from seatfem.faces.report.fragments import (
     html_table,
     kept_pictures,
     keys_table,
-    omissions,
     provenance,
     run_summary,
     text_of,
     versions,
 )
-from seatfem.faces.tables import landings_of, landings_table, result_table
-from seatfem.faces.verdict import LANDED, horizon, judged_words, pressed_on, simpler, verdict
+from seatfem.faces.tables import is_baseline, landings_of, landings_table, result_table
 from seatfem.pictures.moving import KEPT, moving_bodies
+from seatfem.study.answers.checked import who_checked
+from seatfem.study.answers.decision import Decision, decide
+from seatfem.study.answers.omissions import not_modelled, omissions
+from seatfem.study.answers.verdict import against_spring, is_static, sentences
 from seatfem.study.plan import Choice
 from seatfem.study.runs.pipeline import RESULT_FILE
 from seatfem.study.runs.rounds import SEAT_FILE
@@ -82,8 +83,7 @@ def report_page(folder: Path) -> str:
         guard=GUARD,
         title=html.escape(str(summary.get("title") or folder.resolve().name)),
         plotly=_plotly(),
-        verdict=html.escape(verdict(summary)),
-        state=_state(summary),
+        first=_first_screen(folder, decide(summary)),
         links=links,
         content=content,
         versions=versions(),
@@ -91,19 +91,14 @@ def report_page(folder: Path) -> str:
 
 
 def _sections(folder: Path, summary: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    spring, *others = (f"<p>{html.escape(line)}</p>" for line in (against_spring(summary), *sentences(summary)))
+    tables = html_table(result_table(summary)) + _landings(summary)
+    yield "Result", f"{spring}{tables}{''.join(others)}{_notes(summary)}"
+    checked, counts = who_checked(summary)
+    who = f"<h3>Who checked this kind of scene</h3><p>{html.escape(checked)}</p>{_list(counts)}"
+    yield "What was left out", _list(omissions(summary)) + who
     if drawing := first_picture(folder):
         yield "Drawing", drawing
-    lines = (
-        weak_coverage(summary),
-        pressed_on(summary),
-        horizon(summary),
-        simpler(summary),
-        *results.all_sentences(summary),
-    )
-    sentences = [f"<p>{html.escape(line)}</p>" for line in lines if line] + [_notes(summary)]
-    yield "Result", html_table(result_table(summary)) + _landings(summary) + "".join(sentences)
-    left_out = "".join(f"<li>{html.escape(sentence)}</li>" for sentence in omissions(summary))
-    yield "What was left out", f"<ul>{left_out}</ul><h3>Who checked this kind of scene</h3>{who_checked(summary)}"
     figures = _figures(folder, summary)
     for name, (caption, figure) in figures.items():
         text = html.escape(caption).replace(CURVES, f'<span class="screen">{CURVES}</span>')
@@ -113,10 +108,10 @@ def _sections(folder: Path, summary: Mapping[str, Any]) -> Iterator[tuple[str, s
         yield KEPT[name], body_figure(name, motion, MOST_OF_BODIES // len(bodies))
     if spots := hot_spots(summary):
         yield "Hot spots of the seat", spots
-    for prefix, title, _ in results.all_sections():
+    for prefix, title in results.all_sections():
         if table := keys_table(summary, prefix):
             yield title, table
-    if shown := kept_pictures(folder):
+    if shown := kept_pictures(folder, without=("greens.png",) if is_static(summary) else ()):
         yield "Pictures", shown
     if plan := text_of(folder / PLAN_FILE):
         yield from _plan(plan)
@@ -126,10 +121,27 @@ def _sections(folder: Path, summary: Mapping[str, Any]) -> Iterator[tuple[str, s
 
 
 def _notes(summary: Mapping[str, Any]) -> str:
-    """Return the notes of a run as a list; "" if the summary has none."""
-    notes = summary.get("notes")
-    items = "".join(f"<li>{html.escape(str(note))}</li>" for note in notes) if isinstance(notes, list) else ""
-    return f"<h3>Notes</h3><ul>{items}</ul>" if items else ""
+    """Return the notes of a run that are not among what was left out, as a list; "" without any."""
+    notes, before = summary.get("notes"), not_modelled(summary)
+    items = _list(str(note) for note in notes if note not in before) if isinstance(notes, list) else ""
+    return f"<h3>Notes</h3>{items}" if items else ""
+
+
+def _list(sentences: Iterable[str]) -> str:
+    """Return sentences as an HTML list; "" without any."""
+    items = "".join(f"<li>{html.escape(sentence)}</li>" for sentence in sentences)
+    return f"<ul>{items}</ul>" if items else ""
+
+
+def _first_screen(folder: Path, decision: Decision) -> str:
+    """Return what happens, the decision with its reasons, and what was left out, beside the drawing of the valve."""
+    drawing = first_picture(folder, caption=False)
+    left_out = f"<h2>Left out</h2>{_list(decision.left_out)}" if decision.left_out else ""
+    return (
+        f'<div class="first"><div><p class="event">{html.escape(decision.happens)}</p>'
+        f'<p class="decision {decision.word}">{decision.word}</p>{_list((*decision.reasons, decision.checked))}'
+        f"{left_out}</div>{drawing}</div>"
+    )
 
 
 def _landings(summary: Mapping[str, Any]) -> str:
@@ -149,6 +161,8 @@ def _figures(folder: Path, summary: Mapping[str, Any]) -> dict[str, tuple[str, F
     width = readings.as_number(summary.get("filter_width_s")) or 1e-6
     if (folder / RESULT_FILE).is_file():
         runs, landings = load_results(folder / RESULT_FILE), landings_of(summary)
+        if is_baseline(summary):
+            runs = {name: run for name, run in runs.items() if name != "spring"}  # its curves are the seat's
         step = "The raw force depends on the time step; its mean over the filter width hardly does."
         first = "The picture opens at the hardest landing; a double-click shows the whole run. " if landings else ""
         figures["Contact force"] = (CURVES + first + step, draw.force_figure(runs, width, landings))
@@ -159,32 +173,45 @@ def _figures(folder: Path, summary: Mapping[str, Any]) -> dict[str, tuple[str, F
         figures["Motion"] = (CURVES + "Positive away from the seat.", draw.motion_figure(runs, landings))
         words = "The energy input is the work of the loads and of the release."
         figures["Energy"] = (CURVES + words, draw.energy_figure(runs["wave"]))
-    if (folder / SEAT_FILE).is_file():
+    if (folder / SEAT_FILE).is_file() and not is_static(summary):  # a spring gives way at once: a spike says nothing
         words = (
             "Displacement of the contact face after a unit impulse on it; the run computes the seat's motion from it."
         )
         figures["Green's function of the seat"] = (words, draw.greens_figure(load_greens(folder / SEAT_FILE), width))
     if shares := _shares(summary):
-        words = "Estimated error from each part of the model. The uncertainty is their sum, with safety factors."
-        figures["Error budget"] = (words, draw.budget_figure(shares))
+        words = (
+            "Uncertainty of what the accuracy was asked for, divided among its sources as their estimated errors. The "
+            "dashed line is the accuracy asked for."
+        )
+        target = readings.as_number(summary.get("accuracy_target"))
+        figures["Error budget"] = (words, draw.budget_figure(shares, target))
     return figures
 
 
 def _shares(summary: Mapping[str, Any]) -> dict[str, dict[str, float]]:
-    """Return source of error -> measure -> fraction of its value, from the keys error_<source>_<measure> of
-    summary.json: those of the landing if the run is judged by one and has them, otherwise those of the whole run."""
+    """Return source of error -> measure in words -> its part of the relative uncertainty, for the measures that the
+    accuracy was asked for, from the keys error_<source>_<measure> of summary.json."""
     bars = {key.removeprefix("error_bar_") for key in summary if key.startswith("error_bar_")}
-    shares: dict[bool, dict[str, dict[str, float]]] = {True: {}, False: {}}
+    shares: dict[str, dict[str, float]] = {}
     for key in summary:
         ends = (measure for measure in bars if key.endswith(f"_{measure}") and not key.startswith("error_bar_"))
         measure = max(ends, key=len, default="")
         share, value = readings.as_number(summary[key]), readings.as_number(summary.get(measure))
-        if key.startswith("error_") and share and value:
+        if key.startswith("error_") and measure in results.asked(summary) and share and value:
             source = source_in_words(key.removeprefix("error_").removesuffix(f"_{measure}"))
-            of_source = shares[measure.startswith(results.LANDING)].setdefault(source, {})
-            of_source[results.name_of(measure, summary)] = abs(share / value)
-    by_landing = any(key.startswith(results.LANDING) for key in results.asked(summary))
-    return shares[by_landing] or shares[False]
+            shares.setdefault(source, {})[measure] = abs(share / value)
+    sums = {measure: sum(parts.get(measure, 0.0) for parts in shares.values()) for measure in results.asked(summary)}
+    scales = {  # by safety factors, and by jumps of a measure, the uncertainty is above the sum of its parts
+        measure: (readings.bar_of(summary, measure) or 0.0)
+        / abs(readings.as_number(summary[measure]) or math.inf)
+        / whole
+        for measure, whole in sums.items()
+        if whole > 0
+    }
+    return {
+        source: {results.name_of(measure, summary): scales[measure] * share for measure, share in parts.items()}
+        for source, parts in shares.items()
+    }
 
 
 def _plan(text: str) -> Iterator[tuple[str, str]]:
@@ -201,19 +228,6 @@ def _plan(text: str) -> Iterator[tuple[str, str]]:
     if read:
         yield "What was read", html_rows(("", ""), read)
     yield "Plan and its reasons", html_table(choices) + (f"<ul>{items}</ul>" if items else "")
-
-
-def _state(summary: Mapping[str, Any]) -> str:
-    """Return the badge: whether the target of accuracy was met, and by which measures; without a landing its status."""
-    if (target := readings.as_number(summary.get("accuracy_target"))) is None or "accuracy_met" not in summary:
-        return ""
-    met = summary["accuracy_met"]
-    if met is None:
-        return f'<p class="state missed">{html.escape(str(summary.get("landing_status") or "nothing to judge"))}</p>'
-    words = f"accuracy of {percent(target, 3)} {'reached' if met is True else 'missed'}: {judged_words(summary)}"
-    if (status := str(summary.get("landing_status") or LANDED)) != LANDED:
-        words = f"{status}; {words}"
-    return f'<p class="state {"met" if met is True else "missed"}">{html.escape(words)}</p>'
 
 
 def _div(figure: Figure, name: str) -> str:

@@ -93,8 +93,8 @@ def dishing_notes(reed: Structure, seat: Structure, loads: Sequence[ExternalLoad
     clamped, turning = (quantities.text(share * unit, "Pa", 2) for share in (3 / 4, 3 * (3 + material.poisson) / 8))
     port, pressure = write_quantity(2 * radius, "length", 3), write_quantity(closing, "pressure", 2)
     return (
-        f"closed under {pressure} over a port of {port} the reed also dishes: about {clamped} to {turning} (round "
-        "plate, edge clamped or free to turn). A beam does not know this stress: no stress and no margin has it",
+        f"stress and margin leave out that the closed reed dishes under {pressure} over a port of {port}: a beam model "
+        f"lacks these {clamped} to {turning} (round plate, edge clamped or free to turn)",
     )
 
 

@@ -251,9 +251,11 @@ def afterwards(
     """
     scene, keys = done.plan.scene, dict[str, object]()
     if horizon.has_horizon(done):
+        progress("predictable landings", 0.0)
         with watch("horizon"):
             compute = partial(horizon.horizon_keys, done, progress)
             keys |= kept.cached_numbers(done, done.touches, "horizon", compute)
+        progress("predictable landings", 1.0)
     elif scene.run.ensemble is not None:
         keys |= horizon.NO_ENSEMBLE
     courses: tuple[Path, ...] = ()

@@ -20,6 +20,7 @@ from seatfem.pictures import scene_drawing
 from seatfem.results import LANDINGS_FILE
 from seatfem.structures import cache, natural_modes, rings
 from seatfem.structures.mesh.gmsh_process import gmsh_session
+from seatfem.study.answers.decision import decide
 from seatfem.study.impacts import contact
 from seatfem.study.impacts import layout as layouts
 from seatfem.study.impacts.contact import RunError
@@ -32,7 +33,7 @@ from seatfem.study.runs.converge import begin_plan
 from seatfem.study.runs.kept import cached_plan, save_plan
 from seatfem.study.runs.next_round import Limits
 from seatfem.study.runs.outcome import RunOutcome, RunResult
-from seatfem.study.runs.round import Round, missed, remarks
+from seatfem.study.runs.round import Round, missed, not_modelled, remarks
 from seatfem.study.runs.rounds import ANY, SEAT_FILE, last_round, rounds
 from seatfem.study.runs.summary import (
     accuracy_keys,
@@ -144,7 +145,8 @@ def run_scene(
     later = afterwards(latest, baseline, folder, watch, progress, tell=tell, histories=histories, keep=keep)
     notes = (*missed(latest), *remarks(latest), *later.notes(latest.plan))
     met = not later.bars_missed(scene.accuracy) if latest.met else latest.met
-    summary |= {**later.keys, "accuracy_met": met, "notes": list(notes)}
+    summary |= {**later.keys, "accuracy_met": met, "notes": list(notes), "not_modelled": list(not_modelled(latest))}
+    summary |= decide(summary).keys()
     keep({})
     drawn: tuple[Path, ...] = ()
     gaps: tuple[str, ...] = ()
@@ -231,6 +233,7 @@ def _summary(done: Round, baseline: Baseline, courses: tuple[DriveRun, ...], wat
         **greens_error_keys(done.seat.greens),
         **done.seat.about,
         "seat_reused": done.seat.reused,
+        "run_duration_s": scene.run.duration,
         "seat_kind": scene.seat.kind,
         **{key: value for each in courses for key, value in each.keys().items()},
         **({} if scene.stopper is None else stopper_face_keys(scene.stopper)),

@@ -199,11 +199,19 @@ def remarks(done: Round) -> tuple[str, ...]:
         *([f"not given, taken from the paper's reed: {', '.join(assumed)}"] if assumed else []),
         *map(str, limits),
         *_advice(done),
+        *not_modelled(done),
+        *validity.one_way_notes(scene),
+    )
+
+
+def not_modelled(done: Round) -> tuple[str, ...]:
+    """Return sentences on effects in the scene of a round that its model leaves out."""
+    scene = done.plan.scene
+    return (
         *validity.film_notes(scene.geometry, done.result),
         *validity.stopper_notes(scene.stopper),
         *validity.dishing_notes(scene.reed, scene.seat, scene.load, scene.run.duration),
         *scene.geometry.cover_notes(),
-        *validity.one_way_notes(scene),
     )
 
 

@@ -200,6 +200,7 @@ def solve(
             bodies += [body.greens for body in (stopper_of(scene),) if body is not None]
     dt = method.time_step or contact.fallback_step(scene.run, scene.driven_by, *bodies)
     contact.check_length(scene, dt, method.seat.division.count)
+    progress("stepping", 0.0)
     with watch("contact"):
         flights = contact.Flights(striker, scene.run.duration, scene.contact.preload)
         touches = run_contacts(scene, striker, seat.greens, dt, progress, flights)

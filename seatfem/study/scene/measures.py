@@ -103,14 +103,12 @@ class Measure(ResultSource, ABC):
     """A result whose accuracy may be prescribed; each subclass with a ``name``, in any file, is a measure.
 
     Attributes:
-        landing_words: meaning of its value for one landing, if it differs from ``words``.
         needs_displacement, needs_stress, needs_line: data of `ContactRecord` that it needs in addition to the force.
         judged_by: name of another measure of the whole run with the same relative error; "" if it has its own.
         of_some: whether it is omitted from the results of runs in which it is not defined.
         needs: key or table without which a scene cannot ask for it, as "[[gauge]]"; "" if there is none.
     """
 
-    landing_words: ClassVar[str] = ""
     needs_displacement: ClassVar[bool] = False
     needs_stress: ClassVar[bool] = False
     needs_line: ClassVar[bool] = False
@@ -268,8 +266,8 @@ class SeatDisplacement(Measure):
 class Stress(Measure):
     """Largest stress in the reed after the first contact."""
 
-    name, key, words = "stress", "peak_reed_stress_after_contact_Pa", "reed stress after the first touch"
-    landing_key, landing_words = "landing_peak_reed_stress_Pa", "reed stress since the landing"
+    name, key, words = "stress", "peak_reed_stress_after_contact_Pa", "reed stress after first contact"
+    landing_key, landing_words = "landing_peak_reed_stress_Pa", "reed stress after landing"
     needs_stress = True
 
     def evaluate(self, blow: ContactRecord) -> float:
@@ -412,7 +410,8 @@ def values_of(blow: ContactRecord, like: Sequence[Landing] | None = None) -> dic
 def in_words(name: str) -> str:
     """Return the meaning of a value of a run, with its key in brackets."""
     prefix, measure = _prefix_and_measure(name)
-    return f"{all_measures()[measure].words}{LANDING_WORDS[prefix]} ({key_of(name)})"
+    of_landing = "" if all_measures()[measure].landing_words else LANDING_WORDS[prefix]
+    return f"{short_words(name)}{of_landing} ({key_of(name)})"
 
 
 def short_words(name: str) -> str:

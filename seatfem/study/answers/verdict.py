@@ -69,6 +69,11 @@ def difference(summary: Summary, key: str) -> Difference | None:
     return Difference(key, seat, spring, max(bar, as_number(summary.get(BAR + SPRING + key)) or 0.0))
 
 
+def against_spring(summary: Summary) -> str:
+    """Return the comparison with the spring baseline in sentences; "" without a landing, or if both are springs."""
+    return "" if standing(summary) or is_static(summary) else verdict(summary)
+
+
 def verdict(summary: Summary) -> str:
     """Return the result of a run in sentences, from the numbers of summary.json.
 
@@ -95,7 +100,8 @@ def standing(summary: Summary) -> str:
     whole = summary.get("accuracy_landing") == "run" and as_number(summary.get(results.CONTACTS))
     if status == LANDED or (whole and status != "cut off"):
         return ""
-    time = str(summary.get("plan_run_duration") or "run.duration")
+    length = as_number(summary.get("run_duration_s"))
+    time = str(summary.get("plan_run_duration") or "run.duration") if length is None else duration(length)
     return STATUS.get(status, status.capitalize() + ".").replace("{time}", time)
 
 
@@ -129,12 +135,12 @@ def horizon(summary: Summary) -> str:
     nothing = NO_ENSEMBLE if summary.get(results.ENSEMBLE_LANDINGS) == 0 else ""
     if known is None or growth is None or not number:
         return nothing.removeprefix(". ")
-    words = f"all {number} landings are known" if known >= number else _partly(int(known))
+    words = f"all {number} landings can be predicted" if known >= number else _partly(int(known))
     grows = "hardly grows" if growth < HARDLY else f"grows {growth:.2g}-fold"
     words += f": a small difference, of round-off or inputs and not of the step, {grows} from one to the next"
     of_inputs = as_number(summary.get(results.KNOWN_OF_INPUTS))
     if of_inputs is not None and of_inputs < min(known, number):
-        words += f"; with inputs known to 0.1 %, {_count(int(of_inputs))}"
+        words += f"; with inputs exact to 0.1 %, {_count(int(of_inputs))}"
     means = ((results.ENSEMBLE_SPEED, "m/s", "closing speed"), (results.ENSEMBLE_PEAK, "N", "peak force"))
     averages = [
         f"{name} {reading(summary, key, unit)} (of single landings ± {in_digits(factor * spread, 2)} {prefixed})"
@@ -149,11 +155,19 @@ def horizon(summary: Summary) -> str:
 
 def _partly(known: int) -> str:
     after = f"from {known + 1} on only statistics" if known else "there are only statistics"
-    return f"{_count(known)} known, {after}"
+    return f"{_count(known)}, {after}"
 
 
 def _count(known: int) -> str:
-    return {0: "no landing is", 1: "landing 1 is"}.get(known, f"landings 1 to {known} are")
+    return {0: "no landing can", 1: "landing 1 can"}.get(known, f"landings 1 to {known} can") + " be predicted"
+
+
+def beyond_horizon(summary: Summary) -> str:
+    """Return from which landing on only statistics can be given; "" if all landings can be predicted."""
+    known = as_number(summary.get(results.KNOWN_LANDINGS))
+    number = len(landings) if isinstance(landings := summary.get("landings"), list) else 0
+    words = "" if known is None or known >= number else _partly(int(known))
+    return words and f"{words[:1].upper()}{words[1:]}."
 
 
 def judged_words(summary: Summary) -> str:
@@ -174,16 +188,24 @@ def simpler(summary: Summary) -> str:
     return f"simpler models: {', '.join(models)} (peak, {over} mean, and impulse of the whole run)" if models else ""
 
 
+def sentences(summary: Summary) -> tuple[str, ...]:
+    """Return what a run says besides its tables: static pressing, predictable landings, simpler models, lines of
+    wings."""
+    own = (each(summary) for each in (pressed_on, horizon, simpler))
+    return (*filter(None, own), *results.all_sentences(summary))
+
+
 def count(bars: float) -> str:
     """Return a number of error bars as text."""
     return "> 1000" if bars > 1000 else "0" if bars < 1e-3 else in_digits(bars, 2) if bars < 100 else f"{bars:.0f}"
 
 
 def _comparison(summary: Summary) -> str:
+    """Return how the spring baseline differs from the seat, in the measures asked for."""
     if summary.get("seat_kind") == "spring":
         return "The seat is a spring: it is its own baseline."
-    if summary.get("plan_seat_level") == "spring":
-        return _by_plan(summary)
+    if words := static_seat(summary):
+        return words
     differences = [d for key in asked(summary) if (d := difference(summary, key)) is not None]
     usual = [] if differences else [results.PEAK, results.IMPULSE]
     differences = differences or [d for key in usual if (d := difference(summary, key)) is not None]
@@ -219,18 +241,21 @@ def _short(value: float, digits: int) -> str:
     return f"{value:.{places}f}" if abs(value) < 1e6 else in_digits(value, digits)
 
 
-def _by_plan(summary: Summary) -> str:
-    """Return why seat and baseline agree: both are springs."""
+def static_seat(summary: Summary) -> str:
+    """Return why the waves in an elastic seat were left out, so that it agrees with the baseline; "" if they were
+    not."""
+    if summary.get("seat_kind") == "spring" or summary.get("plan_seat_level") != "spring":
+        return ""
     lip = "; the baseline has no coupling between the segments of the lip" if results.PORTS in summary else ""
     if "seat.model" in str(summary.get("plan_given", "")).split(", "):
-        return f'seat.model = "spring": the seat is its static stiffness alone, as in the baseline{lip}.'
+        return f'Waves in the seat are left out, by seat.model = "spring"{lip}.'
     names = enumeration(name_of(key, summary) for key in asked(summary)) or "the measures"
-    stiff = "The seat is so stiff that only its static stiffness matters"
+    stiff = "it is so stiff that only its static stiffness matters"
     if summary.get("accuracy_met") is not True:
-        stiff = "The plan replaced the seat by its static stiffness"
+        stiff = "the plan replaced it by its static stiffness"
     return (
-        f"{stiff}. Both columns use it{lip}. The effect of waves in the seat on {names} is part of the "
-        'uncertainty. To compute waves nevertheless: seat.model = "3d".'
+        f"Waves in the seat are left out: {stiff}{lip}; their effect on {names} is part of the uncertainty. To "
+        'compute them: seat.model = "3d".'
     )
 
 

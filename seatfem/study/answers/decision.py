@@ -1,0 +1,176 @@
+"""What a run says to whoever decides on a valve: go, no-go or undecided, why, and what the numbers leave out."""
+
+import math
+import re
+from dataclasses import dataclass
+from typing import Final, Literal, NamedTuple
+
+from impact.quantities import enumeration, in_digits, in_units, percent
+from seatfem import results
+from seatfem.readings import BAR, MOST_UNCERTAIN, Summary, as_number, bar_of, in_text, is_known
+from seatfem.study.answers.checked import how_often_checked
+from seatfem.study.answers.omissions import left_out
+from seatfem.study.answers.verdict import standing, which_landing
+
+Word = Literal["go", "no-go", "undecided"]
+GO: Final = "go"
+NO_GO: Final = "no-go"
+UNDECIDED: Final = "undecided"
+SPEED: Final = "landing_closing_speed_m_per_s"
+_NOT_CITED: Final = re.compile(
+    r"\b(invent|assum|guess|estimat|unknown|example|placeholder|dummy|fictiti|made.up|todo|tbd|tbc|n/?a\b|none\b)|^\W*$",
+    re.IGNORECASE,
+)
+"""Pattern of a source of strength that names no measurement."""
+
+
+@dataclass(frozen=True)
+class Decision:
+    """What a run says to whoever decides on the valve.
+
+    Attributes:
+        word: "go", "no-go" or "undecided".
+        reasons: sentences that say why, those that decide first.
+        happens: what happens in the run, in one sentence.
+        checked: how often scenes of this kind were compared with finer runs, in one sentence.
+        left_out: what the numbers leave out, a sentence each.
+    """
+
+    word: Word
+    reasons: tuple[str, ...]
+    happens: str
+    checked: str
+    left_out: tuple[str, ...]
+
+    def keys(self) -> dict[str, object]:
+        """Return the decision as keys of summary.json."""
+        return {
+            "decision": self.word,
+            "decision_reasons": list(self.reasons),
+            "decision_event": self.happens,
+            "decision_checked": self.checked,
+            "decision_left_out": list(self.left_out),
+        }
+
+
+class Finding(NamedTuple):
+    """One reason for a decision: the word that it speaks for, and its sentence."""
+
+    word: Word
+    words: str
+
+
+def decide(summary: Summary) -> Decision:
+    """Return the decision that the numbers of summary.json allow.
+
+    It is undecided without a complete landing, without a cited strength, and if the accuracy asked for was missed. Else
+    each margin is compared with 1: one below it, its error bar included, means no-go; one whose error bar includes 1,
+    or is not known, leaves the run undecided; all above mean go.
+    """
+    conditions = list(filter(None, (_landing(summary), _strength(summary), _accuracy(summary))))
+    margins = [_compare(summary, key) for key in _margins(summary)]
+    findings = [each for each in conditions if each.word != GO] or margins
+    ordered: tuple[Word, ...] = (NO_GO, UNDECIDED)
+    word: Word = next((word for word in ordered if any(each.word == word for each in findings)), GO)
+    in_order = sorted((*margins, *conditions), key=lambda each: each not in findings or each.word != word)
+    return Decision(
+        word,
+        tuple(each.words for each in in_order),
+        what_happens(summary),
+        how_often_checked(summary),
+        tuple(left_out(summary)),
+    )
+
+
+def what_happens(summary: Summary) -> str:
+    """Return what happens in a run in one sentence: landings, closing speed, force, stress, least margin."""
+    landings, contacts = as_number(summary.get("landing_count")), as_number(summary.get(results.CONTACTS))
+    speed, force = as_number(summary.get(SPEED)), as_number(summary.get(results.LANDING + results.PEAK))
+    if landings and force is not None:
+        often = {1: "once", 2: "twice"}.get(int(landings), f"{landings:.0f} times")
+        hardest = "" if landings == 1 else ", the hardest" if speed is not None else ", at the hardest"
+        at = "" if speed is None else f" at {in_units(speed, 'm/s', 3)}"
+        words = f"The reed lands {often} on the seat{hardest}{at} with {in_units(force, 'N', 3)}"
+    elif contacts and (force := as_number(summary.get(results.PEAK))) is not None:
+        words = f"The reed touches the seat, with up to {in_units(force, 'N', 3)}"
+    else:
+        words = "The reed does not land on the seat"
+    stress = [
+        f"{body} stress up to {in_units(value, 'Pa', 3)}"
+        for body, key in (("reed", results.REED_STRESS), ("seat", results.SEAT_STRESS))
+        if (value := as_number(summary.get(key)))
+    ]
+    least = [key for key in _margins(summary)[:1] if as_number(summary[key]) is not None]
+    margin = [f"{results.name_of(key, summary)} {in_digits(as_number(summary[key]) or 0.0, 3)}" for key in least]
+    return "; ".join(filter(None, (words, ", ".join((*stress, *margin))))) + "."
+
+
+def _margins(summary: Summary) -> list[str]:
+    """Return the keys of the margins of a run, the least first; ``None`` stands for one without a limit."""
+    values = {key: summary[key] for key in results.all_margins() if key in summary}
+    limits = {key: math.inf if value is None else as_number(value) for key, value in values.items()}
+    return sorted((key for key, limit in limits.items() if limit is not None), key=lambda key: limits[key] or 0.0)
+
+
+def _compare(summary: Summary, key: str) -> Finding:
+    """Return what a margin with its error bar says, compared with 1."""
+    name = results.name_of(key, summary)
+    name = name[:1].upper() + name[1:]
+    if (value := as_number(summary[key])) is None:
+        return Finding(GO, f"{name}: no multiple of the load uses up the life.")
+    bar = _bar(summary, key, value)
+    if bar is None or not math.isfinite(bar):
+        return Finding(UNDECIDED, f"{name} {in_digits(value)}: its uncertainty is not known.")
+    reading = f"{name} {in_text(key, value, bar, '')}"
+    if not is_known(key, value, bar) or abs(value - 1) <= bar:
+        return Finding(UNDECIDED, f"{reading}: its uncertainty includes 1." if abs(value - 1) <= bar else f"{reading}.")
+    return Finding(GO, f"{reading}: above 1.") if value > 1 else Finding(NO_GO, f"{reading}: below 1.")
+
+
+def _bar(summary: Summary, key: str, value: float) -> float | None:
+    """Return the error bar of a margin, which may have the relative error of another key."""
+    of = results.all_margins()[key]
+    other, error = as_number(summary.get(of)), as_number(summary.get(BAR + of))
+    if BAR + key not in summary and other and error is not None:
+        return value * error / other
+    return bar_of(summary, key)
+
+
+def _landing(summary: Summary) -> Finding | None:
+    """Return that no complete landing can be judged, or ``None``."""
+    return Finding(UNDECIDED, words) if (words := standing(summary)) else None
+
+
+def _strength(summary: Summary) -> Finding | None:
+    """Return that the strength is missing or not a cited one, or ``None``."""
+    if not _margins(summary):
+        return Finding(UNDECIDED, " ".join(results.all_absent_words()) or "No margin is computed.")
+    stated = [summary[key] for key in results.all_margin_sources() if summary.get(key) is not None]
+    sources = list(dict.fromkeys(str(each).strip() for each in stated))
+    doubtful = next((source for source in sources if _NOT_CITED.search(source)), "" if not sources else None)
+    if doubtful is None:
+        return Finding(GO, f"Strength: {'; '.join(sources)}.")
+    named = f'its source: "{doubtful}"' if doubtful else "no source"
+    words = f"The strength is not a cited one ({named}): name a file with that of your material as [life] strength."
+    return Finding(UNDECIDED, words)
+
+
+def _accuracy(summary: Summary) -> Finding | None:
+    """Return whether the accuracy asked for was reached, by measures; ``None`` where nothing was judged."""
+    target, met = as_number(summary.get("accuracy_target")), summary.get("accuracy_met")
+    if target is None or not isinstance(met, bool):
+        return None
+    keys = results.asked(summary)
+    bars = enumeration(_relative(summary, key) for key in keys)
+    landing = f", {which_landing(summary)}" if any(key.startswith(results.LANDING) for key in keys) else ""
+    reached = "reached" if met else "missed"
+    return Finding(GO if met else UNDECIDED, f"Accuracy of {percent(target, 3)} {reached}: {bars}{landing}.")
+
+
+def _relative(summary: Summary, key: str) -> str:
+    """Return the name of a measure with its relative error bar."""
+    value, bar, name = as_number(summary.get(key)), as_number(summary.get(BAR + key)), results.name_of(key, summary)
+    if not value or bar is None:
+        return f"{name} not known"
+    share = bar / abs(value)
+    return f"{name} ±{percent(share)}" + (" (not known)" if share > MOST_UNCERTAIN else "")

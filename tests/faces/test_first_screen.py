@@ -1,0 +1,66 @@
+"""The first screen of `seatfem run`: it fits a terminal, begins with the decision, and `--full` prints the rest."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from pathlib import Path
+
+import pytest
+
+from seatfem.faces.cli import DONE, run_command
+from seatfem.faces.first_screen import COLUMNS, LINES, first_lines
+
+SCENE = Path(__file__).parents[2] / "examples" / "flapper_on_spring.toml"
+
+
+def height(lines: list[str]) -> int:
+    return sum(math.ceil(max(len(line), 1) / COLUMNS) for line in lines)
+
+
+@pytest.mark.slow
+def test_the_first_screen_of_run_fits_and_full_prints_the_rest(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It stands in the report, the terminal and summary.json alike."""
+    folder = tmp_path / "out"
+    assert run_command(["run", str(SCENE), "-o", str(folder), "--no-pictures"]) == DONE
+    short = capsys.readouterr().out.splitlines()
+    assert height(short) <= LINES
+    assert max(map(len, short)) <= COLUMNS
+    summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    assert short.index(f"Decision: {summary['decision']}") < short.index("Left out:")
+    assert summary["decision"] == "undecided", "the scene states no strength"
+    assert " ".join(short).count(summary["decision_event"]) == 1
+    assert run_command(["run", str(SCENE), "-o", str(folder), "--no-pictures", "--full"]) == DONE
+    full = capsys.readouterr().out.splitlines()
+    assert len(full) > len(short)
+    assert f"Decision: {summary['decision']}" in full
+    for words in ("whole run", "raw, step", "wrote ", "time: "):
+        assert any(line.strip().startswith(words) for line in full), words
+        assert words == "wrote " or not any(line.strip().startswith(words) for line in short), words
+
+
+def test_what_does_not_fit_is_counted() -> None:
+    """Notes of many lines do not push the decision off the screen."""
+    summary = {"landing_status": "landed", "seat_kind": "annular", "reed_kind": "cantilever", "impulse_Ns": 1.0}
+    notes = [f"note {number} " + "word " * 40 for number in range(30)]
+    lines = first_lines(summary, "A valve", notes, [Path("out/summary.json"), Path("out/result.h5")])
+    assert height(lines) <= LINES
+    shown = sum(line.startswith("note: ") for line in lines)
+    assert 0 < shown < 30
+    assert f"{30 - shown} further notes: --full" in lines
+    assert "wrote 2 files to out" in lines
+
+
+def test_the_verbs_stand_in_groups(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run_command(["--help"]) == DONE
+    text = capsys.readouterr().out
+    order = ["Begin", "init ", "Compute a scene", "run ", "Look at a run", "report ", "Studies", "sweep ", "Trust"]
+    places = [re.search(rf"(?m)^\W*{words}", text) for words in order]
+    starts = [place.start() for place in places if place]
+    assert len(starts) == len(order)
+    assert starts == sorted(starts)
+    assert run_command(["run", "--help"]) == DONE
+    assert re.search(r"(?s)Parameters .*--full .*Options of every verb .*--quiet ", capsys.readouterr().out)
