@@ -87,7 +87,12 @@ class Result:
 
 def unit_of(key: str) -> str:
     """Return the unit at the end of a key [SI], "" of plain numbers."""
-    return next((unit for ending, unit in UNITS.items() if key.endswith(f"_{ending}")), "")
+    return UNITS.get(ending_of(key).removeprefix("_"), "")
+
+
+def ending_of(key: str) -> str:
+    """Return the end of a key that names its unit, as "_Pa"; "" of plain numbers."""
+    return next((f"_{ending}" for ending in UNITS if key.endswith(f"_{ending}")), "")
 
 
 def spread_of(key: str) -> str:
@@ -241,13 +246,22 @@ def result_of(key: str) -> Result:
     return result if result.unit or words == key else Result(key, f"{words} ({key})", result.group)
 
 
-def label_of(key: str) -> str:
-    """Return what stands on an axis for a key of summary.json, as "peak force [N]"; another name as it is."""
-    words = {each.landing_key: f"{each.words} of the landing" for each in _sources()}.get(key) or _measure_words(key)
-    if not words and (known := all_results().get(key)) is not None:
-        words = f"{HEADINGS[known.group].partition('{')[0]}: {known.words.partition('{')[0].strip(' ,')}"
-    unit = result_of(key).unit
-    return f"{words} [{unit}]" if words and unit else words or key
+def label_of(key: str, unit: str | None = None) -> str:
+    """Return what stands on an axis for a key of summary.json, as "peak force [N]"; another name as it is.
+
+    ``unit``: the unit that stands there in place of that of the key; "" for none.
+    """
+    known, si = all_results().get(key), unit_of(key)
+    words = _measure_words(key)
+    if known is not None and (known.group == "landing" or not words):
+        words = known.words.replace("{touch}", "touch").partition("{")[0].strip(" ,")
+        if known.group == "landing":
+            words += "" if "landing" in words else " of landing"
+        elif known.group != "run":
+            words = f"{HEADINGS[known.group].partition('{')[0]}: {words}"
+    words = words or (key.removesuffix(ending).replace("_", " ") if (ending := ending_of(key)) else key)
+    unit = si if unit is None else unit
+    return f"{words} [{unit}]" if unit else words
 
 
 def name_of(key: str, summary: Summary) -> str:

@@ -25,7 +25,7 @@ from impact.quantities import in_time
 from seatfem.jobs.folders import private_folder
 from seatfem.machine import libraries, resources
 from seatfem.machine.libraries import require_gmsh_libraries
-from seatfem.results import all_results, result_of
+from seatfem.results import LANDING_TIME, all_results, result_of
 from seatfem.study.impacts.landings import LANDED, STATUS, left_out_in_words
 from seatfem.study.runs.forecast import Look, look_at
 from seatfem.study.runs.pipeline import first_numbers
@@ -43,10 +43,11 @@ from seatfem.study.sweep.best import (
     first_points,
     goal_of,
     improve,
+    model_size,
     rank,
     violation,
 )
-from seatfem.study.sweep.cases import Case, Cases, Changes, cases_of
+from seatfem.study.sweep.cases import Case, Cases, Changes, cases_of, with_bars
 from seatfem.study.sweep.effort import USUAL, Effort
 from seatfem.study.sweep.runner import STAGE, Outcome, Runner, StudyError, check_effort, crew_of, folder_of_ours
 from seatfem.study.sweep.study import CONFIRMED, Optimise, Study, load_study
@@ -92,7 +93,8 @@ def run_optimum(
     workers, rounds = check_effort(effort), effort.rounds
     goal = goal_of(study)
     expected = ahead_of(study, rounds, file)
-    scene = load_scene(study.scene, changes_at(study, (0.5,) * len(study.vary)))
+    centre = changes_at(study, (0.5,) * len(study.vary))
+    scene = load_scene(study.scene, centre)
     if any(body.traits.needs_gmsh for body in scene.bodies.values()):
         require_gmsh_libraries()
     workers = workers or expected.workers()
@@ -107,7 +109,7 @@ def run_optimum(
             return outcomes
 
         search = SearchStage(study, Cases(study, rounds), _coarse(study), carry_out)
-        target = SearchStage(study, Cases(study, rounds), {}, carry_out)
+        target = SearchStage(study, Cases(study, rounds), with_bars(study, centre), carry_out)
         _search(search, target, goal)
     confirmed = sorted(target.found.values(), key=lambda each: (violation(each, goal), rank(each, goal, {})[1]))
     optimum = Optimum(study, tuple(search.found.values()), tuple(confirmed))
@@ -118,9 +120,8 @@ def run_optimum(
 
 
 def _search(search: SearchStage, target: SearchStage, goal: Optimise) -> None:
-    keys = len(search.study.vary)
-    model = 2 * keys + 1  # points of a first quadratic model
-    search.evaluate(first_points(keys, max(1, min(goal.most // 3, goal.most - model)), search.study.seed))
+    model = model_size(search.study)
+    search.evaluate(first_points(search.study, goal.most))
     shift: Shift = {}
     for turns in range(CONFIRMED, 0, -1):
         spare = goal.most - len(search.found)
@@ -195,8 +196,9 @@ def ahead_of(study: Study, rounds: int = MOST_ROUNDS, file: Path | None = None) 
         forecast = ahead(study, cases)
         return replace(forecast, scenes=scenes, seats=scenes if forecast.seats > 1 else forecast.seats)
 
-    target = price({}, CONFIRMED)  # first, as its messages are about the scene itself
-    finest = load_scene(study.scene, changes_at(study, points[1])).accuracy.target
+    centre = changes_at(study, points[1])
+    target = price(with_bars(study, centre), CONFIRMED)  # first, as its messages are about the scene itself
+    finest = load_scene(study.scene, centre).accuracy.target
     if goal.coarse < finest:
         words = f"{goal.coarse:g} is finer than the scene's accuracy.target, {finest:g}; raise one or lower the other"
         raise located(scene_error("optimise.coarse", words), file)
@@ -204,7 +206,8 @@ def ahead_of(study: Study, rounds: int = MOST_ROUNDS, file: Path | None = None) 
 
 
 def _coarse(study: Study) -> Changes:
-    scene = load_scene(study.scene, changes_at(study, (0.5,) * len(study.vary)))
+    centre = changes_at(study, (0.5,) * len(study.vary))
+    scene = load_scene(study.scene, {**centre, **with_bars(study, centre)})
     return {"accuracy": {"target": goal_of(study).coarse, "measures": list(scene.accuracy.measures)}}
 
 
@@ -298,7 +301,7 @@ def ahead(study: Study, cases: Sequence[Case]) -> Ahead:
             problems.append(error)
     if not looks:
         raise problems[0]
-    _check_asked(study, looks[0].done)
+    _check_asked(study, [look.done for look in looks])
     seat = max(look.left.seat for look in looks)
     each = sum(look.left.contact for look in looks) / len(looks)
     different = sum(not case.guides for case in cases) if seat > 0 else 0
@@ -307,21 +310,26 @@ def ahead(study: Study, cases: Sequence[Case]) -> Ahead:
     return Ahead(alone, different, START, each, seat, memory, len(cases) - alone, LANE * each)
 
 
+OF_A_LANDING: Final = re.compile("(error_|first_landing_|known_|growth_per_landing|peak_reed_stress_over_)")
+"""Beginnings of keys that only a scene with a landing has."""
 AFTERWARDS: Final = re.compile("(spring_|error_bar_)?(landing_)?(life|gauge|peak_gauge|peak_seat|peak_reed)_")
 """Beginnings of keys that stress, life and gauges add after the last round."""
 
 
-def _check_asked(study: Study, done: Round) -> None:
-    """Raise `StudyError` for a measure that no result has and the summary of this round neither."""
-    scene = done.plan.scene
+def _check_asked(study: Study, looks: Sequence[Round]) -> None:
+    """Raise `StudyError` for a measure that no result is called, and that the summary of the first look with a landing
+    does not have either."""
+    landed = (each for each in looks if each.touches.landings is not None and each.touches.landings.seat)
+    done = next(landed, looks[0])
+    numbers, scene = first_numbers(done), done.plan.scene
     more = any((scene.life, scene.stress, scene.gauge))
 
     def may_come(name: str) -> bool:
         shown = name in all_results() and result_of(name).group not in ("life", "seat")
-        return shown or (more and AFTERWARDS.match(name) is not None)
+        later = (more, AFTERWARDS), (numbers.get(LANDING_TIME) is None, OF_A_LANDING)
+        return shown or any(may and names.match(name) for may, names in later)
 
-    if study.asked:
-        check_measures(study, first_numbers(done), may_come)
+    check_measures(study, numbers, may_come)
 
 
 TABLE: Final = "study.csv"

@@ -10,7 +10,6 @@ with the probability 1/(n + 1); the factor allows for a sample that is not rando
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from difflib import get_close_matches
 from functools import cached_property
 from importlib import import_module
 from importlib.util import find_spec
@@ -32,6 +31,7 @@ from seatfem.study.scene import Scene
 from seatfem.study.scene.measures import PREFIXES, Measure, Restitution, all_measures, key_of
 from seatfem.study.scene.problems import scene_error
 from seatfem.study.sweep.cases import Case, Changes, columns_of, key_of_case
+from seatfem.study.sweep.limits import VERDICT, Constraint, nearest, verdict_of
 from seatfem.study.sweep.runner import NOTES, Outcome, StudyError
 from seatfem.study.sweep.study import Study
 
@@ -144,14 +144,16 @@ class StudyTable:
 
 
 def measures_of(study: Study, judged: Sequence[str]) -> tuple[str, ...]:
-    """Return the keys of summary.json in the study's outputs, by default those of the first scene's measures."""
+    """Return the keys of summary.json in the study's outputs, by default those of the first scene's measures, and those
+    with limits."""
     usual = () if study.outputs.measures else tuple(map(key_of, judged))
-    return tuple(dict.fromkeys((*usual, *study.outputs.asked())))
+    limited = (each.measure for each in study.stated_limits)
+    return tuple(dict.fromkeys((*usual, *study.outputs.asked(), *limited)))
 
 
 def check_outcome(study: Study, outcome: Outcome) -> None:
     """Raise `StudyError` for a measure that a scene's summary does not have; one that did not land may lack some."""
-    if outcome.has_numbers:
+    if outcome.has_numbers and has_landed(outcome.summary):
         check_measures(study, outcome.summary)
 
 
@@ -159,10 +161,10 @@ def check_measures(
     study: Study, numbers: Mapping[str, object], may_come: Callable[[str], bool] = lambda name: False
 ) -> None:
     """Raise `StudyError` for a measure of the study that ``numbers`` of a scene do not have, and that no later stage of
-    a run adds, unless nothing landed."""
-    for key, name in study.asked if has_landed(numbers) else ():
-        if name not in numbers and not may_come(name):
-            close = get_close_matches(name, numbers, n=3)
+    a run adds."""
+    for key, name in study.asked:
+        if (name not in numbers or isinstance(numbers[name], list | dict)) and not may_come(name):
+            close = nearest(name, numbers)
             remedy = f"state {' or '.join(map(repr, close))}" if close else "state a key of summary.json of a run"
             raise StudyError(f"{key}: summary.json of these scenes has no single value {name!r}; {remedy}")
 
@@ -179,6 +181,7 @@ def table_of(study: Study, cases: list[Case], outcomes: Mapping[str, Outcome], m
         bars: list[object] = [outcome.summary.get(BAR + name) for outcome in results]
         if any(bar is not None for bar in bars):
             columns[BAR + name] = bars
+    columns |= _verdicts(study.limits, results)
     if study.error_bars == "sampled":
         columns["error_bars"] = ["own" if is_own(outcome) else "sampled" for outcome in results]
     if any(STATUS in outcome.summary for outcome in results):
@@ -188,6 +191,33 @@ def table_of(study: Study, cases: list[Case], outcomes: Mapping[str, Outcome], m
     columns["message"] = [" ".join(outcome.message.split()) for outcome in results]
     columns[NOTES] = [" ".join(str(outcome.summary.get(NOTES) or "").split()) for outcome in results]
     return StudyTable(study, tuple(parameters), tuple(measures), columns)
+
+
+def _verdicts(limits: Sequence[Constraint], outcomes: Sequence[Outcome]) -> Columns:
+    """Return the column `VERDICT`, whether each scene is within all limits, and one for each of several limits."""
+    if not limits:
+        return {}
+    on_each = [
+        [limit.verdict(outcome.summary) if outcome.has_numbers else outcome.state for outcome in outcomes]
+        for limit in limits
+    ]
+    together = [verdict_of(verdicts) for verdicts in zip(*on_each, strict=True)]
+    apart = {f"{VERDICT}: {limit}": verdicts for limit, verdicts in zip(limits, on_each, strict=True)}
+    return {VERDICT: together, **(apart if len(limits) > 1 else {})}
+
+
+def in_units_of(study: Study, columns: Columns) -> Columns:
+    """Return the columns as files have them: those of results with a unit in the study, in this unit and named by it,
+    as "landing_impulse [mN s]"; all others as they are."""
+    written: dict[str, Sequence[object]] = {}
+    for name, values in columns.items():
+        if (scale := study.scale(name)) is None:
+            written[name] = values
+            continue
+        factor, unit = scale
+        words = name.removesuffix(results.ending_of(name))
+        written[f"{words} [{unit}]"] = [factor * v if isinstance(v, int | float) else v for v in values]
+    return written
 
 
 def write_columns(path: Path, columns: Columns) -> None:
