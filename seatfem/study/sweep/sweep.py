@@ -14,6 +14,7 @@ from contextlib import ExitStack
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Final
 
 import numpy as np
@@ -33,7 +34,6 @@ from seatfem.study.runs.round import Round
 from seatfem.study.safety import MOST_ROUNDS
 from seatfem.study.scene import Scene, SceneError, load_scene, located
 from seatfem.study.scene.problems import explain, scene_error
-from seatfem.study.sweep import table
 from seatfem.study.sweep.best import (
     NEAREST,
     Optimum,
@@ -54,6 +54,7 @@ from seatfem.study.sweep.study import CONFIRMED, Optimise, Study, load_study
 from seatfem.study.sweep.table import (
     StudyTable,
     as_frame,
+    as_written,
     check_measures,
     check_outcome,
     check_sampled,
@@ -113,8 +114,8 @@ def run_optimum(
         _search(search, target, goal)
     confirmed = sorted(target.found.values(), key=lambda each: (violation(each, goal), rank(each, goal, {})[1]))
     optimum = Optimum(study, tuple(search.found.values()), tuple(confirmed))
-    table.write_columns(folder / "search.csv", optimum.table(optimum.searched).columns)
-    table.write_columns(folder / "optimum.csv", optimum.table(optimum.confirmed).columns)
+    for name, points in (("search.csv", optimum.searched), ("optimum.csv", optimum.confirmed)):
+        write_columns(folder / name, as_written(study, optimum.table(points).columns))
     write_whole(folder / "optimum.json", (json.dumps(optimum.as_json(), indent=1) + "\n").encode("utf-8"))
     return optimum
 
@@ -385,8 +386,8 @@ def run_study(
         with crew_of(workers or 1, effort.cluster) as ask:
             outcomes = runner.carry_out(cases, ask, progress)
         table = table_of(study, cases, outcomes, measures)
-        write_columns(folder / TABLE, table.columns)
-        write_parquet(folder / PARQUET, table.columns)
+        write_columns(folder / TABLE, as_written(study, table.columns))
+        write_parquet(folder / PARQUET, as_written(study, table.columns))
     return table
 
 
@@ -419,6 +420,9 @@ def sweep(
     seed: int = 1,
     limit: int = 10_000,
     measures: Sequence[str] = (),
+    below: Mapping[str, str | float] = MappingProxyType({}),
+    above: Mapping[str, str | float] = MappingProxyType({}),
+    units: Mapping[str, str] = MappingProxyType({}),
     error_bars: str = "every",
     folder: Path | str | None = None,
     workers: int = 1,
@@ -437,6 +441,9 @@ def sweep(
         number, seed: number of scenes to draw, and seed.
         limit: largest number of scenes allowed.
         measures: keys of summary.json; by default those of the scene's accuracy.measures.
+        below, above: largest and smallest value allowed by key, "350 MPa"; then the column "verdict" says of each scene
+            whether it holds, does not hold, or is undecided within the error bar.
+        units: unit by key, "MPa", of its column, which is then called by it: "landing_peak_reed_stress [MPa]".
         error_bars: "every", or "sampled" for scenes that differ in contact data only.
         folder: folder of the journal, from which a stopped study continues, and of study.csv; by default temporary.
         workers: number of processes.
@@ -452,6 +459,7 @@ def sweep(
     """
     values = {key: each.tolist() if isinstance(each, np.ndarray) else each for key, each in vary.items()}
     content = {"scene": str(scene), "vary": values, "design": design, "seed": seed, "limit": limit}
+    content |= {"below": dict(below), "above": dict(above), "units": dict(units)}
     content |= {"error_bars": error_bars, "outputs": {"measures": list(measures)}}
     content |= {} if number is None else {"number": number}
     try:
@@ -464,4 +472,4 @@ def sweep(
         place = stack.enter_context(private_folder("study")) if folder is None else Path(folder)
         effort = Effort(None if cluster else workers, rounds, cluster=cluster)
         table = run_study(study, place, effort, progress=progress)
-        return as_frame(table.columns)
+        return as_frame(as_written(study, table.columns))

@@ -206,18 +206,21 @@ def _verdicts(limits: Sequence[Constraint], outcomes: Sequence[Outcome]) -> Colu
     return {VERDICT: together, **(apart if len(limits) > 1 else {})}
 
 
-def in_units_of(study: Study, columns: Columns) -> Columns:
-    """Return the columns as files have them: those of results with a unit in the study, in this unit and named by it,
-    as "landing_impulse [mN s]"; all others as they are."""
-    written: dict[str, Sequence[object]] = {}
-    for name, values in columns.items():
-        if (scale := study.scale(name)) is None:
-            written[name] = values
-            continue
-        factor, unit = scale
-        words = name.removesuffix(results.ending_of(name))
-        written[f"{words} [{unit}]"] = [factor * v if isinstance(v, int | float) else v for v in values]
-    return written
+def in_unit_of(study: Study, name: str) -> tuple[float, str]:
+    """Return the factor and the head of a column in the unit that the study states for it, named by it, as
+    "landing_impulse [mN s]"; any other column is as it is."""
+    if (scale := study.scale(name)) is None:
+        return 1.0, name
+    return scale[0], f"{name.removesuffix(results.ending_of(name))} [{scale[1]}]"
+
+
+def as_written(study: Study, columns: Columns) -> Columns:
+    """Return the columns as files have them: those of results in the units that the study states."""
+    heads = {name: in_unit_of(study, name) for name in columns}
+    return {
+        head: values if factor == 1.0 else [factor * v if isinstance(v, int | float) else v for v in values]
+        for (factor, head), values in zip(heads.values(), columns.values(), strict=True)
+    }
 
 
 def write_columns(path: Path, columns: Columns) -> None:

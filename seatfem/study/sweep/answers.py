@@ -1,0 +1,82 @@
+"""What a study with limits answers: how many scenes are within them, and for which values of the varied keys."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from itertools import groupby
+from typing import Final
+
+from seatfem.study.sweep.axes import Axis, axis_of
+from seatfem.study.sweep.effects import varying
+from seatfem.study.sweep.limits import HOLDS, VERDICT, VERDICTS, Constraint
+from seatfem.study.sweep.table import StudyTable
+
+MOST: Final = 12  # largest number of lines, or of scenes in one, that tell where the limits hold
+
+
+def verdicts(table: StudyTable, limit: Constraint | None = None) -> list[str]:
+    """Return the verdict on each scene by all limits, or by one of them; none for a study without limits."""
+    column = table.columns.get(f"{VERDICT}: {limit}") or table.columns.get(VERDICT, ())
+    return [str(each) for each in column]
+
+
+def limits_in_words(table: StudyTable) -> str:
+    """Return the limits of a study as text: "reed stress after landing below 350 MPa"; "" without limits."""
+    axes = ((limit, axis_of(table, limit.measure)) for limit in table.study.limits)
+    return " and ".join(limit.in_words(axis.factor, axis.unit) for limit, axis in axes)
+
+
+def answer_in_words(table: StudyTable) -> list[str]:
+    """Return the answer of a study with limits in sentences: the number of scenes by verdict, and where they are."""
+    if not (of_scenes := verdicts(table)):
+        return []
+    counts = Counter(of_scenes)
+    others = "".join(f", {each} in {counts[each]}" for each in VERDICTS if counts[each] and each != HOLDS)
+    return [f"{limits_in_words(table)}: holds in {counts[HOLDS]} of {len(table)} scenes{others}", *where(table)]
+
+
+def where(table: StudyTable) -> list[str]:
+    """Return lines that tell for which values of the varied keys the limits hold.
+
+    With one key its values in order, with two the same for each value of the second; with more the numbers of the
+    scenes that hold.
+    """
+    keys, of_scenes = varying(table), verdicts(table)
+    if not keys:
+        return []
+    first, *others = (axis_of(table, name) for name in keys)
+    rows = range(len(table))
+    if not others:
+        return list(_runs(table, first, rows))[:MOST]
+    second = others[0]
+    values = list(dict.fromkeys(table.columns[second.name]))
+    if len(others) == 1 and len(values) <= MOST:
+        each = ((value, [row for row in rows if table.columns[second.name][row] == value]) for value in values)
+        return [
+            f"{second.words} {_text(second, value)}: {'; '.join(_runs(table, first, of_it))}" for value, of_it in each
+        ]
+    numbers = [
+        str(number) for number, verdict in zip(table.columns["scene"], of_scenes, strict=True) if verdict == HOLDS
+    ]
+    more = f" and {len(numbers) - MOST} more" if len(numbers) > MOST else ""
+    return [f"holds in scenes {', '.join(numbers[:MOST])}{more}"] if numbers else []
+
+
+def _runs(table: StudyTable, axis: Axis, rows: Sequence[int]) -> Iterator[str]:
+    """Yield text for each run of neighbouring values of a key with one verdict: "reed thickness 1 to 2 mm holds"."""
+    column, of_scenes = table.columns[axis.name], verdicts(table)
+    pairs = [(column[row], of_scenes[row]) for row in rows]
+    if not table.is_text(axis.name):
+        pairs.sort(key=lambda pair: pair[0])  # type: ignore[arg-type, return-value]
+    for verdict, run in groupby(pairs, key=lambda pair: pair[1]):
+        values = [value for value, _ in run]
+        span = (
+            _text(axis, values[0]) if len(values) == 1 else f"{_text(axis, values[0], '')} to {_text(axis, values[-1])}"
+        )
+        yield f"{axis.words} {span} {verdict}"
+
+
+def _text(axis: Axis, value: object, unit: str | None = None) -> str:
+    number = f"{value:.6g}" if isinstance(value, int | float) else str(value)
+    return f"{number} {axis.unit if unit is None else unit}".rstrip()
