@@ -7,6 +7,10 @@ from collections.abc import Iterator, Sequence
 from itertools import groupby
 from typing import Final
 
+import numpy as np
+
+from impact.quantities import in_digits, plain
+from seatfem.readings import BAR
 from seatfem.study.sweep.axes import Axis, axis_of
 from seatfem.study.sweep.effects import varying
 from seatfem.study.sweep.limits import HOLDS, VERDICT, VERDICTS, Constraint
@@ -21,10 +25,10 @@ def verdicts(table: StudyTable, limit: Constraint | None = None) -> list[str]:
     return [str(each) for each in column]
 
 
-def limits_in_words(table: StudyTable) -> str:
-    """Return the limits of a study as text: "reed stress after landing below 350 MPa"; "" without limits."""
+def limits_in_words(table: StudyTable) -> list[str]:
+    """Return the limits of a study as text: "reed stress after landing below 350 MPa"."""
     axes = ((limit, axis_of(table, limit.measure)) for limit in table.study.limits)
-    return " and ".join(limit.in_words(axis.factor, axis.unit) for limit, axis in axes)
+    return [limit.in_words(axis.factor, plain(axis.unit)) for limit, axis in axes]
 
 
 def answer_in_words(table: StudyTable) -> list[str]:
@@ -33,7 +37,29 @@ def answer_in_words(table: StudyTable) -> list[str]:
         return []
     counts = Counter(of_scenes)
     others = "".join(f", {each} in {counts[each]}" for each in VERDICTS if counts[each] and each != HOLDS)
-    return [f"{limits_in_words(table)}: holds in {counts[HOLDS]} of {len(table)} scenes{others}", *where(table)]
+    limits = " and ".join(limits_in_words(table))
+    return [f"{limits}: holds in {counts[HOLDS]} of {len(table)} scenes{others}", *where(table)]
+
+
+def in_words(table: StudyTable) -> list[str]:
+    """Return what a study says in sentences: its scenes by state, where its limits hold, the range of each result, and
+    which scenes and results are missing."""
+    states = list(table.columns["status"])
+    counts = ", ".join(f"{states.count(state)} {state}" for state in dict.fromkeys(states))
+    first = f"{table.study.heading}: {len(table)} scenes, {counts}"
+    lines = [first, table.left_out_in_words(), *answer_in_words(table), *ranges(table), *table.empty_in_words()]
+    return [*filter(None, lines), *table.failures()]
+
+
+def ranges(table: StudyTable) -> list[str]:
+    """Return the least, the greatest and the mean of each measure over the scenes that count for it."""
+    lines = []
+    for axis in (axis_of(table, name) for name in table.measures if not name.startswith(BAR)):
+        values = axis.factor * table.values(axis.name)
+        if np.isfinite(values).any():
+            low, high, mean = (in_digits(f(values), 4) for f in (np.nanmin, np.nanmax, np.nanmean))
+            lines.append(f"{plain(axis.label)}: {low} to {high}, mean {mean}")
+    return lines
 
 
 def where(table: StudyTable) -> list[str]:
@@ -60,7 +86,7 @@ def where(table: StudyTable) -> list[str]:
         str(number) for number, verdict in zip(table.columns["scene"], of_scenes, strict=True) if verdict == HOLDS
     ]
     more = f" and {len(numbers) - MOST} more" if len(numbers) > MOST else ""
-    return [f"holds in scenes {', '.join(numbers[:MOST])}{more}"] if numbers else []
+    return [f"holds in scene{'s'[: len(numbers) > 1]} {', '.join(numbers[:MOST])}{more}"] if numbers else []
 
 
 def _runs(table: StudyTable, axis: Axis, rows: Sequence[int]) -> Iterator[str]:

@@ -304,6 +304,13 @@ class Optimum:
             "confirmed": len(self.confirmed),
         }
 
+    def sentences(self) -> list[str]:
+        """Return what a search says: its scenes, those left out and those that failed, and the optimum."""
+        failed = sum(not each.outcome.has_numbers for each in self.searched)
+        counts = f"{len(self.searched)} scenes searched, {failed} failed, {len(self.confirmed)} confirmed"
+        first = [f"{self.study.heading}: {counts}", *filter(None, [self.left_out_in_words()])]
+        return [*first, *self.table(self.searched).failures(), self.in_words()]
+
     def in_words(self) -> str:
         """Return the optimum in one sentence, with its reservations."""
         if not self.has_numbers:

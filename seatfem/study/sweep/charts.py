@@ -18,6 +18,7 @@ from seatfem.study.sweep import effects
 from seatfem.study.sweep.axes import Axis, axis_of
 from seatfem.study.sweep.effects import CONFIDENCE, PERCENTILES, Band, Effect, Indices, drawn_rows, front, objectives
 from seatfem.study.sweep.maps import draw_limits, draw_map
+from seatfem.study.sweep.marks import NAMES, mark_foot
 from seatfem.study.sweep.study import Optimise
 from seatfem.study.sweep.table import Columns, StudyTable, as_written, write_columns
 
@@ -28,19 +29,18 @@ if TYPE_CHECKING:
 
 MOST: Final = 6  # largest number of rows or columns of panels: the first ones are shown
 LABELS: Final = 8  # largest number of scenes on a front that are labelled
-FOOT: Final = 0.03  # height of the marks of scenes without a value, over that of the panel
-HOLLOW: Final = " (hollow)"
 PER_ROW: Final = 3
 LINE: Final = 24  # characters in a line of a label beside a panel
 FEW: Final = 60  # largest number of scenes that are drawn with error bars
 
 
-def _titled(figure: Figure, table: StudyTable, what: str, mark: str = "", words: str = "") -> None:
-    """Write the title, and below it ``words`` and the number of omitted scenes; ``mark``: how these are drawn."""
+def _titled(figure: Figure, table: StudyTable, what: str, words: str = "", *, marked: bool = False) -> None:
+    """Write the title, and below it ``words`` and the number of omitted scenes; ``marked``: whether these are drawn."""
     figure.suptitle(f"{table.study.heading}: {what}")
-    out = table.left_out_in_words()
-    if lines := [words] * bool(words) + [f"{out}{mark}"] * bool(out):
-        figure.supxlabel("\n".join(lines), fontsize=7)
+    marks = ", ".join(f"{name}: {each}" for each, name in NAMES.items() if marked and each in table.standings)
+    lines = [words, table.left_out_in_words(), marks]
+    if any(lines):
+        figure.supxlabel("\n".join(filter(None, lines)), fontsize=7)
 
 
 def grid_of(figure: Figure, count: int, **sharing: Any) -> list[Axes]:
@@ -68,7 +68,7 @@ def draw_effects(table: StudyTable, effects: Sequence[Effect], path: Path) -> No
     shown = {(each.measure, each.parameter): each for each in effects}
     with sheet(path, 0.8 + 2.7 * len(parameters), 0.9 + 2.1 * len(measures)) as figure:
         words = "blue: mean and its uncertainty (standard error over the other keys plus error bar); grey: scenes"
-        _titled(figure, table, "main effects", HOLLOW, words)
+        _titled(figure, table, "main effects", words, marked=True)
         panels = figure.subplots(len(measures), len(parameters), squeeze=False, sharex="col", sharey="row")
         for row, measure in enumerate(measures):
             panels[row, 0].set_ylabel(_wrapped(measure.label))
@@ -109,15 +109,14 @@ def _scenes(axes: Axes, table: StudyTable, x: np.ndarray, measure: Axis) -> None
     if len(table) <= FEW and np.isfinite(bars).any():
         axes.errorbar(x, y, np.nan_to_num(bars), linestyle="", color=GREY, elinewidth=0.7, capsize=1.5, zorder=1.8)
     axes.plot(x, y, "o", color=GREY, markersize=size, markeredgewidth=0, alpha=0.7, zorder=1.9)
-    _left_out(axes, x[table.has_numbers & ~table.counted(measure.name)])
+    _left_out(axes, table, x, measure.name)
 
 
-def _left_out(axes: Axes, x: np.ndarray) -> None:
-    """Mark scenes that do not count at their abscissa, as they have no value."""
-    if not len(x):
-        return
-    axes.plot(x, np.full(len(x), FOOT), "o", color=ORANGE, markersize=4, markerfacecolor="none", zorder=2,
-              transform=axes.get_xaxis_transform())  # fmt: skip
+def _left_out(axes: Axes, table: StudyTable, x: np.ndarray, measure: str) -> None:
+    """Mark scenes that do not count for a measure at their abscissae, by what they lack."""
+    standings, counted = np.array(table.standings), table.counted(measure)
+    for standing in NAMES:
+        mark_foot(axes, x[(standings == standing) & ~counted], standing, 4)
 
 
 def draw_indices(table: StudyTable, found: Sequence[Indices], path: Path) -> None:
@@ -228,13 +227,13 @@ def draw_history(
     value = measure.factor * table.values(goal.measure)
     best = goal.sign * np.fmin.accumulate(np.where(inside, goal.sign * value, np.nan))
     with sheet(path, 5.6, 3.6) as figure:
-        _titled(figure, table, f"{'least' if goal.minimise else 'greatest'} {measure.words}", HOLLOW)
+        _titled(figure, table, f"{'least' if goal.minimise else 'greatest'} {measure.words}", marked=True)
         axes = figure.add_subplot()
         axes.plot(number[inside], value[inside], "o", color=GREY, markersize=3.5, label="within the limits")
         if not inside.all():
             axes.plot(number[~inside], value[~inside], "x", color=ORANGE, markersize=4.5, label="outside")
         axes.step(number, best, where="post", color=BLUE, label="best so far")
-        _left_out(axes, number[table.has_numbers & ~table.counted(goal.measure)])
+        _left_out(axes, table, number, goal.measure)
         at, *points = np.array(confirmed, dtype=float).T
         measured, bars = measure.factor * np.array(points)
         axes.errorbar(at, measured, np.nan_to_num(bars), linestyle="", color=GREEN, marker="D", markersize=4.5,

@@ -11,25 +11,14 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, sheet
+from impact.pictures.drawing import GREY, sheet
 from impact.quantities import in_digits
 from seatfem.study.impacts.landings import BAR
 from seatfem.study.sweep.answers import limits_in_words, verdicts
 from seatfem.study.sweep.axes import Axis, axis_of
 from seatfem.study.sweep.effects import varying
-from seatfem.study.sweep.limits import (
-    CUT_OFF,
-    FAILED,
-    FAILS,
-    HOLDS,
-    NEVER_OPENED,
-    NO_LANDING,
-    NO_VALUE,
-    STOPPED,
-    UNDECIDED,
-    VERDICTS,
-    Constraint,
-)
+from seatfem.study.sweep.limits import VERDICTS, Constraint
+from seatfem.study.sweep.marks import look_of, mark_foot
 from seatfem.study.sweep.table import StudyTable
 
 if TYPE_CHECKING:
@@ -37,24 +26,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Array = NDArray[np.float64]
-MARKS: Final[dict[str, tuple[str, str, bool]]] = {
-    HOLDS: ("o", GREEN, True),
-    UNDECIDED: ("D", BLUE, False),
-    FAILS: ("X", ORANGE, True),
-    CUT_OFF: ("s", PURPLE, False),
-    NO_LANDING: ("v", GREY, False),
-    NEVER_OPENED: ("^", GREY, False),
-    NO_VALUE: ("d", GREY, False),
-    STOPPED: ("_", "black", True),
-    FAILED: ("x", "black", True),
-}
-"""Mark of each verdict, its colour, and whether it is filled; scenes without a landing have hollow ones."""
 INSIDE, OUTSIDE, DOUBT = "#D9F0E5", "#FBE3D3", "#DCEBF7"
 """Colours of areas where limits hold, where they do not, and where error bars leave it undecided."""
 STYLES: Final = ("-", "--", ":", "-.")
 FAR: Final = 1e30  # a margin that no scene has
 FINE: Final = 240  # points of the grid on which boundaries are drawn, along each side
-FOOT: Final = 0.04  # height of the marks of scenes without a value, over that of the panel
 
 
 def draw_map(table: StudyTable, path: Path) -> None:
@@ -65,7 +41,8 @@ def draw_map(table: StudyTable, path: Path) -> None:
     """
     across, up = (axis_of(table, name) for name in varying(table))
     with sheet(path, 5.4, 5.0) as figure:
-        figure.suptitle(f"{table.study.heading}\n{limits_in_words(table)}", fontsize=9.5)
+        title = " and\n".join(limits_in_words(table))
+        figure.suptitle(f"{table.study.heading}\n{title}", fontsize=9.5)
         axes = figure.add_subplot()
         x, y = _abscissae(axes.xaxis, table, across), _abscissae(axes.yaxis, table, up)
         if not (table.is_text(across.name) or table.is_text(up.name)):
@@ -119,20 +96,12 @@ def _abscissae(axis: Any, table: StudyTable, key: Axis) -> Array:
 
 def _marks(axes: Axes, of_scenes: NDArray[np.str_], x: Array, y: Array) -> None:
     """Mark each scene by its verdict; those without a place along y at the foot of the panel."""
-    for verdict in VERDICTS:
+    for verdict in [each for each in VERDICTS if each in of_scenes]:
         rows = of_scenes == verdict
-        marker, colour, is_filled = MARKS[verdict]
-        look: dict[str, Any] = {
-            "linestyle": "", "marker": marker, "color": colour, "markersize": 6, "zorder": 3,
-            "markerfacecolor": colour if is_filled else "white",
-        }  # fmt: skip
-        if not rows.any():
-            continue
-        axes.plot([], [], label=verdict, **look)
+        axes.plot([], [], label=verdict, **look_of(verdict, 6))
         placed = rows & np.isfinite(y)
-        axes.plot(x[placed], y[placed], **look)
-        foot = x[rows & ~placed]
-        axes.plot(foot, np.full(len(foot), FOOT), transform=axes.get_xaxis_transform(), **look)
+        axes.plot(x[placed], y[placed], **look_of(verdict, 6))
+        mark_foot(axes, x[rows & ~placed], verdict)
 
 
 def _areas(axes: Axes, table: StudyTable, x: Array, y: Array) -> None:

@@ -68,6 +68,8 @@ from seatfem.study.sweep.table import (
 )
 
 RADIUS: Final = 0.2  # radius of the first trust region, as a fraction of the ranges
+OF_SEARCH: Final = ("optimum.json", "optimum.csv", "search.csv")
+"""Files of a search: the optimum, the confirmed points, all points."""
 AGAIN: Final = 0.05  # initial radius of later trust regions, as a fraction of the ranges
 
 
@@ -114,9 +116,9 @@ def run_optimum(
         _search(search, target, goal)
     confirmed = sorted(target.found.values(), key=lambda each: (violation(each, goal), rank(each, goal, {})[1]))
     optimum = Optimum(study, tuple(search.found.values()), tuple(confirmed))
-    for name, points in (("search.csv", optimum.searched), ("optimum.csv", optimum.confirmed)):
+    for name, points in zip(OF_SEARCH[1:], (optimum.confirmed, optimum.searched), strict=True):
         write_columns(folder / name, as_written(study, optimum.table(points).columns))
-    write_whole(folder / "optimum.json", (json.dumps(optimum.as_json(), indent=1) + "\n").encode("utf-8"))
+    write_whole(folder / OF_SEARCH[0], (json.dumps(optimum.as_json(), indent=1) + "\n").encode("utf-8"))
     return optimum
 
 

@@ -102,14 +102,13 @@ class StudyTable:
         every = zip(self.columns[STATUS], self.left_out, strict=True)
         return left_out_in_words(status if out else LANDED for status, out in every)
 
-    def ranges(self) -> list[str]:
-        """Return the least, mean and largest of each measure that is a number, over the scenes that count [SI]."""
-        lines = []
-        for name in self.measures:
-            values = self.values(name)[np.isfinite(self.values(name))]
-            if values.size and not name.startswith(BAR):
-                lines.append(f"{name}: {values.min():.4g} to {values.max():.4g}, mean {values.mean():.4g}")
-        return lines
+    @cached_property
+    def standings(self) -> list[str]:
+        """Return for each scene whether it landed, or why it has no complete landing: a status of a landing, or the
+        state of a scene without numbers."""
+        statuses = self.columns.get(STATUS, [LANDED] * len(self))
+        every = zip(self.columns["status"], self.has_numbers, statuses, strict=True)
+        return [str(status or LANDED) if has_numbers else str(state) for state, has_numbers, status in every]
 
     def unanswered(self) -> tuple[str, ...]:
         """Return the measures that are empty in all scenes that count for them."""
@@ -157,6 +156,10 @@ def check_outcome(study: Study, outcome: Outcome) -> None:
         check_measures(study, outcome.summary)
 
 
+TABLES: Final = {"life": "[life]", "seat": "[stress]"}
+"""Tables of a scene by the group of the results that they add."""
+
+
 def check_measures(
     study: Study, numbers: Mapping[str, object], may_come: Callable[[str], bool] = lambda name: False
 ) -> None:
@@ -164,8 +167,9 @@ def check_measures(
     a run adds."""
     for key, name in study.asked:
         if (name not in numbers or isinstance(numbers[name], list | dict)) and not may_come(name):
-            close = nearest(name, numbers)
-            remedy = f"state {' or '.join(map(repr, close))}" if close else "state a key of summary.json of a run"
+            close = [f"state {' or '.join(map(repr, keys))}" for keys in [nearest(name, numbers)] if keys]
+            table = TABLES.get(results.result_of(name).group, "") if name in results.all_results() else ""
+            remedy = f"add {table} to the scene" if table else (close or ["state a key of summary.json of a run"])[0]
             raise StudyError(f"{key}: summary.json of these scenes has no single value {name!r}; {remedy}")
 
 
