@@ -14,7 +14,7 @@ from seatfem.fields import read_number
 from seatfem.readings import Summary, as_number, bar_of
 from seatfem.results import all_results, label_of, result_of
 from seatfem.study.impacts.landings import LANDED, STATUS, counts
-from seatfem.units import parse_in
+from seatfem.units import UnitError, parse_in
 
 LOOSE: Final = 1e-3  # relative violation of a limit that a search allows for a measure without error bar
 HOLDS, FAILS, UNDECIDED, NO_VALUE = "holds", "does not hold", "undecided", "no value"
@@ -40,7 +40,7 @@ class Constraint:
     def in_words(self, factor: float, unit: str) -> str:
         """Return the limit as text in a ``unit``, of which the SI unit is ``factor``."""
         side = "above" if self.sign > 0 else "below"
-        return f"{label_of(self.measure, '')} {side} {in_digits(factor * self.limit)} {unit}".rstrip()
+        return f"{label_of(self.measure, '')} {side} {in_digits(factor * self.limit, 6)} {unit}".rstrip()
 
     def margin(self, value: float) -> float:
         """Return the distance from the limit in the unit of the measure, negative if it is violated."""
@@ -72,10 +72,24 @@ def verdict_of(verdicts: Iterable[str]) -> str:
 def read_limit(key: str, written: object) -> float:
     """Return a limit on a result [SI] from a quantity, "350 MPa", or a number in the unit of the key.
 
-    Raises `UnitError` for another dimension, and for a limit that is no finite number.
+    Raises `UnitError` for another dimension, for a limit that is no finite number, and for a quantity with a unit under
+    a name that is no result.
     """
-    unit = result_of(key).unit
-    return read_number(written, (lambda text: parse_in(text, unit)) if unit else read_number, f"'2 {unit}'".rstrip())
+    if unit := result_of(key).unit:
+        return read_number(written, lambda text: parse_in(text, unit), f"'2 {unit}'")
+    try:
+        return read_number(written)
+    except UnitError:
+        if key in all_results() or not (close := nearest(key, {})):
+            raise
+    raise UnitError(f"{key!r} is no result of a run; state {' or '.join(map(repr, close))}")
+
+
+def read_unit(key: str, written: str) -> float:
+    """Return one of the unit ``written`` in the unit of a key [SI]. Raises `UnitError`."""
+    if written[:1] in "+-.0123456789":
+        raise UnitError(f"{written!r} must be a unit alone; write one, such as 'MPa'")
+    return read_limit(key, f"1 {written}")
 
 
 def read_constraint(text: object) -> Constraint:

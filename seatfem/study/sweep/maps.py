@@ -70,7 +70,7 @@ def draw_limits(table: StudyTable, path: Path) -> None:
             axes.errorbar(x, y, np.nan_to_num(bars), linestyle="", color=GREY, capsize=2, elinewidth=0.9, zorder=1.8)
             at = result.factor * limit.limit
             axes.axhline(at, color="black", linewidth=1.0)
-            words = f"limit {in_digits(at)} {result.unit}".rstrip()
+            words = f"limit {in_digits(at, 6)} {result.unit}".rstrip()
             axes.annotate(words, (0.01, at), (0, 2), axes.get_yaxis_transform(), "offset points", fontsize=7.5)
             _marks(axes, np.array(verdicts(table, limit)), x, y)
             low, high = axes.get_ylim()
@@ -116,11 +116,11 @@ def _areas(axes: Axes, table: StudyTable, x: Array, y: Array) -> None:
         ((margins - bars).min(axis=0), (0.0, FAR), INSIDE),
         ((margins + bars).min(axis=0), (-FAR, 0.0), OUTSIDE),
     ):
-        if (field := _spread(u, v, values, fine)) is None:
+        if (field := spread(u, v, values, fine)) is None:
             return
         axes.contourf(across, up, field, levels, colors=[colour], zorder=0)
     for limit, margin, style in zip(table.study.limits, margins, cycle(STYLES), strict=False):
-        field = _spread(u, v, margin, fine)
+        field = spread(u, v, margin, fine)
         if field is not None and np.nanmin(margin) < 0 < np.nanmax(margin):
             axes.contour(across, up, field, [0.0], colors="black", linewidths=1.1, linestyles=style, zorder=2)
             result = axis_of(table, limit.measure)
@@ -134,7 +134,7 @@ def _margin(table: StudyTable, limit: Constraint) -> tuple[Array, Array]:
     return limit.margin(table.values(limit.measure)) / over, np.nan_to_num(table.values(BAR + limit.measure)) / over
 
 
-def _spread(u: Array, v: Array, values: Array, fine: Sequence[Array]) -> Array | None:
+def spread(u: Array, v: Array, values: Array, fine: Sequence[Array]) -> Array | None:
     """Return values (scenes,) at places u, v on a fine grid, linear between neighbouring scenes and nan beside those
     without a value; ``None`` if the places are on one line."""
     columns, rows = np.unique(u), np.unique(v)

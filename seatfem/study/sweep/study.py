@@ -1,8 +1,10 @@
 """Study files: a scene, the variation of its keys, the design or [optimise], and the template of a study."""
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Final, Literal
+from types import MappingProxyType
+from typing import Annotated, Any, ClassVar, Final, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field
 
@@ -10,7 +12,7 @@ from seatfem.fields import Contradictions, ExistingFile, Fraction, Table, absent
 from seatfem.readings import BAR
 from seatfem.study.scene.keys import schema_of, table_lines
 from seatfem.study.scene.tables import WholeKey, dotted, load_table
-from seatfem.study.sweep.limits import Constraint, full_key, read_constraint, read_limit
+from seatfem.study.sweep.limits import Constraint, full_key, read_constraint, read_limit, read_unit
 from seatfem.study.sweep.variations import AnyVariation, Listed, Variation
 
 LEAST: Final = 5  # fewest evaluations: three for a quadratic model of one key, one to start and one to use it
@@ -24,6 +26,7 @@ def _key(name: str) -> str:
 
 
 ResultKey = Annotated[str, AfterValidator(_key)]
+Limit = Annotated[float, Field(strict=True)] | str
 
 
 class Optimise(Table):
@@ -84,6 +87,10 @@ Objective = Annotated[str, AfterValidator(_objective)]
 class Outputs(Table):
     """The measures that tables and charts of a study show."""
 
+    former: ClassVar[Mapping[str, str]] = MappingProxyType(
+        dict.fromkeys(("below", "above", "units"), "is a key of the study itself: move it above [vary]")
+    )
+
     measures: tuple[ResultKey, ...] = default(
         (),
         "keys of summary.json; those that the scene is judged by where absent, of its accuracy.measures",
@@ -119,11 +126,11 @@ class Study(Table):
         "every scene has its own, or some run in full and the others, which must differ in contact data "
         "alone, are marched side by side with theirs",
     )
-    below: dict[ResultKey, float | str] = default(
+    below: dict[ResultKey, Limit] = default(
         {}, "largest value allowed by key of summary.json: the table marks the scenes that keep to it", max_length=20,
         example={"landing_peak_reed_stress_Pa": "350 MPa"},
     )  # fmt: skip
-    above: dict[ResultKey, float | str] = default(
+    above: dict[ResultKey, Limit] = default(
         {}, "smallest value allowed by key of summary.json", max_length=20, example={"life_margin": 1.3}
     )
     units: dict[ResultKey, str] = default(
@@ -168,7 +175,7 @@ class Study(Table):
     def scale(self, key: str) -> tuple[float, str] | None:
         """Return the stated unit of a result, and the number of it in the SI unit; ``None`` where none is stated."""
         name = key.removeprefix(BAR)
-        return (1 / read_limit(name, f"1 {self.units[name]}"), self.units[name]) if name in self.units else None
+        return (1 / read_unit(name, self.units[name]), self.units[name]) if name in self.units else None
 
     @property
     def asked(self) -> tuple[tuple[str, str], ...]:
@@ -189,7 +196,10 @@ class Study(Table):
         for table in ("below", "above", "units"):
             for key, written in getattr(self, table).items():
                 with problem_of(f"{table}.{key}", ValueError):
-                    read_limit(key, f"1 {written}" if table == "units" else written)
+                    (read_unit if table == "units" else read_limit)(key, written)
+        for key in self.vary:
+            if key.split(".")[0] in Study.model_fields.keys() - {"title", "scene"}:
+                yield f"vary.{key}", f"is a key of the study, not of the scene: move {key.split('.')[0]} above [vary]"
         yield from self._contradictions_of_design() if self.optimise is None else self._contradictions_of_search()
 
     def _contradictions_of_search(self) -> Contradictions:
@@ -255,6 +265,11 @@ _HEAD: Final = """\
 # seatfem sweep {file}    all of them: one table, main effects, bands; goes on where it was stopped
 # A key behind a # has this default, or is absent: then the value shows how one is written (docs/studies.md).
 """
+_LIMITS: Final = """\
+# below = { landing_peak_reed_stress_Pa = "350 MPa" }                    # limits: the table says which scenes hold them
+# above = { life_margin = 1.3 }
+# units = { landing_peak_reed_stress_Pa = "MPa" }                        # of columns and charts
+"""
 _VARY: Final = """\
 [vary]
 # Any keys of the scene, each with a list, a range or a distribution.
@@ -266,10 +281,10 @@ reed.thickness = { kind = "normal", mean = "0.3 mm", deviation = "0.005 mm" }
 measures = ["impulse_Ns", "filtered_peak_force_N"]                       # keys of summary.json
 # pareto = ["peak_reed_stress_Pa", "max impulse_Ns"]                     # two of which less, or more, is better
 
-# In place of a design, which must go then: the best of all values between bounds, by seatfem optimise {file}
+# In place of a design, which must go then: the best of values in lists or between bounds, by seatfem optimise {file}
 # [optimise]
 # minimise = "peak_reed_stress_Pa"                                       # or maximise
-# subject_to = ["impulse_Ns >= 1e-4"]                                    # in SI units
+# subject_to = ["impulse_Ns >= 0.1 mN s"]                                # limits, besides below and above
 # most = 40                                                              # scenes of the search
 # coarse = "20 %"                                                        # accuracy.target of the search
 """
@@ -278,8 +293,8 @@ measures = ["impulse_Ns", "filtered_peak_force_N"]                       # keys 
 def study_template(*, file: str) -> str:
     """Return the text of a study of flapper.toml, every key with its meaning; ``file``: its name in comments."""
     values = {"scene": "flapper.toml", "design": "latin_hypercube", "number": 32}
-    keys = table_lines(Study, values, leave=("vary", "outputs", "optimise"))
-    return "\n".join([_HEAD.replace("{file}", file), *keys, "", _VARY.replace("{file}", file)])
+    keys = table_lines(Study, values, leave=("vary", "outputs", "optimise", "below", "above", "units"))
+    return "\n".join([_HEAD.replace("{file}", file), *keys, _LIMITS, _VARY.replace("{file}", file)])
 
 
 def study_schema() -> dict[str, Any]:

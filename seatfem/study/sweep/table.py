@@ -166,7 +166,8 @@ def check_measures(
     """Raise `StudyError` for a measure of the study that ``numbers`` of a scene do not have, and that no later stage of
     a run adds."""
     for key, name in study.asked:
-        if (name not in numbers or isinstance(numbers[name], list | dict)) and not may_come(name):
+        no_number = list | dict if key.startswith("outputs.") else list | dict | str
+        if (name not in numbers or isinstance(numbers[name], no_number)) and not may_come(name):
             close = [f"state {' or '.join(map(repr, keys))}" for keys in [nearest(name, numbers)] if keys]
             table = TABLES.get(results.result_of(name).group, "") if name in results.all_results() else ""
             remedy = f"add {table} to the scene" if table else (close or ["state a key of summary.json of a run"])[0]
