@@ -24,6 +24,7 @@ import drawings
 import ring_valve_page
 import scene_pictures
 import sleeve_picture
+import study_picture
 import valve_picture
 from markers import between
 
@@ -67,6 +68,7 @@ def main() -> None:
     drawings.main()
     sleeve_picture.main([])
     ring_valve_page.main()
+    study_picture.main()
     assembly_tutorial.main(Path(tempfile.mkdtemp()))
     scene_pictures.main([])
     in_python()

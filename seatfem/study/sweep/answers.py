@@ -68,39 +68,34 @@ def where(table: StudyTable) -> list[str]:
     With one key its values in order, with two the same for each value of the second; with more the numbers of the
     scenes that hold.
     """
-    keys, of_scenes = varying(table), verdicts(table)
+    keys, of_scenes, rows = varying(table), verdicts(table), range(len(table))
     if not keys:
         return []
     first, *others = (axis_of(table, name) for name in keys)
-    rows = range(len(table))
     if not others:
-        return list(_runs(table, first, rows))[:MOST]
+        return [f"{first.words} {run}" for run in _runs(table, first, rows)][:MOST]
     second = others[0]
-    values = list(dict.fromkeys(table.columns[second.name]))
+    column = table.columns[second.name]
+    values = list(dict.fromkeys(column))
     if len(others) == 1 and len(values) <= MOST:
-        each = ((value, [row for row in rows if table.columns[second.name][row] == value]) for value in values)
-        return [
-            f"{second.words} {_text(second, value)}: {'; '.join(_runs(table, first, of_it))}" for value, of_it in each
-        ]
-    numbers = [
-        str(number) for number, verdict in zip(table.columns["scene"], of_scenes, strict=True) if verdict == HOLDS
-    ]
+        groups = ((value, [row for row in rows if column[row] == value]) for value in values)
+        lines = ((_text(second, value), ", ".join(_runs(table, first, group))) for value, group in groups)
+        return [f"{second.words} {at}: {first.words} {runs}" for at, runs in lines]
+    numbers = [str(table.columns["scene"][row]) for row in rows if of_scenes[row] == HOLDS]
     more = f" and {len(numbers) - MOST} more" if len(numbers) > MOST else ""
     return [f"holds in scene{'s'[: len(numbers) > 1]} {', '.join(numbers[:MOST])}{more}"] if numbers else []
 
 
 def _runs(table: StudyTable, axis: Axis, rows: Sequence[int]) -> Iterator[str]:
-    """Yield text for each run of neighbouring values of a key with one verdict: "reed thickness 1 to 2 mm holds"."""
+    """Yield text for each run of neighbouring values of a key with one verdict: "0.2 to 0.3 mm holds"."""
     column, of_scenes = table.columns[axis.name], verdicts(table)
     pairs = [(column[row], of_scenes[row]) for row in rows]
     if not table.is_text(axis.name):
         pairs.sort(key=lambda pair: pair[0])  # type: ignore[arg-type, return-value]
     for verdict, run in groupby(pairs, key=lambda pair: pair[1]):
         values = [value for value, _ in run]
-        span = (
-            _text(axis, values[0]) if len(values) == 1 else f"{_text(axis, values[0], '')} to {_text(axis, values[-1])}"
-        )
-        yield f"{axis.words} {span} {verdict}"
+        begin = f"{_text(axis, values[0], '')} to " if len(values) > 1 else ""
+        yield f"{begin}{_text(axis, values[-1])} {verdict}"
 
 
 def _text(axis: Axis, value: object, unit: str | None = None) -> str:

@@ -12,12 +12,12 @@ import scipy
 from numpy.typing import NDArray
 
 from impact.pictures.drawing import GREY, sheet
-from impact.quantities import in_digits
+from impact.quantities import in_digits, plain
 from seatfem.study.impacts.landings import BAR
-from seatfem.study.sweep.answers import limits_in_words, verdicts
+from seatfem.study.sweep.answers import verdicts
 from seatfem.study.sweep.axes import Axis, axis_of
 from seatfem.study.sweep.effects import varying
-from seatfem.study.sweep.limits import VERDICTS, Constraint
+from seatfem.study.sweep.limits import VERDICTS
 from seatfem.study.sweep.marks import look_of, mark_foot
 from seatfem.study.sweep.table import StudyTable
 
@@ -41,8 +41,7 @@ def draw_map(table: StudyTable, path: Path) -> None:
     """
     across, up = (axis_of(table, name) for name in varying(table))
     with sheet(path, 5.4, 5.0) as figure:
-        title = " and\n".join(limits_in_words(table))
-        figure.suptitle(f"{table.study.heading}\n{title}", fontsize=9.5)
+        figure.suptitle(table.study.heading, fontsize=9.5)
         axes = figure.add_subplot()
         x, y = _abscissae(axes.xaxis, table, across), _abscissae(axes.yaxis, table, up)
         if not (table.is_text(across.name) or table.is_text(up.name)):
@@ -105,48 +104,46 @@ def _marks(axes: Axes, of_scenes: NDArray[np.str_], x: Array, y: Array) -> None:
 
 
 def _areas(axes: Axes, table: StudyTable, x: Array, y: Array) -> None:
-    """Shade where all limits hold, where one does not and where it is undecided, and draw the boundary of each."""
-    margins, bars = map(np.array, zip(*(_margin(table, limit) for limit in table.study.limits), strict=True))
+    """Shade where all limits hold, where one does not and where it is undecided, and draw the boundary of each.
+
+    Margins are over their limits, so that those of several can be compared.
+    """
     logs = axes.get_xscale() == "log", axes.get_yscale() == "log"
     u, v = (np.log10(values) if is_log else values for values, is_log in zip((x, y), logs, strict=True))
     fine = [np.linspace(values.min(), values.max(), FINE) for values in (u, v)]
     across, up = (10**values if is_log else values for values, is_log in zip(fine, logs, strict=True))
-    for values, levels, colour in (
-        (margins.min(axis=0), (-FAR, FAR), DOUBT),
-        ((margins - bars).min(axis=0), (0.0, FAR), INSIDE),
-        ((margins + bars).min(axis=0), (-FAR, 0.0), OUTSIDE),
-    ):
-        if (field := spread(u, v, values, fine)) is None:
-            return
-        axes.contourf(across, up, field, levels, colors=[colour], zorder=0)
-    for limit, margin, style in zip(table.study.limits, margins, cycle(STYLES), strict=False):
-        field = spread(u, v, margin, fine)
-        if field is not None and np.nanmin(margin) < 0 < np.nanmax(margin):
+    margins = np.array([limit.margin(table.values(limit.measure)) for limit in table.study.limits])
+    bars = np.array([np.nan_to_num(table.values(BAR + limit.measure)) for limit in table.study.limits])
+    scales = np.array([[abs(limit.limit) or 1.0] for limit in table.study.limits])
+    fields = [spread(u, v, (values / scales).T, fine) for values in (margins, margins - bars, margins + bars)]
+    areas = ((-FAR, FAR), DOUBT), ((0.0, FAR), INSIDE), ((-FAR, 0.0), OUTSIDE)
+    for field, (levels, colour) in zip(fields, areas, strict=True):
+        if field.size:
+            axes.contourf(across, up, field.min(axis=-1), levels, colors=[colour], zorder=0)
+    for number, (limit, style) in enumerate(zip(table.study.limits, cycle(STYLES), strict=False)):
+        result = axis_of(table, limit.measure)
+        words = f"limit: {limit.in_words(result.factor, plain(result.unit))}"
+        axes.plot([], [], color="black", linewidth=1.1, linestyle=style, label=words)
+        if np.nanmin(margins[number]) < 0 < np.nanmax(margins[number]) and fields[0].size:
+            field = fields[0][..., number]
             axes.contour(across, up, field, [0.0], colors="black", linewidths=1.1, linestyles=style, zorder=2)
-            result = axis_of(table, limit.measure)
-            words = f"limit: {limit.in_words(result.factor, result.unit)}"
-            axes.plot([], [], color="black", linewidth=1.1, linestyle=style, label=words)
 
 
-def _margin(table: StudyTable, limit: Constraint) -> tuple[Array, Array]:
-    """Return the margin of each scene to a limit, and its error bar, over the limit; nan for scenes without a value."""
-    over = abs(limit.limit) or 1.0
-    return limit.margin(table.values(limit.measure)) / over, np.nan_to_num(table.values(BAR + limit.measure)) / over
+def spread(u: Array, v: Array, values: Array, fine: Sequence[Array]) -> Array:
+    """Return values (scenes, n) at places u, v on a fine grid (rows, columns, n), linear between neighbouring scenes.
 
-
-def spread(u: Array, v: Array, values: Array, fine: Sequence[Array]) -> Array | None:
-    """Return values (scenes,) at places u, v on a fine grid, linear between neighbouring scenes and nan beside those
-    without a value; ``None`` if the places are on one line."""
+    It is nan beside scenes without a value; the array is empty if the places are on one line.
+    """
     columns, rows = np.unique(u), np.unique(v)
-    mesh = np.meshgrid(*fine)
+    mesh = tuple(np.meshgrid(*fine))
     if len(columns) * len(rows) == len(u) and min(len(columns), len(rows)) > 1:
-        grid = np.full((len(columns), len(rows)), np.nan)
+        grid = np.full((len(columns), len(rows), values.shape[1]), np.nan)
         grid[np.searchsorted(columns, u), np.searchsorted(rows, v)] = values
-        return np.asarray(scipy.interpolate.RegularGridInterpolator((columns, rows), grid)((mesh[0], mesh[1])))
+        return np.asarray(scipy.interpolate.RegularGridInterpolator((columns, rows), grid)(mesh))
     try:
         return np.asarray(scipy.interpolate.LinearNDInterpolator(np.stack([u, v], axis=1), values, rescale=True)(*mesh))
     except scipy.spatial.QhullError:
-        return None
+        return np.empty(0)
 
 
 def _legend(figure: Figure, *panels: Axes) -> None:

@@ -25,8 +25,14 @@ def _key(name: str) -> str:
     return full_key(name)
 
 
+def _limit(written: object) -> object:
+    if isinstance(written, bool) or not isinstance(written, int | float | str):
+        raise ValueError(f"{written!r} is no limit; write a number with its unit, as '350 MPa', or 1.3")
+    return written
+
+
 ResultKey = Annotated[str, AfterValidator(_key)]
-Limit = Annotated[float, Field(strict=True)] | str
+Limit = Annotated[float | str, BeforeValidator(_limit)]
 
 
 class Optimise(Table):
