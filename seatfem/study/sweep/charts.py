@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 MOST: Final = 6  # largest number of rows or columns of panels: the first ones are shown
 LABELS: Final = 8  # largest number of scenes on a front that are labelled
 PER_ROW: Final = 3
+PER_INCH: Final = 17  # characters of small print
 LINE: Final = 24  # characters in a line of a label beside a panel
 FEW: Final = 60  # largest number of scenes that are drawn with error bars
 
@@ -40,7 +41,8 @@ def _titled(figure: Figure, table: StudyTable, what: str, words: str = "", *, ma
     marks = ", ".join(f"{name}: {each}" for each, name in NAMES.items() if marked and each in table.standings)
     lines = [words, table.left_out_in_words(), marks]
     if any(lines):
-        figure.supxlabel("\n".join(filter(None, lines)), fontsize=7)
+        width = int(PER_INCH * figure.get_figwidth())
+        figure.supxlabel("\n".join(part for line in lines for part in textwrap.wrap(line, width)), fontsize=7)
 
 
 def grid_of(figure: Figure, count: int, **sharing: Any) -> list[Axes]:
