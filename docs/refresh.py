@@ -25,6 +25,7 @@ import drawings
 import ring_valve_page
 import scene_pictures
 import sleeve_picture
+import study_picture
 import valve_picture
 from markers import between
 
@@ -32,8 +33,8 @@ from impact.files.safe_files import whole_file
 from seatfem.faces.cli import demo_scene, run_command
 from seatfem.faces.plan_view import look_lines
 from seatfem.faces.tables import is_baseline
-from seatfem.readings import reading
-from seatfem.results import result_of, unit_of, words_of
+from seatfem.readings import reading, unit_of
+from seatfem.results import result_of, words_of
 from seatfem.structures.cache import VARIABLE
 from seatfem.study.answers.decision import decide
 from seatfem.study.answers.verdict import verdict
@@ -71,6 +72,7 @@ def main() -> None:
     drawings.main()
     sleeve_picture.main([])
     ring_valve_page.main()
+    study_picture.main()
     assembly_tutorial.main(Path(tempfile.mkdtemp()))
     scene_pictures.main([])
     in_python()

@@ -14,6 +14,7 @@ from pathlib import Path
 
 from markers import between
 
+from seatfem.study.sweep.answers import in_words
 from seatfem.study.sweep.charts import write_reports
 from seatfem.study.sweep.effort import Effort
 from seatfem.study.sweep.study import load_study
@@ -46,11 +47,8 @@ def sweep(text: str, keys: str, folder: Path) -> StudyTable:
 
 
 def words(table: StudyTable) -> str:
-    """Return what the program prints of a sweep."""
-    states = list(table.columns["status"])
-    counts = ", ".join(f"{states.count(state)} {state}" for state in dict.fromkeys(states))
-    lines = [f"{table.study.heading}: {len(table)} scenes, {counts}", table.left_out_in_words(), *table.ranges()]
-    return "\n".join(["```text", *lines, "```"])
+    """Return what the program prints below the table of a sweep."""
+    return "\n".join(["```text", *in_words(table), "```"])
 
 
 def rows(short: StudyTable, longer: StudyTable) -> str:

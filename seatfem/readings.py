@@ -87,7 +87,12 @@ def all_measured(summary: Summary) -> Iterator[Measured]:
 
 def unit_of(key: str) -> str:
     """Return the unit at the end of a key [SI], "" of plain numbers."""
-    return next((unit for ending, unit in UNITS.items() if key.endswith(f"_{ending}")), "")
+    return UNITS.get(ending_of(key).removeprefix("_"), "")
+
+
+def ending_of(key: str) -> str:
+    """Return the end of a key that names its unit, as "_Pa"; "" of plain numbers."""
+    return next((f"_{ending}" for ending in UNITS if key.endswith(f"_{ending}")), "")
 
 
 def is_known(key: str, value: float, bar: float | None) -> bool:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import ClassVar, Final, Literal
 
 from impact.late import import_all
-from seatfem.readings import Summary, as_number, duration, unit_of
+from seatfem.readings import Summary, as_number, duration, ending_of, unit_of
 
 Group = Literal["landing", "run", "stopper", "spring", "film", "lip", "seat", "life", "cycle", "raw"]
 
@@ -272,14 +272,22 @@ def result_of(key: str) -> Result:
     return result if result.unit or words == key else Result(key, f"{words} ({key})", result.group)
 
 
-def label_of(key: str) -> str:
-    """Return what stands on an axis for a key of summary.json, as "peak force [N]"; another name as it is."""
-    named = {each.landing_key: each.landing_words or f"{each.words} of the landing" for each in _sources()}
-    words = named.get(key) or _measure_words(key)
-    if not words and (known := all_results().get(key)) is not None:
-        words = f"{HEADINGS[known.group].partition('{')[0]}: {known.words.partition('{')[0].strip(' ,')}"
-    unit = result_of(key).unit
-    return f"{words} [{unit}]" if words and unit else words or key
+def label_of(key: str, unit: str | None = None) -> str:
+    """Return what stands on an axis for a key of summary.json, as "peak force [N]"; another name as it is.
+
+    ``unit``: the unit that stands there in place of that of the key; "" for none.
+    """
+    known, si = all_results().get(key), unit_of(key)
+    words = {each.landing_key: each.landing_words for each in _sources()}.get(key) or _measure_words(key)
+    if known is not None and (known.group == "landing" or not words):
+        words = known.words.partition("{")[0].strip(" ,(")
+        if known.group == "landing":
+            words += "" if "landing" in words else " of landing"
+        elif known.group != "run":
+            words = f"{HEADINGS[known.group].partition('{')[0]}: {words}"
+    words = words or (key.removesuffix(ending).replace("_", " ") if (ending := ending_of(key)) else key)
+    unit = si if unit is None else unit
+    return f"{words} [{unit}]" if unit else words
 
 
 def name_of(key: str, summary: Summary) -> str:

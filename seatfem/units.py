@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from decimal import Decimal
 from difflib import get_close_matches
 from functools import cache
-from math import isfinite
+from math import inf, isfinite
 from typing import TYPE_CHECKING, Final
 
 from impact.notices import SeatfemError
@@ -101,6 +101,18 @@ def parse_quantity(text: str, dimension: str) -> float:
     if not isfinite(value):
         raise UnitError(f"{text!r} is beyond the largest number; {_need(wanted)}")
     return value
+
+
+def parse_in(text: str, si: str) -> float:
+    """Return the value of `text`, a number and a unit such as "2 mN s", in the SI unit of a result, or in degrees.
+
+    Raises `UnitError` as `parse_quantity`.
+    """
+    names = {unit: name for name, unit in _OTHER_NAMES} | {"deg": "angle"}
+    unnamed = Dimension(names.get(si, f"quantity in {si}"), si, f"2 {si}", {si: "1"}, (0.0, inf))
+    wanted = next((each for each in DIMENSIONS.values() if each.si == si), unnamed)
+    number, unit = _split(text, wanted)
+    return float(number * _in_si(text, unit, wanted))
 
 
 def parse_rpm(text: str) -> float:

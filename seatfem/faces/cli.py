@@ -33,7 +33,7 @@ WIDEST: Final = 1000  # largest number of characters in a line of a message
 MOST_LINES: Final = 40
 RARELY: Final = (300_000, 20, 20)
 """Thresholds of the garbage collector: modules have no cycles, and usual thresholds cost 1/7 of a short run."""
-_KEY: Final = re.compile(r"[a-z_]+(?:\.[a-z_0-9]+)+(?=: | = )")
+_KEY: Final = re.compile(r"[a-z_]+(?:\.[A-Za-z_0-9]+)+(?=: | = )")
 """Pattern of a message that begins with a key of a scene."""
 
 

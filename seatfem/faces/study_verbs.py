@@ -10,28 +10,32 @@ from typing import Annotated, Any, Final, TypeVar
 from cyclopts import Parameter
 
 from impact.pictures import drawing
+from seatfem.faces import study_view
 from seatfem.faces.scene_verbs import SceneFile
 from seatfem.faces.terminal import (
     COMMON,
     DONE,
     FAILED,
     Common,
+    Console,
     Output,
     Seconds,
+    console,
     lines,
     load,
     print_outcome,
     progress_of,
 )
 from seatfem.faces.wings import FileKind
-from seatfem.study.sweep import best, charts
+from seatfem.study.sweep import answers, best, charts
 from seatfem.study.sweep import study as study_tables
 from seatfem.study.sweep import sweep as study_runs
 from seatfem.study.sweep.effort import Effort
+from seatfem.study.sweep.table import StudyTable
 from seatfem.study.trade import report as trade_report
 from seatfem.study.trade import trade as trades
 
-Made = TypeVar("Made")
+Result = TypeVar("Result")
 
 
 @Parameter(name="*")
@@ -60,13 +64,18 @@ USUAL: Final = Work()
 
 
 def _run_study(
-    study: Path, folder: Path, work: Work, common: Common, carry_out: Callable[..., Made]
-) -> tuple[str, Made]:
-    """Return the heading of a study and the result of ``carry_out``, its table or its search, in a folder."""
+    study: Path, folder: Path, work: Work, common: Common, carry_out: Callable[..., Result]
+) -> tuple[Result, Console]:
+    """Return the result of ``carry_out``, the table or the search of a study, in a folder; and where to print it."""
     definition, messages = study_tables.load_study(study), lines(stderr=True, quiet=common.quiet)
     with progress_of(common) as progress:
-        outcome = carry_out(definition, folder, work, file=study, progress=progress, tell=messages.print)
-    return definition.heading, outcome
+        result = carry_out(definition, folder, work, file=study, progress=progress, tell=messages.print)
+    return result, lines(quiet=common.quiet)
+
+
+def _print_table(table: StudyTable, common: Common) -> None:
+    if not common.quiet:
+        console().print(study_view.scenes_table(table))
 
 
 def sweep(
@@ -77,26 +86,21 @@ def sweep(
     work: Work = USUAL,
     common: Common = COMMON,
 ) -> int:
-    """Run a scene over many values of its keys: one table, and what follows from it; goes on where it stopped.
+    """Run a scene over many values of its keys: one table, where its limits hold, and what follows from it; goes on
+    where it stopped.
 
     Parameters
     ----------
     output:
-        Folder for table, reports and journal [default: the study's name + "-sweep"].
+        Folder for table, report, charts and journal [default: the study's name + "-sweep"].
     """
-    folder, terminal = output or Path(f"{study.stem}-sweep"), lines(quiet=common.quiet)
-    heading, table = _run_study(study, folder, work, common, study_runs.run_study)
+    folder = output or Path(f"{study.stem}-sweep")
+    table, terminal = _run_study(study, folder, work, common, study_runs.run_study)
     files, gaps = charts.write_reports(table, folder, pictures=not work.no_pictures)
-    states = list(table.columns["status"])
-    counts = ", ".join(f"{states.count(state)} {state}" for state in dict.fromkeys(states))
-    terminal.print(f"{heading}: {len(table)} scenes, {counts}")
-    sentences = (table.left_out_in_words(), *table.ranges(), *table.empty_in_words(), *table.failures())
-    print_outcome(
-        terminal,
-        sentences,
-        gaps,
-        (folder / study_runs.TABLE, *filter(Path.exists, [folder / study_runs.PARQUET]), *files),
-    )
+    files.append(study_view.write_page(table, folder, gaps))
+    _print_table(table, common)
+    tables = (folder / study_runs.TABLE, *filter(Path.exists, [folder / study_runs.PARQUET]))
+    print_outcome(terminal, answers.in_words(table), gaps, (*tables, *files))
     return DONE if table.has_numbers.all() and not table.unanswered() else FAILED
 
 
@@ -108,23 +112,20 @@ def optimise(
     work: Work = USUAL,
     common: Common = COMMON,
 ) -> int:
-    """Find the values within their ranges whose scene has the least or greatest measure; goes on where it stopped.
+    """Find the values, of lists or in ranges, whose scene has the least or greatest measure; goes on where it stopped.
 
     Parameters
     ----------
     output:
         Folder for tables, picture and journal [default: the study's name + "-optimum"].
     """
-    folder, terminal = output or Path(f"{study.stem}-optimum"), lines(quiet=common.quiet)
-    heading, optimum = _run_study(study, folder, work, common, study_runs.run_optimum)
-    numbers = optimum.as_json()
-    counts = f"{numbers['searched']} scenes searched, {numbers['failed']} failed, {numbers['confirmed']} confirmed"
-    terminal.print(f"{heading}: {counts}")
-    files, picture = [folder / name for name in ("optimum.json", "optimum.csv", "search.csv")], folder / "search.png"
+    folder = output or Path(f"{study.stem}-optimum")
+    optimum, terminal = _run_study(study, folder, work, common, study_runs.run_optimum)
+    files, picture = [folder / name for name in study_runs.OF_SEARCH], folder / "search.png"
     gap = "" if work.no_pictures else best.draw_search(optimum, picture)
     files += [] if work.no_pictures or gap else [picture]
-    sentences = (numbers["left_out"], *optimum.table(optimum.searched).failures(), optimum.in_words())
-    print_outcome(terminal, sentences, [gap], files)
+    _print_table(optimum.table(optimum.confirmed), common)
+    print_outcome(terminal, optimum.sentences(), [gap], files)
     return DONE if optimum.is_met else FAILED
 
 

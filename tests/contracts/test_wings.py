@@ -13,7 +13,7 @@ from tests.contracts.test_imports import FILES, ROOT, imports
 
 WINGS = {
     "studies": (
-        ("seatfem/study/sweep", "seatfem/study/trade", "seatfem/faces/study_verbs.py"),
+        ("seatfem/study/sweep", "seatfem/study/trade", "seatfem/faces/study_verbs.py", "seatfem/faces/study_view.py"),
         {"optimise", "sweep", "trade", "init study", "seatfem.Trade", "seatfem.draw_trade", "seatfem.measure_trade",
          "seatfem.optimise", "seatfem.sweep", "seatfem.write_trade"},
     ),

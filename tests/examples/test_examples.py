@@ -20,6 +20,7 @@ from seatfem.structures.cache import build
 from seatfem.structures.kinds import Annular, Cantilever, Rod
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.study.runs import forecast, rounds
+from seatfem.study.sweep.effort import Effort
 from seatfem.study.sweep.study import load_study
 from seatfem.study.sweep.sweep import run_study
 from tests.frozen.recorded import CHEAP
@@ -412,6 +413,24 @@ def test_the_study(tmp_path: Path) -> None:
     assert states == ["done"] * 32
     drawn = {path.stem for path in tmp_path.glob("*.png")}
     assert drawn == {"main_effects", "percentiles", "scatter", "pareto"}
+
+
+@pytest.mark.slow
+def test_the_map_of_limits(tmp_path: Path) -> None:
+    """Bodies are linear and there is no gap: force and stress are in proportion to the bend, of each thickness with one
+    factor, by which every verdict is known; a reed of 0.2 mm arrives after the run, one of 0.25 mm just before."""
+    path = ROOT / "examples" / "limits_study.toml"
+    table = run_study(load_study(path), tmp_path, Effort(workers=2), file=path)
+    bend, thickness = table.numbers("reed.release.tip_deflection [mm]"), table.numbers("reed.thickness [mm]")
+    verdicts = np.array(table.columns["verdict"])
+    assert set(verdicts[thickness == 0.2]) == {"no landing"}
+    assert set(verdicts[thickness == 0.25]) == {"cut off"}
+    for each in (0.3, 0.35, 0.4, 0.45):
+        rows = np.isclose(thickness, each)
+        stress, force = (table.values(limit.measure)[rows] / bend[rows] for limit in table.study.limits)
+        assert np.ptp(stress) < 1e-4 * stress[0]  # by the round-off of steps
+        within = np.minimum(190e6 / stress[0], 18 / force[0])
+        assert (verdicts[rows] == np.where(bend[rows] < within, "holds", "does not hold")).all()
 
 
 @pytest.mark.slow

@@ -43,17 +43,17 @@ def test_a_study_is_run_and_told(study: Path, capsys: Told) -> None:
     assert run_command(["sweep", "gaps.toml"]) == FAILED  # of one scene there are no numbers
     out, err = capsys.readouterr()
     assert "Masses [1]: 3 scenes, 2 done, 1 failed" in out
-    assert "landing_impulse_Ns: 1 to 2, mean 1.5\n" in out
+    assert "impulse of landing [N s]: 1 to 2, mean 1.5\n" in out
     assert "scene 3 (reed.mass [g] = 3.0): failed: RuntimeError: [uff] failed\\x1b[2J" in out
     assert "wrote gaps-sweep/study.csv" in out
     assert "3 scenes: about " in err
     assert sorted(path.name for path in Path("gaps-sweep").iterdir()) == [
-        "main_effects.csv", "main_effects.png", "study.csv", "study.jsonl", "study.parquet",
+        "main_effects.csv", "main_effects.png", "report.html", "study.csv", "study.jsonl", "study.parquet",
     ]  # fmt: skip
     assert run_command(["sweep", "gaps.toml", "--quiet", "--no-pictures", "-o", "there"]) == FAILED
     assert not any(capsys.readouterr())
     assert sorted(path.name for path in Path("there").iterdir()) == [
-        "main_effects.csv", "study.csv", "study.jsonl", "study.parquet",
+        "main_effects.csv", "report.html", "study.csv", "study.jsonl", "study.parquet",
     ]  # fmt: skip
 
 

@@ -39,7 +39,9 @@ def run_summary(folder: Path) -> dict[str, Any]:
     try:
         summary = json.loads(read_text(path, MOST_TEXT, ReportError))
     except FileNotFoundError:
-        raise ReportError(f"{folder}: holds no {SUMMARY_FILE}; give the folder of a run (seatfem run -o)") from None
+        of_study = "; the page of a study is its report.html, open that" if (folder / "report.html").is_file() else ""
+        words = f"{folder}: holds no {SUMMARY_FILE}; give the folder of a run (seatfem run -o){of_study}"
+        raise ReportError(words) from None
     except ValueError as error:
         raise (
             error

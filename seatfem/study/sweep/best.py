@@ -1,4 +1,5 @@
-"""Search for an optimum in the unit cube of the keys' ranges, and the best points with their margins to the limits.
+"""Search for an optimum in the unit cube of the keys' ranges and lists, and the best points with their margins to the
+limits.
 
 COBYQA (Ragonneau 2022, in scipy) interpolates the measures by quadratic models in a trust region: no derivatives, few
 evaluations, constraints handled as such; the search is deterministic: repeated, it runs the same scenes in order.
@@ -8,6 +9,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
+from itertools import product
 from pathlib import Path
 from typing import Any, Final
 
@@ -17,17 +19,20 @@ from numpy.typing import NDArray
 
 from impact.pictures.drawing import try_draw
 from impact.quantities import brief, finite_or_none
+from seatfem.fields import read_written
 from seatfem.study.impacts.contact import RunError
 from seatfem.study.impacts.landings import BAR, LANDED, STATUS, counts, left_out_in_words, needs_landing
 from seatfem.study.scene import SceneError
 from seatfem.study.sweep import charts, runner
 from seatfem.study.sweep.cases import Case, Cases, Changes
+from seatfem.study.sweep.limits import LOOSE
 from seatfem.study.sweep.runner import Outcome
-from seatfem.study.sweep.study import LOOSE, Optimise, Study
+from seatfem.study.sweep.study import Optimise, Study
 from seatfem.study.sweep.table import StudyTable, table_of
 
 DIGITS: Final = 6  # decimals of a position, so that round-off of linear algebra changes no scene
 NEAREST: Final = 1e-3  # radius of the trust region, over the ranges, at which a search ends
+CHOICES: Final = 4  # largest number of values of a list that are tried beside one
 Point = tuple[float, ...]
 """Positions (0..1) in the ranges of the keys, in their order."""
 Shift = Mapping[str, float]
@@ -94,10 +99,32 @@ def changes_at(study: Study, point: Point) -> dict[str, object]:
     return {key: each.quantile(share) for (key, each), share in zip(study.vary.items(), point, strict=True)}
 
 
-def first_points(keys: int, count: int, seed: int) -> list[Point]:
-    """Return the centre of the cube and a Latin hypercube, ``count`` points together."""
-    drawn = scipy.stats.qmc.LatinHypercube(keys, rng=np.random.default_rng(seed)).random(count - 1) if count > 1 else ()
-    return [(0.5,) * keys, *map(_rounded, drawn)]
+def first_points(study: Study, most: int) -> list[Point]:
+    """Return the points with which a search of ``most`` scenes begins: all, if there are no more and every key has a
+    list of values, otherwise the centre of the cube and a Latin hypercube, a third of them."""
+    places, keys = [each.places for each in study.vary.values()], len(study.vary)
+    if all(places) and math.prod(map(len, places)) <= most:
+        return list(product(*places))
+    count = max(1, min(most // 3, most - model_size(study)))
+    rng = np.random.default_rng(study.seed)
+    drawn = scipy.stats.qmc.LatinHypercube(keys, rng=rng).random(count - 1) if count > 1 else ()
+    return [nearest_point(study, np.asarray(shares)) for shares in ((0.5,) * keys, *drawn)]
+
+
+def model_size(study: Study) -> int:
+    """Return the number of points of a first quadratic model in the keys with ranges."""
+    return 2 * len(free_keys(study)) + 1
+
+
+def free_keys(study: Study) -> list[int]:
+    """Return the places of the keys that may have any value in a range."""
+    return [place for place, each in enumerate(study.vary.values()) if not each.places]
+
+
+def nearest_point(study: Study, shares: NDArray[np.float64]) -> Point:
+    """Return the point nearest to the positions of all keys: those of lists at one of their values."""
+    pairs = zip(study.vary.values(), shares, strict=True)
+    return tuple(min(each.places or (_rounded(share),), key=lambda at: abs(at - share)) for each, share in pairs)
 
 
 def rank(point: Found, goal: Optimise, shift: Shift) -> tuple[float, float]:
@@ -111,12 +138,42 @@ def rank(point: Found, goal: Optimise, shift: Shift) -> tuple[float, float]:
 
 
 def improve(stage: SearchStage, goal: Optimise, shift: Shift, radius: float, most: int) -> None:
-    """Search from the best point of the stage, until the trust region has shrunk from ``radius`` to `NEAREST`, or the
-    stage has ``most`` points.
+    """Search from the best point of the stage, first among the values of lists, then in the ranges of the other keys,
+    until nothing improves or the stage has ``most`` points."""
+    choose_values(stage, goal, shift, most)
+    if free_keys(stage.study):
+        descend(stage, goal, shift, radius, most)
+
+
+def choose_values(stage: SearchStage, goal: Optimise, shift: Shift, most: int) -> None:
+    """Run the points that differ from the best one in a single key with a list, as long as one of them is better."""
+
+    def best() -> Found:
+        return min(stage.found.values(), key=lambda each: rank(each, goal, shift))
+
+    start, has_improved = best(), True
+    while has_improved:
+        new = [point for point in neighbours(stage.study, start.point) if point not in stage.found]
+        stage.evaluate(new[: max(0, most - len(stage.found))])
+        has_improved, start = best() is not start, best()
+
+
+def neighbours(study: Study, point: Point) -> list[Point]:
+    """Return the points with another value of one list, of each the `CHOICES` next to that of ``point``."""
+    points: list[Point] = []
+    for key, each in enumerate(study.vary.values()):
+        others = sorted((at for at in each.places if at != point[key]), key=lambda at: abs(at - point[key]))
+        points += [(*point[:key], at, *point[key + 1 :]) for at in others[:CHOICES]]
+    return points
+
+
+def descend(stage: SearchStage, goal: Optimise, shift: Shift, radius: float, most: int) -> None:
+    """Search in the ranges from the best point of the stage, with its values of lists, until the trust region has
+    shrunk from ``radius`` to `NEAREST`, or the stage has ``most`` points.
 
     Measures are scaled by their range so far. A scene without results or without landing has the worst values so far.
     """
-    start = min(stage.found.values(), key=lambda each: rank(each, goal, shift))
+    start, free = min(stage.found.values(), key=lambda each: rank(each, goal, shift)), free_keys(stage.study)
 
     def raw(found: Found) -> NDArray[np.float64]:
         """Return the measure with the sign for minimisation, then the negative margins."""
@@ -133,7 +190,9 @@ def improve(stage: SearchStage, goal: Optimise, shift: Shift, radius: float, mos
     scale = np.where(spread > 0, spread, np.maximum(np.abs(rows).max(axis=0), 1e-300))
 
     def scaled(x: NDArray[np.float64]) -> NDArray[np.float64]:
-        point = _rounded(x)
+        shares = np.array(start.point)
+        shares[free] = x
+        point = nearest_point(stage.study, shares)
         if point not in stage.found and len(stage.found) >= most:
             raise _SpentError
         values = raw(stage.evaluate([point])[0])
@@ -142,15 +201,16 @@ def improve(stage: SearchStage, goal: Optimise, shift: Shift, radius: float, mos
     limits = [scipy.optimize.NonlinearConstraint(lambda x: scaled(x)[1:], -np.inf, 0.0)] if goal.subject_to else []
     try:
         scipy.optimize.minimize(
-            lambda x: float(scaled(x)[0]), start.point, method="cobyqa", bounds=[(0.0, 1.0)] * len(start.point),
-            constraints=limits, options={"initial_tr_radius": radius, "final_tr_radius": NEAREST},
+            lambda x: float(scaled(x)[0]), [start.point[key] for key in free], method="cobyqa",
+            bounds=[(0.0, 1.0)] * len(free), constraints=limits,
+            options={"initial_tr_radius": radius, "final_tr_radius": NEAREST},
         )  # type: ignore[call-overload]  # fmt: skip
     except _SpentError:
         return
 
 
-def _rounded(shares: NDArray[np.float64]) -> Point:
-    return tuple(round(min(max(float(share), 0.0), 1.0), DIGITS) for share in shares)
+def _rounded(share: float) -> float:
+    return round(min(max(float(share), 0.0), 1.0), DIGITS)
 
 
 @dataclass(frozen=True)
@@ -244,6 +304,13 @@ class Optimum:
             "confirmed": len(self.confirmed),
         }
 
+    def sentences(self) -> list[str]:
+        """Return what a search says: its scenes, those left out and those that failed, and the optimum."""
+        failed = sum(not each.outcome.has_numbers for each in self.searched)
+        counts = f"{len(self.searched)} scenes searched, {failed} failed, {len(self.confirmed)} confirmed"
+        first = [f"{self.study.heading}: {counts}", *filter(None, [self.left_out_in_words()])]
+        return [*first, *self.table(self.searched).failures(), self.in_words()]
+
     def in_words(self) -> str:
         """Return the optimum in one sentence, with its reservations."""
         if not self.has_numbers:
@@ -275,11 +342,11 @@ def draw_search(result: Optimum, path: Path) -> str:
 
 
 def goal_of(study: Study) -> Optimise:
-    """Return the table [optimise]. Raises `StudyError` for a study without it."""
+    """Return the table [optimise] with all limits of the study. Raises `StudyError` for a study without it."""
     if study.optimise is None:
         words = "required table is missing: minimise or maximise = a key of summary.json, subject_to"
         raise runner.StudyError(f"optimise: {words}")
-    return study.optimise
+    return study.optimise.model_copy(update={"subject_to": study.limits})
 
 
 def violation(point: Found, goal: Optimise) -> float:
@@ -302,5 +369,8 @@ def _with_bar(point: Found, measure: str) -> str:
 
 
 def _short(value: object) -> str:
-    number, space, unit = str(value).partition(" ")
-    return f"{float(number):.6g}{space}{unit}"
+    try:
+        number, unit = read_written(value)
+    except ValueError:
+        return str(value)
+    return f"{number:.6g} {unit}".rstrip()

@@ -25,6 +25,7 @@ from seatfem.study.plan import Plan
 from seatfem.study.runs.kept import plan_from_json, plan_to_json
 from seatfem.study.safety import MOST_ROUNDS
 from seatfem.study.scene import Scene, SceneError, load_scene, located
+from seatfem.study.scene.measures import all_measures
 from seatfem.study.scene.parcel import by_content
 from seatfem.study.scene.problems import Problem
 from seatfem.study.sweep.study import Study
@@ -66,6 +67,23 @@ def shares_of(study: Study) -> NDArray[np.float64]:
     first, second = both[:, :keys], both[:, keys:]
     mixed = [np.where(np.arange(keys) == column, second, first) for column in range(keys)]
     return np.concatenate([first, second, *mixed])
+
+
+def with_bars(study: Study, changed: Changes) -> Changes:
+    """Return the change of accuracy.measures by which every limited result of a study has an error bar: those of the
+    scene with ``changed`` keys and the measures that below and above limit; empty if no measure is to be added.
+
+    Errors of this scene are left to those who check all scenes.
+    """
+    limited = {limit.measure for limit in study.stated_limits}
+    names = [name for name, each in all_measures().items() if {each.key, each.landing_key} & limited]
+    if not names or any(key.split(".")[0] == "accuracy" for key in study.vary):
+        return {}
+    try:
+        stated = load_scene(study.scene, changed).accuracy.measures
+    except SceneError:
+        return {}
+    return {"accuracy.measures": [*stated, *added]} if (added := [n for n in names if n not in stated]) else {}
 
 
 PILOTS: Final = 4
@@ -203,17 +221,20 @@ def cases_of(
     wrong: Counter[str] = Counter()
     builder = Cases(study, rounds)
     count = study.number_of_scenes if changes is None else len(changes)
-    for number, changed in enumerate(changes_of(study) if changes is None else changes, start=1):
+    every = changes_of(study) if changes is None else iter(changes)
+    bars = with_bars(study, first) if changes is None and (first := next(changes_of(study), None)) else {}
+    for number, varied in enumerate(every, start=1):
         if numbers is not None and number not in numbers:
             continue
         if number % TOLD_EVERY == 0:
             progress("checking scenes", number / count)
+        changed = {**varied, **bars}
         try:
             cases.append(builder.case(number, changed))
         except (SceneError, RunError) as error:
             whole = (Problem(study.scene, 0, "run.time_step", str(error)),)
             for problem in error.problems if isinstance(error, SceneError) else whole:
-                of_study = _in_the_study(problem, changed, f"scene {number} of {count}")
+                of_study = _in_the_study(problem, varied, f"scene {number} of {count}")
                 problems.setdefault(of_study.key, of_study)
                 wrong[of_study.key] += 1
     for key, problem in problems.items():

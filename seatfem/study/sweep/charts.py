@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
@@ -11,12 +12,15 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, SKY, sheet, try_draw
-from seatfem.results import label_of
+from impact.quantities import in_digits
 from seatfem.study.impacts.landings import BAR
 from seatfem.study.sweep import effects
+from seatfem.study.sweep.axes import Axis, axis_of
 from seatfem.study.sweep.effects import CONFIDENCE, PERCENTILES, Band, Effect, Indices, drawn_rows, front, objectives
+from seatfem.study.sweep.maps import draw_limits, draw_map
+from seatfem.study.sweep.marks import NAMES, mark_foot
 from seatfem.study.sweep.study import Optimise
-from seatfem.study.sweep.table import Columns, StudyTable, write_columns
+from seatfem.study.sweep.table import Columns, StudyTable, as_written, write_columns
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -25,17 +29,20 @@ if TYPE_CHECKING:
 
 MOST: Final = 6  # largest number of rows or columns of panels: the first ones are shown
 LABELS: Final = 8  # largest number of scenes on a front that are labelled
-FOOT: Final = 0.03  # height of the marks of scenes without a value, over that of the panel
-HOLLOW: Final = " (hollow)"
 PER_ROW: Final = 3
+PER_INCH: Final = 17  # characters of small print
+LINE: Final = 24  # characters in a line of a label beside a panel
 FEW: Final = 60  # largest number of scenes that are drawn with error bars
 
 
-def _titled(figure: Figure, table: StudyTable, what: str, mark: str = "") -> None:
-    """Write the title, and below the number of omitted scenes; ``mark``: how these are drawn."""
+def _titled(figure: Figure, table: StudyTable, what: str, words: str = "", *, marked: bool = False) -> None:
+    """Write the title, and below it ``words`` and the number of omitted scenes; ``marked``: whether these are drawn."""
     figure.suptitle(f"{table.study.heading}: {what}")
-    if out := table.left_out_in_words():
-        figure.supxlabel(f"{out}{mark}", fontsize=7.5)
+    marks = ", ".join(f"{name}: {each}" for each, name in NAMES.items() if marked and each in table.standings)
+    lines = [words, table.left_out_in_words(), marks]
+    if any(lines):
+        width = int(PER_INCH * figure.get_figwidth())
+        figure.supxlabel("\n".join(part for line in lines for part in textwrap.wrap(line, width)), fontsize=7)
 
 
 def grid_of(figure: Figure, count: int, **sharing: Any) -> list[Axes]:
@@ -53,26 +60,33 @@ def size_of(count: int) -> tuple[int, int]:
 
 
 def draw_effects(table: StudyTable, effects: Sequence[Effect], path: Path) -> None:
-    """Draw a panel for each parameter (columns) and measure (rows): every scene, and the mean with its standard error.
+    """Draw a panel for each parameter (columns) and measure (rows): every scene, and the mean with its uncertainty,
+    standard error over the other keys and error bar together.
 
     Raises `PictureError` if matplotlib is missing, as do all functions of this module.
     """
-    parameters = list(dict.fromkeys(each.parameter for each in effects))[:MOST]
-    measures = list(dict.fromkeys(each.measure for each in effects))[:MOST]
-    with sheet(path, 0.8 + 2.7 * len(parameters), 0.7 + 2.1 * len(measures)) as figure:
-        _titled(figure, table, "main effects", HOLLOW)
+    parameters = [axis_of(table, name) for name in list(dict.fromkeys(each.parameter for each in effects))[:MOST]]
+    measures = [axis_of(table, name) for name in list(dict.fromkeys(each.measure for each in effects))[:MOST]]
+    shown = {(each.measure, each.parameter): each for each in effects}
+    with sheet(path, 0.8 + 2.7 * len(parameters), 0.9 + 2.1 * len(measures)) as figure:
+        words = "blue: mean and its uncertainty (standard error over the other keys plus error bar); grey: scenes"
+        _titled(figure, table, "main effects", words, marked=True)
         panels = figure.subplots(len(measures), len(parameters), squeeze=False, sharex="col", sharey="row")
-        for effect in effects:
-            if effect.parameter in parameters and effect.measure in measures:
-                row, column = measures.index(effect.measure), parameters.index(effect.parameter)
-                _effect(panels[row, column], table, effect)
-                if row == len(measures) - 1:
-                    panels[row, column].set_xlabel(effect.parameter)
-                if column == 0:
-                    panels[row, column].set_ylabel(label_of(effect.measure))
+        for row, measure in enumerate(measures):
+            panels[row, 0].set_ylabel(_wrapped(measure.label))
+            for column, parameter in enumerate(parameters):
+                _effect(panels[row, column], table, shown[measure.name, parameter.name], measure)
+        for axes, parameter in zip(panels[-1], parameters, strict=True):
+            axes.set_xlabel(parameter.label)
 
 
-def _effect(axes: Axes, table: StudyTable, effect: Effect) -> None:
+def _wrapped(label: str) -> str:
+    """Return a label in lines that fit beside a panel."""
+    words, bracket, unit = label.partition("[")
+    return "\n".join(textwrap.wrap(words + bracket + unit.replace(" ", "\N{NO-BREAK SPACE}"), LINE))
+
+
+def _effect(axes: Axes, table: StudyTable, effect: Effect, measure: Axis) -> None:
     names = [value for value in effect.at if isinstance(value, str)]
     if names:
         x = np.array([names.index(str(value)) for value in table.columns[effect.parameter]], dtype=float)
@@ -81,30 +95,30 @@ def _effect(axes: Axes, table: StudyTable, effect: Effect) -> None:
     else:
         x, at = table.numbers(effect.parameter), np.array(effect.at, dtype=float)
         axes.locator_params(axis="x", nbins=5)
-    _scenes(axes, table, x, effect.measure)
+    _scenes(axes, table, x, measure)
+    mean = measure.factor * effect.mean
     if len(table) > len(at):  # otherwise every mean is of one scene
-        error = np.where(np.isfinite(effect.error), effect.error, 0.0)
-        axes.errorbar(at, effect.mean, error, color=BLUE, marker="o", markersize=3.5, capsize=2, zorder=3)
+        error = measure.factor * (np.nan_to_num(effect.error) + np.nan_to_num(effect.bar))
+        axes.errorbar(at, mean, error, color=BLUE, marker="o", markersize=3.5, capsize=2, zorder=3)
     elif not names:
-        axes.plot(at, effect.mean, color=BLUE, linewidth=0.8, zorder=2)
+        axes.plot(at, mean, color=BLUE, linewidth=0.8, zorder=2)
 
 
-def _scenes(axes: Axes, table: StudyTable, x: np.ndarray, measure: str) -> None:
+def _scenes(axes: Axes, table: StudyTable, x: np.ndarray, measure: Axis) -> None:
     """Draw every scene, with its error bar if there are few; scenes that do not count are hollow, at the bottom."""
-    y, bars = table.values(measure), table.values(BAR + measure)
+    y, bars = (measure.factor * table.values(name) for name in (measure.name, BAR + measure.name))
     size = 3.0 if len(table) <= FEW else 1.8
     if len(table) <= FEW and np.isfinite(bars).any():
-        axes.errorbar(x, y, np.nan_to_num(bars), linestyle="", color=GREY, elinewidth=0.7, zorder=1.8)
+        axes.errorbar(x, y, np.nan_to_num(bars), linestyle="", color=GREY, elinewidth=0.7, capsize=1.5, zorder=1.8)
     axes.plot(x, y, "o", color=GREY, markersize=size, markeredgewidth=0, alpha=0.7, zorder=1.9)
-    _left_out(axes, x[table.has_numbers & ~table.counted(measure)])
+    _left_out(axes, table, x, measure.name)
 
 
-def _left_out(axes: Axes, x: np.ndarray) -> None:
-    """Mark scenes that do not count at their abscissa, as they have no value."""
-    if not len(x):
-        return
-    axes.plot(x, np.full(len(x), FOOT), "o", color=ORANGE, markersize=4, markerfacecolor="none", zorder=2,
-              transform=axes.get_xaxis_transform())  # fmt: skip
+def _left_out(axes: Axes, table: StudyTable, x: np.ndarray, measure: str) -> None:
+    """Mark scenes that do not count for a measure at their abscissae, by what they lack."""
+    standings, counted = np.array(table.standings), table.counted(measure)
+    for standing in NAMES:
+        mark_foot(axes, x[(standings == standing) & ~counted], standing, 4)
 
 
 def draw_indices(table: StudyTable, found: Sequence[Indices], path: Path) -> None:
@@ -123,8 +137,8 @@ def draw_indices(table: StudyTable, found: Sequence[Indices], path: Path) -> Non
                 axes.barh(places + shift, value, 0.36, color=colour, label=label, zorder=2)
                 axes.errorbar(value, places + shift, xerr=np.abs(interval - value), linestyle="", color="black",
                               capsize=2, elinewidth=0.8, zorder=3)  # fmt: skip
-            axes.set_title(label_of(each.measure))
-            axes.set_yticks(places, table.parameters)
+            axes.set_title(axis_of(table, each.measure).words)
+            axes.set_yticks(places, [axis_of(table, name).words for name in table.parameters])
             axes.axvline(0.0, color="black", linewidth=0.7)
             axes.set_xlabel("share of the variance")
         panels[0].invert_yaxis()
@@ -139,10 +153,11 @@ def draw_bands(table: StudyTable, bands: Sequence[Band], path: Path) -> None:
         _titled(figure, table, "tolerance bands")
         panels = grid_of(figure, len(shown), sharey=True)
         for axes, band in zip(panels, shown, strict=True):
-            count = len(band.sample)
-            axes.axvspan(band.at[0], band.at[-1], color=SKY, alpha=0.25, linewidth=0)
-            axes.step(band.sample, 100 * (np.arange(count) + 1) / count, where="post", color=BLUE)
-            for share, at, low, high in zip(PERCENTILES, band.at, *band.interval, strict=True):
+            count, measure = len(band.sample), axis_of(table, band.measure)
+            places, (lows, highs) = measure.factor * band.at, measure.factor * band.interval
+            axes.axvspan(places[0], places[-1], color=SKY, alpha=0.25, linewidth=0)
+            axes.step(measure.factor * band.sample, 100 * (np.arange(count) + 1) / count, where="post", color=BLUE)
+            for share, at, low, high in zip(PERCENTILES, places, lows, highs, strict=True):
                 axes.plot([at], [share], "D", color=ORANGE, markersize=4, zorder=3)
                 if math.isfinite(low) and math.isfinite(high):
                     axes.plot([low, high], [share, share], color=ORANGE, linewidth=1.6, zorder=2.5)
@@ -150,9 +165,9 @@ def draw_bands(table: StudyTable, bands: Sequence[Band], path: Path) -> None:
                 axes.annotate(f"{share:g} %: {at:.4g}", (at, share), (7 * side, 0), textcoords="offset points",
                               fontsize=7.5, ha="left" if side > 0 else "right", va="center", zorder=4,
                               bbox={"facecolor": "white", "alpha": 0.7, "edgecolor": "none", "pad": 1})  # fmt: skip
-            bars = f", error bars up to {band.bar:.2g}" if math.isfinite(band.bar) else ""
-            axes.set_title(f"{count} scenes{bars}")
-            axes.set_xlabel(label_of(band.measure))
+            bar = f"{in_digits(measure.factor * band.bar, 2)} {measure.unit}".rstrip()
+            axes.set_title(f"{count} scenes" + f", error bars up to {bar}" * math.isfinite(band.bar))
+            axes.set_xlabel(measure.label)
             axes.set_ylim(-3, 103)
             axes.locator_params(axis="x", nbins=5)
         for axes in panels[::columns]:
@@ -162,7 +177,8 @@ def draw_bands(table: StudyTable, bands: Sequence[Band], path: Path) -> None:
 def draw_scatter(table: StudyTable, names: Sequence[str], path: Path) -> None:
     """Draw every column against every other, with histograms in the diagonal."""
     rows = (drawn_rows(table) | (not table.study.is_drawn)) & table.has_numbers & ~table.left_out
-    data, n = {name: table.numbers(name)[rows] for name in names}, len(names)
+    columns, n = {name: axis_of(table, name) for name in names}, len(names)
+    data = {name: axis.factor * table.numbers(name)[rows] for name, axis in columns.items()}
     with sheet(path, 0.8 + 1.6 * n, 0.8 + 1.5 * n) as figure:
         _titled(figure, table, f"{len(data[names[0]])} scenes")
         panels = figure.subplots(n, n, squeeze=False, sharex="col")
@@ -181,26 +197,27 @@ def draw_scatter(table: StudyTable, names: Sequence[str], path: Path) -> None:
                 if j > 0:
                     axes.set_yticklabels([])
                 if i == n - 1:
-                    axes.set_xlabel(label_of(right), fontsize=7)
+                    axes.set_xlabel(_wrapped(columns[right].label), fontsize=7)
                 if j == 0:
-                    axes.set_ylabel(label_of(below), fontsize=7)
+                    axes.set_ylabel(_wrapped(columns[below].label), fontsize=7)
                 axes.tick_params(labelsize=6.5)
 
 
 def draw_front(table: StudyTable, path: Path) -> None:
     """Draw every scene by the two measures; those on the Pareto front are joined by a line and numbered."""
     (across, more_across), (up, more_up) = objectives(table)
-    x, y, best = table.values(across), table.values(up), front(table)
+    first, second = axis_of(table, across), axis_of(table, up)
+    x, y, best = first.factor * table.values(across), second.factor * table.values(up), front(table)
     with sheet(path, 5.2, 4.0) as figure:
         _titled(figure, table, "Pareto front")
         axes = figure.add_subplot()
-        _scenes(axes, table, x, up)
+        _scenes(axes, table, x, second)
         axes.plot(x[best], y[best], color=GREEN, marker="o", markersize=4.5, zorder=3, label="beaten by none")
         for place in best[:: math.ceil(len(best) / LABELS)]:
             words = f"scene {table.columns['scene'][place]}"
             axes.annotate(words, (x[place], y[place]), (7, -4), textcoords="offset points", fontsize=7, va="top")
-        axes.set_xlabel(f"{label_of(across)} ({'more' if more_across else 'less'} is better)")
-        axes.set_ylabel(f"{label_of(up)} ({'more' if more_up else 'less'} is better)")
+        axes.set_xlabel(f"{first.label} ({'more' if more_across else 'less'} is better)")
+        axes.set_ylabel(f"{second.label} ({'more' if more_up else 'less'} is better)")
         axes.legend()
 
 
@@ -208,21 +225,23 @@ def draw_history(
     table: StudyTable, goal: Optimise, within: Sequence[bool], confirmed: Sequence[tuple[int, float, float]], path: Path
 ) -> None:
     """Draw the measure of every scene of a search, the best so far, and the confirmed: number, value, error bar."""
-    number, value, inside = table.numbers("scene"), table.values(goal.measure), np.array(within)
+    measure, number, inside = axis_of(table, goal.measure), table.numbers("scene"), np.array(within)
+    value = measure.factor * table.values(goal.measure)
     best = goal.sign * np.fmin.accumulate(np.where(inside, goal.sign * value, np.nan))
     with sheet(path, 5.6, 3.6) as figure:
-        _titled(figure, table, f"{'least' if goal.minimise else 'greatest'} {label_of(goal.measure)}", HOLLOW)
+        _titled(figure, table, f"{'least' if goal.minimise else 'greatest'} {measure.words}", marked=True)
         axes = figure.add_subplot()
         axes.plot(number[inside], value[inside], "o", color=GREY, markersize=3.5, label="within the limits")
         if not inside.all():
             axes.plot(number[~inside], value[~inside], "x", color=ORANGE, markersize=4.5, label="outside")
         axes.step(number, best, where="post", color=BLUE, label="best so far")
-        _left_out(axes, number[table.has_numbers & ~table.counted(goal.measure)])
-        at, measured, bars = np.array(confirmed, dtype=float).T
+        _left_out(axes, table, number, goal.measure)
+        at, *points = np.array(confirmed, dtype=float).T
+        measured, bars = measure.factor * np.array(points)
         axes.errorbar(at, measured, np.nan_to_num(bars), linestyle="", color=GREEN, marker="D", markersize=4.5,
                       capsize=3, zorder=3, label="at the target of accuracy")  # fmt: skip
         axes.set_xlabel("scene of the search")
-        axes.set_ylabel(label_of(goal.measure))
+        axes.set_ylabel(measure.label)
         axes.legend()
 
 
@@ -235,13 +254,15 @@ Report = tuple[str, Columns | None, Callable[[Path], None]]
 
 def reports_of(table: StudyTable) -> Iterator[Report]:
     """Yield all reports that are meaningful."""
+    if table.study.limits and (varied := len(effects.varying(table))) in (1, 2):
+        yield ("limits", None, partial(draw_limits, table)) if varied == 1 else ("map", None, partial(draw_map, table))
     if main := effects.main_effects(table):
-        yield "main_effects", effects.effects_columns(main), partial(draw_effects, table, main)
+        yield "main_effects", effects.effects_columns(table, main), partial(draw_effects, table, main)
     if indices := effects.sobol_indices(table):
         columns = effects.indices_columns(table, indices)
         yield "sobol_indices", columns, partial(draw_indices, table, indices)
     if bands := effects.tolerance_bands(table):
-        yield "percentiles", effects.bands_columns(bands), partial(draw_bands, table, bands)
+        yield "percentiles", effects.bands_columns(table, bands), partial(draw_bands, table, bands)
     numeric = [name for name in effects.varying(table) if not table.is_text(name)] + effects.varying_measures(table)
     if len(numeric) > 2 and table.has_numbers.sum() >= LEAST:
         yield "scatter", None, partial(draw_scatter, table, numeric[:SCATTERED])
@@ -255,7 +276,7 @@ def write_reports(table: StudyTable, folder: Path, *, pictures: bool = True) -> 
     files, gaps = [], []
     for name, columns, draw in reports_of(table):
         if columns is not None:
-            write_columns(folder / f"{name}.csv", columns)
+            write_columns(folder / f"{name}.csv", as_written(table.study, columns))
             files.append(folder / f"{name}.csv")
         if not pictures:
             continue

@@ -10,7 +10,8 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from seatfem.study.sweep.table import Columns, StudyTable
+from seatfem.readings import BAR
+from seatfem.study.sweep.table import Columns, StudyTable, in_unit_of
 
 Array = NDArray[np.float64]
 MOST_LEVELS: Final = 12  # most values of a key with a group each; more are divided into groups of equal size
@@ -39,6 +40,7 @@ class Effect:
         at: mean of the parameter in each group, or its names.
         mean: mean of the measure in each group.
         error: standard error of that mean; nan for one scene.
+        bar: mean error bar of the scenes in each group, which that of their mean does not exceed; nan if not known.
         count: number of scenes in each group.
     """
 
@@ -47,6 +49,7 @@ class Effect:
     at: Sequence[float | str]
     mean: Array
     error: Array
+    bar: Array
     count: NDArray[np.int64]
 
 
@@ -54,7 +57,7 @@ def main_effect(table: StudyTable, parameter: str, measure: str) -> Effect:
     """Return the effect for each value of the parameter, or, for many values, for groups of neighbouring values."""
     y = table.values(measure)
     finite = np.isfinite(y)
-    y = y[finite]
+    y, bars = y[finite], table.values(BAR + measure)[finite]
     column = [value for value, counts in zip(table.columns[parameter], finite, strict=True) if counts]
     text = table.is_text(parameter)
     values = np.array(column, dtype=object if text else float)
@@ -68,7 +71,8 @@ def main_effect(table: StudyTable, parameter: str, measure: str) -> Effect:
     mean = np.array([np.mean(y[group]) for group in groups])
     count = np.array([len(group) for group in groups])
     spread = [np.std(y[group], ddof=1) if len(group) > 1 else np.nan for group in groups]
-    return Effect(parameter, measure, at, mean, np.array(spread) / np.sqrt(count), count)
+    bar = np.array([np.mean(bars[group]) for group in groups])
+    return Effect(parameter, measure, at, mean, np.array(spread) / np.sqrt(count), bar, count)
 
 
 def main_effects(table: StudyTable) -> list[Effect]:
@@ -79,14 +83,15 @@ def main_effects(table: StudyTable) -> list[Effect]:
     return [main_effect(table, parameter, measure) for measure, parameter in pairs]
 
 
-def effects_columns(effects: Sequence[Effect]) -> Columns:
-    """Return the effects as a table."""
-    rows = [
-        (each.parameter, each.measure, at, float(mean), float(error), int(count))
-        for each in effects
-        for at, mean, error, count in zip(each.at, each.mean, each.error, each.count, strict=True)
-    ]
-    names = ("parameter", "measure", "value", "mean", "standard_error", "scenes")
+def effects_columns(table: StudyTable, effects: Sequence[Effect]) -> Columns:
+    """Return the effects as a table, results in the units that the study states."""
+    rows: list[tuple[object, ...]] = []
+    for each in effects:
+        factor, head = in_unit_of(table.study, each.measure)
+        numbers = (factor * values for values in (each.mean, each.error, each.bar))
+        of_groups = zip(each.at, *map(np.ndarray.tolist, numbers), each.count.tolist(), strict=True)
+        rows += [(each.parameter, head, *group) for group in of_groups]
+    names = ("parameter", "measure", "value", "mean", "standard_error", "error_bar", "scenes")
     return dict(zip(names, map(list, zip(*rows, strict=True)), strict=True))
 
 
@@ -203,23 +208,22 @@ def tolerance_bands(table: StudyTable) -> list[Band]:
         if table.study.design == "monte_carlo":
             tests: list[Any] = [scipy.stats.quantile_test(sample, p=share / 100) for share in PERCENTILES]
             interval = np.array([test.confidence_interval(CONFIDENCE) for test in tests], dtype=float).T
-        bars = table.numbers(f"error_bar_{measure}")[rows]
+        bars = table.numbers(BAR + measure)[rows]
         bar = float(np.max(bars)) if np.isfinite(bars).all() else float("nan")
         bands.append(Band(measure, sample, np.percentile(sample, PERCENTILES), interval, bar))
     return bands
 
 
-def bands_columns(bands: Sequence[Band]) -> Columns:
-    """Return the bands as a table."""
-    columns: dict[str, list[object]] = {
-        "measure": [band.measure for band in bands],
-        "scenes": [len(band.sample) for band in bands],
-    }
+def bands_columns(table: StudyTable, bands: Sequence[Band]) -> Columns:
+    """Return the bands as a table, results in the units that the study states."""
+    factors, heads = zip(*(in_unit_of(table.study, band.measure) for band in bands), strict=True)
+    columns: dict[str, list[object]] = {"measure": list(heads), "scenes": [len(band.sample) for band in bands]}
+    pairs = list(zip(factors, bands, strict=True))
     for k, share in enumerate(PERCENTILES):
-        columns[f"p{share:g}"] = [float(band.at[k]) for band in bands]
-        columns[f"p{share:g}_low"] = [float(band.interval[0, k]) for band in bands]
-        columns[f"p{share:g}_high"] = [float(band.interval[1, k]) for band in bands]
-    return columns | {"largest_error_bar": [band.bar for band in bands]}
+        columns[f"p{share:g}"] = [factor * float(band.at[k]) for factor, band in pairs]
+        columns[f"p{share:g}_low"] = [factor * float(band.interval[0, k]) for factor, band in pairs]
+        columns[f"p{share:g}_high"] = [factor * float(band.interval[1, k]) for factor, band in pairs]
+    return columns | {"largest_error_bar": [factor * band.bar for factor, band in pairs]}
 
 
 def front(table: StudyTable) -> list[int]:

@@ -1,66 +1,48 @@
 """Study files: a scene, the variation of its keys, the design or [optimise], and the template of a study."""
 
 import math
-import re
-from dataclasses import dataclass
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Final, Literal
+from types import MappingProxyType
+from typing import Annotated, Any, ClassVar, Final, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field
 
-from seatfem.fields import Contradictions, ExistingFile, Fraction, Table, absent, default, kinds_below
+from seatfem.fields import Contradictions, ExistingFile, Fraction, Table, absent, default, kinds_below, problem_of
+from seatfem.readings import BAR
 from seatfem.study.scene.keys import schema_of, table_lines
 from seatfem.study.scene.tables import WholeKey, dotted, load_table
 from seatfem.study.scene.wings import assessments
-from seatfem.study.sweep.variations import AnyVariation, Listed, Range, Variation
+from seatfem.study.sweep.limits import Constraint, full_key, read_constraint, read_limit, read_unit
+from seatfem.study.sweep.variations import AnyVariation, Listed, Variation
 
 LEAST: Final = 5  # fewest evaluations: three for a quadratic model of one key, one to start and one to use it
 CONFIRMED: Final = 3  # largest number of points that are run at the scene's own target
-LOOSE: Final = 1e-3  # relative violation of a limit that is allowed for a measure without error bar
-_CONSTRAINT: Final = re.compile(r"\s*(\w+)\s*(<=|>=)\s*(\S+)\s*")
 
 
-@dataclass(frozen=True)
-class Constraint:
-    """A measure of summary.json and its limit [SI]; ``sign`` is 1 for a lower limit, -1 for an upper one."""
-
-    measure: str
-    sign: float
-    limit: float
-
-    def __str__(self) -> str:
-        return f"{self.measure} {'>=' if self.sign > 0 else '<='} {self.limit:g}"
-
-    def margin(self, value: float) -> float:
-        """Return the distance from the limit in the unit of the measure, negative if it is violated."""
-        return self.sign * (value - self.limit)
-
-    def holds(self, margin: float, bar: float) -> bool:
-        """Return whether the limit is met within the measure's error bar, or within `LOOSE` of it if that is nan."""
-        return margin >= -(bar if math.isfinite(bar) else LOOSE * abs(self.limit))
+def _key(name: str) -> str:
+    if not name.isidentifier():
+        raise ValueError(f"{name!r} is no key of summary.json; write one, as in 'landing_impulse_Ns'")
+    return full_key(name)
 
 
-def _constraint(text: object) -> Constraint:
-    parts = _CONSTRAINT.fullmatch(text) if isinstance(text, str) else None
-    try:
-        limit = float(parts[3]) if parts else math.nan
-    except ValueError:
-        limit = math.nan
-    if parts is None or not math.isfinite(limit):
-        raise ValueError(
-            f"{str(text)[:80]!r} cannot be read; write a key of summary.json, <= or >=, and a number in SI units, as "
-            "in 'life_margin >= 1.2' or 'impulse_Ns <= 2e-3'"
-        )
-    return Constraint(parts[1], 1.0 if parts[2] == ">=" else -1.0, limit)
+def _limit(written: object) -> object:
+    if isinstance(written, bool) or not isinstance(written, int | float | str):
+        raise ValueError(f"{written!r} is no limit; write a number with its unit, as '350 MPa', or 1.3")
+    return written
+
+
+ResultKey = Annotated[str, AfterValidator(_key)]
+Limit = Annotated[float | str, BeforeValidator(_limit)]
 
 
 class Optimise(Table):
     """The measure to be optimised, its limits and the effort."""
 
-    minimise: str | None = absent("key of summary.json of which less is better", pattern=r"^\w+$")
-    maximise: str | None = absent("key of summary.json of which more is better", pattern=r"^\w+$")
-    subject_to: tuple[Annotated[Any, BeforeValidator(_constraint)], ...] = default(
-        (), "limits, as 'life_margin >= 1.2', of keys of summary.json [SI]", max_length=20
+    minimise: ResultKey | None = absent("key of summary.json of which less is better")
+    maximise: ResultKey | None = absent("key of summary.json of which more is better")
+    subject_to: tuple[Annotated[Any, BeforeValidator(read_constraint)], ...] = default(
+        (), "limits, as 'life_margin >= 1.2', besides those of below and above", max_length=20
     )
     most: int = default(40, "scenes of the search, at most", strict=True, ge=LEAST, le=10_000)
     coarse: Fraction = default("20 %", "accuracy.target of the search")
@@ -103,7 +85,7 @@ def _objective(text: str) -> str:
     words = text.split()
     if len(words) not in (1, 2) or (len(words) == 2 and words[0] not in ("min", "max")):
         raise ValueError(f"{text!r}: write a key of summary.json, or 'max ' before one of which more is better")
-    return text
+    return " ".join((*words[:-1], full_key(words[-1])))
 
 
 Objective = Annotated[str, AfterValidator(_objective)]
@@ -112,7 +94,11 @@ Objective = Annotated[str, AfterValidator(_objective)]
 class Outputs(Table):
     """The measures that tables and charts of a study show."""
 
-    measures: tuple[str, ...] = default(
+    former: ClassVar[Mapping[str, str]] = MappingProxyType(
+        dict.fromkeys(("below", "above", "units"), "is a key of the study itself: move it above [vary]")
+    )
+
+    measures: tuple[ResultKey, ...] = default(
         (),
         "keys of summary.json; those that the scene is judged by where absent, of its accuracy.measures",
         max_length=MOST_KEYS,
@@ -147,6 +133,17 @@ class Study(Table):
         "every scene has its own, or some run in full and the others, which must differ in contact data "
         "alone, are marched side by side with theirs",
     )
+    below: dict[ResultKey, Limit] = default(
+        {}, "largest value allowed by key of summary.json: the table marks the scenes that keep to it", max_length=20,
+        example={"landing_peak_reed_stress_Pa": "350 MPa"},
+    )  # fmt: skip
+    above: dict[ResultKey, Limit] = default(
+        {}, "smallest value allowed by key of summary.json", max_length=20, example={"life_margin": 1.3}
+    )
+    units: dict[ResultKey, str] = default(
+        {}, "unit by key of summary.json, of its column in all tables and charts", max_length=MOST_KEYS,
+        example={"landing_peak_reed_stress_Pa": "MPa"},
+    )  # fmt: skip
     outputs: Outputs = default({}, "what is asked of the table")
     optimise: Optimise | None = absent("of the values in between, which are best; none where absent")
 
@@ -172,9 +169,26 @@ class Study(Table):
         return self.number * (len(self.vary) + 2 if self.design == "sobol_indices" else 1)
 
     @property
+    def stated_limits(self) -> tuple[Constraint, ...]:
+        """Return the limits of below and above."""
+        sides = ((-1.0, self.below), (1.0, self.above))
+        return tuple(Constraint(key, sign, read_limit(key, each)) for sign, of in sides for key, each in of.items())
+
+    @property
+    def limits(self) -> tuple[Constraint, ...]:
+        """Return all limits: of below and above, and those that only a search has."""
+        return self.stated_limits + (self.optimise.subject_to if self.optimise else ())
+
+    def scale(self, key: str) -> tuple[float, str] | None:
+        """Return the stated unit of a result, and the number of it in the SI unit; ``None`` where none is stated."""
+        name = key.removeprefix(BAR)
+        return (1 / read_unit(name, self.units[name]), self.units[name]) if name in self.units else None
+
+    @property
     def asked(self) -> tuple[tuple[str, str], ...]:
         """Return all measures that are asked for, each after the key that names it."""
         keys = {"outputs.measures": self.outputs.measures, "outputs.pareto": self.outputs.traded()}
+        keys |= {f"{table}.{key}": (key,) for table in ("below", "above", "units") for key in getattr(self, table)}
         if (goal := self.optimise) is not None:
             best = "optimise.minimise" if goal.minimise else "optimise.maximise"
             keys |= {best: (goal.measure,), "optimise.subject_to": tuple(each.measure for each in goal.subject_to)}
@@ -188,6 +202,13 @@ class Study(Table):
         )
 
     def contradictions(self) -> Contradictions:
+        for table in ("below", "above", "units"):
+            for key, written in getattr(self, table).items():
+                with problem_of(f"{table}.{key}", ValueError):
+                    (read_unit if table == "units" else read_limit)(key, written)
+        for key in self.vary:
+            if key.split(".")[0] in Study.model_fields.keys() - {"title", "scene"}:
+                yield f"vary.{key}", f"is a key of the study, not of the scene: move {key.split('.')[0]} above [vary]"
         yield from self._contradictions_of_design() if self.optimise is None else self._contradictions_of_search()
 
     def _contradictions_of_search(self) -> Contradictions:
@@ -199,13 +220,15 @@ class Study(Table):
         if self.outputs.pareto:
             yield "outputs.pareto", "[optimise] has one measure to improve; make the other a limit there"
         for key, each in self.vary.items():
-            if not isinstance(each, Range) or each.number is not None:
-                yield f"vary.{key}", "[optimise] needs bounds: write { from = ..., to = ... } and no number"
+            if not each.is_searchable:
+                words = "give several values, [..., ...], or bounds, { from = ..., to = ... }"
+                yield f"vary.{key}", f"[optimise] chooses among values of a list, or between bounds; {words}"
             if key.split(".")[0] == "accuracy":
                 yield f"vary.{key}", "[optimise] sets the accuracy itself; see optimise.coarse"
-        least = 2 * len(self.vary) + 3
-        if self.optimise is not None and self.optimise.most < least:
-            words = f"{self.optimise.most} evaluations are too few for {len(self.vary)} keys: at least {least}"
+        free = sum(not each.places for each in self.vary.values())
+        least = 2 * free + 3
+        if self.optimise is not None and free and self.optimise.most < least:
+            words = f"{self.optimise.most} evaluations are too few for {free} keys: at least {least}"
             yield "optimise.most", words
 
     def _contradictions_of_design(self) -> Contradictions:
@@ -251,6 +274,11 @@ _HEAD: Final = """\
 # seatfem sweep {file}    all of them: one table, main effects, bands; goes on where it was stopped
 # A key behind a # has this default, or is absent: then the value shows how one is written (docs/studies.md).
 """
+_LIMITS: Final = """\
+# below = { landing_peak_reed_stress_Pa = "350 MPa" }                    # limits: the table says which scenes hold them
+# above = { life_margin = 1.3 }
+# units = { landing_peak_reed_stress_Pa = "MPa" }                        # of columns and charts
+"""
 _VARY: Final = """\
 [vary]
 # Any keys of the scene, each with a list, a range or a distribution.
@@ -262,10 +290,10 @@ reed.thickness = { kind = "normal", mean = "0.3 mm", deviation = "0.005 mm" }
 measures = ["impulse_Ns", "filtered_peak_force_N"]                       # keys of summary.json
 # pareto = ["peak_reed_stress_Pa", "max impulse_Ns"]                     # two of which less, or more, is better
 
-# In place of a design, which must go then: the best of all values between bounds, by seatfem optimise {file}
+# In place of a design, which must go then: the best of values in lists or between bounds, by seatfem optimise {file}
 # [optimise]
 # minimise = "peak_reed_stress_Pa"                                       # or maximise
-# subject_to = ["impulse_Ns >= 1e-4"]                                    # in SI units
+# subject_to = ["impulse_Ns >= 0.1 mN s"]                                # limits, besides below and above
 # most = 40                                                              # scenes of the search
 # coarse = "20 %"                                                        # accuracy.target of the search
 """
@@ -274,8 +302,8 @@ measures = ["impulse_Ns", "filtered_peak_force_N"]                       # keys 
 def study_template(*, file: str) -> str:
     """Return the text of a study of flapper.toml, every key with its meaning; ``file``: its name in comments."""
     values = {"scene": "flapper.toml", "design": "latin_hypercube", "number": 32}
-    keys = table_lines(Study, values, leave=("vary", "outputs", "optimise"))
-    return "\n".join([_HEAD.replace("{file}", file), *keys, "", _VARY.replace("{file}", file)])
+    keys = table_lines(Study, values, leave=("vary", "outputs", "optimise", "below", "above", "units"))
+    return "\n".join([_HEAD.replace("{file}", file), *keys, _LIMITS, _VARY.replace("{file}", file)])
 
 
 def study_schema() -> dict[str, Any]:

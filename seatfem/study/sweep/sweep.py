@@ -14,6 +14,7 @@ from contextlib import ExitStack
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Final
 
 import numpy as np
@@ -25,7 +26,7 @@ from impact.quantities import brief_value, in_time
 from seatfem.jobs.folders import private_folder
 from seatfem.machine import libraries, resources
 from seatfem.machine.libraries import require_gmsh_libraries
-from seatfem.results import all_results, result_of
+from seatfem.results import LANDING_TIME, all_results, result_of
 from seatfem.study.impacts.landings import LANDED, STATUS, left_out_in_words
 from seatfem.study.runs.forecast import Look, look_at
 from seatfem.study.runs.pipeline import first_numbers
@@ -35,7 +36,6 @@ from seatfem.study.scene import Scene, SceneError, load_scene, located
 from seatfem.study.scene.problems import explain, scene_error
 from seatfem.study.scene.tables import path_from
 from seatfem.study.scene.wings import assessments
-from seatfem.study.sweep import table
 from seatfem.study.sweep.best import (
     NEAREST,
     Optimum,
@@ -45,16 +45,18 @@ from seatfem.study.sweep.best import (
     first_points,
     goal_of,
     improve,
+    model_size,
     rank,
     violation,
 )
-from seatfem.study.sweep.cases import Case, Cases, Changes, cases_of
+from seatfem.study.sweep.cases import Case, Cases, Changes, cases_of, with_bars
 from seatfem.study.sweep.effort import USUAL, Effort
 from seatfem.study.sweep.runner import STAGE, Outcome, Runner, StudyError, check_effort, crew_of, folder_of_ours
 from seatfem.study.sweep.study import CONFIRMED, Optimise, Study, load_study
 from seatfem.study.sweep.table import (
     StudyTable,
     as_frame,
+    as_written,
     check_measures,
     check_outcome,
     check_sampled,
@@ -68,6 +70,8 @@ from seatfem.study.sweep.table import (
 )
 
 RADIUS: Final = 0.2  # radius of the first trust region, as a fraction of the ranges
+OF_SEARCH: Final = ("optimum.json", "optimum.csv", "search.csv")
+"""Files of a search: the optimum, the confirmed points, all points."""
 AGAIN: Final = 0.05  # initial radius of later trust regions, as a fraction of the ranges
 
 
@@ -94,7 +98,8 @@ def run_optimum(
     workers, rounds = check_effort(effort), effort.rounds
     goal = goal_of(study)
     expected = ahead_of(study, rounds, file)
-    scene = load_scene(study.scene, changes_at(study, (0.5,) * len(study.vary)))
+    centre = changes_at(study, (0.5,) * len(study.vary))
+    scene = load_scene(study.scene, centre)
     if any(body.traits.needs_gmsh for body in scene.bodies.values()):
         require_gmsh_libraries()
     workers = workers or expected.workers()
@@ -109,20 +114,19 @@ def run_optimum(
             return outcomes
 
         search = SearchStage(study, Cases(study, rounds), _coarse(study), carry_out)
-        target = SearchStage(study, Cases(study, rounds), {}, carry_out)
+        target = SearchStage(study, Cases(study, rounds), with_bars(study, centre), carry_out)
         _search(search, target, goal)
     confirmed = sorted(target.found.values(), key=lambda each: (violation(each, goal), rank(each, goal, {})[1]))
     optimum = Optimum(study, tuple(search.found.values()), tuple(confirmed))
-    table.write_columns(folder / "search.csv", optimum.table(optimum.searched).columns)
-    table.write_columns(folder / "optimum.csv", optimum.table(optimum.confirmed).columns)
-    write_whole(folder / "optimum.json", (json.dumps(optimum.as_json(), indent=1) + "\n").encode("utf-8"))
+    for name, points in zip(OF_SEARCH[1:], (optimum.confirmed, optimum.searched), strict=True):
+        write_columns(folder / name, as_written(study, optimum.table(points).columns))
+    write_whole(folder / OF_SEARCH[0], (json.dumps(optimum.as_json(), indent=1) + "\n").encode("utf-8"))
     return optimum
 
 
 def _search(search: SearchStage, target: SearchStage, goal: Optimise) -> None:
-    keys = len(search.study.vary)
-    model = 2 * keys + 1  # points of a first quadratic model
-    search.evaluate(first_points(keys, max(1, min(goal.most // 3, goal.most - model)), search.study.seed))
+    model = model_size(search.study)
+    search.evaluate(first_points(search.study, goal.most))
     shift: Shift = {}
     for turns in range(CONFIRMED, 0, -1):
         spare = goal.most - len(search.found)
@@ -197,8 +201,9 @@ def ahead_of(study: Study, rounds: int = MOST_ROUNDS, file: Path | None = None) 
         forecast = ahead(study, cases)
         return replace(forecast, scenes=scenes, seats=scenes if forecast.seats > 1 else forecast.seats)
 
-    target = price({}, CONFIRMED)  # first, as its messages are about the scene itself
-    finest = load_scene(study.scene, changes_at(study, points[1])).accuracy.target
+    centre = changes_at(study, points[1])
+    target = price(with_bars(study, centre), CONFIRMED)  # first, as its messages are about the scene itself
+    finest = load_scene(study.scene, centre).accuracy.target
     if goal.coarse < finest:
         words = f"{goal.coarse:g} is finer than the scene's accuracy.target, {finest:g}; raise one or lower the other"
         raise located(scene_error("optimise.coarse", words), file)
@@ -206,7 +211,8 @@ def ahead_of(study: Study, rounds: int = MOST_ROUNDS, file: Path | None = None) 
 
 
 def _coarse(study: Study) -> Changes:
-    scene = load_scene(study.scene, changes_at(study, (0.5,) * len(study.vary)))
+    centre = changes_at(study, (0.5,) * len(study.vary))
+    scene = load_scene(study.scene, {**centre, **with_bars(study, centre)})
     return {"accuracy": {"target": goal_of(study).coarse, "measures": list(scene.accuracy.measures)}}
 
 
@@ -300,7 +306,7 @@ def ahead(study: Study, cases: Sequence[Case]) -> Ahead:
             problems.append(error)
     if not looks:
         raise problems[0]
-    _check_asked(study, looks[0].done)
+    _check_asked(study, [look.done for look in looks])
     seat = max(look.left.seat for look in looks)
     each = sum(look.left.contact for look in looks) / len(looks)
     different = sum(not case.guides for case in cases) if seat > 0 else 0
@@ -309,13 +315,18 @@ def ahead(study: Study, cases: Sequence[Case]) -> Ahead:
     return Ahead(alone, different, START, each, seat, memory, len(cases) - alone, LANE * each)
 
 
+OF_A_LANDING: Final = re.compile("(error_|first_landing_|known_|growth_per_landing|peak_reed_stress_over_)")
+"""Beginnings of keys that only a scene with a landing has."""
 AFTERWARDS: Final = ("gauge", "peak_gauge", "peak_seat", "peak_reed")
 """Beginnings of keys that stress and gauges add after the last round."""
 
 
-def _check_asked(study: Study, done: Round) -> None:
-    """Raise `StudyError` for a measure that no result has and the summary of this round neither."""
-    scene = done.plan.scene
+def _check_asked(study: Study, looks: Sequence[Round]) -> None:
+    """Raise `StudyError` for a measure that no result is called, and that the summary of the first look with a landing
+    does not have either."""
+    landed = (each for each in looks if each.touches.landings is not None and each.touches.landings.seat)
+    done = next(landed, looks[0])
+    numbers, scene = first_numbers(done)[0], done.plan.scene
     more = any((scene.assessments, scene.stress, scene.gauge))
     beginnings = "|".join([*AFTERWARDS, *(each.table for each in assessments())])
     afterwards = re.compile(f"(spring_|error_bar_)?(landing_)?({beginnings})_")
@@ -323,10 +334,10 @@ def _check_asked(study: Study, done: Round) -> None:
 
     def may_come(name: str) -> bool:
         shown = name in all_results() and name not in assessed and result_of(name).group != "seat"
-        return shown or (more and afterwards.match(name) is not None)
+        later = (more, afterwards), (numbers.get(LANDING_TIME) is None, OF_A_LANDING)
+        return shown or any(may and names.match(name) for may, names in later)
 
-    if study.asked:
-        check_measures(study, first_numbers(done)[0], may_come)
+    check_measures(study, numbers, may_come)
 
 
 TABLE: Final = "study.csv"
@@ -382,8 +393,8 @@ def run_study(
         with crew_of(workers or 1, effort.cluster) as ask:
             outcomes = runner.carry_out(cases, ask, progress)
         table = table_of(study, cases, outcomes, measures)
-        write_columns(folder / TABLE, table.columns)
-        write_parquet(folder / PARQUET, table.columns)
+        write_columns(folder / TABLE, as_written(study, table.columns))
+        write_parquet(folder / PARQUET, as_written(study, table.columns))
     return table
 
 
@@ -416,6 +427,9 @@ def sweep(
     seed: int = 1,
     limit: int = 10_000,
     measures: Sequence[str] | str = (),
+    below: Mapping[str, str | float] = MappingProxyType({}),
+    above: Mapping[str, str | float] = MappingProxyType({}),
+    units: Mapping[str, str] = MappingProxyType({}),
     error_bars: str = "every",
     folder: Path | str | None = None,
     workers: int = 1,
@@ -434,6 +448,9 @@ def sweep(
         number, seed: number of scenes to draw, and seed.
         limit: largest number of scenes allowed.
         measures: keys of summary.json; by default those of the scene's accuracy.measures.
+        below, above: largest and smallest value allowed by key, "350 MPa"; then the column "verdict" says of each scene
+            whether it holds, does not hold, or is undecided within the error bar.
+        units: unit by key, "MPa", of its column, which is then called by it: "landing_peak_reed_stress [MPa]".
         error_bars: "every", or "sampled" for scenes that differ in contact data only.
         folder: folder of the journal, from which a stopped study continues, and of study.csv; by default temporary.
         workers: number of processes.
@@ -452,10 +469,8 @@ def sweep(
         raise scene_error("vary", f"{brief_value(vary)} {words}")
     values = {key: each.tolist() if isinstance(each, np.ndarray) else each for key, each in vary.items()}
     content = {"scene": str(path_from(scene)), "vary": values, "design": design, "seed": seed, "limit": limit}
-    content |= {
-        "error_bars": error_bars,
-        "outputs": {"measures": [measures] if isinstance(measures, str) else list(measures)},
-    }
+    content |= {"below": dict(below), "above": dict(above), "units": dict(units), "error_bars": error_bars}
+    content |= {"outputs": {"measures": [measures] if isinstance(measures, str) else list(measures)}}
     content |= {} if number is None else {"number": number}
     try:
         study = Study.model_validate(content, context={"folder": Path()})
@@ -467,4 +482,4 @@ def sweep(
         place = stack.enter_context(private_folder("study")) if folder is None else Path(folder)
         effort = Effort(None if cluster else workers, rounds, cluster=cluster)
         table = run_study(study, place, effort, progress=progress)
-        return as_frame(table.columns)
+        return as_frame(as_written(study, table.columns))

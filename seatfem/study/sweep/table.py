@@ -10,7 +10,6 @@ with the probability 1/(n + 1); the factor allows for a sample that is not rando
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from difflib import get_close_matches
 from functools import cached_property
 from importlib import import_module
 from importlib.util import find_spec
@@ -24,7 +23,7 @@ from numpy.typing import NDArray
 from impact.files import csv_table, safe_files
 from impact.names import how_to_mend
 from impact.quantities import brief
-from seatfem import results
+from seatfem import readings, results
 from seatfem.study.impacts.landings import BAR, LANDED, STATUS, has_landed, left_out_in_words, needs_landing
 from seatfem.study.impacts.touches import OF_A_LANDING
 from seatfem.study.method import PORTS, RINGS, is_given
@@ -32,6 +31,7 @@ from seatfem.study.scene import Scene
 from seatfem.study.scene.measures import PREFIXES, Measure, Restitution, all_measures, key_of
 from seatfem.study.scene.problems import scene_error
 from seatfem.study.sweep.cases import Case, Changes, columns_of, key_of_case
+from seatfem.study.sweep.limits import VERDICT, Constraint, nearest, verdict_of
 from seatfem.study.sweep.runner import NOTES, Outcome, StudyError
 from seatfem.study.sweep.study import Study
 
@@ -102,14 +102,13 @@ class StudyTable:
         every = zip(self.columns[STATUS], self.left_out, strict=True)
         return left_out_in_words(status if out else LANDED for status, out in every)
 
-    def ranges(self) -> list[str]:
-        """Return the least, mean and largest of each measure that is a number, over the scenes that count [SI]."""
-        lines = []
-        for name in self.measures:
-            values = self.values(name)[np.isfinite(self.values(name))]
-            if values.size and not name.startswith(BAR):
-                lines.append(f"{name}: {values.min():.4g} to {values.max():.4g}, mean {values.mean():.4g}")
-        return lines
+    @cached_property
+    def standings(self) -> list[str]:
+        """Return for each scene whether it landed, or why it has no complete landing: a status of a landing, or the
+        state of a scene without numbers."""
+        statuses = self.columns.get(STATUS, [LANDED] * len(self))
+        every = zip(self.columns["status"], self.has_numbers, statuses, strict=True)
+        return [str(status or LANDED) if has_numbers else str(state) for state, has_numbers, status in every]
 
     def unanswered(self) -> tuple[str, ...]:
         """Return the measures that are empty in all scenes that count for them."""
@@ -144,26 +143,34 @@ class StudyTable:
 
 
 def measures_of(study: Study, judged: Sequence[str]) -> tuple[str, ...]:
-    """Return the keys of summary.json in the study's outputs, by default those of the first scene's measures."""
+    """Return the keys of summary.json in the study's outputs, by default those of the first scene's measures, and those
+    with limits."""
     usual = () if study.outputs.measures else tuple(map(key_of, judged))
-    return tuple(dict.fromkeys((*usual, *study.outputs.asked())))
+    limited = (each.measure for each in study.stated_limits)
+    return tuple(dict.fromkeys((*usual, *study.outputs.asked(), *limited)))
 
 
 def check_outcome(study: Study, outcome: Outcome) -> None:
     """Raise `StudyError` for a measure that a scene's summary does not have; one that did not land may lack some."""
-    if outcome.has_numbers:
+    if outcome.has_numbers and has_landed(outcome.summary):
         check_measures(study, outcome.summary)
+
+
+TABLES: Final = {"life": "[life]", "seat": "[stress]"}
+"""Tables of a scene by the group of the results that they add."""
 
 
 def check_measures(
     study: Study, numbers: Mapping[str, object], may_come: Callable[[str], bool] = lambda name: False
 ) -> None:
     """Raise `StudyError` for a measure of the study that ``numbers`` of a scene do not have, and that no later stage of
-    a run adds, unless nothing landed."""
-    for key, name in study.asked if has_landed(numbers) else ():
-        if name not in numbers and not may_come(name):
-            close = get_close_matches(name, numbers, n=3)
-            remedy = f"state {' or '.join(map(repr, close))}" if close else "state a key of summary.json of a run"
+    a run adds."""
+    for key, name in study.asked:
+        no_number = list | dict if key.startswith("outputs.") else list | dict | str
+        if (name not in numbers or isinstance(numbers[name], no_number)) and not may_come(name):
+            close = [f"state {' or '.join(map(repr, keys))}" for keys in [nearest(name, numbers)] if keys]
+            table = TABLES.get(results.result_of(name).group, "") if name in results.all_results() else ""
+            remedy = f"add {table} to the scene" if table else (close or ["state a key of summary.json of a run"])[0]
             raise StudyError(f"{key}: summary.json of these scenes has no single value {name!r}; {remedy}")
 
 
@@ -179,6 +186,7 @@ def table_of(study: Study, cases: list[Case], outcomes: Mapping[str, Outcome], m
         bars: list[object] = [outcome.summary.get(BAR + name) for outcome in results]
         if any(bar is not None for bar in bars):
             columns[BAR + name] = bars
+    columns |= _verdicts(study.limits, results)
     if study.error_bars == "sampled":
         columns["error_bars"] = ["own" if is_own(outcome) else "sampled" for outcome in results]
     if any(STATUS in outcome.summary for outcome in results):
@@ -188,6 +196,36 @@ def table_of(study: Study, cases: list[Case], outcomes: Mapping[str, Outcome], m
     columns["message"] = [" ".join(outcome.message.split()) for outcome in results]
     columns[NOTES] = [" ".join(str(outcome.summary.get(NOTES) or "").split()) for outcome in results]
     return StudyTable(study, tuple(parameters), tuple(measures), columns)
+
+
+def _verdicts(limits: Sequence[Constraint], outcomes: Sequence[Outcome]) -> Columns:
+    """Return the column `VERDICT`, whether each scene is within all limits, and one for each of several limits."""
+    if not limits:
+        return {}
+    on_each = [
+        [limit.verdict(outcome.summary) if outcome.has_numbers else outcome.state for outcome in outcomes]
+        for limit in limits
+    ]
+    together = [verdict_of(verdicts) for verdicts in zip(*on_each, strict=True)]
+    apart = {f"{VERDICT}: {limit}": verdicts for limit, verdicts in zip(limits, on_each, strict=True)}
+    return {VERDICT: together, **(apart if len(limits) > 1 else {})}
+
+
+def in_unit_of(study: Study, name: str) -> tuple[float, str]:
+    """Return the factor and the head of a column in the unit that the study states for it, named by it, as
+    "landing_impulse [mN s]"; any other column is as it is."""
+    if (scale := study.scale(name)) is None:
+        return 1.0, name
+    return scale[0], f"{name.removesuffix(readings.ending_of(name))} [{scale[1]}]"
+
+
+def as_written(study: Study, columns: Columns) -> Columns:
+    """Return the columns as files have them: those of results in the units that the study states."""
+    heads = {name: in_unit_of(study, name) for name in columns}
+    return {
+        head: values if factor == 1.0 else [factor * v if isinstance(v, int | float) else v for v in values]
+        for (factor, head), values in zip(heads.values(), columns.values(), strict=True)
+    }
 
 
 def write_columns(path: Path, columns: Columns) -> None:

@@ -57,6 +57,16 @@ class Variation(Table):
         if isinstance(self, Range | TruncatedNormal) and not self.low[0] < self.high[0]:
             yield "to", f"{self.high[0]:g} must be above from = {self.low[0]:g}"
 
+    @property
+    def places(self) -> tuple[float, ...]:
+        """Return the shares (0 to 1) of the values that a search may choose; none where it may take any in between."""
+        return ()
+
+    @property
+    def is_searchable(self) -> bool:
+        """Return whether a search may choose its values."""
+        return len(self.places) > 1
+
     def levels(self, keys: str) -> tuple[Value, ...]:
         """Return the values for grids; raises `KeyProblem` if there are none. ``keys``: dotted key for messages."""
         raise KeyProblem(keys, f"{self.kind!r} has no levels for this design: give a list, or from, to and number")
@@ -87,6 +97,10 @@ class Listed(Variation):
             return {}
         return quantities if len({unit for _, unit in quantities.values()}) == 1 else {}
 
+    @property
+    def places(self) -> tuple[float, ...]:
+        return tuple((number + 0.5) / len(self.values) for number in range(len(self.values)))
+
     def levels(self, keys: str) -> tuple[Value, ...]:
         return self.values
 
@@ -107,6 +121,14 @@ class Range(Variation):
         yield from super().contradictions()
         if self.scale == "log" and self.low[0] <= 0:
             yield "from", f"{self.low[0]:g} is not positive, as a logarithmic scale needs it"
+
+    @property
+    def places(self) -> tuple[float, ...]:
+        return () if self.number is None else tuple(step / (self.number - 1) for step in range(self.number))
+
+    @property
+    def is_searchable(self) -> bool:
+        return True
 
     def levels(self, keys: str) -> tuple[Value, ...]:
         if self.number is None:

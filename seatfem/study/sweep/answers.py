@@ -1,0 +1,103 @@
+"""What a study with limits answers: how many scenes are within them, and for which values of the varied keys."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from itertools import groupby
+from typing import Final
+
+import numpy as np
+
+from impact.quantities import in_digits, plain
+from seatfem.readings import BAR
+from seatfem.study.sweep.axes import Axis, axis_of
+from seatfem.study.sweep.effects import varying
+from seatfem.study.sweep.limits import HOLDS, VERDICT, VERDICTS, Constraint
+from seatfem.study.sweep.table import StudyTable
+
+MOST: Final = 12  # largest number of lines, or of scenes in one, that tell where the limits hold
+
+
+def verdicts(table: StudyTable, limit: Constraint | None = None) -> list[str]:
+    """Return the verdict on each scene by all limits, or by one of them; none for a study without limits."""
+    column = table.columns.get(f"{VERDICT}: {limit}") or table.columns.get(VERDICT, ())
+    return [str(each) for each in column]
+
+
+def limits_in_words(table: StudyTable) -> list[str]:
+    """Return the limits of a study as text: "reed stress after landing below 350 MPa"."""
+    axes = ((limit, axis_of(table, limit.measure)) for limit in table.study.limits)
+    return [limit.in_words(axis.factor, plain(axis.unit)) for limit, axis in axes]
+
+
+def answer_in_words(table: StudyTable) -> list[str]:
+    """Return the answer of a study with limits in sentences: the number of scenes by verdict, and where they are."""
+    if not (of_scenes := verdicts(table)):
+        return []
+    counts = Counter(of_scenes)
+    others = "".join(f", {each} in {counts[each]}" for each in VERDICTS if counts[each] and each != HOLDS)
+    limits = " and ".join(limits_in_words(table))
+    return [f"{limits}: holds in {counts[HOLDS]} of {len(table)} scenes{others}", *where(table)]
+
+
+def in_words(table: StudyTable) -> list[str]:
+    """Return what a study says in sentences: its scenes by state, where its limits hold, the range of each result, and
+    which scenes and results are missing."""
+    states = list(table.columns["status"])
+    counts = ", ".join(f"{states.count(state)} {state}" for state in dict.fromkeys(states))
+    first = f"{table.study.heading}: {len(table)} scenes, {counts}"
+    lines = [first, table.left_out_in_words(), *answer_in_words(table), *ranges(table), *table.empty_in_words()]
+    return [*filter(None, lines), *table.failures()]
+
+
+def ranges(table: StudyTable) -> list[str]:
+    """Return the least, the greatest and the mean of each measure over the scenes that count for it."""
+    lines = []
+    for axis in (axis_of(table, name) for name in table.measures if not name.startswith(BAR)):
+        values = axis.factor * table.values(axis.name)
+        if np.isfinite(values).any():
+            low, high, mean = (in_digits(f(values), 4) for f in (np.nanmin, np.nanmax, np.nanmean))
+            lines.append(f"{plain(axis.label)}: {low} to {high}, mean {mean}")
+    return lines
+
+
+def where(table: StudyTable) -> list[str]:
+    """Return lines that tell for which values of the varied keys the limits hold.
+
+    With one key its values in order, with two the same for each value of the second; with more the numbers of the
+    scenes that hold.
+    """
+    keys, of_scenes, rows = varying(table), verdicts(table), range(len(table))
+    if not keys:
+        return []
+    first, *others = (axis_of(table, name) for name in keys)
+    if not others:
+        return [f"{first.words} {run}" for run in _runs(table, first, rows)][:MOST]
+    second = others[0]
+    column = table.columns[second.name]
+    values = list(dict.fromkeys(column))
+    if len(others) == 1 and len(values) <= MOST:
+        groups = ((value, [row for row in rows if column[row] == value]) for value in values)
+        lines = ((_text(second, value), ", ".join(_runs(table, first, group))) for value, group in groups)
+        return [f"{second.words} {at}: {first.words} {runs}" for at, runs in lines]
+    numbers = [str(table.columns["scene"][row]) for row in rows if of_scenes[row] == HOLDS]
+    more = f" and {len(numbers) - MOST} more" if len(numbers) > MOST else ""
+    return [f"holds in scene{'s'[: len(numbers) > 1]} {', '.join(numbers[:MOST])}{more}"] if numbers else []
+
+
+def _runs(table: StudyTable, axis: Axis, rows: Sequence[int]) -> Iterator[str]:
+    """Yield text for each run of neighbouring values of a key with one verdict: "0.2 to 0.3 mm holds"."""
+    column, of_scenes = table.columns[axis.name], verdicts(table)
+    pairs = [(column[row], of_scenes[row]) for row in rows]
+    if not table.is_text(axis.name):
+        pairs.sort(key=lambda pair: pair[0])  # type: ignore[arg-type, return-value]
+    for verdict, run in groupby(pairs, key=lambda pair: pair[1]):
+        values = [value for value, _ in run]
+        begin = f"{_text(axis, values[0], '')} to " if len(values) > 1 else ""
+        yield f"{begin}{_text(axis, values[-1])} {verdict}"
+
+
+def _text(axis: Axis, value: object, unit: str | None = None) -> str:
+    number = f"{value:.6g}" if isinstance(value, int | float) else str(value)
+    return f"{number} {axis.unit if unit is None else unit}".rstrip()
