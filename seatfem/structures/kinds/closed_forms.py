@@ -16,7 +16,7 @@ from impact.bodies.body import Body
 from impact.exact.closed_form import ExactRod
 from impact.greens.base import Array, GreensFunction
 from impact.quantities import in_units
-from seatfem.fields import Approach, Area, DampingRatio, Density, KeyProblem, Length, Mass, Pressure, Stiffness
+from seatfem.fields import Approach, Area, DampingRatio, Density, KeyProblem, Length, Mass, Modulus, Stiffness
 from seatfem.structures.kinds import motion, structure
 from seatfem.structures.outlines import BodyViews, of_prism
 from seatfem.structures.patch import Column
@@ -94,7 +94,7 @@ damping_ratio = 0.02
 """
 
     kind: Literal["rod"]
-    young: Pressure = Field(description="Young's modulus")
+    young: Modulus = Field(description="Young's modulus")
     density: Density = Field(description="mass per volume")
     length: Length = Field(description="length along the impact")
     area: Area | None = Field(None, description="cross-section; or give width and thickness")

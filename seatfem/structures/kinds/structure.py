@@ -58,6 +58,8 @@ At = float | tuple[float, ...] | None
 Push = Literal["force", "springs", "pressure"]
 """Origin of a load on a body: a force, springs that press it, or a pressure on an effective area at its contact."""
 MOST_BEAM_MODES: Final = 1000
+PORTS_AND_LANDS: Final = (("bore_radius", "lip_width"), ("bore_radius", "face_width"), ("port_radius", "land_width"))
+"""Keys of the radius of a port and of the width of the land around it."""
 LOADS: Final = ("force", "pressure", "point_force", "gravity")
 """Keys of the prescribed loads of all kinds."""
 
@@ -233,6 +235,13 @@ class Structure(Table):
         for name in own:
             cls.model_fields[name] = cls.model_fields.pop(name)
 
+    def doubts(self) -> Contradictions:
+        """Yield a land that is more than twice as wide as the radius of its port: the two may be swapped."""
+        for port, land in PORTS_AND_LANDS:
+            if {port, land} <= type(self).model_fields.keys() and getattr(self, land) > 2 * getattr(self, port):
+                radius, width = (write_quantity(getattr(self, key), "length") for key in (port, land))
+                yield land, f"{width} beside {port} = {radius}; did you mean {port} = {width!r}, {land} = {radius!r}?"
+
     # Narrower interfaces of some kinds
 
     @property
@@ -386,6 +395,12 @@ class Structure(Table):
     def assumed(self) -> tuple[str, ...]:
         """Return the defaults of its table that a user may not expect, as text "reed.KEY = VALUE"."""
         return ()
+
+    def flight_time(self, gap: float) -> float:
+        """Return the time in which it crosses an opening without loads, at the velocity at which it starts [s]; 0 if
+        it starts with none."""
+        speed = getattr(self, "velocity", None) or getattr(getattr(self, "release", None), "velocity", None) or 0.0
+        return gap / abs(speed) if speed < 0 else 0.0
 
     def too_thick(self) -> str:
         """Return the reason why its theory does not hold at all, and the remedy; "" if it does."""

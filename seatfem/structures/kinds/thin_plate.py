@@ -12,7 +12,17 @@ from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunction
 from impact.notices import Advice, Progress, silent
 from impact.quantities import percent
-from seatfem.fields import Contradictions, DampingRatio, Frequency, KeyProblem, Length, Table, default, of_same_names
+from seatfem.fields import (
+    Contradictions,
+    DampingRatio,
+    Frequency,
+    KeyProblem,
+    Length,
+    Table,
+    Thickness,
+    default,
+    of_same_names,
+)
 from seatfem.machine.resources import Stopwatch
 from seatfem.structures import model, sheets
 from seatfem.structures.errors import ModelError
@@ -62,7 +72,7 @@ class ThinPlate(motion.Moving):
     about: ClassVar[str] = "the plate's centre"
     """Name of the point on which its contact is centred."""
 
-    thickness: Length = Field(description="thickness, in the direction of the motion")
+    thickness: Thickness = Field(description="thickness, in the direction of the motion")
     material: Material = default({"young": "200 GPa", "density": "7850 kg/m^3"}, "the reed's material; steel if absent")
     damping_ratio: DampingRatio = Field(0.0, description="modal damping, the same for every mode")
     contact_radius: Length | None = Field(

@@ -19,6 +19,7 @@ from seatfem.fields import (
     Position,
     Pressure,
     Table,
+    Tilt,
     Viscosity,
     absent,
     default,
@@ -127,7 +128,7 @@ gap = "1.5 mm"
         le=MOST_PORTS,
     )
     rings: int = default(1, "parts across each of its segments", strict=True, ge=1, le=MOST_RINGS)
-    tilt: Angle = default("0 deg", "between the stopper's plane and the undeformed reed; gap is then the smallest")
+    tilt: Tilt = default("0 deg", "between the stopper's plane and the undeformed reed; gap is then the smallest")
     tilt_axis: Angle = default("0 deg", "direction about which it is tilted, as contact.tilt_axis")
     profile: Profile | None = absent("shape of its face along a clamped reed; flat where absent")
     law: _Law = default(USUAL, "force by penetration; a kind without keys may be written as text")
@@ -242,7 +243,7 @@ class Contact(Table):
         ge=1,
         le=MOST_PORTS,
     )
-    tilt: Angle = default("0 deg", "between the plane of the seat's lip and the undeformed reed")
+    tilt: Tilt = default("0 deg", "between the plane of the seat's lip and the undeformed reed")
     tilt_axis: Angle = default(
         "0 deg", "direction about which it is tilted, from the reed's long axis: 0 deg is roll, 90 deg is pitch"
     )
