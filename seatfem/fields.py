@@ -1,6 +1,7 @@
 """The kinds of values a scene key may hold: strings with units become SI floats."""
 
 import math
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from copy import copy
@@ -18,7 +19,7 @@ from impact.files.safe_files import MB, check_file
 from seatfem.units import (
     DIMENSIONS,
     UnitError,
-    did_you_mean,
+    ask_for_prefix,
     number_and_unit,
     parse_fraction,
     parse_quantity,
@@ -206,11 +207,11 @@ class ReadQuantity:
         if isinstance(value, int | float) and not isinstance(value, bool):
             raise UnitError(f"{value!r} has no unit; write {with_unit(value, self.dimension)!r}, a number and its unit")
         if not isinstance(value, str):
-            raise UnitError(f"{value!r} is no {wanted.name}; write a string, e.g. {wanted.example!r}")
+            raise UnitError(f"{value!r} is no {wanted.name}; write a number and its unit, e.g. {wanted.example!r}")
         number, (least, most) = parse_quantity(value, self.dimension), wanted.sane
         if number == 0.0 or least <= abs(number) <= most:
             return number
-        meant = did_you_mean(number, self.dimension)
+        meant = ask_for_prefix(number, self.dimension)
         raise UnitError(f"{value!r} is out of any sane range: {least:g} to {most:g} {wanted.si}{meant}")
 
 
@@ -301,9 +302,10 @@ def _existing_file(value: Path, info: ValidationInfo) -> Path:
     try:
         check_file(path, FILE_LIMIT, ValueError)
     except FileNotFoundError:
-        raise ValueError(
-            f"no such file: {path}; name one that is there, as seen from the folder of this file"
-        ) from None
+        seen = "name one that is there, as seen from the folder of this file"
+        if re.fullmatch(r"[\d.]+ *[A-Za-z/]*", str(value)):
+            seen = f"write the number into a file, and {seen}"
+        raise ValueError(f"no such file: {path}; {seen}") from None
     return path.resolve()
 
 

@@ -153,7 +153,7 @@ def with_unit(number: float, dimension: str) -> str:
     return f"{number:g} {unit}" if (unit := next(fitting, "")) else wanted.example
 
 
-def did_you_mean(value: float, dimension: str, usual: tuple[float, float] | None = None) -> str:
+def ask_for_prefix(value: float, dimension: str, usual: tuple[float, float] | None = None) -> str:
     """Return a question for a ``value`` [SI] that is usual only with another prefix of its unit, as "; did you mean
     '210 GPa'?" for 210 MPa; "" if no prefix makes it usual.
 

@@ -144,12 +144,13 @@ class Beam(Structure):
 
     def contact_problems(self, at: float | None, seat: Structure) -> fields.Contradictions:
         structure.check_along(self.kind, self.span, at, "contact.at")
-        if (ring := seat.lip_face.ring) is None or at is None:
+        if (ring := seat.lip_face.ring) is None or (place := self.place(at)) is None:
             return
-        if at < (outer := ring[0] + ring[1] / 2) * (1 - 1e-9):
-            words = f"the lip's middle is {write_quantity(at, 'length')} from the clamp, and the lip reaches"
+        if place < (outer := ring[0] + ring[1] / 2) * (1 - 1e-9):
+            words = f"the lip's middle is {write_quantity(place, 'length')} from the clamp, and the lip reaches"
             reaches = f"{words} {write_quantity(outer, 'length', 4)} from its middle, behind the clamp"
-            yield "contact.at", f"{reaches}; make contact.at at least that, or the lip smaller"
+            key = "contact.at" if at is not None else self.long if self.long.startswith("reed.") else "reed"
+            yield key, f"{reaches}; make {'this' if at is None else key} at least that, or the lip smaller"
 
     def place(self, at: float | None) -> float | None:
         return self.beam().free_point if at is None else at
@@ -176,17 +177,20 @@ class Beam(Structure):
         x = np.linspace(0.0, self.span, START_POINTS)
         return np.column_stack([x, [self.start_at(float(place)) for place in x]])
 
-    def cover_notes(self, seat: Structure, at: float | None, offset: tuple[float, float], arcs: int) -> tuple[str, ...]:
-        """Return a note if the beam covers only a part of a lip, which the model presses all around."""
+    def cover_doubts(
+        self, seat: Structure, at: float | None, offset: tuple[float, float], arcs: int
+    ) -> fields.Contradictions:
+        """Yield a doubt if the beam covers only a part of a lip, which the model presses all around."""
         if (ring := seat.lip_face.ring) is None or at is None:
-            return ()
+            return
         angle = 2 * np.pi * (np.arange(POINTS) + 0.5) / POINTS
         along, across = at + ring[0] * np.cos(angle), ring[0] * np.sin(angle)
         share = float(np.mean((along >= 0) & (along <= self.span) & (np.abs(across) <= self.face.width / 2)))
         if share >= COVERED:
-            return ()
+            return
         outer, place = write_quantity(2 * ring[0] + ring[1], "length", 3), write_quantity(at, "length")
-        return (
+        yield (
+            "contact.at",
             f"the reed covers {quantities.percent(share, 2)} of the lip, {outer} wide, at contact.at = {place}; "
             "this model presses all of it. A reed that closes a port reaches beyond its lip all around: make "
             "contact.at smaller, or the reed wider",

@@ -30,7 +30,7 @@ class Material(fields.Table):
         None, exclude=True, description="a material of the list below; its values hold where a key is absent"
     )
     young: fields.Modulus = Field(description="Young's modulus")
-    poisson: fields.PoissonRatio = Field(0.3, description="Poisson's ratio; a beam does not use it")
+    poisson: fields.PoissonRatio = Field(0.3, description="Poisson's ratio, of rubber 0.499; a beam does not use it")
     density: fields.Density = Field(description="mass per volume")
     loss_factor: fields.LossFactor = Field(
         0.0, description="structural damping of a seat's region, twice the damping ratio"

@@ -383,10 +383,10 @@ class Structure(Table):
             )
         check_along(self.kind, None, place, key)
 
-    def cover_notes(self, seat: Structure, at: float | None, offset: tuple[float, float], arcs: int) -> tuple[str, ...]:
-        """Return notes if too little of the seat's face and its own lie on each other, for a contact ``at`` a distance
-        from the root [m], with an ``offset`` [m], in so many arcs."""
-        return ()
+    def cover_doubts(self, seat: Structure, at: float | None, offset: tuple[float, float], arcs: int) -> Contradictions:
+        """Yield a key of the scene, and why it is doubtful, if too little of the seat's face and its own lie on each
+        other, for a contact ``at`` a distance from the root [m], with an ``offset`` [m], in so many arcs."""
+        yield from ()
 
     def limits(self) -> tuple[Advice, ...]:
         """Return advice if its table exceeds the limits of its theory."""

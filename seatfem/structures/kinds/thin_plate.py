@@ -224,24 +224,25 @@ class ThinPlate(motion.Moving):
         about = {"seat_model": f"Mindlin plate, {len(modes.omega)} modes", "seat_dof": model.size}
         return Solved(solved.greens, model=model, modes=modes, about=about)
 
-    def cover_notes(
+    def cover_doubts(
         self, seat: structure.Structure, at: float | None, offset: tuple[float, float], arcs: int
-    ) -> tuple[str, ...]:
-        """Return a note if less than `HALF` of the disc or ring with which the plate is stated to touch lies on the
+    ) -> Contradictions:
+        """Yield a doubt if less than `HALF` of the disc or ring with which the plate is stated to touch lies on the
         struck face, as over an open port: what is stated counts."""
         if not self.states_contact or arcs > 1:
-            return ()
+            return
         try:
             over, face = self.views(at, coarse=True).turned_over(), seat.views(coarse=True)
         except ModelError:  # a partner without a face
-            return ()
+            return
         x, y = offset
         share = covered_share(over, replace(face, plan=face.contact), (-x, -y)) if face.contact else None
         if share is None or share >= HALF:
-            return ()
-        stated = f"reed.contact_radius = {write_quantity(self.radius, 'length', 3)}"
-        return (
-            f"{stated}: in plan {percent(share)} of this {'disc' if self.width is None else 'ring'} lies on the seat's "
+            return
+        what = "disc" if self.width is None else "ring"
+        yield (
+            "reed.contact_radius",
+            f"{write_quantity(self.radius, 'length', 3)}: in plan {percent(share)} of this {what} lies on the seat's "
             "struck face, the rest over a port or beside it; remove contact_radius and contact_width, so that the reed "
             "meets the face as far as it covers it, or change the contact's place and radius",
         )

@@ -203,7 +203,6 @@ def remarks(done: Round) -> tuple[str, ...]:
         *validity.film_notes(scene.geometry, done.result),
         *validity.stopper_notes(scene.stopper),
         *validity.dishing_notes(scene.reed, scene.seat, scene.load, scene.run.duration),
-        *scene.geometry.cover_notes(),
         *map(str, doubts_of(scene)),
     )
 

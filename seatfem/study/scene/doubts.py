@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from pydantic.fields import FieldInfo
 
 from seatfem.fields import ReadQuantity, Table, Usual
+from seatfem.structures.errors import GeometryError, MeshError, ModelError
 from seatfem.structures.kinds.structure import is_curved
+from seatfem.structures.mesh.gmsh_process import MeshingError
 from seatfem.study.scene.problems import KeyPath, Problem, notes_of, reader_of
-from seatfem.units import DIMENSIONS, did_you_mean, write_quantity
+from seatfem.units import DIMENSIONS, ask_for_prefix, write_quantity
 
 if TYPE_CHECKING:
     from seatfem.study.scene.models import Scene
@@ -23,7 +26,9 @@ Doubt = tuple[KeyPath, str]
 
 def doubts_of(scene: Scene) -> tuple[Problem, ...]:
     """Return the doubts about a scene, by key; `seatfem.study.scene.located` adds file and lines."""
-    every = (*_of_table(scene, ()), *_of_loads(scene), *_of_duration(scene))
+    every = [*_of_table(scene, ()), *_of_loads(scene), *_of_duration(scene)]
+    with suppress(GeometryError, MeshError, ModelError, MeshingError, OSError):  # of files that are refused elsewhere
+        every += [(tuple(key.split(".")), words) for key, words in scene.geometry.cover_doubts()]
     return tuple(Problem(None, 0, ".".join(map(str, path)), words, path) for path, words in every)
 
 
@@ -61,7 +66,7 @@ def unusual(value: float, field: FieldInfo) -> str:
         return ""
     written, low, high = (write_quantity(each, dimension, 4) for each in (value, least, most))
     limit = f"small (usual: {low} or more)" if abs(value) < least else f"large (usual: {high} or less)"
-    meant = did_you_mean(value, dimension, (least, most)) if dimension else ""
+    meant = ask_for_prefix(value, dimension, (least, most)) if dimension else ""
     return f"{written} is unusually {limit}{meant or '; check it'}"
 
 

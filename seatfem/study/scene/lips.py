@@ -14,7 +14,7 @@ from impact.after.result import NO_FILM
 from impact.greens.base import Array
 from impact.march.grid import TimeGrid
 from impact.march.laws import SqueezeFilm
-from seatfem.fields import KeyProblem
+from seatfem.fields import Contradictions, KeyProblem
 from seatfem.structures.errors import ModelError
 from seatfem.structures.kinds.structure import Structure, is_curved
 from seatfem.structures.lands import FaceLip, under
@@ -212,9 +212,9 @@ class ContactGeometry:
             arcs //= 2
         return arcs
 
-    def cover_notes(self) -> tuple[str, ...]:
-        """Return notes if too little of the faces of reed and seat lies on each other."""
-        return self.reed.cover_notes(self.seat, self.own_place, self.contact.offset, self.contact.ports or 1)
+    def cover_doubts(self) -> Contradictions:
+        """Yield a key, and why it is doubtful, if too little of the faces of reed and seat lies on each other."""
+        yield from self.reed.cover_doubts(self.seat, self.own_place, self.contact.offset, self.contact.ports or 1)
 
     def on_the_reed(self, lip: AnyLip | None) -> AnyLip | None:
         """Return the lip, where it is not divided the region, in the coordinates of a plate, with its offset, and in

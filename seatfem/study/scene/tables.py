@@ -87,11 +87,37 @@ def _parse(text: str, path: Path) -> dict[str, Any]:
         line = int(place[1]) if place else text.count("\n") + 1
         message = re.sub(r"\s*\(at .*\)$", "", str(error))
         column = f" (column {place[2]})" if place else " (end of file)"
-        raise scene_error("", f"TOML syntax: {message}{column}; mend the line", path, line) from None
+        remedy = next((words for part, words in _REMEDIES.items() if re.search(part, message)), "mend the line")
+        at = f", {key}" if (key := _key_at(text, line)) else ""
+        raise scene_error("", f"TOML syntax{at}: {message}{column}: {remedy}", path, line) from None
     except RecursionError:
         raise scene_error("", "tables or arrays are nested too deeply; use at most four levels", path) from None
     except ValueError as error:  # a whole number of thousands of digits, a date that does not exist
         raise scene_error("", f"TOML: {error}; mend it", path) from None
+
+
+_REMEDIES: Final = {
+    "Illegal character|Unterminated": "mend the line, close its quote",
+    "overwrite|mutate|Duplicate": "the key is written twice; keep one",
+    "Cannot declare": "the table is written twice; move its keys under one heading, or write [[...]] of several",
+    "Expected '='|statement|initial character": 'write KEY = VALUE, a quantity in quotes, as width = "0.25 mm"',
+    "Expected '\\]|Unclosed": "close the bracket",
+    "Invalid value": "write text and quantities in quotes, and true or false in small letters",
+    r"hex|\\": "write / in place of \\ in a path",
+}
+"""Patterns of tomllib's messages -> remedies."""
+_HEAD: Final = re.compile(r"\s*(\[\[?)\s*([^\[\]#\n]+)")
+
+
+def _key_at(text: str, line: int) -> str:
+    """Return the dotted key that stands in a line, counted from 1, of a text that is no valid TOML."""
+    table, several = "", list[str]()
+    *_, last = rows = text.split("\n")[:line]
+    for bracket, name in (head.groups() for row in rows if (head := _HEAD.match(row))):
+        several += [name.strip()] if bracket == "[[" else []
+        table = f"{name.strip()}.{several.count(name.strip()) - 1}" if bracket == "[[" else name.strip()
+    own = "" if _HEAD.match(last) else re.match(r"\s*([\w.-]*)", last)[1]  # type: ignore[index]
+    return ".".join(filter(None, (table, own)))
 
 
 def _change(data: dict[str, Any], key: str, value: object, path: Path) -> None:
