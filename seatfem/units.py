@@ -72,7 +72,7 @@ _TABLE: Final = (
     ("modulus", "Pa", "200 GPa", _PASCALS, (1e-3, 1e18), (1e9, 1.3e12)),
     ("strength", "Pa", "600 MPa", _PASCALS, (1e-3, 1e11), (1e6, 1e10)),
     ("stiffness", "N/m", "20 N/um", "N/m 1, N/mm 1e3, N/um 1e6, kN/mm 1e6", (1e-12, 1e21), (1.0, 1e12)),
-    ("frequency", "Hz", "1 MHz", "MHz 1e6, kHz 1e3, Hz 1, GHz 1e9", (1e-6, 1e15), (1e3, 1e9), ("hertz",)),
+    ("frequency", "Hz", "1 MHz", "MHz 1e6, kHz 1e3, Hz 1, GHz 1e9", (1e-6, 1e15), (1e3, 2e7), ("hertz",)),
     ("bedding", "N/m^3", "2 GPa/mm", "GPa/mm 1e12, MPa/mm 1e9, N/mm^3 1e9, N/m^3 1", (1e-6, 1e24), (1e6, 1e18)),
     ("area damping", "N s/m^3", "4e7 N*s/m^3", "N*s/m^3 1, N*s/mm^3 1e9, Pa*s/m 1", (1e-6, 1e21), (1.0, 1e12)),
     ("angle", "rad", "60 deg", _DEGREES, (1e-9, 1e3), (1e-7, 13.0), ("degree", "radian")),

@@ -16,7 +16,7 @@ from typing import Annotated, Any, Final, Literal, get_args, get_origin
 
 from pydantic import BaseModel, BeforeValidator, ValidationError
 from pydantic.fields import FieldInfo
-from pydantic_core import ErrorDetails
+from pydantic_core import ErrorDetails, PydanticUndefined
 
 from seatfem.fields import KeyProblem, kind_of, kinds_in_words, read_number
 
@@ -160,7 +160,7 @@ _PLAIN: Final = {
     "int_": "a whole number, without quotes",
     "float_": "a number, without quotes",
     "string_": "text in quotes",
-    "tuple_type": "a list in brackets, as [1, 2]",
+    "tuple_type": "a list in brackets, as [...]",
 }
 """Beginnings of types of pydantic's errors -> what must be written."""
 
@@ -224,7 +224,7 @@ class _Place:
         known = (*beside, *(field.alias or name for name, field in fields))
         cause = details.get("ctx", {}).get("error")
         if isinstance(cause, KeyProblem):
-            path = (*path, *cause.key.split("."))
+            path = (*path, *(int(part) if part.isdecimal() else part for part in cause.key.split(".")))
         held = table.model_fields.get(str(path[-1])) if table and path else None
         choices = tables_in(held.annotation) if held else ()
         if details["type"].startswith("union_tag"):
@@ -269,17 +269,17 @@ def _message(place: _Place, data: Mapping[str, Any]) -> str:
             return f"is written as one table, but there may be several: write [[{place.key}]], in two brackets"
         case "path_type":
             return f"{written!r} is no path of a file; write the path alone, in quotes"
-        case "value_error" if written is None and re.match(r"-?[\d.]", str(context["error"])):
-            return f"{context['error']}; this is its default: state the key, or change the others"
         case "value_error":
-            return str(context["error"])
+            field = place.field(path[-1])
+            is_default = written is None and field is not None and field.default not in (None, PydanticUndefined)
+            return f"{context['error']}{'; this is its default, state the key' if is_default else ''}"
         case limit if limit in _LIMITS:
             name, words = _LIMITS[limit]
             field = place.field(path[-1])
             what = f" ({field.description.partition(';')[0]})" if field and field.description else ""
             return f"{written!r} must be {words} {context[name]:g}{_meant_percent(place, written) or what}"
         case kind if plain := next((words for name, words in _PLAIN.items() if kind.startswith(name)), ""):
-            return f"{written!r} must be {plain}"
+            return f"{written!r} must be {plain.replace('...', repr(written))}"
     return f"{written!r}: {details['msg'][0].lower()}{details['msg'][1:]}"
 
 
@@ -314,12 +314,11 @@ def _meant_key(place: _Place) -> str:
     for one, other, size in (("diameter", "radius", "half the diameter"), ("radius", "diameter", "twice the radius")):
         if (meant := key.replace(one, other)) != key and meant in known:
             return f"did you mean {meant!r}? write {size}"
-    if (meant := _SYMBOLS.get(key.lower(), "")) in known:
-        return f"did you mean {meant!r}?"
-    if close := did_you_mean(key, known):
+    meant = _SYMBOLS.get(key.lower(), key)
+    if close := did_you_mean(meant, known):
         return close.removeprefix("; ")
-    if homes := [f"[{table}]" for table, keys in place.tables.items() if key in keys]:
-        return f"it is a key of {' or '.join(homes)}: move it"
+    if homes := [f"[{table}]" for table, keys in place.tables.items() if meant in keys]:
+        return f"{meant} is a key of {' or '.join(homes)}: move it"
     return f"known here: {', '.join(known)}"
 
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Set
 from copy import deepcopy
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any, Final
+from typing import Annotated, Any, Final, NamedTuple
 
 from pydantic import AfterValidator, BeforeValidator, ValidationError
 
@@ -20,6 +20,21 @@ LIMIT: Final = 1 * MB  # largest file
 DEEPEST: Final = 32  # most parts of a dotted key
 _DEEP_KEY: Final = re.compile(r"""(?<![\w"'-])(?:(?:"[^"\n]*+"|'[^'\n]*+'|[\w-]++)[ \t]*+\.[ \t]*+){32}""")
 """Dotted key of more than `DEEPEST` parts, for which reading takes the square of their number."""
+
+
+class _Other(NamedTuple):
+    """Kind of file that is told by its tables, and the verb that takes it."""
+
+    name: str
+    verb: str
+    beside: tuple[str, ...]
+
+
+_OTHERS: Final = {
+    "seat": _Other("a scene", "run", ("reed", "run")),
+    "vary": _Other("a study", "sweep", ("scene",)),
+    "record": _Other("a file for identification", "identify", ("scene", "fit")),
+}
 
 
 class _Unreadable(ValueError):
@@ -41,6 +56,10 @@ def load_as(
     for key, value in (changed or {}).items():
         _change(data, key, value, path)
     model = model_of(data)
+    for key, other in _OTHERS.items():
+        if {key, *other.beside} <= data.keys() - model.model_fields.keys():
+            words = f"is a table of {other.name}: take `seatfem {other.verb} {path.name}`"
+            raise scene_error(key, words, path, line_of((key,), _lines(text)))
     try:
         return model.model_validate(data, context={"folder": path.parent})
     except ValidationError as error:
@@ -111,13 +130,12 @@ _HEAD: Final = re.compile(r"\s*(\[\[?)\s*([^\[\]#\n]+)")
 
 def _key_at(text: str, line: int) -> str:
     """Return the dotted key that stands in a line, counted from 1, of a text that is no valid TOML."""
-    table, several = "", list[str]()
     *_, last = rows = text.split("\n")[:line]
-    for bracket, name in (head.groups() for row in rows if (head := _HEAD.match(row))):
-        several += [name.strip()] if bracket == "[[" else []
-        table = f"{name.strip()}.{several.count(name.strip()) - 1}" if bracket == "[[" else name.strip()
+    heads = [(head[1], head[2].strip()) for row in rows if (head := _HEAD.match(row))]
+    bracket, table = heads[-1] if heads else ("", "")
+    number = str(heads.count((bracket, table)) - 1) if bracket == "[[" else ""
     own = "" if _HEAD.match(last) else re.match(r"\s*([\w.-]*)", last)[1]  # type: ignore[index]
-    return ".".join(filter(None, (table, own)))
+    return ".".join(filter(None, (table, number, own)))
 
 
 def _change(data: dict[str, Any], key: str, value: object, path: Path) -> None:
