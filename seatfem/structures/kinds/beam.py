@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any, ClassVar, Final, Self
 
@@ -179,7 +179,7 @@ class Beam(Structure):
 
     def cover_doubts(
         self, seat: Structure, at: float | None, offset: tuple[float, float], arcs: int
-    ) -> fields.Contradictions:
+    ) -> Iterator[structure.Finding]:
         """Yield a doubt if the beam covers only a part of a lip, which the model presses all around."""
         if (ring := seat.lip_face.ring) is None or at is None:
             return
@@ -190,7 +190,7 @@ class Beam(Structure):
             return
         outer, place = write_quantity(2 * ring[0] + ring[1], "length", 3), write_quantity(at, "length")
         yield (
-            "contact.at",
+            ("contact", "at"),
             f"the reed covers {quantities.percent(share, 2)} of the lip, {outer} wide, at contact.at = {place}; "
             "this model presses all of it. A reed that closes a port reaches beyond its lip all around: make "
             "contact.at smaller, or the reed wider",

@@ -48,7 +48,7 @@ _READS: Final[Mapping[str, Any]] = MappingProxyType({"length": Length, "gap": Ga
 Picture = tuple[str, Callable[[Path], object]]
 """File name of a picture, and the function that draws it."""
 Finding = tuple[tuple[str | int, ...], str]
-"""Path to a key, relative to the structure's table, and the problem with its value."""
+"""Path to a key, relative to the structure's table or to the scene, and the problem with its value."""
 
 
 At = float | tuple[float, ...] | None
@@ -383,7 +383,9 @@ class Structure(Table):
             )
         check_along(self.kind, None, place, key)
 
-    def cover_doubts(self, seat: Structure, at: float | None, offset: tuple[float, float], arcs: int) -> Contradictions:
+    def cover_doubts(
+        self, seat: Structure, at: float | None, offset: tuple[float, float], arcs: int
+    ) -> Iterator[Finding]:
         """Yield a key of the scene, and why it is doubtful, if too little of the seat's face and its own lie on each
         other, for a contact ``at`` a distance from the root [m], with an ``offset`` [m], in so many arcs."""
         yield from ()

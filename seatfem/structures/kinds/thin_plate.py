@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import ClassVar, Final, Self
 
@@ -226,7 +227,7 @@ class ThinPlate(motion.Moving):
 
     def cover_doubts(
         self, seat: structure.Structure, at: float | None, offset: tuple[float, float], arcs: int
-    ) -> Contradictions:
+    ) -> Iterator[structure.Finding]:
         """Yield a doubt if less than `HALF` of the disc or ring with which the plate is stated to touch lies on the
         struck face, as over an open port: what is stated counts."""
         if not self.states_contact or arcs > 1:
@@ -241,7 +242,7 @@ class ThinPlate(motion.Moving):
             return
         what = "disc" if self.width is None else "ring"
         yield (
-            "reed.contact_radius",
+            ("reed", "contact_radius"),
             f"{write_quantity(self.radius, 'length', 3)}: in plan {percent(share)} of this {what} lies on the seat's "
             "struck face, the rest over a port or beside it; remove contact_radius and contact_width, so that the reed "
             "meets the face as far as it covers it, or change the contact's place and radius",

@@ -13,6 +13,7 @@ from seatfem.fields import ReadQuantity, Table, Usual
 from seatfem.structures.errors import GeometryError, MeshError, ModelError
 from seatfem.structures.kinds.structure import is_curved
 from seatfem.structures.mesh.gmsh_process import MeshingError
+from seatfem.study.scene.lips import ContactGeometry, or_diameter
 from seatfem.study.scene.problems import KeyPath, Problem, notes_of, reader_of
 from seatfem.units import DIMENSIONS, ask_for_prefix, write_quantity
 
@@ -28,7 +29,7 @@ def doubts_of(scene: Scene) -> tuple[Problem, ...]:
     """Return the doubts about a scene, by key; `seatfem.study.scene.located` adds file and lines."""
     every = [*_of_table(scene, ()), *_of_loads(scene), *_of_duration(scene)]
     with suppress(GeometryError, MeshError, ModelError, MeshingError, OSError):  # of files that are refused elsewhere
-        every += [(tuple(key.split(".")), words) for key, words in scene.geometry.cover_doubts()]
+        every += or_diameter(scene.geometry, ContactGeometry.cover_doubts)
     return tuple(Problem(None, 0, ".".join(map(str, path)), words, path) for path, words in every)
 
 
