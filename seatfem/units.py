@@ -58,7 +58,7 @@ _PASCALS: Final = f"GPa 1e9, MPa 1e6, kPa 1e3, Pa 1, bar 1e5, psi {_PSI}"
 _DEGREES: Final = "deg 0.01745329251994329576923690768, rad 1"
 _TABLE: Final = (
     # name, SI unit, example, usual units with their values, sane range, usual range, the only base names
-    ("length", "m", "3 mm", "mm 1e-3, um 1e-6, m 1, cm 1e-2, inch 0.0254", (1e-9, 1e4), (1e-7, 2.0)),
+    ("length", "m", "3 mm", "mm 1e-3, um 1e-6, m 1, cm 1e-2, inch 0.0254", (1e-9, 1e4), (1e-6, 2.0)),
     ("area", "m^2", "4 mm^2", "mm^2 1e-6, m^2 1, um^2 1e-12", (1e-18, 1e8), (1e-9, 0.1)),
     ("volume", "m^3", "5 cm^3", "cm^3 1e-6, mm^3 1e-9, m^3 1, ml 1e-6", (1e-18, 1e6), (1e-9, 10.0)),
     ("molar mass", "kg/mol", "29 g/mol", "g/mol 1e-3, kg/mol 1", (1e-6, 1e3), (1e-3, 0.5)),
@@ -145,12 +145,12 @@ def write_quantity(value: float, dimension: str, digits: int = 5) -> str:
 
 
 def with_unit(number: float, dimension: str) -> str:
-    """Return a number with the first of the units in which it has a usual size: 0.3 -> "0.3 mm"; where there is none
-    the example of the dimension."""
+    """Return a number with a unit in which it has a usual size, first that of the example: 0.3 -> "0.3 mm"."""
     wanted = DIMENSIONS[dimension]
-    least, most = wanted.usual_range
-    fitting = (unit for unit, size in wanted.usual.items() if least <= abs(number) * float(size) <= most)
-    return f"{number:g} {unit}" if (unit := next(fitting, "")) else wanted.example
+    (_, first), (least, most) = number_and_unit(wanted.example), wanted.usual_range
+    units = (first, *wanted.usual)
+    fitting = (unit for unit in units if least <= abs(number) * float(wanted.usual[unit]) <= most)
+    return f"{number:g} {next(fitting, first)}"
 
 
 def ask_for_prefix(value: float, dimension: str, usual: tuple[float, float] | None = None) -> str:

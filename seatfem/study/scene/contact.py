@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, ClassVar, Final
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final
 
 from pydantic import Field, SerializerFunctionWrapHandler, create_model, model_serializer, model_validator
 
@@ -20,6 +20,7 @@ from seatfem.fields import (
     Pressure,
     Table,
     Tilt,
+    Usual,
     Viscosity,
     absent,
     default,
@@ -51,7 +52,7 @@ floor = "2 um"
 """
 
     viscosity: Viscosity = Field(description="mu, dynamic")
-    floor: Length = Field(
+    floor: Annotated[Length, Usual(1e-8, 1e-3)] = Field(
         description="fluid gap that roughness leaves where the bodies touch; half the height difference within a lip "
         "segment, by tilt or waviness, is added"
     )

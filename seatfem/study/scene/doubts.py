@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Annotated, Final, get_args, get_origin
 
 import numpy as np
-from pydantic.fields import FieldInfo
 
 from seatfem.fields import ReadQuantity, Table, Usual
 from seatfem.structures.errors import GeometryError, MeshError, ModelError
@@ -37,26 +36,31 @@ def _of_table(table: Table, path: KeyPath) -> Iterator[Doubt]:
     """Yield the doubts about a table and the tables in it; ``path``: its key."""
     for name, field in type(table).model_fields.items():
         if name in table.model_fields_set:
-            yield from _of_value(getattr(table, name), field, path if name == type(table).inlined else (*path, name))
+            place = path if name == type(table).inlined else (*path, name)
+            yield from _of_value(getattr(table, name), tuple(notes_of(field)), _notes_of_parts(field.annotation), place)
     yield from (((*path, *key.split(".")), words) for key, words in table.doubts())
 
 
-def _of_value(value: object, field: FieldInfo, path: KeyPath) -> Iterator[Doubt]:
+def _notes_of_parts(annotation: object) -> Sequence[object]:
+    """Return the annotations of each element of a list."""
+    element = next(iter(get_args(annotation)), None)
+    return get_args(element)[1:] if get_origin(element) is Annotated else ()
+
+
+def _of_value(value: object, notes: Sequence[object], of_parts: Sequence[object], path: KeyPath) -> Iterator[Doubt]:
+    """Yield the doubts about a value; ``notes``, ``of_parts``: annotations of its key, and of the parts of a list."""
     if isinstance(value, Table):
         yield from _of_table(value, path)
-    elif isinstance(value, float) and value and (words := unusual(value, field)):
+    elif isinstance(value, float) and value and (words := unusual(value, notes)):
         yield path, words
     elif isinstance(value, tuple | Mapping):
-        parts = value.items() if isinstance(value, Mapping) else enumerate(value)
-        for key, each in parts:
-            if isinstance(each, Table):
-                yield from _of_table(each, (*path, key))
+        for key, each in value.items() if isinstance(value, Mapping) else enumerate(value):
+            yield from _of_value(each, of_parts, (), (*path, key))
 
 
-def unusual(value: float, field: FieldInfo) -> str:
-    """Return why a value [SI] of a key is doubtful: it is out of the usual range of the key, or of its dimension; ""
-    if it is in it, or none is known."""
-    notes = list(notes_of(field))
+def unusual(value: float, notes: Sequence[object]) -> str:
+    """Return why a value [SI] is doubtful: it is out of the usual range of its key or dimension, by the ``notes`` of
+    the key's annotation; "" if it is in it, or none is known."""
     reader = reader_of(notes)
     dimension = reader.dimension if isinstance(reader, ReadQuantity) else ""
     own = next((note for note in notes if isinstance(note, Usual)), None)
