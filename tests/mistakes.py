@@ -1,5 +1,6 @@
 """The sheet of mistakes (`tests/faces/mistakes.toml`): scenes and commands of users gone wrong, and their answers."""
 
+import re
 import tomllib
 from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
@@ -73,7 +74,7 @@ class Mistake:
     def line_of(self, answer: str) -> str:
         """Return the line of an answer that names file, line and key; all of it, unwrapped, for a command."""
         if not self.at:
-            return " ".join(answer.replace("│", " ").split())
+            return " ".join(re.sub("[╭╮╰╯│─]", " ", answer).split())
         return next((line for line in answer.splitlines() if f"{self.at}: {self.key}" in line), "")
 
 

@@ -10,6 +10,7 @@ from typing import Annotated, Final
 
 from cyclopts import Parameter
 
+from impact.files.safe_files import OutputError
 from seatfem import units
 from seatfem.faces import plan_view, tables, verdict
 from seatfem.faces.report import asked
@@ -201,6 +202,8 @@ def demo_scene() -> Path:
 def _run(path: Path, folder: Path, effort: Effort, common: Common, changes: Sequence[str] = ()) -> int:
     errors = lines(stderr=True, quiet=common.quiet)
     scene = load(path, changes, errors)
+    if folder.exists() and not folder.is_dir():
+        raise OutputError(f"--output: {folder} is a file; choose a folder")
     content = path.read_bytes()
     limits = next_round.Limits(effort.rounds, math.inf if effort.max_time is None else effort.max_time)
     if (read := plan_view.read_table(scene)) is not None:

@@ -72,7 +72,7 @@ def unusual(value: float, notes: Sequence[object]) -> str:
     written, low, high = (write_quantity(each, dimension, 4) for each in (value, least, most))
     limit = f"small (usual: {low} or more)" if abs(value) < least else f"large (usual: {high} or less)"
     meant = ask_for_prefix(value, dimension, (least, most)) if dimension else ""
-    return f"{written} is unusually {limit}{meant or '; check it'}"
+    return f"{written} is unusually {limit}{f'{meant} If not, leave it' if meant else '; check it'}"
 
 
 def _of_loads(scene: Scene) -> Iterator[Doubt]:

@@ -187,7 +187,7 @@ def explain(
     # a list may be too short only because pydantic dropped a wrong element
     places = [each for each in places if not (each.details["type"] == "too_short" and each.path in elements)]
     places.sort(key=lambda place: place.line)
-    problems = [Problem(file, place.line, place.key, _message(place, data)) for place in places[:MOST]]
+    problems = [Problem(file, each.line, _dotted(each.path), _message(each, data)) for each in places[:MOST]]
     if len(places) > MOST:
         problems.append(
             Problem(file, places[MOST].line, "", f"{len(places) - MOST} more problems from here on; mend these first")
@@ -208,10 +208,6 @@ class _Place:
     """Tables that the key may hold."""
     tables: Mapping[str, frozenset[str]] = field(default_factory=dict)
     """Keys of each table of the scene."""
-
-    @property
-    def key(self) -> str:
-        return ".".join(str(part) for part in self.path)
 
     def field(self, key: object) -> FieldInfo | None:
         """Return a key's field in the table; ``None`` for an unknown key or table."""
@@ -248,7 +244,7 @@ def _message(place: _Place, data: Mapping[str, Any]) -> str:
         case "extra_forbidden" if advice := getattr(place.table, "former", {}).get(path[-1]):
             return str(advice)
         case "extra_forbidden":
-            return f"unknown key; {_meant_key(place)}"
+            return f"unknown key; {_meant_key(place, data)}"
         case "missing":
             field = place.field(path[-1])
             return "required key is missing" + (f": {field.description}" if field and field.description else "")
@@ -262,17 +258,21 @@ def _message(place: _Place, data: Mapping[str, Any]) -> str:
             return f"{written!r} must be positive{_without_sign(written)}"
         case "greater_than_equal" if context["ge"] == 0:
             return f"{written!r} must be >= 0{_without_sign(written)}"
+        case "model_type" | "model_attributes_type" | "dict_type" if isinstance(written, list) and len(path) == 1:
+            return f"is written as several tables, but there is one: write [{path[0]}], in one bracket"
         case "model_type" | "model_attributes_type" | "dict_type":
             table = f"[{path[-1]}]" if len(path) == 1 else f"{path[-1]} = {{ ... }}"
             return f"{written!r} is no table; write {table}{_content(place)}"
         case "tuple_type" if place.choices and isinstance(written, Mapping):
-            return f"is written as one table, but there may be several: write [[{place.key}]], in two brackets"
+            return f"is written as one table, but there may be several: write [[{_dotted(path)}]], in two brackets"
         case "path_type":
             return f"{written!r} is no path of a file; write the path alone, in quotes"
         case "value_error":
             field = place.field(path[-1])
             is_default = written is None and field is not None and field.default not in (None, PydanticUndefined)
-            return f"{context['error']}{'; this is its default, state the key' if is_default else ''}"
+            return (
+                f"{context['error']}{'; this is its default: state the key, or check the others' if is_default else ''}"
+            )
         case limit if limit in _LIMITS:
             name, words = _LIMITS[limit]
             field = place.field(path[-1])
@@ -281,6 +281,10 @@ def _message(place: _Place, data: Mapping[str, Any]) -> str:
         case kind if plain := next((words for name, words in _PLAIN.items() if kind.startswith(name)), ""):
             return f"{written!r} must be {plain.replace('...', repr(written))}"
     return f"{written!r}: {details['msg'][0].lower()}{details['msg'][1:]}"
+
+
+def _dotted(path: KeyPath) -> str:
+    return ".".join(map(str, path))
 
 
 def _meant_percent(place: _Place, written: object) -> str:
@@ -306,7 +310,7 @@ _SYMBOLS: Final = {
 """Usual symbols and names of keys, in small letters."""
 
 
-def _meant_key(place: _Place) -> str:
+def _meant_key(place: _Place, data: Mapping[str, Any]) -> str:
     """Return the key that is probably meant by an unknown one, the tables that have such a key, or all keys there."""
     key, known = str(place.path[-1]), place.known
     if len(place.path) > 1 and place.tables.get(key):
@@ -317,8 +321,9 @@ def _meant_key(place: _Place) -> str:
     meant = _SYMBOLS.get(key.lower(), key)
     if close := did_you_mean(meant, known):
         return close.removeprefix("; ")
-    if homes := [f"[{table}]" for table, keys in place.tables.items() if meant in keys]:
-        return f"{meant} is a key of {' or '.join(homes)}: move it"
+    if homes := [table for table, keys in place.tables.items() if meant in keys]:
+        homes = [table for table in homes if table in data] or homes
+        return f"did you mean {' or '.join(f'{table}.{meant}' for table in homes)}? move it there"
     return f"known here: {', '.join(known)}"
 
 
