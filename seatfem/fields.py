@@ -1,6 +1,7 @@
 """The kinds of values a scene key may hold: strings with units become SI floats."""
 
 import math
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from copy import copy
@@ -19,10 +20,12 @@ from impact.notices import SeatfemError
 from seatfem.units import (
     DIMENSIONS,
     UnitError,
+    ask_for_prefix,
     number_and_unit,
     parse_fraction,
     parse_quantity,
     parse_rpm,
+    with_unit,
     write_quantity,
 )
 
@@ -92,6 +95,10 @@ class Table(BaseModel):
 
     def contradictions(self) -> Contradictions:
         """Yield the keys to change, and why, where several together are wrong; the first of them is reported."""
+        yield from ()
+
+    def doubts(self) -> Contradictions:
+        """Yield keys whose values are possible together but unusual, and why: a scene is warned before it is run."""
         yield from ()
 
     @model_validator(mode="after")
@@ -198,12 +205,24 @@ class ReadQuantity:
 
     def __call__(self, value: object) -> float:
         wanted = DIMENSIONS[self.dimension]
+        if isinstance(value, int | float) and not isinstance(value, bool):
+            raise UnitError(f"{value!r} has no unit; write {with_unit(value, self.dimension)!r}, a number and its unit")
         if not isinstance(value, str):
-            raise UnitError(f"{value!r} has no unit; write a string, e.g. {wanted.example!r}")
+            raise UnitError(f"{value!r} is no {wanted.name}; write a number and its unit, e.g. {wanted.example!r}")
         number, (least, most) = parse_quantity(value, self.dimension), wanted.sane
         if number == 0.0 or least <= abs(number) <= most:
             return number
-        raise UnitError(f"{value!r} is out of any sane range: {least:g} to {most:g} {wanted.si}")
+        meant = ask_for_prefix(number, self.dimension)
+        raise UnitError(f"{value!r} is out of any sane range: {least:g} to {most:g} {wanted.si}{meant}")
+
+
+@dataclass(frozen=True)
+class Usual:
+    """Range [SI] of the values that a key usually has, instead of that of its dimension; a scene is warned of
+    others."""
+
+    least: float
+    most: float
 
 
 def read_number(value: object, parse: Callable[[str], float] = parse_fraction, example: str = "0.1 or '10 %'") -> float:
@@ -284,15 +303,17 @@ def _existing_file(value: Path, info: ValidationInfo) -> Path:
     try:
         check_file(path, FILE_LIMIT, ValueError)
     except FileNotFoundError:
-        raise ValueError(
-            f"no such file: {path}; name one that is there, as seen from the folder of this file"
-        ) from None
+        seen = "name one that is there, as seen from the folder of this file"
+        if re.fullmatch(r"[\d.]+ *[A-Za-z/]*", str(value)):
+            seen = f"write the number into a file, and {seen}"
+        raise ValueError(f"no such file: {path}; {seen}") from None
     return path.resolve()
 
 
 WrittenQuantity = Annotated[tuple[float, str], BeforeValidator(read_written)]
 """Number and unit of a quantity of any dimension."""
 Length = Annotated[float, BeforeValidator(ReadQuantity("length")), Gt(0)]
+Thickness = Annotated[float, BeforeValidator(ReadQuantity("length")), Gt(0), Usual(1e-5, 0.03)]
 Position = Annotated[float, BeforeValidator(ReadQuantity("length"))]
 Gap = Annotated[float, BeforeValidator(ReadQuantity("length")), Ge(0)]
 Opening = Annotated[float, BeforeValidator(ReadQuantity("length")), AfterValidator(_open)]
@@ -308,6 +329,8 @@ Mass = Annotated[float, BeforeValidator(ReadQuantity("mass")), Gt(0)]
 Speed = Annotated[float, BeforeValidator(ReadQuantity("velocity")), Gt(0)]
 Approach = Annotated[float, BeforeValidator(ReadQuantity("velocity")), AfterValidator(_moving)]
 Density = Annotated[float, BeforeValidator(ReadQuantity("density")), Gt(0)]
+Modulus = Annotated[float, BeforeValidator(ReadQuantity("modulus")), Gt(0)]
+Stress = Annotated[float, BeforeValidator(ReadQuantity("strength")), Gt(0)]
 Pressure = Annotated[float, BeforeValidator(ReadQuantity("pressure")), Gt(0)]
 SignedPressure = Annotated[float, BeforeValidator(ReadQuantity("pressure"))]
 Force = Annotated[float, BeforeValidator(ReadQuantity("force"))]
@@ -316,14 +339,15 @@ Stiffness = Annotated[float, BeforeValidator(ReadQuantity("stiffness")), Gt(0)]
 Frequency = Annotated[float, BeforeValidator(ReadQuantity("frequency")), Gt(0)]
 Bedding = Annotated[float, BeforeValidator(ReadQuantity("bedding")), Ge(0)]
 AreaDamping = Annotated[float, BeforeValidator(ReadQuantity("area damping")), Ge(0)]
+Tilt = Annotated[float, BeforeValidator(ReadQuantity("tilt"))]
 Angle = Annotated[float, BeforeValidator(ReadQuantity("angle"))]
 HertzStiffness = Annotated[float, BeforeValidator(ReadQuantity("Hertz stiffness")), Gt(0)]
 Slowness = Annotated[float, BeforeValidator(ReadQuantity("slowness")), Ge(0)]
 Viscosity = Annotated[float, BeforeValidator(ReadQuantity("viscosity")), Gt(0)]
 Rate = Annotated[float, BeforeValidator(ReadQuantity("rate")), Ge(0)]
-Rpm = Annotated[float, BeforeValidator(read_rpm), Gt(0)]
+Rpm = Annotated[float, BeforeValidator(read_rpm), Gt(0), Usual(100, 1e5)]
 
-DampingRatio = Annotated[float, BeforeValidator(read_number), Ge(0), Lt(1)]
+DampingRatio = Annotated[float, BeforeValidator(read_number), Ge(0), Lt(1), Usual(0, 0.2)]
 LossFactor = Annotated[float, BeforeValidator(read_number), Ge(0), Lt(1)]
 Fraction = Annotated[float, BeforeValidator(read_number), Gt(0), Lt(1)]
 Tolerance = Annotated[float, BeforeValidator(read_number), Ge(1e-6), Lt(1)]

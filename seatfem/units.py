@@ -7,13 +7,15 @@ quantity is an SI float; `write_quantity` goes back.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from decimal import Decimal
 from difflib import get_close_matches
 from functools import cache
-from math import inf, isfinite
+from itertools import product
+from math import inf
 from typing import TYPE_CHECKING, Final
 
 from impact.notices import SeatfemError
@@ -27,7 +29,7 @@ _UNIT = re.compile(r"(?:1\s*/\s*)?[A-Za-zµμ%]+(?:\^-?\d(?:\.5)?|\d)?(?:\s*[*/ 
 _POWER = re.compile(r"(?<=[A-Za-zµμ])(?=\d)")  # "kg/m3" means "kg/m^3"
 
 _READABLE: Final = (0.1, 1e4)
-_OTHERS: Final = {"pressure": (1.0, 1e3), "frequency": (1.0, 1e3), "time": (0.1, 1e3)}  # 310 MPa, 250 kHz, 1 s
+_OTHERS: Final = {"Pa": (1.0, 1e3), "Hz": (1.0, 1e3), "s": (0.1, 1e3)}  # 310 MPa, 250 kHz, 1 s
 LONGEST: Final = 80  # characters: an unlucky text takes the cube of its length
 
 
@@ -37,7 +39,7 @@ class UnitError(SeatfemError, ValueError):
 
 @dataclass(frozen=True)
 class Dimension:
-    """What a key may hold: its name in words, its SI unit, an example for error messages, and a sane range [SI]."""
+    """What a key may hold: its name in words, its SI unit, an example for error messages, and two ranges [SI]."""
 
     name: str
     si: str
@@ -45,34 +47,48 @@ class Dimension:
     usual: Mapping[str, str]
     """Values in SI units, as decimal text, of the units that need no pint."""
     sane: tuple[float, float]
+    """Range beyond which a value is an error."""
+    usual_range: tuple[float, float]
+    """Range beyond which a scene is warned, and by which a number without a unit is given one."""
     made_of: tuple[str, ...] = ()
     """The only base names allowed; keeps hertz, 1/s and rad/s apart, which have one dimension."""
 
 
 _PSI: Final = "6894.757293168361336722673443"
 _PER_MM: Final = "31622.77660168379331998893544"
+_PASCALS: Final = f"GPa 1e9, MPa 1e6, kPa 1e3, Pa 1, bar 1e5, psi {_PSI}"
+_DEGREES: Final = "deg 0.01745329251994329576923690768, rad 1"
 _TABLE: Final = (
-    # name, SI unit, example, usual units with their values, sane range, the only base names
-    ("length", "m", "3 mm", "mm 1e-3, um 1e-6, m 1, cm 1e-2, inch 0.0254", (1e-9, 1e4)),
-    ("area", "m^2", "4 mm^2", "mm^2 1e-6, m^2 1, um^2 1e-12", (1e-18, 1e8)),
-    ("volume", "m^3", "5 cm^3", "cm^3 1e-6, mm^3 1e-9, m^3 1, ml 1e-6", (1e-18, 1e6)),
-    ("molar mass", "kg/mol", "29 g/mol", "g/mol 1e-3, kg/mol 1", (1e-6, 1e3)),
-    ("time", "s", "3 ms", "ms 1e-3, us 1e-6, ns 1e-9, s 1", (1e-15, 1e9)),
-    ("mass", "kg", "5 g", "g 1e-3, kg 1, mg 1e-6", (1e-18, 1e12)),
-    ("velocity", "m/s", "2 m/s", "m/s 1, mm/s 1e-3, mm/us 1e3", (1e-12, 1e5)),
-    ("acceleration", "m/s^2", "9.81 m/s^2", "m/s^2 1, mm/s^2 1e-3", (1e-12, 1e9)),
-    ("force", "N", "2 N", "N 1, mN 1e-3, kN 1e3", (1e-15, 1e12)),
-    ("density", "kg/m^3", "7850 kg/m^3", "kg/m^3 1, g/cm^3 1e3", (1e-6, 1e9)),
-    ("pressure", "Pa", "200 GPa", f"GPa 1e9, MPa 1e6, kPa 1e3, Pa 1, bar 1e5, psi {_PSI}", (1e-3, 1e18)),
-    ("stiffness", "N/m", "20 N/um", "N/m 1, N/mm 1e3, N/um 1e6, kN/mm 1e6", (1e-12, 1e21)),
-    ("frequency", "Hz", "1 MHz", "MHz 1e6, kHz 1e3, Hz 1, GHz 1e9", (1e-6, 1e15), ("hertz",)),
-    ("bedding", "N/m^3", "2 GPa/mm", "GPa/mm 1e12, MPa/mm 1e9, N/mm^3 1e9, N/m^3 1", (1e-6, 1e24)),
-    ("area damping", "N s/m^3", "4e7 N*s/m^3", "N*s/m^3 1, N*s/mm^3 1e9, Pa*s/m 1", (1e-6, 1e21)),
-    ("angle", "rad", "60 deg", "deg 0.01745329251994329576923690768, rad 1", (1e-9, 1e3), ("degree", "radian")),
-    ("Hertz stiffness", "N/m^1.5", "5 GN/m^1.5", f"N/m^1.5 1, GN/m^1.5 1e9, N/mm^1.5 {_PER_MM}", (1e-12, 1e24)),
-    ("slowness", "s/m", "0.1 s/m", "s/m 1, s/mm 1e3, us/mm 1e-3", (1e-9, 1e9)),
-    ("viscosity", "Pa s", "18 uPa s", "uPa s 1e-6, uPa*s 1e-6, mPa s 1e-3, mPa*s 1e-3, Pa s 1, Pa*s 1", (1e-9, 1e6)),
-    ("rate", "1/s", "10 1/s", "1/s 1, 1/ms 1e3, 1/us 1e6", (1e-9, 1e18), ("second", "minute", "hour")),
+    # name, SI unit, example, usual units with their values, sane range, usual range, the only base names
+    ("length", "m", "3 mm", "mm 1e-3, um 1e-6, m 1, cm 1e-2, inch 0.0254", (1e-9, 1e4), (1e-6, 2.0)),
+    ("area", "m^2", "4 mm^2", "mm^2 1e-6, m^2 1, um^2 1e-12", (1e-18, 1e8), (1e-9, 0.1)),
+    ("volume", "m^3", "5 cm^3", "cm^3 1e-6, mm^3 1e-9, m^3 1, ml 1e-6", (1e-18, 1e6), (1e-9, 10.0)),
+    ("molar mass", "kg/mol", "29 g/mol", "g/mol 1e-3, kg/mol 1", (1e-6, 1e3), (1e-3, 0.5)),
+    ("time", "s", "3 ms", "ms 1e-3, us 1e-6, ns 1e-9, s 1", (1e-15, 1e9), (1e-11, 10.0)),
+    ("mass", "kg", "5 g", "g 1e-3, kg 1, mg 1e-6", (1e-18, 1e12), (1e-7, 1e3)),
+    ("velocity", "m/s", "2 m/s", "m/s 1, mm/s 1e-3, mm/us 1e3", (1e-12, 1e5), (1e-4, 200.0)),
+    ("acceleration", "m/s^2", "9.81 m/s^2", "m/s^2 1, mm/s^2 1e-3", (1e-12, 1e9), (1e-2, 1e6)),
+    ("force", "N", "2 N", "N 1, mN 1e-3, kN 1e3", (1e-15, 1e12), (1e-5, 1e6)),
+    ("density", "kg/m^3", "7850 kg/m^3", "kg/m^3 1, g/cm^3 1e3", (1e-6, 1e5), (20.0, 23e3)),
+    ("pressure", "Pa", "0.2 bar", _PASCALS, (1e-3, 1e18), (1.0, 1e9)),
+    ("modulus", "Pa", "200 GPa", _PASCALS, (1e-3, 1e18), (1e9, 1.3e12)),
+    ("strength", "Pa", "600 MPa", _PASCALS, (1e-3, 1e11), (1e6, 1e10)),
+    ("stiffness", "N/m", "20 N/um", "N/m 1, N/mm 1e3, N/um 1e6, kN/mm 1e6", (1e-12, 1e21), (1.0, 1e12)),
+    ("frequency", "Hz", "1 MHz", "MHz 1e6, kHz 1e3, Hz 1, GHz 1e9", (1e-6, 1e15), (1e3, 2e7), ("hertz",)),
+    ("bedding", "N/m^3", "2 GPa/mm", "GPa/mm 1e12, MPa/mm 1e9, N/mm^3 1e9, N/m^3 1", (1e-6, 1e24), (1e6, 1e18)),
+    ("area damping", "N s/m^3", "4e7 N*s/m^3", "N*s/m^3 1, N*s/mm^3 1e9, Pa*s/m 1", (1e-6, 1e21), (1.0, 1e12)),
+    ("angle", "rad", "60 deg", _DEGREES, (1e-9, 1e3), (1e-7, 13.0), ("degree", "radian")),
+    ("tilt", "rad", "0.3 deg", _DEGREES, (1e-9, 1e3), (1e-7, 0.0872664626), ("degree", "radian")),
+    (
+        *("Hertz stiffness", "N/m^1.5", "5 GN/m^1.5", f"N/m^1.5 1, GN/m^1.5 1e9, N/mm^1.5 {_PER_MM}"),
+        *((1e-12, 1e24), (1e6, 1e13)),
+    ),
+    ("slowness", "s/m", "0.1 s/m", "s/m 1, s/mm 1e3, us/mm 1e-3", (1e-9, 1e9), (1e-6, 1e3)),
+    (
+        *("viscosity", "Pa s", "18 uPa s"),
+        *("uPa s 1e-6, uPa*s 1e-6, mPa s 1e-3, mPa*s 1e-3, Pa s 1, Pa*s 1", (1e-9, 1e6), (1e-6, 100.0)),
+    ),
+    ("rate", "1/s", "10 1/s", "1/s 1, 1/ms 1e3, 1/us 1e6", (1e-9, 1e18), (1e-6, 1e9), ("second", "minute", "hour")),
 )
 DIMENSIONS: Final = {
     name: Dimension(name, si, example, dict(unit.rsplit(" ", 1) for unit in usual.split(", ")), *bounds)
@@ -98,7 +114,7 @@ def parse_quantity(text: str, dimension: str) -> float:
     wanted = DIMENSIONS[dimension]
     number, unit = _split(text, wanted)
     value = float(number * _in_si(text, unit, wanted))
-    if not isfinite(value):
+    if not math.isfinite(value):
         raise UnitError(f"{text!r} is beyond the largest number; {_need(wanted)}")
     return value
 
@@ -109,7 +125,7 @@ def parse_in(text: str, si: str) -> float:
     Raises `UnitError` as `parse_quantity`.
     """
     names = {unit: name for name, unit in _OTHER_NAMES} | {"deg": "angle"}
-    unnamed = Dimension(names.get(si, f"quantity in {si}"), si, f"2 {si}", {si: "1"}, (0.0, inf))
+    unnamed = Dimension(names.get(si, f"quantity in {si}"), si, f"2 {si}", {si: "1"}, (0.0, inf), (0.0, inf))
     wanted = next((each for each in DIMENSIONS.values() if each.si == si), unnamed)
     number, unit = _split(text, wanted)
     return float(number * _in_si(text, unit, wanted))
@@ -135,11 +151,34 @@ def write_quantity(value: float, dimension: str, digits: int = 5) -> str:
     if not dimension:
         return in_digits(value, 6)
     units = {unit: parse_quantity(f"1 {unit}", dimension) for unit in DIMENSIONS[dimension].usual}
-    least, most = _OTHERS.get(dimension, _READABLE)
+    least, most = _OTHERS.get(DIMENSIONS[dimension].si, _READABLE)
     readable = (unit for unit, size in units.items() if least <= abs(value / size) < most)
     fallback = next(iter(units)) if value == 0 else (min if abs(value) < 1 else max)(units, key=units.__getitem__)
     unit = next(readable, fallback)
     return f"{in_digits(value / units[unit], digits)} {unit}"
+
+
+def with_unit(number: float, dimension: str) -> str:
+    """Return a number with a unit in which it has a usual size, first that of the example: 0.3 -> "0.3 mm"."""
+    wanted = DIMENSIONS[dimension]
+    (_, first), (least, most) = number_and_unit(wanted.example), wanted.usual_range
+    units = (first, *wanted.usual)
+    fitting = (unit for unit in units if least <= abs(number) * float(wanted.usual[unit]) <= most)
+    return f"{number:g} {next(fitting, first)}"
+
+
+def ask_for_prefix(value: float, dimension: str, usual: tuple[float, float] | None = None) -> str:
+    """Return a question for a ``value`` [SI] that is usual only with another prefix of its unit, as "; did you mean
+    '210 GPa'?" for 210 MPa; "" if no prefix makes it usual.
+
+    ``usual``: range [SI]; that of the dimension if ``None``.
+    """
+    least, most = usual or DIMENSIONS[dimension].usual_range
+    sizes = [float(size) for size in DIMENSIONS[dimension].usual.values()]
+    ratios = (size / written for size, written in product(sizes, sizes))
+    meant = (value * ratio for ratio in ratios if round(math.log10(ratio), 9) % 3 == 0)
+    near = next((each for each in meant if least <= abs(each) <= most), None)
+    return "" if near is None else f"; did you mean {write_quantity(near, dimension)!r}?"
 
 
 def parse_fraction(text: str) -> float:
@@ -173,7 +212,7 @@ def _split(text: str, wanted: Dimension) -> tuple[Decimal, str]:
         raise UnitError(f"{text!r} does not start with a number; {_need(wanted)}")
     rest = stripped[match.end() :].strip()
     if not rest:
-        raise UnitError(f"{text!r} has no unit; {_need(wanted)}")
+        raise UnitError(f"{text!r} has no unit; write {with_unit(float(match[0]), wanted.name)!r}; {_need(wanted)}")
     if rest.startswith(","):
         raise UnitError(f"{text!r} has a comma; write a decimal point and no separators, e.g. {wanted.example!r}")
     if rest[0].isdigit() and not re.match(r"1\s*/", rest):
@@ -190,7 +229,11 @@ def _in_si(text: str, unit: str, wanted: Dimension) -> Decimal:
     parsed = _parse_unit(text, unit, wanted)
     names = [_registry().parse_unit_name(name)[0][1] for name in parsed._units]  # without prefixes: kilohertz -> hertz
     if not _has_dimension(parsed, wanted.si) or (wanted.made_of and not set(names) <= set(wanted.made_of)):
-        raise UnitError(f"{text!r} is {_describe(parsed, unit)}; {_need(wanted)}")
+        advice = _need(wanted)
+        if wanted.si == "Hz" and set(names) == {"radian", "second"}:
+            turns = number_and_unit(text)[0] * float(_factor(str(parsed), "rad/s")) / math.tau
+            advice = f"write {write_quantity(turns, wanted.name)!r}, divided by 2 pi"
+        raise UnitError(f"{text!r} is {_describe(parsed, unit)}; {advice}")
     return _factor(str(parsed), wanted.si)
 
 
@@ -200,10 +243,12 @@ def _parse_unit(text: str, unit: str, wanted: Dimension) -> pint.Unit:
     try:
         return _registry().parse_units(_POWER.sub("^", unit))
     except (pint.PintError, ValueError, TypeError, AttributeError):
-        close = get_close_matches(unit.lower(), [known.lower() for known in wanted.usual], cutoff=0.5)
+        in_full = {str(_registry().parse_units(known)): known for known in wanted.usual}
+        names = {name.lower(): known for name, known in (in_full | {known: known for known in wanted.usual}).items()}
+        close = [name for name in in_full if len(unit) >= len("mic") and name.startswith(unit.lower())]
+        close = close or get_close_matches(unit.lower(), names, cutoff=0.5)
         close.sort(key=lambda known: (abs(len(known) - len(unit)), known[:1] != unit[:1].lower()))  # one wrong letter
-        hint = [known for known in wanted.usual if close and known.lower() == close[0]]
-        advice = f"did you mean {hint[0]!r}?" if hint else _need(wanted)
+        advice = f"did you mean {names[close[0]]!r}?" if close else _need(wanted)
         raise UnitError(f"{text!r}: unknown unit {unit!r}; {advice}") from None
 
 

@@ -35,8 +35,8 @@ VERBS = (
     "add allow apply apt-get ask average change check choose cite close compute construct convert correct cut delete "
     "draw explode export fill fit fix flatten give heal hold install join keep leave let load lower make march measure "
     "mend mesh move name number open pip prepare put raise read refine release remove rename reorder resample restore "
-    "run sample save see select set shorten split stack start state straighten strike take try turn unpack update use "
-    "vary wait write"
+    "run sample save see select set shorten sort split stack start state straighten strike swap take try turn unpack "
+    "update use vary wait write"
 )
 TO_DO = re.compile(rf"(?:^|[;:,.(?] |\b(?:or|and) )\W?(?:{VERBS.replace(' ', '|')})\b", re.IGNORECASE)
 """A clause that begins with what to do."""

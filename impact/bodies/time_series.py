@@ -124,7 +124,7 @@ def read_time_series(
             that does not increase, fewer than two samples, angles without a speed or the other way round, or with gaps;
             the message names file, line and column.
     """
-    like = f"'time [s],{quantity} [SI unit]'"
+    like = f"'{'time [s]' if rpm is None else 'angle [deg]'},{quantity} [SI unit]'"
     table = read_needed_csv(path, TimeSeriesError, like)
     name = table.path
     if rpm is not None and not (rpm > 0 and math.isfinite(rpm)):
@@ -143,7 +143,8 @@ def read_time_series(
         line = table.lines[int(back[0]) + 1]
         now, before = samples[back[0] + 1, 0], samples[back[0], 0]
         what = "time" if rpm is None else "angle"
-        raise TimeSeriesError(f"{name}, line {line}, column 1: {what} {now:g} must exceed the one before, {before:g}")
+        words = f"{what} {now:g} must exceed the one before, {before:g}; sort the rows by {what}, each once"
+        raise TimeSeriesError(f"{name}, line {line}, column 1: {words}")
     if len(samples) < 2:
         raise TimeSeriesError(f"{name}: {len(samples)} samples, at least 2 are needed")
     if rpm is None:

@@ -30,6 +30,7 @@ MOST_COLUMNS: Final = 64
 MOST_LINES: Final = 2_000_000
 LONGEST: Final = 100  # characters of a number
 SEPARATORS: Final[Mapping[str, str]] = {"\t": "tabs", ";": "semicolons", ",": "commas", " ": "blanks"}
+BINARY: Final = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")  # beginnings of .xlsx, .ods and .zip, and of .xls
 _LOOKED_AT: Final = 200  # number of lines that determine separator and decimal mark
 _NUMBER: Final = re.compile(r"\s*[+-]?(\d+([.,]\d*)?|[.,]\d+)([eEdD][+-]?\d+)?\s*")
 _UNIT: Final = re.compile(
@@ -80,7 +81,7 @@ class CsvTable:
     def numbers(self, columns: Sequence[int] = ()) -> Array:
         """Return the columns (n, k), by default all. Raises ``error`` for rows of other lengths and cells that are no
         finite number."""
-        return self._values(columns or range(len(self.heads)), real, "a finite number")
+        return self._values(columns or range(len(self.heads)), real, "a finite number: write one, or delete the row")
 
     def complex_numbers(self, column: int) -> NDArray[np.complex128]:
         """Return a column (n,) of cells such as 1.2e-3+4.5e-4i or (1.2e-3, 4.5e-4). Raises ``error`` for others."""
@@ -159,9 +160,12 @@ class CsvTable:
             if number is None:
                 head = self.heads[place] if place < len(self.heads) else head_of("")
                 units_known = f"'{role} [unit]' with the unit {', '.join(factors)}"
-                by_key = f"be named by columns = {{ {role} = ... }}{hint(head.name.lower())}"
+                by_key = f"be named by columns = {{ {role} = {head.name or '...'!r} }}{hint(head.name.lower())}"
                 raise self._fail(self.head_line, place, f"header {head.text!r} must be {units_known}, or {by_key}")
             numbers.append(number)
+        for role, unit in units.items():
+            if other := next((each for each in known if each != role and normal_unit(unit) in known[each]), ""):
+                raise self.error(f"{self.path}: units.{role} = {unit!r} is a unit of {other}; change or swap the two")
         scales = [self.factor_of(k, role, known[role], units) for k, role in zip(numbers, known, strict=True)]
         return self.numbers(numbers), np.array(scales)
 
@@ -192,6 +196,8 @@ def read_csv(path: Path, error: type[Exception], *, most: int = CSV_LIMIT) -> Cs
     """
     with opened_file(path, most, error) as file:
         data = file.read()
+    if data.startswith(BINARY):
+        raise error(f"{path}: is a spreadsheet or an archive, and must be CSV text: export it as CSV")
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as problem:  # code page of Western Windows, if there are no control characters

@@ -10,6 +10,7 @@ from typing import Annotated, Final
 
 from cyclopts import Parameter
 
+from impact.files.safe_files import OutputError
 from seatfem import units
 from seatfem.faces import first_screen, plan_view, tables
 from seatfem.faces.report import asked
@@ -32,8 +33,8 @@ from seatfem.faces.terminal import (
 )
 from seatfem.faces.wings import file_kinds
 from seatfem.pictures import rendering
+from seatfem.study.impacts import contact
 from seatfem.study.impacts import layout as layouts
-from seatfem.study.impacts import validity
 from seatfem.study.runs import forecast, next_round, pipeline
 from seatfem.study.scene import parcel
 from seatfem.study.scene import tables as scene_tables
@@ -108,7 +109,7 @@ def plan(
             else:
                 lines(quiet=common.quiet).print(cost)
             return DONE
-    checked = load(scene, changes)
+    checked = load(scene, changes, lines(stderr=True, quiet=common.quiet))
     with progress_of(common) as progress:
         longest = forecast.patience() if max_time is None else max_time
         look = forecast.look_at(checked, max_time, progress, longest=longest)
@@ -134,11 +135,11 @@ def draw(scene: SceneFile, /, *, output: Output = None, changes: Changes = (), c
     output:
         File of the drawing: .png, .svg or .pdf [default: the scene's name + "-drawing.png"].
     """
-    checked = load(scene, changes)
+    checked = load(scene, changes, lines(quiet=common.quiet))
+    contact.check_step(checked)
     path = output or Path(f"{scene.stem}-drawing.png")
     layout = layouts.draw_scene(checked, path)
-    notes = [layouts.cover_note(layout), *validity.one_way_notes(checked)]
-    print_outcome(lines(quiet=common.quiet), [layouts.facts_of(layout)], notes, [path])
+    print_outcome(lines(quiet=common.quiet), [layouts.facts_of(layout)], [layouts.cover_note(layout)], [path])
     return DONE
 
 
@@ -150,7 +151,7 @@ def greens(scene: SceneFile, /, *, output: Output = None, common: Common = COMMO
     output:
         File for the Green's function [default: the scene's name + "-seat.h5"].
     """
-    checked = load(scene)
+    checked = load(scene, terminal=lines(stderr=True, quiet=common.quiet))
     path = output or Path(f"{scene.stem}-seat.h5")
     with progress_of(common) as progress:
         outcome = pipeline.compute_greens(checked, path, progress)
@@ -182,7 +183,7 @@ def modes(
         highest = None if up_to is None else units.parse_quantity(up_to, "frequency")
     except units.UnitError as problem:
         raise units.UnitError(f"--up-to: {problem}") from None
-    checked = load(scene)
+    checked = load(scene, terminal=lines(stderr=True, quiet=common.quiet))
     folder = output or Path(f"{scene.stem}-modes")
     with progress_of(common) as progress:
         outcome = pipeline.write_modes(checked, folder, progress, count=count, up_to_hz=highest)
@@ -200,10 +201,12 @@ def demo_scene() -> Path:
 
 
 def _run(path: Path, folder: Path, effort: Effort, common: Common, changes: Sequence[str] = ()) -> int:
-    scene = load(path, changes)
+    errors = lines(stderr=True, quiet=common.quiet)
+    scene = load(path, changes, errors)
+    if folder.exists() and not folder.is_dir():
+        raise OutputError(f"--output: {folder} is a file; choose a folder")
     content = path.read_bytes()
     limits = next_round.Limits(effort.rounds, math.inf if effort.max_time is None else effort.max_time)
-    errors = lines(stderr=True, quiet=common.quiet)
     if (read := plan_view.read_table(scene)) is not None:
         errors.print(read, soft_wrap=False)
     drawing = nullcontext() if effort.no_pictures else rendering.drawing_apart()

@@ -153,7 +153,7 @@ def trade(
     cluster:
         Address of a scheduler of dask, whose workers carry out the points: tcp://HOST:8786 or tls://...
     """
-    load(scene)
+    load(scene, terminal=lines(stderr=True, quiet=common.quiet))
     folder = output or Path(f"{scene.stem}-trade")
     with progress_of(common) as progress:
         result = trades.measure_trade(

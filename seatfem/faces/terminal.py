@@ -23,10 +23,11 @@ from rich.text import Text
 from impact.notices import Progress, SeatfemError
 from seatfem import units
 from seatfem.faces import progress_bars, tables
+from seatfem.study import scene as scene_files
 from seatfem.study.runs import pipeline
 from seatfem.study.safety import MOST_ROUNDS
+from seatfem.study.scene import doubts, models
 from seatfem.study.scene import load as scene_reader
-from seatfem.study.scene import models
 
 _UNSEEN: Final = re.compile(
     "[\\x00-\\x08\\x0b-\\x1f\\x7f-\\x9f\\xad\\u034f\\u061c\\u115f\\u1160\\u17b4\\u17b5\\u180b-\\u180f\\u200b-\\u200f"
@@ -139,9 +140,13 @@ def progress_of(common: Common, console: Console | None = None) -> AbstractConte
     return progress_bars.progress_bars(console or lines(stderr=True), quiet=common.quiet, verbose=common.verbose)
 
 
-def load(path: Path, changes: Sequence[str] = ()) -> models.Scene:
-    """Return the scene with ``changes`` applied, each as in --set."""
-    return scene_reader.load_scene(path, dict(changed(each) for each in changes))
+def load(path: Path, changes: Sequence[str] = (), terminal: Console | None = None) -> models.Scene:
+    """Return the scene with ``changes`` applied, each as in --set; doubts about it are printed on the ``terminal``."""
+    scene = scene_reader.load_scene(path, dict(changed(each) for each in changes))
+    if terminal is not None and (doubtful := doubts.doubts_of(scene)):
+        for doubt in scene_files.located(scene_files.SceneError(doubtful), path).problems:
+            terminal.print(f"warning: {doubt}")
+    return scene
 
 
 def changed(option: str) -> tuple[str, object]:

@@ -14,19 +14,19 @@ from seatfem import fields
 from seatfem.structures.columns import ColumnsError, read_columns
 from seatfem.study.scene.tables import load_table
 
-COLUMNS: Final = {"stress": "pressure", "cycles": ""}
+COLUMNS: Final = {"stress": "strength", "cycles": ""}
 Count = Annotated[float, Field(gt=0)]
 
 
 class CurveTable(fields.Table):
     """Stress amplitude against cycles: a knee with slopes, or points."""
 
-    knee_stress: fields.Pressure | None = fields.absent("amplitude at the knee")
+    knee_stress: fields.Stress | None = fields.absent("amplitude at the knee")
     knee_cycles: Count | None = fields.absent("cycles at the knee")
     slope: float | None = fields.absent("k above the knee, N ~ S^-k", ge=1, le=1000)
     second_slope: float | None = fields.absent("below the knee; 2k - 1 (Haibach) where nothing is stated", gt=0)
     endurance_limit: bool = fields.default(False, "whether amplitudes below the knee do no damage at all")
-    points: tuple[tuple[fields.Pressure, Count], ...] = fields.default(
+    points: tuple[tuple[fields.Stress, Count], ...] = fields.default(
         (), "instead of the knee: [amplitude, cycles], falling"
     )
     file: fields.ExistingFile | None = fields.absent(
@@ -75,13 +75,13 @@ class StrengthTable(fields.Table):
     thickness: fields.Length | None = fields.absent("of the specimens")
     temperature: fields.Temperature | None = fields.absent("of the tests")
     specimens: int | None = fields.absent("their number", gt=0)
-    ultimate: fields.Pressure | None = fields.absent("tensile strength: goodman, gerber")
-    fatigue_strength: fields.Pressure | None = fields.absent("coefficient sf': morrow")
+    ultimate: fields.Stress | None = fields.absent("tensile strength: goodman, gerber")
+    fatigue_strength: fields.Stress | None = fields.absent("coefficient sf': morrow")
     walker_exponent: float | None = fields.absent("gamma: walker", gt=0, le=1)
     loading_ratio: float = fields.default(-1.0, "smin/smax of the curve", lt=1)
     curve: CurveTable | None = fields.absent("amplitude against cycles: every life")
-    torsion_limit: fields.Pressure | None = fields.absent("fully reversed shear t-1: crossland, dang_van, papadopoulos")
-    bending_limit: fields.Pressure | None = fields.absent("fully reversed bending f-1: the same")
+    torsion_limit: fields.Stress | None = fields.absent("fully reversed shear t-1: crossland, dang_van, papadopoulos")
+    bending_limit: fields.Stress | None = fields.absent("fully reversed bending f-1: the same")
     limit_cycles: Count | None = fields.absent("N of the two limits")
     impact_velocity: fields.Speed | None = fields.absent("largest speed of closing allowed")
 

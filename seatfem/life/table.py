@@ -38,7 +38,7 @@ class Curves(fields.Table):
     speed: tuple[fields.Speed, ...] = fields.default(
         (), "of the reed at its start, towards the seat or its stopper as the reed's velocity, as [1, 2, 4] m/s"
     )
-    tilt: tuple[fields.Angle, ...] = fields.default((), "of the reed on the seat's lip: contact.tilt")
+    tilt: tuple[fields.Tilt, ...] = fields.default((), "of the reed on the seat's lip: contact.tilt")
     lift: tuple[fields.Gap, ...] = fields.default((), "to the stopper: its gap, or its lift where that is stated")
 
     def contradictions(self) -> fields.Contradictions:
@@ -130,7 +130,7 @@ source = "report, page"
     contact_criterion: str = fields.default(
         "", "for the stress below a contact of Hertz: crossland, dang_van, papadopoulos; cycles may be absent"
     )
-    contact_modulus: fields.Pressure | None = fields.absent(
+    contact_modulus: fields.Modulus | None = fields.absent(
         "E* of both bodies, 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2, with contact_criterion"
     )
     contact_poisson: fields.PoissonRatio = fields.default(0.3, "of the body whose strength it is")

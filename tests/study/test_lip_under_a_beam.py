@@ -23,7 +23,8 @@ def scene(folder: Path, at: float, width: float = 12) -> Scene:
 @pytest.mark.parametrize(("at", "width", "share"), [(30, 12, "50 %"), (24, 4.5, "33 %")])
 def test_a_note_says_how_much_of_the_lip_is_covered(tmp_path: Path, at: float, width: float, share: str) -> None:
     """A reed of half the lip's mean diameter covers 2/pi asin(1/2) = 1/3 of its circle."""
-    (note,) = scene(tmp_path, at, width).geometry.cover_notes()
+    ((key, note),) = scene(tmp_path, at, width).geometry.cover_doubts()
+    assert key == ("contact", "at")
     assert f"covers {share} of the lip, 10 mm wide" in note
 
 

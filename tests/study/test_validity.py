@@ -11,7 +11,8 @@ from impact.greens.modal import ModalGreens, Residual
 from impact.notices import Advice
 from seatfem.faces.cli import BAD_INPUT, run_command
 from seatfem.study.impacts.contact import RunError, check_step, run_contacts
-from seatfem.study.impacts.validity import dishing_notes, one_way_notes, validity_advice
+from seatfem.study.impacts.validity import dishing_notes, validity_advice
+from seatfem.study.scene.doubts import doubts_of
 from tests.as_stated import striker_of
 from tests.gallery import load_text
 from tests.steps import GreensFunction, Scene, Solved, Touches, error_budget, load_scene, stated_method
@@ -159,5 +160,5 @@ def test_an_absolute_pressure_is_named_before_the_run(
             verb
         )
         assert "of an absolute one subtract the pressure on the other side" in said, verb
-    (note,) = one_way_notes(load_text(tmp_path, pressed(-1, -3, -9, -3)))
-    assert "(-72 N to -8 N, positive off the seat) press the reed on its seat" in note
+    (note,) = doubts_of(load_text(tmp_path, pressed(-1, -3, -9, -3)))
+    assert "(-72 N to -8 N, positive off the seat) press the reed on its seat" in str(note)

@@ -162,6 +162,7 @@ READERS: Mapping[str, Callable[[Path], FileMesh]] = MappingProxyType(
 )
 CAD = (".step", ".stp", ".brep", ".iges", ".igs")
 LIMIT = 2048 * MB
+LARGEST_ASSUMED = 1.0  # largest size of a mesh whose unit nobody states [m]
 
 
 def read_mesh(
@@ -187,18 +188,19 @@ def read_mesh(
     with every element mirrored is reflected back, which the provenance notes.
 
     Raises `FileNotFoundError`, and `MeshError` naming the file: unreadable, other or several kinds of elements, a size
-    outside 0.1 mm to 10 m, a missing or empty group, and the errors of `check_mesh`.
+    outside 0.1 mm to 10 m (1 m if nobody states the unit), a missing or empty group, and the errors of `check_mesh`.
     """
     path = Path(path)
     _check_request(path, unit, merge)
     if contact is not None and contact == fixed:
         raise MeshError(f"{path}: contact and fixed are both {contact!r}: must be two groups")
     mesh, version = _read(path, progress)
+    is_known = unit is not None or bool(mesh.unit)
     unit, notes = _unit_of(mesh, unit)
     if merge:
         mesh = merged(mesh, merge / unit, str(path))
     arrays = to_arrays(mesh, unit, str(path))
-    _check_size(arrays, unit)
+    _check_size(arrays, unit, LARGEST if is_known else LARGEST_ASSUMED)
     names = {name: role for name, role in ((contact, "contact"), (fixed, "fixed")) if name is not None}
     arrays = _renamed(arrays, names, mesh)
     if merge is None:
@@ -279,10 +281,10 @@ def _read(path: Path, progress: Progress) -> tuple[FileMesh, str]:
     return mesh, ""
 
 
-def _check_size(arrays: MeshArrays, unit: float) -> None:
+def _check_size(arrays: MeshArrays, unit: float, largest: float) -> None:
     extent = np.ptp(arrays.points[distinct(arrays.vertices)], axis=0)
     size, numbers = (" x ".join(f"{length:.4g}" for length in lengths) for lengths in (extent, extent / unit))
-    if not SMALLEST <= extent.max() <= LARGEST:
+    if not SMALLEST <= extent.max() <= largest:
         why = f"the mesh would be {size} m large (unit = {unit:g} m); give the unit in which its numbers span {numbers}"
         raise MeshError(f"{arrays.source}: {why}", field="unit")
 

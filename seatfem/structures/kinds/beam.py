@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any, ClassVar, Final, Self
 
@@ -26,6 +26,7 @@ STIFFENING: Final = 36 / 35  # extra force of a cantilever's elastica under a ti
 DEFLECTED: Final = 0.1  # largest deflection over length; the extra force is less than 1 % there
 POINTS: Final = 720  # sampled points around a lip
 COVERED: Final = 0.95  # covered fraction of a lip above which a beam counts as covering it
+LEAST_QUARTER: Final = 0.8  # share of a quarter period in which the higher modes of a static shape may bring it back
 START_POINTS: Final = 60  # places at which the initial shape is drawn
 SLENDER: Final = 0.2  # largest thickness over length of a thin beam; shear adds 3 % to the compliance there
 SHEAR: Final = 0.25 * 2 * (1 + 0.3) / (5 / 6)  # compliance by shear over that by bending, over (t/l)^2; nu = 0.3
@@ -85,7 +86,7 @@ class Beam(Structure):
     """This says whether the far end of the beam is clamped as well."""
     least_cover: ClassVar[float] = structure.LEAST_COVER
 
-    thickness: fields.Length = fields.default("0.305 mm", "thickness, in the direction of the motion")
+    thickness: fields.Thickness = fields.default("0.305 mm", "thickness, in the direction of the motion")
     material: parts.Material = fields.default(
         {"young": "200 GPa", "density": "7850 kg/m^3"}, "the reed's material; steel if absent"
     )
@@ -143,12 +144,13 @@ class Beam(Structure):
 
     def contact_problems(self, at: float | None, seat: Structure) -> fields.Contradictions:
         structure.check_along(self.kind, self.span, at, "contact.at")
-        if (ring := seat.lip_face.ring) is None or at is None:
+        if (ring := seat.lip_face.ring) is None or (place := self.place(at)) is None:
             return
-        if at < (outer := ring[0] + ring[1] / 2) * (1 - 1e-9):
-            words = f"the lip's middle is {write_quantity(at, 'length')} from the clamp, and the lip reaches"
+        if place < (outer := ring[0] + ring[1] / 2) * (1 - 1e-9):
+            words = f"the lip's middle is {write_quantity(place, 'length')} from the clamp, and the lip reaches"
             reaches = f"{words} {write_quantity(outer, 'length', 4)} from its middle, behind the clamp"
-            yield "contact.at", f"{reaches}; make contact.at at least that, or the lip smaller"
+            key = "contact.at" if at is not None else self.long if self.long.startswith("reed.") else "reed"
+            yield key, f"{reaches}; make {'this' if at is None else key} at least that, or the lip smaller"
 
     def place(self, at: float | None) -> float | None:
         return self.beam().free_point if at is None else at
@@ -165,21 +167,30 @@ class Beam(Structure):
         touched, free = beam.modes(self.release.mode).deflection(np.array([at, tip]))[-1]
         return (self.release.deflection or 0.0) * float(touched / free)
 
+    def flight_time(self, gap: float) -> float:
+        """Return as other bodies do; of a deflected beam most of a quarter of the period of its first mode [s]."""
+        if self.release is None or self.release.tip_deflection is None:
+            return super().flight_time(gap)
+        return LEAST_QUARTER * np.pi / 2 / float(self.beam().modes(1).omega[0])
+
     def start_shape(self) -> Array:
         x = np.linspace(0.0, self.span, START_POINTS)
         return np.column_stack([x, [self.start_at(float(place)) for place in x]])
 
-    def cover_notes(self, seat: Structure, at: float | None, offset: tuple[float, float], arcs: int) -> tuple[str, ...]:
-        """Return a note if the beam covers only a part of a lip, which the model presses all around."""
+    def cover_doubts(
+        self, seat: Structure, at: float | None, offset: tuple[float, float], arcs: int
+    ) -> Iterator[structure.Finding]:
+        """Yield a doubt if the beam covers only a part of a lip, which the model presses all around."""
         if (ring := seat.lip_face.ring) is None or at is None:
-            return ()
+            return
         angle = 2 * np.pi * (np.arange(POINTS) + 0.5) / POINTS
         along, across = at + ring[0] * np.cos(angle), ring[0] * np.sin(angle)
         share = float(np.mean((along >= 0) & (along <= self.span) & (np.abs(across) <= self.face.width / 2)))
         if share >= COVERED:
-            return ()
+            return
         outer, place = write_quantity(2 * ring[0] + ring[1], "length", 3), write_quantity(at, "length")
-        return (
+        yield (
+            ("contact", "at"),
             f"the reed covers {quantities.percent(share, 2)} of the lip, {outer} wide, at contact.at = {place}; "
             "this model presses all of it. A reed that closes a port reaches beyond its lip all around: make "
             "contact.at smaller, or the reed wider",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import ClassVar, Final, Literal, Self
+from typing import Annotated, ClassVar, Final, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -16,7 +16,7 @@ from impact.bodies.body import Body
 from impact.exact.closed_form import ExactRod
 from impact.greens.base import Array, GreensFunction
 from impact.quantities import in_units
-from seatfem.fields import Approach, Area, DampingRatio, Density, KeyProblem, Length, Mass, Pressure, Stiffness
+from seatfem.fields import Approach, Area, DampingRatio, Density, KeyProblem, Length, Mass, Modulus, Stiffness, Usual
 from seatfem.structures.kinds import motion, structure
 from seatfem.structures.outlines import BodyViews, of_prism
 from seatfem.structures.patch import Column
@@ -94,12 +94,14 @@ damping_ratio = 0.02
 """
 
     kind: Literal["rod"]
-    young: Pressure = Field(description="Young's modulus")
+    young: Modulus = Field(description="Young's modulus")
     density: Density = Field(description="mass per volume")
     length: Length = Field(description="length along the impact")
     area: Area | None = Field(None, description="cross-section; or give width and thickness")
     width: Length | None = Field(None, description="width of a rectangular cross-section")
-    thickness: Length | None = Field(None, description="thickness of a rectangular cross-section")
+    thickness: Annotated[Length, Usual(1e-8, 1.0)] | None = Field(
+        None, description="thickness of a rectangular cross-section"
+    )
     damping_ratio: DampingRatio = Field(0.0, description="modal damping, the same for every mode")
     far_end: Literal["fixed", "free", "endless"] = Field(
         "fixed",

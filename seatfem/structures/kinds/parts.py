@@ -29,8 +29,8 @@ class Material(fields.Table):
     name: str | None = Field(
         None, exclude=True, description="a material of the list below; its values hold where a key is absent"
     )
-    young: fields.Pressure = Field(description="Young's modulus")
-    poisson: fields.PoissonRatio = Field(0.3, description="Poisson's ratio; a beam does not use it")
+    young: fields.Modulus = Field(description="Young's modulus")
+    poisson: fields.PoissonRatio = Field(0.3, description="Poisson's ratio, of rubber 0.499; a beam does not use it")
     density: fields.Density = Field(description="mass per volume")
     loss_factor: fields.LossFactor = Field(
         0.0, description="structural damping of a seat's region, twice the damping ratio"
@@ -83,11 +83,11 @@ class OrthotropicMaterial(fields.Table):
     isotropic: ClassVar[bool] = False
 
     kind: Literal["orthotropic"]
-    young: tuple[fields.Pressure, fields.Pressure, fields.Pressure] = Field(description="Young's moduli E1, E2, E3")
+    young: tuple[fields.Modulus, fields.Modulus, fields.Modulus] = Field(description="Young's moduli E1, E2, E3")
     poisson: tuple[fields.PoissonRatio, fields.PoissonRatio, fields.PoissonRatio] = Field(
         description="Poisson's ratios nu12, nu13, nu23", examples=[[0.3, 0.3, 0.3]]
     )
-    shear: tuple[fields.Pressure, fields.Pressure, fields.Pressure] = Field(description="shear moduli G12, G13, G23")
+    shear: tuple[fields.Modulus, fields.Modulus, fields.Modulus] = Field(description="shear moduli G12, G13, G23")
     density: fields.Density = Field(description="mass per volume")
     axes: tuple[Direction, Direction, Direction] = Field(
         ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)), description="directions of the axes 1, 2, 3"

@@ -13,7 +13,7 @@ from impact.after import histories, stresses
 from impact.beams import euler_bernoulli, stepped, timoshenko
 from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunctionError
-from seatfem.fields import Gap, KeyProblem, Length, Mass, of_same_names
+from seatfem.fields import Gap, KeyProblem, Mass, Thickness, of_same_names
 from seatfem.structures.kinds.beam import Beam, UniformBeam
 from seatfem.structures.kinds.structure import At, SampleScene, Traits, check_along
 
@@ -153,7 +153,7 @@ thickness = "0.3 mm"
         description="[position, width] from the root, at 0 mm, to the tip, which may be a point",
         examples=[WIDTHS],
     )
-    thickness: Length = Field(description="thickness, in the direction of the motion")
+    thickness: Thickness = Field(description="thickness, in the direction of the motion")
 
     @model_validator(mode="after")
     def _widths_make_a_beam(self) -> Self:

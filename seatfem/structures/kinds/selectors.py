@@ -50,6 +50,8 @@ def in_scene_words(build: Callable[[], _Spec]) -> _Spec:
     try:
         return build()
     except GeometryError as error:
+        if error.field:
+            raise KeyProblem(error.field, str(error)) from error
         if field := re.match(r"\w+\.(\w+) = (.*)", str(error), re.DOTALL):
             raise KeyProblem(field[1], field[2]) from error
         raise

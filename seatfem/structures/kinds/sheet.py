@@ -12,7 +12,7 @@ from typing import Annotated, ClassVar, Final, Literal, Self
 
 from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
-from seatfem.fields import ExistingFile, KeyProblem, Length, Position, Table
+from seatfem.fields import ExistingFile, KeyProblem, Length, Position, Table, Thickness
 from seatfem.structures import errors, lands
 from seatfem.structures.inspection import outline as outline_faces
 from seatfem.structures.inspection.outline import held_edge, outline_in
@@ -145,7 +145,7 @@ thickness = "0.3 mm"
     frame: SheetFrame | None = Field(
         None, description="where x and y lie in a STEP file that is drawn in another position; absent: see above"
     )
-    thickness: Length = Field(
+    thickness: Thickness = Field(
         description="thickness, in the direction of the motion; may be left out where a STEP file holds a solid plate"
     )
     clamped: AnyClamp = Field(

@@ -48,7 +48,7 @@ _READS: Final[Mapping[str, Any]] = MappingProxyType({"length": Length, "gap": Ga
 Picture = tuple[str, Callable[[Path], object]]
 """File name of a picture, and the function that draws it."""
 Finding = tuple[tuple[str | int, ...], str]
-"""Path to a key, relative to the structure's table, and the problem with its value."""
+"""Path to a key, relative to the structure's table or to the scene, and the problem with its value."""
 
 
 At = float | tuple[float, ...] | None
@@ -58,6 +58,8 @@ At = float | tuple[float, ...] | None
 Push = Literal["force", "springs", "pressure"]
 """Origin of a load on a body: a force, springs that press it, or a pressure on an effective area at its contact."""
 MOST_BEAM_MODES: Final = 1000
+PORTS_AND_LANDS: Final = (("bore_radius", "lip_width"), ("bore_radius", "face_width"), ("port_radius", "land_width"))
+"""Keys of the radius of a port and of the width of the land around it."""
 LOADS: Final = ("force", "pressure", "point_force", "gravity")
 """Keys of the prescribed loads of all kinds."""
 
@@ -233,6 +235,13 @@ class Structure(Table):
         for name in own:
             cls.model_fields[name] = cls.model_fields.pop(name)
 
+    def doubts(self) -> Contradictions:
+        """Yield a land that is more than twice as wide as the radius of its port: the two may be swapped."""
+        for port, land in PORTS_AND_LANDS:
+            if {port, land} <= type(self).model_fields.keys() and getattr(self, land) > 2 * getattr(self, port):
+                radius, width = (write_quantity(getattr(self, key), "length") for key in (port, land))
+                yield land, f"{width} beside {port} = {radius}; did you mean {port} = {width!r}, {land} = {radius!r}?"
+
     # Narrower interfaces of some kinds
 
     @property
@@ -383,10 +392,12 @@ class Structure(Table):
             )
         check_along(self.kind, None, place, key)
 
-    def cover_notes(self, seat: Structure, at: float | None, offset: tuple[float, float], arcs: int) -> tuple[str, ...]:
-        """Return notes if too little of the seat's face and its own lie on each other, for a contact ``at`` a distance
-        from the root [m], with an ``offset`` [m], in so many arcs."""
-        return ()
+    def cover_doubts(
+        self, seat: Structure, at: float | None, offset: tuple[float, float], arcs: int
+    ) -> Iterator[Finding]:
+        """Yield a key of the scene, and why it is doubtful, if too little of the seat's face and its own lie on each
+        other, for a contact ``at`` a distance from the root [m], with an ``offset`` [m], in so many arcs."""
+        yield from ()
 
     def limits(self) -> tuple[Advice, ...]:
         """Return advice if its table exceeds the limits of its theory."""
@@ -395,6 +406,12 @@ class Structure(Table):
     def assumed(self) -> tuple[str, ...]:
         """Return the defaults of its table that a user may not expect, as text "reed.KEY = VALUE"."""
         return ()
+
+    def flight_time(self, gap: float) -> float:
+        """Return the time in which it crosses an opening without loads, at the velocity at which it starts [s]; 0 if
+        it starts with none."""
+        speed = getattr(self, "velocity", None) or getattr(getattr(self, "release", None), "velocity", None) or 0.0
+        return gap / abs(speed) if speed < 0 else 0.0
 
     def too_thick(self) -> str:
         """Return the reason why its theory does not hold at all, and the remedy; "" if it does."""

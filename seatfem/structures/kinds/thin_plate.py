@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import ClassVar, Final, Self
 
@@ -12,7 +13,17 @@ from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunction
 from impact.notices import Advice, Progress, silent
 from impact.quantities import percent
-from seatfem.fields import Contradictions, DampingRatio, Frequency, KeyProblem, Length, Table, default, of_same_names
+from seatfem.fields import (
+    Contradictions,
+    DampingRatio,
+    Frequency,
+    KeyProblem,
+    Length,
+    Table,
+    Thickness,
+    default,
+    of_same_names,
+)
 from seatfem.machine.resources import Stopwatch
 from seatfem.structures import model, sheets
 from seatfem.structures.errors import ModelError
@@ -62,7 +73,7 @@ class ThinPlate(motion.Moving):
     about: ClassVar[str] = "the plate's centre"
     """Name of the point on which its contact is centred."""
 
-    thickness: Length = Field(description="thickness, in the direction of the motion")
+    thickness: Thickness = Field(description="thickness, in the direction of the motion")
     material: Material = default({"young": "200 GPa", "density": "7850 kg/m^3"}, "the reed's material; steel if absent")
     damping_ratio: DampingRatio = Field(0.0, description="modal damping, the same for every mode")
     contact_radius: Length | None = Field(
@@ -217,24 +228,25 @@ class ThinPlate(motion.Moving):
         about = {"seat_model": f"Mindlin plate, {len(modes.omega)} modes", "seat_dof": model.size}
         return Solved(solved.greens, model=model, modes=modes, about=about)
 
-    def cover_notes(
+    def cover_doubts(
         self, seat: structure.Structure, at: float | None, offset: tuple[float, float], arcs: int
-    ) -> tuple[str, ...]:
-        """Return a note if less than `HALF` of the disc or ring with which the plate is stated to touch lies on the
+    ) -> Iterator[structure.Finding]:
+        """Yield a doubt if less than `HALF` of the disc or ring with which the plate is stated to touch lies on the
         struck face, as over an open port: what is stated counts."""
         if not self.states_contact or arcs > 1:
-            return ()
+            return
         try:
             over, face = self.views(at, coarse=True).turned_over(), seat.views(coarse=True)
         except ModelError:  # a partner without a face
-            return ()
+            return
         x, y = offset
         share = covered_share(over, replace(face, plan=face.contact), (-x, -y)) if face.contact else None
         if share is None or share >= HALF:
-            return ()
-        stated = f"reed.contact_radius = {write_quantity(self.radius, 'length', 3)}"
-        return (
-            f"{stated}: in plan {percent(share)} of this {'disc' if self.width is None else 'ring'} lies on the seat's "
+            return
+        what = "disc" if self.width is None else "ring"
+        yield (
+            ("reed", "contact_radius"),
+            f"{write_quantity(self.radius, 'length', 3)}: in plan {percent(share)} of this {what} lies on the seat's "
             "struck face, the rest over a port or beside it; remove contact_radius and contact_width, so that the reed "
             "meets the face as far as it covers it, or change the contact's place and radius",
         )

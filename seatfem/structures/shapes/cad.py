@@ -109,7 +109,7 @@ class CadPart(shape.Shape):
         suffix = self.path.suffix.lower()
         if suffix not in STEP_SUFFIXES + BREP_SUFFIXES:
             known = ", ".join(STEP_SUFFIXES + BREP_SUFFIXES)
-            raise GeometryError(f"{self.path}: unknown CAD format {suffix!r}; known are {known}")
+            raise GeometryError(f"{self.path}: unknown CAD format {suffix!r}; known are {known}", "file")
         if self.unit is None and suffix in BREP_SUFFIXES:
             raise GeometryError(f"{self.path}: a BREP file states no unit; give one (1e-3 for millimetres)")
         if self.unit is not None and not (math.isfinite(self.unit) and self.unit > 0.0):

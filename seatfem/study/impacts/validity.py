@@ -15,17 +15,16 @@ from impact.after.result import ImpactResult
 from impact.greens.base import GreensFunction
 from seatfem.structures.fits import fit_of
 from seatfem.structures.kinds import Structure
-from seatfem.structures.kinds.structure import is_curved
 from seatfem.structures.rings import Division, as_a_whole
 from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.scene import ContactGeometry, Scene
 from seatfem.study.scene.contact import Stopper
+from seatfem.study.scene.doubts import SAMPLES
 from seatfem.study.scene.drives import ExternalLoad
 from seatfem.study.scene.problems import in_role
 from seatfem.units import write_quantity
 
-SAMPLES: Final = 4096  # instants of a run from which the largest pressure is taken
 THICKEST_GAS: Final = 1e-4
 """Viscosity [Pa s] above which a fluid is a liquid."""
 
@@ -96,41 +95,6 @@ def dishing_notes(reed: Structure, seat: Structure, loads: Sequence[ExternalLoad
         f"stress and margin leave out that the closed reed dishes under {pressure} over a port of {port}: a beam model "
         f"lacks these {clamped} to {turning} (round plate, edge clamped or free to turn)",
     )
-
-
-def one_way_notes(scene: Scene) -> tuple[str, ...]:
-    """Return a note if the loads push the reed one way during the whole run, as an absolute pressure does.
-
-    Their sum at the closed reed, less the preload of valve springs, is above zero throughout: the valve rests open. Or
-    it is below zero throughout, by a file, and the reed starts on its seat: nothing opens it. Scenes are left out in
-    which more acts: gravity, a frame, a gas, bases, waves, loads of [reed], a reed bent without stress.
-    """
-    pushes = [each.pressure or each.force for each in scene.load]
-    own = any(getattr(scene.reed, key, None) is not None for key in ("pressure", "point_force", "force", "gravity"))
-    if not pushes or None in pushes or own or scene.driven_by or scene.base or scene.wave or is_curved(scene.reed):
-        return ()
-    time = np.linspace(0.0, scene.run.duration, SAMPLES)
-    areas = [1.0 if each.area is None else each.area(0.0) for each in scene.load]
-    force = sum(area * push.course(time) for area, push in zip(areas, pushes, strict=True) if push)
-    low, high = (float(end) - sum(each.preload for each in scene.spring) for end in (np.min(force), np.max(force)))
-    closed = scene.contact.gap == 0 and scene.reed.start_at(scene.geometry.own_place or 0.0) <= 0
-    if low > 0:
-        words = "push the reed off its seat during the whole run: the valve never rests closed"
-    elif high < 0 and closed and any(push and push.file for push in pushes):
-        words = "press the reed on its seat during the whole run: they never open the valve"
-    else:
-        return ()
-    keys = ", ".join(
-        f"load.{k}.{'force' if each.pressure is None else 'pressure'}" for k, each in enumerate(scene.load)
-    )
-    ends = " to ".join(dict.fromkeys(write_quantity(end, "force", 3) for end in (low, high)))
-    remedy = (
-        "A pressure is the difference across the valve: of an absolute one subtract the pressure on the other side, or "
-        "add that as a [[load]] of opposite sign"
-        if any(each.pressure for each in scene.load)
-        else "Check their signs"
-    )
-    return (f"{keys}: the loads ({ends}, positive off the seat) {words}. {remedy}",)
 
 
 def stopper_notes(stopper: Stopper | None) -> tuple[str, ...]:

@@ -27,6 +27,7 @@ from seatfem.study.ladders.table import source_of
 from seatfem.study.method import MODES, STEP, RunMethod
 from seatfem.study.plan import Plan
 from seatfem.study.runs.remedies import remedy_of
+from seatfem.study.scene.doubts import doubts_of
 from seatfem.study.scene.measures import in_words as spoken
 from seatfem.study.scene.measures import short_words
 from seatfem.units import write_quantity
@@ -200,7 +201,7 @@ def remarks(done: Round) -> tuple[str, ...]:
         *map(str, limits),
         *_advice(done),
         *not_modelled(done),
-        *validity.one_way_notes(scene),
+        *map(str, doubts_of(scene)),
     )
 
 
@@ -211,7 +212,6 @@ def not_modelled(done: Round) -> tuple[str, ...]:
         *validity.film_notes(scene.geometry, done.result),
         *validity.stopper_notes(scene.stopper),
         *validity.dishing_notes(scene.reed, scene.seat, scene.load, scene.run.duration),
-        *scene.geometry.cover_notes(),
     )
 
 

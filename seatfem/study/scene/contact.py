@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, ClassVar, Final
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final
 
 from pydantic import Field, SerializerFunctionWrapHandler, create_model, model_serializer, model_validator
 
@@ -19,6 +19,8 @@ from seatfem.fields import (
     Position,
     Pressure,
     Table,
+    Tilt,
+    Usual,
     Viscosity,
     absent,
     default,
@@ -50,7 +52,7 @@ floor = "2 um"
 """
 
     viscosity: Viscosity = Field(description="mu, dynamic")
-    floor: Length = Field(
+    floor: Annotated[Length, Usual(1e-8, 1e-3)] = Field(
         description="fluid gap that roughness leaves where the bodies touch; half the height difference within a lip "
         "segment, by tilt or waviness, is added"
     )
@@ -127,7 +129,7 @@ gap = "1.5 mm"
         le=MOST_PORTS,
     )
     rings: int = default(1, "parts across each of its segments", strict=True, ge=1, le=MOST_RINGS)
-    tilt: Angle = default("0 deg", "between the stopper's plane and the undeformed reed; gap is then the smallest")
+    tilt: Tilt = default("0 deg", "between the stopper's plane and the undeformed reed; gap is then the smallest")
     tilt_axis: Angle = default("0 deg", "direction about which it is tilted, as contact.tilt_axis")
     profile: Profile | None = absent("shape of its face along a clamped reed; flat where absent")
     law: _Law = default(USUAL, "force by penetration; a kind without keys may be written as text")
@@ -242,7 +244,7 @@ class Contact(Table):
         ge=1,
         le=MOST_PORTS,
     )
-    tilt: Angle = default("0 deg", "between the plane of the seat's lip and the undeformed reed")
+    tilt: Tilt = default("0 deg", "between the plane of the seat's lip and the undeformed reed")
     tilt_axis: Angle = default(
         "0 deg", "direction about which it is tilted, from the reed's long axis: 0 deg is roll, 90 deg is pitch"
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import Final
 
@@ -106,7 +107,7 @@ def check_files(scene: models.Scene) -> None:
         except KeyProblem as problem:
             findings += [(tuple(problem.key.split(".")), str(problem))]
     if not findings:
-        findings += misplaced(scene.geometry, as_drawn=scene.assembly is not None)
+        findings += lips.or_diameter(scene.geometry, partial(misplaced, as_drawn=scene.assembly is not None))
     if not findings:
         scene.geometry.region()  # refuse faces that a plate cannot meet
         findings += _beyond_the_reed(scene.geometry)

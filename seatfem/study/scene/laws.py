@@ -27,6 +27,7 @@ from seatfem.fields import (
     Slowness,
     Stiffness,
     Table,
+    Usual,
     default,
     kinds_below,
     problem_of,
@@ -148,7 +149,7 @@ closure = "2 um"
 
     kind: Literal["rough_joint"]
     force: ClosingForce = Field(description="that closes it by closure, on the whole contact")
-    closure: Length = Field(description="penetration at this force")
+    closure: Annotated[Length, Usual(1e-8, 1e-3)] = Field(description="penetration at this force")
     exponent: Exponent = default(2.0, "of force over closure; 2 of machined faces, up to 3.3 of fine ones")
     recovery: Recovery = default(1.0, "share of the closure that comes back when unloaded; 1: elastic")
 

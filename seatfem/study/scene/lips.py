@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -16,7 +16,7 @@ from impact.march.grid import TimeGrid
 from impact.march.laws import SqueezeFilm
 from seatfem.fields import KeyProblem
 from seatfem.structures.errors import ModelError
-from seatfem.structures.kinds.structure import Structure, is_curved
+from seatfem.structures.kinds.structure import PORTS_AND_LANDS, Finding, Structure, is_curved
 from seatfem.structures.lands import FaceLip, under
 from seatfem.structures.lip import AnyLip, tilted, turned_over
 from seatfem.structures.outlines import covered_share
@@ -25,6 +25,7 @@ from seatfem.study.scene.contact import Contact, Stopper
 from seatfem.study.scene.measures import Line
 from seatfem.study.scene.problems import scene_error
 from seatfem.study.scene.retainers import Retainer, distance_of_clamp, middles
+from seatfem.units import write_quantity
 
 NO_ANGLES: Final = (
     "the struck lip is a strip, several faces, or winds about its centroid, so that an angle does not define a place "
@@ -212,9 +213,9 @@ class ContactGeometry:
             arcs //= 2
         return arcs
 
-    def cover_notes(self) -> tuple[str, ...]:
-        """Return notes if too little of the faces of reed and seat lies on each other."""
-        return self.reed.cover_notes(self.seat, self.own_place, self.contact.offset, self.contact.ports or 1)
+    def cover_doubts(self) -> Iterator[Finding]:
+        """Yield a key, and why it is doubtful, if too little of the faces of reed and seat lies on each other."""
+        yield from self.reed.cover_doubts(self.seat, self.own_place, self.contact.offset, self.contact.ports or 1)
 
     def on_the_reed(self, lip: AnyLip | None) -> AnyLip | None:
         """Return the lip, where it is not divided the region, in the coordinates of a plate, with its offset, and in
@@ -344,6 +345,20 @@ class ContactGeometry:
             return self.reed.heights((offset + points).reshape(-1, 2)).reshape(points.shape[:-1])
         except KeyProblem as problem:
             raise scene_error(f"reed.{problem.key}", str(problem)) from None
+
+
+def or_diameter(geometry: ContactGeometry, find: Callable[[ContactGeometry], Iterable[Finding]]) -> tuple[Finding, ...]:
+    """Return what ``find`` has to say of contacts, and a question if it has nothing to say of half the radius of the
+    seat's port: a diameter may be written in its place."""
+    findings = tuple(find(geometry))
+    port = next((port for port, _ in PORTS_AND_LANDS if port in type(geometry.seat).model_fields), "")
+    if not findings or not port:
+        return findings
+    radius = float(getattr(geometry.seat, port))
+    if tuple(find(replace(geometry, seat=geometry.seat.model_copy(update={port: radius / 2})))):
+        return findings
+    whole, half = (write_quantity(each, "length") for each in (radius, radius / 2))
+    return (*findings, (("seat", port), f"{whole} is a radius; if you mean the diameter, write {half!r}"))
 
 
 def _openings(gap: float, lip: AnyLip, across: int, heights: Callable[[Array], Array]) -> Array:

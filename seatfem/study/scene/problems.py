@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from bisect import bisect_left
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from pathlib import Path
@@ -16,7 +16,7 @@ from typing import Annotated, Any, Final, Literal, get_args, get_origin
 
 from pydantic import BaseModel, BeforeValidator, ValidationError
 from pydantic.fields import FieldInfo
-from pydantic_core import ErrorDetails
+from pydantic_core import ErrorDetails, PydanticUndefined
 
 from impact.notices import SeatfemError
 from seatfem.fields import KeyProblem, kind_of, kinds_in_words, read_number
@@ -156,6 +156,16 @@ _LIMITS: Final = {
 """Types of pydantic's errors -> name of the limit in the error, and its text."""
 
 
+_PLAIN: Final = {
+    "bool_": "true or false, without quotes",
+    "int_": "a whole number, without quotes",
+    "float_": "a number, without quotes",
+    "string_": "text in quotes",
+    "tuple_type": "a list in brackets, as [...]",
+}
+"""Beginnings of types of pydantic's errors -> what must be written."""
+
+
 class SceneError(SeatfemError, ValueError):
     """Error of an unusable scene; `problems` lists all its errors."""
 
@@ -178,7 +188,7 @@ def explain(
     # a list may be too short only because pydantic dropped a wrong element
     places = [each for each in places if not (each.details["type"] == "too_short" and each.path in elements)]
     places.sort(key=lambda place: place.line)
-    problems = [Problem(file, place.line, place.key, _message(place, data)) for place in places[:MOST]]
+    problems = [Problem(file, each.line, _dotted(each.path), _message(each, data)) for each in places[:MOST]]
     if len(places) > MOST:
         problems.append(
             Problem(file, places[MOST].line, "", f"{len(places) - MOST} more problems from here on; mend these first")
@@ -197,12 +207,8 @@ class _Place:
     line: int
     choices: tuple[type[BaseModel], ...] = ()
     """Tables that the key may hold."""
-    tables: tuple[str, ...] = ()
-    """Names of the tables of the scene."""
-
-    @property
-    def key(self) -> str:
-        return ".".join(str(part) for part in self.path)
+    tables: Mapping[str, frozenset[str]] = field(default_factory=dict)
+    """Keys of each table of the scene."""
 
     def field(self, key: object) -> FieldInfo | None:
         """Return a key's field in the table; ``None`` for an unknown key or table."""
@@ -215,12 +221,13 @@ class _Place:
         known = (*beside, *(field.alias or name for name, field in fields))
         cause = details.get("ctx", {}).get("error")
         if isinstance(cause, KeyProblem):
-            path = (*path, *cause.key.split("."))
+            path = (*path, *(int(part) if part.isdecimal() else part for part in cause.key.split(".")))
         held = table.model_fields.get(str(path[-1])) if table and path else None
         choices = tables_in(held.annotation) if held else ()
         if details["type"].startswith("union_tag"):
-            path = (*path, "kind")
-        of_file = tuple(name for name, field in model.model_fields.items() if tables_in(field.annotation))
+            path, inlined = (*path, "kind"), table.model_fields.get(getattr(table, "inlined", "")) if table else None
+            choices = choices or (tables_in(inlined.annotation) if inlined else ())
+        of_file = {name: _keys_in(field.annotation) for name, field in model.model_fields.items()}
         return _Place(details, path, known, table, line_of(path, lines), choices, of_file)
 
 
@@ -238,45 +245,92 @@ def _message(place: _Place, data: Mapping[str, Any]) -> str:
         case "extra_forbidden" if advice := getattr(place.table, "former", {}).get(path[-1]):
             return str(advice)
         case "extra_forbidden":
-            close = did_you_mean(str(path[-1]), place.known)
-            if len(path) > 1 and path[-1] in place.tables:
-                close = f"; it is a table of the scene: write [{path[-1]}] on a line of its own"
-            return "unknown key" + (close or f"; known here: {', '.join(place.known)}")
+            return f"unknown key; {_meant_key(place, data)}"
         case "missing":
             field = place.field(path[-1])
             return "required key is missing" + (f": {field.description}" if field and field.description else "")
         case "union_tag_not_found":
-            return "required key is missing"
+            return f"required key is missing; choose: {kinds_in_words(place.choices)}"
         case "union_tag_invalid":
             return _not_one_of(context["tag"], context["expected_tags"], place.choices)
         case "literal_error":
             return _not_one_of(written, context["expected"])
         case "greater_than" if context["gt"] == 0:
-            return f"{written!r} must be positive"
+            return f"{written!r} must be positive{_without_sign(written)}"
         case "greater_than_equal" if context["ge"] == 0:
-            return f"{written!r} must be >= 0"
+            return f"{written!r} must be >= 0{_without_sign(written)}"
+        case "model_type" | "model_attributes_type" | "dict_type" if isinstance(written, list) and len(path) == 1:
+            return f"is written as several tables, but there is one: write [{path[0]}], in one bracket"
         case "model_type" | "model_attributes_type" | "dict_type":
             table = f"[{path[-1]}]" if len(path) == 1 else f"{path[-1]} = {{ ... }}"
             return f"{written!r} is no table; write {table}{_content(place)}"
         case "tuple_type" if place.choices and isinstance(written, Mapping):
-            return f"is written as one table, but there may be several: write [[{place.key}]], in two brackets"
+            return f"is written as one table, but there may be several: write [[{_dotted(path)}]], in two brackets"
         case "path_type":
             return f"{written!r} is no path of a file; write the path alone, in quotes"
         case "value_error":
-            return str(context["error"])
+            field = place.field(path[-1])
+            is_default = written is None and field is not None and field.default not in (None, PydanticUndefined)
+            return (
+                f"{context['error']}{'; this is its default: state the key, or check the others' if is_default else ''}"
+            )
         case limit if limit in _LIMITS:
             name, words = _LIMITS[limit]
-            return f"{written!r} must be {words} {context[name]:g}" + _meant_percent(place, written)
+            field = place.field(path[-1])
+            what = f" ({field.description.partition(';')[0]})" if field and field.description else ""
+            return f"{written!r} must be {words} {context[name]:g}{_meant_percent(place, written) or what}"
+        case kind if plain := next((words for name, words in _PLAIN.items() if kind.startswith(name)), ""):
+            return f"{written!r} must be {plain.replace('...', repr(written))}"
     return f"{written!r}: {details['msg'][0].lower()}{details['msg'][1:]}"
+
+
+def _dotted(path: KeyPath) -> str:
+    return ".".join(map(str, path))
 
 
 def _meant_percent(place: _Place, written: object) -> str:
     """Return a question if a fraction was probably written in percent, else ""."""
     field = place.field(place.path[-1])
     is_share = field is not None and reader_of(notes_of(field)) is read_number
-    if not is_share or not isinstance(written, int | float) or not 1 <= written < 100:
-        return ""
-    return f'; did you mean {written:g} %? write {written / 100:g} or "{written:g} %"'
+    with suppress(TypeError, ValueError):
+        if is_share and 1 <= (number := float(written)) < 100:  # type: ignore[arg-type]
+            return f'; did you mean {number:g} %? write {number / 100:g} or "{number:g} %"'
+    return ""
+
+
+def _without_sign(written: object) -> str:
+    """Return what to write in place of a negative quantity, else ""."""
+    positive = str(written).removeprefix("-").strip()
+    return f"; write {positive!r}" if isinstance(written, str) and written.startswith("-") else ""
+
+
+_SYMBOLS: Final = {
+    **{"e": "young", "nu": "poisson", "rho": "density", "zeta": "damping_ratio", "eta": "loss_factor"},
+    **{"modulus": "young", "dt": "time_step", "t": "thickness", "k": "stiffness", "m": "mass", "v": "velocity"},
+}
+"""Usual symbols and names of keys, in small letters."""
+
+
+def _meant_key(place: _Place, data: Mapping[str, Any]) -> str:
+    """Return the key that is probably meant by an unknown one, the tables that have such a key, or all keys there."""
+    key, known = str(place.path[-1]), place.known
+    if len(place.path) > 1 and place.tables.get(key):
+        return f"it is a table of the scene: write [{key}] on a line of its own"
+    for one, other, size in (("diameter", "radius", "half the diameter"), ("radius", "diameter", "twice the radius")):
+        if (meant := key.replace(one, other)) != key and meant in known:
+            return f"did you mean {meant!r}? write {size}"
+    meant = _SYMBOLS.get(key.lower(), key)
+    if close := did_you_mean(meant, known):
+        return close.removeprefix("; ")
+    if homes := [table for table, keys in place.tables.items() if meant in keys]:
+        homes = [table for table in homes if table in data] or homes
+        return f"did you mean {' or '.join(f'{table}.{meant}' for table in homes)}? move it there"
+    return f"known here: {', '.join(known)}"
+
+
+def _keys_in(annotation: object) -> frozenset[str]:
+    """Return the keys of the tables that a key of this type may hold; none if it holds no table."""
+    return frozenset(key for table in tables_in(annotation) for key in table.model_fields)
 
 
 def notes_of(field: FieldInfo) -> Iterator[object]:

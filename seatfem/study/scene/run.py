@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, ClassVar, Final, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Final, Literal
 
 from pydantic import Field, model_validator
 
-from seatfem.fields import Contradictions, Fraction, Gap, KeyProblem, Position, Table, Time, absent, default
+from seatfem.fields import Contradictions, Fraction, Gap, KeyProblem, Position, Table, Time, Usual, absent, default
 from seatfem.study.scene.measures import LandingChoice, defined_measures, judged_names
 from seatfem.units import write_quantity
 
@@ -27,7 +27,9 @@ class Run(Table):
 
     duration: Time = Field(description="simulated time")
     time_step: Time | None = absent("time step; chosen from both bodies where absent", examples=["50 ns"])
-    filter_width: Time = default("1 us", "width of the moving average behind filtered_peak_force_N")
+    filter_width: Annotated[Time, Usual(1e-8, 1e-3)] = default(
+        "1 us", "width of the moving average behind filtered_peak_force_N"
+    )
     ensemble: int | None = absent(
         "runs that differ by round-off, for statistics of the landings that no single run knows; none if absent",
         strict=True,

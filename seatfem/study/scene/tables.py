@@ -10,7 +10,7 @@ from copy import deepcopy
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import Annotated, Any, Final
+from typing import Annotated, Any, Final, NamedTuple
 
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, ValidationError
@@ -25,6 +25,21 @@ LIMIT: Final = 1 * MB  # largest file
 DEEPEST: Final = 32  # most parts of a dotted key
 _DEEP_KEY: Final = re.compile(r"""(?<![\w"'-])(?:(?:"[^"\n]*+"|'[^'\n]*+'|[\w-]++)[ \t]*+\.[ \t]*+){32}""")
 """Dotted key of more than `DEEPEST` parts, for which reading takes the square of their number."""
+
+
+class _Other(NamedTuple):
+    """Kind of file that is told by its tables, and the verb that takes it."""
+
+    name: str
+    verb: str
+    beside: tuple[str, ...]
+
+
+_OTHERS: Final = {
+    "seat": _Other("a scene", "run", ("reed", "run")),
+    "vary": _Other("a study", "sweep", ("scene",)),
+    "record": _Other("a file for identification", "identify", ("scene", "fit")),
+}
 
 
 class _Unreadable(ValueError):
@@ -59,6 +74,10 @@ def load_as(
     for key, value in changed.items():
         _change(data, key, value, path)
     model = model_of(data)
+    for key, other in _OTHERS.items():
+        if {key, *other.beside} <= data.keys() - model.model_fields.keys():
+            words = f"is a table of {other.name}: take `seatfem {other.verb} {path.name}`"
+            raise scene_error(key, words, path, line_of((key,), _lines(text)))
     try:
         return model.model_validate(data, context={"folder": path.parent})
     except ValidationError as error:
@@ -106,11 +125,36 @@ def _parse(text: str, path: Path) -> dict[str, Any]:
         line = int(place[1]) if place else text.count("\n") + 1
         message = re.sub(r"\s*\(at .*\)$", "", str(error))
         column = f" (column {place[2]})" if place else " (end of file)"
-        raise scene_error("", f"TOML syntax: {message}{column}; mend the line", path, line) from None
+        remedy = next((words for part, words in _REMEDIES.items() if re.search(part, message)), "mend the line")
+        at = f", {key}" if (key := _key_at(text, line)) else ""
+        raise scene_error("", f"TOML syntax{at}: {message}{column}: {remedy}", path, line) from None
     except RecursionError:
         raise scene_error("", "tables or arrays are nested too deeply; use at most four levels", path) from None
     except ValueError as error:  # a whole number of thousands of digits, a date that does not exist
         raise scene_error("", f"TOML: {error}; mend it", path) from None
+
+
+_REMEDIES: Final = {
+    "Illegal character|Unterminated": "mend the line, close its quote",
+    "overwrite|mutate|Duplicate": "the key is written twice; keep one",
+    "Cannot declare": "the table is written twice; move its keys under one heading, or write [[...]] of several",
+    "Expected '='|statement|initial character": 'write KEY = VALUE, a quantity in quotes, as width = "0.25 mm"',
+    "Expected '\\]|Unclosed": "close the bracket",
+    "Invalid value": "write text and quantities in quotes, and true or false in small letters",
+    r"hex|\\": "write / in place of \\ in a path",
+}
+"""Patterns of tomllib's messages -> remedies."""
+_HEAD: Final = re.compile(r"\s*(\[\[?)\s*([^\[\]#\n]+)")
+
+
+def _key_at(text: str, line: int) -> str:
+    """Return the dotted key that stands in a line, counted from 1, of a text that is no valid TOML."""
+    *_, last = rows = text.split("\n")[:line]
+    heads = [(head[1], head[2].strip()) for row in rows if (head := _HEAD.match(row))]
+    bracket, table = heads[-1] if heads else ("", "")
+    number = str(heads.count((bracket, table)) - 1) if bracket == "[[" else ""
+    own = "" if _HEAD.match(last) else re.match(r"\s*([\w.-]*)", last)[1]  # type: ignore[index]
+    return ".".join(filter(None, (table, number, own)))
 
 
 def _change(data: dict[str, Any], key: str, value: object, path: Path) -> None:
