@@ -37,14 +37,21 @@ def load_as(
     """Read a TOML file of up to 1 MB as the table whose type ``model_of`` returns for its data; ``changed`` and errors
     as in `seatfem.load_scene`."""
     text = _read(path)
-    data = _parse(text, path)
-    for key, value in (changed or {}).items():
-        _change(data, key, value, path)
+    data = changed_data(text, path, changed)
     model = model_of(data)
     try:
         return model.model_validate(data, context={"folder": path.parent})
     except ValidationError as error:
         raise SceneError(explain(error, model, data, path, _lines(text))) from None
+
+
+def changed_data(text: str, path: Path, changed: Mapping[str, object] | None = None) -> dict[str, Any]:
+    """Return the keys and values of a TOML file with this ``text``; ``changed`` and errors as in
+    `seatfem.load_scene`."""
+    data = _parse(text, path)
+    for key, value in (changed or {}).items():
+        _change(data, key, value, path)
+    return data
 
 
 def has_table(path: Path, name: str) -> bool:
