@@ -113,9 +113,9 @@ const TAKE = {
     if (message.number < number) return;
     present(message);
     say(`answered in ${message.seconds.toFixed(2)} s${message.is_quick ? "" : ", with bodies computed again"}`);
-    by("bars").textContent = "\u00b1 is not measured for these values: it is the uncertainty of the last full run, in proportion to the value"
-      + (longer > 1 ? `, and what a time step ${longer.toFixed(0)} times as long changes in that run. ` : ". ")
-      + "Compute in full measures it, and stresses in the seat and fatigue, if the scene asks for them.";
+    by("bars").textContent = !message.is_alike ? "\u00b1 is not known: these values need another method than the last full run, here a coarse one."
+      : "\u00b1 is not measured for these values: it is the uncertainty of the last full run, in proportion to the value"
+        + (longer > 1 ? `, and what a time step ${longer.toFixed(0)} times as long changes in that run.` : ".");
   },
   full(message) {
     full = message.curves; longer = message.longer;

@@ -15,7 +15,6 @@ from impact.greens.base import Array
 from impact.march.rows import MarchRun
 from impact.notices import Progress
 from seatfem import readings, results
-from seatfem.faces.live.sliders import LiveError
 from seatfem.structures.cache import Cache, build
 from seatfem.structures.kinds import Structure
 from seatfem.structures.method import Method, Solved
@@ -25,6 +24,7 @@ from seatfem.study.impacts.landings import Landings
 from seatfem.study.impacts.touches import force_of, is_of_a_landing, stopper_force_of, values_of_record
 from seatfem.study.plan import Plan
 from seatfem.study.runs.afterwards import is_spring, spring_for, static_stiffness
+from seatfem.study.runs.converge import begin_plan
 from seatfem.study.runs.kept import plan_from_json, plan_to_json
 from seatfem.study.runs.summary import landing_keys
 from seatfem.study.scene import Scene
@@ -38,9 +38,6 @@ LONGER: Final = 2  # factor by which the step of quick answers is lengthened, as
 LONGEST: Final = 8  # largest such factor in all
 POINTS: Final = 700  # points of a curve
 MARGIN: Final = 0.35  # time shown before and after the hardest landing, over its duration
-UNLIKE: Final = (
-    "the method of the last full run does not suit these values; press Compute in full, which chooses another"
-)
 
 
 @dataclass(frozen=True)
@@ -86,10 +83,18 @@ class Reference:
     quick: Numbers
     curves: Mapping[str, Any]
 
+    def plan_for(self, scene: Scene) -> Plan | None:
+        """Return the plan of this run for another scene; ``None`` if that divides its contact faces otherwise, as one
+        with a first tilt, or needs another model of the seat."""
+        plan = plan_from_json(scene, plan_to_json(self.plan))
+        ours, theirs = (None if each is None else each.method for each in (self.plan, plan))
+        if ours is None or theirs is None or ours.seat.level != theirs.seat.level or ours.contacts != theirs.contacts:
+            return None
+        return plan
+
     def is_quick(self, scene: Scene) -> bool:
         """Return whether a scene needs no other seat, reed or stopper than this run computed, but for damping."""
-        plan = plan_from_json(scene, plan_to_json(self.plan))
-        if plan is None:
+        if (plan := self.plan_for(scene)) is None:
             return False
         ours, theirs = self.plan.scene.stopper, plan.scene.stopper
         above = theirs is None or not theirs.body.traits.is_solved or (ours is not None and ours.body == theirs.body)
@@ -127,11 +132,11 @@ def march_of(known: Reference, scene: Scene, progress: Progress) -> tuple[Number
 
     A body that differs from that of the ``known`` run in more than its damping is computed again by the same method.
 
-    Raises `LiveError` where that method does not suit the scene, and what the stages of a run raise.
+    A scene that this method does not suit is computed by that of a first round. Raises what the stages of a run raise.
     """
-    plan = plan_from_json(scene, plan_to_json(known.plan))
+    plan, step = known.plan_for(scene), known.time_step
     if plan is None:
-        raise LiveError(UNLIKE)
+        plan, step = begin_plan(scene), 0.0
     scene, method, duration = plan.scene, plan.method, plan.scene.run.duration
     seat = known.seat.of(scene.seat, method.seat)
     if seat is None:
@@ -143,12 +148,13 @@ def march_of(known: Reference, scene: Scene, progress: Progress) -> tuple[Number
     striker = striker_of(scene, method.reed.n_modes, None if reed is None else reed.greens)
     spring = spring_for(seat.greens, static_stiffness(seat.greens, scene.seat.column()))
     flights = Flights(striker, duration, scene.contact.preload)
+    step = step or method.time_step or fallback_step(scene.run, scene.driven_by, striker.greens, seat.greens)
     numbers, runs = dict[str, Any](), dict[str, tuple[MarchRun, Landings]]()
     for name, greens in (("seat", seat.greens), ("spring", spring)):
         if name == "spring" and is_spring(seat.greens, spring):
             numbers |= {f"{readings.SPRING}{key}": value for key, value in numbers.items()}
             continue
-        run = marched(problem_of(scene, striker, impact.Body(greens)), known.time_step, duration, flights)
+        run = marched(problem_of(scene, striker, impact.Body(greens)), step, duration, flights)
         record = record_of_march(scene, run)
         assert record.landings is not None
         values = values_of_record(record, record.landings)
@@ -160,9 +166,10 @@ def march_of(known: Reference, scene: Scene, progress: Progress) -> tuple[Number
     return numbers, _curves(scene, runs)
 
 
-def with_bars(known: Reference, numbers: Numbers) -> dict[str, Any]:
+def with_bars(known: Reference, numbers: Numbers, *, is_known: bool) -> dict[str, Any]:
     """Return numbers of a quick answer as a summary: with the error bars of the full run in proportion to the values,
-    to which what the step of quick answers changes in that run's own scene is added."""
+    to which what the step of quick answers changes in that run's own scene is added. ``is_known``: whether they are,
+    by the same method."""
     prefixes = ("accuracy_", "seat_kind", "plan_seat_level", "title", "filter_width_s")
     summary = {key: value for key, value in known.summary.items() if key.startswith(prefixes)} | dict(numbers)
     for key, value in numbers.items():
@@ -170,7 +177,8 @@ def with_bars(known: Reference, numbers: Numbers) -> dict[str, Any]:
         if bar is None:
             continue
         quick, now = readings.as_number(known.quick.get(key)), readings.as_number(value)
-        known_bar = None if full is None or quick is None or not math.isfinite(bar) else bar + abs(quick - full)
+        unknown = full is None or quick is None or not math.isfinite(bar) or not is_known
+        known_bar = None if unknown else bar + abs(quick - full)
         if known_bar is not None and now is not None and full and not key.endswith(readings.WITHOUT_ZERO):
             known_bar *= abs(now / full)
         summary[f"{readings.BAR}{key}"] = known_bar

@@ -25,7 +25,6 @@ from seatfem.jobs.folders import private_folder
 from seatfem.jobs.processes import answers_to_parent, lines_from_parent
 from seatfem.structures.cache import Cache
 from seatfem.structures.mesh.gmsh_process import gmsh_session
-from seatfem.study.runs.kept import plan_from_json, plan_to_json
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.runs.rounds import SEAT_FILE
 from seatfem.study.safety import FAILURES
@@ -148,15 +147,16 @@ class Session:
         if not is_quick:
             self.desk.tell("computing", number=number)
         numbers, curves = march_of(self.known, scene, self.desk.progress)
-        summary = with_bars(self.known, numbers)
+        is_alike = self.known.plan_for(scene) is not None
+        summary = with_bars(self.known, numbers, is_known=is_alike)
         table = rows(summary, self.known.summary)
-        about = {"is_quick": is_quick, "seconds": time.perf_counter() - begun, "standing": standing(summary)}
+        about = {"is_quick": is_quick, "is_alike": is_alike, "seconds": time.perf_counter() - begun, "standing": standing(summary)}
         return {"kind": "answer", "rows": table, "curves": curves, **about}
 
     def _in_full(self, scene: Scene, changes: Mapping[str, object], *, is_first: bool, number: int) -> dict[str, Any]:
         """Run a scene, and write it with its results beside the file, but for that of the file itself."""
         self.desk.is_held = is_first
-        plan = None if self.known is None else plan_from_json(scene, plan_to_json(self.known.plan))
+        plan = None if self.known is None else self.known.plan_for(scene)
         self.desk.tell("running", number=number, first=is_first)
 
         def tell(sentence: str) -> None:
