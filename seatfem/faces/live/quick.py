@@ -21,7 +21,7 @@ from seatfem.structures.method import Method, Solved
 from seatfem.study.impacts.bodies import problem_of, solve_body, striker_of
 from seatfem.study.impacts.contact import Flights, fallback_step, marched, record_of_march
 from seatfem.study.impacts.landings import Landings
-from seatfem.study.impacts.touches import force_of, is_of_a_landing, stopper_force_of, values_of_record
+from seatfem.study.impacts.touches import force_of, is_of_a_landing, values_of_record
 from seatfem.study.plan import Plan
 from seatfem.study.runs.afterwards import is_spring, spring_for, static_stiffness
 from seatfem.study.runs.converge import begin_plan
@@ -71,8 +71,7 @@ class Reference:
         summary: its summary.json.
         seat, reed: its bodies; a reed in closed form is ``None``.
         time_step: of quick answers [s].
-        quick: numbers of the quick answer to its own scene.
-        answer: the quick answer to its own scene.
+        quick, curves: quick answer to its own scene.
     """
 
     plan: Plan
@@ -190,35 +189,27 @@ def rows(summary: Numbers, full: Numbers) -> list[dict[str, str]]:
     words alone."""
     table = []
     for group, listed in results.rows_of(summary).items():
-        own = [row for row in listed if readings.as_number(summary.get(row.key)) is not None]
-        if group == "raw" or not own:
-            continue
-        table.append({"heading": results.HEADINGS[group]})
-        for row in own:
-            spring = f"{readings.SPRING}{row.key}"
+        shown = [row for row in listed if readings.as_number(summary.get(row.key)) is not None and group != "raw"]
+        table += [{"words": results.HEADINGS[group]}] if shown else []
+        for row in shown:
+            words, value = results.words_of(row, summary).strip(), readings.reading(summary, row.key, row.unit)
+            others = {"spring": summary.get(f"{readings.SPRING}{row.key}"), "full": full.get(row.key)}
             table.append(
-                {
-                    "words": results.words_of(row, summary).strip(),
-                    "value": readings.reading(summary, row.key, row.unit),
-                    "spring": readings.reading(summary, spring, row.unit) if spring in summary else "",
-                    "full": readings.reading({row.key: full.get(row.key)}, row.key, row.unit),
-                }
+                {"words": words, "value": value}
+                | {name: readings.reading({row.key: each}, row.key, row.unit) for name, each in others.items()}
             )
     return table
 
 
 def _curves(scene: Scene, runs: Mapping[str, tuple[MarchRun, Landings]]) -> dict[str, Any]:
-    """Return the curves of force, around the hardest landing on the seat, and of lift, over the run [SI]."""
-    run, landings = runs["seat"]
-    hard, width = landings.hardest, scene.run.filter_width
-    span = (0.0, scene.run.duration)
+    """Return the curves of force, around the hardest landing on the seat if any, and of lift, over the run [SI]."""
+    hard, whole, width = runs["seat"][1].hardest, (0.0, scene.run.duration), scene.run.filter_width
+    span = whole
     if hard is not None:
         margin = MARGIN * hard.duration + 2 * width
-        span = (max(hard.start - margin, 0.0), min(hard.start + hard.duration + margin, scene.run.duration))
+        span = hard.start - margin, hard.start + hard.duration + margin
     force = {name: _curve(_averaged(force_of(each), each.dt, width), each.dt, span) for name, (each, _) in runs.items()}
-    lift = {name: _curve(each.opening, each.dt, (0.0, scene.run.duration)) for name, (each, _) in runs.items()}
-    if (above := stopper_force_of(run)) is not None and hard is None:
-        force["stopper"] = _curve(_averaged(above, run.dt, width), run.dt, span)
+    lift = {name: _curve(each.opening, each.dt, whole) for name, (each, _) in runs.items()}
     return {"force": force, "lift": lift, "landed": hard is not None}
 
 

@@ -1,6 +1,6 @@
-"""The process that computes for a live page: requests come as lines of JSON, the newest counts; answers go as lines.
+"""The process that computes for a live page: requests come as lines of JSON, of which the newest counts; so do answers.
 
-The server starts it (`seatfem.jobs.processes.start_worker`) and ends it; it ends with the server in any case.
+The server starts it (`seatfem.jobs.processes.start_worker`), and it ends with the server.
 """
 
 from __future__ import annotations
@@ -8,15 +8,18 @@ from __future__ import annotations
 import json
 import math
 import queue
+import shutil
 import sys
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final, TextIO
 
 from impact.files.safe_files import OutputError, write_whole
+from impact.quantities import percent
 from seatfem.faces.live.quick import Reference, march_of, reference_of, rows, with_bars
 from seatfem.faces.live.sliders import LiveError, Slider, candidates, changed_file, taken
 from seatfem.faces.report.asked import keep_asked
@@ -33,9 +36,9 @@ from seatfem.study.scene.parcel import files_of
 from seatfem.study.scene.tables import changed_data
 
 EVERY: Final = 0.1  # least time between two reports of progress [s]
-MOST_FILES: Final = 1000  # most scenes that a live page writes beside one
-
-Request = Mapping[str, Any]
+MOST_FILES: Final = 1000  # most scenes that live pages write beside one
+FIRST: Final[Mapping[str, Any]] = {"full": True}
+"""The request with which a page begins: the scene as its file states it."""
 
 
 class Superseded(Exception):
@@ -43,162 +46,116 @@ class Superseded(Exception):
 
 
 @dataclass
-class Desk:
-    """Requests that come from the page, and answers that go to it.
+class Session:
+    """A scene that is moved by sliders.
 
     Attributes:
-        answers: stream of the answers.
+        path: file of the scene.
+        given: changes by the command line.
+        answers: stream of the answers, one line each.
         waiting: requests that have come.
-        is_held: whether what is computed goes on even if a newer request comes.
+        sliders: sliders by their keys.
+        known: the last full run; ``None`` during the first one, which no request ends.
     """
 
+    path: Path
+    given: Mapping[str, object]
     answers: TextIO
-    waiting: queue.SimpleQueue[Request] = field(default_factory=queue.SimpleQueue)
-    is_held: bool = False
+    waiting: queue.SimpleQueue[Mapping[str, Any]] = field(default_factory=queue.SimpleQueue)
+    sliders: dict[str, Slider] = field(default_factory=dict)
+    known: Reference | None = None
     _told: float = -math.inf
 
-    def listen(self) -> None:
-        """Take the requests from the server, from now on."""
-        lines = lines_from_parent()
-
-        def take() -> None:
-            for line in lines:
-                self.waiting.put(json.loads(line))
-
-        threading.Thread(target=take, name="requests", daemon=True).start()
-
-    def newest(self) -> Request:
-        """Return the newest request; wait for one."""
-        request = self.waiting.get()
-        while not self.waiting.empty():
+    def serve(self) -> None:
+        """Compute the scene of the file in full, and then answer requests without end."""
+        request = FIRST
+        while True:
+            number = request.get("number", 0)
+            try:
+                changes = self._changes(request.get("values", {}))
+                scene = load_scene(self.path, {**self.given, **changes})
+                answer = self._quick(scene) if request.get("full") is not True else self._full(scene, changes)
+                self.tell(number=number, values=request.get("values", {}), **answer)
+            except Superseded:
+                self.tell("superseded")
+            except FAILURES as problem:
+                self.tell("failed", words=str(problem) or type(problem).__name__)
             request = self.waiting.get()
-        return request
+            while not self.waiting.empty():
+                request = self.waiting.get()
 
     def tell(self, kind: str, **content: Any) -> None:
-        """Send an answer, as one line."""
+        """Send an answer."""
         self.answers.write(json.dumps({"kind": kind, **_finite(content)}) + "\n")
         self.answers.flush()
 
     def progress(self, stage: str, done: float) -> None:
         """Report progress; raise `Superseded` if a newer request waits."""
-        if not self.is_held and not self.waiting.empty():
+        if self.known is not None and not self.waiting.empty():
             raise Superseded
         if (now := time.monotonic()) - self._told > EVERY:
             self._told = now
-            self.tell("progress", stage=stage, done=done)
-
-
-def _finite(value: Any) -> Any:
-    """Return a value without numbers that JSON lacks."""
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    if isinstance(value, Mapping):
-        return {key: _finite(each) for key, each in value.items()}
-    return [_finite(each) for each in value] if isinstance(value, list | tuple) else value
-
-
-@dataclass
-class Session:
-    """A scene that is moved by sliders: its file, changes by the command line, the last full run."""
-
-    desk: Desk
-    path: Path
-    given: Mapping[str, object]
-    sliders: Mapping[str, Slider] = field(default_factory=dict)
-    known: Reference | None = None
-
-    def serve(self) -> None:
-        """Compute the scene of the file in full, and then answer requests without end."""
-        self._answer({"full": True, "values": {}, "first": True})
-        while True:
-            self._answer(self.desk.newest())
-
-    def _answer(self, request: Request) -> None:
-        number = request.get("number", 0)
-        try:
-            changes = self._changes(request.get("values", {}))
-            scene = load_scene(self.path, {**self.given, **changes})
-            if request.get("full") is True:
-                answer = self._in_full(scene, changes, is_first=request.get("first") is True, number=number)
-            else:
-                answer = self._quick(scene, number)
-            self.desk.tell(number=number, values=request.get("values"), **answer)
-        except Superseded:
-            self.desk.tell("superseded", number=number)
-        except FAILURES as problem:
-            self.desk.tell("failed", number=number, words=str(problem) or type(problem).__name__)
+            self.tell("progress", done=done)
 
     def _changes(self, values: object) -> dict[str, object]:
         """Return the values of sliders that differ from the file, as it would have them. Raises `LiveError`."""
-        if not isinstance(values, Mapping):
-            raise LiveError("values: is no table; reload the page")
         changes = dict[str, object]()
-        for key, number in values.items():
+        for key, number in values.items() if isinstance(values, dict) else ():
             if (slider := self.sliders.get(key)) is None or not isinstance(number, int | float):
                 raise LiveError(f"{key[:80]}: is no slider of this scene; reload the page")
-            if number != slider.number:
-                changes[key] = slider.written(number)
+            changes[key] = slider.written(number)
         return changes
 
-    def _quick(self, scene: Scene, number: int) -> dict[str, Any]:
-        if self.known is None:
-            raise LiveError("the scene has not been computed; see the message before, and mend the file")
-        begun, is_quick = time.perf_counter(), self.known.is_quick(scene)
+    def _quick(self, scene: Scene) -> dict[str, Any]:
+        if (known := self.known) is None:
+            raise LiveError(f"{self.path}: the scene could not be computed; mend it, and start seatfem live again")
+        begun, is_quick, is_alike = time.perf_counter(), known.is_quick(scene), known.plan_for(scene) is not None
         if not is_quick:
-            self.desk.tell("computing", number=number)
-        numbers, curves = march_of(self.known, scene, self.desk.progress)
-        is_alike = self.known.plan_for(scene) is not None
-        summary = with_bars(self.known, numbers, is_known=is_alike)
-        table = rows(summary, self.known.summary)
-        about = {"is_quick": is_quick, "is_alike": is_alike, "seconds": time.perf_counter() - begun, "standing": standing(summary)}
-        return {"kind": "answer", "rows": table, "curves": curves, **about}
+            self.tell("computing")
+        numbers, curves = march_of(known, scene, self.progress)
+        summary = with_bars(known, numbers, is_known=is_alike)
+        shown = {"rows": rows(summary, known.summary), "curves": curves, "standing": standing(summary)}
+        about = {"is_quick": is_quick, "is_alike": is_alike, "seconds": time.perf_counter() - begun}
+        return {"kind": "answer", **shown, **about}
 
-    def _in_full(self, scene: Scene, changes: Mapping[str, object], *, is_first: bool, number: int) -> dict[str, Any]:
-        """Run a scene, and write it with its results beside the file, but for that of the file itself."""
-        self.desk.is_held = is_first
+    def _full(self, scene: Scene, changes: Mapping[str, object]) -> dict[str, Any]:
+        """Run a scene, and write it with its results beside the file, but for the first one, that of the file."""
+        self.tell("running")
+        first = self.known is None
         plan = None if self.known is None else self.known.plan_for(scene)
-        self.desk.tell("running", number=number, first=is_first)
-
-        def tell(sentence: str) -> None:
-            self.desk.tell("round", words=sentence)
-
-        try:
-            with private_folder("live") as private:
-                target, folder = (self.path, private) if is_first else self._free_names()
-                content = changed_file(self.path, {**self.given, **changes})
-                listen = self.desk.progress
-                outcome = run_scene(scene, folder, listen, tell=tell, pictures=False, plan=plan, histories=not is_first)
-                assert outcome.plan is not None
-                if not is_first:
-                    write_whole(target, content)
-                    keep_asked(content, files_of(scene), target.parent, outcome.plan, folder)
-                known = reference_of(outcome.plan, outcome.summary, Cache(folder / SEAT_FILE), self.desk.progress)
-        finally:
-            self.desk.is_held = False
+        content = changed_file(self.path, {**self.given, **changes})
+        target, folder = self._free_names()
+        with private_folder("live") if first else _removed_if_stopped(folder) as folder:
+            outcome = run_scene(
+                scene, folder, self.progress, tell=lambda words: self.tell("round", words=words), pictures=False,
+                plan=plan, histories=not first,
+            )  # fmt: skip
+            summary, ended = outcome.summary, outcome.plan
+            assert ended is not None
+            known = reference_of(ended, summary, Cache(folder / SEAT_FILE), self.progress)
+            if not first:
+                keep_asked(content, files_of(scene), target.parent, ended, folder)
+                write_whole(target, content)
         self.known = known
-        if is_first:
-            self._find_sliders(scene)
-        return {
-            "kind": "full",
-            "rows": rows(outcome.summary, outcome.summary),
-            "curves": known.curves,
-            "standing": verdict(outcome.summary),
-            "met": outcome.met,
-            "target": scene.accuracy.target,
-            "judged": judged_words(outcome.summary),
-            "longer": known.time_step / float(str(outcome.summary["time_step_s"])),
-            "written": [] if is_first else [target.name, f"{folder.name}/"],
-        }
+        if first:
+            self._tell_sliders(scene)
+        reached = f"accuracy of {percent(scene.accuracy.target, 3)} {'reached' if outcome.met else 'missed'}"
+        state = "no landing to judge" if outcome.met is None else f"{reached}: {judged_words(summary)}"
+        written = f"Written: {target.name}, {folder.name}/. seatfem view {folder.name} shows the run."
+        longer = known.time_step / float(str(summary["time_step_s"]))
+        shown = {"rows": rows(summary, summary), "curves": known.curves, "standing": verdict(summary)}
+        about = {"met": outcome.met, "state": state, "longer": longer, "written": "" if first else written}
+        return {"kind": "full", **shown, **about}
 
-    def _find_sliders(self, scene: Scene) -> None:
+    def _tell_sliders(self, scene: Scene) -> None:
         assert self.known is not None
         data = changed_data(self.path.read_text(encoding="utf-8"), self.path, self.given)
         for each in candidates(data, scene):
             if (close := taken(self.path, self.given, each)) is not None:
-                self.sliders = {**self.sliders, each.key: replace(each, is_quick=self.known.is_quick(close))}
-        shown = sorted(self.sliders.values(), key=lambda each: not each.is_quick)
-        name = scene.title or self.path.stem
-        self.desk.tell("sliders", sliders=[each.as_json() for each in shown], title=name, file=self.path.name)
+                self.sliders[each.key] = replace(each, is_quick=self.known.is_quick(close))
+        self.tell(
+            "sliders", sliders=[each.as_json() for each in self.sliders.values()], title=scene.title or self.path.stem
+        )
 
     def _free_names(self) -> tuple[Path, Path]:
         """Return names of a scene and of a folder beside the file that do not exist."""
@@ -207,16 +164,40 @@ class Session:
             names = self.path.with_name(f"{stem}.toml"), self.path.with_name(f"{stem}-result")
             if not any(each.exists() or each.is_symlink() for each in names):
                 return names
-        raise OutputError(f"{self.path.parent}: has {MOST_FILES - 1} files of live pages; remove some")
+        raise OutputError(f"{self.path.parent}: has {MOST_FILES - 1} scenes of live pages; remove some")
+
+
+@contextmanager
+def _removed_if_stopped(folder: Path) -> Iterator[Path]:
+    """Yield a new folder's path; remove it if the block does not end as it should."""
+    try:
+        yield folder
+    except BaseException:
+        shutil.rmtree(folder, ignore_errors=True)
+        raise
+
+
+def _finite(value: Any) -> Any:
+    """Return a value without numbers that JSON lacks."""
+    if isinstance(value, Mapping):
+        return {key: _finite(each) for key, each in value.items()}
+    if isinstance(value, list):
+        return [_finite(each) for each in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def main() -> None:
     """Serve the scene that the only argument names, with changes, as JSON."""
     start = json.loads(sys.argv[1])
-    desk = Desk(answers_to_parent())
-    desk.listen()
+    session = Session(Path(start["scene"]), start["changes"], answers_to_parent())
+
+    def take() -> None:
+        for line in lines_from_parent():
+            session.waiting.put(json.loads(line))
+
+    threading.Thread(target=take, name="requests", daemon=True).start()
     with gmsh_session():
-        Session(desk, Path(start["scene"]), start["changes"]).serve()
+        session.serve()
 
 
 if __name__ == "__main__":
