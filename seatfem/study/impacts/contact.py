@@ -235,12 +235,19 @@ def record_of(
     stresses: bool = True,
     look: StressLook | None = None,
 ) -> touches.RunRecord:
-    """Return the record of a run for its measures, from forces only (`marched`).
+    """Return the record of a run for its measures, from forces only (`marched`); arguments as `record_of_march`."""
+    run = marched(problem, dt, scene.run.duration if duration is None else duration, flight)
+    return record_of_march(scene, run, like, stresses=stresses, look=look)
+
+
+def record_of_march(
+    scene: Scene, run: MarchRun, like: Landings | None = None, *, stresses: bool = True, look: StressLook | None = None
+) -> touches.RunRecord:
+    """Return the record of a run without energies for its measures.
 
     ``stresses``: whether to include the stresses that the scene needs; ``look``: their function, in place of
     `bending_look`; ``like``: landings of a neighbouring run, whose partners are sought.
     """
-    run = marched(problem, dt, scene.run.duration if duration is None else duration, flight)
     landings = landings_of_march(run, scene.run.filter_width, None if like is None else like.static)
     others = None if like is None else like.seat
     stress_look = (look or bending_look(scene.geometry)) if stresses and scene.needs_stress else None

@@ -69,9 +69,8 @@ def baseline_of(done: Round, watch: Stopwatch) -> Baseline:
     scene = done.plan.scene
     stiffness = static_stiffness(done.seat.greens, scene.seat.column())
     with watch("spring baseline"):
-        division = rings.Division.from_greens(done.seat.greens)
-        spring = method.bed(division, stiffness) if division.arcs > 1 else impact.spring(stiffness=stiffness)
-        same = _is_spring(done.seat.greens, spring)
+        spring = spring_for(done.seat.greens, stiffness)
+        same = is_spring(done.seat.greens, spring)
         touches = (
             done.touches if same else run_contacts(scene, done.striker, spring, done.result.dt, flights=done.flights)
         )
@@ -102,7 +101,13 @@ def baseline_of(done: Round, watch: Stopwatch) -> Baseline:
     return Baseline(done.result, stiffness, touches, stress, simpler, errors, bar)
 
 
-def _is_spring(seat: GreensFunction, spring: ModalGreens) -> bool:
+def spring_for(seat: GreensFunction, stiffness: float) -> ModalGreens:
+    """Return the baseline of a seat: a spring of this ``stiffness`` [N/m], or one for each part of its lip."""
+    division = rings.Division.from_greens(seat)
+    return method.bed(division, stiffness) if division.arcs > 1 else impact.spring(stiffness=stiffness)
+
+
+def is_spring(seat: GreensFunction, spring: ModalGreens) -> bool:
     """Return whether a seat's response equals that of ``spring`` to round-off, so that its run is the baseline."""
     greens, rest = seat.modal, spring.residual
     return (

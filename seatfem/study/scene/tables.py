@@ -67,12 +67,10 @@ def load_as(
 ) -> AnyTable:
     """Read TOML as the table whose type ``model_of`` returns for its data; ``path``: of its file, or a name of the text
     in messages. ``changed`` and errors as in `seatfem.load_scene`."""
-    data = _parse(text, path)
     if not (isinstance(changed, Mapping) and all(isinstance(key, str) for key in changed)):
         words = "must map dotted keys to values: write {'reed.thickness': '0.2 mm'}"
         raise scene_error("changed", f"{brief_value(changed)} {words}", path)
-    for key, value in changed.items():
-        _change(data, key, value, path)
+    data = changed_data(text, path, changed)
     model = model_of(data)
     for key, other in _OTHERS.items():
         if {key, *other.beside} <= data.keys() - model.model_fields.keys():
@@ -82,6 +80,15 @@ def load_as(
         return model.model_validate(data, context={"folder": path.parent})
     except ValidationError as error:
         raise SceneError(explain(error, model, data, path, _lines(text))) from None
+
+
+def changed_data(text: str, path: Path, changed: Mapping[str, object] = UNCHANGED) -> dict[str, Any]:
+    """Return the keys and values of a TOML file with this ``text``; ``changed`` and errors as in
+    `seatfem.load_scene`."""
+    data = _parse(text, path)
+    for key, value in changed.items():
+        _change(data, key, value, path)
+    return data
 
 
 def has_table(path: Path, name: str) -> bool:
