@@ -221,7 +221,7 @@ def _map(
 def _borders(line: ClosedLine) -> tuple[Array, str]:
     """Return the borders (N + 1,) between arcs, in degrees or mm, and their label."""
     if line.edges is None:
-        return 1e3 * line.borders, "along each port, from the x axis" if line.rings else "length along the lip [mm]"
+        return 1e3 * line.borders, "along each land, from its x axis" if line.rings else "length along the lip [mm]"
     return np.degrees(line.edges), "angle from the x axis, anticlockwise [°]"
 
 
@@ -231,7 +231,7 @@ def _middles(line: ClosedLine) -> list[float]:
 
 
 def _ports(line: ClosedLine) -> list[str]:
-    return [f"port {number}" for number in range(1, len(line.rings) + 1)]
+    return list(line.names) or [f"port {number}" for number in range(1, len(line.rings) + 1)]
 
 
 def _impulse(axes: Axes, runs: list[ImpactResult], line: ClosedLine, share: float) -> None:
@@ -284,7 +284,7 @@ def _gaps(axes: Axes, result: ImpactResult, window: tuple[float, float], line: C
         name = f"{place:.3g} mm" if line.edges is None else f"{place:.0f}°"
         if line.rings:
             number, angle = line.place_on_ring(arc)
-            name = f"port {number}, {math.degrees(angle):.0f}°"
+            name = f"{_ports(line)[number - 1]}, {math.degrees(angle):.0f}°"
         height = (gap[:, arc] + gap[:, beside]) / 2  # at a border of two
         axes.plot(rate * result.time[part], factor * height, color=colour, label=name)
     zero_line(axes)

@@ -39,13 +39,30 @@ class Land:
 
     Attributes:
         centre: the centroid [m]; x, y: the directions in which it is seen (`axes_along`).
-        strips: its faces from that centre, by the x and then the y of their own centroids.
+        strips: its faces from that centre, by the x and then the y of their own centroids, those about one centroid
+            from inside.
     """
 
     centre: Vector
     x: Vector
     y: Vector
     strips: tuple[Strip, ...]
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Return the names of its faces: "port 1", ... of rings beside each other, "inner land", "outer land" or
+        "land 1", ... from inside of rings around each other, "face 1", ... of others."""
+        count, rings = len(self.strips), [strip for strip in self.strips if strip.closed]
+        if len(rings) < count:
+            return tuple(f"face {number}" for number in range(1, count + 1))
+        around = [
+            sum(bool(inside([other.left], one.left[:1]).all()) for other in rings if other is not one) for one in rings
+        ]
+        if not any(around):
+            return tuple(f"port {number}" for number in range(1, count + 1))
+        if count == 2:
+            return ("inner land", "outer land")
+        return tuple(f"land {number}" for number in range(1, count + 1))
 
     @cached_property
     def digest(self) -> str:
@@ -107,7 +124,7 @@ def land_of(edges: Array, normal: Sequence[float] | Array, along: Sequence[float
     areas = np.array([strip.swept[-1] for strip in strips])
     middle = (areas[:, None] * [strip.centroid for strip in strips]).sum(axis=0) / areas.sum()
     moved = [strip.moved(-middle).begun_on_the_axis() for strip in strips]
-    moved.sort(key=lambda strip: tuple(np.round(strip.centroid / (SAME * size))))
+    moved.sort(key=lambda strip: (*np.round(strip.centroid / (SAME * size)), float(np.hypot(*strip.left.T).max())))
     at = middle @ np.array([x, y]) + (points.mean(axis=0) @ n) * n
     return Land(triple(at), triple(x), triple(y), tuple(moved))
 
@@ -214,10 +231,18 @@ class FaceLip(lip.AnyLip):
 
     @cached_property
     def pieces(self) -> Pieces:
+        pairs = zip(self._arcs_of_faces, self.face.strips, strict=True)
+        return tuple((number, strip.closed) for number, strip in pairs if number)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        numbers = self._arcs_of_faces
+        return tuple(name for name, number in zip(self.face.names, numbers, strict=True) if number)
+
+    @property
+    def _arcs_of_faces(self) -> list[int]:
         ends = np.cumsum([strip.swept[-1] for strip in self.face.strips]) / self.area
-        arcs = np.diff(np.round(ends * self.arcs).astype(int), prepend=0)
-        pairs = zip(arcs, self.face.strips, strict=True)
-        return tuple((int(number), strip.closed) for number, strip in pairs if number)
+        return [int(number) for number in np.diff(np.round(ends * self.arcs).astype(int), prepend=0)]
 
     def whole(self, arcs: int) -> int:
         ends = np.cumsum([strip.swept[-1] for strip in self.face.strips]) / self.area

@@ -241,7 +241,8 @@ def record_of(
     `bending_look`; ``like``: landings of a neighbouring run, whose partners are sought.
     """
     run = marched(problem, dt, scene.run.duration if duration is None else duration, flight)
-    landings = landings_of_march(run, scene.run.filter_width, None if like is None else like.static)
+    lands = scene.geometry.lands(Division.from_greens(problem.target.greens))
+    landings = landings_of_march(run, scene.run.filter_width, None if like is None else like.static, lands)
     others = None if like is None else like.seat
     stress_look = (look or bending_look(scene.geometry)) if stresses and scene.needs_stress else None
     blow = blow_of_march(scene, run, landings.seat, others, stress=stress_look)

@@ -29,6 +29,7 @@ from seatfem.study.runs.afterwards import Baseline, afterwards, baseline_of, sta
 from seatfem.study.runs.converge import begin_plan
 from seatfem.study.runs.forecast import converge
 from seatfem.study.runs.kept import RunOutcome, cached_plan, save_plan
+from seatfem.study.runs.land_records import land_keys
 from seatfem.study.runs.next_round import Limits
 from seatfem.study.runs.round import Round, missed, remarks
 from seatfem.study.runs.rounds import ANY, SEAT_FILE, rounds
@@ -214,6 +215,7 @@ def _summary(done: Round, baseline: Baseline, courses: tuple[DriveRun, ...], wat
         **bar_keys(done.left),
         **spring_bar_keys(baseline.left),
         "landings": records,
+        **land_keys(done.touches, done.left),
         **accuracy_keys(done),
         **plan_keys(done.plan, watch.stages["plan"]),
         "seat_static_stiffness_N_per_m": baseline.stiffness,

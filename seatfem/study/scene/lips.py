@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -313,7 +314,15 @@ class ContactGeometry:
         force, by_film = (
             each.reshape(len(parts), division.arcs, division.rings).sum(axis=2) for each in (parts, every)
         )
-        return Line(force, grid, lip.lengths, share, lip.edges, by_film, lip.pieces)
+        places = lip.line().mean(axis=1) if len(lip.pieces) > 1 else np.zeros((0, 2))
+        return Line(force, grid, lip.lengths, share, lip.edges, by_film, lip.pieces, lip.names, places)
+
+    def lands(self, division: Division) -> tuple[slice, ...]:
+        """Return the parts of each land of the seat, in the order of the parts; none of a seat with a single one."""
+        if division.arcs == 1 or (lip := self.struck(division.arcs)) is None or len(lip.pieces) < 2:
+            return ()
+        ends = (division.rings * np.cumsum([0, *(arcs for arcs, _ in lip.pieces)])).tolist()
+        return tuple(slice(*pair) for pair in itertools.pairwise(ends))
 
     @property
     def _is_uneven(self) -> bool:
@@ -359,4 +368,4 @@ def _openings(gap: float, lip: AnyLip, across: int, heights: Callable[[Array], A
 
 def closed_line(lip: AnyLip) -> ClosedLine:
     """Return the centre line of a lip, divided into its arcs."""
-    return ClosedLine(lip.lengths, lip.edges, lip.line().mean(axis=1), lip.pieces)
+    return ClosedLine(lip.lengths, lip.edges, lip.line().mean(axis=1), lip.pieces, lip.names)
