@@ -11,7 +11,7 @@ from typing import Annotated, Final
 from cyclopts import Parameter
 
 from seatfem import units
-from seatfem.faces import plan_view, tables, verdict
+from seatfem.faces import lands_view, plan_view, tables, verdict
 from seatfem.faces.report import asked
 from seatfem.faces.report import checked as checked_scenes
 from seatfem.faces.terminal import (
@@ -222,7 +222,9 @@ def _run(path: Path, folder: Path, effort: Effort, common: Common, changes: Sequ
         landings = tables.landings_of(outcome.summary)
         if len(landings) > 1 and (table := tables.landings_table(landings)):  # else the table above has all
             wide.print(table)
-        sentences = (verdict.pressed_on, verdict.horizon, verdict.simpler, verdict.lasting)
+        if (of_lands := lands_view.lands_table(outcome.summary)) is not None:
+            wide.print(of_lands)
+        sentences = (lands_view.closing_order, verdict.pressed_on, verdict.horizon, verdict.simpler, verdict.lasting)
         for words in filter(None, (each(outcome.summary) for each in sentences)):
             wide.print(words, soft_wrap=True)
     tell(outcome, common, copies)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
@@ -26,6 +27,7 @@ SAME: Final = 1e-6  # distance of ends of edges that count as one point, over th
 FLAT: Final = 1e-3  # largest difference in height of a flat face, over its size
 SQUARE_ON: Final = 1e-6  # largest part across x of a normal that counts as along x
 FLUSH: Final = 0.99  # share of a land that counts as all of it, with an allowance for chords
+AROUND: Final = 1440  # chords of a circle: its area is right to 3e-6
 TELLING: Final = 0.05  # least part of a stated unit direction along the face
 
 
@@ -127,6 +129,16 @@ def land_of(edges: Array, normal: Sequence[float] | Array, along: Sequence[float
     moved.sort(key=lambda strip: (*np.round(strip.centroid / (SAME * size)), float(np.hypot(*strip.left.T).max())))
     at = middle @ np.array([x, y]) + (points.mean(axis=0) @ n) * n
     return Land(triple(at), triple(x), triple(y), tuple(moved))
+
+
+@lru_cache(maxsize=8)
+def concentric(rings: tuple[tuple[float, float], ...], height: float) -> Land:
+    """Return rings about the z axis as a land that looks up; their inner and outer radii, from inside, and height
+    [m]."""
+    angles = np.linspace(0.0, 2 * math.pi, AROUND + 1)
+    rays = np.column_stack([np.cos(angles), np.sin(angles)])
+    strips = tuple(Strip(low * rays, high * rays, closed=True) for low, high in rings)
+    return Land((0.0, 0.0, height), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), strips)
 
 
 @lru_cache(maxsize=8)

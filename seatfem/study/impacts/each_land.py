@@ -16,6 +16,7 @@ from impact.after.landings import Landing, hardest, pair_landings
 from seatfem.study.impacts.landings import Landings, land_place
 from seatfem.study.scene.measures import Line
 
+SHARE: Final = "impulse_share"
 LINE_FORCE: Final = "line_force_peak_N_per_m"
 DELAY: Final = "after_first_s"
 TOGETHER: Final = 1e-6  # fraction of a step within which a landing begins with another one
@@ -35,8 +36,8 @@ def landings_of_lands(landings: Landings) -> tuple[Landing | None, ...]:
 def values_of_lands(
     line: Line | None, landings: Landings, width: float, like: Landings | None = None
 ) -> dict[str, float]:
-    """Return, by name, the largest force per length on each land during the hardest landing [N/m], and the time from
-    the first touch of any land to its own [s].
+    """Return, by name, the largest force per length on each land during the hardest landing [N/m], the time from the
+    first touch of any land to its own [s], and its share of the impulse on all lands during the hardest landing.
 
     Args:
         line: contact along the lips; ``None``, or of a single land: there are no values.
@@ -51,13 +52,37 @@ def values_of_lands(
         one if like is None else _partner(one, like.lands[k], landings.lands[k]) for k, one in enumerate(of_lands)
     )
     first = min((one.touch for one in own if one is not None), default=math.nan)
-    values = {}
+    values, shares = {}, _shares(line, _hardest(landings, like))
     for k, (asked, one) in enumerate(zip(of_lands, own, strict=True)):
         if asked is not None:
             place = land_place(k)
             values[f"{place} {DELAY}"] = math.inf if one is None else one.touch - first
+            values[f"{place} {SHARE}"] = shares[k]
             values[f"{place} {LINE_FORCE}"] = math.inf if one is None else largest_line_force(line, k, one, width)
     return values
+
+
+def _hardest(landings: Landings, like: Landings | None) -> Landing | None:
+    """Return the hardest landing on the seat, or the partner of that of a neighbouring run."""
+    if like is None or like.hardest is None:
+        return landings.hardest
+    return _partner(like.hardest, like.seat, landings.seat)
+
+
+def _shares(line: Line, landing: Landing | None) -> list[float]:
+    """Return the share of each land in the impulse of a landing, loads included; infinite without one."""
+    if landing is None:
+        return [math.inf] * len(line.lands)
+    rows = _rows_of(line, landing)
+    impulses = np.diff(line.grid.time)[rows] @ line.force[1:][rows]
+    return [float(impulses[land].sum() / impulses.sum()) for land in line.lands]
+
+
+def _rows_of(line: Line, landing: Landing) -> slice:
+    """Return the steps of the grid during a landing."""
+    begins, ends = line.grid.time[:-1], line.grid.time[1:]
+    rows = np.flatnonzero((ends > landing.start) & (begins < landing.end + line.grid.dt / 2))
+    return slice(int(rows[0]), int(rows[-1]) + 1)
 
 
 def _partner(one: Landing | None, landings: tuple[Landing, ...], others: tuple[Landing, ...]) -> Landing | None:
@@ -69,9 +94,7 @@ def largest_line_force(line: Line, number: int, landing: Landing, width: float) 
     """Return the largest force per length on a land during a landing on it [N/m], as a mean over the ``width`` [s] and
     over the length of line over which all forces along the lip are averaged; lands are numbered from 0."""
     arcs, lengths = line.lands[number], line.lengths
-    begins, ends = line.grid.time[:-1], line.grid.time[1:]
-    rows = np.flatnonzero((ends > landing.start) & (begins < landing.end + line.grid.dt / 2))
-    own, span = lengths[arcs], slice(int(rows[0]), int(rows[-1]) + 1)
+    own, span = lengths[arcs], _rows_of(line, landing)
     share = min(1.0, line.share * float(lengths.sum()) / float(own.sum()))
     times = line.grid.time[span.start : span.stop + 1]
     piece = (len(own), line.pieces[number][1])

@@ -5,13 +5,16 @@ from __future__ import annotations
 from impact.after.landings import Landing
 from impact.quantities import finite_or_none
 from impact.runs.variations import Budget
-from seatfem.study.impacts.each_land import DELAY, LINE_FORCE, closed_all_round, landings_of_lands
+from seatfem.study.impacts.each_land import DELAY, LINE_FORCE, SHARE, closed_all_round, landings_of_lands
 from seatfem.study.impacts.landings import land_place
 from seatfem.study.impacts.touches import OF_A_LANDING, Touches, landing_name
 from seatfem.study.scene.measures import Line
 
 OF_A_LAND = tuple(key for field, key in OF_A_LANDING.items() if field != "restitution")
 """Keys of a landing that one of several lands has by itself: the reed's energy belongs to none of them."""
+
+ACROSS = (DELAY, SHARE, LINE_FORCE)
+"""Further keys of a land, which compare it with the others in one landing or belong to that landing."""
 
 
 def land_keys(touches: Touches, left: Budget) -> dict[str, object]:
@@ -54,9 +57,9 @@ def _numbers(
     if landing is not None:
         index = touches.landings.lands[number].index(landing)
         names = {key: landing_name(place, index, key) for key in OF_A_LAND}
-        names |= {} if alone else {key: f"{place} {key}" for key in (DELAY, LINE_FORCE)}
+        names |= {} if alone else {key: f"{place} {key}" for key in ACROSS}
     known = {key: name for key, name in names.items() if name in left.values}
-    keys = OF_A_LAND if alone else (*OF_A_LAND, DELAY, LINE_FORCE)
+    keys = OF_A_LAND if alone else (*OF_A_LAND, *ACROSS)
     return {
         **{key: left.values[known[key]] if key in known else None for key in keys},
         "static_load_N": landing and landing.static_load,
