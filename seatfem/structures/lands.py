@@ -27,12 +27,43 @@ SAME: Final = 1e-6  # distance of ends of edges that count as one point, over th
 FLAT: Final = 1e-3  # largest difference in height of a flat face, over its size
 SQUARE_ON: Final = 1e-6  # largest part across x of a normal that counts as along x
 FLUSH: Final = 0.99  # share of a land that counts as all of it, with an allowance for chords
+OVER_A_PORT: Final = 9  # squares along each side of a port that carries a pressure
 AROUND: Final = 1440  # chords of a circle: its area is right to 3e-6
 TELLING: Final = 0.05  # least part of a stated unit direction along the face
 
 
 class UncoveredError(errors.ModelError):
     """A land of which a reed covers too little."""
+
+
+@dataclass(frozen=True, eq=False)
+class Gate:
+    """The way of gas over one land.
+
+    Attributes:
+        rim: length of its rim towards the port [m].
+        share: of the port, 1/2 where two lands seal it.
+        area: that share of the port's area [m^2].
+        loops: (n, 2) around the port, the outer one first, from the centre [m].
+    """
+
+    rim: float
+    share: float
+    area: float
+    loops: tuple[Array, ...]
+
+    def points(self) -> Array:
+        """Return (n, 2) points all over the port, each in the middle of an equal square."""
+        outer = self.loops[0]
+        low, high = outer.min(axis=0), outer.max(axis=0)
+        x, y = (low[k] + (high[k] - low[k]) * (np.arange(OVER_A_PORT) + 0.5) / OVER_A_PORT for k in (0, 1))
+        points = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+        return points[inside(self.loops, points)]
+
+
+def _length(loop: Array) -> float:
+    """Return the length of a line through points (n, 2) [m]."""
+    return float(np.hypot(*np.diff(loop, axis=0).T).sum())
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +96,22 @@ class Land:
         if count == 2:
             return ("inner land", "outer land")
         return tuple(f"land {number}" for number in range(1, count + 1))
+
+    @cached_property
+    def gates(self) -> tuple[Gate, ...]:
+        """Return the way of gas over each of its faces: of rings beside each other from a port within each, of rings
+        around each other from the annular ports between pairs of them, from inside; none of other faces."""
+        rings = self.strips
+        if not all(strip.closed for strip in rings):
+            return ()
+        if self.names[0].startswith("port"):
+            return tuple(Gate(_length(ring.left), 1.0, polygon_area(ring.left[:-1]), (ring.left,)) for ring in rings)
+        gates = []
+        for one, other in zip(rings[::2], rings[1::2], strict=False) if len(rings) % 2 == 0 else ():
+            loops = other.left, one.right
+            area = polygon_area(loops[0][:-1]) - polygon_area(loops[1][:-1])
+            gates += [Gate(_length(rim), 0.5, area / 2, loops) for rim in reversed(loops)]
+        return tuple(gates)
 
     @cached_property
     def digest(self) -> str:

@@ -40,6 +40,7 @@ from seatfem.study.impacts.touches import (
     contact_record_of,
     is_time,
     landing_name,
+    lifts_of,
     stress_since,
     values_of_record,
 )
@@ -179,7 +180,8 @@ def error_budget(
         coarse = Strike(scene.geometry, striker, seat.greens, touches).largest_stress(coarsely=True, since=since)
         blow = contact_record_of(touches, width, coarse, choice)
     last, like = impulse_of_last_touch(blow), touches.landings
-    others = contact.other_values(scene, touches.strains, touches.opening, result.dt)
+    ports = lifts_of(scene.geometry, touches, seat.greens) if scene.driven_by else ()
+    others = contact.other_values(scene, touches.strains, touches.opening, result.dt, ports)
     own = RunRecord(blow, like, touches.stopper_force, others)
 
     def values_with_clock(record: RunRecord) -> Values:

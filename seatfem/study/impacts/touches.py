@@ -15,7 +15,7 @@ from impact.after import histories
 from impact.after.landings import pair_landings
 from impact.after.result import ImpactResult, join_contacts, select_contacts
 from impact.bodies.body import Body
-from impact.greens.base import Array
+from impact.greens.base import Array, GreensFunction
 from impact.march.motion import PortForces, mean_displacement
 from impact.march.rows import MarchRun
 from impact.quantities import finite_or_none
@@ -25,7 +25,7 @@ from seatfem.study.impacts.each_land import values_of_lands
 from seatfem.study.impacts.landings import Face, Landings, landings_of_result
 from seatfem.study.scene import ContactGeometry
 from seatfem.study.scene.measures import ContactRecord, LandingChoice, Line, judged_landing, key_of, values_of
-from seatfem.study.scene.wings import CYCLE
+from seatfem.study.scene.wings import CYCLE, PortLift
 
 
 @dataclass(frozen=True)
@@ -98,6 +98,13 @@ def taken_apart(
     seat = join_contacts(parts, division.shares)
     mass = _mass_that_moves(problem, np.asarray(parts.rows.spans @ parts.rows.force[1:]), division.shares)
     return Touches(replace(seat, striker_mass=mass or seat.striker_mass), parts, stopper, line, on_stopper, landings)
+
+
+def lifts_of(geometry: ContactGeometry, touches: Touches, seat: GreensFunction) -> tuple[PortLift, ...]:
+    """Return the lift over each land of a seat with several, whose Green's function has ports for their parts."""
+    result = touches.seat if touches.parts is None else touches.parts
+    gap = result.rows.gap.reshape(len(result.rows.ends), -1)
+    return geometry.lifts(Division.from_greens(seat), gap, result.rows)
 
 
 def _mass_that_moves(problem: impact.ContactProblem, pushed: Array, shares: Array) -> float | None:

@@ -21,7 +21,7 @@ from seatfem.structures.mesh.gmsh_process import gmsh_session
 from seatfem.study.impacts import contact
 from seatfem.study.impacts import layout as layouts
 from seatfem.study.impacts.contact import RunError
-from seatfem.study.impacts.touches import bar_keys
+from seatfem.study.impacts.touches import bar_keys, lifts_of
 from seatfem.study.plan import Plan
 from seatfem.study.runs import lives, seat_fields, stress_wave
 from seatfem.study.runs import pictures as run_pictures
@@ -191,7 +191,8 @@ def first_numbers(done: Round) -> dict[str, Any]:
 def _courses_of_drives(done: Round) -> tuple[DriveRun, ...]:
     """Return the course in a round of what wings do."""
     scene, touches = done.plan.scene, done.touches
-    run = touches.opening, touches.seat.dt, scene.run.duration, touches.stopper
+    ports = lifts_of(scene.geometry, touches, done.seat.greens) if scene.driven_by else ()
+    run = touches.opening, touches.seat.dt, scene.run.duration, touches.stopper, ports
     return tuple(each.after_run(*run) for each in scene.driven_by)
 
 

@@ -26,6 +26,7 @@ from seatfem.study.scene.contact import Contact, Stopper
 from seatfem.study.scene.measures import Line
 from seatfem.study.scene.problems import scene_error
 from seatfem.study.scene.retainers import Retainer, distance_of_clamp, middles
+from seatfem.study.scene.wings import PortLift
 
 NO_ANGLES: Final = (
     "the struck lip is a strip, several faces, or winds about its centroid, so that an angle does not define a place "
@@ -323,6 +324,31 @@ class ContactGeometry:
             return ()
         ends = (division.rings * np.cumsum([0, *(arcs for arcs, _ in lip.pieces)])).tolist()
         return tuple(slice(*pair) for pair in itertools.pairwise(ends))
+
+    def _lands_met(self) -> FaceLip | None:
+        """Return the struck face of several lands that a plate meets all over, undivided; ``None`` of others."""
+        region = self.region()
+        return region if isinstance(region, FaceLip) and len(region.face.gates) > 1 else None
+
+    def port_points(self) -> tuple[Array, ...]:
+        """Return (n, 2) points all over each port of a seat of several lands, from the centre of the reed's contact
+        [m]; none of a seat with a single land."""
+        if (met := self._lands_met()) is None:
+            return ()
+        gates = met.face.gates[:: round(1 / met.face.gates[0].share)]
+        return tuple(gate.points() + self.contact.offset for gate in gates)
+
+    def lifts(self, division: Division, gap: Array, grid: TimeGrid) -> tuple[PortLift, ...]:
+        """Return the lift over each land of a seat of several from the gaps (N + 1, parts) on the seat's parts [m], the
+        mean of all parts where they are not divided by lands; none of a seat with a single land."""
+        if (met := self._lands_met()) is None:
+            return ()
+        gates, lands = met.face.gates, self.lands(division)
+        parts = lands if len(lands) == len(gates) else (slice(None),) * len(gates)
+        return tuple(
+            PortLift(name, grid.spread_motions(gap[:, part].mean(axis=1)), gate.rim, gate.area, gate.share)
+            for name, part, gate in zip(met.face.names, parts, gates, strict=True)
+        )
 
     @property
     def _is_uneven(self) -> bool:
