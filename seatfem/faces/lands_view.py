@@ -32,7 +32,7 @@ def closing_order(summary: readings.Summary) -> str:
     touched = sorted((each for each in lands if each.get("order")), key=lambda each: int(str(each["order"])))
     if not touched:
         return ""
-    words = [f"{_name(touched[0])} closes first, at {_time(touched[0], TIME)}, with {_time(touched[0], SPEED)}"]
+    words = [f"{_name(touched[0])} closes first, at {_time(touched[0], TIME)}, {_speed(touched[0])}"]
     words += [_later(each) for each in touched[1:]]
     words += [f"{_name(each)} is not touched in this landing" for each in lands if not each.get("order")]
     sentence = "; ".join(words)
@@ -48,10 +48,14 @@ def _time(land: readings.Summary, key: str) -> str:
     return readings.reading(land, key, results.unit_of(key))
 
 
+def _speed(land: readings.Summary) -> str:
+    return f"closing speed {_time(land, SPEED)}"
+
+
 def _later(land: readings.Summary) -> str:
     """Return how much later a land closes; that the order is not known where the error bar is as large."""
     delay, bar = readings.as_number(land.get(DELAY)), readings.bar_of(land, DELAY)
-    with_speed = f"with {_time(land, SPEED)}"
+    with_speed = _speed(land)
     if not delay:
         return f"{_name(land)} at the same time, {with_speed}"
     known = bar is not None and math.isfinite(bar)
