@@ -279,7 +279,7 @@ def _force(axes: Axes, runs: list[ImpactResult], window: tuple[float, float], li
     axes.set_ylabel(f"force [{unit}]")
     axes.set_ylim(bottom=0.0)
     axes.legend(loc="best")
-    axes.set_title(f"{'Force, total and by land' if line.rings else 'Total force'}, mean over {1e6 * width:g} µs")
+    axes.set_title(f"{'Force by land' if line.rings else 'Total force'}, mean over {1e6 * width:g} µs")
 
 
 def _gaps(axes: Axes, result: ImpactResult, window: tuple[float, float], line: ClosedLine) -> None:

@@ -9,6 +9,7 @@ import pytest
 
 import impact
 from impact.bodies.body import Body, ModalState
+from impact.gas import FORWARD, GasHistory
 from impact.greens.modal import ModalGreens, Residual
 from seatfem.faces.lands_view import closing_order
 from seatfem.structures.method import bed
@@ -18,8 +19,11 @@ from seatfem.study.impacts.contact import record_of
 from seatfem.study.impacts.each_land import DELAY, SHARE, landings_of_lands
 from seatfem.study.impacts.landings import Landings
 from seatfem.study.impacts.touches import values_of_record
+from seatfem.study.scene.wings import PortLift
+from seatfem.wings.gas import masses_over_lands
+from tests.as_stated import striker_of
 from tests.gallery import load_text, refusal
-from tests.steps import Scene
+from tests.steps import Scene, SceneError, check_files
 
 SEAT = (
     '[seat]\nkind = "annular"\nmaterial = "steel"\nbore_radius = "7 mm"\nlip_width = "1 mm"\nlip_edge_radius = "0 mm"\n'
@@ -111,3 +115,48 @@ def test_the_order_is_told_with_its_doubt() -> None:
     assert sentence.endswith("port 3 is not touched in this landing.")
     doubtful = closing_order({"lands": [first, {**later, "error_bar_after_first_s": 6e-6}]})
     assert "which of them is earlier is not known" in doubtful
+
+
+PORTS = (
+    '[seat]\nkind = "plate"\nmaterial = "steel"\nports = 2\nlayout = "row"\nport_radius = "4 mm"\npitch = "12 mm"\n'
+    'margin = "6 mm"\nthickness = "6 mm"\nland_width = "1 mm"\nclamp_width = "2 mm"\n'
+    '[reed]\nkind = "flapper"\nmaterial = "steel"\nroot_width = "12 mm"\ntaper_length = "3 mm"\nneck_width = "10 mm"\n'
+    'neck_length = "20 mm"\npaddle_diameter = "24 mm"\nthickness = "0.3 mm"\ngreens = { bandwidth = "20 kHz" }\n'
+)
+GAS = (
+    '[gas]\nvalve = "suction"\nsuction = { pressure = "1 bar", temperature = "20 degC" }\n'
+    'discharge = { pressure = "5 bar", temperature = "180 degC" }\nrpm = 3000\nport_diameter = "8 mm"\n'
+    'bore = "50 mm"\nstroke = "40 mm"\nrod = "80 mm"\nclearance = "4 cm^3"\n'
+)
+
+
+def test_gas_divides_over_ports_by_their_lifts() -> None:
+    """Two equal ports lifted 1 to 3 pass 1/4 and 3/4 of the gas; from a quarter of the diameter on no more."""
+    time = np.linspace(0, 1e-3, 11)
+    states = np.zeros((11, 7))
+    states[:, FORWARD] = 8e-6 * time / time[-1]
+    history = GasHistory(time, np.zeros(11), states)
+    rim, area = math.pi * 8e-3, math.pi * 16e-6
+
+    def shares(one: float, other: float) -> list[float]:
+        lands = [PortLift("", np.full(11, lift), rim, area) for lift in (one, other)]
+        masses = masses_over_lands(lands, history, 1e-4)
+        return [masses[f"gas_land_{number}_mass_forward_kg"] / 8e-6 for number in (1, 2)]
+
+    assert shares(0.5e-3, 1.5e-3) == pytest.approx([0.25, 0.75])
+    assert shares(3e-3, 4e-3) == pytest.approx([0.5, 0.5])
+
+
+@pytest.mark.slow
+def test_gas_acts_over_each_port_as_it_is_drawn(tmp_path: Path) -> None:
+    """The static load is that of two ports; its part in the first mode is the mean of that mode over both ports, which
+    differs from that at the paddle's centre, where one disc lay."""
+    scene = load_text(tmp_path, PORTS + GAS + '[contact]\npreload = true\n[run]\nduration = "2 ms"\n')
+    points, body = scene.geometry.port_points(), striker_of(scene)
+    assert [tuple(np.round(1e3 * each.mean(axis=0), 6)) for each in points] == [(-6, 0), (6, 0)]
+    [load] = body.loads
+    expected = np.mean([scene.reed.pushed_at(body, each).mean(axis=1) for each in points], axis=0)
+    assert load.shape == pytest.approx(expected, rel=1e-12)
+    assert scene.gas.areas_of(2).force(0.0) == pytest.approx(2 * math.pi * 16e-6, rel=1e-12)
+    with pytest.raises(SceneError, match=r"gas\.ports: 3: the reed meets lands of 2 ports; use 2"):
+        check_files(load_text(tmp_path, PORTS + GAS + 'ports = 3\n[run]\nduration = "2 ms"\n'))
