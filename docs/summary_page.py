@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from impact.files.safe_files import write_whole
-from seatfem.results import HEADINGS, OF_LANDINGS, all_results, result_of
+from seatfem.results import HEADINGS, OF_LANDINGS, OF_LANDS, all_results, result_of
 from seatfem.study.scene.measures import all_measures
 
 PAGE: Final = Path(__file__).with_name("summary.md")
@@ -36,6 +36,15 @@ LANDINGS: Final = """
 ## landings
 
 A list with one record for each landing on seat and stopper, in the order of time; also in landings.csv.
+
+| key | meaning |
+|---|---|
+"""
+LANDS: Final = """
+## lands
+
+A list with one record for each land of a seat with several: its hardest landing during the hardest landing on the seat
+([lands](lands.md)). `land_landings` lists every landing on each land.
 
 | key | meaning |
 |---|---|
@@ -69,6 +78,8 @@ def lines_of_page() -> Iterator[str]:
     yield DECISION.strip() + "\n"
     yield LANDINGS.strip()
     yield from (table_row(key, words) for key, words in OF_LANDINGS.items())
+    yield LANDS.rstrip()
+    yield from (table_row(key, words) for key, words in OF_LANDS.items())
     yield ""
 
 

@@ -174,6 +174,20 @@ OF_LANDINGS: Final[Mapping[str, str]] = {
     RESTITUTION: "restitution",
 }
 """Keys of the records of landings, and the heads of their columns."""
+OF_LANDS: Final[Mapping[str, str]] = {
+    "time_s": "first touch",
+    "after_first_s": "after the\nfirst land",
+    "closed_all_round_s": "all round",
+    "closing_speed_m_per_s": "closing\nspeed",
+    PEAK: "peak\nforce",
+    STATIC: "static\nload",
+    EXCESS: "peak above\nstatic load",
+    IMPULSE: "impulse",
+    "impulse_share": "share",
+    "duration_s": "duration",
+    "line_force_peak_N_per_m": "line\nforce",
+}
+"""Keys of the records of lands, and the heads of their columns."""
 WINGS: Final = "seatfem.wings"
 """Package whose files may add results."""
 

@@ -227,13 +227,15 @@ class ClosedLine:
     """A line of N arcs around a centre, closed unless its ``pieces`` say otherwise.
 
     ``lengths`` (N,): lengths of the arcs [m]; ``edges`` (N + 1,): angles of their ends, from 0 to 2 pi [rad], ``None``
-    where the angle does not determine the point; ``places`` (N, 2): mean x and y over each arc from the centre [m].
+    where the angle does not determine the point; ``places`` (N, 2): mean x and y over each arc from the centre [m];
+    ``names``: of the pieces.
     """
 
     lengths: Array
     edges: Array | None
     places: Array
     pieces: Pieces = ()
+    names: tuple[str, ...] = ()
 
     @property
     def borders(self) -> Array:

@@ -9,7 +9,7 @@ is solved at some instants, between which the forces are interpolated linearly.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 import numpy as np
@@ -34,25 +34,30 @@ ROUND_OFF: Final = 1e-12  # relative compliance added to keep the equations regu
 
 @dataclass(frozen=True)
 class StaticLoad:
-    """The quasi-static forces at m instants ``time`` [s]: totals of the contacts with seats and with stoppers (m,)
-    [N]."""
+    """The quasi-static forces at m instants ``time`` [s]: totals of the contacts with seats and with stoppers (m,), and
+    of g groups of contacts (m, g) [N]."""
 
     time: Array
     seat: Array
     stopper: Array
+    groups: Array = field(default_factory=lambda: np.zeros((1, 0)))
 
     __repr__ = brief
 
     def course(self, time: Array, *, stopper: bool = False) -> Array:
         """Return the (n,) forces [N] at times (n,) [s], constant beyond the last instant."""
-        force = self.stopper if stopper else self.seat
-        if not np.any(force):
-            return np.zeros(len(time))
-        return np.interp(time, self.time, force)
+        return self._at(self.stopper if stopper else self.seat, time)
+
+    def of_group(self, number: int, time: Array) -> Array:
+        """Return the (n,) forces on a group of contacts [N] at times (n,) [s], constant beyond the last instant."""
+        return self._at(self.groups[:, number], time)
+
+    def _at(self, force: Array, time: Array) -> Array:
+        return np.interp(time, self.time, force) if np.any(force) else np.zeros(len(time))
 
 
-def static_load(problem: ContactProblem, duration: float) -> StaticLoad:
-    """Return the quasi-static forces of a problem over a ``duration`` [s].
+def static_load(problem: ContactProblem, duration: float, groups: Sequence[slice] = ()) -> StaticLoad:
+    """Return the quasi-static forces of a problem over a ``duration`` [s], also on ``groups`` of its contacts.
 
     A free body is held by a spring so soft that it bears `SOFT` of the largest load; without loads it has no static
     contact force. Hertz' and Hunt-Crossley's laws are solved by secants; a user's law counts as rigid. Loads that
@@ -64,10 +69,13 @@ def static_load(problem: ContactProblem, duration: float) -> StaticLoad:
     modal = problem.striker.greens.modal
     held = modal is None or bool(np.all(modal.omega)) or bool(np.any(problem.striker.load_amplitudes(time)))
     if np.all(opening >= 0) or not held:
-        return StaticLoad(np.zeros(1), np.zeros(1), np.zeros(1))
+        return StaticLoad(np.zeros(1), np.zeros(1), np.zeros(1), np.zeros((1, len(groups))))
     seats = np.array([contact.side > 0 for contact in problem.contacts])
     force = _pressing(problem.contacts, compliance, opening)
-    return StaticLoad(time, force[:, seats].sum(axis=1), force[:, ~seats].sum(axis=1))
+    by_group = np.zeros((len(time), len(groups)))
+    for column, group in enumerate(groups):
+        by_group[:, column] = force[:, group].sum(axis=1)
+    return StaticLoad(time, force[:, seats].sum(axis=1), force[:, ~seats].sum(axis=1), by_group)
 
 
 def _openings(problem: ContactProblem, time: Array) -> tuple[Array, Array]:

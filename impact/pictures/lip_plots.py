@@ -129,6 +129,8 @@ QUARTERS = (0.0, 0.25, 0.5, 0.75)
 NAMES: Final = ("seat", "spring baseline")
 STYLES: Final[tuple[tuple[str, Any], ...]] = ((BLUE, "solid"), (ORANGE, (0, (4, 2))))
 """Colour and line style of a run and of its baseline, dashed above it, so that both are visible if they coincide."""
+OF_LANDS: Final = (GREEN, PURPLE, GREY)
+"""Colours of the forces on the lands of a seat with several."""
 _OF_QUARTERS = (BLUE, ORANGE, GREEN, PURPLE)
 
 
@@ -167,7 +169,7 @@ def plot_lip(
         _map(figure, figure.add_subplot(grid[0, :]), result, window, line, filter_width, contact)
         kind = "rectilinear" if line.edges is None else "polar"
         _impulse(figure.add_subplot(grid[1, 0], projection=kind), runs, line, share)
-        _force(figure.add_subplot(grid[1, 1]), runs, window, filter_width)
+        _force(figure.add_subplot(grid[1, 1]), runs, window, line, filter_width)
         _gaps(figure.add_subplot(grid[2, 0]), result, window, line)
         _tilt(figure.add_subplot(grid[2, 1]), result, window, line)
     return figure
@@ -221,7 +223,7 @@ def _map(
 def _borders(line: ClosedLine) -> tuple[Array, str]:
     """Return the borders (N + 1,) between arcs, in degrees or mm, and their label."""
     if line.edges is None:
-        return 1e3 * line.borders, "along each port, from the x axis" if line.rings else "length along the lip [mm]"
+        return 1e3 * line.borders, "along each land, from its x axis" if line.rings else "length along the lip [mm]"
     return np.degrees(line.edges), "angle from the x axis, anticlockwise [°]"
 
 
@@ -231,7 +233,7 @@ def _middles(line: ClosedLine) -> list[float]:
 
 
 def _ports(line: ClosedLine) -> list[str]:
-    return [f"port {number}" for number in range(1, len(line.rings) + 1)]
+    return list(line.names) or [f"port {number}" for number in range(1, len(line.rings) + 1)]
 
 
 def _impulse(axes: Axes, runs: list[ImpactResult], line: ClosedLine, share: float) -> None:
@@ -259,17 +261,25 @@ def _impulse(axes: Axes, runs: list[ImpactResult], line: ClosedLine, share: floa
     axes.set_title(f"Impulse per length [{unit}], mean over {1e3 * share * length:.2g} mm")
 
 
-def _force(axes: Axes, runs: list[ImpactResult], window: tuple[float, float], width: float) -> None:
+def _force(axes: Axes, runs: list[ImpactResult], window: tuple[float, float], line: ClosedLine, width: float) -> None:
+    """Draw the total forces, and those on each ring of a line of several in the first run."""
     totals = [run.rows.spread_forces(run.rows.force.sum(axis=1))[1:] for run in runs]
     averages = [averaged(total, run.dt, width, MOVING_AVERAGE) for run, total in zip(runs, totals, strict=True)]
     (factor, unit), rate = scaled(np.concatenate(averages), "N"), time_axis(axes, window)
     for run, values, name, (colour, style) in zip(runs, averages, NAMES, STYLES, strict=False):
         part = _within(run, window, 4000)
         axes.plot(rate * run.time[part], factor * values[part], color=colour, linestyle=style, label=name)
+    part, first = _within(runs[0], window, 4000), runs[0]
+    for number, (ring, name) in enumerate(zip(line.rings, _ports(line), strict=True)):
+        own = averaged(
+            first.rows.spread_forces(first.rows.force[:, ring].sum(axis=1))[1:], first.dt, width, MOVING_AVERAGE
+        )
+        colour = OF_LANDS[number % len(OF_LANDS)]
+        axes.plot(rate * first.time[part], factor * own[part], color=colour, linewidth=1.0, label=name)
     axes.set_ylabel(f"force [{unit}]")
     axes.set_ylim(bottom=0.0)
-    axes.legend(loc="upper right")
-    axes.set_title(f"Total force, mean over {1e6 * width:g} µs")
+    axes.legend(loc="best")
+    axes.set_title(f"{'Force by land' if line.rings else 'Total force'}, mean over {1e6 * width:g} µs")
 
 
 def _gaps(axes: Axes, result: ImpactResult, window: tuple[float, float], line: ClosedLine) -> None:
@@ -284,7 +294,7 @@ def _gaps(axes: Axes, result: ImpactResult, window: tuple[float, float], line: C
         name = f"{place:.3g} mm" if line.edges is None else f"{place:.0f}°"
         if line.rings:
             number, angle = line.place_on_ring(arc)
-            name = f"port {number}, {math.degrees(angle):.0f}°"
+            name = f"{_ports(line)[number - 1]}, {math.degrees(angle):.0f}°"
         height = (gap[:, arc] + gap[:, beside]) / 2  # at a border of two
         axes.plot(rate * result.time[part], factor * height, color=colour, label=name)
     zero_line(axes)

@@ -10,6 +10,7 @@ from typing import Final
 from rich.table import Table
 
 from impact.quantities import in_time
+from seatfem.faces.lands_view import lands_table
 from seatfem.faces.tables import landings_of, landings_table, result_table
 from seatfem.faces.terminal import Console, visible
 from seatfem.readings import Summary, as_number
@@ -56,6 +57,8 @@ def all_parts(summary: Summary, title: str) -> Iterator[str | Table]:
     yield result_table(summary)
     landings = landings_of(summary)
     if len(landings) > 1 and (table := landings_table(landings)):  # else the table above has all
+        yield table
+    if (table := lands_table(summary)) is not None:
         yield table
     yield from filter(None, (against_spring(summary), *sentences(summary)))
 

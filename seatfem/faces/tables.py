@@ -114,7 +114,11 @@ def landings_table(records: Records, most: int | None = SHOWN) -> Table | None:
 
 
 def _place(record: readings.Summary) -> str:
-    """Return the place of first contact: an angle, or a length along the lip; "" if it is not known."""
+    """Return the place of first contact: a land and the angle about its centre, an angle, or a length along the lip;
+    "" if it is not known."""
+    if land := record.get("land"):
+        about = readings.as_number(record.get("land_deg"))
+        return str(land) + ("" if about is None else f", {readings.with_unit(f'{about:.4g}', readings.DEGREES)}")
     if (angle := readings.as_number(record.get("place_deg"))) is not None:
         return readings.with_unit(f"{angle:.4g}", readings.DEGREES)
     along = readings.as_number(record.get("place_m"))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
@@ -26,6 +27,8 @@ SAME: Final = 1e-6  # distance of ends of edges that count as one point, over th
 FLAT: Final = 1e-3  # largest difference in height of a flat face, over its size
 SQUARE_ON: Final = 1e-6  # largest part across x of a normal that counts as along x
 FLUSH: Final = 0.99  # share of a land that counts as all of it, with an allowance for chords
+OVER_A_PORT: Final = 9  # squares along each side of a port that carries a pressure
+AROUND: Final = 1440  # chords of a circle: its area is right to 3e-6
 TELLING: Final = 0.05  # least part of a stated unit direction along the face
 
 
@@ -34,18 +37,81 @@ class UncoveredError(errors.ModelError):
 
 
 @dataclass(frozen=True, eq=False)
+class Gate:
+    """The way of gas over one land.
+
+    Attributes:
+        rim: length of its rim towards the port [m].
+        share: of the port, 1/2 where two lands seal it.
+        area: that share of the port's area [m^2].
+        loops: (n, 2) around the port, the outer one first, from the centre [m].
+    """
+
+    rim: float
+    share: float
+    area: float
+    loops: tuple[Array, ...]
+
+    def points(self) -> Array:
+        """Return (n, 2) points all over the port, each in the middle of an equal square."""
+        outer = self.loops[0]
+        low, high = outer.min(axis=0), outer.max(axis=0)
+        x, y = (low[k] + (high[k] - low[k]) * (np.arange(OVER_A_PORT) + 0.5) / OVER_A_PORT for k in (0, 1))
+        points = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+        return points[inside(self.loops, points)]
+
+
+def _length(loop: Array) -> float:
+    """Return the length of a line through points (n, 2) [m]."""
+    return float(np.hypot(*np.diff(loop, axis=0).T).sum())
+
+
+@dataclass(frozen=True, eq=False)
 class Land:
     """One flat face or several in one plane, seen against their outward normal from their common centroid.
 
     Attributes:
         centre: the centroid [m]; x, y: the directions in which it is seen (`axes_along`).
-        strips: its faces from that centre, by the x and then the y of their own centroids.
+        strips: its faces from that centre, by the x and then the y of their own centroids, those about one centroid
+            from inside.
     """
 
     centre: Vector
     x: Vector
     y: Vector
     strips: tuple[Strip, ...]
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Return the names of its faces: "port 1", ... of rings beside each other, "inner land", "outer land" or
+        "land 1", ... from inside of rings around each other, "face 1", ... of others."""
+        count, rings = len(self.strips), [strip for strip in self.strips if strip.closed]
+        if len(rings) < count:
+            return tuple(f"face {number}" for number in range(1, count + 1))
+        around = [
+            sum(bool(inside([other.left], one.left[:1]).all()) for other in rings if other is not one) for one in rings
+        ]
+        if not any(around):
+            return tuple(f"port {number}" for number in range(1, count + 1))
+        if count == 2:
+            return ("inner land", "outer land")
+        return tuple(f"land {number}" for number in range(1, count + 1))
+
+    @cached_property
+    def gates(self) -> tuple[Gate, ...]:
+        """Return the way of gas over each of its faces: of rings beside each other from a port within each, of rings
+        around each other from the annular ports between pairs of them, from inside; none of other faces."""
+        rings = self.strips
+        if not all(strip.closed for strip in rings):
+            return ()
+        if self.names[0].startswith("port"):
+            return tuple(Gate(_length(ring.left), 1.0, polygon_area(ring.left[:-1]), (ring.left,)) for ring in rings)
+        gates = []
+        for one, other in zip(rings[::2], rings[1::2], strict=False) if len(rings) % 2 == 0 else ():
+            loops = other.left, one.right
+            area = polygon_area(loops[0][:-1]) - polygon_area(loops[1][:-1])
+            gates += [Gate(_length(rim), 0.5, area / 2, loops) for rim in reversed(loops)]
+        return tuple(gates)
 
     @cached_property
     def digest(self) -> str:
@@ -107,9 +173,19 @@ def land_of(edges: Array, normal: Sequence[float] | Array, along: Sequence[float
     areas = np.array([strip.swept[-1] for strip in strips])
     middle = (areas[:, None] * [strip.centroid for strip in strips]).sum(axis=0) / areas.sum()
     moved = [strip.moved(-middle).begun_on_the_axis() for strip in strips]
-    moved.sort(key=lambda strip: tuple(np.round(strip.centroid / (SAME * size))))
+    moved.sort(key=lambda strip: (*np.round(strip.centroid / (SAME * size)), float(np.hypot(*strip.left.T).max())))
     at = middle @ np.array([x, y]) + (points.mean(axis=0) @ n) * n
     return Land(triple(at), triple(x), triple(y), tuple(moved))
+
+
+@lru_cache(maxsize=8)
+def concentric(rings: tuple[tuple[float, float], ...], height: float) -> Land:
+    """Return rings about the z axis as a land that looks up; their inner and outer radii, from inside, and height
+    [m]."""
+    angles = np.linspace(0.0, 2 * math.pi, AROUND + 1)
+    rays = np.column_stack([np.cos(angles), np.sin(angles)])
+    strips = tuple(Strip(low * rays, high * rays, closed=True) for low, high in rings)
+    return Land((0.0, 0.0, height), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), strips)
 
 
 @lru_cache(maxsize=8)
@@ -214,10 +290,18 @@ class FaceLip(lip.AnyLip):
 
     @cached_property
     def pieces(self) -> Pieces:
+        pairs = zip(self._arcs_of_faces, self.face.strips, strict=True)
+        return tuple((number, strip.closed) for number, strip in pairs if number)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        numbers = self._arcs_of_faces
+        return tuple(name for name, number in zip(self.face.names, numbers, strict=True) if number)
+
+    @property
+    def _arcs_of_faces(self) -> list[int]:
         ends = np.cumsum([strip.swept[-1] for strip in self.face.strips]) / self.area
-        arcs = np.diff(np.round(ends * self.arcs).astype(int), prepend=0)
-        pairs = zip(arcs, self.face.strips, strict=True)
-        return tuple((int(number), strip.closed) for number, strip in pairs if number)
+        return [int(number) for number in np.diff(np.round(ends * self.arcs).astype(int), prepend=0)]
 
     def whole(self, arcs: int) -> int:
         ends = np.cumsum([strip.swept[-1] for strip in self.face.strips]) / self.area

@@ -103,6 +103,11 @@ class AnyLip(ABC):
         """Return the pieces of the centre line: the arcs of each face, and whether it is closed."""
         return ((self.arcs, True),)
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Return the name of each of the `pieces`."""
+        return ("lip",)
+
     def whole(self, arcs: int) -> int:
         """Return the least number of arcs, from ``arcs`` up, of which each face has whole ones; itself where there is
         none."""

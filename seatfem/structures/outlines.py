@@ -241,13 +241,14 @@ def of_profile(name: str, profile: Profile, *, struck_arc: float | None = None, 
     sizes = [Size("section", 0, -outer, outer, base, "Ø {}"), Size("section", 1, base, 0.0, outer)]
     if bore:
         sizes.append(Size("section", 0, -bore, bore, base, "port Ø {}"))
+    rings = profile.rings("contact")
     if first:
-        sizes.append(Size("section", 0, first, last, 0.0, "contact {}"))
+        sizes += [Size("section", 0, low, high, 0.0, "contact {}") for low, high in rings]
     else:
         sizes.append(Size("section", 0, -last, last, 0.0, "struck Ø {}"))
     if first and -1e-9 > around > base:
         sizes.append(Size("section", 1, around, 0.0, last, "lip {} high"))
-    contact: Loops = (arc(last), *((arc(first),) if first else ()))
+    contact: Loops = tuple(arc(radius) for ring in reversed(rings) for radius in ring[::-1] if radius > 1e-9 * outer)
     if struck_arc is not None:
         contact = (np.concatenate([arc(last, -struck_arc / 2, struck_arc), arc(first, struck_arc / 2, -struck_arc)]),)
     raised = corners[(corners[:, 0] > 0) & (corners[:, 1] > base + 1e-9), 0]

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Final, get_args
+from typing import Final
 
 import numpy as np
 
@@ -28,7 +28,7 @@ from seatfem.structures import method as methods
 from seatfem.study.impacts import contact, plate_stress
 from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.forces import Strike
-from seatfem.study.impacts.landings import Face, Landings
+from seatfem.study.impacts.landings import Landings
 from seatfem.study.impacts.touches import (
     LIP,
     RECORD,
@@ -40,6 +40,7 @@ from seatfem.study.impacts.touches import (
     contact_record_of,
     is_time,
     landing_name,
+    lifts_of,
     stress_since,
     values_of_record,
 )
@@ -179,7 +180,8 @@ def error_budget(
         coarse = Strike(scene.geometry, striker, seat.greens, touches).largest_stress(coarsely=True, since=since)
         blow = contact_record_of(touches, width, coarse, choice)
     last, like = impulse_of_last_touch(blow), touches.landings
-    others = contact.other_values(scene, touches.strains, touches.opening, result.dt)
+    ports = lifts_of(scene.geometry, touches, seat.greens) if scene.driven_by else ()
+    others = contact.other_values(scene, touches.strains, touches.opening, result.dt, ports)
     own = RunRecord(blow, like, touches.stopper_force, others)
 
     def values_with_clock(record: RunRecord) -> Values:
@@ -224,10 +226,10 @@ def unresolved_steps(landings: Landings | None, blow: ContactRecord) -> Values:
     if landings is None:
         return least
     least |= {prefix + duration: _unresolved(each) for prefix, each in measures.judged_landings(landings.seat).items()}
-    for face in get_args(Face):
-        for number, each in enumerate(landings.on(face)):
-            least[landing_name(face, number, "time_s")] = OF_TOUCH if each.is_resolved else 1.0
-            least[landing_name(face, number, "duration_s")] = _unresolved(each)
+    for place, all_there in landings.by_place.items():
+        for number, each in enumerate(all_there):
+            least[landing_name(place, number, "time_s")] = OF_TOUCH if each.is_resolved else 1.0
+            least[landing_name(place, number, "duration_s")] = _unresolved(each)
     return least
 
 
@@ -241,9 +243,9 @@ def with_cut_landings(budget: Budget, landings: Landings | None, first_cut: bool
     if landings is None:
         return budget
     cut = [measures.ContactDuration.name] if first_cut else []
-    for face in get_args(Face):
-        for number, landing in enumerate(landings.on(face)):
-            cut += [landing_name(face, number, key) for key in ("impulse_Ns", "duration_s") if landing.cut_off]
+    for place, all_there in landings.by_place.items():
+        for number, landing in enumerate(all_there):
+            cut += [landing_name(place, number, key) for key in ("impulse_Ns", "duration_s") if landing.cut_off]
     for prefix, judged in measures.judged_landings(landings.seat).items():
         if judged.cut_off:
             cut += [prefix + measures.Impulse.name, prefix + measures.ContactDuration.name]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
@@ -72,7 +72,7 @@ from seatfem.structures import outlines
 from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.motion import CourseColumns, CourseUnits, Record, stated_in
 from seatfem.study.scene.models import Scene
-from seatfem.study.scene.wings import Drive, DriveRun, cycle_name
+from seatfem.study.scene.wings import Drive, DriveRun, PortLift, cycle_name
 from seatfem.units import UnitError, write_quantity
 
 FILE, PICTURE = "gas.csv", "gas.png"
@@ -214,7 +214,10 @@ port_diameter = "12 mm"
         "heads of the columns of cylinder_pressure, where they say neither time nor quantity"
     )
     units: CourseUnits | None = absent("units of the columns of cylinder_pressure, where the header does not say them")
-    port_diameter: Length = Field(description="of the hole that the reed covers")
+    port_diameter: Length = Field(description="of the hole that the reed covers, or of each of several")
+    ports: int | None = absent(
+        "number of equal ports, whose areas add up; absent: as many as the lands that a plate meets seal", ge=1, le=200
+    )
     discharge_coefficient: float = default(
         0.6, "of the estimated flow area, min(2 pi R x, pi R^2): not measured", gt=0, le=1
     )
@@ -252,10 +255,25 @@ port_diameter = "12 mm"
 
     @property
     def areas(self) -> ReedValve:
-        """Return the effective areas in SI."""
-        radius = self.port_diameter / 2
-        flow = self.flow.tables(port_flow(radius, self.discharge_coefficient))
-        return ReedValve(*flow, *self.force.tables(port_force(radius)))
+        """Return the effective areas in SI, of one port where the table does not state how many."""
+        return self.areas_of(1)
+
+    def areas_of(self, count: int) -> ReedValve:
+        """Return the effective areas of all ports in SI, of ``count`` ports where the table does not state how many."""
+        radius, ports = self.port_diameter / 2, self.ports or count
+
+        def of_all(estimate: AreaTable) -> AreaTable:
+            if ports == 1:
+                return estimate
+            return AreaTable(estimate.lift, ports * estimate.area, f"{estimate.source}, of each of {ports} ports")
+
+        flow = self.flow.tables(of_all(port_flow(radius, self.discharge_coefficient)))
+        return ReedValve(*flow, *self.force.tables(of_all(port_force(radius))))
+
+    def check_ports(self, count: int) -> Contradictions:
+        if self.ports not in (None, 1, count):
+            has = "one port" if count == 1 else f"{count} ports"
+            yield "ports", f"{self.ports}: the reed meets lands of {has}; use {count}, or remove the key"
 
     @property
     def plenums(self) -> tuple[Plenum, Plenum]:
@@ -334,16 +352,23 @@ port_diameter = "12 mm"
 
     @property
     def model(self) -> Compressor | Prescribed:
-        """Return the gas model of the table."""
-        common = (self.areas, *self.plenums, self.valve)
+        """Return the gas model of the table, for a seat with one port."""
+        return self.model_of(1)
+
+    def model_of(self, ports: int) -> Compressor | Prescribed:
+        """Return the gas model of the table for a seat with so many ports."""
+        common = (self.areas_of(ports), *self.plenums, self.valve)
         if (crank := self.crank) is None:
             return Prescribed(self.course, self.fluid.gas, *common)
         other, start = self.other_valve_area or 0.0, self.start_pressure or self.suction.pressure
         return Compressor(self.fluid.gas, crank, *common, other, start)
 
-    def loads(self, reed: Structure, body: bodies.Body) -> Iterator[bodies.Load]:
-        """Yield the gas loads on the ``body`` of a ``reed``; a prescribed pressure is one load for each sign of dp."""
-        drive, shape = self.model, reed.pushed_at(body, None, by="pressure")[:, 0]
+    def loads(self, reed: Structure, body: bodies.Body, ports: Sequence[Array] = ()) -> Iterator[bodies.Load]:
+        """Yield the gas loads on the ``body`` of a ``reed``, over each of several ``ports``; a prescribed pressure is
+        one load for each sign of dp."""
+        drive, shape = self.model_of(len(ports) or 1), reed.pushed_at(body, None, by="pressure")[:, 0]
+        if self.ports in (None, len(ports)) and len(ports) > 1:
+            shape = np.mean([reed.pushed_at(body, points).mean(axis=1) for points in ports], axis=0)
         if isinstance(drive, Compressor):
             at_start = drive.valve.push(0.0, drop(drive, float(drive.start()[PRESSURE])))
             yield bodies.Load(shape, partial(np.full_like, fill_value=at_start, dtype=float), feedback=drive)
@@ -352,18 +377,26 @@ port_diameter = "12 mm"
             by_opening = partial(_area_ratio, table) if len(set(table.area)) > 1 else None
             yield bodies.Load(shape, partial(_pressure_force, drive, float(table.area[0]), sign), by_opening)
 
-    def values(self, lift: Array, dt: float, duration: float) -> dict[str, float]:
-        """Return the mass that flows in each cycle of a run [kg]."""
-        history, computed = gas_history(self.model, lift, dt), self.crank is not None
+    def values(self, lift: Array, dt: float, duration: float, ports: Sequence[PortLift] = ()) -> dict[str, float]:
+        """Return the mass that flows in each cycle of a run [kg], and that over each of several lands in all of it."""
+        history, computed = gas_history(self.model_of(number_of_ports(ports)), lift, dt), self.crank is not None
         masses = cycle_masses(self, duration, history, of_other=computed)
-        return {cycle_name(key, cycle): mass for key, each in masses.items() for cycle, mass in enumerate(each)}
+        by_cycle = {cycle_name(key, cycle): mass for key, each in masses.items() for cycle, mass in enumerate(each)}
+        return by_cycle | masses_over_lands(ports, history, dt)
 
-    def after_run(self, lift: Array, dt: float, duration: float, stopper: impact_results.ImpactResult | None) -> GasRun:
-        drive, crank = self.model, self.crank
+    def after_run(
+        self,
+        lift: Array,
+        dt: float,
+        duration: float,
+        stopper: impact_results.ImpactResult | None,
+        ports: Sequence[PortLift] = (),
+    ) -> GasRun:
+        drive, crank = self.model_of(number_of_ports(ports)), self.crank
         history = gas_history(drive, lift, dt)
         volume = None if crank is None else np.array([crank.volume(float(t)) for t in history.time])
         angle = angles(history.time, self.rpm, self.angle)
-        return GasRun(self, drive, history, angle, volume, lift, dt, duration, stopper)
+        return GasRun(self, drive, history, angle, volume, lift, dt, duration, stopper, tuple(ports))
 
     def notes(self) -> tuple[str, ...]:
         """Return a note on effective areas that were not measured."""
@@ -398,7 +431,7 @@ class GasRun(DriveRun):
         history: pressure, flow and masses over time.
         angle: (n + 1,) crank angle at these times [deg].
         volume: (n + 1,) volume of the cylinder [m^3]; ``None`` if its pressure is prescribed.
-        lift, dt, duration, stopper: the run, as in `Drive.after_run`.
+        lift, dt, duration, stopper, ports: the run, as in `Drive.after_run`.
     """
 
     asked: CompressorGas
@@ -410,6 +443,7 @@ class GasRun(DriveRun):
     dt: float
     duration: float
     stopper: impact_results.ImpactResult | None
+    ports: tuple[PortLift, ...] = ()
 
     __repr__ = brief
 
@@ -451,12 +485,27 @@ class GasRun(DriveRun):
             "gas_force_area_source": [valve.force.source, valve.force_back.source],
             "gas_largest_pressure_Pa": float(self.history.pressure.max()),
             "gas_least_pressure_Pa": float(self.history.pressure.min()),
+            **self._of_lands(),
         }
         if self.volume is not None:
             residual = self.history.energy_residual(self.drive.gas.k, self.volume)
             keys |= {"gas_mass_residual": self.history.mass_residual(side)}
             keys |= {"gas_energy_residual": residual}
         return keys
+
+    def _of_lands(self) -> dict[str, object]:
+        """Return the keys of the flow over each of several lands: largest lift, last closing, masses, port area."""
+        keys: dict[str, object] = {}
+        if self.ports:
+            keys["gas_lands"] = [each.name for each in self.ports]
+        for number, each in enumerate(self.ports, start=1):
+            largest = float(each.lift.max())
+            falls = np.flatnonzero((each.lift[1:] <= OPEN * largest) & (each.lift[:-1] > OPEN * largest)) + 1
+            closing = angles(falls[-1:] * self.dt, self.asked.rpm, self.asked.angle)
+            keys[f"gas_land_{number}_largest_lift_m"] = largest
+            keys[f"gas_land_{number}_closing_deg"] = float(closing[0]) if len(closing) else None
+            keys[f"gas_land_{number}_pressure_area_m2"] = float(self.drive.valve.force.area[0]) / len(self.ports)
+        return keys | masses_over_lands(self.ports, self.history, self.dt)
 
     def write(self, folder: Path) -> Path:
         """Write the history as CSV, one line for each span of steps over which the gas takes the lift as constant."""
@@ -471,6 +520,30 @@ class GasRun(DriveRun):
     def picture(self, title: str, stop: float | None) -> tuple[str, Callable[[Path], None]]:
         courses = self.drive, self.history, self.angle, self.volume
         return PICTURE, lambda path: gas_plot.plot_gas(*courses, path, stop=stop, title=title or "Reed valve")
+
+
+def number_of_ports(lands: Sequence[PortLift]) -> int:
+    """Return the number of ports that lands seal; 1 without any."""
+    return round(sum(each.share for each in lands)) or 1
+
+
+def masses_over_lands(ports: Sequence[PortLift], history: GasHistory, dt: float) -> dict[str, float]:
+    """Return, by key of summary.json, the mass that passes each of several lands forward and back in a run [kg].
+
+    The flow divides as the openings at their rims, min(rim x, A) with the port's area A; ``dt``: step of the lifts [s].
+    """
+    if not ports:
+        return {}
+    middles = (history.time[1:] + history.time[:-1]) / 2
+    times = dt * np.arange(len(ports[0].lift))
+    open_areas = np.array([np.clip(each.rim * np.interp(middles, times, each.lift), 0.0, each.area) for each in ports])
+    total = open_areas.sum(axis=0)
+    shares = np.divide(open_areas, total, out=np.full(open_areas.shape, 1 / len(ports)), where=total > 0)
+    masses = {}
+    for name, column in (("forward", FORWARD), ("back", BACK)):
+        passed = shares @ np.diff(history.states[:, column])
+        masses |= {f"gas_land_{number}_mass_{name}_kg": float(mass) for number, mass in enumerate(passed, start=1)}
+    return masses
 
 
 def cycles_of(gas: CompressorGas, duration: float) -> int:

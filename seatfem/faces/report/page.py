@@ -17,6 +17,7 @@ from impact.files.safe_files import write_whole
 from impact.names import how_to_mend
 from impact.storage.hdf5 import load_greens, load_results
 from seatfem import readings, results
+from seatfem.faces.lands_view import lands_table
 from seatfem.faces.plan_view import table_of
 from seatfem.faces.report import figures as draw
 from seatfem.faces.report.asked import PLAN_FILE, SCENE_COPY
@@ -147,13 +148,15 @@ def _first_screen(folder: Path, decision: Decision) -> str:
 def _landings(summary: Mapping[str, Any]) -> str:
     """Return a table of the hardest landings, and if there are more, one of all that can be unfolded."""
     records = landings_of(summary)
-    shown, whole = landings_table(records), landings_table(records, None)
+    shown, whole, lands = landings_table(records), landings_table(records, None), lands_table(summary)
     if shown is None or whole is None:
         return ""
     hardest = f"<h3>Landings</h3>{html_table(shown)}"
-    if len(whole.rows) == len(shown.rows):
+    if len(whole.rows) > len(shown.rows):
+        hardest += f"<details><summary>all {len(records)} landings</summary>{html_table(whole)}</details>"
+    if lands is None:
         return hardest
-    return f"{hardest}<details><summary>all {len(records)} landings</summary>{html_table(whole)}</details>"
+    return f"{hardest}<h3>Lands</h3>{html_table(lands)}"
 
 
 def _figures(folder: Path, summary: Mapping[str, Any]) -> dict[str, tuple[str, Figure]]:

@@ -14,9 +14,10 @@ from impact.bodies.body import Body
 from impact.exact import contact_stress, half_space
 from impact.greens.base import Array
 from seatfem.fields import Angle, KeyProblem, Length, of_same_names
+from seatfem.structures import lands
 from seatfem.structures.kinds import drawn, structure
 from seatfem.structures.kinds.places import StressAtPlaces
-from seatfem.structures.lip import Lip
+from seatfem.structures.lip import AnyLip, Lip
 from seatfem.structures.method import QUARTERS, Level, Method
 from seatfem.structures.outlines import BodyViews, Size, length_text, of_profile
 from seatfem.structures.patch import Column
@@ -73,7 +74,9 @@ class Turned(drawn.Drawn):
             return structure.LipFace(no_lip="with arc is struck on that part of its ring alone; remove arc, or the key")
         if self.model in UNDIVIDED:
             return structure.LipFace(no_lip=drawn.struck_as_a_whole(self.model))
-        if (face := self.region() if self.isotropic else None) is None:
+        if self._has_lands:
+            return structure.LipFace()
+        if not isinstance(face := self.region() if self.isotropic else None, Lip):
             return structure.LipFace(no_lip=structure.NO_RING)
         return structure.LipFace(None if face.is_disc else (face.radius, face.width))
 
@@ -92,16 +95,28 @@ class Turned(drawn.Drawn):
         name = self.kind.replace("_", " ")
         return of_profile(name, self.geometry().profile, struck_arc=self.arc, held=self.clamped)
 
-    def region(self, arcs: int = 1, rings: int = 1) -> Lip | None:
+    @property
+    def _has_lands(self) -> bool:
+        """Return whether several rings about its axis are struck."""
+        return len(self.geometry().profile.rings("contact")) > 1
+
+    def land(self) -> lands.Land:
+        profile = self.geometry().profile
+        height = next(edge.start[1] for edge in profile.edges if edge.name == "contact")
+        return lands.concentric(profile.rings("contact"), height)
+
+    def region(self, arcs: int = 1, rings: int = 1) -> AnyLip | None:
         if self.arc is not None:
             return None
+        if self._has_lands:
+            return lands.face_lip(self.land(), arcs, rings)
         edges = [edge for edge in self.geometry().profile.edges if edge.name == "contact"]
         (r, z), (s, height) = edges[0].start, edges[-1].end
         flat = abs(z - height) < FLAT * abs(s - r)
         return Lip((r + s) / 2, abs(s - r), arcs, rings) if flat else None
 
     def elements_of(self, method: Method) -> Level:
-        return "harmonics" if method.in_arcs else super().elements_of(method)
+        return "harmonics" if method.in_arcs and not self._has_lands else super().elements_of(method)
 
     @property
     def _obstacles(self) -> dict[Level, str]:
@@ -123,7 +138,8 @@ class Turned(drawn.Drawn):
 
 
 class Annular(Turned):
-    """A circular plate with a port bore and a raised, rounded lip around it; the reed strikes the lip's flat top."""
+    """A circular plate with a port bore and a raised, rounded lip around it; the reed strikes the lip's flat top. With
+    a second lip around an annular port it is the seat of a ring valve, whose ring strikes both lips."""
 
     shape: ClassVar[type[Turning]] = AnnularSeat
     sample: ClassVar[str] = """
@@ -140,14 +156,14 @@ lip_width = "1 mm"
         """Return the outlines, dimensioned with the widths of the lip and of its flat top."""
         views, shape = super().views(at), self.geometry()
         edge = shape.lip_edge_radius if shape.lip_height else 0.0
-        flat = next(size for size in views.sizes if size.words.startswith("contact"))
-        lip = replace(flat, low=flat.low - edge, high=flat.high + edge, words="lip {} wide")
-        sizes = (*(size for size in views.sizes if size is not flat), *((flat,) if edge else ()), lip)
+        flat = [size for size in views.sizes if size.words.startswith("contact")]
+        lips = [replace(size, low=size.low - edge, high=size.high + edge, words="lip {} wide") for size in flat]
+        sizes = (*(size for size in views.sizes if size not in flat), *(flat if edge else ()), *lips)
         return replace(views, sizes=sizes)
 
     def struck_part(self) -> tuple[float, float, float]:
         shape = self.geometry()
-        width = shape.lip_width - (2 * shape.lip_edge_radius if shape.lip_height else 0.0)
+        width = min(high - low for low, high in shape.lips) - (2 * shape.lip_edge_radius if shape.lip_height else 0.0)
         return self.struck_area, width, shape.thickness + shape.lip_height
 
 

@@ -109,6 +109,18 @@ class Profile:
         """Return the area of the named group's surface on the full solid, in square metres."""
         return sum(edge.area for edge in self.edges if edge.name == name)
 
+    def rings(self, name: str) -> tuple[tuple[float, float], ...]:
+        """Return the inner and the outer radius of each ring that the named group's edges in a row sweep, from inside
+        [m]."""
+        marks = [edge.name == name for edge in self.edges]
+        starts = [k for k, mark in enumerate(marks) if mark and not marks[k - 1]]
+        rings = []
+        for k in starts:
+            run = list(itertools.takewhile(lambda edge: edge.name == name, self.edges[k:]))
+            radii = [r for edge in run for r in (edge.start[0], edge.end[0])]
+            rings.append((min(radii), max(radii)))
+        return tuple(sorted(rings))
+
     def cut(self, name: str, shares: Sequence[float]) -> Profile:
         """Return the outline with further corners in the named group, which divide its area at these fractions."""
         whole, behind, edges = self.area(name), 0.0, []

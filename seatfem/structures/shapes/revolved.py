@@ -11,6 +11,7 @@ from seatfem.structures.errors import GeometryError
 from seatfem.structures.rings import ring_borders
 from seatfem.structures.shapes import selectors, shape
 from seatfem.structures.shapes.profile import Edge, Point, Profile, polygon, rounded
+from seatfem.units import write_quantity
 
 
 class Turning(shape.Shape):
@@ -74,7 +75,7 @@ class AnnularSeat(Turning):
     """Solid of revolution about z, underside at z = 0 (metres).
 
     The group "contact" is the flat top of the lip, of a flat seat its innermost ring of width ``lip_width`` (it needs
-    ``lip_edge_radius`` = 0); "fixed" is the underside.
+    ``lip_edge_radius`` = 0), and that of a second lip around an annular port; "fixed" is the underside.
     """
 
     family: ClassVar[str] = "annular"
@@ -88,46 +89,92 @@ class AnnularSeat(Turning):
         "0 mm",
         "gap",
     )
+    second_lip_radius: float | None = shape.key(
+        "inner radius of a second lip of the same height, beyond an annular port that both seal; absent: one lip",
+        None,
+    )
+    second_lip_width: float | None = shape.key("radial width of the second lip; absent: lip_width", None)
+    port_depth: float = shape.key("depth of the annular port between two lips, below the plate's top", "0 mm", "gap")
     outer_radius: float = shape.key("radius of the plate", "12 mm")
     thickness: float = shape.key("thickness of the plate", "8 mm")
 
     def __post_init__(self) -> None:
         shape.require_positive(self, "bore_radius", "lip_width", "outer_radius", "thickness")
+        self._check_second()
         if self.lip_height != 0.0:
             shape.require_positive(self, "lip_height")
         if self.lip_edge_radius != 0.0:
             shape.require_positive(self, "lip_edge_radius")
-            shape.require_below(
-                self, "lip_edge_radius", self.lip_width / 2, "half the lip_width: the lip needs a flat top"
-            )
+            narrowest = min(high - low for low, high in self.lips)
+            shape.require_below(self, "lip_edge_radius", narrowest / 2, "half the lip_width: the lip needs a flat top")
             shape.require_below(self, "lip_edge_radius", self.lip_height, "the lip_height")
         shape.require_above(self, "outer_radius", self.bore_radius + self.lip_width, "bore_radius + lip_width")
         if self.lip_fillet != 0.0:
             shape.require_positive(self, "lip_fillet")
             room = self.lip_height - self.lip_edge_radius
             shape.require_below(self, "lip_fillet", room, "lip_height less lip_edge_radius: the side's flat part")
-            room = self.outer_radius - self.bore_radius - self.lip_width
+            room = self.outer_radius - self.lips[-1][1]
             shape.require_below(self, "lip_fillet", room, "the plate's width beside the lip")
+            if len(self.lips) > 1:
+                half = (self.lips[1][0] - self.lips[0][1]) / 2
+                shape.require_below(self, "lip_fillet", half, "half the width of the annular port")
+
+    def _check_second(self) -> None:
+        """Raise `GeometryError` of a second lip that overlaps the first or leaves the plate, and of keys without it."""
+        if self.second_lip_radius is None:
+            for name in ("second_lip_width", "port_depth"):
+                if getattr(self, name):
+                    length = write_quantity(getattr(self, name), "length")
+                    raise GeometryError(
+                        f"AnnularSeat.{name} = {length}: has no effect without second_lip_radius; state it, or remove "
+                        f"{name}"
+                    )
+            return
+        if self.second_lip_width is not None:
+            shape.require_positive(self, "second_lip_width")
+        first = self.bore_radius + self.lip_width
+        shape.require_above(self, "second_lip_radius", first, "bore_radius + lip_width: the lips must not overlap")
+        shape.require_above(self, "outer_radius", self.lips[-1][1], "second_lip_radius + second_lip_width")
+        shape.require_below(self, "port_depth", self.thickness, "the thickness")
+
+    @property
+    def lips(self) -> tuple[tuple[float, float], ...]:
+        """Return the inner and the outer radius of each lip, rounded edges included [m]."""
+        first = (self.bore_radius, self.bore_radius + self.lip_width)
+        if (radius := self.second_lip_radius) is None:
+            return (first,)
+        return first, (radius, radius + (self.lip_width if self.second_lip_width is None else self.second_lip_width))
 
     @property
     def patches(self) -> selectors.Patches:
         top, edge = self.thickness + self.lip_height, self.lip_edge_radius
-        inner, outer = self.bore_radius + edge, self.bore_radius + self.lip_width - edge
-        contact = selectors.PlaneFace((0.0, 0.0, 1.0), top, radius_min=inner, radius_max=outer)
-        return {"contact": (contact,), "fixed": (selectors.PlaneFace((0.0, 0.0, -1.0), 0.0),)}
+        contact = tuple(
+            selectors.PlaneFace((0.0, 0.0, 1.0), top, radius_min=low + edge, radius_max=high - edge)
+            for low, high in self.lips
+        )
+        return {"contact": contact, "fixed": (selectors.PlaneFace((0.0, 0.0, -1.0), 0.0),)}
 
     @property
     def profile(self) -> Profile:
         """Return the half section."""
-        bore, lip = self.bore_radius, self.bore_radius + self.lip_width
-        plate, top = self.thickness, self.thickness + self.lip_height
-        base: list[Point] = [(bore, 0.0), (self.outer_radius, 0.0), (self.outer_radius, plate), (lip, plate)]
-        if self.lip_height == 0.0:
-            return Profile(polygon([*base, (bore, plate)], ["fixed", "", "", "contact", ""]))
-        edges = polygon([*base, (lip, top), (bore, top)], ["fixed", "", "", "", "contact", ""])
-        for corner in ((lip, top), (bore, top)):
+        plate, top, floor = self.thickness, self.thickness + self.lip_height, self.thickness - self.port_depth
+        points: list[Point] = [(self.bore_radius, 0.0), (self.outer_radius, 0.0), (self.outer_radius, plate)]
+        names, feet = ["fixed", "", ""], []
+        for number, (low, high) in enumerate(reversed(self.lips)):
+            outside = plate if number == 0 else floor
+            if outside != top:
+                points, names = [*points, (high, outside)], [*names, ""]
+                feet.append((high, outside))
+            points, names = [*points, (high, top), (low, top)], [*names, "contact", ""]
+            if number + 1 < len(self.lips) and floor != top:
+                points, names = [*points, (low, floor)], [*names, ""]
+                feet.append((low, floor))
+        edges = polygon(points, names)
+        for corner in (corner for low, high in self.lips for corner in ((high, top), (low, top))):
             edges = rounded(edges, corner, self.lip_edge_radius)
-        return Profile(rounded(edges, (lip, plate), self.lip_fillet, PER_FILLET))
+        for corner in feet:
+            edges = rounded(edges, corner, self.lip_fillet, PER_FILLET)
+        return Profile(edges)
 
 
 @dataclass(frozen=True)

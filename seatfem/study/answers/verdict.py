@@ -9,6 +9,7 @@ from impact.quantities import enumeration, in_digits, in_units, percent, plain, 
 from seatfem import results
 from seatfem.readings import BAR, SPRING, WITHOUT_ZERO, Summary, as_number, bar_of, duration, is_known, reading
 from seatfem.results import asked, name_of, result_of
+from seatfem.study.answers.lands import closing_order
 
 LANDED: Final = "landed"
 STATUS: Final[Mapping[str, str]] = {
@@ -189,9 +190,9 @@ def simpler(summary: Summary) -> str:
 
 
 def sentences(summary: Summary) -> tuple[str, ...]:
-    """Return what a run says besides its tables: static pressing, predictable landings, simpler models, lines of
-    wings."""
-    own = (each(summary) for each in (pressed_on, horizon, simpler))
+    """Return what a run says besides its tables: order of closing lands, static pressing, predictable landings, simpler
+    models, lines of wings."""
+    own = (each(summary) for each in (closing_order, pressed_on, horizon, simpler))
     return (*filter(None, own), *results.all_sentences(summary))
 
 

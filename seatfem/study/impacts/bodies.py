@@ -77,7 +77,8 @@ def striker_of(scene: Scene, n_modes: int | None = None, greens: GreensFunction 
     reed = scene.reed
     with problems.in_role("reed", reed):
         body = reed.body(greens, n_modes, scene.geometry.contact_at)
-        by_wings = (load for each in scene.driven_by for load in each.loads(reed, body))
+        ports = scene.geometry.port_points() if scene.driven_by else ()
+        by_wings = (load for each in scene.driven_by for load in each.loads(reed, body, ports))
         body = replace(body, loads=(*body.loads, *external_loads(scene.load, reed, body), *by_wings))
         carried = on_its_base(scene.mount("reed"), body)
         return on_its_springs(scene.spring, scene.contact.gap, reed, carried)

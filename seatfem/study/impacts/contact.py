@@ -38,7 +38,7 @@ from seatfem.study.impacts.landings import Landings, landings_of_march
 from seatfem.study.impacts.touches import pushes
 from seatfem.study.scene import Run, Scene, drives, lips, local, measures
 from seatfem.study.scene.drives import Gauged
-from seatfem.study.scene.wings import Drive, longest_step
+from seatfem.study.scene.wings import Drive, PortLift, longest_step
 from seatfem.units import write_quantity
 
 FILE: Final = "gauges.csv"
@@ -248,18 +248,21 @@ def record_of_march(
     ``stresses``: whether to include the stresses that the scene needs; ``look``: their function, in place of
     `bending_look`; ``like``: landings of a neighbouring run, whose partners are sought.
     """
-    landings = landings_of_march(run, scene.run.filter_width, None if like is None else like.static)
+    division, seats = Division.from_greens(run.problem.target.greens), touches.seat_contacts(run.problem)
+    lands = scene.geometry.lands(division)
+    landings = landings_of_march(run, scene.run.filter_width, None if like is None else like.static, lands)
     others = None if like is None else like.seat
     stress_look = (look or bending_look(scene.geometry)) if stresses and scene.needs_stress else None
     blow = blow_of_march(scene, run, landings.seat, others, stress=stress_look)
-    further = other_values(scene, strains_of(scene.geometry, scene.gauged, run), run.opening, run.dt)
+    ports = scene.geometry.lifts(division, run.rows.gap[:, :seats], run.rows) if scene.driven_by else ()
+    further = other_values(scene, strains_of(scene.geometry, scene.gauged, run), run.opening, run.dt, ports)
     return touches.RunRecord(blow, landings, touches.stopper_force_of(run), further)
 
 
-def other_values(scene: Scene, strains: Strains, opening: Array, dt: float) -> Values:
+def other_values(scene: Scene, strains: Strains, opening: Array, dt: float, ports: Sequence[PortLift] = ()) -> Values:
     """Return the values of a run that no contact has, as `RunRecord.others`: extreme strains at gauges, and those of
-    wings by the lift ``opening`` (n + 1,) [m] at steps ``dt`` [s]."""
-    by_wings = (each.values(opening, dt, scene.run.duration) for each in scene.driven_by)
+    wings by the lift ``opening`` (n + 1,) [m] at steps ``dt`` [s], and that over each of several lands."""
+    by_wings = (each.values(opening, dt, scene.run.duration, ports) for each in scene.driven_by)
     return {**gauge_values(strains), **{name: value for values in by_wings for name, value in values.items()}}
 
 

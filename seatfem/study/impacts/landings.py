@@ -50,6 +50,7 @@ class Landings:
         pressed_time: total time of contact with the seat outside all landings [s].
         pressed_load: largest averaged force in this time [N].
         opened: whether the seat is free of contact at any time.
+        lands: landings on each land of a seat with several, as if it were alone.
     """
 
     seat: tuple[Landing, ...]
@@ -58,6 +59,7 @@ class Landings:
     pressed_time: float = 0.0
     pressed_load: float = 0.0
     opened: bool = True
+    lands: tuple[tuple[Landing, ...], ...] = ()
 
     __repr__ = brief
 
@@ -75,19 +77,33 @@ class Landings:
         fast = (one.closing_speed >= 0.5 * hard.closing_speed for one in self.seat if one.cut_off)
         return "cut off" if hard.cut_off or any(fast) else "landed"
 
+    @property
+    def by_place(self) -> Mapping[str, tuple[Landing, ...]]:
+        """Return the landings on seat, stopper and each land of the seat, by the names of these places."""
+        lands = {land_place(number): each for number, each in enumerate(self.lands)}
+        return {"seat": self.seat, "stopper": self.stopper, **lands}
+
     def on(self, face: Face) -> tuple[Landing, ...]:
         """Return the landings on the seat or on the stopper."""
         return self.seat if face == "seat" else self.stopper
 
 
-def landings_of_result(problem: ContactProblem, result: ImpactResult, width: float) -> Landings:
-    """Return the landings of a run with energies; ``width``: width of the filter [s]."""
+def land_place(number: int) -> str:
+    """Return the name of a land among the places of landings; lands are numbered from 0."""
+    return f"seat land {number + 1}"
+
+
+def landings_of_result(
+    problem: ContactProblem, result: ImpactResult, width: float, lands: Sequence[slice] = ()
+) -> Landings:
+    """Return the landings of a run with energies; ``width``: width of the filter [s]; ``lands``: contacts of each land
+    of a seat with several."""
     rows, steps = result.rows, int(result.rows.ends[-1])
     force, solid, gap = (values.reshape(len(rows.ends), -1) for values in (rows.force, rows.solid, rows.gap))
     opening = rows.spread_motions(gap[:, _seats(problem)].mean(axis=1))
     striker = with_recorded_loads(problem.striker, opening, result.dt)
-    march = _March(problem, rows, force, solid, gap, width)
-    load = static_load(replace(problem, striker=striker), result.dt * steps)
+    march = _March(problem, rows, force, solid, gap, width, lands)
+    load = static_load(replace(problem, striker=striker), result.dt * steps, lands)
 
     def stored(numbers: Sequence[int]) -> Array:
         return np.asarray(rows.energy.striker[np.searchsorted(rows.ends, numbers)])
@@ -95,22 +111,26 @@ def landings_of_result(problem: ContactProblem, result: ImpactResult, width: flo
     return march.landings(load, stored, striker.load_amplitudes(find_middle_times(result.dt, steps)))
 
 
-def landings_of_march(run: MarchRun, width: float, load: StaticLoad | None = None, *, rebound: bool = True) -> Landings:
+def landings_of_march(
+    run: MarchRun, width: float, load: StaticLoad | None = None, lands: Sequence[slice] = (), *, rebound: bool = True
+) -> Landings:
     """Return the landings of a run without energies; ``width``: width of the filter [s].
 
-    ``load``: the quasi-static load, if it is known already; ``rebound``: whether to compute restitution, for which the
-    striker's motion is computed again.
+    ``load``: the quasi-static load, if it is known already; ``lands``: contacts of each land of a seat with several,
+    left out unless the load has as many groups; ``rebound``: whether to compute restitution, for which the striker's
+    motion is computed again.
     """
     problem, rows, striker = run.problem, run.rows, run.bodies[0]
     force = rows.force
-    load = static_load_of_march(run) if load is None else load
+    load = static_load_of_march(run, lands) if load is None else load
 
     def stored(steps: Sequence[int]) -> Array:
         if not rebound:
             return np.full(len(steps), np.nan)
         return striker.stored_after(PortForces(rows, force[1:].T, problem.directions(problem.striker)), steps)
 
-    return _March(problem, rows, force, rows.solid, rows.gap, width).landings(load, stored, striker.loads)
+    lands = lands if len(lands) == load.groups.shape[1] else ()
+    return _March(problem, rows, force, rows.solid, rows.gap, width, lands).landings(load, stored, striker.loads)
 
 
 def landings_of_one_contact(problem: ContactProblem, force: Array, gap: Array, dt: float, width: float) -> Landings:
@@ -131,10 +151,11 @@ def landings_of_one_contact(problem: ContactProblem, force: Array, gap: Array, d
     return march.landings(static_load(problem, dt * n), stored, pushed)
 
 
-def static_load_of_march(run: MarchRun) -> StaticLoad:
-    """Return the quasi-static load of a run, with the loads that depended on the opening."""
+def static_load_of_march(run: MarchRun, lands: Sequence[slice] = ()) -> StaticLoad:
+    """Return the quasi-static load of a run, with the loads that depended on the opening, also on each of the
+    ``lands``."""
     striker = with_recorded_loads(run.problem.striker, run.opening, run.dt)
-    return static_load(replace(run.problem, striker=striker), run.dt * run.steps)
+    return static_load(replace(run.problem, striker=striker), run.dt * run.steps, lands)
 
 
 def _seats(problem: ContactProblem) -> slice:
@@ -145,7 +166,7 @@ def _seats(problem: ContactProblem) -> slice:
 @dataclass(frozen=True)
 class _March:
     """Forces with and without the film [N], and gaps [m] of all contacts, (N + 1, p) each, in the steps of a grid;
-    filter [s]."""
+    filter [s]; contacts of each land of a seat with several."""
 
     problem: ContactProblem
     grid: TimeGrid
@@ -153,13 +174,19 @@ class _March:
     solid: Array
     gap: Array
     width: float
+    lands: Sequence[slice] = ()
 
     def landings(self, load: StaticLoad, stored: Stored, pushed: Array) -> Landings:
         """Return the landings; ``stored``: striker's energy after steps; ``pushed`` (L, n): amplitudes of its
         loads [N]."""
         seats, count = _seats(self.problem), len(self.problem.contacts)
-        on_seat = self._record(seats, load)
-        on_stopper = self._record(slice(seats.stop, count), load) if seats.stop < count else None
+        times = np.asarray(self.grid.dt * np.arange(self.grid.ends[-1] + 1), dtype=np.float64)
+        on_seat = self._record(seats, load.course(times))
+        above = slice(seats.stop, count)
+        on_stopper = self._record(above, load.course(times, stopper=True)) if seats.stop < count else None
+        on_lands = tuple(
+            find_landings(self._record(land, load.of_group(number, times))) for number, land in enumerate(self.lands)
+        )
         on_seat_landings = find_landings(on_seat) if seats.stop else ()
         on_stopper_landings = () if on_stopper is None else find_landings(on_stopper)
         on_seat_landings, on_stopper_landings = (
@@ -171,19 +198,17 @@ class _March:
         )
         time, largest = pressed_on(on_seat, on_seat_landings) if seats.stop else (0.0, 0.0)
         opened = not bool(np.all(on_seat.closed[1:]))
-        return Landings(on_seat_landings, on_stopper_landings, load, time, largest, opened)
+        return Landings(on_seat_landings, on_stopper_landings, load, time, largest, opened, on_lands)
 
-    def _record(self, face: slice, load: StaticLoad) -> ContactRecord:
-        stopper = any(contact.side < 0 for contact in self.problem.contacts[face])
+    def _record(self, face: slice, static: Array) -> ContactRecord:
         grid, dt = self.grid, self.grid.dt
-        time = np.asarray(dt * np.arange(grid.ends[-1] + 1), dtype=np.float64)
         return ContactRecord(
             force=grid.spread_forces(self.force[:, face].sum(axis=1)),
             closed=np.asarray(grid.spread_forces(np.any(self.solid[:, face] > 0, axis=1)), dtype=bool),
             grid=grid,
             solid=self.solid[:, face],
             gap=self.gap[:, face],
-            static=load.course(time, stopper=stopper),
+            static=static,
             width=max(self.width, dt),
             closing=closing_speeds(self.problem, dt)[face],
             own=find_own_yield(self.problem.contacts[face], self.problem.striker, dt),

@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 
 from impact.greens.base import Array
-from impact.quantities import percent
+from impact.quantities import enumeration, percent
 from seatfem.pictures import scene_drawing
 from seatfem.pictures.layout import NOMINAL, Action, Layout, Tilt, Way
 from seatfem.structures.errors import ModelError
@@ -121,8 +121,11 @@ def _face_words(views: BodyViews) -> str:
     if not views.contact:
         return f"the seat ({views.name})"
     if sizes := round_sizes(views.contact):
-        words = " to ".join(f"{1e3 * each:.4g}" for each in sizes)
-        return f"a {'lip' if len(sizes) > 1 else 'struck disc'} of {words} mm diameter"
+        words = " and ".join(
+            " to ".join(f"{1e3 * each:.4g}" for each in sizes[k : k + 2]) for k in range(0, len(sizes), 2)
+        )
+        face = "struck disc" if len(sizes) == 1 else "lip" if len(sizes) == 2 else "lands"
+        return f"{'' if face == 'lands' else 'a '}{face} of {words} mm diameter"
     corners = np.concatenate(views.contact)
     x, y = 1e3 * np.ptp(corners, axis=0)
     return f"a struck face of {x:.4g} x {y:.4g} mm"
@@ -257,7 +260,9 @@ def _notes(
     yield from (f"the {role} {bodies[role].note}" for role in ("seat", "reed") if bodies[role].note)
     if division.count > 1:
         rings = f" x {division.rings} rings" if division.rings > 1 else ""
-        yield f"contact in {division.arcs} segments{rings}"
+        lip = None if division.arcs == 1 else geometry.struck(division.arcs)
+        on = "" if lip is None or len(lip.names) < 2 else f" on {enumeration(lip.names)}"
+        yield f"contact in {division.arcs} segments{rings}{on}"
     elif not chosen and geometry.usual_ports > 1:
         yield "contact along the struck face, in as many segments as a run chooses"
     if contact.tilt:

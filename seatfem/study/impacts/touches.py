@@ -15,16 +15,17 @@ from impact.after import histories
 from impact.after.landings import pair_landings
 from impact.after.result import ImpactResult, join_contacts, select_contacts
 from impact.bodies.body import Body
-from impact.greens.base import Array
+from impact.greens.base import Array, GreensFunction
 from impact.march.motion import PortForces, mean_displacement
 from impact.march.rows import MarchRun
 from impact.quantities import finite_or_none
 from impact.runs.variations import Budget, Values
 from seatfem.structures.rings import Division
+from seatfem.study.impacts.each_land import values_of_lands
 from seatfem.study.impacts.landings import Face, Landings, landings_of_result
 from seatfem.study.scene import ContactGeometry
 from seatfem.study.scene.measures import ContactRecord, LandingChoice, Line, judged_landing, key_of, values_of
-from seatfem.study.scene.wings import CYCLE
+from seatfem.study.scene.wings import CYCLE, PortLift
 
 
 @dataclass(frozen=True)
@@ -82,7 +83,7 @@ def taken_apart(
     ``filter_width``: averaging time of the forces that separate landings [s].
     """
     division = Division.from_greens(problem.target.greens)
-    landings = landings_of_result(problem, result, filter_width)
+    landings = landings_of_result(problem, result, filter_width, geometry.lands(division))
     if result.rows.force.ndim == 1:
         return Touches(result, landings=landings)
     of_seat = seat_contacts(problem)
@@ -97,6 +98,13 @@ def taken_apart(
     seat = join_contacts(parts, division.shares)
     mass = _mass_that_moves(problem, np.asarray(parts.rows.spans @ parts.rows.force[1:]), division.shares)
     return Touches(replace(seat, striker_mass=mass or seat.striker_mass), parts, stopper, line, on_stopper, landings)
+
+
+def lifts_of(geometry: ContactGeometry, touches: Touches, seat: GreensFunction) -> tuple[PortLift, ...]:
+    """Return the lift over each land of a seat with several, whose Green's function has ports for their parts."""
+    result = touches.seat if touches.parts is None else touches.parts
+    gap = result.rows.gap.reshape(len(result.rows.ends), -1)
+    return geometry.lifts(Division.from_greens(seat), gap, result.rows)
 
 
 def _mass_that_moves(problem: impact.ContactProblem, pushed: Array, shares: Array) -> float | None:
@@ -218,9 +226,10 @@ OF_A_LANDING: Final[Mapping[str, str]] = {
 """Fields of `impact.after.landings.Landing` that have an error bar, and their keys in a record of summary.json."""
 
 
-def landing_name(face: Face, number: int, key: str) -> str:
-    """Return the name of a landing's key among the values of a run; landings are numbered from 0."""
-    return f"{face} {number} {key}"
+def landing_name(place: str, number: int, key: str) -> str:
+    """Return the name of a landing's key among the values of a run; landings are numbered from 0. ``place``: as of
+    `Landings.by_place`."""
+    return f"{place} {number} {key}"
 
 
 def is_of_a_landing(name: str) -> bool:
@@ -239,14 +248,15 @@ def values_of_landings(landings: Landings, like: Landings | None = None) -> dict
     ``like``: landings of a neighbouring run, whose partners are taken; one without partner has infinite values.
     """
     values: dict[str, float] = {}
-    for face in get_args(Face):
-        own = landings.on(face)
-        partners = own if like is None else pair_landings(like.on(face), own)
+    reference = landings if like is None else like
+    for place, asked in reference.by_place.items():
+        own = landings.by_place.get(place, ())
+        partners = own if like is None else pair_landings(asked, own)
         for number, landing in enumerate(partners):
             for name, key in OF_A_LANDING.items():
                 value = math.inf if landing is None else getattr(landing, name)
                 if value is not None:
-                    values[landing_name(face, number, key)] = value
+                    values[landing_name(place, number, key)] = value
     return values
 
 
@@ -287,6 +297,7 @@ def values_of_record(record: RunRecord, like: Landings | None = None) -> Values:
     return {
         **values_of(blow, None if like is None else like.seat),
         **({} if landings is None else values_of_landings(landings, like)),
+        **({} if landings is None else values_of_lands(blow.line, landings, blow.filter_width, like)),
         **stopper_values(record.stopper, blow.dt, blow.filter_width),
         **record.others,
     }

@@ -24,13 +24,14 @@ from seatfem.study.answers.decision import decide
 from seatfem.study.impacts import contact
 from seatfem.study.impacts import layout as layouts
 from seatfem.study.impacts.contact import RunError
-from seatfem.study.impacts.touches import bar_keys
+from seatfem.study.impacts.touches import bar_keys, lifts_of
 from seatfem.study.plan import Plan
 from seatfem.study.runs import pictures as run_pictures
 from seatfem.study.runs import seat_fields, stress_wave
 from seatfem.study.runs.afterwards import Baseline, afterwards, baseline_of, static_stiffness
 from seatfem.study.runs.converge import begin_plan
 from seatfem.study.runs.kept import cached_plan, save_plan
+from seatfem.study.runs.land_records import land_keys
 from seatfem.study.runs.next_round import Limits
 from seatfem.study.runs.outcome import RunOutcome, RunResult
 from seatfem.study.runs.round import Round, missed, not_modelled, remarks
@@ -202,7 +203,8 @@ def first_numbers(done: Round) -> tuple[dict[str, Any], ImpactResult]:
 def _courses_of_drives(done: Round) -> tuple[DriveRun, ...]:
     """Return the course in a round of what wings do."""
     scene, touches = done.plan.scene, done.touches
-    run = touches.opening, touches.seat.dt, scene.run.duration, touches.stopper
+    ports = lifts_of(scene.geometry, touches, done.seat.greens) if scene.driven_by else ()
+    run = touches.opening, touches.seat.dt, scene.run.duration, touches.stopper, ports
     return tuple(each.after_run(*run) for each in scene.driven_by)
 
 
@@ -226,6 +228,7 @@ def _summary(done: Round, baseline: Baseline, courses: tuple[DriveRun, ...], wat
         **bar_keys(done.left),
         **spring_bar_keys(baseline.left),
         "landings": records,
+        **land_keys(done.touches, done.left),
         **accuracy_keys(done),
         **plan_keys(done.plan, watch.stages["plan"]),
         "seat_static_stiffness_N_per_m": baseline.stiffness,

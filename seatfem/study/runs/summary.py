@@ -160,9 +160,11 @@ def _landing_record(touches: Touches, face: Face, number: int, landing: Landing,
             if measure in left.values:
                 bars[key] = max(bars[key], left.bar(measure))
     place: tuple[float | None, float | None] = (None, None)
+    on_land: dict[str, object] = {}
     line, parts = touches.line, touches.parts
     if face == "seat" and line is not None and parts is not None:
-        place = _place(line, landing.part * line.force.shape[1] // parts.rows.force.shape[1])
+        arc = landing.part * line.force.shape[1] // parts.rows.force.shape[1]
+        place, on_land = _place(line, arc), _land_keys(line, arc)
     return {
         "body": face,
         "number": number + 1,
@@ -171,10 +173,17 @@ def _landing_record(touches: Touches, face: Face, number: int, landing: Landing,
         "peak_time_s": landing.peak_time,
         "place_deg": place[0],
         "place_m": place[1],
+        **on_land,
         "pressed_on": landing.pressed_on,
         "cut_off": landing.cut_off,
         **{f"error_bar_{key}": finite_or_none(bar) for key, bar in bars.items()},
     }
+
+
+def _land_keys(line: Line, arc: int) -> dict[str, object]:
+    """Return the land of an arc, and the angle of its middle about that land's own centre; none on a single land."""
+    name, angle = line.land_of(arc)
+    return {"land": name, "land_deg": angle} if name else {}
 
 
 def landing_bar_keys(records: Sequence[Mapping[str, object]], number: object) -> dict[str, object]:
@@ -212,7 +221,8 @@ def _line_keys(touches: Touches, width: float) -> dict[str, object]:
     for name, place in places.items():
         keys[f"{name}_at_deg"] = line.degrees_at(place) if is_touched else None
         keys[f"{name}_at_m"] = place * length if is_touched else None
-    first = [_place(line, arc) for arc in _first_arcs(touches, line, is_pressed)]
+    arcs_first = _first_arcs(touches, line, is_pressed)
+    first = [_place(line, arc) for arc in arcs_first]
     lowest: tuple[float | None, float | None] = min(
         first, key=lambda each: each[1] if each[0] is None else each[0], default=(None, None)
     )
@@ -224,6 +234,7 @@ def _line_keys(touches: Touches, width: float) -> dict[str, object]:
         "first_touch_at_deg": lowest[0],
         "first_touch_at_m": lowest[1],
         "first_touch_segments": len(first),
+        **{f"first_touch_{key}": value for key, value in _land_keys(line, arcs_first[0] if arcs_first else 0).items()},
         "largest_share_of_lip_pressed": float(is_pressed.mean(axis=1).max()),
     }
 

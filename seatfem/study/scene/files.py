@@ -110,6 +110,10 @@ def check_files(scene: models.Scene) -> None:
         findings += lips.or_diameter(scene.geometry, partial(misplaced, as_drawn=scene.assembly is not None))
     if not findings:
         scene.geometry.region()  # refuse faces that a plate cannot meet
+        ports = len(scene.geometry.port_points()) or 1 if scene.driven_by else 1
+        findings += [
+            ((each.table, *key.split(".")), text) for each in scene.driven_by for key, text in each.check_ports(ports)
+        ]
         findings += _beyond_the_reed(scene.geometry)
     if findings:
         raise SceneError(tuple(Problem(None, 0, ".".join(map(str, path)), text, path) for path, text in findings))

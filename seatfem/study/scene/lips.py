@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
@@ -25,6 +26,7 @@ from seatfem.study.scene.contact import Contact, Stopper
 from seatfem.study.scene.measures import Line
 from seatfem.study.scene.problems import scene_error
 from seatfem.study.scene.retainers import Retainer, distance_of_clamp, middles
+from seatfem.study.scene.wings import PortLift
 from seatfem.units import write_quantity
 
 NO_ANGLES: Final = (
@@ -314,7 +316,40 @@ class ContactGeometry:
         force, by_film = (
             each.reshape(len(parts), division.arcs, division.rings).sum(axis=2) for each in (parts, every)
         )
-        return Line(force, grid, lip.lengths, share, lip.edges, by_film, lip.pieces)
+        places = lip.line().mean(axis=1) if len(lip.pieces) > 1 else np.zeros((0, 2))
+        return Line(force, grid, lip.lengths, share, lip.edges, by_film, lip.pieces, lip.names, places)
+
+    def lands(self, division: Division) -> tuple[slice, ...]:
+        """Return the parts of each land of the seat, in the order of the parts; none of a seat with a single one."""
+        if division.arcs == 1 or (lip := self.struck(division.arcs)) is None or len(lip.pieces) < 2:
+            return ()
+        ends = (division.rings * np.cumsum([0, *(arcs for arcs, _ in lip.pieces)])).tolist()
+        return tuple(slice(*pair) for pair in itertools.pairwise(ends))
+
+    def _lands_met(self) -> FaceLip | None:
+        """Return the struck face of several lands that a plate meets all over, undivided; ``None`` of others."""
+        region = self.region()
+        return region if isinstance(region, FaceLip) and len(region.face.gates) > 1 else None
+
+    def port_points(self) -> tuple[Array, ...]:
+        """Return (n, 2) points all over each port of a seat of several lands, from the centre of the reed's contact
+        [m]; none of a seat with a single land."""
+        if (met := self._lands_met()) is None:
+            return ()
+        gates = met.face.gates[:: round(1 / met.face.gates[0].share)]
+        return tuple(gate.points() + self.contact.offset for gate in gates)
+
+    def lifts(self, division: Division, gap: Array, grid: TimeGrid) -> tuple[PortLift, ...]:
+        """Return the lift over each land of a seat of several from the gaps (N + 1, parts) on the seat's parts [m], the
+        mean of all parts where they are not divided by lands; none of a seat with a single land."""
+        if (met := self._lands_met()) is None:
+            return ()
+        gates, lands = met.face.gates, self.lands(division)
+        parts = lands if len(lands) == len(gates) else (slice(None),) * len(gates)
+        return tuple(
+            PortLift(name, grid.spread_motions(gap[:, part].mean(axis=1)), gate.rim, gate.area, gate.share)
+            for name, part, gate in zip(met.face.names, parts, gates, strict=True)
+        )
 
     @property
     def _is_uneven(self) -> bool:
@@ -374,4 +409,4 @@ def _openings(gap: float, lip: AnyLip, across: int, heights: Callable[[Array], A
 
 def closed_line(lip: AnyLip) -> ClosedLine:
     """Return the centre line of a lip, divided into its arcs."""
-    return ClosedLine(lip.lengths, lip.edges, lip.line().mean(axis=1), lip.pieces)
+    return ClosedLine(lip.lengths, lip.edges, lip.line().mean(axis=1), lip.pieces, lip.names)

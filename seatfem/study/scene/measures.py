@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Mapping, Sequence
@@ -41,6 +42,8 @@ class Line:
         edges: (arcs + 1,) angles at the ends of the arcs [rad]; ``None`` if angles do not define places on the line.
         film: (N + 1, arcs) part of the force by a fluid film [N]; 0 without film.
         pieces: parts of the line, as in `impact.after.histories`.
+        names: of the lands, one for each piece.
+        places: (arcs, 2) mean x and y over each arc from the centre [m].
     """
 
     force: Array
@@ -50,11 +53,28 @@ class Line:
     edges: Array | None = None
     film: Array = field(default_factory=lambda: NO_FILM)
     pieces: histories.Pieces = ()
+    names: tuple[str, ...] = ()
+    places: Array = field(default_factory=lambda: np.zeros((0, 2)))
 
     @property
     def lengths(self) -> Array:
         """Return the lengths of the arcs (arcs,) [m]."""
         return histories.lengths_of(self.length, self.force.shape[1])
+
+    @property
+    def lands(self) -> tuple[slice, ...]:
+        """Return the arcs of each face of a lip of several; none of a single one."""
+        ends = np.cumsum([0, *(number for number, _ in self.pieces)]).tolist()
+        return tuple(slice(*pair) for pair in itertools.pairwise(ends)) if len(self.pieces) > 1 else ()
+
+    def land_of(self, arc: int) -> tuple[str, float | None]:
+        """Return the name of the land of an arc, and the angle of its middle about that land's own centre [deg],
+        ``None`` on one that is no ring; ("", ``None``) on a lip of a single land."""
+        if not self.lands:
+            return "", None
+        number = next(k for k, land in enumerate(self.lands) if land.start <= arc < land.stop)
+        line = histories.ClosedLine(self.lengths, None, self.places, self.pieces)
+        return self.names[number], math.degrees(line.place_on_ring(arc)[1]) if line.rings else None
 
     def degrees_at(self, place: float) -> float | None:
         """Return the angle [deg] at a fraction of the line from the start of the first arc; ``None`` without angles."""

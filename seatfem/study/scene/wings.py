@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
@@ -20,6 +20,25 @@ from seatfem.structures.kinds import Structure
 
 if TYPE_CHECKING:
     from seatfem.study.scene.models import Scene
+
+
+@dataclass(frozen=True)
+class PortLift:
+    """The lift of one land of a seat with several.
+
+    Attributes:
+        name: of the land.
+        lift: (n + 1,) mean opening over it [m].
+        rim: length of its rim towards the port [m].
+        area: of the port, or its share of a port that it seals with another one [m^2].
+        share: of a port, 1/2 where two lands seal it.
+    """
+
+    name: str
+    lift: Array
+    rim: float
+    area: float
+    share: float = 1.0
 
 
 class WingTable(Table, ResultSource):
@@ -59,11 +78,16 @@ class Drive(WingTable):
         """Return the words for it in a drawing of the scene, and the range of x on which it acts [m]."""
 
     @abstractmethod
-    def loads(self, reed: Structure, body: bodies.Body) -> Iterator[bodies.Load]:
-        """Yield its loads on the ``body`` of a ``reed``."""
+    def loads(self, reed: Structure, body: bodies.Body, ports: Sequence[Array] = ()) -> Iterator[bodies.Load]:
+        """Yield its loads on the ``body`` of a ``reed``; ``ports``: (n, 2) points all over each of several ports, from
+        the centre of the contact [m]."""
+
+    def check_ports(self, count: int) -> Contradictions:
+        """Yield the keys that contradict the number of ports of the seat, with the reasons."""
+        yield from ()
 
     @abstractmethod
-    def values(self, lift: Array, dt: float, duration: float) -> dict[str, float]:
+    def values(self, lift: Array, dt: float, duration: float, ports: Sequence[PortLift] = ()) -> dict[str, float]:
         """Return its results with error bars, by `cycle_name`; arguments as in `after_run`."""
 
     @abstractmethod
@@ -72,10 +96,15 @@ class Drive(WingTable):
 
     @abstractmethod
     def after_run(
-        self, lift: Array, dt: float, duration: float, stopper: impact_results.ImpactResult | None
+        self,
+        lift: Array,
+        dt: float,
+        duration: float,
+        stopper: impact_results.ImpactResult | None,
+        ports: Sequence[PortLift] = (),
     ) -> DriveRun:
         """Return its course in a run of this ``duration`` [s], with the (n + 1,) ``lift`` of the reed [m] at steps
-        ``dt`` [s]; ``stopper``: the contact there."""
+        ``dt`` [s]; ``stopper``: the contact there; ``ports``: the lift over each land of a seat with several."""
 
 
 class DriveRun:
