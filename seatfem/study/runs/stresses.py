@@ -33,7 +33,7 @@ from seatfem.study.ladders.table import ladder_of, source_of
 from seatfem.study.method import MODEL
 from seatfem.study.plan import Plan
 from seatfem.study.runs import kept
-from seatfem.study.runs.reed_stress import PlateStress, plate_stress
+from seatfem.study.runs.reed_stress import ERRORS, PlateStress, plate_stress
 from seatfem.study.runs.remedies import remedy_by_source, remedy_of
 from seatfem.study.runs.round import Round
 from seatfem.study.runs.seat_stress import SeatStress, judged_under, left_by_mesh, seat_stress
@@ -109,7 +109,8 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
     since = stress_since(done.touches, scene.accuracy.landing)
     seat, reed = seat_stress(done, progress), done.plate
     if reed is None:
-        reed = plate_stress(scene, done.plan.method.reed, strike, since)
+        cached = partial(kept.cached_numbers, done, done.touches, ERRORS)
+        reed = plate_stress(scene, done.plan.method.reed, strike, since, cached)
     elif REED in done.left.values:  # a measure of the round, which has its bar there
         reed = replace(reed, bar=done.left.bar(REED))
     of_seat = seat if np.any(done.result.force) else None
