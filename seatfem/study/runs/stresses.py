@@ -150,7 +150,12 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
     budget = Budget(parts.pop("half"), parts)
     raw = is_raw(budget.values)
     if of_seat is not None:
-        mesh_error = np.full(len(raw), math.nan) if all(raw) else left_by_mesh(of_seat)
+        mesh_error = np.full(len(raw), math.nan)
+        if not all(raw):
+            errors = partial(left_by_mesh, of_seat)
+            mesh_error[:] = kept.cached_numbers(
+                done, done.touches, "mesh errors of the seat's stress", lambda: {"at places": errors().tolist()}
+            )["at places"]
         bars = of_seat.bars + mesh_error + [budget.bar(name) for name in run_peaks]
         by_key = {key: safety(SEAT) * errors[SEAT] for key, errors in budget.parts.items()}
         by_key |= {RECOVERY: float(mesh_error[0]), WAVES: of_seat.bar}
