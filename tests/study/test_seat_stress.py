@@ -152,6 +152,8 @@ def test_the_stress_of_a_seat_comes_back_from_file_bit_for_bit(tmp_path: Path, m
     first = seat_stress(done)
     monkeypatch.setattr(Response, "from_model", lambda *a, **k: pytest.fail("computed again"))
     again = seat_stress(done)
-    assert first is not None and again is not None
+    assert first is not None
+    assert again is not None
     assert np.array_equal(first.peak.von_mises, again.peak.von_mises)
-    assert np.array_equal(first.named, again.named) and np.array_equal(first.bars, again.bars)
+    assert np.array_equal(first.named, again.named)
+    assert np.array_equal(first.bars, again.bars)
