@@ -9,7 +9,7 @@ from typing import Final
 import numpy as np
 
 from impact.greens.base import Array
-from impact.life.damage import UNSTRESSED, Cycles, Life, MeanStress, life, rainflow
+from impact.life.damage import UNSTRESSED, Cycles, Life, MeanStress, damage, life, rainflow
 from impact.life.multiaxial import Multiaxial
 from impact.life.strength import OWN, LifeError, Strength
 
@@ -179,15 +179,29 @@ def judged(histories: Iterable[tuple[str, Array]], demand: Demand) -> Judged:
             tensors.append((demand.several_axes.margin(history), name))
     judgement = Judged()
     if counted and demand.judge is not None:
-        lives = [
-            (name, life(cycles, demand.strength, demand.judge, blocks=demand.blocks, survival=demand.survival))
-            for _, name, cycles in counted
-        ]
-        judgement = Judged(*min(lives, key=lambda place: place[1].margin))
+        judgement = _weakest(sorted(counted, key=lambda place: -place[0]), demand.judge, demand)
     if tensors:
         margin, name = min(tensors)
         judgement = replace(judgement, tensor_at=name, tensor_margin=margin)
     return judgement
+
+
+def _weakest(places: Iterable[tuple[float, str, Cycles]], judge: MeanStress, demand: Demand) -> Judged:
+    """Return the first of the places (reach, name, cycles) with the least margin.
+
+    As damage grows with stress, the margin of a place is only computed where the least one so far, as a factor on its
+    stress, would use up its design life.
+    """
+    weakest = Judged()
+    for _, name, cycles in places:
+        if math.isfinite(least := weakest.life.margin):
+            scaled = replace(cycles, ranges=least * cycles.ranges, means=least * cycles.means)
+            if demand.blocks * damage(scaled, demand.strength, judge, survival=demand.survival) < 1:
+                continue
+        other = life(cycles, demand.strength, judge, blocks=demand.blocks, survival=demand.survival)
+        if not weakest.at or other.margin < weakest.life.margin:
+            weakest = Judged(name, other)
+    return weakest
 
 
 def margin_error(margin: float, bar: float) -> float:

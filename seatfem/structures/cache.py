@@ -17,7 +17,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import Final, TypeVar
+from typing import Any, Final, TypeVar
 
 import numpy as np
 
@@ -218,6 +218,47 @@ class CacheWarning(UserWarning):
 def warn(text: str) -> None:
     """Warn by a `CacheWarning`."""
     warnings.warn(text, CacheWarning, stacklevel=4)
+
+
+def kept(
+    folder: str,
+    key: str,
+    compute: Callable[[], T],
+    *,
+    content: str,
+    read: Callable[[Any], T],
+    write: Callable[[Any, T], None],
+    most_bytes: int,
+) -> T:
+    """Return what is on file under a key in a ``folder`` of the store, else what ``compute`` returns, which is then
+    stored.
+
+    A folder that cannot be written to, and a file that is damaged, cost a `CacheWarning` and the time to compute.
+
+    Args:
+        content: name of the content, in the file and in warnings.
+        read, write: functions that read the content from an open HDF5 file, and write it.
+        most_bytes: most bytes of all files in the folder; the least recently used are deleted.
+    """
+
+    def load(path: Path) -> T:
+        with hdf5.opened(path, content, sealed=True) as file:
+            if (stated := str(file.attrs.get("key", ""))) != key:
+                raise hdf5.OtherKeyError(f"{path}: belongs to the key {stated!r}, not to {key!r}; compute it again")
+            return read(file)
+
+    store = Store(cache_folder() / folder, warn)
+    if (found := store.find(key, load, f"{content} on file")) is not None:
+        return found
+    computed = compute()
+    try:
+        with hdf5.written(store.path(key), content) as file:
+            file.attrs["key"] = key
+            write(file, computed)
+        store.prune(most_bytes=most_bytes)
+    except (OSError, MemoryError) as problem:
+        warn(f"{content}: not kept for later runs ({problem})")
+    return computed
 
 
 def key_of(structure: Structure, method: Method, *, mesh_error: bool = True) -> str:

@@ -18,8 +18,7 @@ from impact.greens.modal import ModalGreens
 from impact.notices import Progress, silent
 from impact.quantities import brief
 from impact.storage import hdf5
-from seatfem.machine.code import cache_folder
-from seatfem.structures.cache import Store, content_key, warn
+from seatfem.structures.cache import content_key, kept
 from seatfem.structures.elements.mindlin import (
     PlateMesh,
     assemble_plate,
@@ -328,7 +327,7 @@ def modes_in_process(asked: Sheet, coarser: float, watched: Watched) -> PlateMod
             )
         return mesh, with_parity(modes, model, mesh.points)
 
-    mesh, modes = kept(asked, coarser, compute)
+    mesh, modes = _kept(asked, coarser, compute)
     return PlateModes(asked, mesh, modes, coarser, *fresh)
 
 
@@ -370,32 +369,18 @@ def _clamped(asked: Sheet) -> str | tuple[str, ...]:
 
 
 MOST: Final = 1024 * MB  # most bytes of all cached plates: the longest unused are dropped
-CONTENT: Final = "modes of a plate"
 Meshed = tuple[PlateMesh, Modes]
 
 
-def kept(asked: Sheet, coarser: float, compute: Callable[[], Meshed]) -> Meshed:
-    """Return the mesh and modes of a plate as they are on file, else as ``compute`` finds them, which are then kept.
-
-    A folder that cannot be written to, and a file that is damaged, cost a `CacheWarning` and the time to compute.
-    """
-    store = Store(cache_folder() / "plates", warn)
+def _kept(asked: Sheet, coarser: float, compute: Callable[[], Meshed]) -> Meshed:
+    """Return the mesh and modes of a plate as they are on file, else as ``compute`` finds them, which are then kept."""
     parts = {**vars(asked), "shape": fingerprint(asked.shape), "material": vars(asked.material)}
     key = content_key({"modes of": parts, "coarser": coarser})
-    if (found := store.find(key, lambda path: _read(path, key), "plate on file")) is not None:
-        return found
-    mesh, modes = compute()
-    try:
-        with hdf5.written(store.path(key), CONTENT) as file:
-            _write(file, key, mesh, modes)
-        store.prune(most_bytes=MOST)
-    except (OSError, MemoryError) as problem:
-        warn(f"the plate's modes are not kept for later runs: {problem}")
-    return mesh, modes
+    return kept("plates", key, compute, content="modes of a plate", read=_read, write=_write, most_bytes=MOST)
 
 
-def _write(file: Any, key: str, mesh: PlateMesh, modes: Modes) -> None:
-    file.attrs["key"] = key
+def _write(file: Any, meshed: Meshed) -> None:
+    mesh, modes = meshed
     file.attrs["modes"] = json.dumps({name: getattr(modes, name) for name in ("complete", "backend", "solves")})
     for name in ("points", "cells"):
         file[name] = getattr(mesh, name)
@@ -405,13 +390,10 @@ def _write(file: Any, key: str, mesh: PlateMesh, modes: Modes) -> None:
         file[f"modes/{name}"] = getattr(modes, name)
 
 
-def _read(path: Any, key: str) -> Meshed:
-    with hdf5.opened(path, CONTENT, sealed=True) as file:
-        if (stated := str(file.attrs.get("key", ""))) != key:
-            raise hdf5.OtherKeyError(f"{path}: belongs to the key {stated!r}, not to {key!r}; compute it again")
-        lines = {name: hdf5.finite_array(file, f"lines/{name}").astype(int) for name in file.get("lines", ())}
-        mesh = PlateMesh(hdf5.finite_array(file, "points"), hdf5.finite_array(file, "cells").astype(int), lines)
-        frequencies, shapes, residuals = (
-            hdf5.finite_array(file, f"modes/{name}") for name in ("frequencies_hz", "shapes", "residuals")
-        )
-        return mesh, Modes(frequencies, shapes, residuals, **json.loads(str(file.attrs["modes"])))
+def _read(file: Any) -> Meshed:
+    lines = {name: hdf5.finite_array(file, f"lines/{name}").astype(int) for name in file.get("lines", ())}
+    mesh = PlateMesh(hdf5.finite_array(file, "points"), hdf5.finite_array(file, "cells").astype(int), lines)
+    frequencies, shapes, residuals = (
+        hdf5.finite_array(file, f"modes/{name}") for name in ("frequencies_hz", "shapes", "residuals")
+    )
+    return mesh, Modes(frequencies, shapes, residuals, **json.loads(str(file.attrs["modes"])))

@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatfem.structures.fields.recovery import von_mises
+from seatfem.structures.cache import VARIABLE
+from seatfem.structures.fields.recovery import Response, von_mises
 from seatfem.study.runs import pipeline
 from seatfem.study.runs.seat_stress import SeatStress, seat_stress, stress_keys, stress_pictures
 from seatfem.study.runs.stress_spots import load_histories
@@ -142,3 +143,17 @@ def test_the_struck_face_is_left_out_by_default(tmp_path: Path) -> None:
     assert np.isclose(whole[:, 2], top).sum() > 4
     assert top - rest[:, 2].max() >= 1e-3 * (1 - 1e-6)
     assert len(rest) == np.sum(whole[:, 2] < top - 1e-3 * (1 - 1e-6))
+
+
+def test_the_stress_of_a_seat_comes_back_from_file_bit_for_bit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(VARIABLE, str(tmp_path / "store"))
+    plan = begin_plan(load_scene(scene(tmp_path, f"points = [{MIDDLE}]\ndistance = '3 mm'")))
+    *_, done = rounds(plan, tmp_path, Stopwatch(), silent)
+    first = seat_stress(done)
+    monkeypatch.setattr(Response, "from_model", lambda *a, **k: pytest.fail("computed again"))
+    again = seat_stress(done)
+    assert first is not None
+    assert again is not None
+    assert np.array_equal(first.peak.von_mises, again.peak.von_mises)
+    assert np.array_equal(first.named, again.named)
+    assert np.array_equal(first.bars, again.bars)

@@ -20,6 +20,7 @@ TIMES_PER_RADIAN: Final = 2  # samples of stress per radian of the highest retai
 LITTLE: Final = 1e-3  # stress bound of the coordinates that may be dropped, over the largest stress
 BETWEEN: Final = 5e-3  # largest error of a peak between samples, over the largest stress; von Mises: sqrt(3/2) times
 _BLOCK: Final = 1024  # time samples of a block
+FEW: Final = 6  # least number of coordinates a place from which on all of them are evaluated at all times
 _PLACES: Final = 16  # fewest places that a thread evaluates at once
 _NUMBERS: Final = 2**18  # stress values that a thread holds, unless `_PLACES` places need more
 
@@ -133,8 +134,10 @@ def blocks_of_times(field: Field, force: Array, dt: float, stride: int) -> Itera
 
 def _update_peaks(pool: Executor, field: Field, part: Array, times: Array, bounds: Array, peaks: Array) -> None:
     """Update the ``peaks`` (4, G, A), arrays of `Largest`, with the stress at the ``times`` (m,) of a block."""
-    largest = max(peaks[0].max(initial=0.0), peaks[2].max(initial=0.0))
-    part, times, retained = thinned(part, times, bounds.max(axis=0, initial=0.0), largest)
+    retained = np.arange(part.shape[1])
+    if FEW * bounds.shape[0] * peaks.shape[2] > len(retained):  # for fewer places thinning takes longer than the stress
+        largest = max(peaks[0].max(initial=0.0), peaks[2].max(initial=0.0))
+        part, times, retained = thinned(part, times, bounds.max(axis=0, initial=0.0), largest)
     if not retained.size:
         return
     lowest = np.minimum(peaks[0] / math.sqrt(1.5), peaks[2]).min(axis=1)
@@ -149,7 +152,8 @@ def _update_peaks(pool: Executor, field: Field, part: Array, times: Array, bound
             _largest(stress.reshape(-1, 6, len(times)), times, place_peaks)
             peaks[:, places] = place_peaks.reshape(4, len(places), -1)
 
-    for _ in pool.map(update, [candidates[start : start + at_once] for start in range(0, len(candidates), at_once)]):
+    shares = [candidates[start : start + at_once] for start in range(0, len(candidates), at_once)]
+    for _ in pool.map(update, shares) if len(shares) > 1 else map(update, shares):
         pass
 
 

@@ -245,12 +245,21 @@ class StressField:
             raise ModelError(f"forces of shape {force.shape} on a body of {ports} ports: give one column for each")
         return coordinates(pushes, dt, self.body, stride)
 
+    @cached_property
+    def _columns(self) -> tuple[Integers, Array]:
+        """Return the numbers of the components that have any stress, and their stress (M + p, P, c) per coordinate."""
+        acting = np.flatnonzero(np.any(self.static, axis=(0, 2)) | np.any(self.modal, axis=(0, 2)))
+        return acting, np.ascontiguousarray(self.fields[:, acting].transpose(2, 0, 1))
+
     def stress(self, which: Integers, values: Array, kept: Integers) -> Iterator[Array]:
-        modes = self.modal.shape[2]
-        of_modes, of_forces = kept[kept < modes], kept[kept >= modes] - modes
-        columns = [self.modal[which][:, :, of_modes], self.left_out[which][:, :, of_forces]]
-        stress = np.concatenate(columns, axis=2).reshape(6 * len(which), -1) @ values
-        yield stress.reshape(len(which), 1, 6, -1)
+        acting, columns = self._columns
+        stress = columns[kept[:, None], which].reshape(len(kept), -1).T @ values
+        if len(acting) == 6:
+            yield stress.reshape(len(which), 1, 6, -1)
+            return
+        every = np.zeros((len(which), 1, 6, values.shape[1]))
+        every[:, 0, acting] = stress.reshape(len(which), len(acting), -1)
+        yield every
 
 
 def recover(

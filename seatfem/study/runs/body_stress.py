@@ -217,6 +217,11 @@ class FieldStress(BodyStress):
         return np.ones(len(self.field.points), dtype=bool)
 
     @property
+    def likely(self) -> NDArray[np.int64]:
+        """Return the points among which those with the largest stress ranges are, by default all."""
+        return np.arange(len(self.field.points))
+
+    @property
     def components(self) -> tuple[str, ...]:
         """Return the names of the stress components."""
         return COMPONENTS
@@ -226,8 +231,9 @@ class FieldStress(BodyStress):
         """Return the visible surface, and values (P,) of the field's points at its (S,) nodes, nan elsewhere."""
 
     def histories(self, first: int) -> Histories:
-        ranges = peaks.mises_range(self.field, self.force, self.dt, since=first)
-        hottest = peaks.hottest(ranges, self.regions, self.each)
+        likely = self.likely
+        ranges = peaks.mises_range(self.field.at(likely), self.force, self.dt, since=first)
+        hottest = likely[peaks.hottest(ranges, self.regions[likely], self.each)]
         hottest = hottest[self.counted[hottest]]
         yield from self._named_histories(self.field.at(hottest), self.regions[hottest])
 

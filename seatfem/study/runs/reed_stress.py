@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import ClassVar, Final
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 import impact
 from impact.after import measures
 from impact.after.histories import ReedStress
-from impact.bodies.body import Body
 from impact.bodies.loads import find_own_coordinates
 from impact.greens.base import Array
 from impact.march.motion import modal_coordinates
@@ -21,7 +22,7 @@ from seatfem.pictures import cell_grid, frames
 from seatfem.structures import method, sheets
 from seatfem.structures.fields.peaks import LITTLE, LargestStress, largest, von_mises
 from seatfem.structures.fields.recovery import StressField, in_frames
-from seatfem.structures.fields.sites import peak_mesh_error
+from seatfem.structures.fields.sites import REACH, peak_mesh_error
 from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.structures.mesh.checks import nearest_distances
 from seatfem.structures.method import Method
@@ -42,6 +43,8 @@ from seatfem.study.scene import Scene
 
 BEFORE: Final = 0.15  # time shown before the contact, in its durations
 AFTER: Final = 0.35  # time shown after the contact, in its durations
+STRONG: Final = 0.5
+"""Least stress of a place, over the largest of its part or of the plate, where errors or life are looked for."""
 GREY: Final = "\ngrey: beside the contact and sharp corners"
 
 
@@ -95,6 +98,15 @@ class PlateStress(FieldStress):
         has no bar."""
         return np.asarray((self.regions != RIM) | (not math.isnan(self.relative_bar)))
 
+    @cached_property
+    def likely(self) -> NDArray[np.int64]:
+        """Return the points with at least half of the largest stress of their part: stress that alternates between p
+        and -p has the range of one that pulsates between 0 and 2 p."""
+        largest_in_run = self.by_point.within(slice(None)).von_mises
+        in_part = [self.regions == part for part in np.unique(self.regions)]
+        strong = [part & (largest_in_run >= STRONG * largest_in_run[part].max()) for part in in_part]
+        return np.flatnonzero(np.any(strong, axis=0))
+
     def under(self, strike: Strike) -> PlateStress:
         return replace(self, strike=strike, field=struck_by(self.field, strike))
 
@@ -141,20 +153,38 @@ class PlateStress(FieldStress):
         return frames.wave_frames("Stress wave in the faces of the reed", skin, mises, moved, time, touch, known, GREY)
 
 
-def plate_stress(scene: Scene, solved_by: Method, strike: Strike, since: float | None = None) -> PlateStress | None:
+ERRORS: Final = "errors of the stress in a plate"
+"""Name of `Errors` in the cache."""
+Errors = Mapping[str, float]
+"""Errors of a plate's largest stress by source [Pa]."""
+
+
+def computed(compute: Callable[[], Errors]) -> Errors:
+    """Return what a function computes: where errors are not cached."""
+    return compute()
+
+
+def plate_stress(
+    scene: Scene,
+    solved_by: Method,
+    strike: Strike,
+    since: float | None = None,
+    cached: Callable[[Callable[[], Errors]], Errors] = computed,
+) -> PlateStress | None:
     """Return the stress in the faces of the plate that strikes.
 
     It is ``None`` for strikers that are no plates with modes, and for a plate too narrow to have points of known
     stress: plate theory gives none within one thickness of sharp corners, of the ends of the clamp and of the contact.
     The error bar is the sum of the mesh error, extrapolated from a coarser mesh, and of the truncation error, from
     modes beyond the band (`sheets.BEYOND`) in a run of their own, of second order; other errors of the contact force
-    are not included.
+    are not included. Both are those of the places with at least `STRONG` of the largest stress.
 
     Args:
         scene: the scene.
         solved_by: method of the plate.
         strike: the run.
         since: start of the judged landing [s], from which on the stress is reported separately, too.
+        cached: function that returns the two errors from where they are on file, or computes and stores them.
     """
     reed, greens = scene.reed.thin_plate, strike.striker.greens
     if reed is None or greens.modal is None:
@@ -166,26 +196,40 @@ def plate_stress(scene: Scene, solved_by: Method, strike: Strike, since: float |
     stress = PlateStress(strike, field, reed, by_point, math.nan, field)
     if stress.largest.after_contact is None:
         return stress
-    peaks, plate = by_point.after_contact.von_mises, reed.plate(greens)
+    peaks = by_point.after_contact.von_mises
+    errors = cached(lambda: _errors_of(scene, solved_by, stress))
+    worst = field.at(np.array([int(peaks.argmax())]))
+    bar = errors["mesh"] + errors["truncation"] + LITTLE * float(peaks.max())
+    return replace(stress, bar=bar, largest_at=worst)
+
+
+def _errors_of(scene: Scene, solved_by: Method, stress: PlateStress) -> Errors:
+    """Return the errors of the largest stress after the first touch, by the ``mesh`` and by ``truncation`` [Pa]."""
+    strike, reed = stress.strike, stress.reed
+    peaks, plate = stress.by_point.after_contact.von_mises, reed.plate(strike.striker.greens)
+    strong = np.flatnonzero(peaks >= STRONG * peaks.max())
+    points = stress.field.points[strong]
     coarser = sheets.plate_modes(plate.sheet, method.COARSENING)
     lips = reed.lips(solved_by.lip, solved_by.behind)
     striker = striker_of(scene, greens=coarser.greens(lips, reed.damping_ratio))
-    field_there = struck_by(plate_field(scene.geometry, striker, strike.division), replace(strike, striker=striker))
-    on_coarser = largest(field_there, strike.pushes, strike.dt).after_contact.von_mises
+    field = _beside(plate_field(scene.geometry, striker, strike.division), points)
+    field = struck_by(field, replace(strike, striker=striker))
+    on_coarser = largest(field, strike.pushes, strike.dt).after_contact.von_mises
     weight = 1 / (sheets.refinement(plate, coarser) ** sheets.ORDER - 1)
-    mesh_error = peak_mesh_error(field.points, peaks, field_there.points, on_coarser, weight)
-    peak, truncation = float(peaks.max()), math.nan
-    if (beyond := reed.in_wider_band(greens, lips)) is not None:
+    errors = {"mesh": peak_mesh_error(points, peaks[strong], field.points, on_coarser, weight), "truncation": math.nan}
+    if (beyond := reed.in_wider_band(strike.striker.greens, lips)) is not None:
         wider, ratio = beyond
-        other = _stress_of(scene, reed, strike, striker_of(scene, greens=wider))
-        truncation = abs(other - peak) / (1 - ratio**-2)
-    worst = field.at(np.array([int(peaks.argmax())]))
-    return replace(stress, bar=mesh_error + truncation + LITTLE * peak, largest_at=worst)
+        striker = striker_of(scene, greens=wider)
+        look = PlateLook(reed, _beside(plate_field(scene.geometry, striker, strike.division), points), strike.division)
+        run = marched(problem_of(scene, striker, impact.Body(strike.seat)), strike.dt, scene.run.duration)
+        other = look(run, None)
+        if other is not None and other.after_contact is not None:
+            errors["truncation"] = abs(other.after_contact.value - float(peaks.max())) / (1 - ratio**-2)
+    return errors
 
 
-def _stress_of(scene: Scene, reed: ThinPlate, strike: Strike, striker: Body) -> float:
-    """Return the largest stress after the first touch in a run with another model of the plate [Pa]."""
-    look = PlateLook(reed, plate_field(scene.geometry, striker, strike.division), strike.division)
-    problem = problem_of(scene, striker, impact.Body(strike.seat))
-    largest = look(marched(problem, strike.dt, scene.run.duration), None)
-    return math.nan if largest is None or largest.after_contact is None else largest.after_contact.value
+def _beside(field: StressField, points: Array) -> StressField:
+    """Return the field at its points on the circles round ``points`` in which maxima of two meshes are compared."""
+    spacing = float(np.median(cKDTree(field.points).query(field.points, k=[2])[0]))
+    near = cKDTree(points).query(field.points)[0] <= 2 * REACH * spacing
+    return field.at(near if near.any() else np.ones(len(near), dtype=bool))

@@ -211,7 +211,8 @@ def solve(
     with watch("reed stress"):
         since, plate = stress_since(touches, scene.accuracy.landing), None
         if any_needs_stress(scene.accuracy.measures):
-            plate = reed_stress.plate_stress(scene, method.reed, computed.strike, since)
+            kept = partial(cached_numbers, computed, touches, reed_stress.ERRORS)
+            plate = reed_stress.plate_stress(scene, method.reed, computed.strike, since, kept)
         stress = computed.strike.largest_stress(since=since) if plate is None else plate.largest
     return replace(computed, plate=plate, stress=stress)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import combinations
 from typing import Any, Final
 
@@ -13,6 +13,8 @@ import numpy as np
 
 from impact.greens.base import Array
 from impact.notices import Progress, silent
+from seatfem.structures.cache import key_of
+from seatfem.structures.fields.kept_spaces import Spaces, kept_spaces
 from seatfem.structures.fields.peaks import Integers, largest
 from seatfem.structures.fields.recovery import MORE, VECTORS, Response, StressField, StressSpace
 from seatfem.structures.fields.sites import Sites, at_points, near, on_surface, singular_points
@@ -132,15 +134,32 @@ class SeatMesh:
         asked, elements = self.asked, elements_of(self.mesh)
         of_surface = [on_surface(elements)] if asked.surface else []
         places = [*(of_surface if at is None else [at_points(elements, at)]), *([self.named()] if asked.points else [])]
-        by_place: list[list[StressSpace]] = [[] for _ in places]
-        for n, model, response, _ in self.harmonics(waves):
-            for spaces, sites in zip(by_place, places, strict=True):
-                spaces.append(response.stress(self.stress_of(model, sites, n), sites.points))
-        where, points = tuple(by_place[0]), tuple(by_place[-1])
+        compute = partial(self._spaces, waves, places)
+        by_place = compute() if at is not None else kept_spaces(self._content(waves), compute)
+        where, points = by_place[0], by_place[-1]
         if not asked.points:
             points = tuple(space.at_points(np.zeros(len(space.points), dtype=bool)) for space in where)
         to_edge, to_struck = (nearest_distances(where[0].points, of) for of in (self.singular, self.struck))
         return MeshStress(where, points, to_edge, to_struck, asked, waves)
+
+    def _spaces(self, waves: Waves | None, places: Sequence[Sites]) -> Spaces:
+        """Return the stress spaces at each of several sets of places, by harmonic."""
+        by_place: list[list[StressSpace]] = [[] for _ in places]
+        for n, model, response, _ in self.harmonics(waves):
+            for spaces, sites in zip(by_place, places, strict=True):
+                spaces.append(response.stress(self.stress_of(model, sites, n), sites.points))
+        return tuple(map(tuple, by_place))
+
+    def _content(self, waves: Waves | None) -> dict[str, object]:
+        """Return all on which the stress at the surface and at the named points depends."""
+        method, mesh = self.plan.method.seat, elements_of(self.mesh).mesh
+        return {
+            "seat": key_of(self.body, method),
+            "band": self.bandwidth,
+            "mesh": [mesh.p, mesh.t],
+            "at": [self.asked.surface, [list(point) for point in self.asked.points]],
+            "harmonics": None if waves is None else waves.numbers,
+        }
 
     def harmonics(self, waves: Waves | None) -> Iterator[tuple[int, SecondOrderModel, Response, Array]]:
         """Yield number, model, response and `Harmonic.mixing` of each harmonic; without ``waves`` those of the only

@@ -32,7 +32,7 @@ from seatfem.study.ladders.table import ladder_of, source_of
 from seatfem.study.method import MODEL
 from seatfem.study.plan import Plan
 from seatfem.study.runs import kept
-from seatfem.study.runs.reed_stress import PlateStress, plate_stress
+from seatfem.study.runs.reed_stress import ERRORS, PlateStress, plate_stress
 from seatfem.study.runs.remedies import remedy_by_source, remedy_of
 from seatfem.study.runs.round import Round
 from seatfem.study.runs.seat_stress import SeatStress, judged_under, left_by_mesh, seat_stress
@@ -100,7 +100,8 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
     since = stress_since(done.touches, scene.accuracy.landing)
     seat, reed = seat_stress(done, progress), done.plate
     if reed is None:
-        reed = plate_stress(scene, done.plan.method.reed, strike, since)
+        cached = partial(kept.cached_numbers, done, done.touches, ERRORS)
+        reed = plate_stress(scene, done.plan.method.reed, strike, since, cached)
     elif REED in done.left.values:  # a measure of the round, which has its bar there
         reed = replace(reed, bar=done.left.bar(REED))
     of_seat = seat if np.any(done.result.force) else None
@@ -140,7 +141,12 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
     budget = Budget(parts.pop("half"), parts)
     raw = is_raw(budget.values)
     if of_seat is not None:
-        mesh_error = np.full(len(raw), math.nan) if all(raw) else left_by_mesh(of_seat)
+        mesh_error = np.full(len(raw), math.nan)
+        if not all(raw):
+            errors = partial(left_by_mesh, of_seat)
+            mesh_error[:] = kept.cached_numbers(
+                done, done.touches, "mesh errors of the seat's stress", lambda: {"at places": errors().tolist()}
+            )["at places"]
         bars = of_seat.bars + mesh_error + [budget.bar(name) for name in run_peaks]
         by_key = {key: safety(SEAT) * errors[SEAT] for key, errors in budget.parts.items()}
         by_key |= {RECOVERY: float(mesh_error[0]), WAVES: of_seat.bar}

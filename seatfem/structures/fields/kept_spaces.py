@@ -1,0 +1,55 @@
+"""Stress spaces of a body on file: they depend on the body and its mesh alone, not on the forces of a run."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import fields
+from typing import Any, Final
+
+from impact.files.safe_files import MB
+from impact.storage import hdf5
+from seatfem.structures.cache import content_key, kept
+from seatfem.structures.fields.recovery import Pairs, StressSpace
+
+MOST: Final = 1024 * MB  # most bytes of all stress spaces in the store
+ARRAYS: Final = ("points", "static", "spanned")
+
+Spaces = tuple[tuple[StressSpace, ...], ...]
+"""Stress spaces by set of places, and within a set by harmonic."""
+
+
+def kept_spaces(parts: Mapping[str, object], compute: Callable[[], Spaces]) -> Spaces:
+    """Return the stress spaces that are in the store under all ``parts`` on which they depend, else those that
+    ``compute`` returns, which are then stored. Warns as `seatfem.structures.cache.kept`."""
+    key = content_key({"stress of": parts})
+    return kept("stress", key, compute, content="stress of a body", read=_read, write=_write, most_bytes=MOST)
+
+
+def _write(file: Any, spaces: Spaces) -> None:
+    file.attrs["sets"] = len(spaces)
+    for number, of_set in enumerate(spaces):
+        group = file.create_group(f"{number}")
+        group.attrs["spaces"] = len(of_set)
+        for harmonic, space in enumerate(of_set):
+            each = group.create_group(f"{harmonic}")
+            each.attrs["ports"], each.attrs["resting"] = json.dumps(space.ports), space.resting
+            for name in ARRAYS:
+                each[name] = getattr(space, name)
+            for name in ("pairs", "fewer"):
+                for field in fields(Pairs):
+                    each[f"{name}/{field.name}"] = getattr(getattr(space, name), field.name)
+
+
+def _read(file: Any) -> Spaces:
+    groups = [file[f"{number}"] for number in range(int(file.attrs["sets"]))]
+    return tuple(tuple(_space(group[f"{k}"]) for k in range(int(group.attrs["spaces"]))) for group in groups)
+
+
+def _space(group: Any) -> StressSpace:
+    arrays = [hdf5.finite_array(group, name) for name in ARRAYS]
+    pairs = (
+        Pairs(*(hdf5.finite_array(group, f"{name}/{field.name}") for field in fields(Pairs)))
+        for name in ("pairs", "fewer")
+    )
+    return StressSpace(*arrays, *pairs, tuple(json.loads(str(group.attrs["ports"]))), bool(group.attrs["resting"]))
