@@ -13,7 +13,9 @@ from seatfem.study.answers.omissions import left_out
 from seatfem.study.answers.verdict import standing, which_landing
 
 Word = Literal["go", "no-go", "undecided"]
-GO, NO_GO, UNDECIDED = "go", "no-go", "undecided"
+GO: Final = "go"
+NO_GO: Final = "no-go"
+UNDECIDED: Final = "undecided"
 SPEED, LIMIT = "landing_closing_speed_m_per_s", "life_speed_margin"
 MARGINS: Final = (results.LIFE_MARGIN, "life_multiaxial_margin", "life_contact_margin", LIMIT)
 SOURCES: Final = ("life_strength_source", "life_speed_source")
@@ -70,7 +72,8 @@ def decide(summary: Summary) -> Decision:
     conditions = list(filter(None, (_landing(summary), _strength(summary), _accuracy(summary))))
     margins = [_compare(summary, key) for key in _margins(summary)]
     findings = [each for each in conditions if each.word != GO] or margins
-    word = next((word for word in (NO_GO, UNDECIDED) if any(each.word == word for each in findings)), GO)
+    words = {each.word for each in findings}
+    word: Word = NO_GO if NO_GO in words else UNDECIDED if UNDECIDED in words else GO
     in_order = sorted((*margins, *conditions), key=lambda each: each not in findings or each.word != word)
     return Decision(
         word,
