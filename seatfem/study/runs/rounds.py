@@ -202,6 +202,7 @@ def solve(
         if any_needs_stress(scene.accuracy.measures):
             plate = reed_stress.plate_stress(scene, method.reed, computed.strike, since)
         stress = computed.strike.largest_stress(since=since) if plate is None else plate.largest
+    progress("reed stress", 1.0)
     return replace(computed, plate=plate, stress=stress)
 
 
