@@ -22,7 +22,7 @@ DOES: Final[Mapping[str, str]] = {
     "reduction": "the response of the body to an impulse, until its error is small enough",
     "harmonics": "the response of the body, one order around the axis after another",
     "modes": "natural modes of the body",
-    "stepping": "contact of reed and seat, step by step; the first run after an installation compiles this",
+    "stepping": "contact of reed and seat, step by step; the first run ever compiles this code",
     "error budget": "the run is repeated with one setting changed at a time, to measure its error",
     "predictable landings": "the run is repeated with a disturbance as small as round-off",
     "ensemble": "runs that differ by round-off, for statistics of landings",

@@ -141,14 +141,9 @@ def result_table(summary: readings.Summary, *, short: bool = False) -> Table:
     """
     target = readings.as_number(summary.get("accuracy_target"))
     aim = "uncertainty" if target is None else f"uncertainty\n(asked {percent(target, 3)})"
-    heads: tuple[str, ...] = (
-        "",
-        "seat (static)" if is_static(summary) else "seat",
-        "spring\nbaseline",
-        "spring\nagainst\nseat",
-    )
+    seat = "seat (static)" if is_static(summary) else "seat"
+    heads = ("", seat, "spring\nbaseline", "spring\nagainst\nseat", "difference /\nuncertainty", aim)
     shown: Sequence[int] = (0, 1, 5) if is_baseline(summary) else (0, 1, 2, 5) if short else range(6)
-    heads = (*heads, "difference /\nuncertainty", aim)
     table = Table(*(heads[column] for column in shown), box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     table.caption_justify = "left"
     table.columns[0].no_wrap = True

@@ -245,7 +245,8 @@ def budget_figure(shares: Mapping[str, Mapping[str, float]], target: float | Non
         measured = {name for parts in shares.values() for name in parts}
         largest = max((sum(parts.get(name, 0.0) for parts in shares.values()) for name in measured), default=0.0)
         end = max(1.2 * target, 1.05 * largest)
-        figure.add_vline(x=100 * target, line={"color": GREY, "dash": "dash"}, annotation_text="asked")
+        line = {"color": GREY, "dash": "dash", "width": 2}
+        figure.add_vline(x=100 * target, line=line, opacity=1, annotation_text="asked")
         figure.update_xaxes(range=[0.0, 100 * end])
     return figure
 

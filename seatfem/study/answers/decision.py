@@ -70,8 +70,8 @@ def decide(summary: Summary) -> Decision:
     conditions = list(filter(None, (_landing(summary), _strength(summary), _accuracy(summary))))
     margins = [_compare(summary, key) for key in _margins(summary)]
     findings = [each for each in conditions if each.word != GO] or margins
-    ordered: tuple[Word, ...] = (NO_GO, UNDECIDED)
-    word: Word = next((word for word in ordered if any(each.word == word for each in findings)), GO)
+    words = {each.word for each in findings}
+    word: Word = NO_GO if NO_GO in words else UNDECIDED if UNDECIDED in words else GO
     in_order = sorted((*margins, *conditions), key=lambda each: each not in findings or each.word != word)
     return Decision(
         word,

@@ -27,6 +27,8 @@ def left_out(summary: readings.Summary) -> Iterator[str]:
     """Yield a sentence for each effect that a run leaves out of its model, its uncertainty, or its results."""
     if waves := static_seat(summary):
         yield waves
+    elif is_static(summary):
+        yield "Waves and stress in the seat are left out: the scene states a spring as its seat."
     for sentence in not_modelled(summary):
         yield f"{sentence[:1].upper()}{sentence[1:]}."
     if unknown := str(summary.get("error_unknown") or ""):

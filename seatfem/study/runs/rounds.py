@@ -214,6 +214,7 @@ def solve(
             kept = partial(cached_numbers, computed, touches, reed_stress.ERRORS)
             plate = reed_stress.plate_stress(scene, method.reed, computed.strike, since, kept)
         stress = computed.strike.largest_stress(since=since) if plate is None else plate.largest
+    progress("reed stress", 1.0)
     return replace(computed, plate=plate, stress=stress)
 
 
