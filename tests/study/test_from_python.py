@@ -122,7 +122,7 @@ def test_plots_are_figures(result: seatfem.RunResult, history: str, tmp_path: Pa
 
 def test_notebooks_show_tables_and_nothing_in_them_is_markup(result: seatfem.RunResult) -> None:
     hostile = seatfem.RunResult(
-        {"landing_status": "<script>"}, ("<script>",), (), met=None,
+        {"landing_status": "<script>", "title": "<script>"}, ("<script>",), (), met=None,
         histories=result.histories, spring=result.spring, plan=result.plan,
     )  # fmt: skip
     assert "<script>" not in hostile._repr_html_()
