@@ -123,7 +123,7 @@ def html_table(caption: str, heads: Iterable[object], rows: Iterable[Iterable[ob
     style = "style='text-align:left;white-space:nowrap'"
     head = "".join(f"<th {style}>{escape(str(each))}</th>" for each in heads)
     body = "".join(f"<tr>{''.join(f'<td {style}>{escape(str(cell))}</td>' for cell in row)}</tr>" for row in rows)
-    return f"<table><caption {style}><b>{escape(caption)}</b></caption><tr>{head}</tr>{body}</table>"
+    return f"<table><caption style='text-align:left'><b>{escape(caption)}</b></caption><tr>{head}</tr>{body}</table>"
 
 
 def _cells(line: str) -> str:

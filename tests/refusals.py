@@ -62,7 +62,8 @@ def keys_below(table: type[BaseModel]) -> frozenset[str]:
 def keys_at(file: Path | None, key: str) -> frozenset[str]:
     """Return the keys of a scene that a message on one of its keys may name: those of the kind that stands there."""
     role = key.partition(".")[0]
-    table = tomllib.loads(file.read_text(encoding="utf-8")).get(role) if role in BODIES and file is not None else None
+    written = role in BODIES and file is not None and file.is_file()  # a text has a name in place of a file
+    table = tomllib.loads(file.read_text(encoding="utf-8")).get(role) if written and file else None
     if not isinstance(table, dict):
         return frozenset().union(*map(keys_below, (*Table.__subclasses__(), *kinds_of())))
     kinds = [each for each in kinds_of() if kind_of(each) == table.get("kind", next(iter(table), ""))]

@@ -143,8 +143,8 @@ def plot_opening(
     """Draw the gap between the contact points, or the lift of the striker's above the target's at rest, against time:
     the whole run, and the hardest contact or landing. ``history``: "gap" or "lift".
 
-    ``landings``: records of summary.json; those on the seat are marked. Returns the figure, written to a ``path`` if
-    one is given. Raises `PictureError` without matplotlib.
+    ``landings``: records of summary.json; all are marked. Returns the figure, written to a ``path`` if one is given.
+    Raises `PictureError` without matplotlib.
     """
     runs, end = _runs(result, baseline), float(result.time[-1])
     heights = [run.gap if history == "gap" else run.gap + run.target_displacement for run in runs]
@@ -157,13 +157,15 @@ def plot_opening(
         whole, close = figure.subplots(2, 1)
         _curves(whole, curves, (0.0, end), history)
         _curves(close, curves, window, history)
-        marks, rate = landing_marks(landings), scaled(end, "s")[0]
-        factor = scaled(np.concatenate(heights), "m")[0]
-        draw_marks(whole, marks, lambda mark: (rate * mark.start, factor * value_at(result, heights[0], mark.start)))
+        rate, factor = scaled(end, "s")[0], scaled(np.concatenate(heights), "m")[0]
+        height = heights[0]
+        for body in BODIES:
+            marks = landing_marks(landings, body)
+            draw_marks(whole, marks, lambda mark: (rate * mark.start, factor * value_at(result, height, mark.start)))
         _mark(whole, window, end)
         whole.set_title("Whole run")
         close.set_title(contact.capitalize())
-        whole.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3)
+        figure.legend(*whole.get_legend_handles_labels(), loc="outside lower center", ncols=2)
     return figure
 
 

@@ -247,7 +247,7 @@ def _number(key: str, value: Any) -> float:
 
 def _positive(material: Solid, *keys: tuple[str, str]) -> None:
     for key, unit in keys:
-        value = np.asarray([_number(key, each) for each in np.atleast_1d(getattr(material, key))])
+        value = np.asarray([_number(key, each) for each in np.atleast_1d(getattr(material, key)).tolist()])
         if not (np.all(np.isfinite(value)) and np.all(value > 0)):
             raise ModelError(
                 f"material {material.name!r}: {key} = {getattr(material, key)} {unit} must be positive and finite"

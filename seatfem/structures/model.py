@@ -305,7 +305,7 @@ def as_csr(matrix: Any) -> sparse.csr_array:
 
 def _matrix(value: Any, name: str) -> sparse.csr_array:
     """Return a matrix of a model. Raises `ModelError` for what is no matrix of real numbers."""
-    data = value if sparse.issparse(value) else np.asarray(value)
+    data: Any = value if sparse.issparse(value) else np.asarray(value)
     if data.ndim != 2 or data.dtype.kind not in "fiu":
         what = f"of shape {data.shape} and type {data.dtype}"
         remedy = "; give K.real, and K.imag as loss" if data.dtype.kind == "c" else ""

@@ -134,7 +134,7 @@ def test_an_error_of_the_disk_names_the_file_that_was_meant(tmp_path: Path) -> N
 def test_a_folder_that_cannot_be_written_to_is_found_first(
     verb: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    runs = [f"seatfem.study.runs.pipeline.{name}" for name in ("cached_plan", "begin_plan", "converge")]
+    runs = [f"seatfem.study.runs.pipeline.{name}" for name in ("cached_plan", "begin_plan", "last_round")]
     for place in (*runs, "seatfem.study.trade.trade.converge", "seatfem.structures.natural_modes.modes_of"):
         monkeypatch.setattr(place, lambda *given, **named: pytest.fail("computed"))
     (tmp_path / "file").write_text("", encoding="utf-8")

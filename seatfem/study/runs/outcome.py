@@ -7,6 +7,7 @@ import os
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, fields
 from functools import cached_property, partial
+from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -17,7 +18,7 @@ from impact.notices import SeatfemError
 from impact.pictures.plots import plot_force, plot_motion, plot_opening
 from impact.quantities import as_html, enumeration, html_table
 from seatfem.readings import Measured, Summary, all_measured, in_text, measured
-from seatfem.results import HEADINGS, LANDING, result_of, words_of
+from seatfem.results import HEADINGS, LANDING, name_of, result_of
 from seatfem.structures import natural_modes
 from seatfem.study.plan import Plan
 from seatfem.study.scene.measures import Stress, all_measures
@@ -89,8 +90,7 @@ class Measures(Mapping[str, Measured]):
         return html_table(caption, ("measure", "key", "seat", "spring baseline"), rows)
 
     def _words(self, key: str) -> str:
-        row = result_of(key)
-        return f"{HEADINGS[row.group].partition('{')[0]}: {words_of(row, self._summary).strip()}"
+        return f"{HEADINGS[result_of(key).group].partition('{')[0]}: {name_of(key, self._summary)}"
 
 
 def _spring_text(number: Measured) -> str:
@@ -235,13 +235,15 @@ class RunOutcome:
 
     def __str__(self) -> str:
         lines = (f"{key}: {_with_spring(each)}" for key, each in self.measures.items())
-        return "\n  ".join([self._verdict(), *lines, *(f"note: {each}" for each in self.messages)])
+        first = f"{type(self).__name__}, {self._verdict()}, {len(self.files)} files"
+        return "\n  ".join([first, *lines, *(f"note: {each}" for each in self.messages)])
 
     __repr__ = __str__
 
     def _repr_html_(self) -> str:
-        notes = html_table("Notes", (), [(each,) for each in self.messages]) if self.messages else ""
-        return self.measures.html(self._verdict()) + notes
+        title = str(self.summary.get("title") or type(self).__name__)
+        notes = "".join(f"<p>note: {escape(each)}</p>" for each in self.messages)
+        return self.measures.html(f"{title}: {self._verdict()}") + notes
 
     def _verdict(self) -> str:
         target = "target reached" if self.met else "target missed"
@@ -249,7 +251,7 @@ class RunOutcome:
             target = f"{self.summary.get('landing_status') or 'nothing to judge'}: no target judged"
         elif judged := str(self.summary.get("accuracy_judged_keys") or self.summary.get("accuracy_measures") or ""):
             target = f"{target} ({judged})"
-        return f"{type(self).__name__}, {target}, {len(self.files)} files"
+        return target
 
     def to_dataframe(self) -> pandas.DataFrame:
         """Return value, error_bar, unit, spring and known of every number [SI], its key as index; ``known`` is False

@@ -55,7 +55,8 @@ def load_table(path: Path | str, model: type[AnyTable]) -> AnyTable:
 def path_from(given: object) -> Path:
     """Return the path of a file as a `Path`. Raises `SceneError` for anything but a path, or text of one line."""
     if not isinstance(given, str | os.PathLike) or "\n" in str(given):
-        raise scene_error("file", f"{brief_value(given)} is no path; give the path of a file, as text or Path")
+        what = "a text of several lines" if isinstance(given, str) else brief_value(given)
+        raise scene_error("file", f"{what} is no path; give the path of a file, as text or Path")
     return Path(given)
 
 
