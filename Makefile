@@ -62,6 +62,7 @@ docs: $(VENV)/installed-dev
 	$(PY) docs/scene_page.py
 	$(PY) docs/scenes_page.py
 	$(PY) docs/summary_page.py
+	$(PY) docs/mistakes_page.py
 	$(PY) docs/rooms.py docs/images/rooms.svg
 	$(PY) docs/badges.py docs/images
 	$(SINGLE_THREAD) $(PY) -m sphinx -q -W --keep-going -b html -c docs . build/docs
