@@ -211,13 +211,15 @@ def rows(summary: Numbers, full: Numbers) -> list[dict[str, str]]:
 
 
 def _curves(scene: Scene, runs: Mapping[str, tuple[MarchRun, Landings]]) -> dict[str, Any]:
-    """Return the curves of force, around the hardest landing on the seat if any, and of lift, over the run [SI]."""
+    """Return the curves of force, from the start of the hardest landing on the seat if any, and of lift [SI]."""
     hard, whole, width = runs["seat"][1].hardest, (0.0, scene.run.duration), scene.run.filter_width
-    span = whole
+    span, zero = whole, 0.0
     if hard is not None:
-        margin = MARGIN * hard.duration + 2 * width
-        span = hard.start - margin, hard.start + hard.duration + margin
-    force = {name: _curve(_averaged(force_of(each), each.dt, width), each.dt, span) for name, (each, _) in runs.items()}
+        margin, zero = MARGIN * hard.duration + 2 * width, hard.start
+        span = zero - margin, zero + hard.duration + margin
+    force = {
+        name: _curve(_averaged(force_of(each), each.dt, width), each.dt, span, zero) for name, (each, _) in runs.items()
+    }
     lift = {name: _curve(each.opening, each.dt, whole) for name, (each, _) in runs.items()}
     return {"force": force, "lift": lift, "landed": hard is not None}
 
@@ -231,11 +233,12 @@ def _averaged(force: Array, dt: float, width: float) -> Array:
     return np.asarray((total[high] - total[low]) / count)
 
 
-def _curve(values: Array, dt: float, span: tuple[float, float]) -> dict[str, list[float]]:
-    """Return times and values within a ``span`` [s]; of many the smallest and largest of each of several bins."""
+def _curve(values: Array, dt: float, span: tuple[float, float], zero: float = 0.0) -> dict[str, list[float]]:
+    """Return times from ``zero`` and values within a ``span`` [s]; of many the smallest and largest of each of several
+    bins."""
     first, last = max(int(span[0] / dt), 0), min(math.ceil(span[1] / dt) + 1, len(values))
     size = max(1, math.ceil(2 * (last - first) / POINTS))
     shown = values[first : first + (last - first) // size * size].reshape(-1, size)
     ends = np.stack([shown.argmin(axis=1), shown.argmax(axis=1)], axis=1) + size * np.arange(len(shown))[:, None]
     picks = first + np.unique(np.append(ends, [0, last - first - 1]))
-    return {"time": [float(f"{dt * k:.7g}") for k in picks], "value": [float(f"{values[k]:.5g}") for k in picks]}
+    return {"time": [float(f"{dt * k - zero:.7g}") for k in picks], "value": [float(f"{values[k]:.5g}") for k in picks]}
