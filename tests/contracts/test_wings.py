@@ -18,6 +18,7 @@ WINGS = {
          "seatfem.optimise", "seatfem.sweep", "seatfem.write_trade"},
     ),
     "identify": (("seatfem/study/identify", "seatfem/faces/identify_verbs.py"), {"identify"}),
+    "live page": (("seatfem/faces/live", "seatfem/faces/live_verbs.py"), {"live"}),
     "gas": (("seatfem/wings/gas.py", "impact/gas.py", "impact/pictures/gas_plot.py"),
             {"[gas]", "scene/gas.md", "last cycle"}),
     "life": (("seatfem/wings/life.py", "seatfem/life", "impact/life"),

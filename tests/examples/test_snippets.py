@@ -28,7 +28,7 @@ from tests.steps import load_scene, run_command
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
 DEAR = 1.5  # seconds of a look, and of the rounds that it may leave to a run
-ELSEWHERE = ("demo", "verify", "trade", "sweep", "optimise", "view")  # of minutes, or that open windows; tested there
+ELSEWHERE = ("demo", "verify", "trade", "sweep", "optimise", "view", "live")  # long, or with windows; tested there
 SCRIPTS = [path.read_text(encoding="utf-8") for path in (ROOT / "examples").glob("*.py")]  # tested as such
 REASON = "# not run here: "
 OTHERS = {"text", "{eval-rst}"}

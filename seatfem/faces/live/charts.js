@@ -18,14 +18,14 @@ function marks(low, high, unit, count) {  // round numbers from low to high: whe
   return [list, `[${prefix}${unit}]`];
 }
 
-function draw(svg, curves, unit) {  // curves: name, colour, dash, time [s], value [SI], the last one on top
+function draw(svg, curves, unit, along) {  // curves: name, colour, dash, time [s], value [SI], the last one on top
   const { width, height } = svg.getBoundingClientRect(), left = 52, right = width - 10, top = 24, bottom = height - 36;
   svg.replaceChildren();
   if (!curves.length || width < 120) return;
   const all = key => curves.flatMap(curve => curve[key]);
   const from = Math.min(...all("time")), to = Math.max(...all("time")), low = Math.min(0, ...all("value"));
   const high = Math.max(...all("value"), low + 1e-12) * 1.04, [values, name] = marks(low, high, unit, 5);
-  const [times, seconds] = marks(from, to, "s", Math.max(2, width / 110));
+  const [times, seconds] = marks(from, to, "s", Math.max(2, width / 100));
   const x = time => left + (time - from) / (to - from) * (right - left), y = value => bottom - (value - low) / (high - low) * (bottom - top);
   for (const [value, text] of values) {
     element(svg, "line", { class: "grid", x1: left, x2: right, y1: y(value), y2: y(value) });
@@ -36,7 +36,7 @@ function draw(svg, curves, unit) {  // curves: name, colour, dash, time [s], val
     element(svg, "text", { x: x(time), y: bottom + 17, "text-anchor": "middle" }, text);
   }
   element(svg, "line", { class: "axis", x1: left, x2: right, y1: bottom, y2: bottom });
-  element(svg, "text", { x: right, y: height - 4, "text-anchor": "end" }, `time ${seconds}`);
+  element(svg, "text", { x: right, y: height - 4, "text-anchor": "end" }, `${along} ${seconds}`);
   element(svg, "text", { x: 2, y: 12 }, name);
   let at = left;
   for (const { name, colour, dash, time, value } of curves) {

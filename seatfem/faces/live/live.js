@@ -56,9 +56,9 @@ function add(slider) {
 
 function drawAll() {
   for (const [id, unit] of last ? [["force", "N"], ["lift", "m"]] : []) {
-    const curves = { full: full === last ? undefined : full[id].seat, ...last[id] };
+    const curves = { full: full === last || full.landed !== last.landed ? undefined : full[id].seat, ...last[id] };
     const looks = LOOKS.filter(([key]) => curves[key]).map(([key, name, colour, dash]) => ({ ...curves[key], name, colour, dash }));
-    draw(by(id).querySelector("svg"), looks, unit);
+    draw(by(id).querySelector("svg"), looks, unit, id === "force" && last.landed ? "time after touch" : "time");
   }
 }
 

@@ -15,7 +15,7 @@ from impact.greens.base import Array
 from impact.march.rows import MarchRun
 from impact.notices import Progress
 from seatfem import readings, results
-from seatfem.structures.cache import Cache, build
+from seatfem.structures.cache import Cache, build, key_of
 from seatfem.structures.kinds import Structure
 from seatfem.structures.method import Method, Solved
 from seatfem.study.impacts.bodies import problem_of, solve_body, striker_of
@@ -27,8 +27,7 @@ from seatfem.study.runs.afterwards import is_spring, spring_for, static_stiffnes
 from seatfem.study.runs.converge import begin_plan
 from seatfem.study.runs.kept import plan_from_json, plan_to_json
 from seatfem.study.runs.summary import landing_keys
-from seatfem.study.scene import Scene
-from seatfem.study.scene.measures import key_of
+from seatfem.study.scene import Scene, measures
 from seatfem.study.scene.wings import CYCLE
 
 Numbers = Mapping[str, Any]
@@ -42,24 +41,29 @@ MARGIN: Final = 0.35  # time shown before and after the hardest landing, over it
 
 @dataclass(frozen=True)
 class Known:
-    """A body as the last full run computed it."""
+    """A body as the last full run computed it, and the key by which it is cached."""
 
     structure: Structure
-    method: Method
     solved: Solved
+    key: str
+
+    @staticmethod
+    def from_run(structure: Structure, method: Method, solved: Solved) -> Known:
+        """Return the body of a run."""
+        return Known(structure, solved, key_of(structure, method))
 
     def of(self, structure: Structure, method: Method) -> Solved | None:
-        """Return it for a ``structure`` that differs in its modal damping alone, which is added to that of each mode;
-        ``None`` for any other difference."""
+        """Return it for a ``structure`` that differs in its motion, or in its modal damping, which is added to that of
+        each mode; ``None`` for any other difference."""
         change = structure.loss - self.structure.loss
         if change:
             structure = structure.model_copy(update={"damping_ratio": self.structure.loss})
-        if method != self.method or structure != self.structure:
-            return None
         modal = self.solved.greens.modal
-        if not change:
+        if key_of(structure, method) != self.key or (change and modal is None):
+            return None
+        if not change or modal is None:
             return self.solved
-        return None if modal is None else replace(self.solved, greens=replace(modal, zeta=modal.zeta + change))
+        return replace(self.solved, greens=replace(modal, zeta=modal.zeta + change))
 
 
 @dataclass(frozen=True)
@@ -110,7 +114,8 @@ def reference_of(plan: Plan, summary: Numbers, cache: Cache, progress: Progress)
     scene, method = plan.scene, plan.method
     seat = build(scene.seat, method.seat, scene.run.duration, cache, progress=progress)
     reed = solve_body("reed", scene.reed, method.reed, scene.run.duration, progress)
-    bodies = (Known(scene.seat, method.seat, seat), None if reed is None else Known(scene.reed, method.reed, reed))
+    own_reed = None if reed is None else Known.from_run(scene.reed, method.reed, reed)
+    bodies = Known.from_run(scene.seat, method.seat, seat), own_reed
     striker = striker_of(scene, method.reed.n_modes, None if reed is None else reed.greens)
     step = method.time_step or fallback_step(scene.run, scene.driven_by, striker.greens, seat.greens)
     known = Reference(plan, summary, *bodies, step, {}, {})
@@ -157,7 +162,11 @@ def march_of(known: Reference, scene: Scene, progress: Progress) -> tuple[Number
         record = record_of_march(scene, run)
         assert record.landings is not None
         values = values_of_record(record, record.landings)
-        keys = {key_of(key): value for key, value in values.items() if not is_of_a_landing(key) and CYCLE not in key}
+        keys: dict[str, Any] = {
+            measures.key_of(key): value
+            for key, value in values.items()
+            if not is_of_a_landing(key) and CYCLE not in key
+        }
         keys |= landing_keys(record.landings, values)
         numbers |= {f"{readings.SPRING if name == 'spring' else ''}{key}": value for key, value in keys.items()}
         runs[name] = run, record.landings
@@ -176,11 +185,11 @@ def with_bars(known: Reference, numbers: Numbers, *, is_known: bool) -> dict[str
         if bar is None:
             continue
         quick, now = readings.as_number(known.quick.get(key)), readings.as_number(value)
-        unknown = full is None or quick is None or not math.isfinite(bar) or not is_known
-        known_bar = None if unknown else bar + abs(quick - full)
-        if known_bar is not None and now is not None and full and not key.endswith(readings.WITHOUT_ZERO):
-            known_bar *= abs(now / full)
-        summary[f"{readings.BAR}{key}"] = known_bar
+        own = None
+        if is_known and math.isfinite(bar) and full is not None and quick is not None and now is not None:
+            share = 1.0 if full == 0 or key.endswith(readings.WITHOUT_ZERO) else abs(now / full)
+            own = share * (bar + abs(quick - full))
+        summary[f"{readings.BAR}{key}"] = own
     return summary
 
 
@@ -202,13 +211,15 @@ def rows(summary: Numbers, full: Numbers) -> list[dict[str, str]]:
 
 
 def _curves(scene: Scene, runs: Mapping[str, tuple[MarchRun, Landings]]) -> dict[str, Any]:
-    """Return the curves of force, around the hardest landing on the seat if any, and of lift, over the run [SI]."""
+    """Return the curves of force, from the start of the hardest landing on the seat if any, and of lift [SI]."""
     hard, whole, width = runs["seat"][1].hardest, (0.0, scene.run.duration), scene.run.filter_width
-    span = whole
+    span, zero = whole, 0.0
     if hard is not None:
-        margin = MARGIN * hard.duration + 2 * width
-        span = hard.start - margin, hard.start + hard.duration + margin
-    force = {name: _curve(_averaged(force_of(each), each.dt, width), each.dt, span) for name, (each, _) in runs.items()}
+        margin, zero = MARGIN * hard.duration + 2 * width, hard.start
+        span = zero - margin, zero + hard.duration + margin
+    force = {
+        name: _curve(_averaged(force_of(each), each.dt, width), each.dt, span, zero) for name, (each, _) in runs.items()
+    }
     lift = {name: _curve(each.opening, each.dt, whole) for name, (each, _) in runs.items()}
     return {"force": force, "lift": lift, "landed": hard is not None}
 
@@ -222,11 +233,12 @@ def _averaged(force: Array, dt: float, width: float) -> Array:
     return np.asarray((total[high] - total[low]) / count)
 
 
-def _curve(values: Array, dt: float, span: tuple[float, float]) -> dict[str, list[float]]:
-    """Return times and values within a ``span`` [s]; of many the smallest and largest of each of several bins."""
+def _curve(values: Array, dt: float, span: tuple[float, float], zero: float = 0.0) -> dict[str, list[float]]:
+    """Return times from ``zero`` and values within a ``span`` [s]; of many the smallest and largest of each of several
+    bins."""
     first, last = max(int(span[0] / dt), 0), min(math.ceil(span[1] / dt) + 1, len(values))
     size = max(1, math.ceil(2 * (last - first) / POINTS))
     shown = values[first : first + (last - first) // size * size].reshape(-1, size)
     ends = np.stack([shown.argmin(axis=1), shown.argmax(axis=1)], axis=1) + size * np.arange(len(shown))[:, None]
     picks = first + np.unique(np.append(ends, [0, last - first - 1]))
-    return {"time": [float(f"{dt * k:.7g}") for k in picks], "value": [float(f"{values[k]:.5g}") for k in picks]}
+    return {"time": [float(f"{dt * k - zero:.7g}") for k in picks], "value": [float(f"{values[k]:.5g}") for k in picks]}

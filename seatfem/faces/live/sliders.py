@@ -59,7 +59,7 @@ class Slider:
         """Return the slider of a value; ``None`` for a zero whose range is not known."""
         if number == 0:
             return Slider(key, number, unit, 0.0, FROM_ZERO[unit]) if unit in FROM_ZERO else None
-        return Slider(key, number, unit, *sorted((number / 2, 2 * number)))
+        return Slider(key, number, unit, min(number / 2, 2 * number), max(number / 2, 2 * number))
 
     def written(self, number: float) -> str | float:
         """Return a number as the file has it. Raises `LiveError` outside the range."""

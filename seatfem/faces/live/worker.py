@@ -41,8 +41,8 @@ FIRST: Final[Mapping[str, Any]] = {"full": True}
 """The request with which a page begins: the scene as its file states it."""
 
 
-class Superseded(Exception):
-    """A newer request has come while this one was computed."""
+class Superseded(BaseException):
+    """A newer request has come while this one was computed: no error, which a round might take for its own."""
 
 
 @dataclass
