@@ -43,6 +43,8 @@ from seatfem.study.runs import (
 )
 from seatfem.study.runs import pictures as run_pictures
 from seatfem.study.runs.body_stress import BodyStress, ClosedFormStress
+from seatfem.study.runs.margin_bars import margin_bar
+from seatfem.study.runs.reed_stress import PlateStress
 from seatfem.study.runs.round import Round
 from seatfem.study.scene import Accuracy
 from seatfem.study.scene.measures import LifeMargin, Stress
@@ -52,7 +54,6 @@ if TYPE_CHECKING:
     from seatfem.study.impacts.life import LifeResult
     from seatfem.study.runs import stress_spots
     from seatfem.study.runs.lives import MarginCurve
-    from seatfem.study.runs.reed_stress import PlateStress
     from seatfem.study.runs.seat_stress import SeatStress
 
 PICTURE: Final = "margin_map.png"
@@ -242,8 +243,8 @@ class Afterwards:
             return ()
         known = f"an uncertainty of {percent(relative)}" if math.isfinite(relative) else "no known uncertainty"
         return (
-            f"{LifeMargin.words} ({LifeMargin.key}) has {known}, above accuracy.target = {percent(target)}: it has "
-            "that of the stress where it is least",
+            f"{LifeMargin.words} ({LifeMargin.key}) has {known}, above accuracy.target = {percent(target)}: rounds "
+            "refine the largest stress in its place",
         )
 
 
@@ -299,7 +300,9 @@ def afterwards(
         life = lives.lives(done, bodies, done.strike, progress)
         on_spring = replace(done.strike, touches=baseline.touches, stress=baseline.stress)
         life_at_spring = lives.lives(done, [reed], on_spring, progress)
-    keys |= lives.run_keys(scene.life, bodies, life, life_at_spring)
+        keys |= lives.run_keys(scene.life, bodies, life, life_at_spring)
+        if isinstance(reed, PlateStress) and math.isfinite(bar := margin_bar(done, reed, life, progress)):
+            keys |= {f"error_bar_{LifeMargin.key}": bar}
     if life.below is not None and life.below.worst.tensor_at:
         contact_bar = stresses.contact_margin_bar(done, life.below.worst.tensor_margin)
         keys |= {"error_bar_life_contact_margin": finite_or_none(contact_bar)}
