@@ -28,6 +28,7 @@ from seatfem.life.assess import (
     life_notes,
 )
 from seatfem.life.maps import margin_pictures, plot_margins
+from seatfem.life.margin_bars import MARGIN, margin_bar
 from seatfem.life.table import OF_A_CURVE, UNITS, LifeTable, varied
 from seatfem.study.impacts import contact
 from seatfem.study.impacts.bodies import striker_of
@@ -38,6 +39,7 @@ from seatfem.study.runs import kept
 from seatfem.study.runs.afterwards import FinishedRun
 from seatfem.study.runs.body_stress import BodyStress
 from seatfem.study.runs.pipeline import run_scene
+from seatfem.study.runs.reed_stress import PlateStress
 from seatfem.study.runs.round import Round
 from seatfem.study.runs.stresses import error_bars_of
 from seatfem.study.scene import load_scene
@@ -54,7 +56,11 @@ def assess(life: LifeTable, run: FinishedRun) -> Assessed:
     with run.watch("life"):
         result = lives(life, done, run.bodies, done.strike, run.progress)
         on_spring = lives(life, done, run.bodies[:1], run.on_spring, run.progress)
-    keys = run_keys(life, run.bodies, result, on_spring)
+        keys = run_keys(life, run.bodies, result, on_spring)
+        reed = run.bodies[0]
+        if isinstance(reed, PlateStress):
+            bar = margin_bar(life, done, reed, result, run.progress)
+            keys |= {f"error_bar_{MARGIN}": bar} if math.isfinite(bar) else {}
     if result.below is not None and result.below.worst.tensor_at:
         bar = contact_margin_bar(done, result.below.worst.tensor_margin)
         keys |= {"error_bar_life_contact_margin": finite_or_none(bar)}
@@ -113,7 +119,6 @@ def bars_of(bodies: Sequence[BodyStress]) -> dict[str, float]:
     return {body.role: body.relative_bar for body in bodies if not math.isnan(body.relative_bar)}
 
 
-MARGIN: Final = "life_margin"
 NEAR: Final = 1e-3  # relative accuracy of the allowed value, at which the margin is 1
 MOST: Final = 20  # most runs of the search for the allowed value
 FARTHEST: Final = 20.0  # limit of |log margin|, for margins of zero and infinity

@@ -169,9 +169,8 @@ def error_budget(
     ``progress``: receives the progress; ``flights``: the striker's motion without contact, if other runs share it.
     """
     result, flights = touches.seat, flights or contact.Flights(striker, scene.run.duration, scene.contact.preload)
-    problem, width = problem_of(scene, striker, impact.Body(seat.greens)), scene.run.filter_width
-    computed = ComputedRun(scene, method, seat, problem, reed, progress)
-    terms, unknown = terms_by_key(computed)
+    computed, terms, unknown = varied_problems(scene, method, seat, striker, reed, progress, flights)
+    problem, width = computed.problem, scene.run.filter_width
 
     choice = scene.accuracy.landing
     blow = stated = contact_record_of(touches, width, stress, choice)
@@ -327,6 +326,25 @@ def with_jumps(budget: Budget, blow: measures.ContactRecord) -> Budget:
         if (name := landing_name("seat", number, "duration_s")) in jumps:
             jumps[name] = duration.jump_of_landing(blow, landing, share)
     return replace(budget, parts={**budget.parts, source: total(budget.parts[source], jumps)})
+
+
+def varied_problems(
+    scene: Scene,
+    method: RunMethod,
+    seat: methods.Solved,
+    striker: impact.Body,
+    reed: methods.Solved | None,
+    progress: Progress,
+    flights: contact.Flights,
+) -> tuple[ComputedRun, dict[str, Terms | None], tuple[str, ...]]:
+    """Return a run with the results of `terms_by_key`, which are found once for all runs that share ``flights``."""
+    if not flights.varied:
+        computed = ComputedRun(
+            scene, method, seat, problem_of(scene, striker, impact.Body(seat.greens)), reed, progress
+        )
+        flights.varied.append((computed, *terms_by_key(computed)))
+    known: tuple[ComputedRun, dict[str, Terms | None], tuple[str, ...]] = flights.varied[0]
+    return known
 
 
 def terms_by_key(run: ComputedRun) -> tuple[dict[str, Terms | None], tuple[str, ...]]:

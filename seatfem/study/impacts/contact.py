@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
@@ -108,6 +108,7 @@ MAX_STEPS = 20_000_000
 STEP_BYTES = 530  # bytes per step of all histories of a run, and of their file while it is put together
 CONTACT_BYTES = 48  # bytes per step of each further contact
 LONG_BYTES = 0.12  # of these bytes where smooth motion takes long steps (docs/performance.md, "Long runs")
+SHARED = 0.1  # largest part of the memory for the marches of the neighbours of a run, which several looks share
 PAIR_TIME = 6e-9  # time [s] of a step for each pair of contacts, by spring laws; rigid ones take a quarter
 LONGEST_MARCH = 86400.0  # longest predicted computing time of a run [s]
 
@@ -151,12 +152,18 @@ def bending_look(geometry: lips.ContactGeometry) -> StressLook | None:
 @dataclass(frozen=True)
 class Flights:
     """The striker over a ``duration`` [s], with or without a ``preload``: cached for each time step [s], but not for
-    others; with its motion without contact, which is computed where equal steps first need it."""
+    others; with its motion without contact, which is computed where equal steps first need it.
+
+    ``varied``: the problem and its neighbours, once they are known; ``runs``: their marches so far, by problem, step
+    and duration, for all that look at them.
+    """
 
     striker: impact.Body
     duration: float
     preload: bool
     known: dict[float, motion.Discrete] = field(default_factory=dict)
+    varied: list[Any] = field(default_factory=list)
+    runs: dict[tuple[int, float, float], tuple[impact.ContactProblem, MarchRun]] = field(default_factory=dict)
 
     def __call__(self, striker: impact.Body, dt: float) -> motion.Discrete:
         """Return a discretised striker; under a preload it starts in equilibrium with its loads."""
@@ -214,14 +221,20 @@ def marched(
     ``flight``: function such as `Flights`, which several runs may share; ``like``: as in
     `impact.march.ladder.begin_march`.
     """
-    striker = problem.striker
+    striker, asked = problem.striker, problem
+    runs = flight.runs if isinstance(flight, Flights) else {}
+    if (key := (id(asked), dt, duration)) in runs:
+        return runs[key][1]
     for body in problem.targets:
         if not body.loads:
             problem = with_body(problem, body, replace(body, greens=body.greens.forces_only()))
     discrete = (flight or Flights(striker, duration, problem.preload))(striker, dt)
     targets = (motion.Discrete.from_body(body, dt, discrete.loads.shape[1]) for body in problem.targets)
     with in_words_of_a_scene():
-        return march(problem, dt, duration, bodies=(discrete, *targets), like=like)
+        run = march(problem, dt, duration, bodies=(discrete, *targets), like=like)
+    if (len(runs) + 1) * 2 * run.rows.force.nbytes < SHARED * available_memory():
+        runs[key] = asked, run
+    return run
 
 
 def record_of(

@@ -158,10 +158,14 @@ class PlateLook:
         """Return the largest stresses, also before and after the start ``since`` of a landing [s]."""
         if not len(self.field.points):
             return None
+        field, pushes, dt = self.in_run(run)
+        return stresses_of_plate(self.reed, field, recovery.largest(field, pushes, dt, since=since, workers=1))
+
+    def in_run(self, run: MarchRun) -> tuple[StressField, Array, float]:
+        """Return the field of the striker in a run, the forces (n + 1, ports) on its ports [N] and their step [s]."""
         forces, body = Forces.from_march(run), self.field.body
         pushes = forces.on_striker(body.greens, self.division)
-        field = _in_bending(self.field, forces.loaded(body, pushes))
-        return stresses_of_plate(self.reed, field, recovery.largest(field, pushes, forces.dt, since=since, workers=1))
+        return _in_bending(self.field, forces.loaded(body, pushes)), pushes, forces.dt
 
 
 def _singular(plate: sheets.PlateModes, touched: Lips) -> Array:

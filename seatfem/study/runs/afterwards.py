@@ -32,6 +32,7 @@ from seatfem.study.ladders.mesh import OF_DRAWS
 from seatfem.study.plan import Plan
 from seatfem.study.runs import horizon, kept, seat_stress, stress_spots, stress_wave, stresses, summary
 from seatfem.study.runs.body_stress import BodyStress, ClosedFormStress
+from seatfem.study.runs.reed_stress import PlateStress
 from seatfem.study.runs.round import Round
 from seatfem.study.scene import Accuracy
 from seatfem.study.scene.measures import Measure, Stress, all_measures
@@ -209,8 +210,8 @@ class Afterwards:
             return ""
         known = f"an uncertainty of {percent(relative)}" if math.isfinite(relative) else "no known uncertainty"
         return (
-            f"{measure.words} ({measure.key}) has {known}, above accuracy.target = {percent(target)}: it has "
-            "that of the stress where it is least"
+            f"{measure.words} ({measure.key}) has {known}, above accuracy.target = {percent(target)}: rounds refine the "
+            "largest stress in its place"
         )
 
 

@@ -14,7 +14,6 @@ from typing import Final
 
 import numpy as np
 
-import impact
 from impact.greens.base import Array
 from impact.march.problem import ContactProblem
 from impact.march.rows import MarchRun
@@ -22,12 +21,10 @@ from impact.notices import Progress, silent
 from impact.quantities import percent
 from impact.runs.variations import Budget, Values, budget_of, changes, safety, times
 from seatfem.structures.fields.recovery import largest
-from seatfem.study.error_budget import terms_by_key
-from seatfem.study.impacts.bodies import problem_of
-from seatfem.study.impacts.contact import marched
+from seatfem.study.error_budget import varied_problems
+from seatfem.study.impacts.contact import Flights, marched
 from seatfem.study.impacts.forces import Forces
 from seatfem.study.impacts.touches import stress_since
-from seatfem.study.ladders.ladder import ComputedRun
 from seatfem.study.ladders.table import ladder_of, source_of
 from seatfem.study.method import MODEL
 from seatfem.study.plan import Plan
@@ -57,16 +54,17 @@ def error_bars_of(
     there are no errors.
     """
     scene, dt = done.plan.scene, done.result.dt
-    problem = problem_of(scene, done.striker, impact.Body(done.seat.greens))
-
-    terms, _ = terms_by_key(ComputedRun(scene, done.plan.method, done.seat, problem, done.reed))
+    flights = done.flights or Flights(done.striker, scene.run.duration, scene.contact.preload)
+    bodies = (done.plan.method, done.seat, done.striker, done.reed)
+    computed, terms, _ = varied_problems(scene, *bodies, progress, flights)
+    problem = computed.problem
     runs, count = 2 + sum(len(term) for each in terms.values() for term in each or ()), 0
 
     def march_varied(varied: ContactProblem, step: float, look: Callable[[MarchRun], Values] = look) -> Values:
         nonlocal count
         count += 1
         progress(STAGE, min(count / runs, 1.0))
-        return look(marched(varied, step, scene.run.duration, done.flights))
+        return look(marched(varied, step, scene.run.duration, flights))
 
     half = march_varied(problem, dt / 2, at_half or look)
     if not is_judged(half):
