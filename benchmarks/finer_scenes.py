@@ -107,7 +107,7 @@ def finer_in_every_key(scene: Scene, method: RunMethod, by: Finer = FINEST) -> t
     scene = scene.model_copy(update=changed)
     reed = replace(method.reed, n_modes=scene.reed.stated().n_modes, **_band_and_size(scene.reed))
     seat = replace(seat, rings=rings) if divided else seat
-    finer = meshed_for_arcs(scene, RunMethod(seat, reed, step).along(scene.geometry, arcs))
+    finer = meshed_for_arcs(scene.seat, RunMethod(seat, reed, step).along(scene.geometry, arcs))
     finer = finer.stopped(scene.geometry, None if scene.stopper is None else scene.stopper.parts)
     return as_stated(scene, finer), finer
 

@@ -154,7 +154,7 @@ def test_margins_of_a_bar_that_is_pressed(pressed: tuple[Any, Any], tmp_path: Pa
 @pytest.mark.slow
 def test_the_map_of_margins_is_drawn_and_written(pressed: tuple[Any, Any], tmp_path: Path) -> None:
     done, stress = pressed
-    pictures = dict(margin_pictures(done, [stress]))
+    pictures = dict(margin_pictures(done.plan.scene.life, done, [stress]))
     assert set(pictures) == {"margin_map.png", "seat_margin.vtu"}
     for name, draw in pictures.items():
         draw(path=tmp_path / name)
@@ -253,7 +253,7 @@ def test_the_wave_and_the_margins_of_a_ring_struck_in_arcs(tmp_path: Path, monke
     np.testing.assert_allclose(wave.values[:, some].T, exact[:, now], atol=1e-9 * exact.max())
     # in place of margins the distance from a place: each point is drawn with its own
     monkeypatch.setattr(SeatStress, "margins", lambda self, *_: np.linalg.norm(self.field.points - PLACE, axis=1))
-    (drawn,) = dict(margin_pictures(done, [stress]))["margin_map.png"].args[0]  # type: ignore[attr-defined]
+    (drawn,) = dict(margin_pictures(done.plan.scene.life, done, [stress]))["margin_map.png"].args[0]  # type: ignore[attr-defined]
     seen = np.isfinite(drawn.colours[0])
     assert seen.sum() >= len(stress.sites)
     np.testing.assert_allclose(drawn.colours[0][seen], np.linalg.norm(drawn.points[seen] - PLACE, axis=1), atol=1e-12)

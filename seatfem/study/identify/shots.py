@@ -217,7 +217,7 @@ class Model:
         shot = self.shots[k]
         keys = {key: self.asked.fit[key].written(value) for key, value in values.items() if not is_own(key)}
         scene = load_scene(self.asked.scene, {**shot.changes, **keys})
-        self._check(scene, shot)
+        self._check(shot, [gauge.name for gauge in scene.gauge], scene.run.duration)
         striker, seat = self._bodies_of(scene, {**shot.changes, **keys})
         if k not in self.steps:
             check_step(scene)
@@ -261,19 +261,18 @@ class Model:
             return like
         return replace(like, body=body, loads=body.load_amplitudes(motion.find_middle_times(dt, n)))
 
-    def _check(self, scene: Scene, shot: Shot) -> None:
-        """Raise `SceneError` for records that the shot's scene cannot produce."""
-        gauges = [gauge.name for gauge in scene.gauge]
+    def _check(self, shot: Shot, gauges: Sequence[str], duration: float) -> None:
+        """Raise `SceneError` for records that a scene with these gauges, of this duration [s], cannot produce."""
         for number in shot.records:
             each = self.samples[number]
             if each.record.kind == "strain" and each.record.of not in gauges:
                 listed = f"has {', '.join(gauges)}" if gauges else "has none"
                 words = f"{each.record.of!r} is no [[gauge]] of the scene, which {listed}: add it there"
                 raise scene_error(f"record.{number}.of", f"{each.record.name}: {words}")
-            if each.time[-1] - each.record.delay > scene.run.duration * (1 + 1e-9) or each.time[0] < 0:
+            if each.time[-1] - each.record.delay > duration * (1 + 1e-9) or each.time[0] < 0:
                 words = (
                     f"samples from {each.time[0]:g} to {each.time[-1]:g} s are compared, the scene runs from 0 to "
-                    f"run.duration = {scene.run.duration:g} s: state from and to, or a longer run.duration"
+                    f"run.duration = {duration:g} s: state from and to, or a longer run.duration"
                 )
                 raise scene_error(f"record.{number}.to", f"{each.record.name}: {words}")
 

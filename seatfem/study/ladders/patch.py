@@ -95,15 +95,17 @@ class Rings(Ladder):
 
 def _in_parts(scene: Scene, method: RunMethod, arcs: int, rings: int) -> RunMethod:
     """Return the method with the lip in these parts, as far as they are no more than the program chooses itself."""
-    return meshed_for_arcs(scene, method.along(scene.geometry, arcs, rings)) if arcs * rings <= MOST_CHOSEN else method
+    if arcs * rings > MOST_CHOSEN:
+        return method
+    return meshed_for_arcs(scene.seat, method.along(scene.geometry, arcs, rings))
 
 
-def meshed_for_arcs(scene: Scene, method: RunMethod) -> RunMethod:
+def meshed_for_arcs(seat: Structure, method: RunMethod) -> RunMethod:
     """Return the method with an element in each arc of a lip that is meshed in space, unless the size is stated."""
     size = method.seat.contact_size
     if size is None or CONTACT_SIZE in method.given:
         return method
-    return method.replaced({CONTACT_SIZE: in_each_arc(scene.seat, method.seat, size)})
+    return method.replaced({CONTACT_SIZE: in_each_arc(seat, method.seat, size)})
 
 
 def of_rings_across(run: ComputedRun) -> Terms | None:
@@ -198,7 +200,7 @@ class OnePort(Ladder):
         if PORTS in method.given or method.ports != 1:
             return method
         finer = in_fewest_arcs(scene, method)
-        return method if finer == method else meshed_for_arcs(scene, finer)
+        return method if finer == method else meshed_for_arcs(scene.seat, finer)
 
     def applies(self, run: ComputedRun) -> bool:
         """Return whether a plate meets a lip with one contact."""
