@@ -210,8 +210,8 @@ class Afterwards:
             return ""
         known = f"an uncertainty of {percent(relative)}" if math.isfinite(relative) else "no known uncertainty"
         return (
-            f"{measure.words} ({measure.key}) has {known}, above accuracy.target = {percent(target)}: rounds refine the "
-            "largest stress in its place"
+            f"{measure.words} ({measure.key}) has {known}, above accuracy.target = {percent(target)}: rounds refine "
+            "the largest stress in its place"
         )
 
 
