@@ -40,6 +40,8 @@ STRIKERS: Final = {
     'paddle_diameter = "16 mm"\nthickness = "0.5 mm"\ngreens = { bandwidth = "30 kHz" }\n' + HELD,
     "frf": 'file = "frf.csv"\n' + HELD,
     "greens": 'file = "reed.h5"\n' + HELD,
+    "held_disc": 'outer_diameter = "20 mm"\ninner_diameter = "6 mm"\nthickness = "0.5 mm"\n'
+    'greens = { bandwidth = "30 kHz" }\nrelease = { deflection = "20 um" }\n',
     "matrices": 'mass = "m.mtx"\nstiffness = "k.mtx"\ncontact = "port.csv"\nsystem = "SI"\ndamping_ratio = 0.05\n'
     'greens = { bandwidth = "20 kHz" }\n' + HELD,
     "mesh": f'file = "{(MESHES / "annular_seat.msh").as_posix()}"\n' + DRAWN.replace(SIZE, ""),

@@ -3,7 +3,12 @@ from seatfem.structures.kinds.blocks import BarSeat as BarSeat, BlockSeat as Blo
 from seatfem.structures.kinds.closed_forms import RigidMass as RigidMass, Rod as Rod, Spring as Spring
 from seatfem.structures.kinds.from_files import Cad as Cad, MeshFile as MeshFile
 from seatfem.structures.kinds.measured import FrequencyResponseFile as FrequencyResponseFile
-from seatfem.structures.kinds.plates import Disc as Disc, Flapper as Flapper, RingPlate as RingPlate
+from seatfem.structures.kinds.plates import (
+    Disc as Disc,
+    Flapper as Flapper,
+    HeldDisc as HeldDisc,
+    RingPlate as RingPlate,
+)
 from seatfem.structures.kinds.reeds import (
     Cantilever as Cantilever,
     ClampedClamped as ClampedClamped,

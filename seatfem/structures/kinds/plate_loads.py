@@ -213,8 +213,11 @@ class PlateRelease(Table):
                 f"reed.release.mode = {mode + 1}: there are {len(omega)} modes below three times "
                 "reed.greens.bandwidth; release one of these, or raise it"
             )
-        if abs(centre[mode]) < AT_REST * np.abs(centre).max():
-            raise errors.ModelError(f"reed.release.mode = {mode + 1}: it does not move {about}; release another")
+        moving = 1 + np.flatnonzero(np.abs(centre) >= AT_REST * np.abs(centre).max())
+        if self.mode not in moving:
+            raise errors.ModelError(
+                f"reed.release.mode = {self.mode}: it does not move {about}; state mode = {moving[0]}"
+            )
         rate[mode] = self.velocity / centre[mode]
         return ModalState(np.zeros_like(omega), rate)
 

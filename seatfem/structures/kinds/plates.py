@@ -1,4 +1,4 @@
-"""Kinds of flat plates: the flapper, the disc of a plate valve, the ring of a ring valve."""
+"""Kinds of flat plates: the flapper, the free disc of a plate valve, the held disc, the ring of a ring valve."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from seatfem.structures.kinds.thin_plate import FRONTS, ThinPlate
 from seatfem.structures.shapes import Disc as DiscOutline
 from seatfem.structures.shapes import Flapper as FlapperOutline
 from seatfem.structures.shapes import Flat
+from seatfem.structures.shapes import HeldDisc as HeldOutline
 from seatfem.structures.shapes import RingPlate as RingOutline
 from seatfem.units import write_quantity
 
@@ -115,6 +116,32 @@ contact_width = "1 mm"
     def pushed_at(self, body: Body, place: float | Array | None, by: structure.Push = "force") -> Array:
         """Return (M, n); a pressure acts on the whole face."""
         return self.plate(body.greens).mean[:, None] if by == "pressure" else super().pushed_at(body, place, by)
+
+
+class HeldDisc(plate_loads.ClampedPlate):
+    """A round flat plate of Mindlin plate elements that is clamped at the edge of a hole in its middle, as where a disc
+    is screwed on, or the rim of an umbrella valve: it tilts and bends about its middle. It touches with a ring about
+    its axis."""
+
+    shape: ClassVar[type[Flat]] = HeldOutline
+    sample: ClassVar[str] = """
+outer_diameter = "16 mm"
+inner_diameter = "4 mm"
+thickness = "0.5 mm"
+"""
+    sample_scene: ClassVar[SampleScene] = SampleScene('release = { deflection = "0.1 mm" }', "annular", FRONTS)
+
+    kind: Literal["held_disc"]
+    contact_radius: Length | None = Field(
+        None,
+        description="mean radius of the ring that touches, in place of the struck face; absent: the disc meets that "
+        "face all over, or, of a partner without one, touches midway between the hole and its edge",
+    )
+    contact_width: Length | None = Field(
+        None,
+        description="radial width of the ring of contact_radius, or of that which touches a partner without a struck "
+        "face; absent: a quarter of what lies between the hole and the edge",
+    )
 
 
 class Flapper(plate_loads.ClampedPlate):

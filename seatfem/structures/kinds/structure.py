@@ -602,7 +602,7 @@ HOMES: Final[Mapping[str, str]] = MappingProxyType(
         "closed_forms": "rigid_mass rod spring",
         "from_files": "cad mesh",
         "measured": "frf",
-        "plates": "disc flapper ring_plate",
+        "plates": "disc flapper held_disc ring_plate",
         "reeds": "cantilever clamped_clamped stepped timoshenko tip_mass",
         "sheet": "sheet plate",
         "stored": "greens matrices modes",

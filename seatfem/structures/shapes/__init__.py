@@ -14,7 +14,7 @@ from seatfem.machine.code import is_ours, sources_from_elsewhere
 from seatfem.structures.errors import GeometryError
 from seatfem.structures.shapes.blocks import Bar, Block, ValvePlate
 from seatfem.structures.shapes.cad import CadPart, Group, Region
-from seatfem.structures.shapes.flat import Disc, Flapper, RingPlate
+from seatfem.structures.shapes.flat import Disc, Flapper, HeldDisc, RingPlate
 from seatfem.structures.shapes.flat import Flat as Flat
 from seatfem.structures.shapes.outlined import Outlined
 from seatfem.structures.shapes.profile import Edge as Edge
@@ -55,6 +55,7 @@ __all__ = [
     "Flapper",
     "GeometryError",
     "Group",
+    "HeldDisc",
     "NamedFace",
     "NumberedFace",
     "Outlined",

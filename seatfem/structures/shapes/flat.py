@@ -1,4 +1,4 @@
-"""Geometries of sheets of constant thickness: the disc, the ring plate and the flapper."""
+"""Geometries of sheets of constant thickness: the disc, the ring plate, the disc held in its middle and the flapper."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from seatfem.structures.errors import GeometryError
 from seatfem.structures.shapes import loops, selectors
 from seatfem.structures.shapes.shape import Shape, key, require_above, require_below, require_positive
 
+ON_THE_EDGE: Final = 1e-6  # largest distance of a node from the edge of the hole on which it lies, over its radius
 THINNER: Final = 'a sheet is thinner than it is wide; a solid reed is kind = "cad" or "mesh"'
 
 
@@ -168,6 +169,29 @@ class RingPlate(Round):
     @property
     def narrowest(self) -> float:
         return (self.outer_diameter - self.inner_diameter) / 2
+
+
+@dataclass(frozen=True)
+class HeldDisc(RingPlate):
+    """Annular sheet about the origin whose hole is clamped at its edge, underside at z = 0 (metres): a disc that is
+    screwed on in its middle. The group "contact" is the upper side, "fixed" the wall of the hole."""
+
+    family: ClassVar[str] = "held_disc"
+
+    @property
+    def is_clamped(self) -> bool:
+        return True
+
+    @property
+    def held_loop(self) -> Array:
+        return loops.whole(self.centre, self.inner_diameter / 2)
+
+    def clamped(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
+        return np.asarray(np.abs(np.hypot(*points.T) / (self.inner_diameter / 2) - 1) < ON_THE_EDGE)
+
+    @property
+    def patches(self) -> selectors.Patches:
+        return {**super().patches, "fixed": (selectors.CylinderFace(self.inner_diameter / 2, several=True),)}
 
 
 @dataclass(frozen=True)

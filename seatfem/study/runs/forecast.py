@@ -26,7 +26,8 @@ from seatfem.study.runs.rounds import OutOfTime, rounds
 from seatfem.study.safety import MOST_ROUNDS
 from seatfem.study.scene import Scene
 
-USUAL: Final = 3.0  # factor by which a round usually reduces the largest error bar
+USUAL: Final = 9.0  # factor by which a round usually reduces the largest error bar: several keys are refined at once
+SLOW: Final = 3.0  # the same factor of slow rounds, whose larger number decides on the memory
 HANGING: Final = 60.0  # time after which the first round of a look is stopped [s]: kernels may be compiled in it
 PICTURES: Final = 2.5  # wall time of the pictures of a run [s]
 FOLLOWING: Final = 0.25  # wall time of files, stress and horizon after the last round over that of its contact
@@ -167,7 +168,7 @@ def forecast(done: Round) -> Forecast:
     }
     changes, why = further.changes_since(done.plan), what_remains(done)
     last = seat * grown, contact * grown, _after(contact * grown)
-    rounds_to_grow = math.ceil(math.log(max(min(worst, 1.0) / target, USUAL)) / math.log(USUAL))
+    rounds_to_grow = math.ceil(math.log(max(min(worst, 1.0) / target, SLOW)) / math.log(SLOW))
     return Forecast(count, whole, *last, expect_memory(done, further, rounds_to_grow), error, changes, why)
 
 
