@@ -161,7 +161,7 @@ def compare(head: Row, value: float, bar: float, exact: float) -> Row:
 def _stresses(done: Round, reference: Reference) -> Mapping[str, tuple[float, float, float]]:
     """Value, bar and reference of the largest stresses that [stress] and [life] ask for, where they have bars."""
     scene = done.plan.scene
-    if scene.stress is None and (scene.life is None or scene.reed.thin_plate is None):
+    if scene.stress is None and (not scene.assessments or scene.reed.thin_plate is None):
         return {}
     (values, bars), (exact, _) = largest_stresses(done), largest_stresses(finer_round(done, reference), bare=True)
     return {

@@ -15,8 +15,9 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from impact.greens.base import Array, GreensFunctionError, check_positive
+from impact.greens.base import Array, GreensFunctionError
 from impact.greens.modal import Residual
+from impact.quantities import check_numbers
 
 _POINTS = 12  # Gauss points per panel; a panel is half the shortest wave, so products of modes come out to round-off
 
@@ -34,9 +35,8 @@ class RectangularBeam:
     family: ClassVar[str] = "beam"
 
     def __post_init__(self) -> None:
-        check_positive(
-            self.family, **{name: getattr(self, name) for name in ("young", "density", "length", "width", "thickness")}
-        )
+        for name in ("young", "density", "length", "width", "thickness"):
+            positive(self.family, name, getattr(self, name))
 
     @property
     def description(self) -> Mapping[str, object]:
@@ -181,6 +181,13 @@ def bisected(past_root: Callable[[Array], NDArray[np.bool_]], low: ArrayLike, hi
         past = past_root(middle)
         high, low = np.where(past, middle, high), np.where(past, low, middle)
     return np.asarray((low + high) / 2)
+
+
+def positive(family: str, name: str, value: float) -> None:
+    """Raise `GreensFunctionError` unless ``value`` is positive and finite."""
+    check_numbers(GreensFunctionError, **{name: value})
+    if not (value > 0 and math.isfinite(value)):
+        raise GreensFunctionError(f"{family} {name} = {value:g} must be positive and finite")
 
 
 def _slope(values: Array, weights: Array) -> Array:
@@ -337,7 +344,7 @@ class TipMassCantilever(EulerBernoulliBeam):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        check_positive(self.family, tip_mass=self.tip_mass)
+        positive(self.family, "tip_mass", self.tip_mass)
 
     @property
     def mass_ratio(self) -> float:

@@ -14,8 +14,8 @@ import scipy
 from numpy.polynomial import Legendre, Polynomial
 from numpy.typing import ArrayLike
 
-from impact.beams.euler_bernoulli import BeamModes, gauss
-from impact.greens.base import Array, GreensFunctionError, check_positive
+from impact.beams.euler_bernoulli import BeamModes, gauss, positive
+from impact.greens.base import Array, GreensFunctionError
 from impact.greens.modal import Residual
 
 PER_MODE: Final = 0.75  # elements per half wave of the highest mode: its error is 1e-6, and falls with order 12
@@ -48,7 +48,8 @@ class SteppedCantilever:
     family: ClassVar[str] = "stepped cantilever"
 
     def __post_init__(self) -> None:
-        check_positive(self.family, **{name: getattr(self, name) for name in ("young", "density", "thickness")})
+        for name in ("young", "density", "thickness"):
+            positive(self.family, name, getattr(self, name))
         if len(self.widths) < 2 or not np.all(np.isfinite(self.widths)):
             raise GreensFunctionError(f"{self.family} widths: give two finite pairs of position and width at least")
         x, b = self._table

@@ -9,9 +9,9 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from impact.beams.euler_bernoulli import BeamModes, RectangularBeam, bisected, gauss
+from impact.beams.euler_bernoulli import BeamModes, RectangularBeam, bisected, gauss, positive
 from impact.exact.closed_form import damped_start
-from impact.greens.base import Array, GreensFunctionError, check_positive
+from impact.greens.base import Array, GreensFunctionError
 from impact.greens.modal import Residual
 
 
@@ -36,7 +36,7 @@ class TimoshenkoCantilever(RectangularBeam):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        check_positive(self.family, shear_factor=self.shear_factor)
+        positive(self.family, "shear_factor", self.shear_factor)
         if not -1.0 < self.poisson < 0.5:
             raise GreensFunctionError(f"{self.family} poisson = {self.poisson:g} is outside (-1, 0.5)")
 

@@ -113,13 +113,12 @@ class Stored:
     parts: tuple[GreensFunction, ...] = ()
 
 
-def check_positive(of: str = "", /, **values: float) -> None:
-    """Raise `GreensFunctionError` for a value that is not a positive, finite number; it names the value and whose it
-    is, ``of``."""
+def check_positive(**values: float) -> None:
+    """Raise `GreensFunctionError`, naming it, for a value that is not a positive, finite number."""
     check_numbers(GreensFunctionError, **values)
     for name, value in values.items():
         if not (value > 0 and math.isfinite(value)):
-            raise GreensFunctionError(f"{of} {name}".lstrip() + f" = {value:g} must be a positive, finite number")
+            raise GreensFunctionError(f"{name} = {value:g} must be a positive, finite number")
 
 
 def check_factor(factor: float) -> float:

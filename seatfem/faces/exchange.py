@@ -158,7 +158,7 @@ def _as_reduced(source: Path, output: Path, progress: Progress) -> Written:
 
 def _as_dxf(source: Path, output: Path, progress: Progress) -> Written:
     reed = _scene_of(source).reed
-    if not (loops := reed.outline()):
+    if not (loops := reed.outline_loops()):
         raise ExportError(
             f"{source}: reed.kind = {reed.kind!r} has no outline; use a flat one: flapper, sheet, disc, ring_plate"
         )

@@ -261,7 +261,7 @@ class Structure(Table):
 
     # Description of the body
 
-    def outline(self) -> tuple[Array, ...]:
+    def outline_loops(self) -> tuple[Array, ...]:
         """Return the loops of a flat body, (n, 3) of x, y [m] and bulges as in `loops`; () of others."""
         return ()
 

@@ -91,7 +91,7 @@ class ThinPlate(motion.Moving):
         """Return the outline in SI units. Raises `GeometryError` if it cannot be built."""
         return of_same_names(self.shape, self)  # type: ignore[type-var]
 
-    def outline(self) -> tuple[Array, ...]:
+    def outline_loops(self) -> tuple[Array, ...]:
         return self.geometry().drawn
 
     @model_validator(mode="after")
