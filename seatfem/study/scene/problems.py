@@ -157,7 +157,7 @@ _LIMITS: Final = {
 
 _PLAIN: Final = {
     "bool_": "true or false, without quotes",
-    "int_": "a whole number, without quotes",
+    "int_": "a whole number (an integer), without quotes",
     "float_": "a number, without quotes",
     "string_": "text in quotes",
     "tuple_type": "a list in brackets, as [...]",
