@@ -243,8 +243,8 @@ def _parse_unit(text: str, unit: str, wanted: Dimension) -> pint.Unit:
     try:
         return _registry().parse_units(_POWER.sub("^", unit))
     except (pint.PintError, ValueError, TypeError, AttributeError):
-        in_full = {str(_registry().parse_units(known)): known for known in wanted.usual}
-        names = {name.lower(): known for name, known in (in_full | {known: known for known in wanted.usual}).items()}
+        in_full = {str(_registry().parse_units(known)).lower(): known for known in wanted.usual}
+        names = in_full | {known.lower(): known for known in wanted.usual}
         close = [name for name in in_full if len(unit) >= len("mic") and name.startswith(unit.lower())]
         close = close or get_close_matches(unit.lower(), names, cutoff=0.5)
         close.sort(key=lambda known: (abs(len(known) - len(unit)), known[:1] != unit[:1].lower()))  # one wrong letter

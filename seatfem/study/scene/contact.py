@@ -7,19 +7,20 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final
 
+from annotated_types import Ge
 from pydantic import Field, SerializerFunctionWrapHandler, create_model, model_serializer, model_validator
 
 from impact.march.laws import SqueezeFilm
 from seatfem.fields import (
     Angle,
     Contradictions,
-    Gap,
     Length,
     Opening,
     Position,
     Pressure,
     Table,
     Tilt,
+    Travel,
     Usual,
     Viscosity,
     absent,
@@ -109,11 +110,11 @@ stiffness = "20 N/um"
 gap = "1.5 mm"
 """
 
-    gap: Gap | None = absent(
+    gap: Annotated[Travel, Ge(0)] | None = absent(
         "distance from the undeformed reed to the stopper, on the side away from the seat; with a profile where its "
         "height is 0"
     )
-    lift: Position | None = absent(
+    lift: Travel | None = absent(
         "instead of gap: travel of the reed from the seat to the stopper; the reed on its seat lies "
         "contact.gap below its undeformed place, so that gap = lift - contact.gap, with a profile less its height at "
         "the contact"

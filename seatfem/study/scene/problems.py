@@ -158,7 +158,7 @@ _LIMITS: Final = {
 
 _PLAIN: Final = {
     "bool_": "true or false, without quotes",
-    "int_": "a whole number, without quotes",
+    "int_": "a whole number (an integer), without quotes",
     "float_": "a number, without quotes",
     "string_": "text in quotes",
     "tuple_type": "a list in brackets, as [...]",
@@ -271,9 +271,8 @@ def _message(place: _Place, data: Mapping[str, Any]) -> str:
         case "value_error":
             field = place.field(path[-1])
             is_default = written is None and field is not None and field.default not in (None, PydanticUndefined)
-            return (
-                f"{context['error']}{'; this is its default: state the key, or check the others' if is_default else ''}"
-            )
+            more = "; this is its default: state the key, or check the others" if is_default else ""
+            return f"{context['error']}{more}"
         case limit if limit in _LIMITS:
             name, words = _LIMITS[limit]
             field = place.field(path[-1])
@@ -285,6 +284,7 @@ def _message(place: _Place, data: Mapping[str, Any]) -> str:
 
 
 def _dotted(path: KeyPath) -> str:
+    """Return a path as a key: "load.0.area"."""
     return ".".join(map(str, path))
 
 
