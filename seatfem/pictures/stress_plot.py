@@ -201,7 +201,7 @@ def plot_margins(
     *,
     label: str,
     allowed: float | None = None,
-    title: str = "Margin on stress over the design life",
+    title: str = "Fatigue margin",
 ) -> None:
     """Draw margins (ratios) with error bars on a logarithmic scale, the limit 1, and the allowed value.
 

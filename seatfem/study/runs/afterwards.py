@@ -74,7 +74,7 @@ def margin_pictures(done: Round, bodies: Sequence[BodyStress]) -> list[rendering
     if not maps:
         return []
     criterion = f" ({life.multiaxial})" if life.multiaxial else f" ({life.criterion}, critical plane)"
-    title = f"{done.plan.scene.title or 'Fatigue'}: margin on stress{criterion}\n"
+    title = f"{done.plan.scene.title or 'Fatigue'}: fatigue margin{criterion}\n"
     files: list[rendering.Picture] = [
         (f"{each.title}_margin.vtu", partial(moving.write_surface, each, {"margin": each.colours[0]})) for each in maps
     ]
