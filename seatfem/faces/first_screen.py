@@ -44,7 +44,7 @@ def first_lines(summary: Summary, title: str, notes: Sequence[str], files: Seque
     further = [[f"note: {note}"] for note in notes if note not in not_modelled(summary)]
     shown = _fitting(further, room - sum(map(_height, left_out)))
     if omitted := len(sentences) + len(further) - len(left_out) - len(shown):
-        end = [f"{omitted} further notes: --full", *end]
+        end = [f"further notes: {omitted} (--full)", *end]
     heading = ["", "Left out:"] if left_out else []
     return [*begin, *heading, *chain(*left_out), *numbers, *chain(*shown), *end]
 
