@@ -26,7 +26,7 @@ KINDS: Final = (("reed", "reed_kind"), ("seat", "seat_kind"), ("stopper", "stopp
 def decision_lines(summary: Summary, title: str, decision: Decision) -> Iterator[str]:
     """Yield the lines about the valve, what happens, and the decision with its reasons, at most `COLUMNS` wide."""
     kinds = (f"{body}: {str(summary[key]).replace('_', ' ')}" for body, key in KINDS if summary.get(key))
-    yield from (visible(title).replace("\n", "\\n"), *wrapped(", ".join(kinds)), *wrapped(decision.happens), "")
+    yield from (*wrapped(title.replace("\n", "\\n")), *wrapped(", ".join(kinds)), *wrapped(decision.happens), "")
     yield f"Decision: {decision.word}"
     for reason in (*decision.reasons, decision.checked):
         yield from wrapped(reason, "- ")
@@ -40,12 +40,12 @@ def first_lines(summary: Summary, title: str, notes: Sequence[str], files: Seque
     numbers = ["", *_table_lines(summary), *wrapped(against_spring(summary))]
     end = [*_files_lines(summary, files), "all numbers, notes and files: --full; curves and pictures: seatfem report"]
     room = LINES - len(begin) - len(numbers) - len(end) - 3  # the heading, and a line that counts what does not fit
-    sentences = [wrapped(each, "- ") for each in decision.left_out]
-    left_out = _fitting(sentences, room)
+    effects = [wrapped(each, "- ") for each in decision.left_out]
+    left_out = _fitting(effects, room)
     further = [[f"note: {note}"] for note in notes if note not in not_modelled(summary)]
     shown = _fitting(further, room - sum(map(_height, left_out)))
-    if omitted := len(sentences) + len(further) - len(left_out) - len(shown):
-        end = [f"{omitted} further notes: --full", *end]
+    if omitted := len(effects) + len(further) - len(left_out) - len(shown):
+        end = [f"further notes: {omitted} (--full)", *end]
     heading = ["", "Left out:"] if left_out else []
     return [*begin, *heading, *chain(*left_out), *numbers, *chain(*shown), *end]
 

@@ -43,7 +43,7 @@ def margin_pictures(life: LifeTable, done: Round, bodies: Sequence[BodyStress]) 
     if not maps:
         return []
     criterion = f" ({life.multiaxial})" if life.multiaxial else f" ({life.criterion}, critical plane)"
-    title = f"{done.plan.scene.title or 'Fatigue'}: margin on stress{criterion}\n"
+    title = f"{done.plan.scene.title or 'Fatigue'}: fatigue margin{criterion}\n"
     files: list[rendering.Picture] = [
         (f"{each.title}_margin.vtu", partial(moving.write_surface, each, {"margin": each.colours[0]})) for each in maps
     ]
@@ -73,7 +73,7 @@ def plot_margins(
     *,
     label: str,
     allowed: float | None = None,
-    title: str = "Margin on stress over the design life",
+    title: str = "Fatigue margin",
 ) -> None:
     """Draw margins (ratios) with error bars on a logarithmic scale, the limit 1, and the allowed value.
 

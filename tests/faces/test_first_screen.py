@@ -50,7 +50,7 @@ def test_what_does_not_fit_is_counted() -> None:
     assert height(lines) <= LINES
     shown = sum(line.startswith("note: ") for line in lines)
     assert 0 < shown < 30
-    assert f"{30 - shown} further notes: --full" in lines
+    assert f"further notes: {30 - shown} (--full)" in lines
     assert "wrote 2 files to out" in lines
 
 

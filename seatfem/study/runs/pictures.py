@@ -202,17 +202,18 @@ def draw_all(
 
     ``painter``: that process, if it is running; pictures that it has begun are not drawn again.
     """
-    files, gaps = [], []
+    files: list[Path] = []
+    gaps: dict[str, list[str]] = {}  # names of pictures by the reason why they are missing
     bodies = [] if picture_library_gap() else [picture for picture in wanted if picture[0] in BODIES]
     with nullcontext(painter) if painter is not None else rendering.drawing_apart() as drawing:
         drawing.take([picture for picture in bodies if picture[0] not in drawing])
         for number, (name, draw) in enumerate(sorted(wanted, key=lambda p: p[0] in drawing), start=1):
             if gap := drawing.wait(name, folder) if name in drawing else try_draw(_by_name(draw), folder / name):
-                gaps.append(f"skipped pictures: {gap}")
+                gaps.setdefault(gap.removeprefix(name), []).extend([name] if gap.startswith(name) else [])
             else:
                 files.append(folder / name)
             progress("pictures", number / len(wanted))
-    return tuple(files), tuple(dict.fromkeys(gaps))
+    return tuple(files), tuple(f"skipped pictures: {', '.join(names)}{reason}" for reason, names in gaps.items())
 
 
 def _by_name(draw: Callable[..., object]) -> Callable[[Path], object]:
