@@ -63,8 +63,8 @@ class Measures(Mapping[str, Measured]):
 
     def __getitem__(self, name: str) -> Measured:
         """Return the measure of a key or name. Raises `NoMeasureError`."""
-        prefixes: Mapping[str, str] = PREFIXES
-        prefix = prefixes.get(str(self._summary.get("accuracy_landing")), HARDEST)
+        asked = self._summary.get("accuracy_landing")
+        prefix = next((prefix for choice, prefix in PREFIXES.items() if choice == asked), HARDEST)
         keys = (name, key_of(f"{prefix}{name}"), key_of(f"{name}"))
         if (key := next((key for key in keys if key in self._by_key), None)) is None:
             close = did_you_mean(str(name), (*self._by_key, *all_measures()))
