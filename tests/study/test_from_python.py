@@ -47,8 +47,18 @@ def test_a_result_has_measures_with_bar_unit_and_spring(result: seatfem.RunResul
 
 
 def test_a_name_of_a_scene_means_what_the_accuracy_refers_to() -> None:
-    whole = seatfem.run(TEXT, changed={"accuracy.landing": "run"})
-    assert whole.measures["impulse"].key == "impulse_Ns"
+    for landing, key in {"run": "impulse_Ns", "first": "first_landing_impulse_Ns"}.items():
+        assert seatfem.run(TEXT, changed={"accuracy.landing": landing}).measures["impulse"].key == key
+
+
+def test_a_run_without_a_landing_says_so(tmp_path: Path) -> None:
+    away = seatfem.run(TEXT, changed={"contact.gap": "1 mm"})
+    assert away.landings == ()
+    assert "no landing" in str(away)
+    assert away.met is None
+    away.plot("gap", tmp_path / "gap.png")
+    with pytest.raises(seatfem.SeatfemError, match="there are 0 landings"):
+        away.landings[0]
 
 
 def test_a_result_has_landings(result: seatfem.RunResult) -> None:

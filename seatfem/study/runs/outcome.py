@@ -21,7 +21,7 @@ from seatfem.readings import Measured, Summary, all_measured, in_text, measured
 from seatfem.results import HEADINGS, LANDING, name_of, result_of
 from seatfem.structures import natural_modes
 from seatfem.study.plan import Plan
-from seatfem.study.scene.measures import Stress, all_measures
+from seatfem.study.scene.measures import HARDEST, PREFIXES, Stress, all_measures, key_of
 from seatfem.study.scene.problems import did_you_mean
 from seatfem.study.scene.tables import path_from
 
@@ -49,8 +49,8 @@ class Measures(Mapping[str, Measured]):
     """The measures of a run, and all other numbers with error bars, by their keys in summary.json; those first to which
     the accuracy refers.
 
-    The name of a measure of the scene, as "impulse" or "filtered_peak", is a name of it, too: its value for the hardest
-    landing or, where accuracy.landing = "run" or nothing landed, for the whole run.
+    The name of a measure of the scene, as "impulse" or "filtered_peak", is a name of it, too: its value for the landing
+    that accuracy.landing chooses, the hardest by default, or for the whole run where there is none.
     """
 
     def __init__(self, summary: Summary) -> None:
@@ -63,10 +63,9 @@ class Measures(Mapping[str, Measured]):
 
     def __getitem__(self, name: str) -> Measured:
         """Return the measure of a key or name. Raises `NoMeasureError`."""
-        measure = all_measures().get(name)
-        keys = [name] if measure is None else [measure.landing_key, measure.key]
-        if self._summary.get("accuracy_landing") == "run":
-            keys.reverse()
+        asked = self._summary.get("accuracy_landing")
+        prefix = next((prefix for choice, prefix in PREFIXES.items() if choice == asked), HARDEST)
+        keys = (name, key_of(f"{prefix}{name}"), key_of(f"{name}"))
         if (key := next((key for key in keys if key in self._by_key), None)) is None:
             close = did_you_mean(str(name), (*self._by_key, *all_measures()))
             raise NoMeasureError(f"{name!r} is no measure of this run{close or f'; choose: {enumeration(self)}'}")

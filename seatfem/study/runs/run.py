@@ -13,7 +13,7 @@ from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.safety import MOST_ROUNDS
 from seatfem.study.scene import Scene, SceneError, located
 from seatfem.study.scene.load import AnyScene, take_scene, with_target
-from seatfem.study.scene.tables import UNCHANGED
+from seatfem.study.scene.tables import UNCHANGED, is_text
 from seatfem.units import parse_quantity
 
 
@@ -56,4 +56,4 @@ def run(
     try:
         return run_scene(checked, folder, progress, tell=tell, limits=Limits(rounds, seconds), pictures=pictures)
     except SceneError as error:
-        raise located(error, None if isinstance(scene, Scene) or "\n" in str(scene) else Path(scene)) from None
+        raise located(error, None if isinstance(scene, Scene) or is_text(scene) else Path(scene)) from None

@@ -19,7 +19,7 @@ from seatfem.study.scene.measures import all_measures
 from seatfem.study.scene.models import BODIES, Scene
 from seatfem.study.scene.problems import Problem, SceneError, explain, scene_error
 from seatfem.study.scene.run import OWN_MEASURES, Accuracy
-from seatfem.study.scene.tables import UNCHANGED, load_as, path_from, read_toml
+from seatfem.study.scene.tables import UNCHANGED, is_text, load_as, path_from, read_toml
 from seatfem.study.scene.wings import WingTable, tables_of_wings
 
 SCENE: Final = (".toml", "")
@@ -104,7 +104,7 @@ def load_scene(path: Path | str, changed: Mapping[str, object] | None = None) ->
     Raises `SceneError` with all errors: a part, a mesh, a table in place of a scene, an unreadable file,
     TOML syntax, unknown or missing keys, wrong units, values out of range, and keys that contradict each other.
     """
-    if isinstance(path, str) and "\n" in path:
+    if is_text(path):
         file, text = TEXT, path
     elif why := no_scene(file := path_from(path)):
         raise SceneError((Problem(file, 0, "", why),))

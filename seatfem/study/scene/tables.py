@@ -10,7 +10,7 @@ from copy import deepcopy
 from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import Annotated, Any, Final, NamedTuple
+from typing import Annotated, Any, Final, NamedTuple, TypeGuard
 
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, ValidationError
@@ -52,9 +52,14 @@ def load_table(path: Path | str, model: type[AnyTable]) -> AnyTable:
     return load_as(read_toml(file), file, lambda _: model)
 
 
+def is_text(given: object) -> TypeGuard[str]:
+    """Return whether a scene is given as text of several lines, not as the path of its file."""
+    return isinstance(given, str) and "\n" in given
+
+
 def path_from(given: object) -> Path:
     """Return the path of a file as a `Path`. Raises `SceneError` for anything but a path, or text of one line."""
-    if not isinstance(given, str | os.PathLike) or "\n" in str(given):
+    if is_text(given) or not isinstance(given, str | os.PathLike):
         what = "a text of several lines" if isinstance(given, str) else brief_value(given)
         raise scene_error("file", f"{what} is no path; give the path of a file, as text or Path")
     return Path(given)
