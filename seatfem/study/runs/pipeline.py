@@ -56,7 +56,7 @@ if TYPE_CHECKING:
     from seatfem.pictures.rendering import Painter
     from seatfem.study.runs.lives import MarginCurve
 
-__all__ = ["RunError", "RunOutcome", "compute_greens", "first_numbers", "run_scene", "write_modes"]
+__all__ = ["RunError", "RunOutcome", "compute_greens", "first_numbers", "own_numbers", "run_scene", "write_modes"]
 
 
 SUMMARY_FILE: Final = "summary.json"
@@ -185,6 +185,18 @@ def first_numbers(done: Round) -> dict[str, Any]:
     """Return the keys of summary.json that a round has by itself, before stress, life and gauges."""
     watch = Stopwatch({"contact": 0.0, "plan": 0.0})
     return _summary(done, baseline_of(done, watch), _courses_of_drives(done), watch)
+
+
+def own_numbers(done: Round) -> dict[str, Any]:
+    """Return the keys of summary.json that a round's own run has, without error bars and spring baseline."""
+    scene, width = done.plan.scene, done.plan.scene.run.filter_width
+    known = {"driven": scene.is_loaded, "filmed": scene.contact.film is not None}
+    return {
+        **summarise(done.touches, width, done.stress, scene.accuracy.landing, **known),
+        **stopper_keys(done.touches, width),
+        **{key: value for each in _courses_of_drives(done) for key, value in each.keys().items()},
+        **contact.valve_spring_keys(scene.spring, done.strike),
+    }
 
 
 def _courses_of_drives(done: Round) -> tuple[DriveRun, ...]:
