@@ -154,9 +154,8 @@ def studies_table() -> Table:
         (name, f"{np.mean(spent):.3g}", number, f"{500 * np.mean(spent):.0f}")
         for (name, spent), number in zip(ways.items(), counts, strict=True)
     )
-    notes = (
-        f"{SCENES} scenes of the PEEK sleeve with a seat on file, in turn; with error bars of their own but for the last two rows.",
-    )
+    bars = "with error bars of their own but for the last two rows"
+    notes = (f"{SCENES} scenes of the PEEK sleeve with a seat on file, in turn; {bars}.",)
     columns = ("a scene", "processor time [s]", "rounds", "a thousand on two cores [s]")
     return Table("Scenes of a study", notes, columns, rows)
 
