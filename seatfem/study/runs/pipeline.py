@@ -60,7 +60,7 @@ from seatfem.study.scene.wings import DriveRun
 if TYPE_CHECKING:
     from seatfem.pictures.rendering import Painter
 
-__all__ = ["RunError", "RunOutcome", "compute_greens", "first_numbers", "run_scene", "write_modes"]
+__all__ = ["RunError", "RunOutcome", "compute_greens", "first_numbers", "own_numbers", "run_scene", "write_modes"]
 
 
 SUMMARY_FILE: Final = "summary.json"
@@ -198,6 +198,18 @@ def first_numbers(done: Round) -> tuple[dict[str, Any], ImpactResult]:
     watch = Stopwatch({"contact": 0.0, "plan": 0.0})
     baseline = baseline_of(done, watch)
     return _summary(done, baseline, _courses_of_drives(done), watch), baseline.result
+
+
+def own_numbers(done: Round) -> dict[str, Any]:
+    """Return the keys of summary.json that a round's own run has, without error bars and spring baseline."""
+    scene, width = done.plan.scene, done.plan.scene.run.filter_width
+    known = {"driven": scene.is_loaded, "filmed": scene.contact.film is not None}
+    return {
+        **summarise(done.touches, width, done.stress, scene.accuracy.landing, **known),
+        **stopper_keys(done.touches, width),
+        **{key: value for each in _courses_of_drives(done) for key, value in each.keys().items()},
+        **contact.valve_spring_keys(scene.spring, done.strike),
+    }
 
 
 def _courses_of_drives(done: Round) -> tuple[DriveRun, ...]:

@@ -77,7 +77,7 @@ def rounds(
         line = in_words(latest, before)
         if further is None:
             tell(line)
-            yield _with_stress(replace(latest, stopped=why), limits, watch)
+            yield with_stress(replace(latest, stopped=why), limits, watch)
             return
         tell(f"{line}; the next about {in_time(expect_time(latest, further))}")
         number, before, stopped = latest.number + 1, latest.plan, ""
@@ -96,7 +96,7 @@ def rounds(
                     if isinstance(problem, OutOfTime):
                         break
             if latest.number < number:
-                yield _with_stress(replace(latest, stopped=stopped), limits, watch)
+                yield with_stress(replace(latest, stopped=stopped), limits, watch)
                 return
         except KeyboardInterrupt:
             _restore_seat(latest, further, folder)
@@ -218,7 +218,7 @@ def solve(
     return replace(computed, plate=plate, stress=stress)
 
 
-def _with_stress(done: Round, limits: Limits, watch: Stopwatch) -> Round:
+def with_stress(done: Round, limits: Limits, watch: Stopwatch) -> Round:
     """Return the last round with the reed's largest stresses, if they are wanted or the scene asks for more of them."""
     scene = done.plan.scene
     if done.stress is not None or not (limits.stress or scene.stress or scene.assessments):

@@ -14,7 +14,7 @@ from seatfem.readings import BAR
 from seatfem.study.sweep.axes import Axis, axis_of
 from seatfem.study.sweep.effects import varying
 from seatfem.study.sweep.limits import HOLDS, VERDICT, VERDICTS, Constraint
-from seatfem.study.sweep.table import StudyTable
+from seatfem.study.sweep.table import SAFETY, StudyTable
 
 MOST: Final = 12  # largest number of lines, or of scenes in one, that tell where the limits hold
 
@@ -47,8 +47,24 @@ def in_words(table: StudyTable) -> list[str]:
     states = list(table.columns["status"])
     counts = ", ".join(f"{states.count(state)} {state}" for state in dict.fromkeys(states))
     first = f"{table.study.heading}: {len(table)} scenes, {counts}"
-    lines = [first, table.left_out_in_words(), *answer_in_words(table), *ranges(table), *table.empty_in_words()]
+    lines = [
+        first,
+        table.left_out_in_words(),
+        bars_in_words(table),
+        *answer_in_words(table),
+        *ranges(table),
+        *table.empty_in_words(),
+    ]
     return [*filter(None, lines), *table.failures()]
+
+
+def bars_in_words(table: StudyTable) -> str:
+    """Return as text how many scenes have error bars of others; "" if every scene has its own."""
+    of_scenes = Counter(table.columns.get("error_bars", ()))
+    if not of_scenes["sampled"]:
+        return ""
+    others = f"{of_scenes['sampled']} others have {SAFETY:g} times the largest relative ones of these"
+    return f"error bars: {of_scenes['own']} scenes have their own, {others}"
 
 
 def ranges(table: StudyTable) -> list[str]:

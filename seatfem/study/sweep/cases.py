@@ -149,7 +149,7 @@ class Case:
         leads: whether later scenes may start with its plan: it is among the first with its seat.
         guides: keys of the scenes with one of whose plans it starts; the first is the first with the same seat.
         way: "refined" by the loop; "sample": run in full with its start, in one round; "beside": integrated in parallel
-            with others by that plan.
+            with others by that plan; "carried": run by itself with its start, but without error bars.
         needs: histories that "beside" needs in addition to the force.
         stress: whether to compute the reed's largest stresses if the scene does not need them.
     """
@@ -159,7 +159,7 @@ class Case:
     key: str
     leads: bool = False
     guides: tuple[str, ...] = ()
-    way: Literal["refined", "sample", "beside"] = "refined"
+    way: Literal["refined", "sample", "beside", "carried"] = "refined"
     needs: tuple[str, ...] = ()
     stress: bool = True
 

@@ -10,7 +10,7 @@ import json
 import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import asdict, dataclass, field, replace
 from numbers import Integral, Real
 from pathlib import Path
@@ -24,7 +24,10 @@ from seatfem.jobs import folders as lines
 from seatfem.jobs.cluster import cluster_crew, threads_of
 from seatfem.jobs.crew import Ask, Lost, crew
 from seatfem.jobs.folders import claimed
+from seatfem.machine.resources import Stopwatch
+from seatfem.structures import cache
 from seatfem.study.runs import converge, next_round, pipeline
+from seatfem.study.runs import rounds as rounds_of
 from seatfem.study.runs.next_round import Limits
 from seatfem.study.scene import load as scene_reader
 from seatfem.study.scene.parcel import packed
@@ -86,6 +89,7 @@ def carry_out(
     *,
     leads: bool = False,
     once: bool = False,
+    carried: bool = False,
     stress: bool = True,
 ) -> Outcome:
     """Run the scene at ``path`` with some keys changed, in a temporary folder; failures are outcomes.
@@ -96,6 +100,8 @@ def carry_out(
             run again without them.
         leads: whether the outcome is to contain a ``start`` for other scenes.
         once: whether to run once with the settings of ``start``, without refinement.
+        carried: whether to run so without error bars, as those of other scenes are carried over to it; a scene that
+            fails so is run in full.
         stress: whether to compute the reed's largest stresses if the scene does not need them.
     """
     clock = time.perf_counter()
@@ -107,10 +113,27 @@ def carry_out(
         except FAILURES as error:
             return Outcome.of_failure(error)
 
+    if carried:
+        with suppress(*FAILURES):
+            return replace(_without_bars(path, changed, start, stress=stress), wall=time.perf_counter() - clock)
     outcome = tried(1 if once and start else rounds, start)
     if start and outcome.state != "done" and not once:
         outcome = tried(rounds, {})
     return replace(outcome, wall=time.perf_counter() - clock)
+
+
+def _without_bars(path: Path, changed: Changes, start: Mapping[str, Any], *, stress: bool) -> Outcome:
+    """Return the outcome of a scene by the settings of ``start``, without error bars and spring baseline. Raises
+    `StudyError` if they do not suit it."""
+    plan = study_cases.begun(scene_reader.load_scene(path, changed), start)
+    if plan is None:
+        raise StudyError("start: of another kind of scene; run it in full")
+    watch = Stopwatch()
+    with folders.private_folder("sweep") as folder:
+        done = rounds_of.solve(plan, watch, cache=cache.Cache(folder / rounds_of.SEAT_FILE))
+        done = rounds_of.with_stress(done, next_round.Limits(stress=stress), watch)
+        numbers = pipeline.own_numbers(done)
+    return Outcome("done", "", 0.0, {key: _scalar(value) for key, value in numbers.items() if _is_scalar(value)})
 
 
 def _carried_out(
@@ -262,7 +285,8 @@ class Runner:
         scene, rounds = str(self.study.scene), self.effort.rounds
         job = {"path": scene, "changed": case.changed, "rounds": rounds, "start": start}
         if case.way != "beside":
-            return json.dumps(job | {"leads": case.leads, "once": case.way == "sample", "stress": case.stress})
+            ways = {"leads": case.leads, "once": case.way == "sample", "carried": case.way == "carried"}
+            return json.dumps(job | ways | {"stress": case.stress})
         others = [each.changed for each in bundle]
         return json.dumps(job | {"changed": wanted[case.guides[0]].changed, "others": others, "needs": case.needs})
 

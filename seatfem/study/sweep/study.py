@@ -14,7 +14,7 @@ from seatfem.study.scene.keys import schema_of, table_lines
 from seatfem.study.scene.tables import WholeKey, dotted, load_table
 from seatfem.study.scene.wings import assessments
 from seatfem.study.sweep.limits import Constraint, full_key, read_constraint, read_limit, read_unit
-from seatfem.study.sweep.variations import AnyVariation, Listed, Variation
+from seatfem.study.sweep.variations import AnyVariation, Variation
 
 LEAST: Final = 5  # fewest evaluations: three for a quadratic model of one key, one to start and one to use it
 CONFIRMED: Final = 3  # largest number of points that are run at the scene's own target
@@ -130,8 +130,8 @@ class Study(Table):
     )
     error_bars: Literal["every", "sampled"] = default(
         "every",
-        "every scene has its own, or some run in full and the others, which must differ in contact data "
-        "alone, are marched side by side with theirs",
+        "every scene has its own, or every tenth and those at the ends of the ranges, whose largest are carried over "
+        "to the others",
     )
     below: dict[ResultKey, Limit] = default(
         {}, "largest value allowed by key of summary.json: the table marks the scenes that keep to it", max_length=20,
@@ -232,11 +232,6 @@ class Study(Table):
             yield "optimise.most", words
 
     def _contradictions_of_design(self) -> Contradictions:
-        for key, each in self.vary.items() if self.error_bars == "sampled" else ():
-            if key not in CONTACT_DATA and not (isinstance(each, Listed) and len(each.values) == 1):
-                words = "is no contact data, of which alone scenes may differ with error_bars = 'sampled'"
-                remedy = f"({', '.join(CONTACT_DATA)}): give it one value, or leave error_bars out"
-                yield f"vary.{key}", f"{words} {remedy}"
         for key, each in self.vary.items():
             if self.is_drawn:
                 each.check_drawn(f"vary.{key}")

@@ -9,6 +9,7 @@ import json
 import math
 import re
 import time
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass, replace
@@ -222,6 +223,7 @@ LOOK: Final = 1.0  # wall time of a look at one of them [s]
 START: Final = 2.0  # start of the program, from the command to the first stage [s]
 MEMORY: Final = 0.8  # fraction of the available memory that workers use, as their need is measured on few scenes
 LANE: Final = 0.02  # time of a scene integrated in parallel with others, over that of a single one with its error bars
+CARRIED: Final = 0.3  # the same of a scene run by itself without error bars
 LOOKED_LONG: Final = 5.0  # wall time after which no further one of them is looked at [s]
 
 
@@ -234,7 +236,7 @@ class Ahead:
         start: start of the program [s].
         each, seat: time of one scene without its seat, and of a new seat [s].
         memory: largest memory of a worker [bytes].
-        beside: number of scenes to integrate in parallel; ``lane``: time of one of them [s].
+        beside: number of scenes without error bars of their own; ``lane``: time of one of them [s].
         looked_at: number of scenes from which all are extrapolated; 0: all were checked.
     """
 
@@ -266,7 +268,7 @@ class Ahead:
         """Return the forecast in one line."""
         seats = f" with {self.seats} seat{'s'[: self.seats > 1]} to compute" if self.seats else ""
         a_seat = f" {in_time(self.seat)} a seat," if self.seats else ""
-        beside = f" and {self.beside} in batches" if self.beside else ""
+        beside = f" and {self.beside} with the error bars of these" if self.beside else ""
         counted = f"{self.scenes} scene{'s'[: self.scenes > 1]}{beside}{seats}"
         return (
             f"{counted}: about {in_time(self.seconds(workers))} expected with {workers} worker{'s'[: workers > 1]} "
@@ -310,9 +312,11 @@ def ahead(study: Study, cases: Sequence[Case]) -> Ahead:
     seat = max(look.left.seat for look in looks)
     each = sum(look.left.contact for look in looks) / len(looks)
     different = sum(not case.guides for case in cases) if seat > 0 else 0
-    alone = sum(case.way != "beside" for case in cases)
+    ways = Counter(case.way for case in cases)
+    lighter = ways["beside"] + ways["carried"]
+    light = (LANE * ways["beside"] + CARRIED * ways["carried"]) / max(1, lighter)
     memory = max(look.done.memory for look in looks)
-    return Ahead(alone, different, START, each, seat, memory, len(cases) - alone, LANE * each)
+    return Ahead(len(cases) - lighter, different, START, each, seat, memory, lighter, light * each)
 
 
 OF_A_LANDING: Final = re.compile("(error_|first_landing_|known_|growth_per_landing|peak_reed_stress_over_)")
@@ -410,12 +414,13 @@ def scenes_of(
     measures = measures_of(study, scene.accuracy.judged)
     if study.error_bars == "every":
         return cases, scene, measures
-    changes = [{**each.changed, **settings(scene)} for each in cases]
     try:
-        check_sampled(scene, measures)
-        return divided(study, cases_of(study, rounds, file, changes), measures), scene, measures
+        beside = check_sampled(study, scene, measures)
+        changes = [{**each.changed, **settings(scene, beside=beside)} for each in cases]
+        cases = cases_of(study, rounds, file, changes)
     except SceneError as error:
         raise located(error, file) from None
+    return divided(study, cases, measures, beside=beside), scene, measures
 
 
 def sweep(

@@ -1,4 +1,4 @@
-"""Table of a study, one row per scene, and error bars of scenes that are integrated in parallel without a full run.
+"""Table of a study, one row per scene, and error bars of scenes that are computed without a full run.
 
 The first scenes determine the method for all, at a target of `TIGHTER` times the scene's own. A sample runs in full
 with this method, in one round: the extremes of every key, the scenes nearest to the corners of all, and others evenly
@@ -8,6 +8,7 @@ with the probability 1/(n + 1); the factor allows for a sample that is not rando
 """
 
 import math
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -33,7 +34,8 @@ from seatfem.study.scene.problems import scene_error
 from seatfem.study.sweep.cases import Case, Changes, columns_of, key_of_case
 from seatfem.study.sweep.limits import VERDICT, Constraint, nearest, verdict_of
 from seatfem.study.sweep.runner import NOTES, Outcome, StudyError
-from seatfem.study.sweep.study import Study
+from seatfem.study.sweep.study import CONTACT_DATA, Study
+from seatfem.study.sweep.variations import Listed
 
 Columns = Mapping[str, Sequence[object]]
 MODULES: Final[Mapping[str, str]] = {"pandas": "pandas", "pyarrow": "pyarrow.parquet"}
@@ -272,6 +274,7 @@ def as_frame(columns: Columns) -> Any:
 SAFETY: Final = 1.25
 TIGHTER: Final = 0.6  # target of the sample over accuracy.target, so that the other bars, with their factor, meet that
 LEAST: Final = 24  # number of scenes of the sample that are evenly spaced in the design
+TENTH: Final = 10  # scenes for each of the sample, if the others are run by themselves
 CORNERS: Final = 32  # largest number of scenes of the sample that are nearest to corners
 STRESSES: Final = ("peak_reed_stress", "peak_reed_stress_after_contact", "initial_reed_stress")
 STRESS: Final = (
@@ -284,23 +287,28 @@ OF_LANDINGS: Final = (STATUS, *(f"landing_{key}" for key in (*OF_A_LANDING.value
 PRESSED_ON: Final = ("pressed_on_time_s", "pressed_on_largest_load_N")
 
 
-def settings(scene: Scene) -> Changes:
-    """Return the changes of all scenes of a study with sampled error bars: a stricter target, and one port."""
-    one_port = {RINGS: scene.seat.elastic is not None, PORTS: scene.geometry.lip() is not None}
+def settings(scene: Scene, *, beside: bool) -> Changes:
+    """Return the changes of all scenes of a study with sampled error bars: a stricter target, and one port if the
+    others are integrated in parallel."""
+    one_port = {RINGS: scene.seat.elastic is not None, PORTS: scene.geometry.lip() is not None} if beside else {}
     ports = {key: 1 for key, applies in one_port.items() if applies and not is_given(scene, key)}
     return {"accuracy.target": TIGHTER * scene.accuracy.target, **ports}
 
 
-def divided(study: Study, cases: list[Case], measures: Sequence[str]) -> list[Case]:
-    """Return the cases with their way: the first unchanged, the sample in one round, the others in parallel."""
-    needs, sample = _needs(measures), _sample(study, cases)
+def divided(study: Study, cases: list[Case], measures: Sequence[str], *, beside: bool) -> list[Case]:
+    """Return the cases with their way: the first unchanged, the sample in one round, the others in parallel, or by
+    themselves without error bars."""
+    sample = _sample(study, cases, LEAST if beside else max(LEAST, -(-len(cases) // TENTH)))
+    needs = _needs(measures) if beside else ()
 
     def way(place: int, case: Case) -> Case:
         if case.leads:
             return case
         if place in sample:
             return replace(case, key=key_of_case(case, "sample"), way="sample")
-        return replace(case, key=key_of_case(case, "beside", *needs), way="beside", needs=needs)
+        if beside:
+            return replace(case, key=key_of_case(case, "beside", *needs), way="beside", needs=needs)
+        return replace(case, key=key_of_case(case, "carried"), way="carried")
 
     return [way(place, case) for place, case in enumerate(cases)]
 
@@ -319,11 +327,17 @@ def _keys(measure: Measure) -> tuple[str, ...]:
     return tuple(key_of(prefix + measure.name) for prefix in PREFIXES.values() if not prefix or measure.landing_key)
 
 
-def _sample(study: Study, cases: list[Case]) -> set[int]:
-    """Return the indices of the sampled scenes, which run in full."""
-    numbers = [np.asarray(column, dtype=float) for column in columns_of(cases, study).values()]
+def _sample(study: Study, cases: list[Case], even: int) -> set[int]:
+    """Return the indices of the sampled scenes, which run in full; ``even``: the number of those evenly spaced."""
+    columns = columns_of(cases, study).values()
+    numbers = [
+        np.unique(column, return_inverse=True)[1].astype(float)
+        if isinstance(column[0], str)
+        else np.array(column, float)
+        for column in columns
+    ]
     unit = np.array([(n - n.min()) / np.ptp(n) for n in numbers if np.ptp(n) > 0]).reshape(-1, len(cases))
-    places = {int(place) for place in np.linspace(0, len(cases) - 1, LEAST).round()}
+    places = {int(place) for place in np.linspace(0, len(cases) - 1, even).round()}
     for key in unit:
         places |= {int(key.argmin()), int(key.argmax())}
     corners = islice(product((0.0, 1.0), repeat=len(unit)), CORNERS)
@@ -380,22 +394,31 @@ def _share(summary: Mapping[str, object], name: str) -> float:
     return abs(float(bar) / float(value)) if known and value else math.inf  # type: ignore[arg-type]
 
 
-def check_sampled(scene: Scene, measures: Sequence[str]) -> None:
-    """Raise `SceneError` for a ``scene`` that cannot be integrated in parallel, or measures that need a full run."""
-    words = {
-        **{f"[{each.table}]": True for each in scene.driven_by},
-        "a [[spring]]": bool(scene.spring),
-        "a stopper": scene.stopper is not None,
-        "a film in the gap": scene.contact.film is not None,
-        "a preload": scene.contact.preload,
-        "contact.rings": is_given(scene, RINGS) and scene.contact.rings not in (None, 1),
-        "contact.ports": is_given(scene, PORTS) and scene.contact.ports not in (None, 1),
-    }
-    for name in [name for name, forbids in words.items() if forbids][:1]:
-        text = f"'sampled' marches scenes side by side, which {name} forbids; leave the key out"
-        raise scene_error("error_bars", text)
+FULL: Final = re.compile(
+    "(error_bar_)?((first_)?landing_)?(spring_|regime_|life_|peak_seat_|peak_gauge|error_|accuracy_|plan_|greens_|known_|"
+    "ensemble_|growth_|without_film_|one_port_|beam_|seat_)"
+)
+"""Beginnings of keys that only a run in full has."""
+
+
+def check_sampled(study: Study, scene: Scene, measures: Sequence[str]) -> bool:
+    """Return whether scenes of a study can be integrated in parallel, as they differ in contact data only, and their
+    contact is a single point; if not they are run by themselves. Raises `SceneError` for measures that need a run in
+    full."""
+    for name in filter(FULL.match, measures):
+        text = f"{name!r} takes a run in full: leave error_bars out, or ask for other measures"
+        raise scene_error("outputs.measures", text)
+    varied = {key for key, each in study.vary.items() if not (isinstance(each, Listed) and len(each.values) == 1)}
+    forbidden = (
+        varied - {*CONTACT_DATA},
+        scene.driven_by,
+        scene.spring,
+        scene.stopper is not None,
+        scene.contact.film is not None,
+        scene.contact.preload,
+        is_given(scene, RINGS) and scene.contact.rings not in (None, 1),
+        is_given(scene, PORTS) and scene.contact.ports not in (None, 1),
+    )
     keys = {key for each in all_measures().values() if not each.needs_line for key in _keys(each)}
     keys = (keys | {*STRESS, *OTHERS, *OF_LANDINGS, *PRESSED_ON}) - {Restitution.key}  # needs all energies
-    for name in [name for name in measures if name not in keys][:1]:
-        names = ", ".join(sorted(keys))
-        raise scene_error("outputs.measures", f"{name!r} takes a run in full: leave error_bars out, or ask for {names}")
+    return not any(forbidden) and keys.issuperset(measures)
