@@ -83,7 +83,7 @@ const TAKE = {
     message.sliders.forEach(add);
     by("controls").hidden = false; by("more").hidden = !by("slow").children.length;
   },
-  running() { say("computing in full: a slider that is moved stops it", "", 0); },
+  running() { say(`computing in full${sliders.size ? ": a slider that is moved stops it" : ""}`, "", 0); },
   round(message) { say(`computing in full: ${message.words}`, "", 0); },
   computing() { say("computing", "", 0); },
   progress(message) { if (document.body.classList.contains("busy")) say(by("state").textContent, "", message.done); },

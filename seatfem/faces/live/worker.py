@@ -5,6 +5,7 @@ The server starts it (`seatfem.jobs.processes.start_worker`), and it ends with t
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 import queue
@@ -18,7 +19,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final, TextIO
 
-from impact.files.safe_files import OutputError, write_whole
+from impact.files.safe_files import write_whole
 from impact.quantities import percent
 from seatfem.faces.live.quick import Reference, march_of, reference_of, rows, with_bars
 from seatfem.faces.live.sliders import LiveError, Slider, candidates, changed_file, taken
@@ -36,7 +37,6 @@ from seatfem.study.scene.parcel import files_of
 from seatfem.study.scene.tables import changed_data
 
 EVERY: Final = 0.1  # least time between two reports of progress [s]
-MOST_FILES: Final = 1000  # most scenes that live pages write beside one
 FIRST: Final[Mapping[str, Any]] = {"full": True}
 """The request with which a page begins: the scene as its file states it."""
 
@@ -159,12 +159,12 @@ class Session:
 
     def _free_names(self) -> tuple[Path, Path]:
         """Return names of a scene and of a folder beside the file that do not exist."""
-        for number in range(1, MOST_FILES):
+        for number in itertools.count(1):
             stem = f"{self.path.stem}-live-{number}"
             names = self.path.with_name(f"{stem}.toml"), self.path.with_name(f"{stem}-result")
             if not any(each.exists() or each.is_symlink() for each in names):
-                return names
-        raise OutputError(f"{self.path.parent}: has {MOST_FILES - 1} scenes of live pages; remove some")
+                break
+        return names
 
 
 @contextmanager
