@@ -200,7 +200,7 @@ def test_a_page_in_a_browser(scene: Path, chromium: Any) -> None:
         assert len(chromium.find_elements("css selector", "#force path")) == 2  # seat and spring
         before = value()
         put(chromium, next(each for each in quick if each.get_attribute("name") == "reed.velocity"), "50")
-        until(lambda: state().startswith("answered in") and value() != before, "an answer to the speed")
+        until(lambda: state().startswith("answered by") and value() != before, "an answer to the speed")
         assert "last full run's uncertainty" in chromium.find_element("css selector", "#verdict").text
         before = value()
         chromium.execute_script(
@@ -208,7 +208,7 @@ def test_a_page_in_a_browser(scene: Path, chromium: Any) -> None:
             "new MutationObserver(() => states.add(state.textContent)).observe(state, { childList: true })"
         )
         put(chromium, thickness, "-60")
-        until(lambda: "bodies included" in state() and value() != before, "an answer to the thickness")
+        until(lambda: "bodies computed again" in state() and value() != before, "an answer to the thickness")
         assert "computing" in chromium.execute_script("return [...states]")
         chromium.find_element("css selector", "#full").click()
         until(lambda: state().startswith("computed in full"), "a full run")

@@ -93,7 +93,7 @@ const TAKE = {
     present(message, message.is_alike
       ? `\u00b1: not measured here, but the last full run's uncertainty in proportion to the values${step}.`
       : "\u00b1: not known, as these values need another method than the last full run: this is a coarse first answer.");
-    say(`answered in ${message.seconds.toFixed(2)} s${message.is_quick ? "" : ", bodies included"}`);
+    say(`answered by one march${message.is_quick ? "" : ", with bodies computed again"}`);
   },
   full(message) {
     full = message.curves; longer = message.longer;

@@ -109,14 +109,13 @@ class Session:
     def _quick(self, scene: Scene) -> dict[str, Any]:
         if (known := self.known) is None:
             raise LiveError(f"{self.path}: the scene could not be computed; mend it, and start seatfem live again")
-        begun, is_quick, is_alike = time.perf_counter(), known.is_quick(scene), known.plan_for(scene) is not None
+        is_quick, is_alike = known.is_quick(scene), known.plan_for(scene) is not None
         if not is_quick:
             self.tell("computing")
         numbers, curves = march_of(known, scene, self.progress)
         summary = with_bars(known, numbers, is_known=is_alike)
         shown = {"rows": rows(summary, known.summary), "curves": curves, "standing": standing(summary)}
-        about = {"is_quick": is_quick, "is_alike": is_alike, "seconds": time.perf_counter() - begun}
-        return {"kind": "answer", **shown, **about}
+        return {"kind": "answer", **shown, "is_quick": is_quick, "is_alike": is_alike}
 
     def _full(self, scene: Scene, changes: Mapping[str, object]) -> dict[str, Any]:
         """Run a scene, and write it with its results beside the file, but for the first one, that of the file."""
