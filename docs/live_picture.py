@@ -43,7 +43,7 @@ def main() -> None:
 
             wait_for("computed in full")
             set_to(browser, browser.find_element("css selector", "[name='reed.thickness']"), "-45")
-            wait_for("answered in")
+            wait_for("answered by")
             time.sleep(1.0)  # of the last drawing
             keep(browser.get_screenshot_as_png(), name)
         finally:

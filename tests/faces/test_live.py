@@ -66,10 +66,10 @@ def scene(tmp_path: Path) -> Path:
 
 
 @contextmanager
-def serving(scene: Path) -> Iterator[tuple[subprocess.Popen[str], str]]:
-    """Yield the program that serves a scene, and the address that it prints."""
-    command = [sys.executable, "-m", "seatfem", "live", str(scene), "--no-browser"]
-    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+def serving(scene: Path, browser: str = "") -> Iterator[tuple[subprocess.Popen[str], str]]:
+    """Yield the program that serves a scene, and the address that it prints; ``browser``: command that it opens."""
+    command = [sys.executable, "-m", "seatfem", "live", str(scene), *([] if browser else ["--no-browser"])]
+    environment = os.environ | {"PYTHONPATH": str(ROOT)} | ({"BROWSER": browser} if browser else {})
     with subprocess.Popen(command, stdout=subprocess.PIPE, cwd=scene.parent, env=environment, text=True) as program:
         try:
             assert program.stdout is not None
@@ -162,21 +162,29 @@ def test_one_browser_of_this_machine_is_let_in(scene: Path) -> None:
 
 
 @pytest.mark.slow
-def test_ctrl_c_ends_all_of_it(scene: Path) -> None:
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGKILL, -9)])
+def test_a_signal_ends_all_of_it(scene: Path, number: signal.Signals, code: int) -> None:
     with serving(scene) as (program, address):
         client = Client(address)
         client.enter()
         of_kind(client.ask("POST", "/answers"), "progress")
         children = psutil.Process(program.pid).children(recursive=True)
-        program.send_signal(signal.SIGINT)
-        assert ended(program, children) == 130
+        assert children
+        program.send_signal(number)
+        assert ended(program, children) == code
 
 
 @pytest.mark.slow
 def test_a_page_in_a_browser(scene: Path, chromium: Any) -> None:
-    """Moved, answered, computed again, in full, loaded again, closed."""
-    with serving(scene) as (program, address):
-        chromium.get(address)
+    """Opened, moved, answered, computed again, in full, loaded again, closed."""
+    script, opened = scene.with_name("browser"), scene.with_name("opened.html")
+    script.write_text(f'#!/bin/sh\nprintf %s "$1" > {scene.with_name("asked")}\ncp "${{1#file://}}" {opened}\n')
+    script.chmod(0o700)
+    with serving(scene, str(script)) as (program, address):
+        until(opened.is_file, "a browser was opened")
+        assert address.partition("=")[2] not in scene.with_name("asked").read_text()  # nobody sees it among processes
+        chromium.get(opened.as_uri())
+        until(lambda: chromium.find_elements("css selector", "#state"), "it leads to the page")
 
         def state() -> str:
             return str(chromium.find_element("css selector", "#state").text)
@@ -192,7 +200,7 @@ def test_a_page_in_a_browser(scene: Path, chromium: Any) -> None:
         assert len(chromium.find_elements("css selector", "#force path")) == 2  # seat and spring
         before = value()
         put(chromium, next(each for each in quick if each.get_attribute("name") == "reed.velocity"), "50")
-        until(lambda: state().startswith("answered in") and value() != before, "an answer to the speed")
+        until(lambda: state().startswith("answered by") and value() != before, "an answer to the speed")
         assert "last full run's uncertainty" in chromium.find_element("css selector", "#verdict").text
         before = value()
         chromium.execute_script(
@@ -200,7 +208,7 @@ def test_a_page_in_a_browser(scene: Path, chromium: Any) -> None:
             "new MutationObserver(() => states.add(state.textContent)).observe(state, { childList: true })"
         )
         put(chromium, thickness, "-60")
-        until(lambda: "bodies included" in state() and value() != before, "an answer to the thickness")
+        until(lambda: "bodies computed again" in state() and value() != before, "an answer to the thickness")
         assert "computing" in chromium.execute_script("return [...states]")
         chromium.find_element("css selector", "#full").click()
         until(lambda: state().startswith("computed in full"), "a full run")

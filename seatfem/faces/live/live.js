@@ -83,7 +83,7 @@ const TAKE = {
     message.sliders.forEach(add);
     by("controls").hidden = false; by("more").hidden = !by("slow").children.length;
   },
-  running() { say("computing in full: a slider that is moved stops it", "", 0); },
+  running() { say(`computing in full${sliders.size ? ": a slider that is moved stops it" : ""}`, "", 0); },
   round(message) { say(`computing in full: ${message.words}`, "", 0); },
   computing() { say("computing", "", 0); },
   progress(message) { if (document.body.classList.contains("busy")) say(by("state").textContent, "", message.done); },
@@ -93,7 +93,7 @@ const TAKE = {
     present(message, message.is_alike
       ? `\u00b1: not measured here, but the last full run's uncertainty in proportion to the values${step}.`
       : "\u00b1: not known, as these values need another method than the last full run: this is a coarse first answer.");
-    say(`answered in ${message.seconds.toFixed(2)} s${message.is_quick ? "" : ", bodies included"}`);
+    say(`answered by one march${message.is_quick ? "" : ", with bodies computed again"}`);
   },
   full(message) {
     full = message.curves; longer = message.longer;

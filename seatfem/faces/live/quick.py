@@ -47,11 +47,6 @@ class Known:
     solved: Solved
     key: str
 
-    @staticmethod
-    def from_run(structure: Structure, method: Method, solved: Solved) -> Known:
-        """Return the body of a run."""
-        return Known(structure, solved, key_of(structure, method))
-
     def of(self, structure: Structure, method: Method) -> Solved | None:
         """Return it for a ``structure`` that differs in its motion, or in its modal damping, which is added to that of
         each mode; ``None`` for any other difference."""
@@ -114,11 +109,11 @@ def reference_of(plan: Plan, summary: Numbers, cache: Cache, progress: Progress)
     scene, method = plan.scene, plan.method
     seat = build(scene.seat, method.seat, scene.run.duration, cache, progress=progress)
     reed = solve_body("reed", scene.reed, method.reed, scene.run.duration, progress)
-    own_reed = None if reed is None else Known.from_run(scene.reed, method.reed, reed)
-    bodies = Known.from_run(scene.seat, method.seat, seat), own_reed
+    own_seat = Known(scene.seat, seat, key_of(scene.seat, method.seat))
+    own_reed = None if reed is None else Known(scene.reed, reed, key_of(scene.reed, method.reed))
     striker = striker_of(scene, method.reed.n_modes, None if reed is None else reed.greens)
     step = method.time_step or fallback_step(scene.run, scene.driven_by, striker.greens, seat.greens)
-    known = Reference(plan, summary, *bodies, step, {}, {})
+    known = Reference(plan, summary, own_seat, own_reed, step, {}, {})
     march_of(known, scene, progress)  # compiles what is needed
     factor = 1
     while True:

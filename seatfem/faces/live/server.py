@@ -163,7 +163,8 @@ class _Handler(BaseHTTPRequestHandler):
             server.session = secrets.token_urlsafe(32)
         nonce, own = secrets.token_urlsafe(16), {name.replace(".", "_"): _part(name) for name in PARTS}
         values = {"style": part_of_page("style.css"), "nonce": nonce, "token": json.dumps(server.token)}
-        cookie = f"{self._cookie_name}={server.session}; HttpOnly; SameSite=Strict; Path=/"
+        # "Lax": to load a page again counts as an errand of the file that has led to it
+        cookie = f"{self._cookie_name}={server.session}; HttpOnly; SameSite=Lax; Path=/"
         headers = {"Content-Security-Policy": GUARD.format(nonce=nonce), "Set-Cookie": cookie}
         self._send(HTTPStatus.OK, Template(_part("page.html")).substitute(own, **values), "text/html", headers)
 

@@ -55,11 +55,10 @@ class Slider:
     is_quick: bool = True
 
     @staticmethod
-    def from_value(key: str, number: float, unit: str) -> Slider | None:
-        """Return the slider of a value; ``None`` for a zero whose range is not known."""
-        if number == 0:
-            return Slider(key, number, unit, 0.0, FROM_ZERO[unit]) if unit in FROM_ZERO else None
-        return Slider(key, number, unit, min(number / 2, 2 * number), max(number / 2, 2 * number))
+    def from_value(key: str, number: float, unit: str) -> Slider:
+        """Return the slider of a value; that of a zero whose range is not known cannot be moved."""
+        least, most = sorted((number / 2, 2 * number))
+        return Slider(key, number, unit, least, most if number else FROM_ZERO.get(unit, 0.0))
 
     def written(self, number: float) -> str | float:
         """Return a number as the file has it. Raises `LiveError` outside the range."""
@@ -95,10 +94,9 @@ def candidates(data: Mapping[str, Any], scene: Scene) -> Iterator[Slider]:
             number, unit = number_and_unit(written)
         except UnitError:
             continue
-        if math.isfinite(number) and (unit or not isinstance(written, str)):
-            slider = Slider.from_value(key, number, unit)
-            if slider is not None:
-                yield slider
+        slider = Slider.from_value(key, number, unit)
+        if slider.least < slider.most and math.isfinite(number) and (unit or not isinstance(written, str)):
+            yield slider
 
 
 def _is_no_slider(key: str) -> bool:
@@ -133,7 +131,8 @@ def changed_file(path: Path, changes: Mapping[str, object]) -> bytes:
     for key, value in changes.items():
         text = _replaced(text, key, value, path)
     made = ", ".join(f"{key} = {json.dumps(value, ensure_ascii=False)}" for key, value in changes.items())
-    return f"# from {path.name} by seatfem live{': ' * bool(made)}{made}\n{text}".encode()
+    first = text.index("\n") + 1 if text.startswith("#:schema") else 0  # editors look for it in the first line
+    return f"{text[:first]}# from {path.name} by seatfem live{': ' * bool(made)}{made}\n{text[first:]}".encode()
 
 
 def _replaced(text: str, key: str, value: object, path: Path) -> str:
@@ -153,9 +152,7 @@ def _replaced(text: str, key: str, value: object, path: Path) -> str:
         tries = [(len(lines) - 1, f"{lines[-1].rstrip()}\n\n[{table}]\n{name} = {written}\n")]
     for line, changed in tries:
         candidate = "".join([*lines[:line], changed, *lines[line + 1 :]])
-        try:
+        with suppress(tomllib.TOMLDecodeError):
             if tomllib.loads(candidate) == wanted:
                 return candidate
-        except tomllib.TOMLDecodeError:
-            continue
     raise LiveError(f"{path}: {key} cannot be replaced alone where it stands; write {key} = {written} by hand")

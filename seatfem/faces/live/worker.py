@@ -5,6 +5,7 @@ The server starts it (`seatfem.jobs.processes.start_worker`), and it ends with t
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 import queue
@@ -18,7 +19,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final, TextIO
 
-from impact.files.safe_files import OutputError, write_whole
+from impact.files.safe_files import write_whole
 from impact.quantities import percent
 from seatfem.faces.live.quick import Reference, march_of, reference_of, rows, with_bars
 from seatfem.faces.live.sliders import LiveError, Slider, candidates, changed_file, taken
@@ -36,7 +37,6 @@ from seatfem.study.scene.parcel import files_of
 from seatfem.study.scene.tables import changed_data
 
 EVERY: Final = 0.1  # least time between two reports of progress [s]
-MOST_FILES: Final = 1000  # most scenes that live pages write beside one
 FIRST: Final[Mapping[str, Any]] = {"full": True}
 """The request with which a page begins: the scene as its file states it."""
 
@@ -109,14 +109,13 @@ class Session:
     def _quick(self, scene: Scene) -> dict[str, Any]:
         if (known := self.known) is None:
             raise LiveError(f"{self.path}: the scene could not be computed; mend it, and start seatfem live again")
-        begun, is_quick, is_alike = time.perf_counter(), known.is_quick(scene), known.plan_for(scene) is not None
+        is_quick, is_alike = known.is_quick(scene), known.plan_for(scene) is not None
         if not is_quick:
             self.tell("computing")
         numbers, curves = march_of(known, scene, self.progress)
         summary = with_bars(known, numbers, is_known=is_alike)
         shown = {"rows": rows(summary, known.summary), "curves": curves, "standing": standing(summary)}
-        about = {"is_quick": is_quick, "is_alike": is_alike, "seconds": time.perf_counter() - begun}
-        return {"kind": "answer", **shown, **about}
+        return {"kind": "answer", **shown, "is_quick": is_quick, "is_alike": is_alike}
 
     def _full(self, scene: Scene, changes: Mapping[str, object]) -> dict[str, Any]:
         """Run a scene, and write it with its results beside the file, but for the first one, that of the file."""
@@ -159,12 +158,12 @@ class Session:
 
     def _free_names(self) -> tuple[Path, Path]:
         """Return names of a scene and of a folder beside the file that do not exist."""
-        for number in range(1, MOST_FILES):
+        for number in itertools.count(1):
             stem = f"{self.path.stem}-live-{number}"
             names = self.path.with_name(f"{stem}.toml"), self.path.with_name(f"{stem}-result")
             if not any(each.exists() or each.is_symlink() for each in names):
-                return names
-        raise OutputError(f"{self.path.parent}: has {MOST_FILES - 1} scenes of live pages; remove some")
+                break
+        return names
 
 
 @contextmanager
