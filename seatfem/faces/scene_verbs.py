@@ -224,6 +224,8 @@ def _run(path: Path, folder: Path, effort: Effort, common: Common, changes: Sequ
             wide.print(table)
         if (of_lands := lands_view.lands_table(outcome.summary)) is not None:
             wide.print(of_lands)
+        for of_drive in lands_view.drive_tables(outcome.summary):
+            wide.print(of_drive)
         sentences = (lands_view.closing_order, verdict.pressed_on, verdict.horizon, verdict.simpler, verdict.lasting)
         for words in filter(None, (each(outcome.summary) for each in sentences)):
             wide.print(words, soft_wrap=True)

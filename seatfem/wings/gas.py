@@ -173,6 +173,12 @@ class CompressorGas(Drive):
         Result("gas_mass_forward_kg", "mass forward", "cycle"),
         Result("gas_mass_back_kg", "mass back", "cycle"),
     )
+    land_rows: ClassVar[Mapping[str, str]] = {
+        "largest_lift_m": "largest\nlift",
+        "closing_deg": "closes\nlast at",
+        "mass_forward_kg": "mass\nforward",
+        "mass_back_kg": "mass\nback",
+    }
     captions: ClassVar[Mapping[str, str]] = {PICTURE: "Pressures, lift and flow over the cycle."}
 
     sample: ClassVar[str] = """

@@ -17,7 +17,7 @@ from impact.names import how_to_mend
 from impact.quantities import percent
 from impact.storage.hdf5 import load_greens, load_results
 from seatfem import readings, results
-from seatfem.faces.lands_view import closing_order, lands_table
+from seatfem.faces.lands_view import closing_order, drive_tables, lands_table
 from seatfem.faces.plan_view import table_of
 from seatfem.faces.report import figures as draw
 from seatfem.faces.report.asked import PLAN_FILE, SCENE_COPY
@@ -137,7 +137,8 @@ def _landings(summary: Mapping[str, Any]) -> str:
         hardest += f"<details><summary>all {len(records)} landings</summary>{html_table(whole)}</details>"
     if lands is None:
         return hardest
-    return f"{hardest}<h3>Lands</h3><p>{html.escape(closing_order(summary))}</p>{html_table(lands)}"
+    others = "".join(html_table(each) for each in drive_tables(summary))
+    return f"{hardest}<h3>Lands</h3><p>{html.escape(closing_order(summary))}</p>{html_table(lands)}{others}"
 
 
 def _figures(folder: Path, summary: Mapping[str, Any]) -> dict[str, tuple[str, Figure]]:

@@ -43,6 +43,8 @@ class Drive(Table, ResultSource):
     table: ClassVar[str]
     """Its key in a scene; keys of summary.json begin with it."""
     description: ClassVar[str]
+    land_rows: ClassVar[Mapping[str, str]] = {}
+    """Ends of its keys for land number n of a seat with several, `TABLE_land_n_END`, and their words."""
 
     @classmethod
     def complete(cls, scene: Mapping[str, Any]) -> Mapping[str, Any]:
