@@ -53,9 +53,10 @@ REEDS: Final[Mapping[str, tuple[str, Outline, float]]] = {
     "ports": (PORTS + PADDLE, Flapper(*(MM * size for size in (12, 3, 10, 20, 24))), 0.3 * MM),
     "lands": (LANDS + RING, Ring(6.5 * MM, 13.5 * MM), 1 * MM),
 }
+SEGMENTS: Final = {"ports": 16, "lands": 24}
 SCENES: Final[Mapping[str, tuple[str, float, float]]] = {
     "two ports, flat": ("ports", 0.0, 0.0),
-    "two ports, tilted": ("ports", 0.1, 90.0),
+    "two ports, tilted": ("ports", 0.1, -90.0),
     "ring valve, flat": ("lands", 0.0, 0.0),
     "ring valve, tilted": ("lands", 0.1, 0.0),
 }
@@ -84,12 +85,12 @@ def landing_of(name: str) -> RegionLanding:
     """Return a scene, and the same landing in the other program's words."""
     which, tilt, axis = SCENES[name]
     table, outline, thickness = REEDS[which]
-    fall = Fall(5e-6, math.radians(tilt), math.radians(axis), 1.0, 1e8, 200e-6, 10e-6)
+    fall = Fall(5e-6, math.radians(tilt), math.radians(axis), 1.0, 1e8, 80e-6, 10e-6)  # one landing
     lands = [RoundLand((MM * x, 0.0), MM * inner, MM * outer) for x, inner, outer in AT[which]]
     text = (
         f'{table}[contact]\ngap = "5 um"\ntilt = "{tilt} deg"\ntilt_axis = "{axis} deg"\n'
-        'law = { kind = "spring", stiffness = "1e8 N/m" }\n'
-        '[run]\nduration = "200 us"\nfilter_width = "10 us"\n[accuracy]\ntarget = "10 %"\n'
+        f'ports = {SEGMENTS[which]}\nlaw = {{ kind = "spring", stiffness = "1e8 N/m" }}\n'
+        '[run]\nduration = "80 us"\nfilter_width = "10 us"\n[accuracy]\ntarget = "25 %"\n'
         'measures = ["impulse", "filtered_peak"]\n'
     )
     return RegionLanding(name, text, outline, thickness, Region(lands), fall)

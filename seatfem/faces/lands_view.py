@@ -11,6 +11,7 @@ from rich.table import Table
 from impact.quantities import plain
 from seatfem import readings, results
 from seatfem.study.answers.lands import lands_of
+from seatfem.study.scene.wings import drives
 
 NOTE: Final = (
     "lands in the hardest landing: the hardest landing on each alone; share: of the impulse on all of them; all round: "
@@ -19,9 +20,10 @@ NOTE: Final = (
 
 
 def lands_table(summary: readings.Summary) -> Table | None:
-    """Return the table of the lands in the hardest landing, with error bars; ``None`` for a seat with a single land."""
+    """Return the table of the lands in the hardest landing, with error bars; ``None`` for a seat with a single land, or
+    without a landing."""
     lands = lands_of(summary)
-    if not lands:
+    if not any(each.get("order") for each in lands):
         return None
     table = Table("land", "closes\nas", "at", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     table.caption_justify, table.caption = "left", NOTE
@@ -37,6 +39,19 @@ def lands_table(summary: readings.Summary) -> Table | None:
     for cells in zip(*columns, strict=True):
         table.add_row(*cells)
     return table
+
+
+def drive_tables(summary: readings.Summary) -> Iterator[Table]:
+    """Yield a table of what each wing says of each land of a seat with several, as of the gas over it."""
+    for drive in drives():
+        names = summary.get(f"{drive.table}_lands")
+        if not isinstance(names, list) or not drive.land_rows:
+            continue
+        table = Table(f"{drive.table} over", *drive.land_rows.values(), box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
+        for number, name in enumerate(names, start=1):
+            keys = [f"{drive.table}_land_{number}_{end}" for end in drive.land_rows]
+            table.add_row(str(name), *(readings.reading(summary, key, results.unit_of(key)) for key in keys))
+        yield table
 
 
 def _heads(lands: list[readings.Summary]) -> Iterator[tuple[str, str]]:

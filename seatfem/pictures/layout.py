@@ -73,6 +73,7 @@ class Layout:
         arcs: lines (n, 2, 2) across the lip between its arcs [m].
         tilts: faces that are tilted.
         notes: sentences at the foot of the drawing.
+        lands: names of ports beside each other, with x and y of their centres [m].
     """
 
     title: str
@@ -85,6 +86,7 @@ class Layout:
     arcs: Array
     tilts: tuple[Tilt, ...]
     notes: tuple[str, ...]
+    lands: tuple[tuple[str, float, float], ...] = ()
 
     @property
     def seat(self) -> BodyViews:

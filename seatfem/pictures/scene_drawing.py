@@ -262,6 +262,9 @@ class _Sheet:
                 self._line(self._frame.place("plan", line), BLUE, 1.8, zorder=6)
                 continue
             self._ground(self._frame.place("plan", line), _outward(line, middle))
+        for words, x, y in self._layout.lands:
+            at = self._frame.place("plan", np.array([(x, y)]))[0]
+            self._text(at[0], at[1] + 0.1, words, ha="center", zorder=7)
         self._marks()
 
     def _surface(self, body: BodyViews, colour: str, *, alpha: float, linewidth: float, zorder: float) -> None:

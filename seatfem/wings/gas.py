@@ -174,6 +174,12 @@ class CompressorGas(Drive):
         Result("gas_mass_forward_kg", "mass forward", "cycle"),
         Result("gas_mass_back_kg", "mass back", "cycle"),
     )
+    land_rows: ClassVar[Mapping[str, str]] = {
+        "largest_lift_m": "largest\nlift",
+        "closing_deg": "closes\nlast at",
+        "mass_forward_kg": "mass\nforward",
+        "mass_back_kg": "mass\nback",
+    }
     captions: ClassVar[Mapping[str, str]] = {PICTURE: "Pressures, lift and flow over the cycle."}
 
     sample: ClassVar[str] = """
@@ -501,7 +507,7 @@ class GasRun(DriveRun):
         for number, each in enumerate(self.ports, start=1):
             largest = float(each.lift.max())
             falls = np.flatnonzero((each.lift[1:] <= OPEN * largest) & (each.lift[:-1] > OPEN * largest)) + 1
-            closing = angles(falls[-1:] * self.dt, self.asked.rpm, self.asked.angle)
+            closing = angles(np.asarray(falls[-1:] * self.dt, dtype=np.float64), self.asked.rpm, self.asked.angle)
             keys[f"gas_land_{number}_largest_lift_m"] = largest
             keys[f"gas_land_{number}_closing_deg"] = float(closing[0]) if len(closing) else None
             keys[f"gas_land_{number}_pressure_area_m2"] = float(self.drive.valve.force.area[0]) / len(self.ports)
@@ -539,7 +545,7 @@ def masses_over_lands(ports: Sequence[PortLift], history: GasHistory, dt: float)
     open_areas = np.array([np.clip(each.rim * np.interp(middles, times, each.lift), 0.0, each.area) for each in ports])
     total = open_areas.sum(axis=0)
     shares = np.divide(open_areas, total, out=np.full(open_areas.shape, 1 / len(ports)), where=total > 0)
-    masses = {}
+    masses: dict[str, float] = {}
     for name, column in (("forward", FORWARD), ("back", BACK)):
         passed = shares @ np.diff(history.states[:, column])
         masses |= {f"gas_land_{number}_mass_{name}_kg": float(mass) for number, mass in enumerate(passed, start=1)}

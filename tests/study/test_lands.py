@@ -11,6 +11,7 @@ import impact
 from impact.bodies.body import Body, ModalState
 from impact.gas import FORWARD, GasHistory
 from impact.greens.modal import ModalGreens, Residual
+from seatfem.results import OF_LANDS
 from seatfem.structures.method import bed
 from seatfem.structures.rings import Division
 from seatfem.study.answers.lands import closing_order
@@ -22,9 +23,10 @@ from seatfem.study.impacts.touches import values_of_record
 from seatfem.study.scene.wings import PortLift
 from seatfem.wings.gas import masses_over_lands
 from tests.as_stated import striker_of
-from tests.gallery import load_text, refusal
+from tests.gallery import Gallery, load_text, read_summary, refusal
 from tests.steps import Scene, SceneError, check_files
 
+ROOT = Path(__file__).parents[2]
 SEAT = (
     '[seat]\nkind = "annular"\nmaterial = "steel"\nbore_radius = "7 mm"\nlip_width = "1 mm"\nlip_edge_radius = "0 mm"\n'
     'second_lip_radius = "12 mm"\nouter_radius = "16 mm"\nthickness = "6 mm"\n'
@@ -160,3 +162,22 @@ def test_gas_acts_over_each_port_as_it_is_drawn(tmp_path: Path) -> None:
     assert scene.gas.areas_of(2).force(0.0) == pytest.approx(2 * math.pi * 16e-6, rel=1e-12)
     with pytest.raises(SceneError, match=r"gas\.ports: 3: the reed meets lands of 2 ports; use 2"):
         check_files(load_text(tmp_path, PORTS + GAS + 'ports = 3\n[run]\nduration = "2 ms"\n'))
+
+
+@pytest.mark.slow
+def test_a_run_says_which_land_closes_first(gallery: Gallery) -> None:
+    """By plain use: the outer land of a tilted ring valve first, every number of a land with its bar, shares of one."""
+    summary = read_summary(gallery.run_of(ROOT / "examples" / "ring_valve_lands.toml"))
+    inner, outer = summary["lands"]
+    assert [(each["land"], each["order"]) for each in (inner, outer)] == [("inner land", 2), ("outer land", 1)]
+    assert summary["first_touch_land"] == summary["landings"][0]["land"] == "outer land"
+    assert inner["impulse_share"] + outer["impulse_share"] == pytest.approx(1, rel=1e-9)
+    assert inner["time_s"] - outer["time_s"] == pytest.approx(inner["after_first_s"], rel=1e-9)
+    for record in (inner, outer):
+        missing = [key for key in OF_LANDS if key in record and record[key] is not None and not _has_bar(record, key)]
+        assert missing == ["closed_all_round_s", "static_load_N"]
+    assert [each["land"] for each in summary["land_landings"]][:2] == ["outer land", "inner land"]
+
+
+def _has_bar(record: dict[str, object], key: str) -> bool:
+    return record.get(f"error_bar_{key}") is not None

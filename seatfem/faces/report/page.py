@@ -17,7 +17,7 @@ from impact.files.safe_files import write_whole
 from impact.names import how_to_mend
 from impact.storage.hdf5 import load_greens, load_results
 from seatfem import readings, results
-from seatfem.faces.lands_view import lands_table
+from seatfem.faces.lands_view import drive_tables, lands_table
 from seatfem.faces.plan_view import table_of
 from seatfem.faces.report import figures as draw
 from seatfem.faces.report.asked import PLAN_FILE, SCENE_COPY
@@ -156,7 +156,8 @@ def _landings(summary: Mapping[str, Any]) -> str:
         hardest += f"<details><summary>all {len(records)} landings</summary>{html_table(whole)}</details>"
     if lands is None:
         return hardest
-    return f"{hardest}<h3>Lands</h3>{html_table(lands)}"
+    others = "".join(html_table(each) for each in drive_tables(summary))
+    return f"{hardest}<h3>Lands</h3>{html_table(lands)}{others}"
 
 
 def _figures(folder: Path, summary: Mapping[str, Any]) -> dict[str, tuple[str, Figure]]:

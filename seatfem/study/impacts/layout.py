@@ -15,6 +15,7 @@ from seatfem.pictures.layout import NOMINAL, Action, Layout, Tilt, Way
 from seatfem.structures.errors import ModelError
 from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.structure import is_curved
+from seatfem.structures.lands import FaceLip
 from seatfem.structures.outlines import BodyViews, Loops, covered_share, crossings, length_text, round_sizes
 from seatfem.structures.rings import Division
 from seatfem.study.scene import ContactGeometry, Scene, drives, files
@@ -75,6 +76,7 @@ def layout_of(scene: Scene, division: Division | None = None) -> Layout:
         arcs=_arcs(scene.geometry, stated) + contact.offset,
         tilts=tuple(_tilts(scene.geometry, bodies, reed.views(at).contact)),
         notes=tuple(_notes(scene.geometry, bodies, stated, chosen=division is not None)),
+        lands=tuple(_lands(scene.geometry)),
     )
 
 
@@ -153,6 +155,15 @@ def _arcs(geometry: ContactGeometry, division: Division) -> Array:
         return np.zeros((0, 2, 2))
     one, other = lip.cuts(np.arange(division.arcs) / division.arcs)
     return np.stack([one, other], axis=1)
+
+
+def _lands(geometry: ContactGeometry) -> Iterator[tuple[str, float, float]]:
+    """Yield the name and the centre of each of several ports beside each other [m]; none of lands about one centre."""
+    points, region = geometry.port_points(), geometry.region()
+    if isinstance(region, FaceLip) and len(points) == len(region.face.names):
+        for name, port in zip(region.face.names, points, strict=True):
+            x, y = port.mean(axis=0).tolist()
+            yield name, x, y
 
 
 def _other_actions(

@@ -39,12 +39,18 @@ def land_keys(touches: Touches, left: Budget) -> dict[str, object]:
         }
         for number, one in enumerate(of_lands)
     ]
+    in_time = sorted(
+        (one.touch, number, index) for number, each in enumerate(landings.lands) for index, one in enumerate(each)
+    )
     every = [
-        {"land": line.names[number], "number": index, **_numbers(touches, left, number, one, alone=True)}
-        for number, each in enumerate(landings.lands)
-        for index, one in enumerate(each, start=1)
+        {
+            "land": line.names[number],
+            "number": index + 1,
+            **_numbers(touches, left, number, landings.lands[number][index], alone=True),
+        }
+        for _, number, index in in_time
     ]
-    return {"lands": lands, "land_landings": sorted(every, key=lambda record: record["time_s"])}
+    return {"lands": lands, "land_landings": every}
 
 
 def _numbers(

@@ -49,6 +49,8 @@ class WingTable(Table, ResultSource):
     description: ClassVar[str]
     file_tables: ClassVar[Mapping[str, type[Table]]] = MappingProxyType({})
     """Its keys that name TOML files, and the tables in these."""
+    land_rows: ClassVar[Mapping[str, str]] = MappingProxyType({})
+    """Ends of its keys for land number n of a seat with several, `TABLE_land_n_END`, and their words."""
 
     @classmethod
     def complete(cls, scene: Mapping[str, Any]) -> Mapping[str, Any]:
