@@ -1,7 +1,7 @@
 """What a user waits for, and how studies and factors grow: docs/performance.md, from the tables that this script
 leaves in results/.
 
-    python benchmarks/speed.py [waits | studies | growth ...]
+    python benchmarks/speed.py [waits | studies | priced_lives | growth ...]
 
 measures the tables named, by default all; others stay as they were found. Some minutes of a processor that has nothing
 else to do.
@@ -21,6 +21,7 @@ from typing import Final
 import numpy as np
 import skfem
 from long_runs import long_runs_table
+from priced_lives import priced_lives_table
 from table import RESULTS, Table, in_words, publish, timed
 from whole_runs import whole_runs_table
 
@@ -230,6 +231,7 @@ TABLES: Final = {
     "waits": waits_table,
     "studies": studies_table,
     "whole_runs": whole_runs_table,
+    "priced_lives": priced_lives_table,
     "long_runs": long_runs_table,
     "growth": growth_table,
 }

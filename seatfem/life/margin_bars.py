@@ -32,8 +32,8 @@ from seatfem.study.runs.reed_stress import PlateStress
 from seatfem.study.runs.round import Round
 
 NEAR: Final = 0.75  # least stress range of a place, over the largest, that may have the least margin in another run
-WORST: Final = 0.85  # least range of a place in one run whose margin is computed there
-EACH: Final = 2  # places of each part whose margin is computed in one run
+MOST: Final = 12  # most such places of each part
+WORST: Final = 0.85  # least range of a place in one run, over the largest there, whose margin is computed
 MARGIN: Final = "life_margin"
 
 
@@ -57,7 +57,7 @@ class MarginLook:
         field, pushes, dt = self.look.in_run(run)
         first = 0 if math.isinf(self.turn) else max(0, len(pushes) - 1 - round(self.turn / dt))
         ranges = peaks.mises_range(field, pushes, dt, since=first)
-        worst = peaks.hottest(ranges, self.regions, EACH)
+        worst = peaks.hottest(ranges, self.regions, 1)
         worst = worst[ranges[worst] >= WORST * ranges.max()]
         courses = recovery.tensor_histories(field.at(worst), pushes, dt)
         blocks = [thinned(course[first:]) for course in courses]
@@ -82,7 +82,8 @@ def margin_bar(
 
     It is `safety` times the sum of the changes by the runs of the error budget, of the change in a wider band of the
     plate, where that is larger than the one by its band alone, and of that on a coarser mesh. In each run the least
-    margin is sought at all places whose stress range is at least `NEAR` of the largest in the run itself.
+    margin is that at the place of each part with the largest stress range among those whose range is at least `NEAR` of
+    the largest in the run itself.
     """
     worst = result.of_one_axis
     if worst is None or body_of(worst.worst.at) != reed.role or math.isnan(done.touch):
@@ -108,7 +109,8 @@ def _errors(
     first, greens = block_from(life, scene.turn, strike.touches), strike.striker.greens
     likely = reed.likely[reed.counted[reed.likely]]
     ranges = peaks.mises_range(reed.field.at(likely), reed.force, reed.dt, since=first)
-    places = likely[ranges >= NEAR * ranges.max()]
+    hottest = peaks.hottest(ranges, reed.regions[likely], MOST)
+    places = likely[hottest[ranges[hottest] >= NEAR * ranges.max()]]
     at_start = PlateLook(reed.reed, replace(reed.field.at(places), body=strike.striker), strike.division)
     look = MarginLook(at_start, reed.regions[places], demand, turn)
     budget, _ = stresses.error_bars_of(done, look, progress=progress)
