@@ -171,13 +171,6 @@ def beyond_horizon(summary: Summary) -> str:
     return words and f"{words[:1].upper()}{words[1:]}."
 
 
-def judged_words(summary: Summary) -> str:
-    """Return the measures to which the accuracy applies, and their landing."""
-    keys = asked(summary)
-    of_landing = f" of the {which_landing(summary)}" if any(key.startswith(results.LANDING) for key in keys) else ""
-    return enumeration(name_of(key, summary) for key in keys) + of_landing
-
-
 def simpler(summary: Summary) -> str:
     """Return the results of simpler models of a contact with a film or along a lip, in one line; "" without any."""
     models: list[str] = []
