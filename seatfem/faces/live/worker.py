@@ -20,7 +20,6 @@ from pathlib import Path
 from typing import Any, Final, TextIO
 
 from impact.files.safe_files import write_whole
-from impact.quantities import percent
 from seatfem.faces.live.quick import Reference, march_of, reference_of, rows, with_bars
 from seatfem.faces.live.sliders import LiveError, Slider, candidates, changed_file, taken
 from seatfem.faces.report.asked import keep_asked
@@ -28,7 +27,8 @@ from seatfem.jobs.folders import private_folder
 from seatfem.jobs.processes import answers_to_parent, lines_from_parent
 from seatfem.structures.cache import Cache
 from seatfem.structures.mesh.gmsh_process import gmsh_session
-from seatfem.study.answers.verdict import judged_words, standing, verdict
+from seatfem.study.answers.decision import decide
+from seatfem.study.answers.verdict import standing, verdict
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.runs.rounds import SEAT_FILE
 from seatfem.study.safety import FAILURES
@@ -138,8 +138,8 @@ class Session:
         self.known = known
         if first:
             self._tell_sliders(scene)
-        reached = f"accuracy of {percent(scene.accuracy.target, 3)} {'reached' if outcome.met else 'missed'}"
-        state = "no landing to judge" if outcome.met is None else f"{reached}: {judged_words(summary)}"
+        decision = decide(summary)
+        state = f"Decision: {decision.word}. {' '.join(decision.reasons)}"
         written = f"Written: {target.name}, {folder.name}/. seatfem view {folder.name} shows the run."
         longer = known.time_step / float(str(summary["time_step_s"]))
         shown = {"rows": rows(summary, summary), "curves": known.curves, "standing": verdict(summary)}
