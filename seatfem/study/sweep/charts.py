@@ -142,7 +142,7 @@ def draw_indices(table: StudyTable, found: Sequence[Indices], path: Path) -> Non
             axes.axvline(0.0, color="black", linewidth=0.7)
             axes.set_xlabel("share of the variance")
         panels[0].invert_yaxis()
-        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
+        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside right center")
 
 
 def draw_bands(table: StudyTable, bands: Sequence[Band], path: Path) -> None:
