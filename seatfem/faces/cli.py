@@ -102,7 +102,7 @@ GROUPS: Final = {
     for number, (title, names) in enumerate(
         {
             "Begin": ("demo", "init", "faces", "draw"),
-            "Compute a scene": ("plan", "run", "greens", "modes"),
+            "Compute a scene": ("plan", "run", "live", "greens", "modes"),
             "Look at a run": ("report", "view", "export"),
             "Studies": ("sweep", "optimise", "identify", "trade"),
             "Trust and installation": ("verify", "doctor", "completion"),

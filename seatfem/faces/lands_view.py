@@ -50,7 +50,7 @@ def drive_tables(summary: readings.Summary) -> Iterator[Table]:
         table = Table(f"{drive.table} over", *drive.land_rows.values(), box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
         for number, name in enumerate(names, start=1):
             keys = [f"{drive.table}_land_{number}_{end}" for end in drive.land_rows]
-            table.add_row(str(name), *(readings.reading(summary, key, results.unit_of(key)) for key in keys))
+            table.add_row(str(name), *(readings.reading(summary, key, readings.unit_of(key)) for key in keys))
         yield table
 
 
