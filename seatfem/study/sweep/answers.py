@@ -73,7 +73,7 @@ def ranges(table: StudyTable) -> list[str]:
     for axis in (axis_of(table, name) for name in table.measures if not name.startswith(BAR)):
         values = axis.factor * table.values(axis.name)
         if np.isfinite(values).any():
-            low, high, mean = (in_digits(f(values), 4) for f in (np.nanmin, np.nanmax, np.nanmean))
+            low, high, mean = (in_digits(float(f(values)), 4) for f in (np.nanmin, np.nanmax, np.nanmean))
             lines.append(f"{plain(axis.label)}: {low} to {high}, mean {mean}")
     return lines
 

@@ -112,7 +112,7 @@ def _areas(axes: Axes, table: StudyTable, x: Array, y: Array) -> None:
     u, v = (np.log10(values) if is_log else values for values, is_log in zip((x, y), logs, strict=True))
     fine = [np.linspace(values.min(), values.max(), FINE) for values in (u, v)]
     across, up = (10**values if is_log else values for values, is_log in zip(fine, logs, strict=True))
-    margins = np.array([limit.margin(table.values(limit.measure)) for limit in table.study.limits])
+    margins = np.array([limit.sign * (table.values(limit.measure) - limit.limit) for limit in table.study.limits])
     bars = np.array([np.nan_to_num(table.values(BAR + limit.measure)) for limit in table.study.limits])
     scales = np.array([[abs(limit.limit) or 1.0] for limit in table.study.limits])
     fields = [spread(u, v, (values / scales).T, fine) for values in (margins, margins - bars, margins + bars)]

@@ -200,17 +200,16 @@ def table_of(study: Study, cases: list[Case], outcomes: Mapping[str, Outcome], m
     return StudyTable(study, tuple(parameters), tuple(measures), columns)
 
 
-def _verdicts(limits: Sequence[Constraint], outcomes: Sequence[Outcome]) -> Columns:
+def _verdicts(limits: Sequence[Constraint], outcomes: Sequence[Outcome]) -> dict[str, list[object]]:
     """Return the column `VERDICT`, whether each scene is within all limits, and one for each of several limits."""
-    if not limits:
-        return {}
-    on_each = [
-        [limit.verdict(outcome.summary) if outcome.has_numbers else outcome.state for outcome in outcomes]
+    on_each = {
+        f"{VERDICT}: {limit}": [
+            limit.verdict(outcome.summary) if outcome.has_numbers else outcome.state for outcome in outcomes
+        ]
         for limit in limits
-    ]
-    together = [verdict_of(verdicts) for verdicts in zip(*on_each, strict=True)]
-    apart = {f"{VERDICT}: {limit}": verdicts for limit, verdicts in zip(limits, on_each, strict=True)}
-    return {VERDICT: together, **(apart if len(limits) > 1 else {})}
+    }
+    columns: dict[str, list[object]] = {VERDICT: list(map(verdict_of, zip(*on_each.values(), strict=True)))}
+    return {} if not limits else columns if len(limits) == 1 else columns | {k: [*v] for k, v in on_each.items()}
 
 
 def in_unit_of(study: Study, name: str) -> tuple[float, str]:
@@ -331,7 +330,7 @@ def _sample(study: Study, cases: list[Case], even: int) -> set[int]:
     """Return the indices of the sampled scenes, which run in full; ``even``: the number of those evenly spaced."""
     columns = columns_of(cases, study).values()
     numbers = [
-        np.unique(column, return_inverse=True)[1].astype(float)
+        np.unique(np.array(column, dtype=str), return_inverse=True)[1].astype(float)
         if isinstance(column[0], str)
         else np.array(column, float)
         for column in columns
