@@ -73,3 +73,15 @@ def test_a_step_unit_that_leads_nowhere_is_named(tmp_path, of, factor):
     path.write_text(f"{angle}\n{CONTEXT}{converted('X', factor, of)}\n")
     with pytest.raises(GeometryError, match=r"a\.step: #3 .*export"):
         stated_unit(path)
+
+
+def test_a_second_lip_has_the_volume_of_its_rings() -> None:
+    """Plate, two lips and less the annular port between them, by the radii of each."""
+    seat = AnnularSeat(
+        bore_radius=7e-3, lip_width=1e-3, lip_height=0.5e-3, lip_edge_radius=0.0, second_lip_radius=12e-3,
+        second_lip_width=2e-3, port_depth=1e-3, outer_radius=16e-3, thickness=6e-3,
+    )  # fmt: skip
+    rings = ((7e-3, 16e-3, 6e-3), (7e-3, 8e-3, 0.5e-3), (12e-3, 14e-3, 0.5e-3), (8e-3, 12e-3, -1e-3))
+    assert seat.volume == pytest.approx(sum(math.pi * (b**2 - a**2) * h for a, b, h in rings), rel=1e-12)
+    radii = [radius for ring in seat.profile.rings("contact") for radius in ring]
+    assert radii == pytest.approx([7e-3, 8e-3, 12e-3, 14e-3], rel=1e-12)
