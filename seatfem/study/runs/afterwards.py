@@ -35,6 +35,7 @@ from seatfem.study.runs import (
     horizon,
     kept,
     lives,
+    margin_bars,
     seat_stress,
     stress_spots,
     stress_wave,
@@ -43,8 +44,6 @@ from seatfem.study.runs import (
 )
 from seatfem.study.runs import pictures as run_pictures
 from seatfem.study.runs.body_stress import BodyStress, ClosedFormStress
-from seatfem.study.runs.margin_bars import margin_bar
-from seatfem.study.runs.reed_stress import PlateStress
 from seatfem.study.runs.round import Round
 from seatfem.study.scene import Accuracy
 from seatfem.study.scene.measures import LifeMargin, Stress
@@ -54,6 +53,7 @@ if TYPE_CHECKING:
     from seatfem.study.impacts.life import LifeResult
     from seatfem.study.runs import stress_spots
     from seatfem.study.runs.lives import MarginCurve
+    from seatfem.study.runs.reed_stress import PlateStress
     from seatfem.study.runs.seat_stress import SeatStress
 
 PICTURE: Final = "margin_map.png"
@@ -301,7 +301,7 @@ def afterwards(
         on_spring = replace(done.strike, touches=baseline.touches, stress=baseline.stress)
         life_at_spring = lives.lives(done, [reed], on_spring, progress)
         keys |= lives.run_keys(scene.life, bodies, life, life_at_spring)
-        if isinstance(reed, PlateStress) and math.isfinite(bar := margin_bar(done, reed, life, progress)):
+        if plate is not None and math.isfinite(bar := margin_bars.margin_bar(done, plate, life, progress)):
             keys |= {f"error_bar_{LifeMargin.key}": bar}
     if life.below is not None and life.below.worst.tensor_at:
         contact_bar = stresses.contact_margin_bar(done, life.below.worst.tensor_margin)

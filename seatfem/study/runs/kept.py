@@ -10,15 +10,18 @@ import math
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, get_args
 
-from impact.files.safe_files import read_text, write_whole
+from impact.files.safe_files import MB, read_text, write_whole
+from impact.greens.base import Array
 from impact.names import frame_of
 from impact.quantities import as_html, brief
+from impact.storage import hdf5
 from seatfem import readings
 from seatfem.machine.code import cache_folder, code_version
-from seatfem.structures import natural_modes
+from seatfem.structures import cache, natural_modes
 from seatfem.structures.cache import content_key
 from seatfem.structures.method import AnyLevel
 from seatfem.study.impacts.touches import Touches
@@ -44,6 +47,7 @@ if TYPE_CHECKING:
 
 
 MOST_BYTES: Final = 100_000  # largest size of a cached file that is read
+MOST_ARRAYS: Final = 256 * MB  # most bytes of all arrays in the cache
 OLDEST: Final = 2000  # most files of plans, and of numbers, in the cache; older ones are deleted
 UNSOUND: Final = (OSError, ValueError, TypeError, LookupError, AttributeError)
 
@@ -142,6 +146,18 @@ def cached_numbers(
     with suppress(OSError, TypeError):
         _save_json(path, {"numbers": numbers, "hash": _hash_of(numbers)})
     return numbers
+
+
+def cached_array(done: Round, touches: Touches, what: str, at: Array, compute: Callable[[], Array]) -> Array:
+    """Return an array of one run of a round, its values ``at`` places, from the cache, or compute and store it, as
+    `cached_numbers`."""
+
+    def write(file: Any, values: Array) -> None:
+        file["values"] = values
+
+    key = content_key({"of": _number_file(done, touches, what).stem, "at": at})
+    read = partial(hdf5.finite_array, key="values")
+    return cache.kept("arrays", key, compute, content=what, read=read, write=write, most_bytes=MOST_ARRAYS)
 
 
 def _hash_of(numbers: Mapping[str, Any]) -> str:
