@@ -32,7 +32,6 @@ from seatfem.study.ladders.mesh import OF_DRAWS
 from seatfem.study.plan import Plan
 from seatfem.study.runs import horizon, kept, seat_stress, stress_spots, stress_wave, stresses, summary
 from seatfem.study.runs.body_stress import BodyStress, ClosedFormStress
-from seatfem.study.runs.reed_stress import PlateStress
 from seatfem.study.runs.round import Round
 from seatfem.study.scene import Accuracy
 from seatfem.study.scene.measures import Measure, Stress, all_measures

@@ -10,11 +10,15 @@ import math
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import asdict, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Final, get_args
 
-from impact.files.safe_files import read_text, write_whole
+from impact.files.safe_files import MB, read_text, write_whole
+from impact.greens.base import Array
+from impact.storage import hdf5
 from seatfem.machine.code import cache_folder, code_version
+from seatfem.structures import cache
 from seatfem.structures.cache import content_key
 from seatfem.structures.method import AnyLevel
 from seatfem.study.impacts.touches import Touches
@@ -36,6 +40,7 @@ from seatfem.study.scene import ContactGeometry, Scene
 from seatfem.study.scene.parcel import by_content
 
 MOST_BYTES: Final = 100_000  # largest size of a cached file that is read
+MOST_ARRAYS: Final = 256 * MB  # most bytes of all arrays in the cache
 OLDEST: Final = 2000  # most files of plans, and of numbers, in the cache; older ones are deleted
 UNSOUND: Final = (OSError, ValueError, TypeError, LookupError, AttributeError)
 
@@ -134,6 +139,18 @@ def cached_numbers(
     with suppress(OSError, TypeError):
         _save_json(path, {"numbers": numbers, "hash": _hash_of(numbers)})
     return numbers
+
+
+def cached_array(done: Round, touches: Touches, what: str, at: Array, compute: Callable[[], Array]) -> Array:
+    """Return an array of one run of a round, its values ``at`` places, from the cache, or compute and store it, as
+    `cached_numbers`."""
+
+    def write(file: Any, values: Array) -> None:
+        file["values"] = values
+
+    key = content_key({"of": _number_file(done, touches, what).stem, "at": at})
+    read = partial(hdf5.finite_array, key="values")
+    return cache.kept("arrays", key, compute, content=what, read=read, write=write, most_bytes=MOST_ARRAYS)
 
 
 def _hash_of(numbers: Mapping[str, Any]) -> str:

@@ -24,7 +24,7 @@ from seatfem.structures.fields.solids import AnyField, RingField, elements_of, t
 from seatfem.structures.finite_elements import MESH_SAFETY
 from seatfem.structures.model import SecondOrderModel
 from seatfem.study.impacts.forces import Strike
-from seatfem.study.runs import seat_fields, summary
+from seatfem.study.runs import kept, seat_fields, summary
 from seatfem.study.runs.body_stress import COMPONENTS, FieldStress, Histories, History, Spot, rows_of
 from seatfem.study.runs.round import Round
 from seatfem.units import place_words
@@ -222,7 +222,12 @@ def seat_stress(done: Round, progress: notices.Progress = notices.silent) -> Sea
     known = meshes.both[0].stress(waves).within()
     fields, angles = known.fields(dt), known.angles
     field = fields.surface
-    peaks = largest(field, force, dt).after_contact
+
+    def of_points() -> Array:
+        return np.array([*vars(largest(field, force, dt).after_contact).values()])
+
+    what = "largest stress at the points of a seat"
+    peaks = Largest(*kept.cached_array(done, done.touches, what, field.points, of_points))
     worst, places = int(peaks.von_mises.argmax()), places_of(peaks)
     at_worst = fields.at(places)
     judged, others = at_worst.judged(force, dt), [known.fields(dt, fewer=True).at(places)]
