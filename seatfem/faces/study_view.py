@@ -93,11 +93,11 @@ def write_page(table: StudyTable, folder: Path, notes: Sequence[str]) -> Path:
     }
     content = "".join(f"<section><h2>{name}</h2>{inner}</section>" for name, inner in sections.items() if inner)
     page = Template(part_of_page("page.html")).substitute(
-        dict.fromkeys(("plotly", "body_parts", "body", "state", "links"), ""),
+        dict.fromkeys(("plotly", "body_parts", "body", "links"), ""),
         style=part_of_page("style.css"),
         guard=GUARD,
         title=html.escape(table.study.heading),
-        verdict=html.escape(f"{answer[:1].upper()}{answer[1:]}." if answer else in_words(table)[0]),
+        first=f"<p>{html.escape(f'{answer[:1].upper()}{answer[1:]}.' if answer else in_words(table)[0])}</p>",
         content=content,
         versions=versions(),
     )
