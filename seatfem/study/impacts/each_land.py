@@ -19,7 +19,7 @@ from seatfem.study.scene.measures import Line
 SHARE: Final = "impulse_share"
 LINE_FORCE: Final = "line_force_peak_N_per_m"
 DELAY: Final = "after_first_s"
-TOGETHER: Final = 1e-6  # fraction of a step within which a landing begins with another one
+TOGETHER: Final = 1e-6  # fraction of a step, or of a landing, within which times count as one
 
 
 def landings_of_lands(landings: Landings) -> tuple[Landing | None, ...]:
@@ -56,7 +56,8 @@ def values_of_lands(
     for k, (asked, one) in enumerate(zip(of_lands, own, strict=True)):
         if asked is not None:
             place = land_place(k)
-            values[f"{place} {DELAY}"] = math.inf if one is None else one.touch - first
+            delay = math.inf if one is None else one.touch - first
+            values[f"{place} {DELAY}"] = delay if delay > TOGETHER * line.grid.dt else 0.0
             values[f"{place} {SHARE}"] = shares[k]
             values[f"{place} {LINE_FORCE}"] = math.inf if one is None else largest_line_force(line, k, one, width)
     return values
