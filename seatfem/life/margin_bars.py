@@ -68,8 +68,8 @@ class MarginLook:
         """Return the look at these places of another model of the plate, by its ``field``."""
         own = cKDTree(self.look.field.points)
         spacing = float(np.median(cKDTree(field.points).query(field.points, k=[2])[0]))
-        distance, nearest = own.query(field.points)
-        near = distance <= max(REACH * spacing, float(np.sort(distance)[0]))
+        distance, nearest = map(np.asarray, own.query(field.points))
+        near = np.asarray(distance <= max(REACH * spacing, float(distance.min())))
         other = replace(self.look, field=field.at(near))
         return replace(self, look=other, regions=self.regions[nearest[near]])
 

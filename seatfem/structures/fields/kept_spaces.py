@@ -47,9 +47,10 @@ def _read(file: Any) -> Spaces:
 
 
 def _space(group: Any) -> StressSpace:
-    arrays = [hdf5.finite_array(group, name) for name in ARRAYS]
-    pairs = (
+    points, static, spanned = (hdf5.finite_array(group, name) for name in ARRAYS)
+    pairs, fewer = (
         Pairs(*(hdf5.finite_array(group, f"{name}/{field.name}") for field in fields(Pairs)))
         for name in ("pairs", "fewer")
     )
-    return StressSpace(*arrays, *pairs, tuple(json.loads(str(group.attrs["ports"]))), bool(group.attrs["resting"]))
+    ports = tuple(json.loads(str(group.attrs["ports"])))
+    return StressSpace(points, static, spanned, pairs, fewer, ports, bool(group.attrs["resting"]))

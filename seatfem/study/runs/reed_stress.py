@@ -231,5 +231,5 @@ def _errors_of(scene: Scene, solved_by: Method, stress: PlateStress) -> Errors:
 def _beside(field: StressField, points: Array) -> StressField:
     """Return the field at its points on the circles round ``points`` in which maxima of two meshes are compared."""
     spacing = float(np.median(cKDTree(field.points).query(field.points, k=[2])[0]))
-    near = cKDTree(points).query(field.points)[0] <= 2 * REACH * spacing
-    return field.at(near if near.any() else np.ones(len(near), dtype=bool))
+    distance = np.asarray(cKDTree(points).query(field.points)[0])
+    return field.at(np.asarray(distance <= max(2 * REACH * spacing, float(distance.min()))))
