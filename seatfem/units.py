@@ -126,7 +126,8 @@ def parse_in(text: str, si: str) -> float:
     """
     names = {unit: name for name, unit in _OTHER_NAMES} | {"deg": "angle"}
     unnamed = Dimension(names.get(si, f"quantity in {si}"), si, f"2 {si}", {si: "1"}, (0.0, inf), (0.0, inf))
-    wanted = next((each for each in DIMENSIONS.values() if each.si == si), unnamed)
+    of_results = (DIMENSIONS["strength"], *DIMENSIONS.values())  # those in Pa are stresses
+    wanted = next((each for each in of_results if each.si == si), unnamed)
     number, unit = _split(text, wanted)
     return float(number * _in_si(text, unit, wanted))
 

@@ -205,4 +205,4 @@ def test_a_search_without_its_table_or_measure(study: Path, tmp_path: Path, caps
 
 def test_a_scene_is_no_study(study: Path, capsys: Told) -> None:
     assert run_command(["sweep", "scene.toml"]) == BAD_INPUT
-    assert "scene.toml: vary: required key is missing" in capsys.readouterr().err
+    assert "scene.toml:1: seat: is a table of a scene: take `seatfem run" in capsys.readouterr().err

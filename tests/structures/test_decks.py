@@ -189,13 +189,15 @@ def test_files_of_a_deck_are_known(tmp_path, name):
 def test_what_steps_do_that_is_not_known_is_told(tmp_path):
     """The note on an unknown keyword of a step stands in the description of the mesh; other decks have none."""
     Deck("abaqus steps", tmp_path).content()
-    told = read_mesh(tmp_path / "deck.inp", contact=None, fixed="Base")
+    told = read_mesh(tmp_path / "deck.inp", contact=None, fixed="Base", unit=1.0)
     assert "*ANEWOUTPUT" in str(told)
     Deck("abaqus flat", tmp_path).content()
-    assert "not known" not in str(read_mesh(tmp_path / "deck.inp", contact="top", fixed="BASE").provenance.notes)
+    assert "not known" not in str(
+        read_mesh(tmp_path / "deck.inp", contact="top", fixed="BASE", unit=1.0).provenance.notes
+    )
 
 
 def test_a_node_set_without_a_face_is_named(tmp_path):
     Deck("abaqus generated", tmp_path).content()
     with pytest.raises(MeshError, match=r"'Some'.*no whole face:.*'Some'"):
-        read_mesh(tmp_path / "deck.inp", contact=None, fixed="Some")
+        read_mesh(tmp_path / "deck.inp", contact=None, fixed="Some", unit=1.0)

@@ -120,12 +120,12 @@ def test_merging_on_reading(tmp_path):
     path = tmp_path / "two.inp"
     path.write_text(DECK)
     with pytest.raises(MeshError, match=r"3 nodes.*another"):
-        read_mesh(path, contact="Left", fixed="Right")
+        read_mesh(path, contact="Left", fixed="Right", unit=1.0)
     with pytest.raises(MeshError, match="2 parts that share no node"):
-        read_mesh(path, contact="Left", fixed="Right", merge=0.0)
-    apart = read_mesh(path, contact="Left", fixed="Right", merge=0.0, parts=2)
+        read_mesh(path, contact="Left", fixed="Right", unit=1.0, merge=0.0)
+    apart = read_mesh(path, contact="Left", fixed="Right", unit=1.0, merge=0.0, parts=2)
     assert apart.quality.nodes == 16
-    whole = read_mesh(path, contact="Left", fixed="Right", merge=1e-4)
+    whole = read_mesh(path, contact="Left", fixed="Right", unit=1.0, merge=1e-4)
     assert whole.quality.nodes == 12
     assert whole.quality.volume == pytest.approx(2.0, rel=1e-5)
     assert whole.quality.areas == pytest.approx({"contact": 1.0, "fixed": 1.0})
@@ -140,7 +140,7 @@ def test_a_patch_inside_the_mesh(tmp_path):
         DECK.replace("*Nset, nset=Right", "*Element, type=S4, elset=Middle\n3, 2, 3, 7, 6\n*Nset, nset=Right")
     )
     with pytest.raises(MeshError, match=r"1.*1.*'contact'.*inside"):
-        read_mesh(path, contact="Middle", fixed="Right", merge=1e-4)
+        read_mesh(path, contact="Middle", fixed="Right", unit=1.0, merge=1e-4)
 
 
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=float)

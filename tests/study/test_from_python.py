@@ -124,7 +124,7 @@ def test_plots_are_figures(result: seatfem.RunResult, history: str, tmp_path: Pa
     assert isinstance(figure, Figure)
     assert path.stat().st_size > 10_000
     if history in ("gap", "lift"):
-        [curve, *_] = [line for line in figure.axes[0].lines if line.get_label() == "elastic seat"]
+        [curve, *_] = [line for line in figure.axes[0].lines if line.get_label() == "seat"]
         lowest = np.min(curve.get_ydata())  # in um; the lift is below zero by what the spring gives way
         expected = 0.0 if history == "gap" else -1e6 * result.measures["seat_displacement"].value
         assert lowest == pytest.approx(expected, abs=1e-3)
@@ -180,7 +180,7 @@ def mistakes(result: seatfem.RunResult, folder: Path) -> dict[str, tuple[Callabl
         "picture": (lambda: result.plot("gap", folder / "gap.xyz"), "unknown picture format"),
         "vary a list": (lambda: seatfem.sweep(path, ["reed.mass"]), "vary: ('reed.mass') must map"),
         "sweep a text": (lambda: seatfem.sweep(TEXT, {"reed.mass": ["1 g"]}), "is no path"),
-        "optimise a scene": (lambda: seatfem.optimise(path), "scene: required key is missing"),
+        "optimise a scene": (lambda: seatfem.optimise(path), "is a table of a scene: take `seatfem run"),
         "trade": (lambda: seatfem.measure_trade("missing.toml", "journal"), "missing.toml"),
         "strength": (lambda: seatfem.load_strength(5), "5 is no path"),
         "complex K": (lambda: matrices(np.eye(2), None, 1j * np.eye(2), vectors), "K.imag as loss"),

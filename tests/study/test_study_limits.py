@@ -157,7 +157,7 @@ def test_boundaries_are_interpolated_between_neighbours_alone() -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ('below = { landing_peak_reed_stress_Pa = "350 mm" }', r"toml:2: below\.landing_peak_\w+: '350 mm'.*200 GPa"),
+        ('below = { landing_peak_reed_stress_Pa = "350 mm" }', r"toml:2: below\.landing_peak_\w+: '350 mm'.*600 MPa"),
         ('below = { landing_stress = "350 MPa" }', r"below\.landing_stress: .*state 'landing_peak_reed_stress_Pa'"),
         ('above = { life_margin = "1 N" }', r"above\.life_margin: '1 N'.*write"),
         ('above = { life_margin = true }', r"above\.life_margin"),
