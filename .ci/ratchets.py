@@ -18,8 +18,9 @@ from typing import Final
 ROOT: Final = Path(__file__).parents[1]
 FILE: Final = Path(__file__).with_name("ratchets.json")
 SLACK: Final = 0.02  # of each limit: a line may be added without asking
-ALLOWED: Final = {"lines of product": 0, "files of product": 0, "hidden arrows": 6, "lines of tests": 1600}
-"""What long runs and contact faces were allowed since the last release; the next one takes it out."""
+ALLOWED: Final = {"lines of product": 4200, "files of product": 30, "hidden arrows": 6, "lines of tests": 1600}
+"""What contact faces, retainers, several lands, decisions, limits of studies, doubts about scenes and the live page were
+allowed since the last release; the next one takes it out."""
 PACKAGES: Final = ("impact", "seatfem")
 
 
