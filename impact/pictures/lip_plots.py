@@ -233,7 +233,9 @@ def _middles(line: ClosedLine) -> list[float]:
 
 
 def _ports(line: ClosedLine) -> list[str]:
-    return list(line.names) or [f"port {number}" for number in range(1, len(line.rings) + 1)]
+    """Return the names of the rings of a line of several; none of another line."""
+    count = len(line.rings)
+    return list(line.names[:count]) or [f"port {number}" for number in range(1, count + 1)]
 
 
 def _impulse(axes: Axes, runs: list[ImpactResult], line: ClosedLine, share: float) -> None:
