@@ -15,7 +15,7 @@ from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.errors import ModelError
 from seatfem.structures.lip import Lip
 from seatfem.structures.materials import Material
-from seatfem.structures.mesh.plane_meshes import make_meridian
+from seatfem.structures.mesh.plane_meshes import make_meridian, mesh_sheet
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.method import BEYOND, Aims
 from seatfem.structures.model import SecondOrderModel
@@ -142,3 +142,11 @@ def test_a_plate_is_its_solid_while_waves_are_long() -> None:
     assert 0.04 < off[2] < 0.08
     with pytest.raises(ModelError, match=r"reed\.thickness = 7\.52 mm.*0\.34"):
         Sheet(RingPlate(24e-3, 8e-3, thickness), STEEL, 150e3).check()
+
+
+def test_elements_that_would_fold_are_made_smaller() -> None:
+    """About 4 elements around the hole of this ring fold; half of the size has the area of the ring."""
+    ring = RingPlate(10.3562e-3, 4.9233e-3, 0.6042e-3)
+    mesh = mesh_sheet(ring, 1.41e-3)
+    assert len(mesh.cells) > 92
+    assert mesh.area == pytest.approx(ring.area, rel=1e-3)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from typing import Any, Final, TypeAlias
 
@@ -116,6 +117,7 @@ def _measure(mesh: PlaneMesh, profile: Profile) -> checks.MeshQuality:
 CLAMPED: Final = "clamped"
 IMAGE: Final = (0, 3, 2, 1, 7, 6, 5, 4, 8)  # node order that makes a mirrored element anticlockwise again
 ON_THE_LINE: Final = 1e-9  # largest distance of a node on the line of symmetry, over the mesh's size
+FINER: Final = (1.0, 0.7, 0.5)  # shares of the element size that are tried: large elements along a small hole may fold
 AREA_TOLERANCE: Final = 0.01  # largest relative error of the area; that of a circle of eight curved elements is 1e-3
 
 
@@ -123,14 +125,22 @@ def mesh_sheet(shape: Flat, size: float, gmsh: Gmsh = run_gmsh) -> PlateMesh:
     """Return a sheet, meshed evenly with quadrilaterals of nine nodes that follow its outline.
 
     One that is symmetric about y = 0 is meshed on one side and mirrored, so that the mesh is symmetric as well. The
-    nodes of a clamp are the line "clamped" of the mesh.
+    nodes of a clamp are the line "clamped" of the mesh. Where elements fold, they are made smaller (`FINER`).
 
     ``size``: element size [m].
 
     Raises:
         GeometryError: a size that is not positive. MeshingError: gmsh fails. MeshError: an area that differs from the
-        drawing's, or a clamp without nodes. ModelError: folded elements.
+        drawing's, or a clamp without nodes. ModelError: folded elements, also of the smallest size.
     """
+    *larger, smallest = (share * size for share in FINER)
+    for each in larger:
+        with suppress(errors.ModelError):
+            return _mesh_sheet(shape, each, gmsh)
+    return _mesh_sheet(shape, smallest, gmsh)
+
+
+def _mesh_sheet(shape: Flat, size: float, gmsh: Gmsh) -> PlateMesh:
     parts = 2 if shape.is_mirrored else 1
     spec = asdict(MeshSpec(size))
     arrays = gmsh({"task": "plan", "geometry": encode(shape), "spec": spec, "sectors": parts})
