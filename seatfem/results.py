@@ -203,6 +203,8 @@ class ResultSource:
         margins: keys of pure numbers that a decision compares with 1; with each the key whose relative error it has,
             "" where it has an error bar of its own.
         sources: keys of the sources of what these rest on, as of a strength.
+        basis: key of the words, with margins of stress, for what they are stated.
+        gaps: keys of sentences on what these leave out, which leave a run undecided.
         name: by which scenes ask for it.
         key: in summary.json, with its unit.
         words: in sentences, and in the tables of a run where `RESULTS` has no row of it.
@@ -221,6 +223,8 @@ class ResultSource:
     absent_words: ClassVar[str] = ""
     margins: ClassVar[Mapping[str, str]] = {}
     sources: ClassVar[tuple[str, ...]] = ()
+    basis: ClassVar[str] = ""
+    gaps: ClassVar[tuple[str, ...]] = ()
 
     @classmethod
     def sentence(cls, summary: Summary) -> str:
@@ -256,6 +260,16 @@ def all_sentences(summary: Summary) -> Iterator[str]:
 def all_sections() -> Iterator[tuple[str, str]]:
     """Yield prefix and title of the sections of reports by wings."""
     return (each.section for each in _all_sources() if each.section[0])
+
+
+def all_bases() -> tuple[str, ...]:
+    """Return the keys of the words for what margins of stress are stated."""
+    return tuple(each.basis for each in _all_sources() if each.basis)
+
+
+def all_gaps() -> tuple[str, ...]:
+    """Return the keys of sentences on what margins leave out."""
+    return tuple(key for each in _all_sources() for key in each.gaps)
 
 
 def all_absent_words() -> tuple[str, ...]:
@@ -294,7 +308,7 @@ def label_of(key: str, unit: str | None = None) -> str:
     known, si = all_results().get(key), unit_of(key)
     words = {each.landing_key: each.landing_words for each in _sources()}.get(key) or _measure_words(key)
     if known is not None and (known.group == "landing" or not words):
-        words = known.words.partition("{")[0].strip(" ,(")
+        words = known.words.partition("{")[0].removesuffix("(mean over ").strip(" ,")
         if known.group == "landing":
             words += "" if "landing" in words else " of landing"
         elif known.group != "run":

@@ -25,7 +25,7 @@ def lands_table(summary: readings.Summary) -> Table | None:
     lands = lands_of(summary)
     if not any(each.get("order") for each in lands):
         return None
-    table = Table("land", "closes\nas", "at", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    table = Table("land", "touched\nas", "at", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     table.caption_justify, table.caption = "left", NOTE
     columns = [[str(each.get("land")) for each in lands], [_number(each.get("order")) for each in lands]]
     columns.append([readings.with_unit(_number(each.get("land_deg")), readings.DEGREES) for each in lands])

@@ -15,7 +15,7 @@ from impact.life import strength
 from impact.life.multiaxial import hertz_path
 from impact.life.places import Demand, Judged, judged, margin_error, on_planes, thinned
 from impact.life.strength import SpeedMargin
-from impact.quantities import finite_or_none
+from impact.quantities import finite_or_none, percent
 from seatfem.life.table import LifeTable
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.runs.body_stress import Histories
@@ -72,7 +72,9 @@ def assess_life(
     ``life``: the table [life]; ``first``: first step of the block (`block_from`); ``reed``, ``seat``: stress histories;
     ``stiffness``: stiffness of a Hertzian contact [N/m^1.5], 0 for other laws.
     """
-    allowed, closing = life.allowed_speed(), measures.largest_impact_velocity(touches.seat)
+    landings = () if touches.landings is None else touches.landings.seat
+    speeds = [measures.largest_impact_velocity(touches.seat), *(each.closing_speed for each in landings)]
+    allowed, closing = life.allowed_speed(), max((each for each in speeds if not math.isnan(each)), default=math.nan)
     speed = None if allowed is None or math.isnan(closing) else strength.speed_margin(closing, allowed)
     bodies = []
     for demand, histories in ((life.demand(), reed), (life.demand("seat"), seat)):
@@ -144,6 +146,7 @@ def asked_keys(life: LifeTable, result: LifeResult, bars: Mapping[str, float]) -
         keys |= {
             "life_criterion": life.criterion,
             "life_survival": worst.worst.life.survival,
+            "life_basis": f"for {percent(worst.worst.life.survival, 6)} of the parts",
             "life_design_cycles": life.blocks,
             "life_block": life.block,
             "life_strength_source": worst.source,

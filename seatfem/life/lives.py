@@ -50,6 +50,12 @@ if TYPE_CHECKING:
     from seatfem.pictures.rendering import Picture
 
 
+BELOW_CONTACT: Final = (
+    "The stress below the Hertzian contact was not judged; it may be many times the one that was: state "
+    "life.contact_criterion and life.contact_modulus."
+)
+
+
 def assess(life: LifeTable, run: FinishedRun) -> Assessed:
     """Return the fatigue life of the bodies of a run, and the curves of its margin that [life] asks for."""
     done = run.done
@@ -61,6 +67,8 @@ def assess(life: LifeTable, run: FinishedRun) -> Assessed:
         if isinstance(reed, PlateStress):
             bar = margin_bar(life, done, reed, result, run.progress)
             keys |= {f"error_bar_{MARGIN}": bar} if math.isfinite(bar) else {}
+    if result.below is None and done.plan.scene.contact.law.of_a_sphere:
+        keys |= {"life_not_judged": BELOW_CONTACT}
     if result.below is not None and result.below.worst.tensor_at:
         bar = contact_margin_bar(done, result.below.worst.tensor_margin)
         keys |= {"error_bar_life_contact_margin": finite_or_none(bar)}

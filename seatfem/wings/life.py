@@ -53,6 +53,8 @@ class Life(LifeTable, Assessment):
         "life_speed_margin": "landing_closing_speed_m_per_s",
     }
     sources = ("life_strength_source", "life_speed_source")
+    basis = "life_basis"
+    gaps = ("life_not_judged",)
     absent_words = (
         "No strength is stated: name a file with that of your material, and its source, as [life] strength; without it "
         "fatigue is not judged."

@@ -112,7 +112,7 @@ def test_the_order_is_told_with_its_doubt() -> None:
     first = {"land": "port 2", "order": 1, "time_s": 1e-3, "closing_speed_m_per_s": 1.0, "land_deg": 180.0}
     later = {"land": "port 1", "order": 2, "after_first_s": 5e-6, "error_bar_after_first_s": 1e-6}
     sentence = closing_order({"lands": [later, first, {"land": "port 3", "order": None}]})
-    assert sentence.startswith("Port 2 (at 180 deg) closes first, at 1 ms")
+    assert sentence.startswith("Port 2 (at 180 deg) is touched first, at 1 ms")
     assert "port 1 5.0 ± 1.0 us later" in sentence
     assert sentence.endswith("port 3 is not touched in this landing.")
     doubtful = closing_order({"lands": [first, {**later, "error_bar_after_first_s": 6e-6}]})

@@ -191,9 +191,9 @@ class Beam(Structure):
         outer, place = write_quantity(2 * ring[0] + ring[1], "length", 3), write_quantity(at, "length")
         yield (
             ("contact", "at"),
-            f"the reed covers {quantities.percent(share, 2)} of the lip, {outer} wide, at contact.at = {place}; "
-            "this model presses all of it. A reed that closes a port reaches beyond its lip all around: make "
-            "contact.at smaller, or the reed wider",
+            f"the reed covers {quantities.percent(share, 2)} of the lip, whose outer diameter is {outer}, at "
+            f"contact.at = {place}; this model presses all of it. A reed that closes a port reaches beyond its lip all "
+            "around: make contact.at smaller, or the reed wider",
         )
 
     def closed_form(self) -> GreensFunction:

@@ -53,7 +53,7 @@ def how_often_checked(summary: Mapping[str, Any]) -> str:
         either = f"; {with_seat} had such a seat, {with_reed} such a reed" if with_seat or with_reed else ""
         return f"No test scene with {kinds} was compared with a finer run{either}: {CAUTION}."
     chance = sum(math.comb(numbers, k) * AIM**k * (1 - AIM) ** (numbers - k) for k in range(inside + 1))
-    held = f"{inside} of {numbers} uncertainties held"
+    held = f"{inside} of {numbers} results were right within their uncertainty"
     caution = f": {CAUTION}" if scenes < FEW or chance < CHANCE else ""
     return f"{scenes} test scene{'s'[: scenes > 1]} with {kinds} compared with finer runs: {held}{caution}."
 

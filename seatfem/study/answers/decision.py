@@ -5,10 +5,11 @@ import re
 from dataclasses import dataclass
 from typing import Final, Literal, NamedTuple
 
-from impact.quantities import enumeration, in_digits, in_units, percent
+from impact.quantities import enumeration, in_digits, percent
 from seatfem import results
-from seatfem.readings import BAR, MOST_UNCERTAIN, Summary, as_number, bar_of, in_text, is_known
+from seatfem.readings import BAR, MOST_UNCERTAIN, Summary, as_number, bar_of, in_text, is_known, reading
 from seatfem.study.answers.checked import how_often_checked
+from seatfem.study.answers.lands import closing_order
 from seatfem.study.answers.omissions import left_out
 from seatfem.study.answers.verdict import standing, which_landing
 
@@ -17,6 +18,7 @@ GO: Final = "go"
 NO_GO: Final = "no-go"
 UNDECIDED: Final = "undecided"
 SPEED: Final = "landing_closing_speed_m_per_s"
+PEAK_OF_LANDING: Final = results.LANDING + results.PEAK
 _NOT_CITED: Final = re.compile(
     r"\b(invent|assum|guess|estimat|unknown|example|placeholder|dummy|fictiti|made.up|todo|tbd|tbc|n/?a\b|none\b)|^\W*$",
     re.IGNORECASE,
@@ -63,11 +65,13 @@ class Finding(NamedTuple):
 def decide(summary: Summary) -> Decision:
     """Return the decision that the numbers of summary.json allow.
 
-    It is undecided without a complete landing, without a cited strength, and if the accuracy asked for was missed. Else
+    It is undecided without a complete landing, without a cited strength, if the accuracy asked for was missed, and if a
+    stress that matters was not judged. Else
     each margin is compared with 1: one below it, its error bar included, means no-go; one whose error bar includes 1,
     or is not known, leaves the run undecided; all above mean go.
     """
-    conditions = list(filter(None, (_landing(summary), _strength(summary), _accuracy(summary))))
+    every = _landing(summary), _accuracy(summary), _strength(summary), *_gaps(summary)
+    conditions = [each for each in every if each is not None]
     margins = [_compare(summary, key) for key in _margins(summary)]
     findings = [each for each in conditions if each.word != GO] or margins
     words = {each.word for each in findings}
@@ -85,24 +89,25 @@ def decide(summary: Summary) -> Decision:
 def what_happens(summary: Summary) -> str:
     """Return what happens in a run in one sentence: landings, closing speed, force, stress, least margin."""
     landings, contacts = as_number(summary.get("landing_count")), as_number(summary.get(results.CONTACTS))
-    speed, force = as_number(summary.get(SPEED)), as_number(summary.get(results.LANDING + results.PEAK))
+    speed, force = as_number(summary.get(SPEED)), as_number(summary.get(PEAK_OF_LANDING))
     if landings and force is not None:
         often = {1: "once", 2: "twice"}.get(int(landings), f"{landings:.0f} times")
         hardest = "" if landings == 1 else ", the hardest" if speed is not None else ", at the hardest"
-        at = "" if speed is None else f" at {in_units(speed, 'm/s', 3)}"
-        words = f"The reed lands {often} on the seat{hardest}{at} with {in_units(force, 'N', 3)}"
+        at = "" if speed is None else f" at {reading(summary, SPEED, 'm/s')}"
+        words = f"The reed lands {often} on the seat{hardest}{at} with {reading(summary, PEAK_OF_LANDING, 'N')}"
     elif contacts and (force := as_number(summary.get(results.PEAK))) is not None:
-        words = f"The reed touches the seat, with up to {in_units(force, 'N', 3)}"
+        words = f"The reed touches the seat, with up to {reading(summary, results.PEAK, 'N')}"
     else:
         words = "The reed does not land on the seat"
     stress = [
-        f"{body} stress up to {in_units(value, 'Pa', 3)}"
+        f"{body} stress up to {reading(summary, key, 'Pa')}"
         for body, key in (("reed", results.REED_STRESS), ("seat", results.SEAT_STRESS))
-        if (value := as_number(summary.get(key)))
+        if as_number(summary.get(key))
     ]
     least = [key for key in _margins(summary)[:1] if as_number(summary[key]) is not None]
-    margin = [f"{results.name_of(key, summary)} {in_digits(as_number(summary[key]) or 0.0, 3)}" for key in least]
-    return "; ".join(filter(None, (words, ", ".join((*stress, *margin))))) + "."
+    margin = [f"{results.name_of(key, summary)} {reading(summary, key, '')}" for key in least]
+    sentence = "; ".join(filter(None, (words, ", ".join((*stress, *margin))))) + "."
+    return " ".join(filter(None, (sentence, closing_order(summary))))
 
 
 def _margins(summary: Summary) -> list[str]:
@@ -121,10 +126,12 @@ def _compare(summary: Summary, key: str) -> Finding:
     bar = _bar(summary, key, value)
     if bar is None or not math.isfinite(bar):
         return Finding(UNDECIDED, f"{name} {in_digits(value)}: its uncertainty is not known.")
-    reading = f"{name} {in_text(key, value, bar, '')}"
+    bases = () if results.all_margins()[key] else results.all_bases()
+    words = [name, in_text(key, value, bar, ""), *(str(summary[each]) for each in bases if each in summary)]
+    stated = " ".join(words)
     if not is_known(key, value, bar) or abs(value - 1) <= bar:
-        return Finding(UNDECIDED, f"{reading}: its uncertainty includes 1." if abs(value - 1) <= bar else f"{reading}.")
-    return Finding(GO, f"{reading}: above 1.") if value > 1 else Finding(NO_GO, f"{reading}: below 1.")
+        return Finding(UNDECIDED, f"{stated}: its uncertainty includes 1." if abs(value - 1) <= bar else f"{stated}.")
+    return Finding(GO, f"{stated}: above 1.") if value > 1 else Finding(NO_GO, f"{stated}: below 1.")
 
 
 def _bar(summary: Summary, key: str, value: float) -> float | None:
@@ -143,7 +150,7 @@ def _landing(summary: Summary) -> Finding | None:
 
 def _strength(summary: Summary) -> Finding | None:
     """Return that the strength is missing or not a cited one, or ``None``."""
-    if not _margins(summary):
+    if not any(key in summary for key, of in results.all_margins().items() if not of):  # of a stress
         return Finding(UNDECIDED, " ".join(results.all_absent_words()) or "No margin is computed.")
     stated = [summary[key] for key in results.all_margin_sources() if summary.get(key) is not None]
     sources = list(dict.fromkeys(str(each).strip() for each in stated))
@@ -153,6 +160,14 @@ def _strength(summary: Summary) -> Finding | None:
     named = f'its source: "{doubtful}"' if doubtful else "no source"
     words = f"The strength is not a cited one ({named}): name a file with that of your material as [life] strength."
     return Finding(UNDECIDED, words)
+
+
+def _gaps(summary: Summary) -> list[Finding]:
+    """Return what stress the margins leave out that may be larger than what they judge."""
+    larger = summary.get("stress_not_modelled") if _margins(summary) else None
+    sentences = [str(summary[key]) for key in results.all_gaps() if summary.get(key)]
+    sentences += [f"{str(each)[:1].upper()}{str(each)[1:]}." for each in larger] if isinstance(larger, list) else []
+    return [Finding(UNDECIDED, each) for each in sentences]
 
 
 def _accuracy(summary: Summary) -> Finding | None:
@@ -173,4 +188,4 @@ def _relative(summary: Summary, key: str) -> str:
     if not value or bar is None:
         return f"{name} not known"
     share = bar / abs(value)
-    return f"{name} ±{percent(share)}" + (" (not known)" if share > MOST_UNCERTAIN else "")
+    return f"{name} ±{percent(share, 3)}" + (" (not known)" if share > MOST_UNCERTAIN else "")

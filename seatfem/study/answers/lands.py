@@ -1,14 +1,16 @@
 """In which order a landing closes the lands of a seat with several, in a sentence."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Final
 
+from impact.quantities import in_units
 from seatfem import readings
 
 TIME: Final = "time_s"
 DELAY: Final = "after_first_s"
 SPEED: Final = "closing_speed_m_per_s"
+SEALED: Final = "closed_all_round_s"
 
 
 def lands_of(summary: readings.Summary) -> list[readings.Summary]:
@@ -18,17 +20,27 @@ def lands_of(summary: readings.Summary) -> list[readings.Summary]:
 
 
 def closing_order(summary: readings.Summary) -> str:
-    """Return in which order the hardest landing closes the lands, with the times between and their error bars; "" for a
-    seat with a single land, or without a landing."""
+    """Return in which order the hardest landing touches the lands, with the times between and their error bars, and
+    which is closed all round first; "" for a seat with a single land, or without a landing."""
     lands = lands_of(summary)
     touched = sorted((each for each in lands if each.get("order")), key=lambda each: int(str(each["order"])))
     if not touched:
         return ""
-    words = [f"{_name(touched[0])} closes first, at {_time(touched[0], TIME)}, {_speed(touched[0])}"]
+    words = [f"{_name(touched[0])} is touched first, at {_time(touched[0], TIME)}, {_speed(touched[0])}"]
     words += [_later(each) for each in touched[1:]]
     words += [f"{_name(each)} is not touched in this landing" for each in lands if not each.get("order")]
+    words += filter(None, [_sealing(touched)])
     sentence = "; ".join(words)
     return f"{sentence[:1].upper()}{sentence[1:]}."
+
+
+def _sealing(lands: Sequence[readings.Summary]) -> str:
+    """Return when the lands are closed all round, the first one first; "" where that is not known of two of them."""
+    times = [(time, str(each.get("land"))) for each in lands if (time := readings.as_number(each.get(SEALED)))]
+    if len(times) < 2:
+        return ""
+    in_order = ", ".join(f"{name} at {in_units(time, 's', 4)}" for time, name in sorted(times))
+    return f"closed all round: {in_order}"
 
 
 def _name(land: readings.Summary) -> str:

@@ -120,6 +120,8 @@ def next_plan(done: Round, limits: Limits, time_left: float) -> tuple[Plan | Non
     if done.plan.scene.accuracy.landing != "run" and landings is not None and landings.status == "cut off":
         return None, "the run ends during the judged landing; a longer run.duration includes all of it"
     further, why = converge.refine_plan(done)
+    if further is not None and not further.changes_since(done.plan):
+        return None, converge.what_remains(done)
     if further is not None:
         why = _exceeded_limit(done, further, math.nan if limits.steady else time_left)
     return (None, why) if why else (further, "")

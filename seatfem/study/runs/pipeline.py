@@ -34,13 +34,14 @@ from seatfem.study.runs.kept import cached_plan, save_plan
 from seatfem.study.runs.land_records import land_keys
 from seatfem.study.runs.next_round import Limits
 from seatfem.study.runs.outcome import RunOutcome, RunResult
-from seatfem.study.runs.round import Round, missed, not_modelled, remarks
+from seatfem.study.runs.round import Round, missed, not_modelled, remarks, stress_not_modelled
 from seatfem.study.runs.rounds import ANY, SEAT_FILE, last_round, rounds
 from seatfem.study.runs.summary import (
     accuracy_keys,
     greens_error_keys,
     landing_bar_keys,
     landing_records,
+    largest_stress_bar,
     plan_keys,
     reed_keys,
     regime_keys,
@@ -147,6 +148,8 @@ def run_scene(
     notes = (*missed(latest), *remarks(latest), *later.notes(latest.plan))
     met = not later.bars_missed(scene.accuracy) if latest.met else latest.met
     summary |= {**later.keys, "accuracy_met": met, "notes": list(notes), "not_modelled": list(not_modelled(latest))}
+    summary |= largest_stress_bar(summary)
+    summary["stress_not_modelled"] = list(stress_not_modelled(latest))
     summary |= decide(summary).keys()
     keep({})
     drawn: tuple[Path, ...] = ()

@@ -27,7 +27,7 @@ from seatfem.study.ladders.table import source_of
 from seatfem.study.method import MODES, STEP, RunMethod
 from seatfem.study.plan import Plan
 from seatfem.study.runs.remedies import remedy_of
-from seatfem.study.scene.doubts import doubts_of
+from seatfem.study.scene.doubts import cover_doubts_of, doubts_of
 from seatfem.study.scene.measures import in_words as spoken
 from seatfem.study.scene.measures import short_words
 from seatfem.units import write_quantity
@@ -195,7 +195,7 @@ def remarks(done: Round) -> tuple[str, ...]:
     empty = [name for name in scene.accuracy.judged if done.landed and name not in done.left.values]
     assumed = scene.reed.assumed()
     limits = validity.validity_advice(scene.geometry, scene.run.filter_width, done.seat.greens, done.striker.greens)
-    return (
+    every = (
         *([f"asked for, but without a value: {', '.join(map(spoken, empty))}: {NO_VALUE}"] if empty else []),
         *([f"not given, taken from the paper's reed: {', '.join(assumed)}"] if assumed else []),
         *map(str, limits),
@@ -203,6 +203,7 @@ def remarks(done: Round) -> tuple[str, ...]:
         *not_modelled(done),
         *map(str, doubts_of(scene)),
     )
+    return tuple(dict.fromkeys(every))
 
 
 def not_modelled(done: Round) -> tuple[str, ...]:
@@ -211,8 +212,15 @@ def not_modelled(done: Round) -> tuple[str, ...]:
     return (
         *validity.film_notes(scene.geometry, done.result),
         *validity.stopper_notes(scene.stopper),
-        *validity.dishing_notes(scene.reed, scene.seat, scene.load, scene.run.duration),
+        *stress_not_modelled(done),
+        *map(str, cover_doubts_of(scene)),
     )
+
+
+def stress_not_modelled(done: Round) -> tuple[str, ...]:
+    """Return sentences on stress that the model of a round leaves out."""
+    scene = done.plan.scene
+    return validity.dishing_notes(scene.reed, scene.seat, scene.load, scene.run.duration)
 
 
 def _advice(done: Round) -> tuple[str, ...]:

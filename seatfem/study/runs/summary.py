@@ -21,6 +21,8 @@ from impact.greens.base import Array, GreensFunction
 from impact.quantities import finite_or_none
 from impact.runs.variations import Budget
 from seatfem.machine.resources import Stopwatch, peak_memory
+from seatfem.readings import BAR
+from seatfem.results import REED_STRESS, REED_STRESS_AFTER
 from seatfem.structures import method, rings
 from seatfem.study.impacts.landings import Face, Landings
 from seatfem.study.impacts.touches import OF_A_LANDING, Touches, is_of_a_landing, landing_name, measured, stopper_values
@@ -295,6 +297,12 @@ def regime_keys(striker: Body, seat: GreensFunction, result: ImpactResult) -> di
             ("predicted_peak_error", numbers.predicted_peak_error),
         )
     }
+
+
+def largest_stress_bar(summary: Mapping[str, object]) -> dict[str, object]:
+    """Return the error bar of the largest stress in the reed where that is the one after the first contact."""
+    largest, after, bar = (summary.get(key) for key in (REED_STRESS, REED_STRESS_AFTER, f"{BAR}{REED_STRESS_AFTER}"))
+    return {f"{BAR}{REED_STRESS}": bar} if bar is not None and largest == after else {}
 
 
 def reed_stress_keys(stress: ReedStress | None) -> dict[str, object]:

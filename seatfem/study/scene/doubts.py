@@ -26,10 +26,20 @@ Doubt = tuple[KeyPath, str]
 
 def doubts_of(scene: Scene) -> tuple[Problem, ...]:
     """Return the doubts about a scene, by key; `seatfem.study.scene.located` adds file and lines."""
-    every = [*_of_table(scene, ()), *_of_loads(scene), *_of_duration(scene)]
+    every = *_of_table(scene, ()), *_of_loads(scene), *_of_duration(scene)
+    return (*map(_problem, every), *cover_doubts_of(scene))
+
+
+def cover_doubts_of(scene: Scene) -> tuple[Problem, ...]:
+    """Return the doubts about a scene whose reed covers only a part of the lip that its model presses."""
     with suppress(GeometryError, MeshError, ModelError, MeshingError, OSError):  # of files that are refused elsewhere
-        every += or_diameter(scene.geometry, ContactGeometry.cover_doubts)
-    return tuple(Problem(None, 0, ".".join(map(str, path)), words, path) for path, words in every)
+        return tuple(map(_problem, or_diameter(scene.geometry, ContactGeometry.cover_doubts)))
+    return ()
+
+
+def _problem(doubt: Doubt) -> Problem:
+    path, words = doubt
+    return Problem(None, 0, ".".join(map(str, path)), words, path)
 
 
 def _of_table(table: Table, path: KeyPath) -> Iterator[Doubt]:
