@@ -28,7 +28,7 @@ from seatfem.jobs.processes import answers_to_parent, lines_from_parent
 from seatfem.structures.cache import Cache
 from seatfem.structures.mesh.gmsh_process import gmsh_session
 from seatfem.study.answers.decision import decide
-from seatfem.study.answers.verdict import standing, verdict
+from seatfem.study.answers.verdict import standing, static_seat, verdict
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.runs.rounds import SEAT_FILE
 from seatfem.study.safety import FAILURES
@@ -114,7 +114,7 @@ class Session:
             self.tell("computing")
         numbers, curves = march_of(known, scene, self.progress)
         summary = with_bars(known, numbers, is_known=is_alike)
-        shown = {"rows": rows(summary, known.summary), "curves": curves, "standing": standing(summary)}
+        shown = {"rows": rows(summary, known.summary), "curves": curves, "standing": f"{standing(summary)} {static_seat(summary)}".strip()}
         return {"kind": "answer", **shown, "is_quick": is_quick, "is_alike": is_alike}
 
     def _full(self, scene: Scene, changes: Mapping[str, object]) -> dict[str, Any]:

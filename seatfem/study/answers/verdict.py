@@ -240,13 +240,13 @@ def static_seat(summary: Summary) -> str:
     not."""
     if summary.get("seat_kind") == "spring" or summary.get("plan_seat_level") != "spring":
         return ""
-    lip = "; the baseline has no coupling between the segments of the lip" if results.PORTS in summary else ""
+    lip = "; the baseline has independent springs along the lip" if results.PORTS in summary else ""
     if "seat.model" in str(summary.get("plan_given", "")).split(", "):
         return f'Waves in the seat are left out, by seat.model = "spring"{lip}.'
     names = enumeration(name_of(key, summary) for key in asked(summary)) or "the measures"
     stiff = "it is so stiff that only its static stiffness matters"
     if summary.get("accuracy_met") is not True:
-        stiff = "the plan replaced it by its static stiffness"
+        stiff = "its static stiffness stands for it, as the rounds did not go on to waves"
     return (
         f"Waves in the seat are left out: {stiff}{lip}; their effect on {names} is part of the uncertainty. To "
         'compute them: seat.model = "3d".'

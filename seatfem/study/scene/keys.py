@@ -88,7 +88,8 @@ def _several(field: FieldInfo, elements: tuple[Any, ...]) -> str:
         return f"list of {_PLAIN[next(iter(leaves(first)))]}s"
     count, usual = ("", 2) if any_number else (f"{_NUMBERS[len(elements)]} ", len(elements))
     value = example if field.examples and not any_number else [units.DIMENSIONS[dimension].example] * usual
-    return f"list of {count}{dimension}s, `{as_toml(value)}`"
+    plural = "moduli" if dimension == "modulus" else f"{dimension}s"
+    return f"list of {count}{plural}, `{as_toml(value)}`"
 
 
 def _dimension(kind: Any) -> str:
