@@ -12,7 +12,7 @@ from impact.bodies.body import AtRest, Body, as_body
 from impact.greens.base import Array, GreensFunction
 from impact.march.laws import NO_FILM, ROUGH, Law, Parameters, Signorini, SqueezeFilm
 from impact.notices import SeatfemError
-from impact.quantities import as_html, brief, check_numbers
+from impact.quantities import as_html, brief, brief_value, check_numbers
 
 SIGNORINI: Final = Signorini()
 MOST_CONTACTS: Final = 8192
@@ -64,6 +64,9 @@ class Contact:
             raise ContactError(f"gap = {self.gap} m must be finite")
         if self.side not in (-1, 1):
             raise ContactError(f"side = {self.side} must be +1 (seat) or -1 (stopper)")
+        if not hasattr(self.law, "parameters"):
+            words = "is no contact law; give one, as impact.Hertz(stiffness=1e9)"
+            raise ContactError(f"law = {brief_value(self.law)} {words}")
         if self.film is not None and self.law.code >= ROUGH:
             raise ContactError(
                 f"a film beside a {type(self.law).__name__}: how the fluid in a joint that stays closed moves is not "

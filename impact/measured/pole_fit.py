@@ -17,7 +17,7 @@ from impact.greens.sampled import SampledGreens
 from impact.measured import amplitudes, frf
 from impact.measured.amplitudes import FitData, free_residues, least_squares, make_passive, modal_fit, response_of
 from impact.measured.vector_fitting import Poles, basis, find_misfit, refined
-from impact.quantities import finite_or_none
+from impact.quantities import brief_value, finite_or_none
 
 Form = Literal["auto", "modal", "complex"]
 Fitted = ModalGreens | PoleGreens
@@ -107,6 +107,8 @@ def fit_response(
     Raises `FrequencyResponseError` for a response that is not causal, lines with noise only, a misfit beyond the noise
     of more than half of the response, or a "complex" fit that cannot be made passive.
     """
+    if not isinstance(response, frf.FrequencyResponse):
+        raise frf.FrequencyResponseError(f"{brief_value(response)} is no response; give an impact.FrequencyResponse")
     if form not in get_args(Form):
         raise frf.FrequencyResponseError(f"form {form!r} is unknown; choose from {', '.join(get_args(Form))}")
     defect = frf.causality_defect(response) if response.shift == 0 else math.nan

@@ -26,6 +26,7 @@ from impact.march.problem import ContactError
 from impact.march.rows import Replayed
 from impact.march.stepper import ContactStepper
 from impact.notices import Advice, SeatfemError
+from impact.quantities import brief_value
 
 SCHEMA = 2
 """1: histories at equal steps; 2: a result may have steps of different lengths, whose ``ends`` it has."""
@@ -70,6 +71,8 @@ def save_greens(greens: base.GreensFunction, path: str | os.PathLike[str], *, ke
 
     ``key``: identifies what it was computed from; `load_greens` may ask for it.
     """
+    if not isinstance(greens, base.GreensFunction):
+        raise StorageError(f"{brief_value(greens)} is no Green's function; give first that, then the path")
     with written(path, "greens") as file:
         file.attrs["key"] = key
         _write_greens(file, greens)

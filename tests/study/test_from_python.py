@@ -196,6 +196,12 @@ def mistakes(result: seatfem.RunResult, folder: Path) -> dict[str, tuple[Callabl
         "part by its name": (lambda: seatfem.make_mesh("a.step", seatfem.MeshSpec(1e-3)), "give a shape, or CadPart"),
         "mesh file": (lambda: seatfem.read_mesh("missing.msh"), "missing.msh: no such mesh file"),
         "mass with unit": (lambda: impact.rigid_mass(mass="1 kg", velocity=-1.0), "mass = '1 kg' is no number"),
+        "a law by its name": (lambda: impact.ContactProblem(
+            impact.rigid_mass(mass=1.0, velocity=-1.0), impact.spring(stiffness=1.0), law="hertz"),
+            "law = 'hertz' is no contact law"),
+        "path and Green's function": (
+            lambda: impact.save_greens("g.h5", impact.spring(stiffness=1.0)), "give first that, then the path"),
+        "array as response": (lambda: impact.fit_poles(np.zeros(3)), "is no response"),
         "step with unit": (lambda: impact.solve(impact.ContactProblem(
             impact.rigid_mass(mass=1.0, velocity=-1.0), impact.spring(stiffness=1.0)), dt="1 us", duration=1.0),
             "dt = '1 us' is no number"),

@@ -114,7 +114,11 @@ class Session:
             self.tell("computing")
         numbers, curves = march_of(known, scene, self.progress)
         summary = with_bars(known, numbers, is_known=is_alike)
-        shown = {"rows": rows(summary, known.summary), "curves": curves, "standing": f"{standing(summary)} {static_seat(summary)}".strip()}
+        shown = {
+            "rows": rows(summary, known.summary),
+            "curves": curves,
+            "standing": f"{standing(summary)} {static_seat(summary)}".strip(),
+        }
         return {"kind": "answer", **shown, "is_quick": is_quick, "is_alike": is_alike}
 
     def _full(self, scene: Scene, changes: Mapping[str, object]) -> dict[str, Any]:
