@@ -187,11 +187,13 @@ class SampleScene:
         motion: line of TOML with the initial motion of a kind that is usually the striker; "" for the others.
         opposite: kind of the other body.
         filter_width: averaging time of the peak force, if the default is too short; "" for the default.
+        contact: lines of TOML of [contact]; "" for its defaults.
     """
 
     motion: str = ""
     opposite: str = "cantilever"
     filter_width: str = ""
+    contact: str = ""
 
 
 class Structure(Table):

@@ -230,7 +230,9 @@ class Ball(Turned):
 diameter = "10 mm"
 damping_ratio = 0.005
 """
-    sample_scene: ClassVar[structure.SampleScene] = structure.SampleScene('velocity = "-0.5 m/s"', "stopper")
+    sample_scene: ClassVar[structure.SampleScene] = structure.SampleScene(
+        'velocity = "-0.5 m/s"', "stopper", contact='law = { kind = "hertz", stiffness = "10.4 GN/m^1.5" }'
+    )
 
     kind: Literal["ball"]
     diameter: Length = Field(description="diameter")

@@ -177,7 +177,8 @@ def _accuracy(summary: Summary) -> Finding | None:
         return None
     keys = results.asked(summary)
     bars = enumeration(_relative(summary, key) for key in keys)
-    landing = f", {which_landing(summary)}" if any(key.startswith(results.LANDING) for key in keys) else ""
+    several = summary.get("landing_count") != 1 and any(key.startswith(results.LANDING) for key in keys)
+    landing = f", {which_landing(summary)}" if several else ""
     reached = "reached" if met else "missed"
     return Finding(GO if met else UNDECIDED, f"Accuracy of {percent(target, 3)} {reached}: {bars}{landing}.")
 

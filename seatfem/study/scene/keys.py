@@ -239,7 +239,8 @@ def scene_template(name: str, *, file: str = "scene.toml") -> str:
     title = f"{fields.kind_of(reed)} on {fields.kind_of(seat)}".replace("_", " ")
     around = reed.sample_scene
     width = {"filter_width": around.filter_width} if around.filter_width else {}
-    stated: Stated = {"seat": _begun(seat), "reed": _begun(reed, around.motion), "contact": {}}
+    stated: Stated = {"seat": _begun(seat), "reed": _begun(reed, around.motion)}
+    stated["contact"] = tomllib.loads(around.contact)
     stated |= {"run": {"duration": DURATION} | width, "accuracy": {"target": TARGET}}
     lines = [_HEAD.format(file=file), f"title = {as_toml(title)}", ""]
     for key, field in load.scene_of().model_fields.items():
