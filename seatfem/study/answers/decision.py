@@ -77,13 +77,9 @@ def decide(summary: Summary) -> Decision:
     words = {each.word for each in findings}
     word: Word = NO_GO if NO_GO in words else UNDECIDED if UNDECIDED in words else GO
     in_order = sorted((*margins, *conditions), key=lambda each: each not in findings or each.word != word)
-    return Decision(
-        word,
-        tuple(each.words for each in in_order),
-        what_happens(summary),
-        how_often_checked(summary),
-        tuple(left_out(summary)),
-    )
+    reasons = tuple(each.words for each in in_order)
+    others = tuple(each for each in left_out(summary) if each not in reasons)
+    return Decision(word, reasons, what_happens(summary), how_often_checked(summary), others)
 
 
 def what_happens(summary: Summary) -> str:
