@@ -30,8 +30,8 @@ from seatfem.faces.wings import FileKind
 from seatfem.study.sweep import answers, best, charts
 from seatfem.study.sweep import study as study_tables
 from seatfem.study.sweep import sweep as study_runs
+from seatfem.study.sweep import table as study_results
 from seatfem.study.sweep.effort import Effort
-from seatfem.study.sweep.table import StudyTable
 from seatfem.study.trade import report as trade_report
 from seatfem.study.trade import trade as trades
 
@@ -73,7 +73,7 @@ def _run_study(
     return result, lines(quiet=common.quiet)
 
 
-def _print_table(table: StudyTable, common: Common) -> None:
+def _print_table(table: study_results.StudyTable, common: Common) -> None:
     if not common.quiet:
         console().print(study_view.scenes_table(table))
 

@@ -75,7 +75,7 @@ from seatfem.structures import sheets
 from seatfem.structures.materials import Material
 from seatfem.structures.shapes import Disc
 
-sheets.kept = lambda asked, coarser, compute: compute()
+sheets._kept = lambda asked, coarser, compute: compute()
 sheet = sheets.Sheet(Disc(diameter=0.01, thickness=1e-4), Material(2e11, 0.3, 8000.0), 150e3)
 peak = lambda: 1024 * int(Path("/proc/self/status").read_text().partition("VmHWM:")[2].split()[0])
 before = peak()

@@ -192,7 +192,7 @@ def test_a_page_in_a_browser(scene: Path, chromium: Any) -> None:
         def value() -> str:
             return str(chromium.find_element("css selector", "#rows").text)
 
-        until(lambda: state().startswith("computed in full: accuracy of 40 % reached"), "the first full run")
+        until(lambda: state().startswith("computed in full: Decision: "), "the first full run")
         assert chromium.find_element("css selector", "h1").text == "Mass on a <block>"
         quick = chromium.find_elements("css selector", "#quick input")
         assert {"reed.velocity", "reed.mass", "contact.gap"} <= {each.get_attribute("name") for each in quick}

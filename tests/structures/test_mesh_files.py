@@ -124,7 +124,7 @@ def test_vtu_by_vtk_itself(tmp_path, name):
     grid.point_data["base"] = (places[:, 2] == 0).astype(np.uint8)
     path = tmp_path / "seat.vtu"
     grid.save(path)
-    seat = read_mesh(path, fixed="base")
+    seat = read_mesh(path, fixed="base", unit=1.0)
     check_one_element(seat, 20 if nodes == 27 else nodes)
     assert list(seat.mesh.subdomains) == ["seat", "material 7"]
 
