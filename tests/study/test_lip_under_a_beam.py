@@ -25,7 +25,7 @@ def test_a_note_says_how_much_of_the_lip_is_covered(tmp_path: Path, at: float, w
     """A reed of half the lip's mean diameter covers 2/pi asin(1/2) = 1/3 of its circle."""
     ((key, note),) = scene(tmp_path, at, width).geometry.cover_doubts()
     assert key == ("contact", "at")
-    assert f"covers {share} of the lip, 10 mm wide" in note
+    assert f"covers {share} of the lip, whose outer diameter is 10 mm" in note
 
 
 def test_a_lip_behind_the_clamp_is_refused(tmp_path: Path) -> None:
