@@ -195,15 +195,15 @@ def remarks(done: Round) -> tuple[str, ...]:
     empty = [name for name in scene.accuracy.judged if done.landed and name not in done.left.values]
     assumed = scene.reed.assumed()
     limits = validity.validity_advice(scene.geometry, scene.run.filter_width, done.seat.greens, done.striker.greens)
-    every = (
+    left_out = not_modelled(done)
+    return (
         *([f"asked for, but without a value: {', '.join(map(spoken, empty))}: {NO_VALUE}"] if empty else []),
         *([f"not given, taken from the paper's reed: {', '.join(assumed)}"] if assumed else []),
         *map(str, limits),
         *_advice(done),
-        *not_modelled(done),
-        *map(str, doubts_of(scene)),
+        *left_out,
+        *(str(each) for each in doubts_of(scene) if each.message not in left_out),
     )
-    return tuple(dict.fromkeys(every))
 
 
 def not_modelled(done: Round) -> tuple[str, ...]:
@@ -213,7 +213,7 @@ def not_modelled(done: Round) -> tuple[str, ...]:
         *validity.film_notes(scene.geometry, done.result),
         *validity.stopper_notes(scene.stopper),
         *stress_not_modelled(done),
-        *map(str, cover_doubts_of(scene)),
+        *(each.message for each in cover_doubts_of(scene)),
     )
 
 
