@@ -21,9 +21,8 @@ from pathlib import Path
 from typing import Any
 
 import psutil
-from markers import between
+from table import write_between
 
-from impact.files.safe_files import write_whole
 from seatfem.faces.live.server import LiveServer
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -38,7 +37,6 @@ TIMES = 5
 
 
 def main() -> None:
-    text = PAGE.read_text(encoding="utf-8")
     rows = [
         "| scene | processor time of an answer [s] | step over that of the full run |",
         "|---|---|---|",
@@ -46,16 +44,15 @@ def main() -> None:
     for scene, keys in SCENES.items():
         spent, longer = answers(ROOT / "examples" / f"{scene}.toml", keys)
         rows.append(f"| `examples/{scene}.toml` | {spent:.2f} | {longer:.0f} |")
-    text = between(text, "answers", "\n".join(rows))
+    write_between(PAGE, "answers", "\n".join(rows))
     if "--packages" in sys.argv[1:]:
         words = (
             f"{name} would install {len(further(name))} packages that seatfem does not need"
             for name in ("panel", "marimo")
         )
-        text = between(
-            text, "packages", f"{', '.join(words)}; the standard library's server installs none.".capitalize()
+        write_between(
+            PAGE, "packages", f"{', '.join(words)}; the standard library's server installs none.".capitalize()
         )
-    write_whole(PAGE, text.encode("utf-8"))
 
 
 def answers(scene: Path, keys: tuple[str, ...]) -> tuple[float, float]:
