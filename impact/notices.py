@@ -1,4 +1,4 @@
-"""What work says to its caller: how far it is, warnings that are values, and the base of all errors."""
+"""Work tells its caller how far it is, and warns by values; all errors have one base."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

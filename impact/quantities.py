@@ -99,6 +99,11 @@ def enumeration(words: Iterable[str]) -> str:
     return f"{', '.join(first)} and {last}" if first else last
 
 
+def with_capital(words: str) -> str:
+    """Return words with a capital letter at their beginning, the others as they are."""
+    return words[:1].upper() + words[1:]
+
+
 MOST_CHARACTERS = 70  # most characters of one value
 MOST_ITEMS = 6  # most items of a sequence that are shown
 

@@ -262,29 +262,9 @@ def all_sections() -> Iterator[tuple[str, str]]:
     return (each.section for each in _all_sources() if each.section[0])
 
 
-def all_bases() -> tuple[str, ...]:
-    """Return the keys of the words for what margins of stress are stated."""
-    return tuple(each.basis for each in _all_sources() if each.basis)
-
-
-def all_gaps() -> tuple[str, ...]:
-    """Return the keys of sentences on what margins leave out."""
-    return tuple(key for each in _all_sources() for key in each.gaps)
-
-
-def all_absent_words() -> tuple[str, ...]:
-    """Return what is said of wings with margins where a run has none of these."""
-    return tuple(each.absent_words for each in _all_sources() if each.margins)
-
-
-def all_margins() -> dict[str, str]:
-    """Return the keys of all margins, with those whose relative errors they have."""
-    return {key: of for each in _all_sources() for key, of in each.margins.items()}
-
-
-def all_margin_sources() -> tuple[str, ...]:
-    """Return the keys of the sources on which margins rest."""
-    return tuple(key for each in _all_sources() for key in each.sources)
+def with_margins() -> tuple[type[ResultSource], ...]:
+    """Return the sources of results that have margins."""
+    return tuple(each for each in _all_sources() if each.margins)
 
 
 def _measure_words(key: str) -> str:

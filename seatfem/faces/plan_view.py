@@ -204,7 +204,7 @@ def look_lines(look: Look) -> Iterator[str]:
         elif bar > target:
             yield f"{short_words(name)} +-{percent(bar)} is left by: {', '.join(_largest(done, name))}"
     yield f"left to do: {_left_in_words(look)}"
-    yield from (f"note: {note}" for note in rounds.remarks(done))
+    yield from (f"note: {note}" for note in rounds.remarks(done, rounds.not_modelled(done)))
 
 
 def _largest(done: rounds.Round, measure: str) -> Iterator[str]:
@@ -257,7 +257,7 @@ def plan_json(plan: Plan, look: Look | None = None) -> str:
             "stages_s": dict(look.stages),
             "memory_bytes": look.left.memory,
             "left": asdict(look.left),
-            "notes": list(rounds.remarks(look.done)),
+            "notes": list(rounds.remarks(look.done, rounds.not_modelled(look.done))),
         }
     )
     data = {

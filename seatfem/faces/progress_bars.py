@@ -30,7 +30,7 @@ DOES: Final[Mapping[str, str]] = {
     "spring baseline": "the same run on a spring of the seat's static stiffness",
     "life": "fatigue cycles at each place of the bodies",
 }
-"""What the stages of a run do, for those who wait."""
+"""Words that say to those who wait what the stages of a run do."""
 LONG: Final = 1.0  # time of a stage from which its line says what it did [s]
 SILENCE: Final = 10.0  # time after which a stage that is not over says how far it is [s]
 Show = Callable[[str, float, float], None]

@@ -14,7 +14,7 @@ from rich.table import Table
 from rich.text import Text
 
 from impact.files.safe_files import write_whole
-from impact.quantities import plain
+from impact.quantities import plain, with_capital
 from seatfem.faces.report.figures import part_of_page
 from seatfem.faces.report.fragments import html_table, kept_pictures, versions
 from seatfem.faces.report.page import GUARD
@@ -97,7 +97,7 @@ def write_page(table: StudyTable, folder: Path, notes: Sequence[str]) -> Path:
         style=part_of_page("style.css"),
         guard=GUARD,
         title=html.escape(table.study.heading),
-        first=f"<p>{html.escape(f'{answer[:1].upper()}{answer[1:]}.' if answer else in_words(table)[0])}</p>",
+        first=f"<p>{html.escape(f'{with_capital(answer)}.' if answer else in_words(table)[0])}</p>",
         content=content,
         versions=versions(),
     )

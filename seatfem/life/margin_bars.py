@@ -64,7 +64,7 @@ class MarginLook:
         histories = on_planes(("", sign * block) for block in blocks for sign in (1.0, -1.0))
         return {MARGIN: judged(histories, self.demand).life.margin}
 
-    def of(self, field: recovery.StressField) -> MarginLook:
+    def moved_to(self, field: recovery.StressField) -> MarginLook:
         """Return the look at these places of another model of the plate, by its ``field``."""
         own = cKDTree(self.look.field.points)
         spacing = float(np.median(cKDTree(field.points).query(field.points, k=[2])[0]))
@@ -123,7 +123,7 @@ def _errors(
         striker = striker_of(scene, greens=other)
         problem = problem_of(scene, striker if runs else done.striker, impact.Body(done.seat.greens))
         run = marched(problem, reed.dt, scene.run.duration, done.flights)
-        return look.of(plate_field(scene.geometry, striker, strike.division))(run)[MARGIN]
+        return look.moved_to(plate_field(scene.geometry, striker, strike.division))(run)[MARGIN]
 
     coarser = sheets.plate_modes(plate.sheet, COARSENING)
     on_coarser = in_model(coarser.greens(lips, reed.reed.damping_ratio), runs=False)

@@ -220,7 +220,7 @@ def warn(text: str) -> None:
     warnings.warn(text, CacheWarning, stacklevel=4)
 
 
-def kept(
+def load_or_compute(
     folder: str,
     key: str,
     compute: Callable[[], T],

@@ -18,7 +18,7 @@ from impact.greens.modal import ModalGreens
 from impact.notices import Progress, silent
 from impact.quantities import brief
 from impact.storage import hdf5
-from seatfem.structures.cache import content_key, kept
+from seatfem.structures.cache import content_key, load_or_compute
 from seatfem.structures.elements.mindlin import (
     PlateMesh,
     assemble_plate,
@@ -376,7 +376,9 @@ def _kept(asked: Sheet, coarser: float, compute: Callable[[], Meshed]) -> Meshed
     """Return the mesh and modes of a plate as they are on file, else as ``compute`` finds them, which are then kept."""
     parts = {**vars(asked), "shape": fingerprint(asked.shape), "material": vars(asked.material)}
     key = content_key({"modes of": parts, "coarser": coarser})
-    return kept("plates", key, compute, content="modes of a plate", read=_read, write=_write, most_bytes=MOST)
+    return load_or_compute(
+        "plates", key, compute, content="modes of a plate", read=_read, write=_write, most_bytes=MOST
+    )
 
 
 def _write(file: Any, meshed: Meshed) -> None:

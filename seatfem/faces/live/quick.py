@@ -47,7 +47,7 @@ class Known:
     solved: Solved
     key: str
 
-    def of(self, structure: Structure, method: Method) -> Solved | None:
+    def solved_for(self, structure: Structure, method: Method) -> Solved | None:
         """Return it for a ``structure`` that differs in its motion, or in its modal damping, which is added to that of
         each mode; ``None`` for any other difference."""
         change = structure.loss - self.structure.loss
@@ -96,8 +96,8 @@ class Reference:
             return False
         ours, theirs = self.plan.scene.stopper, plan.scene.stopper
         above = theirs is None or not theirs.body.traits.is_solved or (ours is not None and ours.body == theirs.body)
-        seat = not scene.seat.traits.is_solved or self.seat.of(scene.seat, plan.method.seat) is not None
-        reed = self.reed is None or self.reed.of(scene.reed, plan.method.reed) is not None
+        seat = not scene.seat.traits.is_solved or self.seat.solved_for(scene.seat, plan.method.seat) is not None
+        reed = self.reed is None or self.reed.solved_for(scene.reed, plan.method.reed) is not None
         return above and seat and reed
 
 
@@ -137,10 +137,10 @@ def march_of(known: Reference, scene: Scene, progress: Progress) -> tuple[Number
     if plan is None:
         plan, step = begin_plan(scene), 0.0
     scene, method, duration = plan.scene, plan.method, plan.scene.run.duration
-    seat = known.seat.of(scene.seat, method.seat)
+    seat = known.seat.solved_for(scene.seat, method.seat)
     if seat is None:
         seat = build(scene.seat, method.seat, duration, Cache(None), progress=progress, mesh_error=False)
-    reed = None if known.reed is None else known.reed.of(scene.reed, method.reed)
+    reed = None if known.reed is None else known.reed.solved_for(scene.reed, method.reed)
     if reed is None:
         reed = solve_body("reed", scene.reed, method.reed, duration, progress, mesh_error=False)
     progress("contact", 0.0)

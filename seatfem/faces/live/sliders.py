@@ -137,7 +137,7 @@ def changed_file(path: Path, changes: Mapping[str, object]) -> bytes:
 
 def _replaced(text: str, key: str, value: object, path: Path) -> str:
     """Return the text of a file with one value replaced or added, which the reader finds where it should be."""
-    wanted = changed_data(text, path, {key: value})
+    changed_tables = changed_data(text, path, {key: value})
     table, _, name = key.rpartition(".")
     written = json.dumps(value, ensure_ascii=False)
     lines, known = text.splitlines(keepends=True), {single(each): line for each, line in key_lines(text).items()}
@@ -153,6 +153,6 @@ def _replaced(text: str, key: str, value: object, path: Path) -> str:
     for line, changed in tries:
         candidate = "".join([*lines[:line], changed, *lines[line + 1 :]])
         with suppress(tomllib.TOMLDecodeError):
-            if tomllib.loads(candidate) == wanted:
+            if tomllib.loads(candidate) == changed_tables:
                 return candidate
     raise LiveError(f"{path}: {key} cannot be replaced alone where it stands; write {key} = {written} by hand")

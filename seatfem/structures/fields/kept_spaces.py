@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from impact.files.safe_files import MB
 from impact.storage import hdf5
-from seatfem.structures.cache import content_key, kept
+from seatfem.structures.cache import content_key, load_or_compute
 from seatfem.structures.fields.recovery import Pairs, StressSpace
 
 MOST: Final = 1024 * MB  # most bytes of all stress spaces in the store
@@ -21,9 +21,11 @@ Spaces = tuple[tuple[StressSpace, ...], ...]
 
 def kept_spaces(parts: Mapping[str, object], compute: Callable[[], Spaces]) -> Spaces:
     """Return the stress spaces that are in the store under all ``parts`` on which they depend, else those that
-    ``compute`` returns, which are then stored. Warns as `seatfem.structures.cache.kept`."""
+    ``compute`` returns, which are then stored. Warns as `seatfem.structures.cache.load_or_compute`."""
     key = content_key({"stress of": parts})
-    return kept("stress", key, compute, content="stress of a body", read=_read, write=_write, most_bytes=MOST)
+    return load_or_compute(
+        "stress", key, compute, content="stress of a body", read=_read, write=_write, most_bytes=MOST
+    )
 
 
 def _write(file: Any, spaces: Spaces) -> None:

@@ -1,1 +1,1 @@
-"""What a run answers, in words: go, no-go or undecided and why, comparisons, what was left out, who checked it."""
+"""This room states in words what a run answers: go, no-go or undecided, comparisons, what was left out."""

@@ -1,11 +1,11 @@
-"""What a run says to whoever decides on a valve: go, no-go or undecided, why, and what the numbers leave out."""
+"""A run decides: go, no-go or undecided, and says why, and what its numbers leave out."""
 
 import math
 import re
 from dataclasses import dataclass
 from typing import Final, Literal, NamedTuple
 
-from impact.quantities import enumeration, in_digits, percent
+from impact.quantities import enumeration, in_digits, percent, with_capital
 from seatfem import results
 from seatfem.readings import BAR, MOST_UNCERTAIN, Summary, as_number, bar_of, in_text, is_known, reading
 from seatfem.study.answers.checked import how_often_checked
@@ -28,7 +28,7 @@ _NOT_CITED: Final = re.compile(
 
 @dataclass(frozen=True)
 class Decision:
-    """What a run says to whoever decides on the valve.
+    """A decision holds what a run says to whoever decides on the valve.
 
     Attributes:
         word: "go", "no-go" or "undecided".
@@ -106,23 +106,27 @@ def what_happens(summary: Summary) -> str:
     return " ".join(filter(None, (sentence, closing_order(summary))))
 
 
+def _margin_keys() -> dict[str, str]:
+    """Return the keys of all margins, with those whose relative errors they have."""
+    return {key: of for each in results.with_margins() for key, of in each.margins.items()}
+
+
 def _margins(summary: Summary) -> list[str]:
     """Return the keys of the margins of a run, the least first; ``None`` stands for one without a limit."""
-    values = {key: summary[key] for key in results.all_margins() if key in summary}
+    values = {key: summary[key] for key in _margin_keys() if key in summary}
     limits = {key: math.inf if value is None else as_number(value) for key, value in values.items()}
     return sorted((key for key, limit in limits.items() if limit is not None), key=lambda key: limits[key] or 0.0)
 
 
 def _compare(summary: Summary, key: str) -> Finding:
     """Return what a margin with its error bar says, compared with 1."""
-    name = results.name_of(key, summary)
-    name = name[:1].upper() + name[1:]
+    name = with_capital(results.name_of(key, summary))
     if (value := as_number(summary[key])) is None:
         return Finding(GO, f"{name}: no multiple of the load uses up the life.")
     bar = _bar(summary, key, value)
     if bar is None or not math.isfinite(bar):
         return Finding(UNDECIDED, f"{name} {in_digits(value)}: its uncertainty is not known.")
-    bases = () if results.all_margins()[key] else results.all_bases()
+    bases = [each.basis for each in results.with_margins() if not each.margins.get(key, key)]
     words = [name, in_text(key, value, bar, ""), *(str(summary[each]) for each in bases if each in summary)]
     stated = " ".join(words)
     if not is_known(key, value, bar) or abs(value - 1) <= bar:
@@ -132,7 +136,7 @@ def _compare(summary: Summary, key: str) -> Finding:
 
 def _bar(summary: Summary, key: str, value: float) -> float | None:
     """Return the error bar of a margin, which may have the relative error of another key."""
-    of = results.all_margins()[key]
+    of = _margin_keys()[key]
     other, error = as_number(summary.get(of)), as_number(summary.get(BAR + of))
     if BAR + key not in summary and other and error is not None:
         return value * error / other
@@ -146,9 +150,10 @@ def _landing(summary: Summary) -> Finding | None:
 
 def _strength(summary: Summary) -> Finding | None:
     """Return that the strength is missing or not a cited one, or ``None``."""
-    if not any(key in summary for key, of in results.all_margins().items() if not of):  # of a stress
-        return Finding(UNDECIDED, " ".join(results.all_absent_words()) or "No margin is computed.")
-    stated = [summary[key] for key in results.all_margin_sources() if summary.get(key) is not None]
+    if not any(key in summary for key, of in _margin_keys().items() if not of):  # of a stress
+        absent = " ".join(each.absent_words for each in results.with_margins())
+        return Finding(UNDECIDED, absent or "No margin is computed.")
+    stated = [summary[key] for each in results.with_margins() for key in each.sources if summary.get(key) is not None]
     sources = list(dict.fromkeys(str(each).strip() for each in stated))
     doubtful = next((source for source in sources if _NOT_CITED.search(source)), "" if not sources else None)
     if doubtful is None:
@@ -161,8 +166,8 @@ def _strength(summary: Summary) -> Finding | None:
 def _gaps(summary: Summary) -> list[Finding]:
     """Return what stress the margins leave out that may be larger than what they judge."""
     larger = summary.get("stress_not_modelled") if _margins(summary) else None
-    sentences = [str(summary[key]) for key in results.all_gaps() if summary.get(key)]
-    sentences += [f"{str(each)[:1].upper()}{str(each)[1:]}." for each in larger] if isinstance(larger, list) else []
+    sentences = [str(summary[key]) for each in results.with_margins() for key in each.gaps if summary.get(key)]
+    sentences += [f"{with_capital(str(each))}." for each in larger] if isinstance(larger, list) else []
     return [Finding(UNDECIDED, each) for each in sentences]
 
 

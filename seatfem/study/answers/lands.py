@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-from impact.quantities import in_units
+from impact.quantities import in_units, with_capital
 from seatfem import readings
 
 TIME: Final = "time_s"
@@ -31,7 +31,7 @@ def closing_order(summary: readings.Summary) -> str:
     words += [f"{_name(each)} is not touched in this landing" for each in lands if not each.get("order")]
     words += filter(None, [_sealing(touched)])
     sentence = "; ".join(words)
-    return f"{sentence[:1].upper()}{sentence[1:]}."
+    return f"{with_capital(sentence)}."
 
 
 def _sealing(lands: Sequence[readings.Summary]) -> str:

@@ -1,9 +1,10 @@
-"""What the numbers of a run leave out, in sentences: in short beside the decision, in full in a report."""
+"""Sentences state what the numbers of a run leave out: in short beside the decision, in full in a report."""
 
 import math
 from collections.abc import Iterator
 from typing import Final
 
+from impact.quantities import with_capital
 from seatfem import readings, results
 from seatfem.results import Group, name_of, rows_of, words_of
 from seatfem.study.answers.verdict import beyond_horizon, is_static, static_seat
@@ -30,7 +31,7 @@ def left_out(summary: readings.Summary) -> Iterator[str]:
     elif is_static(summary):
         yield "Waves and stress in the seat are left out: the scene states a spring as its seat."
     for sentence in not_modelled(summary):
-        yield f"{sentence[:1].upper()}{sentence[1:]}."
+        yield f"{with_capital(sentence)}."
     if unknown := str(summary.get("error_unknown") or ""):
         sources = ", ".join(source_in_words(source) for source in unknown.split(", "))
         yield f"Not included in the uncertainty: {sources}."

@@ -5,11 +5,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
-from impact.quantities import enumeration, in_digits, in_units, percent, plain, scaled
+from impact.quantities import enumeration, in_digits, in_units, percent, plain, scaled, with_capital
 from seatfem import results
 from seatfem.readings import BAR, SPRING, WITHOUT_ZERO, Summary, as_number, bar_of, duration, is_known, reading
 from seatfem.results import asked, name_of, result_of
-from seatfem.study.answers.lands import closing_order
 
 LANDED: Final = "landed"
 STATUS: Final[Mapping[str, str]] = {
@@ -168,7 +167,7 @@ def beyond_horizon(summary: Summary) -> str:
     known = as_number(summary.get(results.KNOWN_LANDINGS))
     number = len(landings) if isinstance(landings := summary.get("landings"), list) else 0
     words = "" if known is None or known >= number else _partly(int(known))
-    return words and f"{words[:1].upper()}{words[1:]}."
+    return words and f"{with_capital(words)}."
 
 
 def simpler(summary: Summary) -> str:
@@ -183,9 +182,9 @@ def simpler(summary: Summary) -> str:
 
 
 def sentences(summary: Summary) -> tuple[str, ...]:
-    """Return what a run says besides its tables: order of closing lands, static pressing, predictable landings, simpler
-    models, lines of wings."""
-    own = (each(summary) for each in (closing_order, pressed_on, horizon, simpler))
+    """Return what a run says besides its decision and tables: static pressing, predictable landings, simpler models,
+    lines of wings."""
+    own = (each(summary) for each in (pressed_on, horizon, simpler))
     return (*filter(None, own), *results.all_sentences(summary))
 
 
@@ -224,7 +223,7 @@ def _instead(summary: Summary, each: Difference) -> str:
     texts = [[_short(factor * value, digits) for value in (each.seat, each.spring)] for digits in range(2, 7)]
     seat, spring = next((pair for pair in texts if pair[0] != pair[1]), texts[-1])  # the fewest digits that differ
     return (
-        f"{name[:1].upper()}{name[1:]}: A spring would give {spring}{after} instead of {seat}{after} "
+        f"{with_capital(name)}: A spring would give {spring}{after} instead of {seat}{after} "
         f"({percent(each.relative, sign=True)}). Uncertainty of the {seat}{after}: {in_digits(factor * bar, 2)}{after}."
     )
 

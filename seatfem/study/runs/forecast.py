@@ -23,7 +23,7 @@ from seatfem.study.runs.converge import AIM, begin_plan, mark, what_remains
 from seatfem.study.runs.kept import first_plan, save_plan
 from seatfem.study.runs.next_round import POWER, Limits, expect_memory, expect_time, next_plan, time_of
 from seatfem.study.runs.outcome import Landings, Measures, RunResult
-from seatfem.study.runs.round import Round, missed, remarks
+from seatfem.study.runs.round import Round, missed, not_modelled, remarks
 from seatfem.study.runs.rounds import ANY, OutOfTime, last_round
 from seatfem.study.safety import MOST_ROUNDS
 from seatfem.study.scene import Scene
@@ -127,7 +127,7 @@ class ConvergedRound(Round):
     def numbers(self) -> RunResult:
         """Return the round as the result of a run without files; the spring baseline is run when it is first read."""
         summary, spring = pipeline.first_numbers(self)
-        notes = (*missed(self), *remarks(self))
+        notes = (*missed(self), *remarks(self, not_modelled(self)))
         return RunResult(summary, notes, (), self.spent, self.met, histories=self.result, spring=spring, plan=self.plan)
 
     @property

@@ -150,7 +150,7 @@ def cached_array(done: Round, touches: Touches, what: str, at: Array, compute: C
 
     key = content_key({"of": _number_file(done, touches, what).stem, "at": at})
     read = partial(hdf5.finite_array, key="values")
-    return cache.kept("arrays", key, compute, content=what, read=read, write=write, most_bytes=MOST_ARRAYS)
+    return cache.load_or_compute("arrays", key, compute, content=what, read=read, write=write, most_bytes=MOST_ARRAYS)
 
 
 def _hash_of(numbers: Mapping[str, Any]) -> str:

@@ -145,9 +145,10 @@ def run_scene(
         write_json(folder / SUMMARY_FILE, {**summary, **keys, **timing_keys(watch, start)})
 
     later = afterwards(latest, baseline, folder, watch, progress, tell=tell, histories=histories, keep=keep)
-    notes = (*missed(latest), *remarks(latest), *later.notes(latest.plan))
+    effects = not_modelled(latest)
+    notes = (*missed(latest), *remarks(latest, effects), *later.notes(latest.plan))
     met = not later.bars_missed(scene.accuracy) if latest.met else latest.met
-    summary |= {**later.keys, "accuracy_met": met, "notes": list(notes), "not_modelled": list(not_modelled(latest))}
+    summary |= {**later.keys, "accuracy_met": met, "notes": list(notes), "not_modelled": list(effects)}
     summary |= largest_stress_bar(summary)
     summary["stress_not_modelled"] = list(stress_not_modelled(latest))
     summary |= decide(summary).keys()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final
 
@@ -27,7 +27,7 @@ from seatfem.study.ladders.table import source_of
 from seatfem.study.method import MODES, STEP, RunMethod
 from seatfem.study.plan import Plan
 from seatfem.study.runs.remedies import remedy_of
-from seatfem.study.scene.doubts import cover_doubts_of, doubts_of
+from seatfem.study.scene.doubts import cover_doubts_of, own_doubts_of
 from seatfem.study.scene.measures import in_words as spoken
 from seatfem.study.scene.measures import short_words
 from seatfem.units import write_quantity
@@ -189,20 +189,22 @@ def _is_step_within(done: Round) -> bool:
 OF_EITHER: Final = "a lower bandwidth (or fewer modes) of the seat, or of the stopper if that one rings fastest"
 
 
-def remarks(done: Round) -> tuple[str, ...]:
-    """Return remarks on the results of a round, in sentences, the most general first."""
+def remarks(done: Round, left_out: Sequence[str]) -> tuple[str, ...]:
+    """Return remarks on the results of a round, in sentences, the most general first.
+
+    ``left_out``: what its model leaves out (`not_modelled`), which is among them.
+    """
     scene = done.plan.scene
     empty = [name for name in scene.accuracy.judged if done.landed and name not in done.left.values]
     assumed = scene.reed.assumed()
     limits = validity.validity_advice(scene.geometry, scene.run.filter_width, done.seat.greens, done.striker.greens)
-    left_out = not_modelled(done)
     return (
         *([f"asked for, but without a value: {', '.join(map(spoken, empty))}: {NO_VALUE}"] if empty else []),
         *([f"not given, taken from the paper's reed: {', '.join(assumed)}"] if assumed else []),
         *map(str, limits),
         *_advice(done),
         *left_out,
-        *(str(each) for each in doubts_of(scene) if each.message not in left_out),
+        *map(str, own_doubts_of(scene)),
     )
 
 

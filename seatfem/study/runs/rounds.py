@@ -211,8 +211,8 @@ def solve(
     with watch("reed stress"):
         since, plate = stress_since(touches, scene.accuracy.landing), None
         if any_needs_stress(scene.accuracy.measures):
-            kept = partial(cached_numbers, computed, touches, reed_stress.ERRORS)
-            plate = reed_stress.plate_stress(scene, method.reed, computed.strike, since, kept)
+            cached = partial(cached_numbers, computed, touches, reed_stress.ERRORS)
+            plate = reed_stress.plate_stress(scene, method.reed, computed.strike, since, cached)
         stress = computed.strike.largest_stress(since=since) if plate is None else plate.largest
     progress("reed stress", 1.0)
     return replace(computed, plate=plate, stress=stress)

@@ -26,8 +26,13 @@ Doubt = tuple[KeyPath, str]
 
 def doubts_of(scene: Scene) -> tuple[Problem, ...]:
     """Return the doubts about a scene, by key; `seatfem.study.scene.located` adds file and lines."""
+    return (*own_doubts_of(scene), *cover_doubts_of(scene))
+
+
+def own_doubts_of(scene: Scene) -> tuple[Problem, ...]:
+    """Return the doubts about the values of a scene, its loads and its duration."""
     every = *_of_table(scene, ()), *_of_loads(scene), *_of_duration(scene)
-    return (*map(_problem, every), *cover_doubts_of(scene))
+    return tuple(map(_problem, every))
 
 
 def cover_doubts_of(scene: Scene) -> tuple[Problem, ...]:

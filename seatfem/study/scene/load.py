@@ -69,7 +69,7 @@ def no_scene(path: Path) -> str:
 AnyScene = Scene | Path | str
 """A scene, the path of its file, or its text: a string of several lines."""
 TEXT: Final = Path("text of the scene")
-"""What stands in messages in place of a file."""
+"""Name that stands in messages in place of a file."""
 
 
 def take_scene(given: AnyScene, changed: Mapping[str, object] = UNCHANGED) -> Scene:

@@ -1,4 +1,4 @@
-"""What a study with limits answers: how many scenes are within them, and for which values of the varied keys."""
+"""A study with limits answers how many scenes are within them, and for which values of the varied keys."""
 
 from __future__ import annotations
 
