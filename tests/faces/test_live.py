@@ -275,7 +275,7 @@ def test_damping_is_added_to_known_modes(full_run: tuple[Path, Reference]) -> No
     path, known = full_run
     damped, thicker = (load_scene(path, each) for each in ({"seat.damping_ratio": 0.05}, {"seat.thickness": "9 mm"}))
     method, duration = known.plan.method.seat, damped.run.duration
-    solved = known.seat.of(damped.seat, method)
+    solved = known.seat.solved_for(damped.seat, method)
     assert solved is not None
     exact = build(damped.seat, method, duration).greens
     time, tolerance = np.linspace(0, duration, 500), 0.05  # of g, seat.greens.tolerance
@@ -283,7 +283,7 @@ def test_damping_is_added_to_known_modes(full_run: tuple[Path, Reference]) -> No
     off, off_before = (np.abs(each - response).max() for each in (solved.greens.step_response(time), plain))
     assert off < tolerance * np.abs(response).max()
     assert off < off_before / 3
-    assert known.seat.of(thicker.seat, method) is None
+    assert known.seat.solved_for(thicker.seat, method) is None
     assert not known.is_quick(thicker)
 
 
