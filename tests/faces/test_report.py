@@ -210,7 +210,8 @@ def test_view_of_no_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> N
 
 @pytest.fixture(scope="module")
 def browser(folder: Path, chromium: Any) -> Any:
-    """Open the report in a headless Chromium."""
+    """Open the report in a headless Chromium, whose log may hold complaints about pages before it."""
+    chromium.get_log("browser")
     chromium.get((folder / "report.html").as_uri())
     return chromium
 
