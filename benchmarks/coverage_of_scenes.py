@@ -41,6 +41,8 @@ from seatfem.study.runs.rounds import rounds
 from seatfem.study.scene import load_scene
 
 SEED, SCENES = 77143, 150
+WIDTHS: Final = (58213, 54, 60.0)
+"""Seed, number and seconds of processor time of the scenes that judge how wide bars are, by no other seed's rules."""
 FILE: Final = RESULTS / "coverage_of_scenes.csv"
 PAGE: Final = Path(__file__).parents[1] / "docs" / "coverage.md"
 RUN_SECONDS: Final = 180.0  # for the rounds of a run, as of ``--max-time``; other work may share the cores
