@@ -2,7 +2,8 @@
 
 Every source of error is made coarser by itself, and the run repeated: the change of a *measure* estimates the source's
 error in it. With a refinement ratio r and an order of convergence q the error of the run is the change over r^q - 1;
-q = 1 is taken for mesh and time step, which is on the safe side. Source:
+q = 1 is taken for mesh and time step, which is on the safe side. Sources are independent, so that their errors
+are combined as the root of the sum of their squares. Source:
 goal-oriented estimation by coarsening; Becker and Rannacher, Acta Numerica 10 (2001).
 """
 
@@ -23,7 +24,8 @@ from impact.greens.modal import ModalGreens, Residual
 from impact.march.problem import ContactProblem
 from impact.quantities import brief
 
-SAFETY: Final = 1.5  # safety factor on the sum of the sources, which need not be independent
+SAFETY: Final = 1.5
+"""Safety factor on the combined errors of the sources: each of them is estimated, not bounded."""
 
 Values = Mapping[str, float]
 """Measures by name [SI]."""
@@ -37,7 +39,7 @@ class Budget:
         values: the measures [SI].
         parts: error of each measure by source [SI]; a missing source is unknown, an exact one has zeros.
         sources: names of all sources of error, in the order in which they are reported.
-        by_key: error of each measure by the key whose neighbours were compared [SI]; sources are sums over keys.
+        by_key: error of each measure by the key whose neighbours were compared [SI]; those of a source are combined.
     """
 
     values: Values
@@ -48,8 +50,8 @@ class Budget:
     __repr__ = brief
 
     def bar(self, measure: str) -> float:
-        """Return the half width of the error bar [SI]: `safety` times the sum over the sources."""
-        return safety(measure) * sum(part[measure] for part in self.parts.values())
+        """Return the half width of the error bar [SI]: `SAFETY` times the combined errors of the sources."""
+        return SAFETY * math.hypot(*(part[measure] for part in self.parts.values()))
 
     def relative(self, measure: str) -> float:
         """Return the bar over the value; infinite for a value of zero with an error."""
@@ -72,12 +74,6 @@ class Budget:
         return "\n".join([*lines, f"not known, in no bar: {', '.join(self.unknown) or 'nothing'}"])
 
 
-def safety(measure: str) -> float:
-    """Return the safety factor of a measure: its error bar over the sum of the errors by source. It is squared for
-    stresses, whose maximum may jump to another time and place."""
-    return SAFETY**2 if measure.endswith("stress") else SAFETY
-
-
 def changes(one: Values, other: Values) -> Values:
     """Return |one - other|, measure by measure; infinite where either has no such value, or no finite one."""
     apart = {name: abs(value - other.get(name, math.inf)) for name, value in one.items()}
@@ -95,8 +91,13 @@ def times(factor: float, values: Values) -> Values:
 
 
 def total(one: Values, other: Values) -> Values:
-    """Return one + other, measure by measure."""
+    """Return one + other, measure by measure: of an error, and of one that follows from it."""
     return {name: one[name] + other[name] for name in one}
+
+
+def combined(one: Values, other: Values) -> Values:
+    """Return the root of the sum of the squares of two independent errors, measure by measure."""
+    return {name: math.hypot(one[name], other[name]) for name in one}
 
 
 FINE: Final = 16  # steps in the filter's width, or a wave's travel, that resolve it: longer ones tell their error
@@ -123,7 +124,7 @@ class Variation:
 
 
 Terms = Sequence[Sequence[Variation]]
-"""The variations of one source: the errors of terms add up; within a term the largest change counts."""
+"""The variations of one source: the errors of terms are combined; within a term the largest change counts."""
 
 
 def budget_of(
@@ -171,7 +172,7 @@ def budget_of(
             continue
         parts[source] = nothing = dict.fromkeys(base, 0.0)
         for term in terms:
-            parts[source] = total(parts[source], reduce(larger, map(change, term), nothing))
+            parts[source] = combined(parts[source], reduce(larger, map(change, term), nothing))
     return Budget(values, {**parts, "time_step": of_step}, (*sources, "time_step"))
 
 

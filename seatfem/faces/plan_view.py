@@ -13,7 +13,7 @@ from rich.table import Table
 
 from impact.files.csv_table import read_csv, without_nan
 from impact.quantities import enumeration, in_digits, in_time, percent
-from impact.runs.variations import safety
+from impact.runs.variations import SAFETY
 from seatfem import fields
 from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.motion import Record, Recorded
@@ -210,7 +210,7 @@ def look_lines(look: Look) -> Iterator[str]:
 def _largest(done: rounds.Round, measure: str) -> Iterator[str]:
     """Yield the keys with their parts of the error bar of a measure, largest first, those that count."""
     whole = abs(done.left.values[measure]) or math.inf
-    parts = {key: safety(measure) * error / whole for key, error in errors_by_key(done, measure).items()}
+    parts = {key: SAFETY * error / whole for key, error in errors_by_key(done, measure).items()}
     for key in sorted(parts, key=lambda key: -parts[key]):
         if 0 < parts[key] >= COUNTS * max(parts.values()):
             yield f"{key if '.' in key else words_of(key)} {percent(parts[key])}"

@@ -16,7 +16,7 @@ from impact.greens.base import GreensFunction
 from impact.life.places import Demand, judged, on_planes, thinned
 from impact.march.rows import MarchRun
 from impact.notices import Progress, silent
-from impact.runs.variations import Values, safety
+from impact.runs.variations import SAFETY, Values
 from seatfem.life.assess import LifeResult, block_from, body_of
 from seatfem.life.table import LifeTable
 from seatfem.structures import sheets
@@ -80,7 +80,7 @@ def margin_bar(
     """Return the error bar of the least margin of a plate; nan where another body has the least one, and in a run
     without contact.
 
-    It is `safety` times the sum of the changes by the runs of the error budget, of the change in a wider band of the
+    It is `SAFETY` times the combined changes by the runs of the error budget, of the change in a wider band of the
     plate, where that is larger than the one by its band alone, and of that on a coarser mesh. In each run the least
     margin is that at the place of each part with the largest stress range among those whose range is at least `NEAR` of
     the largest in the run itself.
@@ -97,8 +97,8 @@ def margin_bar(
     )  # fmt: skip
     by_key = numbers["force"]
     of_plate = max(numbers["band"], by_key.get(REED_BAND, 0.0))
-    others = sum(error for key, error in by_key.items() if key != REED_BAND)
-    return safety(MARGIN) * float(others + of_plate + numbers["mesh"])
+    others = (error for key, error in by_key.items() if key != REED_BAND)
+    return SAFETY * math.hypot(of_plate, numbers["mesh"], *others)
 
 
 def _errors(

@@ -22,7 +22,7 @@ from impact.bodies.time_series import TimeSeriesError
 from impact.greens.base import Array
 from impact.march.problem import ContactProblem
 from impact.notices import Progress, silent
-from impact.runs.variations import SAFETY, Budget, Terms, Values, budget_of, changes, larger, times, total
+from impact.runs.variations import SAFETY, Budget, Terms, Values, budget_of, changes, combined, larger, times, total
 from seatfem.machine import compiling, resources
 from seatfem.structures import method as methods
 from seatfem.study.impacts import contact, plate_stress
@@ -374,6 +374,6 @@ def sum_by_source(budget: Budget, terms: Mapping[str, Terms | None]) -> Budget:
         if all(key in budget.parts for key in keys):
             parts[source] = of_step if source == "time_step" else dict.fromkeys(budget.values, 0.0)
             for key in keys:
-                parts[source] = total(parts[source], budget.parts[key])
+                parts[source] = combined(parts[source], budget.parts[key])
     by_key = {key: _without_clock(part) for key, part in budget.parts.items() if key in terms}
     return replace(budget, parts=parts, sources=tuple(sources), by_key={**by_key, STEP: _without_clock(of_step)})

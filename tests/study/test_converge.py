@@ -17,6 +17,7 @@ from seatfem.study.method import (
     BAND,
     MODEL,
     MODES,
+    REED_TOLERANCE,
     SIZE,
     STEP,
     TOLERANCE,
@@ -72,9 +73,12 @@ def round_of(
     sources: dict[str, dict[str, float]] = {}
     for key, part in by_key.items():
         source = sources.setdefault(converge.source_of(key), {"impulse": 0.0})
-        source["impulse"] += part["impulse"]
+        source["impulse"] = math.hypot(source["impulse"], part["impulse"])
     budget = Budget({"impulse": 1.0}, sources, tuple(sources), by_key)
-    return cast(Round, SimpleNamespace(plan=plan, left=budget, judged=("impulse",), number=1, spent={}))
+    touches = SimpleNamespace(landings=None)
+    return cast(
+        Round, SimpleNamespace(plan=plan, left=budget, judged=("impulse",), number=1, spent={}, touches=touches)
+    )
 
 
 def test_stated_keys_are_kept_and_the_others_begin_coarse() -> None:
@@ -128,17 +132,18 @@ def test_a_spring_is_dismissed_where_waves_count(tmp_path: Path) -> None:
 
 
 def test_errors_are_shared_by_effort_and_small_ones_are_left() -> None:
-    shares = converge._shares({SIZE: 0.3, STEP: 0.2, TOLERANCE: 1e-4}, 0.1)
+    """The squares of the errors add up to that of the whole, and are in proportion to efforts."""
+    shares = converge._shares({SIZE: 0.3, STEP: 0.2, TOLERANCE: 1e-4}, 0.1**2)
     assert set(shares) == {SIZE, STEP}
     efforts = [converge.ladder_of(key).effort for key in (SIZE, STEP)]  # type: ignore[union-attr]
-    assert shares[SIZE] / shares[STEP] == pytest.approx(efforts[0] / efforts[1])
-    assert sum(shares.values()) + 1e-4 == pytest.approx(0.1)
+    assert (shares[SIZE] / shares[STEP]) ** 2 == pytest.approx(efforts[0] / efforts[1])
+    assert math.hypot(*shares.values(), 1e-4) == pytest.approx(0.1)
 
 
 def test_what_misses_the_target_is_marked_and_no_more() -> None:
     marks = mark(round_of({SIZE: 0.2, STEP: 1e-3, TOLERANCE: 1e-4}))
     assert set(marks.factors) == {SIZE}
-    assert marks.factors[SIZE] == pytest.approx(min(0.2 / (0.85 * 0.1 / 1.5 - 1.1e-3), MOST))
+    assert marks.factors[SIZE] == pytest.approx(min(0.2 / math.sqrt((0.85 * 0.1 / 1.5) ** 2 - 1.01e-6), MOST))
     assert mark(round_of({SIZE: 0.01})).factors == {}
 
 
@@ -171,7 +176,8 @@ def test_a_measure_whose_bar_exceeds_its_value_is_given_up(
 
     def marked(errors: tuple[Mapping[str, float], ...], judged: tuple[str, ...]) -> Round:
         plan = replace(done.plan, earlier_errors=errors)
-        return cast(Round, SimpleNamespace(plan=plan, left=budget, judged=judged, number=3, spent={}))
+        known = {"plan": plan, "left": budget, "judged": judged, "number": 3, "spent": {}, "touches": done.touches}
+        return cast(Round, SimpleNamespace(**known))
 
     both = mark(marked(bars, ("impulse", "contact_duration"))).factors
     assert {key: both[key] for key in both.keys() - {STEP}} == factors
@@ -180,6 +186,34 @@ def test_a_measure_whose_bar_exceeds_its_value_is_given_up(
     plan, why = refine_plan(marked(bars, ("contact_duration",)))
     assert (plan is None) == (not factors)
     assert not why or "contact duration is 160 % of its value after 2 refinements" in why
+
+
+def test_what_the_end_of_the_run_cuts_is_given_up_and_the_rest_is_refined() -> None:
+    """An infinite error of a landing that the end cuts asks for a longer run; the peak alone is refined."""
+    done = round_of({SIZE: 0.2})
+    values = {"landing_impulse": 1.0, "landing_filtered_peak": 1.0}
+    parts = {"mesh": {"landing_impulse": math.inf, "landing_filtered_peak": 0.2}}
+    by_key = {SIZE: dict.fromkeys(values, 0.2)}
+
+    def of(status: str, *judged: str) -> Round:
+        touches = SimpleNamespace(landings=SimpleNamespace(status=status))
+        budget = Budget(values, parts, ("mesh",), by_key)
+        known = {"plan": done.plan, "left": budget, "judged": judged, "number": 1, "spent": {}, "touches": touches}
+        return cast(Round, SimpleNamespace(**known))
+
+    assert SIZE in mark(of("landed", "landing_impulse")).factors
+    assert mark(of("cut off", "landing_impulse")).factors == {}
+    assert SIZE in mark(of("cut off", *values)).factors
+    assert "a longer run.duration includes all of it" in refine_plan(of("cut off", "landing_impulse"))[1]
+
+
+def test_no_round_refines_a_key_that_the_scene_does_not_have() -> None:
+    """The modes of a plate have no tolerance."""
+    scene = scene_of(ANNULAR, REED)
+    assert not converge.has_key(scene, REED_TOLERANCE)
+    method = begin_method(scene)
+    assert method.reed.tolerance
+    assert converge._refined(scene, method, REED_TOLERANCE, MOST) is method
 
 
 def test_work_is_bounded_by_what_gains_most() -> None:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import impact
-from impact.runs.variations import safety
+from impact.runs.variations import SAFETY
 from seatfem.structures.rings import Division, arc_rings_to_compare, ring_borders
 from seatfem.study.impacts import contact
 from seatfem.study.impacts.bodies import problem_of
@@ -87,7 +87,7 @@ def test_the_bar_of_one_part_across_holds_what_more_of_them_find(tmp_path: Path)
         one, other = (
             values_of_record(record_of(scene, each, 250e-9)) for each in (variation.against, variation.problem)
         )
-        bars[division] = safety("impulse") * variation.weight * abs(other["impulse"] - one["impulse"])
+        bars[division] = SAFETY * variation.weight * abs(other["impulse"] - one["impulse"])
         assert abs(impulses[SIX] - impulses[division]) < bars[division]
     assert bars[THREE] < 0.2 * bars[ONE]
 
@@ -109,7 +109,7 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> list[Round]:
 def test_rounds_divide_across(done: list[Round]) -> None:
     first, second = done
     assert first.plan.method.seat.division == ONE
-    assert safety("impulse") * first.left.by_key[RINGS]["landing_impulse"] > 0.03 * first.left.values["landing_impulse"]
+    assert SAFETY * first.left.by_key[RINGS]["landing_impulse"] > 0.03 * first.left.values["landing_impulse"]
     assert second.plan.method.seat.division == second.plan.method.reed.lip.division == THREE
     choice = second.plan.choice(RINGS)
     assert (choice.value, choice.given) == ("3", False)

@@ -205,7 +205,7 @@ def _shares(summary: Mapping[str, Any]) -> dict[str, dict[str, float]]:
             source = source_in_words(key.removeprefix("error_").removesuffix(f"_{measure}"))
             shares.setdefault(source, {})[measure] = abs(share / value)
     sums = {measure: sum(parts.get(measure, 0.0) for parts in shares.values()) for measure in results.asked(summary)}
-    scales = {  # by safety factors, and by jumps of a measure, the uncertainty is above the sum of its parts
+    scales = {  # independent errors are combined and have a safety factor: the uncertainty is not their sum
         measure: (readings.bar_of(summary, measure) or 0.0)
         / abs(readings.as_number(summary[measure]) or math.inf)
         / whole

@@ -148,6 +148,6 @@ class Ladder:
         return self.role in run.solved
 
     def neighbours(self, run: ComputedRun) -> Terms | None:
-        """Return the varied runs that estimate the errors by the key's value: terms add up, and within a term the
-        largest change counts; ``None`` if they are unknown."""
+        """Return the varied runs that estimate the errors by the key's value: terms are combined, and within a
+        term the largest change counts; ``None`` if they are unknown."""
         return ()

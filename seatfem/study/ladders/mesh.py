@@ -102,7 +102,7 @@ class ElementSize(Ladder):
         solved = run.solved[self.role]
         if solved.coarser is None:
             return run.with_larger_g(self.role, solved.greens.error_estimate.mesh)
-        return ((run.with_greens(self.role, solved.coarser, 1 / (solved.refinement - 1)),),)
+        return ((run.with_greens(self.role, solved.coarser, 1 / (solved.refinement**PATCH_ORDER - 1)),),)
 
 
 @dataclass(frozen=True)

@@ -2,9 +2,9 @@
 
 A round solves a scene and estimates the error of every key by its neighbours (`seatfem.study.error_budget`). Here the
 keys are marked that are to be refined, each by a factor, and refined along their ladders. The errors e_k that the keys
-may leave minimise the work sum_k e_k^(-p_k) under sum_k e_k = target: e_k in proportion to p_k times the work of the
-key, of which only the power p_k (`Ladder.effort`) is known, so that e_k is taken in proportion to p_k. Nothing depends
-on the clock.
+may leave minimise the work sum_k e_k^(-p_k) under sum_k e_k^2 = target^2: e_k^2 in proportion to p_k times the work of
+the key, of which only the power p_k (`Ladder.effort`) is known, so that e_k^2 is taken in proportion to p_k. Nothing
+depends on the clock.
 
 Source: refinement of one key at a time by its measured surplus, Gerstner and Griebel, Computing 71 (2003).
 """
@@ -17,7 +17,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Final
 
 from impact.quantities import percent
-from impact.runs.variations import safety
+from impact.runs.variations import SAFETY
 from seatfem.structures.kinds import Structure
 from seatfem.structures.method import MOST_MODES, Method
 from seatfem.structures.rings import Division
@@ -173,7 +173,7 @@ def errors_by_key(done: Round, measure: str) -> Mapping[str, float]:
     for source, part in done.left.parts.items():
         whole = part[measure] if math.isfinite(part[measure]) else value
         keys = [key for key in by_key if source_of(key) == source]
-        known = sum(by_key[key] for key in keys)
+        known = math.hypot(*(by_key[key] for key in keys))
         errors |= {key: whole * by_key[key] / known for key in keys} if known else {source: whole}
     return errors
 
@@ -183,19 +183,20 @@ def mark(done: Round) -> Marks:
     scene, budget = done.plan.scene, done.left
     factors, wanted, stuck = dict[str, float](), set[str](), dict[str, Mapping[str, float]]()
     for measure in done.judged:
-        allowed = scene.accuracy.target * abs(budget.values[measure]) / safety(measure)
+        allowed = scene.accuracy.target * abs(budget.values[measure]) / SAFETY
         if budget.relative(measure) <= scene.accuracy.target:
             continue
         errors = errors_by_key(done, measure)
-        tried = frozenset[str]() if _is_hopeless(done, measure) else errors.keys() - done.plan.refused.keys()
+        given_up = _is_cut(done, measure) or _is_hopeless(done, measure)
+        tried = frozenset[str]() if given_up else errors.keys() - done.plan.refused.keys()
         open_keys = {key for key in tried if _can_refine(done, key) and not _is_stalled(done, key)}
-        fixed = sum(error for key, error in errors.items() if key not in open_keys)
-        room = max(AIM * allowed - fixed, (allowed - fixed) / 2)
+        fixed = math.hypot(*(error for key, error in errors.items() if key not in open_keys))
+        room = max((AIM * allowed) ** 2 - fixed**2, (allowed**2 - fixed**2) / 2)
         if room <= 0:
             stuck[measure] = {
                 key: errors[key] for key in sorted(errors.keys() - open_keys, key=lambda key: -errors[key])
             }
-            room = fixed / 2  # what can be reduced still is, until it hardly counts
+            room = (fixed / 2) ** 2  # what can be reduced still is, until it hardly counts
         for key, share in _shares({key: errors[key] for key in open_keys}, room).items():
             wanted.add(key)
             factors[key] = max(factors.get(key, 1.0), errors[key] / share)
@@ -205,12 +206,13 @@ def mark(done: Round) -> Marks:
 
 
 def _shares(errors: Mapping[str, float], room: float) -> Mapping[str, float]:
-    """Return the error that each key may leave, in proportion to its effort, of those that exceed it."""
+    """Return the error that each key may leave, its square in proportion to its effort, of those that exceed it;
+    ``room``: sum of the squares that all may leave."""
     large = dict(errors)
     while large:
         efforts = {key: ladder.effort if (ladder := ladder_of(key)) else 1.0 for key in large}
-        free = room - sum(error for key, error in errors.items() if key not in large)
-        shares = {key: free * effort / sum(efforts.values()) for key, effort in efforts.items()}
+        free = room - sum(error**2 for key, error in errors.items() if key not in large)
+        shares = {key: math.sqrt(free * effort / sum(efforts.values())) for key, effort in efforts.items()}
         if small := [key for key in large if large[key] <= shares[key]]:
             for key in small:
                 del large[key]
@@ -220,8 +222,10 @@ def _shares(errors: Mapping[str, float], room: float) -> Mapping[str, float]:
 
 
 def _refined(scene: Scene, method: RunMethod, key: str, factor: float) -> RunMethod:
-    """Return the method with one key refined; the same if it is stated, at its limit, or no key."""
-    return method if (ladder := ladder_of(key)) is None else ladder.refine(scene, method, factor)
+    """Return the method with one key refined; the same if it is stated, at its limit, or no key of the scene."""
+    if (ladder := ladder_of(key)) is None or (key in FIELDS and not has_key(scene, key)):
+        return method
+    return ladder.refine(scene, method, factor)
 
 
 def _can_refine(done: Round, key: str) -> bool:
@@ -249,6 +253,12 @@ def _is_hopeless(done: Round, measure: str) -> bool:
     past = [bars.get(measure, 0.0) for bars in done.plan.earlier_errors[-HOPES:]]
     missed = len(past) == HOPES and min(past) > done.plan.scene.accuracy.target
     return missed and 1 < done.left.relative(measure) < math.inf  # an infinite one is unknown
+
+
+def _is_cut(done: Round, measure: str) -> bool:
+    """Return whether the end of the run cuts the landing of a measure, so that no refinement makes it known."""
+    landings = done.touches.landings
+    return landings is not None and landings.status == "cut off" and math.isinf(done.left.relative(measure))
 
 
 def attempts(done: Round, further: Plan) -> Iterator[tuple[Plan, frozenset[str]]]:
@@ -324,7 +334,7 @@ def _relative_errors(done: Round, key: str) -> Mapping[str, float]:
 
 def _leaves(done: Round, key: str) -> str:
     """Return in words a key's largest part of the relative error bar of a judged measure; "" if it is not known."""
-    parts = {name: safety(name) * error for name, error in _relative_errors(done, key).items()}
+    parts = {name: SAFETY * error for name, error in _relative_errors(done, key).items()}
     name = max(parts, key=lambda each: parts[each], default="")
     if not name or not math.isfinite(parts[name]):
         return ""
@@ -347,11 +357,13 @@ def what_remains(done: Round) -> str:
     if not stuck:
         return ""
     measure = max(stuck, key=done.left.relative)
+    if _is_cut(done, measure):
+        return "the run ends during the judged landing; a longer run.duration includes all of it"
     key, error = next(iter(stuck[measure].items()))
     if _is_hopeless(done, measure):
         bar, words = percent(done.left.relative(measure)), short_words(measure)
         return f"the error bar of {words} is {bar} of its value after {HOPES} refinements: it is given up"
-    share = percent(safety(measure) * error / abs(done.left.values[measure]))
+    share = percent(SAFETY * error / abs(done.left.values[measure]))
     if math.isinf(done.left.by_key.get(key, {}).get(measure, error)):
         share = "an unknown part"
     value = done.plan.method.value(key) if key in FIELDS else None

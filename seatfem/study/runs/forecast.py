@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Final
 
 from impact.notices import Progress, Tell, ignore, silent
 from impact.quantities import in_time
-from impact.runs.variations import safety
+from impact.runs.variations import SAFETY
 from seatfem.machine.resources import Stopwatch, busyness
 from seatfem.study.impacts.contact import RunError
 from seatfem.study.plan import Plan
@@ -196,7 +196,7 @@ def forecast(done: Round) -> Forecast:
     target, spent = done.plan.scene.accuracy.target, max(sum(done.price.values()), 1e-3)
     stuck = mark(done).stuck
     sizes = {name: abs(done.left.values[name]) or math.inf for name in stuck}  # of zero a relative error says nothing
-    least = {name: safety(name) * sum(part.values()) / sizes[name] for name, part in stuck.items()}
+    least = {name: SAFETY * math.hypot(*part.values()) / sizes[name] for name, part in stuck.items()}
     worst = max([bar for name, bar in bars.items() if name not in least] or bars.values())
     count = 1 if math.isinf(worst) else max(1, math.ceil(math.log(max(worst / target, 1.0)) / math.log(USUAL)))
     seconds = expect_time(done, further)

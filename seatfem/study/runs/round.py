@@ -183,7 +183,7 @@ def _is_step_within(done: Round) -> bool:
     by_step, target = done.left.parts.get("time_step"), done.plan.scene.accuracy.target
     if by_step is None or not done.judged:
         return False
-    return all(variations.safety(name) * by_step[name] <= target * abs(done.left.values[name]) for name in done.judged)
+    return all(variations.SAFETY * by_step[name] <= target * abs(done.left.values[name]) for name in done.judged)
 
 
 OF_EITHER: Final = "a lower bandwidth (or fewer modes) of the seat, or of the stopper if that one rings fastest"

@@ -13,7 +13,7 @@ from typing import Final
 
 from impact.notices import Progress, SeatfemError, Tell, ignore, silent
 from impact.quantities import in_time
-from impact.runs.variations import Budget, total
+from impact.runs.variations import Budget, combined
 from seatfem.jobs.folders import private_folder
 from seatfem.machine.resources import Stopwatch, available_memory, forget_peak, peak_memory
 from seatfem.structures.cache import Cache, build, key_of
@@ -283,10 +283,10 @@ def _round(
 
 
 def _with_recovery(left: Budget, plate: reed_stress.PlateStress | None) -> Budget:
-    """Return the budget with errors of a plate's stress recovery, by its mesh and modes, added to those of the reed."""
+    """Return the budget with errors of a plate's stress recovery, by its mesh and modes, combined with the reed's."""
     names = [name for name in left.values if asked_name(name) == Stress.name]
     if plate is None or not names or not left.parts:
         return left
     of_recovery = dict.fromkeys(left.values, 0.0) | dict.fromkeys(names, plate.bar)
     known = left.parts.get(STRIKER, dict.fromkeys(left.values, 0.0))
-    return replace(left, parts={**left.parts, STRIKER: total(known, of_recovery)})
+    return replace(left, parts={**left.parts, STRIKER: combined(known, of_recovery)})

@@ -19,7 +19,7 @@ from impact.march.problem import ContactProblem
 from impact.march.rows import MarchRun
 from impact.notices import Progress, silent
 from impact.quantities import percent
-from impact.runs.variations import Budget, Values, budget_of, changes, safety, times
+from impact.runs.variations import SAFETY, Budget, Values, budget_of, changes, times
 from seatfem.structures.fields.recovery import largest
 from seatfem.study.error_budget import varied_problems
 from seatfem.study.impacts.contact import Flights, marched
@@ -145,12 +145,13 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
             mesh_error[:] = kept.cached_numbers(
                 done, done.touches, "mesh errors of the seat's stress", lambda: {"at places": errors().tolist()}
             )["at places"]
-        bars = of_seat.bars + mesh_error + [budget.bar(name) for name in run_peaks]
-        by_key = {key: safety(SEAT) * errors[SEAT] for key, errors in budget.parts.items()}
+        of_force = [budget.bar(name) for name in run_peaks]
+        bars = np.sqrt(of_seat.bars**2 + mesh_error**2 + np.square(of_force))
+        by_key = {key: SAFETY * errors[SEAT] for key, errors in budget.parts.items()}
         by_key |= {RECOVERY: float(mesh_error[0]), WAVES: of_seat.bar}
         seat = replace(of_seat, bars=np.where(raw, math.nan, bars), by_key=by_key)
     if of_reed is not None:
-        bar = of_reed.bar + budget.bar(REED)
+        bar = math.hypot(of_reed.bar, budget.bar(REED))
         reed = replace(of_reed, bar=bar if math.isfinite(bar) else math.nan)
     return seat, reed
 
