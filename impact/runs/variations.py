@@ -24,8 +24,9 @@ from impact.greens.modal import ModalGreens, Residual
 from impact.march.problem import ContactProblem
 from impact.quantities import brief
 
-SAFETY: Final = 1.5
-"""Safety factor on the combined errors of the sources: each of them is estimated, not bounded."""
+SAFETY: Final = 1.7
+"""Safety factor on the combined errors of the sources: each of them is estimated, not bounded. With 1.5 more than
+3 % of the measures asked for of drawn scenes were outside their bars."""
 
 Values = Mapping[str, float]
 """Measures by name [SI]."""

@@ -10,7 +10,7 @@ from typing import Any, cast
 
 import pytest
 
-from impact.runs.variations import Budget
+from impact.runs.variations import SAFETY, Budget
 from seatfem.structures.reduction import lip_modes
 from seatfem.study.ladders import mesh
 from seatfem.study.method import (
@@ -126,7 +126,7 @@ def test_a_spring_is_dismissed_where_waves_count(tmp_path: Path) -> None:
     scene = scene_of(BAR, MASS, accuracy={"target": 0.05, "landing": "run"})
     first, *_, last = loop(scene, tmp_path)
     assert first.plan.level == "spring"
-    assert first.left.by_key[MODEL]["filtered_peak"] > 0.05 / 1.5 * first.left.values["filtered_peak"]
+    assert first.left.by_key[MODEL]["filtered_peak"] > 0.05 / SAFETY * first.left.values["filtered_peak"]
     assert last.plan.level != "spring"
     assert "left" in last.plan.choice(MODEL).reason
 
@@ -143,7 +143,7 @@ def test_errors_are_shared_by_effort_and_small_ones_are_left() -> None:
 def test_what_misses_the_target_is_marked_and_no_more() -> None:
     marks = mark(round_of({SIZE: 0.2, STEP: 1e-3, TOLERANCE: 1e-4}))
     assert set(marks.factors) == {SIZE}
-    assert marks.factors[SIZE] == pytest.approx(min(0.2 / math.sqrt((0.85 * 0.1 / 1.5) ** 2 - 1.01e-6), MOST))
+    assert marks.factors[SIZE] == pytest.approx(min(0.2 / math.sqrt((0.85 * 0.1 / SAFETY) ** 2 - 1.01e-6), MOST))
     assert mark(round_of({SIZE: 0.01})).factors == {}
 
 

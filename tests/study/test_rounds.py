@@ -21,7 +21,7 @@ from seatfem.study.runs import next_round, pipeline, rounds
 from seatfem.study.runs.next_round import Limits
 from seatfem.study.runs.round import missed
 from tests.gallery import REED_ON_SPRING, load_text
-from tests.steps import GreensFunctionError, RunError, Stopwatch, begin_plan, run_command, silent
+from tests.steps import SAFETY, GreensFunctionError, RunError, Stopwatch, begin_plan, run_command, silent
 
 SCENE = REED_ON_SPRING + 'landing = "run"\n'
 
@@ -69,7 +69,7 @@ def test_one_round_makes_all_sources_finer_that_must_be(tmp_path: Path) -> None:
     value = abs(done.left.values["impulse"])
 
     def following(**shares: float) -> tuple[Plan | None, str]:
-        parts = {source: {"impulse": share * 0.02 * value / 1.5} for source, share in shares.items()}
+        parts = {source: {"impulse": share * 0.02 * value / SAFETY} for source, share in shares.items()}
         by_key = {key: parts[source] for source, key in KEYS.items() if source in parts}
         budget = replace(done.left, parts=parts, by_key=by_key, values={"impulse": done.left.values["impulse"]})
         return next_round.next_plan(replace(done, left=budget, number=1), Limits(), 1e9)
