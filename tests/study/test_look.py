@@ -134,11 +134,11 @@ def test_a_forecast_grows_with_the_rounds_that_the_error_needs(tmp_path: Path) -
     done = look_at(beam_scene(tmp_path, "2 %"), NO_TIME).done
     worst = max(done.left.relative(name) for name in done.judged)
     counts = []
-    for target in (0.02, 0.005, 0.0004):
+    for target in (0.02, 0.002, 0.0004):
         accuracy = done.plan.scene.accuracy.model_copy(update={"target": target})
         scene = done.plan.scene.model_copy(update={"accuracy": accuracy})
         counts.append(forecast(asked_again(done, scene)).rounds)
-    assert counts == [math.ceil(math.log(worst / target, USUAL)) for target in (0.02, 0.005, 0.0004)]
+    assert counts == [math.ceil(math.log(worst / target, USUAL)) for target in (0.02, 0.002, 0.0004)]
     assert counts[0] == 1 < counts[1] < counts[2]
 
 
