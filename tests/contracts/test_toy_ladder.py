@@ -100,7 +100,7 @@ def test_a_round_refines_it_or_names_it(scene: Scene, toy: Toy, tmp_path: Path, 
         assert plan.method == done.plan.method.replaced({STEP: 20e-9 / factors["toy.key"]})
     else:
         assert (plan, factors) == (None, {})
-        assert "(toy.key) leaves 6.9 %" in why
+        assert "(toy.key) leaves 7.9 %" in why
         assert why.endswith("of peak force, and it cannot be made smaller")
 
 
