@@ -2,7 +2,6 @@
 from impact.notices import SeatfemError as SeatfemError
 from impact.measured.frf import FrequencyResponse as FrequencyResponse, read_frf as read_frf
 from impact.measured.pole_fit import fit_impulse_response as fit_impulse_response, fit_poles as fit_poles
-from seatfem.pictures.cell_grid import revolve as revolve
 from seatfem.pictures.plots import plot_mesh as plot_mesh, plot_modes as plot_modes
 from seatfem.life.maps import plot_margins as plot_margins
 from seatfem.life.lives import margin_curve as margin_curve

@@ -10,8 +10,7 @@ from typing import Final
 from rich.table import Table
 
 from impact.quantities import in_time
-from seatfem.faces.lands_view import drive_tables, lands_table
-from seatfem.faces.tables import landings_of, landings_table, result_table
+from seatfem.faces.tables import landings_of, landings_table, lands_tables, result_table
 from seatfem.faces.terminal import Console, visible
 from seatfem.readings import Summary, as_number
 from seatfem.study.answers.decision import Decision, decide
@@ -58,8 +57,7 @@ def all_parts(summary: Summary, title: str) -> Iterator[str | Table]:
     landings = landings_of(summary)
     if len(landings) > 1 and (table := landings_table(landings)):  # else the table above has all
         yield table
-    if (table := lands_table(summary)) is not None:
-        yield from (table, *drive_tables(summary))
+    yield from lands_tables(summary)
     yield from filter(None, (against_spring(summary), *sentences(summary)))
 
 

@@ -22,8 +22,10 @@ from seatfem.machine.doctor import Check
 from seatfem.structures import natural_modes
 from seatfem.structures.inspection import cad, mesh_file
 from seatfem.structures.kinds import kinds_of
+from seatfem.study.answers.lands import lands_of
 from seatfem.study.answers.verdict import count, difference, is_static, which_landing
 from seatfem.study.safety import STAGES, source_in_words
+from seatfem.study.scene.wings import drives
 
 
 def time_line(seconds: Mapping[str, float]) -> str:
@@ -85,32 +87,77 @@ def landings_table(records: Records, most: int | None = SHOWN) -> Table | None:
     if not records:
         return None
     shown = records[:most]
-    loaded = any(results.is_loaded(record) for record in shown)
-    table = Table("landing", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
-    table.caption_justify = "left"
+    table = _records_table("landing")
     cut = (", cut off" if record.get("cut_off") is True else "" for record in shown)
     columns = [[f"{record.get('body')} {record.get('number')}{end}" for record, end in zip(shown, cut, strict=True)]]
     if any(places := [_place(record) for record in shown]):
         table.add_column("place")
         columns.append(places)
-    for key, head in results.OF_LANDINGS.items():
-        if loaded or key not in (results.STATIC, results.EXCESS):
-            values = [readings.as_number(record.get(key)) for record in shown]
-            stated = [readings.bar_of(record, key) for record in shown]
-            largest = (max((abs(each) for each in column if each), default=0.0) for column in (values, stated))
-            factor, unit = readings.prefix_of(readings.unit_of(key), *largest)
-            table.add_column(f"{head}\n[{plain(unit)}]" if unit else head, justify="right")
-            texts = [readings.in_text(key, *each, "", factor) for each in zip(values, stated, strict=True)]
-            columns.append([text.partition(" (")[0] for text in texts])  # landings.csv has what is not known, too
+    numbers = _add_numbers(table, shown, results.OF_LANDINGS)
+    columns += [[text.partition(" (")[0] for text in texts] for texts in numbers]  # landings.csv has the unknown, too
     for cells in zip(*columns, strict=True):
         table.add_row(*cells)
     notes = ["landings sorted by their largest force"]
-    if loaded:
+    if any(map(results.is_loaded, shown)):
         notes[0] += " above the static load; impulse of the force above the static load"
     if len(shown) < len(records):
         notes[0] += f"; {len(records) - len(shown)} more in {results.LANDINGS_FILE}"
     table.caption = "\n".join([*notes, *_bar_note(table)])
     return table
+
+
+def _records_table(*heads: str) -> Table:
+    table = Table(*heads, box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    table.caption_justify = "left"
+    return table
+
+
+def _add_numbers(table: Table, records: Records, heads: Mapping[str, str]) -> Iterator[list[str]]:
+    """Add a column in a unit of its own for each key of the ``heads``, those of a static load only where there is one,
+    and yield the texts of the records' numbers with error bars."""
+    loaded = any(map(results.is_loaded, records))
+    for key, head in heads.items():
+        if not loaded and key in (results.STATIC, results.EXCESS):
+            continue
+        values = [readings.as_number(record.get(key)) for record in records]
+        stated = [readings.bar_of(record, key) for record in records]
+        largest = (max((abs(each) for each in column if each), default=0.0) for column in (values, stated))
+        factor, unit = readings.prefix_of(readings.unit_of(key), *largest)
+        table.add_column(f"{head}\n[{plain(unit)}]" if unit else head, justify="right")
+        yield [readings.in_text(key, *each, "", factor) for each in zip(values, stated, strict=True)]
+
+
+OF_LANDS: Final = (
+    "lands in the hardest landing: the hardest landing on each alone; share: of the impulse on all of them; all round: "
+    "every segment has touched; line force: largest mean over time and a part of the land"
+)
+
+
+def lands_tables(summary: readings.Summary) -> Iterator[Table]:
+    """Yield a table of the lands of a seat with several in the hardest landing, with error bars, and tables of what
+    each wing says of each land, as of the gas over it; none without a landing."""
+    lands = lands_of(summary)
+    if not any(each.get("order") for each in lands):
+        return
+    table = _records_table("land", "touched\nas", "at")
+    table.caption = OF_LANDS
+    order = [readings.as_number(each.get("order")) for each in lands]
+    columns = [[str(each.get("land")) for each in lands], ["-" if each is None else f"{each:.4g}" for each in order]]
+    angles = [readings.as_number(each.get("land_deg")) for each in lands]
+    columns.append([readings.with_unit("-" if each is None else f"{each:.4g}", readings.DEGREES) for each in angles])
+    columns += _add_numbers(table, lands, results.OF_LANDS)
+    for cells in zip(*columns, strict=True):
+        table.add_row(*cells)
+    yield table
+    for drive in drives():
+        names = summary.get(f"{drive.table}_lands")
+        if not isinstance(names, list) or not drive.land_rows:
+            continue
+        table = _records_table(f"{drive.table} over", *drive.land_rows.values())
+        for number, name in enumerate(names, start=1):
+            keys = [f"{drive.table}_land_{number}_{end}" for end in drive.land_rows]
+            table.add_row(str(name), *(readings.reading(summary, key, readings.unit_of(key)) for key in keys))
+        yield table
 
 
 def _place(record: readings.Summary) -> str:

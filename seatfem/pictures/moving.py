@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 COLOURS: Final = "viridis"  # colour map that is legible with every common colour blindness, and in grey
 UNKNOWN: Final = "#D8DADD"
 FILM, SHEET = (1280, 944), (900, 750)  # pixels before images are shrunk, which smooths them in a third of the time
-SHOWN: Final = 12  # largest number of times of a run on a sheet
+SHOWN: Final = 12  # largest number of frames on a sheet
 PERIOD: Final = 1500  # duration of the film of one mode [ms]
 EACH: Final = 150  # duration of one time of a run in a film [ms]
 OF_EACH: Final = 50  # number of the 256 colours of a film that each colour scale has
@@ -85,11 +85,12 @@ def swing_frame(frames: Frames, path: str | os.PathLike[str], *, pictures: int =
     write_gif(images, _own_colours(), path, round(PERIOD / pictures))
 
 
-def plot_frames(frames: Frames, path: str | os.PathLike[str], *, title: str = "") -> None:
-    """Draw all modes, or `SHOWN` times of a run, on one sheet. Raises as `draw_frames`."""
-    count = len(frames.labels) if frames.time is None else min(SHOWN, len(frames.labels))
+def plot_frames(frames: Frames, path: str | os.PathLike[str], *, title: str = "", most: int = SHOWN) -> None:
+    """Draw at most so many frames on one sheet: the first modes, or times all over a run. Raises as `draw_frames`."""
+    count = min(most, len(frames.labels))
     columns = None if frames.time is None else 3 if count > 4 else 2
-    chosen = np.unique(np.linspace(0, len(frames.labels) - 1, count).round().astype(int)).tolist()
+    last = (count if frames.time is None else len(frames.labels)) - 1
+    chosen = np.unique(np.linspace(0, last, count).round().astype(int)).tolist()
     images = crop(draw_frames(frames, [(k, 1.0) for k in chosen]))
     factor, words = frames.colour_scale
     with album(images, [frames.labels[k] for k in chosen], path, title, columns) as figure:
@@ -172,8 +173,10 @@ class _Stage:
         if rim.n_points and frames.values is not None:
             plotter.add_mesh(rim, color="#404040", line_width=1.5)
             self._moved.append((rim, rim.points.copy(), rim["number"]))
-        if frames.edges is not None and len(frames.edges):
-            plotter.add_lines(frames.edges.reshape(-1, 3), color="#6A6A6A", width=2)
+        if frames.time is None and frames.values is None:
+            edges = surface.extract_feature_edges(35, manifold_edges=False, non_manifold_edges=False)
+            if edges.n_points:
+                plotter.add_mesh(edges, color="#6A6A6A", line_width=2)
         corners = [frames.points]
         self._beside: Any = None
         if (overlay := frames.overlay) is not None:
@@ -322,7 +325,7 @@ def steps_of_values(frames: Frames) -> NDArray[np.uint16]:
 
 
 def _decimated(frames: Frames) -> Frames:
-    """Return the body with at most `MOST_TRIANGLES`, on a subset of its points; edges are unchanged."""
+    """Return the body with at most `MOST_TRIANGLES`, on a subset of its points."""
     count = len(frames.triangles)
     if count <= MOST_TRIANGLES:
         return replace(frames, before=count)

@@ -15,7 +15,7 @@ from impact.files.safe_files import whole_file
 from impact.greens.base import Array
 from impact.pictures.drawing import BLUE, GREY, ORANGE, load_matplotlib, sheet, zero_line
 from impact.quantities import scaled, text
-from seatfem.pictures import cell_grid, frames, moving, rendering
+from seatfem.pictures import frames, moving, rendering, skins
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -178,7 +178,7 @@ def _outline(place: Axes, mesh: Any, sites: Array, values: Array, scale: Any) ->
 
 def _image(mesh: Any, sites: Array, values: Array) -> NDArray[np.uint8]:
     """Return an image of the surface from above."""
-    triangles = cell_grid.as_triangles(mesh.facets[:, mesh.boundary_facets()].T)
+    triangles = skins.as_triangles(mesh.facets[:, mesh.boundary_facets()].T)
     nodes, numbered = np.unique(triangles, return_inverse=True)
     points = np.ascontiguousarray(mesh.p.T[nodes])
     surface = frames.Frames(

@@ -148,6 +148,6 @@ def test_other_columns_are_left_aside_and_quotes_are_read(tmp_path: Path) -> Non
 
 
 def test_a_stated_unit_stands_in_place_of_one_that_is_unknown(tmp_path: Path) -> None:
-    """As of a header in another language; a known one that differs is refused."""
+    """The stated unit replaces that of a header in another language; a known one that differs is refused."""
     path = written(tmp_path, "time [ms],force [Kilopond]\n0,1\n1,2\n")
     assert read_time_series(path, "force", units={"force": "kN"})(np.array([1e-3])) == pytest.approx([2e3])

@@ -266,7 +266,7 @@ with whole_file(sys.argv[1]) as temporary:
 
 @pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGKILL])
 def test_a_killed_writer_leaves_no_half_file(sent: signal.Signals, tmp_path: Path) -> None:
-    """After SIGKILL a hidden temporary file may stay; under the final name there is the older file or none."""
+    """A hidden temporary file may stay after SIGKILL; the final name holds the older file or none."""
     path = tmp_path / "result.h5"
     path.write_text("older")
     command = [sys.executable, "-c", WRITER, str(path)]

@@ -59,7 +59,7 @@ def test_a_pair_lies_as_it_is_drawn_wherever_it_is_moved(folder: Path, moved: st
 
 @pytest.mark.slow
 def test_a_tilted_reed(folder: Path) -> None:
-    """By 0.4 deg about 35 deg through a point 20 um over the lip, raised by 30 um: lowest on the mean circle."""
+    """The reed is turned by 0.4 deg about 35 deg, 20 um over the lip, and raised by 30 um."""
     contact = loaded(folder, "plate", "tilted_flapper").contact
     assert contact.tilt == pytest.approx(math.radians(0.4), abs=ANGLE)
     assert contact.tilt_axis == pytest.approx(math.radians(35), abs=ANGLE)
@@ -103,7 +103,7 @@ SEGMENT = '[["-22 mm", "4 mm"], ["-22 mm", "-4 mm"]]'
 
 @pytest.mark.parametrize("clamped", [PLANE, SEGMENT, '{ point = ["-22 mm", "0 mm", "6.6 mm"] }'])
 def test_ways_to_say_what_is_clamped(folder: Path, clamped: str) -> None:
-    """By plane, by place and by both ends in the file's coordinates: the end of the root, as by its number."""
+    """Plane, place and both ends in the file's coordinates name one edge: the end of the root, as by its number."""
     reed = loaded(folder, "plate", "flapper", ("{ number = 1 }", clamped)).reed.geometry()
     assert np.abs(reed.segment) == pytest.approx(np.array([(0.0, 4e-3), (0.0, 4e-3)]), abs=LENGTH)
 
@@ -147,7 +147,7 @@ def test_what_does_not_fit_together(
 
 @pytest.mark.slow
 def test_a_frame_that_is_stated(folder: Path) -> None:
-    """Without [assembly]: an oblique reed by its own frame; a normal that is not the plate's is refused."""
+    """An oblique reed has its own frame without [assembly]; a normal that is not the plate's is refused."""
     placed = loaded(folder, "tumbled_plate", "tumbled_flapper").reed.frame
     origin = ", ".join(f'"{each!r} m"' for each in placed.origin)
     alone = '[assembly]\nplaced = "as drawn"\n', ""

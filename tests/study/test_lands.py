@@ -166,7 +166,7 @@ def test_gas_acts_over_each_port_as_it_is_drawn(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_a_run_says_which_land_closes_first(gallery: Gallery) -> None:
-    """By plain use: the outer land of a tilted ring valve first, every number of a land with its bar, shares of one."""
+    """The outer land of a tilted ring valve closes first; every number of a land has its bar; shares add up to one."""
     summary = read_summary(gallery.run_of(ROOT / "examples" / "ring_valve_lands.toml"))
     inner, outer = summary["lands"]
     assert [(each["land"], each["order"]) for each in (inner, outer)] == [("inner land", 2), ("outer land", 1)]

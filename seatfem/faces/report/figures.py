@@ -24,7 +24,7 @@ from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY
 from impact.pictures.lip_plots import BODIES, COLOUR, NAMES, LandingMark, landing_marks, shown_contact, value_at
 from impact.pictures.plots import sampled_filter
 from impact.quantities import scaled
-from seatfem.pictures import cell_grid, frames, moving
+from seatfem.pictures import frames, moving, skins
 from seatfem.structures.rings import as_a_whole
 
 if TYPE_CHECKING:
@@ -112,7 +112,7 @@ def _notes(body: frames.Frames, shown: frames.Frames) -> Iterator[str]:
 
 def _numbers(body: frames.Frames) -> dict[str, Any]:
     """Return the data for the script: arrays in base64, little-endian."""
-    outward = cell_grid.wound_outward(body.points, body.triangles)
+    outward = skins.wound_outward(body.points, body.triangles)
     factor, unit = scaled(max(abs(body.low), abs(body.high)), body.unit) if body.values is not None else (1.0, "")
     rate, moved = (1.0, "") if body.time is None else scaled(body.largest, "m")
     return {

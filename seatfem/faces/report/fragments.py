@@ -78,6 +78,12 @@ def html_table(table: Table) -> str:
     return f'<div class="scroll">{whole}</div>{caption}'
 
 
+def html_list(sentences: Iterable[str]) -> str:
+    """Return sentences as an HTML list; "" without any."""
+    items = "".join(f"<li>{html.escape(sentence)}</li>" for sentence in sentences)
+    return f"<ul>{items}</ul>" if items else ""
+
+
 def html_rows(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """Return an HTML table of rows of text under their headers."""
     table = Table(*heads)

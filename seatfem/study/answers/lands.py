@@ -1,4 +1,4 @@
-"""In which order a landing closes the lands of a seat with several, in a sentence."""
+"""The order in which a landing closes the lands of a seat with several, as a sentence."""
 
 import math
 from collections.abc import Mapping, Sequence

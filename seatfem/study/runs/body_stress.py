@@ -19,7 +19,7 @@ from seatfem.study.impacts.touches import Touches
 from seatfem.units import place_words
 
 if TYPE_CHECKING:
-    from seatfem.pictures.cell_grid import Skin
+    from seatfem.pictures.skins import Skin
     from seatfem.structures.fields.solids import AnyField
 
 Histories = Iterable[tuple[str, Array]]

@@ -18,7 +18,7 @@ from impact.after.histories import ReedStress
 from impact.bodies.loads import find_own_coordinates
 from impact.greens.base import Array
 from impact.march.motion import modal_coordinates
-from seatfem.pictures import cell_grid, frames
+from seatfem.pictures import frames, skins
 from seatfem.structures import method, sheets
 from seatfem.structures.fields.peaks import LITTLE, LargestStress, largest, von_mises
 from seatfem.structures.fields.recovery import StressField, in_frames
@@ -125,9 +125,9 @@ class PlateStress(FieldStress):
         histories = foremost(self.histories_at(which, spots, stride))
         return tuple(each.spot for each in histories), histories
 
-    def on_skin(self, values: Array) -> tuple[cell_grid.Skin, Array]:
+    def on_skin(self, values: Array) -> tuple[skins.Skin, Array]:
         mesh = self.reed.plate(self.strike.striker.greens).mesh
-        skin = cell_grid.skin_of_plate(mesh)
+        skin = skins.skin_of_plate(mesh)
         on_nodes = np.full((*values.shape[:-1], len(skin.nodes)), np.nan)
         on_nodes[..., rows_of(self.field.points, mesh.points[skin.nodes])] = values
         return skin, on_nodes

@@ -15,7 +15,7 @@ from scipy.spatial import cKDTree
 
 from impact import notices, quantities
 from impact.greens.base import Array
-from seatfem.pictures import cell_grid, frames, rendering, stress_plot
+from seatfem.pictures import frames, rendering, skins, stress_plot
 from seatfem.structures.errors import ModelError
 from seatfem.structures.fields.peaks import BETWEEN, Largest
 from seatfem.structures.fields.recovery import at_time, histories, largest, response_in_frames, von_mises
@@ -135,18 +135,18 @@ class SeatStress(FieldStress):
             histories.append(History.at_peak(self.role, "named", point, stress, touches, self.components, stride))
         return spots, tuple(histories)
 
-    def on_skin(self, values: Array) -> tuple[cell_grid.Skin, Array]:
+    def on_skin(self, values: Array) -> tuple[skins.Skin, Array]:
         """Return the surface as `FieldStress.on_skin`; of harmonics all around the ring."""
         nodes = elements_of(self.mesh).nodes
         if not isinstance(self.field, RingField):
             assert self.model is not None
-            skin = cell_grid.skin_of(self.model)
+            skin = skins.skin_of(self.model)
             on_nodes = np.full(len(skin.nodes), np.nan)
             on_nodes[rows_of(self.field.points, nodes.T[skin.nodes])] = values
             return skin, on_nodes
         around = self.field.angles[0]
         closed = np.append(around, around[0] + 2 * np.pi)
-        skin = cell_grid.skin_of_section(self.mesh, nodes[0], nodes[1], closed).spread()
+        skin = skins.skin_of_section(self.mesh, nodes[0], nodes[1], closed).spread()
         assert skin.angles is not None
         on_nodes = np.full((nodes.shape[1], len(around)), np.nan)
         on_nodes[rows_of(self.field.section, nodes.T)] = values.reshape(self.field.angles.shape)
@@ -162,9 +162,9 @@ class SeatStress(FieldStress):
         """Return the stress wave on the mesh of the stress: harmonics are summed one by one to save memory."""
         elements, drawn = elements_of(self.mesh), self.drawn
         if self.model is None:
-            skin = cell_grid.skin_of_section(elements.mesh, *elements.nodes).spread()
+            skin = skins.skin_of_section(elements.mesh, *elements.nodes).spread()
         else:
-            skin = cell_grid.skin_of(self.model)
+            skin = skins.skin_of(self.model)
         nodes, which = np.unique(skin.nodes, return_inverse=True)
         sites = at_nodes(elements, nodes)
         tensors, moved = np.zeros((len(steps), len(which), 6)), np.zeros((len(steps), len(which), 3))
