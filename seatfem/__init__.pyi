@@ -37,8 +37,7 @@ from seatfem.structures.sheets import PlateModes as PlateModes, Sheet as Sheet, 
 from seatfem.structures.cache import Store as Store, content_key as content_key
 from seatfem.study.runs.forecast import converge as converge
 from seatfem.study.runs.outcome import RunResult as RunResult
-from seatfem.study.runs.pipeline import run_scene as run_scene
-from seatfem.study.runs.run import run as run
+from seatfem.study.runs.pipeline import run as run, run_scene as run_scene
 from seatfem.study.scene import load_scene as load_scene
 from seatfem.study.sweep.sweep import (
     optimise as optimise,

@@ -10,7 +10,7 @@ from typing import Final
 from rich.table import Table
 
 from impact.quantities import in_time
-from seatfem.faces.tables import landings_of, landings_table, lands_tables, result_table
+from seatfem.faces.tables import landings_of, landings_tables, lands_tables, result_table
 from seatfem.faces.terminal import Console, visible
 from seatfem.readings import Summary, as_number
 from seatfem.study.answers.decision import Decision, decide
@@ -55,8 +55,8 @@ def all_parts(summary: Summary, title: str) -> Iterator[str | Table]:
     yield from (f"- {sentence}" for sentence in omissions(summary))
     yield result_table(summary)
     landings = landings_of(summary)
-    if len(landings) > 1 and (table := landings_table(landings)):  # else the table above has all
-        yield table
+    if len(landings) > 1:  # else the table above has all
+        yield from landings_tables(landings)
     yield from lands_tables(summary)
     yield from filter(None, (against_spring(summary), *sentences(summary)))
 
@@ -82,7 +82,7 @@ def _files_lines(summary: Summary, files: Sequence[Path]) -> list[str]:
         return []
     folders, spent = sorted({str(file.parent) for file in files}), as_number(summary.get("wall_time_s"))
     time = "" if spent is None else f" in {in_time(spent)}"
-    return wrapped(f"wrote {len(files)} files to {', '.join(folders)}{time}")
+    return wrapped(f"wrote {len(files)} file{'s'[: len(files) > 1]} to {', '.join(folders)}{time}")
 
 
 def wrapped(text: str, bullet: str = "") -> list[str]:

@@ -60,14 +60,14 @@ def read_back(scene: Scene) -> tuple[tuple[str, str], ...]:
     return tuple(rows)
 
 
-def read_table(scene: Scene) -> Table | None:
-    """Return the rows of `read_back` as a table; ``None`` for a scene without files. Raises as `read_back`."""
+def read_tables(scene: Scene) -> Iterator[Table]:
+    """Yield the rows of `read_back` as a table; none for a scene without files. Raises as `read_back`."""
     if not parcel.files_of(scene):
-        return None
+        return
     table = Table("table", "what was read")
     for name, words in read_back(scene):
         table.add_row(name, words)
-    return table
+    yield table
 
 
 def _struck(body: Structure, along: Contact | Literal[False]) -> str:

@@ -3,7 +3,6 @@
 import math
 import sys
 from collections.abc import Sequence
-from contextlib import nullcontext
 from importlib import resources
 from pathlib import Path
 from typing import Annotated, Final
@@ -32,7 +31,6 @@ from seatfem.faces.terminal import (
     tell,
 )
 from seatfem.faces.wings import file_kinds
-from seatfem.pictures import rendering
 from seatfem.study.impacts import contact
 from seatfem.study.impacts import layout as layouts
 from seatfem.study.runs import forecast, next_round, pipeline
@@ -119,7 +117,7 @@ def plan(
         sys.stdout.write(plan_view.plan_json(look.plan, look) + "\n")
     elif not common.quiet:
         wide = console()
-        if (read := plan_view.read_table(checked)) is not None:
+        for read in plan_view.read_tables(checked):
             wide.print(read)
         wide.print(plan_view.choices_table(look.plan))
         for words in (*plan_view.look_lines(look), *([] if drawing is None else [f"wrote {drawing}"])):
@@ -207,13 +205,12 @@ def _run(path: Path, folder: Path, effort: Effort, common: Common, changes: Sequ
         raise OutputError(f"--output: {folder} is a file; choose a folder")
     content = path.read_bytes()
     limits = next_round.Limits(effort.rounds, math.inf if effort.max_time is None else effort.max_time)
-    if (read := plan_view.read_table(scene)) is not None:
+    for read in plan_view.read_tables(scene):
         errors.print(read, soft_wrap=False)
-    drawing = nullcontext() if effort.no_pictures else rendering.drawing_apart()
-    with progress_of(common, errors) as progress, drawing as painter:
+    with progress_of(common, errors) as progress:
         outcome = pipeline.run_scene(
-            scene, folder, progress, tell=errors.print, limits=limits, pictures=not effort.no_pictures, painter=painter,
-        )  # fmt: skip
+            scene, folder, progress, tell=errors.print, limits=limits, pictures=not effort.no_pictures
+        )
     copies = asked.keep_asked(content, parcel.files_of(scene), path.parent, outcome.plan, folder, changes)
     if not common.quiet:
         summary, title = outcome.summary, scene.title or path.stem

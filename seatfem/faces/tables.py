@@ -80,12 +80,11 @@ def landings_of(summary: readings.Summary) -> Records:
     return sorted(records, key=lambda each: -(readings.as_number(each.get(results.EXCESS)) or 0.0))
 
 
-def landings_table(records: Records, most: int | None = SHOWN) -> Table | None:
-    """Return a table of the first ``most`` records (``None``: all) with error bars, and a caption on order and
-    omissions;
-    ``None`` without records."""
+def landings_tables(records: Records, most: int = SHOWN) -> Iterator[Table]:
+    """Yield a table of the first ``most`` records with error bars, and a caption on order and omissions; none without
+    records."""
     if not records:
-        return None
+        return
     shown = records[:most]
     table = _records_table("landing")
     cut = (", cut off" if record.get("cut_off") is True else "" for record in shown)
@@ -103,7 +102,7 @@ def landings_table(records: Records, most: int | None = SHOWN) -> Table | None:
     if len(shown) < len(records):
         notes[0] += f"; {len(records) - len(shown)} more in {results.LANDINGS_FILE}"
     table.caption = "\n".join([*notes, *_bar_note(table)])
-    return table
+    yield table
 
 
 def _records_table(*heads: str) -> Table:

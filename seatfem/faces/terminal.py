@@ -169,9 +169,7 @@ def tell(outcome: pipeline.RunOutcome, common: Common, further_files: Sequence[P
     lines().print(f"time: {tables.time_line(outcome.stages)}")
 
 
-def print_outcome(
-    terminal: Console, sentences: Iterable[object], notes: Iterable[str | None], files: Iterable[Path]
-) -> None:
+def print_outcome(terminal: Console, sentences: Iterable[object], notes: Iterable[str], files: Iterable[Path]) -> None:
     """Print the sentences and notes of a run, and the files written."""
     for words in filter(None, sentences):
         terminal.print(words)

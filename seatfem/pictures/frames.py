@@ -199,6 +199,15 @@ def wave_frames(
     )  # fmt: skip
 
 
+def peak_frames(skin: skins.Skin, mises: Array, words: str) -> Frames:
+    """Return a frame of the largest von Mises stress (S,) of a run at the nodes of a body's skin, nan where unknown;
+    ``words``: its label."""
+    return Frames(
+        "", skin.points, skin.triangles, np.zeros((1, *skin.points.shape)), (words,), None, mises[None, skin.which],
+        "largest von Mises", "Pa", 0.0, float(np.nanmax(mises)) or 1.0, "grey: no stress is reported",
+    )  # fmt: skip
+
+
 def landing_frames(
     mesh: PlateMesh,
     deflection: Array,

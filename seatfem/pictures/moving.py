@@ -88,7 +88,7 @@ def swing_frame(frames: Frames, path: str | os.PathLike[str], *, pictures: int =
 def plot_frames(frames: Frames, path: str | os.PathLike[str], *, title: str = "", most: int = SHOWN) -> None:
     """Draw at most so many frames on one sheet: the first modes, or times all over a run. Raises as `draw_frames`."""
     count = min(most, len(frames.labels))
-    columns = None if frames.time is None else 3 if count > 4 else 2
+    columns = 0 if frames.time is None else 3 if count > 4 else 2
     last = (count if frames.time is None else len(frames.labels)) - 1
     chosen = np.unique(np.linspace(0, last, count).round().astype(int)).tolist()
     images = crop(draw_frames(frames, [(k, 1.0) for k in chosen]))
@@ -129,7 +129,7 @@ def album(
     headings: Sequence[str],
     path: str | os.PathLike[str],
     title: str,
-    columns: int | None = None,
+    columns: int = 0,
 ) -> Iterator[Figure]:
     """Yield the figure of a sheet of images of equal size in rows, below their headings, at most as large as a page."""
     height, width = images[0].shape[:2]

@@ -36,9 +36,9 @@ WHOLE = {
         ({"accuracy_met": False, "accuracy_stopped_because": "no time is left"},
          "The accuracy asked for was missed, and no further round followed: no time is left."),
         ({"peak_seat_stress_Pa": None},
-         "Stress in the seat was not computed; [stress] in the scene asks for that of a seat of finite elements."),
+         "Stress in the seat was not computed; add [stress] to the scene (for seats of finite elements)."),
         ({"peak_reed_stress_Pa": None},
-         "Stress in the reed was not computed; [stress] in the scene asks for that of a plate."),
+         "Stress in the reed was not computed; add [stress] to the scene (for reeds of plate elements)."),
         ({"pictures_missing": "no driver"}, "Pictures that could not be drawn: no driver."),
     ],
 )  # fmt: skip

@@ -101,7 +101,7 @@ def test_torsion_of_a_free_cylinder_turns_it_and_has_no_harmonic():
 
 @pytest.fixture
 def undrawn(monkeypatch):
-    def write(pictures, folder, progress):
+    def write(pictures, folder, progress, painter):
         for name, draw in pictures:
             draw(path=folder / name) if name == "modes.vtu" else (folder / name).write_text("picture")
         return tuple(folder / name for name, _ in pictures), ()

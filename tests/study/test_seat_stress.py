@@ -10,8 +10,9 @@ import pytest
 from seatfem.structures.cache import VARIABLE
 from seatfem.structures.fields.recovery import Response, von_mises
 from seatfem.study.runs import pipeline
-from seatfem.study.runs.seat_stress import SeatStress, seat_stress, stress_keys, stress_pictures
+from seatfem.study.runs.seat_stress import SeatStress, seat_stress, stress_keys
 from seatfem.study.runs.stress_spots import load_histories
+from seatfem.study.runs.stress_wave import peak_pictures
 from seatfem.study.scene.problems import SceneError
 from tests.gallery import BAR
 from tests.steps import Stopwatch, begin_plan, load_scene, rounds, silent
@@ -57,9 +58,12 @@ def test_a_bar_pressed_slowly_bears_force_over_area(tmp_path: Path, monkeypatch:
     scale = np.sqrt(200e9 * 7850) * SPEED
     assert summary["peak_seat_stress_over_rho_c0_v"] == pytest.approx(summary["peak_seat_stress_Pa"] / scale, rel=1e-6)
     assert len(summary["peak_seat_stress_at_m"]) == 3
-    for name, draw in stress_pictures(kept[0], "stress", (np.nan, np.nan)):
+    for name, draw in peak_pictures(kept[0], "stress"):
         draw(path=tmp_path / name)
     assert (tmp_path / "seat_stress.png").stat().st_size > 10_000
+    body = pytest.importorskip("pyvista").read(tmp_path / "seat_stress.vtu")
+    assert np.nanmax(body["largest von Mises [Pa]"]) == pytest.approx(summary["peak_seat_stress_Pa"])
+    assert np.nanmax(body["its time [s]"]) <= 330e-6
 
 
 @pytest.mark.slow

@@ -134,7 +134,6 @@ class Session:
                 plan=plan, histories=not first,
             )  # fmt: skip
             summary, ended = outcome.summary, outcome.plan
-            assert ended is not None
             known = reference_of(ended, summary, Cache(folder / SEAT_FILE), self.progress)
             if not first:
                 keep_asked(content, files_of(scene), target.parent, ended, folder)

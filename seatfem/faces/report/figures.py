@@ -196,10 +196,10 @@ def energy_figure(run: ImpactResult) -> Figure:
     return figure.figure(f"energy [{unit}]", zoomed=False)
 
 
-def lip_figure(run: ImpactResult, arcs: int | None = None) -> Figure:
+def lip_figure(run: ImpactResult, arcs: int = 0) -> Figure:
     """Draw a map of the force on each segment of the lip over time, averaged over intervals, during contact.
 
-    ``arcs``: number of segments, each of equally many parts across; ``None``: each part is a segment.
+    ``arcs``: number of segments, each of equally many parts across; 0: each part is a segment.
     """
     first, last = _pressed([run])
     parts = run.rows.force[1:].reshape(len(run.rows.ends) - 1, arcs or run.rows.force.shape[1], -1).sum(axis=2)
@@ -230,9 +230,9 @@ def greens_figure(greens: GreensFunction, width: float) -> Figure:
     return figure
 
 
-def budget_figure(shares: Mapping[str, Mapping[str, float]], target: float | None = None) -> Figure:
+def budget_figure(shares: Mapping[str, Mapping[str, float]], target: float = 0.0) -> Figure:
     """Draw the uncertainty of each measure by source, relative [%]; ``shares``: source -> measure -> fraction. A line
-    marks the ``target`` that was asked for, and the axis reaches beyond it and the largest uncertainty."""
+    marks a ``target`` above zero that was asked for, and the axis reaches beyond it and the largest uncertainty."""
     figure = _empty("")
     for (source, parts), colour in zip(shares.items(), SOURCES, strict=False):
         names, values = list(parts), [100 * value for value in parts.values()]

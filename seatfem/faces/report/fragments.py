@@ -180,7 +180,7 @@ CAPTIONS: Final[Mapping[str, str]] = {
     "modes.png": "Modes of the seat.",
     "mode_1.gif": "The first mode of the seat.",
     "greens.png": "The driving-point Green's function: impulse response, step response, receptance.",
-    "seat_stress.png": "Largest stress on the seat, and its histories.",
+    "seat_stress.png": "Largest von Mises stress of the run at each place of the seat.",
     "stress_histories.png": "Stress over time at the hot spots of reed and seat.",
     "gauges.png": "Strain at the gauges.",
     "fit.png": "The measured response and what was fitted to it.",

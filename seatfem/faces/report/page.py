@@ -35,7 +35,7 @@ from seatfem.faces.report.fragments import (
     text_of,
     versions,
 )
-from seatfem.faces.tables import is_baseline, landings_of, landings_table, lands_tables, result_table
+from seatfem.faces.tables import SHOWN, is_baseline, landings_of, landings_tables, lands_tables, result_table
 from seatfem.pictures.moving import KEPT, moving_bodies
 from seatfem.study.answers.decision import Decision, decide
 from seatfem.study.answers.omissions import not_modelled, omissions
@@ -143,12 +143,12 @@ def _first_screen(folder: Path, decision: Decision) -> str:
 def _landings(summary: Mapping[str, Any]) -> str:
     """Return a table of the hardest landings, and if there are more, one of all that can be unfolded."""
     records = landings_of(summary)
-    shown, whole = landings_table(records), landings_table(records, None)
-    if shown is None or whole is None:
+    if not records:
         return ""
-    hardest = f"<h3>Landings</h3>{html_table(shown)}"
-    if len(whole.rows) > len(shown.rows):
-        hardest += f"<details><summary>all {len(records)} landings</summary>{html_table(whole)}</details>"
+    shown, whole = ("".join(map(html_table, landings_tables(records, most))) for most in (SHOWN, len(records)))
+    hardest = f"<h3>Landings</h3>{shown}"
+    if len(records) > SHOWN:
+        hardest += f"<details><summary>all {len(records)} landings</summary>{whole}</details>"
     lands = "".join(map(html_table, lands_tables(summary)))
     return f"{hardest}<h3>Lands</h3>{lands}" if lands else hardest
 
@@ -165,8 +165,8 @@ def _figures(folder: Path, summary: Mapping[str, Any]) -> dict[str, tuple[str, F
         figures["Contact force"] = (CURVES + first + step, draw.force_figure(runs, width, landings))
         if "lip" in runs:
             words = "Each row is a segment of the lip, counted from the direction of the reed's tip."
-            arcs = readings.as_number(summary.get(results.PORTS))
-            figures["Along the lip"] = (words, draw.lip_figure(runs["lip"], None if arcs is None else int(arcs)))
+            arcs = int(readings.as_number(summary.get(results.PORTS)) or 0)
+            figures["Along the lip"] = (words, draw.lip_figure(runs["lip"], arcs))
         figures["Motion"] = (CURVES + "Positive away from the seat.", draw.motion_figure(runs, landings))
         words = "The energy input is the work of the loads and of the release."
         figures["Energy"] = (CURVES + words, draw.energy_figure(runs["wave"]))
@@ -180,7 +180,7 @@ def _figures(folder: Path, summary: Mapping[str, Any]) -> dict[str, tuple[str, F
             "Uncertainty of what the accuracy was asked for, divided among its sources as their estimated errors. The "
             "dashed line is the accuracy asked for."
         )
-        target = readings.as_number(summary.get("accuracy_target"))
+        target = readings.as_number(summary.get("accuracy_target")) or 0.0
         figures["Error budget"] = (words, draw.budget_figure(shares, target))
     return figures
 

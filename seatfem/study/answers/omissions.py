@@ -75,6 +75,6 @@ def _not_computed(summary: readings.Summary) -> Iterator[str]:
     """Yield the stresses that were not computed, and the keys of the scene that request them."""
     is_a_spring = is_static(summary) and not static_seat(summary)
     if readings.as_number(summary.get(results.SEAT_STRESS)) is None and not is_a_spring:
-        yield "Stress in the seat was not computed; [stress] in the scene asks for that of a seat of finite elements."
+        yield "Stress in the seat was not computed; add [stress] to the scene (for seats of finite elements)."
     if readings.as_number(summary.get(results.REED_STRESS)) is None:
-        yield "Stress in the reed was not computed; [stress] in the scene asks for that of a plate."
+        yield "Stress in the reed was not computed; add [stress] to the scene (for reeds of plate elements)."

@@ -47,15 +47,15 @@ if TYPE_CHECKING:
 class Baseline:
     """The run on a spring of the seat's static stiffness, to compare with the run ``beside``, and what ``simpler``
     models of the seat give, by keys of summary.json. ``left``, ``stiffness_bar``: errors of its measures and of the
-    stiffness [N/m] if the seat is a measured record, else ``None``."""
+    stiffness [N/m] if the seat is a measured record, else none and nan."""
 
     beside: ImpactResult
     stiffness: float
     touches: Touches
     stress: ReedStress | None
     simpler: Mapping[str, object]
-    left: Budget | None = None
-    stiffness_bar: float | None = None
+    left: Budget = field(default_factory=lambda: Budget({}))
+    stiffness_bar: float = math.nan
 
     @property
     def result(self) -> ImpactResult:
@@ -92,7 +92,7 @@ def baseline_of(done: Round, watch: Stopwatch) -> Baseline:
             models = validity.simpler_models(scene, done.striker, done.seat.greens, done.result.dt)
             simpler = validity.simpler_keys(models, scene.run.filter_width)
             del models
-    errors, bar = None, None
+    errors, bar = Budget({}), math.nan
     if draws := scene.seat.other_fits():
         with watch("spring baseline"):
             others = [static_stiffness(draw) for draw in draws]
@@ -175,8 +175,7 @@ class Afterwards:
         of_seat: list[rendering.Picture] = []
         waves: list[rendering.Picture] = []
         if self.stress is not None:
-            unsure = done.touch, done.touch + done.plan.scene.run.filter_width
-            of_seat = seat_stress.stress_pictures(self.stress, title or "Stress in the seat", unsure)
+            of_seat = stress_wave.peak_pictures(self.stress, title or "Stress in the seat")
             waves = stress_wave.wave_pictures(done, self.bodies)
         return [
             *of_seat,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -64,13 +63,13 @@ def draw_run(
     baseline: ImpactResult,
     folder: Path,
     progress: Progress,
+    painter: rendering.Painter,
     more: Sequence[rendering.Picture] = (),
-    painter: rendering.Painter | None = None,
     landings: Sequence[Mapping[str, object]] = (),
 ) -> tuple[tuple[Path, ...], tuple[str, ...]]:
     """Draw force, motion, energy, Green's function, ``more``, mesh and modes; return the files and messages on gaps.
 
-    ``painter``: drawing process that `ahead` has started on. ``landings``: records as in summary.json, to be marked.
+    ``painter``: drawing process, on which `ahead` has begun. ``landings``: records as in summary.json, to be marked.
     Pictures of mesh and modes of a seat that is reused are copied from the store; without any, it is meshed again.
     """
     title, width = scene.title or "Impact", scene.run.filter_width
@@ -197,23 +196,20 @@ def mesh_picture(mesh: meshing.SeatMesh | plane_meshes.MeridianMesh | None) -> C
 
 
 def draw_all(
-    wanted: list[rendering.Picture], folder: Path, progress: Progress, painter: rendering.Painter | None = None
+    wanted: list[rendering.Picture], folder: Path, progress: Progress, painter: rendering.Painter
 ) -> tuple[tuple[Path, ...], tuple[str, ...]]:
-    """Draw all pictures, `BODIES` in another process meanwhile; return the files and messages about gaps.
-
-    ``painter``: that process, if it is running; pictures that it has begun are not drawn again.
-    """
+    """Draw all pictures, `BODIES` by the ``painter`` meanwhile, those that it has begun once; return the files and
+    messages about gaps."""
     files: list[Path] = []
     gaps: dict[str, list[str]] = {}  # names of pictures by the reason why they are missing
     bodies = [] if picture_library_gap() else [picture for picture in wanted if picture[0] in BODIES]
-    with nullcontext(painter) if painter is not None else rendering.drawing_apart() as drawing:
-        drawing.take([picture for picture in bodies if picture[0] not in drawing])
-        for number, (name, draw) in enumerate(sorted(wanted, key=lambda p: p[0] in drawing), start=1):
-            if gap := drawing.wait(name, folder) if name in drawing else try_draw(_by_name(draw), folder / name):
-                gaps.setdefault(gap.removeprefix(name), []).extend([name] if gap.startswith(name) else [])
-            else:
-                files.append(folder / name)
-            progress("pictures", number / len(wanted))
+    painter.take([picture for picture in bodies if picture[0] not in painter])
+    for number, (name, draw) in enumerate(sorted(wanted, key=lambda p: p[0] in painter), start=1):
+        if gap := painter.wait(name, folder) if name in painter else try_draw(_by_name(draw), folder / name):
+            gaps.setdefault(gap.removeprefix(name), []).extend([name] if gap.startswith(name) else [])
+        else:
+            files.append(folder / name)
+        progress("pictures", number / len(wanted))
     return tuple(files), tuple(f"skipped pictures: {', '.join(names)}{reason}" for reason, names in gaps.items())
 
 
@@ -245,7 +241,8 @@ def draw_modes(natural: NaturalModes, folder: Path, progress: Progress) -> tuple
     wanted: list[rendering.Picture] = [("mesh.png", mesh_picture(natural.mesh))]
     if elastic:
         wanted += [*_mode_pictures(elastic, title, most=DRAWN_MODES), ("modes.vtu", paraview)]
-    files, gaps = draw_all(wanted, folder, progress)
+    with rendering.drawing_apart() as painter:
+        files, gaps = draw_all(wanted, folder, progress, painter)
     return (table, *files), gaps
 
 

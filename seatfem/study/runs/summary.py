@@ -194,10 +194,8 @@ def landing_bar_keys(records: Sequence[Mapping[str, object]], number: object) ->
     return {f"error_bar_landing_{key}": hard.get(f"error_bar_{key}") for key in OF_A_LANDING.values()}
 
 
-def spring_bar_keys(left: Budget | None) -> dict[str, object]:
-    """Return error_bar_spring_KEY of each measure of the baseline; none if its errors were not computed."""
-    if left is None:
-        return {}
+def spring_bar_keys(left: Budget) -> dict[str, object]:
+    """Return error_bar_spring_KEY of each measure of the baseline whose errors were computed."""
     names = [name for name in left.values if not is_of_a_landing(name)]
     return {f"error_bar_spring_{key_of(name)}": finite_or_none(left.bar(name)) for name in names}
 
