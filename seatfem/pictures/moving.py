@@ -49,24 +49,26 @@ _BAR: Final = {
 }  # fmt: skip
 
 
-def draw_frames(frames: Frames, shown: Sequence[tuple[int, float]], *, title: str | None = None) -> list[Image]:
+def draw_frames(
+    frames: Frames, shown: Sequence[tuple[int, float]], *, title: str = "", alone: bool = False
+) -> list[Image]:
     """Return images of frames; ``shown``: number of each, and phase, the factor on its displacement.
 
-    ``title``: title above each image, which then has a colour scale and half the size; ``None``: the body alone.
+    ``title``: title above each image, which has a colour scale and half the size; ``alone``: the body without them.
 
     Raises:
         PictureError: a package or driver for drawing is missing, or shapes of arrays are inconsistent.
     """
     frames.check()
-    size = SHEET if title is None else FILM
+    size = SHEET if alone else FILM
     plotter = new_plotter(load_pyvista(), size, shrunk=True)
-    stage, images = _Stage(plotter, frames, titled=title is not None), []
+    stage, images = _Stage(plotter, frames, titled=not alone), []
     for number, phase in shown:
         stage.move(number, phase)
-        if title is not None:
+        if not alone:
             heading = f"{title}\n{frames.labels[number]}".strip()
             plotter.add_text(heading, position=(24, size[1] - 96), font_size=17, color="black", name="heading")
-        images.append(shoot(plotter) if title is None else halved(shoot(plotter)))
+        images.append(shoot(plotter) if alone else halved(shoot(plotter)))
     plotter.close()
     return images
 
@@ -80,7 +82,7 @@ def animate_frames(frames: Frames, path: str | os.PathLike[str], *, title: str =
 def swing_frame(frames: Frames, path: str | os.PathLike[str], *, pictures: int = 24) -> None:
     """Draw the first mode as an endless GIF of one period in ``pictures`` (even) images. Raises as `draw_frames`."""
     phases = [math.cos(2 * math.pi * k / pictures) for k in range(pictures // 2 + 1)]
-    half = draw_frames(frames, [(0, phase) for phase in phases], title="")
+    half = draw_frames(frames, [(0, phase) for phase in phases])
     images = [*half, *half[-2:0:-1]]  # the second half of the period repeats the same pictures
     write_gif(images, _own_colours(), path, round(PERIOD / pictures))
 
@@ -91,7 +93,7 @@ def plot_frames(frames: Frames, path: str | os.PathLike[str], *, title: str = ""
     columns = 0 if frames.time is None else 3 if count > 4 else 2
     last = (count if frames.time is None else len(frames.labels)) - 1
     chosen = np.unique(np.linspace(0, last, count).round().astype(int)).tolist()
-    images = crop(draw_frames(frames, [(k, 1.0) for k in chosen]))
+    images = crop(draw_frames(frames, [(k, 1.0) for k in chosen], alone=True))
     factor, words = frames.colour_scale
     with album(images, [frames.labels[k] for k in chosen], path, title, columns) as figure:
         library = load_matplotlib()
@@ -109,7 +111,7 @@ def plot_margin_map(bodies: Sequence[Frames], path: str | os.PathLike[str], *, t
     shown = [each for each in bodies if np.isfinite(each.colours).any() and each.low > 0]
     if not shown:
         raise PictureError("no point has a finite margin above zero to draw: lower the load")
-    images = crop([draw_frames(each, [(0, 1.0)])[0] for each in shown])
+    images = crop([draw_frames(each, [(0, 1.0)], alone=True)[0] for each in shown])
     with album(images, [each.labels[0] for each in shown], path, title, len(shown)) as figure:
         library = load_matplotlib()
         for place, each in zip(figure.axes[:], shown, strict=False):
