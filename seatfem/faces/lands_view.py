@@ -10,7 +10,7 @@ from rich.table import Table
 
 from impact.quantities import plain
 from seatfem import readings, results
-from seatfem.study.answers.lands import lands_of
+from seatfem.study.answers.verdict import lands_of
 from seatfem.study.scene.wings import drives
 
 NOTE: Final = (

@@ -9,8 +9,7 @@ from pathlib import Path
 import pytest
 
 from seatfem.faces.report.page import report_page
-from seatfem.study.answers.checked import checked_scenes, who_checked
-from seatfem.study.answers.omissions import omissions
+from seatfem.study.answers.omissions import checked_scenes, omissions, who_checked
 
 HOSTILE = "<script>document.title='taken'</script>"
 WHOLE = {

@@ -1,8 +1,14 @@
-"""Sentences state what the numbers of a run leave out: in short beside the decision, in full in a report."""
+"""Sentences state what the numbers of a run leave out: in short beside the decision, in full in a report; and how often
+scenes of this kind, drawn at random, were compared with finer runs.
+"""
 
+from __future__ import annotations
+
+import csv
 import math
-from collections.abc import Iterator
-from typing import Final
+from collections.abc import Iterable, Iterator, Mapping
+from importlib import resources
+from typing import Any, Final
 
 from impact.quantities import with_capital
 from seatfem import readings, results
@@ -78,3 +84,75 @@ def _not_computed(summary: readings.Summary) -> Iterator[str]:
         yield "Stress in the seat was not computed; [stress] in the scene asks for that of a seat of finite elements."
     if readings.as_number(summary.get(results.REED_STRESS)) is None:
         yield "Stress in the reed was not computed; [stress] in the scene asks for that of a plate."
+
+
+TABLE: Final = "checked_scenes.csv"
+"""Table in the package that benchmarks/checked_scenes.py writes."""
+PAGE: Final = "docs/coverage.md"
+
+
+def checked_scenes() -> list[dict[str, str]]:
+    """Return the rows of `TABLE` as header -> cell."""
+    lines = resources.files(__package__).joinpath(TABLE).read_text(encoding="utf-8").splitlines()
+    return list(csv.DictReader(lines))
+
+
+def who_checked(summary: Mapping[str, Any]) -> tuple[str, list[str]]:
+    """Return a sentence on the random scenes with the run's kinds of seat and reed, or if no scene has both, with
+    either, that were compared with finer runs, and a line for each section of `PAGE`: the number of scenes, of numbers
+    with an error bar, and of those whose true error lies within it."""
+    (seat, reed), table = _kinds(summary), checked_scenes()
+    words = f'a seat "{seat}" and a reed "{reed}"'
+    beginning = f"Scenes drawn at random were compared with finer runs (sections of {PAGE})."
+    if both := list(_counts(each for each in table if (each["seat"], each["reed"]) == (seat, reed))):
+        return f"{beginning} Of those with {words}:", both
+    with_seat = _counts(each for each in table if each["seat"] == seat)
+    with_reed = _counts(each for each in table if each["reed"] == reed)
+    either = [f'seat "{seat}", {line}' for line in with_seat] + [f'reed "{reed}", {line}' for line in with_reed]
+    return f"{beginning} None had {words}{', but:' if either else ', nor either of them.'}", either
+
+
+AIM: Final = 0.97
+"""Least fraction of numbers with their true error within the bar, as `PAGE` states it."""
+CHANCE: Final = 0.05  # probability of so few inside, if `AIM` holds, below which bars of a kind of scene count as bad
+FEW: Final = 2  # scenes of a kind below which its coverage is thin
+CAUTION: Final = "treat the uncertainty with caution"
+
+
+def how_often_checked(summary: Mapping[str, Any]) -> str:
+    """Return in one sentence how many scenes with the run's kinds of seat and reed were compared with finer runs, and
+    how many of their uncertainties held; it asks for caution where these are few or held too seldom."""
+    seat, reed = _kinds(summary)
+    table, kinds = checked_scenes(), f'a seat "{seat}" and a reed "{reed}"'
+    scenes, inside, numbers = _sums(each for each in table if (each["seat"], each["reed"]) == (seat, reed))
+    if not scenes:
+        with_seat, *_ = _sums(each for each in table if each["seat"] == seat)
+        with_reed, *_ = _sums(each for each in table if each["reed"] == reed)
+        either = f"; {with_seat} had such a seat, {with_reed} such a reed" if with_seat or with_reed else ""
+        return f"No test scene with {kinds} was compared with a finer run{either}: {CAUTION}."
+    chance = sum(math.comb(numbers, k) * AIM**k * (1 - AIM) ** (numbers - k) for k in range(inside + 1))
+    held = f"{inside} of {numbers} results were right within their uncertainty"
+    caution = f": {CAUTION}" if scenes < FEW or chance < CHANCE else ""
+    return f"{scenes} test scene{'s'[: scenes > 1]} with {kinds} compared with finer runs: {held}{caution}."
+
+
+def _kinds(summary: Mapping[str, Any]) -> tuple[str, str]:
+    return str(summary.get("seat_kind")), str(summary.get("reed_kind"))
+
+
+def _sums(scenes: Iterable[Mapping[str, str]]) -> tuple[int, int, int]:
+    """Return the numbers of scenes, of values with their true error within the bar, and of values."""
+    rows = list(scenes)
+    count, inside, numbers = (sum(int(each[name]) for each in rows) for name in ("scenes", "inside", "numbers"))
+    return count, inside, numbers
+
+
+def _counts(scenes: Iterable[Mapping[str, str]]) -> Iterator[str]:
+    """Yield a line for each section: how many numbers of how many scenes have their true error within the bar."""
+    sections: dict[str, list[Mapping[str, str]]] = {}
+    for each in scenes:
+        sections.setdefault(each["section"], []).append(each)
+    for section, group in sections.items():
+        count, inside, numbers = _sums(group)
+        of_scenes = f"{count} scene{'s'[: count > 1]}"
+        yield f"{section}: {inside} of {numbers} numbers of {of_scenes} had their true error within the uncertainty"
