@@ -38,7 +38,7 @@ from seatfem.faces.report.fragments import (
 from seatfem.faces.tables import is_baseline, landings_of, landings_table, result_table
 from seatfem.pictures.moving import KEPT, moving_bodies
 from seatfem.study.answers.decision import Decision, decide
-from seatfem.study.answers.omissions import not_modelled, omissions, who_checked
+from seatfem.study.answers.omissions import not_modelled, omissions
 from seatfem.study.answers.verdict import against_spring, is_static, sentences
 from seatfem.study.plan import Choice
 from seatfem.study.runs.pipeline import RESULT_FILE
@@ -94,9 +94,7 @@ def _sections(folder: Path, summary: Mapping[str, Any]) -> Iterator[tuple[str, s
     spring, *others = (f"<p>{html.escape(line)}</p>" for line in (against_spring(summary), *sentences(summary)))
     tables = html_table(result_table(summary)) + _landings(summary)
     yield "Result", f"{spring}{tables}{''.join(others)}{_notes(summary)}"
-    checked, counts = who_checked(summary)
-    who = f"<h3>Who checked this kind of scene</h3><p>{html.escape(checked)}</p>{_list(counts)}"
-    yield "What was left out", _list(omissions(summary)) + who
+    yield "What was left out", _list(omissions(summary))
     if drawing := first_picture(folder):
         yield "Drawing", drawing
     figures = _figures(folder, summary)

@@ -88,7 +88,6 @@ def _not_computed(summary: readings.Summary) -> Iterator[str]:
 
 TABLE: Final = "checked_scenes.csv"
 """Table in the package that benchmarks/checked_scenes.py writes."""
-PAGE: Final = "docs/coverage.md"
 
 
 def checked_scenes() -> list[dict[str, str]]:
@@ -97,23 +96,8 @@ def checked_scenes() -> list[dict[str, str]]:
     return list(csv.DictReader(lines))
 
 
-def who_checked(summary: Mapping[str, Any]) -> tuple[str, list[str]]:
-    """Return a sentence on the random scenes with the run's kinds of seat and reed, or if no scene has both, with
-    either, that were compared with finer runs, and a line for each section of `PAGE`: the number of scenes, of numbers
-    with an error bar, and of those whose true error lies within it."""
-    (seat, reed), table = _kinds(summary), checked_scenes()
-    words = f'a seat "{seat}" and a reed "{reed}"'
-    beginning = f"Scenes drawn at random were compared with finer runs (sections of {PAGE})."
-    if both := list(_counts(each for each in table if (each["seat"], each["reed"]) == (seat, reed))):
-        return f"{beginning} Of those with {words}:", both
-    with_seat = _counts(each for each in table if each["seat"] == seat)
-    with_reed = _counts(each for each in table if each["reed"] == reed)
-    either = [f'seat "{seat}", {line}' for line in with_seat] + [f'reed "{reed}", {line}' for line in with_reed]
-    return f"{beginning} None had {words}{', but:' if either else ', nor either of them.'}", either
-
-
 AIM: Final = 0.97
-"""Least fraction of numbers with their true error within the bar, as `PAGE` states it."""
+"""Least fraction of numbers with their true error within the bar, as docs/coverage.md states it."""
 CHANCE: Final = 0.05  # probability of so few inside, if `AIM` holds, below which bars of a kind of scene count as bad
 FEW: Final = 2  # scenes of a kind below which its coverage is thin
 CAUTION: Final = "treat the uncertainty with caution"
@@ -145,14 +129,3 @@ def _sums(scenes: Iterable[Mapping[str, str]]) -> tuple[int, int, int]:
     rows = list(scenes)
     count, inside, numbers = (sum(int(each[name]) for each in rows) for name in ("scenes", "inside", "numbers"))
     return count, inside, numbers
-
-
-def _counts(scenes: Iterable[Mapping[str, str]]) -> Iterator[str]:
-    """Yield a line for each section: how many numbers of how many scenes have their true error within the bar."""
-    sections: dict[str, list[Mapping[str, str]]] = {}
-    for each in scenes:
-        sections.setdefault(each["section"], []).append(each)
-    for section, group in sections.items():
-        count, inside, numbers = _sums(group)
-        of_scenes = f"{count} scene{'s'[: count > 1]}"
-        yield f"{section}: {inside} of {numbers} numbers of {of_scenes} had their true error within the uncertainty"
