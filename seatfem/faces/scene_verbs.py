@@ -34,7 +34,7 @@ from seatfem.faces.wings import file_kinds
 from seatfem.study.impacts import contact
 from seatfem.study.impacts import layout as layouts
 from seatfem.study.runs import forecast, next_round, pipeline
-from seatfem.study.scene import parcel
+from seatfem.study.scene import files as scene_files
 from seatfem.study.scene import tables as scene_tables
 
 # Verbs reach the modules that they run by lazy names: `seatfem --help` must not load compilers and finite elements.
@@ -211,7 +211,7 @@ def _run(path: Path, folder: Path, effort: Effort, common: Common, changes: Sequ
         outcome = pipeline.run_scene(
             scene, folder, progress, tell=errors.print, limits=limits, pictures=not effort.no_pictures
         )
-    copies = asked.keep_asked(content, parcel.files_of(scene), path.parent, outcome.plan, folder, changes)
+    copies = asked.keep_asked(content, scene_files.files_of(scene), path.parent, outcome.plan, folder, changes)
     if not common.quiet:
         summary, title = outcome.summary, scene.title or path.stem
         if effort.full:

@@ -19,11 +19,10 @@ from seatfem.faces.report.figures import part_of_page
 from seatfem.faces.report.fragments import html_list, html_table, kept_pictures, versions
 from seatfem.faces.report.page import GUARD
 from seatfem.readings import BAR
-from seatfem.study.sweep.answers import answer_in_words, in_words, ranges, verdicts
-from seatfem.study.sweep.axes import Axis, axis_of
+from seatfem.study.sweep.answers import Axis, answer_in_words, axis_of, in_words, ranges, verdicts
 from seatfem.study.sweep.effects import varying
 from seatfem.study.sweep.limits import CUT_OFF, FAILED, FAILS, HOLDS, STOPPED, UNDECIDED
-from seatfem.study.sweep.marks import SIGNS
+from seatfem.study.sweep.maps import SIGNS
 from seatfem.study.sweep.table import StudyTable
 
 MOST: Final = 20  # largest number of scenes in a table of the terminal

@@ -22,8 +22,7 @@ from seatfem.machine.doctor import Check
 from seatfem.structures import natural_modes
 from seatfem.structures.inspection import cad, mesh_file
 from seatfem.structures.kinds import kinds_of
-from seatfem.study.answers.lands import lands_of
-from seatfem.study.answers.verdict import count, difference, is_static, which_landing
+from seatfem.study.answers.verdict import count, difference, is_static, lands_of, which_landing
 from seatfem.study.safety import STAGES, source_in_words
 from seatfem.study.scene.wings import drives
 

@@ -9,8 +9,7 @@ from pathlib import Path
 import pytest
 
 from seatfem.faces.report.page import report_page
-from seatfem.study.answers.checked import checked_scenes, how_often_checked
-from seatfem.study.answers.omissions import omissions
+from seatfem.study.answers.omissions import checked_scenes, how_often_checked, omissions
 
 HOSTILE = "<script>document.title='taken'</script>"
 WHOLE = {
@@ -50,10 +49,11 @@ def test_the_package_names_scenes_that_were_checked() -> None:
     table = checked_scenes()
     assert len(table) > 50
     assert all(0 <= int(each["inside"]) <= int(each["numbers"]) and int(each["scenes"]) > 0 for each in table)
-    flappers = [each for each in table if (each["seat"], each["reed"]) == ("annular", "flapper")]
-    inside, numbers = (sum(int(each[name]) for each in flappers) for name in ("inside", "numbers"))
-    words = how_often_checked({"seat_kind": "annular", "reed_kind": "flapper"})
-    assert f"{inside} of {numbers} results were right" in words
+    lips = [each for each in table if (each["seat"], each["reed"]) == ("annular", "flapper")]
+    scenes, inside, numbers = (sum(int(each[key]) for each in lips) for key in ("scenes", "inside", "numbers"))
+    sentence = how_often_checked({"seat_kind": "annular", "reed_kind": "flapper"})
+    assert sentence.startswith(f"{scenes} test scenes with ")
+    assert f": {inside} of {numbers} results were right" in sentence
 
 
 def test_nothing_of_a_summary_runs_in_the_page(tmp_path: Path) -> None:

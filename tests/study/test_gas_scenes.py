@@ -120,8 +120,8 @@ def test_what_a_run_says_of_its_gas(tmp_path: Path) -> None:
     net = np.subtract(keys["gas_mass_forward_kg"], keys["gas_mass_back_kg"])
     step = keys["time_step_s"] / 3
     again = run_contacts(scene, striker_of(scene, 60), seat_of(scene).greens, step)
-    history = scene.gas.after_run(again.opening, again.seat.dt, scene.run.duration, again.stopper).history
-    finer = cycle_masses(scene.gas, scene.run.duration, history, of_other=True)
+    history = scene.gas.follow(again.opening, again.seat.dt, scene.run.duration).history
+    finer = cycle_masses(scene.gas, scene.run.duration, history)
     for key, masses in finer.items():
         bars = keys[f"error_bar_{key}"]
         assert len(bars) == 2

@@ -14,11 +14,10 @@ from impact.greens.modal import ModalGreens, Residual
 from seatfem.results import OF_LANDS
 from seatfem.structures.method import bed
 from seatfem.structures.rings import Division
-from seatfem.study.answers.lands import closing_order
+from seatfem.study.answers.verdict import closing_order
 from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.contact import record_of
-from seatfem.study.impacts.each_land import DELAY, SHARE, landings_of_lands
-from seatfem.study.impacts.landings import Landings
+from seatfem.study.impacts.landings import DELAY, SHARE, Landings, landings_of_lands
 from seatfem.study.impacts.touches import values_of_record
 from seatfem.study.scene.wings import PortLift
 from seatfem.wings.gas import masses_over_lands

@@ -17,8 +17,7 @@ from seatfem.study.impacts.touches import Touches
 from seatfem.study.scene import Scene, load_scene
 from seatfem.study.scene.files import check_files
 from seatfem.study.scene.problems import SceneError
-from seatfem.study.scene.profile import Profile
-from seatfem.study.scene.retainers import Retainer
+from seatfem.study.scene.retainers import Profile, Retainer
 from tests.study.small_scenes import scene_of
 
 YOUNG, DENSITY, LENGTH, WIDTH, THICKNESS = 200e9, 7850.0, 25e-3, 10e-3, 0.3e-3

@@ -134,7 +134,7 @@ def test_what_is_refused_is_refused_before_the_contact(tmp_path: Path, monkeypat
     file = scene(tmp_path, 'points = [["4.5 mm", "0 mm", "1 mm"], ["9 mm", "0 mm", "1 mm"]]', RING)
     with pytest.raises(SceneError, match=r"stress\.points\.1: \(9, 0, 1\).*seat.* 1\.02 mm") as caught:
         pipeline.run_scene(load_scene(file), tmp_path, pictures=False)
-    assert [problem.path for problem in caught.value.problems] == [("stress", "points", 1)]
+    assert [problem.key for problem in caught.value.problems] == ["stress.points.1"]
 
 
 @pytest.mark.slow

@@ -33,7 +33,7 @@ from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.runs.rounds import SEAT_FILE
 from seatfem.study.safety import FAILURES
 from seatfem.study.scene import Scene, load_scene
-from seatfem.study.scene.parcel import files_of
+from seatfem.study.scene.files import files_of
 from seatfem.study.scene.tables import changed_data
 
 EVERY: Final = 0.1  # least time between two reports of progress [s]

@@ -8,10 +8,8 @@ from typing import Final, Literal, NamedTuple
 from impact.quantities import enumeration, in_digits, percent, with_capital
 from seatfem import results
 from seatfem.readings import BAR, MOST_UNCERTAIN, Summary, as_number, bar_of, in_text, is_known, reading
-from seatfem.study.answers.checked import how_often_checked
-from seatfem.study.answers.lands import closing_order
-from seatfem.study.answers.omissions import left_out
-from seatfem.study.answers.verdict import standing, which_landing
+from seatfem.study.answers.omissions import how_often_checked, left_out
+from seatfem.study.answers.verdict import closing_order, standing, which_landing
 
 Word = Literal["go", "no-go", "undecided"]
 GO: Final = "go"

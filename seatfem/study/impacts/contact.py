@@ -94,7 +94,7 @@ def valve_spring_keys(springs: Sequence[drives.ValveSpring], strike: Strike) -> 
     marched, gap = with_recorded_loads(striker, touches.opening, strike.dt), strike.geometry.contact.gap
     (change,) = spring_displacements(marched, strike.pushes, strike.dt, striker.springs.stiffness[:, None])
     force = np.asarray(sum(spring.force_on_undeformed(gap) for spring in springs) + change)
-    hard = None if touches.landings is None else touches.landings.hardest
+    hard = touches.landings.hardest
     return {
         "valve_spring_force_max_N": float(force.max()),
         "valve_spring_force_at_landing_N": hard and float(np.interp(hard.start, touches.seat.time, force)),
@@ -268,14 +268,17 @@ def record_of_march(
     stress_look = (look or bending_look(scene.geometry)) if stresses and scene.needs_stress else None
     blow = blow_of_march(scene, run, landings.seat, others, stress=stress_look)
     ports = scene.geometry.lifts(division, run.rows.gap[:, :seats], run.rows) if scene.driven_by else ()
-    further = other_values(scene, strains_of(scene.geometry, scene.gauged, run), run.opening, run.dt, ports)
+    strains = strains_of(scene.geometry, scene.gauged, run)
+    further = other_values(scene.driven_by, strains, run.opening, run.dt, scene.run.duration, ports)
     return touches.RunRecord(blow, landings, touches.stopper_force_of(run), further)
 
 
-def other_values(scene: Scene, strains: Strains, opening: Array, dt: float, ports: Sequence[PortLift] = ()) -> Values:
+def other_values(
+    driven: Sequence[Drive], strains: Strains, opening: Array, dt: float, duration: float, ports: Sequence[PortLift]
+) -> Values:
     """Return the values of a run that no contact has, as `RunRecord.others`: extreme strains at gauges, and those of
-    wings by the lift ``opening`` (n + 1,) [m] at steps ``dt`` [s], and that over each of several lands."""
-    by_wings = (each.values(opening, dt, scene.run.duration, ports) for each in scene.driven_by)
+    what is ``driven``; ``opening``, ``dt``, ``duration``, ``ports``: as in `Drive.follow`."""
+    by_wings = (each.follow(opening, dt, duration, ports).values() for each in driven)
     return {**gauge_values(strains), **{name: value for values in by_wings for name, value in values.items()}}
 
 

@@ -37,7 +37,7 @@ from seatfem.study.plan import Choice, Plan
 from seatfem.study.runs.converge import begin_plan
 from seatfem.study.runs.round import Round
 from seatfem.study.scene import ContactGeometry, Scene
-from seatfem.study.scene.parcel import by_content
+from seatfem.study.scene.files import by_content
 
 MOST_BYTES: Final = 100_000  # largest size of a cached file that is read
 MOST_ARRAYS: Final = 256 * MB  # most bytes of all arrays in the cache

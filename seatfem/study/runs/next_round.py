@@ -116,8 +116,7 @@ def next_plan(done: Round, limits: Limits, time_left: float) -> tuple[Plan | Non
     """Return the refined plan, or ``None`` and the reason in words; ``time_left``: remaining time of the run [s]."""
     if done.number >= limits.rounds:
         return None, f"{limits.rounds} round{'s'[: limits.rounds > 1]} at most"
-    landings = done.touches.landings
-    if done.plan.scene.accuracy.landing != "run" and landings is not None and landings.status == "cut off":
+    if done.plan.scene.accuracy.landing != "run" and done.touches.landings.status == "cut off":
         return None, "the run ends during the judged landing; a longer run.duration includes all of it"
     further, why = converge.refine_plan(done)
     if further is not None and not further.changes_since(done.plan):

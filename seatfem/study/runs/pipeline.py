@@ -10,6 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Final
 
+from impact.after.measures import contact_groups
 from impact.after.result import ImpactResult
 from impact.files import csv_table, safe_files
 from impact.notices import Progress, Tell, ignore, silent
@@ -57,7 +58,7 @@ from seatfem.study.scene import Scene, SceneError, located
 from seatfem.study.scene.files import check_files
 from seatfem.study.scene.load import AnyScene, take_scene, with_target
 from seatfem.study.scene.tables import UNCHANGED, is_text, path_from
-from seatfem.study.scene.wings import DriveRun
+from seatfem.study.scene.wings import NO_STOPS, DriveRun
 from seatfem.units import parse_quantity
 
 __all__ = [
@@ -276,8 +277,9 @@ def _courses_of_drives(done: Round) -> tuple[DriveRun, ...]:
     """Return the course in a round of what wings do."""
     scene, touches = done.plan.scene, done.touches
     ports = lifts_of(scene.geometry, touches, done.seat.greens) if scene.driven_by else ()
-    run = touches.opening, touches.seat.dt, scene.run.duration, touches.stopper, ports
-    return tuple(each.after_run(*run) for each in scene.driven_by)
+    stops = NO_STOPS if touches.stopper is None else contact_groups(touches.stopper)[:, 0]
+    run = touches.opening, touches.seat.dt, scene.run.duration, ports, stops
+    return tuple(each.follow(*run) for each in scene.driven_by)
 
 
 def _summary(done: Round, baseline: Baseline, courses: tuple[DriveRun, ...], watch: Stopwatch) -> dict[str, Any]:

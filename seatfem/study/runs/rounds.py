@@ -33,7 +33,7 @@ from seatfem.study.runs.kept import cached_numbers
 from seatfem.study.runs.next_round import Limits, expect_time, next_plan
 from seatfem.study.runs.round import UNFINISHED, Round, in_words
 from seatfem.study.safety import FAILURES
-from seatfem.study.scene.measures import Stress, any_needs_stress, asked_name
+from seatfem.study.scene.measures import Stress, any_needs, asked_name
 
 ANY: Final = Limits()
 SEAT_FILE: Final = "seat.h5"
@@ -210,7 +210,7 @@ def solve(
     progress("reed stress", 0.0)
     with watch("reed stress"):
         since, plate = stress_since(touches, scene.accuracy.landing), None
-        if any_needs_stress(scene.accuracy.measures):
+        if any_needs(scene.accuracy.measures, "stress"):
             cached = partial(cached_numbers, computed, touches, reed_stress.ERRORS)
             plate = reed_stress.plate_stress(scene, method.reed, computed.strike, since, cached)
         stress = computed.strike.largest_stress(since=since) if plate is None else plate.largest

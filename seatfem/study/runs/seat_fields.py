@@ -94,7 +94,7 @@ class SeatMesh:
         points, problems = self._in_mesh_coordinates(np.array(wanted).reshape(-1, 3)), []
         close = near(points, self.singular, distance)
         for number, point in enumerate(wanted):
-            path, message = ("stress", "points", number), ""
+            message = ""
             try:
                 at_points(elements, points[[number]])
             except ModelError:
@@ -112,7 +112,7 @@ class SeatMesh:
                     "elastic stress has no limit: move the point away, round the edge, or lower stress.distance"
                 )
             if message:
-                problems.append(Problem(None, 0, f"stress.points.{number}", message, path))
+                problems.append(Problem(None, 0, f"stress.points.{number}", message))
         if problems:
             raise SceneError(tuple(problems))
         return at_points(elements, points)
