@@ -248,7 +248,7 @@ port_diameter = "12 mm"
             words = f"{high} is not above suction.pressure = {low}: nothing is compressed"
             yield "discharge.pressure", f"{words}; exchange them, or raise it"
         with problem_of("force", GasError):
-            _ = self.areas
+            self.areas_of(1)
 
     @property
     def crank(self) -> SliderCrank | None:
@@ -256,11 +256,6 @@ port_diameter = "12 mm"
         if self.bore is None or self.stroke is None or self.rod is None or self.clearance is None:
             return None
         return SliderCrank(self.bore, self.stroke, self.rod, self.clearance, self.rpm, self.angle)
-
-    @property
-    def areas(self) -> ReedValve:
-        """Return the effective areas in SI, of one port where the table does not state how many."""
-        return self.areas_of(1)
 
     def areas_of(self, count: int) -> ReedValve:
         """Return the effective areas of all ports in SI, of ``count`` ports where the table does not state how many."""
@@ -354,11 +349,6 @@ port_diameter = "12 mm"
         port = self.port_diameter
         return f"pressure of the gas, {self.valve} valve, port Ø {outlines.length_text(port)}", -port / 2, port / 2
 
-    @property
-    def model(self) -> Compressor | Prescribed:
-        """Return the gas model of the table, for a seat with one port."""
-        return self.model_of(1)
-
     def model_of(self, ports: int) -> Compressor | Prescribed:
         """Return the gas model of the table for a seat with so many ports."""
         common = (self.areas_of(ports), *self.plenums, self.valve)
@@ -389,7 +379,7 @@ port_diameter = "12 mm"
 
     def notes(self) -> tuple[str, ...]:
         """Return a note on effective areas that were not measured."""
-        valve = self.areas
+        valve = self.areas_of(1)
         tables = {"flow": (valve.flow, valve.flow_back), "force": (valve.force, valve.force_back)}
         guessed = [
             f"gas.{key}.{way} ({table.source.removeprefix(NOT_MEASURED)})"

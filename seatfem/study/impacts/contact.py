@@ -34,7 +34,7 @@ from seatfem.structures.rings import Division
 from seatfem.study.impacts import touches
 from seatfem.study.impacts.bodies import check_base, problem_of
 from seatfem.study.impacts.forces import Strike, known_stress
-from seatfem.study.impacts.landings import Landings, landings_of_march
+from seatfem.study.impacts.landings import Landings, landings_of_march, seat_contacts
 from seatfem.study.impacts.touches import pushes
 from seatfem.study.scene import Run, Scene, drives, lips, local, measures
 from seatfem.study.scene.drives import Gauged
@@ -261,7 +261,7 @@ def record_of_march(
     ``stresses``: whether to include the stresses that the scene needs; ``look``: their function, in place of
     `bending_look`; ``like``: landings of a neighbouring run, whose partners are sought.
     """
-    division, seats = Division.from_greens(run.problem.target.greens), touches.seat_contacts(run.problem)
+    division, seats = Division.from_greens(run.problem.target.greens), seat_contacts(run.problem)
     lands = scene.geometry.lands(division)
     landings = landings_of_march(run, scene.run.filter_width, None if like is None else like.static, lands)
     others = None if like is None else like.seat
@@ -296,18 +296,18 @@ def blow_of_march(
     ``like``: landings of a neighbouring run, the partner of whose judged one is judged; ``None``: the run's own.
     ``displacement``: whether to include the seat's; ``stress``: function of the reed's stress, if wanted.
     """
-    choice, force = scene.accuracy.landing, touches.force_of(run)
+    choice, rows, seats = scene.accuracy.landing, run.rows, seat_contacts(run.problem)
     judged = measures.judged_landing(landings, choice, like)
     since = None if judged is None or stress is None else judged.start
     stresses = None if stress is None else stress(run, since)
     return measures.ContactRecord(
-        force=force,
+        force=touches.force_of(run),
         dt=run.dt,
         filter_width=scene.run.filter_width,
         displacement=touches.displacement_of(run) if displacement else None,
         stress=stresses,
-        line=scene.geometry.line(Division.from_greens(run.problem.target.greens), touches.parts_of(run), run.rows),
-        film=touches.film_of(run),
+        line=scene.geometry.line(Division.from_greens(run.problem.target.greens), rows.force[:, :seats], rows),
+        film=rows.spread_forces(rows.film[:, :seats].sum(axis=1)),
         landings=landings,
         asked=choice,
         stress_since=since,
@@ -327,7 +327,7 @@ def strains_of(geometry: lips.ContactGeometry, gauged: Sequence[Gauged], run: Ma
 
 def _met_in(geometry: lips.ContactGeometry, run: MarchRun) -> lips.ContactGeometry:
     """Return the geometry with the stopper's face in the parts of a run."""
-    parts = len(run.problem.contacts) - touches.seat_contacts(run.problem)
+    parts = len(run.problem.contacts) - seat_contacts(run.problem)
     return geometry.with_stopper_in(Division(max(parts, 1))) if geometry.has_two_places else geometry
 
 

@@ -108,7 +108,7 @@ def landings_of_result(
     of a seat with several."""
     rows, steps = result.rows, int(result.rows.ends[-1])
     force, solid, gap = (values.reshape(len(rows.ends), -1) for values in (rows.force, rows.solid, rows.gap))
-    opening = rows.spread_motions(gap[:, _seats(problem)].mean(axis=1))
+    opening = rows.spread_motions(gap[:, : seat_contacts(problem)].mean(axis=1))
     striker = with_recorded_loads(problem.striker, opening, result.dt)
     march = _March(problem, rows, force, solid, gap, width, lands)
     load = static_load(replace(problem, striker=striker), result.dt * steps, lands)
@@ -166,9 +166,9 @@ def static_load_of_march(run: MarchRun, lands: Sequence[slice] = ()) -> StaticLo
     return static_load(replace(run.problem, striker=striker), run.dt * run.steps, lands)
 
 
-def _seats(problem: ContactProblem) -> slice:
-    """Return the contacts with the seat, which are the first ones."""
-    return slice(sum(contact.side > 0 for contact in problem.contacts))
+def seat_contacts(problem: ContactProblem) -> int:
+    """Return the number of contacts with the seat, which are the first ones."""
+    return sum(contact.side > 0 for contact in problem.contacts)
 
 
 @dataclass(frozen=True)
@@ -187,7 +187,7 @@ class _March:
     def landings(self, load: StaticLoad, stored: Stored, pushed: Array) -> Landings:
         """Return the landings; ``stored``: striker's energy after steps; ``pushed`` (L, n): amplitudes of its
         loads [N]."""
-        seats, count = _seats(self.problem), len(self.problem.contacts)
+        seats, count = slice(seat_contacts(self.problem)), len(self.problem.contacts)
         times = np.asarray(self.grid.dt * np.arange(self.grid.ends[-1] + 1), dtype=np.float64)
         on_seat = self._record(seats, load.course(times))
         above = slice(seats.stop, count)

@@ -21,7 +21,7 @@ from impact.march.rows import MarchRun
 from impact.quantities import finite_or_none
 from impact.runs.variations import Budget, Values
 from seatfem.structures.rings import Division
-from seatfem.study.impacts.landings import Face, Landings, landings_of_result, values_of_lands
+from seatfem.study.impacts.landings import Face, Landings, landings_of_result, seat_contacts, values_of_lands
 from seatfem.study.scene import ContactGeometry
 from seatfem.study.scene.measures import ContactRecord, LandingChoice, Line, judged_landing, key_of, values_of
 from seatfem.study.scene.wings import CYCLE, PortLift
@@ -118,11 +118,6 @@ def _mass_that_moves(problem: impact.ContactProblem, pushed: Array, shares: Arra
     return float(pushed.sum()) / moved if moved > 0 else None
 
 
-def seat_contacts(problem: impact.ContactProblem) -> int:
-    """Return the number of contacts with the seat, which are the first ones."""
-    return sum(contact.side > 0 for contact in problem.contacts)
-
-
 def stopper_in(problem: impact.ContactProblem) -> Body | None:
     """Return the stopper of a problem, or ``None``."""
     return next((contact.target for contact in problem.contacts if contact.side < 0), None)
@@ -131,17 +126,6 @@ def stopper_in(problem: impact.ContactProblem) -> Body | None:
 def force_of(run: MarchRun) -> Array:
     """Return the (n + 1,) contact force on the seat's whole patch [N]."""
     return run.force_on(slice(seat_contacts(run.problem)))
-
-
-def film_of(run: MarchRun) -> Array:
-    """Return the (n + 1,) force of the film, a part of `force_of` [N]; 0 without a film."""
-    rows = run.rows
-    return rows.spread_forces(rows.film[:, : seat_contacts(run.problem)].sum(axis=1))
-
-
-def parts_of(run: MarchRun) -> Array:
-    """Return the (N + 1, parts) contact force on each part of the seat's patch, in the steps of ``run.rows`` [N]."""
-    return np.asarray(run.rows.force[:, : seat_contacts(run.problem)])
 
 
 def stopper_force_of(run: MarchRun) -> Array | None:
