@@ -24,15 +24,13 @@ from seatfem.fields import (
     default,
     of_same_names,
 )
-from seatfem.machine.resources import Stopwatch
 from seatfem.structures import model, sheets
 from seatfem.structures.errors import ModelError
 from seatfem.structures.kinds import motion, selectors, structure
 from seatfem.structures.kinds.parts import Material
 from seatfem.structures.lip import AnyLip, Lip, Patch
-from seatfem.structures.method import Applicability, Method, Solved
+from seatfem.structures.method import Applicability, Method, Solved, Task
 from seatfem.structures.outlines import BodyViews, arc, covered_share, of_sheet
-from seatfem.structures.patch import Face
 from seatfem.structures.shapes import Flat
 from seatfem.units import write_quantity
 
@@ -63,9 +61,7 @@ FRONTS: Final = "5 us"  # filter width in sample scenes: force fronts of a flat 
 class ThinPlate(motion.Moving):
     """Base of all flat plates that touch with a disc or a ring; computed by Mindlin plate elements."""
 
-    traits: ClassVar[structure.Traits] = replace(
-        motion.Moving.traits, needs_gmsh=True, is_kept=True, has_weight=True, stress="field"
-    )
+    traits: ClassVar[structure.Traits] = replace(motion.Moving.traits, needs_gmsh=True, has_weight=True, stress="field")
     _beside_greens: ClassVar[frozenset[str]] = frozenset({"velocity", "release", "deflection", "force"})
     shape: ClassVar[type[Flat]]
     """Class of the outline; its fields are keys of the table."""
@@ -77,9 +73,16 @@ class ThinPlate(motion.Moving):
     material: Material = default({"young": "200 GPa", "density": "7850 kg/m^3"}, "the reed's material; steel if absent")
     damping_ratio: DampingRatio = Field(0.0, description="modal damping, the same for every mode")
     contact_radius: Length | None = Field(
-        None, description="radius of the disc that touches, or mean radius of the ring"
+        None,
+        description="radius of the disc that touches, or mean radius of the ring, in place of the struck face; absent: "
+        "the plate meets that face all over, or, of a partner without one, touches with a disc of an eighth of the way "
+        "from the contact's centre to the nearest edge, about a hole with a ring midway to that edge",
     )
-    contact_width: Length | None = Field(None, description="radial width of the ring that touches; absent: a disc does")
+    contact_width: Length | None = Field(
+        None,
+        description="radial width of the ring of contact_radius, or of that which touches a partner without a struck "
+        "face; absent: a disc does, or about a hole a ring of a quarter of what is there",
+    )
     greens: PlateGreens = default({}, "how the Green's function is computed")
     mesh: SheetMesh = default({}, "how fine the elements are")
 
@@ -144,10 +147,6 @@ class ThinPlate(motion.Moving):
         lip = self.own_lip
         contact = (arc(lip.outer), *((arc(lip.inner),) if lip.inner > 0 else ()))
         return of_sheet(self.kind.replace("_", " "), self.geometry(), contact)
-
-    @property
-    def face(self) -> Face:
-        return Face(self.width or 2 * self.radius, self.material.young, self.material.density)
 
     def levels(self) -> tuple[Applicability, ...]:
         return (Applicability("closed form", True, 0.0, f"kind = {self.kind!r}: the modes of a plate"),)
@@ -219,11 +218,9 @@ class ThinPlate(motion.Moving):
     def system_of_equations(self) -> model.SecondOrderModel:
         return sheets.model_of(self.sheet(), self.lips(None))
 
-    def solve(
-        self, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool = True
-    ) -> Solved:
-        with watch("reduction"):
-            solved = self.solved(method, mesh_error=mesh_error, progress=progress)
+    def solve(self, task: Task) -> Solved:
+        with task.watch("reduction"):
+            solved = self.solved(task.method, mesh_error=task.mesh_error, progress=task.progress)
             model, modes = solved.plate.model, solved.plate.modes
         about = {"seat_model": f"Mindlin plate, {len(modes.omega)} modes", "seat_dof": model.size}
         return Solved(solved.greens, model=model, modes=modes, about=about)
@@ -259,12 +256,12 @@ class ThinPlate(motion.Moving):
     def parts_problems(self, key: str) -> Contradictions:
         yield from ()
 
-    def check_place(self, place: float | Array | None, key: str) -> None:
+    def check_place(self, place: structure.Place, key: str) -> None:
         """Check a distance; points are checked later, on the mesh."""
         if not isinstance(place, np.ndarray):
             super().check_place(place, key)
 
-    def pushed_at(self, body: Body, place: float | Array | None, by: structure.Push = "force") -> Array:
+    def pushed_at(self, body: Body, place: structure.Place, by: structure.Push = "force") -> Array:
         if not isinstance(place, np.ndarray):
             return super().pushed_at(body, place, by)
         plate = self.plate(body.greens)

@@ -64,7 +64,7 @@ class _Arguments:
 
 @lru_cache(maxsize=6)
 def _solved(call: _Arguments) -> Solved:
-    cache = Cache(None) if call.structure.traits.is_kept else None
+    cache = Cache(None) if call.structure.traits.needs_gmsh else None
     return build(call.structure, call.method, call.duration, cache, progress=call.progress, mesh_error=call.mesh_error)
 
 
