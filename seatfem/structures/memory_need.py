@@ -16,7 +16,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, NamedTuple, cast
+from typing import TYPE_CHECKING, Final, NamedTuple, cast
 
 import numpy as np
 
@@ -134,7 +134,7 @@ def check_memory(
     counts: Counts,
     *,
     solver: Solver = "double",
-    size: float | None = None,
+    size: float = 0.0,
     levels: Sequence[AnyLevel] = (),
     available: float | None = None,
 ) -> float:
@@ -143,7 +143,7 @@ def check_memory(
     Args:
         counts: counts of the model.
         solver: what solves for its vectors.
-        size: element size [m], for the advice.
+        size: element size [m], for the advice; 0 where it is not known.
         levels: cheaper models that describe the seat, for the advice.
         available: available memory [bytes]; default: what the system reports, without limit if it reports nothing.
 
@@ -156,9 +156,9 @@ def check_memory(
         return need
     fraction = _fitting_fraction(counts, solver, memory)
     coarser = (
-        f"make the mesh coarser, about {fraction * counts.dof:.2g} unknowns fit"
-        if size is None
-        else f'use seat.mesh.size = "{1e3 * size * fraction ** (-1 / 3):.2g} mm"'
+        f'use seat.mesh.size = "{1e3 * size * fraction ** (-1 / 3):.2g} mm"'
+        if size
+        else f"make the mesh coarser, about {fraction * counts.dof:.2g} unknowns fit"
     )
     advice = ", or ".join([coarser, *(f'seat.model = "{level}"' for level in levels)])
     raise MemoryNeedError(
@@ -175,10 +175,9 @@ def check_elastic(
         return
     cheaper = CHEAPEST_FIRST[: CHEAPEST_FIRST.index(level)]
     levels = [option.level for option in body.levels() if option.applies and option.level in cheaper]
-    size: Any = mesh.provenance.spec.get("size")
     counts, rings = counts_of(solid := cast("meshing.SeatMesh", mesh)), method.rings or 1
     solver = solver_of(counts, method, rings, tetrahedra=solid.shape == "tetrahedron")
-    check_memory(counts, solver=solver, size=size, levels=levels)
+    check_memory(counts, solver=solver, size=mesh.provenance.size, levels=levels)
 
 
 def _fitting_fraction(counts: Counts, solver: Solver, available: float) -> float:

@@ -42,15 +42,13 @@ def content_hash(geometry: Geometry, spec: MeshSpec, sector: int = 1) -> str:
 class MeshProvenance:
     """The origin of a mesh.
 
-    ``geometry`` and ``spec`` are plain data, empty for a mesh from a file; ``gmsh_version``: "" if gmsh was not used;
-    ``notes``: repairs of the geometry or the mesh.
+    ``content_hash``: hash of all that determines it; ``size``: element size that was asked for [m], 0 of a mesh from a
+    file; ``notes``: repairs of the geometry or the mesh.
     """
 
     source: str
     content_hash: str
-    gmsh_version: str
-    geometry: Mapping[str, Any]
-    spec: Mapping[str, Any]
+    size: float = 0.0
     notes: tuple[str, ...] = ()
 
 
@@ -129,14 +127,8 @@ def make_mesh(
     answer = run_gmsh({"task": "mesh", "geometry": data, "spec": asdict(spec), "sectors": sector}, progress)
     cad = {name: float(value) for name, value in groups(answer, "cad").items()}
     cad_volume = cad.pop("volume")
-    provenance = MeshProvenance(
-        source=source,
-        content_hash=content_hash(geometry, spec, sector),
-        gmsh_version=str(answer["gmsh_version"]),
-        geometry=encode(geometry),
-        spec=asdict(spec) | {"sector": sector},
-        notes=tuple(str(note) for note in answer["notes"]),
-    )
+    notes = tuple(str(note) for note in answer["notes"])
+    provenance = MeshProvenance(source, content_hash(geometry, spec, sector), spec.size, notes)
     required = tuple(name for name in ("contact", "fixed") if name in geometry.patches)
     seat = seat_mesh(from_gmsh(answer, source), provenance, cad_volume, cad, required)
     exact, volume = cad_volume, seat.quality.volume

@@ -53,13 +53,7 @@ def make_meridian(geometry: Geometry, spec: MeshSpec, progress: Progress = silen
     section = run_gmsh({"task": "section", "geometry": encode(geometry), "spec": asdict(spec)}, progress)
     mesh = plane_mesh(section)
     source = f"meridian of {type(geometry).__name__}"
-    provenance = meshing.MeshProvenance(
-        source=source,
-        content_hash=meshing.content_hash(geometry, spec, 0),
-        gmsh_version=str(section["gmsh_version"]),
-        geometry=encode(geometry),
-        spec=asdict(spec),
-    )
+    provenance = meshing.MeshProvenance(source, meshing.content_hash(geometry, spec, 0), spec.size)
     quality = _measure(mesh, profile)
     if not quality.min_scaled_jacobian > 0.0:
         raise GeometryError(f"{source}: an element is folded; use smaller elements, or curved = False")
