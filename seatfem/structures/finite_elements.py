@@ -268,7 +268,6 @@ def _by_harmonics(body: Elastic, mesh: AnyMesh, task: Task) -> Solved:
             named, model = dict(zip(lip.division.names, patches, strict=True)), AT_ONCE if method.static else LIP_MODES
             greens = lip_greens(build, named, aims, body.damping_ratio, static=method.static, progress=task.progress)
         else:
-            assert body.struck_arc is not None
             named, model = {name: harmonics.RingPatch(0.0, body.struck_arc, name) for name in faces}, NAMES["harmonics"]
             try:
                 greens = harmonics.combine_harmonics(build, named, aims, body.damping_ratio, progress=task.progress)

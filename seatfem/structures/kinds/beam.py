@@ -192,12 +192,12 @@ class Beam(Structure):
         )
 
     def closed_form(self) -> GreensFunction:
-        return self._body(None, None, moved=False).greens
+        return self._body(0, None, moved=False).greens
 
-    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: structure.At = None) -> Body:
+    def body(self, greens: GreensFunction | None = None, n_modes: int = 0, at: structure.At = None) -> Body:
         return self._body(n_modes, at)
 
-    def _body(self, n_modes: int | None, at: structure.At, *, moved: bool = True) -> Body:
+    def _body(self, n_modes: int, at: structure.At, *, moved: bool = True) -> Body:
         return reeds.reed(
             self.beam(),
             damping_ratio=self.damping_ratio,

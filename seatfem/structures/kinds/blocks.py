@@ -49,7 +49,7 @@ height = "5 mm"
         bar = self.geometry()
         return bar.width * bar.height, min(bar.width, bar.height), bar.length
 
-    def patch(self) -> Patch | None:
+    def patch(self) -> Patch:
         area, width, length = self.struck_part()
         return column_end(self.material.mean, area, width, length)
 
@@ -223,10 +223,9 @@ clamp_width = "2 mm"
         lands = self.ports if self.struck is None else 1
         return lands * math.pi * (reach**2 - plate.port_radius**2), plate.land_width, plate.thickness
 
-    def patch(self) -> Patch | None:
+    def patch(self) -> Patch:
         """Return a bulky body on a clamped round plate of the same size, its stiffness reduced by the ports."""
         local, geometry = super().patch(), self.geometry()
-        assert local is not None
         round_plate = self.layout == "circle"
         radius = (geometry.outer_radius if round_plate else min(geometry.half_sides)) - geometry.clamp_width
         solidity = max(1 - self.ports * geometry.port_radius**2 / geometry.outer_radius**2, 0.2) if round_plate else 0.5

@@ -74,7 +74,7 @@ mass = "5 g"
     def weight(self, body: Body) -> tuple[Array, float]:
         return self.pushed_at(body, None)[:, 0], self.mass
 
-    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: structure.At = None) -> Body:
+    def body(self, greens: GreensFunction | None = None, n_modes: int = 0, at: structure.At = None) -> Body:
         return impact.rigid_mass(mass=self.mass, velocity=self.velocity)
 
 
@@ -168,7 +168,7 @@ damping_ratio = 0.02
                 "a rod is met at its struck end, or free and undamped at its back: give its length, or remove the key",
             )
 
-    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: structure.At = None) -> Body:
+    def body(self, greens: GreensFunction | None = None, n_modes: int = 0, at: structure.At = None) -> Body:
         """Return the rod, with a port at each end if it has two contacts ``at``."""
         if isinstance(at, tuple) and greens is None:
             greens = impact.rod_of_two_ends(**self._sizes)

@@ -147,7 +147,7 @@ class Drawn(elastic.Elastic):
 
     # Estimates without a mesh
 
-    def patch(self) -> Patch | None:
+    def patch(self) -> Patch:
         area, width, depth = self.struck_part()
         return bulky(self.material.mean, area, width, depth)
 

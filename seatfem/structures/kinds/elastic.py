@@ -105,9 +105,9 @@ class Elastic(Reduced):
         return tuple(support.on for support in self.supports if support.holds)
 
     @property
-    def struck_arc(self) -> float | None:
-        """Return the angular width of the part of a ring that is struck [rad]; ``None``: all of it, or no ring."""
-        return None
+    def struck_arc(self) -> float:
+        """Return the angular width of the part of a ring that is struck [rad]; 0: all of it, or no ring."""
+        return 0.0
 
     @property
     def lip_face(self) -> structure.LipFace:

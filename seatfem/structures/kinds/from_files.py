@@ -134,7 +134,7 @@ file = "seat.step"
         numbers = [str(solid.number) for solid in inspected.solids]
         return "" if len(numbers) == inspected.in_file else f"solid {', '.join(numbers)} of {inspected.in_file} alone"
 
-    def patch(self) -> Patch | None:
+    def patch(self) -> Patch:
         """Return the patch by the contact faces in the file; raises `GeometryError` if there are none."""
         inspected = inspect_geometry(self.geometry())
         if "contact" not in inspected.shape.groups:
@@ -143,7 +143,6 @@ file = "seat.step"
 
     def struck_part(self) -> tuple[float, float, float]:
         patch = self.patch()
-        assert patch is not None
         return patch.area, patch.width, patch.depth
 
 
@@ -210,7 +209,7 @@ file = "seat.msh"
     def file_notes(self) -> tuple[str, ...]:
         return self.read().provenance.notes
 
-    def patch(self) -> Patch | None:
+    def patch(self) -> Patch:
         return of_shape(mesh_file.shape_of(self.read()), self.supports, self.material.mean)
 
     def views(self, at: float | None = None, *, coarse: bool = False) -> outlines.BodyViews:

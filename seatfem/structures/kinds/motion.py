@@ -224,7 +224,7 @@ class Moving(structure.Structure):
     def start_at(self, at: float) -> float:
         return self.deflection or 0.0
 
-    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: structure.At = None) -> Body:
+    def body(self, greens: GreensFunction | None = None, n_modes: int = 0, at: structure.At = None) -> Body:
         known = self.closed_form() if greens is None else greens
         if self.velocity is not None and math.isinf(known.mass()):
             raise GreensFunctionError(

@@ -281,7 +281,7 @@ class ClampedPlate(thin_plate.ThinPlate):
             return self.release.start_at(self.geometry().centre)
         return super().start_at(at)
 
-    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: structure.At = None) -> Body:
+    def body(self, greens: GreensFunction | None = None, n_modes: int = 0, at: structure.At = None) -> Body:
         body = super().body(greens, n_modes, at)
         state = body.state if self.release is None else self._state(self.plate(body.greens), self.release)
         return replace(body, state=state, loads=(*body.loads, *self._loads(body)))

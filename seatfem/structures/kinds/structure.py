@@ -573,7 +573,7 @@ class Structure(Table):
     def solve(self, task: Task) -> Solved:
         """Return its Green's function as the task asks for it."""
         n_modes = task.method.n_modes
-        greens = self.closed_form() if n_modes is None else self.body(None, n_modes).greens
+        greens = self.body(None, n_modes).greens if n_modes else self.closed_form()
         return Solved(greens, about={"seat_model": self._model_words}, plane=self.traits.plane)
 
     def meshed(self, solved: Solved, method: Method, progress: Progress) -> Solved:
@@ -600,12 +600,12 @@ class Structure(Table):
         stated of its contact [m]."""
         yield from ()
 
-    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: At = None) -> Body:
+    def body(self, greens: GreensFunction | None = None, n_modes: int = 0, at: At = None) -> Body:
         """Return the body with the motion that the table states.
 
         Args:
             greens: its Green's function, unless it is known in closed form.
-            n_modes: number of beam modes, in place of the key.
+            n_modes: number of beam modes, in place of the key; 0: the key counts.
             at: distance of the contact, or of each of several contacts (ports), from the root [m].
         """
         return Body(self.closed_form() if greens is None else greens)

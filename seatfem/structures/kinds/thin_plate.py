@@ -272,5 +272,5 @@ class ThinPlate(motion.Moving):
         plate = self.plate(body.greens)
         return plate.mean, plate.mass
 
-    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: structure.At = None) -> Body:
+    def body(self, greens: GreensFunction | None = None, n_modes: int = 0, at: structure.At = None) -> Body:
         return super().body(self.solved(self.stated()).greens if greens is None else greens, n_modes, at)

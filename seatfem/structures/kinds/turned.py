@@ -64,8 +64,8 @@ class Turned(drawn.Drawn):
         return share * self.geometry().profile.area("contact")
 
     @property
-    def struck_arc(self) -> float | None:
-        return self.arc
+    def struck_arc(self) -> float:
+        return self.arc or 0.0
 
     @property
     def lip_face(self) -> structure.LipFace:

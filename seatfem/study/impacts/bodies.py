@@ -76,7 +76,7 @@ def striker_of(scene: Scene, n_modes: int | None = None, greens: GreensFunction 
     """
     reed = scene.reed
     with problems.in_role("reed", reed):
-        body = reed.body(greens, n_modes, scene.geometry.contact_at)
+        body = reed.body(greens, n_modes or 0, scene.geometry.contact_at)
         ports = scene.geometry.port_points() if scene.driven_by else ()
         by_wings = (load for each in scene.driven_by for load in each.loads(reed, body, ports))
         body = replace(body, loads=(*body.loads, *external_loads(scene.load, reed, body), *by_wings))
