@@ -42,17 +42,9 @@ AnyMesh = SeatMesh | MeridianMesh
 DRAWN_MODES: Final = 12  # most modes that are drawn or kept
 
 
-def draw(
-    body: Drawn,
-    spec: MeshSpec,
-    level: Level,
-    progress: Progress = silent,
-    method: Method | None = None,
-) -> AnyMesh:
-    """Return the mesh of a level, unless it would be far too large; what is wrong with a file's faces names the file.
-
-    ``method``: of the reduction, which determines the memory that is needed; by default as the body's table states it.
-    """
+def draw(body: Drawn, spec: MeshSpec, level: Level, method: Method, progress: Progress = silent) -> AnyMesh:
+    """Return the mesh of a level, unless its reduction by the method would take far too much memory; what is wrong with
+    a file's faces names the file."""
     try:
         check_before_meshing(body, spec, level, method)
         if level in ("axisymmetric", "harmonics"):
@@ -70,13 +62,13 @@ def draw_both(body: Drawn, spec: MeshSpec, level: Level, task: Task) -> tuple[An
     method = task.method
     with gmsh_session():
         with task.watch("mesh"):
-            mesh = draw(body, spec, level, task.progress, method)
+            mesh = draw(body, spec, level, method, task.progress)
         if not task.mesh_error:
             return mesh, None
         with task.watch("mesh error"):
             coarse = replace(spec, size=COARSENING * spec.size, contact_size=COARSENING * spec.patch_size)
             coarse = replace(coarse, fillets=spec.fillets / COARSENING)
-            return mesh, draw(body, coarse, level, method=method)
+            return mesh, draw(body, coarse, level, method)
 
 
 def matrices(

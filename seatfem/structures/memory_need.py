@@ -233,22 +233,18 @@ def rough_counts(spec: MeshSpec, level: Level, patch: Patch, inside: float) -> R
     return Rough(elements, counts_from("tetrahedron", spec.order, parts, outside))
 
 
-def check_before_meshing(body: drawn.Drawn, spec: MeshSpec, level: Level, method: Method | None = None) -> None:
-    """Raise `MemoryNeedError` if the mesh of a level would be far too large for this computer.
-
-    ``method``: method of the body; by default as its table states it.
-    """
+def check_before_meshing(body: drawn.Drawn, spec: MeshSpec, level: Level, method: Method) -> None:
+    """Raise `MemoryNeedError` if the mesh of a level, and its reduction, would be far too large for this computer."""
     sizes = body.rough_counts(spec, level)
-    how = body.stated() if method is None else method
     tetrahedra = level not in ("axisymmetric", "harmonics")
-    need = memory_need(sizes.counts, solver_of(sizes.counts, how, how.rings or 1, tetrahedra=tetrahedra))
+    need = memory_need(sizes.counts, solver_of(sizes.counts, method, method.rings or 1, tetrahedra=tetrahedra))
     available = available_memory()
     if need <= MARGIN * available and sizes.elements <= MARGIN * MOST_ELEMENTS:
         return
     chosen = (
         ""
         if body.mesh.size
-        else f" (from seat.greens.bandwidth = {write_quantity(how.bandwidth or 0.0, 'frequency', 3)})"
+        else f" (from seat.greens.bandwidth = {write_quantity(method.bandwidth or 0.0, 'frequency', 3)})"
     )
     raise MemoryNeedError(
         f"seat.mesh.size = {1e3 * spec.size:.3g} mm{chosen}, contact_size = {1e3 * spec.patch_size:.3g} mm: about "

@@ -148,7 +148,7 @@ def _drawn(
     band = (max(wanted.count, _FEWEST_SEEN) / of_one) ** (1 / 3)
     band, stated = _FINER * min(band, wanted.up_to_hz), body.mesh
     method = Method(level, band, size=stated.size, contact_size=stated.contact_size, order=stated.order)
-    return finite_elements.draw(body, body.mesh_spec(method), level, progress, method=method)
+    return finite_elements.draw(body, body.mesh_spec(method), level, method, progress)
 
 
 def _around(body: Elastic, mesh: plane_meshes.MeridianMesh, wanted: Wanted, progress: Progress) -> NaturalModes:

@@ -185,7 +185,7 @@ class Drawn(elastic.Elastic):
 
     def meshed(self, solved: Solved, method: Method, progress: Progress) -> Solved:
         spec, level = self.mesh_spec(method), self.elements_of(method)
-        mesh = finite_elements.draw(self, spec, level, progress, method=method)
+        mesh = finite_elements.draw(self, spec, level, method, progress)
         return finite_elements.with_mesh(self, solved, mesh, method, progress)
 
     def meshes(

@@ -100,7 +100,7 @@ class ThinPlate(motion.Moving):
     @model_validator(mode="after")
     def _contact_on_the_plate(self) -> Self:
         least, most = selectors.in_scene_words(self.geometry).room
-        if (width := self.width) is not None and width > 2 * self.radius:
+        if (width := self.width) > 2 * self.radius:
             key = "contact_radius" if self.contact_width is None else "contact_width"
             raise KeyProblem(
                 key,
@@ -131,17 +131,17 @@ class ThinPlate(motion.Moving):
         return (hole + edge) / 2 if hole else edge / 8
 
     @property
-    def width(self) -> float | None:
-        """Return the width of the ring that touches [m]; ``None``: a disc does."""
+    def width(self) -> float:
+        """Return the width of the ring that touches [m]; 0: a disc does."""
         if self.contact_width is not None:
             return self.contact_width
         hole, edge = self.geometry().room
-        return (edge - hole) / 4 if hole else None
+        return (edge - hole) / 4 if hole else 0.0
 
     @property
     def own_lip(self) -> Lip:
         """Return the disc or ring on the plate that touches, as the table states it."""
-        return Lip.disc(self.radius) if self.width is None else Lip(self.radius, self.width)
+        return Lip(self.radius, self.width) if self.width else Lip.disc(self.radius)
 
     def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
         lip = self.own_lip
@@ -181,8 +181,8 @@ class ThinPlate(motion.Moving):
         too_many = f"the reed has more than {most} modes in reach: state a longer run.filter_width"
         return min((by_theory, too_short), (by_count, too_many))
 
-    def sheet(self, band: float | None = None) -> sheets.Sheet:
-        """Return the data that determine its modes; ``band``: in place of the key [Hz]."""
+    def sheet(self, band: float = 0.0) -> sheets.Sheet:
+        """Return the data that determine its modes; ``band``: in place of the key [Hz], if not 0."""
         return sheets.Sheet(self.geometry(), self.material.solid, band or self.greens.bandwidth, self.mesh.size)
 
     def meets(self, face: AnyLip | None) -> AnyLip | None:
@@ -200,13 +200,13 @@ class ThinPlate(motion.Moving):
 
     def solved(self, method: Method, *, mesh_error: bool = True, progress: Progress = silent) -> sheets.SolvedSheet:
         """Return its modes and its Green's function, cached in the process."""
-        asked = self.sheet(method.bandwidth), self.lips(method.lip, method.behind), self.damping_ratio
+        asked = self.sheet(method.bandwidth or 0.0), self.lips(method.lip, method.behind), self.damping_ratio
         return sheets.solved_sheet(*asked, mesh_error=mesh_error, watched=sheets.Watched(progress))
 
     def plate(self, greens: GreensFunction) -> sheets.PlateModes:
         """Return the modes behind its Green's function, cached in the process."""
         band, coarser = (greens.provenance.get(name) for name in ("bandwidth_Hz", "coarser"))
-        sheet = self.sheet(band if isinstance(band, float) else None)
+        sheet = self.sheet(band if isinstance(band, float) else 0.0)
         return sheets.plate_modes(sheet, coarser) if isinstance(coarser, float) else sheets.plate_modes(sheet)
 
     def in_wider_band(
@@ -240,7 +240,7 @@ class ThinPlate(motion.Moving):
         share = covered_share(over, replace(face, plan=face.contact), (-x, -y)) if face.contact else None
         if share is None or share >= HALF:
             return
-        what = "disc" if self.width is None else "ring"
+        what = "ring" if self.width else "disc"
         yield (
             ("reed", "contact_radius"),
             f"{write_quantity(self.radius, 'length', 3)}: in plan {percent(share)} of this {what} lies on the seat's "
