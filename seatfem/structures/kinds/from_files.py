@@ -181,7 +181,7 @@ file = "seat.msh"
         unit = None if self.unit is None else METRES[self.unit]
         progress("meshing", 0.0)
         others = mesh_files.all_files(self.file)
-        mesh = read_once(mesh_files.read_mesh, (self.file,), *others, **names, unit=unit, merge=self.merge)
+        mesh = read_once(mesh_files.read_mesh, (str(self.file),), *others, **names, unit=unit, merge=self.merge)
         progress("meshing", 1.0)
         return mesh
 

@@ -17,7 +17,7 @@ from impact.greens.base import Array, GreensFunction
 from seatfem import units
 from seatfem.fields import Acceleration, Approach, ExistingFile, KeyProblem, Length, Position, Table
 from seatfem.structures import errors, lip, sheets
-from seatfem.structures.columns import ColumnsError, between, check_scattered, read_columns
+from seatfem.structures.columns import ColumnsError, between, read_columns
 from seatfem.structures.inspection.cad import read_once
 from seatfem.structures.kinds import motion, structure, thin_plate
 
@@ -72,8 +72,6 @@ class Curvature(Table):
         table = read_once(_read_heights, (self.file,))
         if "y" not in table and (len(table["x"]) < 2 or np.any(np.diff(table["x"]) <= 0)):
             raise ColumnsError(f"{self.file}: at least two rows are needed, and x must increase from one to the next")
-        if "y" in table:
-            check_scattered(self.file, table)
         return table
 
     def given(self, points: Array) -> Array:
@@ -160,7 +158,6 @@ class PlateRelease(Table):
         table = read_columns(self.field, FIELD, ("x", "y"))
         if len(table) < 3:
             raise ColumnsError(f"{self.field}: neither w nor velocity; one of these columns is needed")
-        check_scattered(self.field, table)
         return table
 
     def _at(self, name: str, points: Array) -> Array:
