@@ -20,7 +20,7 @@ from seatfem.faces.wings import file_kinds
 from seatfem.fields import by_group, kind_of
 from seatfem.machine.doctor import Check
 from seatfem.structures import natural_modes
-from seatfem.structures.inspection import cad, mesh_file
+from seatfem.structures.inspection import cad
 from seatfem.structures.kinds import kinds_of
 from seatfem.study.answers.verdict import count, difference, is_static, lands_of, which_landing
 from seatfem.study.safety import STAGES, source_in_words
@@ -346,7 +346,7 @@ FACE_COLUMNS = ("number", "surface", "area", "centre", "normal or axis", "radius
 UNITS = ("", "", "mm^2", "mm", "", "mm", "red, green, blue", "", "", "")
 
 
-def faces_table(part: mesh_file.Part) -> Table:
+def faces_table(part: cad.Part) -> Table:
     """Return a table of the faces, one per row; empty columns are omitted."""
     rows = [_face_cells(face, part) for face in part.faces]
     shown = [column for column in range(len(FACE_COLUMNS)) if any(row[column] for row in rows)]
@@ -356,14 +356,14 @@ def faces_table(part: mesh_file.Part) -> Table:
     return table
 
 
-def faces_csv(part: mesh_file.Part) -> str:
+def faces_csv(part: cad.Part) -> str:
     """Return the faces as comma-separated values, with all columns."""
     return csv_text(
         (_head(column, "[{}]") for column in range(len(FACE_COLUMNS))), (_face_cells(face, part) for face in part.faces)
     )
 
 
-def solids_table(part: mesh_file.Part) -> Table:
+def solids_table(part: cad.Part) -> Table:
     """Return a table of the solids of a CAD file."""
     table = Table("solid", "name", "region", "volume (mm^3)", "centre (mm)")
     for solid in part.solids:
@@ -376,16 +376,16 @@ def _head(column: int, brackets: str) -> str:
     return f"{FACE_COLUMNS[column]} {brackets.format(UNITS[column])}" if UNITS[column] else FACE_COLUMNS[column]
 
 
-def _face_cells(face: cad.FoundFace, part: mesh_file.Part) -> tuple[str, ...]:
-    half_angle = 0.0 if face.axis is None else face.axis[2]
-    direction = "" if face.axis is None else f"a {_triple(face.axis[1], 1e-6)}"
+def _face_cells(face: cad.FoundFace, part: cad.Part) -> tuple[str, ...]:
+    half_angle = 0.0 if face.axis is None else face.axis.half_angle
+    direction = "" if face.axis is None else f"a {_triple(face.axis.direction, 1e-6)}"
     return (
         " = ".join(map(str, face.numbers)),
         f"cone of {math.degrees(half_angle):.4g} deg" if half_angle > 0 else face.kind.lower(),
         f"{1e6 * face.area:.5g}",
         _triple([1e3 * c for c in face.centre], 1e-4),
         direction if face.normal is None else f"n {_triple(face.normal, 1e-6)}",
-        " to ".join(dict.fromkeys(f"{1e3 * radius:.5g}" for radius in face.radii)),
+        " to ".join(dict.fromkeys(f"{1e3 * radius:.5g}" for radius in face.ends)),
         ", ".join(map(str, face.colour[:3])),
         face.name,
         ", ".join(face.groups),

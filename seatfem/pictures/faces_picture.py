@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from impact.pictures.drawing import BLUE, ORANGE, load_matplotlib, sheet
 from seatfem.pictures.rendering import Image, aim, load_pyvista, new_plotter, shoot
-from seatfem.structures.inspection.mesh_file import Part
+from seatfem.structures.inspection.cad import Part
 
 if TYPE_CHECKING:
     from types import ModuleType

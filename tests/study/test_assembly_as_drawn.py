@@ -3,6 +3,7 @@
 import math
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -53,7 +54,7 @@ def test_a_pair_lies_as_it_is_drawn_wherever_it_is_moved(folder: Path, moved: st
     assert reed.centre == pytest.approx((-ROOT, 0.0), abs=LENGTH)
     assert np.abs(reed.segment) == pytest.approx(np.array([(0.0, 4e-3), (0.0, 4e-3)]), abs=LENGTH)
     assert reed.is_mirrored
-    lip = scene.seat.region(4)
+    lip = replace(scene.seat.region(), arcs=4)
     assert lip.cuts(np.zeros(1))[1] == pytest.approx(np.array([(5.2e-3, 0.0)]), abs=2e-5)  # a border on the reed's axis
 
 
@@ -79,7 +80,7 @@ def test_a_tilted_pair_that_is_turned(folder: Path) -> None:
     before, after = (loaded(folder, f"{moved}plate", f"{moved}tilted_flapper") for moved in ("", "turned_"))
     for key in ("tilt", "tilt_axis", "gap"):
         assert getattr(after.contact, key) == pytest.approx(getattr(before.contact, key), rel=1e-6)
-    here, there = (scene.seat.region(8) for scene in (before, after))
+    here, there = (replace(scene.seat.region(), arcs=8) for scene in (before, after))
     assert there.line() == pytest.approx(here.line(), abs=1e-9)
 
 

@@ -224,7 +224,7 @@ class Model:
             step = scene.run.time_step or fallback_step(scene.run, scene.driven_by, striker.greens, seat.greens)
             self.steps[k] = step / self.finer
         if spring:
-            seat = impact.Body(impact.spring(stiffness=static_stiffness(seat.greens, scene.seat.column())))
+            seat = impact.Body(impact.spring(stiffness=static_stiffness(seat.greens, scene.seat.endless_stiffness)))
         problem, dt = problem_of(scene, striker, seat), self.steps[k]
         bodies = tuple(self._discrete(body, dt, step_count(dt, scene.run.duration)) for body in problem.bodies)
         prepared = impact.prepare(problem, dt, scene.run.duration, bodies=bodies)

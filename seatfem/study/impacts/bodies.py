@@ -64,7 +64,7 @@ class _Arguments:
 
 @lru_cache(maxsize=6)
 def _solved(call: _Arguments) -> Solved:
-    cache = Cache(None) if call.structure.traits.is_kept else None
+    cache = Cache(None) if call.structure.traits.needs_gmsh else None
     return build(call.structure, call.method, call.duration, cache, progress=call.progress, mesh_error=call.mesh_error)
 
 
@@ -76,7 +76,7 @@ def striker_of(scene: Scene, n_modes: int | None = None, greens: GreensFunction 
     """
     reed = scene.reed
     with problems.in_role("reed", reed):
-        body = reed.body(greens, n_modes, scene.geometry.contact_at)
+        body = reed.body(greens, n_modes or 0, scene.geometry.contact_at)
         ports = scene.geometry.port_points() if scene.driven_by else ()
         by_wings = (load for each in scene.driven_by for load in each.loads(reed, body, ports))
         body = replace(body, loads=(*body.loads, *external_loads(scene.load, reed, body), *by_wings))

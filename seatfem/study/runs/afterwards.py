@@ -22,7 +22,6 @@ from impact.quantities import finite_or_none, percent
 from impact.runs.variations import ROUND_OFF, SAFETY, Budget, Values, Variation, budget_of
 from seatfem.machine.resources import Stopwatch
 from seatfem.structures import method, rings
-from seatfem.structures.patch import Column
 from seatfem.study.impacts import contact, validity
 from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.contact import RunError, record_of, run_contacts
@@ -67,7 +66,7 @@ def baseline_of(done: Round, watch: Stopwatch) -> Baseline:
     """Return the spring baseline of a round, which is the round's own run if its seat is a spring. Raises as
     `static_stiffness`."""
     scene = done.plan.scene
-    stiffness = static_stiffness(done.seat.greens, scene.seat.column())
+    stiffness = static_stiffness(done.seat.greens, scene.seat.endless_stiffness)
     with watch("spring baseline"):
         spring = spring_for(done.seat.greens, stiffness)
         same = is_spring(done.seat.greens, spring)
@@ -138,12 +137,12 @@ def _record_errors(
     return budget_of(run, own, values, touches.seat.dt, {RECORD: (draws,)}, filter_width=width)
 
 
-def static_stiffness(greens: GreensFunction, column: Column | None = None) -> float:
-    """Return the static stiffness of the struck patch [N/m]; of an endless body, the stiffness of its ``column``.
+def static_stiffness(greens: GreensFunction, endless: float = 0.0) -> float:
+    """Return the static stiffness of the struck patch [N/m]; of an endless body, its ``endless`` one, if not 0.
     Raises `RunError` for a seat that is free to move."""
     compliance = rings.face_compliance(greens)
-    if column is not None and np.isinf(compliance) and math.isinf(greens.mass()):
-        return column.stiffness
+    if endless and np.isinf(compliance) and math.isinf(greens.mass()):
+        return endless
     if not np.isfinite(compliance) or compliance <= 0:
         raise RunError(
             "the seat has no static stiffness (it is free to move, or sampled without a rest), so there is no spring "
@@ -304,8 +303,7 @@ def reed_front_keys(done: Round, stress: ReedStress | None) -> dict[str, object]
     beam's free end); empty where no stress is known, ``None`` without a closing speed."""
     if stress is None or stress.after_contact is None:
         return {}
-    face = done.plan.scene.reed.face
-    front = summary.front_of(done.result, face.young, face.density)
+    front = summary.front_of(done.result, *done.plan.scene.reed.front)
     return {"peak_reed_stress_over_rho_c0_v": None if math.isnan(front) else stress.after_contact.value / front}
 
 

@@ -336,7 +336,7 @@ def compute_greens(scene: Scene, path: Path, progress: Progress = silent) -> Run
     seat, key = done.seat, cache.key_of(scene.seat, done.plan.method.seat)
     cache.Cache(path).write(seat.greens, key, seat.in_rings)
     summary = {
-        "seat_static_stiffness_N_per_m": static_stiffness(seat.greens, scene.seat.column()),
+        "seat_static_stiffness_N_per_m": static_stiffness(seat.greens, scene.seat.endless_stiffness),
         **greens_error_keys(seat.greens),
         **seat.about,
         "seat_reused": seat.reused,

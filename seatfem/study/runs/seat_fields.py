@@ -391,7 +391,7 @@ def check_stress(plan: Plan, progress: Progress) -> None:
     if (drawn := body.drawn) is not None:
         spec, level = drawn.mesh_spec(method), drawn.elements_of(method)
         spec = replace(spec, size=COARSENING * spec.size, contact_size=COARSENING * spec.patch_size)
-        mesh = draw(drawn, spec, level, progress, method=method)
+        mesh = draw(drawn, spec, level, method, progress)
     else:
         mesh = body.meshes(method, progress)[0]
     SeatMesh(plan, mesh).named()

@@ -16,7 +16,7 @@ from seatfem.fields import KeyProblem
 from seatfem.jobs.crew import FILES
 from seatfem.structures import cache, errors, lands, outlines, rings
 from seatfem.structures.formats import mesh_files
-from seatfem.structures.inspection import cad, mesh_file
+from seatfem.structures.inspection import cad
 from seatfem.structures.kinds.structure import Finding, Structure
 from seatfem.structures.lip import Lip
 from seatfem.structures.shapes.loops import distances
@@ -173,7 +173,7 @@ def _of_lip(geometry: lips.ContactGeometry, body: Structure, table: str, key: st
         yield ("contact", "waviness"), lips.NO_ANGLES
 
 
-def part_of_scene(path: Path) -> mesh_file.Part:
+def part_of_scene(path: Path) -> cad.Part:
     """Return the faces of a scene's seat. Raises `GeometryError` if it has none, or `SceneError`."""
     return load.load_scene(path).seat.part()
 
