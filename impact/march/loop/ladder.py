@@ -14,8 +14,8 @@ import numpy as np
 
 from impact.march.laws import FAR, ROUGH
 from impact.march.loop.compiled import compiled
-from impact.march.loop.forces import FLOOR, advance, advance_many
-from impact.march.loop.joints import remember
+from impact.march.loop.forces import FLOOR, advance, advance_many, contact_force, filmed_force
+from impact.march.loop.joints import joint_step, remember
 from impact.march.loop.marches import active_set_from, alone, by_sweeps
 
 STEP, ROW, LEVEL, SINCE, CALM, WAIT, PENDING, UNSOLVED, PLACE = range(9)
@@ -98,8 +98,16 @@ def _solve(law, rough, films, own, shifts, level, swept, single, pen, before, dt
     """Find the forces of one step in place, ``warm`` (p,), as `march_many` does; return whether they were found."""
     codes, rules, numbers, user = law
     if single is not None:
-        pressed, pulled = alone(codes, rules, numbers, user, rough, films, pen, before, own, dt, warm, 0, 0.0)
-        warm[0] = pressed + pulled
+        code, rule, w0 = codes[0], rules[0], own[0, 0]
+        a, b, c = numbers[0, 0], numbers[0, 1], numbers[0, 2]
+        if films is not None:
+            film = (films[0, 0], films[0, 1], films[0, 2])
+            pressed, pulled = filmed_force(code, rule, a, b, c, user, film, pen[0], before[0], w0, w0, dt)
+            warm[0] = pressed + pulled
+        elif rough is not None and code >= ROUGH:
+            warm[0] = joint_step(code, rule, numbers, 0, pen[0], before[0], w0, w0, dt)
+        else:
+            warm[0] = contact_force(code, rule, a, b, c, user, pen[0], before[0], w0, w0, dt)
     if shifts is not None:
         active_set_from(shifts[level], pen, warm, low, held)
     if swept is not None:
