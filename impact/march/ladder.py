@@ -21,7 +21,6 @@ from impact.march.grid import TimeGrid
 from impact.march.loop import ladder as loop
 from impact.march.prepared import MOST_STEPS, Discretised, discretise, find_free_motion
 from impact.march.problem import ContactProblem
-from impact.march.replay import find_step
 from impact.march.rows import MarchRun, Rows
 from impact.march.stepper import ContactStepper, LoopLaws
 from impact.notices import Progress, silent
@@ -117,13 +116,15 @@ def _find_poles(body: motion.Discrete, greens: ModalGreens, turn: Array) -> tupl
 
 def _level(omega: Array, zeta: Array, rates: Array, step: float) -> tuple[Array, Array, Array, Array]:
     """Return transitions (4, K), gains, ramps and strays (2, K) of oscillators and relaxations over a ``step`` [s]."""
-    rows, decay, none = find_step(step, omega, zeta), np.exp(-rates * step), np.zeros(len(rates))
+    ((a11, a12), (a21, a22)), (b1, b2) = oscillator.transition(step, omega, zeta)
+    decay, none = np.exp(-rates * step), np.zeros(len(rates))
     eased = step * oscillator.expm1_over(-rates * step)
     bends = np.where(zeta < 1, np.minimum(2.0, (omega * step) ** 2 / 8), np.sqrt(8.0))
+    ramped = oscillator.ramp_response(np.full(omega.shape, step), omega, zeta) / step - b1 / 2
     parts = (
-        (rows[:4], [decay, none, none, none]),
-        (rows[4:6], [eased, none]),
-        (rows[6:8], [none, none]),  # loads act on modes alone
+        ([a11, a12, a21, a22], [decay, none, none, none]),
+        ([b1, b2], [eased, none]),
+        ([ramped, b1 / step - b2 / 2], [none, none]),  # loads act on modes alone
         ([np.where(omega > 0, bends, 0.0), np.where(omega > 0, 0.0, step**2 / 8)], [1 - decay, none]),
     )
     moves, gains, ramps, strays = (np.concatenate(pair, axis=1) for pair in parts)

@@ -235,7 +235,7 @@ class LeapReplay(Replay):
         """Begin as `Replay` does."""
         super().__init__(body, spans)
         start = body.state
-        self._steps = np.array([find_step(float(span), *self._rates) for span in spans])
+        self._steps = np.array([_find_step(float(span), *self._rates) for span in spans])
         self._q, self._v = start.displacement.astype(float), start.velocity.astype(float)
 
     @cached_property
@@ -262,7 +262,7 @@ class LeapReplay(Replay):
         return between
 
 
-def find_step(span: float, omega: Array, zeta: Array) -> Array:
+def _find_step(span: float, omega: Array, zeta: Array) -> Array:
     """Return (13, K): transition of (q, q'), effects of a unit force and of a unit rise about 0, means of q by q, q',
     force and rise, and w^2, over one ``span`` [s]."""
     ((a11, a12), (a21, a22)), (b1, b2) = oscillator.transition(span, omega, zeta)
@@ -277,7 +277,7 @@ def find_step(span: float, omega: Array, zeta: Array) -> Array:
 def _swing(levels, steps, form, q, v, pushed, rises, stored, lost):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
     """Advance oscillators under modal forces ``pushed`` (m, K), which become their coordinates after each step.
 
-    steps (J, 13, K): of `find_step`; rises (m, K), which become the means of the coordinates, or None; form (J, 10,
+    steps (J, 13, K): of `_find_step`; rises (m, K), which become the means of the coordinates, or None; form (J, 10,
     K): of the energy that damping takes, or None for no energies.
     """
     for m in range(pushed.shape[0]):
