@@ -270,7 +270,7 @@ def _around(
     """Return an arc of the ring, by Fourier harmonics."""
     arc, rings = body.struck_arc, method.rings or 1
     assert arc is not None
-    build = partial(_harmonic, body, mesh, rings)
+    build = harmonics.every_harmonic(partial(_harmonic, body, mesh, rings))
     patches = {name: harmonics.RingPatch(0.0, arc, name) for name in ring_names("contact", rings)}
     aims = _aims(body, method, duration)
     with watch("reduction"):
@@ -290,7 +290,7 @@ def _along(
     """Return all of the ring in arcs, by Fourier harmonics."""
     lip = method.lip
     assert isinstance(lip, Lip)
-    build = partial(_harmonic, body, mesh, lip.rings)
+    build = harmonics.every_harmonic(partial(_harmonic, body, mesh, lip.rings))
     width, faces = 2 * np.pi / lip.arcs, ring_names("contact", lip.rings)
     patches = [harmonics.RingPatch(float(angle), width, face) for angle in lip.angles for face in faces]
     with watch("reduction"):
