@@ -169,7 +169,6 @@ def face_greens(
     origin = {"bandwidth_Hz": aims.bandwidth, "damping_ratio": damping_ratio, "dof": model.size}
     modes = None if static else _modes(model, aims, progress)
     if modes is None or not len(modes.omega):
-        progress("factorization", 0.0)
         compliance = static_compliance(model, aims.backend, progress)
         none = np.zeros(0)
         rest = residual(compliance, model, damping)
@@ -188,7 +187,6 @@ def _modes(model: SecondOrderModel, aims: Aims, progress: Progress) -> Modes:
     except eigen_search.CrowdedError as crowded:
         count, lower = crowded.count, aims.bandwidth
         while count > MOST_MODES:
-            progress("factorization", 0.0)
             lower *= 0.95 * (MOST_MODES / count) ** (1 / 3)
             count = eigen_search.counting_shift(model, (2 * np.pi * BEYOND * lower) ** 2, aims.backend).count
         raise BandError(
