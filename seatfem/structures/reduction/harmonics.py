@@ -221,11 +221,19 @@ def every_harmonic(build: Callable[[int], SecondOrderModel]) -> Callable[[int], 
             math.prod((harmonic - other) / (each - other) for other in ASSEMBLED if other != each) for each in ASSEMBLED
         ]
 
-        def summed_up(matrices: Sequence[sparse.csr_array | None]) -> sparse.csr_array | None:
-            parts = [share * each for share, each in zip(shares, matrices, strict=True) if each is not None]
-            return sparse.csr_array(sum(parts[1:], parts[0])) if parts else None
+        def summed_up(matrices: Sequence[sparse.csr_array]) -> sparse.csr_array:
+            parts = [share * each for share, each in zip(shares, matrices, strict=True)]
+            return sparse.csr_array(sum(parts[1:], parts[0]))
 
-        K, C, H = (summed_up([getattr(each, name) for each in models]) for name in ("K", "C", "loss"))
+        def where_any(matrices: Sequence[sparse.csr_array | None]) -> sparse.csr_array | None:
+            known = [each for each in matrices if each is not None]
+            return summed_up(known) if known else None
+
+        K, C, H = (
+            summed_up([each.K for each in models]),
+            where_any([each.C for each in models]),
+            where_any([each.loss for each in models]),
+        )
         damping = models[0].damping
         if damping.loss is not None:
             damping = replace(damping, loss=H)

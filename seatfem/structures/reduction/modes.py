@@ -185,6 +185,54 @@ def eigen_residuals(model: SecondOrderModel, square: Array, shapes: Array, shift
     return np.asarray(residuals / ((square + shift**2) * np.linalg.norm(mass, axis=0)))
 
 
+NEAR: Final = 1e-3
+"""Largest relative change of w^2 by the last step of `modes_near`; its own error is of the order of the square."""
+STEPS: Final = 3  # most steps of it, each with as many solves as there are modes; a search from nothing takes 3 to 9
+MARGIN: Final = 1.3  # w^2 up to which approximate modes take part, over the highest that is asked for
+
+
+def modes_near(model: SecondOrderModel, near: Array, up_to_hz: float, backend: Backend) -> tuple[Array, Array] | None:
+    """Return w (m,) [rad/s] and M-orthonormal shapes (n, m) of all modes up to a frequency, from vectors near to them.
+
+    Ritz pairs y in the span of the vectors are improved in that of y and (K - sigma M)^-1 M y, sigma at the highest
+    frequency, until w^2 no longer changes. ``None`` if their number is not that of the eigenvalues by inertia, or if
+    they still change: the vectors are not near enough.
+
+    ``near``: (n, r) vectors, such as modes of a similar model.
+    """
+    top = eigen_search.counting_shift(model, (2 * np.pi * up_to_hz) ** 2, backend)
+    if not top.count:
+        return np.zeros(0), np.zeros((model.size, 0))
+    before, shapes = _ritz_in(model, near, MARGIN * top.value)
+    for _ in range(STEPS):
+        if len(before) < top.count:
+            return None
+        image = top.factor.solve(model.M @ shapes)
+        values, shapes = _ritz_in(model, np.concatenate([shapes, image], axis=1), MARGIN * top.value)
+        number = int(np.sum(values < top.value))
+        if number > top.count:
+            return None
+        compared = min(len(values), len(before), top.count)
+        if number == compared == top.count:
+            moved = np.abs(before[:compared] - values[:compared]) / np.abs(values[:compared])
+            if np.max(moved) < NEAR:
+                return np.sqrt(np.maximum(values[:number], 0.0)), shapes[:, :number]
+        before = values
+    return None
+
+
+def _ritz_in(model: SecondOrderModel, vectors: Array, highest: float) -> tuple[Array, Array]:
+    """Return the Ritz values below ``highest`` [1/s^2] in the span of the vectors (n, r), and M-orthonormal vectors."""
+    mass = vectors.T @ (model.M @ vectors)
+    scale = np.sqrt(np.diag(mass))
+    squares, turns = np.linalg.eigh(mass / np.outer(scale, scale))
+    kept = squares > 1e-10  # the others are dependent
+    basis = (vectors / scale) @ (turns[:, kept] / np.sqrt(squares[kept]))
+    values, parts = np.linalg.eigh(basis.T @ (model.K @ basis))
+    low = values < highest
+    return values[low], basis @ parts[:, low]
+
+
 SIGNS: Final = (1.0, 1.0, -1.0)  # signs of w, a_x and a_y = dw/dy in the mirror image of an even motion
 
 
