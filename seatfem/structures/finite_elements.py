@@ -250,9 +250,7 @@ def _by_harmonics(body: Elastic, mesh: AnyMesh, task: Task) -> Solved:
     rings = lip.rings if isinstance(lip, Lip) and method.in_arcs else method.rings or 1
     faces = ring_names("contact", rings)
 
-    def build(harmonic: int) -> SecondOrderModel:
-        return matrices(body, mesh, "harmonics", rings=rings, harmonic=harmonic)
-
+    build = harmonics.every_harmonic(lambda harmonic: matrices(body, mesh, "harmonics", rings=rings, harmonic=harmonic))
     with task.watch("reduction"):
         if isinstance(lip, Lip) and method.in_arcs:
             places = [(float(angle), face) for angle in lip.angles for face in faces]

@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from impact.notices import Progress, SeatfemError, Tell, ignore, silent
+from impact.notices import ROUND, Progress, SeatfemError, Tell, ignore, silent
 from impact.quantities import in_time
 from impact.runs.variations import Budget, total
 from seatfem.jobs.folders import private_folder
@@ -66,6 +66,7 @@ def rounds(
     deadline = begun + limits.seconds
     held = forget_peak()
     listen = within_limits(progress, begun + limits.first)
+    progress(ROUND, 0.0)
     latest = _round(plan, folder, watch, listen, limits, held)
     before: Plan | None = None
     while True:
@@ -84,6 +85,7 @@ def rounds(
         if _seat_key(further) != _seat_key(latest.plan):
             latest = replace(latest, seat=latest.seat.functions)
         yield replace(latest, stopped=f"round {number} {UNFINISHED}")
+        progress(ROUND, 0.0)
         try:
             for finer, left_out in attempts(latest, further):
                 attempt = replace(finer, refused={**finer.refused, **dict.fromkeys(left_out, stopped)})
