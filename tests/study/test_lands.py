@@ -177,7 +177,7 @@ def test_a_pressure_acts_over_each_port_as_gas_does(tmp_path: Path) -> None:
     assert load.amplitude(np.zeros(1)) == pytest.approx(-0.2e5 * 90e-6)
     of_disc = scene.reed.pushed_at(body, None, by="pressure")[:, 0]
     assert np.abs(load.shape - of_disc).max() > 0.03 * np.abs(of_disc).max()
-    assert scene.geometry.port_areas() == pytest.approx([math.pi * 16e-6] * 2, rel=1e-5)
+    assert scene.geometry.port_areas() == pytest.approx([math.pi * 16e-6] * 2, rel=1e-3)  # within chords
 
 
 @pytest.mark.slow
