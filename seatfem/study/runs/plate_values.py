@@ -78,7 +78,8 @@ def places_of_value(ranges: Array, regions: NDArray[np.str_]) -> NDArray[np.int6
     """Return the places with the largest stress ``ranges`` (P,) of each part, at most `MOST` of it, that
     are at least `NEAR` of the largest of all."""
     hottest = peaks.hottest(ranges, regions, MOST)
-    return hottest[ranges[hottest] >= NEAR * ranges.max()]
+    near: NDArray[np.int64] = hottest[ranges[hottest] >= NEAR * ranges.max()]
+    return near
 
 
 def errors_of_value(

@@ -128,9 +128,9 @@ class SeatMesh:
 
     # Stress
 
-    def stress(self, waves: Waves | None, at: Array) -> MeshStress:
-        """Return the stress at the points ``at``, unless the scene asks for named ones only, and at these, by the
-        harmonics of ``waves`` if there are any."""
+    def stress(self, waves: Waves | None, at: Array | None) -> MeshStress:
+        """Return the stress at the points ``at``, ``None`` where the scene asks for named ones only, and at these, by
+        the harmonics of ``waves`` if there are any."""
         return MeshStress.from_spaces(self.spaces(waves, at), self.asked, waves)
 
     def spaces(self, waves: Waves | None, at: Array | None = None) -> SpacesOnMesh:
@@ -213,10 +213,10 @@ class MeshStress:
     @staticmethod
     def from_spaces(kept: SpacesOnMesh, asked: StressTable, waves: Waves | None) -> MeshStress:
         """Return the stress by its spaces on a mesh."""
-        where, points = kept.spaces[0], kept.spaces[-1]
+        where, points, (to_edge, to_struck) = kept.spaces[0], kept.spaces[-1], kept.distances
         if not asked.points:
             points = tuple(space.at_points(np.zeros(len(space.points), dtype=bool)) for space in where)
-        return MeshStress(where, points, *kept.distances, asked, waves)
+        return MeshStress(where, points, to_edge, to_struck, asked, waves)
 
     @property
     def angles(self) -> int:
