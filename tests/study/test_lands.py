@@ -164,6 +164,22 @@ def test_gas_acts_over_each_port_as_it_is_drawn(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+def test_a_pressure_acts_over_each_port_as_gas_does(tmp_path: Path) -> None:
+    """Its whole force is that of the stated area, shared by the ports: in each mode the mean over both ports, not
+    that of one disc at the paddle's centre, which differs by more than 3 %."""
+    pressed = '[[load]]\npressure = "-0.2 bar"\narea = "90 mm^2"\n'
+    scene = load_text(tmp_path, PORTS + pressed + '[run]\nduration = "2 ms"\n')
+    body = striker_of(scene)
+    [load] = body.loads
+    over_ports = [scene.reed.pushed_at(body, each).mean(axis=1) for each in scene.geometry.port_points()]
+    assert load.shape == pytest.approx(np.mean(over_ports, axis=0), rel=1e-12)
+    assert load.amplitude(np.zeros(1)) == pytest.approx(-0.2e5 * 90e-6)
+    of_disc = scene.reed.pushed_at(body, None, by="pressure")[:, 0]
+    assert np.abs(load.shape - of_disc).max() > 0.03 * np.abs(of_disc).max()
+    assert scene.geometry.port_areas() == pytest.approx([math.pi * 16e-6] * 2, rel=1e-3)  # within chords
+
+
+@pytest.mark.slow
 def test_a_run_says_which_land_closes_first(gallery: Gallery) -> None:
     """The outer land of a tilted ring valve closes first; every number of a land has its bar; shares add up to one."""
     summary = read_summary(gallery.run_of(ROOT / "examples" / "ring_valve_lands.toml"))

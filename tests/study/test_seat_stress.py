@@ -10,6 +10,7 @@ import pytest
 from seatfem.structures.cache import VARIABLE
 from seatfem.structures.fields.recovery import Response, von_mises
 from seatfem.study.runs import pipeline
+from seatfem.study.runs.seat_fields import SeatMeshes
 from seatfem.study.runs.seat_stress import SeatStress, seat_stress, stress_keys
 from seatfem.study.runs.stress_spots import load_histories
 from seatfem.study.runs.stress_wave import peak_pictures
@@ -155,6 +156,7 @@ def test_the_stress_of_a_seat_comes_back_from_file_bit_for_bit(tmp_path: Path, m
     *_, done = rounds(plan, tmp_path, Stopwatch(), silent)
     first = seat_stress(done)
     monkeypatch.setattr(Response, "from_model", lambda *a, **k: pytest.fail("computed again"))
+    monkeypatch.setattr(SeatMeshes, "both", property(lambda meshes: pytest.fail("meshed again")))
     again = seat_stress(done)
     assert first is not None
     assert again is not None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar, Final
 
@@ -12,10 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impact.greens.base import Array
+from impact.notices import Progress
 from seatfem.pictures import frames
 from seatfem.structures.fields import peaks, recovery
 from seatfem.study.impacts.forces import Strike
 from seatfem.study.impacts.touches import Touches
+from seatfem.study.runs.plate_values import ValueOf
+from seatfem.study.runs.round import Round
 from seatfem.units import place_words
 
 if TYPE_CHECKING:
@@ -31,7 +34,7 @@ LEAST: Final = 0.1  # least stress of a spot with a history, over the largest in
 SHARE: Final = 0.3
 """Least range of von Mises stress, over the largest, at which a margin is computed; below, it is 3 times
 larger."""
-EACH: Final = 4  # points of each part whose life is computed
+EACH: Final = 8  # points of each part whose life is computed
 ONE_FACE: Final = (("", 1.0),)
 BOTH_FACES: Final = ((", face away from the seat", 1.0), (", face towards the seat", -1.0))
 
@@ -131,6 +134,14 @@ class BodyStress(ABC):
     @abstractmethod
     def hot_spots(self, stride: int) -> tuple[tuple[Spot, ...], tuple[History, ...]]:
         """Return the hot spots, and the histories of the largest in every ``stride``-th step."""
+
+    def errors_of_value(
+        self, done: Round, value_of: ValueOf, first: int, turn: float, progress: Progress
+    ) -> Mapping[str, float]:
+        """Return the errors, by source, of the least value of stress histories at the places that may have it, by the
+        load block after the ``first`` steps, the last ``turn`` [s] of a run; empty of a body of which only the error of
+        the largest stress is known."""
+        return {}
 
     def margin_map(self, margin_of: MarginOf, first: int) -> frames.Frames | None:
         """Return the surface with its fatigue margins by the load block after the ``first`` steps; ``None`` for a body

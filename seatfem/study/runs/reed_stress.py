@@ -14,13 +14,14 @@ from scipy.spatial import cKDTree
 
 import impact
 from impact.after import measures
-from impact.after.histories import ReedStress
+from impact.after.histories import ReedStress, Spans
 from impact.bodies.loads import find_own_coordinates
 from impact.greens.base import Array
 from impact.march.motion import modal_coordinates
+from impact.notices import Progress
 from seatfem.pictures import frames, skins
 from seatfem.structures import method, sheets
-from seatfem.structures.fields.peaks import LITTLE, LargestStress, largest, von_mises
+from seatfem.structures.fields.peaks import LITTLE, LargestStress, largest, mises_range, von_mises
 from seatfem.structures.fields.recovery import StressField, in_frames
 from seatfem.structures.fields.sites import REACH, peak_mesh_error
 from seatfem.structures.kinds.thin_plate import ThinPlate
@@ -39,6 +40,8 @@ from seatfem.study.impacts.plate_stress import (
     struck_by,
 )
 from seatfem.study.runs.body_stress import BOTH_FACES, FieldStress, History, Spot, foremost, rows_of
+from seatfem.study.runs.plate_values import ValueOf, errors_of_value, places_of_value
+from seatfem.study.runs.round import Round
 from seatfem.study.scene import Scene
 
 BEFORE: Final = 0.15  # time shown before the contact, in its durations
@@ -115,6 +118,15 @@ class PlateStress(FieldStress):
         other = self.under(strike)
         return stresses_of_plate(self.reed, self.field, largest(other.field, other.force, other.dt, since=since))
 
+    def errors_of_value(
+        self, done: Round, value_of: ValueOf, first: int, turn: float, progress: Progress
+    ) -> Mapping[str, float]:
+        likely = self.likely[self.counted[self.likely]]
+        field = self.field.at(likely)
+        ranges = mises_range(field, self.force, self.dt, since=first)
+        places = places_of_value(ranges, self.regions[likely])
+        return errors_of_value(done, self.reed, self.strike, field.at(places), value_of, turn, progress)
+
     def hot_spots(self, stride: int) -> tuple[tuple[Spot, ...], tuple[History, ...]]:
         """Return the places of the largest von Mises stress of each part, in the face away from the seat."""
         peak = self.by_point.after_contact if math.isfinite(self.by_point.spans.touch) else self.by_point.initial
@@ -164,12 +176,22 @@ def computed(compute: Callable[[], Errors]) -> Errors:
     return compute()
 
 
+PEAKS: Final = "largest stress at the points of a plate"
+"""Name of the array (s, 4, P) of `LargestStress` in the cache."""
+
+
+def computed_peaks(at: Array, compute: Callable[[], Array]) -> Array:
+    """Return what a function computes ``at`` places: where the largest stresses are not cached."""
+    return compute()
+
+
 def plate_stress(
     scene: Scene,
     solved_by: Method,
     strike: Strike,
     since: float | None = None,
     cached: Callable[[Callable[[], Errors]], Errors] = computed,
+    cached_peaks: Callable[[Array, Callable[[], Array]], Array] = computed_peaks,
 ) -> PlateStress | None:
     """Return the stress in the faces of the plate that strikes.
 
@@ -184,7 +206,8 @@ def plate_stress(
         solved_by: method of the plate.
         strike: the run.
         since: start of the judged landing [s], from which on the stress is reported separately, too.
-        cached: function that returns the two errors from where they are on file, or computes and stores them.
+        cached, cached_peaks: functions that return the two errors, and the largest stresses ``at`` points, from where
+            they are on file, or compute and store them.
     """
     reed, greens = scene.reed.thin_plate, strike.striker.greens
     if reed is None or greens.modal is None:
@@ -192,7 +215,9 @@ def plate_stress(
     field = struck_by(plate_field(scene.geometry, strike.striker, strike.division), strike)
     if not len(field.points):
         return None
-    by_point = largest(field, strike.pushes, strike.dt, since=since)
+    force, dt = strike.pushes, strike.dt
+    by_span = cached_peaks(field.points, lambda: largest(field, force, dt, since=since).by_span)
+    by_point = LargestStress(Spans.of_run(force, dt, since), by_span)
     stress = PlateStress(strike, field, reed, by_point, math.nan, field)
     if stress.largest.after_contact is None:
         return stress

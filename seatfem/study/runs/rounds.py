@@ -29,7 +29,7 @@ from seatfem.study.method import BAND, TOLERANCE
 from seatfem.study.plan import Plan
 from seatfem.study.runs import reed_stress
 from seatfem.study.runs.converge import attempts, in_widest_band, with_measured_errors
-from seatfem.study.runs.kept import cached_numbers
+from seatfem.study.runs.kept import cached_numbers, caches
 from seatfem.study.runs.next_round import Limits, expect_time, next_plan
 from seatfem.study.runs.round import UNFINISHED, Round, in_words
 from seatfem.study.safety import FAILURES
@@ -213,8 +213,8 @@ def solve(
     with watch("reed stress"):
         since, plate = stress_since(touches, scene.accuracy.landing), None
         if any_needs(scene.accuracy.measures, "stress"):
-            cached = partial(cached_numbers, computed, touches, reed_stress.ERRORS)
-            plate = reed_stress.plate_stress(scene, method.reed, computed.strike, since, cached)
+            cached = caches(computed, reed_stress.ERRORS, reed_stress.PEAKS)
+            plate = reed_stress.plate_stress(scene, method.reed, computed.strike, since, *cached)
         stress = computed.strike.largest_stress(since=since) if plate is None else plate.largest
     progress("reed stress", 1.0)
     return replace(computed, plate=plate, stress=stress)

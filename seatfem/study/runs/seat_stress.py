@@ -213,7 +213,7 @@ def seat_stress(done: Round, progress: notices.Progress = notices.silent) -> Sea
     strike, solid = done.strike, seat_fields.seat_of(done.plan).material.solid
     dt, force = strike.dt, strike.on_seat
     waves = seat_fields.Waves.from_forces(meshes, force)
-    known = meshes.both[0].stress(waves).within()
+    known = meshes.stress(waves).within()
     fields, angles = known.fields(dt), known.angles
     field = fields.surface
 
@@ -224,7 +224,7 @@ def seat_stress(done: Round, progress: notices.Progress = notices.silent) -> Sea
     peaks = Largest(*kept.cached_array(done, done.touches, what, field.points, of_points))
     places = places_of(peaks)
     at_worst = fields.at(places)
-    judged, others = at_worst.judged(force, dt), [known.fields(dt, fewer=True).at(places)]
+    judged, others = at_worst.judged(force, dt), [known.fields_at(places, dt, fewer=True)]
     if isinstance(field, RingField) and len(field.harmonics) > 1:
         others.append(seat_fields.SeatFields(*map(_with_fewer, (at_worst.surface, at_worst.named))))
     bars = sum((np.abs(each.judged(force, dt) - judged) for each in others), BETWEEN * judged)
@@ -327,5 +327,5 @@ def judged_under(stress: SeatStress, force: Array, dt: float, *, anew: bool = Fa
         return stress.worst.judged(force, dt)
     known, waves = stress.known, seat_fields.Waves.from_forces(stress.meshes, force)
     if waves is not None and known.waves is not None and waves.numbers != known.waves.numbers:
-        known = stress.drawn.stress(replace(waves, angles=known.waves.angles)).within()
-    return known.fields(dt).at(places_of(stress.peak)).judged(force, dt)
+        known = stress.meshes.stress(replace(waves, angles=known.waves.angles)).within()
+    return known.fields_at(places_of(stress.peak), dt).judged(force, dt)
