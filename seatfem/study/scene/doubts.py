@@ -124,9 +124,14 @@ def _of_loads(scene: Scene) -> Iterator[Doubt]:
 
 
 def _of_duration(scene: Scene) -> Iterator[Doubt]:
-    """Yield a doubt if the run ends before a reed without loads can reach its seat."""
+    """Yield doubts if the run ends before a reed without loads can reach its seat, and if the block of a life is less
+    than a turn of the crank."""
     start = scene.reed.start_at(scene.geometry.own_place or 0.0)
     flight = 0.0 if scene.is_loaded or scene.stopper is not None else scene.reed.flight_time(scene.contact.gap + start)
     if flight > scene.run.duration:
         ends, least = (write_quantity(time, "time", 3) for time in (scene.run.duration, flight))
         yield ("run", "duration"), f"{ends} ends before the landing: the reed flies {least}; watch longer"
+    if scene.assessments and scene.turn is not None and scene.run.duration < scene.turn * (1 - 1e-9):
+        ends, least = (write_quantity(time, "time", 3) for time in (scene.run.duration, scene.turn))
+        words = f"{ends} is less than a turn of the crank, {least}, and the run is the block that repeats"
+        yield ("run", "duration"), f"{words}: its life lacks what happens in the rest; watch a whole turn"
