@@ -1,7 +1,8 @@
 """Valves as their users write them, with the contact not stated and stated by hand, and the same for `points`.
 
-Reeds are thrown in their first mode, so that the other program needs no gas. Plates that are held at their rim yield as
-CalculiX says, which changes the peak on a flat land by a fifth; other seats are rigid to it. A ball has a closed form.
+Reeds are thrown in their first mode, so that the other program needs no gas. Steel plates and the seat of rings yield
+as CalculiX says: rigid points take energy from a flat plate as it touches, and a fifth to a third of its peak. Other
+seats are rigid to it. A ball has a closed form.
 """
 
 from __future__ import annotations
@@ -107,6 +108,21 @@ def plate_seat(ports: int) -> Callable[[list[Cells]], Array]:
         return np.asarray((nodes[:, 2] < 1e-6) & rim)
 
     return lambda cells: static_compliance(draw, held, 6.0, cells, STEEL, (0.5, 3.0))
+
+
+def ring_seat(cells: list[Cells]) -> Array:
+    """Return the static compliance of `RINGS`, whose lips are 0.5 mm high."""
+
+    def draw(occ: Any) -> None:
+        body = [(3, occ.addCylinder(0, 0, 0, 0, 0, 8.5, 16))]
+        lower = (((0.0, 7.0), 0.0), ((8.0, 12.0), 7.0), ((13.0, 17.0), 8.0))
+        for (inner, outer), floor in lower:
+            tube = [(3, occ.addCylinder(0, 0, floor, 0, 0, 9, outer))]
+            if inner:
+                tube = occ.cut(tube, [(3, occ.addCylinder(0, 0, floor, 0, 0, 9, inner))])[0]
+            body = occ.cut(body, tube)[0]
+
+    return static_compliance(draw, lambda nodes: nodes[:, 2] < 1e-6, 8.5, cells, STEEL, (0.6, 3.0))
 
 
 def straight(length: float, width: float, at: float, thickness: float) -> str:
@@ -264,7 +280,7 @@ def valves() -> dict[str, Valve]:
             Thrown(
                 Ring(6.5 * MM, 13.5 * MM), 1.2 * MM,
                 (RoundLand((0.0, 0.0), 7 * MM, 8 * MM), RoundLand((0.0, 0.0), 12 * MM, 13 * MM)),
-                fall(1.5, 0.15e-3, 10e-6, 5e-6),
+                fall(1.5, 0.15e-3, 10e-6, 5e-6), seat=ring_seat,
             ),
             {"contact.ports": "24"},
         ),
