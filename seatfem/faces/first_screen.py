@@ -24,7 +24,12 @@ KINDS: Final = (("reed", "reed_kind"), ("seat", "seat_kind"), ("stopper", "stopp
 
 def decision_lines(summary: Summary, title: str, decision: Decision) -> Iterator[str]:
     """Yield the lines about the valve, what happens, and the decision with its reasons, at most `COLUMNS` wide."""
-    kinds = (f"{body}: {str(summary[key]).replace('_', ' ')}" for body, key in KINDS if summary.get(key))
+    shape = f"{summary['stopper_shape']}, " if summary.get("stopper_shape") else ""
+    kinds = (
+        f"{body}: {shape if body == 'stopper' else ''}{str(summary[key]).replace('_', ' ')}"
+        for body, key in KINDS
+        if summary.get(key)
+    )
     yield from (*wrapped(title.replace("\n", "\\n")), *wrapped(", ".join(kinds)), *wrapped(decision.happens), "")
     yield f"Decision: {decision.word}"
     for reason in (*decision.reasons, decision.checked):

@@ -22,7 +22,7 @@ from seatfem.machine.doctor import Check
 from seatfem.structures import natural_modes
 from seatfem.structures.inspection import cad
 from seatfem.structures.kinds import kinds_of
-from seatfem.study.answers.verdict import count, difference, is_static, lands_of, which_landing
+from seatfem.study.answers.verdict import count, difference, is_free, is_static, lands_of, which_landing
 from seatfem.study.safety import STAGES, source_in_words
 from seatfem.study.scene.wings import drives
 
@@ -187,7 +187,8 @@ def result_table(summary: readings.Summary, *, short: bool = False) -> Table:
     target = readings.as_number(summary.get("accuracy_target"))
     aim = "uncertainty" if target is None else f"uncertainty\n(asked {percent(target, 3)})"
     seat = "seat (static)" if is_static(summary) else "seat"
-    heads = ("", seat, "spring\nbaseline", "spring\nagainst\nseat", "difference /\nuncertainty", aim)
+    simple = "rigid" if is_free(summary) else "spring"
+    heads = ("", seat, f"{simple}\nbaseline", f"{simple}\nagainst\nseat", "difference /\nuncertainty", aim)
     shown: Sequence[int] = (0, 1, 5) if is_baseline(summary) else (0, 1, 2, 5) if short else range(6)
     table = Table(*(heads[column] for column in shown), box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     table.caption_justify = "left"
@@ -250,9 +251,9 @@ def _notes(summary: readings.Summary, table: Table) -> Iterator[str]:
     shown = [row for rows in results.rows_of(summary).values() for row in rows]
     if part is not None:
         yield f"per length: mean over {in_units(part, 'm')} of the lip, the force over {readings.duration(width)}, too"
-    if any(row.group == "lip" and row.key.endswith("_at_deg") and summary.get(row.key) is not None for row in shown):
+    if any(row.group == "lip" and _is_angle(summary, row) for row in shown):
         yield ANGLES
-    if any(row.key == f"{results.LINE_PEAK}_at_m" for row in shown):
+    if any(row.key.endswith("_at_m") and not _on_lands(summary, row) for row in shown if row.group == "lip"):
         yield LENGTHS
     if place := _most_stressed(summary):
         yield place
@@ -286,6 +287,8 @@ def _cells(summary: readings.Summary, row: results.Result) -> tuple[str, ...]:
             _contacts(summary, readings.SPRING) if readings.SPRING + results.CONTACTS in summary else "",
             *("",) * 3,
         )
+    if on_lands := _on_lands(summary, row):
+        return (*on_lands, *("",) * 3)
     value, bar = readings.as_number(summary.get(row.key)), readings.bar_of(summary, row.key)
     first = readings.in_text(row.key, value, bar, row.unit)
     if value is not None and (demand := readings.as_number(summary.get(row.demand))):
@@ -299,6 +302,21 @@ def _cells(summary: readings.Summary, row: results.Result) -> tuple[str, ...]:
         "" if contrast is None else percent(contrast.relative, sign=True),
         "" if contrast is None else count(contrast.bars),
         _target(summary, row.key, value, bar),
+    )
+
+
+def _is_angle(summary: readings.Summary, row: results.Result) -> bool:
+    """Return whether a row of a lip shows an angle."""
+    return bool(_on_lands(summary, row)) or (row.key.endswith("_at_deg") and summary.get(row.key) is not None)
+
+
+def _on_lands(summary: readings.Summary, row: results.Result) -> tuple[str, ...]:
+    """Return a place along the lip of a run and of its baseline as land and angle; none on a single land."""
+    stem = row.key.removesuffix("at_m")
+    if stem == row.key or not summary.get(f"{stem}land"):
+        return ()
+    return tuple(
+        _place({key: summary.get(f"{run}{stem}{key}") for key in ("land", "land_deg")}) for run in ("", readings.SPRING)
     )
 
 

@@ -186,6 +186,7 @@ def test_a_run_says_which_land_closes_first(gallery: Gallery) -> None:
     inner, outer = summary["lands"]
     assert [(each["land"], each["order"]) for each in (inner, outer)] == [("inner land", 2), ("outer land", 1)]
     assert summary["first_touch_land"] == summary["landings"][0]["land"] == "outer land"
+    assert {summary["line_force_peak_land"], summary["line_impulse_peak_land"]} <= {"inner land", "outer land"}
     assert inner["impulse_share"] + outer["impulse_share"] == pytest.approx(1, rel=1e-9)
     assert inner["time_s"] - outer["time_s"] == pytest.approx(inner["after_first_s"], rel=1e-9)
     for record in (inner, outer):

@@ -265,6 +265,21 @@ def test_places_that_do_not_rise_are_refused_with_their_file(tmp_path: Path) -> 
         beam_scene(tmp_path, **{"stopper.profile": {"file": str(tmp_path / "back.csv")}})
 
 
+@pytest.mark.parametrize(
+    ("head", "words"),
+    [
+        ("x [mm],height [mm]", r"must be 'along \[unit\]'.*rename it$"),
+        ("along,height [mm]", r"write 'along \[unit\]',"),
+    ],
+)
+def test_heads_of_a_file_of_heights_are_to_be_renamed_as_no_key_names_them(
+    tmp_path: Path, head: str, words: str
+) -> None:
+    (tmp_path / "heights.csv").write_text(f"{head}\n0,0\n10,1\n")
+    with pytest.raises(SceneError, match=words):
+        beam_scene(tmp_path, **{"stopper.profile": {"file": str(tmp_path / "heights.csv")}})
+
+
 def test_a_curved_face_of_a_part_has_its_own_heights(tmp_path: Path) -> None:
     """The radius of the file's cylinder is 200 mm; the side view of its triangles gives its heights within 5 um."""
     (tmp_path / "retainer.step").write_bytes((MESHES / "retainer.step").read_bytes())

@@ -96,6 +96,15 @@ def is_static(summary: Summary) -> bool:
     return "spring" in (summary.get("seat_kind"), summary.get("plan_seat_level"))
 
 
+def is_free(summary: Summary) -> bool:
+    """Return whether the seat is free to move, so that a rigid body stands in the place of the spring."""
+    return summary.get("seat_static_stiffness_N_per_m") == 0
+
+
+def _simple(summary: Summary) -> str:
+    return "a rigid body of the seat's mass and static compliance" if is_free(summary) else "a spring"
+
+
 def standing(summary: Summary) -> str:
     """Return a sentence if nothing landed or the run ends in a contact, with the remedy; "" otherwise."""
     status = str(summary.get("landing_status") or LANDED)
@@ -225,7 +234,7 @@ def _instead(summary: Summary, each: Difference) -> str:
     texts = [[_short(factor * value, digits) for value in (each.seat, each.spring)] for digits in range(2, 7)]
     seat, spring = next((pair for pair in texts if pair[0] != pair[1]), texts[-1])  # the fewest digits that differ
     return (
-        f"{with_capital(name)}: A spring would give {spring}{after} instead of {seat}{after} "
+        f"{with_capital(name)}: {with_capital(_simple(summary))} would give {spring}{after} instead of {seat}{after} "
         f"({percent(each.relative, sign=True)}). Uncertainty of the {seat}{after}: {in_digits(factor * bar, 2)}{after}."
     )
 
@@ -261,8 +270,8 @@ def _alike(summary: Summary, differences: list[Difference]) -> str:
     changes = f"it changes {names} by {percent(abs(largest.relative))} at most"
     within = f"within the uncertainty of {percent(bar / abs(largest.seat))}"
     if summary.get("accuracy_met") is False or not _is_known(summary, largest.key):
-        return f"This run cannot show whether a spring is enough: {changes}, {within}."
-    return f"A spring is enough here: {changes}, {within}."
+        return f"This run cannot show whether {_simple(summary)} is enough: {changes}, {within}."
+    return f"{with_capital(_simple(summary))} is enough here: {changes}, {within}."
 
 
 TIME: Final = "time_s"

@@ -15,7 +15,7 @@ import impact
 from impact.after.histories import ReedStress
 from impact.after.result import ImpactResult
 from impact.greens.base import GreensFunction
-from impact.greens.modal import ModalGreens
+from impact.greens.modal import ModalGreens, Residual
 from impact.march.problem import ContactProblem
 from impact.notices import Progress, Tell
 from impact.quantities import finite_or_none, percent
@@ -95,13 +95,23 @@ def baseline_of(done: Round, watch: Stopwatch) -> Baseline:
     if draws := scene.seat.other_fits():
         with watch("spring baseline"):
             others = [static_stiffness(draw) for draw in draws]
-            errors = _record_errors(done, touches, stress, stiffness, others)
+            springs = [spring_for(*each) for each in zip(draws, others, strict=True)]
+            errors = _record_errors(done, touches, stress, spring, springs)
             bar = SAFETY * OF_DRAWS * max(abs(other - stiffness) for other in others)
     return Baseline(done.result, stiffness, touches, stress, simpler, errors, bar)
 
 
 def spring_for(seat: GreensFunction, stiffness: float) -> ModalGreens:
-    """Return the baseline of a seat: a spring of this ``stiffness`` [N/m], or one for each part of its lip."""
+    """Return the baseline of a seat: a spring of this ``stiffness`` [N/m], or one for each part of its lip; of a free
+    seat, without stiffness, the same body without vibrations: its rigid motion, and the compliance of its modes."""
+    if stiffness == 0:
+        modal = ModalGreens.from_hz([0.0], 0.0, [[seat.mass() ** -0.5]]) if seat.modal is None else seat.modal
+        moves = modal.omega == 0
+        vibrates = modal.shapes[~moves] / modal.omega[~moves, None]
+        compliance = Residual.spring(vibrates.T @ vibrates + modal.residual.static())
+        return replace(
+            modal, omega=modal.omega[moves], zeta=modal.zeta[moves], shapes=modal.shapes[moves], residual=compliance
+        )
     division = rings.Division.from_greens(seat)
     return method.bed(division, stiffness) if division.arcs > 1 else impact.spring(stiffness=stiffness)
 
@@ -119,18 +129,18 @@ def is_spring(seat: GreensFunction, spring: ModalGreens) -> bool:
 
 
 def _record_errors(
-    done: Round, touches: Touches, stress: ReedStress | None, stiffness: float, others: Sequence[float]
+    done: Round, touches: Touches, stress: ReedStress | None, spring: ModalGreens, others: Sequence[ModalGreens]
 ) -> Budget:
-    """Return the baseline's errors by time step and by noise of the record, the latter from the stiffness of draws."""
+    """Return the baseline's errors by time step and by noise of the record, the latter from the baselines of draws."""
     scene, width = done.plan.scene, done.plan.scene.run.filter_width
 
-    def problem(value: float) -> ContactProblem:
-        return problem_of(scene, done.striker, impact.Body(impact.spring(stiffness=value)))
+    def problem(value: ModalGreens) -> ContactProblem:
+        return problem_of(scene, done.striker, impact.Body(value))
 
     def run(varied: ContactProblem, dt: float) -> Values:
         return values_of_record(record_of(scene, varied, dt, like=touches.landings, look=done.look), touches.landings)
 
-    own = problem(stiffness)
+    own = problem(spring)
     record = contact_record_of(touches, width, stress, scene.accuracy.landing)
     values = values_of_record(RunRecord(record, touches.landings, touches.stopper_force), touches.landings)
     draws = tuple(Variation(problem(other), OF_DRAWS) for other in others)
@@ -138,15 +148,17 @@ def _record_errors(
 
 
 def static_stiffness(greens: GreensFunction, endless: float = 0.0) -> float:
-    """Return the static stiffness of the struck patch [N/m]; of an endless body, its ``endless`` one, if not 0.
-    Raises `RunError` for a seat that is free to move."""
+    """Return the static stiffness of the struck patch [N/m]; of an endless body, its ``endless`` one, if not 0; 0 of a
+    body that is free to move. Raises `RunError` for samples without a rest."""
     compliance = rings.face_compliance(greens)
     if endless and np.isinf(compliance) and math.isinf(greens.mass()):
         return endless
+    if np.isinf(compliance) and 0 < greens.mass() < math.inf:
+        return 0.0
     if not np.isfinite(compliance) or compliance <= 0:
         raise RunError(
-            "the seat has no static stiffness (it is free to move, or sampled without a rest), so there is no spring "
-            "to compare with; hold the seat somewhere, or state seat.free = false for a record"
+            "the seat has no static stiffness (it is sampled without a rest), so there is no spring to compare with; "
+            "hold the seat somewhere, or state seat.free for a record"
         )
     return 1.0 / compliance
 

@@ -212,8 +212,11 @@ def _line_keys(touches: Touches, width: float) -> dict[str, object]:
         "line_force_peak": line_force_peak(force, times, width, line.length, line.share, line.pieces)[1],
         "line_impulse_peak": line_impulse_peak(force, times, line.length, line.share, line.pieces)[1],
     }
-    length, keys, is_touched = float(line.lengths.sum()), {}, bool(is_pressed.any())
+    length, keys, is_touched = float(line.lengths.sum()), dict[str, object](), bool(is_pressed.any())
+    ends = np.cumsum(line.lengths)
     for name, place in places.items():
+        arc = int(np.searchsorted(ends[:-1], place * length, side="right"))
+        keys |= {f"{name}_{key}": value for key, value in _land_keys(line, arc).items() if is_touched}
         keys[f"{name}_at_deg"] = line.degrees_at(place) if is_touched else None
         keys[f"{name}_at_m"] = place * length if is_touched else None
     arcs_first = _first_arcs(touches, line, is_pressed)
@@ -262,8 +265,11 @@ def stopper_keys(touches: Touches, filter_width: float) -> dict[str, object]:
 
 
 def stopper_face_keys(stopper: Stopper) -> dict[str, object]:
-    """Return the kind of the stopper and, if its face is divided, the number of arcs and the tilt."""
+    """Return the kind of the stopper, its shape if it is curved and, if its face is divided, the number of arcs and the
+    tilt."""
     keys: dict[str, object] = {"stopper_kind": stopper.body.kind}
+    if stopper.profile is not None:
+        keys["stopper_shape"] = "curved retainer"
     if stopper.parts == rings.Division():
         return keys
     return keys | {"stopper_arcs": stopper.parts.arcs, "stopper_tilt_deg": math.degrees(stopper.tilt)}

@@ -305,9 +305,14 @@ class Scene(fields.Table):
         yield f"load.0.{key}", f"the loads ({ends}, positive off the seat) {words}. {remedy}"
 
     def _doubts_of_duration(self) -> fields.Contradictions:
-        """Yield a doubt if the run ends before a reed without loads can reach its seat."""
+        """Yield doubts if the run ends before a reed without loads can reach its seat, and if the block of a life is
+        less than a turn of the crank."""
         start = self.reed.start_at(self.geometry.own_place or 0.0)
         flight = 0.0 if self.is_loaded or self.stopper is not None else self.reed.flight_time(self.contact.gap + start)
         if flight > self.run.duration:
             ends, least = (write_quantity(time, "time", 3) for time in (self.run.duration, flight))
             yield "run.duration", f"{ends} ends before the landing: the reed flies {least}; watch longer"
+        if self.assessments and self.turn is not None and self.run.duration < self.turn * (1 - 1e-9):
+            ends, least = (write_quantity(time, "time", 3) for time in (self.run.duration, self.turn))
+            words = f"{ends} is less than a turn of the crank, {least}, and the run is the block that repeats"
+            yield "run.duration", f"{words}: its life lacks what happens in the rest; watch a whole turn"

@@ -229,7 +229,7 @@ def read_heights(file: Path) -> tuple[Array, Array]:
 
 @lru_cache(maxsize=4)
 def _read(file: Path, _: int) -> tuple[Array, Array]:
-    numbers, factors = read_needed_csv(file, ValueError, LIKE).quantities(COLUMNS, {}, {})
+    numbers, factors = read_needed_csv(file, ValueError, LIKE).quantities(COLUMNS)
     along, heights = (numbers * factors).T
     if len(along) < 2 or not np.all(np.diff(along) > 0):
         raise ValueError(f"{file}: its places must rise from row to row, in two rows or more")
