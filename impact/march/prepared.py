@@ -1,21 +1,122 @@
-"""A contact problem discretised at a fixed time step: bodies, their motion without contact, and the history engine."""
+"""A contact problem discretised at a fixed time step: bodies, their motion without contact, and the history engine.
+
+If the fall of a free mass under its load and its lift by contact forces were integrated separately, both would grow
+like t^2 and cancel: after n steps the gap would have an error of eps n^2 load h^2/m. Therefore rigid-body motion is
+restarted from the sum of both at the end of every block of steps.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
+from impact.bodies.body import Body, ModalState
 from impact.greens.base import Array
-from impact.greens.modal import ModalGreens
-from impact.march import history, laws, motion
+from impact.greens.modal import ModalGreens, Residual
+from impact.march import history, laws, motion, replay
 from impact.march.loop.marches import active_set
 from impact.march.problem import ContactError, ContactProblem, RigidContactError
 from impact.quantities import brief, check_numbers
+
+BLOCK = 512  # steps of free flight that are computed at once
+
+
+@dataclass(frozen=True)
+class Flight:
+    """The R rigid-body modes under loads that move a contact.
+
+    ``psi`` (p, R): change of the gaps per unit of each modal coordinate; these modes are the last R poles of the time
+    loop. ``start`` (2, R): coordinates and rates at t = 0; ``drive`` (R, n): modal forces of the loads, constant over
+    each step; ``others`` (n + 1, p): gaps without contact and without these modes.
+    """
+
+    psi: Array
+    start: Array
+    drive: Array
+    others: Array
+
+
+@dataclass(frozen=True)
+class Flying:
+    """Rigid-body modes under loads of one body (``free``), with the directions ``turn`` (P, p) of the contacts."""
+
+    free: ModalGreens
+    turn: Array
+    start: Array
+    drive: Array
+
+
+def split_rigid_modes(
+    bodies: tuple[motion.Discrete, ...], turns: list[Array]
+) -> tuple[tuple[motion.Discrete, ...], list[Flying]]:
+    """Return the bodies without their rigid-body modes under loads, and these modes; ``turns``: (P, p) directions of
+    the contacts on each body."""
+    parts, flying = list(bodies), []
+    for number, (discrete, turn) in enumerate(zip(bodies, turns, strict=True)):
+        body, g = discrete.body, discrete.body.greens.modal if discrete.body.loads else None
+        if g is None or not any(np.any(load.shape[g.omega == 0]) for load in body.loads):
+            continue  # no load acts on a rigid-body mode
+        rigid, start = g.omega == 0, body.modal_start()
+        held, free = g.of_modes(~rigid, g.residual), g.of_modes(rigid, Residual.none(len(g.ports)))
+        bends = bool(np.any(~rigid))
+        state = ModalState(start.displacement[~rigid], start.velocity[~rigid]) if bends else None
+        loads = tuple(replace(load, shape=load.shape[~rigid]) for load in body.loads if bends)
+        kernel, amplitudes = held.step_kernel(discrete.dt, discrete.loads.shape[1]), discrete.loads[: len(loads)]
+        rest_loads, still = np.zeros(len(loads)), Body(held, 0.0, state, loads)
+        parts[number] = motion.Discrete(still, kernel, discrete.dt, amplitudes, discrete.rest, rest_loads)
+        drive = np.stack([load.shape[rigid] for load in body.loads], axis=1) @ discrete.loads
+        if np.any(seen := np.any(free.shapes @ turn != 0, axis=1)):
+            now = np.array([start.displacement[rigid], start.velocity[rigid]])
+            flying.append(Flying(free.of_modes(seen, free.residual), turn, now[:, seen], drive[seen]))
+    return tuple(parts), flying
+
+
+class Pilot:
+    """Adds the rigid-body motion of `Flight`, block by block, to the gaps without contact.
+
+    Attributes:
+        base: (2, R) modal coordinates and rates, contacts included, at the start of the present block.
+    """
+
+    def __init__(self, flight: Flight, dt: float, free: Array) -> None:
+        self._flight, self._dt, self._free = flight, dt, free
+        self.base = flight.start.copy()
+        self._end = self._add_block(0)
+
+    def resume(self, done: int) -> None:
+        """Continue after ``base`` was replaced for the block with step ``done``."""
+        self._end = self._add_block(done - done % BLOCK)
+
+    def turn(self, done: int, state: tuple[Array, Array], last: Array, folded: bool) -> None:
+        """Transfer, at the end of a block, the motion in the poles' ``state`` to a new base.
+
+        The time loop applies the last forces ``last`` (p,) to the poles with the next step only; their effect is
+        transferred too, and its negative left in the poles.
+        """
+        h, psi, count = self._dt, self._flight.psi, self.base.shape[1]
+        q, p = (part[-count:] for part in state)
+        scale = psi[0] if folded else np.ones(count)  # one contact: the poles hold psi times the coordinate
+        push = last @ psi
+        self.base = self._end + np.array([q / scale + h * h / 2 * push, p / (scale * h) + h * push])
+        q[:], p[:] = -scale * h * h / 2 * push, -scale * h * h * push
+        self._end = self._add_block(done)
+
+    def _add_block(self, first: int) -> Array:
+        """Add the rigid-body motion of the block from step ``first`` to the gaps; return its final state (2, R)."""
+        h, drive = self._dt, self._flight.drive[:, first : first + BLOCK]
+        if drive.shape[1] == 0:
+            return self.base.copy()
+        places, rates = np.empty_like(drive), np.empty_like(drive)
+        for row in range(len(drive)):
+            replay.translate(h, replay.rigid_state(*self.base[:, row]), drive[row], places[row], rates[row])
+        self._free[first : first + drive.shape[1]] += (self._flight.psi @ places).T
+        return np.array([places[:, -1], rates[:, -1]])
+
 
 RULES = {"passive": laws.PASSIVE, "conserving": laws.CONSERVING, "blended": laws.BLENDED}
 MOST_WEIGHTS = 8e9  # most bytes of the step weights between all contacts
@@ -60,12 +161,14 @@ class Prepared(Discretised):
         poles, weights: poles of the recursion, and (p, p, n) step weights of all else, (p, p, 0) if there is nothing
             else.
         own: (p, p) displacement by a unit force at the end of its own step, W_0 [m/N].
+        flight: rigid-body modes under loads, if there are any.
     """
 
     free: Array
     poles: history.Poles
     weights: Array
     own: Array
+    flight: Flight | None = None
 
     __repr__ = brief
 
@@ -118,8 +221,15 @@ def find_free_motion(discretised: Discretised) -> Prepared:
     problem, bodies, n, own = discretised.problem, discretised.bodies, discretised.steps, discretised.find_own()
     turns = [problem.directions(b.body) for b in bodies]
     gaps = _free_gaps(problem, bodies, turns, n)
-    poles, weights = _memory(bodies, turns, discretised.plan, own, n)
-    return Prepared(**known, free=gaps, poles=poles, weights=weights, own=own)
+    parts, flying = split_rigid_modes(bodies, turns)
+    poles, weights = _memory(parts, flying, turns, discretised.plan, own, n)
+    flight = None
+    if flying:  # in the order of `_memory`
+        psi = np.concatenate([(part.free.shapes @ part.turn).T for part in flying], axis=1)
+        start = np.concatenate([part.start for part in flying], axis=1)
+        drive = np.concatenate([part.drive for part in flying])
+        flight = Flight(psi, start, drive, _free_gaps(problem, parts, turns, n))
+    return Prepared(**known, free=gaps, poles=poles, weights=weights, own=own, flight=flight)
 
 
 def _free_gaps(problem: ContactProblem, bodies: tuple[motion.Discrete, ...], turns: list[Array], n: int) -> Array:
@@ -133,14 +243,15 @@ def _free_gaps(problem: ContactProblem, bodies: tuple[motion.Discrete, ...], tur
 
 
 def _memory(
-    bodies: tuple[motion.Discrete, ...], turns: list[Array], plan: history.Plan, own: Array, n: int
+    parts: tuple[motion.Discrete, ...], flying: list[Flying], turns: list[Array], plan: history.Plan, own: Array, n: int
 ) -> tuple[history.Poles, Array]:
-    """Return the poles of the recursion, and the (p, p, n) step weights of all else."""
-    p, dt = len(own), bodies[0].dt
+    """Return the poles of the recursion, rigid-body modes of `Flying` always among them, and the (p, p, n) step weights
+    of all else."""
+    p, dt = len(own), parts[0].dt
     recursive: list[tuple[ModalGreens, Array]] = []
     converted: list[tuple[ModalGreens, Array]] = []
     terms: list[Array] = []
-    for body, turn, by_poles in zip(bodies, turns, plan.by_poles, strict=True):
+    for body, turn, by_poles in zip(parts, turns, plan.by_poles, strict=True):
         if body.kernel.modal is not None:
             (recursive if by_poles else converted).append((body.kernel.modal, turn))
         if body.kernel.weights is not None:
@@ -155,7 +266,7 @@ def _memory(
     weights = np.ascontiguousarray(sum(terms[1:], start=terms[0])) if terms else np.zeros((p, p, 0))
     if terms:
         weights[:, :, 0] = own
-    return history.Poles.from_modes(recursive, dt, p), weights
+    return history.Poles.from_modes([*recursive, *((part.free, part.turn) for part in flying)], dt, p), weights
 
 
 def _preloaded(

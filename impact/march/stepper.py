@@ -20,7 +20,8 @@ from impact.greens.base import Array
 from impact.march import history, laws, motion
 from impact.march.grid import FOLLOW, foresee_openings
 from impact.march.loop.marches import linear_laws, march_many, march_one
-from impact.march.prepared import Prepared
+from impact.march.prepared import BLOCK as FLIGHT
+from impact.march.prepared import Pilot, Prepared
 from impact.march.problem import Contact, ContactError
 from impact.march.rows import MarchRun, Rows, find_seats
 from impact.quantities import brief
@@ -66,6 +67,10 @@ class ContactStepper:
         striker = prepared.bodies[0]
         self.live = motion.LiveLoads(striker, prepared.problem.directions(striker.body), n)
         self._free = prepared.free[1:].copy() if striker.body.loads else prepared.free[1:]
+        self._pilot: Pilot | None = None
+        if prepared.flight is not None:
+            self._free = prepared.flight.others[1:].copy()
+            self._pilot = Pilot(prepared.flight, prepared.dt, self._free)
         poles = prepared.poles
         self._rows, self._state = history.streams(poles.folded() if p == 1 else poles.steps)
         self._along = poles.along()
@@ -136,8 +141,13 @@ class ContactStepper:
         block = self._past.block
         while self.done < stop:
             edge = stop if self.prepared.weights.size == 0 else min(stop, (self.done // block + 1) * block)
+            if self._pilot is not None:
+                edge = min(edge, (self.done // FLIGHT + 1) * FLIGHT)
             self._march(self.done, edge)
             self.done = edge
+            if self._pilot is not None and edge % FLIGHT == 0:
+                last = self.force[edge - 1] - self.prepared.rest
+                self._pilot.turn(edge, self._state, last, folded=len(self.prepared.rest) == 1)
             if self.prepared.weights.size and edge % block == 0:
                 self._past.fold(self.force.T, self.prepared.rest, edge // block)
 
@@ -154,6 +164,7 @@ class ContactStepper:
             "p": self._state[1],
             "live_amplitudes": self.live.amplitudes,
             "live_state": self.live.state,
+            "flight": np.zeros((2, 0)) if self._pilot is None else self._pilot.base,
             **({"fed": self.live.fed} if self.live.fed.size else {}),
         }
 
@@ -180,8 +191,6 @@ class ContactStepper:
             raise ContactError("the checkpoint must say how many steps are done: its 'done' is missing or no number")
         steps = int(state["done"].item())
         mine = self._states(steps)
-        if np.size(state.get("flight", ())):
-            raise ContactError(f"the checkpoint after {steps} steps is of an earlier version; march from t = 0 again")
         if missing := ", ".join(sorted(mine.keys() - state.keys())):
             raise ContactError(f"the checkpoint has no {missing}: take one of the same problem")
         if not 0 <= steps <= self.prepared.steps:
@@ -195,6 +204,8 @@ class ContactStepper:
             values[...] = state[name]
         self.done = steps
         self.live.awake = bool(np.any(self.live.amplitudes))
+        if self._pilot is not None and steps >= FLIGHT:
+            self._pilot.resume(steps)
 
     def _march(self, start: int, stop: int) -> None:
         s, force = self.prepared, self.force.T
