@@ -9,7 +9,7 @@ from functools import partial
 from typing import Final
 
 from impact.greens.base import Array
-from impact.life.places import Demand, judged, on_planes
+from impact.life.places import Demand, judged, on_planes, thinned
 from impact.notices import Progress, silent
 from impact.runs.variations import safety
 from seatfem.life.assess import LifeResult, block_from, body_of
@@ -43,5 +43,5 @@ def margin_bar(
 
 def least_margin(demand: Demand, blocks: Iterable[Array]) -> float:
     """Return the least margin under stress histories (m, 6) of several places, in both faces of a plate."""
-    histories = on_planes(("", sign * block) for block in blocks for sign in (1.0, -1.0))
+    histories = on_planes(("", sign * thinned(block)) for block in blocks for sign in (1.0, -1.0))
     return judged(histories, demand).life.margin

@@ -14,7 +14,6 @@ from scipy.spatial import cKDTree
 
 import impact
 from impact.greens.base import Array, GreensFunction
-from impact.life.places import thinned
 from impact.march.rows import MarchRun
 from impact.notices import Progress
 from impact.runs.variations import Values
@@ -63,7 +62,7 @@ class ValueLook:
         ranges = peaks.mises_range(field, pushes, dt, since=first)
         worst = np.argsort(-ranges, kind="stable")[: min(FEW, np.count_nonzero(ranges >= WORST * ranges.max()))]
         courses = recovery.tensor_histories(field.at(worst), pushes, dt)
-        return {VALUE: self.value_of(thinned(course[first:]) for course in courses)}
+        return {VALUE: self.value_of(course[first:] for course in courses)}
 
     def moved_to(self, field: recovery.StressField) -> ValueLook:
         """Return the look at these places of another model of the plate, by its ``field``."""
