@@ -154,13 +154,14 @@ class Flights:
     """The striker over a ``duration`` [s], with or without a ``preload``: cached for each time step [s], but not for
     others; with its motion without contact, which is computed where equal steps first need it.
 
-    ``varied``: the problem and its neighbours, once they are known; ``runs``: their marches so far, by problem, step
-    and duration, for all that look at them.
+    ``keeps_runs``: whether the marches of neighbours are kept, as stress and life look at them later; ``varied``: the
+    problem and its neighbours, once they are known; ``runs``: their marches so far, by problem, step and duration.
     """
 
     striker: impact.Body
     duration: float
     preload: bool
+    keeps_runs: bool = False
     known: dict[float, motion.Discrete] = field(default_factory=dict)
     varied: list[Any] = field(default_factory=list)
     runs: dict[tuple[int, float, float], tuple[impact.ContactProblem, MarchRun]] = field(default_factory=dict)
@@ -222,18 +223,18 @@ def marched(
     `impact.march.ladder.begin_march`.
     """
     striker, asked = problem.striker, problem
-    runs = flight.runs if isinstance(flight, Flights) else {}
-    if (key := (id(asked), dt, duration)) in runs:
-        return runs[key][1]
+    kept = flight if isinstance(flight, Flights) and flight.keeps_runs else Flights(striker, duration, problem.preload)
+    if (key := (id(asked), dt, duration)) in kept.runs:
+        return kept.runs[key][1]
     for body in problem.targets:
         if not body.loads:
             problem = with_body(problem, body, replace(body, greens=body.greens.forces_only()))
-    discrete = (flight or Flights(striker, duration, problem.preload))(striker, dt)
+    discrete = (flight or kept)(striker, dt)
     targets = (motion.Discrete.from_body(body, dt, discrete.loads.shape[1]) for body in problem.targets)
     with in_words_of_a_scene():
         run = march(problem, dt, duration, bodies=(discrete, *targets), like=like)
-    if (len(runs) + 1) * 2 * run.rows.force.nbytes < SHARED * available_memory():
-        runs[key] = asked, run
+    if kept.keeps_runs and (len(kept.runs) + 1) * 2 * run.rows.force.nbytes < SHARED * available_memory():
+        kept.runs[key] = asked, run
     return run
 
 

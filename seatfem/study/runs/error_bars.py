@@ -31,7 +31,7 @@ def error_bars_of(
     there are no errors.
     """
     scene, dt = done.plan.scene, done.result.dt
-    flights = done.flights or Flights(done.striker, scene.run.duration, scene.contact.preload)
+    flights = done.flights or Flights(done.striker, scene.run.duration, scene.contact.preload, keeps_runs=True)
     bodies = (done.plan.method, done.seat, done.striker, done.reed)
     computed, terms, _ = varied_problems(scene, *bodies, progress, flights)
     problem = computed.problem

@@ -204,7 +204,8 @@ def solve(
     contact.check_length(scene, dt, method.seat.division.count)
     progress("stepping", 0.0)
     with watch("contact"):
-        flights = contact.Flights(striker, scene.run.duration, scene.contact.preload)
+        looked_at = scene.needs_stress or scene.stress is not None or bool(scene.assessments)
+        flights = contact.Flights(striker, scene.run.duration, scene.contact.preload, keeps_runs=looked_at)
         touches = run_contacts(scene, striker, seat.greens, dt, progress, flights)
     computed = Round(plan, seat, striker, touches, None, Budget({}), reed, flights=flights)
     if not scene.needs_stress:
