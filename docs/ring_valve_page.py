@@ -16,7 +16,7 @@ from markers import between
 
 from seatfem.study.sweep.answers import in_words
 from seatfem.study.sweep.charts import write_reports
-from seatfem.study.sweep.runner import Effort
+from seatfem.study.sweep.effort import Effort
 from seatfem.study.sweep.study import load_study
 from seatfem.study.sweep.sweep import run_study
 from seatfem.study.sweep.table import StudyTable

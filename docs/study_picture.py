@@ -13,8 +13,8 @@ from pathlib import Path
 from markers import between
 
 from seatfem.study.sweep.answers import answer_in_words
+from seatfem.study.sweep.effort import Effort
 from seatfem.study.sweep.maps import draw_map
-from seatfem.study.sweep.runner import Effort
 from seatfem.study.sweep.study import load_study
 from seatfem.study.sweep.sweep import run_study
 

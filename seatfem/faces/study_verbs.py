@@ -31,7 +31,7 @@ from seatfem.study.sweep import answers, best, charts
 from seatfem.study.sweep import study as study_tables
 from seatfem.study.sweep import sweep as study_runs
 from seatfem.study.sweep import table as study_results
-from seatfem.study.sweep.runner import Effort
+from seatfem.study.sweep.effort import Effort
 from seatfem.study.trade import report as trade_report
 from seatfem.study.trade import trade as trades
 

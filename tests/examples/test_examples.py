@@ -20,7 +20,7 @@ from seatfem.structures.cache import build
 from seatfem.structures.kinds import Annular, Cantilever, Rod
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.study.runs import forecast, rounds
-from seatfem.study.sweep.runner import Effort
+from seatfem.study.sweep.effort import Effort
 from seatfem.study.sweep.study import load_study
 from seatfem.study.sweep.sweep import run_study
 from tests.frozen.recorded import CHEAP

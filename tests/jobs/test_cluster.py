@@ -16,7 +16,8 @@ import impact
 from seatfem.jobs import cluster
 from seatfem.jobs.cluster import ClusterError, cluster_crew, threads_of
 from seatfem.jobs.crew import Lost
-from seatfem.study.sweep.runner import JOURNAL, Effort, Outcome, StudyError
+from seatfem.study.sweep.effort import Effort
+from seatfem.study.sweep.runner import JOURNAL, Outcome, StudyError
 from seatfem.study.sweep.study import load_study
 from seatfem.study.sweep.sweep import run_study
 from seatfem.study.trade.trade import MEMORY, PROCESSOR, Point, carry_out, run_points

@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 
 from seatfem.study.sweep.best import Optimum
-from seatfem.study.sweep.runner import JOURNAL, Effort, StudyError
+from seatfem.study.sweep.effort import Effort
+from seatfem.study.sweep.runner import JOURNAL, StudyError
 from seatfem.study.sweep.study import load_study
 from seatfem.study.sweep.sweep import run_optimum
 from tests.study.crew_at_hand import amount, answer_by, answer_here

@@ -18,7 +18,8 @@ import seatfem
 from impact.files.safe_files import OutputError
 from seatfem.jobs.folders import JournalError, claimed
 from seatfem.study.sweep import runner as one
-from seatfem.study.sweep.runner import JOURNAL, Effort, Outcome, StudyError, read_journal
+from seatfem.study.sweep.effort import Effort
+from seatfem.study.sweep.runner import JOURNAL, Outcome, StudyError, read_journal
 from seatfem.study.sweep.study import load_study
 from seatfem.study.sweep.sweep import TABLE, run_study
 from seatfem.study.sweep.table import write_parquet

@@ -10,8 +10,9 @@ import pytest
 import seatfem
 from seatfem.study.sweep.answers import answer_in_words
 from seatfem.study.sweep.charts import write_reports
+from seatfem.study.sweep.effort import Effort
 from seatfem.study.sweep.maps import spread
-from seatfem.study.sweep.runner import Effort, Outcome
+from seatfem.study.sweep.runner import Outcome
 from seatfem.study.sweep.study import load_study
 from seatfem.study.sweep.sweep import run_optimum, run_study
 from seatfem.study.sweep.table import StudyTable

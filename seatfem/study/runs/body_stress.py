@@ -17,7 +17,6 @@ from seatfem.pictures import frames
 from seatfem.structures.fields import peaks, recovery
 from seatfem.study.impacts.forces import Strike
 from seatfem.study.impacts.touches import Touches
-from seatfem.study.runs.plate_values import ValueOf
 from seatfem.study.runs.round import Round
 from seatfem.units import place_words
 
@@ -29,6 +28,8 @@ Histories = Iterable[tuple[str, Array]]
 """Pairs of a place ("body, place") and its stress over the run [Pa]: (n + 1,) uniaxial, or (n + 1, 6) tensors."""
 MarginOf = Callable[[Array], float]
 """Function that returns the margin under a history of stress tensors (m, 6) [Pa]."""
+ValueOf = Callable[[Iterable[Array]], float]
+"""Function that returns the least value of the (m, 6) stress histories of several places [Pa]."""
 COMPONENTS: Final = ("xx", "yy", "zz", "yz", "xz", "xy")
 LEAST: Final = 0.1  # least stress of a spot with a history, over the largest in its body
 SHARE: Final = 0.3

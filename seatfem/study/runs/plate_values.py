@@ -4,7 +4,6 @@ error budget, in a wider band of the plate and on a coarser mesh."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -27,6 +26,7 @@ from seatfem.study.impacts.contact import marched
 from seatfem.study.impacts.forces import Strike
 from seatfem.study.impacts.plate_stress import PlateLook, plate_field
 from seatfem.study.method import REED_BAND
+from seatfem.study.runs.body_stress import ValueOf
 from seatfem.study.runs.error_bars import error_bars_of
 from seatfem.study.runs.round import Round
 
@@ -35,9 +35,6 @@ MOST: Final = 12  # most such places of each part
 WORST: Final = 0.95  # least range of a place in one run, over the largest there, whose value is computed
 FEW: Final = 8  # most such places
 VALUE: Final = "value"
-
-ValueOf = Callable[[Iterable[Array]], float]
-"""Function that returns the least value of the (m, 6) stress histories of several places [Pa]."""
 
 
 @dataclass(frozen=True)

@@ -39,8 +39,8 @@ from seatfem.study.impacts.plate_stress import (
     stresses_of_plate,
     struck_by,
 )
-from seatfem.study.runs.body_stress import BOTH_FACES, FieldStress, History, Spot, foremost, rows_of
-from seatfem.study.runs.plate_values import ValueOf, errors_of_value, places_of_value
+from seatfem.study.runs.body_stress import BOTH_FACES, FieldStress, History, Spot, ValueOf, foremost, rows_of
+from seatfem.study.runs.plate_values import errors_of_value, places_of_value
 from seatfem.study.runs.round import Round
 from seatfem.study.scene import Scene
 

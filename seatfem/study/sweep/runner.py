@@ -25,11 +25,11 @@ from seatfem.structures import cache
 from seatfem.study.runs import converge, next_round, pipeline
 from seatfem.study.runs import rounds as rounds_of
 from seatfem.study.runs.next_round import Limits
-from seatfem.study.safety import MOST_ROUNDS
 from seatfem.study.scene import load as scene_reader
 from seatfem.study.scene.files import packed
 from seatfem.study.sweep import cases as study_cases
 from seatfem.study.sweep.cases import Case, chosen
+from seatfem.study.sweep.effort import Effort
 from seatfem.study.sweep.study import Study
 
 State = Literal["done", "missed", "stopped", "failed"]
@@ -324,25 +324,3 @@ def read_journal(path: Path) -> dict[str, Outcome]:
 def append(path: Path, key: str, outcome: Outcome, **about: object) -> None:
     """Append one line at once; ``about``: description of the scene for readers."""
     lines.append(path, {"key": key, **about, "outcome": asdict(outcome)})
-
-
-@dataclass(frozen=True)
-class Effort:
-    """Limits on the computing effort of a study.
-
-    Attributes:
-        workers: number of processes; ``None``: one per core, as far as the memory allows.
-        rounds: most rounds of refinement of each scene.
-        limit: wall time of one scene [s].
-        retry: whether scenes without results in the journal are tried again.
-        cluster: address of a dask scheduler, whose workers replace local processes.
-    """
-
-    workers: int | None = None
-    rounds: int = MOST_ROUNDS
-    limit: float = 3600.0
-    retry: bool = False
-    cluster: str | None = None
-
-
-USUAL: Final = Effort()

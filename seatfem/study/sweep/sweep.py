@@ -51,10 +51,9 @@ from seatfem.study.sweep.best import (
     violation,
 )
 from seatfem.study.sweep.cases import Case, Cases, Changes, cases_of, with_bars
+from seatfem.study.sweep.effort import USUAL, Effort
 from seatfem.study.sweep.runner import (
     STAGE,
-    USUAL,
-    Effort,
     Outcome,
     Runner,
     StudyError,
