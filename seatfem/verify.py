@@ -159,7 +159,7 @@ MEASURED_SETS: Final = (Path(__file__).with_name("measured_sets"), Path(__file__
 
 
 class Source(Table):
-    """Where a measurement is published."""
+    """A source is where a measurement is published."""
 
     title: str = Field(description="of the publication, with its authors")
     address: str = Field(description="of the publication")

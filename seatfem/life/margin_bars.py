@@ -34,10 +34,8 @@ def margin_bar(
     cycle = turn if life.block == "last cycle" and turn is not None else math.inf
     first = block_from(life, turn, done.touches)
     margin_of = partial(least_margin, replace(demand, several_axes=None))
-    errors = kept.cached_numbers(
-        done, done.touches, "errors of the margin",
-        lambda: reed.errors_of_value(done, margin_of, first, cycle, progress),
-    )  # fmt: skip
+    cached = partial(kept.cached_numbers, done, done.touches, "errors of the margin")
+    errors = reed.errors_of_value(done, margin_of, first, cycle, cached, progress)
     return safety(MARGIN) * float(sum(errors.values())) if errors else math.nan
 
 

@@ -98,11 +98,11 @@ def _sides(kind: CellKind) -> list[Integers]:
     places, sides = kind.nodes[kind.columns], []
     for face in kind.faces:
         corners = kind.nodes[list(face)]
-        wanted = corners
+        on_side = corners
         if kind.order == 2:
             centre = [corners.mean(axis=0)] if len(face) == 4 else []
-            wanted = np.array([*corners, *(corners + np.roll(corners, -1, axis=0)) / 2, *centre])
-        sides.append(np.linalg.norm(places - wanted[:, None], axis=2).argmin(axis=1))
+            on_side = np.array([*corners, *(corners + np.roll(corners, -1, axis=0)) / 2, *centre])
+        sides.append(np.linalg.norm(places - on_side[:, None], axis=2).argmin(axis=1))
     return sides
 
 

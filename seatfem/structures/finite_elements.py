@@ -249,7 +249,6 @@ def _by_harmonics(body: Elastic, mesh: AnyMesh, task: Task) -> Solved:
     method, aims, lip = task.method, _aims(body, task), task.method.lip
     rings = lip.rings if isinstance(lip, Lip) and method.in_arcs else method.rings or 1
     faces = ring_names("contact", rings)
-
     build = harmonics.every_harmonic(lambda harmonic: matrices(body, mesh, "harmonics", rings=rings, harmonic=harmonic))
     with task.watch("reduction"):
         if isinstance(lip, Lip) and method.in_arcs:

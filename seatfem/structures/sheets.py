@@ -256,7 +256,8 @@ def patches_of(sheet: Sheet, lips: Sequence[AnyLip]) -> Mapping[str, Patch]:
 
 @dataclass(frozen=True)
 class Watched:
-    """What computes a plate's modes besides the plate; all are equal, so that caches take no notice of them.
+    """A request for a plate's modes has, besides the plate, what helps to compute them; all requests are equal, so that
+    caches take no notice of them.
 
     Attributes:
         progress: receives the progress.

@@ -56,8 +56,8 @@ At = float | tuple[float, ...] | None
 
 
 Place = float | Array | None
-"""Where a body is pushed: a distance from its root [m], or points (n, 2) relative to the centre of its contact [m];
-``None``: at its contact, or at the default places of springs."""
+"""A place at which a body is pushed is a distance from its root [m], or points (n, 2) relative to the centre of its
+contact [m]; ``None``: at its contact, or at the default places of springs."""
 Push = Literal["force", "springs", "pressure"]
 """Origin of a load on a body: a force, springs that press it, or a pressure on an effective area at its contact."""
 MOST_BEAM_MODES: Final = 1000

@@ -226,8 +226,8 @@ def every_harmonic(build: Callable[[int], SecondOrderModel]) -> Callable[[int], 
             return sparse.csr_array(sum(parts[1:], parts[0]))
 
         def where_any(matrices: Sequence[sparse.csr_array | None]) -> sparse.csr_array | None:
-            known = [each for each in matrices if each is not None]
-            return summed_up(known) if known else None
+            stated = [each for each in matrices if each is not None]
+            return summed_up(stated) if stated else None
 
         K, C, H = (
             summed_up([each.K for each in models]),

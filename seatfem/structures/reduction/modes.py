@@ -226,8 +226,8 @@ def _ritz_in(model: SecondOrderModel, vectors: Array, highest: float) -> tuple[A
     mass = vectors.T @ (model.M @ vectors)
     scale = np.sqrt(np.diag(mass))
     squares, turns = np.linalg.eigh(mass / np.outer(scale, scale))
-    kept = squares > 1e-10  # the others are dependent
-    basis = (vectors / scale) @ (turns[:, kept] / np.sqrt(squares[kept]))
+    independent = squares > 1e-10
+    basis = (vectors / scale) @ (turns[:, independent] / np.sqrt(squares[independent]))
     values, parts = np.linalg.eigh(basis.T @ (model.K @ basis))
     low = values < highest
     return values[low], basis @ parts[:, low]
@@ -296,12 +296,12 @@ def _parities(model: SecondOrderModel, points: Array) -> list[sparse.csr_array]:
     own, signs = np.arange(model.size), np.array(SIGNS)[dofs.free % 3]
     parts = []
     for sign in (1.0, -1.0):
-        kept = np.flatnonzero((own < mirrored) | ((own == mirrored) & (signs == sign)))
-        alone = mirrored[kept] == kept
-        columns = np.arange(len(kept))
+        firsts = np.flatnonzero((own < mirrored) | ((own == mirrored) & (signs == sign)))
+        alone = mirrored[firsts] == firsts
+        columns = np.arange(len(firsts))
         first = np.where(alone, 1.0, np.sqrt(0.5))
-        second = np.where(alone, 0.0, sign * signs[kept] * np.sqrt(0.5))
-        values, rows = np.concatenate([first, second]), np.concatenate([kept, mirrored[kept]])
-        part = sparse.coo_array((values, (rows, np.tile(columns, 2))), shape=(model.size, len(kept))).tocsr()
+        second = np.where(alone, 0.0, sign * signs[firsts] * np.sqrt(0.5))
+        values, rows = np.concatenate([first, second]), np.concatenate([firsts, mirrored[firsts]])
+        part = sparse.coo_array((values, (rows, np.tile(columns, 2))), shape=(model.size, len(firsts))).tocsr()
         parts.append(part)
     return [part for part in parts if part.shape[1]]

@@ -213,28 +213,28 @@ def marched(
     problem: impact.ContactProblem,
     dt: float,
     duration: float,
-    flight: Callable[[impact.Body, float], motion.Discrete] | None = None,
+    flights: Flights | None = None,
     *,
     like: TimeGrid = NO_STEPS,
 ) -> MarchRun:
     """Integrate a problem over a ``duration`` [s] for its forces only, far cheaper than a run with energies.
 
-    ``flight``: function such as `Flights`, which several runs may share; ``like``: as in
+    ``flights``: the striker's motion without contact, if several runs share it; ``like``: as in
     `impact.march.ladder.begin_march`.
     """
     striker, asked = problem.striker, problem
-    kept = flight if isinstance(flight, Flights) and flight.keeps_runs else Flights(striker, duration, problem.preload)
-    if (key := (id(asked), dt, duration)) in kept.runs:
-        return kept.runs[key][1]
+    flights = flights or Flights(striker, duration, problem.preload)
+    if (key := (id(asked), dt, duration)) in flights.runs:
+        return flights.runs[key][1]
     for body in problem.targets:
         if not body.loads:
             problem = with_body(problem, body, replace(body, greens=body.greens.forces_only()))
-    discrete = (flight or kept)(striker, dt)
+    discrete = flights(striker, dt)
     targets = (motion.Discrete.from_body(body, dt, discrete.loads.shape[1]) for body in problem.targets)
     with in_words_of_a_scene():
         run = march(problem, dt, duration, bodies=(discrete, *targets), like=like)
-    if kept.keeps_runs and (len(kept.runs) + 1) * 2 * run.rows.force.nbytes < SHARED * available_memory():
-        kept.runs[key] = asked, run
+    if flights.keeps_runs and (len(flights.runs) + 1) * 2 * run.rows.force.nbytes < SHARED * available_memory():
+        flights.runs[key] = asked, run
     return run
 
 
@@ -242,7 +242,7 @@ def record_of(
     scene: Scene,
     problem: impact.ContactProblem,
     dt: float,
-    flight: Callable[[impact.Body, float], motion.Discrete] | None = None,
+    flights: Flights | None = None,
     like: Landings | None = None,
     duration: float | None = None,
     *,
@@ -250,7 +250,7 @@ def record_of(
     look: StressLook | None = None,
 ) -> touches.RunRecord:
     """Return the record of a run for its measures, from forces only (`marched`); arguments as `record_of_march`."""
-    run = marched(problem, dt, scene.run.duration if duration is None else duration, flight)
+    run = marched(problem, dt, scene.run.duration if duration is None else duration, flights)
     return record_of_march(scene, run, like, stresses=stresses, look=look)
 
 

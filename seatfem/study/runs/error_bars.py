@@ -8,12 +8,21 @@ from typing import Final
 from impact.march.problem import ContactProblem
 from impact.march.rows import MarchRun
 from impact.notices import Progress, silent
-from impact.runs.variations import Budget, Values, budget_of, changes, times
+from impact.runs.variations import Budget, Terms, Values, budget_of, changes, times
 from seatfem.study.error_budget import varied_problems
 from seatfem.study.impacts.contact import Flights, marched
 from seatfem.study.runs.round import Round
 
 STAGE: Final = "runs for the error bar of stress"
+
+
+def runs_of_budget(done: Round, progress: Progress = silent) -> tuple[ContactProblem, dict[str, Terms | None], Flights]:
+    """Return the contact problem of a round, its neighbours by key, and what their marches share."""
+    scene = done.plan.scene
+    flights = done.flights or Flights(done.striker, scene.run.duration, scene.contact.preload, keeps_runs=True)
+    bodies = (done.plan.method, done.seat, done.striker, done.reed)
+    computed, terms, _ = varied_problems(scene, *bodies, progress, flights)
+    return computed.problem, terms, flights
 
 
 def error_bars_of(
@@ -30,18 +39,15 @@ def error_bars_of(
     ``is_judged``: whether the values at half the step are worth an error bar: otherwise no further run is made, and
     there are no errors.
     """
-    scene, dt = done.plan.scene, done.result.dt
-    flights = done.flights or Flights(done.striker, scene.run.duration, scene.contact.preload, keeps_runs=True)
-    bodies = (done.plan.method, done.seat, done.striker, done.reed)
-    computed, terms, _ = varied_problems(scene, *bodies, progress, flights)
-    problem = computed.problem
+    dt, duration = done.result.dt, done.plan.scene.run.duration
+    problem, terms, flights = runs_of_budget(done, progress)
     runs, count = 2 + sum(len(term) for each in terms.values() for term in each or ()), 0
 
     def march_varied(varied: ContactProblem, step: float, look: Callable[[MarchRun], Values] = look) -> Values:
         nonlocal count
         count += 1
         progress(STAGE, min(count / runs, 1.0))
-        return look(marched(varied, step, scene.run.duration, flights))
+        return look(marched(varied, step, duration, flights))
 
     half = march_varied(problem, dt / 2, at_half or look)
     if not is_judged(half):

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 import impact
-from impact.greens.base import Array, GreensFunction
+from impact.greens.base import Array
+from impact.march.problem import ContactProblem
 from impact.march.rows import MarchRun
 from impact.notices import Progress
 from impact.runs.variations import Values
@@ -27,7 +28,7 @@ from seatfem.study.impacts.forces import Strike
 from seatfem.study.impacts.plate_stress import PlateLook, plate_field
 from seatfem.study.method import REED_BAND
 from seatfem.study.runs.body_stress import ValueOf
-from seatfem.study.runs.error_bars import error_bars_of
+from seatfem.study.runs.error_bars import error_bars_of, runs_of_budget
 from seatfem.study.runs.round import Round
 
 NEAR: Final = 0.75  # least stress range of a place, over the largest, that may have the least value in another run
@@ -63,11 +64,15 @@ class ValueLook:
 
     def moved_to(self, field: recovery.StressField) -> ValueLook:
         """Return the look at these places of another model of the plate, by its ``field``."""
-        own = cKDTree(self.look.field.points)
-        spacing = float(np.median(cKDTree(field.points).query(field.points, k=[2])[0]))
-        distance = np.asarray(own.query(field.points)[0])
-        near = np.asarray(distance <= max(REACH * spacing, float(distance.min())))
-        return replace(self, look=replace(self.look, field=field.at(near)))
+        return replace(self, look=replace(self.look, field=beside(field, self.look.field.points, REACH)))
+
+
+def beside(field: recovery.StressField, points: Array, reach: float) -> recovery.StressField:
+    """Return a field at those of its places that lie within ``reach`` times their median distance of given points
+    (n, 2), or at the nearest ones."""
+    spacing = float(np.median(cKDTree(field.points).query(field.points, k=[2])[0]))
+    distance = np.asarray(cKDTree(points).query(field.points)[0])
+    return field.at(np.asarray(distance <= max(reach * spacing, float(distance.min()))))
 
 
 def places_of_value(ranges: Array, regions: NDArray[np.str_]) -> NDArray[np.int64]:
@@ -99,17 +104,19 @@ def errors_of_value(
     errors, own = {key: part[VALUE] for key, part in budget.parts.items()}, budget.values[VALUE]
     modes, method = plate.plate(greens), done.plan.method.reed
     lips = plate.lips(method.lip, method.behind)
+    own_problem, _, flights = runs_of_budget(done, progress)  # marched already for the budget
 
-    def in_model(other: GreensFunction, *, runs: bool) -> float:
-        """Return the value by another model of the plate, in a run of its own or under the same forces."""
-        striker = striker_of(scene, greens=other)
-        problem = problem_of(scene, striker if runs else done.striker, impact.Body(done.seat.greens))
-        run = marched(problem, strike.dt, scene.run.duration, done.flights)
+    def in_model(striker: impact.Body, problem: ContactProblem) -> float:
+        """Return the value by another model of the plate, under the forces of a run of the ``problem``."""
+        run = marched(problem, strike.dt, scene.run.duration, flights)
         return look.moved_to(plate_field(scene.geometry, striker, strike.division))(run)[VALUE]
 
     coarser = sheets.plate_modes(modes.sheet, COARSENING)
-    on_coarser = in_model(coarser.greens(lips, plate.damping_ratio), runs=False)
+    on_coarser = in_model(striker_of(scene, greens=coarser.greens(lips, plate.damping_ratio)), own_problem)
     mesh = abs(on_coarser - own) / (sheets.refinement(modes, coarser) ** sheets.ORDER - 1)
-    beyond = plate.in_wider_band(greens, lips)
-    band = math.inf if beyond is None else abs(in_model(beyond[0], runs=True) - own) / (1 - beyond[1] ** -2)
+    band = math.inf
+    if (beyond := plate.in_wider_band(greens, lips)) is not None:
+        wider = striker_of(scene, greens=beyond[0])
+        in_wider = in_model(wider, problem_of(scene, wider, impact.Body(done.seat.greens)))
+        band = abs(in_wider - own) / (1 - beyond[1] ** -2)
     return {**errors, REED_BAND: max(band, errors.get(REED_BAND, 0.0)), "mesh": mesh}

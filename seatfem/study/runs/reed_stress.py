@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import ClassVar, Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 import impact
 from impact.after import measures
@@ -39,8 +38,18 @@ from seatfem.study.impacts.plate_stress import (
     stresses_of_plate,
     struck_by,
 )
-from seatfem.study.runs.body_stress import BOTH_FACES, FieldStress, History, Spot, ValueOf, foremost, rows_of
-from seatfem.study.runs.plate_values import errors_of_value, places_of_value
+from seatfem.study.runs.body_stress import (
+    BOTH_FACES,
+    Cached,
+    Errors,
+    FieldStress,
+    History,
+    Spot,
+    ValueOf,
+    foremost,
+    rows_of,
+)
+from seatfem.study.runs.plate_values import beside, errors_of_value, places_of_value
 from seatfem.study.runs.round import Round
 from seatfem.study.scene import Scene
 
@@ -119,8 +128,11 @@ class PlateStress(FieldStress):
         return stresses_of_plate(self.reed, self.field, largest(other.field, other.force, other.dt, since=since))
 
     def errors_of_value(
-        self, done: Round, value_of: ValueOf, first: int, turn: float, progress: Progress
-    ) -> Mapping[str, float]:
+        self, done: Round, value_of: ValueOf, first: int, turn: float, cached: Cached, progress: Progress
+    ) -> Errors:
+        return cached(lambda: self._errors_of_value(done, value_of, first, turn, progress))
+
+    def _errors_of_value(self, done: Round, value_of: ValueOf, first: int, turn: float, progress: Progress) -> Errors:
         likely = self.likely[self.counted[self.likely]]
         field = self.field.at(likely)
         ranges = mises_range(field, self.force, self.dt, since=first)
@@ -167,8 +179,6 @@ class PlateStress(FieldStress):
 
 ERRORS: Final = "errors of the stress in a plate"
 """Name of `Errors` in the cache."""
-Errors = Mapping[str, float]
-"""Errors of a plate's largest stress by source [Pa]."""
 
 
 def computed(compute: Callable[[], Errors]) -> Errors:
@@ -190,7 +200,7 @@ def plate_stress(
     solved_by: Method,
     strike: Strike,
     since: float | None = None,
-    cached: Callable[[Callable[[], Errors]], Errors] = computed,
+    cached: Cached = computed,
     cached_peaks: Callable[[Array, Callable[[], Array]], Array] = computed_peaks,
 ) -> PlateStress | None:
     """Return the stress in the faces of the plate that strikes.
@@ -237,7 +247,7 @@ def _errors_of(scene: Scene, solved_by: Method, stress: PlateStress) -> Errors:
     coarser = sheets.plate_modes(plate.sheet, method.COARSENING)
     lips = reed.lips(solved_by.lip, solved_by.behind)
     striker = striker_of(scene, greens=coarser.greens(lips, reed.damping_ratio))
-    field = _beside(plate_field(scene.geometry, striker, strike.division), points)
+    field = beside(plate_field(scene.geometry, striker, strike.division), points, 2 * REACH)  # maxima on two meshes
     field = struck_by(field, replace(strike, striker=striker))
     on_coarser = largest(field, strike.pushes, strike.dt).after_contact.von_mises
     weight = 1 / (sheets.refinement(plate, coarser) ** sheets.ORDER - 1)
@@ -245,16 +255,10 @@ def _errors_of(scene: Scene, solved_by: Method, stress: PlateStress) -> Errors:
     if (beyond := reed.in_wider_band(strike.striker.greens, lips)) is not None:
         wider, ratio = beyond
         striker = striker_of(scene, greens=wider)
-        look = PlateLook(reed, _beside(plate_field(scene.geometry, striker, strike.division), points), strike.division)
+        field = beside(plate_field(scene.geometry, striker, strike.division), points, 2 * REACH)
+        look = PlateLook(reed, field, strike.division)
         run = marched(problem_of(scene, striker, impact.Body(strike.seat)), strike.dt, scene.run.duration)
         other = look(run, None)
         if other is not None and other.after_contact is not None:
             errors["truncation"] = abs(other.after_contact.value - float(peaks.max())) / (1 - ratio**-2)
     return errors
-
-
-def _beside(field: StressField, points: Array) -> StressField:
-    """Return the field at its points on the circles round ``points`` in which maxima of two meshes are compared."""
-    spacing = float(np.median(cKDTree(field.points).query(field.points, k=[2])[0]))
-    distance = np.asarray(cKDTree(points).query(field.points)[0])
-    return field.at(np.asarray(distance <= max(2 * REACH * spacing, float(distance.min()))))
