@@ -82,7 +82,6 @@ mutations: $(VENV)/installed-dev
 
 fuzz: $(VENV)/installed-dev
 	$(SINGLE_THREAD) $(PY) -m tests.fuzz --write
-	$(SINGLE_THREAD) $(PY) -m tests.fuzz --growth 4000000
 
 # Speed of the main parts against earlier commits: a line of benchmarks/results/history.jsonl; it judges nothing.
 history: $(VENV)/installed-dev

@@ -192,8 +192,8 @@ def _accuracy(seat: Seat, striker: Striker, rng: np.random.Generator) -> str:
         for name, each in known.items()
         if not each.judged_by
         and not each.of_some
-        and (not each.needs_stress or striker.kind == "cantilever")
-        and (not each.needs_line or lip)
+        and ("stress" not in each.data or striker.kind == "cantilever")
+        and ("line" not in each.data or lip)
         and name != "gauge_strain"  # no scene here has a gauge
     ]
     weights = np.array([MEASURES.get(name, 1.0) for name in names])

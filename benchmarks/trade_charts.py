@@ -17,8 +17,7 @@ from table import RESULTS, in_words, machine
 
 from impact.files.safe_files import write_whole
 from seatfem.study.trade.report import draw_trade, summary_of, write_trade
-from seatfem.study.trade.rungs import AS_FILED, MEMORY, OWN_CHOICE
-from seatfem.study.trade.trade import LONGER, Trade, measure_trade
+from seatfem.study.trade.trade import AS_FILED, LONGER, MEMORY, OWN_CHOICE, Trade, measure_trade
 
 ROOT: Final = Path(__file__).parents[1]
 DOCUMENT: Final = ROOT / "docs" / "trade.md"

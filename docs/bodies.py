@@ -11,8 +11,8 @@ import pyvista
 from numpy.typing import NDArray
 
 from impact.pictures.drawing import BLUE, ORANGE
-from seatfem.pictures.cell_grid import skin_of_plate
-from seatfem.structures.inspection.mesh_file import Part
+from seatfem.pictures.skins import skin_of_plate
+from seatfem.structures.inspection.cad import Part
 from seatfem.structures.kinds.beam import Beam
 from seatfem.structures.kinds.closed_forms import RigidMass, Rod, Spring
 from seatfem.structures.kinds.structure import Structure

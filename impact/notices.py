@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Final
 
 
 class SeatfemError(Exception):
@@ -13,6 +14,8 @@ class SeatfemError(Exception):
 
 Progress = Callable[[str, float], None]
 """Called with the name of the stage and the fraction done (0..1)."""
+ROUND: Final = "round"
+"""Name that is reported, in place of a stage, where a round begins, whose stages take times of their own."""
 
 
 def silent(stage: str, done: float) -> None:

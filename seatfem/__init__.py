@@ -8,4 +8,5 @@ from impact.names import public_names
 
 load_late(__name__)
 
-__getattr__, __dir__, __all__ = public_names(__name__, __file__, former={"geometry": "seatfem.structures.shapes"})
+FORMER = {"geometry": "seatfem.structures.shapes", "revolve": "seatfem.pictures.skins:skin_of"}
+__getattr__, __dir__, __all__ = public_names(__name__, __file__, former=FORMER)

@@ -2,7 +2,6 @@
 from impact.notices import SeatfemError as SeatfemError
 from impact.measured.frf import FrequencyResponse as FrequencyResponse, read_frf as read_frf
 from impact.measured.pole_fit import fit_impulse_response as fit_impulse_response, fit_poles as fit_poles
-from seatfem.pictures.cell_grid import revolve as revolve
 from seatfem.pictures.plots import plot_mesh as plot_mesh, plot_modes as plot_modes
 from seatfem.life.maps import plot_margins as plot_margins
 from seatfem.life.lives import margin_curve as margin_curve
@@ -38,8 +37,7 @@ from seatfem.structures.sheets import PlateModes as PlateModes, Sheet as Sheet, 
 from seatfem.structures.cache import Store as Store, content_key as content_key
 from seatfem.study.runs.forecast import converge as converge
 from seatfem.study.runs.outcome import RunResult as RunResult
-from seatfem.study.runs.pipeline import run_scene as run_scene
-from seatfem.study.runs.run import run as run
+from seatfem.study.runs.pipeline import run as run, run_scene as run_scene
 from seatfem.study.scene import load_scene as load_scene
 from seatfem.study.sweep.sweep import (
     optimise as optimise,

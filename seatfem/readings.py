@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Final
 
-from impact.quantities import in_digits, in_units, plain, scaled
+from impact.quantities import html_table, in_digits, in_units, plain, scaled
 
 Summary = Mapping[str, object]
 """The content of summary.json, or of a record in it."""
@@ -69,6 +69,14 @@ class Measured:
 
     def __format__(self, spec: str) -> str:
         return format(self.value, spec) if spec else str(self)
+
+    @property
+    def spring_text(self) -> str:
+        """Return the number of the spring baseline with its unit; "" if it has none."""
+        return "" if math.isnan(self.spring) else in_text(self.key, self.spring, None, self.unit)
+
+    def _repr_html_(self) -> str:
+        return html_table(self.key, ("seat", "spring baseline"), [(self, self.spring_text)])
 
 
 def measured(numbers: Summary, key: str) -> Measured:

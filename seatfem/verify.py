@@ -11,7 +11,6 @@ from __future__ import annotations
 import importlib
 import math
 import sys
-import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.util import module_from_spec, spec_from_file_location
@@ -19,10 +18,13 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, Final
 
-from rich.table import Table
+import rich.table
+from pydantic import ConfigDict, Field
 from rich.text import Text
 
 from impact.notices import Progress, SeatfemError, silent
+from seatfem.fields import Table, default
+from seatfem.study.scene.tables import load_table
 
 NAME: Final = "seatfem.known_answers"
 KNOWN_ANSWERS: Final = (
@@ -141,9 +143,9 @@ def _answer_each(
     return tuple(answers)
 
 
-def verification_table_view(rows: Sequence[Row]) -> Table:
+def verification_table_view(rows: Sequence[Row]) -> rich.table.Table:
     """Return a table of case, exact value, ours, relative error and verdict of each row."""
-    table = Table("case", "quantity", "exact", "ours", "error", "allowed", "verdict")
+    table = rich.table.Table("case", "quantity", "exact", "ours", "error", "allowed", "verdict")
     for row in rows:
         verdict = Text("pass") if row.verdict else Text("FAIL", style="red")
         numbers = (f"{row.exact:.6g}", f"{row.ours:.6g}", f"{row.error:+.1e}", f"{row.tolerance:.1e}")
@@ -154,53 +156,47 @@ def verification_table_view(rows: Sequence[Row]) -> Table:
 PACKAGE: Final = "seatfem.measured_sets"
 MEASURED_SETS: Final = (Path(__file__).with_name("measured_sets"), Path(__file__).parents[1] / "tests" / "measured")
 """Folders of the sets, in an installed program and in its source tree."""
-LARGEST_SET: Final = 200_000
-"""Largest size of a set's file [bytes]: larger ones are no typed numbers."""
-NEEDED: Final = {"source": ("title", "address", "licence"), "predicted": ("name", "value", "uncertainty", "unit")}
 
 
-@dataclass(frozen=True)
-class Prediction:
-    """Measured number that we predict.
+class Source(Table):
+    """A source is where a measurement is published."""
 
-    Attributes:
-        name: name of the quantity.
-        value, uncertainty: measured value and its uncertainty [unit].
-        unit: unit of both, and of our number.
-        note: source of the uncertainty, or reason for a disagreement.
-        agrees: whether our number and the measured one are known to overlap.
-    """
-
-    name: str
-    value: float
-    uncertainty: float
-    unit: str
-    note: str = ""
-    agrees: bool = True
+    title: str = Field(description="of the publication, with its authors")
+    address: str = Field(description="of the publication")
+    licence: str = Field(description="of its numbers")
+    read: str = default("", "parts of it that were read")
+    beside: str = default("", "another set, whose numbers this one uses")
 
 
-@dataclass(frozen=True)
-class MeasuredSet:
-    """Published measurement: its source, what was measured, what is fitted and what is predicted.
+class Prediction(Table):
+    """Measured number that we predict."""
 
-    Attributes:
-        name: name of its file.
-        about, finding: what is compared, and the conclusion.
-        source: title, address and licence, and the parts that were read.
-        geometry: geometry of the rig, as its module reads it.
-        fitted: what each fitted number is fitted to.
-        predicted: measured numbers that are compared.
-        data: content of the file.
-    """
+    name: str = Field(description="name of the quantity")
+    value: float = Field(strict=True, description="measured value")
+    uncertainty: float = Field(strict=True, ge=0, description="of the measured value")
+    unit: str = Field(description="of value and uncertainty, and of our number")
+    note: str = default("", "source of the uncertainty, or reason for a disagreement")
+    agrees: bool = default(True, "whether our number and the measured one are known to overlap", strict=True)
 
-    name: str
-    about: str
-    finding: str
-    source: Mapping[str, str]
-    geometry: Mapping[str, Any]
-    fitted: Mapping[str, Any]
-    predicted: tuple[Prediction, ...]
-    data: Mapping[str, Any]
+
+class MeasuredSet(Table):
+    """Published measurement: its source, what was measured, what is fitted and what is predicted. Tables besides these
+    are data of its module."""
+
+    model_config = ConfigDict(extra="allow")
+
+    name: str = default("", "that of its file")
+    about: str = default("", "what is compared")
+    finding: str = default("", "the conclusion")
+    source: Source = Field(description="where the measurement is published")
+    geometry: dict[str, Any] = default({}, "geometry of the rig, as its module reads it")
+    fitted: dict[str, Any] = default({}, "what each fitted number is fitted to")
+    predicted: tuple[Prediction, ...] = Field(min_length=1, description="measured numbers that are compared")
+
+    @property
+    def data(self) -> Mapping[str, Any]:
+        """Return the tables that only the set's module reads."""
+        return self.model_extra or {}
 
     @property
     def counts(self) -> bool:
@@ -237,53 +233,8 @@ class ComparedSet:
 
 
 def read_measured_set(path: Path) -> MeasuredSet:
-    """Return the set in a file.
-
-    Raises:
-        VerificationError: a file that is too large or no TOML, a missing table or key, an invalid number.
-    """
-    if path.stat().st_size > LARGEST_SET:
-        raise VerificationError(
-            f"{path.name} has {path.stat().st_size} bytes; a measured set has {LARGEST_SET} at most"
-        )
-    try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise VerificationError(f"{path.name} is no TOML file, and must be one: {error}") from None
-    _require(path, "[source]", data.get("source", {}), NEEDED["source"])
-    predicted = data.get("predicted", [])
-    if not isinstance(predicted, list) or not predicted:
-        raise VerificationError(f"{path.name} has no [[predicted]]: state at least one measured number")
-    for each in predicted:
-        _require(path, "[[predicted]]", each, NEEDED["predicted"])
-    numbers = tuple(_prediction(path, each) for each in predicted)
-    return MeasuredSet(
-        name=path.stem,
-        about=data.get("about", ""),
-        finding=data.get("finding", ""),
-        source=data["source"],
-        geometry=data.get("geometry", {}),
-        fitted=data.get("fitted", {}),
-        predicted=numbers,
-        data=data,
-    )
-
-
-def _require(path: Path, table: str, data: Mapping[str, Any], keys: Sequence[str]) -> None:
-    missing = [key for key in keys if key not in data]
-    if missing:
-        raise VerificationError(f"{path.name}, {table}: {', '.join(missing)} missing; state each")
-
-
-def _prediction(path: Path, data: Mapping[str, Any]) -> Prediction:
-    for key in ("value", "uncertainty"):
-        number = data[key]
-        if isinstance(number, bool) or not isinstance(number, int | float) or not math.isfinite(number):
-            raise VerificationError(f"{path.name}, {data['name']}: {key} is {number!r}, must be a finite number")
-    if data["uncertainty"] < 0:
-        raise VerificationError(f"{path.name}, {data['name']}: uncertainty is {data['uncertainty']}, must be 0 or more")
-    numbers = (float(data["value"]), float(data["uncertainty"]))
-    return Prediction(data["name"], *numbers, data["unit"], data.get("note", ""), data.get("agrees", True))
+    """Return the set in a file. Raises `SceneError` with all errors of the file."""
+    return load_table(path, MeasuredSet).model_copy(update={"name": path.stem})
 
 
 def measured_sets() -> tuple[MeasuredSet, ...]:
@@ -338,9 +289,9 @@ def counted(compared: Sequence[ComparedSet]) -> str:
     )
 
 
-def measured_table_view(compared: Sequence[ComparedSet]) -> Table:
+def measured_table_view(compared: Sequence[ComparedSet]) -> rich.table.Table:
     """Return a table of set, quantity, measured number, ours and whether they overlap, with the counts of each set."""
-    table = Table("set", "quantity", "measured", "ours", "overlap", caption=counted(compared))
+    table = rich.table.Table("set", "quantity", "measured", "ours", "overlap", caption=counted(compared))
     for each in compared:
         record = each.record
         verdict = "counts" if record.counts else "does not count: as many fits as predictions"

@@ -14,6 +14,7 @@ from seatfem.study.impacts import layout
 from seatfem.study.impacts.contact import check_step
 from seatfem.study.runs import forecast, pipeline
 from seatfem.study.scene import Scene, files
+from seatfem.study.sweep import sweep
 
 SHEET = tomllib.loads((Path(__file__).parent / "faces" / "mistakes.toml").read_text(encoding="utf-8"))
 
@@ -91,6 +92,7 @@ def nothing_computed() -> Iterator[None]:
         files.check_files(scene)
         raise Computed
 
+    assert sweep.ahead_of  # loaded now, as it takes `look_at` by its name
     with (
         patch.object(forecast, "look_at", stop),
         patch.object(pipeline, "run_scene", stop),

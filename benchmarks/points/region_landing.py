@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 
@@ -13,7 +14,7 @@ from points.march import MarchRun, Modes, PointForces, filtered_peak, impulse, m
 from points.mesh import mesh_blocks
 from points.outlines import Outline, Ring
 from points.plate import Material, Plate
-from points.regions import Cells, Region
+from points.regions import Cells, Land, Region
 
 MERGED = 30e-6  # s, the longest opening within a landing
 RIMS = 1440  # points of each rim on which the smallest opening is looked for
@@ -31,6 +32,7 @@ class Fall:
         speed: towards the seat: of a held reed in its first mode at the contact's centre, of all of a free one [m/s].
         stiffness: of a spring that all points share by area [N/m]; infinite of points that do not penetrate.
         duration, filter_width: [s].
+        damping: ratio of every mode of the reed.
     """
 
     gap: float
@@ -40,6 +42,17 @@ class Fall:
     stiffness: float
     duration: float
     filter_width: float
+    damping: float = 0.0
+
+
+@dataclass(frozen=True)
+class Stop:
+    """What limits a lift: a face, whose places count from the reed's contact, its openings (n,) [m] at places (n, 2),
+    and the stiffness of a spring that all points share by area [N/m]; infinite of points that do not penetrate."""
+
+    face: Land
+    openings: Callable[[Array], Array]
+    stiffness: float = math.inf
 
 
 @dataclass(frozen=True)
@@ -102,12 +115,20 @@ def reed_modes(
 
 
 def march_region(
-    outline: Outline, material: Material, thickness: float, region: Region, fall: Fall, fine: Fineness
+    outline: Outline,
+    material: Material,
+    thickness: float,
+    region: Region,
+    fall: Fall,
+    fine: Fineness,
+    stop: Stop | None = None,
+    seat: Callable[[list[Cells]], Array] | None = None,
 ) -> tuple[MarchRun, list[Cells]]:
-    """Return the forces at the points of all lands, one land after the other, and the lands' cells."""
+    """Return the forces at the points of all lands, one land after the other, then at those of a stop, and the cells of
+    the lands. ``seat``: its static compliance (points, points) [m/N] between the cells in the coordinates of the lands;
+    ``None``: it is rigid."""
     cells = region.cells(fine.around, fine.across)
-    places = np.concatenate([each.places.reshape(-1, 2) for each in cells])
-    areas = np.concatenate([each.areas.ravel() for each in cells])
+    places, areas = _points(cells)
     omega, nodal, plate = reed_modes(outline, material, thickness, fine.order, fine.band)
     centre = np.array(outline.centre)
     if isinstance(outline, Ring):
@@ -117,26 +138,47 @@ def march_region(
         rates = np.zeros_like(omega)
         rates[0] = -fall.speed / plate.mesh.interpolate(centre[None], nodal[:, :1])[0, 0]
     shapes = plate.mesh.interpolate(centre + places, nodal)
-    modes = Modes(omega, np.zeros_like(omega), shapes)
     gaps = openings(fall, region, places)
-    if math.isfinite(fall.stiffness):
-        forces = PointForces(fall.stiffness * areas / areas.sum())
-    else:
-        bed = material.density * thickness * (2 * np.pi / fine.dt) ** 2
-        forces = PointForces(bed * areas, modes.step_compliance(fine.dt), ahead=True)
+    bed = material.density * thickness * (2 * np.pi / fine.dt) ** 2  # of points that do not penetrate
+    stiffness = fall.stiffness * areas / areas.sum() if math.isfinite(fall.stiffness) else bed * areas
+    rigid = math.isinf(fall.stiffness) and seat is None
+    if stop is not None:
+        above, shares = _points([stop.face.cells(fine.around, fine.across)])
+        shapes = np.concatenate([shapes, -plate.mesh.interpolate(centre + above, nodal)])
+        gaps = np.concatenate([gaps, stop.openings(above)])
+        springs = math.isfinite(stop.stiffness)
+        stiffness = np.concatenate([stiffness, stop.stiffness * shares / shares.sum() if springs else bed * shares])
+        rigid = rigid or not springs
+    modes = Modes(omega, np.full_like(omega, fall.damping), shapes)
+    yields = modes.step_compliance(fine.dt) if rigid else np.zeros((len(gaps), len(gaps)))
+    if seat is not None:
+        yields[: len(areas), : len(areas)] += seat(region.drawn_cells(fine.around, fine.across))
+    forces = PointForces(stiffness, yields if yields.any() else None, ahead=rigid)
     return march_points(modes, gaps, rates, forces, fine.dt, fall.duration), cells
+
+
+def _points(cells: list[Cells]) -> tuple[Array, Array]:
+    """Return places (n, 2) and areas (n,) of all cells."""
+    return np.concatenate([each.places.reshape(-1, 2) for each in cells]), np.concatenate(
+        [each.areas.ravel() for each in cells]
+    )
 
 
 def measure_region(marched: MarchRun, cells: list[Cells], fall: Fall, dt: float) -> Measured:
     """Return the measures of a landing."""
     total = marched.forces.sum(axis=1)
-    starts, ends = _landings(total, dt)
-    peaks = [filtered_peak(total[a : b + 1], dt, fall.filter_width) for a, b in zip(starts, ends, strict=True)]
-    first = starts[int(np.argmax(peaks))]
+    first, _ = hardest_landing(total, dt, fall.filter_width)
     line = _line_force(marched.forces, cells, dt, fall.filter_width)
     return Measured(
-        impulse(total, dt), filtered_peak(total, dt, fall.filter_width), marched.touches[int(first)], line
+        impulse(total, dt), filtered_peak(total, dt, fall.filter_width), marched.touches[first], line
     )  # fmt: skip
+
+
+def hardest_landing(total: Array, dt: float, width: float) -> tuple[int, int]:
+    """Return the first step with force, and the last, of the landing of the largest mean over a ``width`` [s]."""
+    ends = list(zip(*_landings(total, dt), strict=True))
+    peaks = [filtered_peak(total[a : b + 1], dt, width) for a, b in ends]
+    return ends[int(np.argmax(peaks))]
 
 
 def _landings(total: Array, dt: float) -> tuple[Array, Array]:

@@ -1,4 +1,4 @@
-"""Regions of contact as points with areas: round lands of ports, and the lip around a kidney-shaped one."""
+"""Regions of contact as points with areas: round lands of ports, the lip around a kidney-shaped one, rectangles."""
 
 from __future__ import annotations
 
@@ -55,6 +55,25 @@ class RoundLand(Land):
         places = np.array(self.centre) + radii[:, None] * _rays(angles)[:, None]
         areas = np.tile(2 * np.pi / around * radii * weights, (around, 1))
         return Cells(places, areas, np.full(around, np.pi / around * (self.inner + self.outer)))
+
+
+@dataclass(frozen=True)
+class Rectangle(Land):
+    """A rectangle between the corners ``low`` and ``high`` [m]; its cells follow each other along x."""
+
+    low: tuple[float, float]
+    high: tuple[float, float]
+
+    def rims(self, number: int) -> Array:
+        return np.array([[x, y] for x in (self.low[0], self.high[0]) for y in (self.low[1], self.high[1])])
+
+    def cells(self, around: int, across: int) -> Cells:
+        (begin, right), (end, left) = self.low, self.high
+        y, weights = _gauss(right, left, across)
+        x = begin + (end - begin) * (np.arange(around) + 0.5) / around
+        places = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
+        part = (end - begin) / around
+        return Cells(places, np.tile(part * weights, (around, 1)), np.full(around, part))
 
 
 @dataclass(frozen=True)
@@ -118,8 +137,12 @@ class Region:
 
     def cells(self, around: int, across: int) -> list[Cells]:
         """Return the cells of every land from the common centroid."""
-        each = (land.cells(around, across) for land in self.lands)
+        each = self.drawn_cells(around, across)
         return [Cells(one.places - self.centroid, one.areas, one.lengths) for one in each]
+
+    def drawn_cells(self, around: int, across: int) -> list[Cells]:
+        """Return the cells of every land in the coordinates of the lands."""
+        return [land.cells(around, across) for land in self.lands]
 
 
 def _gauss(low: float, high: float, number: int) -> tuple[Array, Array]:

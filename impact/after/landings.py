@@ -37,7 +37,7 @@ DOUBT: Final = 0.2  # relative change of the band by which the uncertainty of an
 NEAR: Final = 0.25  # largest shift of a landing between two runs, over the time to the next landing
 JUMP: Final = 0.125
 """Largest error of an opening at which the force jumps, in steps: where a rod's wave returns 3/2 - sqrt(2) = 0.09, and
-0.12 with the part of the first step (`tests/impact/test_times_of_contacts.py`)."""
+0.12 with the part of the first step (`tests/impact/test_landings.py`)."""
 TOGETHER: Final = 1e-6  # steps between touches that count as one
 FAINT: Final = 1e-3  # least averaged force of a landing, over the largest of the record
 

@@ -543,12 +543,11 @@ def rod_with_end_impedance(
 
     g(t) = (1/Z) (H(t) + 2 sum_k R^k H(t - 2 k l/c)) [m/(N s)], R = (Z - Z_e)/(Z + Z_e).
     """
-    check_positive(young=young, density=density, area=area, length=length)
     if not end_impedance >= 0:
         raise GreensFunctionError(f"end_impedance = {end_impedance:g} must be >= 0: the end would feed energy")
-    z = area * math.sqrt(young * density)
-    reflection = -1.0 if math.isinf(end_impedance) else (z - end_impedance) / (z + end_impedance)
-    return _delay_rod(young, density, area, length, reflection)
+    rod = _delay_rod(young, density, area, length, reflection=-1.0)
+    z, is_fixed = rod.impedance, math.isinf(end_impedance)
+    return rod if is_fixed else replace(rod, reflection=(z - end_impedance) / (z + end_impedance))
 
 
 @dataclass(frozen=True)

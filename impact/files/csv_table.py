@@ -122,48 +122,50 @@ class CsvTable:
             )
         return numbers[0] if numbers else None
 
-    def factor_of(self, column: int, role: str, units: Mapping[str, float], stated: Mapping[str, str]) -> float:
+    def factor_of(self, column: int, role: str, units: Mapping[str, float], stated: Mapping[str, str] | None) -> float:
         """Return the factor of a column to SI, by its header, or by the unit ``stated`` if that of the header is
-        unknown, as in "p [Bar]".
+        unknown, as in "p [Bar]"; ``None``: no key can state one.
 
         Raises ``error`` for a missing or unknown unit, and for a stated unit that contradicts a known one.
         """
         head = self.heads[column]
-        own, unit = normal_unit(head.unit), normal_unit(stated.get(role, head.unit))
+        own, unit = normal_unit(head.unit), normal_unit((stated or {}).get(role, head.unit))
         if own in units and own != unit:
             why = f"the head says {own!r}, units.{role} = {unit!r}: remove the key, or correct the head"
             raise self._fail(self.head_line, column, why)
         if unit not in units:
             fault = f"unit {unit!r} is unknown" if unit else "has no unit"
-            why = f"header {head.text!r} {fault}: write '{head.name} [unit]', or give units = {{ {role} = ... }}"
+            by_key = "" if stated is None else f", or give units = {{ {role} = ... }}"
+            why = f"header {head.text!r} {fault}: write '{head.name} [unit]'{by_key}"
             raise self._fail(self.head_line, column, f"{why}, with the unit {', '.join(units)}")
         return units[unit]
 
     def quantities(
         self,
         known: Mapping[str, Mapping[str, float]],
-        columns: Mapping[str, str],
-        units: Mapping[str, str],
+        columns: Mapping[str, str] | None = None,
+        units: Mapping[str, str] | None = None,
         hint: Callable[[str], str] = lambda name: "",
     ) -> tuple[Array, Array]:
         """Return the columns (n, k) of the roles in ``known``, each with its units, and their factors to SI (k,).
 
-        ``columns`` and ``units``: names and units by role that the headers do not state; ``hint``: function of the
-        header at the position of a missing column, for the message. Raises ``error`` for other roles, a missing column,
-        and as `column_of`, `factor_of` and `numbers`.
+        ``columns`` and ``units``: names and units by role that the headers do not state, ``None`` where a scene has no
+        such keys; ``hint``: function of the header at the position of a missing column, for the message. Raises
+        ``error`` for other roles, a missing column, and as `column_of`, `factor_of` and `numbers`.
         """
-        if unknown := sorted({*columns, *units} - {*known}):
+        if unknown := sorted({*(columns or {}), *(units or {})} - {*known}):
             raise self.error(f"{self.path}: columns and units know {enumeration(known)}, not {unknown[0]}: remove it")
         numbers = []
         for place, (role, factors) in enumerate(known.items()):
-            number = self.column_of(role, (role,), columns)
+            number = self.column_of(role, (role,), columns or {})
             if number is None:
                 head = self.heads[place] if place < len(self.heads) else head_of("")
                 units_known = f"'{role} [unit]' with the unit {', '.join(factors)}"
-                by_key = f"be named by columns = {{ {role} = {head.name or '...'!r} }}{hint(head.name.lower())}"
-                raise self._fail(self.head_line, place, f"header {head.text!r} must be {units_known}, or {by_key}")
+                by_key = f", or be named by columns = {{ {role} = {head.name or '...'!r} }}{hint(head.name.lower())}"
+                words = f"header {head.text!r} must be {units_known}{': rename it' if columns is None else by_key}"
+                raise self._fail(self.head_line, place, words)
             numbers.append(number)
-        for role, unit in units.items():
+        for role, unit in (units or {}).items():
             if other := next((each for each in known if each != role and normal_unit(unit) in known[each]), ""):
                 raise self.error(f"{self.path}: units.{role} = {unit!r} is a unit of {other}; change or swap the two")
         scales = [self.factor_of(k, role, known[role], units) for k, role in zip(numbers, known, strict=True)]

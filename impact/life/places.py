@@ -53,6 +53,7 @@ def thinned(stress: Array) -> Array:
 
 APART: Final = 10.0
 """Degrees between normals; half of this off the critical plane, a stress is 1 - cos^2 = 0.8 % too small."""
+_ALONG_Z: Final = [2, 3, 4]  # components without which a stress is plane
 _HELD: Final = 16  # number of planes that are evaluated at once
 
 
@@ -60,10 +61,10 @@ def normal_stresses(name: str, stress: Array) -> Iterator[tuple[str, Array]]:
     """Yield a place with the (n,) normal stress n' sigma n in time on each plane that may be critical, > 0 in tension
     [Pa].
 
-    The normals are spread over half the sphere, aligned with the principal axes of the stress furthest from the mean,
-    so that proportional stress is evaluated exactly. Planes are skipped on which neither the range nor twice the
-    largest tension reaches `SHARE` of the largest of all planes. ``stress``: (n, 6) of one block, xx, yy, zz,
-    yz, xz, xy [Pa]; raises `LifeError` for another shape and for values that are not finite.
+    The normals are spread over half the sphere, of a plane stress over half the circle, aligned with the principal axes
+    of the stress furthest from the mean, so that proportional stress is evaluated exactly. Planes are skipped on which
+    neither the range nor twice the largest tension reaches `SHARE` of the largest of all planes. ``stress``: (n, 6) of
+    one block, xx, yy, zz, yz, xz, xy [Pa]; raises `LifeError` for another shape and for values that are not finite.
     """
     if stress.ndim != 2 or stress.shape[1] != 6 or not len(stress):
         raise LifeError(f"{name}: a history of stress tensors must be (n, 6), not {stress.shape}")
@@ -71,8 +72,13 @@ def normal_stresses(name: str, stress: Array) -> Iterator[tuple[str, Array]]:
         raise LifeError(f"{name}: the stress history must be finite, {np.sum(~np.isfinite(stress))} values are not")
     turns = stress - stress.mean(axis=0)
     furthest = turns[int(np.argmax(turns**2 @ _NORM))]
-    axes = np.linalg.eigh(furthest[[[0, 5, 4], [5, 1, 3], [4, 3, 2]]])[1]
-    x, y, z = (_normals() @ axes.T).T
+    if stress[:, _ALONG_Z].any():
+        axes = np.linalg.eigh(furthest[[[0, 5, 4], [5, 1, 3], [4, 3, 2]]])[1]
+        x, y, z = (_normals() @ axes.T).T
+    else:  # plane stress: that on an inclined plane is the one on a plane along z times the cosine squared
+        principal = math.atan2(2 * furthest[5], furthest[0] - furthest[1]) / 2
+        angles = principal + np.radians(np.arange(0.0, 180.0, APART))
+        x, y, z = np.cos(angles), np.sin(angles), np.zeros(len(angles))
     across = np.stack([x * x, y * y, z * z, 2 * y * z, 2 * x * z, 2 * x * y])
     parts = [np.arange(first, min(first + _HELD, len(x))) for first in range(0, len(x), _HELD)]
     tops, spans = [], []
@@ -164,13 +170,15 @@ def judged(histories: Iterable[tuple[str, Array]], demand: Demand) -> Judged:
     tensors: list[tuple[float, str]] = []
     for name, history in histories:
         if history.ndim == 1 and demand.judge is not None:
+            top = float(history.max(initial=-math.inf))
+            reach = max(top - float(history.min(initial=math.inf)), 2 * top)  # the largest cycle's, twice the tension
+            if history.size and reach < SHARE * most:
+                continue
             cycles = rainflow(history)
-            tops = np.concatenate([cycles.ranges, 2 * cycles.means + cycles.ranges])  # ranges, twice the tensions
-            if (reach := float(tops.max(initial=0.0))) > most:
+            if reach > most:
                 most = reach
                 counted = [each for each in counted if each[0] >= SHARE * most]
-            if reach >= SHARE * most:
-                counted.append((reach, name, cycles))
+            counted.append((reach, name, cycles))
         elif history.ndim == 1:
             raise LifeError(f"{name}: stress of one axis needs a criterion of mean stress (goodman, ...)")
         elif demand.several_axes is None:

@@ -22,7 +22,7 @@ from impact.quantities import brief_value, finite_or_none
 Form = Literal["auto", "modal", "complex"]
 Fitted = ModalGreens | PoleGreens
 NOT_CAUSAL: Final = 0.5  # causality defect above which a response is refused
-DRAWS: Final = 24  # number of fits to copies of the record with other noise, times the number of ports
+DRAWS: Final = 24  # number of fits to copies of the record with other, reproducible noise, times the number of ports
 MOST_UNEXPLAINED: Final = 0.5  # relative misfit beyond the noise above which a fit is refused
 _SEED: Final = 20_261
 _FLOOR: Final = 0.1  # misfit over the tolerance that is acceptable whatever the noise
@@ -78,7 +78,6 @@ def fit_response(
     form: Form = "auto",
     free: bool | None = None,
     most_pairs: int = 80,
-    draws: int | None = None,
 ) -> PoleFit:
     """Return a passive sum of poles fitted to a measured response, with draws for the uncertainty by its noise.
 
@@ -102,7 +101,6 @@ def fit_response(
         free: whether the body is unsupported (a term -1/(m w^2)); by default, whether that term is significant and
             dominates the lowest lines.
         most_pairs: largest number of pole pairs.
-        draws: number of copies of the record with other, reproducible noise; default: `DRAWS` over the number of ports.
 
     Raises `FrequencyResponseError` for a response that is not causal, lines with noise only, a misfit beyond the noise
     of more than half of the response, or a "complex" fit that cannot be made passive.
@@ -137,10 +135,9 @@ def fit_response(
             f"most of it {describe_ranges(ranges) or 'at all lines'}: check units and phase, or leave these lines out"
         )
     noise = _noise_of_draws(data, deviation, residual)
-    count = DRAWS // len(names) if draws is None else draws
     others: tuple[Fitted, ...] = ()
-    if response.shift == 0 and count:
-        drawn = _drawn(data, poles, chosen, complex_form, noise, count)
+    if response.shift == 0:
+        drawn = _drawn(data, poles, chosen, complex_form, noise, DRAWS // len(names))
         others = (*drawn, *(_chosen(*one, form, floor)[0] for one in alike))
     report = {
         **_report(chosen, data, response, defect),

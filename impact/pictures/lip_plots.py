@@ -27,6 +27,7 @@ LEAST_VIEW: Final = 20  # least width of the view of an enlarged landing, in fil
 COLOUR: Final = PURPLE
 LEAST_DISTANCE: Final = 0.02  # of numbered marks over the width of axes; of closer ones the hardest is numbered
 NUMBER_SPACE: Final = 0.12  # space for numbers above the curves, over their height
+LEGEND_SPACE: Final = 0.3  # space for two lines of a legend above the curves, over their height
 Body = Literal["seat", "stopper"]
 BODIES: Final[tuple[Body, ...]] = ("seat", "stopper")
 SHAPES: Final[Mapping[Body, str]] = {"seat": "v", "stopper": "^"}
@@ -260,7 +261,7 @@ def _impulse(axes: Axes, runs: list[ImpactResult], line: ClosedLine, share: floa
         axes.set_yticks(load_matplotlib().ticker.MaxNLocator(4).tick_values(0.0, axes.get_ylim()[1])[1:-1])
         axes.set_rlabel_position(22.5)  # type: ignore[attr-defined]
         axes.tick_params(axis="x", pad=1)
-    axes.set_title(f"Impulse per length [{unit}], mean over {1e3 * share * length:.2g} mm")
+    axes.set_title(f"Impulse per length [{unit}], over {1e3 * share * length:.2g} mm")
 
 
 def _force(axes: Axes, runs: list[ImpactResult], window: tuple[float, float], line: ClosedLine, width: float) -> None:
@@ -301,9 +302,11 @@ def _gaps(axes: Axes, result: ImpactResult, window: tuple[float, float], line: C
         axes.plot(rate * result.time[part], factor * height, color=colour, label=name)
     zero_line(axes)
     axes.set_ylabel(f"gap [{unit}]")
-    axes.legend(loc="best", ncols=2)
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high + LEGEND_SPACE * (high - low))
+    axes.legend(loc="upper center", ncols=2, fontsize=8, columnspacing=1.0, handlelength=1.2)
     even = line.edges is not None and np.ptp(line.lengths) < 1e-9 * line.lengths.max()
-    axes.set_title(f"Height over the lip, mean of segments {f'of {360 / arcs:.3g}°' if even else f'1/{arcs} of it'}")
+    axes.set_title(f"Height over the lip, by {f'{360 / arcs:.3g}°' if even else f'1/{arcs} of it'}")
 
 
 def _tilt(axes: Axes, result: ImpactResult, window: tuple[float, float], line: ClosedLine) -> None:
@@ -314,4 +317,4 @@ def _tilt(axes: Axes, result: ImpactResult, window: tuple[float, float], line: C
     zero_line(axes)
     axes.set_ylabel("angle [°]")
     axes.legend(loc="best")
-    axes.set_title("Tilt: plane fitted to the gaps of all lip segments")
+    axes.set_title("Tilt: plane fitted to all gaps")

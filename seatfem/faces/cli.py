@@ -24,7 +24,7 @@ from seatfem.faces.wings import all_verbs
 from seatfem.jobs import folders, processes
 from seatfem.machine import doctor, resources
 from seatfem.study import scene as scene_files
-from seatfem.study.scene import problems
+from seatfem.study.scene import problems, tables
 
 __all__ = ["BAD_INPUT", "DEMO_SCENE", "DONE", "FAILED", "INTERRUPTED", "demo_scene", "main", "run_command"]
 
@@ -72,11 +72,10 @@ def _with_line(text: str, key: str, scene: Path) -> str:
     """Return the text with the file, and the line of the key, or of its table, with which a message of one line
     begins, if the file has either."""
     try:
-        problem = problems.Problem(None, 0, "", text, tuple(key.split(".")))
-        error = scene_files.located(scene_files.SceneError((problem,)), scene)
+        line = problems.line_of(key, problems.key_lines(tables.read_toml(scene)))
     except scene_files.SceneError:  # an error of the scene file itself
         return text
-    return text if "\n" in text else str(error) if error.problems[0].line else f"{scene}: {text}"
+    return text if "\n" in text else f"{scene}:{line}: {text}" if line else f"{scene}: {text}"
 
 
 def clipped(text: str) -> str:

@@ -10,8 +10,7 @@ from typing import Final
 from rich.table import Table
 
 from impact.quantities import in_time
-from seatfem.faces.lands_view import drive_tables, lands_table
-from seatfem.faces.tables import landings_of, landings_table, result_table
+from seatfem.faces.tables import landings_of, landings_tables, lands_tables, result_table
 from seatfem.faces.terminal import Console, visible
 from seatfem.readings import Summary, as_number
 from seatfem.study.answers.decision import Decision, decide
@@ -25,7 +24,12 @@ KINDS: Final = (("reed", "reed_kind"), ("seat", "seat_kind"), ("stopper", "stopp
 
 def decision_lines(summary: Summary, title: str, decision: Decision) -> Iterator[str]:
     """Yield the lines about the valve, what happens, and the decision with its reasons, at most `COLUMNS` wide."""
-    kinds = (f"{body}: {str(summary[key]).replace('_', ' ')}" for body, key in KINDS if summary.get(key))
+    shape = f"{summary['stopper_shape']}, " if summary.get("stopper_shape") else ""
+    kinds = (
+        f"{body}: {shape if body == 'stopper' else ''}{str(summary[key]).replace('_', ' ')}"
+        for body, key in KINDS
+        if summary.get(key)
+    )
     yield from (*wrapped(title.replace("\n", "\\n")), *wrapped(", ".join(kinds)), *wrapped(decision.happens), "")
     yield f"Decision: {decision.word}"
     for reason in (*decision.reasons, decision.checked):
@@ -56,10 +60,9 @@ def all_parts(summary: Summary, title: str) -> Iterator[str | Table]:
     yield from (f"- {sentence}" for sentence in omissions(summary))
     yield result_table(summary)
     landings = landings_of(summary)
-    if len(landings) > 1 and (table := landings_table(landings)):  # else the table above has all
-        yield table
-    if (table := lands_table(summary)) is not None:
-        yield from (table, *drive_tables(summary))
+    if len(landings) > 1:  # else the table above has all
+        yield from landings_tables(landings)
+    yield from lands_tables(summary)
     yield from filter(None, (against_spring(summary), *sentences(summary)))
 
 
@@ -84,7 +87,7 @@ def _files_lines(summary: Summary, files: Sequence[Path]) -> list[str]:
         return []
     folders, spent = sorted({str(file.parent) for file in files}), as_number(summary.get("wall_time_s"))
     time = "" if spent is None else f" in {in_time(spent)}"
-    return wrapped(f"wrote {len(files)} files to {', '.join(folders)}{time}")
+    return wrapped(f"wrote {len(files)} file{'s'[: len(files) > 1]} to {', '.join(folders)}{time}")
 
 
 def wrapped(text: str, bullet: str = "") -> list[str]:

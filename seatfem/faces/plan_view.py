@@ -24,7 +24,7 @@ from seatfem.study.plan import Choice, Plan
 from seatfem.study.runs import round as rounds
 from seatfem.study.runs.converge import errors_by_key, words_of
 from seatfem.study.runs.forecast import Look
-from seatfem.study.scene import Contact, Scene, drives, files, keys, parcel, tables
+from seatfem.study.scene import Contact, Scene, drives, files, keys, tables
 from seatfem.study.scene.measures import all_measures, asked_name, short_words
 from seatfem.study.scene.wings import tables_in_files
 from seatfem.units import write_quantity
@@ -60,14 +60,14 @@ def read_back(scene: Scene) -> tuple[tuple[str, str], ...]:
     return tuple(rows)
 
 
-def read_table(scene: Scene) -> Table | None:
-    """Return the rows of `read_back` as a table; ``None`` for a scene without files. Raises as `read_back`."""
-    if not parcel.files_of(scene):
-        return None
+def read_tables(scene: Scene) -> Iterator[Table]:
+    """Yield the rows of `read_back` as a table; none for a scene without files. Raises as `read_back`."""
+    if not files.files_of(scene):
+        return
     table = Table("table", "what was read")
     for name, words in read_back(scene):
         table.add_row(name, words)
-    return table
+    yield table
 
 
 def _struck(body: Structure, along: Contact | Literal[False]) -> str:

@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.progress import BarColumn, TaskID, TaskProgressColumn, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as Bars
 
-from impact.notices import Progress, silent
+from impact.notices import ROUND, Progress, silent
 
 DOES: Final[Mapping[str, str]] = {
     "meshing": "gmsh divides the body into elements",
@@ -57,7 +57,8 @@ def progress_bars(console: Console, *, quiet: bool = False, verbose: bool = Fals
 class StageClock:
     """Progress listener that measures the time of each stage.
 
-    A stage runs from its first report to its report of 1; a stage that starts again adds to its earlier time.
+    A stage runs from its first report to its report of 1; a stage that starts again adds to its earlier time, up to the
+    end of a round (`ROUND`).
     """
 
     show: Show
@@ -67,6 +68,10 @@ class StageClock:
 
     def __call__(self, stage: str, fraction: float) -> None:
         now = self.now()
+        if stage == ROUND:
+            self._spent.clear()
+            self._began.clear()
+            return
         if stage not in self._began:
             if fraction >= 1.0 and stage in self._spent:
                 return  # completion was reported twice
@@ -82,7 +87,8 @@ def _lines(console: Console) -> Show:
     printed: dict[str, float] = {}
 
     def show(stage: str, fraction: float, seconds: float) -> None:
-        if fraction < 1.0 and seconds - printed.get(stage, 0.0) < SILENCE:
+        before = printed.get(stage, 0.0)
+        if fraction < 1.0 and seconds - (before if before <= seconds else 0.0) < SILENCE:  # a new round begins at 0
             return
         printed[stage] = seconds
         far = "" if fraction >= 1.0 else f", {100 * fraction:.0f} % done"

@@ -3,7 +3,6 @@
 import math
 import sys
 from collections.abc import Sequence
-from contextlib import nullcontext
 from importlib import resources
 from pathlib import Path
 from typing import Annotated, Final
@@ -32,11 +31,10 @@ from seatfem.faces.terminal import (
     tell,
 )
 from seatfem.faces.wings import file_kinds
-from seatfem.pictures import rendering
 from seatfem.study.impacts import contact
 from seatfem.study.impacts import layout as layouts
 from seatfem.study.runs import forecast, next_round, pipeline
-from seatfem.study.scene import parcel
+from seatfem.study.scene import files as scene_files
 from seatfem.study.scene import tables as scene_tables
 
 # Verbs reach the modules that they run by lazy names: `seatfem --help` must not load compilers and finite elements.
@@ -85,11 +83,11 @@ def plan(
     changes: Changes = (),
     common: Common = COMMON,
 ) -> int:
-    """Look at a scene for a few seconds: accuracy so far, time of the full run.
+    """Look at a scene with its first values: accuracy so far, time of the full run.
 
     It begins with coarse values of what the scene leaves open, measures their errors, and prints every choice with its
     reason, what each leaves, and what is left to do; of another file than a scene, what it would take. A run goes on
-    from there.
+    from there. It takes some seconds; a plate reed on lands of a plate, a CAD part or a mesh up to two minutes.
 
     Parameters
     ----------
@@ -119,7 +117,7 @@ def plan(
         sys.stdout.write(plan_view.plan_json(look.plan, look) + "\n")
     elif not common.quiet:
         wide = console()
-        if (read := plan_view.read_table(checked)) is not None:
+        for read in plan_view.read_tables(checked):
             wide.print(read)
         wide.print(plan_view.choices_table(look.plan))
         for words in (*plan_view.look_lines(look), *([] if drawing is None else [f"wrote {drawing}"])):
@@ -207,14 +205,13 @@ def _run(path: Path, folder: Path, effort: Effort, common: Common, changes: Sequ
         raise OutputError(f"--output: {folder} is a file; choose a folder")
     content = path.read_bytes()
     limits = next_round.Limits(effort.rounds, math.inf if effort.max_time is None else effort.max_time)
-    if (read := plan_view.read_table(scene)) is not None:
+    for read in plan_view.read_tables(scene):
         errors.print(read, soft_wrap=False)
-    drawing = nullcontext() if effort.no_pictures else rendering.drawing_apart()
-    with progress_of(common, errors) as progress, drawing as painter:
+    with progress_of(common, errors) as progress:
         outcome = pipeline.run_scene(
-            scene, folder, progress, tell=errors.print, limits=limits, pictures=not effort.no_pictures, painter=painter,
-        )  # fmt: skip
-    copies = asked.keep_asked(content, parcel.files_of(scene), path.parent, outcome.plan, folder, changes)
+            scene, folder, progress, tell=errors.print, limits=limits, pictures=not effort.no_pictures
+        )
+    copies = asked.keep_asked(content, scene_files.files_of(scene), path.parent, outcome.plan, folder, changes)
     if not common.quiet:
         summary, title = outcome.summary, scene.title or path.stem
         if effort.full:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from string import Template
 from typing import Final
@@ -16,14 +16,13 @@ from rich.text import Text
 from impact.files.safe_files import write_whole
 from impact.quantities import plain, with_capital
 from seatfem.faces.report.figures import part_of_page
-from seatfem.faces.report.fragments import html_table, kept_pictures, versions
+from seatfem.faces.report.fragments import html_list, html_table, kept_pictures, versions
 from seatfem.faces.report.page import GUARD
 from seatfem.readings import BAR
-from seatfem.study.sweep.answers import answer_in_words, in_words, ranges, verdicts
-from seatfem.study.sweep.axes import Axis, axis_of
+from seatfem.study.sweep.answers import Axis, answer_in_words, axis_of, in_words, ranges, verdicts
 from seatfem.study.sweep.effects import varying
 from seatfem.study.sweep.limits import CUT_OFF, FAILED, FAILS, HOLDS, STOPPED, UNDECIDED
-from seatfem.study.sweep.marks import SIGNS
+from seatfem.study.sweep.maps import SIGNS
 from seatfem.study.sweep.table import StudyTable
 
 MOST: Final = 20  # largest number of scenes in a table of the terminal
@@ -85,11 +84,11 @@ def write_page(table: StudyTable, folder: Path, notes: Sequence[str]) -> Path:
     """
     answer, *where = answer_in_words(table) or [""]
     sections = {
-        "Where the limits hold": _list(where),
+        "Where the limits hold": html_list(where),
         "Scenes": html_table(scenes_table(table, MOST_OF_PAGE, signs=True)),
-        "In numbers": _list((*ranges(table), *table.empty_in_words(), *table.failures())),
+        "In numbers": html_list((*ranges(table), *table.empty_in_words(), *table.failures())),
         "Pictures": kept_pictures(folder),
-        "Notes": _list(notes),
+        "Notes": html_list(notes),
     }
     content = "".join(f"<section><h2>{name}</h2>{inner}</section>" for name, inner in sections.items() if inner)
     page = Template(part_of_page("page.html")).substitute(
@@ -103,8 +102,3 @@ def write_page(table: StudyTable, folder: Path, notes: Sequence[str]) -> Path:
     )
     write_whole(folder / PAGE, page.encode("utf-8"))
     return folder / PAGE
-
-
-def _list(sentences: Iterable[str]) -> str:
-    items = "".join(f"<li>{html.escape(sentence)}</li>" for sentence in sentences)
-    return f"<ul>{items}</ul>" if items else ""

@@ -20,10 +20,11 @@ from seatfem.faces.wings import file_kinds
 from seatfem.fields import by_group, kind_of
 from seatfem.machine.doctor import Check
 from seatfem.structures import natural_modes
-from seatfem.structures.inspection import cad, mesh_file
+from seatfem.structures.inspection import cad
 from seatfem.structures.kinds import kinds_of
-from seatfem.study.answers.verdict import count, difference, is_static, which_landing
+from seatfem.study.answers.verdict import count, difference, is_free, is_static, lands_of, which_landing
 from seatfem.study.safety import STAGES, source_in_words
+from seatfem.study.scene.wings import drives
 
 
 def time_line(seconds: Mapping[str, float]) -> str:
@@ -78,39 +79,83 @@ def landings_of(summary: readings.Summary) -> Records:
     return sorted(records, key=lambda each: -(readings.as_number(each.get(results.EXCESS)) or 0.0))
 
 
-def landings_table(records: Records, most: int | None = SHOWN) -> Table | None:
-    """Return a table of the first ``most`` records (``None``: all) with error bars, and a caption on order and
-    omissions;
-    ``None`` without records."""
+def landings_tables(records: Records, most: int = SHOWN) -> Iterator[Table]:
+    """Yield a table of the first ``most`` records with error bars, and a caption on order and omissions; none without
+    records."""
     if not records:
-        return None
+        return
     shown = records[:most]
-    loaded = any(results.is_loaded(record) for record in shown)
-    table = Table("landing", box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
-    table.caption_justify = "left"
+    table = _records_table("landing")
     cut = (", cut off" if record.get("cut_off") is True else "" for record in shown)
     columns = [[f"{record.get('body')} {record.get('number')}{end}" for record, end in zip(shown, cut, strict=True)]]
     if any(places := [_place(record) for record in shown]):
         table.add_column("place")
         columns.append(places)
-    for key, head in results.OF_LANDINGS.items():
-        if loaded or key not in (results.STATIC, results.EXCESS):
-            values = [readings.as_number(record.get(key)) for record in shown]
-            stated = [readings.bar_of(record, key) for record in shown]
-            largest = (max((abs(each) for each in column if each), default=0.0) for column in (values, stated))
-            factor, unit = readings.prefix_of(readings.unit_of(key), *largest)
-            table.add_column(f"{head}\n[{plain(unit)}]" if unit else head, justify="right")
-            texts = [readings.in_text(key, *each, "", factor) for each in zip(values, stated, strict=True)]
-            columns.append([text.partition(" (")[0] for text in texts])  # landings.csv has what is not known, too
+    numbers = _add_numbers(table, shown, results.OF_LANDINGS)
+    columns += [[text.partition(" (")[0] for text in texts] for texts in numbers]  # landings.csv has the unknown, too
     for cells in zip(*columns, strict=True):
         table.add_row(*cells)
     notes = ["landings sorted by their largest force"]
-    if loaded:
+    if any(map(results.is_loaded, shown)):
         notes[0] += " above the static load; impulse of the force above the static load"
     if len(shown) < len(records):
         notes[0] += f"; {len(records) - len(shown)} more in {results.LANDINGS_FILE}"
     table.caption = "\n".join([*notes, *_bar_note(table)])
+    yield table
+
+
+def _records_table(*heads: str) -> Table:
+    table = Table(*heads, box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
+    table.caption_justify = "left"
     return table
+
+
+def _add_numbers(table: Table, records: Records, heads: Mapping[str, str]) -> Iterator[list[str]]:
+    """Add a column in a unit of its own for each key of the ``heads``, those of a static load only where there is one,
+    and yield the texts of the records' numbers with error bars."""
+    loaded = any(map(results.is_loaded, records))
+    for key, head in heads.items():
+        if not loaded and key in (results.STATIC, results.EXCESS):
+            continue
+        values = [readings.as_number(record.get(key)) for record in records]
+        stated = [readings.bar_of(record, key) for record in records]
+        largest = (max((abs(each) for each in column if each), default=0.0) for column in (values, stated))
+        factor, unit = readings.prefix_of(readings.unit_of(key), *largest)
+        table.add_column(f"{head}\n[{plain(unit)}]" if unit else head, justify="right")
+        yield [readings.in_text(key, *each, "", factor) for each in zip(values, stated, strict=True)]
+
+
+OF_LANDS: Final = (
+    "lands in the hardest landing: the hardest landing on each alone; share: of the impulse on all of them; all round: "
+    "every segment has touched; line force: largest mean over time and a part of the land"
+)
+
+
+def lands_tables(summary: readings.Summary) -> Iterator[Table]:
+    """Yield a table of the lands of a seat with several in the hardest landing, with error bars, and tables of what
+    each wing says of each land, as of the gas over it; none without a landing."""
+    lands = lands_of(summary)
+    if not any(each.get("order") for each in lands):
+        return
+    table = _records_table("land", "touched\nas", "at")
+    table.caption = OF_LANDS
+    order = [readings.as_number(each.get("order")) for each in lands]
+    columns = [[str(each.get("land")) for each in lands], ["-" if each is None else f"{each:.4g}" for each in order]]
+    angles = [readings.as_number(each.get("land_deg")) for each in lands]
+    columns.append([readings.with_unit("-" if each is None else f"{each:.4g}", readings.DEGREES) for each in angles])
+    columns += _add_numbers(table, lands, results.OF_LANDS)
+    for cells in zip(*columns, strict=True):
+        table.add_row(*cells)
+    yield table
+    for drive in drives():
+        names = summary.get(f"{drive.table}_lands")
+        if not isinstance(names, list) or not drive.land_rows:
+            continue
+        table = _records_table(f"{drive.table} over", *drive.land_rows.values())
+        for number, name in enumerate(names, start=1):
+            keys = [f"{drive.table}_land_{number}_{end}" for end in drive.land_rows]
+            table.add_row(str(name), *(readings.reading(summary, key, readings.unit_of(key)) for key in keys))
+        yield table
 
 
 def _place(record: readings.Summary) -> str:
@@ -142,7 +187,8 @@ def result_table(summary: readings.Summary, *, short: bool = False) -> Table:
     target = readings.as_number(summary.get("accuracy_target"))
     aim = "uncertainty" if target is None else f"uncertainty\n(asked {percent(target, 3)})"
     seat = "seat (static)" if is_static(summary) else "seat"
-    heads = ("", seat, "spring\nbaseline", "spring\nagainst\nseat", "difference /\nuncertainty", aim)
+    simple = "rigid" if is_free(summary) else "spring"
+    heads = ("", seat, f"{simple}\nbaseline", f"{simple}\nagainst\nseat", "difference /\nuncertainty", aim)
     shown: Sequence[int] = (0, 1, 5) if is_baseline(summary) else (0, 1, 2, 5) if short else range(6)
     table = Table(*(heads[column] for column in shown), box=SIMPLE_HEAD, padding=(0, 1, 0, 0))
     table.caption_justify = "left"
@@ -205,9 +251,9 @@ def _notes(summary: readings.Summary, table: Table) -> Iterator[str]:
     shown = [row for rows in results.rows_of(summary).values() for row in rows]
     if part is not None:
         yield f"per length: mean over {in_units(part, 'm')} of the lip, the force over {readings.duration(width)}, too"
-    if any(row.group == "lip" and row.key.endswith("_at_deg") and summary.get(row.key) is not None for row in shown):
+    if any(row.group == "lip" and _is_angle(summary, row) for row in shown):
         yield ANGLES
-    if any(row.key == f"{results.LINE_PEAK}_at_m" for row in shown):
+    if any(row.key.endswith("_at_m") and not _on_lands(summary, row) for row in shown if row.group == "lip"):
         yield LENGTHS
     if place := _most_stressed(summary):
         yield place
@@ -241,6 +287,8 @@ def _cells(summary: readings.Summary, row: results.Result) -> tuple[str, ...]:
             _contacts(summary, readings.SPRING) if readings.SPRING + results.CONTACTS in summary else "",
             *("",) * 3,
         )
+    if on_lands := _on_lands(summary, row):
+        return (*on_lands, *("",) * 3)
     value, bar = readings.as_number(summary.get(row.key)), readings.bar_of(summary, row.key)
     first = readings.in_text(row.key, value, bar, row.unit)
     if value is not None and (demand := readings.as_number(summary.get(row.demand))):
@@ -254,6 +302,21 @@ def _cells(summary: readings.Summary, row: results.Result) -> tuple[str, ...]:
         "" if contrast is None else percent(contrast.relative, sign=True),
         "" if contrast is None else count(contrast.bars),
         _target(summary, row.key, value, bar),
+    )
+
+
+def _is_angle(summary: readings.Summary, row: results.Result) -> bool:
+    """Return whether a row of a lip shows an angle."""
+    return bool(_on_lands(summary, row)) or (row.key.endswith("_at_deg") and summary.get(row.key) is not None)
+
+
+def _on_lands(summary: readings.Summary, row: results.Result) -> tuple[str, ...]:
+    """Return a place along the lip of a run and of its baseline as land and angle; none on a single land."""
+    stem = row.key.removesuffix("at_m")
+    if stem == row.key or not summary.get(f"{stem}land"):
+        return ()
+    return tuple(
+        _place({key: summary.get(f"{run}{stem}{key}") for key in ("land", "land_deg")}) for run in ("", readings.SPRING)
     )
 
 
@@ -301,7 +364,7 @@ FACE_COLUMNS = ("number", "surface", "area", "centre", "normal or axis", "radius
 UNITS = ("", "", "mm^2", "mm", "", "mm", "red, green, blue", "", "", "")
 
 
-def faces_table(part: mesh_file.Part) -> Table:
+def faces_table(part: cad.Part) -> Table:
     """Return a table of the faces, one per row; empty columns are omitted."""
     rows = [_face_cells(face, part) for face in part.faces]
     shown = [column for column in range(len(FACE_COLUMNS)) if any(row[column] for row in rows)]
@@ -311,14 +374,14 @@ def faces_table(part: mesh_file.Part) -> Table:
     return table
 
 
-def faces_csv(part: mesh_file.Part) -> str:
+def faces_csv(part: cad.Part) -> str:
     """Return the faces as comma-separated values, with all columns."""
     return csv_text(
         (_head(column, "[{}]") for column in range(len(FACE_COLUMNS))), (_face_cells(face, part) for face in part.faces)
     )
 
 
-def solids_table(part: mesh_file.Part) -> Table:
+def solids_table(part: cad.Part) -> Table:
     """Return a table of the solids of a CAD file."""
     table = Table("solid", "name", "region", "volume (mm^3)", "centre (mm)")
     for solid in part.solids:
@@ -331,16 +394,16 @@ def _head(column: int, brackets: str) -> str:
     return f"{FACE_COLUMNS[column]} {brackets.format(UNITS[column])}" if UNITS[column] else FACE_COLUMNS[column]
 
 
-def _face_cells(face: cad.FoundFace, part: mesh_file.Part) -> tuple[str, ...]:
-    half_angle = 0.0 if face.axis is None else face.axis[2]
-    direction = "" if face.axis is None else f"a {_triple(face.axis[1], 1e-6)}"
+def _face_cells(face: cad.FoundFace, part: cad.Part) -> tuple[str, ...]:
+    half_angle = 0.0 if face.axis is None else face.axis.half_angle
+    direction = "" if face.axis is None else f"a {_triple(face.axis.direction, 1e-6)}"
     return (
         " = ".join(map(str, face.numbers)),
         f"cone of {math.degrees(half_angle):.4g} deg" if half_angle > 0 else face.kind.lower(),
         f"{1e6 * face.area:.5g}",
         _triple([1e3 * c for c in face.centre], 1e-4),
         direction if face.normal is None else f"n {_triple(face.normal, 1e-6)}",
-        " to ".join(dict.fromkeys(f"{1e3 * radius:.5g}" for radius in face.radii)),
+        " to ".join(dict.fromkeys(f"{1e3 * radius:.5g}" for radius in face.ends)),
         ", ".join(map(str, face.colour[:3])),
         face.name,
         ", ".join(face.groups),

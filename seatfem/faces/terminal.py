@@ -26,7 +26,7 @@ from seatfem.faces import progress_bars, tables
 from seatfem.study import scene as scene_files
 from seatfem.study.runs import pipeline
 from seatfem.study.safety import MOST_ROUNDS
-from seatfem.study.scene import doubts, models
+from seatfem.study.scene import contradictions, models
 from seatfem.study.scene import load as scene_reader
 
 _UNSEEN: Final = re.compile(
@@ -143,7 +143,7 @@ def progress_of(common: Common, console: Console | None = None) -> AbstractConte
 def load(path: Path, changes: Sequence[str] = (), terminal: Console | None = None) -> models.Scene:
     """Return the scene with ``changes`` applied, each as in --set; doubts about it are printed on the ``terminal``."""
     scene = scene_reader.load_scene(path, dict(changed(each) for each in changes))
-    if terminal is not None and (doubtful := doubts.doubts_of(scene)):
+    if terminal is not None and (doubtful := contradictions.doubts_of(scene)):
         for doubt in scene_files.located(scene_files.SceneError(doubtful), path).problems:
             terminal.print(f"warning: {doubt}")
     return scene
@@ -169,9 +169,7 @@ def tell(outcome: pipeline.RunOutcome, common: Common, further_files: Sequence[P
     lines().print(f"time: {tables.time_line(outcome.stages)}")
 
 
-def print_outcome(
-    terminal: Console, sentences: Iterable[object], notes: Iterable[str | None], files: Iterable[Path]
-) -> None:
+def print_outcome(terminal: Console, sentences: Iterable[object], notes: Iterable[str], files: Iterable[Path]) -> None:
     """Print the sentences and notes of a run, and the files written."""
     for words in filter(None, sentences):
         terminal.print(words)

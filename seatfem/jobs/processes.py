@@ -124,12 +124,12 @@ def die_with_parent() -> None:
             ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
 
 
-def limit_process(*, memory: int | None = None, seconds: int | None = None) -> None:
+def limit_process(*, memory: int = 0, seconds: int = 0) -> None:
     """Limit the resources of the rest of this process; without effect on systems without such limits.
 
     Args:
-        memory: address space beyond the present one [bytes]; more raises `MemoryError`.
-        seconds: processor time [s]; more ends the process (SIGXCPU).
+        memory: address space beyond the present one [bytes]; more raises `MemoryError`; 0: no limit.
+        seconds: processor time [s]; more ends the process (SIGXCPU); 0: no limit.
     """
     try:
         import resource  # absent on Windows
@@ -138,15 +138,14 @@ def limit_process(*, memory: int | None = None, seconds: int | None = None) -> N
     mapped = 0
     with suppress(OSError):
         mapped = int(Path("/proc/self/statm").read_text(encoding="ascii").split()[0]) * resource.getpagesize()
-    bounds = (
-        (resource.RLIMIT_AS, None if memory is None else mapped + memory),
-        (resource.RLIMIT_CPU, seconds),
-        (resource.RLIMIT_CORE, 0),  # no core dumps
-    )
-    for kind, limit in bounds:
-        if limit is not None:
-            with suppress(OSError, ValueError):
-                resource.setrlimit(kind, (limit, resource.RLIM_INFINITY))
+    bounds = {resource.RLIMIT_CORE: 0}  # no core dumps
+    if memory:
+        bounds[resource.RLIMIT_AS] = mapped + memory
+    if seconds:
+        bounds[resource.RLIMIT_CPU] = seconds
+    for kind, limit in bounds.items():
+        with suppress(OSError, ValueError):
+            resource.setrlimit(kind, (limit, resource.RLIM_INFINITY))
 
 
 ASKED: Final = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))

@@ -38,10 +38,9 @@ from seatfem.study.impacts.touches import force_of
 from seatfem.study.runs import kept
 from seatfem.study.runs.afterwards import FinishedRun
 from seatfem.study.runs.body_stress import BodyStress
+from seatfem.study.runs.error_bars import error_bars_of
 from seatfem.study.runs.pipeline import run_scene
-from seatfem.study.runs.reed_stress import PlateStress
 from seatfem.study.runs.round import Round
-from seatfem.study.runs.stresses import error_bars_of
 from seatfem.study.scene import load_scene
 from seatfem.study.scene.wings import Assessed
 from seatfem.units import UnitError, number_and_unit
@@ -63,10 +62,8 @@ def assess(life: LifeTable, run: FinishedRun) -> Assessed:
         result = lives(life, done, run.bodies, done.strike, run.progress)
         on_spring = lives(life, done, run.bodies[:1], run.on_spring, run.progress)
         keys = run_keys(life, run.bodies, result, on_spring)
-        reed = run.bodies[0]
-        if isinstance(reed, PlateStress):
-            bar = margin_bar(life, done, reed, result, run.progress)
-            keys |= {f"error_bar_{MARGIN}": bar} if math.isfinite(bar) else {}
+        bar = margin_bar(life, done, run.bodies[0], result, run.progress)
+        keys |= {f"error_bar_{MARGIN}": bar} if math.isfinite(bar) else {}
     if result.below is None and done.plan.scene.contact.law.of_a_sphere:
         keys |= {"life_not_judged": BELOW_CONTACT}
     if result.below is not None and result.below.worst.tensor_at:
@@ -75,7 +72,8 @@ def assess(life: LifeTable, run: FinishedRun) -> Assessed:
     run.keep(keys)
     with run.watch("life curves"):
         price = done.spent.get("contact", 0.0) + run.watch.stages["life"] / 2
-        curves = life_curves(life, done, run.bodies, price=price, tell=run.tell)
+        bars = margin_bars_of(run.bodies, result, keys.get(f"error_bar_{MARGIN}"))
+        curves = life_curves(life, done, run.bodies, bars, price=price, tell=run.tell)
         files = tuple(write_curve(curve, run.folder / f"margin_over_{curve.key}.csv") for curve in curves)
 
     def pictures() -> list[Picture]:
@@ -125,6 +123,15 @@ def run_keys(
 def bars_of(bodies: Sequence[BodyStress]) -> dict[str, float]:
     """Return the relative error bars of the stress in bodies, where they are known."""
     return {body.role: body.relative_bar for body in bodies if not math.isnan(body.relative_bar)}
+
+
+def margin_bars_of(bodies: Sequence[BodyStress], result: LifeResult, bar: object) -> dict[str, float]:
+    """Return the relative error bars of the margins of bodies: ``bar`` over the least margin in the body that has it,
+    in others that at a stress lower by its bar."""
+    bars = {role: margin_error(1.0, relative) for role, relative in bars_of(bodies).items()}
+    if (worst := result.of_one_axis) is not None and isinstance(bar, float) and worst.worst.life.margin > 0:
+        bars[body_of(worst.worst.at)] = bar / worst.worst.life.margin
+    return bars
 
 
 NEAR: Final = 1e-3  # relative accuracy of the allowed value, at which the margin is 1
@@ -203,12 +210,14 @@ def _zero_between(low: float, high: float) -> float:
 
 
 def life_curves(
-    life: LifeTable, done: Round, bodies: Sequence[BodyStress], *, price: float, tell: Tell
+    life: LifeTable, done: Round, bodies: Sequence[BodyStress], bars: Mapping[str, float], *, price: float, tell: Tell
 ) -> tuple[MarginCurve, ...]:
-    """Return the margin curves that [life] asks for; each point is a contact computed by the run's method.
+    """Return the margin curves that [life] asks for; each point is a contact computed by the run's method, with the
+    relative error of the run's own margin.
 
     Args:
         done, bodies: round and stress of the run.
+        bars: `margin_bars_of` these bodies.
         price: time of one contact and its life in the run [s].
         tell: receives the expected time, then a line for each value.
     """
@@ -220,7 +229,7 @@ def life_curves(
     curves = []
     for name, values in life.curves.asked():
         unit, factor = UNITS[name]
-        run = partial(_margin_at, life, done, bodies, tell, name)
+        run = partial(_margin_at, life, done, bodies, bars, tell, name)
         curves.append(traced(name, unit, [factor * value for value in values], run, most=OF_A_CURVE))
     return tuple(curves)
 
@@ -241,7 +250,13 @@ def again(done: Round, name: str, value: float) -> Round:
 
 
 def _margin_at(
-    life: LifeTable, done: Round, bodies: Sequence[BodyStress], tell: Tell, name: str, value: float
+    life: LifeTable,
+    done: Round,
+    bodies: Sequence[BodyStress],
+    bars: Mapping[str, float],
+    tell: Tell,
+    name: str,
+    value: float,
 ) -> tuple[float, float | None]:
     start, (unit, factor) = time.perf_counter(), UNITS[name]
     other = again(done, name, value / factor)
@@ -249,7 +264,7 @@ def _margin_at(
     margin, bar, at = math.inf, math.inf, "no place"
     if worst is not None:
         margin, at = worst.worst.life.margin, worst.worst.at
-        bar = margin_error(margin, bars_of(bodies).get(body_of(at), math.inf))
+        bar = margin * bars.get(body_of(at), math.inf)
     seconds = time.perf_counter() - start
     tell(f"{name} = {value:.4g} {unit}: margin {margin:.4g}, {at}; {in_time(seconds)}")
     return margin, finite_or_none(bar)

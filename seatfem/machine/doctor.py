@@ -49,11 +49,11 @@ def _failed_module(error: Exception) -> str:
     return "" if module in _NO_OTHERS else module
 
 
-def installed_version(name: str) -> str | None:
-    """Return the version of a distribution; ``None`` if it is not installed."""
+def installed_version(name: str) -> str:
+    """Return the version of a distribution; "" if it is not installed."""
     with suppress(metadata.PackageNotFoundError):
         return metadata.version(name)
-    return None
+    return ""
 
 
 def requirements(package: str = "seatfem") -> dict[str, tuple[str, ...]]:
@@ -115,7 +115,7 @@ def doctor_report() -> tuple[Check, ...]:
         libraries = {name: installed_version(name) for name in extras.pop("", ())}
         return (
             Check("python", needed, f"{platform.python_version()}, {sys.executable}", "Python >= 3.11"),
-            *(Check(name, v is not None, v or "not installed", f"pip install {name}") for name, v in libraries.items()),
+            *(Check(name, v != "", v or "not installed", f"pip install {name}") for name, v in libraries.items()),
             *(_extra(name, packages) for name, packages in extras.items()),
             Check("processors", True, f"{cores()} usable; {', '.join(limits) or 'thread counts not limited'}"),
             _cache(),
@@ -125,7 +125,7 @@ def doctor_report() -> tuple[Check, ...]:
 
 def _extra(name: str, packages: tuple[str, ...]) -> Check:
     versions = {package: installed_version(package) for package in packages}
-    absent = [package for package, version in versions.items() if version is None]
+    absent = [package for package, version in versions.items() if not version]
     installed = ", ".join(f"{package} {version}" for package, version in versions.items())
     detail = f"not installed: {', '.join(absent)}" if absent else installed
     return Check(f"extra {name}", not absent, detail, f"pip install 'seatfem[{name}]'", required=False)
@@ -154,7 +154,7 @@ def check_gmsh() -> Check:
 def check_pardiso() -> Check:
     """Return the check whether PARDISO solves."""
     name, detail = "factorization", "PARDISO not installed; METIS + SuperLU take its place, several times slower"
-    if installed_version("pypardiso") is None:
+    if not installed_version("pypardiso"):
         return Check(name, False, detail, "pip install pypardiso (x86-64 only)", required=False)
     ok, detail = _try(PARDISO_PROBE)
     remedy = "pip install --force-reinstall pypardiso"

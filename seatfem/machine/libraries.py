@@ -55,8 +55,8 @@ def require_gmsh_libraries() -> None:
         raise MissingLibraryError(f"gmsh needs system libraries that are missing; install them: {apt_command(missing)}")
 
 
-def picture_library_gap() -> str | None:
-    """Return why pictures cannot be drawn, and the command that repairs it; ``None`` if they can.
+def picture_library_gap() -> str:
+    """Return why pictures cannot be drawn, and the command that repairs it; "" if they can.
 
     Call it before importing vtk or pyvista: without libEGL or OSMesa, VTK ends the process instead of raising an error.
     """
@@ -65,7 +65,7 @@ def picture_library_gap() -> str | None:
         return f"no pictures: {', '.join(absent)} not installed; install with: pip install 'seatfem[pictures]'"
     if missing_packages(EGL) and not _osmesa():
         return f"no pictures: libEGL is missing; install it: {apt_command(tuple(EGL.values()))}"
-    return None
+    return ""
 
 
 def select_offscreen_window() -> None:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from impact.pictures.drawing import BLUE, ORANGE, load_matplotlib, sheet
 from seatfem.pictures.rendering import Image, aim, load_pyvista, new_plotter, shoot
-from seatfem.structures.inspection.mesh_file import Part
+from seatfem.structures.inspection.cad import Part
 
 if TYPE_CHECKING:
     from types import ModuleType
@@ -98,11 +98,12 @@ class _Scene:
 
     def shots(self) -> list[_Shot]:
         """Return views until every outer face is shown, then views of the hidden faces."""
-        shots = [self._shot(VIEWS[0], None, ""), self._shot(VIEWS[1], None, "")]
+        every = range(len(self._faces))
+        shots = [self._shot(VIEWS[0], every, ""), self._shot(VIEWS[1], every, "")]
         for view in VIEWS[2:]:
             if len(shots) == MOST_VIEWS or not self._poor(shots, LEGIBLE):
                 break
-            shot = self._shot(view, None, "")
+            shot = self._shot(view, every, "")
             if any(shot.pixels(face) >= LEGIBLE for face in self._poor(shots, LEGIBLE)):
                 shots.append(shot)
         if hidden := self._poor(shots, LEAST):
@@ -115,28 +116,28 @@ class _Scene:
         """Return the faces that no shot shows with at least so many pixels."""
         return [face for face in range(len(self._faces)) if max(shot.pixels(face) for shot in shots) < pixels]
 
-    def _shot(self, view: View, only: list[int] | None, heading: str) -> _Shot:
+    def _shot(self, view: View, only: Sequence[int], heading: str) -> _Shot:
         plotter = self._plotter
         plotter.clear_actors()
         for face, surface in enumerate(self._faces):
-            if only is None or face in only:
+            if face in only:
                 plotter.add_mesh(surface, color=self._colour(face), **LIGHT)
             edges = surface.extract_feature_edges(
                 boundary_edges=True, feature_edges=False, non_manifold_edges=False, manifold_edges=False
             )
             if edges.n_points:
-                drawn = only is None or face in only
+                drawn = face in only
                 plotter.add_mesh(edges, color=DARK if drawn else GHOST, line_width=2.0 if drawn else 0.8)
         aim(plotter, self._corners, self._margin, view)
         return _Shot(shoot(plotter), self._owners(view, only), heading)
 
-    def _owners(self, view: View, only: list[int] | None) -> NDArray[np.int64]:
+    def _owners(self, view: View, only: Sequence[int]) -> NDArray[np.int64]:
         """Return the number of the face that each pixel shows, from an image in which colours are numbers of faces."""
         flat = self._flat
         flat.clear_actors()
         flat.set_background("white")
         for face, surface in enumerate(self._faces):
-            if only is None or face in only:
+            if face in only:
                 code = face + 1
                 colour = [code % 256 / 255, code // 256 % 256 / 255, 0.0]
                 flat.add_mesh(surface, color=colour, lighting=False)

@@ -11,7 +11,7 @@ from impact.after.histories import Pieces
 from impact.greens.base import Array
 from impact.pictures.drawing import PictureError
 from impact.quantities import scaled, text
-from seatfem.pictures import cell_grid, rendering
+from seatfem.pictures import rendering, skins
 from seatfem.structures.elements.mindlin import PlateMesh
 
 Integers = NDArray[np.int64]
@@ -61,7 +61,6 @@ class Frames:
         note: sentence below the picture.
         before: number of triangles before decimation.
         frequency, modal_mass: frequencies (F,) of modes [Hz], modal masses for these shapes [kg]; ``None``: unknown.
-        edges: line segments (k, 2, 3) that are drawn at rest [m], or ``None``.
         overlay: quadrilaterals beside the body, or ``None``.
         view: direction to the camera.
         drawn: largest drawn displacement over the size of the body.
@@ -83,7 +82,6 @@ class Frames:
     before: int = 0
     frequency: Array | None = None
     modal_mass: Array | None = None
-    edges: Array | None = None
     overlay: Overlay | None = None
     view: rendering.View = rendering.ABOVE
     drawn: float = MODE
@@ -149,7 +147,7 @@ class Frames:
 
 
 def mode_frames(
-    skin: cell_grid.Skin, shapes: Sequence[Array], labels: Sequence[str], title: str, frequency: Array | None = None
+    skin: skins.Skin, shapes: Sequence[Array], labels: Sequence[str], title: str, frequency: Array | None = None
 ) -> Frames:
     """Return frames of mode shapes (n, 3) at the skin's points, scaled to 1; with ``frequency`` [Hz] and modal
     masses."""
@@ -162,7 +160,7 @@ def mode_frames(
 
 def wave_frames(
     title: str,
-    skin: cell_grid.Skin,
+    skin: skins.Skin,
     mises: Array,
     displacement: Array,
     time: Array,
@@ -201,6 +199,15 @@ def wave_frames(
     )  # fmt: skip
 
 
+def peak_frames(skin: skins.Skin, mises: Array, words: str) -> Frames:
+    """Return a frame of the largest von Mises stress (S,) of a run at the nodes of a body's skin, nan where unknown;
+    ``words``: its label."""
+    return Frames(
+        "", skin.points, skin.triangles, np.zeros((1, *skin.points.shape)), (words,), None, mises[None, skin.which],
+        "largest von Mises", "Pa", 0.0, float(np.nanmax(mises)) or 1.0, "grey: no stress is reported",
+    )  # fmt: skip
+
+
 def landing_frames(
     mesh: PlateMesh,
     deflection: Array,
@@ -233,7 +240,7 @@ def landing_frames(
         raise PictureError(
             f"{frames} pictures of {arcs} arcs need as many times and heights, not {len(time)} and {len(height)}"
         )
-    skin = cell_grid.skin_of_plate(mesh)
+    skin = skins.skin_of_plate(mesh)
     shown, full = deflection[:, skin.nodes], FULL * float(force.max()) or 1.0
     moved = np.zeros((*shown.shape, 3))
     moved[..., 2] = shown
@@ -265,7 +272,7 @@ def _lip(edges: tuple[Array, Array], height: Array, clear: float, pieces: Pieces
     return np.column_stack([corners, np.full(len(corners), -clear)]), heights[:, [0, 1, 1, 0]].ravel()
 
 
-def margin_frames(body: str, skin: cell_grid.Skin, margins: Array) -> Frames:
+def margin_frames(body: str, skin: skins.Skin, margins: Array) -> Frames:
     """Return a frame of fatigue margins (S,) at the nodes of a body's skin, inf without damage, nan where not assessed,
     in a logarithmic colour scale from the least margin to `MARGIN_SPAN` times it."""
     finite, label, least = np.isfinite(margins), "", 1.0

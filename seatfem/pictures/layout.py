@@ -6,6 +6,7 @@ reed's contact, z = 0 the struck face of the seat.
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final, Literal
@@ -13,6 +14,7 @@ from typing import Final, Literal
 import numpy as np
 
 from impact.greens.base import Array
+from impact.pictures.drawing import BLUE, GREEN, ORANGE, PURPLE
 from impact.quantities import in_digits
 from seatfem.structures.outlines import BodyViews, Size, View
 
@@ -130,18 +132,21 @@ class Layout:
         return sizes
 
 
-WIDTH: Final = 8.2  # width of the sheet [inch]
-LEFT, RIGHT = 1.35, 1.75  # margins beside the views for names and heights [inch]
+WIDTH: Final = 6.8  # width of the sheet [inch]: narrow, so that it is legible in a column of a page
+LEFT, RIGHT = 1.3, 2.1  # margins beside the views for names and heights [inch]
 DEEPEST, PLAN, TALLEST = 1.5, 3.0, 1.7  # largest heights [inch]: seat in section, plan, body above the seat
 KEPT: Final = 0.75  # depth next to the contact [inch] that stays to scale if a deep body is shortened
 THIN: Final = 0.075  # least drawn thickness of a reed [inch]
 OPEN: Final = (0.13, 0.85)  # least and largest drawn height of an opening [inch]
 SYMBOL: Final = 0.5  # height of a symbol [inch]
 NOMINAL: Final = 1e-3  # height of a symbol in the section [m]
-ROW: Final = 0.2  # distance between dimensions [inch]
-LOADS: Final = 0.36  # distance between loads [inch]
-LINE: Final = 0.145  # distance between lines of text [inch]
-LETTER: Final = 0.062  # mean width of a letter of 7.5 points [inch]
+ROW: Final = 0.25  # distance between dimensions [inch]
+LOADS: Final = 0.42  # distance between loads [inch]
+LINE: Final = 0.19  # distance between lines of text [inch]
+SMALL: Final = 10.0  # size of small letters [points]
+LETTER: Final = 0.082  # their mean width [inch]
+EDGE: Final = 0.15  # margin of the sheet [inch]
+LOAD: Final = "#8C2D63"  # colour of loads and motions
 NICE: Final = (1.0, 2.0, 5.0)
 
 
@@ -193,15 +198,15 @@ class Frame:
         zones = tuple(_zones(layout, scale))
         x = LEFT + ((WIDTH - LEFT - RIGHT) - scale * wide) / 2 - scale * float(low[0])
         in_section, in_plan = (_rows(layout.sizes(view, 0), scale) for view in ("section", "plan"))
-        notes = 1 + len(layout.notes) + bool(factors_of(zones, scale)) + any(zone.is_shortened for zone in zones)
+        notes = len(key_rows(layout)) + len(foot_lines(layout, zones, scale))
         plan = 0.5 + LINE * notes + ROW * len(in_plan) - scale * float(low[1])
-        section = plan + scale * float(high[1]) + 0.54 + ROW * (len(in_section) + 0.5)
+        section = plan + scale * float(high[1]) + 0.62 + ROW * (len(in_section) + 0.5)
         section += sum(zone.inches for zone in zones if zone.high <= 0)
         top = section + sum(zone.inches for zone in zones if zone.low >= 0)
         if len(layout.springs):
             to_reed = sum(zone.inches for zone in zones if 0 <= zone.low < layout.top_of_reed)
             top = max(top, section + to_reed + SYMBOL + 0.1)
-        height = top + LOADS * len(layout.actions) + 0.75
+        height = top + LOADS * len(layout.actions) + 0.85
         return Frame(scale, x, plan, section, zones, height, {"section": in_section, "plan": in_plan}, top)
 
     def up(self, z: float | Array) -> Array:
@@ -275,6 +280,44 @@ def factors_of(zones: Sequence[Zone], scale: float) -> str:
         if zone.name in words and abs(factor - 1) > 0.02:
             factors.append(f"{words[zone.name]} x {in_digits(factor, 2)}")
     return ", ".join(factors)
+
+
+def foot_lines(layout: Layout, zones: Sequence[Zone], scale: float) -> list[str]:
+    """Return the lines at the foot of the sheet: breaks, the factors of exaggerated heights, and the notes."""
+    words = ["bodies with a wavy break are shortened"] * any(zone.is_shortened for zone in zones)
+    if factors := factors_of(zones, scale):
+        words.append(f"heights not to scale: {factors}; lengths and the seat to scale")
+    most = int((WIDTH - 2 * EDGE) / LETTER)
+    return [line for sentence in (*words, *layout.notes) for line in textwrap.wrap(sentence, most)]
+
+
+def key_rows(layout: Layout) -> list[list[tuple[float, str, str]]]:
+    """Return the key of colours in rows as wide as the sheet: the place of each along its row, its colour and words."""
+    rows, x = list[list[tuple[float, str, str]]]([[]]), EDGE
+    for colour, words in _key(layout):
+        end = x + 0.26 + LETTER * len(words)
+        if rows[-1] and end > WIDTH - EDGE:
+            rows.append([])
+            x, end = EDGE, EDGE + end - x
+        rows[-1].append((x, colour, words))
+        x = end + 0.18
+    return rows
+
+
+def _key(layout: Layout) -> Iterator[tuple[str, str]]:
+    yield ORANGE, "contact face"
+    yield BLUE, "clamped"
+    if layout.reed.contact:
+        yield GREEN, "the reed's own face"
+    tilted = [tilt.role for tilt in layout.tilts]
+    if "seat" in tilted:
+        yield GREEN, "axis of tilt, dot: smallest gap"
+    if len(layout.start):
+        yield GREEN, "reed at the start"
+    if "stopper" in layout.bodies:
+        yield PURPLE, "stopper, its axis of tilt" if "stopper" in tilted else "stopper"
+    if layout.actions:
+        yield LOAD, "load, spring, motion" if len(layout.springs) else "load, motion"
 
 
 def _rows(sizes: Sequence[Size], scale: float) -> list[list[Size]]:

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 COLOURS: Final = "viridis"  # colour map that is legible with every common colour blindness, and in grey
 UNKNOWN: Final = "#D8DADD"
 FILM, SHEET = (1280, 944), (900, 750)  # pixels before images are shrunk, which smooths them in a third of the time
-SHOWN: Final = 12  # largest number of times of a run on a sheet
+SHOWN: Final = 12  # largest number of frames on a sheet
 PERIOD: Final = 1500  # duration of the film of one mode [ms]
 EACH: Final = 150  # duration of one time of a run in a film [ms]
 OF_EACH: Final = 50  # number of the 256 colours of a film that each colour scale has
@@ -49,24 +49,26 @@ _BAR: Final = {
 }  # fmt: skip
 
 
-def draw_frames(frames: Frames, shown: Sequence[tuple[int, float]], *, title: str | None = None) -> list[Image]:
+def draw_frames(
+    frames: Frames, shown: Sequence[tuple[int, float]], *, title: str = "", alone: bool = False
+) -> list[Image]:
     """Return images of frames; ``shown``: number of each, and phase, the factor on its displacement.
 
-    ``title``: title above each image, which then has a colour scale and half the size; ``None``: the body alone.
+    ``title``: title above each image, which has a colour scale and half the size; ``alone``: the body without them.
 
     Raises:
         PictureError: a package or driver for drawing is missing, or shapes of arrays are inconsistent.
     """
     frames.check()
-    size = SHEET if title is None else FILM
+    size = SHEET if alone else FILM
     plotter = new_plotter(load_pyvista(), size, shrunk=True)
-    stage, images = _Stage(plotter, frames, titled=title is not None), []
+    stage, images = _Stage(plotter, frames, titled=not alone), []
     for number, phase in shown:
         stage.move(number, phase)
-        if title is not None:
+        if not alone:
             heading = f"{title}\n{frames.labels[number]}".strip()
             plotter.add_text(heading, position=(24, size[1] - 96), font_size=17, color="black", name="heading")
-        images.append(shoot(plotter) if title is None else halved(shoot(plotter)))
+        images.append(shoot(plotter) if alone else halved(shoot(plotter)))
     plotter.close()
     return images
 
@@ -80,17 +82,18 @@ def animate_frames(frames: Frames, path: str | os.PathLike[str], *, title: str =
 def swing_frame(frames: Frames, path: str | os.PathLike[str], *, pictures: int = 24) -> None:
     """Draw the first mode as an endless GIF of one period in ``pictures`` (even) images. Raises as `draw_frames`."""
     phases = [math.cos(2 * math.pi * k / pictures) for k in range(pictures // 2 + 1)]
-    half = draw_frames(frames, [(0, phase) for phase in phases], title="")
+    half = draw_frames(frames, [(0, phase) for phase in phases])
     images = [*half, *half[-2:0:-1]]  # the second half of the period repeats the same pictures
     write_gif(images, _own_colours(), path, round(PERIOD / pictures))
 
 
-def plot_frames(frames: Frames, path: str | os.PathLike[str], *, title: str = "") -> None:
-    """Draw all modes, or `SHOWN` times of a run, on one sheet. Raises as `draw_frames`."""
-    count = len(frames.labels) if frames.time is None else min(SHOWN, len(frames.labels))
-    columns = None if frames.time is None else 3 if count > 4 else 2
-    chosen = np.unique(np.linspace(0, len(frames.labels) - 1, count).round().astype(int)).tolist()
-    images = crop(draw_frames(frames, [(k, 1.0) for k in chosen]))
+def plot_frames(frames: Frames, path: str | os.PathLike[str], *, title: str = "", most: int = SHOWN) -> None:
+    """Draw at most so many frames on one sheet: the first modes, or times all over a run. Raises as `draw_frames`."""
+    count = min(most, len(frames.labels))
+    columns = 0 if frames.time is None else 3 if count > 4 else 2
+    last = (count if frames.time is None else len(frames.labels)) - 1
+    chosen = np.unique(np.linspace(0, last, count).round().astype(int)).tolist()
+    images = crop(draw_frames(frames, [(k, 1.0) for k in chosen], alone=True))
     factor, words = frames.colour_scale
     with album(images, [frames.labels[k] for k in chosen], path, title, columns) as figure:
         library = load_matplotlib()
@@ -108,7 +111,7 @@ def plot_margin_map(bodies: Sequence[Frames], path: str | os.PathLike[str], *, t
     shown = [each for each in bodies if np.isfinite(each.colours).any() and each.low > 0]
     if not shown:
         raise PictureError("no point has a finite margin above zero to draw: lower the load")
-    images = crop([draw_frames(each, [(0, 1.0)])[0] for each in shown])
+    images = crop([draw_frames(each, [(0, 1.0)], alone=True)[0] for each in shown])
     with album(images, [each.labels[0] for each in shown], path, title, len(shown)) as figure:
         library = load_matplotlib()
         for place, each in zip(figure.axes[:], shown, strict=False):
@@ -128,7 +131,7 @@ def album(
     headings: Sequence[str],
     path: str | os.PathLike[str],
     title: str,
-    columns: int | None = None,
+    columns: int = 0,
 ) -> Iterator[Figure]:
     """Yield the figure of a sheet of images of equal size in rows, below their headings, at most as large as a page."""
     height, width = images[0].shape[:2]
@@ -172,8 +175,10 @@ class _Stage:
         if rim.n_points and frames.values is not None:
             plotter.add_mesh(rim, color="#404040", line_width=1.5)
             self._moved.append((rim, rim.points.copy(), rim["number"]))
-        if frames.edges is not None and len(frames.edges):
-            plotter.add_lines(frames.edges.reshape(-1, 3), color="#6A6A6A", width=2)
+        if frames.time is None and frames.values is None:
+            edges = surface.extract_feature_edges(35, manifold_edges=False, non_manifold_edges=False)
+            if edges.n_points:
+                plotter.add_mesh(edges, color="#6A6A6A", line_width=2)
         corners = [frames.points]
         self._beside: Any = None
         if (overlay := frames.overlay) is not None:
@@ -322,7 +327,7 @@ def steps_of_values(frames: Frames) -> NDArray[np.uint16]:
 
 
 def _decimated(frames: Frames) -> Frames:
-    """Return the body with at most `MOST_TRIANGLES`, on a subset of its points; edges are unchanged."""
+    """Return the body with at most `MOST_TRIANGLES`, on a subset of its points."""
     count = len(frames.triangles)
     if count <= MOST_TRIANGLES:
         return replace(frames, before=count)

@@ -1,27 +1,24 @@
-"""Pictures by VTK of the seat's mesh and of its modes, still and moving, and files for ParaView."""
+"""Pictures of the seat's mesh, in space and in section, and of a model's modes."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from impact.files.safe_files import whole_file
 from impact.pictures.drawing import ORANGE, SKY, PictureError, load_matplotlib, sheet
 from impact.quantities import text
-from seatfem.pictures.cell_grid import VTK_TYPES, CellGrid, Skin
-from seatfem.pictures.frames import Frames, mode_frames
-from seatfem.pictures.moving import album, plot_frames, swing_frame
-from seatfem.pictures.rendering import ABOVE, BELOW, aim, crop, import_pyvista, load_pyvista, new_plotter, shoot
-from seatfem.structures.model import Array
+from seatfem.pictures.frames import mode_frames
+from seatfem.pictures.moving import album, plot_frames
+from seatfem.pictures.rendering import ABOVE, BELOW, aim, crop, load_pyvista, new_plotter, shoot
+from seatfem.pictures.skins import skin_of
+from seatfem.structures.model import SecondOrderModel
+from seatfem.structures.reduction.modes import Modes
 
 if TYPE_CHECKING:
-    from types import ModuleType
-
     from matplotlib.axes import Axes
 
 
@@ -31,62 +28,28 @@ _BODY, _INSIDE = "#E4E7EA", "#F2DFA0"
 
 
 def plot_modes(
-    grid: CellGrid,
-    shapes: Sequence[Array],
-    frequencies_hz: Sequence[float] | Array,
+    model: SecondOrderModel,
+    modes: Modes,
     path: str | os.PathLike[str],
     *,
     title: str = "Modes of the seat",
-    cut: bool = False,
-    names: Sequence[str] | None = None,
+    names: Sequence[str] = (),
 ) -> None:
-    """Draw the modes side by side: deformed, coloured by the magnitude of displacement, undeformed edges in grey.
+    """Draw the modes of a model side by side: deformed, coloured by the magnitude of displacement, edges at rest in
+    grey; a half section as its body, open towards the viewer.
 
-    Args:
-        shapes: nodal displacements (3, n) of each mode, any scale.
-        frequencies_hz: frequency of each mode [Hz].
-        cut: whether to omit the half towards the viewer, for hollow bodies.
-        names: text before each frequency [1, 2, ...].
+    ``names``: text before each frequency [1, 2, ...].
 
     Raises:
+        ModelError: the model has no mesh that can be drawn.
         PictureError: there are no modes, or a package or driver for drawing is missing.
     """
-    numbers = [str(k + 1) for k in range(len(shapes))] if names is None else names
-    plot_frames(_frames(grid, shapes, frequencies_hz, numbers, cut), path, title=title)
-
-
-def animate_mode(
-    grid: CellGrid,
-    shape: Array,
-    frequency_hz: float,
-    path: str | os.PathLike[str],
-    *,
-    cut: bool = False,
-    frames: int = 24,
-) -> None:
-    """Draw one mode as an endless GIF of one period in ``frames`` (even) pictures.
-
-    Raises:
-        PictureError: a package or driver for drawing is missing.
-    """
-    swing_frame(_frames(grid, [shape], [frequency_hz], [""], cut), path, pictures=frames)
-
-
-def write_vtu(
-    grid: CellGrid, shapes: Sequence[Array], frequencies_hz: Sequence[float] | Array, path: str | os.PathLike[str]
-) -> None:
-    """Write the modes as vector fields on the mesh, curved cells included, for ParaView (Warp By Vector).
-
-    Raises:
-        PictureError: pyvista is missing.
-    """
-    _check(grid, shapes, frequencies_hz)
-    pyvista = import_pyvista()
-    data = _unstructured(pyvista, grid.points, grid.cells)
-    for k, (shape, frequency) in enumerate(zip(shapes, frequencies_hz, strict=True), start=1):
-        data.point_data[f"mode {k:02d}, {float(frequency):.6g} Hz"] = np.ascontiguousarray(np.asarray(shape).T)
-    with whole_file(path) as temporary:
-        data.save(temporary)
+    if not len(modes.frequencies_hz):
+        raise PictureError("there are no modes to draw: compute at least one")
+    skin, words = skin_of(model), names or [str(k) for k in range(1, 1 + len(modes.frequencies_hz))]
+    shapes = [skin.moved(model.expand(shape)[:, skin.nodes].T) for shape in modes.shapes.T]
+    labels = [f"{name}: {text(float(f), 'Hz', 4)}" for name, f in zip(words, modes.frequencies_hz, strict=True)]
+    plot_frames(mode_frames(skin, shapes, labels, title), path, title=title, most=len(labels))
 
 
 def plot_mesh(mesh: Any, path: str | os.PathLike[str]) -> None:
@@ -144,41 +107,6 @@ def _visible_facets(mesh: Any, elements: NDArray[np.bool_], groups: tuple[str, .
         visible[name] = facets[shown[facets]]
         unnamed[facets] = False
     return {**visible, "surface": np.flatnonzero(unnamed)}
-
-
-def _frames(
-    grid: CellGrid, shapes: Sequence[Array], frequencies_hz: Sequence[float] | Array, names: Sequence[str], cut: bool
-) -> Frames:
-    """Return the surface of a grid, or of its half away from the viewer if it is cut, with its modes scaled to 1."""
-    _check(grid, shapes, frequencies_hz)
-    pyvista = load_pyvista()
-    volume = _unstructured(pyvista, grid.points, grid.linear_cells)
-    for k, shape in enumerate(shapes):
-        volume.point_data[f"u{k}"] = np.asarray(shape, dtype=float).T
-    if cut:
-        low, high = np.array(volume.bounds[::2]), np.array(volume.bounds[1::2])
-        volume = volume.clip(normal=(0.0, -1.0, 0.0), origin=(low + high) / 2)
-    cells = volume.extract_surface(algorithm=None)  # cut cells have up to six corners
-    edges = cells.extract_feature_edges(35, boundary_edges=False, manifold_edges=False, non_manifold_edges=False)
-    surface = cells.triangulate()
-    labels = [f"{name}:  {text(float(f), 'Hz', 4)}".lstrip(": ") for name, f in zip(names, frequencies_hz, strict=True)]
-    skin = Skin(surface.points, surface.regular_faces, *(2 * [np.arange(surface.n_points)]))
-    frames = mode_frames(skin, [surface.point_data[f"u{k}"] for k in range(len(shapes))], labels, "")
-    return replace(frames, edges=edges.points[edges.lines.reshape(-1, 3)[:, 1:]])
-
-
-def _unstructured(pyvista: ModuleType, points: Array, cells: NDArray[np.int64]) -> Any:
-    counted = np.column_stack([np.full(len(cells), cells.shape[1]), cells]).ravel()
-    kinds = np.full(len(cells), VTK_TYPES[cells.shape[1]], dtype=np.uint8)
-    return pyvista.UnstructuredGrid(counted, kinds, points)
-
-
-def _check(grid: CellGrid, shapes: Sequence[Array], frequencies_hz: Sequence[float] | Array) -> None:
-    if len(shapes) == 0 or len(shapes) != len(frequencies_hz):
-        raise PictureError(f"{len(shapes)} shapes and {len(frequencies_hz)} frequencies: give as many, at least one")
-    for k, shape in enumerate(shapes):
-        if np.shape(shape) != (3, len(grid.points)) or not np.all(np.isfinite(shape)):
-            raise PictureError(f"shape {k} is {np.shape(shape)}, must be finite and (3, {len(grid.points)})")
 
 
 _POINTS = 8  # number of points drawn on each curved edge

@@ -7,7 +7,7 @@ openings are exaggerated, zone by zone, by factors that are written on the sheet
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -15,10 +15,13 @@ import numpy as np
 from impact.greens.base import Array
 from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, load_matplotlib, sheet
 from seatfem.pictures.layout import (
+    EDGE,
     LETTER,
     LINE,
+    LOAD,
     LOADS,
     ROW,
+    SMALL,
     SYMBOL,
     WIDTH,
     Action,
@@ -26,7 +29,8 @@ from seatfem.pictures.layout import (
     Layout,
     Tilt,
     Zone,
-    factors_of,
+    foot_lines,
+    key_rows,
     width_of,
 )
 from seatfem.structures.outlines import BodyViews, Loops, Size, View, closed
@@ -35,9 +39,7 @@ from seatfem.structures.shapes.loops import are_holes, polygon_area
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-SMALL: Final = 7.5  # size of small letters [points]
 INK, PALE, HATCH = "#30343A", "#E4E6E9", "#9BA1A9"
-LOAD: Final = "#8C2D63"
 BESIDE: Final = 0.45  # distance from a stopper's symbol within which a spring is drawn next to it [inch]
 LEVEL: Final = 1e-6  # distance from the section's plane, over the springs' reach, within which a spring lies in it
 COLOURS: Final = {"seat": "#D9DCE0", "reed": "#A9D3F0", "stopper": "#EBCFE0"}
@@ -104,7 +106,7 @@ class _Sheet:
         self._axes.text(x, y, words, **{"fontsize": SMALL, "color": INK, "va": "center", **style})
 
     def _arrow(self, start: Sequence[float], end: Sequence[float], colour: str = GREY, style: str = "-|>") -> None:
-        look = {"linewidth": 0.8, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 6}
+        look = {"linewidth": 0.8, "shrinkA": 0, "shrinkB": 0, "mutation_scale": 8}
         arrow = {"arrowstyle": style, "color": colour, **look}
         self._axes.annotate("", (end[0], end[1]), (start[0], start[1]), arrowprops=arrow)
 
@@ -144,10 +146,11 @@ class _Sheet:
 
     def _title(self) -> None:
         frame = self._frame
-        self._text(0.15, frame.height - 0.2, self._layout.title, fontsize=10.5, fontweight="bold")
-        self._text(0.15, frame.height - 0.42, "Section A–A along the reed through the contact", fontsize=8.5)
+        title, small = self._layout.title, 1.1 * SMALL
+        self._text(EDGE, frame.height - 0.2, title, fontsize=min(13.0, 700 / max(len(title), 1)), fontweight="bold")
+        self._text(EDGE, frame.height - 0.47, "Section A–A along the reed through the contact", fontsize=small)
         y = frame.plan + frame.scale * float(self._layout.extent[1][1]) + 0.22
-        self._text(0.15, y, "Plan, seen from above", fontsize=8.5)
+        self._text(EDGE, y, "Plan, seen from above", fontsize=small)
 
     def _section(self) -> None:
         frame, layout = self._frame, self._layout
@@ -285,7 +288,7 @@ class _Sheet:
         """Draw the contact point, the line of the section, the position of the stopper and the axes of tilt."""
         frame, layout, low, high = self._frame, self._layout, self._left, self._right
         for x, align in ((low - 0.2, "right"), (high + 0.2, "left")):
-            self._text(x, frame.plan, "A", ha=align, fontweight="bold", fontsize=8.5)
+            self._text(x, frame.plan, "A", ha=align, fontweight="bold", fontsize=1.1 * SMALL)
         self._line(np.array([(low - 0.17, frame.plan), (high + 0.17, frame.plan)]), GREY, 0.7, linestyle="-.", zorder=6)
         self._axes.plot(frame.x, frame.plan, "+", color=INK, markersize=7, markeredgewidth=1.0, zorder=9)
         if (stopper := layout.bodies.get("stopper")) is not None:
@@ -363,9 +366,9 @@ class _Sheet:
         last = -np.inf
         for y, x, words in sorted(places):
             last = max(y, last + 2.3 * LINE)
-            self._text(0.15, last, words, ha="left", linespacing=1.1)
+            self._text(EDGE, last, words, ha="left", linespacing=1.1)
             wide = LETTER * max(map(len, words.split("\n")))
-            if 0.15 + wide + 0.1 < x - 0.25:
+            if EDGE + wide + 0.1 < x - 0.25:
                 self._line(np.array([(0.2 + wide, last), (x - 0.24, last), (x, y)]), GREY, 0.35)
 
     def _action(self, action: Action, y: float) -> None:
@@ -384,40 +387,20 @@ class _Sheet:
         elif low - wide > 0.15:
             self._text(low - 0.1, y, action.words, ha="right", color=LOAD)
         else:
-            self._text((low + high) / 2, y + 0.2, action.words, ha="center", color=LOAD, bbox=BOX, zorder=9)
+            middle = float(np.clip((low + high) / 2, wide / 2 + EDGE, WIDTH - wide / 2 - EDGE))
+            self._text(middle, y + 0.22, action.words, ha="center", color=LOAD, bbox=BOX, zorder=9)
 
     def _foot(self) -> None:
-        """Write the key of colours, the factors of exaggerated heights, and the notes."""
-        frame, layout = self._frame, self._layout
-        lines = [*layout.notes]
-        if factors := factors_of(frame.zones, frame.scale):
-            lines.insert(0, f"heights not to scale: {factors}; lengths and the seat to scale")
-        if any(zone.is_shortened for zone in frame.zones):
-            lines.insert(0, "bodies with a wavy break are shortened")
-        y = 0.12 + LINE * (len(lines) + 0.2)
-        x = 0.15
-        for colour, words in _key(layout):
-            self._line(np.array([(x, y), (x + 0.2, y)]), colour, 2.4)
-            self._text(x + 0.26, y, words)
-            x += 0.26 + LETTER * len(words) + 0.18
-        for number, words in enumerate(lines):
-            self._text(0.15, y - LINE * (number + 1), words)
-
-
-def _key(layout: Layout) -> Iterator[tuple[str, str]]:
-    yield ORANGE, "contact face"
-    yield BLUE, "clamped"
-    if layout.reed.contact:
-        yield GREEN, "the reed's own face"
-    tilted = [tilt.role for tilt in layout.tilts]
-    if "seat" in tilted:
-        yield GREEN, "axis of tilt, dot: smallest gap"
-    if len(layout.start):
-        yield GREEN, "reed at the start"
-    if "stopper" in layout.bodies:
-        yield PURPLE, "stopper, its axis of tilt" if "stopper" in tilted else "stopper"
-    if layout.actions:
-        yield LOAD, "load, spring, motion" if len(layout.springs) else "load, motion"
+        """Write the key of colours and the lines below it."""
+        lines = foot_lines(self._layout, self._frame.zones, self._frame.scale)
+        rows = key_rows(self._layout)
+        y = 0.12 + LINE * (len(lines) + len(rows) - 0.8)
+        for number, row in enumerate(rows):
+            for x, colour, words in row:
+                self._line(np.array([(x, y - LINE * number), (x + 0.2, y - LINE * number)]), colour, 2.4)
+                self._text(x + 0.26, y - LINE * number, words)
+        for number, words in enumerate(lines, start=len(rows)):
+            self._text(EDGE, y - LINE * number, words)
 
 
 def _colour(tilt: Tilt) -> str:

@@ -15,7 +15,6 @@ import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
-from functools import partial
 from pathlib import Path
 from typing import Any, Final, TypeVar
 
@@ -33,7 +32,7 @@ from seatfem.machine.resources import Stopwatch
 from seatfem.structures import rings
 from seatfem.structures.formats import mesh_files
 from seatfem.structures.kinds.structure import Structure
-from seatfem.structures.method import AUTO, Method, Solved
+from seatfem.structures.method import AUTO, Method, Solved, Task
 from seatfem.structures.reduction import reducer
 
 _KEY = re.compile(r"[0-9a-f]{16,64}")
@@ -113,21 +112,10 @@ class Store:
 
     def find(self, key: str, load: Callable[[Path], T], what: str) -> T | None:
         """Return ``load`` of the file of a key, or ``None`` as in `get`; ``what``: name of the content in reports."""
-        path = self.path(key)
-        try:
-            exists = path.is_file()
-        except OSError:  # a folder without read permission
-            exists = False
-        if not exists:
-            return None
-        try:
-            content = load(path)
-        except (impact.StorageError, OSError) as problem:
-            if self.tell is not None and os.path.lexists(path):
-                self.tell(f"{what} set aside, it will be computed again: {problem}")
-            return None
-        with suppress(OSError):
-            os.utime(path)  # mark as read, so that it is pruned last
+        content = _load(self.path(key), load, what, self.tell)
+        if content is not None:
+            with suppress(OSError):
+                os.utime(self.path(key))  # mark as read, so that it is pruned last
         return content
 
     def put(self, key: str, greens: GreensFunction) -> Path:
@@ -186,6 +174,16 @@ class Store:
                 gone.append(entry)
                 total -= entry.size
         return tuple(gone)
+
+
+def _load(path: Path, load: Callable[[Path], T | None], what: str, tell: Tell | None) -> T | None:
+    """Return ``load`` of a file; ``None`` if it is missing or, which is reported, cannot be used."""
+    try:
+        return load(path) if path.is_file() else None
+    except (impact.StorageError, OSError) as problem:  # of a folder, too, that cannot be read
+        if tell is not None and os.path.lexists(path):
+            tell(f"{what} set aside, it will be computed again: {problem}")
+        return None
 
 
 def _plain(value: object) -> object:
@@ -296,23 +294,6 @@ def _reductions(structure: Structure, method: Method) -> list[type]:
     return [each for each in reducer.defined() if method.reduction in (AUTO, each.name)]
 
 
-def load_cached(path: Path, key: str, duration: float, tell: Tell | None = None) -> GreensFunction | None:
-    """Return the function at ``path`` if it has this key and a valid seal, and is known for ``duration`` [s].
-
-    A valid function of another key is not reported.
-    """
-    if not path.is_file():
-        return None
-    try:
-        return _serving(hdf5.load_greens(path, key=key), key, duration)
-    except hdf5.OtherKeyError:
-        return None
-    except (hdf5.StorageError, OSError) as problem:
-        if tell is not None:
-            tell(f"not used again: {problem}")
-        return None
-
-
 def _serving(greens: GreensFunction | None, key: str, duration: float) -> GreensFunction | None:
     """Return ``greens`` if it is not ``None``, has this key and is known for a run of ``duration`` [s]."""
     if greens is None or greens.provenance.get("seat_key") != key:
@@ -339,8 +320,14 @@ class Cache:
 
     def find(self, structure: Structure, key: str, duration: float) -> Solved | None:
         """Return the cached function that is valid for a run of ``duration`` [s]."""
-        own = self._is_own(structure)
-        stored = None if self.path is None else load_cached(self.path, key, duration, None if own else warn)
+
+        def load(path: Path) -> GreensFunction | None:
+            with suppress(hdf5.OtherKeyError):  # that of another seat
+                return _serving(hdf5.load_greens(path, key=key), key, duration)
+            return None
+
+        tell = None if self._is_own(structure) else warn
+        stored = None if self.path is None else _load(self.path, load, "the run's Green's function", tell)
         solved = stored if stored is not None else _serving(self.store.get(key), key, duration)
         if solved is None:
             return None
@@ -359,7 +346,7 @@ class Cache:
 
         Yields whether another program has stored it since it was searched.
         """
-        if not structure.traits.is_kept:
+        if not structure.traits.needs_gmsh:
             yield False
             return
         path = self.store.path(key)
@@ -372,7 +359,7 @@ class Cache:
         greens = solved.greens
         if not greens.closed_form:  # closed forms are computed again at no cost
             greens = greens.with_error(greens.error_estimate, {**greens.provenance, "seat_key": key})
-        if structure.traits.is_kept and not greens.closed_form:
+        if structure.traits.needs_gmsh and not greens.closed_form:
             try:
                 if solved.in_rings is not None:  # first, since without it the function would lose its error bars
                     self.store.put(_beside(key), solved.in_rings)
@@ -452,13 +439,13 @@ def build(
     Raises:
         LevelError, MeshError, MeshingError, ModelError, GreensFunctionError, StorageError: errors of the stages.
     """
-    solve = partial(structure.solve, method, duration, watch or Stopwatch(), progress, mesh_error=mesh_error)
+    task = Task(method, duration, watch or Stopwatch(), progress, mesh_error)
     if cache is None:
-        return solve()
+        return structure.solve(task)
     key = key_of(structure, method, mesh_error=mesh_error)
     if (cached := cache.find(structure, key, duration)) is not None:
         return cached
     with cache.claimed(structure, key) as made_meanwhile:
         if made_meanwhile and (cached := cache.find(structure, key, duration)) is not None:
             return cached
-        return cache.keep(structure, key, solve())
+        return cache.keep(structure, key, structure.solve(task))

@@ -35,7 +35,8 @@ def read_columns(path: Path, known: Mapping[str, str], needed: tuple[str, ...]) 
         needed: names of the required columns.
 
     Raises:
-        ColumnsError: an unknown or missing column, a missing unit, or a row with other than finite numbers.
+        ColumnsError: an unknown or missing column, a missing unit, a row with other than finite numbers, or points
+            x, y that lie on one line.
     """
     table = csv_table.read_csv(path, ColumnsError, most=LARGEST)
     wanted = ",".join(f"{name} [unit]" if dimension else name for name, dimension in known.items())
@@ -53,13 +54,12 @@ def read_columns(path: Path, known: Mapping[str, str], needed: tuple[str, ...]) 
     if missing := [name for name in needed if name not in scales]:
         raise ColumnsError(f"{path}:{table.head_line}: add a column {missing[0]}; the header is {table.header}")
     values = table.numbers()
-    return {name: scale * values[:, k] for k, (name, scale) in enumerate(scales.items())}
-
-
-def check_scattered(path: Path, table: Mapping[str, Array]) -> None:
-    """Raise `ColumnsError` where the points x, y of a table lie on one line."""
-    if np.linalg.matrix_rank(np.column_stack([table["x"], table["y"], np.ones_like(table["x"])])) < 3:
-        raise ColumnsError(f"{path}: its points lie on one line; three that do not are needed")
+    columns = {name: scale * values[:, k] for k, (name, scale) in enumerate(scales.items())}
+    if {"x", "y"} <= columns.keys():
+        points = np.column_stack([columns["x"], columns["y"], np.ones(len(values))])
+        if np.linalg.matrix_rank(points) < 3:
+            raise ColumnsError(f"{path}: its points lie on one line; three that do not are needed")
+    return columns
 
 
 def between(table: Mapping[str, Array], name: str, points: Array) -> Array:

@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -14,7 +13,6 @@ import numpy as np
 from impact.greens import base, modal
 from impact.notices import Progress, silent
 from seatfem.fields import of_same_names
-from seatfem.machine.resources import Stopwatch
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.elements.supports import Absorbing, Bolted, Dashpot, Foundation, Support
@@ -23,11 +21,11 @@ from seatfem.structures.kinds.elastic import Elastic, Reduced
 from seatfem.structures.lands import FaceLip
 from seatfem.structures.lip import Lip
 from seatfem.structures.memory_need import check_before_meshing, check_elastic
-from seatfem.structures.mesh.gmsh_process import Gmsh, MeshingError, gmsh_session, run_gmsh
+from seatfem.structures.mesh.gmsh_process import MeshingError, gmsh_session
 from seatfem.structures.mesh.meshing import SeatMesh, make_mesh
 from seatfem.structures.mesh.plane_meshes import MeridianMesh, make_meridian
 from seatfem.structures.mesh.spec import MeshSpec
-from seatfem.structures.method import COARSENING, NAMES, Aims, Level, Method, Solved, spring_of, without_waves
+from seatfem.structures.method import COARSENING, NAMES, Aims, Level, Method, Solved, Task, spring_of, without_waves
 from seatfem.structures.model import ModelError, SecondOrderModel
 from seatfem.structures.reduction import factorization, harmonics
 from seatfem.structures.reduction.greens import reduced as reduce_by_aims
@@ -44,23 +42,14 @@ AnyMesh = SeatMesh | MeridianMesh
 DRAWN_MODES: Final = 12  # most modes that are drawn or kept
 
 
-def draw(
-    body: Drawn,
-    spec: MeshSpec,
-    level: Level,
-    progress: Progress = silent,
-    gmsh: Gmsh = run_gmsh,
-    method: Method | None = None,
-) -> AnyMesh:
-    """Return the mesh of a level, unless it would be far too large; what is wrong with a file's faces names the file.
-
-    ``method``: of the reduction, which determines the memory that is needed; by default as the body's table states it.
-    """
+def draw(body: Drawn, spec: MeshSpec, level: Level, method: Method, progress: Progress = silent) -> AnyMesh:
+    """Return the mesh of a level, unless its reduction by the method would take far too much memory; what is wrong with
+    a file's faces names the file."""
     try:
         check_before_meshing(body, spec, level, method)
         if level in ("axisymmetric", "harmonics"):
-            return make_meridian(body.geometry(), spec, progress, gmsh=gmsh)
-        return make_mesh(body.geometry(), spec, progress, sector=body.copies.get(level, 1), gmsh=gmsh)
+            return make_meridian(body.geometry(), spec, progress)
+        return make_mesh(body.geometry(), spec, progress, sector=body.copies.get(level, 1))
     except (GeometryError, MeshingError) as error:
         named = next((text for file in body.files() if (text := cad.naming(file, str(error))) != str(error)), None)
         if named is not None:
@@ -68,19 +57,18 @@ def draw(
         raise
 
 
-def draw_both(
-    body: Drawn, spec: MeshSpec, level: Level, watch: Stopwatch, progress: Progress, *, method: Method, coarser: bool
-) -> tuple[AnyMesh, AnyMesh | None]:
-    """Return the mesh, and where it is asked for one ``coarser`` by `COARSENING`, by one process of gmsh."""
-    with gmsh_session() as gmsh:
-        with watch("mesh"):
-            mesh = draw(body, spec, level, progress, gmsh, method)
-        if not coarser:
+def draw_both(body: Drawn, spec: MeshSpec, level: Level, task: Task) -> tuple[AnyMesh, AnyMesh | None]:
+    """Return the mesh, and where its error is asked for one coarser by `COARSENING`, by one process of gmsh."""
+    method = task.method
+    with gmsh_session():
+        with task.watch("mesh"):
+            mesh = draw(body, spec, level, method, task.progress)
+        if not task.mesh_error:
             return mesh, None
-        with watch("mesh error"):
+        with task.watch("mesh error"):
             coarse = replace(spec, size=COARSENING * spec.size, contact_size=COARSENING * spec.patch_size)
             coarse = replace(coarse, fillets=spec.fillets / COARSENING)
-            return mesh, draw(body, coarse, level, gmsh=gmsh, method=method)
+            return mesh, draw(body, coarse, level, method)
 
 
 def matrices(
@@ -151,21 +139,19 @@ AT_ONCE: Final = "static compliance of the finite elements and first velocity, f
 SPRING: Final = "static compliance of the finite elements, a spring"
 
 
-def reduced(body: Reduced, model: SecondOrderModel, method: Method, duration: float, progress: Progress) -> Reduction:
-    """Return a model of a body, reduced as its method says, for runs of ``duration`` [s]."""
-    return reduce_by_aims(model, _aims(body, method, duration), body.damping_ratio, method.reduction, progress)
+def reduced(body: Reduced, model: SecondOrderModel, task: Task) -> Reduction:
+    """Return a model of a body, reduced as its task says."""
+    return reduce_by_aims(model, _aims(body, task), body.damping_ratio, task.method.reduction, task.progress)
 
 
-def from_mesh(
-    body: Elastic, mesh: SeatMesh, method: Method, duration: float, watch: Stopwatch, progress: Progress
-) -> Solved:
+def from_mesh(body: Elastic, mesh: SeatMesh, task: Task) -> Solved:
     """Solve on a mesh that is given, with the patch in more parts on the same mesh."""
-    check_arcs(body, mesh, method)
-    solved = _solved(body, mesh, method, duration, watch, progress)
-    if division_to_compare(method.division) == method.division:
+    check_arcs(body, mesh, task.method)
+    solved, division = _solved(body, mesh, task), task.method.division
+    if division_to_compare(division) == division:
         return replace(solved, in_rings=solved.greens)
-    with watch("patch error"):
-        return replace(solved, in_rings=_in_parts(body, mesh, method, duration, progress))
+    with task.watch("patch error"):
+        return replace(solved, in_rings=_in_parts(body, mesh, task))
 
 
 def check_arcs(body: Elastic, mesh: AnyMesh, method: Method) -> None:
@@ -184,40 +170,37 @@ def check_arcs(body: Elastic, mesh: AnyMesh, method: Method) -> None:
         )
 
 
-def _in_parts(
-    body: Elastic, mesh: SeatMesh, method: Method, duration: float, progress: Progress
-) -> base.GreensFunction | None:
+def _in_parts(body: Elastic, mesh: SeatMesh, task: Task) -> base.GreensFunction | None:
     """Return the patch in more parts on the same mesh, to `RINGS_TOLERANCE`; ``None`` where that cannot be had."""
-    loose = replace(
-        method.divided(division_to_compare(method.division)), tolerance=max(method.tolerance, RINGS_TOLERANCE)
-    )
+    method = task.method
+    loose = replace(method, tolerance=max(method.tolerance, RINGS_TOLERANCE))
     what = "contact face in segments" if method.in_arcs else "contact face in rings"
     try:
-        return _solved(body, mesh, loose, duration, Stopwatch(), _for_error(progress, what)).greens
+        return _solved_for_error(body, mesh, replace(task, method=loose), what).greens
     except ConvergenceError:
         return None
     finally:
-        progress(f"{what}, for the error estimate", 1.0)
+        task.progress(f"{what}, for the error estimate", 1.0)
 
 
-def _for_error(progress: Progress, what: str) -> Progress:
-    """Return the progress of work that is done for an error estimate alone."""
+def _solved_for_error(body: Elastic, mesh: AnyMesh, task: Task, what: str) -> Solved:
+    """Return the patch in more parts on a mesh, solved for an error estimate alone."""
 
     def quiet(stage: str, done: float) -> None:
-        progress(f"{what}, for the error estimate", (0.1 + 0.8 * done) if stage == "reduction" else 0.05)
+        task.progress(f"{what}, for the error estimate", (0.1 + 0.8 * done) if stage == "reduction" else 0.05)
 
-    return quiet
+    method = task.method.divided(division_to_compare(task.method.division))
+    return _solved(body, mesh, Task(method, task.duration, progress=quiet))
 
 
-def from_geometry(
-    body: Drawn, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool
-) -> Solved:
+def from_geometry(body: Drawn, task: Task) -> Solved:
     """Solve on the mesh of a drawing at the level of its method.
 
-    With ``mesh_error`` it is solved once more on a mesh coarser by `COARSENING`. Their difference after the Hann pulse
-    of the band, over r - 1 (order 1, which clamped and reentrant corners may bring it down to) times `MESH_SAFETY`, is
-    the stated mesh error of the finer one; r is what `refinement_of` finds of the coarsening.
+    Where its mesh error is asked for it is solved once more on a mesh coarser by `COARSENING`. Their difference after
+    the Hann pulse of the band, over r - 1 (order 1, which clamped and reentrant corners may bring it down to) times
+    `MESH_SAFETY`, is the stated mesh error of the finer one; r is what `refinement_of` finds of the coarsening.
     """
+    method = task.method
     level = body.elements_of(method)
     reason = (
         (LIP if level == "harmonics" else FACE)
@@ -226,24 +209,21 @@ def from_geometry(
     )
     about: dict[str, object] = {"seat_level": level, "seat_level_reason": reason}
     spec = body.mesh_spec(method)
-    mesh, coarse = draw_both(body, spec, level, watch, progress, method=method, coarser=mesh_error)
+    mesh, coarse = draw_both(body, spec, level, task)
     check_arcs(body, mesh, method)
-    solved = _solved(body, mesh, method, duration, watch, progress)
+    solved = _solved(body, mesh, task)
     solved = replace(solved, about={**solved.about, **about})
     if coarse is None:
         return solved
-    with watch("mesh error"):
-        return _with_mesh_error(body, coarse, method, duration, solved, progress)
+    with task.watch("mesh error"):
+        return _with_mesh_error(body, coarse, task, solved)
 
 
-def _solved(
-    body: Elastic, mesh: AnyMesh, method: Method, duration: float, watch: Stopwatch, progress: Progress
-) -> Solved:
+def _solved(body: Elastic, mesh: AnyMesh, task: Task) -> Solved:
+    method, watch, progress = task.method, task.watch, task.progress
     level = body.elements_of(method)
-    if level == "harmonics" and method.in_arcs:
-        return _along(body, mesh, method, duration, watch, progress)
     if level == "harmonics":
-        return _around(body, mesh, method, duration, watch, progress)
+        return _by_harmonics(body, mesh, task)
     check_elastic(body, mesh, level, method)
     with watch("assembly"):
         lip = method.lip if method.in_arcs and isinstance(method.lip, FaceLip) else None
@@ -251,7 +231,7 @@ def _solved(
     about = {"seat_model": NAMES[level], "seat_dof": model.size, **_mesh_keys(mesh)}
     if lip is not None:
         with watch("reduction"):
-            aims = _aims(body, method, duration)
+            aims = _aims(body, task)
             greens, modes = face_greens(model, aims, body.damping_ratio, static=method.static, progress=progress)
         about["seat_model"] = AT_ONCE if method.static else FACE_MODES
         return Solved(_from_mesh(greens, mesh), None, mesh, model, modes, about)
@@ -260,59 +240,37 @@ def _solved(
             spring = static_greens(model, body.damping_ratio)
         return Solved(_from_mesh(spring, mesh), None, mesh, model, about={**about, "seat_model": SPRING})
     with watch("reduction"):
-        reduction = reduced(body, model, method, duration, progress)
+        reduction = reduced(body, model, task)
     return Solved(_from_mesh(reduction.greens, mesh), None, mesh, model, reduction.modes, about)
 
 
-def _around(
-    body: Elastic, mesh: AnyMesh, method: Method, duration: float, watch: Stopwatch, progress: Progress
-) -> Solved:
-    """Return an arc of the ring, by Fourier harmonics."""
-    arc, rings = body.struck_arc, method.rings or 1
-    assert arc is not None
-    build = partial(_harmonic, body, mesh, rings)
-    patches = {name: harmonics.RingPatch(0.0, arc, name) for name in ring_names("contact", rings)}
-    aims = _aims(body, method, duration)
-    with watch("reduction"):
-        try:
-            greens = harmonics.combine_harmonics(build, patches, aims, body.damping_ratio, progress=progress)
-        except ConvergenceError as error:
-            raise ConvergenceError(f"seat.arc with seat.greens.tolerance: {error}") from error
-    about = {"seat_model": NAMES["harmonics"], **_mesh_keys(mesh)}
-    if method.static:
-        greens, about = without_waves(greens), {**about, "seat_model": SPRING}
-    return Solved(_from_mesh(greens, mesh), None, mesh, about=about)
+def _by_harmonics(body: Elastic, mesh: AnyMesh, task: Task) -> Solved:
+    """Return an arc of the ring, or all of the ring in arcs, by Fourier harmonics."""
+    method, aims, lip = task.method, _aims(body, task), task.method.lip
+    rings = lip.rings if isinstance(lip, Lip) and method.in_arcs else method.rings or 1
+    faces = ring_names("contact", rings)
+    build = harmonics.every_harmonic(lambda harmonic: matrices(body, mesh, "harmonics", rings=rings, harmonic=harmonic))
+    with task.watch("reduction"):
+        if isinstance(lip, Lip) and method.in_arcs:
+            places = [(float(angle), face) for angle in lip.angles for face in faces]
+            patches = [harmonics.RingPatch(angle, 2 * np.pi / lip.arcs, face) for angle, face in places]
+            named, model = dict(zip(lip.division.names, patches, strict=True)), AT_ONCE if method.static else LIP_MODES
+            greens = lip_greens(build, named, aims, body.damping_ratio, static=method.static, progress=task.progress)
+        else:
+            named, model = {name: harmonics.RingPatch(0.0, body.struck_arc, name) for name in faces}, NAMES["harmonics"]
+            try:
+                greens = harmonics.combine_harmonics(build, named, aims, body.damping_ratio, progress=task.progress)
+            except ConvergenceError as error:
+                raise ConvergenceError(f"seat.arc with seat.greens.tolerance: {error}") from error
+            if method.static:
+                greens, model = without_waves(greens), SPRING
+    return Solved(_from_mesh(greens, mesh), None, mesh, about={"seat_model": model, **_mesh_keys(mesh)})
 
 
-def _along(
-    body: Elastic, mesh: AnyMesh, method: Method, duration: float, watch: Stopwatch, progress: Progress
-) -> Solved:
-    """Return all of the ring in arcs, by Fourier harmonics."""
-    lip = method.lip
-    assert isinstance(lip, Lip)
-    build = partial(_harmonic, body, mesh, lip.rings)
-    width, faces = 2 * np.pi / lip.arcs, ring_names("contact", lip.rings)
-    patches = [harmonics.RingPatch(float(angle), width, face) for angle in lip.angles for face in faces]
-    with watch("reduction"):
-        greens = lip_greens(
-            build,
-            dict(zip(lip.division.names, patches, strict=True)),
-            _aims(body, method, duration),
-            body.damping_ratio,
-            static=method.static,
-            progress=progress,
-        )
-    about = {"seat_model": AT_ONCE if method.static else LIP_MODES, **_mesh_keys(mesh)}
-    return Solved(_from_mesh(greens, mesh), None, mesh, about=about)
-
-
-def _harmonic(body: Elastic, mesh: AnyMesh, rings: int, harmonic: int) -> SecondOrderModel:
-    return matrices(body, mesh, "harmonics", rings=rings, harmonic=harmonic)
-
-
-def _aims(body: Reduced, method: Method, duration: float) -> Aims:
+def _aims(body: Reduced, task: Task) -> Aims:
+    method = task.method
     assert method.bandwidth is not None
-    remembered = body.memory(method, duration)
+    remembered = body.memory(method, task.duration)
     return Aims(method.bandwidth, remembered, method.tolerance, method.max_vectors)
 
 
@@ -331,16 +289,13 @@ def _from_mesh(greens: base.GreensFunction, mesh: AnyMesh) -> base.GreensFunctio
     return greens.with_error(greens.error_estimate, {**greens.provenance, **known})
 
 
-def _with_mesh_error(
-    body: Drawn, mesh: AnyMesh, method: Method, duration: float, solved: Solved, progress: Progress
-) -> Solved:
+def _with_mesh_error(body: Drawn, mesh: AnyMesh, task: Task, solved: Solved) -> Solved:
     """Return ``solved`` with the mesh error by a coarser ``mesh`` of the same body, whose patch is in rings."""
-    quiet = _for_error(progress, "coarser mesh")
-    coarse = _solved(body, mesh, method.divided(division_to_compare(method.division)), duration, Stopwatch(), quiet)
-    progress("coarser mesh, for the error estimate", 1.0)
+    method, coarse = task.method, _solved_for_error(body, mesh, task, "coarser mesh")
+    task.progress("coarser mesh, for the error estimate", 1.0)
     assert method.bandwidth is not None
     width = 1.0 / method.bandwidth
-    t = np.linspace(0.0, min(body.memory(method, duration), 60 * width), 600)
+    t = np.linspace(0.0, min(body.memory(method, task.duration), 60 * width), 600)
     fine, other = (as_a_whole(g).filtered(t, width) for g in (solved.greens, coarse.greens))
     difference = float(np.max(np.abs(fine - other)) / np.max(np.abs(fine)))
     assert solved.mesh is not None

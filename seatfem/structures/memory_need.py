@@ -16,11 +16,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final, cast
+from typing import TYPE_CHECKING, Final, NamedTuple, cast
 
 import numpy as np
 
-from impact.greens.base import Array
 from impact.notices import SeatfemError
 from seatfem.machine import libraries
 from seatfem.machine.resources import available_memory
@@ -95,20 +94,18 @@ def counts_of(mesh: meshing.SeatMesh) -> Counts:
     """Return the counts of K and M on a mesh; hexahedra have a diagonal mass."""
     grid = mesh.mesh
     parts = (int(grid.nvertices), grid.edges.shape[1], grid.facets.shape[1], int(grid.nelements))
-    return counts_from(mesh.shape, mesh.order, parts, grid.boundary_facets().size)[1]
+    return counts_from(mesh.shape, mesh.order, parts, grid.boundary_facets().size)
 
 
-def counts_from(
-    shape: str, order: int, parts: tuple[float, float, float, float], surface: float
-) -> tuple[float, Counts]:
-    """Return the number of nodes, and the counts of K and M, from the numbers of vertices, edges, faces and elements
-    (``parts``) and of faces on the ``surface``."""
+def counts_from(shape: str, order: int, parts: tuple[float, float, float, float], surface: float) -> Counts:
+    """Return the counts of K and M from the numbers of vertices, edges, faces and elements (``parts``) and of faces on
+    the ``surface``."""
     nodes, couples = (
         sum(a * b for a, b in zip(table[shape, order], parts, strict=True)) for table in (_NODES, _COUPLES)
     )
     cells, faces = _CUBE[shape]
     compact = compactness(parts[3], surface, cells=cells, faces=faces)
-    return nodes, Counts(3 * nodes, 9 * couples, 3 * (nodes if shape == "hexahedron" else couples), compact)
+    return Counts(3 * nodes, 9 * couples, 3 * (nodes if shape == "hexahedron" else couples), compact)
 
 
 def memory_need(counts: Counts, solver: Solver = "double") -> float:
@@ -137,7 +134,7 @@ def check_memory(
     counts: Counts,
     *,
     solver: Solver = "double",
-    size: float | None = None,
+    size: float = 0.0,
     levels: Sequence[AnyLevel] = (),
     available: float | None = None,
 ) -> float:
@@ -146,7 +143,7 @@ def check_memory(
     Args:
         counts: counts of the model.
         solver: what solves for its vectors.
-        size: element size [m], for the advice.
+        size: element size [m], for the advice; 0 where it is not known.
         levels: cheaper models that describe the seat, for the advice.
         available: available memory [bytes]; default: what the system reports, without limit if it reports nothing.
 
@@ -157,9 +154,16 @@ def check_memory(
     memory = available_memory() if available is None else available
     if need <= memory:
         return need
+    fraction = _fitting_fraction(counts, solver, memory)
+    coarser = (
+        f'use seat.mesh.size = "{1e3 * size * fraction ** (-1 / 3):.2g} mm"'
+        if size
+        else f"make the mesh coarser, about {fraction * counts.dof:.2g} unknowns fit"
+    )
+    advice = ", or ".join([coarser, *(f'seat.model = "{level}"' for level in levels)])
     raise MemoryNeedError(
         f"seat.mesh.size: {counts.dof:.3g} unknowns need about {need / GB:.2g} GB of memory, {memory / GB:.2g} GB are "
-        f"available; {', or '.join(_advice(counts, solver, size, levels, memory))}"
+        f"available; {advice}"
     )
 
 
@@ -171,22 +175,9 @@ def check_elastic(
         return
     cheaper = CHEAPEST_FIRST[: CHEAPEST_FIRST.index(level)]
     levels = [option.level for option in body.levels() if option.applies and option.level in cheaper]
-    size: Any = mesh.provenance.spec.get("size")
     counts, rings = counts_of(solid := cast("meshing.SeatMesh", mesh)), method.rings or 1
     solver = solver_of(counts, method, rings, tetrahedra=solid.shape == "tetrahedron")
-    check_memory(counts, solver=solver, size=size, levels=levels)
-
-
-def _advice(
-    counts: Counts, solver: Solver, size: float | None, levels: Sequence[AnyLevel], available: float
-) -> list[str]:
-    fraction = _fitting_fraction(counts, solver, available)
-    coarser = (
-        f"make the mesh coarser, about {fraction * counts.dof:.2g} unknowns fit"
-        if size is None
-        else f'use seat.mesh.size = "{1e3 * size * fraction ** (-1 / 3):.2g} mm"'
-    )
-    return [coarser, *(f'seat.model = "{level}"' for level in levels)]
+    check_memory(counts, solver=solver, size=mesh.provenance.size, levels=levels)
 
 
 def _fitting_fraction(counts: Counts, solver: Solver, available: float) -> float:
@@ -207,94 +198,53 @@ MARGIN: Final = 4.0  # factor on rough numbers: a mesh that may fit after all is
 MOST_ELEMENTS: Final = 2e7  # most elements: gmsh makes some 1e5 in a second, and needs 1 kB for each
 
 
-@dataclass(frozen=True)
-class Sizes:
-    """Numbers of a mesh.
-
-    Attributes:
-        elements, nodes: numbers of elements and nodes.
-        surface: number of faces on its surface (edges on the outline of a section).
-        counts: unknowns and matrix entries, fixed faces included.
-    """
+class Rough(NamedTuple):
+    """Number of elements of a mesh, and its unknowns and matrix entries, fixed faces included."""
 
     elements: float
-    nodes: float
-    surface: float
     counts: Counts
 
 
-@dataclass(frozen=True)
-class Tally:
-    """Numbers of elements, of facets on the surface (edges on an outline), and of vertices."""
-
-    elements: float
-    facets: float
-    vertices: float
-
-
-def size_at(distance: Array, spec: MeshSpec) -> Array:
-    """Return the requested element size [m] at distances from the patch [m]."""
-    fine = spec.patch_size
-    return np.asarray(np.interp(distance, [fine, max(fine + spec.transition, 1.001 * fine)], [fine, spec.size]))
-
-
-def _tetrahedra(counted: Tally, spec: MeshSpec) -> Sizes:
-    elements, surface, vertices = counted.elements, counted.facets, counted.vertices
-    faces = 2 * elements + surface / 2
-    nodes, counts = counts_from(
-        "tetrahedron", spec.order, (vertices, vertices + faces - elements, faces, elements), surface
-    )
-    return Sizes(elements, nodes, surface, counts)
-
-
-def _section(counted: Tally, spec: MeshSpec, directions: int) -> Sizes:
-    elements, nodes = counted.elements, counted.vertices
-    if spec.order == 2:
-        nodes += nodes + elements - 1
-    entries = directions**2 * SECTION_ENTRIES * nodes
-    return Sizes(elements, nodes, counted.facets, Counts(directions * nodes, entries, entries / directions, 0.0))
-
-
-def rough_sizes(spec: MeshSpec, level: Level, patch: Patch, inside: float) -> Sizes:
+def rough_counts(spec: MeshSpec, level: Level, patch: Patch, inside: float) -> Rough:
     """Return rough numbers of a mesh without making any: the integral of 1/h^d over distance from the patch, taken as a
     strip, up to the body's volume; for a slender body at least one element after the other over its depth.
 
     ``inside``: volume of the body [m^3], or area of its half section [m^2].
     """
-    plane = level in ("axisymmetric", "harmonics")
-    distance = np.linspace(0.0, 1.0, STEPS) ** 2 * (spec.patch_size + spec.transition)
+    plane, fine = level in ("axisymmetric", "harmonics"), spec.patch_size
+    distance = np.linspace(0.0, 1.0, STEPS) ** 2 * (fine + spec.transition)
     depth = math.pi * np.minimum(distance, patch.depth)
     front = patch.width + depth if plane else patch.area * (1 + depth / patch.width) + 2 * distance * depth
-    step = np.diff(distance)
-    pieces = (front[1:] + front[:-1]) / 2 * step
+    pieces = (front[1:] + front[:-1]) / 2 * np.diff(distance)
     near = np.cumsum(pieces) < inside
-    h = size_at((distance[1:] + distance[:-1]) / 2, spec)
+    reach = [fine, max(fine + spec.transition, 1.001 * fine)]
+    h = np.interp((distance[1:] + distance[:-1]) / 2, reach, [fine, spec.size])
     dimension, roughly = (2, ROUGHLY_IN_A_SECTION) if plane else (3, ROUGHLY_INSIDE)
     rest = inside - float(pieces[near].sum())
     elements = max(1.0, roughly * float(np.sum((pieces / h**dimension)[near]) + rest / spec.size**dimension))
-    elements = elements if plane else max(elements, IN_A_BAR * patch.depth / spec.size)
-    outside = 4 * elements ** (1 - 1 / dimension)
     if plane:
-        return _section(Tally(elements, outside, elements), spec, 3 if level == "harmonics" else 2)
-    return _tetrahedra(Tally(elements, outside, 0.2 * elements + 4), spec)
+        nodes, directions = elements if spec.order == 1 else 3 * elements - 1, 3 if level == "harmonics" else 2
+        entries = directions**2 * SECTION_ENTRIES * nodes
+        return Rough(elements, Counts(directions * nodes, entries, entries / directions, 0.0))
+    elements = max(elements, IN_A_BAR * patch.depth / spec.size)
+    outside, vertices = 4 * elements ** (2 / 3), 0.2 * elements + 4
+    faces = 2 * elements + outside / 2
+    parts = (vertices, vertices + faces - elements, faces, elements)
+    return Rough(elements, counts_from("tetrahedron", spec.order, parts, outside))
 
 
-def check_before_meshing(body: drawn.Drawn, spec: MeshSpec, level: Level, method: Method | None = None) -> None:
-    """Raise `MemoryNeedError` if the mesh of a level would be far too large for this computer.
-
-    ``method``: method of the body; by default as its table states it.
-    """
-    sizes = body.rough_sizes(spec, level)
-    how = body.stated() if method is None else method
+def check_before_meshing(body: drawn.Drawn, spec: MeshSpec, level: Level, method: Method) -> None:
+    """Raise `MemoryNeedError` if the mesh of a level, and its reduction, would be far too large for this computer."""
+    sizes = body.rough_counts(spec, level)
     tetrahedra = level not in ("axisymmetric", "harmonics")
-    need = memory_need(sizes.counts, solver_of(sizes.counts, how, how.rings or 1, tetrahedra=tetrahedra))
+    need = memory_need(sizes.counts, solver_of(sizes.counts, method, method.rings or 1, tetrahedra=tetrahedra))
     available = available_memory()
     if need <= MARGIN * available and sizes.elements <= MARGIN * MOST_ELEMENTS:
         return
     chosen = (
         ""
         if body.mesh.size
-        else f" (from seat.greens.bandwidth = {write_quantity(how.bandwidth or 0.0, 'frequency', 3)})"
+        else f" (from seat.greens.bandwidth = {write_quantity(method.bandwidth or 0.0, 'frequency', 3)})"
     )
     raise MemoryNeedError(
         f"seat.mesh.size = {1e3 * spec.size:.3g} mm{chosen}, contact_size = {1e3 * spec.patch_size:.3g} mm: about "

@@ -11,8 +11,9 @@ import numpy as np
 
 from impact.greens.base import Array, ErrorEstimate, GreensFunction
 from impact.greens.modal import ModalGreens, Residual
-from impact.notices import SeatfemError
+from impact.notices import Progress, SeatfemError, silent
 from impact.quantities import check_numbers
+from seatfem.machine.resources import Stopwatch
 from seatfem.structures import lip as lips
 from seatfem.structures import model as models
 from seatfem.structures.errors import ModelError
@@ -190,6 +191,25 @@ class Method:
     def exact(self) -> bool:
         """Return whether there is nothing to discretise."""
         return self.level in ("rod", "closed form")
+
+
+@dataclass(frozen=True)
+class Task:
+    """The computation of one body's Green's function.
+
+    Attributes:
+        method: how it is computed.
+        duration: duration of the runs for which it must be known [s].
+        watch: stopwatch of its stages.
+        progress: receiver of their progress.
+        mesh_error: whether a drawn body is also solved on a coarser mesh.
+    """
+
+    method: Method
+    duration: float
+    watch: Stopwatch = field(default_factory=Stopwatch)
+    progress: Progress = silent
+    mesh_error: bool = True
 
 
 @dataclass(frozen=True)

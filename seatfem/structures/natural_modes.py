@@ -148,7 +148,7 @@ def _drawn(
     band = (max(wanted.count, _FEWEST_SEEN) / of_one) ** (1 / 3)
     band, stated = _FINER * min(band, wanted.up_to_hz), body.mesh
     method = Method(level, band, size=stated.size, contact_size=stated.contact_size, order=stated.order)
-    return finite_elements.draw(body, body.mesh_spec(method), level, progress, method=method)
+    return finite_elements.draw(body, body.mesh_spec(method), level, method, progress)
 
 
 def _around(body: Elastic, mesh: plane_meshes.MeridianMesh, wanted: Wanted, progress: Progress) -> NaturalModes:
@@ -157,7 +157,7 @@ def _around(body: Elastic, mesh: plane_meshes.MeridianMesh, wanted: Wanted, prog
     def build(harmonic: int, torsion: bool = False) -> SecondOrderModel:
         return finite_elements.matrices(body, mesh, "harmonics", harmonic=harmonic, torsion=torsion)
 
-    patch = harmonics.RingPatch(0.0, 2 * math.pi if body.struck_arc is None else body.struck_arc)
+    patch = harmonics.RingPatch(0.0, body.struck_arc or 2 * math.pi)
     all_modes: list[Mode] = []
     compliances: dict[int, float] = {}
     empty, harmonic, dof = 0, 0, 0
@@ -169,7 +169,7 @@ def _around(body: Elastic, mesh: plane_meshes.MeridianMesh, wanted: Wanted, prog
             most = wanted.count if highest == math.inf else math.inf
             modes = solve_modes(model, most, up_to_hz=highest)
             static = _elastic_compliance(model, modes)
-            weight = float(patch.coefficients(harmonic)) ** 2 if body.struck_arc is not None else float(harmonic == 0)
+            weight = float(patch.coefficients(harmonic)) ** 2 if body.struck_arc else float(harmonic == 0)
             if model.ports:
                 compliances[harmonic] = static or 0.0
             all_modes += _listed(model, modes, None if not model.ports else static, harmonic, torsion, weight)
@@ -178,7 +178,7 @@ def _around(body: Elastic, mesh: plane_meshes.MeridianMesh, wanted: Wanted, prog
         harmonic += 1
         progress("harmonics", harmonic / (harmonic + 4))
     progress("harmonics", 1.0)
-    all_modes = _shared(all_modes, patch, compliances, build, arc=body.struck_arc is not None)
+    all_modes = _shared(all_modes, patch, compliances, build, arc=body.struck_arc > 0)
     searched = f"nodal diameters 0 to {harmonic - 1}, torsion among them"
     return NaturalModes(tuple(all_modes), mesh, dof, searched)
 

@@ -127,25 +127,6 @@ def _on_groups(springs: dict[str, float], groups: Collection[str]) -> dict[str, 
     return {on: each for on, each in springs.items() if on in groups}
 
 
-@dataclass(frozen=True)
-class Column:
-    """A straight column: area [m^2] of the struck face, height [m] down to the clamp, narrowest width [m] of the face.
-
-    Its stiffness E A/h is the usual estimate of a seat's.
-    """
-
-    area: float
-    height: float
-    width: float
-    young: float
-    density: float
-
-    @property
-    def stiffness(self) -> float:
-        """Return E A/h [N/m]."""
-        return self.young * self.area / self.height
-
-
 PATCH: Final = 0.03
 PATCH_ORDER: Final = 1.5  # order of convergence with the elements: 1 at sharp edges, 2 elsewhere
 WAVE: Final = 0.03
@@ -200,15 +181,6 @@ def _rounded(size: float) -> float:
 
 MODES: Final = 40  # modes of the rod
 SPREADING: Final = 0.2  # damping ratio in place of the geometric spreading of waves in three dimensions
-
-
-@dataclass(frozen=True)
-class Face:
-    """The face that touches a body: its width [m], Young's modulus [Pa] and density [kg/m^3]."""
-
-    width: float = 5e-3
-    young: float = 200e9
-    density: float = 7850.0
 
 
 def rod_behind(patch: Patch, damping: float) -> modal.ModalGreens:

@@ -34,7 +34,7 @@ from seatfem.structures.mesh.plane_meshes import CLAMPED, mesh_sheet
 from seatfem.structures.method import COARSENING, Aims
 from seatfem.structures.model import DofMap, ModelError, SecondOrderModel
 from seatfem.structures.reduction.modal import with_modes
-from seatfem.structures.reduction.modes import Modes, solve_modes, with_parity
+from seatfem.structures.reduction.modes import Modes, modes_by_parity, solve_modes
 from seatfem.structures.rings import CONTACT
 from seatfem.structures.shapes import Flat, fingerprint
 from seatfem.units import write_quantity
@@ -256,9 +256,16 @@ def patches_of(sheet: Sheet, lips: Sequence[AnyLip]) -> Mapping[str, Patch]:
 
 @dataclass(frozen=True)
 class Watched:
-    """A receiver of the progress of a plate's modes; all receivers are equal, so that caches take no notice of them."""
+    """A request for a plate's modes has, besides the plate, what helps to compute them; all requests are equal, so that
+    caches take no notice of them.
+
+    Attributes:
+        progress: receives the progress.
+        lower: the same plate on the same mesh with its modes in a narrower band, which are not computed again.
+    """
 
     progress: Progress = field(default=silent, compare=False)
+    lower: PlateModes | None = field(default=None, compare=False)
 
 
 @lru_cache(maxsize=4)
@@ -298,13 +305,15 @@ def refinement(fine: PlateModes, coarse: PlateModes) -> float:
     return float(np.clip(math.sqrt(len(fine.mesh.cells) / len(coarse.mesh.cells)), 1.1, COARSENING))
 
 
-def plate_modes(asked: Sheet, coarser: float = 1.0, progress: Progress = silent) -> PlateModes:
+def plate_modes(
+    asked: Sheet, coarser: float = 1.0, progress: Progress = silent, lower: PlateModes | None = None
+) -> PlateModes:
     """Return the plate on its mesh, or one of elements ``coarser`` times as large; found once in a process, and kept on
     file.
 
-    Raises as `solved_sheet`.
+    ``lower``: as in `Watched`. Raises as `solved_sheet`.
     """
-    return modes_in_process(asked, coarser, Watched(progress))
+    return modes_in_process(asked, coarser, Watched(progress, lower))
 
 
 @lru_cache(maxsize=4)
@@ -314,10 +323,16 @@ def modes_in_process(asked: Sheet, coarser: float, watched: Watched) -> PlateMod
     fresh: list[SecondOrderModel] = []
 
     def compute() -> tuple[PlateMesh, Modes]:
-        mesh = _mesh(asked, coarser)
-        model = _model(asked, mesh)
+        lower, known = watched.lower, None
+        if lower is None:
+            mesh = _mesh(asked, coarser)
+            model = _model(asked, mesh)
+        else:
+            asked.check()
+            mesh, model, known = lower.mesh, lower.model, (CUTOFF * lower.sheet.bandwidth, lower.modes)
         fresh.append(model)
-        modes = solve_modes(model, up_to_hz=CUTOFF * asked.bandwidth, progress=watched.progress)
+        up_to, progress = CUTOFF * asked.bandwidth, watched.progress
+        modes = modes_by_parity(model, mesh.points, up_to_hz=up_to, known=known, progress=progress)
         if not len(modes.omega):
             lowest = write_quantity(float(solve_modes(model, 1).frequencies_hz[0]), "frequency", 3)
             band = write_quantity(asked.bandwidth, "frequency", 4)
@@ -325,7 +340,7 @@ def modes_in_process(asked: Sheet, coarser: float, watched: Watched) -> PlateMod
                 f"reed.greens.bandwidth = {band}: the plate has no mode below {CUTOFF:g} times it, its lowest is at "
                 f"{lowest}; raise it to that at least"
             )
-        return mesh, with_parity(modes, model, mesh.points)
+        return mesh, modes
 
     mesh, modes = _kept(asked, coarser, compute)
     return PlateModes(asked, mesh, modes, coarser, *fresh)
@@ -344,7 +359,7 @@ def in_wider_band(plate: PlateModes, progress: Progress = silent) -> tuple[Plate
         wider = replace(plate.sheet, bandwidth=ratio * plate.sheet.bandwidth)
         try:
             coarser = plate.coarser * plate.sheet.element_size / wider.element_size
-            return plate_modes(wider, coarser, progress), ratio
+            return plate_modes(wider, coarser, progress, plate), ratio
         except ModelError:
             continue
     return None

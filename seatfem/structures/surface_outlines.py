@@ -1,7 +1,6 @@
 """Outlines of a body that is known by the triangles of its surface: parts from CAD, and meshes."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -20,53 +19,47 @@ LEVEL: Final = 1e-4  # distance of faces that count as in one plane, over a body
 ABOVE: Final = 0.5  # depth below the struck face, over the body's, down to which edges are shown in plan
 
 
-@dataclass(frozen=True, eq=False)
-class Surface:
-    """A body known by the triangles of its surface, and its position in the drawing.
-
-    Attributes:
-        shape: the triangles, with the struck group "contact".
-        rows: of the triangles, face by face.
-        struck: name of the struck group.
-        normal: (3,) outward normal of the struck face; ``None`` where only its direction is known.
-        held, bedded: groups that are clamped, and held by springs.
-        along: direction that is drawn as x; (): as of `seatfem.structures.lands.axes_along`.
-    """
-
-    shape: Shape
-    rows: tuple[Integers, ...]
-    struck: str
-    normal: Sequence[float] | None
-    held: tuple[str, ...] = ()
-    bedded: tuple[str, ...] = ()
-    along: Sequence[float] = ()
-
-
-def of_surface(name: str, surface: Surface) -> BodyViews:
+def of_surface(
+    name: str,
+    shape: Shape,
+    rows: tuple[Integers, ...],
+    struck: str,
+    normal: Sequence[float] | None,
+    held: tuple[str, ...] = (),
+    bedded: tuple[str, ...] = (),
+    along: Sequence[float] = (),
+) -> BodyViews:
     """Return the views of a body from CAD or of a mesh: the section of its surface through the middle of the struck
     face, its faces and edges in plan.
+
+    Args:
+        name: name of the body.
+        shape: triangles of its surface; ``rows``: those of each face.
+        struck: name of the struck group; ``normal`` (3,): its outward normal, ``None`` where only its direction is
+            known.
+        held, bedded: groups that are clamped, and held by springs.
+        along: direction that is drawn as x; (): as of `seatfem.structures.lands.axes_along`.
 
     Raises:
         ModelError: the struck group has no triangles.
     """
-    shape = surface.shape
-    if surface.struck not in shape.groups or not len(shape.groups[surface.struck]):
-        raise errors.ModelError(f"drawing: the body has no face {surface.struck!r} that could be struck; name one")
-    axes, middle = frame_of(surface)
+    if struck not in shape.groups or not len(shape.groups[struck]):
+        raise errors.ModelError(f"drawing: the body has no face {struck!r} that could be struck; name one")
+    axes, middle = _frame(shape, struck, normal, along)
     points, size = (shape.points - middle) @ axes.T, float(np.linalg.norm(shape.extent))
     seen, used = points[:, :2], points[np.unique(shape.triangles)]
     (left, _, base), (right, _, _) = used.min(axis=0).tolist(), used.max(axis=0).tolist()
 
     def cut_group(names: Iterable[str]) -> Loops:
-        rows = [shape.groups[each] for each in names if each in shape.groups]
-        return tuple(_cut(points[shape.triangles[np.concatenate(rows)]], size)) if rows else ()
+        cut = [shape.groups[each] for each in names if each in shape.groups]
+        return tuple(_cut(points[shape.triangles[np.concatenate(cut)]], size)) if cut else ()
 
-    outline = chained(seen[shape.outline(surface.struck)], SAME * size)
-    rims = (rim(shape.triangles[part]) for part in surface.rows)  # of its faces
+    outline = chained(seen[shape.outline(struck)], SAME * size)
+    rims = (rim(shape.triangles[part]) for part in rows)  # of its faces
     edges = np.unique(np.concatenate([np.zeros((0, 2), dtype=np.int64), *rims]), axis=0)
     clamp = [
         seen[shape.outline(each)]
-        for each in surface.held
+        for each in held
         if each in shape.groups and points[shape.triangles[shape.groups[each]], 2].mean() > ABOVE * base
     ]
     (first, low), (last, high) = (end(np.concatenate(outline), axis=0).tolist() for end in (np.min, np.max))
@@ -74,9 +67,9 @@ def of_surface(name: str, surface: Surface) -> BodyViews:
         name,
         note=_turned_words(axes),
         section=tuple(chained(_cut(points[shape.triangles], size), SAME * size)),
-        struck=cut_group([surface.struck]),
-        held=cut_group(surface.held),
-        bedded=cut_group(surface.bedded),
+        struck=cut_group([struck]),
+        held=cut_group(held),
+        bedded=cut_group(bedded),
         triangles=seen[shape.triangles] if len(shape.triangles) <= MOST_TRIANGLES else None,
         edges=tuple(seen[edges[points[edges][:, :, 2].mean(axis=1) > ABOVE * base]]),
         contact=tuple(outline),
@@ -90,22 +83,22 @@ def of_surface(name: str, surface: Surface) -> BodyViews:
     )
 
 
-def frame_of(surface: Surface) -> tuple[Array, Array]:
+def _frame(shape: Shape, struck: str, given: Sequence[float] | None, along: Sequence[float]) -> tuple[Array, Array]:
     """Return the (3, 3) directions x, y, z of the drawing in the body's axes, and (3,) the struck face's middle [m].
 
     As of a land (`seatfem.structures.lands.axes_along`). A normal of unknown sign points away from the body's middle.
     """
-    shape, rows = surface.shape, surface.shape.groups[surface.struck]
+    rows = shape.groups[struck]
     areas = shape.areas[rows]
     middle = np.average(shape.points[shape.triangles[rows]].mean(axis=1), axis=0, weights=areas)
-    if surface.normal is None:
-        normal = shape.normal(surface.struck)
+    if given is None:
+        normal = shape.normal(struck)
         z = np.array([0.0, 0.0, 1.0]) if normal is None else np.array(normal)
         inner = shape.points[np.unique(shape.triangles)].mean(axis=0)
         z = z if (middle - inner) @ z >= 0 else -z
     else:
-        z = np.array(surface.normal)
-    return lands.axes_along(z, surface.along), middle
+        z = np.array(given)
+    return lands.axes_along(z, along), middle
 
 
 def _turned_words(axes: Array) -> str:

@@ -180,7 +180,8 @@ def error_budget(
         blow = contact_record_of(touches, width, coarse, choice)
     last, like = impulse_of_last_touch(blow), touches.landings
     ports = lifts_of(scene.geometry, touches, seat.greens) if scene.driven_by else ()
-    others = contact.other_values(scene, touches.strains, touches.opening, result.dt, ports)
+    run_of_wings = touches.opening, result.dt, scene.run.duration, ports
+    others = contact.other_values(scene.driven_by, touches.strains, *run_of_wings)
     own = RunRecord(blow, like, touches.stopper_force, others)
 
     def values_with_clock(record: RunRecord) -> Values:
@@ -215,15 +216,13 @@ def error_budget(
     shares = {"model": WITHIN_PARTS} if in_parts else {}  # an error that more arcs do not reduce
     budget = with_floors(replace(budget, sources=(*budget.sources, *unknown)), floors, shares)
     budget = with_cut_landings(with_jumps(budget, blow), like, first_is_cut(touches.seat))
-    return budget if like is None else with_bars_of_measures(budget, like.seat)
+    return with_bars_of_measures(budget, like.seat)
 
 
-def unresolved_steps(landings: Landings | None, blow: ContactRecord) -> Values:
+def unresolved_steps(landings: Landings, blow: ContactRecord) -> Values:
     """Return the least errors of the times of contacts, in steps: one where a time is known to whole steps only."""
     first, duration = measures.ContactDuration.landing_of(blow), measures.ContactDuration.name
     least = {} if not np.any(_solid_force(blow)) else {duration: 1.0 if first is None else _unresolved(first)}
-    if landings is None:
-        return least
     least |= {prefix + duration: _unresolved(each) for prefix, each in measures.judged_landings(landings.seat).items()}
     for place, all_there in landings.by_place.items():
         for number, each in enumerate(all_there):
@@ -236,11 +235,9 @@ def _unresolved(landing: Landing) -> float:
     return JUMP if landing.is_resolved else 1.0
 
 
-def with_cut_landings(budget: Budget, landings: Landings | None, first_cut: bool) -> Budget:
+def with_cut_landings(budget: Budget, landings: Landings, first_cut: bool) -> Budget:
     """Return the budget with infinite errors of what the end of the record cuts: duration and impulse of landings, the
     peak of one cut shortly after it, and the duration of a first contact."""
-    if landings is None:
-        return budget
     cut = [measures.ContactDuration.name] if first_cut else []
     for place, all_there in landings.by_place.items():
         for number, landing in enumerate(all_there):
@@ -283,7 +280,7 @@ def with_floors(budget: Budget, floors: Mapping[str, float], shares: Mapping[str
     return replace(budget, parts=parts)
 
 
-def with_end(scene: Scene, problem: ContactProblem, budget: Budget, dt: float, like: Landings | None) -> Budget:
+def with_end(scene: Scene, problem: ContactProblem, budget: Budget, dt: float, like: Landings) -> Budget:
     """Return the budget, without `CLOCK`, with the change if the record ended earlier or later by the error bar of the
     last contact's time. It is added to the source that shifts this contact most.
 

@@ -150,7 +150,7 @@ def stated_method(scene: Scene) -> RunMethod:
     return method.stopped(scene.geometry, None if scene.stopper is None else scene.stopper.parts)
 
 
-def stated_keys(scene: Scene) -> frozenset[str]:
+def stated_keys(scene: BaseModel) -> frozenset[str]:
     """Return the keys of `FIELDS` that the file states."""
     return frozenset(key for key in FIELDS if is_given(scene, key))
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Final, Literal
 
@@ -14,8 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field
 
-from impact.after import measures
-from impact.after import result as impact_results
 from impact.bodies import body as bodies
 from impact.bodies.time_series import TimeSeries, TimeSeriesError, read_time_series
 from impact.files.csv_table import read_csv, write_csv
@@ -72,7 +70,7 @@ from seatfem.structures import outlines
 from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.motion import CourseColumns, CourseUnits, Record, stated_in
 from seatfem.study.scene.models import Scene
-from seatfem.study.scene.wings import Drive, DriveRun, PortLift, cycle_name
+from seatfem.study.scene.wings import NO_STOPS, Drive, DriveRun, PortLift, cycle_name
 from seatfem.units import UnitError, write_quantity
 
 FILE, PICTURE = "gas.csv", "gas.png"
@@ -250,7 +248,7 @@ port_diameter = "12 mm"
             words = f"{high} is not above suction.pressure = {low}: nothing is compressed"
             yield "discharge.pressure", f"{words}; exchange them, or raise it"
         with problem_of("force", GasError):
-            _ = self.areas
+            self.areas_of(1)
 
     @property
     def crank(self) -> SliderCrank | None:
@@ -258,11 +256,6 @@ port_diameter = "12 mm"
         if self.bore is None or self.stroke is None or self.rod is None or self.clearance is None:
             return None
         return SliderCrank(self.bore, self.stroke, self.rod, self.clearance, self.rpm, self.angle)
-
-    @property
-    def areas(self) -> ReedValve:
-        """Return the effective areas in SI, of one port where the table does not state how many."""
-        return self.areas_of(1)
 
     def areas_of(self, count: int) -> ReedValve:
         """Return the effective areas of all ports in SI, of ``count`` ports where the table does not state how many."""
@@ -356,11 +349,6 @@ port_diameter = "12 mm"
         port = self.port_diameter
         return f"pressure of the gas, {self.valve} valve, port Ø {outlines.length_text(port)}", -port / 2, port / 2
 
-    @property
-    def model(self) -> Compressor | Prescribed:
-        """Return the gas model of the table, for a seat with one port."""
-        return self.model_of(1)
-
     def model_of(self, ports: int) -> Compressor | Prescribed:
         """Return the gas model of the table for a seat with so many ports."""
         common = (self.areas_of(ports), *self.plenums, self.valve)
@@ -383,30 +371,15 @@ port_diameter = "12 mm"
             by_opening = partial(_area_ratio, table) if len(set(table.area)) > 1 else None
             yield bodies.Load(shape, partial(_pressure_force, drive, float(table.area[0]), sign), by_opening)
 
-    def values(self, lift: Array, dt: float, duration: float, ports: Sequence[PortLift] = ()) -> dict[str, float]:
-        """Return the mass that flows in each cycle of a run [kg], and that over each of several lands in all of it."""
-        history, computed = gas_history(self.model_of(number_of_ports(ports)), lift, dt), self.crank is not None
-        masses = cycle_masses(self, duration, history, of_other=computed)
-        by_cycle = {cycle_name(key, cycle): mass for key, each in masses.items() for cycle, mass in enumerate(each)}
-        return by_cycle | masses_over_lands(ports, history, dt)
-
-    def after_run(
-        self,
-        lift: Array,
-        dt: float,
-        duration: float,
-        stopper: impact_results.ImpactResult | None,
-        ports: Sequence[PortLift] = (),
+    def follow(
+        self, lift: Array, dt: float, duration: float, ports: Sequence[PortLift] = (), stops: Array = NO_STOPS
     ) -> GasRun:
-        drive, crank = self.model_of(number_of_ports(ports)), self.crank
-        history = gas_history(drive, lift, dt)
-        volume = None if crank is None else np.array([crank.volume(float(t)) for t in history.time])
-        angle = angles(history.time, self.rpm, self.angle)
-        return GasRun(self, drive, history, angle, volume, lift, dt, duration, stopper, tuple(ports))
+        drive = self.model_of(number_of_ports(ports))
+        return GasRun(self, drive, gas_history(drive, lift, dt), lift, dt, duration, tuple(ports), stops)
 
     def notes(self) -> tuple[str, ...]:
         """Return a note on effective areas that were not measured."""
-        valve = self.areas
+        valve = self.areas_of(1)
         tables = {"flow": (valve.flow, valve.flow_back), "force": (valve.force, valve.force_back)}
         guessed = [
             f"gas.{key}.{way} ({table.source.removeprefix(NOT_MEASURED)})"
@@ -435,23 +408,36 @@ class GasRun(DriveRun):
         asked: the table [gas].
         drive: model of the cylinder, or the prescribed pressure.
         history: pressure, flow and masses over time.
-        angle: (n + 1,) crank angle at these times [deg].
-        volume: (n + 1,) volume of the cylinder [m^3]; ``None`` if its pressure is prescribed.
-        lift, dt, duration, stopper, ports: the run, as in `Drive.after_run`.
+        lift, dt, duration, ports, stops: the run, as in `Drive.follow`.
     """
 
     asked: CompressorGas
     drive: Compressor | Prescribed
     history: GasHistory
-    angle: Array
-    volume: Array | None
     lift: Array
     dt: float
     duration: float
-    stopper: impact_results.ImpactResult | None
-    ports: tuple[PortLift, ...] = ()
+    ports: tuple[PortLift, ...]
+    stops: Array
 
     __repr__ = brief
+
+    @property
+    def angle(self) -> Array:
+        """Return the (n + 1,) crank angle at the times of the history [deg]."""
+        return angles(self.history.time, self.asked.rpm, self.asked.angle)
+
+    @cached_property
+    def volume(self) -> Array | None:
+        """Return the (n + 1,) volume of the cylinder [m^3]; ``None`` if its pressure is prescribed."""
+        crank = self.asked.crank
+        return None if crank is None else np.array([crank.volume(float(t)) for t in self.history.time])
+
+    def values(self) -> dict[str, float]:
+        """Return the mass that flows in each cycle of a run [kg], and that over each of several lands in all of it."""
+        masses = cycle_masses(self.asked, self.duration, self.history)
+        by_cycle = {cycle_name(key, cycle): mass for key, each in masses.items() for cycle, mass in enumerate(each)}
+        return by_cycle | masses_over_lands(self.ports, self.history, self.dt)
 
     def keys(self) -> dict[str, object]:
         """Return the gas keys for summary.json; lists have a value, or ``None``, for each cycle.
@@ -475,7 +461,6 @@ class GasRun(DriveRun):
             return float(angles(np.array([step * dt]), gas.rpm, gas.angle)[0])
 
         speed = (lift[:-1] - lift[1:]) / dt
-        stops = np.zeros(0) if self.stopper is None else measures.contact_groups(self.stopper)[:, 0] / dt
         valve, side = self.drive.valve, self.drive.side
         keys: dict[str, object] = {
             "gas_valve": side,
@@ -485,8 +470,8 @@ class GasRun(DriveRun):
             "gas_largest_lift_m": largest,
             "gas_seating_velocity_m_per_s": [float(speed[s - 1].max()) if len(s) else None for s in by_cycle(falls)],
             "gas_seat_impacts": [len(s) for s in by_cycle(falls)],
-            "gas_stopper_impacts": [len(s) for s in by_cycle(stops)],
-            **cycle_masses(gas, self.duration, self.history, of_other=self.volume is not None),
+            "gas_stopper_impacts": [len(s) for s in by_cycle(self.stops / dt)],
+            **cycle_masses(gas, self.duration, self.history),
             "gas_flow_area_source": [valve.flow.source, valve.flow_back.source],
             "gas_force_area_source": [valve.force.source, valve.force_back.source],
             "gas_largest_pressure_Pa": float(self.history.pressure.max()),
@@ -557,11 +542,11 @@ def cycles_of(gas: CompressorGas, duration: float) -> int:
     return max(1, math.ceil(duration / gas.turn - 1e-6))
 
 
-def cycle_masses(gas: CompressorGas, duration: float, history: GasHistory, *, of_other: bool) -> dict[str, list[float]]:
-    """Return, by key of summary.json, the mass that flows in each cycle [kg]; with ``of_other`` also that through the
-    other valve."""
+def cycle_masses(gas: CompressorGas, duration: float, history: GasHistory) -> dict[str, list[float]]:
+    """Return, by key of summary.json, the mass that flows in each cycle [kg], also through the other valve where the
+    cylinder's pressure is computed."""
     edges = np.minimum(np.arange(cycles_of(gas, duration) + 1) * gas.turn, history.time[-1])
-    columns = {"forward": FORWARD, "back": BACK, **({"other_valve": OTHER} if of_other else {})}
+    columns = {"forward": FORWARD, "back": BACK, **({"other_valve": OTHER} if gas.crank else {})}
     return {
         f"gas_mass_{name}_kg": np.diff(np.interp(edges, history.time, history.states[:, column])).tolist()
         for name, column in columns.items()

@@ -90,7 +90,7 @@ class LifeMargin(Measure):
     """
 
     name, key, words = "life_margin", "life_margin", "fatigue margin"
-    needs_stress = True
+    data = ("stress",)
     judged_by = Stress.name
     needs = "life.strength"
 

@@ -135,7 +135,7 @@ def test_it_is_reciprocal_causal_and_starts_at_its_initial_value(greens: GreensF
 
 
 def test_g_is_the_slope_of_the_step_response(greens: GreensFunction) -> None:
-    """Between jumps g is the midpoint slope of the step response, which is off by h^2/24 of g''."""
+    """g is the midpoint slope of the step response, off by h^2/24 of g'' between jumps."""
     h = 1e-4
     t = np.array([0.413, 0.777, 1.313, 1.713])  # off the grid of the samples, between the fronts
     for i, j in pairs(greens):

@@ -53,7 +53,7 @@ FOREIGN = [
 def test_keys_of_other_tables_and_arguments_of_python_are_found(
     kind: str, words: str, names: list[str], tmp_path: Path
 ) -> None:
-    """In a refusal of a scene, by the kind of the table that it is about."""
+    """They are found in a refusal of a scene by the kind of the table that it is about."""
     path = tmp_path / "scene.toml"
     path.write_text(f'[seat]\nkind = "{kind}"\n', encoding="utf-8")
     error = SceneError((Problem(path, 1, "seat.file", f"a.uff: {words}"),))

@@ -14,7 +14,7 @@ from seatfem.study.ladders.table import LADDERS
 from seatfem.study.method import STEP, RunMethod, stated_method
 from seatfem.study.runs.converge import LEAST, begin_method, mark, refine_plan
 from seatfem.study.scene import Scene
-from seatfem.study.trade.rungs import around
+from seatfem.study.trade.trade import around
 from tests.gallery import load_text
 from tests.steps import (
     Limits,

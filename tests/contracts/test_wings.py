@@ -75,7 +75,7 @@ def test_nothing_outside_a_wing_imports_it(wing: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("wing", WINGS)
 def test_the_core_works_without_a_wing(wing: str, tmp_path: Path) -> None:
-    """Without its files what the wing offers is gone, and nothing else; the core's tests pass."""
+    """What the wing offers is gone without its files, and nothing else; the core's tests pass."""
     own, lost = WINGS[wing]
     everything = json.loads(run_in(ROOT, "-c", OFFERED))
     for folder in ("impact", "seatfem", "tests"):

@@ -6,7 +6,6 @@ from functools import cache
 
 import numpy as np
 
-from tests.extremes.alike import alike_cells
 from tests.extremes.bodies import body_cells
 from tests.extremes.bouncing import bouncing_cells
 from tests.extremes.cell import Cell
@@ -16,17 +15,14 @@ from tests.extremes.lips_axes import lip_cells
 from tests.extremes.marching import marching_cells
 from tests.extremes.moved_axes import moved_cells
 from tests.extremes.plates_axes import plate_cells
-from tests.extremes.ports import port_cells
 from tests.extremes.random_scenes import random_cells
 from tests.extremes.records import record_cells
 from tests.extremes.scene_files import scene_file_cells
 from tests.extremes.solids import solid_cells
-from tests.extremes.together import together_cells
 
 # To add an axis: a function that returns cells, here. Making the cells is cheap; only their checks work.
 PROVIDERS: tuple[Callable[[], tuple[Cell, ...]], ...] = (
-    marching_cells, encounter_cells, bouncing_cells, body_cells, port_cells, record_cells, solid_cells, alike_cells,
-    together_cells,
+    marching_cells, encounter_cells, bouncing_cells, body_cells, record_cells, solid_cells,
 )  # fmt: skip
 OF_SCENE_FILES: tuple[Callable[[], tuple[Cell, ...]], ...] = (
     scene_file_cells, plate_cells, lip_cells, moved_cells, lasting_cells, random_cells,

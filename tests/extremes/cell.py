@@ -95,7 +95,7 @@ class Cell:
     """One point of the battery: axis values, and the check that knows the answer from elsewhere.
 
     Attributes:
-        axis: name of the axis swept, or "pairwise".
+        axis: name of the axis swept.
         value: where on the axis; its text is the cell's name together with the axis.
         check: computes the answer and compares it with the oracle.
         end: whether this is an extreme end of its axis.

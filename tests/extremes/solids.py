@@ -1,11 +1,12 @@
-"""Beams, the half-space and small finite element models at the ends of shape, Poisson's ratio and element quality."""
+"""Beams, the half-space and small finite element models at the ends of shape, Poisson's ratio, element quality, time
+and symmetry."""
 
 from typing import Any
 
 import numpy as np
 import skfem
 from numpy.typing import NDArray
-from scipy import sparse
+from scipy import linalg, sparse
 from scipy.sparse.linalg import splu
 from skfem.helpers import ddot, div, sym_grad
 
@@ -14,11 +15,13 @@ from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.materials import Material
 from seatfem.structures.method import Aims
 from seatfem.structures.model import SecondOrderModel
+from seatfem.structures.reduction.greens import named
 from seatfem.structures.reduction.krylov import Krylov
 from seatfem.structures.reduction.modes import solve_modes
 from tests.extremes import scenes
 from tests.extremes.blocks import box, compliance
-from tests.extremes.cell import Cell, Finding, swept, worst
+from tests.extremes.cell import Cell, Finding, chosen, swept, worst
+from tests.rod_model import rod_model
 
 SIDES = ("left", "right", "front", "back")
 NUS = (0.0, 1e-9, 0.25, 0.4, 0.45, 0.49, 0.499, 0.4999)
@@ -36,6 +39,8 @@ def solid_cells() -> tuple[Cell, ...]:
         *swept("Poisson's ratio, bonded block", NUS, bonded_block),
         *swept("height of the flattest elements", [0.0, *(10.0**k for k in range(-14, 1, 2))], slivers),
         *swept("elements across the patch", [1, 2, 3], patch_elements),
+        *swept("free rod, time / transit", [10.0**k for k in range(-1, 7)], free_rod),
+        *chosen("repeated eigenvalues", symmetric_block, ("modes", "response", "krylov", "second_order")),
     )
 
 
@@ -140,6 +145,44 @@ def patch_elements(number: float) -> Finding:
     )
 
 
+def free_rod(time: float) -> Finding:
+    """A free rod by elements and Krylov vectors has d'Alembert's S(t), and late the flight t^2/(2 m) of the whole."""
+    model = rod_model(young=1.0, density=1.0, area=1.0, length=1.0, elements=60, fixed_end=False)
+    greens = Krylov().reduce(model, model.damping, Aims(10.0, 4.0, 1e-3)).greens
+    ours = float(greens.step_response(time))
+    exact = float(scenes.FREE_ROD.step_response(time))
+    return Finding(scenes.relative(ours, exact), 2e-2 if time < 1 else 1e-3, (), "S(t)")
+
+
+def symmetric_block(name: str) -> Finding:
+    """A block of square section has pairs of equal frequencies, those of a dense solver for all eigenvalues."""
+    mesh = _with_corner(box((1.0, 1.0, 2.0), (2, 2, 3), hexes=True))
+    model = assemble(mesh, Material(1.0, 0.3, 1.0), fixed="fixed", ports={"contact": "corner"}, order=2)
+    values, vectors = linalg.eigh(model.K.toarray(), model.M.toarray())
+    omega = np.sqrt(values)
+    if name == "modes":
+        ours = solve_modes(model, 30).omega
+        return Finding(float(np.abs(ours / omega[:30] - 1).max()), 1e-8, (), "30 lowest frequencies")
+    b = model.port_matrix[:, 0]
+    strength = (vectors.T @ b) ** 2
+    t = np.linspace(0.0, 20.0, 101)
+    exact = np.sin(np.outer(t, omega)) / omega @ strength
+    if name == "response":
+        modes = solve_modes(model, len(values))
+        ours = np.sin(np.outer(t, modes.omega)) / modes.omega @ (modes.shapes.T @ b) ** 2
+        return Finding(float(np.abs(ours - exact).max() / np.abs(exact).max()), 1e-8, (), "g(t) by all modes")
+    greens = named(name).reduce(model, model.damping, Aims(1.0, 20.0, 1e-3)).greens
+    static = float(strength @ (1 / values))
+    rise = (1 - np.cos(np.outer(t, omega))) / values @ strength
+    return Finding(
+        *worst(
+            (scenes.relative(float(greens.static_compliance()[0, 0]), static), 1e-9),
+            (float(np.abs(np.asarray(greens.step_response(t)) - rise).max() / rise.max()), 2e-3),
+        ),
+        note="static compliance, S(t)",
+    )
+
+
 def _patch_mesh(n: int) -> Any:
     mesh = box((3.0, 3.0, 1.5), (3 * n, 3 * n, 2 * n), hexes=True)
     return mesh.with_boundaries(
@@ -179,3 +222,8 @@ def _mixed_compliance(mesh: Any, material: Material) -> float:
     system = sparse.bmat([[shear[free][:, free], mixed[:, free].T], [mixed[:, free], soft]]).tocsc()
     right = np.concatenate([load[free], np.zeros(p.N)])
     return float(load[free] @ splu(system).solve(right)[: len(free)])
+
+
+def _with_corner(mesh: Any) -> Any:
+    top = float(mesh.p[2].max())
+    return mesh.with_boundaries({"corner": lambda x: (x[2] > top - 1e-9) & (x[0] < 0.5) & (x[1] < 0.5)})

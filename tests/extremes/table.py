@@ -20,7 +20,7 @@ MEANING: Mapping[Verdict, str] = {
 }  # fmt: skip
 MARK: Final = "<!-- counts of the extremes -->", "<!-- end of the counts -->"
 FILES, MARCH = "Scene files, one number at a time", "Marches and models"
-TOGETHER: Final = {"pairwise": "Marches, all at once", "random scenes": "Random scenes"}
+TOGETHER: Final = {"random scenes": "Random scenes"}
 """Axes whose cells change all numbers at once, and what they are called in the page."""
 
 

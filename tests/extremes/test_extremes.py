@@ -10,12 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from impact import Body, GreensFunctionError, solve
+from impact import Body, GreensFunctionError
 from seatfem.jobs.crew import Ask, crew
 from tests.extremes import (
     Cell,
     Finding,
-    balances,
     battery,
     carry_out,
     precise,
@@ -27,7 +26,6 @@ from tests.extremes import __main__ as command
 from tests.extremes.cell import Standing
 from tests.extremes.random_scenes import random_cells
 from tests.extremes.table import TOGETHER
-from tests.extremes.together import Scene, checked, problem_of
 
 CELLS = battery()
 # seconds each: the chosen ones stand for them
@@ -37,7 +35,7 @@ CHOSEN = (
     "energy over 1e6 steps, conserving = Hertz, wall", "energy over 1e6 steps, conserving = rigid",
     "energy over 1e6 steps, passive = rigid, 5 modes", "scene file, rod of length = 1 mm",
     "scene file, duration / half swing = 0.001", "scene file, duration / half swing = 1e+08",
-    "scene file, impact speed, m/s = 1e-13", "Zeno, restitution = 0.5", "disc, diameter, m = 1e-07",
+    "scene file, impact speed, m/s = 1e-13", "Zeno on a sinking wall, restitution = 0.99", "disc, diameter, m = 1e-07",
     "disc, thickness / diameter = 0.1", "flapper, band / 50 kHz = 0.001", "flapper, band / 50 kHz = 0.01",
     "arcs of a lip = 4", "valve spring, stiffness, N/m = 1e-06", "film, viscosity / stopping = 0.5",
     "base, amplitude / gap = 0.4", "base, speed of the seat, m/s = 1", "Hertz, speed, m/s = 1e-09",
@@ -47,11 +45,7 @@ CHOSEN = (
 
 
 def quick(cell: Cell) -> bool:
-    return (
-        not cell.of_scene_file
-        and not cell.axis.startswith(SLOW)
-        and (cell.axis != "pairwise" or "modes 3000" not in cell.value)
-    )
+    return not cell.of_scene_file and not cell.axis.startswith(SLOW)
 
 
 ENDS = [cell for cell in CELLS if cell.end and quick(cell)]
@@ -140,24 +134,7 @@ def test_precise_cosine(x: float) -> None:
 
 
 def test_a_wrong_kernel_is_found() -> None:
-    """The oracle of the covering array sees 1e-6 of the frequencies, the exponential of the clinging mass 3 %."""
-    scene = Scene(
-        step=1e-2, steps=300, speed=1.0, stiffness=1.0, mass=1.0, damping=0.0, modes=3, spacing="harmonic",
-        residual="relaxation", gap="closed", law="rigid", rule="passive", ports="one", engine="auto", unit=1.0,
-        push=0.0,
-    )  # fmt: skip
-    assert checked(scene).error <= 1
-    problem = problem_of(scene)
-    result = solve(problem, dt=scene.step, duration=scene.step * scene.steps, engine=scene.engine)
-    force, gap = (np.reshape(a, (len(result.time), -1)) for a in (result.force, result.gap))
-    seat = problem.target.greens
-    off = Body(replace(seat, omega=seat.omega * (1 + 1e-6)))
-    other = replace(problem, contacts=tuple(replace(c, target=off) for c in problem.contacts))
-    errors = []
-    for posed in (problem, other):
-        expected, scale = balances.replayed(posed, force, scene.step)
-        errors.append(float(np.max(np.abs(gap[-len(expected) :] - expected) / scale)))
-    assert errors[0] < 1e-12 < errors[1]
+    """The exponential of the clinging mass sees 3 % of the frequencies."""
     exact = scenes.clinging_force(scenes.modal_rod(5), 1.0, 0.5)
     slow = scenes.modal_rod(5)
     slow = replace(slow, omega=slow.omega * 1.03)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.extremes import Cell, Finding, alike, battery, bodies, carry_out, ports, records, scene_run, scenes, solids
+from tests.extremes import Cell, Finding, battery, bodies, carry_out, records, scene_run, scenes, solids
 from tests.extremes.cell import EXCUSED, worst
 
 CELLS = {cell.name: cell for cell in battery()}
@@ -21,9 +21,8 @@ def forces(patch: Patch) -> None:
     """Make every contact force 3 % larger."""
     run = scenes.run
     patch.setattr(scenes, "run", lambda *a, **k: larger(run(*a, **k)))
-    for module in (ports, records):
-        solve = module.solve
-        patch.setattr(module, "solve", lambda *a, _solve=solve, **k: larger(_solve(*a, **k)))
+    solve = records.solve
+    patch.setattr(records, "solve", lambda *a, **k: larger(solve(*a, **k)))
 
 
 def larger(result: Any) -> Any:
@@ -50,9 +49,9 @@ def frequencies(patch: Patch) -> None:
 
 def stiffness(patch: Patch) -> None:
     """Make every finite element model 3 % stiffer."""
-    for module, name in ((solids, "assemble"), (alike, "rod_model"), (ports, "rod_model")):
-        original = getattr(module, name)
-        patch.setattr(module, name, lambda *a, _made=original, **k: stiffer(_made(*a, **k)))
+    for name in ("assemble", "rod_model"):
+        original = getattr(solids, name)
+        patch.setattr(solids, name, lambda *a, _made=original, **k: stiffer(_made(*a, **k)))
 
 
 def stiffer(model: Any) -> Any:
@@ -61,13 +60,13 @@ def stiffer(model: Any) -> Any:
 
 def reductions(patch: Patch) -> None:
     """Make every Green's function by Krylov vectors 3 % larger."""
-    krylov = alike.Krylov.reduce
+    krylov = solids.Krylov.reduce
 
     def larger(self: Any, *given: Any) -> Any:
         reduced = krylov(self, *given)
         return replace(reduced, greens=replace(reduced.greens, shapes=math.sqrt(OFF) * reduced.greens.shapes))
 
-    patch.setattr(alike.Krylov, "reduce", larger)
+    patch.setattr(solids.Krylov, "reduce", larger)
 
 
 def samples(patch: Patch) -> None:
@@ -115,20 +114,17 @@ MUTANTS: tuple[tuple[Callable[[Patch], None], tuple[str, ...]], ...] = (
          "impact speed, rigid, m/s = 1e-09", "perpetual contact, mass / impedance / s = 1", "zero gap = pressed",
          "zero gap = striking", "zero gap = released there", "stiffness of reed / seat = 1",
          "mass of striker / rod = 1e-08", "mass of striker / rod = 10", "mass of striker / rod = 1e+06",
-         "mass of striker / target = 1e-08", "mass of striker / free rod = 1e+08",
-         "mass of striker / free rod of elements = 1", "modes = 3", "modes = 3000", "separation of two modes = 1e-12",
+         "mass of striker / target = 1e-08", "modes = 3", "modes = 3000", "separation of two modes = 1e-12",
          "residual compliance / static = 1e-16", "residual compliance / static = 1e+08", "g(0+) x mass / time = 1e-08",
-         "distance of two ports = 1e-16", "distance of two ports of elements = 1e-07",
-         "contacts almost at one place = 8", "grazing depth / amplitude = 0.01"),
+         "grazing depth / amplitude = 0.01"),
     ),
     (dashpots, ("perpetual contact, mass / impedance / s = 1", "Zeno on a sinking wall, restitution = 0.99")),
-    (gravity, ("Zeno on a sinking wall, restitution = 0.99", "Zeno, restitution = 0.5", "bounces = 100",
+    (gravity, ("Zeno on a sinking wall, restitution = 0.99", "bounces = 100",
                "preload / stiffness, m = 1", "run length in contact, steps = 1000")),
     (frequencies, ("run length in free motion, steps = 100", "stiffness of reed / seat = 100")),
     (stiffness, ("Poisson's ratio, guided column = 0.4999", "Poisson's ratio, bonded block = 0.25",
                  "height of the flattest elements = 1e-08", "elements across the patch = 1",
-                 "length / width of a 3-D bar = 1000", "free rod, time / transit = 1",
-                 "distance of two ports of elements = 0.0001")),
+                 "length / width of a 3-D bar = 1000", "free rod, time / transit = 1")),
     (reductions, ("free rod, time / transit = 100",)),
     (samples, ("noise of a record / g(0+) = 1e-06", "record kept / needed = 1", "time step / spacing of a record = 1")),
     (beams, ("length / thickness, Euler-Bernoulli = 0.001", "length / thickness, Timoshenko = 1000")),

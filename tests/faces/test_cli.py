@@ -8,7 +8,7 @@ import sys
 import tomllib
 import types
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import pytest
@@ -20,6 +20,8 @@ from seatfem.machine import doctor
 from seatfem.machine import libraries as system
 from seatfem.machine.doctor import Check
 from seatfem.structures.shapes import GeometryError
+from seatfem.study.plan import Plan
+from seatfem.study.runs.converge import begin_plan
 from seatfem.study.scene import Scene
 
 ROOT = Path(__file__).parents[2]
@@ -40,7 +42,7 @@ class Outcome:
     stages: dict[str, float] = field(default_factory=lambda: {"mesh": 0.5, "assembly": 2.0, "files": 0.0})
     met: bool = True
     modes: tuple[object, ...] = ()
-    plan: None = None
+    plan: Plan | None = None
 
 
 class Pipeline(types.ModuleType):
@@ -57,7 +59,7 @@ class Pipeline(types.ModuleType):
         self, scene: Scene, folder: Path, progress: Callable[[str, float], None], **options: object
     ) -> Outcome:
         self.options = options
-        return self._answer("run", scene, folder, progress)
+        return replace(self._answer("run", scene, folder, progress), plan=begin_plan(scene))
 
     def compute_greens(self, scene: Scene, path: Path, progress: Callable[[str, float], None]) -> Outcome:
         return self._answer("greens", scene, path, progress)

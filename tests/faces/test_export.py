@@ -15,9 +15,9 @@ from scipy import io, linalg
 
 import impact
 from impact.greens.base import Array
-from seatfem.pictures.cell_grid import skin_of
 from seatfem.pictures.frames import mode_frames
 from seatfem.pictures.moving import load_moving, save_moving
+from seatfem.pictures.skins import skin_of
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.formats.matrices import read_matrices
 from seatfem.structures.formats.uff import UffError, read_modes_uff, write_receptance_uff
@@ -148,7 +148,7 @@ def modes(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Array, Array]
 
 
 def test_modes_come_back(modes: tuple[Path, Array, Array], tmp_path: Path) -> None:
-    """To the 1/32767 of the largest displacement with which bodies in motion are kept; 5 digits of a frequency."""
+    """Shapes come back to the 1/32767 of the largest displacement with which they are kept, frequencies to 5 digits."""
     folder, frequencies, shapes = modes
     assert run_command(["export", str(folder), "--to", "uff", "-o", str(tmp_path), "--quiet"]) == DONE
     last = len(load_moving(folder / "modes.h5").points)

@@ -11,6 +11,7 @@ import pytest
 
 from seatfem.faces.cli import DONE, run_command
 from seatfem.faces.first_screen import COLUMNS, LINES, first_lines
+from seatfem.faces.tables import result_table
 
 SCENE = Path(__file__).parents[2] / "examples" / "flapper_on_spring.toml"
 
@@ -52,6 +53,23 @@ def test_what_does_not_fit_is_counted() -> None:
     assert 0 < shown < 30
     assert f"further notes: {30 - shown} (--full)" in lines
     assert "wrote 2 files to out" in lines
+
+
+def test_a_curved_retainer_is_called_one() -> None:
+    summary = {"landing_status": "landed", "seat_kind": "annular", "reed_kind": "cantilever", "stopper_kind": "spring"}
+    assert "stopper: spring" in first_lines(summary, "A valve", (), ())[1]
+    assert (
+        "stopper: curved retainer, spring" in first_lines(summary | {"stopper_shape": "curved retainer"}, "", (), ())[0]
+    )
+
+
+def test_places_on_several_lands_are_those_of_the_table_of_lands() -> None:
+    """A land and the angle on it, in place of a length along all of them."""
+    places = {"ports": 16, "line_force_peak_N_per_m": 1e3, "line_force_peak_at_m": 0.0234}
+    assert "23.4 mm" in result_table(places).columns[1].cells
+    on_a_land = places | {"line_force_peak_land": "outer land", "line_force_peak_land_deg": 84.0}
+    assert "outer land, 84 deg" in result_table(on_a_land).columns[1].cells
+    assert "from its own x axis" not in str(result_table(on_a_land).caption)
 
 
 def test_the_verbs_stand_in_groups(capsys: pytest.CaptureFixture[str]) -> None:

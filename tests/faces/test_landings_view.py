@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from rich.table import Table
 
-from seatfem.faces.tables import landings_of, landings_table, result_table
+from seatfem.faces.tables import landings_of, landings_tables, result_table
 from seatfem.faces.terminal import Console
 from seatfem.study.answers.verdict import verdict
 from seatfem.study.runs.pipeline import write_landings
@@ -105,7 +105,7 @@ def test_a_run_that_did_not_land_says_so_first(
     lines = printed(run)
     assert "landing" not in " ".join(lines[:6])
     assert not [line for line in lines if line.endswith((", reached", ", missed"))]
-    assert landings_table(landings_of(run)) is None
+    assert not list(landings_tables(landings_of(run)))
 
 
 def test_landings_as_csv(tmp_path: Path) -> None:

@@ -120,7 +120,7 @@ def ended(program: subprocess.Popen[str], children: list[psutil.Process]) -> int
 
 @pytest.mark.slow
 def test_one_browser_of_this_machine_is_let_in(scene: Path) -> None:
-    """Without the token, under another name, from another origin and beside an open page nothing is answered."""
+    """Nothing is answered without the token, under another name, from another origin and beside an open page."""
     with serving(scene) as (program, address):
         first, second = Client(address), Client(address)
         page = f"/?token={first.token}"
@@ -253,7 +253,7 @@ def full_run(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Reference]
 def test_a_quick_answer_is_that_of_a_full_run(
     full_run: tuple[Path, Reference], change: Mapping[str, object], tmp_path: Path
 ) -> None:
-    """By the same method they are the same number, but for round-off and the longer step, which is in the bar told."""
+    """The same method gives the same number, but for round-off and the longer step, which is in the bar told."""
     path, known = full_run
     changed = load_scene(path, change)
     assert known.is_quick(changed)

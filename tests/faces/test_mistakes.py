@@ -7,7 +7,7 @@ import pytest
 
 from seatfem.faces.cli import BAD_INPUT, FAILED
 from seatfem.study.scene import load_scene
-from seatfem.study.scene.doubts import doubts_of
+from seatfem.study.scene.contradictions import doubts_of
 from tests.mistakes import MISTAKES, SHEET, Mistake
 
 PAGE = Path(__file__).parents[2] / "docs" / "mistakes.md"

@@ -1,4 +1,4 @@
-"""The part of a report that says what its numbers do not tell, and who checked scenes of this kind."""
+"""The part of a report that says what its numbers do not tell, and how often scenes of this kind were checked."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ from pathlib import Path
 import pytest
 
 from seatfem.faces.report.page import report_page
-from seatfem.study.answers.checked import checked_scenes, who_checked
-from seatfem.study.answers.omissions import omissions
+from seatfem.study.answers.omissions import checked_scenes, how_often_checked, omissions
 
 HOSTILE = "<script>document.title='taken'</script>"
 WHOLE = {
@@ -36,9 +35,9 @@ WHOLE = {
         ({"accuracy_met": False, "accuracy_stopped_because": "no time is left"},
          "The accuracy asked for was missed, and no further round followed: no time is left."),
         ({"peak_seat_stress_Pa": None},
-         "Stress in the seat was not computed; [stress] in the scene asks for that of a seat of finite elements."),
+         "Stress in the seat was not computed; add [stress] to the scene (for seats of finite elements)."),
         ({"peak_reed_stress_Pa": None},
-         "Stress in the reed was not computed; [stress] in the scene asks for that of a plate."),
+         "Stress in the reed was not computed; add [stress] to the scene (for reeds of plate elements)."),
         ({"pictures_missing": "no driver"}, "Pictures that could not be drawn: no driver."),
     ],
 )  # fmt: skip
@@ -50,10 +49,11 @@ def test_the_package_names_scenes_that_were_checked() -> None:
     table = checked_scenes()
     assert len(table) > 50
     assert all(0 <= int(each["inside"]) <= int(each["numbers"]) and int(each["scenes"]) > 0 for each in table)
-    lips = next(each for each in table if (each["section"], each["reed"]) == ("The whole scene language", "flapper"))
-    _, lines = who_checked({"seat_kind": "annular", "reed_kind": "flapper"})
-    line = f"The whole scene language: {lips['inside']} of {lips['numbers']} numbers of {lips['scenes']} scenes"
-    assert [each for each in lines if each.startswith(line)]
+    lips = [each for each in table if (each["seat"], each["reed"]) == ("annular", "flapper")]
+    scenes, inside, numbers = (sum(int(each[key]) for each in lips) for key in ("scenes", "inside", "numbers"))
+    sentence = how_often_checked({"seat_kind": "annular", "reed_kind": "flapper"})
+    assert sentence.startswith(f"{scenes} test scenes with ")
+    assert f": {inside} of {numbers} results were right" in sentence
 
 
 def test_nothing_of_a_summary_runs_in_the_page(tmp_path: Path) -> None:
@@ -64,4 +64,4 @@ def test_nothing_of_a_summary_runs_in_the_page(tmp_path: Path) -> None:
     page = report_page(tmp_path)
     assert HOSTILE not in page
     assert page.count(html.escape(HOSTILE)) >= 5
-    assert "What was left out" in page
+    assert "Also left out" in page

@@ -67,7 +67,7 @@ def test_it_holds_what_was_asked_planned_and_found(folder: Path) -> None:
 def test_the_decision_is_on_the_first_screen_and_nothing_scrolls_sideways(
     browser: Any, width: int, height: int
 ) -> None:
-    """Of a page as wide as a laptop's all tables fit; on a phone a wide table scrolls by itself."""
+    """All tables fit into a page as wide as a laptop's; on a phone a wide table scrolls by itself."""
     size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
     browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
     try:
@@ -315,7 +315,7 @@ def _share_of_sand(canvas: Any) -> float:
 
 @pytest.mark.slow
 def test_a_section_shows_the_inside(browser: Any) -> None:
-    """Across z the upper part goes, where a click finds nothing then; in y the half that faces the first view."""
+    """The upper part goes across z, where a click finds nothing then; in y the half that faces the first view."""
     from selenium.webdriver import ActionChains
 
     figure, canvas = _body(browser, "stress_wave.h5")

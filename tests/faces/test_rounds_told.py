@@ -6,14 +6,45 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from rich.console import Console
 
+from impact.notices import ROUND
 from seatfem.faces.cli import INTERRUPTED
+from seatfem.faces.progress_bars import SILENCE, StageClock, progress_bars
 from seatfem.study.runs import rounds
 from tests.gallery import REED_ON_SPRING
 from tests.steps import DONE, FAILED, load_results, run_command
 
 RUN = ["run", "scene.toml", "-o", "out", "--no-pictures"]
 Told = pytest.CaptureFixture[str]
+
+
+def test_a_stage_has_its_time_in_its_round() -> None:
+    """Times of a stage add up within a round, and begin at zero in the next; a stage that was left open does not go
+    on."""
+    shown: list[tuple[str, float, float]] = []
+    times = iter([0.0, 1.0, 5.0, 7.0, 8.0, 20.0, 23.0, 30.0, 31.0])
+    clock = StageClock(lambda *each: shown.append(each), lambda: next(times))
+    for stage, done in (("modes", 0.0), ("modes", 1.0), ("modes", 0.0), ("modes", 1.0), ("reduction", 0.0)):
+        clock(stage, done)
+    clock(ROUND, 0.0)
+    for stage, done in (("modes", 0.5), ("reduction", 0.0), ("reduction", 1.0)):
+        clock(stage, done)
+    ends = [("modes", 0.0, 0.0), ("modes", 1.0, 1.0), ("modes", 0.0, 1.0), ("modes", 1.0, 3.0), ("reduction", 0.0, 0.0)]
+    assert shown == [*ends, ("modes", 0.5, 0.0), ("reduction", 0.0, 0.0), ("reduction", 1.0, 1.0)]
+
+
+def test_a_long_stage_is_told_in_each_round(capsys: Told) -> None:
+    """A stage of a later round that takes as long as one before is told as early, though its time is less."""
+    with progress_bars(Console(stderr=True, force_terminal=False, width=200)) as progress:
+        assert isinstance(progress, StageClock)
+        for begin in (0.0, 100.0):
+            times = iter([begin, begin + 1, begin + 2 + SILENCE, begin + 30.0])
+            progress.now = lambda times=times: next(times)
+            for stage, done in ((ROUND, 0.0), ("modes", 0.0), ("modes", 0.5), ("modes", 1.0)):
+                progress(stage, done)
+    lines = [line for line in capsys.readouterr().err.splitlines() if line.startswith("modes")]
+    assert [line.partition(" (")[0] for line in lines] == 2 * ["modes: 11.0 s, 50 % done", "modes: 29.0 s"]
 
 
 @pytest.fixture

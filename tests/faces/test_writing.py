@@ -237,7 +237,7 @@ def test_kept_seats_that_were_changed_are_computed_again(change, tmp_path: Path)
     for file in (path, store.path(seat_key(scene))):
         change(file)
     why = "has no seal" if change is unsealed else "could not convert string to float: 'long'"
-    with pytest.warns(CacheWarning, match=f"not used again: .*{why}"):
+    with pytest.warns(CacheWarning, match=f"set aside.*: .*{why}"):
         again = seat_of(scene, Cache(path, store))
     assert not again.reused
     t = np.linspace(0, 3e-5, 50)

@@ -1,4 +1,4 @@
-"""`python -m tests.fuzz [--trials N] [--seed S] [--folder F] [--write] [--growth BYTES]`: damaged files, their fate."""
+"""`python -m tests.fuzz [--trials N] [--seed S] [--folder F] [--write]`: damaged files, their fate."""
 
 import argparse
 import csv
@@ -12,7 +12,7 @@ from typing import Final
 from impact.files.safe_files import whole_file
 
 from .samples import build, warm_up
-from .trials import PASSED, Verdict, grow_all, run_trials, trials_of
+from .trials import PASSED, Verdict, run_trials, trials_of
 
 TABLE: Final = Path(__file__).parents[2] / "benchmarks" / "results" / "fuzz.csv"
 HEAD: Final = ("file", "seed", "cases", *PASSED, "defects", "seconds", "slowest_s", "most_memory_MB")
@@ -27,10 +27,6 @@ def main() -> int:
     if given.cheap:
         samples = {name: each for name, each in samples.items() if each.share >= 1 and each.read != "draw"}
     warm_up(folder / "samples", folder / "warm")
-    if given.growth:
-        grown = grow_all(samples, folder, given.growth, _tell)
-        _tell("\n".join(f"{name}: {line}" for name, lines in grown.items() for line in lines) or f"{len(grown)} sound")
-        return int(any(grown.values()))
     verdicts = run_trials(trials_of(samples, given.trials, given.seed), folder, _tell)
     if given.write:
         _write(verdicts)
@@ -47,7 +43,6 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--only", default="", help="part of the names of the samples")
     parser.add_argument("--cheap", action="store_true", help="without gmsh and plans")
     parser.add_argument("--write", action="store_true", help="the table benchmarks/results/fuzz.csv")
-    parser.add_argument("--growth", type=int, default=0, help="lines made many, up to so many bytes, instead")
     return parser.parse_args()
 
 

@@ -1,8 +1,7 @@
-"""Trials under limits: a damaged copy of a sound folder is read, or a line of a file made many; and the verdicts."""
+"""Trials under limits: a damaged copy of a sound folder is read; and the verdicts."""
 
 import faulthandler
 import io
-import itertools
 import json
 import math
 import os
@@ -11,9 +10,8 @@ import resource
 import shutil
 import signal
 import sys
-import time
 import traceback
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack, redirect_stderr, redirect_stdout
 from dataclasses import asdict, dataclass
 from functools import cache
@@ -212,65 +210,3 @@ def _not_finite(summary: Path) -> str:
     data = json.loads(summary.read_text(encoding="utf-8"), parse_constant=lambda _: math.nan)
     bad = [key for key, value in data.items() if isinstance(value, float) and not math.isfinite(value)]
     return f"not finite: {', '.join(bad[:3])}" if bad else ""
-
-
-# Growth: a line of a sound text, many times, with its whole numbers counted on
-
-FACTOR: Final = 8  # from one size to the next
-MARGIN: Final = 3.0  # on time in proportion to bytes; a square takes `FACTOR` times the proportion
-SHORTEST: Final = 0.1  # s below which a time says nothing
-TAKEN: Final = 150e6  # bytes that any file may take
-PER_BYTE: Final = 200  # and more for each byte of the file: a word of a text becomes an object of Python
-_WHOLE: Final = re.compile(r"(?<![\d.\w])\d+(?![\d.\w])")
-
-
-def growths(sample: Sample, case: Path) -> Iterator[tuple[int, str]]:
-    """Yield number and text of each kind of line in a text, which differs from others by more than numbers."""
-    kinds: dict[str, tuple[int, str]] = {}
-    for number, line in enumerate((case / sample.target).read_text("latin-1").splitlines()):
-        kinds.setdefault(re.sub(r"[-+\d.eE]+", "0", line), (number, line))
-    yield from kinds.values()
-
-
-def grown(sample: Sample, case: Path, number: int, most: int) -> Iterator[str]:
-    """Yield in words where time or memory grows faster than a file in which a line stands ever more often, up to
-    ``most`` bytes, or where its reader fails."""
-    target = case / sample.target
-    sound = target.read_text("latin-1").splitlines()
-    taken = []
-    count = 64
-    while not taken or (taken[-1][0] < most and taken[-1][1] < 20.0):
-        more = (_WHOLE.sub(lambda found, k=k: str(int(found[0]) + k), sound[number]) for k in range(1, count + 1))
-        text = "\n".join([*sound[: number + 1], *more, *sound[number + 1 :]]) + "\n"
-        target.write_text(text, "latin-1")
-        shutil.rmtree(case / "out", ignore_errors=True)
-        verdict = judged(sample, case)
-        taken.append((len(text), verdict.seconds))
-        if verdict.word not in PASSED:
-            yield f"{count}: {verdict.word}: {verdict.said}"
-        if verdict.peak > TAKEN + PER_BYTE * len(text):
-            yield f"{count}: {verdict.peak / 1e6:.0f} MB of memory for {len(text) / 1e6:.3g} MB"
-        count *= FACTOR
-    target.write_text("\n".join(sound) + "\n", "latin-1")
-    yield from squares(taken)
-
-
-def squares(taken: Sequence[tuple[int, float]]) -> Iterator[str]:
-    """Yield in words where times [s] grow faster than sizes."""
-    for (before, first), (after, then) in itertools.pairwise(taken):
-        if then > MARGIN * after / before * max(first, SHORTEST):
-            yield f"{then:.3g} s for {after} bytes, {first:.3g} s for {before}"
-
-
-def grow_all(samples: dict[str, Sample], folder: Path, most: int, tell: Callable[[str], None]) -> dict[str, list[str]]:
-    """Return the defects of each text by the name of its sample and the number of the line."""
-    found = {}
-    for name, sample in samples.items():
-        if sample.form == "text" and sample.target != "part.step":
-            case, start = folder / "grown", time.monotonic()
-            shutil.rmtree(case, ignore_errors=True)
-            shutil.copytree(folder / "samples" / sample.name, case)
-            for number, line in growths(sample, case):
-                found[f"{name} {number} {line[:40]}"] = list(grown(sample, case, number, most))
-            tell(f"{name}: {time.monotonic() - start:.0f} s")
-    return found

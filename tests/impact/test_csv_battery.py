@@ -67,7 +67,7 @@ RESPONSES: dict[str, tuple[str, dict[str, Any]]] = {
 
 
 def test_every_form_is_the_same_response(tmp_path: Path) -> None:
-    """By heads, units, separators and notations of numbers."""
+    """Heads, units, separators and notations of numbers differ."""
     for name, (text, stated) in RESPONSES.items():
         (tmp_path / "a.csv").write_text(text, encoding="utf-8")
         read = read_frf(tmp_path / "a.csv", **stated)

@@ -74,18 +74,9 @@ def test_a_header_must_say_quantity_and_unit(tmp_path: Path, header: str) -> Non
 
 def test_bad_files(tmp_path: Path) -> None:
     header = "frequency [Hz],receptance real [m/N],receptance imag [m/N]"
-    with pytest.raises(FrequencyResponseError, match=r"none.csv: no such file"):
-        read_frf(tmp_path / "none.csv")
     (tmp_path / "empty.csv").write_text("")
     with pytest.raises(FrequencyResponseError, match=r"empty.csv:.*'frequency"):
         read_frf(tmp_path / "empty.csv")
-    path = write(tmp_path / "h.csv", header, F, G.real, G.imag)
-    path.write_text(path.read_text() + "3100,1\n")
-    with pytest.raises(FrequencyResponseError, match=r"h.csv, line 33: 2 columns, 3"):
-        read_frf(path)
-    path.write_text(path.read_text().replace("3100,1\n", "3100,one,2\n"))
-    with pytest.raises(FrequencyResponseError, match=r"line 33, column 2: 'one'"):
-        read_frf(path)
     with pytest.raises(FrequencyResponseError, match=r"b.csv: frequency"):
         read_frf(write(tmp_path / "b.csv", header, F[::-1], G.real, G.imag))
     with pytest.raises(FrequencyResponseError, match=r"4 frequencies.*\(4, 1, 1\)"):

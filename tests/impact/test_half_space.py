@@ -60,24 +60,9 @@ def test_patch_starts_at_its_impedance_and_ends_at_boussinesq(poisson: float) ->
     assert float(patch.impulse_response(0.999 * end)) > 0
     assert float(patch.step_response(end * (1 - 1e-12))) == pytest.approx(patch.static_compliance()[0, 0], rel=1e-12)
     assert patch.impulse_response(-1.0) == patch.step_response(-1.0) == 0.0
-
-
-def test_step_weights_are_exact_short_and_passive() -> None:
-    patch = half_space_patch(**STEEL)
-    dt = patch.crossing_time / 50.5
-    kernel = patch.step_kernel(dt, 200)
-    assert kernel.modal is None
-    weights = kernel.weights[0, 0]
-    assert kernel.weights.shape == (1, 1, 200)
-    np.testing.assert_allclose(np.cumsum(weights), patch.step_response(dt * np.arange(1, 201)), rtol=1e-13)
+    weights, steps = patch.step_kernel(end / 50.5, 200).weights[0, 0], end / 50.5 * np.arange(1, 201)
+    np.testing.assert_allclose(np.cumsum(weights), patch.step_response(steps), rtol=1e-13)
     assert np.all(weights[51:] == 0.0)
-    assert patch.step_kernel(dt, 20).weights is not None
-    assert patch.step_kernel(dt, 20).weights.shape == (1, 1, 20)  # type: ignore[union-attr]
-    # discrete work of any force: Re (1 - z) W(z) >= 0 on the unit circle
-    z = np.exp(-2j * np.pi * np.arange(4096) / 4096)
-    work = np.real((1 - z) * np.fft.fft(weights, 4096))
-    assert work.min() > -1e-14 * weights.sum()
-    assert work.max() > 0.01 * weights.sum()
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,19 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 import impact
-from impact import Body, Contact, ContactError, ContactProblem, LawError, ModalGreens, PlainLaw, Residual, compiled_law
+from impact import (
+    Advice,
+    Body,
+    Contact,
+    ContactError,
+    ContactProblem,
+    ImpactResult,
+    LawError,
+    ModalGreens,
+    PlainLaw,
+    Residual,
+    compiled_law,
+)
 from impact.greens.base import Array
 from impact.march.laws import BLENDED, CONSERVING, PASSIVE, Law
 from impact.march.loop.forces import contact_force
@@ -182,6 +194,16 @@ def test_impossible_laws_are_refused(make: Callable[[], object], words: str) -> 
         make()
 
 
+@pytest.mark.parametrize("exponent", range(-30, 31, 3))
+@pytest.mark.parametrize("pen", [1e-9, 1.0, 1e6])
+def test_hertz_force_is_the_root_over_sixty_decades(exponent: int, pen: float) -> None:
+    """d^2 + k w0 d^3 = pen with N = k d^3: every term positive, so that the sum shows the relative error."""
+    k, w0 = 10.0 ** (exponent / 2) * 7.0, 10.0 ** (exponent / 2) / 3.0
+    force = float(contact_force(impact.Hertz.code, PASSIVE, k, 0.0, 0.0, None, pen, 0.0, w0, w0, 1.0))
+    assert force > 0
+    assert (force / k) ** (2 / 3) + w0 * force == pytest.approx(pen, rel=1e-14)
+
+
 @pytest.mark.slow
 def test_a_failing_law_is_told_where_it_fails() -> None:
     """The step that meets the fault and a batch name the law and its error."""
@@ -231,3 +253,60 @@ def test_the_law_of_a_sphere_has_the_stiffness_of_hertz() -> None:
     law = impact.Hertz.from_sphere(radius=5e-3, young=210e9, poisson=0.3, young_2=210e9, poisson_2=0.3)
     assert law.stiffness == pytest.approx(4 / 3 * steel * 5e-3**0.5, rel=1e-14)
     assert impact.Hertz.from_sphere(radius=5e-3, young=210e9, poisson=0.3).stiffness == pytest.approx(2 * law.stiffness)
+
+
+STIFFNESS, MASS, SPEED = 1e6, 1e-3, 1.0
+MORE = 1.05  # of the force while the bodies part: restitution sqrt(1.05) = 1.0247
+
+
+def spring_times(opening: float) -> Law:
+    """Return a spring that bears ``opening`` times its force while the bodies part."""
+
+    def force(pen: float, start: float, dt: float) -> float:
+        return STIFFNESS * pen if pen >= start else opening * STIFFNESS * pen
+
+    return compiled_law(force)
+
+
+def blow(law: Law, *, duration: float = 3e-4, preload: bool = False) -> ImpactResult:
+    """Run a mass onto a seat that hardly yields; the touch, of 99 us, has five thousand steps."""
+    problem = ContactProblem(
+        impact.rigid_mass(mass=MASS, velocity=-SPEED), Body(impact.spring(stiffness=1e12)), law=law, preload=preload
+    )
+    return impact.solve(problem, dt=2e-8, duration=duration)
+
+
+def gains(result: ImpactResult) -> list[Advice]:
+    return [advice for advice in result.advice if "gave back" in advice.name]
+
+
+@pytest.mark.slow
+def test_a_law_that_gains_energy_is_advised() -> None:
+    """The work of a touch is known: a twentieth of m v^2/2, but for the 0.1 % of the whole
+    that passive steps take: pi omega h/2."""
+    result = blow(spring_times(MORE))
+    (advice,) = gains(result)
+    assert result.energy.residual < 1e-10  # the ledger is closed all the same
+    assert advice.value == pytest.approx(MORE, abs=0.0015)
+    assert 1 < advice.limit < 1 + 1e-5
+    put_in = float(f"{-result.energy.contact_loss[-1]:.3g}")
+    assert f"{put_in:.3g} J into the bodies" in advice.reason
+    assert put_in == pytest.approx((MORE - 1) * MASS * SPEED**2 / 2, rel=0.03)
+    assert "while the bodies part" in advice.remedy
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "law",
+    [
+        spring_times(1.0),
+        spring_times(0.5),
+        impact.LinearSpring(stiffness=STIFFNESS),
+        impact.Hertz(stiffness=1e9),
+        impact.HuntCrossley(stiffness=1e9, damping=0.3),
+    ],
+)
+def test_laws_that_keep_or_lose_energy_are_not(law: Law) -> None:
+    result = blow(law)
+    assert np.any(result.force > 0)
+    assert not gains(result)

@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import nnls
 
 import impact
-from impact import Body, Contact, ContactError, ContactProblem, ContactStepper, Load, ModalGreens, Residual, measures
+from impact import Body, Contact, ContactError, ContactProblem, Load, ModalGreens, Residual, measures
 from impact.march.laws import Law
 from impact.march.loop.marches import active_set, by_sweeps, linear_laws
 
@@ -184,29 +184,6 @@ def test_preload_that_cannot_be_is_refused() -> None:
     bent = reed(release=impact.StaticShape(1e-3))
     with pytest.raises(ContactError, match="no initial state"):
         impact.solve(ContactProblem(bent, Body(PLATE), preload=True), dt=1e-6, duration=1e-5)
-
-
-def three_contacts(law: Law = LAWS[1], velocity: float = -1.0) -> ContactProblem:
-    shapes = np.array([[0.8, 0.8, 0.8], [1.0, -0.3, -0.9], [0.5, -0.8, 0.6]])
-    rest = Residual.exponential(2e-3 * np.eye(3), np.eye(3))
-    omega, zeta = np.array([0.0, 9.0, 31.0]), np.array([0.0, 0.03, 0.05])
-    greens = ModalGreens(omega, zeta, shapes, rest, port_names=("a", "b", "c"))
-    places = [Contact(Body(SEAT), striker_port=k, gap=0.01 * k, law=law) for k in range(3)]
-    return ContactProblem(Body(greens, velocity=velocity), contacts=places)
-
-
-@pytest.mark.parametrize("law", LAWS)
-def test_step_by_step_is_solve_bit_for_bit(law: Law) -> None:
-    whole = impact.solve(three_contacts(law), dt=1e-3, duration=1.0)
-    stepper = ContactStepper(impact.prepare(three_contacts(law), 1e-3, 1.0))
-    for m in range(1, 1001):
-        state = stepper.step()
-        np.testing.assert_array_equal(state.force, whole.force[m])
-    result = impact.collect(stepper)
-    assert whole.force.max() > 1.0
-    np.testing.assert_array_equal(result.force, whole.force)
-    np.testing.assert_array_equal(result.gap, whole.gap)
-    np.testing.assert_array_equal(result.energy.stored, whole.energy.stored)
 
 
 SEATS = [impact.spring(stiffness=1e6), impact.semi_infinite_rod(young=4.0, density=9.0, area=1.0)]

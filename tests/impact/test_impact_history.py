@@ -14,7 +14,7 @@ from impact.greens.base import Array
 from impact.march import history
 from impact.march.history import Poles
 from impact.march.loop.compiled import STAMP
-from impact.march.motion import Discrete, PortForces, mean_displacement, modal_coordinates
+from impact.march.motion import Discrete, PortForces, modal_coordinates
 
 DT = 0.01
 
@@ -73,25 +73,6 @@ def test_shapes_that_differ_by_more_than_round_off_are_kept_apart() -> None:
 
 
 STEP, STEPS = 2e-6, 3000
-
-
-@pytest.mark.parametrize("ports", [1, 3, 16])
-def test_mean_displacement_of_the_parts_of_a_lip(ports: int) -> None:
-    """The mean of the parts' displacements follows from the modes that show in it: around a lip cos(m t) with m = 0."""
-    rng, around = np.random.default_rng(3), 2 * np.pi * np.arange(ports) / ports
-    shapes = np.array([rng.normal() * np.cos(k % 3 * around) for k in range(25)])
-    omega = np.sort(rng.uniform(6e3, 5e5, 25))
-    rest = Residual.exponential(3e-9 * np.eye(ports) + 1e-9, 2e-2 * np.eye(ports))
-    rest = replace(rest, compliance=1e-10 * np.eye(ports) + 1e-11)
-    greens = ModalGreens(omega, np.full(25, 0.02), shapes, rest, tuple(f"arc_{c}" for c in range(ports)))
-    body = Discrete.from_body(Body(greens), STEP, STEPS)
-    force = np.maximum(rng.normal(size=(ports, STEPS)).cumsum(axis=1), 0.0)
-    forces = PortForces.at_ports(force, STEP)
-    expected = body.motion(forces).displacement
-    for shares in (np.full(ports, 1 / ports), np.arange(1.0, ports + 1)):
-        means = mean_displacement(body, forces, shares)
-        # two orders of the same sums over 3,000 steps
-        np.testing.assert_allclose(means, shares @ expected, atol=1e-12 * np.abs(expected).max() * shares.sum())
 
 
 def thrown() -> Body:

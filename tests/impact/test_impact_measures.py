@@ -1,4 +1,4 @@
-"""Measures of a record whose force is known."""
+"""Measures of records whose force is known, of several contacts, and of preloaded records."""
 
 import math
 from dataclasses import replace
@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from impact import EnergyLedger, ImpactResult, measures
+import impact
+from impact import Body, Contact, ContactProblem, EnergyLedger, ImpactResult, measures
 from impact.after.measures import MeasureError
 from impact.after.result import RunRows
 
@@ -134,3 +135,176 @@ def test_the_largest_speed_of_closing_is_of_any_contact() -> None:
     assert math.isnan(measures.impact_velocity(shut))
     assert measures.largest_impact_velocity(shut) == pytest.approx(3.0)
     assert math.isnan(measures.largest_impact_velocity(record([0.0, 0.0])))
+
+
+STEP = 1e-5
+SPRING = Body(impact.spring(stiffness=1e12))
+
+
+def still(force: np.ndarray, dt: float = STEP) -> ImpactResult:
+    """Return the record of a force (n,) between bodies that stand still."""
+    n = len(force) + 1
+    zero = np.zeros(n)
+    rows = RunRows(dt, np.arange(n), np.concatenate([[0.0], force]), zero, zero, zero, EnergyLedger(*[zero] * 6))
+    return ImpactResult(rows, 2.0, math.inf, -3.0, 0.0, "none")
+
+
+def between(law: impact.Law, duration: float = 1.0, dt: float = 1e-4) -> ImpactResult:
+    """Run a mass between a seat at once and a stopper a bit further; a second seat is never reached."""
+    contacts = [Contact(SPRING, gap=0.01, law=law), Contact(SPRING, gap=0.05, law=law, side=-1)]
+    contacts.append(Contact(SPRING, gap=1.0, law=law))
+    striker = impact.rigid_mass(mass=0.5, velocity=-1.0)
+    return impact.solve(ContactProblem(striker, contacts=contacts), dt=dt, duration=duration)
+
+
+def test_every_measure_asks_one_contact() -> None:
+    result = between(impact.LinearSpring(stiffness=1e4))
+    for measure in (
+        measures.impulse,
+        measures.peak_force,
+        measures.contact_intervals,
+        measures.contact_groups,
+        measures.impact_velocity,
+        measures.rebound_velocity,
+        measures.spectrum,
+        measures.work,
+    ):
+        with pytest.raises(MeasureError, match=r"3 contacts:.*contact=0 \.\.\. 2"):
+            measure(result)
+        with pytest.raises(MeasureError, match=r"contact = 3.*0 \.\.\. 2:.*3"):
+            measure(result, contact=3)
+        one = measures.of_contact(result, 1)
+        np.testing.assert_array_equal(np.asarray(measure(result, contact=1)).shape, np.asarray(measure(one)).shape)
+    assert measures.impulse(result, contact=1) == pytest.approx(np.sum(result.force[:, 1]) * 1e-4, rel=1e-13)
+    assert measures.peak_force(result, contact=1) == result.force[:, 1].max()
+    seat, stopper = (measures.contact_intervals(result, contact=c) for c in (0, 1))
+    assert seat[0, 0] < stopper[0, 0] < seat[1, 0]
+
+
+def test_a_contact_that_never_closes() -> None:
+    result = between(impact.LinearSpring(stiffness=1e4))
+    assert measures.impulse(result, contact=2) == measures.peak_force(result, contact=2) == 0.0
+    assert measures.filtered_peak_force(result, 1e-3, contact=2) == 0.0
+    assert measures.filtered_peak_force(result, 1e-3, contact=2, window="hann") == 0.0
+    assert (
+        measures.contact_intervals(result, contact=2).shape
+        == measures.contact_groups(result, contact=2).shape
+        == (0, 2)
+    )
+    assert math.isnan(measures.impact_velocity(result, contact=2))
+    assert math.isnan(measures.rebound_velocity(result, contact=2))
+    assert measures.work(result, contact=2) == measures.Work(0.0, 0.0)
+    assert not np.any(measures.spectrum(result, contact=2)[1])
+    with pytest.raises(MeasureError, match="no contact in this record"):
+        measures.restitution(result, contact=2)
+
+
+def test_speeds_before_and_after_a_lossy_contact() -> None:
+    """A mass leaves Hunt-Crossley at d V = 1/2 with 0.748435 V, and the stopper with less by its own loss."""
+    result = between(impact.HuntCrossley(stiffness=1e6, damping=0.5), duration=0.15, dt=2e-5)
+    e = 0.748434931597
+    assert measures.impact_velocity(result, contact=0) == pytest.approx(1.0, rel=1e-9)
+    # first order in the step, which is 1/500 of the contact
+    assert measures.rebound_velocity(result, contact=0) == pytest.approx(e, abs=5e-3)
+    assert measures.impact_velocity(result, contact=1) == pytest.approx(
+        measures.rebound_velocity(result, contact=0), rel=1e-6
+    )
+    assert measures.impulse(result, contact=0) == pytest.approx(
+        0.5 * (1 + measures.rebound_velocity(result, contact=0)), rel=1e-6
+    )
+    # kinetic energy gained and lost by the striker at each
+    speeds = [1.0, measures.rebound_velocity(result, contact=0), measures.rebound_velocity(result, contact=1)]
+    for contact in (0, 1):
+        work = measures.work(result, contact=contact)
+        assert work.striker == pytest.approx(0.25 * (speeds[contact + 1] ** 2 - speeds[contact] ** 2), rel=1e-6)
+        assert abs(work.target) < 1e-3 * abs(work.striker)  # the targets are all but rigid
+    assert measures.total_impulse(result) == pytest.approx(0.5 * (1.0 - speeds[2]), rel=1e-6)
+    with pytest.raises(MeasureError, match="several contacts"):
+        measures.restitution(result, contact=0)
+
+
+def test_restitution_and_peak_of_each_blow_of_a_held_reed() -> None:
+    """A mode without damping: it comes back as fast as it left, so that each blow is told by the speeds around it."""
+    reed = impact.single_mode(frequency_hz=20.0, mass=0.1)
+    release = impact.ModalState(np.array([math.sqrt(0.1) * 0.01]), np.zeros(1))
+    pulse = impact.Load(np.array([1 / math.sqrt(0.1)]), lambda t: np.where((t > 0.03) & (t < 0.04), -20.0, 0.0))
+    law = impact.HuntCrossley(stiffness=1e6, damping=0.2)
+    body = Body(reed, state=release, loads=(pulse,))
+    result = impact.solve(ContactProblem(body, SPRING, law=law), dt=1e-5, duration=0.1)
+    groups, gap, dt = measures.contact_groups(result), result.gap, result.dt
+    assert len(groups) >= 3
+    for number, (start, end) in enumerate(groups[:3]):
+        first, last = (round(time / dt) for time in (start, end))
+        closing, parting = gap[first - 1] - gap[first], gap[last + 1] - gap[last]
+        assert measures.restitution(result, group=number) == pytest.approx(parting / closing, rel=0.01)
+    hardest = int(np.argmax([result.force[round(a / dt) : round(b / dt) + 1].max() for a, b in groups]))
+    assert 0 < hardest == measures.hardest_group(result, 1e-4)[0]
+    at = measures.peak_time(result, 1e-4)
+    assert groups[hardest, 0] < at < groups[hardest, 1]
+    top = result.force[round((at - 5e-5) / dt) + 1 : round((at + 5e-5) / dt) + 1].mean()
+    assert top == pytest.approx(measures.filtered_peak_force(result, 1e-4), rel=1e-3)
+    with pytest.raises(MeasureError, match=rf"group = 99: .*{len(groups)}"):
+        measures.restitution(result, group=99)
+    assert math.isnan(measures.peak_time(replace(result, rows=replace(result.rows, force=0 * result.force)), 1e-4))
+
+
+def test_contact_from_the_first_step() -> None:
+    """The approach of free bodies is their translation, a stopper's as well; that of held bodies is not recorded."""
+    law = impact.LinearSpring(stiffness=100.0)
+    for side in (1, -1):
+        striker = impact.rigid_mass(mass=1.0, velocity=-2.0 * side)
+        problem = ContactProblem(striker, contacts=[Contact(SPRING, law=law, side=side)])
+        assert measures.impact_velocity(impact.solve(problem, dt=1e-3, duration=0.1)) == 2.0
+    mode = impact.single_mode(frequency_hz=20.0, mass=0.1)
+    held = Body(mode, state=impact.ModalState(np.zeros(1), np.array([-0.1])))
+    result = impact.solve(ContactProblem(held, SPRING, law=law), dt=1e-3, duration=0.01)
+    assert math.isnan(measures.impact_velocity(result))
+    with pytest.raises(MeasureError, match="still in contact"):
+        measures.rebound_velocity(result)
+
+
+def test_a_side_that_cannot_be_told_is_not_guessed() -> None:
+    resting = still(np.ones(5))
+    for measure in (measures.total_impulse, measures.work):
+        with pytest.raises(MeasureError, match="seat or a stopper"):
+            measure(resting)
+    steps = np.arange(6.0)
+    rows = replace(resting.rows, gap=steps, target_displacement=-steps)
+    receding = replace(resting, rows=rows)  # a seat that gives way, under a striker at rest
+    assert measures.total_impulse(receding) == pytest.approx(measures.impulse(receding))
+
+
+def test_spectrum_is_the_transform_of_the_stepwise_force() -> None:
+    """Amplitudes are the integrals of exp(-2 pi i f t) over the steps, on any grid."""
+    force = np.random.default_rng(3).uniform(0, 1, 37)
+    result = still(force)
+    frequency, amplitude = measures.spectrum(result)
+    assert frequency[1] == pytest.approx(1 / (37 * STEP))
+    time = result.time
+    for f, value in zip(frequency[1:], amplitude[1:], strict=True):
+        phases = np.exp(-2j * np.pi * f * time)
+        integral = np.sum(force * np.diff(phases)) / (-2j * np.pi * f)
+        assert value == pytest.approx(abs(integral), rel=1e-10)
+    closer, finer = measures.spectrum(result, resolution=0.3 / (37 * STEP))
+    assert np.diff(closer).max() == pytest.approx(1 / (124 * STEP))  # 37/0.3 and up
+    assert (amplitude[0], finer[0]) == pytest.approx([measures.impulse(result)] * 2, rel=1e-13)
+    for resolution in (0.0, -1.0, math.nan):
+        with pytest.raises(MeasureError, match="must be positive"):
+            measures.spectrum(result, resolution=resolution)
+    with pytest.raises(MeasureError, match="no steps"):
+        measures.spectrum(still(np.zeros(0)))
+
+
+@pytest.mark.parametrize("width", [2.0, 5.0, 12.3, 80.0])
+def test_hann_average_against_quadrature(width: float) -> None:
+    """The average is the integral of N(t - s) (1 + cos(2 pi s/w))/w by 2,000 midpoints a step."""
+    force = np.random.default_rng(4).uniform(0, 1, 25)
+    result = still(force)
+    filtered = measures.filtered_force(result, width * STEP, window="hann")
+    assert filtered.shape == (26,)
+    fine = np.repeat(force, 2000)
+    middle = (np.arange(fine.size) + 0.5) / 2000
+    for m in (0, 3, 12, 25):
+        s = m - middle
+        weight = np.where(np.abs(s) < width / 2, (1 + np.cos(2 * np.pi * s / width)) / width, 0.0)
+        assert filtered[m] == pytest.approx(np.sum(fine * weight) / 2000, abs=1e-6)

@@ -1,10 +1,15 @@
-"""Modal Green's functions and the residuals that complete them."""
+"""Modal Green's functions, the residuals that complete them, and bodies of modes."""
+
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 from scipy.integrate import quad
+from scipy.linalg import expm
 
-from impact import GreensFunctionError, ModalGreens, Residual, single_mode
+import impact
+from impact import Body, GreensFunctionError, ModalGreens, ModalState, Residual, single_mode
+from impact.greens import oscillator
 
 RNG = np.random.default_rng(11)
 
@@ -59,33 +64,6 @@ def test_residual_refuses_what_gains_energy() -> None:
         Residual.exponential(np.eye(2), np.eye(3))
 
 
-@pytest.mark.parametrize(
-    ("omega", "zeta", "shapes", "words"),
-    [
-        ([1.0], [0.1, 0.2], [[1.0]], "shapes must match"),
-        ([-1.0], [0.1], [[1.0]], "omega must be >= 0"),
-        ([1.0], [-0.1], [[1.0]], "zeta must be >= 0"),
-        ([1.0], [0.1], [[np.nan]], "shapes .*finite"),
-    ],
-)
-def test_modes_that_cannot_be_are_refused(omega: list, zeta: list, shapes: list, words: str) -> None:
-    with pytest.raises(GreensFunctionError, match=words):
-        ModalGreens(np.array(omega), np.array(zeta), np.array(shapes), Residual.none())
-
-
-@pytest.mark.parametrize(
-    ("omega", "shapes", "rates"),
-    [((3, 1), (1, 1), (1,)), ((3,), (1,), (1,)), ((3,), (), (1,)), ((3,), (1, 1), ()), ((3,), (1, 1), (1, 1))],
-)
-def test_arrays_of_the_wrong_shape_are_refused(
-    omega: tuple[int, ...], shapes: tuple[int, ...], rates: tuple[int, ...]
-) -> None:
-    """Arrays whose shapes do not match, as a damaged file may hold them, are refused."""
-    residual = Residual(np.ones(shapes), np.ones(rates), np.zeros((1, 1)))
-    with pytest.raises(GreensFunctionError, match="shapes must match"):
-        ModalGreens(np.ones(omega), np.zeros(3), np.ones((3, 1)), residual)
-
-
 def test_modes_as_test_programs_list_them() -> None:
     """Frequencies in hertz, one damping or many, and amplitudes at one port or several make the function."""
     one = ModalGreens.from_hz([100.0, 250.0], 0.01, [1.0, 2.0])
@@ -102,14 +80,94 @@ def test_modes_as_test_programs_list_them() -> None:
     )
 
 
+def of_shapes(omega: tuple[int, ...], shapes: tuple[int, ...], rates: tuple[int, ...]) -> ModalGreens:
+    """Return a function with arrays of these shapes, as a damaged file may hold them."""
+    residual = Residual(np.ones(shapes), np.ones(rates), np.zeros((1, 1)))
+    return ModalGreens(np.ones(omega), np.zeros(3), np.ones((3, 1)), residual)
+
+
+def of_modes(omega: float, zeta: float, shape: float) -> ModalGreens:
+    return ModalGreens(np.array([omega]), np.array([zeta]), np.array([[shape]]), Residual.none())
+
+
+HERTZ = [100.0, 250.0]
+MODE = single_mode(frequency_hz=1.0, mass=1.0)
+
+
 @pytest.mark.parametrize(
-    ("damping", "amplitudes", "words"),
+    ("make", "words"),
     [
-        ([0.01, 0.02, 0.03], [1.0, 2.0], r"frequencies \(M,\), damping \(M,\)"),
-        (0.01, [1.0, 2.0, 3.0], "shapes must match"),
-        (-0.01, [1.0, 2.0], "zeta must be >= 0"),
+        *(
+            (lambda each=each: of_shapes(*each), "shapes must match")
+            for each in (
+                ((3, 1), (1, 1), (1,)), ((3,), (1,), (1,)), ((3,), (), (1,)), ((3,), (1, 1), ()), ((3,), (1, 1), (1, 1))
+            )
+        ),
+        (lambda: of_modes(-1.0, 0.1, 1.0), "omega must be >= 0"),
+        (lambda: of_modes(1.0, -0.1, 1.0), "zeta must be >= 0"),
+        (lambda: of_modes(1.0, 0.1, np.nan), "shapes .*finite"),
+        (lambda: ModalGreens.from_hz(HERTZ, [0.01, 0.02, 0.03], [1.0, 2.0]), r"frequencies \(M,\), damping \(M,\)"),
+        (lambda: ModalGreens.from_hz(HERTZ, 0.01, [1.0, 2.0, 3.0]), "shapes must match"),
+        (lambda: ModalGreens.from_hz(HERTZ, -0.01, [1.0, 2.0]), "zeta must be >= 0"),
+        (lambda: Body(impact.spring(stiffness=1.0), velocity=-1.0), "translate: velocity = -1"),
+        (lambda: Body(impact.rigid_mass(mass=1.0, velocity=0.0).greens, velocity=np.inf), "must be finite"),
+        (lambda: impact.rigid_mass(mass=0.0, velocity=-1.0), "mass = 0 kg"),
+        (lambda: Body(MODE, state=ModalState(np.zeros(2), np.zeros(1))), "state.displacement must be 1"),
+        (lambda: Body(MODE, state=ModalState(np.zeros(1), np.full(1, np.nan))), "state.velocity.*1 finite"),
     ],
-)
-def test_modes_that_do_not_belong_together(damping: object, amplitudes: object, words: str) -> None:
+)  # fmt: skip
+def test_modes_and_bodies_that_cannot_be_are_refused(make: Callable[[], object], words: str) -> None:
     with pytest.raises(GreensFunctionError, match=words):
-        ModalGreens.from_hz([100.0, 250.0], damping, amplitudes)  # type: ignore[arg-type]
+        make()
+
+
+OMEGA = [0.0, 1e-8, 1e-4, 0.3, 1.0, 7.0, 40.0]
+ZETA = [0.0, 1e-12, 0.03, 0.5, 1 - 1e-9, 1.0, 1 + 1e-9, 1.3, 8.0]
+
+
+def exact_step(dt: float, omega: float, zeta: float) -> np.ndarray:
+    """Return the (2, 3) map of (q, q', f), f constant."""
+    generator = np.array([[0.0, 1.0, 0.0], [-(omega**2), -2 * zeta * omega, 1.0], [0.0, 0.0, 0.0]])
+    # balanced by max(omega, 1/dt), so that every entry is a number of order one
+    scale = np.diag([max(omega, 1.0 / dt), 1.0, 1.0])
+    inverse = np.diag(1 / np.diag(scale))
+    return (inverse @ expm(scale @ generator @ inverse * dt) @ scale)[:2]
+
+
+@pytest.mark.parametrize("omega", OMEGA)
+@pytest.mark.parametrize("zeta", ZETA)
+@pytest.mark.parametrize("dt", [1e-3, 1.0])
+def test_transition_is_the_matrix_exponential(omega: float, zeta: float, dt: float) -> None:
+    a, b = oscillator.transition(dt, np.array([omega]), np.array([zeta]))
+    ours = np.column_stack([a[:, :, 0], b[:, 0]])
+    exact = exact_step(dt, omega, zeta)
+    # expm loses about norm(A dt) = 2 zeta omega dt <= 640 times round-off, each entry against its row and column scale
+    size = np.array([[1.0, dt, dt**2], [1 / dt, 1.0, dt]])
+    limit = 1e-13 * (1 + (1 + 2 * zeta) * omega * dt) ** 2 * size
+    assert np.all(np.abs(ours - exact) <= limit)
+
+
+def test_step_response_keeps_its_digits_from_short_to_long() -> None:
+    """The response is t^2/2 - w^2 t^4/24 for w t -> 0 and does not jump where the formula changes."""
+    t = np.array([1e-9, 1e-6, 1e-3])
+    series = t**2 / 2 - t**4 / 24
+    np.testing.assert_allclose(oscillator.step_response(t, np.array(1.0), np.array(0.0)), series, rtol=1e-14)
+    around = np.array([0.5 - 1e-12, 0.5 + 1e-12])
+    low, high = oscillator.step_response(around, np.array(1.0), np.array(0.0))
+    assert high == pytest.approx(low, rel=1e-11)
+
+
+@pytest.mark.parametrize("omega", [0.0, 1e-3, 0.5, 4.0, 300.0])
+@pytest.mark.parametrize("zeta", [0.0, 0.01, 0.3, 0.6, 1.0, 3.0])
+def test_dissipation_closes_the_energy_balance(omega: float, zeta: float) -> None:
+    """E0 + work of f - E1 = D(x, x): D is integrated on its own, E1 comes from the exact step."""
+    dt = 0.7
+    form = oscillator.dissipation_form(dt, np.array([omega]), np.array([zeta]))[:3, :3, 0]
+    np.testing.assert_allclose(form, form.T, atol=1e-14 * (1 + np.abs(form).max()))
+    step = exact_step(dt, omega, zeta)
+    for q, p, f in np.random.default_rng(3).normal(size=(20, 3)):
+        x = np.array([q / max(omega, 1.0), p, f * max(omega, 1.0)])
+        q1, p1 = step @ x
+        before, after = (x[1] ** 2 + (omega * x[0]) ** 2) / 2, (p1**2 + (omega * q1) ** 2) / 2
+        lost = before + x[2] * (q1 - x[0]) - after
+        assert x @ form @ x == pytest.approx(lost, abs=1e-11 * (before + after + abs(x[2] * (q1 - x[0]))))

@@ -20,8 +20,7 @@ from seatfem.study.sweep.effort import Effort
 from seatfem.study.sweep.runner import JOURNAL, Outcome, StudyError
 from seatfem.study.sweep.study import load_study
 from seatfem.study.sweep.sweep import run_study
-from seatfem.study.trade.rungs import MEMORY, PROCESSOR, Point, carry_out
-from seatfem.study.trade.trade import run_points
+from seatfem.study.trade.trade import MEMORY, PROCESSOR, Point, carry_out, run_points
 from tests.extremes import battery
 from tests.extremes import carry_out as cells_here
 from tests.extremes.runner import run_battery

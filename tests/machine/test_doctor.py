@@ -24,7 +24,7 @@ def no_library(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_missing_library_of_an_extra_is_a_gap_with_its_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
     known = doctor.installed_version
     monkeypatch.setattr(doctor, "_try", lambda code: (True, ""))
-    monkeypatch.setattr(doctor, "installed_version", lambda name: None if name == "plotly" else known(name))
+    monkeypatch.setattr(doctor, "installed_version", lambda name: "" if name == "plotly" else known(name))
     (found,) = (check for check in doctor_report() if check.name == "extra report")
     assert (found.ok, found.required, found.remedy) == (False, False, "pip install 'seatfem[report]'")
     assert found.detail == "not installed: plotly"
@@ -53,7 +53,7 @@ def test_pictures_without_egl_need_osmesa(monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setattr(system, "_loads", lambda library: False)
     assert "libegl1" in str(system.picture_library_gap())
     monkeypatch.setattr(system, "_loads", lambda library: library.startswith("libOSMesa"))
-    assert system.picture_library_gap() is None
+    assert not system.picture_library_gap()
     monkeypatch.setenv("VTK_DEFAULT_OPENGL_WINDOW", "")
     monkeypatch.delenv("VTK_DEFAULT_OPENGL_WINDOW")
     system.select_offscreen_window()

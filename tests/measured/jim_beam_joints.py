@@ -26,7 +26,7 @@ def predict(record: MeasuredSet) -> Mapping[str, Estimate]:
 
     Bars: half of what the mesh changes, and what the uncertainties of the two fitted frequencies change.
     """
-    beside = read_measured_set(Path(__file__).with_name(record.source["beside"]))
+    beside = read_measured_set(Path(__file__).with_name(record.source.beside))
     plates, (shapes, places) = plates_of(beside), measured_shapes(beside)
     (whole, spread), (soft, spread_of_soft) = (fitted_to(record, name) for name in ("modulus", "joint"))
     modes = [record.fitted[name]["mode"] - 1 for name in ("modulus", "joint")]

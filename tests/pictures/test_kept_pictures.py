@@ -3,6 +3,7 @@
 import pytest
 
 import impact
+from seatfem.pictures.rendering import drawing_apart
 from seatfem.structures.mesh.gmsh_process import MeshingError
 from seatfem.structures.method import Method, Solved
 from seatfem.study.method import RunMethod
@@ -30,7 +31,8 @@ def write(path, text="curve"):
 def drawn(scene, folder, of_seat, monkeypatch, missing=False):
     monkeypatch.setattr(pictures, "_seat_pictures", lambda *_: of_seat)
     seat = Solved(SEAT, mesh=of_seat or None)  # without a mesh it was computed before
-    files, gaps = pictures.draw_run(scene, METHOD, seat, None, None, folder, lambda stage, done: None)
+    with drawing_apart() as painter:
+        files, gaps = pictures.draw_run(scene, METHOD, seat, None, None, folder, lambda stage, done: None, painter)
     assert [gap.startswith("no pictures of the seat's mesh") for gap in gaps] == [True] * missing
     assert all(file.parent == folder and file.is_file() for file in files)
     return {file.name for file in files}
@@ -61,7 +63,9 @@ def test_a_store_that_cannot_be_written_to_and_a_shape_that_cannot_be_made_are_t
     of_seat = [("mesh.png", lambda path: write(path)), ("modes.png", broken)]
     monkeypatch.setattr(pictures, "_seat_pictures", lambda *_: of_seat)
     seat = Solved(SEAT, mesh=of_seat)
-    files, gaps = pictures.draw_run(scene, METHOD, seat, None, None, tmp_path / "out", lambda stage, done: None)
+    with drawing_apart() as painter:
+        out = tmp_path / "out"
+        files, gaps = pictures.draw_run(scene, METHOD, seat, None, None, out, lambda stage, done: None, painter)
     assert "mesh.png" in {file.name for file in files}
     assert gaps[0].startswith("skipped pictures: modes.png: MemoryError")
     assert gaps[1].startswith("pictures of the seat are not kept")

@@ -10,9 +10,9 @@ import pytest
 
 from impact.storage.hdf5 import StorageError
 from seatfem.pictures import moving
-from seatfem.pictures.cell_grid import Skin
 from seatfem.pictures.frames import mode_frames
 from seatfem.pictures.moving import FINEST, UNTOLD, load_moving, moving_bodies, save_moving
+from seatfem.pictures.skins import Skin
 from tests.moving_block import END, SIDES, block_modes, block_wave
 
 
@@ -57,6 +57,8 @@ def test_modes_are_scaled_and_go_around() -> None:
     around = skin.moved(np.array([[3.0, 4.0, 5.0]]), 2)
     s = np.sqrt(0.5)
     np.testing.assert_allclose(around, [[3, 0, 5], [-4 * s, 4 * s, 0], [0, -3, -5]], atol=1e-12)
+    turned = skin.moved(np.array([[3.0, 4.0, 5.0]]), 2, turned=np.pi / 4)
+    np.testing.assert_allclose(turned[1], [3 * s, 3 * s, 5], atol=1e-12)
     frames = mode_frames(skin, [around], ["1"], "")
     assert frames.largest == pytest.approx(1.0)
     assert frames.time is None

@@ -1,6 +1,7 @@
 """Figures and pictures: what is drawn, what is written in them, and what happens when they cannot be made."""
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,9 +16,11 @@ from impact.pictures.plots import plot_greens, sampled_filter
 from impact.quantities import text
 from seatfem.pictures import plots as seat_plots
 from seatfem.pictures import rendering
-from seatfem.pictures.cell_grid import CellGrid
+from seatfem.pictures.moving import swing_frame
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.model import Material, ModelError
+from seatfem.structures.reduction.modes import solve_modes
+from tests.moving_block import block_modes
 
 pytest.importorskip("matplotlib")
 
@@ -158,19 +161,6 @@ def block():
     return assemble(mesh, Material(200e9, 0.3, 7850.0))
 
 
-@pytest.fixture(scope="module")
-def grid(block) -> CellGrid:
-    return CellGrid.of_model(block)
-
-
-@pytest.fixture(scope="module")
-def shapes(grid: CellGrid) -> list[np.ndarray]:
-    """Return bending and stretching of the block."""
-    x, _, z = grid.points.T
-    zero = np.zeros_like(z)
-    return [np.array([z**2, zero, -2 * (x - 1e-3) * z]), np.array([zero, zero, z])]
-
-
 @pytest.fixture
 def drawing() -> None:
     pytest.importorskip("pyvista")
@@ -180,65 +170,20 @@ def drawing() -> None:
         pytest.skip(str(gap))
 
 
-def _volume(points: np.ndarray, cells: np.ndarray) -> np.ndarray:
-    a, b, c, d = (points[cells[:, k]] for k in range(4))
-    return np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a) / 6
-
-
-def test_grid_has_its_middle_nodes_on_the_edges_vtk_expects(grid: CellGrid) -> None:
-    edges = ((0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3))
-    for column, (a, b) in enumerate(edges, start=4):
-        middle = (grid.points[grid.cells[:, a]] + grid.points[grid.cells[:, b]]) / 2
-        assert np.abs(grid.points[grid.cells[:, column]] - middle).max() < 1e-15
-
-
-def test_linear_cells_fill_each_quadratic_cell_in_eighths(grid: CellGrid) -> None:
-    whole = np.abs(_volume(grid.points, grid.cells))
-    parts = np.abs(_volume(grid.points, grid.linear_cells)).reshape(-1, 8)
-    assert parts == pytest.approx(np.repeat(whole[:, None], 8, axis=1) / 8, rel=1e-9)
-    signs = np.sign(_volume(grid.points, grid.linear_cells)).reshape(-1, 8)
-    assert np.all(signs == np.sign(_volume(grid.points, grid.cells))[:, None])
-
-
-@pytest.mark.slow(but="2")
-@pytest.mark.parametrize("order", [1, 2])
-def test_hexahedra_are_in_the_order_of_vtk(order: int, drawing: None) -> None:
-    """VTK's own volumes of the cells and of their eighths (negative: mirrored); a node out of place would fold them."""
-    straight = skfem.MeshHex.init_tensor(*[np.linspace(0.0, 1.0, 3)] * 3)
-    mesh = straight if order == 1 else skfem.MeshHex2.from_mesh(straight)
-    named = mesh.with_boundaries({"fixed": lambda x: x[2] < 1e-9, "contact": lambda x: x[2] > 1 - 1e-9})
-    grid = CellGrid.of_model(assemble(named, Material(1.0, 0.3, 1.0)))
-    pyvista = rendering.import_pyvista()
-    for cells, volume in ((grid.cells, 1 / 8), (grid.linear_cells, 1 / 8 if order == 1 else 1 / 64)):
-        volumes = seat_plots._unstructured(pyvista, grid.points, cells).compute_cell_sizes()["Volume"]
-        assert np.abs(volumes) == pytest.approx(np.full(len(cells), volume), rel=1e-9)
-    assert len(grid.linear_cells) == (8 if order == 1 else 64)
-
-
-def test_grid_of_bare_matrices_is_refused(block) -> None:
-    bare = type(block)(block.M, None, block.K, block.ports)
+def test_a_model_without_mesh_or_modes_is_refused(block, tmp_path: Path) -> None:
+    bare, modes = type(block)(block.M, None, block.K, block.ports), solve_modes(block, 1)
     with pytest.raises(ModelError, match="does not know its mesh"):
-        CellGrid.of_model(bare)
-
-
-def test_vtu_holds_quadratic_cells_and_shapes(
-    grid: CellGrid, shapes: list[np.ndarray], drawing: None, tmp_path: Path
-) -> None:
-    import pyvista
-
-    seat_plots.write_vtu(grid, shapes, [1234.5, 67890.0], tmp_path / "modes.vtu")
-    read = pyvista.read(tmp_path / "modes.vtu")
-    assert set(read.celltypes) == {pyvista.CellType.QUADRATIC_TETRA}
-    assert read.array_names == ["mode 01, 1234.5 Hz", "mode 02, 67890 Hz"]
-    assert np.array_equal(read["mode 01, 1234.5 Hz"], shapes[0].T)
-    assert [p.name for p in tmp_path.iterdir()] == ["modes.vtu"]
+        seat_plots.plot_modes(bare, modes, tmp_path / "modes.png")
+    none = replace(modes, frequencies_hz=modes.frequencies_hz[:0], shapes=modes.shapes[:, :0])
+    with pytest.raises(PictureError, match="at least one"):
+        seat_plots.plot_modes(block, none, tmp_path / "modes.png")
 
 
 @pytest.mark.slow
-def test_mode_pictures(grid: CellGrid, shapes: list[np.ndarray], drawing: None, tmp_path: Path) -> None:
+def test_mode_pictures(block, drawing: None, tmp_path: Path) -> None:
     from PIL import Image
 
-    seat_plots.plot_modes(grid, shapes, [1234.5, 67890.0], tmp_path / "modes.png", cut=True)
+    seat_plots.plot_modes(block, solve_modes(block, 2), tmp_path / "modes.png")
     with Image.open(tmp_path / "modes.png") as image:
         pixels = np.asarray(image.convert("RGB")).reshape(-1, 3).astype(int)
     yellow = (pixels[:, 0] > 200) & (pixels[:, 1] > 190) & (pixels[:, 2] < 90)  # largest displacement
@@ -248,12 +193,10 @@ def test_mode_pictures(grid: CellGrid, shapes: list[np.ndarray], drawing: None, 
 
 
 @pytest.mark.slow
-def test_animation_is_a_loop_that_moves(
-    grid: CellGrid, shapes: list[np.ndarray], drawing: None, tmp_path: Path
-) -> None:
+def test_animation_is_a_loop_that_moves(drawing: None, tmp_path: Path) -> None:
     from PIL import Image, ImageSequence
 
-    seat_plots.animate_mode(grid, shapes[0], 1234.5, tmp_path / "mode.gif", frames=8)
+    swing_frame(block_modes(), tmp_path / "mode.gif", pictures=8)
     with Image.open(tmp_path / "mode.gif") as image:
         frames = np.array([each.convert("RGB") for each in ImageSequence.Iterator(image)], dtype=int)
     assert len(frames) == 8
@@ -271,13 +214,6 @@ def test_mesh_picture_shows_contact_and_fixed_faces(block, drawing: None, tmp_pa
         r, g, b = np.moveaxis(np.asarray(image.convert("RGB")).astype(int), 2, 0)
     assert ((r > 150) & (g > 60) & (g < 130) & (b < 60)).sum() > 2000
     assert ((b > 130) & (b - r > 60)).sum() > 2000
-
-
-def test_shapes_that_do_not_fit_are_refused(grid: CellGrid, shapes: list[np.ndarray], tmp_path: Path) -> None:
-    with pytest.raises(PictureError, match="give as many"):
-        seat_plots.plot_modes(grid, shapes, [1.0], tmp_path / "modes.png")
-    with pytest.raises(PictureError, match=r"must be finite and \(3, "):
-        seat_plots.write_vtu(grid, [shapes[0].T], [1.0], tmp_path / "modes.vtu")
 
 
 def test_a_missing_library_is_told_before_vtk_is_touched(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import skfem
 
-from seatfem.pictures.cell_grid import OPENED, SLICES, Skin, skin_of, skin_of_section, wound_outward
+from seatfem.pictures.skins import OPENED, SLICES, Skin, skin_of, skin_of_section, wound_outward
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.materials import Material

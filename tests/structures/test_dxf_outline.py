@@ -111,7 +111,7 @@ def test_splines_and_ellipses(tmp_path: Path) -> None:
 
 
 def test_inner_loops_come_after_the_outline(tmp_path: Path) -> None:
-    """In whatever order they are drawn, holes come last; an array of blocks counts as often as it is inserted."""
+    """Holes come last, in whatever order they are drawn; an array of blocks counts as often as it is inserted."""
 
     def holes(space: Any) -> None:
         space.doc.blocks.new("H").add_circle((0, 0), 0.5)

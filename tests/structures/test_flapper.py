@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from seatfem.structures.elements.mindlin import PlateMesh, assemble_plate
 from seatfem.structures.errors import MeshError
 from seatfem.structures.materials import Material
-from seatfem.structures.mesh.gmsh_process import GmshSession
+from seatfem.structures.mesh.gmsh_process import gmsh_session
 from seatfem.structures.mesh.plane_meshes import mesh_sheet
 from seatfem.structures.method import COARSENING
 from seatfem.structures.reduction.modes import solve_modes
@@ -24,8 +24,8 @@ FREQUENCIES = (196.6, 915.2, 1644.0, 4856.0, 6221.0)
 
 @pytest.fixture(scope="module")
 def meshes() -> dict[float, PlateMesh]:
-    with GmshSession() as gmsh:
-        return {size: mesh_sheet(REED, size, gmsh=gmsh) for size in (2e-3, 1e-3)}
+    with gmsh_session():
+        return {size: mesh_sheet(REED, size) for size in (2e-3, 1e-3)}
 
 
 @pytest.mark.slow

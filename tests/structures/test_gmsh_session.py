@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from seatfem.structures.mesh import gmsh_process
-from seatfem.structures.mesh.gmsh_process import GmshSession
+from seatfem.structures.mesh.gmsh_process import gmsh_session
 from seatfem.structures.mesh.meshing import SeatMesh, make_mesh
 from seatfem.structures.mesh.plane_meshes import MeridianMesh, make_meridian
 from seatfem.structures.mesh.spec import MeshSpec
@@ -57,9 +57,9 @@ def test_a_session_makes_the_meshes_of_single_processes(monkeypatch, make, geome
     single = {spec: make(geometry, spec) for spec in (fine, coarse)}
     assert single[fine].quality.elements > 1.2 * single[coarse].quality.elements
     processes = started(monkeypatch)
-    with GmshSession() as gmsh:
+    with gmsh_session():
         for spec in (fine, coarse, fine):
-            assert_same(make(geometry, spec, gmsh=gmsh), single[spec])
+            assert_same(make(geometry, spec), single[spec])
     assert len(processes) == 1
     assert processes[0].returncode is not None
 
@@ -76,8 +76,8 @@ def test_a_silent_step_of_gmsh_can_be_stopped(monkeypatch: pytest.MonkeyPatch) -
         if reports.count(done) > 20:
             raise TimeoutError
 
-    with GmshSession() as gmsh:
+    with gmsh_session():
         with pytest.raises(TimeoutError):
-            make_mesh(Stopper(), MeshSpec(size=5e-4), gmsh=gmsh, progress=listen)
+            make_mesh(Stopper(), MeshSpec(size=5e-4), progress=listen)
         assert [process.poll() for process in processes] == [-signal.SIGKILL]
-        assert make_mesh(Stopper(), COARSE, gmsh=gmsh).mesh.t.shape[1] > 0
+        assert make_mesh(Stopper(), COARSE).mesh.t.shape[1] > 0

@@ -6,10 +6,17 @@ import numpy as np
 import pytest
 
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
+from seatfem.structures.elements.supports import Dashpot, Foundation
 from seatfem.structures.materials import Material
-from seatfem.structures.model import ModelError
+from seatfem.structures.model import ModelError, SecondOrderModel
 from seatfem.structures.reduction.greens import greens_function
-from seatfem.structures.reduction.harmonics import RingPatch, first_velocities_beyond, ring_greens, summed
+from seatfem.structures.reduction.harmonics import (
+    RingPatch,
+    every_harmonic,
+    first_velocities_beyond,
+    ring_greens,
+    summed,
+)
 from tests.ring_mesh import meridian
 
 STEEL = Material(200e9, 0.3, 7850.0)
@@ -91,3 +98,24 @@ def test_bad_patches_are_named(patches, words):
 def test_width_of_a_patch_is_checked(width):
     with pytest.raises(ModelError, match="width"):
         RingPatch(0.0, width)
+
+
+@pytest.mark.parametrize("harmonic", [3, 7, 50, 1000])
+@pytest.mark.parametrize("poisson", [0.3, 0.49])
+def test_matrices_of_all_harmonics_follow_from_three(harmonic: int, poisson: float) -> None:
+    """K is quadratic in n from 2 on, also on a bed, with damping, and of a nearly incompressible material."""
+    bed = [Foundation("fixed", 1e12, 1e11), Dashpot("fixed", 1e5)]
+    material = Material(5e9, poisson, 1300.0, loss_factor=0.1)
+
+    def assembled(n: int) -> SecondOrderModel:
+        return assemble_axisymmetric(
+            meridian(), material, harmonic=n, order=2, fixed=(), supports=bed, rayleigh=(10.0, 1e-8)
+        )
+
+    own, found = assembled(harmonic), every_harmonic(assembled)(harmonic)
+    for name in ("M", "K", "C", "loss"):
+        one, other = getattr(own, name), getattr(found, name)
+        assert abs(one - other).max() < 1e-12 * abs(one).max()
+    assert found.damping == own.damping
+    assert (found.damping.loss is None) == (own.damping.loss is None)
+    assert found.port_matrix == pytest.approx(own.port_matrix)

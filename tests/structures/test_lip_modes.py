@@ -14,7 +14,7 @@ from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.reduction.greens import greens_function
 from seatfem.structures.reduction.harmonics import RingPatch, ring_greens
 from seatfem.structures.reduction.lip_modes import lip_greens
-from seatfem.structures.reduction.modes import ConvergenceError
+from seatfem.structures.reduction.modes import ConvergenceError, modes_near, solve_modes
 from seatfem.structures.rings import as_a_whole
 from tests.ring_mesh import INNER, meridian
 
@@ -117,3 +117,22 @@ def test_what_cannot_be(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("seatfem.structures.reduction.lip_modes.MOST", 6)
     with pytest.raises(ConvergenceError, match=r"\d.*compliance"):
         in_arcs(32)
+
+
+def test_modes_of_a_harmonic_follow_from_those_before() -> None:
+    """All modes of a harmonic are found from those of the two before, which alone are 3 % and more off, and none from
+    what has nothing to do with them."""
+    highest = 1e6
+    before = [solve_modes(model(n), up_to_hz=1.2 * highest) for n in (4, 5)]
+    whole = solve_modes(model(6), up_to_hz=highest)
+    close = modes_near(model(6), np.concatenate([each.shapes for each in before], axis=1), highest, "auto")
+    assert close is not None
+    omega, shapes = close
+    assert omega == pytest.approx(whole.omega, rel=1e-4)
+    port, unit = model(6).port_matrix, np.eye(len(omega))
+    assert shapes.T @ (model(6).M @ shapes) == pytest.approx(unit, abs=1e-6)
+    felt, wanted = ((each.T @ port)[:, 0] ** 2 for each in (shapes, whole.shapes))
+    assert felt == pytest.approx(wanted, abs=0.01 * wanted.max())
+    assert abs(before[1].omega[0] / whole.omega[0] - 1) > 0.03
+    few = solve_modes(model(5), 2).shapes
+    assert modes_near(model(6), few, highest, "auto") is None

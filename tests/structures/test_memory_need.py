@@ -40,7 +40,7 @@ def block(shape, order, cells):
     top = 1e-3 * cells[2]
     mesh = mesh.with_boundaries({"contact": lambda x: x[2] > top - 1e-6, "fixed": lambda x: x[2] < 1e-6})
     name = {"tet": "tetrahedron", "hex": "hexahedron"}[shape]
-    return SeatMesh(mesh, order, QUALITY, MeshProvenance("block", "", "", {}, {}), name)
+    return SeatMesh(mesh, order, QUALITY, MeshProvenance("block", ""), name)
 
 
 @pytest.mark.parametrize("shape", ["tet", "hex"])

@@ -264,7 +264,9 @@ from seatfem.structures.shapes import decode
 gmsh.initialize([], readConfigFiles=False, interruptible=False)
 for option, value in OPTIONS.items():
     gmsh.option.setNumber(option, value)
-tags, regions = build(gmsh, decode(json.loads(sys.argv[1])), heal=True)
+tags = build(gmsh, decode(json.loads(sys.argv[1])), sectors=1, heal=True)
+named = {gmsh.model.getPhysicalName(3, group): group for _, group in gmsh.model.getPhysicalGroups(3)}
+regions = {name: gmsh.model.getEntitiesForPhysicalGroup(3, group) for name, group in named.items()}
 mass = gmsh.model.occ.getMass
 areas = {name: sum(mass(2, tag) for tag in faces) for name, faces in tags.items()}
 volumes = {name: sum(mass(3, tag) for tag in solids) for name, solids in regions.items()}

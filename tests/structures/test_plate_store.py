@@ -44,7 +44,7 @@ def same(one, other):
 def test_a_plate_comes_back_bit_for_bit_without_mesher_and_eigensolver(monkeypatch):
     first = plate_modes(ASKED)
     assert len(files()) == 1
-    for name in ("mesh_sheet", "solve_modes"):
+    for name in ("mesh_sheet", "modes_by_parity"):
         monkeypatch.setattr(f"seatfem.structures.sheets.{name}", lambda *a, **k: pytest.fail("computed again"))
     same(first, _again())
 

@@ -40,7 +40,7 @@ def test_coupled_damping_is_the_matrix_exponential():
 
 @pytest.mark.parametrize("share", [0.1, 1.0, 5.0])
 def test_a_rod_on_a_dashpot_is_dalemberts(share):
-    """Between the echoes of a dashpot share*Z, g is 1/Z (1 + 2 sum of R^k), R = (1 - share)/(1 + share)."""
+    """g is, between the echoes of a dashpot share*Z, 1/Z (1 + 2 sum of R^k), R = (1 - share)/(1 + share)."""
     model = rod_model(**ROD, elements=80, fixed_end=False)
     far = np.zeros(model.size)
     far[np.argmax(model.dofs.points[0, model.dofs.free])] = 1.0

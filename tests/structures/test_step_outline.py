@@ -47,7 +47,7 @@ def test_the_flapper_of_a_file_is_the_flapper() -> None:
 
 @pytest.mark.slow
 def test_slot_and_hole_are_kept(drawn: Path) -> None:
-    """In the neck and in the paddle, where the hole is what the contact lies about."""
+    """The neck keeps its slot and the paddle its hole, about which the contact lies."""
     shape = Flapper(8e-3, 2e-3, 6e-3, 15e-3, 16e-3, 0.3e-3, slot_width=2e-3, slot_length=8e-3, hole_diameter=6e-3)
     found = sheet_in(drawn / "slotted.step", shape)
     assert len(found.openings) == 2
@@ -57,7 +57,7 @@ def test_slot_and_hole_are_kept(drawn: Path) -> None:
 
 @pytest.mark.slow
 def test_a_round_hole_is_held_by_its_faces(drawn: Path) -> None:
-    """Of the faces of a slotted flapper 8 to 11 close a circle; the paddle's and the slot's do not."""
+    """Faces 8 to 11 of a slotted flapper close a circle; the paddle's and the slot's do not."""
     path = drawn / "slotted.step"
     frame = outline_in(path).frame
     assert frame is not None

@@ -57,8 +57,8 @@ def test_modes_of_a_free_sphere(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_its_facet_has_the_compliance_of_a_disc_on_a_half_space(tmp_path: Path) -> None:
-    """Under a uniform pressure 16 (1 - nu^2)/(3 pi^2 E a) on average, as a/R goes to zero; a free sphere differs by the
-    first order in a/R, which two facets extrapolate to 1 %."""
+    """The mean compliance under a uniform pressure is 16 (1 - nu^2)/(3 pi^2 E a) as a/R goes to zero; a free sphere
+    differs by the first order in a/R, which two facets extrapolate to 1 %."""
     relative = []
     for facet in (FACET, FACET / 2):
         keys = BALL.replace("0.6 mm", f"{1e3 * facet:g} mm").replace("0.15 mm", f"{250 * facet:g} mm")

@@ -75,7 +75,7 @@ def round_of(
         source = sources.setdefault(converge.source_of(key), {"impulse": 0.0})
         source["impulse"] = math.hypot(source["impulse"], part["impulse"])
     budget = Budget({"impulse": 1.0}, sources, tuple(sources), by_key)
-    touches = SimpleNamespace(landings=None)
+    touches = SimpleNamespace(landings=SimpleNamespace(status="landed"))
     return cast(
         Round, SimpleNamespace(plan=plan, left=budget, judged=("impulse",), number=1, spent={}, touches=touches)
     )

@@ -9,13 +9,15 @@ import pytest
 
 import impact
 from impact.after.landings import JUMP, Landing
+from impact.after.loads import StaticLoad
 from impact.runs.variations import SAFETY, Budget, narrow_greens
 from seatfem.study.error_budget import FLOOR_OF_SPRING, FLOORS, _until, error_budget, unresolved_steps, with_jumps
 from seatfem.study.impacts.contact import run_contacts
+from seatfem.study.impacts.landings import Landings
 from seatfem.study.scene.measures import ContactDuration, ContactRecord, Impulse
 from tests.as_stated import striker_of
 from tests.gallery import load_text
-from tests.steps import ErrorEstimate, ModalGreens, Residual, Scene, Solved, Touches, stated_method
+from tests.steps import ErrorEstimate, ModalGreens, Residual, Scene, Solved, stated_method
 
 MODES = ModalGreens(
     np.array([2e6, 5e6, 9e6]), np.full(3, 0.02), np.array([[20.0], [30.0], [25.0]]), Residual.exponential(2e-11, 1e-2)
@@ -47,8 +49,8 @@ def test_a_spring_has_an_error_of_the_time_step_only(scene: Scene) -> None:
     striker, spring = striker_of(scene), impact.spring(stiffness=40e6)
     bars = []
     for dt in (4e-8, 2e-8, 1e-8):
-        result = run_contacts(scene, striker, spring, dt).seat
-        budget = error_budget(scene, stated_method(scene), Solved(spring, plane=True), striker, Touches(result))
+        run = run_contacts(scene, striker, spring, dt)
+        budget = error_budget(scene, stated_method(scene), Solved(spring, plane=True), striker, run)
         assert {source: part["impulse"] for source, part in budget.parts.items() if source != "time_step"} == {
             "mesh": 0.0, "reduction": 0.0, "model": 0.0, "patch": 0.0,
         }  # fmt: skip
@@ -64,8 +66,8 @@ def test_a_spring_has_an_error_of_the_time_step_only(scene: Scene) -> None:
 def test_an_error_of_g_becomes_one_of_the_force_not_of_the_impulse(scene: Scene) -> None:
     """A stiffness 4 % off changes the peak on a spring by 2 %, and the impulse not beyond the step."""
     striker, spring = striker_of(scene), impact.spring(stiffness=40e6)
-    result = run_contacts(scene, striker, spring, 1e-8).seat
-    budget = error_budget(scene, stated_method(scene), Solved(spring, level_error=0.04), striker, Touches(result))
+    run = run_contacts(scene, striker, spring, 1e-8)
+    budget = error_budget(scene, stated_method(scene), Solved(spring, level_error=0.04), striker, run)
     peak, impulse = (budget.parts["model"][name] / budget.values[name] for name in ("filtered_peak", "impulse"))
     assert peak == pytest.approx(1 - 1 / math.sqrt(1.04), rel=0.1)
     assert impulse < 2e-3
@@ -81,14 +83,14 @@ def test_a_bar_over_its_value() -> None:
 def test_a_seat_taken_for_a_spring_has_its_floor(scene: Scene) -> None:
     """The impulse of a mass on a spring is 2 m V whatever its stiffness: the floor alone knows of waves."""
     striker, seat = striker_of(scene), impact.spring(stiffness=40e6)
-    result, method = run_contacts(scene, striker, seat, 1e-8).seat, stated_method(scene)
+    run, method = run_contacts(scene, striker, seat, 1e-8), stated_method(scene)
     as_spring = replace(method, seat=replace(method.seat, level="spring"))
     solved = Solved(seat.with_error(ErrorEstimate(1e-3, 1e-3), {}), plane=True)
-    budget = error_budget(scene, as_spring, solved, striker, Touches(result))
+    budget = error_budget(scene, as_spring, solved, striker, run)
     floors = {**FLOORS, "model": FLOOR_OF_SPRING, "patch": 0.0}
     for source in ("model", "mesh", "reduction"):
         assert budget.parts[source]["impulse"] >= floors[source] * budget.values["impulse"] > 0
-    exact = error_budget(scene, method, Solved(seat, plane=True), striker, Touches(result))
+    exact = error_budget(scene, method, Solved(seat, plane=True), striker, run)
     assert all(exact.parts[source]["impulse"] == 0 for source in ("model", "mesh", "reduction"))
 
 
@@ -143,9 +145,9 @@ def test_times_known_to_whole_steps_err_by_a_step() -> None:
     force[21:31] = 1.0
     whole = Landing(20e-6, 30e-6, 25e-6, 0, 1.0, 1.0, 0.0, 1.0, 1e-5, pressed_on=False, cut_off=False)
     part = replace(whole, to_touch=0.4e-6, to_opening=-0.7e-6, is_resolved=True)
-    duration = ContactDuration()
+    duration, none = ContactDuration(), Landings((), (), StaticLoad(*np.zeros((3, 1))))
     for landing, value, error in ((whole, 10e-6, 1.0), (part, 8.9e-6, JUMP), (replace(part, end=29e-6), 10e-6, 1.0)):
         record = ContactRecord(force, 1e-6, 4e-6, landings=(landing,))
         assert duration.evaluate(record) == pytest.approx(value)
-        assert unresolved_steps(None, record) == {"contact_duration": error}
-    assert unresolved_steps(None, ContactRecord(np.zeros(100), 1e-6, 4e-6)) == {}
+        assert unresolved_steps(none, record) == {"contact_duration": error}
+    assert unresolved_steps(none, ContactRecord(np.zeros(100), 1e-6, 4e-6)) == {}

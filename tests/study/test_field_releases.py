@@ -77,7 +77,7 @@ def test_fields_that_do_not_serve(tmp_path: Path, rows: str, message: str) -> No
 @pytest.mark.parametrize(
     ("rows", "message"),
     [
-        ("x [mm],y [mm]\n0,0\n", "neither w nor velocity"),
+        ("x [mm],y [mm]\n0,0\n1,0\n0,1\n", "neither w nor velocity"),
         ("x [mm],y [mm],w [um]\n0,0,1\n1,1,1\n2,2,1\n", "its points lie on one line"),
         ("x [mm],w [um]\n0,0\n", "add a column y"),
     ],

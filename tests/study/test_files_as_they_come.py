@@ -38,7 +38,7 @@ AT = ("node = 1", 'direction = "+z"')
     ],
 )
 def test_units_of_a_response(text: str, lines: tuple[str, ...], scale: float, tmp_path: Path) -> None:
-    """By dataset 164, by labels, or as the scene states; the plan says which."""
+    """Dataset 164, labels or the scene state the units; the plan says which."""
     (tmp_path / "a.uff").write_text(text, encoding="utf-8")
     scene = load_text(tmp_path, seat("frf", "a.uff", *AT, *lines))
     measured = scene.seat.response()
@@ -64,7 +64,7 @@ MASSLESS = units(1, 1.0) + mode(1, 900.0, 0.0) + mode(2, 2600.0, 0.0)
 def test_what_a_universal_file_leaves_open_or_contradicts(
     kind: str, text: str, lines: tuple[str, ...], key: str, words: str, tmp_path: Path
 ) -> None:
-    """At the key of the table that mends it."""
+    """The refusal stands at the key of the table that mends it."""
     (tmp_path / "a.uff").write_text(text, encoding="utf-8")
     said = refusal(lambda: read_back(load_text(tmp_path, seat(kind, "a.uff", *lines))))
     assert re.search(f"{key}: .*{words}", said)

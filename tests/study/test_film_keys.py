@@ -66,16 +66,16 @@ def test_the_film_of_a_lip_is_spread_over_its_arcs(tmp_path: Path) -> None:
 def test_a_mass_is_stopped_by_the_momentum_of_its_film(tmp_path: Path) -> None:
     """The mass stops at k/2 (1/(g + f)^2 - 1/(g0 + f)^2) = m v; a coefficient 3 % off moves the place by 1.5 %."""
     scene = load_text(tmp_path, MASS)
-    result = run_contacts(scene, striker_of(scene), impact.spring(stiffness=1e15), DT).seat
+    run = run_contacts(scene, striker_of(scene), impact.spring(stiffness=1e15), DT)
     k = 18e-6 * 34.56e-3 * 1e-9
     rest = (2 * 1e-3 * 0.2 / k + 1 / 6e-6**2) ** -0.5 - 1e-6
-    assert result.gap[-1] == pytest.approx(rest, rel=1e-3)
-    kept = summarise(Touches(result), 1e-6, filmed=True)
+    assert run.seat.gap[-1] == pytest.approx(rest, rel=1e-3)
+    kept = summarise(run, 1e-6, filmed=True)
     assert kept["first_contact_s"] is None
     assert kept["contact_duration_s"] is None
     assert kept["film_loss_J"] == pytest.approx(0.5 * 1e-3 * 0.2**2, rel=1e-3)
     assert kept["film_force_peak_N"] == kept["peak_force_N"]
-    assert verdict({**kept, "seat_kind": "annular"}) == ""
+    assert verdict({**kept, "seat_kind": "annular"}).startswith("No landing")
 
 
 @pytest.mark.slow

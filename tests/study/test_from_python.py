@@ -77,7 +77,7 @@ def test_a_result_has_landings(result: seatfem.RunResult) -> None:
 
 
 def test_nothing_is_kept_and_the_result_stays(result: seatfem.RunResult, tmp_path: Path) -> None:
-    """Without a folder no file remains; with one, the files are those that the result names, and the numbers equal."""
+    """No file remains without a folder; with one, the files are those that the result names, and the numbers equal."""
     assert result.files == ()
     assert not [*Path(tempfile.gettempdir()).glob("seatfem-run-*")]
     assert result.histories.force.max() == pytest.approx(result.summary["peak_force_N"])
@@ -137,12 +137,12 @@ def test_notebooks_show_tables_and_nothing_in_them_is_markup(result: seatfem.Run
     )  # fmt: skip
     assert "<script>" not in hostile._repr_html_()
     done = seatfem.converge(TEXT, "20 %")
-    for shown in (result, result.measures, result.landings, result.landings[0], done):
+    for shown in (result, result.measures, result.measures["impulse"], result.landings, result.landings[0], done):
         html = shown._repr_html_()
         assert html.startswith("<table>")
         assert html.count("<table>") == html.count("</table>")
         assert "impulse" in html
-        assert "mN s" in repr(shown)
+        assert "mN s" in str(shown)
 
 
 def mistakes(result: seatfem.RunResult, folder: Path) -> dict[str, tuple[Callable[[], object], str]]:

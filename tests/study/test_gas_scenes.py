@@ -63,7 +63,7 @@ def test_a_prescribed_pressure_is_that_of_a_load(valve: str, tmp_path: Path) -> 
     text = text.replace('"suction"', f'"{valve}"', 1)
     driven = scene_of(tmp_path, text + 'angle = "30 deg"\ncylinder_pressure = "p.csv"\n' + force)
     one = solved(driven)
-    assert isinstance(driven.gas.model, Prescribed)
+    assert isinstance(driven.gas.model_of(1), Prescribed)
     record(tmp_path, over=True)
     load = f'[[load]]\npressure = {{ file = "p.csv", rpm = 3000, angle = "30 deg" }}\narea = {area}\n'
     if valve == "discharge":  # p - 1 bar is what opens
@@ -100,7 +100,7 @@ def test_what_a_run_says_of_its_gas(tmp_path: Path) -> None:
         tmp_path, '[contact]\npreload = true\n[accuracy]\ntarget = "10 %"\n' + text, '[run]\nfilter_width = "20 us"\n'
     )
     assert scene.run.duration == pytest.approx(0.04)
-    drive = scene.gas.model
+    drive = scene.gas.model_of(1)
     assert isinstance(drive, Compressor)
     outcome = run_scene(scene, tmp_path / "out", pictures=False)
     keys = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
@@ -120,8 +120,8 @@ def test_what_a_run_says_of_its_gas(tmp_path: Path) -> None:
     net = np.subtract(keys["gas_mass_forward_kg"], keys["gas_mass_back_kg"])
     step = keys["time_step_s"] / 3
     again = run_contacts(scene, striker_of(scene, 60), seat_of(scene).greens, step)
-    history = scene.gas.after_run(again.opening, again.seat.dt, scene.run.duration, again.stopper).history
-    finer = cycle_masses(scene.gas, scene.run.duration, history, of_other=True)
+    history = scene.gas.follow(again.opening, again.seat.dt, scene.run.duration).history
+    finer = cycle_masses(scene.gas, scene.run.duration, history)
     for key, masses in finer.items():
         bars = keys[f"error_bar_{key}"]
         assert len(bars) == 2

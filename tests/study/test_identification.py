@@ -243,7 +243,7 @@ def test_a_record_longer_than_the_run_and_one_of_too_many_samples(record, tmp_pa
 
 
 def test_a_key_without_influence_is_refused(record, tmp_path):
-    """Before the mass arrives nothing is known of the joint."""
+    """Nothing is known of the joint before the mass arrives."""
     text = RECORD.replace('noise = "40 N"', 'noise = "40 N"\nto = "14 us"')
     with pytest.raises(IdentifyError, match=r"contact\.law\.closure, .*touch"):
         identify(write_files(tmp_path, *record, text))

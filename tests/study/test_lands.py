@@ -14,11 +14,10 @@ from impact.greens.modal import ModalGreens, Residual
 from seatfem.results import OF_LANDS
 from seatfem.structures.method import bed
 from seatfem.structures.rings import Division
-from seatfem.study.answers.lands import closing_order
+from seatfem.study.answers.verdict import closing_order
 from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.contact import record_of
-from seatfem.study.impacts.each_land import DELAY, SHARE, landings_of_lands
-from seatfem.study.impacts.landings import Landings
+from seatfem.study.impacts.landings import DELAY, SHARE, Landings, landings_of_lands
 from seatfem.study.impacts.touches import values_of_record
 from seatfem.study.scene.wings import PortLift
 from seatfem.wings.gas import masses_over_lands
@@ -165,12 +164,29 @@ def test_gas_acts_over_each_port_as_it_is_drawn(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+def test_a_pressure_acts_over_each_port_as_gas_does(tmp_path: Path) -> None:
+    """Its whole force is that of the stated area, shared by the ports: in each mode the mean over both ports, not
+    that of one disc at the paddle's centre, which differs by more than 3 %."""
+    pressed = '[[load]]\npressure = "-0.2 bar"\narea = "90 mm^2"\n'
+    scene = load_text(tmp_path, PORTS + pressed + '[run]\nduration = "2 ms"\n')
+    body = striker_of(scene)
+    [load] = body.loads
+    over_ports = [scene.reed.pushed_at(body, each).mean(axis=1) for each in scene.geometry.port_points()]
+    assert load.shape == pytest.approx(np.mean(over_ports, axis=0), rel=1e-12)
+    assert load.amplitude(np.zeros(1)) == pytest.approx(-0.2e5 * 90e-6)
+    of_disc = scene.reed.pushed_at(body, None, by="pressure")[:, 0]
+    assert np.abs(load.shape - of_disc).max() > 0.03 * np.abs(of_disc).max()
+    assert scene.geometry.port_areas() == pytest.approx([math.pi * 16e-6] * 2, rel=1e-3)  # within chords
+
+
+@pytest.mark.slow
 def test_a_run_says_which_land_closes_first(gallery: Gallery) -> None:
-    """By plain use: the outer land of a tilted ring valve first, every number of a land with its bar, shares of one."""
+    """The outer land of a tilted ring valve closes first; every number of a land has its bar; shares add up to one."""
     summary = read_summary(gallery.run_of(ROOT / "examples" / "ring_valve_lands.toml"))
     inner, outer = summary["lands"]
     assert [(each["land"], each["order"]) for each in (inner, outer)] == [("inner land", 2), ("outer land", 1)]
     assert summary["first_touch_land"] == summary["landings"][0]["land"] == "outer land"
+    assert {summary["line_force_peak_land"], summary["line_impulse_peak_land"]} <= {"inner land", "outer land"}
     assert inner["impulse_share"] + outer["impulse_share"] == pytest.approx(1, rel=1e-9)
     assert inner["time_s"] - outer["time_s"] == pytest.approx(inner["after_first_s"], rel=1e-9)
     for record in (inner, outer):

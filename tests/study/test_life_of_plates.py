@@ -141,8 +141,10 @@ def test_margin_over_speed_is_the_allowed_speed_over_it(tmp_path: Path) -> None:
     keys, _ = run(tmp_path, text)
     rows = (tmp_path / "out" / "margin_over_speed.csv").read_text(encoding="utf-8").splitlines()
     assert rows[0] == "speed [m/s],life_margin,error_bar"
-    speeds, margins = np.array([[float(x) for x in row.split(",")[:2]] for row in rows[1:]]).T
+    speeds, margins, bars = np.array([[float(x) for x in row.split(",")] for row in rows[1:]]).T
     np.testing.assert_allclose(speeds * margins, speeds[0] * margins[0], rtol=1e-7)
+    relative = float(keys["error_bar_life_margin"]) / float(keys["life_margin"])  # type: ignore[arg-type]
+    np.testing.assert_allclose(bars / margins, relative, rtol=1e-7)  # measured, not that of the largest stress
     assert keys["life_margin"] == pytest.approx(margins[speeds == 2.0][0], rel=5e-9)  # nine digits are written
     assert keys["life_allowed_speed_m_per_s"] == pytest.approx(speeds[0] * margins[0], rel=0.05)  # 4 more runs
 

@@ -95,8 +95,8 @@ def test_figure_of_the_lip_says_over_what_it_is_averaged(landed: Any, tmp_path: 
     written = (tmp_path / "lip.svg").read_text(encoding="utf-8")
     for words in (
         "a &lt;b&gt;title", "first contact: mean over 2 µs, 8 segments",
-        "Impulse per length [mN s/m], mean over 8.6 mm",
-        "Total force, mean over 2 µs", "Height over the lip, mean of segments of 45°", "spring baseline",
+        "Impulse per length [mN s/m], over 8.6 mm",
+        "Total force, mean over 2 µs", "Height over the lip, by 45°", "spring baseline",
         "roll, about x",
     ):  # fmt: skip
         assert f">{words}<" in written

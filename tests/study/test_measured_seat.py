@@ -12,6 +12,7 @@ import impact
 from impact.notices import Advice
 from seatfem.faces.tables import result_table
 from seatfem.structures.fits import fit_of
+from seatfem.study.answers.verdict import verdict
 from seatfem.study.impacts.validity import validity_advice
 from tests.gallery import load_text
 from tests.steps import GreensFunction, RunError, Scene, SceneError, run_scene
@@ -72,6 +73,19 @@ def test_bars_of_seat_and_baseline_hold_the_truth(tmp_path: Path) -> None:
     Console(file=text, width=160).print(result_table(summary))
     (line,) = [each for each in text.getvalue().splitlines() if "peak force (mean over 200" in each][:1]
     assert line.count("±") == 2  # the baseline's, too
+
+
+def test_a_free_seat_is_compared_with_a_rigid_body(tmp_path: Path) -> None:
+    """Of 1 kg, with the compliance of its vibrations: the striker's impulse is twice the reduced mass times the
+    speed."""
+    body = impact.ModalGreens.from_hz([0.0, 2.3e3], [0.0, 0.02], [1.0, 1.2])
+    free = scene(tmp_path, 0.0005, SEAT.replace(", quantity", ", free = true, quantity"), body=body)
+    summary = run_scene(free, tmp_path / "out", pictures=False).summary
+    assert summary["seat_static_stiffness_N_per_m"] == 0
+    assert summary["spring_impulse_Ns"] == pytest.approx(2 / (1 / 0.4 + 1 / 1.0), rel=0.01)
+    assert summary["impulse_Ns"] < 0.97 * summary["spring_impulse_Ns"]  # the vibration takes energy
+    assert "rigid" in str(result_table(summary).columns[2].header)
+    assert "A rigid body of the seat's mass and static compliance would give" in verdict(summary)
 
 
 @pytest.mark.slow

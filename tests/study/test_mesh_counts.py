@@ -34,6 +34,6 @@ def test_a_mesh_is_roughly_counted_before_any_is_made():
     for level, spec in (("3d", MeshSpec(0.9e-3, 0.3e-3)), ("axisymmetric", MeshSpec(0.15e-3, 0.03e-3))):
         seat = load_scene(EXAMPLES / "flapper_on_annular_seat.toml").seat
         real = make_mesh(seat.geometry(), spec) if level == "3d" else make_meridian(seat.geometry(), spec)
-        rough = seat.rough_sizes(spec, level)
+        rough = seat.rough_counts(spec, level)
         assert 1 / MARGIN < rough.elements / real.quality.elements < MARGIN
-        assert 1 / MARGIN < rough.nodes / real.quality.nodes < MARGIN
+        assert 1 / MARGIN < rough.counts.dof / (3 if level == "3d" else 2) / real.quality.nodes < MARGIN

@@ -101,9 +101,9 @@ def test_torsion_of_a_free_cylinder_turns_it_and_has_no_harmonic():
 
 @pytest.fixture
 def undrawn(monkeypatch):
-    def write(pictures, folder, progress):
-        for name, _ in pictures:
-            (folder / name).write_text("picture")
+    def write(pictures, folder, progress, painter):
+        for name, draw in pictures:
+            draw(path=folder / name) if name == "modes.vtu" else (folder / name).write_text("picture")
         return tuple(folder / name for name, _ in pictures), ()
 
     monkeypatch.setattr(pictures, "draw_all", write)
@@ -121,6 +121,9 @@ def test_the_table_on_file(tmp_path):
     assert "as many as inertia counts" in outcome.messages[0]
     drawn = {"mesh.png", "modes.png", "mode_1.gif", "modes.vtu", "modes.h5"}
     assert {path.name for path in outcome.files} == {"modes.csv"} | drawn
+    body = pytest.importorskip("pyvista").read(tmp_path / "out" / "modes.vtu")
+    assert len(body.array_names) == sum(float(row["frequency_hz"]) > 0 for row in rows)
+    assert body.array_names[0].startswith("mode 01, ")
 
 
 def test_matrices_have_modes_and_springs_have_none(tmp_path):

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from seatfem.jobs.crew import FILES
-from seatfem.study.scene.parcel import by_content, packed
+from seatfem.study.scene.files import by_content, packed
 from tests.gallery import load_text
 from tests.steps import Method, Scene, SceneError, key_of, load_scene
 

@@ -14,7 +14,7 @@ import pytest
 
 from impact import measures
 from impact.notices import Progress, silent
-from seatfem.pictures import plots
+from seatfem.pictures import moving, plots
 from seatfem.structures.cache import VARIABLE
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.study.runs import pictures
@@ -73,8 +73,8 @@ def run(text: str, folder: Path, progress: Progress = silent, *, pictures: bool 
 
 def without_vtk(patch: pytest.MonkeyPatch) -> None:
     """Replace what VTK draws by stand-ins (see test_plots)."""
-    for name in ("plot_mesh", "plot_modes", "animate_mode"):
-        patch.setattr(plots, name, lambda *given, path, **options: path.touch())
+    for module, name in ((plots, "plot_mesh"), (moving, "plot_frames"), (moving, "swing_frame")):
+        patch.setattr(module, name, lambda *given, path, **options: path.touch())
 
 
 @pytest.fixture(scope="module")

@@ -33,7 +33,7 @@ def plate(*felt: float) -> Body:
 
 
 def test_the_bar_of_a_plate_knows_a_mode_above_its_band() -> None:
-    """Against the plate with a mode just above, what leaving out modes changes tells nothing, the others within two."""
+    """Leaving out modes tells nothing of a mode just above the band; the other estimates are within a factor of two."""
     few = plate(0.1 * HIGHEST)
     true = ringing_on(few, 1.4)
 

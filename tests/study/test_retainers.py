@@ -17,8 +17,7 @@ from seatfem.study.impacts.touches import Touches
 from seatfem.study.scene import Scene, load_scene
 from seatfem.study.scene.files import check_files
 from seatfem.study.scene.problems import SceneError
-from seatfem.study.scene.profile import Profile
-from seatfem.study.scene.retainers import Retainer
+from seatfem.study.scene.retainers import Profile, Retainer
 from tests.study.small_scenes import scene_of
 
 YOUNG, DENSITY, LENGTH, WIDTH, THICKNESS = 200e9, 7850.0, 25e-3, 10e-3, 0.3e-3
@@ -264,6 +263,21 @@ def test_places_that_do_not_rise_are_refused_with_their_file(tmp_path: Path) -> 
     (tmp_path / "back.csv").write_text("along [mm],height [mm]\n0,0\n10,1\n5,2\n")
     with pytest.raises(SceneError, match=r"back\.csv.*rise"):
         beam_scene(tmp_path, **{"stopper.profile": {"file": str(tmp_path / "back.csv")}})
+
+
+@pytest.mark.parametrize(
+    ("head", "words"),
+    [
+        ("x [mm],height [mm]", r"must be 'along \[unit\]'.*rename it$"),
+        ("along,height [mm]", r"write 'along \[unit\]',"),
+    ],
+)
+def test_heads_of_a_file_of_heights_are_to_be_renamed_as_no_key_names_them(
+    tmp_path: Path, head: str, words: str
+) -> None:
+    (tmp_path / "heights.csv").write_text(f"{head}\n0,0\n10,1\n")
+    with pytest.raises(SceneError, match=words):
+        beam_scene(tmp_path, **{"stopper.profile": {"file": str(tmp_path / "heights.csv")}})
 
 
 def test_a_curved_face_of_a_part_has_its_own_heights(tmp_path: Path) -> None:

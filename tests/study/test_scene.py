@@ -230,21 +230,21 @@ x = "\\"]"
 """
     lines = key_lines(text)
     expected = {
-        ("a",): 1, ("b", "c"): 2, ("quoted key", "d"): 3, ("list",): 6, ("list", 1, "e"): 7, ("list", 1, "f", 1): 7,
-        ("t", "u"): 9, ("t", "u", "g", "h", "i"): 10, ("t", "u", "g", "j"): 10, ("many", 0, "x"): 13,
-        ("many", 1, "x"): 15,
+        "a": 1, "b.c": 2, "quoted key.d": 3, "list": 6, "list.1.e": 7, "list.1.f.1": 7, "t.u": 9, "t.u.g.h.i": 10,
+        "t.u.g.j": 10, "many.0.x": 13, "many.1.x": 15,
     }  # fmt: skip
-    assert {path: lines.get(path) for path in expected} == expected
+    assert {key: lines.get(key) for key in expected} == expected
     assert _paths(tomllib.loads(text)) <= lines.keys()
 
 
-def _paths(data: object, path: tuple[str | int, ...] = ()) -> set[tuple[str | int, ...]]:
+def _paths(data: object, before: str = "") -> set[str]:
     items: list[tuple[str | int, object]] = []
     if isinstance(data, dict):
         items = list(data.items())
     elif isinstance(data, list):
         items = list(enumerate(data))
-    return {(*path, key) for key, _ in items} | {p for key, value in items for p in _paths(value, (*path, key))}
+    inner = {each for key, value in items for each in _paths(value, f"{before}{key}.")}
+    return {f"{before}{key}" for key, _ in items} | inner
 
 
 def test_a_reed_needs_its_length_and_release_only(load: Load) -> None:

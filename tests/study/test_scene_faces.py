@@ -85,7 +85,7 @@ def test_what_is_wrong_is_named_by_its_key(load, seat, words):
 def test_a_selector_that_finds_nothing_lists_the_faces_and_names_the_file(load):
     scene = load('contact = { kind = "name", name = "SEAT" }')
     with pytest.raises(GeometryError, match=r"survive.*export") as caught:
-        draw(scene.seat, COARSE, "3d")
+        draw(scene.seat, COARSE, "3d", scene.seat.stated())
     assert "valve_body.step" in str(caught.value)
     assert "Cylinder" in str(caught.value)
 
@@ -97,7 +97,7 @@ def test_regions_carry_materials(load):
         "insert_seat.step",
     )
     assert scene.seat.geometry().regions == (Region("ring", colour=(255, 170, 0, 255)),)
-    mesh = draw(scene.seat, COARSE, "3d")
+    mesh = draw(scene.seat, COARSE, "3d", scene.seat.stated())
     ring_share = mass(scene, mesh) / (7850 * mesh.quality.volume) - 1  # (15000/7850 - 1) of the ring's volume
     exact = (15000 / 7850 - 1) * ring(8e-3, 4e-3) * 3e-3 / (ring(12e-3, 4e-3) * 9e-3)
     assert ring_share == pytest.approx(exact, rel=0.1)  # straight elements in coarse circles
@@ -110,7 +110,7 @@ def mass(scene, mesh):
 
 def test_a_body_without_a_clamped_face_is_free(load):
     scene = load('fixed = { kind = "nothing" }')
-    mesh = draw(scene.seat, COARSE, "3d")
+    mesh = draw(scene.seat, COARSE, "3d", scene.seat.stated())
     assert "fixed" not in mesh.mesh.boundaries
     assert mass(scene, mesh) == pytest.approx(7850 * float(mesh.quality.volume), rel=1e-9)
 

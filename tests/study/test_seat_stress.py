@@ -10,8 +10,10 @@ import pytest
 from seatfem.structures.cache import VARIABLE
 from seatfem.structures.fields.recovery import Response, von_mises
 from seatfem.study.runs import pipeline
-from seatfem.study.runs.seat_stress import SeatStress, seat_stress, stress_keys, stress_pictures
+from seatfem.study.runs.seat_fields import SeatMeshes
+from seatfem.study.runs.seat_stress import SeatStress, seat_stress, stress_keys
 from seatfem.study.runs.stress_spots import load_histories
+from seatfem.study.runs.stress_wave import peak_pictures
 from seatfem.study.scene.problems import SceneError
 from tests.gallery import BAR
 from tests.steps import Stopwatch, begin_plan, load_scene, rounds, silent
@@ -57,9 +59,12 @@ def test_a_bar_pressed_slowly_bears_force_over_area(tmp_path: Path, monkeypatch:
     scale = np.sqrt(200e9 * 7850) * SPEED
     assert summary["peak_seat_stress_over_rho_c0_v"] == pytest.approx(summary["peak_seat_stress_Pa"] / scale, rel=1e-6)
     assert len(summary["peak_seat_stress_at_m"]) == 3
-    for name, draw in stress_pictures(kept[0], "stress", (np.nan, np.nan)):
+    for name, draw in peak_pictures(kept[0], "stress"):
         draw(path=tmp_path / name)
     assert (tmp_path / "seat_stress.png").stat().st_size > 10_000
+    body = pytest.importorskip("pyvista").read(tmp_path / "seat_stress.vtu")
+    assert np.nanmax(body["largest von Mises [Pa]"]) == pytest.approx(summary["peak_seat_stress_Pa"])
+    assert np.nanmax(body["its time [s]"]) <= 330e-6
 
 
 @pytest.mark.slow
@@ -130,7 +135,7 @@ def test_what_is_refused_is_refused_before_the_contact(tmp_path: Path, monkeypat
     file = scene(tmp_path, 'points = [["4.5 mm", "0 mm", "1 mm"], ["9 mm", "0 mm", "1 mm"]]', RING)
     with pytest.raises(SceneError, match=r"stress\.points\.1: \(9, 0, 1\).*seat.* 1\.02 mm") as caught:
         pipeline.run_scene(load_scene(file), tmp_path, pictures=False)
-    assert [problem.path for problem in caught.value.problems] == [("stress", "points", 1)]
+    assert [problem.key for problem in caught.value.problems] == ["stress.points.1"]
 
 
 @pytest.mark.slow
@@ -151,6 +156,7 @@ def test_the_stress_of_a_seat_comes_back_from_file_bit_for_bit(tmp_path: Path, m
     *_, done = rounds(plan, tmp_path, Stopwatch(), silent)
     first = seat_stress(done)
     monkeypatch.setattr(Response, "from_model", lambda *a, **k: pytest.fail("computed again"))
+    monkeypatch.setattr(SeatMeshes, "both", property(lambda meshes: pytest.fail("meshed again")))
     again = seat_stress(done)
     assert first is not None
     assert again is not None

@@ -11,7 +11,7 @@ import impact
 from impact import measures
 from seatfem.study.impacts.validity import simpler_models
 from tests.gallery import FLAPPER, load_text
-from tests.steps import Division, Lip, Scene, bed, load_scene, striker_of
+from tests.steps import Division, Lip, Scene, bed, striker_of
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 STIFFNESS, DT, RADIUS, TILT = 2e8, 5e-8, 5.5e-3, math.radians(0.3)
@@ -79,12 +79,3 @@ def test_the_beam_has_the_plates_widths_and_starts_as_it_does(tmp_path: Path) ->
 def test_no_beam_where_it_would_not_move_alike(release: str, more: str, tmp_path: Path) -> None:
     scene = scene_of(tmp_path, release, more)
     assert list(simpler_models(scene, striker_of(scene), bed(Division(8), STIFFNESS), DT)) == ["one_port"]
-
-
-def test_the_column_of_the_annular_seat() -> None:
-    """The column is the lip's flat top, 0.8 mm wide at a radius of 4.5 mm, over 8.5 mm of steel."""
-    column = load_scene(EXAMPLES / "flapper_on_annular_seat.toml").seat.column()
-    assert column.area == pytest.approx(2 * math.pi * 4.5e-3 * 0.8e-3)
-    assert column.stiffness == pytest.approx(2e11 * column.area / 8.5e-3)
-    arc = load_scene(EXAMPLES / "flapper_on_arc.toml").seat.column()
-    assert arc.area == pytest.approx(column.area / 6)

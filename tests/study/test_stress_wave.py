@@ -10,9 +10,9 @@ import pytest
 
 from impact.pictures.drawing import PictureError
 from seatfem.life.maps import margin_of, margin_pictures
-from seatfem.pictures.cell_grid import skin_of
 from seatfem.pictures.frames import wave_frames
 from seatfem.pictures.moving import load_moving, plot_margin_map
+from seatfem.pictures.skins import skin_of
 from seatfem.structures.fields.recovery import Response, histories, in_frames, recover, response_in_frames, von_mises
 from seatfem.structures.fields.sites import at_nodes
 from seatfem.structures.fields.solids import Harmonic, RingField, elements_of, solid_stress

@@ -20,16 +20,17 @@ from seatfem.study.runs.converge import LEAST, begin_method
 from seatfem.study.sweep.effects import pareto_front
 from seatfem.study.sweep.runner import Outcome
 from seatfem.study.trade import trade
-from seatfem.study.trade.rungs import (
+from seatfem.study.trade.trade import (
     ALL_OPEN,
     OWN_CHOICE,
     Point,
+    Trade,
     around,
     carry_out,
     finer_in_all,
+    run_points,
     states,
 )
-from seatfem.study.trade.trade import Trade, run_points
 from tests.steps import Scene, load_scene
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

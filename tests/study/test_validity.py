@@ -12,10 +12,10 @@ from impact.notices import Advice
 from seatfem.faces.cli import BAD_INPUT, run_command
 from seatfem.study.impacts.contact import RunError, check_step, run_contacts
 from seatfem.study.impacts.validity import dishing_notes, validity_advice
-from seatfem.study.scene.doubts import doubts_of
+from seatfem.study.scene.contradictions import doubts_of
 from tests.as_stated import striker_of
 from tests.gallery import load_text
-from tests.steps import GreensFunction, Scene, Solved, Touches, error_budget, load_scene, stated_method
+from tests.steps import GreensFunction, Scene, Solved, error_budget, load_scene, stated_method
 
 SCENE = """
 seat = {{ kind = "spring", stiffness = "40 N/um" }}
@@ -59,12 +59,12 @@ def test_shear_of_a_thick_reed_is_in_the_bar(tmp_path: Path) -> None:
     error = scene.reed.shear_error(scene.contact.at)
     assert error == pytest.approx(more, rel=0.05)  # the shear factor differs a little between authors
     striker, seat = striker_of(scene), impact.spring(stiffness=40e6)
-    result = run_contacts(scene, striker, seat, 1e-7).seat
-    thick = error_budget(scene, stated_method(scene), Solved(seat), striker, Touches(result))
+    run = run_contacts(scene, striker, seat, 1e-7)
+    thick = error_budget(scene, stated_method(scene), Solved(seat), striker, run)
     loose = scene.model_copy(update={"accuracy": scene.accuracy.model_copy(update={"target": 0.9})})
     assert (
         thick.parts["model"]["impulse"]
-        > error_budget(loose, stated_method(loose), Solved(seat), striker, Touches(result)).parts["model"]["impulse"]
+        > error_budget(loose, stated_method(loose), Solved(seat), striker, run).parts["model"]["impulse"]
     )
 
 

@@ -85,7 +85,7 @@ def test_a_gauge_on_a_beam_sees_its_bending(tmp_path):
     gauge = '[[gauge]]\nname = "root"\nof = "reed"\nat = "5 mm"\n'
     scene = load_text(tmp_path, text + gauge)
     reed, force = scene.reed, np.full(3, 2.0)
-    held = reed.body(None, None, None)
+    held = reed.body()
     held = type(held)(held.greens)
     strain = reed.strain_at(scene.gauge[0].at, force, 1e-7, held)
     exact = 6 * 2.0 * 0.015 / (200e9 * 0.01 * 0.000305**2)

@@ -179,7 +179,7 @@ def test_bars_are_no_wider_than_they_need_be(measure: str, most: float) -> None:
 
 @of_the_table
 def test_bars_are_within_the_target() -> None:
-    """Of bars of scenes that state neither mesh nor band seven in ten meet the target, and four in five where no lip is
+    """Seven in ten bars of scenes that state neither mesh nor band meet the target, and four in five where no lip is
     met in arcs, whose rounds take the time that is allowed."""
     planned = [row for row in JUDGED if row.asked == "measures" and not row.stated]
     assert share(planned, in_target) >= 0.7

@@ -131,4 +131,5 @@ def test_the_reference_imports_numpy_and_scipy_alone(module: Path) -> None:
         elif isinstance(node, ast.ImportFrom):
             assert not node.level
             names.add((node.module or "").partition(".")[0])
-    assert names - set(sys.stdlib_module_names) <= {"numpy", "scipy", "points"}
+    mesher = {"gmsh"} if module.stem == "static_seat" else set()  # whose matrices are those of CalculiX
+    assert names - set(sys.stdlib_module_names) <= {"numpy", "scipy", "points"} | mesher

@@ -145,7 +145,7 @@ def march_of(known: Reference, scene: Scene, progress: Progress) -> tuple[Number
         reed = solve_body("reed", scene.reed, method.reed, duration, progress, mesh_error=False)
     progress("contact", 0.0)
     striker = striker_of(scene, method.reed.n_modes, None if reed is None else reed.greens)
-    spring = spring_for(seat.greens, static_stiffness(seat.greens, scene.seat.column()))
+    spring = spring_for(seat.greens, static_stiffness(seat.greens, scene.seat.endless_stiffness))
     flights = Flights(striker, duration, scene.contact.preload)
     step = step or method.time_step or fallback_step(scene.run, scene.driven_by, striker.greens, seat.greens)
     numbers, runs = dict[str, Any](), dict[str, tuple[MarchRun, Landings]]()

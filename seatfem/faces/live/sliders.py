@@ -16,7 +16,7 @@ from impact.files.safe_files import read_text
 from impact.notices import SeatfemError
 from seatfem.study.method import FIELDS, has_key, value_of
 from seatfem.study.scene import Scene, load_scene
-from seatfem.study.scene.problems import SceneError, key_lines, single
+from seatfem.study.scene.problems import SceneError, key_lines
 from seatfem.study.scene.tables import LIMIT, changed_data
 from seatfem.units import UnitError, number_and_unit, write_quantity
 
@@ -140,13 +140,12 @@ def _replaced(text: str, key: str, value: object, path: Path) -> str:
     changed_tables = changed_data(text, path, {key: value})
     table, _, name = key.rpartition(".")
     written = json.dumps(value, ensure_ascii=False)
-    lines, known = text.splitlines(keepends=True), {single(each): line for each, line in key_lines(text).items()}
-    place = tuple(int(part) if part.isdecimal() else part for part in key.split("."))
-    if line := known.get(place):
+    lines, known = text.splitlines(keepends=True), key_lines(text)
+    if line := known.get(key):
         own = lines[line - 1]
         stated = re.finditer(rf"""({re.escape(name)}["']?\s*=\s*)("[^"]*"|'[^']*'|[^,\]}}#\s]+)""", own)
         tries = [(line - 1, own[: each.start()] + each[1] + written + own[each.end() :]) for each in stated]
-    elif head := known.get(place[:-1]):
+    elif head := known.get(table):
         tries = [(head - 1, f"{lines[head - 1].rstrip()}\n{name} = {written}\n")]
     else:
         tries = [(len(lines) - 1, f"{lines[-1].rstrip()}\n\n[{table}]\n{name} = {written}\n")]

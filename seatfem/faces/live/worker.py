@@ -33,7 +33,7 @@ from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.runs.rounds import SEAT_FILE
 from seatfem.study.safety import FAILURES
 from seatfem.study.scene import Scene, load_scene
-from seatfem.study.scene.parcel import files_of
+from seatfem.study.scene.files import files_of
 from seatfem.study.scene.tables import changed_data
 
 EVERY: Final = 0.1  # least time between two reports of progress [s]
@@ -134,7 +134,6 @@ class Session:
                 plan=plan, histories=not first,
             )  # fmt: skip
             summary, ended = outcome.summary, outcome.plan
-            assert ended is not None
             known = reference_of(ended, summary, Cache(folder / SEAT_FILE), self.progress)
             if not first:
                 keep_asked(content, files_of(scene), target.parent, ended, folder)

@@ -26,15 +26,14 @@ class AskedError(SeatfemError, ValueError):
 
 
 def keep_asked(
-    content: bytes, files: Collection[Path], home: Path, plan: Plan | None, folder: Path, changes: Sequence[str] = ()
+    content: bytes, files: Collection[Path], home: Path, plan: Plan, folder: Path, changes: Sequence[str] = ()
 ) -> tuple[Path, ...]:
     """Write the scene file's ``content`` below its ``changes`` as comments, and the ``plan`` of the last round, into
     ``folder``; return the files written, in this order. Paths of the scene's ``files`` relative to ``home``, the folder
     of the scene file, become absolute, so that the copy still refers to them."""
     head = "".join(f"{SET}{each!r}\n" for each in changes).encode("utf-8")
-    written = {SCENE_COPY: head + _with_absolute_paths(content, files, home)} | (
-        {} if plan is None else {PLAN_FILE: plan_json(plan).encode("utf-8")}
-    )
+    copy = head + _with_absolute_paths(content, files, home)
+    written = {SCENE_COPY: copy, PLAN_FILE: plan_json(plan).encode("utf-8")}
     for name, content in written.items():
         write_whole(folder / name, content)
     return tuple(folder / name for name in written)

@@ -24,7 +24,7 @@ from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, SKY
 from impact.pictures.lip_plots import BODIES, COLOUR, NAMES, LandingMark, landing_marks, shown_contact, value_at
 from impact.pictures.plots import sampled_filter
 from impact.quantities import scaled
-from seatfem.pictures import cell_grid, frames, moving
+from seatfem.pictures import frames, moving, skins
 from seatfem.structures.rings import as_a_whole
 
 if TYPE_CHECKING:
@@ -112,7 +112,7 @@ def _notes(body: frames.Frames, shown: frames.Frames) -> Iterator[str]:
 
 def _numbers(body: frames.Frames) -> dict[str, Any]:
     """Return the data for the script: arrays in base64, little-endian."""
-    outward = cell_grid.wound_outward(body.points, body.triangles)
+    outward = skins.wound_outward(body.points, body.triangles)
     factor, unit = scaled(max(abs(body.low), abs(body.high)), body.unit) if body.values is not None else (1.0, "")
     rate, moved = (1.0, "") if body.time is None else scaled(body.largest, "m")
     return {
@@ -196,10 +196,10 @@ def energy_figure(run: ImpactResult) -> Figure:
     return figure.figure(f"energy [{unit}]", zoomed=False)
 
 
-def lip_figure(run: ImpactResult, arcs: int | None = None) -> Figure:
+def lip_figure(run: ImpactResult, arcs: int = 0) -> Figure:
     """Draw a map of the force on each segment of the lip over time, averaged over intervals, during contact.
 
-    ``arcs``: number of segments, each of equally many parts across; ``None``: each part is a segment.
+    ``arcs``: number of segments, each of equally many parts across; 0: each part is a segment.
     """
     first, last = _pressed([run])
     parts = run.rows.force[1:].reshape(len(run.rows.ends) - 1, arcs or run.rows.force.shape[1], -1).sum(axis=2)
@@ -230,9 +230,9 @@ def greens_figure(greens: GreensFunction, width: float) -> Figure:
     return figure
 
 
-def budget_figure(shares: Mapping[str, Mapping[str, float]], target: float | None = None) -> Figure:
+def budget_figure(shares: Mapping[str, Mapping[str, float]], target: float = 0.0) -> Figure:
     """Draw the uncertainty of each measure by source, relative [%]; ``shares``: source -> measure -> fraction. A line
-    marks the ``target`` that was asked for, and the axis reaches beyond it and the largest uncertainty."""
+    marks a ``target`` above zero that was asked for, and the axis reaches beyond it and the largest uncertainty."""
     figure = _empty("")
     for (source, parts), colour in zip(shares.items(), SOURCES, strict=False):
         names, values = list(parts), [100 * value for value in parts.values()]

@@ -78,6 +78,12 @@ def html_table(table: Table) -> str:
     return f'<div class="scroll">{whole}</div>{caption}'
 
 
+def html_list(sentences: Iterable[str]) -> str:
+    """Return sentences as an HTML list; "" without any."""
+    items = "".join(f"<li>{html.escape(sentence)}</li>" for sentence in sentences)
+    return f"<ul>{items}</ul>" if items else ""
+
+
 def html_rows(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """Return an HTML table of rows of text under their headers."""
     table = Table(*heads)
@@ -174,7 +180,7 @@ CAPTIONS: Final[Mapping[str, str]] = {
     "modes.png": "Modes of the seat.",
     "mode_1.gif": "The first mode of the seat.",
     "greens.png": "The driving-point Green's function: impulse response, step response, receptance.",
-    "seat_stress.png": "Largest stress on the seat, and its histories.",
+    "seat_stress.png": "Largest von Mises stress of the run at each place of the seat.",
     "stress_histories.png": "Stress over time at the hot spots of reed and seat.",
     "gauges.png": "Strain at the gauges.",
     "fit.png": "The measured response and what was fitted to it.",

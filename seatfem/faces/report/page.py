@@ -8,7 +8,7 @@ import math
 import os
 import sys
 import webbrowser
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from string import Template
 from typing import TYPE_CHECKING, Any, Final
@@ -17,7 +17,6 @@ from impact.files.safe_files import write_whole
 from impact.names import how_to_mend
 from impact.storage.hdf5 import load_greens, load_results
 from seatfem import readings, results
-from seatfem.faces.lands_view import drive_tables, lands_table
 from seatfem.faces.plan_view import table_of
 from seatfem.faces.report import figures as draw
 from seatfem.faces.report.asked import PLAN_FILE, SCENE_COPY
@@ -26,6 +25,7 @@ from seatfem.faces.report.fragments import (
     ReportError,
     first_picture,
     hot_spots,
+    html_list,
     html_rows,
     html_table,
     kept_pictures,
@@ -35,9 +35,8 @@ from seatfem.faces.report.fragments import (
     text_of,
     versions,
 )
-from seatfem.faces.tables import is_baseline, landings_of, landings_table, result_table
+from seatfem.faces.tables import SHOWN, is_baseline, landings_of, landings_tables, lands_tables, result_table
 from seatfem.pictures.moving import KEPT, moving_bodies
-from seatfem.study.answers.checked import who_checked
 from seatfem.study.answers.decision import Decision, decide
 from seatfem.study.answers.omissions import not_modelled, omissions
 from seatfem.study.answers.verdict import against_spring, is_static, sentences
@@ -73,7 +72,8 @@ def write_report(folder: Path, path: Path) -> None:
 def report_page(folder: Path) -> str:
     """Return the page as text; raises as `write_report`."""
     summary = run_summary(folder)
-    sections = list(_sections(folder, summary))
+    decision = decide(summary)
+    sections = list(_sections(folder, summary, decision))
     links = "".join(f'<a href="#s{k}">{html.escape(title)}</a>' for k, (title, _) in enumerate(sections))
     content = "".join(
         f'<section id="s{k}" aria-labelledby="h{k}"><h2 id="h{k}">{html.escape(title)}</h2>{inner}</section>'
@@ -84,20 +84,21 @@ def report_page(folder: Path) -> str:
         guard=GUARD,
         title=html.escape(str(summary.get("title") or folder.resolve().name)),
         plotly=_plotly(),
-        first=_first_screen(folder, decide(summary)),
+        first=_first_screen(folder, decision),
         links=links,
         content=content,
         versions=versions(),
     )
 
 
-def _sections(folder: Path, summary: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+def _sections(folder: Path, summary: Mapping[str, Any], decision: Decision) -> Iterator[tuple[str, str]]:
+    """Yield heading and content of the sections below the first screen, whose sentences they do not repeat."""
     spring, *others = (f"<p>{html.escape(line)}</p>" for line in (against_spring(summary), *sentences(summary)))
     tables = html_table(result_table(summary)) + _landings(summary)
     yield "Result", f"{spring}{tables}{''.join(others)}{_notes(summary)}"
-    checked, counts = who_checked(summary)
-    who = f"<h3>Who checked this kind of scene</h3><p>{html.escape(checked)}</p>{_list(counts)}"
-    yield "What was left out", _list(omissions(summary)) + who
+    before = (*decision.reasons, *decision.left_out)
+    if left_out := html_list(each for each in omissions(summary) if each not in before):
+        yield "Also left out", left_out
     if drawing := first_picture(folder):
         yield "Drawing", drawing
     figures = _figures(folder, summary)
@@ -124,23 +125,17 @@ def _sections(folder: Path, summary: Mapping[str, Any]) -> Iterator[tuple[str, s
 def _notes(summary: Mapping[str, Any]) -> str:
     """Return the notes of a run that are not among what was left out, as a list; "" without any."""
     notes, before = summary.get("notes"), not_modelled(summary)
-    items = _list(str(note) for note in notes if note not in before) if isinstance(notes, list) else ""
+    items = html_list(str(note) for note in notes if note not in before) if isinstance(notes, list) else ""
     return f"<h3>Notes</h3>{items}" if items else ""
-
-
-def _list(sentences: Iterable[str]) -> str:
-    """Return sentences as an HTML list; "" without any."""
-    items = "".join(f"<li>{html.escape(sentence)}</li>" for sentence in sentences)
-    return f"<ul>{items}</ul>" if items else ""
 
 
 def _first_screen(folder: Path, decision: Decision) -> str:
     """Return what happens, the decision with its reasons, and what was left out, beside the drawing of the valve."""
     drawing = first_picture(folder, caption=False)
-    left_out = f"<h2>Left out</h2>{_list(decision.left_out)}" if decision.left_out else ""
+    left_out = f"<h2>Left out</h2>{html_list(decision.left_out)}" if decision.left_out else ""
     return (
         f'<div class="first"><div><p class="event">{html.escape(decision.happens)}</p>'
-        f'<p class="decision {decision.word}">{decision.word}</p>{_list((*decision.reasons, decision.checked))}'
+        f'<p class="decision {decision.word}">{decision.word}</p>{html_list((*decision.reasons, decision.checked))}'
         f"{left_out}</div>{drawing}</div>"
     )
 
@@ -148,16 +143,14 @@ def _first_screen(folder: Path, decision: Decision) -> str:
 def _landings(summary: Mapping[str, Any]) -> str:
     """Return a table of the hardest landings, and if there are more, one of all that can be unfolded."""
     records = landings_of(summary)
-    shown, whole, lands = landings_table(records), landings_table(records, None), lands_table(summary)
-    if shown is None or whole is None:
+    if not records:
         return ""
-    hardest = f"<h3>Landings</h3>{html_table(shown)}"
-    if len(whole.rows) > len(shown.rows):
-        hardest += f"<details><summary>all {len(records)} landings</summary>{html_table(whole)}</details>"
-    if lands is None:
-        return hardest
-    others = "".join(html_table(each) for each in drive_tables(summary))
-    return f"{hardest}<h3>Lands</h3>{html_table(lands)}{others}"
+    shown, whole = ("".join(map(html_table, landings_tables(records, most))) for most in (SHOWN, len(records)))
+    hardest = f"<h3>Landings</h3>{shown}"
+    if len(records) > SHOWN:
+        hardest += f"<details><summary>all {len(records)} landings</summary>{whole}</details>"
+    lands = "".join(map(html_table, lands_tables(summary)))
+    return f"{hardest}<h3>Lands</h3>{lands}" if lands else hardest
 
 
 def _figures(folder: Path, summary: Mapping[str, Any]) -> dict[str, tuple[str, Figure]]:
@@ -172,8 +165,8 @@ def _figures(folder: Path, summary: Mapping[str, Any]) -> dict[str, tuple[str, F
         figures["Contact force"] = (CURVES + first + step, draw.force_figure(runs, width, landings))
         if "lip" in runs:
             words = "Each row is a segment of the lip, counted from the direction of the reed's tip."
-            arcs = readings.as_number(summary.get(results.PORTS))
-            figures["Along the lip"] = (words, draw.lip_figure(runs["lip"], None if arcs is None else int(arcs)))
+            arcs = int(readings.as_number(summary.get(results.PORTS)) or 0)
+            figures["Along the lip"] = (words, draw.lip_figure(runs["lip"], arcs))
         figures["Motion"] = (CURVES + "Positive away from the seat.", draw.motion_figure(runs, landings))
         words = "The energy input is the work of the loads and of the release."
         figures["Energy"] = (CURVES + words, draw.energy_figure(runs["wave"]))
@@ -187,7 +180,7 @@ def _figures(folder: Path, summary: Mapping[str, Any]) -> dict[str, tuple[str, F
             "Uncertainty of what the accuracy was asked for, divided among its sources as their estimated errors. The "
             "dashed line is the accuracy asked for."
         )
-        target = readings.as_number(summary.get("accuracy_target"))
+        target = readings.as_number(summary.get("accuracy_target")) or 0.0
         figures["Error budget"] = (words, draw.budget_figure(shares, target))
     return figures
 
@@ -228,10 +221,9 @@ def _plan(text: str) -> Iterator[tuple[str, str]]:
     except (ValueError, LookupError, TypeError, AttributeError) as error:
         yield "Plan and its reasons", f"<p>{PLAN_FILE} cannot be read: {html.escape(str(error))}</p>"
         return
-    items = "".join(f"<li>{html.escape(note)}</li>" for note in notes)
     if read:
         yield "What was read", html_rows(("", ""), read)
-    yield "Plan and its reasons", html_table(choices) + (f"<ul>{items}</ul>" if items else "")
+    yield "Plan and its reasons", html_table(choices) + html_list(notes)
 
 
 def _div(figure: Figure, name: str) -> str:

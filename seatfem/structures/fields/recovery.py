@@ -181,8 +181,8 @@ class StressSpace:
     ports: tuple[str, ...]
     resting: bool = False
 
-    def at_points(self, which: NDArray[np.bool_]) -> StressSpace:
-        """Return the stress at the points chosen by a mask (P,)."""
+    def at_points(self, which: NDArray[np.int64] | NDArray[np.bool_]) -> StressSpace:
+        """Return the stress at the points ``which``, by their numbers or a mask (P,)."""
         return replace(self, points=self.points[which], static=self.static[which], spanned=self.spanned[which])
 
     def field(self, dt: float, *, fewer: bool = False) -> StressField:

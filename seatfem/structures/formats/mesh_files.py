@@ -194,7 +194,7 @@ def read_mesh(
     _check_request(path, unit, merge)
     if contact is not None and contact == fixed:
         raise MeshError(f"{path}: contact and fixed are both {contact!r}: must be two groups")
-    mesh, version = _read(path, progress)
+    mesh = read_file(path, progress)
     is_known = unit is not None or bool(mesh.unit)
     unit, notes = _unit_of(mesh, unit)
     if merge:
@@ -205,9 +205,7 @@ def read_mesh(
     arrays = _renamed(arrays, names, mesh)
     if merge is None:
         checks.check_coincident(arrays)
-    provenance = meshing.MeshProvenance(
-        str(path), _content_hash(arrays), gmsh_version=version, geometry={}, spec={}, notes=(*mesh.notes, *notes)
-    )
+    provenance = meshing.MeshProvenance(str(path), _content_hash(arrays), notes=(*mesh.notes, *notes))
     seat = meshing.seat_mesh(arrays, provenance, required=tuple(names.values()), parts=parts)
     progress(STAGE, 1.0)
     return seat
@@ -251,13 +249,8 @@ def _check_request(path: Path, unit: float | None, merge: float | None) -> None:
         raise MeshError(f"{path}: merge = {merge:g} m: must be >= 0 (distance within which nodes become one)")
 
 
-def read_file(path: Path) -> FileMesh:
+def read_file(path: Path, progress: Progress = silent) -> FileMesh:
     """Return the content of a mesh file, in its unit and with its own names. Raises `MeshError`."""
-    return _read(path, silent)[0]
-
-
-def _read(path: Path, progress: Progress) -> tuple[FileMesh, str]:
-    """Return the mesh in the file's unit, and the version of gmsh if that has read it."""
     reader = READERS.get(path.suffix.lower())
     if path.suffix.lower() == ".msh":  # also the suffix of Fluent's meshes, which begin with a bracket
         with path.open("rb") as file:
@@ -268,7 +261,7 @@ def _read(path: Path, progress: Progress) -> tuple[FileMesh, str]:
         except (GeometryError, MeshingError) as error:
             raise MeshError(f"{path}: {str(error).removeprefix(f'{path.resolve()}: ')}") from error
         surfaces, volumes, node_sets = (groups(arrays, kind) for kind in ("surface", "volume", "nodes"))
-        return FileMesh(arrays["points"], arrays["cells"], surfaces, volumes, node_sets), str(arrays["gmsh_version"])
+        return FileMesh(arrays["points"], arrays["cells"], surfaces, volumes, node_sets)
     progress(STAGE, 0.0)
     try:
         mesh = reader(path)
@@ -278,7 +271,7 @@ def _read(path: Path, progress: Progress) -> tuple[FileMesh, str]:
         raise MeshError(f"{path}: not readable as a mesh ({type(error).__name__}: {error}); export it again") from error
     if len(mesh.cells) == 0 or mesh.points.ndim != 2 or mesh.points.shape[1] != 3:
         raise MeshError(f"{path}: {len(mesh.cells)} elements and points {mesh.points.shape}: must be a mesh in space")
-    return mesh, ""
+    return mesh
 
 
 def _check_size(arrays: MeshArrays, unit: float, largest: float) -> None:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import Any, Final, NamedTuple, TypeVar
+from typing import Any, Final, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,21 +19,7 @@ from seatfem.structures.mesh.checks import nearest_distances
 from seatfem.structures.mesh.gmsh_process import run_gmsh
 from seatfem.structures.shapes import CadPart, Geometry, decode, encode, loops
 from seatfem.structures.shapes.cad import check_readable
-from seatfem.structures.shapes.selectors import Colour, Vector
-
-
-class FileState(NamedTuple):
-    """Path, time of change and size of a file; equal states are assumed to mean equal contents."""
-
-    path: Path
-    changed: int
-    size: int
-
-
-def state_of(path: Path) -> FileState:
-    """Return the state of a file. Raises `OSError`."""
-    status = path.stat()
-    return FileState(path.resolve(), status.st_mtime_ns, status.st_size)
+from seatfem.structures.shapes.selectors import Axis, Colour, Vector
 
 
 def opened(read: Callable[[], object], files: Mapping[str, Path | None]) -> Iterator[Finding]:
@@ -170,8 +156,8 @@ class FoundFace:
         kind: kind of surface, such as "Plane".
         area, centre: area and centroid.
         normal: outward normal of a flat face.
-        axis: point and direction of a cylinder's or cone's axis, and the cone's half angle [rad].
-        radii: least and largest distance from that axis; () without one.
+        axis: axis of a cylinder or cone.
+        ends: least and largest distance from that axis; () without one.
         colour, name: colour and name in the file.
         groups: names of the groups that contain it.
         solids: numbers of the solids in the file that it bounds, from 1.
@@ -182,8 +168,8 @@ class FoundFace:
     area: float
     centre: Vector
     normal: Vector | None
-    axis: tuple[Vector, Vector, float] | None
-    radii: tuple[float, ...]
+    axis: Axis | None
+    ends: tuple[float, ...]
     colour: Colour
     name: str
     groups: tuple[str, ...]
@@ -203,34 +189,40 @@ class FoundSolid:
 
 
 @dataclass(frozen=True, eq=False)
-class Inspected:
-    """A geometry's solids and faces.
+class Part:
+    """The solids and faces of a geometry, CAD file or mesh.
 
     Attributes:
         faces: all faces.
         problems: fields of the geometry's specification, each with its problem.
         regions: names of the solids.
-        shape: coarse triangulation, with the groups that could be selected.
-        parts: rows of the shape's triangles on each face.
+        shape: triangulated surface, with the groups that could be selected.
+        rows: rows of the shape's triangles on each face.
         edges: (e, 2, 3) ends of the straight segments that bound each group of flat faces [m].
-        solids: solids of a file that count, of ``in_file`` in all.
+        solids: solids of a CAD file that count, of ``in_file`` in all.
+        name: name of the file, or of the scene's seat.
+        notes: notes for the user: groups that could not be selected, or an assumed unit.
+        numbered: whether a scene may select its faces by number.
     """
 
-    faces: tuple[FoundFace, ...]
-    problems: tuple[tuple[str, str], ...]
-    regions: tuple[str, ...]
-    shape: Shape
-    parts: tuple[Integers, ...] = field(repr=False)
+    faces: tuple[FoundFace, ...] = ()
+    problems: tuple[tuple[str, str], ...] = ()
+    regions: tuple[str, ...] = ()
+    shape: Shape = EMPTY
+    rows: tuple[Integers, ...] = field(default=(), repr=False)
     edges: Mapping[str, Array] = field(default_factory=dict, repr=False)
     solids: tuple[FoundSolid, ...] = ()
     in_file: int = 0
+    name: str = ""
+    notes: tuple[str, ...] = ()
+    numbered: bool = True
 
     @property
     def filled(self) -> float:
         """Return the volume [m^3], estimated if gmsh could not determine it."""
         return self.shape.volume or FILLED * float(self.shape.extent.prod())
 
-    @lru_cache(maxsize=4)  # noqa: B019  few results are cached, as in `_inspected`
+    @lru_cache(maxsize=4)  # noqa: B019  few results are cached
     def land(self, group: str, along: tuple[float, ...] = ()) -> lands.Land:
         """Return the flat faces of a group with their axes; ``along`` and errors as in `lands.land_of`."""
         normals = [face.normal for face in self.faces if group in face.groups]
@@ -239,7 +231,7 @@ class Inspected:
         return lands.land_of(self.edges[group], normals[0], along)
 
 
-def inspect_geometry(geometry: Geometry, *, picture: bool = False) -> Inspected:
+def inspect_geometry(geometry: Geometry, *, picture: bool = False) -> Part:
     """Return the geometry's faces, groups and problems, cached in the process while its file is unchanged.
 
     ``picture``: with finer triangles on curved faces.
@@ -248,44 +240,41 @@ def inspect_geometry(geometry: Geometry, *, picture: bool = False) -> Inspected:
         OSError: the file does not exist.
         MeshingError: gmsh cannot be run, or crashes.
     """
-    state = state_of(geometry.path) if isinstance(geometry, CadPart) else None
-    return _inspected(json.dumps(encode(geometry), sort_keys=True), state, picture)
+    files = (geometry.path,) if isinstance(geometry, CadPart) else ()
+    return read_once(_inspect, (json.dumps(encode(geometry), sort_keys=True), *files), picture=picture)
 
 
-@lru_cache(maxsize=4)
-def _inspected(encoded: str, state: FileState | None, picture: bool) -> Inspected:
+def _inspect(encoded: str, *files: Path, picture: bool) -> Part:
     data = json.loads(encoded)
     try:
-        if state is not None:
-            check_readable(Path(data["path"]))
-            data["path"] = str(state.path)
+        for file in files:
+            check_readable(file)
+            data["path"] = str(file.resolve())
         arrays = run_gmsh({"task": "inspect", "geometry": data, "picture": picture})
     except errors.GeometryError as error:  # raised before the geometry is built, as for an unknown unit
-        return Inspected((), ((error.field or "path", str(error)),), (), EMPTY, ())
+        return Part(problems=((error.field or "path", str(error)),))
     answer = json.loads(str(arrays["found"]))
-    rows = [np.flatnonzero(arrays["faces"] == face["tag"]) for face in answer["faces"]] if answer["faces"] else []
-    if not rows:
-        return Inspected((), _problems(answer), (), EMPTY, ())
+    problems = tuple((str(key) or "path", str(message)) for key, message in answer["problems"])
+    if not answer["faces"]:
+        return Part(problems=problems)
     groups = {
         name: np.flatnonzero(np.isin(arrays["faces"], tags)).astype(np.int64) for name, tags in answer["groups"].items()
     }
-    shape = Shape(arrays["points"], arrays["triangles"], groups, float(answer["volume"]))
-    faces = tuple(_face(face, answer["groups"]) for face in answer["faces"])
-    edges = {name: arrays["edges"][arrays["edges_of"] == k] for k, name in enumerate(answer["flat"])}
-    solids = tuple(FoundSolid(**{key: decode(value) for key, value in solid.items()}) for solid in answer["solids"])
-    regions = tuple(answer["regions"])
-    return Inspected(faces, _problems(answer), regions, shape, tuple(rows), edges, solids, answer["in_file"])
+    return Part(
+        tuple(_face(face, answer["groups"]) for face in answer["faces"]),
+        problems,
+        tuple(answer["regions"]),
+        Shape(arrays["points"], arrays["triangles"], groups, float(answer["volume"])),
+        tuple(np.flatnonzero(arrays["faces"] == face["tag"]) for face in answer["faces"]),
+        {name: arrays["edges"][arrays["edges_of"] == k] for k, name in enumerate(answer["flat"])},
+        tuple(FoundSolid(**{key: decode(value) for key, value in solid.items()}) for solid in answer["solids"]),
+        answer["in_file"],
+    )
 
 
 def _alike(normals: Sequence[Vector | None]) -> bool:
     """Return whether all normals have the same direction."""
     return all(normal is not None and np.dot(normal, normals[0]) > 1 - EVEN for normal in normals)  # type: ignore[arg-type]
-
-
-def _problems(answer: Mapping[str, object]) -> tuple[tuple[str, str], ...]:
-    problems = answer["problems"]
-    assert isinstance(problems, list)
-    return tuple((str(key) or "path", str(message)) for key, message in problems)
 
 
 def _face(face: Mapping[str, object], groups: Mapping[str, list[int]]) -> FoundFace:
@@ -296,13 +285,16 @@ def _face(face: Mapping[str, object], groups: Mapping[str, list[int]]) -> FoundF
 Made = TypeVar("Made")
 
 
-def read_once(read: Callable[..., Made], arguments: tuple[Any, ...], *files: Path) -> Made:
-    """Return ``read(*arguments)``, cached in the process while the files are unchanged."""
-    result: Made = _read(read, arguments, tuple(state_of(file) for file in files))
+def read_once(read: Callable[..., Made], arguments: tuple[Any, ...], *others: Path, **options: Any) -> Made:
+    """Return ``read(*arguments, **options)``, cached in the process while the files among the arguments, and
+    ``others``, are unchanged. Raises `OSError` for a missing file."""
+    files = (*(each for each in arguments if isinstance(each, Path)), *others)
+    states = tuple((path.resolve(), (status := path.stat()).st_mtime_ns, status.st_size) for path in files)
+    result: Made = _read(read, arguments, states, **options)
     return result
 
 
-@lru_cache(maxsize=8)
-def _read(read: Callable[..., Any], arguments: tuple[Any, ...], states: tuple[FileState, ...]) -> Any:
+@lru_cache(maxsize=16)
+def _read(read: Callable[..., Any], arguments: tuple[Any, ...], states: tuple[Any, ...], **options: Any) -> Any:
     del states  # part of the cache key
-    return read(*arguments)
+    return read(*arguments, **options)

@@ -4,7 +4,7 @@ Faces of a mesh are parts of its surface without sharp edges inside; planes and 
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final
@@ -15,10 +15,11 @@ from scipy.sparse.csgraph import connected_components
 
 from seatfem.structures import errors, lands
 from seatfem.structures.formats.mesh_files import read_mesh
-from seatfem.structures.inspection.cad import Array, FoundFace, FoundSolid, Inspected, Integers, Shape, inspect_geometry
+from seatfem.structures.inspection.cad import Array, FoundFace, Integers, Part, Shape, inspect_geometry
 from seatfem.structures.kinds.parts import METRES, LengthUnit
 from seatfem.structures.mesh.meshing import SeatMesh
 from seatfem.structures.shapes import CadPart, Geometry, GeometryError, cad, inspect
+from seatfem.structures.shapes.selectors import Axis
 
 SHARP: Final = math.radians(25.0)  # largest angle between neighbouring triangles of one face
 FLAT: Final = 1e-3  # largest scatter of the unit normals of a plane
@@ -106,12 +107,12 @@ def _labels(shape: Shape) -> Integers:
 def _described(shape: Shape, rows: Integers, number: int) -> FoundFace:
     areas, normals = shape.areas[rows], shape.normals[rows]
     middles = shape.points[shape.triangles[rows]].mean(axis=1)
-    kind, normal, axis, radii = inspect.FREEFORM, None, None, tuple[float, ...]()
+    kind, normal, axis, ends = inspect.FREEFORM, None, None, tuple[float, ...]()
     if np.abs(normals - normals[0]).max() < FLAT:
         kind, normal = "Plane", inspect.triple(normals[0])
     elif len(rows) > 3 and (cylinder := _cylinder(shape, rows, normals)) is not None:
         kind, (point, direction, radius) = "Cylinder", cylinder
-        axis, radii = (inspect.triple(point), inspect.triple(direction), 0.0), (radius, radius)
+        axis, ends = Axis(inspect.triple(point), inspect.triple(direction)), (radius, radius)
     return FoundFace(
         numbers=(number,),
         kind=kind,
@@ -119,7 +120,7 @@ def _described(shape: Shape, rows: Integers, number: int) -> FoundFace:
         centre=inspect.triple(np.average(middles, axis=0, weights=areas)),
         normal=normal,
         axis=axis,
-        radii=radii,
+        ends=ends,
         colour=(),
         name="",
         groups=tuple(name for name, group in shape.groups.items() if np.isin(rows[0], group)),
@@ -142,30 +143,6 @@ def _cylinder(shape: Shape, rows: Integers, normals: Array) -> tuple[Array, Arra
     return (point, direction, float(away.mean())) if np.ptp(away) < ROUND * away.mean() else None
 
 
-@dataclass(frozen=True, eq=False)
-class Part:
-    """Faces of a part.
-
-    Attributes:
-        name: name of the file, or of the scene's seat.
-        faces: all faces of its solids.
-        shape: triangulated surface; ``rows``: rows of its triangles on each face.
-        regions: names of its solids.
-        notes: notes for the user: groups that could not be selected, or an assumed unit.
-        numbered: whether a scene may select its faces by number.
-        solids: its solids where they are those of a CAD file.
-    """
-
-    name: str
-    faces: tuple[FoundFace, ...]
-    shape: Shape
-    rows: tuple[Integers, ...]
-    regions: tuple[str, ...]
-    notes: tuple[str, ...] = ()
-    numbered: bool = True
-    solids: tuple[FoundSolid, ...] = ()
-
-
 def open_part(path: Path, unit: LengthUnit | None = None) -> Part:
     """Return the part in a STEP, BREP or mesh file.
 
@@ -184,36 +161,27 @@ def open_part(path: Path, unit: LengthUnit | None = None) -> Part:
 
 def of_geometry(geometry: Geometry, name: str) -> Part:
     """Return the faces of a geometry, with notes on keys of the scene that select none."""
-    return _of_inspected(name, inspect_geometry(geometry, picture=True), "seat.", ())
+    part = _named(name, inspect_geometry(geometry, picture=True))
+    return replace(part, notes=tuple(f"seat.{key}: {text.partition(chr(10))[0]}" for key, text in part.problems))
 
 
 def _of_cad(path: Path, unit: LengthUnit | None) -> Part:
     brep = path.suffix.lower() in cad.BREP_SUFFIXES
-    part = CadPart(path, METRES[unit or "mm"] if unit or brep else None, solid=0)
-    inspected = inspect_geometry(part, picture=True)
+    geometry = CadPart(path, METRES[unit or "mm"] if unit or brep else None, solid=0)
+    part = _named(path.name, inspect_geometry(geometry, picture=True))
     assumed = f"{path.name} states no unit of length, mm is assumed; --unit m says otherwise"
-    notes = (assumed,) if brep and unit is None else ()
-    return _of_inspected(path.name, inspected, "", notes)
+    return replace(part, notes=(assumed,)) if brep and unit is None else part
 
 
-def _of_inspected(name: str, inspected: Inspected, keys: str, notes: tuple[str, ...]) -> Part:
-    """Return the part; ``keys``: prefix of the fields in notes on problems; "": no notes on problems."""
-    if not inspected.faces:
-        raise GeometryError("\n".join(message for _, message in inspected.problems))
-    messages = tuple(f"{keys}{key}: {text.partition(chr(10))[0]}" for key, text in inspected.problems) if keys else ()
-    return Part(
-        name,
-        inspected.faces,
-        inspected.shape,
-        inspected.parts,
-        inspected.regions,
-        (*notes, *messages),
-        solids=inspected.solids,
-    )
+def _named(name: str, part: Part) -> Part:
+    """Return the part with its name. Raises `GeometryError` if it has no faces."""
+    if not part.faces:
+        raise GeometryError("\n".join(message for _, message in part.problems))
+    return replace(part, name=name)
 
 
 def of_mesh(name: str, mesh: SeatMesh, notes: tuple[str, ...]) -> Part:
     """Return the faces of a mesh: parts of its surface without sharp edges inside."""
     shape = shape_of(mesh)
     faces, rows = faces_of(shape)
-    return Part(name, faces, shape, rows, regions_of(mesh), notes, numbered=False)
+    return Part(faces, (), regions_of(mesh), shape, rows, name=name, notes=notes, numbered=False)

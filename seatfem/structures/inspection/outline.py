@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from pathlib import Path
 from typing import Final
 
@@ -14,7 +13,7 @@ import numpy as np
 from impact.greens.base import Array
 from seatfem.structures import errors, lands
 from seatfem.structures.formats.dxf import read_outline
-from seatfem.structures.inspection.cad import FileState, FoundFace, Shape, inspect_geometry, state_of
+from seatfem.structures.inspection.cad import FoundFace, Shape, inspect_geometry, read_once
 from seatfem.structures.lip import AnyLip, tilted
 from seatfem.structures.mesh.gmsh_process import MeshingError, run_gmsh
 from seatfem.structures.shapes import CadPart, Group, Selector, cad, inspect, loops, outlined
@@ -71,13 +70,12 @@ def outline_in(path: Path, unit: float = 0.0, *, oblique: bool = False) -> Drawn
         GeometryError: "Outlined.file = ..." for a file that is damaged or has other content.
     """
     try:
-        return _read(state_of(path), path, unit, oblique)
+        return read_once(_read, (path, unit, oblique))
     except (MeshingError, OSError) as error:
         raise errors.GeometryError(f"Outlined.file = {path.name}: {error}") from error
 
 
-@lru_cache(maxsize=8)
-def _read(state: FileState, path: Path, unit: float, oblique: bool) -> DrawnOutline:
+def _read(path: Path, unit: float, oblique: bool) -> DrawnOutline:
     if path.suffix.lower() not in cad.STEP_SUFFIXES:
         outline, *holes = map(_corners, read_outline(path, unit))
         return DrawnOutline(outline, tuple(holes))
@@ -109,12 +107,10 @@ def held_edge(path: Path, selectors: tuple[Selector, ...], frame: Frame) -> tupl
         GeometryError: "Outlined.clamped = ...": no face is selected, or a face that is no straight side, or faces
             that do not lie in one line; the message lists the sides.
     """
-    return _side(state_of(path), path, selectors, frame)
+    return read_once(_side, (path, selectors, frame))
 
 
-@lru_cache(maxsize=8)
-def _side(state: FileState, path: Path, selectors: tuple[Selector, ...], frame: Frame) -> tuple[Place, ...]:
-    del state  # part of the cache key
+def _side(path: Path, selectors: tuple[Selector, ...], frame: Frame) -> tuple[Place, ...]:
     try:
         inspected = inspect_geometry(CadPart(path, contact=(), fixed=(), groups=(Group(GROUP, selectors),)))
     except (MeshingError, OSError) as error:
@@ -153,15 +149,15 @@ def _circle(faces: Sequence[FoundFace], frame: Frame) -> Place | None:
     """Return a point on the circle [m] that faces of cylinders along the normal close; ``None`` if they do not."""
     axes = [face.axis for face in faces if face.axis is not None]
     if len(axes) < len(faces) or any(
-        np.linalg.norm(np.cross(axis[1], frame.normal)) > ANGLE_TOLERANCE for axis in axes
+        np.linalg.norm(np.cross(axis.direction, frame.normal)) > ANGLE_TOLERANCE for axis in axes
     ):
         return None
     weights = [face.area for face in faces]
     centre = np.average(frame.seen(np.array([face.centre for face in faces])), axis=0, weights=weights)
-    middles = frame.seen(np.array([axis[0] for axis in axes]))
+    middles = frame.seen(np.array([axis.point for axis in axes]))
     if np.linalg.norm(middles - centre, axis=1).max() > LENGTH_TOLERANCE:
         return None
-    return float(centre[0]) + max(face.radii[1] for face in faces), float(centre[1])
+    return float(centre[0]) + max(face.ends[1] for face in faces), float(centre[1])
 
 
 def _wrong_side(path: Path, why: str) -> errors.GeometryError:

@@ -19,7 +19,6 @@ from seatfem.structures import method, outlines
 from seatfem.structures.kinds import parts, structure
 from seatfem.structures.kinds.motion import AnyPointForce, AnyPressure
 from seatfem.structures.kinds.structure import Structure, Traits
-from seatfem.structures.patch import Face
 from seatfem.units import write_quantity
 
 STIFFENING: Final = 36 / 35  # extra force of a cantilever's elastica under a tip force, over (deflection/length)^2
@@ -127,16 +126,12 @@ class Beam(Structure):
     def stated(self, error: float = 0.0, rings: int | None = 1) -> method.Method:
         return replace(super().stated(error, rings), n_modes=self.n_modes)
 
-    @property
-    def face(self) -> Face:
-        return Face(self.mean_width, self.material.young, self.material.density)
-
     def parts_problems(self, key: str) -> fields.Contradictions:
         """Yield as of other bodies, but a profile, on which the beam rolls along its length."""
         if key != "stopper.profile":
             yield from super().parts_problems(key)
 
-    def check_place(self, place: float | Array | None, key: str) -> None:
+    def check_place(self, place: structure.Place, key: str) -> None:
         if isinstance(place, np.ndarray):
             super().check_place(place, key)
         else:
@@ -185,7 +180,7 @@ class Beam(Structure):
             return
         angle = 2 * np.pi * (np.arange(POINTS) + 0.5) / POINTS
         along, across = at + ring[0] * np.cos(angle), ring[0] * np.sin(angle)
-        share = float(np.mean((along >= 0) & (along <= self.span) & (np.abs(across) <= self.face.width / 2)))
+        share = float(np.mean((along >= 0) & (along <= self.span) & (np.abs(across) <= self.mean_width / 2)))
         if share >= COVERED:
             return
         outer, place = write_quantity(2 * ring[0] + ring[1], "length", 3), write_quantity(at, "length")
@@ -197,12 +192,12 @@ class Beam(Structure):
         )
 
     def closed_form(self) -> GreensFunction:
-        return self._body(None, None, moved=False).greens
+        return self._body(0, None, moved=False).greens
 
-    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: structure.At = None) -> Body:
+    def body(self, greens: GreensFunction | None = None, n_modes: int = 0, at: structure.At = None) -> Body:
         return self._body(n_modes, at)
 
-    def _body(self, n_modes: int | None, at: structure.At, *, moved: bool = True) -> Body:
+    def _body(self, n_modes: int, at: structure.At, *, moved: bool = True) -> Body:
         return reeds.reed(
             self.beam(),
             damping_ratio=self.damping_ratio,
@@ -212,7 +207,7 @@ class Beam(Structure):
             loads=self._loads() if moved else (),
         )
 
-    def pushed_at(self, body: Body, place: float | Array | None, by: structure.Push = "force") -> Array:
+    def pushed_at(self, body: Body, place: structure.Place, by: structure.Push = "force") -> Array:
         modal = body.greens.modal
         if place is None or isinstance(place, np.ndarray) or modal is None:
             return super().pushed_at(body, place, by)

@@ -12,12 +12,10 @@ from pydantic import Field, model_validator
 import impact
 from impact.exact.half_space import rectangle_compliance
 from impact.greens import base, modal
-from impact.notices import Progress
 from seatfem.fields import KeyProblem, of_same_names
-from seatfem.machine.resources import Stopwatch
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.structure import LocalShare
-from seatfem.structures.method import NAMES, QUARTERS, AnyLevel, Applicability, Method, Solved
+from seatfem.structures.method import NAMES, QUARTERS, AnyLevel, Applicability, Solved, Task
 from seatfem.structures.outlines import BodyViews, arc, box, of_ported_plate
 from seatfem.structures.patch import Patch, column_end, on_plate
 from seatfem.structures.shapes import Bar, Block, Geometry, ValvePlate
@@ -51,7 +49,7 @@ height = "5 mm"
         bar = self.geometry()
         return bar.width * bar.height, min(bar.width, bar.height), bar.length
 
-    def patch(self) -> Patch | None:
+    def patch(self) -> Patch:
         area, width, length = self.struck_part()
         return column_end(self.material.mean, area, width, length)
 
@@ -122,12 +120,10 @@ height = "5 mm"
         zeta = np.full(MODES, self.damping_ratio)
         return modal.ModalGreens(omega, zeta, shapes[:, None], modal.Residual.spring(left_out))
 
-    def solve(
-        self, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool = True
-    ) -> Solved:
-        if method.level != "rod":
-            return super().solve(method, duration, watch, progress, mesh_error=mesh_error)
-        reason = self._rod(method.bandwidth or self.greens.bandwidth).reason
+    def solve(self, task: Task) -> Solved:
+        if task.method.level != "rod":
+            return super().solve(task)
+        reason = self._rod(task.method.bandwidth or self.greens.bandwidth).reason
         about = {"seat_level": "rod", "seat_level_reason": reason, "seat_model": NAMES["rod"]}
         return Solved(self.closed_form(), about=about, level_error=self.form_error, plane=True)
 
@@ -227,10 +223,9 @@ clamp_width = "2 mm"
         lands = self.ports if self.struck is None else 1
         return lands * math.pi * (reach**2 - plate.port_radius**2), plate.land_width, plate.thickness
 
-    def patch(self) -> Patch | None:
+    def patch(self) -> Patch:
         """Return a bulky body on a clamped round plate of the same size, its stiffness reduced by the ports."""
         local, geometry = super().patch(), self.geometry()
-        assert local is not None
         round_plate = self.layout == "circle"
         radius = (geometry.outer_radius if round_plate else min(geometry.half_sides)) - geometry.clamp_width
         solidity = max(1 - self.ports * geometry.port_radius**2 / geometry.outer_radius**2, 0.2) if round_plate else 0.5

@@ -19,7 +19,6 @@ from impact.quantities import in_units
 from seatfem.fields import Approach, Area, DampingRatio, Density, KeyProblem, Length, Mass, Modulus, Stiffness, Usual
 from seatfem.structures.kinds import motion, structure
 from seatfem.structures.outlines import BodyViews, of_prism
-from seatfem.structures.patch import Column
 
 NO_MODES: Final = "a rod in closed form has no modes to be set in motion; take kind = 'bar' with model = 'sector'"
 
@@ -75,7 +74,7 @@ mass = "5 g"
     def weight(self, body: Body) -> tuple[Array, float]:
         return self.pushed_at(body, None)[:, 0], self.mass
 
-    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: structure.At = None) -> Body:
+    def body(self, greens: GreensFunction | None = None, n_modes: int = 0, at: structure.At = None) -> Body:
         return impact.rigid_mass(mass=self.mass, velocity=self.velocity)
 
 
@@ -143,8 +142,9 @@ damping_ratio = 0.02
         views = of_prism("rod", (sides[0] / 2, sides[1] / 2), None, self.length)
         return views if self.far_end == "fixed" else replace(views, held=())
 
-    def column(self) -> Column | None:
-        return Column(self.cross_section, self.length, math.sqrt(self.cross_section), self.young, self.density)
+    @property
+    def endless_stiffness(self) -> float:
+        return self.young * self.cross_section / self.length if self.far_end == "endless" else 0.0
 
     def closed_form(self) -> GreensFunction:
         rods: Mapping[str, Callable[..., GreensFunction]] = {
@@ -158,7 +158,7 @@ damping_ratio = 0.02
     def _sizes(self) -> dict[str, float]:
         return {"young": self.young, "density": self.density, "area": self.cross_section, "length": self.length}
 
-    def check_place(self, place: float | Array | None, key: str) -> None:
+    def check_place(self, place: structure.Place, key: str) -> None:
         """Raise `KeyProblem` unless the place is the back end of a free rod, which a stopper may meet."""
         if place is None:
             return
@@ -168,7 +168,7 @@ damping_ratio = 0.02
                 "a rod is met at its struck end, or free and undamped at its back: give its length, or remove the key",
             )
 
-    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: structure.At = None) -> Body:
+    def body(self, greens: GreensFunction | None = None, n_modes: int = 0, at: structure.At = None) -> Body:
         """Return the rod, with a port at each end if it has two contacts ``at``."""
         if isinstance(at, tuple) and greens is None:
             greens = impact.rod_of_two_ends(**self._sizes)

@@ -10,10 +10,9 @@ from pydantic import Field, model_validator
 
 from impact.notices import Progress
 from seatfem import fields
-from seatfem.machine.resources import Stopwatch
 from seatfem.structures import finite_elements, lands, memory_need, outlines
 from seatfem.structures.inspection import mesh_file
-from seatfem.structures.inspection.cad import inspect_geometry
+from seatfem.structures.inspection.cad import Part, inspect_geometry
 from seatfem.structures.kinds import elastic, parts, selectors, structure
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.method import (
@@ -24,11 +23,12 @@ from seatfem.structures.method import (
     Level,
     Method,
     Solved,
+    Task,
     choose_level,
 )
-from seatfem.structures.patch import Column, Patch, Sizes, bulky
+from seatfem.structures.patch import Patch, Sizes, bulky
 from seatfem.structures.shapes import Geometry
-from seatfem.structures.surface_outlines import Surface, of_surface
+from seatfem.structures.surface_outlines import of_surface
 
 WHOLE: Final = ("rod", "axisymmetric", "harmonics", "sector")  # values of the key model with a single port for a lip
 
@@ -86,7 +86,7 @@ class Drawn(elastic.Elastic):
     def problems(self) -> Iterator[structure.Finding]:
         yield from self.unknown_names(self.geometry().patches, ("seat",))
 
-    def part(self) -> mesh_file.Part:
+    def part(self) -> Part:
         return mesh_file.of_geometry(self.geometry(), f"seat, kind = {self.kind!r}")
 
     def views(self, at: float | None = None, *, coarse: bool = False) -> outlines.BodyViews:
@@ -98,9 +98,8 @@ class Drawn(elastic.Elastic):
         inspected, struck = inspect_geometry(shape, picture=not coarse), self.struck_face
         normals = [face.normal for face in inspected.faces if struck in face.groups]
         normal = normals[0] if normals else None
-        return of_surface(
-            name, Surface(inspected.shape, inspected.parts, struck, normal, self.held, self.bedded, self.own_axis)
-        )
+        groups = struck, normal, self.held, self.bedded
+        return of_surface(name, inspected.shape, inspected.rows, *groups, self.own_axis)
 
     # Levels of modelling
 
@@ -148,13 +147,9 @@ class Drawn(elastic.Elastic):
 
     # Estimates without a mesh
 
-    def patch(self) -> Patch | None:
+    def patch(self) -> Patch:
         area, width, depth = self.struck_part()
         return bulky(self.material.mean, area, width, depth)
-
-    def column(self) -> Column | None:
-        area, width, depth = self.struck_part()
-        return Column(area, depth, width, self.material.young_across, self.material.density)
 
     def sizes(self, method: Method) -> Sizes:
         """Return the element sizes; those left open follow from the shortest shear wave in the band."""
@@ -168,11 +163,11 @@ class Drawn(elastic.Elastic):
         sizes = self.sizes(method)
         return MeshSpec(sizes.size, sizes.contact_size, order=method.order, rings=method.rings or 1)
 
-    def rough_sizes(self, spec: MeshSpec, level: Level) -> memory_need.Sizes:
+    def rough_counts(self, spec: MeshSpec, level: Level) -> memory_need.Rough:
         """Return the order of magnitude of the numbers of a mesh, without generating one."""
         area, width, depth = self.struck_part()
         patch = bulky(self.material.mean, area / self.copies.get(level, 1), width, depth)
-        return memory_need.rough_sizes(spec, level, patch, self.measures_inside(level))
+        return memory_need.rough_counts(spec, level, patch, self.measures_inside(level))
 
     def measures_inside(self, level: Level) -> float:
         """Return the volume of the modelled part [m^3], or the area of its half section [m^2]."""
@@ -185,21 +180,19 @@ class Drawn(elastic.Elastic):
 
     # Computation
 
-    def solve(
-        self, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool = True
-    ) -> Solved:
-        return finite_elements.from_geometry(self, method, duration, watch, progress, mesh_error=mesh_error)
+    def solve(self, task: Task) -> Solved:
+        return finite_elements.from_geometry(self, task)
 
     def meshed(self, solved: Solved, method: Method, progress: Progress) -> Solved:
         spec, level = self.mesh_spec(method), self.elements_of(method)
-        mesh = finite_elements.draw(self, spec, level, progress, method=method)
+        mesh = finite_elements.draw(self, spec, level, method, progress)
         return finite_elements.with_mesh(self, solved, mesh, method, progress)
 
     def meshes(
         self, method: Method, progress: Progress
     ) -> tuple[finite_elements.AnyMesh, finite_elements.AnyMesh | None]:
         spec, level = self.mesh_spec(method), self.elements_of(method)
-        return finite_elements.draw_both(self, spec, level, Stopwatch(), progress, method=method, coarser=True)
+        return finite_elements.draw_both(self, spec, level, Task(method, 0.0, progress=progress))
 
 
 def struck_as_a_whole(model: str) -> str:

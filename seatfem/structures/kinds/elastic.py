@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, ClassVar, Final, Protocol, Self
+from typing import TYPE_CHECKING, ClassVar, Final, Self
 
 from pydantic import Field, model_validator
 
@@ -28,13 +28,6 @@ if TYPE_CHECKING:
     from seatfem.structures.materials import Material, Orthotropic
 
 LIP_ORDER: Final = 1.3  # order of convergence of landings on a lip with the seat's band: 1.3 to 2.2 from 100 to 630 kHz
-
-
-class HalfSpaceShare(Protocol):
-    """Static compliance of a half-space under a patch."""
-
-    def __call__(self, *, young: float, poisson: float) -> float:
-        """Return the mean displacement under a uniform load, per force [m/N]."""
 
 
 class Reduced(motion.Moving):
@@ -68,7 +61,7 @@ class Reduced(motion.Moving):
 class Elastic(Reduced):
     """Base of all bodies made of finite elements."""
 
-    traits: ClassVar[structure.Traits] = replace(Reduced.traits, needs_gmsh=True, is_kept=True, has_rings=True)
+    traits: ClassVar[structure.Traits] = replace(Reduced.traits, needs_gmsh=True, has_rings=True)
     has_faces: ClassVar[bool] = False
     """This says whether the contact face may consist of flat faces of any outline."""
 
@@ -112,9 +105,9 @@ class Elastic(Reduced):
         return tuple(support.on for support in self.supports if support.holds)
 
     @property
-    def struck_arc(self) -> float | None:
-        """Return the angular width of the part of a ring that is struck [rad]; ``None``: all of it, or no ring."""
-        return None
+    def struck_arc(self) -> float:
+        """Return the angular width of the part of a ring that is struck [rad]; 0: all of it, or no ring."""
+        return 0.0
 
     @property
     def lip_face(self) -> structure.LipFace:
@@ -125,9 +118,11 @@ class Elastic(Reduced):
         words = "is struck on faces whose distance from the body's edges is not known; take a block, stopper or ball"
         return structure.LocalShare(unknown=words)
 
-    def on_half_space(self, compliance: HalfSpaceShare, room: float, sizes: tuple[str, ...]) -> structure.LocalShare:
-        """Return the share of a patch with the ``compliance`` of a half-space, ``room`` times half its own width away
-        from the body's edges."""
+    def on_half_space(
+        self, compliance: Callable[..., float], room: float, sizes: tuple[str, ...]
+    ) -> structure.LocalShare:
+        """Return the share of a patch with a ``compliance`` (young=, poisson=) on a half-space, ``room`` times half its
+        own width away from the body's edges."""
         if not self.isotropic or self.materials:
             return structure.LocalShare(unknown="has no single isotropic material under its patch; state one")
         if room < 1:
@@ -140,8 +135,8 @@ class Elastic(Reduced):
         """Return the flat contact faces. Raises `ModelError` unless they are rings or strips."""
         raise NotImplementedError
 
-    def region(self, arcs: int = 1, rings: int = 1) -> AnyLip | None:
-        return lands.face_lip(self.land(), arcs, rings) if self.has_faces else None
+    def region(self) -> AnyLip | None:
+        return lands.face_lip(self.land(), 1, 1) if self.has_faces else None
 
     def covered_problems(self, width: float | None) -> Contradictions:
         if not self.has_faces and self.region() is None:

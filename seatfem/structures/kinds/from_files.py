@@ -5,8 +5,6 @@ from __future__ import annotations
 import shlex
 from collections.abc import Iterator
 from dataclasses import replace
-from functools import lru_cache
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, ClassVar, Final, Literal, Self
 
 import numpy as np
@@ -14,19 +12,18 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from impact.notices import Progress, silent
 from seatfem.fields import ExistingFile, Gap, KeyProblem, default
-from seatfem.machine.resources import Stopwatch
 from seatfem.structures import errors, finite_elements, lands, outlines
 from seatfem.structures.formats import mesh_files
 from seatfem.structures.inspection import mesh_file
-from seatfem.structures.inspection.cad import FileState, inspect_geometry, naming, state_of
+from seatfem.structures.inspection.cad import Part, inspect_geometry, naming, read_once
 from seatfem.structures.kinds import drawn, elastic, structure
 from seatfem.structures.kinds.parts import METRES, LengthUnit
 from seatfem.structures.kinds.selectors import BLUE_FACES, RED_FACES, ClampSelector, Direction, FaceSelector, Region
 from seatfem.structures.mesh.gmsh_process import MeshingError
-from seatfem.structures.method import Method, Solved
-from seatfem.structures.patch import Column, Patch, of_shape
+from seatfem.structures.method import Method, Solved, Task
+from seatfem.structures.patch import Patch, of_shape
 from seatfem.structures.shapes import CadPart, GeometryError, Group
-from seatfem.structures.surface_outlines import Surface, of_surface, struck_side_problem
+from seatfem.structures.surface_outlines import of_surface, struck_side_problem
 
 if TYPE_CHECKING:
     from seatfem.structures.mesh.meshing import SeatMesh
@@ -126,7 +123,7 @@ file = "seat.step"
             if why := struck_side_problem(*sides):
                 yield ("contact",), naming(self.file, why)
 
-    def part(self) -> mesh_file.Part:
+    def part(self) -> Part:
         return mesh_file.of_geometry(self.geometry(), self.file.name)
 
     def rise(self) -> tuple[float, float]:
@@ -137,7 +134,7 @@ file = "seat.step"
         numbers = [str(solid.number) for solid in inspected.solids]
         return "" if len(numbers) == inspected.in_file else f"solid {', '.join(numbers)} of {inspected.in_file} alone"
 
-    def patch(self) -> Patch | None:
+    def patch(self) -> Patch:
         """Return the patch by the contact faces in the file; raises `GeometryError` if there are none."""
         inspected = inspect_geometry(self.geometry())
         if "contact" not in inspected.shape.groups:
@@ -146,11 +143,7 @@ file = "seat.step"
 
     def struck_part(self) -> tuple[float, float, float]:
         patch = self.patch()
-        assert patch is not None
         return patch.area, patch.width, patch.depth
-
-    def column(self) -> Column | None:
-        return None
 
 
 FLAT: Final = 0.01  # largest scatter of the unit normals of a flat face: coordinates have few digits
@@ -184,10 +177,11 @@ file = "seat.msh"
 
     def read(self, progress: Progress = silent) -> SeatMesh:
         """Return the mesh in the file, cached while the file and those it includes are unchanged."""
-        states = tuple(state_of(part) for part in mesh_files.all_files(self.file))
+        names = {"contact": self.contact, "fixed": self.fixed or None, "parts": self.parts}
         unit = None if self.unit is None else METRES[self.unit]
         progress("meshing", 0.0)
-        mesh = _read(self.file, self.contact, self.fixed or None, unit, self.merge, self.parts, states)
+        others = mesh_files.all_files(self.file)
+        mesh = read_once(mesh_files.read_mesh, (str(self.file),), *others, **names, unit=unit, merge=self.merge)
         progress("meshing", 1.0)
         return mesh
 
@@ -206,7 +200,7 @@ file = "seat.msh"
             if why := struck_side_problem(normals, shape, self.struck_face, self.held, self.bedded):
                 yield ("contact",), naming(self.file, why)
 
-    def part(self) -> mesh_file.Part:
+    def part(self) -> Part:
         return mesh_file.of_mesh(self.file.name, self.read(), ())
 
     def rise(self) -> tuple[float, float]:
@@ -215,7 +209,7 @@ file = "seat.msh"
     def file_notes(self) -> tuple[str, ...]:
         return self.read().provenance.notes
 
-    def patch(self) -> Patch | None:
+    def patch(self) -> Patch:
         return of_shape(mesh_file.shape_of(self.read()), self.supports, self.material.mean)
 
     def views(self, at: float | None = None, *, coarse: bool = False) -> outlines.BodyViews:
@@ -223,7 +217,7 @@ file = "seat.msh"
         normals = shape.normals[shape.groups[self.struck_face]]
         normal = normals[0] if np.abs(normals - normals[0]).max() < FLAT else None
         rows = () if coarse else mesh_file.faces_of(shape)[1]
-        return of_surface("mesh", Surface(shape, rows, self.struck_face, normal, self.held, self.bedded))
+        return of_surface("mesh", shape, rows, self.struck_face, normal, self.held, self.bedded)
 
     def land(self) -> lands.Land:
         return mesh_file.land_of_mesh(self.read(), self.struck_face)
@@ -231,12 +225,10 @@ file = "seat.msh"
     def mass(self) -> float:
         return self.material.density * self.read().quality.volume
 
-    def solve(
-        self, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool = True
-    ) -> Solved:
-        with watch("mesh"):
-            mesh = self.read(progress)
-        return finite_elements.from_mesh(self, mesh, method, duration, watch, progress)
+    def solve(self, task: Task) -> Solved:
+        with task.watch("mesh"):
+            mesh = self.read(task.progress)
+        return finite_elements.from_mesh(self, mesh, task)
 
     def meshed(self, solved: Solved, method: Method, progress: Progress) -> Solved:
         return finite_elements.with_mesh(self, solved, self.read(progress), method, progress)
@@ -245,17 +237,3 @@ file = "seat.msh"
         self, method: Method, progress: Progress
     ) -> tuple[finite_elements.AnyMesh, finite_elements.AnyMesh | None]:
         return self.read(progress), None
-
-
-@lru_cache(maxsize=2)
-def _read(
-    file: Path,
-    contact: str,
-    fixed: str | None,
-    unit: float | None,
-    merge: float | None,
-    parts: int,
-    states: tuple[FileState, ...],
-) -> SeatMesh:
-    del states  # part of the cache key
-    return mesh_files.read_mesh(file, contact=contact, fixed=fixed, unit=unit, merge=merge, parts=parts)

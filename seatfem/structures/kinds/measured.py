@@ -16,14 +16,13 @@ from impact.greens import base
 from impact.measured import frf, pole_fit
 from impact.pictures import fit_plots
 from seatfem.fields import ExistingFile, KeyProblem, Tolerance, default
-from seatfem.machine.resources import Stopwatch
 from seatfem.structures.fits import fit_of
 from seatfem.structures.formats import uff_responses
 from seatfem.structures.formats.uff import Direction, System
 from seatfem.structures.inspection.cad import opened, read_once
 from seatfem.structures.kinds import structure
 from seatfem.structures.kinds.motion import Moving, ResponseColumns, ResponseUnits, stated_in
-from seatfem.structures.method import Method, Solved
+from seatfem.structures.method import Solved, Task
 from seatfem.units import write_quantity
 
 UNIVERSAL: Final = (".uff", ".unv", ".58", ".uf", ".ufb")
@@ -119,17 +118,15 @@ file = "response.csv"
         Raises:
             FrequencyResponseError, UffError, OSError: an error of the readers.
         """
-        return read_once(_record, self._reading, self.file)
+        return read_once(_record, self._reading)
 
     @property
     def _reading(self) -> tuple[Any, ...]:
         columns, units = (tuple(stated_in(roles).items()) for roles in (self.columns, self.units))
         return self.file, self.node, self.direction, self.averages, self.quantity, columns, units, self.system
 
-    def solve(
-        self, method: Method, duration: float, watch: Stopwatch, progress: notices.Progress, *, mesh_error: bool = True
-    ) -> Solved:
-        with watch("pole fit"):
+    def solve(self, task: Task) -> Solved:
+        with task.watch("pole fit"):
             return Solved(self.fit().greens, about={"seat_model": f"poles fitted to {self.file.name}"})
 
     def fit(self) -> pole_fit.PoleFit:
@@ -155,7 +152,7 @@ def _record(
 
 def _fitted(arguments: tuple[Any, ...], tolerance: float, free: bool | None) -> pole_fit.PoleFit:
     file = arguments[0]
-    response = read_once(_record, arguments, file)
+    response = read_once(_record, arguments)
     try:
         return pole_fit.fit_response(response, tolerance=tolerance, free=free)
     except frf.FrequencyResponseError as problem:

@@ -37,8 +37,8 @@ class Roles(fields.Table):
     """Base of tables with a text, such as a header, for each role of a column."""
 
     def stated(self) -> dict[str, str]:
-        """Return the text of each key that is set."""
-        return {role: text for role in type(self).model_fields if (text := getattr(self, role)) is not None}
+        """Return the text of each key that is not empty."""
+        return {role: text for role in type(self).model_fields if (text := getattr(self, role))}
 
 
 def stated_in(roles: Roles | None) -> dict[str, str]:
@@ -51,16 +51,14 @@ class ResponseColumns(Roles):
 
     sample = 'frequency = "Frequency (Hz)"\nreal = "Real"\nimag = "Imag"'
 
-    frequency: str | None = Field(None, description="head of the column of frequencies")
-    real: str | None = Field(None, description="of real parts")
-    imag: str | None = Field(None, description="of imaginary parts")
-    magnitude: str | None = Field(None, description="of magnitudes, also in decibels")
-    phase: str | None = Field(None, description="of phases")
-    response: str | None = Field(None, description="of complex numbers, as 1.2e-3+4.5e-4i or (1.2e-3, 4.5e-4)")
-    coherence: str | None = Field(None, description="of coherence, with averages")
-    variance: str | None = Field(
-        None, description="of the noise: squared error of the complex value, in the square of its unit"
-    )
+    frequency: str = Field("", description="head of the column of frequencies")
+    real: str = Field("", description="of real parts")
+    imag: str = Field("", description="of imaginary parts")
+    magnitude: str = Field("", description="of magnitudes, also in decibels")
+    phase: str = Field("", description="of phases")
+    response: str = Field("", description="of complex numbers, as 1.2e-3+4.5e-4i or (1.2e-3, 4.5e-4)")
+    coherence: str = Field("", description="of coherence, with averages")
+    variance: str = Field("", description="of the noise: squared error of the complex value, in the square of its unit")
 
 
 class ResponseUnits(Roles):
@@ -68,9 +66,9 @@ class ResponseUnits(Roles):
 
     sample = 'frequency = "Hz"\nresponse = "g/N"'
 
-    frequency: str | None = Field(None, description="Hz, kHz or MHz")
-    response: str | None = Field(None, description='as "m/s^2/N", "g/N", "um/N" or "dB re 1 m/N"')
-    phase: str | None = Field(None, description="deg or rad")
+    frequency: str = Field("", description="Hz, kHz or MHz")
+    response: str = Field("", description='as "m/s^2/N", "g/N", "um/N" or "dB re 1 m/N"')
+    phase: str = Field("", description="deg or rad")
 
 
 class CourseColumns(Roles):
@@ -78,13 +76,13 @@ class CourseColumns(Roles):
 
     sample = 'time = "Zeit"\npressure = "p_zyl"'
 
-    time: str | None = Field(None, description="head of the column of times")
-    angle: str | None = Field(None, description="of crank angles, with rpm")
-    pressure: str | None = Field(None, description="of a pressure")
-    force: str | None = Field(None, description="of a force")
-    acceleration: str | None = Field(None, description="of an acceleration")
-    velocity: str | None = Field(None, description="of a velocity")
-    displacement: str | None = Field(None, description="of a displacement")
+    time: str = Field("", description="head of the column of times")
+    angle: str = Field("", description="of crank angles, with rpm")
+    pressure: str = Field("", description="of a pressure")
+    force: str = Field("", description="of a force")
+    acceleration: str = Field("", description="of an acceleration")
+    velocity: str = Field("", description="of a velocity")
+    displacement: str = Field("", description="of a displacement")
 
 
 class CourseUnits(CourseColumns):
@@ -92,13 +90,13 @@ class CourseUnits(CourseColumns):
 
     sample = 'time = "ms"\npressure = "bar"'
 
-    time: str | None = Field(None, description="s, ms or us")
-    angle: str | None = Field(None, description="deg")
-    pressure: str | None = Field(None, description="Pa, kPa, MPa, mbar, bar or psi")
-    force: str | None = Field(None, description="N, mN or kN")
-    acceleration: str | None = Field(None, description="m/s^2 or mm/s^2")
-    velocity: str | None = Field(None, description="m/s or mm/s")
-    displacement: str | None = Field(None, description="m, mm or um")
+    time: str = Field("", description="s, ms or us")
+    angle: str = Field("", description="deg")
+    pressure: str = Field("", description="Pa, kPa, MPa, mbar, bar or psi")
+    force: str = Field("", description="N, mN or kN")
+    acceleration: str = Field("", description="m/s^2 or mm/s^2")
+    velocity: str = Field("", description="m/s or mm/s")
+    displacement: str = Field("", description="m, mm or um")
 
 
 def as_value(given: object) -> object:
@@ -149,8 +147,7 @@ class _Course(fields.Table):
         """Return the quantity [SI] as a function of times (n,) [s]."""
         if (record := self.record()) is not None:
             return record.course
-        value = self.value
-        return lambda t: np.full(np.shape(t), value)
+        return constant(self.value or 0.0)
 
     def record(self) -> Record | None:
         """Return the time series in the file; ``None`` for a constant. Raises `TimeSeriesError`."""
@@ -198,7 +195,11 @@ class AccelerationCourse(_Course):
 class PointForce(ForceCourse):
     """A force at one place of a reed, constant or in time; positive away from the seat."""
 
-    at: fields.Length | None = Field(None, description="distance from the root; the tip where absent, or the middle")
+    at: fields.Length | None = Field(
+        None,
+        description="distance from the root, of a plate along its axis; absent: the tip or, of a leaf that is held at "
+        "both ends, the middle; of a plate the paddle's centre",
+    )
 
 
 AnyPressure = Annotated[PressureCourse, BeforeValidator(as_value)]
@@ -223,7 +224,7 @@ class Moving(structure.Structure):
     def start_at(self, at: float) -> float:
         return self.deflection or 0.0
 
-    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: structure.At = None) -> Body:
+    def body(self, greens: GreensFunction | None = None, n_modes: int = 0, at: structure.At = None) -> Body:
         known = self.closed_form() if greens is None else greens
         if self.velocity is not None and math.isinf(known.mass()):
             raise GreensFunctionError(

@@ -59,11 +59,6 @@ class Material(fields.Table):
         """Return an isotropic material of about the same stiffness."""
         return self.solid
 
-    @property
-    def young_across(self) -> float:
-        """Return Young's modulus along the third axis [Pa]."""
-        return self.young
-
 
 def _constants(name: str) -> dict[str, object]:
     """Return the keys of a listed material as text with units. Raises `ValueError` for an unknown name."""
@@ -117,11 +112,6 @@ class OrthotropicMaterial(fields.Table):
     def mean(self) -> materials.Material:
         """Return an isotropic material of about the same stiffness: the means of moduli and ratios."""
         return materials.Material(sum(self.young) / 3, sum(self.poisson) / 3, self.density)
-
-    @property
-    def young_across(self) -> float:
-        """Return Young's modulus along the third axis [Pa]."""
-        return self.young[2]
 
 
 def _kind_of_material(value: object) -> str:

@@ -7,17 +7,17 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, ClassVar, Final, Literal, Self
+from typing import ClassVar, Final, Literal, Self
 
 import numpy as np
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import Field, model_validator
 
 from impact.bodies.body import Body, Load, ModalState
 from impact.greens.base import Array, GreensFunction
 from seatfem import units
 from seatfem.fields import Acceleration, Approach, ExistingFile, KeyProblem, Length, Position, Table
 from seatfem.structures import errors, lip, sheets
-from seatfem.structures.columns import ColumnsError, between, check_scattered, read_columns
+from seatfem.structures.columns import ColumnsError, between, read_columns
 from seatfem.structures.inspection.cad import read_once
 from seatfem.structures.kinds import motion, structure, thin_plate
 
@@ -69,11 +69,9 @@ class Curvature(Table):
 
     def _table(self) -> Mapping[str, Array]:
         assert self.file is not None
-        table = read_once(_read_heights, (self.file,), self.file)
+        table = read_once(_read_heights, (self.file,))
         if "y" not in table and (len(table["x"]) < 2 or np.any(np.diff(table["x"]) <= 0)):
             raise ColumnsError(f"{self.file}: at least two rows are needed, and x must increase from one to the next")
-        if "y" in table:
-            check_scattered(self.file, table)
         return table
 
     def given(self, points: Array) -> Array:
@@ -160,7 +158,6 @@ class PlateRelease(Table):
         table = read_columns(self.field, FIELD, ("x", "y"))
         if len(table) < 3:
             raise ColumnsError(f"{self.field}: neither w nor velocity; one of these columns is needed")
-        check_scattered(self.field, table)
         return table
 
     def _at(self, name: str, points: Array) -> Array:
@@ -222,12 +219,6 @@ class PlateRelease(Table):
         return ModalState(np.zeros_like(omega), rate)
 
 
-class PlateForce(motion.ForceCourse):
-    """A force at one place of a plate, constant or in time; positive away from the seat."""
-
-    at: Length | None = Field(None, description="distance from the root, along the axis; absent: the paddle's centre")
-
-
 class ClampedPlate(thin_plate.ThinPlate):
     """Base of all plates that are clamped at their root and strike with their paddle.
 
@@ -253,9 +244,7 @@ class ClampedPlate(thin_plate.ThinPlate):
         None,
         description="radius of the disc about the paddle's centre on which pressure acts; usually that of the port",
     )
-    point_force: Annotated[PlateForce, BeforeValidator(motion.as_value)] | None = Field(
-        None, description="on one place of its axis"
-    )
+    point_force: motion.AnyPointForce | None = Field(None, description="on one place of its axis")
     gravity: Acceleration | None = Field(
         None, description="component of the acceleration along the normal; negative presses the reed on the seat"
     )
@@ -289,16 +278,16 @@ class ClampedPlate(thin_plate.ThinPlate):
             return self.release.start_at(self.geometry().centre)
         return super().start_at(at)
 
-    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: structure.At = None) -> Body:
+    def body(self, greens: GreensFunction | None = None, n_modes: int = 0, at: structure.At = None) -> Body:
         body = super().body(greens, n_modes, at)
         state = body.state if self.release is None else self._state(self.plate(body.greens), self.release)
         return replace(body, state=state, loads=(*body.loads, *self._loads(body)))
 
-    def check_place(self, place: float | Array | None, key: str) -> None:
+    def check_place(self, place: structure.Place, key: str) -> None:
         if not isinstance(place, np.ndarray):
             structure.check_along(self.kind, self.geometry().length, place, key)
 
-    def pushed_at(self, body: Body, place: float | Array | None, by: structure.Push = "force") -> Array:
+    def pushed_at(self, body: Body, place: structure.Place, by: structure.Push = "force") -> Array:
         if by == "pressure":
             return _on_disc(self.plate(body.greens), self.radius)[0][:, None]
         if isinstance(place, np.ndarray):

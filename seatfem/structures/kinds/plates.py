@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import ClassVar, Final, Literal, Self
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
 from impact.beams.stepped import SteppedCantilever
 from impact.bodies.body import Body
 from impact.bodies.reeds import ModeShape, reed
 from impact.greens.base import Array, GreensFunction
-from seatfem.fields import KeyProblem, Length, of_same_names
+from seatfem.fields import KeyProblem, of_same_names
 from seatfem.structures.kinds import plate_loads, structure
 from seatfem.structures.kinds.structure import SampleScene
 from seatfem.structures.kinds.thin_plate import FRONTS, ThinPlate
@@ -38,7 +38,7 @@ class FreePlate(ThinPlate):
     def loose(self) -> str:
         return f"seat.kind = {self.kind!r} is free to move"
 
-    def check_place(self, place: float | Array | None, key: str) -> None:
+    def check_place(self, place: structure.Place, key: str) -> None:
         if not isinstance(place, np.ndarray):
             return super().check_place(place, key)
         least, most = self.geometry().room
@@ -52,7 +52,7 @@ class FreePlate(ThinPlate):
             )
         return None
 
-    def pushed_at(self, body: Body, place: float | Array | None, by: structure.Push = "force") -> Array:
+    def pushed_at(self, body: Body, place: structure.Place, by: structure.Push = "force") -> Array:
         return super().pushed_at(body, self.spring_points if by == "springs" and place is None else place, by)
 
     @property
@@ -80,11 +80,6 @@ thickness = "1 mm"
     sample_scene: ClassVar[SampleScene] = SampleScene('velocity = "-2 m/s"', "stopper", FRONTS)
 
     kind: Literal["disc"]
-    contact_radius: Length | None = Field(
-        None,
-        description="radius of the disc that touches, or mean radius of the ring, in place of the struck face; absent: "
-        "the disc meets that face all over, or, of a partner without one, touches with a disc of diameter/16",
-    )
 
 
 class RingPlate(FreePlate):
@@ -102,18 +97,8 @@ contact_width = "1 mm"
     sample_scene: ClassVar[SampleScene] = SampleScene('velocity = "-2 m/s"', "annular", FRONTS)
 
     kind: Literal["ring_plate"]
-    contact_radius: Length | None = Field(
-        None,
-        description="mean radius of the ring that touches, in place of the struck face; absent: the plate meets that "
-        "face all over, or, of a partner without one, touches in the middle of the annulus",
-    )
-    contact_width: Length | None = Field(
-        None,
-        description="radial width of the ring of contact_radius, or of that which touches a partner without a struck "
-        "face; absent: a quarter of the annulus's",
-    )
 
-    def pushed_at(self, body: Body, place: float | Array | None, by: structure.Push = "force") -> Array:
+    def pushed_at(self, body: Body, place: structure.Place, by: structure.Push = "force") -> Array:
         """Return (M, n); a pressure acts on the whole face."""
         return self.plate(body.greens).mean[:, None] if by == "pressure" else super().pushed_at(body, place, by)
 
@@ -132,16 +117,6 @@ thickness = "0.5 mm"
     sample_scene: ClassVar[SampleScene] = SampleScene('release = { deflection = "0.1 mm" }', "annular", FRONTS)
 
     kind: Literal["held_disc"]
-    contact_radius: Length | None = Field(
-        None,
-        description="mean radius of the ring that touches, in place of the struck face; absent: the disc meets that "
-        "face all over, or, of a partner without one, touches midway between the hole and its edge",
-    )
-    contact_width: Length | None = Field(
-        None,
-        description="radial width of the ring of contact_radius, or of that which touches a partner without a struck "
-        "face; absent: a quarter of what lies between the hole and the edge",
-    )
 
 
 class Flapper(plate_loads.ClampedPlate):
@@ -162,17 +137,6 @@ thickness = "0.3 mm"
     sample_scene: ClassVar[SampleScene] = SampleScene('release = { mode = 1, velocity = "-2 m/s" }', "annular", FRONTS)
 
     kind: Literal["flapper"]
-    contact_radius: Length | None = Field(
-        None,
-        description="radius of the disc that touches, or mean radius of the ring, in place of the struck face; absent: "
-        "the paddle meets that face all over, or, of a partner without one, touches with a disc of paddle_diameter/16, "
-        "about a hole with a ring midway to its edge",
-    )
-    contact_width: Length | None = Field(
-        None,
-        description="radial width of the ring of contact_radius, or of that which touches a partner without a struck "
-        "face; absent: a disc does, or about a hole a ring of a quarter of what is there",
-    )
 
     def as_beams(self, greens: GreensFunction) -> tuple[Body, ...]:
         """Return a beam of the same widths, released in its mode nearest in frequency, with the same velocity of the

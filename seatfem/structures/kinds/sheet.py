@@ -12,7 +12,7 @@ from typing import Annotated, ClassVar, Final, Literal, Self
 
 from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
-from seatfem.fields import ExistingFile, KeyProblem, Length, Position, Table, Thickness
+from seatfem.fields import ExistingFile, KeyProblem, Position, Table, Thickness
 from seatfem.structures import errors, lands
 from seatfem.structures.inspection import outline as outline_faces
 from seatfem.structures.inspection.outline import held_edge, outline_in
@@ -154,17 +154,6 @@ thickness = "0.3 mm"
         "{ numbers = [8, 9] }: `seatfem faces FILE` numbers them"
     )
     contact_at: Place = Field(description="[x, y], where its contact is centred", examples=[["16 mm", "0 mm"]])
-    contact_radius: Length | None = Field(
-        None,
-        description="radius of the disc that touches, or mean radius of the ring, in place of the struck face; absent: "
-        "the sheet meets that face all over, or, of a partner without one, touches with a disc of an eighth of the way "
-        "from contact_at to the nearest edge, about a hole with a ring midway to that edge",
-    )
-    contact_width: Length | None = Field(
-        None,
-        description="radial width of the ring of contact_radius, or of that which touches a partner without a struck "
-        "face; absent: a disc does, or about a hole a ring of a quarter of what is there",
-    )
 
     @model_validator(mode="before")
     @classmethod

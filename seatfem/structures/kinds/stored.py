@@ -10,11 +10,9 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from impact import notices
 from impact.greens import base, modal
 from impact.storage import hdf5
 from seatfem.fields import ExistingFile
-from seatfem.machine.resources import Stopwatch
 from seatfem.structures import finite_elements, rings
 from seatfem.structures import model as models
 from seatfem.structures.formats import matrices
@@ -22,7 +20,7 @@ from seatfem.structures.formats.uff import Direction, System, read_modes_uff
 from seatfem.structures.inspection.cad import opened, read_once
 from seatfem.structures.kinds import elastic, structure
 from seatfem.structures.kinds.motion import Moving
-from seatfem.structures.method import Method, Solved
+from seatfem.structures.method import Solved, Task
 from seatfem.units import write_quantity
 
 
@@ -57,11 +55,9 @@ file = "seat.h5"
             )
         return greens
 
-    def solve(
-        self, method: Method, duration: float, watch: Stopwatch, progress: notices.Progress, *, mesh_error: bool = True
-    ) -> Solved:
-        greens = self.function(duration)
-        combined = greens if method.rings is None else rings.with_fewer_rings(greens, method.rings)
+    def solve(self, task: Task) -> Solved:
+        greens = self.function(task.duration)
+        combined = greens if (number := task.method.rings) is None else rings.with_fewer_rings(greens, number)
         return Solved(combined, about={"seat_model": f"Green's function from {self.file.name}"})
 
 
@@ -93,11 +89,9 @@ direction = "+z"
 
     def function(self) -> modal.ModalGreens:
         """Return the modes in the file, cached in the process. Raises `UffError`, `OSError`."""
-        return read_once(_modes, (self.file, self.node, self.direction, self.system, self.modal_mass), self.file)
+        return read_once(_modes, (self.file, self.node, self.direction, self.system, self.modal_mass))
 
-    def solve(
-        self, method: Method, duration: float, watch: Stopwatch, progress: notices.Progress, *, mesh_error: bool = True
-    ) -> Solved:
+    def solve(self, task: Task) -> Solved:
         return Solved(self.function(), about={"seat_model": f"modes from {self.file.name}"})
 
 
@@ -132,15 +126,13 @@ damping_ratio = 0.02
     def system_of_equations(self) -> models.SecondOrderModel:
         """Return the model in the files, cached in the process. Raises `ModelError`, `OSError`."""
         files = (self.mass, self.stiffness, self.damping, self.contact)
-        return read_once(_matrices, (*files, self.system, self.first_dof, self.constrained), *filter(None, files))
+        return read_once(_matrices, (*files, self.system, self.first_dof, self.constrained))
 
-    def solve(
-        self, method: Method, duration: float, watch: Stopwatch, progress: notices.Progress, *, mesh_error: bool = True
-    ) -> Solved:
-        with watch("reduction"):
+    def solve(self, task: Task) -> Solved:
+        with task.watch("reduction"):
             model = self.system_of_equations()
             try:
-                reduction = finite_elements.reduced(self, model, method, duration, progress)
+                reduction = finite_elements.reduced(self, model, task)
             except (models.ModelError, np.linalg.LinAlgError) as problem:
                 raise models.ModelError(f"{self.stiffness}, {self.mass}: {problem}") from problem
         about = {"seat_model": f"matrices from {self.stiffness.name}", "seat_dof": model.size}

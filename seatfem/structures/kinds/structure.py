@@ -22,16 +22,16 @@ from impact.greens.base import Array, GreensFunction, GreensFunctionError
 from impact.late import import_now
 from impact.notices import Advice, Progress, silent
 from seatfem.fields import Angle, Contradictions, Gap, KeyProblem, Length, Table, kind_of, kinds_below
-from seatfem.machine.resources import Stopwatch
 from seatfem.structures import lip, model
 from seatfem.structures.errors import GeometryError, ModelError
-from seatfem.structures.method import AnyLevel, Applicability, Method, Solved
+from seatfem.structures.materials import NAMED_MATERIALS
+from seatfem.structures.method import AnyLevel, Applicability, Method, Solved, Task
 from seatfem.structures.outlines import BodyViews
-from seatfem.structures.patch import Column, Face, Patch, Sizes
+from seatfem.structures.patch import Patch, Sizes
 from seatfem.units import write_quantity
 
 if TYPE_CHECKING:
-    from seatfem.structures.inspection.mesh_file import Part
+    from seatfem.structures.inspection.cad import Part
     from seatfem.structures.kinds.drawn import Drawn
     from seatfem.structures.kinds.elastic import Elastic
     from seatfem.structures.kinds.thin_plate import ThinPlate
@@ -55,6 +55,9 @@ At = float | tuple[float, ...] | None
 """Distances of the contact or contacts from the root of a body [m]; ``None``: the default contact."""
 
 
+Place = float | Array | None
+"""A place at which a body is pushed is a distance from its root [m], or points (n, 2) relative to the centre of its
+contact [m]; ``None``: at its contact, or at the default places of springs."""
 Push = Literal["force", "springs", "pressure"]
 """Origin of a load on a body: a force, springs that press it, or a pressure on an effective area at its contact."""
 MOST_BEAM_MODES: Final = 1000
@@ -109,10 +112,9 @@ class Traits:
     """Properties of every body of a kind, whatever its table states.
 
     Attributes:
-        needs_gmsh: its Green's function is computed on a mesh by gmsh.
+        needs_gmsh: its Green's function is computed on a mesh by gmsh, and saved in the user's store.
         revolved: it is a solid of revolution; pictures show it cut open.
         is_reduced: its Green's function is a model reduction of matrices, for a band and a tolerance.
-        is_kept: its Green's function is saved in the user's store.
         face_as_drawn: its contact face is positioned by a CAD file; a reed from another CAD file may be placed above.
         reed_as_drawn: it may be that reed: flat, from a STEP file.
         plane: its contact face remains plane under any load.
@@ -126,7 +128,6 @@ class Traits:
     needs_gmsh: bool = False
     revolved: bool = False
     is_reduced: bool = False
-    is_kept: bool = False
     face_as_drawn: bool = False
     reed_as_drawn: bool = False
     plane: bool = False
@@ -328,9 +329,9 @@ class Structure(Table):
         """Return the local compliance of the struck patch."""
         return LocalShare()
 
-    def region(self, arcs: int = 1, rings: int = 1) -> lip.AnyLip | None:
-        """Return the flat ring, disc, or strips that are struck, divided into arcs and rings, however much of the body
-        is modelled; ``None`` of a body without such a face.
+    def region(self) -> lip.AnyLip | None:
+        """Return the flat ring, disc, or strips that are struck, undivided, however much of the body is modelled;
+        ``None`` of a body without such a face.
 
         Raises:
             ModelError: a face from a file that is neither ring nor strip.
@@ -353,9 +354,12 @@ class Structure(Table):
     # As a striker
 
     @property
-    def face(self) -> Face:
-        """Return the contact face of this body."""
-        return Face()
+    def front(self) -> tuple[float, float]:
+        """Return Young's modulus [Pa] and the density [kg/m^3] behind its contact face; of steel where it states no
+        material."""
+        material = getattr(self, "material", None)
+        solid = NAMED_MATERIALS["steel"] if material is None else material.mean
+        return solid.young, solid.density
 
     def place(self, at: float | None) -> float | None:
         """Return the distance of its contact from the root [m], stated as ``at``; ``None`` if it has no positions."""
@@ -383,9 +387,8 @@ class Structure(Table):
         """Return one beam with the motion of a plate that has this Green's function; none without an equivalent."""
         return ()
 
-    def check_place(self, place: float | Array | None, key: str) -> None:
-        """Raise a `KeyProblem` of ``key`` unless a force can act at a place: a distance from the root [m], or points
-        (n, 2) relative to the centre of the contact [m]."""
+    def check_place(self, place: Place, key: str) -> None:
+        """Raise a `KeyProblem` of ``key`` unless a force can act at the place."""
         if isinstance(place, np.ndarray):
             raise KeyProblem(
                 key,
@@ -428,10 +431,9 @@ class Structure(Table):
         """Yield a ``key`` that shifts, tilts or divides its contact, and why it cannot have that."""
         yield key, f"a body of kind {self.kind!r} touches with one rigid face; remove the key, or take a plate"
 
-    def pushed_at(self, body: Body, place: float | Array | None, by: Push = "force") -> Array:
-        """Return the (M, n) modal forces of unit forces on ``body`` [1/sqrt(kg)]: one at a distance from the root [m],
-        or those at points (n, 2) relative to the centre of the contact [m]; ``None``: at the contact, or at the default
-        places of springs. ``by``: a pressure is scaled to a total force of one.
+    def pushed_at(self, body: Body, place: Place, by: Push = "force") -> Array:
+        """Return the (M, n) modal forces of unit forces at a place, or the points of one, of ``body`` [1/sqrt(kg)];
+        ``by``: a pressure is scaled to a total force of one.
 
         Raises `GreensFunctionError` for a body without modes.
         """
@@ -552,9 +554,10 @@ class Structure(Table):
         """Return an estimate of its Green's function from its contact face alone; ``None`` if that is not known."""
         return None
 
-    def column(self) -> Column | None:
-        """Return the column of material under the contact face, if it serves as estimate of the body."""
-        return None
+    @property
+    def endless_stiffness(self) -> float:
+        """Return the stiffness of the spring with which an endless body is compared [N/m]; 0 of other bodies."""
+        return 0.0
 
     @property
     def _model_words(self) -> str:
@@ -567,12 +570,10 @@ class Structure(Table):
 
     # Computation
 
-    def solve(
-        self, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool = True
-    ) -> Solved:
-        """Return its Green's function by a method, for runs of ``duration`` [s]; ``mesh_error``: also by a coarser
-        mesh."""
-        greens = self.closed_form() if method.n_modes is None else self.body(None, method.n_modes).greens
+    def solve(self, task: Task) -> Solved:
+        """Return its Green's function as the task asks for it."""
+        n_modes = task.method.n_modes
+        greens = self.body(None, n_modes).greens if n_modes else self.closed_form()
         return Solved(greens, about={"seat_model": self._model_words}, plane=self.traits.plane)
 
     def meshed(self, solved: Solved, method: Method, progress: Progress) -> Solved:
@@ -599,12 +600,12 @@ class Structure(Table):
         stated of its contact [m]."""
         yield from ()
 
-    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: At = None) -> Body:
+    def body(self, greens: GreensFunction | None = None, n_modes: int = 0, at: At = None) -> Body:
         """Return the body with the motion that the table states.
 
         Args:
             greens: its Green's function, unless it is known in closed form.
-            n_modes: number of beam modes, in place of the key.
+            n_modes: number of beam modes, in place of the key; 0: the key counts.
             at: distance of the contact, or of each of several contacts (ports), from the root [m].
         """
         return Body(self.closed_form() if greens is None else greens)

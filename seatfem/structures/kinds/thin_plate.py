@@ -24,15 +24,13 @@ from seatfem.fields import (
     default,
     of_same_names,
 )
-from seatfem.machine.resources import Stopwatch
 from seatfem.structures import model, sheets
 from seatfem.structures.errors import ModelError
 from seatfem.structures.kinds import motion, selectors, structure
 from seatfem.structures.kinds.parts import Material
 from seatfem.structures.lip import AnyLip, Lip, Patch
-from seatfem.structures.method import Applicability, Method, Solved
+from seatfem.structures.method import Applicability, Method, Solved, Task
 from seatfem.structures.outlines import BodyViews, arc, covered_share, of_sheet
-from seatfem.structures.patch import Face
 from seatfem.structures.shapes import Flat
 from seatfem.units import write_quantity
 
@@ -63,9 +61,7 @@ FRONTS: Final = "5 us"  # filter width in sample scenes: force fronts of a flat 
 class ThinPlate(motion.Moving):
     """Base of all flat plates that touch with a disc or a ring; computed by Mindlin plate elements."""
 
-    traits: ClassVar[structure.Traits] = replace(
-        motion.Moving.traits, needs_gmsh=True, is_kept=True, has_weight=True, stress="field"
-    )
+    traits: ClassVar[structure.Traits] = replace(motion.Moving.traits, needs_gmsh=True, has_weight=True, stress="field")
     _beside_greens: ClassVar[frozenset[str]] = frozenset({"velocity", "release", "deflection", "force"})
     shape: ClassVar[type[Flat]]
     """Class of the outline; its fields are keys of the table."""
@@ -77,9 +73,16 @@ class ThinPlate(motion.Moving):
     material: Material = default({"young": "200 GPa", "density": "7850 kg/m^3"}, "the reed's material; steel if absent")
     damping_ratio: DampingRatio = Field(0.0, description="modal damping, the same for every mode")
     contact_radius: Length | None = Field(
-        None, description="radius of the disc that touches, or mean radius of the ring"
+        None,
+        description="radius of the disc that touches, or mean radius of the ring, in place of the struck face; absent: "
+        "the plate meets that face all over, or, of a partner without one, touches with a disc of an eighth of the way "
+        "from the contact's centre to the nearest edge, about a hole with a ring midway to that edge",
     )
-    contact_width: Length | None = Field(None, description="radial width of the ring that touches; absent: a disc does")
+    contact_width: Length | None = Field(
+        None,
+        description="radial width of the ring of contact_radius, or of that which touches a partner without a struck "
+        "face; absent: a disc does, or about a hole a ring of a quarter of what is there",
+    )
     greens: PlateGreens = default({}, "how the Green's function is computed")
     mesh: SheetMesh = default({}, "how fine the elements are")
 
@@ -97,7 +100,7 @@ class ThinPlate(motion.Moving):
     @model_validator(mode="after")
     def _contact_on_the_plate(self) -> Self:
         least, most = selectors.in_scene_words(self.geometry).room
-        if (width := self.width) is not None and width > 2 * self.radius:
+        if (width := self.width) > 2 * self.radius:
             key = "contact_radius" if self.contact_width is None else "contact_width"
             raise KeyProblem(
                 key,
@@ -128,26 +131,22 @@ class ThinPlate(motion.Moving):
         return (hole + edge) / 2 if hole else edge / 8
 
     @property
-    def width(self) -> float | None:
-        """Return the width of the ring that touches [m]; ``None``: a disc does."""
+    def width(self) -> float:
+        """Return the width of the ring that touches [m]; 0: a disc does."""
         if self.contact_width is not None:
             return self.contact_width
         hole, edge = self.geometry().room
-        return (edge - hole) / 4 if hole else None
+        return (edge - hole) / 4 if hole else 0.0
 
     @property
     def own_lip(self) -> Lip:
         """Return the disc or ring on the plate that touches, as the table states it."""
-        return Lip.disc(self.radius) if self.width is None else Lip(self.radius, self.width)
+        return Lip(self.radius, self.width) if self.width else Lip.disc(self.radius)
 
     def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
         lip = self.own_lip
         contact = (arc(lip.outer), *((arc(lip.inner),) if lip.inner > 0 else ()))
         return of_sheet(self.kind.replace("_", " "), self.geometry(), contact)
-
-    @property
-    def face(self) -> Face:
-        return Face(self.width or 2 * self.radius, self.material.young, self.material.density)
 
     def levels(self) -> tuple[Applicability, ...]:
         return (Applicability("closed form", True, 0.0, f"kind = {self.kind!r}: the modes of a plate"),)
@@ -182,8 +181,8 @@ class ThinPlate(motion.Moving):
         too_many = f"the reed has more than {most} modes in reach: state a longer run.filter_width"
         return min((by_theory, too_short), (by_count, too_many))
 
-    def sheet(self, band: float | None = None) -> sheets.Sheet:
-        """Return the data that determine its modes; ``band``: in place of the key [Hz]."""
+    def sheet(self, band: float = 0.0) -> sheets.Sheet:
+        """Return the data that determine its modes; ``band``: in place of the key [Hz], if not 0."""
         return sheets.Sheet(self.geometry(), self.material.solid, band or self.greens.bandwidth, self.mesh.size)
 
     def meets(self, face: AnyLip | None) -> AnyLip | None:
@@ -201,13 +200,13 @@ class ThinPlate(motion.Moving):
 
     def solved(self, method: Method, *, mesh_error: bool = True, progress: Progress = silent) -> sheets.SolvedSheet:
         """Return its modes and its Green's function, cached in the process."""
-        asked = self.sheet(method.bandwidth), self.lips(method.lip, method.behind), self.damping_ratio
+        asked = self.sheet(method.bandwidth or 0.0), self.lips(method.lip, method.behind), self.damping_ratio
         return sheets.solved_sheet(*asked, mesh_error=mesh_error, watched=sheets.Watched(progress))
 
     def plate(self, greens: GreensFunction) -> sheets.PlateModes:
         """Return the modes behind its Green's function, cached in the process."""
         band, coarser = (greens.provenance.get(name) for name in ("bandwidth_Hz", "coarser"))
-        sheet = self.sheet(band if isinstance(band, float) else None)
+        sheet = self.sheet(band if isinstance(band, float) else 0.0)
         return sheets.plate_modes(sheet, coarser) if isinstance(coarser, float) else sheets.plate_modes(sheet)
 
     def in_wider_band(
@@ -219,11 +218,9 @@ class ThinPlate(motion.Moving):
     def system_of_equations(self) -> model.SecondOrderModel:
         return sheets.model_of(self.sheet(), self.lips(None))
 
-    def solve(
-        self, method: Method, duration: float, watch: Stopwatch, progress: Progress, *, mesh_error: bool = True
-    ) -> Solved:
-        with watch("reduction"):
-            solved = self.solved(method, mesh_error=mesh_error, progress=progress)
+    def solve(self, task: Task) -> Solved:
+        with task.watch("reduction"):
+            solved = self.solved(task.method, mesh_error=task.mesh_error, progress=task.progress)
             model, modes = solved.plate.model, solved.plate.modes
         about = {"seat_model": f"Mindlin plate, {len(modes.omega)} modes", "seat_dof": model.size}
         return Solved(solved.greens, model=model, modes=modes, about=about)
@@ -243,7 +240,7 @@ class ThinPlate(motion.Moving):
         share = covered_share(over, replace(face, plan=face.contact), (-x, -y)) if face.contact else None
         if share is None or share >= HALF:
             return
-        what = "disc" if self.width is None else "ring"
+        what = "ring" if self.width else "disc"
         yield (
             ("reed", "contact_radius"),
             f"{write_quantity(self.radius, 'length', 3)}: in plan {percent(share)} of this {what} lies on the seat's "
@@ -259,12 +256,12 @@ class ThinPlate(motion.Moving):
     def parts_problems(self, key: str) -> Contradictions:
         yield from ()
 
-    def check_place(self, place: float | Array | None, key: str) -> None:
+    def check_place(self, place: structure.Place, key: str) -> None:
         """Check a distance; points are checked later, on the mesh."""
         if not isinstance(place, np.ndarray):
             super().check_place(place, key)
 
-    def pushed_at(self, body: Body, place: float | Array | None, by: structure.Push = "force") -> Array:
+    def pushed_at(self, body: Body, place: structure.Place, by: structure.Push = "force") -> Array:
         if not isinstance(place, np.ndarray):
             return super().pushed_at(body, place, by)
         plate = self.plate(body.greens)
@@ -275,5 +272,5 @@ class ThinPlate(motion.Moving):
         plate = self.plate(body.greens)
         return plate.mean, plate.mass
 
-    def body(self, greens: GreensFunction | None = None, n_modes: int | None = None, at: structure.At = None) -> Body:
+    def body(self, greens: GreensFunction | None = None, n_modes: int = 0, at: structure.At = None) -> Body:
         return super().body(self.solved(self.stated()).greens if greens is None else greens, n_modes, at)

@@ -20,7 +20,6 @@ from seatfem.structures.kinds.places import StressAtPlaces
 from seatfem.structures.lip import AnyLip, Lip
 from seatfem.structures.method import QUARTERS, Level, Method
 from seatfem.structures.outlines import BodyViews, Size, length_text, of_profile
-from seatfem.structures.patch import Column
 from seatfem.structures.shapes import AnnularSeat, ConicalSeat, Stopper, Turning
 from seatfem.structures.shapes import Ball as Sphere
 
@@ -65,8 +64,8 @@ class Turned(drawn.Drawn):
         return share * self.geometry().profile.area("contact")
 
     @property
-    def struck_arc(self) -> float | None:
-        return self.arc
+    def struck_arc(self) -> float:
+        return self.arc or 0.0
 
     @property
     def lip_face(self) -> structure.LipFace:
@@ -105,15 +104,15 @@ class Turned(drawn.Drawn):
         height = next(edge.start[1] for edge in profile.edges if edge.name == "contact")
         return lands.concentric(profile.rings("contact"), height)
 
-    def region(self, arcs: int = 1, rings: int = 1) -> AnyLip | None:
+    def region(self) -> AnyLip | None:
         if self.arc is not None:
             return None
         if self._has_lands:
-            return lands.face_lip(self.land(), arcs, rings)
+            return lands.face_lip(self.land(), 1, 1)
         edges = [edge for edge in self.geometry().profile.edges if edge.name == "contact"]
         (r, z), (s, height) = edges[0].start, edges[-1].end
         flat = abs(z - height) < FLAT * abs(s - r)
-        return Lip((r + s) / 2, abs(s - r), arcs, rings) if flat else None
+        return Lip((r + s) / 2, abs(s - r)) if flat else None
 
     def elements_of(self, method: Method) -> Level:
         return "harmonics" if method.in_arcs and not self._has_lands else super().elements_of(method)
@@ -186,11 +185,6 @@ face_width = "2 mm"
         start, end = shape.band
         return self.struck_area, end - start, shape.thickness
 
-    def column(self) -> Column | None:
-        """Return the column under the band, its area projected along the axis."""
-        column = super().column()
-        return None if column is None else replace(column, area=column.area * math.sin(self.geometry().half_angle))
-
 
 class StopperSeat(Turned):
     """A disc, flat or domed, struck around its axis: the stop that limits a valve's lift."""
@@ -261,7 +255,7 @@ damping_ratio = 0.005
         diameter = Size("plan", 1, -radius, radius, radius, "Ø {}")
         return replace(super().views(at), sizes=(diameter,))
 
-    def pushed_at(self, body: Body, place: float | Array | None, by: structure.Push = "force") -> Array:
+    def pushed_at(self, body: Body, place: structure.Place, by: structure.Push = "force") -> Array:
         """Return (M, n); springs act on the translation only, as at the centre of the ball: the facet would yield."""
         modal, pushed = body.greens.modal, super().pushed_at(body, place, by)
         assert modal is not None

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impact.files.safe_files import MB, opened_file
-from seatfem.structures.mesh.spec import MeshSpec
+from seatfem.structures.mesh.spec import GRADING, MeshSpec
 from seatfem.structures.shapes import GeometryError, cad
 from seatfem.structures.shapes.profile import PER_ARC
 
@@ -212,7 +212,7 @@ def set_sizes(
     least number of elements along it.
     """
     near, far = scale * spec.patch_size, scale * spec.size
-    end = max(near + (far - near) / spec.grading, near + 1e-3 * near)
+    end = max(near + (far - near) / GRADING, near + 1e-3 * near)
     fields = [growing(gmsh, surfaces, curves, (near, far), (near, end))]
     for arc, elements in arcs.items():
         if (size := gmsh.model.occ.getMass(1, arc) / max(PER_ARC, spec.fillets * elements)) < far:

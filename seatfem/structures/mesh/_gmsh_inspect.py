@@ -20,7 +20,7 @@ from seatfem.structures.lands import axes_along
 from seatfem.structures.mesh._gmsh_base import KeptModel, growing, handed_over, rows_of, stage
 from seatfem.structures.mesh._gmsh_solid import Imported, import_part, read_solids, recall, regions_of
 from seatfem.structures.mesh.spec import COARSE, GROWTH, SIZE_PER_WIDTH
-from seatfem.structures.shapes import CadPart, Geometry, GeometryError, cad, decode, loops
+from seatfem.structures.shapes import CadPart, Geometry, GeometryError, cad, decode, encode, loops
 from seatfem.structures.shapes.inspect import faces_of, painted, triple, volume_of
 from seatfem.structures.shapes.selectors import Face, Frame, Patches, listing, select
 
@@ -135,23 +135,10 @@ def _groups(faces: Sequence[Face], patches: Patches, problems: list[Problem]) ->
 
 
 def _described(gmsh: Any, face: Face, unit: float, number_of: Mapping[int, int]) -> dict[str, Any]:
-    axis, radii = face.axis, tuple[float, ...]()
-    if axis is not None:
-        along = face.radii(axis.point, axis.direction)
-        radii = (float(along.min()), float(along.max()))
-    return {
-        "tag": face.tag,
-        "numbers": face.numbers,
-        "kind": face.kind,
-        "area": face.area,
-        "centre": face.centre,
-        "normal": face.normal,
-        "axis": None if axis is None else (axis.point, axis.direction, axis.half_angle),
-        "radii": radii,
-        "colour": face.colour,
-        "name": face.name,
-        "solids": sorted(number_of.get(int(tag), 1) for tag in gmsh.model.getAdjacencies(2, face.tag)[0]),
-    }
+    """Return the fields of the face as a `seatfem.structures.inspection.cad.FoundFace` has them, and its tag."""
+    solids = sorted(number_of.get(int(tag), 1) for tag in gmsh.model.getAdjacencies(2, face.tag)[0])
+    names = ("tag", "numbers", "kind", "area", "centre", "normal", "axis", "ends", "colour", "name")
+    return {name: encode(getattr(face, name)) for name in names} | {"solids": solids}
 
 
 def _edges(gmsh: Any, groups: Sequence[list[int]], unit: float) -> dict[str, Any]:

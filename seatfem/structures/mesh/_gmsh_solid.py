@@ -345,10 +345,9 @@ def retry_with_healing(
     raise LadderError(f"{what}: cannot be meshed, check and heal it; " + "; ".join(failed))
 
 
-def build(
-    gmsh: Any, geometry: Geometry, sectors: int = 1, heal: bool = False
-) -> tuple[dict[str, list[int]], dict[str, list[int]]]:
-    """Build the solids, or one of the equal sectors; return the face tags of the groups and the solids of regions."""
+def build(gmsh: Any, geometry: Geometry, sectors: int, heal: bool) -> dict[str, list[int]]:
+    """Build the solids, or one of the equal sectors, add groups and regions to the model as physical groups, and return
+    the face tags of the groups."""
     unit = geometry.unit_of_model
     occ = gmsh.model.occ
     imported = import_part(gmsh, geometry, heal, sectors) if isinstance(geometry, CadPart) else Imported()
@@ -372,12 +371,7 @@ def build(
     tags = patch_tags(gmsh.model, patches_in(geometry, sectors), unit, marks)
     if shared := set(tags["contact"]) & set(tags.get("fixed", ())):
         raise GeometryError(f"faces {sorted(shared)} must not be both 'contact' and 'fixed'")
-    return tags, imported.regions or {"seat": [tag for _, tag in gmsh.model.getEntities(3)]}
-
-
-def build_and_name(gmsh: Any, geometry: Geometry, sectors: int, heal: bool) -> dict[str, list[int]]:
-    """Build the solids, add groups and regions to the model as physical groups, return the groups' face tags."""
-    tags, regions = build(gmsh, geometry, sectors, heal)
+    regions = imported.regions or {"seat": [tag for _, tag in gmsh.model.getEntities(3)]}
     for name, solids in regions.items():
         gmsh.model.addPhysicalGroup(3, solids, name=name)
     for name, faces in tags.items():
@@ -437,15 +431,15 @@ def make(gmsh: Any, job: dict[str, Any], model: KeptModel) -> dict[str, Any]:
         for option, value in rung.options.items():
             gmsh.option.setNumber(option, value)
         stage("building the geometry", 0.0)
-        tags = model.built(gmsh, job, lambda: build_and_name(gmsh, geometry, job["sectors"], rung.heal), rung.heal)
+        tags = model.built(gmsh, job, lambda: build(gmsh, geometry, job["sectors"], rung.heal), rung.heal)
         edges = gmsh.model.getBoundary([(2, tag) for tag in tags["contact"]], combined=False, oriented=False)
         set_sizes(gmsh, spec, tags["contact"], [tag for _, tag in edges], 1.0 / unit)
-        gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", max(spec.curvature, rung.curvature))
+        gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", rung.curvature)
         gmsh.option.setNumber("Mesh.MeshSizeMin", LEAST_OF_PATCH * spec.patch_size / unit)
         generate(gmsh, spec, unit)
         results.append(tags)
 
-    rungs = LADDER if geometry.is_imported else LADDER[:1]
+    rungs = LADDER if isinstance(geometry, CadPart) else LADDER[:1]
     notes = retry_with_healing(geometry.source, rungs, attempt, lambda: where_it_failed(gmsh, unit))
     cad = {"volume": volume_of(gmsh.model, unit)} | {
         name: area_of(gmsh.model, faces, unit) for name, faces in results[0].items()

@@ -300,7 +300,7 @@ def run(gmsh: Any, job: dict[str, Any], model: KeptModel) -> None:
     for option, value in OPTIONS.items():
         gmsh.option.setNumber(option, value)
     result = TASKS[job["task"]](gmsh, job, model)
-    np.savez(job["arrays"], gmsh_version=np.array(gmsh.__version__), **result)
+    np.savez(job["arrays"], **result)
     stage("reading gmsh's arrays", 0.95)
     send(finished=job["task"])
 

@@ -16,7 +16,7 @@ from contextvars import ContextVar
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from threading import Thread
-from typing import Any, Final, Protocol
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,15 +37,6 @@ REMEDY = "try another element size, above all a smaller contact_size; or check a
 
 class MeshingError(SeatfemError, RuntimeError):
     """Error of gmsh: it failed, crashed or cannot be loaded; the message states the place and the remedy."""
-
-
-class Gmsh(Protocol):
-    """Carries out one job of `seatfem.structures.mesh._gmsh_worker` and returns its arrays.
-
-    Raises `GeometryError` where the geometry is at fault, `MeshingError` where gmsh is.
-    """
-
-    def __call__(self, job: Mapping[str, Any], progress: Progress = ..., /) -> Arrays: ...
 
 
 class GmshSession:
@@ -69,7 +60,10 @@ class GmshSession:
         self._end()
 
     def __call__(self, job: Mapping[str, Any], progress: Progress = silent, /) -> Arrays:
-        """Run the job as `Gmsh` says, or return its remembered result."""
+        """Return the arrays of one job of `seatfem.structures.mesh._gmsh_worker`, or its remembered result.
+
+        Raises `GeometryError` where the geometry is at fault, `MeshingError` where gmsh is.
+        """
         if job.get("picture"):
             return self._run(job, progress)
         key = json.dumps([dict(job), _states_of_files(job)], sort_keys=True)
@@ -132,8 +126,8 @@ def gmsh_session() -> Iterator[GmshSession]:
 
 
 def run_gmsh(job: Mapping[str, Any], progress: Progress = silent, /) -> Arrays:
-    """Run one job, as in `Gmsh`, in the process of the enclosing `gmsh_session`, or one of its own, which an interrupt
-    of the caller kills."""
+    """Run one job, as `GmshSession` does, in the process of the enclosing `gmsh_session`, or one of its own, which an
+    interrupt of the caller kills."""
     with gmsh_session() as gmsh:
         return gmsh(job, progress)
 

@@ -18,7 +18,7 @@ from impact.notices import Progress, silent
 from impact.quantities import brief, brief_value
 from seatfem.structures.errors import GeometryError, MeshError
 from seatfem.structures.mesh.checks import MeshQuality, check_mesh, measure
-from seatfem.structures.mesh.gmsh_process import STAGE, Gmsh, run_gmsh
+from seatfem.structures.mesh.gmsh_process import STAGE, run_gmsh
 from seatfem.structures.mesh.io import MeshArrays, SolidMesh, distinct, from_gmsh, groups, to_skfem
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import CadPart, Geometry, encode, fingerprint
@@ -30,7 +30,10 @@ PLURALS = MappingProxyType({"tetrahedron": "tetrahedra", "hexahedron": "hexahedr
 
 
 def content_hash(geometry: Geometry, spec: MeshSpec, sector: int = 1) -> str:
-    """Return the SHA-256 of all data that determine the mesh; a CAD file counts by its content. Raises `OSError`."""
+    """Return the SHA-256 of all data that determine the mesh; a CAD file counts by its content. Raises `OSError`.
+
+    ``sector``: number of equal sectors of which one is meshed; 0: a half section is meshed.
+    """
     data = {"geometry": fingerprint(geometry), "spec": asdict(spec), "sector": sector}
     return hashlib.sha256(json.dumps(data, sort_keys=True).encode()).hexdigest()
 
@@ -39,15 +42,13 @@ def content_hash(geometry: Geometry, spec: MeshSpec, sector: int = 1) -> str:
 class MeshProvenance:
     """The origin of a mesh.
 
-    ``geometry`` and ``spec`` are plain data, empty for a mesh from a file; ``gmsh_version``: "" if gmsh was not used;
-    ``notes``: repairs of the geometry or the mesh.
+    ``content_hash``: hash of all that determines it; ``size``: element size that was asked for [m], 0 of a mesh from a
+    file; ``notes``: repairs of the geometry or the mesh.
     """
 
     source: str
     content_hash: str
-    gmsh_version: str
-    geometry: Mapping[str, Any]
-    spec: Mapping[str, Any]
+    size: float = 0.0
     notes: tuple[str, ...] = ()
 
 
@@ -112,37 +113,29 @@ def make_mesh(
     progress: Progress = silent,
     *,
     sector: int = 1,
-    gmsh: Gmsh = run_gmsh,
 ) -> SeatMesh:
     """Mesh a geometry, or the first of its ``sector`` equal sectors.
 
     A sector begins at the half plane y = 0, x > 0; its cut faces are "symmetry_0" there and "symmetry_1" at the angle
-    2 pi / ``sector``.
-    ``gmsh``: function that carries out the job; a `GmshSession` makes several meshes of one geometry in one process.
+    2 pi / ``sector``. Several meshes of one geometry are made by one process within a `gmsh_session`.
     Raises `GeometryError` for a geometry that cannot be built or cut or whose faces are not found, `MeshingError` if
     gmsh fails, and `MeshError` for a mesh with inverted elements.
     """
     data = _encoded(geometry)
     check_sectors(geometry, sector)
     source = geometry.source
-    answer = gmsh({"task": "mesh", "geometry": data, "spec": asdict(spec), "sectors": sector}, progress)
+    answer = run_gmsh({"task": "mesh", "geometry": data, "spec": asdict(spec), "sectors": sector}, progress)
     cad = {name: float(value) for name, value in groups(answer, "cad").items()}
     cad_volume = cad.pop("volume")
-    provenance = MeshProvenance(
-        source=source,
-        content_hash=content_hash(geometry, spec, sector),
-        gmsh_version=str(answer["gmsh_version"]),
-        geometry=encode(geometry),
-        spec=asdict(spec) | {"sector": sector},
-        notes=tuple(str(note) for note in answer["notes"]),
-    )
+    notes = tuple(str(note) for note in answer["notes"])
+    provenance = MeshProvenance(source, content_hash(geometry, spec, sector), spec.size, notes)
     required = tuple(name for name in ("contact", "fixed") if name in geometry.patches)
     seat = seat_mesh(from_gmsh(answer, source), provenance, cad_volume, cad, required)
     exact, volume = cad_volume, seat.quality.volume
     if exact and spec.order == 2 and spec.curved and abs(volume / exact - 1.0) > VOLUME_TOLERANCE:
         raise MeshError(
             f"{source}: the mesh has {1e9 * volume:.6g} mm^3, the CAD {1e9 * exact:.6g} mm^3; use smaller elements "
-            "where faces curve (MeshSpec.curvature), or mend the CAD"
+            "where faces curve, or mend the CAD"
         )
     progress(STAGE, 1.0)
     return seat

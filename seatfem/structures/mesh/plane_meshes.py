@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass
@@ -20,10 +18,9 @@ from impact.quantities import brief, percent
 from seatfem.structures import errors
 from seatfem.structures.elements.mindlin import PlateMesh
 from seatfem.structures.mesh import checks, io, meshing
-from seatfem.structures.mesh.gmsh_process import STAGE, Gmsh, run_gmsh
+from seatfem.structures.mesh.gmsh_process import STAGE, run_gmsh
 from seatfem.structures.mesh.spec import MeshSpec
-from seatfem.structures.shapes import Flat, Geometry, GeometryError, Profile, encode, fingerprint
-from seatfem.structures.shapes.profile import profile_of
+from seatfem.structures.shapes import Flat, Geometry, GeometryError, Profile, encode
 
 PlaneMesh: TypeAlias = MeshTri | MeshTri2
 QUADRATURE = 8
@@ -45,25 +42,18 @@ class MeridianMesh:
     __repr__ = brief
 
 
-def make_meridian(
-    geometry: Geometry, spec: MeshSpec, progress: Progress = silent, *, gmsh: Gmsh = run_gmsh
-) -> MeridianMesh:
+def make_meridian(geometry: Geometry, spec: MeshSpec, progress: Progress = silent) -> MeridianMesh:
     """Mesh the half section of a solid of revolution with gmsh, graded like `make_mesh`.
 
-    ``gmsh``: as in `make_mesh`. Raises `GeometryError` for a geometry that is no solid of revolution, and
-    `MeshingError` where gmsh fails.
+    Raises `GeometryError` for a geometry that is no solid of revolution, and `MeshingError` where gmsh fails.
     """
-    profile = profile_of(geometry)
-    section = gmsh({"task": "section", "geometry": encode(geometry), "spec": asdict(spec)}, progress)
+    profile = getattr(geometry, "profile", None)
+    if not isinstance(profile, Profile):
+        raise GeometryError(f"{type(geometry).__name__} is no solid of revolution and has no meridian; use make_mesh")
+    section = run_gmsh({"task": "section", "geometry": encode(geometry), "spec": asdict(spec)}, progress)
     mesh = plane_mesh(section)
     source = f"meridian of {type(geometry).__name__}"
-    provenance = meshing.MeshProvenance(
-        source=source,
-        content_hash=_content_hash(geometry, spec),
-        gmsh_version=str(section["gmsh_version"]),
-        geometry=encode(geometry),
-        spec=asdict(spec),
-    )
+    provenance = meshing.MeshProvenance(source, meshing.content_hash(geometry, spec, 0), spec.size)
     quality = _measure(mesh, profile)
     if not quality.min_scaled_jacobian > 0.0:
         raise GeometryError(f"{source}: an element is folded; use smaller elements, or curved = False")
@@ -86,11 +76,6 @@ def plane_mesh(section: Mapping[str, NDArray[Any]]) -> PlaneMesh:
     unsorted = MeshTri(flat.doflocs, t, sort_t=False)  # meshes of order 2 do not sort the vertices of an element
     places = io.node_places(unsorted, MeshTri2.elem(), points, cells, range(cells.shape[1]))
     return MeshTri2(places, t, boundaries)
-
-
-def _content_hash(geometry: Geometry, spec: MeshSpec) -> str:
-    text = json.dumps({"meridian": fingerprint(geometry), "spec": asdict(spec)}, sort_keys=True)
-    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def _measure(mesh: PlaneMesh, profile: Profile) -> checks.MeshQuality:
@@ -121,7 +106,7 @@ FINER: Final = (1.0, 0.7, 0.5)  # shares of the element size that are tried: lar
 AREA_TOLERANCE: Final = 0.01  # largest relative error of the area; that of a circle of eight curved elements is 1e-3
 
 
-def mesh_sheet(shape: Flat, size: float, gmsh: Gmsh = run_gmsh) -> PlateMesh:
+def mesh_sheet(shape: Flat, size: float) -> PlateMesh:
     """Return a sheet, meshed evenly with quadrilaterals of nine nodes that follow its outline.
 
     One that is symmetric about y = 0 is meshed on one side and mirrored, so that the mesh is symmetric as well. The
@@ -136,14 +121,14 @@ def mesh_sheet(shape: Flat, size: float, gmsh: Gmsh = run_gmsh) -> PlateMesh:
     *larger, smallest = (share * size for share in FINER)
     for each in larger:
         with suppress(errors.ModelError):
-            return _mesh_sheet(shape, each, gmsh)
-    return _mesh_sheet(shape, smallest, gmsh)
+            return _mesh_sheet(shape, each)
+    return _mesh_sheet(shape, smallest)
 
 
-def _mesh_sheet(shape: Flat, size: float, gmsh: Gmsh) -> PlateMesh:
+def _mesh_sheet(shape: Flat, size: float) -> PlateMesh:
     parts = 2 if shape.is_mirrored else 1
     spec = asdict(MeshSpec(size))
-    arrays = gmsh({"task": "plan", "geometry": encode(shape), "spec": spec, "sectors": parts})
+    arrays = run_gmsh({"task": "plan", "geometry": encode(shape), "spec": spec, "sectors": parts})
     used, rows = np.unique(arrays["cells"], return_inverse=True)
     points, cells, lines = arrays["points"][used], rows.reshape(arrays["cells"].shape), {}
     if parts == 2:

@@ -12,32 +12,29 @@ from seatfem.units import write_quantity
 
 COARSE: Final = 1 / 6  # element size for a look, far from the contact faces, over the diagonal of the body's box
 SIZE_PER_WIDTH: Final = 2.0  # the same on the contact faces, over their width
-GROWTH: Final = 0.6  # growth of that size per unit distance from the contact faces
+GRADING: Final = 0.25  # growth of the element size per unit distance from the contact patch
+GROWTH: Final = 0.6  # growth of that size for a look per unit distance from the contact faces
 
 
 @dataclass(frozen=True)
 class MeshSpec:
     """Element sizes [m], and the order of elements.
 
-    ``size``: size in the bulk. ``contact_size``: size on the contact patch (None: that of the bulk). ``grading``:
-    growth of the size per unit distance from the patch. ``order``: polynomial order, 1 or 2. ``curved``: whether
-    second-order elements follow curved faces (isoparametric). ``curvature``: elements per full turn of curved faces of
-    a solid, down to a quarter of the patch's size; 0: no refinement by curvature. ``rings``: number of rings of the
-    patch in a half section; nodes lie on their borders. ``fillets``: factor on the number of elements along each fillet
-    of a half section.
+    ``size``: size in the bulk. ``contact_size``: size on the contact patch (None: that of the bulk). ``order``:
+    polynomial order, 1 or 2. ``curved``: whether second-order elements follow curved faces (isoparametric). ``rings``:
+    number of rings of the patch in a half section; nodes lie on their borders. ``fillets``: factor on the number of
+    elements along each fillet of a half section.
     """
 
     size: float
     contact_size: float | None = None
-    grading: float = 0.25
     order: int = 2
     curved: bool = True
-    curvature: int = 0
     rings: int = 1
     fillets: float = 1.0
 
     def __post_init__(self) -> None:
-        for name, value in (("size", self.size), ("contact_size", self.contact_size), ("grading", self.grading)):
+        for name, value in (("size", self.size), ("contact_size", self.contact_size)):
             check_numbers(GeometryError, **{f"MeshSpec.{name}": 0.0 if value is None else value})
             if value is not None and not (math.isfinite(value) and value > 0.0):
                 raise GeometryError(f"MeshSpec.{name} = {value:g}: must be finite and > 0")
@@ -52,8 +49,6 @@ class MeshSpec:
             raise GeometryError(f"MeshSpec.rings = {self.rings}: must be >= 1")
         if not (math.isfinite(self.fillets) and self.fillets > 0.0):
             raise GeometryError(f"MeshSpec.fillets = {self.fillets:g}: must be finite and > 0")
-        if self.curvature < 0:
-            raise GeometryError(f"MeshSpec.curvature = {self.curvature}: must be >= 0")
 
     @property
     def patch_size(self) -> float:
@@ -63,4 +58,4 @@ class MeshSpec:
     @property
     def transition(self) -> float:
         """Return the distance over which the size grows from the patch's to the bulk's."""
-        return (self.size - self.patch_size) / self.grading
+        return (self.size - self.patch_size) / GRADING

@@ -89,6 +89,7 @@ def solve_in_blocks(factor: Factorization, rhs: Array, progress: Progress) -> Ar
     for first in range(0, rhs.shape[1], BLOCK):
         progress("reduction", first / rhs.shape[1])
         solution[:, first : first + BLOCK] = factor.solve(rhs[:, first : first + BLOCK])
+    progress("reduction", 1.0)
     return solution
 
 
@@ -143,7 +144,9 @@ def factorize(
 
 def static_compliance(model: SecondOrderModel, backend: Backend = "auto", progress: Progress = silent) -> Array:
     """Return the (p, p) static B' K^-1 B [m/N]. Raises `FactorizationError` for a body that can move freely."""
+    progress("factorization", 0.0)
     factor = factorize(model.K, backend=backend, name="K")
+    progress("factorization", 1.0)
     compliance = model.port_matrix.T @ solve_in_blocks(factor, model.port_matrix, progress)
     return np.asarray((compliance + compliance.T) / 2)
 

@@ -23,6 +23,7 @@ from typing import Any, Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy import sparse
 
 from impact.greens import base, modal, oscillator
 from impact.notices import Progress, silent
@@ -195,6 +196,52 @@ def static_lag(greens: modal.ModalGreens, start: Array, damping: Damping, t: Arr
     return float(np.abs(greens.filtered_matrix(t, width) - instant).max())
 
 
+ASSEMBLED: Final = (2, 8, 32)  # harmonics whose matrices tell all others: far apart, so that no digits are lost at 1000
+
+
+def every_harmonic(build: Callable[[int], SecondOrderModel]) -> Callable[[int], SecondOrderModel]:
+    """Return ``build``, the function to the model of a harmonic n, without assembling more than five of them.
+
+    From n = 2 on all unknowns, constraints, masses and ports are the same, and strains are linear in n, so that
+    K_n = K + n K' + n^2 K'', and C_n and H_n likewise. Three harmonics (`ASSEMBLED`) determine them, by Lagrange's
+    formula.
+    """
+    known: dict[int, SecondOrderModel] = {}
+
+    def assembled(harmonic: int) -> SecondOrderModel:
+        if harmonic not in known:
+            known[harmonic] = build(harmonic)
+        return known[harmonic]
+
+    def model_of(harmonic: int) -> SecondOrderModel:
+        if harmonic < ASSEMBLED[0] or harmonic in ASSEMBLED:
+            return assembled(harmonic)
+        models = [assembled(each) for each in ASSEMBLED]
+        shares = [
+            math.prod((harmonic - other) / (each - other) for other in ASSEMBLED if other != each) for each in ASSEMBLED
+        ]
+
+        def summed_up(matrices: Sequence[sparse.csr_array]) -> sparse.csr_array:
+            parts = [share * each for share, each in zip(shares, matrices, strict=True)]
+            return sparse.csr_array(sum(parts[1:], parts[0]))
+
+        def where_any(matrices: Sequence[sparse.csr_array | None]) -> sparse.csr_array | None:
+            stated = [each for each in matrices if each is not None]
+            return summed_up(stated) if stated else None
+
+        K, C, H = (
+            summed_up([each.K for each in models]),
+            where_any([each.C for each in models]),
+            where_any([each.loss for each in models]),
+        )
+        damping = models[0].damping
+        if damping.loss is not None:
+            damping = replace(damping, loss=H)
+        return replace(models[0], K=K, C=C, loss=H, known=damping)
+
+    return model_of
+
+
 _FEWEST = 4  # fewest harmonics that are reduced: the lowest frequency first falls, then rises with n
 
 
@@ -246,7 +293,9 @@ def ring_greens(
         )
 
     aims = Aims(bandwidth, duration, tolerance, max_vectors, backend)
-    return combine_harmonics(build, patches, aims, damping_ratio, method, max_harmonic=max_harmonic, progress=progress)
+    return combine_harmonics(
+        every_harmonic(build), patches, aims, damping_ratio, method, max_harmonic=max_harmonic, progress=progress
+    )
 
 
 def combine_harmonics(

@@ -16,7 +16,7 @@ of pairs, all of which move every arc.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -28,8 +28,8 @@ from seatfem.structures.errors import ModelError
 from seatfem.structures.method import ARC_ERROR, BEYOND, MOST_MODES, Aims
 from seatfem.structures.model import Array, SecondOrderModel
 from seatfem.structures.reduction import eigen_search, harmonics, modal
-from seatfem.structures.reduction.factorization import static_compliance
-from seatfem.structures.reduction.modes import ConvergenceError, Modes, solve_modes
+from seatfem.structures.reduction.factorization import Backend, static_compliance
+from seatfem.structures.reduction.modes import ConvergenceError, Modes, modes_near, solve_modes
 from seatfem.structures.reduction.reducer import relaxation, residual, semidefinite
 from seatfem.units import write_quantity
 
@@ -66,27 +66,28 @@ def lip_greens(
     first = build(0)
     damping = first.damping.plus(damping_ratio)
     compliance, last, doubt = _statics(build, first, patches, rings, aims, progress)
-    parts, harmonic = [(np.zeros(0), np.zeros(0), np.zeros((0, len(patches))))], 0
+    parts, harmonic, earlier = [(np.zeros(0), np.zeros(0), np.zeros((0, len(patches))))], 0, list[Array]()
     while not static:
         model = first if harmonic == 0 else build(harmonic)
-        modes = solve_modes(model, up_to_hz=BEYOND * aims.bandwidth, backend=aims.backend)
-        if harmonic > FEWEST and not len(modes.omega):
+        omega, moved = _modes_of(model, earlier, BEYOND * aims.bandwidth, aims.backend)
+        if harmonic > FEWEST and not len(omega):
             break
+        earlier = [*earlier, moved][-2:]
         own = model.damping.plus(damping_ratio)
-        zeta = own.ratios(modes.omega, own.losses(modes.shapes))
-        of_rings = modes.shapes.T @ np.stack([model.ports[ring].vector for ring in rings], axis=1)
+        zeta = own.ratios(omega, own.losses(moved))
+        of_rings = moved.T @ np.stack([model.ports[ring].vector for ring in rings], axis=1)
         for wave in harmonics.mixing(patches, rings, harmonic):
             shapes = of_rings @ wave.T
             seen = shapes.any(axis=1)
-            parts.append((modes.omega[seen], np.broadcast_to(zeta, modes.omega.shape)[seen], shapes[seen]))
+            parts.append((omega[seen], np.broadcast_to(zeta, omega.shape)[seen], shapes[seen]))
         harmonic += 1
         progress("harmonics", harmonic / (harmonic + 8))
     widths = np.array([patch.width for patch in patches.values()])
     impedance = np.array([first.ports[patch.boundary].impedance for patch in patches.values()])
     start = np.diag(damping.first_velocity() * 2 * math.pi / (widths * impedance))
-    omega, zetas, all_shapes = (np.concatenate(each) for each in zip(*parts, strict=True))
-    rest = relaxation(_residual_compliance(compliance, omega, all_shapes), start, damping.beta)
-    greens = ModalGreens(omega, zetas, all_shapes, rest, tuple(patches))
+    omegas, zetas, all_shapes = (np.concatenate(each) for each in zip(*parts, strict=True))
+    rest = relaxation(_residual_compliance(compliance, omegas, all_shapes), start, damping.beta)
+    greens = ModalGreens(omegas, zetas, all_shapes, rest, tuple(patches))
     cutoff, t = BEYOND * aims.bandwidth, oscillator.error_times(aims.duration, aims.width)
     error = modal.modal_error(greens, t, aims.bandwidth, cutoff, [0]) if len(greens.omega) else 0.0
     origin = {
@@ -100,6 +101,19 @@ def lip_greens(
     }
     progress("harmonics", 1.0)
     return greens.with_error(base.ErrorEstimate(reduction=error + doubt / float(np.abs(compliance).max())), origin)
+
+
+def _modes_of(
+    model: SecondOrderModel, earlier: Sequence[Array], up_to_hz: float, backend: Backend
+) -> tuple[Array, Array]:
+    """Return w [rad/s] and shapes of all modes of a harmonic up to a frequency, found from those of the two harmonics
+    before where they have the same unknowns."""
+    if len(earlier) > 1 and all(len(each) == model.size for each in earlier):
+        close = modes_near(model, np.concatenate(earlier, axis=1), up_to_hz, backend)
+        if close is not None:
+            return close
+    modes = solve_modes(model, up_to_hz=up_to_hz, backend=backend)
+    return modes.omega, modes.shapes
 
 
 def _statics(
@@ -169,7 +183,6 @@ def face_greens(
     origin = {"bandwidth_Hz": aims.bandwidth, "damping_ratio": damping_ratio, "dof": model.size}
     modes = None if static else _modes(model, aims, progress)
     if modes is None or not len(modes.omega):
-        progress("factorization", 0.0)
         compliance = static_compliance(model, aims.backend, progress)
         none = np.zeros(0)
         rest = residual(compliance, model, damping)
@@ -188,7 +201,6 @@ def _modes(model: SecondOrderModel, aims: Aims, progress: Progress) -> Modes:
     except eigen_search.CrowdedError as crowded:
         count, lower = crowded.count, aims.bandwidth
         while count > MOST_MODES:
-            progress("factorization", 0.0)
             lower *= 0.95 * (MOST_MODES / count) ** (1 / 3)
             count = eigen_search.counting_shift(model, (2 * np.pi * BEYOND * lower) ** 2, aims.backend).count
         raise BandError(

@@ -179,6 +179,7 @@ def _static(
         loads = loads - model.M @ (known @ (known.T @ loads))
     progress("factorization", 0.0)
     factor = factorize(model.K + shift**2 * model.M, backend=backend, name="K + s^2 M")
+    progress("factorization", 1.0)
     return shift**2, loads.T @ solve_in_blocks(factor, loads, progress), deflated
 
 

@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 import scipy.linalg
+from scipy import sparse
 
 from impact import notices, quantities
 from impact.names import frame_of
-from seatfem.structures.model import Array, DofMap, ModelError, SecondOrderModel, check_model
+from seatfem.structures.model import Array, ModelError, SecondOrderModel, check_model
 from seatfem.structures.reduction import eigen_search
-from seatfem.structures.reduction.eigen_search import ConvergenceError
+from seatfem.structures.reduction.eigen_search import ConvergenceError, Counted
 from seatfem.structures.reduction.factorization import Backend
 from seatfem.structures.reduction.spectrum import Spectrum
 
@@ -75,6 +76,7 @@ def solve_modes(
     up_to_hz: float = np.inf,
     shift_hz: float = 0.0,
     limit: float = np.inf,
+    known: tuple[Counted, Array, Array] | None = None,
     backend: Backend = "auto",
     progress: notices.Progress = notices.silent,
 ) -> Modes:
@@ -90,6 +92,7 @@ def solve_modes(
         up_to_hz: highest frequency [Hz]; if both limits are given, the lower one counts.
         shift_hz: frequency of the order of the lowest elastic one; 0: from the size of the model.
         limit: most modes up to ``up_to_hz``.
+        known: count, values w^2 and shapes of all modes below a frequency, which are not computed again.
         progress: called with ("modes", fraction) and ("factorization", fraction).
 
     Raises:
@@ -111,7 +114,7 @@ def solve_modes(
     flat = eigen_search.null_limit(model) > _SURE * scale**2  # elements: round-off of K hides the lowest from LAPACK
     if model.size <= 2 + (most if most < np.inf else 0) or (model.size <= DENSE and not flat):
         return _lowest(dense_modes(model, scale), most, highest)
-    spectrum = Spectrum(model, backend=backend, lowest=(2 * np.pi * shift_hz) ** 2, progress=progress)
+    spectrum = Spectrum(model, backend=backend, lowest=(2 * np.pi * shift_hz) ** 2, known=known, progress=progress)
     if most < np.inf:
         spectrum.first(int(most))
     if up_to_hz < np.inf and (most == np.inf or spectrum.top < highest):
@@ -182,42 +185,123 @@ def eigen_residuals(model: SecondOrderModel, square: Array, shapes: Array, shift
     return np.asarray(residuals / ((square + shift**2) * np.linalg.norm(mass, axis=0)))
 
 
+NEAR: Final = 1e-3
+"""Largest relative change of w^2 by the last step of `modes_near`; its own error is of the order of the square."""
+STEPS: Final = 3  # most steps of it, each with as many solves as there are modes; a search from nothing takes 3 to 9
+MARGIN: Final = 1.3  # w^2 up to which approximate modes take part, over the highest that is asked for
+
+
+def modes_near(model: SecondOrderModel, near: Array, up_to_hz: float, backend: Backend) -> tuple[Array, Array] | None:
+    """Return w (m,) [rad/s] and M-orthonormal shapes (n, m) of all modes up to a frequency, from vectors near to them.
+
+    Ritz pairs y in the span of the vectors are improved in that of y and (K - sigma M)^-1 M y, sigma at the highest
+    frequency, until w^2 no longer changes. ``None`` if their number is not that of the eigenvalues by inertia, or if
+    they still change: the vectors are not near enough.
+
+    ``near``: (n, r) vectors, such as modes of a similar model.
+    """
+    top = eigen_search.counting_shift(model, (2 * np.pi * up_to_hz) ** 2, backend)
+    if not top.count:
+        return np.zeros(0), np.zeros((model.size, 0))
+    before, shapes = _ritz_in(model, near, MARGIN * top.value)
+    for _ in range(STEPS):
+        if len(before) < top.count:
+            return None
+        image = top.factor.solve(model.M @ shapes)
+        values, shapes = _ritz_in(model, np.concatenate([shapes, image], axis=1), MARGIN * top.value)
+        number = int(np.sum(values < top.value))
+        if number > top.count:
+            return None
+        compared = min(len(values), len(before), top.count)
+        if number == compared == top.count:
+            moved = np.abs(before[:compared] - values[:compared]) / np.abs(values[:compared])
+            if np.max(moved) < NEAR:
+                return np.sqrt(np.maximum(values[:number], 0.0)), shapes[:, :number]
+        before = values
+    return None
+
+
+def _ritz_in(model: SecondOrderModel, vectors: Array, highest: float) -> tuple[Array, Array]:
+    """Return the Ritz values below ``highest`` [1/s^2] in the span of the vectors (n, r), and M-orthonormal vectors."""
+    mass = vectors.T @ (model.M @ vectors)
+    scale = np.sqrt(np.diag(mass))
+    squares, turns = np.linalg.eigh(mass / np.outer(scale, scale))
+    independent = squares > 1e-10
+    basis = (vectors / scale) @ (turns[:, independent] / np.sqrt(squares[independent]))
+    values, parts = np.linalg.eigh(basis.T @ (model.K @ basis))
+    low = values < highest
+    return values[low], basis @ parts[:, low]
+
+
 SIGNS: Final = (1.0, 1.0, -1.0)  # signs of w, a_x and a_y = dw/dy in the mirror image of an even motion
-ALMOST: Final = 1e-8  # largest 1 - |parity| of a mode that is even or odd but for the solver's error
 
 
-def with_parity(modes: Modes, model: SecondOrderModel, points: Array) -> Modes:
-    """Return the modes of a plate symmetric about y = 0 as even or odd ones, (y + p P y)/2, p = sign of y'M P y.
+def modes_by_parity(
+    model: SecondOrderModel,
+    points: Array,
+    *,
+    up_to_hz: float,
+    known: tuple[float, Modes] | None = None,
+    progress: notices.Progress = notices.silent,
+) -> Modes:
+    """Return all modes of a plate up to a frequency; on a mesh that is symmetric about y = 0, each is even or odd.
 
-    P maps a motion to its mirror image. Rigid modes are first combined to even and odd ones. Modes of mixed parity,
-    such as pairs of equal frequency, are not changed, nor are any modes on a mesh without this symmetry.
+    Even and odd motions are unknowns of their own, u = T q with T'T = 1, of half the size and with half the modes each:
+    K and M couple none of them. On any other mesh all motions are of one kind.
 
     Args:
-        modes: modes of ``model``.
         model: model of a plate, with three unknowns a node.
         points: (n, 2) coordinates of its nodes.
+        up_to_hz: highest frequency [Hz].
+        known: frequency [Hz] and all modes of this model up to it, which are not computed again.
+
+    Raises as `solve_modes`.
     """
+    parts, every = [], 0.0 if known is None else known[0]
+    for T in _parities(model, points):
+        dofs = model.dofs
+        if dofs is not None and dofs.rigid is not None:
+            dofs = replace(dofs, rigid=np.asarray(T.T @ dofs.rigid))
+        half = SecondOrderModel(T.T @ model.M @ T, None, T.T @ model.K @ T, {}, dofs, known=model.damping)
+        before = None
+        if known is not None:
+            own = T.T @ known[1].shapes
+            mine = np.sum(own * (half.M @ own), axis=0) > 1 / 2
+            before = Counted((2 * np.pi * every) ** 2, int(mine.sum())), known[1].omega[mine] ** 2, own[:, mine]
+        modes = solve_modes(half, up_to_hz=up_to_hz, known=before, progress=progress)
+        parts.append(replace(modes, shapes=np.asarray(T @ modes.shapes)))
+    together = {
+        name: np.concatenate([getattr(each, name) for each in parts], axis=-1)
+        for name in ("frequencies_hz", "shapes", "residuals")
+    }
+    order = np.argsort(together["frequencies_hz"], kind="stable")
+    ordered = {name: each[..., order] for name, each in together.items()}
+    return Modes(**ordered, complete=True, backend=parts[0].backend, solves=sum(each.solves for each in parts))
+
+
+def _parities(model: SecondOrderModel, points: Array) -> list[sparse.csr_array]:
+    """Return T (n, m) of even and of odd motions about y = 0; the identity alone on a mesh without this symmetry."""
     image = points * (1, -1)
     order, image_order = (np.lexsort(each.T) for each in (points, image))
-    dofs = model.dofs
-    if not np.array_equal(points[order], image[image_order]) or not isinstance(dofs, DofMap):
-        return modes
+    dofs, everything = model.dofs, [sparse.eye_array(model.size, format="csr")]
+    if dofs is None or not np.array_equal(points[order], image[image_order]):
+        return everything
     node = np.empty_like(order)
     node[order] = image_order
-    free = dofs.free
-
-    def image_of(shapes: Array) -> Array:
-        full = np.zeros((3 * len(points), shapes.shape[1]))
-        full[free] = shapes
-        seen = full.reshape(len(points), 3, -1)[node] * np.array(SIGNS)[:, None]
-        return np.asarray(seen.reshape(full.shape)[free])
-
-    shapes, rigid = modes.shapes.copy(), modes.omega == 0
-    if np.any(rigid):
-        _, turns = np.linalg.eigh(shapes[:, rigid].T @ (model.M @ image_of(shapes[:, rigid])))
-        shapes[:, rigid] = shapes[:, rigid] @ turns
-    seen = image_of(shapes)
-    parity = np.sum(shapes * (model.M @ seen), axis=0)
-    pure = np.where(np.abs(parity) > 1 - ALMOST, np.sign(parity), 0.0)
-    shapes = np.where(pure == 0, shapes, (shapes + pure * seen) / 2)
-    return replace(modes, shapes=shapes / np.sqrt(np.sum(shapes * (model.M @ shapes), axis=0)))
+    place = np.full(3 * len(points), -1)
+    place[dofs.free] = np.arange(model.size)
+    mirrored = place[3 * node[dofs.free // 3] + dofs.free % 3]
+    if np.any(mirrored < 0):  # one side is held, and the other is not
+        return everything
+    own, signs = np.arange(model.size), np.array(SIGNS)[dofs.free % 3]
+    parts = []
+    for sign in (1.0, -1.0):
+        firsts = np.flatnonzero((own < mirrored) | ((own == mirrored) & (signs == sign)))
+        alone = mirrored[firsts] == firsts
+        columns = np.arange(len(firsts))
+        first = np.where(alone, 1.0, np.sqrt(0.5))
+        second = np.where(alone, 0.0, sign * signs[firsts] * np.sqrt(0.5))
+        values, rows = np.concatenate([first, second]), np.concatenate([firsts, mirrored[firsts]])
+        part = sparse.coo_array((values, (rows, np.tile(columns, 2))), shape=(model.size, len(firsts))).tocsr()
+        parts.append(part)
+    return [part for part in parts if part.shape[1]]

@@ -51,6 +51,7 @@ class Spectrum:
 
     Args:
         lowest: estimate of the lowest eigenvalue that is not zero [1/s^2]; 0: from the model.
+        known: count, values and M-orthonormal vectors of all eigenpairs below a value, to begin with.
 
     Attributes:
         values, shapes: (m,) eigenvalues [1/s^2] and (n, m) M-orthonormal eigenvectors.
@@ -65,12 +66,17 @@ class Spectrum:
         *,
         backend: Backend = "auto",
         lowest: float = 0.0,
+        known: tuple[Counted, Array, Array] | None = None,
         progress: Progress = silent,
     ) -> None:
         self.model, self.backend, self.progress = model, backend, progress
-        self.shapes = rigid_shapes(model)
-        self.values = np.zeros(self.shapes.shape[1])
         self.top, self.solves = 0.0, 0
+        if known is None:
+            self.shapes = rigid_shapes(model)
+            self.values = np.zeros(self.shapes.shape[1])
+        else:
+            below, self.values, self.shapes = known
+            self.top = below.value
         self.factorization = "none"
         self._lowest = lowest
 

@@ -25,6 +25,7 @@ from seatfem.structures.shapes.selectors import CONTACT_COLOUR as CONTACT_COLOUR
 from seatfem.structures.shapes.selectors import FIXED_COLOUR as FIXED_COLOUR
 from seatfem.structures.shapes.selectors import (
     SELECTORS,
+    Axis,
     ColourFace,
     ConeFace,
     CylinderFace,
@@ -107,4 +108,4 @@ def fingerprint(geometry: Geometry) -> dict[str, Any]:
 
 
 def _kinds() -> dict[str, type[Any]]:
-    return {each.family: each for each in families()} | SELECTORS | {"group": Group, "region": Region}
+    return {each.family: each for each in families()} | SELECTORS | {"group": Group, "region": Region, "axis": Axis}

@@ -25,9 +25,6 @@ class Bar(shape.Shape):
     width: float = shape.key("side of the cross-section")
     height: float = shape.key("other side of the cross-section")
 
-    def __post_init__(self) -> None:
-        shape.require_positive(self, "length", "width", "height")
-
     @property
     def patches(self) -> Patches:
         return self.patches_in(1)
@@ -69,7 +66,7 @@ class Block(shape.Shape):
     patch_depth: float = shape.key("other side of the contact face, along depth")
 
     def __post_init__(self) -> None:
-        shape.require_positive(self, "width", "depth", "thickness", "patch_width", "patch_depth")
+        super().__post_init__()
         shape.require_below(self, "patch_width", self.width, "the width", inclusive=True)
         shape.require_below(self, "patch_depth", self.depth, "the depth", inclusive=True)
 
@@ -114,7 +111,7 @@ class ValvePlate(shape.Shape):
     layout: Literal["circle", "row"] = "circle"
 
     def __post_init__(self) -> None:
-        shape.require_positive(self, "port_radius", "pitch", "margin", "thickness", "land_width", "clamp_width")
+        super().__post_init__()
         if self.ports < 1:
             raise GeometryError(f"ValvePlate.ports = {self.ports}: must be >= 1")
         if self.layout not in ("circle", "row"):

@@ -129,10 +129,6 @@ class CadPart(shape.Shape):
         return str(self.path)
 
     @property
-    def is_imported(self) -> bool:
-        return True
-
-    @property
     def unit_of_model(self) -> float:
         return imported_unit(self)
 

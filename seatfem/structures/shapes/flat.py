@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from impact.greens.base import Array
 from seatfem.structures.errors import GeometryError
 from seatfem.structures.shapes import loops, selectors
-from seatfem.structures.shapes.shape import Shape, key, require_above, require_below, require_positive
+from seatfem.structures.shapes.shape import Shape, key, require_above, require_below
 
 ON_THE_EDGE: Final = 1e-6  # largest distance of a node from the edge of the hole on which it lies, over its radius
 THINNER: Final = 'a sheet is thinner than it is wide; a solid reed is kind = "cad" or "mesh"'
@@ -135,7 +135,7 @@ class Disc(Round):
     thickness: float = key("thickness, in the direction of the motion")
 
     def __post_init__(self) -> None:
-        require_positive(self, *vars(self))
+        super().__post_init__()
         require_below(self, "thickness", self.diameter / 2, f"half the diameter: {THINNER}")
 
     @property
@@ -158,7 +158,7 @@ class RingPlate(Round):
     thickness: float = key("thickness, in the direction of the motion")
 
     def __post_init__(self) -> None:
-        require_positive(self, *vars(self))
+        super().__post_init__()
         require_below(self, "inner_diameter", self.outer_diameter, "outer_diameter")
         require_below(self, "thickness", self.narrowest, f"the ring's radial width: {THINNER}")
 
@@ -216,7 +216,7 @@ class Flapper(Flat):
     hole_diameter: float | None = key("of a hole in the paddle's centre", None)
 
     def __post_init__(self) -> None:
-        require_positive(self, *(name for name, value in vars(self).items() if value is not None))
+        super().__post_init__()
         require_below(self, "neck_width", self.root_width, "root_width: the root narrows to the neck", inclusive=True)
         require_below(self, "taper_length", self.neck_length, "neck_length, from the root to the paddle")
         require_above(self, "paddle_diameter", self.neck_width, "neck_width: the paddle is wider than the neck")

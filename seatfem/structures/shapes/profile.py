@@ -187,11 +187,3 @@ def rounded(edges: Sequence[Edge], corner: Point, radius: float, elements: int =
     outline[k - 1], outline[k] = replace(before, end=start), replace(after, start=end)
     outline.insert(k, Edge(start, end, centre, elements=elements))
     return tuple(outline)
-
-
-def profile_of(geometry: object) -> Profile:
-    """Return the outline of a solid of revolution. Raises `GeometryError` for another solid."""
-    profile = getattr(geometry, "profile", None)
-    if not isinstance(profile, Profile):
-        raise GeometryError(f"{type(geometry).__name__} is no solid of revolution and has no meridian; use make_mesh")
-    return profile

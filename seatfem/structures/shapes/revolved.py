@@ -99,18 +99,14 @@ class AnnularSeat(Turning):
     thickness: float = shape.key("thickness of the plate", "8 mm")
 
     def __post_init__(self) -> None:
-        shape.require_positive(self, "bore_radius", "lip_width", "outer_radius", "thickness")
+        super().__post_init__()
         self._check_second()
-        if self.lip_height != 0.0:
-            shape.require_positive(self, "lip_height")
         if self.lip_edge_radius != 0.0:
-            shape.require_positive(self, "lip_edge_radius")
             narrowest = min(high - low for low, high in self.lips)
             shape.require_below(self, "lip_edge_radius", narrowest / 2, "half the lip_width: the lip needs a flat top")
             shape.require_below(self, "lip_edge_radius", self.lip_height, "the lip_height")
         shape.require_above(self, "outer_radius", self.bore_radius + self.lip_width, "bore_radius + lip_width")
         if self.lip_fillet != 0.0:
-            shape.require_positive(self, "lip_fillet")
             room = self.lip_height - self.lip_edge_radius
             shape.require_below(self, "lip_fillet", room, "lip_height less lip_edge_radius: the side's flat part")
             room = self.outer_radius - self.lips[-1][1]
@@ -130,8 +126,6 @@ class AnnularSeat(Turning):
                         f"{name}"
                     )
             return
-        if self.second_lip_width is not None:
-            shape.require_positive(self, "second_lip_width")
         first = self.bore_radius + self.lip_width
         shape.require_above(self, "second_lip_radius", first, "bore_radius + lip_width: the lips must not overlap")
         shape.require_above(self, "outer_radius", self.lips[-1][1], "second_lip_radius + second_lip_width")
@@ -194,11 +188,10 @@ class ConicalSeat(Turning):
     thickness: float = shape.key("thickness of the ring", "8 mm")
 
     def __post_init__(self) -> None:
-        shape.require_positive(self, "bore_radius", "face_width", "outer_radius", "thickness")
+        super().__post_init__()
         if not 0.0 < self.half_angle < math.pi / 2:
             raise GeometryError(f"ConicalSeat.half_angle = {self.half_angle:g}: must be between 0 and pi/2 (radians)")
         if self.contact_width is not None:
-            shape.require_positive(self, "contact_width")
             shape.require_below(self, "contact_width", self.face_width, "the face_width", inclusive=True)
         shape.require_above(self, "thickness", self.face_width * math.cos(self.half_angle), "the cone's depth")
         shape.require_above(self, "outer_radius", self._along(self.face_width)[0], "cone's top")
@@ -286,11 +279,10 @@ class Stopper(Turning):
     dome_radius: float | None = shape.key("radius of the spherical top; a flat one if absent", None)
 
     def __post_init__(self) -> None:
-        shape.require_positive(self, "radius", "thickness", "contact_radius")
+        super().__post_init__()
         shape.require_below(self, "contact_radius", self.radius, "the radius", inclusive=True)
         if self.dome_radius is None:
             return
-        shape.require_positive(self, "dome_radius")
         shape.require_above(self, "dome_radius", self.radius, "the radius")
         shape.require_above(self, "thickness", self.thickness - self.top(self.radius), "the dome's height")
 

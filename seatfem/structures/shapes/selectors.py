@@ -61,6 +61,14 @@ class Face:
         arm = self.outline - point
         return np.asarray(np.linalg.norm(arm - np.outer(arm @ n, n), axis=1))
 
+    @property
+    def ends(self) -> tuple[float, ...]:
+        """Return the least and the largest distance from its axis; () without one."""
+        if self.axis is None:
+            return ()
+        radii = self.radii(self.axis.point, self.axis.direction)
+        return float(radii.min()), float(radii.max())
+
     def __str__(self) -> str:
         x, y, z = (f"{1e3 * c:.4g}" for c in np.round(self.centre, 12) + 0.0)
         number = " = ".join(map(str, self.numbers)) or str(self.tag)
@@ -68,8 +76,7 @@ class Face:
         if self.normal is not None:
             text += ", normal ({:.3g}, {:.3g}, {:.3g})".format(*(np.round(self.normal, 6) + 0.0))
         if self.axis is not None:
-            radii = self.radii(self.axis.point, self.axis.direction)
-            ends = dict.fromkeys(f"{1e3 * r:.4g}" for r in (radii.min(), radii.max()))
+            ends = dict.fromkeys(f"{1e3 * r:.4g}" for r in self.ends)
             text += f", radius {' to '.join(ends)} mm"
             text += ", axis ({:.3g}, {:.3g}, {:.3g})".format(*(np.round(self.axis.direction, 6) + 0.0))
         if self.axis is not None and self.axis.half_angle > 0.0:

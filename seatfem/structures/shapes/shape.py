@@ -7,7 +7,7 @@ import math
 import sys
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
-from dataclasses import Field, dataclass
+from dataclasses import Field, dataclass, fields
 from dataclasses import field as new_field
 from importlib.util import module_from_spec, spec_from_file_location
 from operator import attrgetter
@@ -92,9 +92,9 @@ def key(
     return new_field(metadata=metadata) if value != value else new_field(default=value, metadata=metadata)
 
 
-def require_positive(spec: object, *fields: str) -> None:
+def require_positive(spec: object, *names: str) -> None:
     """Raise `GeometryError` unless every named field of ``spec`` is a finite length > 0 (in metres)."""
-    for name in fields:
+    for name in names:
         value = getattr(spec, name)
         if not (math.isfinite(value) and value > 0.0):
             raise _refusal(spec, name, "a finite length > 0")
@@ -139,10 +139,17 @@ class Shape(ABC):
 
     def __init_subclass__(cls) -> None:
         """Add the descriptions of fields with `Key` metadata to the docstring."""
-        fields = {name: each for name, each in vars(cls).items() if isinstance(each, Field) and each.metadata}
-        said = [f"        {name}: {each.metadata['key'].description}." for name, each in fields.items()]
+        keys = {name: each for name, each in vars(cls).items() if isinstance(each, Field) and each.metadata}
+        said = [f"        {name}: {each.metadata['key'].description}." for name, each in keys.items()]
         if said:
             cls.__doc__ = "\n".join([(cls.__doc__ or "").rstrip(), "", "    Attributes:", *said, "    "])
+
+    def __post_init__(self) -> None:
+        """Raise `GeometryError` unless each length among its keys is positive, and each gap zero or positive."""
+        for field in fields(self):  # type: ignore[arg-type]
+            value, reads = getattr(self, field.name), getattr(field.metadata.get("key"), "reads", "")
+            if value is not None and (reads == "length" or (reads == "gap" and value != 0.0)):
+                require_positive(self, field.name)
 
     @property
     @abstractmethod
@@ -157,11 +164,6 @@ class Shape(ABC):
     def source(self) -> str:
         """Return the name of the class or file, for messages."""
         return type(self).__name__
-
-    @property
-    def is_imported(self) -> bool:
-        """Return whether its solids are read from a file."""
-        return False
 
     @property
     def unit_of_model(self) -> float:

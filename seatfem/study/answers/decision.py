@@ -8,10 +8,8 @@ from typing import Final, Literal, NamedTuple
 from impact.quantities import enumeration, in_digits, percent, with_capital
 from seatfem import results
 from seatfem.readings import BAR, MOST_UNCERTAIN, Summary, as_number, bar_of, in_text, is_known, reading
-from seatfem.study.answers.checked import how_often_checked
-from seatfem.study.answers.lands import closing_order
-from seatfem.study.answers.omissions import left_out
-from seatfem.study.answers.verdict import standing, which_landing
+from seatfem.study.answers.omissions import how_often_checked, left_out
+from seatfem.study.answers.verdict import closing_order, standing, which_landing
 
 Word = Literal["go", "no-go", "undecided"]
 GO: Final = "go"
@@ -89,14 +87,14 @@ def what_happens(summary: Summary) -> str:
     if landings and force is not None:
         often = {1: "once", 2: "twice"}.get(int(landings), f"{landings:.0f} times")
         hardest = "" if landings == 1 else ", the hardest" if speed is not None else ", at the hardest"
-        at = "" if speed is None else f" at {reading(summary, SPEED, 'm/s')}"
-        words = f"The reed lands {often} on the seat{hardest}{at} with {reading(summary, PEAK_OF_LANDING, 'N')}"
+        at = "" if speed is None else f" at {_number(summary, SPEED, 'm/s')}"
+        words = f"The reed lands {often} on the seat{hardest}{at} with {_number(summary, PEAK_OF_LANDING, 'N')}"
     elif contacts and (force := as_number(summary.get(results.PEAK))) is not None:
         words = f"The reed touches the seat, with up to {reading(summary, results.PEAK, 'N')}"
     else:
         words = "The reed does not land on the seat"
     stress = [
-        f"{body} stress up to {reading(summary, key, 'Pa')}"
+        f"{body} stress up to {_number(summary, key, 'Pa')}"
         for body, key in (("reed", results.REED_STRESS), ("seat", results.SEAT_STRESS))
         if as_number(summary.get(key))
     ]
@@ -104,6 +102,13 @@ def what_happens(summary: Summary) -> str:
     margin = [f"{results.name_of(key, summary)} {reading(summary, key, '')}" for key in least]
     sentence = "; ".join(filter(None, (words, ", ".join((*stress, *margin))))) + "."
     return " ".join(filter(None, (sentence, closing_order(summary))))
+
+
+def _number(summary: Summary, key: str, unit: str) -> str:
+    """Return a number with its error bar for the middle of a sentence, marked where the bar is above half of it."""
+    words = reading(summary, key, unit)
+    unknown = "not known ("
+    return f"{words.removeprefix(unknown).removesuffix(')')} (not reliable)" if words.startswith(unknown) else words
 
 
 def _margin_keys() -> dict[str, str]:

@@ -1,12 +1,14 @@
-"""Statements on the result of a run: whether a landing occurred, whether a spring would be enough for the seat."""
+"""Statements on the result of a run: whether a landing occurred, in which order it closes the lands of a seat with
+several, whether a spring would be enough for the seat.
+"""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
 from impact.quantities import enumeration, in_digits, in_units, percent, plain, scaled, with_capital
-from seatfem import results
+from seatfem import readings, results
 from seatfem.readings import BAR, SPRING, WITHOUT_ZERO, Summary, as_number, bar_of, duration, is_known, reading
 from seatfem.results import asked, name_of, result_of
 
@@ -92,6 +94,15 @@ def verdict(summary: Summary) -> str:
 def is_static(summary: Summary) -> bool:
     """Return whether the seat was computed by its static stiffness alone, as the baseline is."""
     return "spring" in (summary.get("seat_kind"), summary.get("plan_seat_level"))
+
+
+def is_free(summary: Summary) -> bool:
+    """Return whether the seat is free to move, so that a rigid body stands in the place of the spring."""
+    return summary.get("seat_static_stiffness_N_per_m") == 0
+
+
+def _simple(summary: Summary) -> str:
+    return "a rigid body of the seat's mass and static compliance" if is_free(summary) else "a spring"
 
 
 def standing(summary: Summary) -> str:
@@ -223,7 +234,7 @@ def _instead(summary: Summary, each: Difference) -> str:
     texts = [[_short(factor * value, digits) for value in (each.seat, each.spring)] for digits in range(2, 7)]
     seat, spring = next((pair for pair in texts if pair[0] != pair[1]), texts[-1])  # the fewest digits that differ
     return (
-        f"{with_capital(name)}: A spring would give {spring}{after} instead of {seat}{after} "
+        f"{with_capital(name)}: {with_capital(_simple(summary))} would give {spring}{after} instead of {seat}{after} "
         f"({percent(each.relative, sign=True)}). Uncertainty of the {seat}{after}: {in_digits(factor * bar, 2)}{after}."
     )
 
@@ -259,5 +270,67 @@ def _alike(summary: Summary, differences: list[Difference]) -> str:
     changes = f"it changes {names} by {percent(abs(largest.relative))} at most"
     within = f"within the uncertainty of {percent(bar / abs(largest.seat))}"
     if summary.get("accuracy_met") is False or not _is_known(summary, largest.key):
-        return f"This run cannot show whether a spring is enough: {changes}, {within}."
-    return f"A spring is enough here: {changes}, {within}."
+        return f"This run cannot show whether {_simple(summary)} is enough: {changes}, {within}."
+    return f"{with_capital(_simple(summary))} is enough here: {changes}, {within}."
+
+
+TIME: Final = "time_s"
+DELAY: Final = "after_first_s"
+SPEED: Final = "closing_speed_m_per_s"
+SEALED: Final = "closed_all_round_s"
+
+
+def lands_of(summary: readings.Summary) -> list[readings.Summary]:
+    """Return the records of the lands in the order of the drawing; none for a seat with a single land."""
+    lands = summary.get("lands")
+    return [each for each in lands if isinstance(each, Mapping)] if isinstance(lands, list) else []
+
+
+def closing_order(summary: readings.Summary) -> str:
+    """Return in which order the hardest landing touches the lands, with the times between and their error bars, and
+    which is closed all round first; "" for a seat with a single land, or without a landing."""
+    lands = lands_of(summary)
+    touched = sorted((each for each in lands if each.get("order")), key=lambda each: int(str(each["order"])))
+    if not touched:
+        return ""
+    words = [f"{_name(touched[0])} is touched first, at {_time(touched[0], TIME)}, {_speed(touched[0])}"]
+    words += [_later(each) for each in touched[1:]]
+    words += [f"{_name(each)} is not touched in this landing" for each in lands if not each.get("order")]
+    words += filter(None, [_sealing(touched)])
+    sentence = "; ".join(words)
+    return f"{with_capital(sentence)}."
+
+
+def _sealing(lands: Sequence[readings.Summary]) -> str:
+    """Return when the lands are closed all round, the first one first; "" where that is not known of two of them."""
+    times = [(time, str(each.get("land"))) for each in lands if (time := readings.as_number(each.get(SEALED)))]
+    if len(times) < 2:
+        return ""
+    in_order = ", ".join(f"{name} at {in_units(time, 's', 4)}" for time, name in sorted(times))
+    return f"closed all round: {in_order}"
+
+
+def _name(land: readings.Summary) -> str:
+    angle = readings.as_number(land.get("land_deg"))
+    return str(land.get("land")) + ("" if angle is None else f" (at {angle:.4g} deg)")
+
+
+def _time(land: readings.Summary, key: str) -> str:
+    return readings.reading(land, key, readings.unit_of(key))
+
+
+def _speed(land: readings.Summary) -> str:
+    return f"closing speed {_time(land, SPEED)}"
+
+
+def _later(land: readings.Summary) -> str:
+    """Return how much later a land closes; that the order is not known where the error bar is as large."""
+    delay, bar = readings.as_number(land.get(DELAY)), readings.bar_of(land, DELAY)
+    with_speed = _speed(land)
+    if not delay:
+        return f"{_name(land)} at the same time, {with_speed}"
+    known = bar is not None and math.isfinite(bar)
+    if known and bar is not None and bar >= delay:
+        most = readings.in_text(DELAY, delay + bar, None, "s")
+        return f"{_name(land)} within {most} of it, {with_speed}: which of them is earlier is not known"
+    return f"{_name(land)} {_time(land, DELAY)} later, {with_speed}"

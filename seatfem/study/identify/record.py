@@ -217,13 +217,11 @@ def load_identification(path: Path | str) -> tuple[Identification, tuple[Samples
         try:
             read.append(each.samples())
         except fields.KeyProblem as problem:
-            place = ("record", number, problem.key)
-            words = f"{each.name}: {problem}"
-            problems.append(Problem(None, 0, f"record.{number}.{problem.key}", words, place))
+            problems.append(Problem(None, 0, f"record.{number}.{problem.key}", f"{each.name}: {problem}"))
     total = sum(len(each.time) for each in read)
     if not problems and total <= len(identification.fit):
         words = f"{len(identification.fit)} keys and {total} samples: fit fewer keys, or compare more samples"
-        problems.append(Problem(None, 0, "fit", words, ("fit",)))
+        problems.append(Problem(None, 0, "fit", words))
     if problems:
         raise located(SceneError(tuple(problems)), Path(path))
     _check_keys(identification, Path(path))

@@ -20,7 +20,7 @@ from seatfem.study.identify.record import OWN, Identification, Samples, is_own, 
 from seatfem.study.impacts.bodies import check_base, problem_of, solve_body, striker_of
 from seatfem.study.impacts.contact import check_step, fallback_step, gauge_strains
 from seatfem.study.method import stated_method
-from seatfem.study.runs.afterwards import static_stiffness
+from seatfem.study.runs.afterwards import spring_for, static_stiffness
 from seatfem.study.scene import Scene, load_scene
 from seatfem.study.scene.problems import scene_error
 
@@ -224,7 +224,7 @@ class Model:
             step = scene.run.time_step or fallback_step(scene.run, scene.driven_by, striker.greens, seat.greens)
             self.steps[k] = step / self.finer
         if spring:
-            seat = impact.Body(impact.spring(stiffness=static_stiffness(seat.greens, scene.seat.column())))
+            seat = impact.Body(spring_for(seat.greens, static_stiffness(seat.greens, scene.seat.endless_stiffness)))
         problem, dt = problem_of(scene, striker, seat), self.steps[k]
         bodies = tuple(self._discrete(body, dt, step_count(dt, scene.run.duration)) for body in problem.bodies)
         prepared = impact.prepare(problem, dt, scene.run.duration, bodies=bodies)

@@ -13,7 +13,7 @@ import numpy as np
 import impact
 from impact.bodies.body import Body, Load
 from impact.bodies.loads import on_springs
-from impact.greens.base import GreensFunction, GreensFunctionError
+from impact.greens.base import Array, GreensFunction, GreensFunctionError
 from impact.notices import Progress, silent
 from seatfem.structures.cache import Cache, build, key_of
 from seatfem.structures.kinds import Structure
@@ -64,7 +64,7 @@ class _Arguments:
 
 @lru_cache(maxsize=6)
 def _solved(call: _Arguments) -> Solved:
-    cache = Cache(None) if call.structure.traits.is_kept else None
+    cache = Cache(None) if call.structure.traits.needs_gmsh else None
     return build(call.structure, call.method, call.duration, cache, progress=call.progress, mesh_error=call.mesh_error)
 
 
@@ -76,10 +76,12 @@ def striker_of(scene: Scene, n_modes: int | None = None, greens: GreensFunction 
     """
     reed = scene.reed
     with problems.in_role("reed", reed):
-        body = reed.body(greens, n_modes, scene.geometry.contact_at)
-        ports = scene.geometry.port_points() if scene.driven_by else ()
+        body = reed.body(greens, n_modes or 0, scene.geometry.contact_at)
+        pressed = scene.driven_by or any(load.pressure is not None for load in scene.load)
+        ports, areas = (scene.geometry.port_points(), scene.geometry.port_areas()) if pressed else ((), ())
         by_wings = (load for each in scene.driven_by for load in each.loads(reed, body, ports))
-        body = replace(body, loads=(*body.loads, *external_loads(scene.load, reed, body), *by_wings))
+        own = external_loads(scene.load, reed, body, tuple(zip(ports, areas, strict=True)))
+        body = replace(body, loads=(*body.loads, *own, *by_wings))
         carried = on_its_base(scene.mount("reed"), body)
         return on_its_springs(scene.spring, scene.contact.gap, reed, carried)
 
@@ -249,11 +251,14 @@ def on_its_springs(springs: Sequence[drives.ValveSpring], gap: float, reed: Stru
     return held
 
 
-def external_loads(loads: Sequence[drives.ExternalLoad], reed: Structure, body: Body) -> Iterator[Load]:
-    """Yield the known loads on the ``reed`` as a ``body``."""
+def external_loads(
+    loads: Sequence[drives.ExternalLoad], reed: Structure, body: Body, ports: Sequence[tuple[Array, float]] = ()
+) -> Iterator[Load]:
+    """Yield the known loads on the ``reed`` as a ``body``; ``ports``: (n, 2) points of each of several ports that it
+    covers, from the centre of its contact [m], with the port's area [m^2]."""
     for load in loads:
         if load.pressure is not None:
-            yield _pressure_load(load, reed, body)
+            yield _pressure_load(load, reed, body, ports)
         elif load.force is not None:
             place = load.at if load.point is None else np.array([load.point])
             yield Load(reed.pushed_at(body, place).ravel(), load.force.course)
@@ -265,14 +270,21 @@ def external_loads(loads: Sequence[drives.ExternalLoad], reed: Structure, body: 
                 yield Load(shape, scaled(load.base_motion.course, -mass))
 
 
-def _pressure_load(load: drives.ExternalLoad, reed: Structure, body: Body) -> Load:
-    """Return the load p(t) A(0) of a pressure, with the factor A(lift)/A(0) if its area depends on the lift."""
+def _pressure_load(
+    load: drives.ExternalLoad, reed: Structure, body: Body, ports: Sequence[tuple[Array, float]]
+) -> Load:
+    """Return the load p(t) A(0) of a pressure, with the factor A(lift)/A(0) if its area depends on the lift; several
+    ``ports`` share the area A by their own."""
     assert load.pressure is not None
     assert load.area is not None
     closed = load.area(0.0)
     lifts, ratios = np.array(load.area.lift), np.array(load.area.area) / closed  # evaluated every few steps
     by_opening = (lambda opening: float(np.interp(opening, lifts, ratios))) if load.by_lift else None
-    shape = reed.pushed_at(body, None, by="pressure")[:, 0]
+    if len(ports) > 1:
+        means = [reed.pushed_at(body, points).mean(axis=1) for points, _ in ports]
+        shape = np.average(means, axis=0, weights=[area for _, area in ports])
+    else:
+        shape = reed.pushed_at(body, None, by="pressure")[:, 0]
     return Load(shape, scaled(load.pressure.course, closed), by_opening)
 
 

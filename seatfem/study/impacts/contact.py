@@ -34,7 +34,7 @@ from seatfem.structures.rings import Division
 from seatfem.study.impacts import touches
 from seatfem.study.impacts.bodies import check_base, problem_of
 from seatfem.study.impacts.forces import Strike, known_stress
-from seatfem.study.impacts.landings import Landings, landings_of_march
+from seatfem.study.impacts.landings import Landings, landings_of_march, seat_contacts
 from seatfem.study.impacts.touches import pushes
 from seatfem.study.scene import Run, Scene, drives, lips, local, measures
 from seatfem.study.scene.drives import Gauged
@@ -94,7 +94,7 @@ def valve_spring_keys(springs: Sequence[drives.ValveSpring], strike: Strike) -> 
     marched, gap = with_recorded_loads(striker, touches.opening, strike.dt), strike.geometry.contact.gap
     (change,) = spring_displacements(marched, strike.pushes, strike.dt, striker.springs.stiffness[:, None])
     force = np.asarray(sum(spring.force_on_undeformed(gap) for spring in springs) + change)
-    hard = None if touches.landings is None else touches.landings.hardest
+    hard = touches.landings.hardest
     return {
         "valve_spring_force_max_N": float(force.max()),
         "valve_spring_force_at_landing_N": hard and float(np.interp(hard.start, touches.seat.time, force)),
@@ -154,13 +154,14 @@ class Flights:
     """The striker over a ``duration`` [s], with or without a ``preload``: cached for each time step [s], but not for
     others; with its motion without contact, which is computed where equal steps first need it.
 
-    ``varied``: the problem and its neighbours, once they are known; ``runs``: their marches so far, by problem, step
-    and duration, for all that look at them.
+    ``keeps_runs``: whether the marches of neighbours are kept, as stress and life look at them later; ``varied``: the
+    problem and its neighbours, once they are known; ``runs``: their marches so far, by problem, step and duration.
     """
 
     striker: impact.Body
     duration: float
     preload: bool
+    keeps_runs: bool = False
     known: dict[float, motion.Discrete] = field(default_factory=dict)
     varied: list[Any] = field(default_factory=list)
     runs: dict[tuple[int, float, float], tuple[impact.ContactProblem, MarchRun]] = field(default_factory=dict)
@@ -212,28 +213,28 @@ def marched(
     problem: impact.ContactProblem,
     dt: float,
     duration: float,
-    flight: Callable[[impact.Body, float], motion.Discrete] | None = None,
+    flights: Flights | None = None,
     *,
     like: TimeGrid = NO_STEPS,
 ) -> MarchRun:
     """Integrate a problem over a ``duration`` [s] for its forces only, far cheaper than a run with energies.
 
-    ``flight``: function such as `Flights`, which several runs may share; ``like``: as in
+    ``flights``: the striker's motion without contact, if several runs share it; ``like``: as in
     `impact.march.ladder.begin_march`.
     """
     striker, asked = problem.striker, problem
-    runs = flight.runs if isinstance(flight, Flights) else {}
-    if (key := (id(asked), dt, duration)) in runs:
-        return runs[key][1]
+    flights = flights or Flights(striker, duration, problem.preload)
+    if (key := (id(asked), dt, duration)) in flights.runs:
+        return flights.runs[key][1]
     for body in problem.targets:
         if not body.loads:
             problem = with_body(problem, body, replace(body, greens=body.greens.forces_only()))
-    discrete = (flight or Flights(striker, duration, problem.preload))(striker, dt)
+    discrete = flights(striker, dt)
     targets = (motion.Discrete.from_body(body, dt, discrete.loads.shape[1]) for body in problem.targets)
     with in_words_of_a_scene():
         run = march(problem, dt, duration, bodies=(discrete, *targets), like=like)
-    if (len(runs) + 1) * 2 * run.rows.force.nbytes < SHARED * available_memory():
-        runs[key] = asked, run
+    if flights.keeps_runs and (len(flights.runs) + 1) * 2 * run.rows.force.nbytes < SHARED * available_memory():
+        flights.runs[key] = asked, run
     return run
 
 
@@ -241,7 +242,7 @@ def record_of(
     scene: Scene,
     problem: impact.ContactProblem,
     dt: float,
-    flight: Callable[[impact.Body, float], motion.Discrete] | None = None,
+    flights: Flights | None = None,
     like: Landings | None = None,
     duration: float | None = None,
     *,
@@ -249,7 +250,7 @@ def record_of(
     look: StressLook | None = None,
 ) -> touches.RunRecord:
     """Return the record of a run for its measures, from forces only (`marched`); arguments as `record_of_march`."""
-    run = marched(problem, dt, scene.run.duration if duration is None else duration, flight)
+    run = marched(problem, dt, scene.run.duration if duration is None else duration, flights)
     return record_of_march(scene, run, like, stresses=stresses, look=look)
 
 
@@ -261,21 +262,24 @@ def record_of_march(
     ``stresses``: whether to include the stresses that the scene needs; ``look``: their function, in place of
     `bending_look`; ``like``: landings of a neighbouring run, whose partners are sought.
     """
-    division, seats = Division.from_greens(run.problem.target.greens), touches.seat_contacts(run.problem)
+    division, seats = Division.from_greens(run.problem.target.greens), seat_contacts(run.problem)
     lands = scene.geometry.lands(division)
     landings = landings_of_march(run, scene.run.filter_width, None if like is None else like.static, lands)
     others = None if like is None else like.seat
     stress_look = (look or bending_look(scene.geometry)) if stresses and scene.needs_stress else None
     blow = blow_of_march(scene, run, landings.seat, others, stress=stress_look)
     ports = scene.geometry.lifts(division, run.rows.gap[:, :seats], run.rows) if scene.driven_by else ()
-    further = other_values(scene, strains_of(scene.geometry, scene.gauged, run), run.opening, run.dt, ports)
+    strains = strains_of(scene.geometry, scene.gauged, run)
+    further = other_values(scene.driven_by, strains, run.opening, run.dt, scene.run.duration, ports)
     return touches.RunRecord(blow, landings, touches.stopper_force_of(run), further)
 
 
-def other_values(scene: Scene, strains: Strains, opening: Array, dt: float, ports: Sequence[PortLift] = ()) -> Values:
+def other_values(
+    driven: Sequence[Drive], strains: Strains, opening: Array, dt: float, duration: float, ports: Sequence[PortLift]
+) -> Values:
     """Return the values of a run that no contact has, as `RunRecord.others`: extreme strains at gauges, and those of
-    wings by the lift ``opening`` (n + 1,) [m] at steps ``dt`` [s], and that over each of several lands."""
-    by_wings = (each.values(opening, dt, scene.run.duration, ports) for each in scene.driven_by)
+    what is ``driven``; ``opening``, ``dt``, ``duration``, ``ports``: as in `Drive.follow`."""
+    by_wings = (each.follow(opening, dt, duration, ports).values() for each in driven)
     return {**gauge_values(strains), **{name: value for values in by_wings for name, value in values.items()}}
 
 
@@ -293,18 +297,18 @@ def blow_of_march(
     ``like``: landings of a neighbouring run, the partner of whose judged one is judged; ``None``: the run's own.
     ``displacement``: whether to include the seat's; ``stress``: function of the reed's stress, if wanted.
     """
-    choice, force = scene.accuracy.landing, touches.force_of(run)
+    choice, rows, seats = scene.accuracy.landing, run.rows, seat_contacts(run.problem)
     judged = measures.judged_landing(landings, choice, like)
     since = None if judged is None or stress is None else judged.start
     stresses = None if stress is None else stress(run, since)
     return measures.ContactRecord(
-        force=force,
+        force=touches.force_of(run),
         dt=run.dt,
         filter_width=scene.run.filter_width,
         displacement=touches.displacement_of(run) if displacement else None,
         stress=stresses,
-        line=scene.geometry.line(Division.from_greens(run.problem.target.greens), touches.parts_of(run), run.rows),
-        film=touches.film_of(run),
+        line=scene.geometry.line(Division.from_greens(run.problem.target.greens), rows.force[:, :seats], rows),
+        film=rows.spread_forces(rows.film[:, :seats].sum(axis=1)),
         landings=landings,
         asked=choice,
         stress_since=since,
@@ -324,7 +328,7 @@ def strains_of(geometry: lips.ContactGeometry, gauged: Sequence[Gauged], run: Ma
 
 def _met_in(geometry: lips.ContactGeometry, run: MarchRun) -> lips.ContactGeometry:
     """Return the geometry with the stopper's face in the parts of a run."""
-    parts = len(run.problem.contacts) - touches.seat_contacts(run.problem)
+    parts = len(run.problem.contacts) - seat_contacts(run.problem)
     return geometry.with_stopper_in(Division(max(parts, 1))) if geometry.has_two_places else geometry
 
 

@@ -16,7 +16,8 @@ from impact.march.rows import MarchRun
 from impact.march.stepper import with_recorded_loads
 from seatfem.structures.kinds.structure import KnownStress
 from seatfem.structures.rings import Division, ring_borders
-from seatfem.study.impacts.touches import Touches, pushes, seat_contacts
+from seatfem.study.impacts.landings import seat_contacts
+from seatfem.study.impacts.touches import Touches, pushes
 from seatfem.study.scene import ContactGeometry
 from seatfem.study.scene.lips import STOPPER
 

@@ -1,4 +1,7 @@
-"""Landings of a scene's run on seat and stopper, their status, and the scenes that count in statistics.
+"""Landings of a scene's run on seat, stopper and each land of a seat, their status, and the scenes that count.
+
+A landing on a land is what `impact.after.landings` makes of the forces on that land alone. Those that begin during the
+hardest landing on the seat say in which order this landing closes the lands.
 
 A run without a landing, or one that ends during it, has numbers without meaning: an impulse of zero, or a part of a
 peak. In statistics over many scenes it counts only for what needs no landing on the seat: numbers of the stopper, of
@@ -7,6 +10,7 @@ wings, of the static load, and the count of landings.
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -14,6 +18,7 @@ from typing import Final, Literal
 
 import numpy as np
 
+from impact.after.histories import line_force_peak
 from impact.after.landings import (
     ContactRecord,
     Landing,
@@ -22,6 +27,7 @@ from impact.after.landings import (
     find_landings,
     find_own_yield,
     hardest,
+    pair_landings,
     pressed_on,
     restitutions,
 )
@@ -34,6 +40,8 @@ from impact.march.problem import ContactProblem
 from impact.march.rows import MarchRun
 from impact.march.stepper import with_recorded_loads
 from impact.quantities import brief
+from seatfem.readings import BAR, SPRING
+from seatfem.study.scene.measures import Line
 from seatfem.study.scene.wings import drives
 
 Face = Literal["seat", "stopper"]
@@ -100,7 +108,7 @@ def landings_of_result(
     of a seat with several."""
     rows, steps = result.rows, int(result.rows.ends[-1])
     force, solid, gap = (values.reshape(len(rows.ends), -1) for values in (rows.force, rows.solid, rows.gap))
-    opening = rows.spread_motions(gap[:, _seats(problem)].mean(axis=1))
+    opening = rows.spread_motions(gap[:, : seat_contacts(problem)].mean(axis=1))
     striker = with_recorded_loads(problem.striker, opening, result.dt)
     march = _March(problem, rows, force, solid, gap, width, lands)
     load = static_load(replace(problem, striker=striker), result.dt * steps, lands)
@@ -158,9 +166,9 @@ def static_load_of_march(run: MarchRun, lands: Sequence[slice] = ()) -> StaticLo
     return static_load(replace(run.problem, striker=striker), run.dt * run.steps, lands)
 
 
-def _seats(problem: ContactProblem) -> slice:
-    """Return the contacts with the seat, which are the first ones."""
-    return slice(sum(contact.side > 0 for contact in problem.contacts))
+def seat_contacts(problem: ContactProblem) -> int:
+    """Return the number of contacts with the seat, which are the first ones."""
+    return sum(contact.side > 0 for contact in problem.contacts)
 
 
 @dataclass(frozen=True)
@@ -179,7 +187,7 @@ class _March:
     def landings(self, load: StaticLoad, stored: Stored, pushed: Array) -> Landings:
         """Return the landings; ``stored``: striker's energy after steps; ``pushed`` (L, n): amplitudes of its
         loads [N]."""
-        seats, count = _seats(self.problem), len(self.problem.contacts)
+        seats, count = slice(seat_contacts(self.problem)), len(self.problem.contacts)
         times = np.asarray(self.grid.dt * np.arange(self.grid.ends[-1] + 1), dtype=np.float64)
         on_seat = self._record(seats, load.course(times))
         above = slice(seats.stop, count)
@@ -217,7 +225,6 @@ class _March:
 
 STATUS: Final = "landing_status"
 LANDED: Final = "landed"
-BAR: Final = "error_bar_"
 NO_LANDING_NEEDED: Final = ("stopper_", "gauge_", "peak_gauge_strain", "pressed_on_", "landing_count", STATUS)
 """Prefixes of the keys of summary.json that need no landing on the seat, as those of wings do not."""
 
@@ -230,7 +237,7 @@ def has_landed(summary: Mapping[str, object]) -> bool:
 def needs_landing(key: str) -> bool:
     """Return whether a key of summary.json, or its error bar, has a meaning only with a landing on the seat."""
     needless = (*NO_LANDING_NEEDED, *(f"{each.table}_" for each in drives()))
-    return not key.removeprefix(BAR).removeprefix("spring_").startswith(needless)
+    return not key.removeprefix(BAR).removeprefix(SPRING).startswith(needless)
 
 
 def counts(summary: Mapping[str, object], key: str) -> bool:
@@ -246,3 +253,102 @@ def left_out_in_words(statuses: Iterable[object], what: str = "scenes") -> str:
         return ""
     reasons = ", ".join(f"{count} {status}" for status, count in sorted(excluded.items(), key=lambda each: -each[1]))
     return f"{excluded.total()} of {len(all_statuses)} {what} left out: {reasons}"
+
+
+SHARE: Final = "impulse_share"
+LINE_FORCE: Final = "line_force_peak_N_per_m"
+DELAY: Final = "after_first_s"
+TOGETHER: Final = 1e-6  # fraction of a step, or of a landing, within which times count as one
+
+
+def landings_of_lands(landings: Landings) -> tuple[Landing | None, ...]:
+    """Return the hardest landing on each land that begins during the hardest one on the seat; ``None`` for a land that
+    is not touched in it."""
+    if (whole := landings.hardest) is None:
+        return (None,) * len(landings.lands)
+    early = TOGETHER * max(whole.duration, 1e-9)
+    return tuple(
+        hardest([one for one in each if whole.start - early <= one.start < whole.end]) for each in landings.lands
+    )
+
+
+def values_of_lands(
+    line: Line | None, landings: Landings, width: float, like: Landings | None = None
+) -> dict[str, float]:
+    """Return, by name, the largest force per length on each land during the hardest landing [N/m], the time from the
+    first touch of any land to its own [s], and its share of the impulse on all lands during the hardest landing.
+
+    Args:
+        line: contact along the lips; ``None``, or of a single land: there are no values.
+        landings: landings of the run.
+        width: width of the filter [s].
+        like: landings of a neighbouring run, whose partners are taken; infinite values for one without partner.
+    """
+    if line is None or len(line.lands) != len(landings.lands):
+        return {}
+    of_lands = landings_of_lands(like or landings)
+    own = tuple(
+        one if like is None else _partner(one, like.lands[k], landings.lands[k]) for k, one in enumerate(of_lands)
+    )
+    first = min((one.touch for one in own if one is not None), default=math.nan)
+    values, shares = {}, _shares(line, _hardest(landings, like))
+    for k, (asked, one) in enumerate(zip(of_lands, own, strict=True)):
+        if asked is not None:
+            place = land_place(k)
+            delay = math.inf if one is None else one.touch - first
+            values[f"{place} {DELAY}"] = delay if delay > TOGETHER * line.grid.dt else 0.0
+            values[f"{place} {SHARE}"] = shares[k]
+            values[f"{place} {LINE_FORCE}"] = math.inf if one is None else largest_line_force(line, k, one, width)
+    return values
+
+
+def _hardest(landings: Landings, like: Landings | None) -> Landing | None:
+    """Return the hardest landing on the seat, or the partner of that of a neighbouring run."""
+    if like is None or like.hardest is None:
+        return landings.hardest
+    return _partner(like.hardest, like.seat, landings.seat)
+
+
+def _shares(line: Line, landing: Landing | None) -> list[float]:
+    """Return the share of each land in the impulse of a landing, loads included; infinite without one."""
+    if landing is None:
+        return [math.inf] * len(line.lands)
+    rows = _rows_of(line, landing)
+    impulses = np.diff(line.grid.time)[rows] @ line.force[1:][rows]
+    return [float(impulses[land].sum() / impulses.sum()) for land in line.lands]
+
+
+def _rows_of(line: Line, landing: Landing) -> slice:
+    """Return the steps of the grid during a landing."""
+    begins, ends = line.grid.time[:-1], line.grid.time[1:]
+    rows = np.flatnonzero((ends > landing.start) & (begins < landing.end + line.grid.dt / 2))
+    return slice(int(rows[0]), int(rows[-1]) + 1)
+
+
+def _partner(one: Landing | None, landings: tuple[Landing, ...], others: tuple[Landing, ...]) -> Landing | None:
+    pairs = zip(landings, pair_landings(landings, others), strict=True)
+    return next((other for each, other in pairs if each is one), None)
+
+
+def largest_line_force(line: Line, number: int, landing: Landing, width: float) -> float:
+    """Return the largest force per length on a land during a landing on it [N/m], as a mean over the ``width`` [s] and
+    over the length of line over which all forces along the lip are averaged; lands are numbered from 0."""
+    arcs, lengths = line.lands[number], line.lengths
+    own, span = lengths[arcs], _rows_of(line, landing)
+    share = min(1.0, line.share * float(lengths.sum()) / float(own.sum()))
+    times = line.grid.time[span.start : span.stop + 1]
+    piece = (len(own), line.pieces[number][1])
+    return line_force_peak(line.force[1:][span, arcs], times, width, own, share, (piece,))[0]
+
+
+def closed_all_round(line: Line, number: int, landing: Landing) -> float | None:
+    """Return the time by which every segment of a land has touched during a landing on it [s]; ``None`` if one has not.
+
+    It is known to whole steps."""
+    pressed = (line.force - line.film)[:, line.lands[number]] > 0
+    during = (line.grid.time > landing.start) & (line.grid.time <= landing.end + line.grid.dt / 2)
+    touched = pressed & during[:, None]
+    if not touched.any(axis=0).all():
+        return None
+    begins = np.concatenate([[0.0], line.grid.time[:-1]])
+    return max(landing.touch, float(begins[touched.argmax(axis=0)].max()))

@@ -21,8 +21,7 @@ from impact.march.rows import MarchRun
 from impact.quantities import finite_or_none
 from impact.runs.variations import Budget, Values
 from seatfem.structures.rings import Division
-from seatfem.study.impacts.each_land import values_of_lands
-from seatfem.study.impacts.landings import Face, Landings, landings_of_result
+from seatfem.study.impacts.landings import Face, Landings, landings_of_result, seat_contacts, values_of_lands
 from seatfem.study.scene import ContactGeometry
 from seatfem.study.scene.measures import ContactRecord, LandingChoice, Line, judged_landing, key_of, values_of
 from seatfem.study.scene.wings import CYCLE, PortLift
@@ -34,20 +33,20 @@ class Touches:
 
     Attributes:
         seat: contact with the seat, all parts of its patch joined to one.
+        landings: landings of the run.
         parts: the parts of the seat's patch, if it is divided into arcs and rings.
         stopper: contact with the stopper, if there is one, all parts joined to one.
         stopper_parts: the parts of the stopper's patch, if it is divided.
         line: force along the lip, if it has several arcs.
-        landings: landings of the run; ``None`` if not determined.
         strains: (n + 1,) strain at each gauge, by its name.
     """
 
     seat: ImpactResult
+    landings: Landings
     parts: ImpactResult | None = None
     stopper: ImpactResult | None = None
     line: Line | None = None
     stopper_parts: ImpactResult | None = None
-    landings: Landings | None = None
     strains: Mapping[str, Array] = field(default_factory=dict)
 
     @property
@@ -85,19 +84,19 @@ def taken_apart(
     division = Division.from_greens(problem.target.greens)
     landings = landings_of_result(problem, result, filter_width, geometry.lands(division))
     if result.rows.force.ndim == 1:
-        return Touches(result, landings=landings)
+        return Touches(result, landings)
     of_seat = seat_contacts(problem)
     stopper = on_stopper = None
     if geometry.stopper is not None:
         above, parts_above = select_contacts(result, slice(of_seat, None)), geometry.stopper.parts
         stopper, on_stopper = join_contacts(above, parts_above.shares), None if parts_above == Division() else above
     if of_seat == 1:
-        return Touches(measures.of_contact(result, 0), stopper=stopper, stopper_parts=on_stopper, landings=landings)
+        return Touches(measures.of_contact(result, 0), landings, stopper=stopper, stopper_parts=on_stopper)
     parts = select_contacts(result, slice(of_seat))
     line = geometry.line(division, parts.rows.force, parts.rows, parts.rows.film)
     seat = join_contacts(parts, division.shares)
     mass = _mass_that_moves(problem, np.asarray(parts.rows.spans @ parts.rows.force[1:]), division.shares)
-    return Touches(replace(seat, striker_mass=mass or seat.striker_mass), parts, stopper, line, on_stopper, landings)
+    return Touches(replace(seat, striker_mass=mass or seat.striker_mass), landings, parts, stopper, line, on_stopper)
 
 
 def lifts_of(geometry: ContactGeometry, touches: Touches, seat: GreensFunction) -> tuple[PortLift, ...]:
@@ -119,11 +118,6 @@ def _mass_that_moves(problem: impact.ContactProblem, pushed: Array, shares: Arra
     return float(pushed.sum()) / moved if moved > 0 else None
 
 
-def seat_contacts(problem: impact.ContactProblem) -> int:
-    """Return the number of contacts with the seat, which are the first ones."""
-    return sum(contact.side > 0 for contact in problem.contacts)
-
-
 def stopper_in(problem: impact.ContactProblem) -> Body | None:
     """Return the stopper of a problem, or ``None``."""
     return next((contact.target for contact in problem.contacts if contact.side < 0), None)
@@ -132,17 +126,6 @@ def stopper_in(problem: impact.ContactProblem) -> Body | None:
 def force_of(run: MarchRun) -> Array:
     """Return the (n + 1,) contact force on the seat's whole patch [N]."""
     return run.force_on(slice(seat_contacts(run.problem)))
-
-
-def film_of(run: MarchRun) -> Array:
-    """Return the (n + 1,) force of the film, a part of `force_of` [N]; 0 without a film."""
-    rows = run.rows
-    return rows.spread_forces(rows.film[:, : seat_contacts(run.problem)].sum(axis=1))
-
-
-def parts_of(run: MarchRun) -> Array:
-    """Return the (N + 1, parts) contact force on each part of the seat's patch, in the steps of ``run.rows`` [N]."""
-    return np.asarray(run.rows.force[:, : seat_contacts(run.problem)])
 
 
 def stopper_force_of(run: MarchRun) -> Array | None:
@@ -200,7 +183,7 @@ def contact_record_of(
     touches: Touches, filter_width: float, stress: histories.ReedStress | None = None, asked: LandingChoice = "hardest"
 ) -> ContactRecord:
     """Return the record of a run from which its measures are taken."""
-    result, landings = touches.seat, () if touches.landings is None else touches.landings.seat
+    result, landings = touches.seat, touches.landings.seat
     force, moved, film, line = result.force, result.target_displacement, result.film, touches.line
     since = None if stress is None else stress_since(touches, asked)
     strains = tuple(touches.strains.values())
@@ -209,8 +192,7 @@ def contact_record_of(
 
 def stress_since(touches: Touches, asked: LandingChoice) -> float | None:
     """Return the start of the judged landing [s], before and after which stress is reported; ``None`` without one."""
-    landings = () if touches.landings is None else touches.landings.seat
-    landing = judged_landing(landings, asked)
+    landing = judged_landing(touches.landings.seat, asked)
     return None if landing is None else landing.start
 
 
@@ -277,13 +259,13 @@ class RunRecord:
 
     Attributes:
         blow: histories of the contact with the seat.
-        landings: landings of the run; ``None`` if not determined.
+        landings: landings of the run.
         stopper: (n + 1,) force on the stopper [N]; ``None`` without one.
         others: strains at gauges, and values of wings, by their keys in summary.json or `cycle_name`.
     """
 
     blow: ContactRecord
-    landings: Landings | None = None
+    landings: Landings
     stopper: Array | None = None
     others: Values = field(default_factory=dict)
 
@@ -296,8 +278,8 @@ def values_of_record(record: RunRecord, like: Landings | None = None) -> Values:
     blow, landings = record.blow, record.landings
     return {
         **values_of(blow, None if like is None else like.seat),
-        **({} if landings is None else values_of_landings(landings, like)),
-        **({} if landings is None else values_of_lands(blow.line, landings, blow.filter_width, like)),
+        **values_of_landings(landings, like),
+        **values_of_lands(blow.line, landings, blow.filter_width, like),
         **stopper_values(record.stopper, blow.dt, blow.filter_width),
         **record.others,
     }

@@ -20,8 +20,8 @@ from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.scene import ContactGeometry, Scene
 from seatfem.study.scene.contact import Stopper
-from seatfem.study.scene.doubts import SAMPLES
 from seatfem.study.scene.drives import ExternalLoad
+from seatfem.study.scene.models import SAMPLES
 from seatfem.study.scene.problems import in_role
 from seatfem.units import write_quantity
 

@@ -34,8 +34,7 @@ from seatfem.study.scene.measures import (
     HARDEST,
     PREFIXES,
     all_measures,
-    any_needs_displacement,
-    any_needs_stress,
+    any_needs,
     judged_landing,
     values_of,
 )
@@ -164,8 +163,8 @@ class Excerpt:
 
     def _values(self, run: MarchRun, dt: float, load: StaticLoad) -> Values:
         wanted, landing = self.scene.accuracy.measures, self.scene.accuracy.landing
-        displacement = any_needs_displacement(wanted)
-        stress = self._stress_look(dt) if any_needs_stress(wanted) else None
+        displacement = any_needs(wanted, "displacement")
+        stress = self._stress_look(dt) if any_needs(wanted, "stress") else None
         landings = self._landings(run, load)
         values = values_of(contact.blow_of_march(self.scene, run, landings, displacement=displacement, stress=stress))
         names = [name for name, each in all_measures().items() if each.landing_key and name in {*values, *wanted}]

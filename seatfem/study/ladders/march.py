@@ -70,8 +70,7 @@ def left_by_half_step(run: ComputedRun, touches: Touches, look: PlateLook | None
     scene, striker, result = run.scene, run.problem.striker, touches.seat
     if striker.greens.highest_rate == 0:
         return {}
-    landings = () if touches.landings is None else touches.landings.seat
-    window = window_of(scene, striker, result.force[1:], result.dt, touches.stopper_force, landings)
+    window = window_of(scene, striker, result.force[1:], result.dt, touches.stopper_force, touches.landings.seat)
     if not window.touches:
         return {}
     if window.duration > SHORT * scene.run.duration:

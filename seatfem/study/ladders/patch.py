@@ -39,7 +39,7 @@ from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder
 from seatfem.study.ladders.mesh import in_each_arc
 from seatfem.study.method import CONTACT_SIZE, PORTS, RINGS, STOPPER_ARCS, STOPPER_RINGS, RunMethod
 from seatfem.study.scene import Scene, local
-from seatfem.study.scene.measures import all_measures
+from seatfem.study.scene.measures import any_needs
 from seatfem.study.scene.problems import SceneError
 
 
@@ -170,21 +170,16 @@ class Arcs(Ladder):
 def in_fewest_arcs(scene: Scene, method: RunMethod) -> RunMethod:
     """Return the method with the fewest arcs of a lip whose convergence can be estimated; where a force per length is
     asked for, with arcs no longer than the part over which it is averaged. It is the same without a lip."""
-    along_line = math.ceil(2 * math.pi / scene.contact.line_arc) if any_needs_line(scene.accuracy.measures) else 1
+    along_line = math.ceil(2 * math.pi / scene.contact.line_arc) if any_needs(scene.accuracy.measures, "line") else 1
     fewest = max(FEWEST_ARCS, along_line)
     lip = scene.geometry.lip(fewest)
     return method if lip is None else method.along(scene.geometry, lip.whole(fewest))
 
 
-def any_needs_line(names: tuple[str, ...]) -> bool:
-    """Return whether one of these measures is of the force per length of a lip."""
-    return any(all_measures()[name].needs_line for name in names)
-
-
 def is_one_enough(scene: Scene) -> bool:
     """Return whether one contact may stand for those along a lip: of a plate that lands flat, where nothing along it
     and no stress is asked for."""
-    if any_needs_line(scene.accuracy.measures) or scene.stress is not None or scene.assessments:
+    if any_needs(scene.accuracy.measures, "line") or scene.stress is not None or scene.assessments:
         return False
     return not scene.contact.uneven and not is_curved(scene.reed) and scene.geometry.lip(1) is not None
 

@@ -15,14 +15,13 @@ import impact
 from impact.after.histories import ReedStress
 from impact.after.result import ImpactResult
 from impact.greens.base import GreensFunction
-from impact.greens.modal import ModalGreens
+from impact.greens.modal import ModalGreens, Residual
 from impact.march.problem import ContactProblem
 from impact.notices import Progress, Tell
 from impact.quantities import finite_or_none, percent
 from impact.runs.variations import ROUND_OFF, SAFETY, Budget, Values, Variation, budget_of
 from seatfem.machine.resources import Stopwatch
 from seatfem.structures import method, rings
-from seatfem.structures.patch import Column
 from seatfem.study.impacts import contact, validity
 from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.contact import RunError, record_of, run_contacts
@@ -47,15 +46,15 @@ if TYPE_CHECKING:
 class Baseline:
     """The run on a spring of the seat's static stiffness, to compare with the run ``beside``, and what ``simpler``
     models of the seat give, by keys of summary.json. ``left``, ``stiffness_bar``: errors of its measures and of the
-    stiffness [N/m] if the seat is a measured record, else ``None``."""
+    stiffness [N/m] if the seat is a measured record, else none and nan."""
 
     beside: ImpactResult
     stiffness: float
     touches: Touches
     stress: ReedStress | None
     simpler: Mapping[str, object]
-    left: Budget | None = None
-    stiffness_bar: float | None = None
+    left: Budget = field(default_factory=lambda: Budget({}))
+    stiffness_bar: float = math.nan
 
     @property
     def result(self) -> ImpactResult:
@@ -67,7 +66,7 @@ def baseline_of(done: Round, watch: Stopwatch) -> Baseline:
     """Return the spring baseline of a round, which is the round's own run if its seat is a spring. Raises as
     `static_stiffness`."""
     scene = done.plan.scene
-    stiffness = static_stiffness(done.seat.greens, scene.seat.column())
+    stiffness = static_stiffness(done.seat.greens, scene.seat.endless_stiffness)
     with watch("spring baseline"):
         spring = spring_for(done.seat.greens, stiffness)
         same = is_spring(done.seat.greens, spring)
@@ -92,17 +91,27 @@ def baseline_of(done: Round, watch: Stopwatch) -> Baseline:
             models = validity.simpler_models(scene, done.striker, done.seat.greens, done.result.dt)
             simpler = validity.simpler_keys(models, scene.run.filter_width)
             del models
-    errors, bar = None, None
+    errors, bar = Budget({}), math.nan
     if draws := scene.seat.other_fits():
         with watch("spring baseline"):
             others = [static_stiffness(draw) for draw in draws]
-            errors = _record_errors(done, touches, stress, stiffness, others)
+            springs = [spring_for(*each) for each in zip(draws, others, strict=True)]
+            errors = _record_errors(done, touches, stress, spring, springs)
             bar = SAFETY * OF_DRAWS * max(abs(other - stiffness) for other in others)
     return Baseline(done.result, stiffness, touches, stress, simpler, errors, bar)
 
 
 def spring_for(seat: GreensFunction, stiffness: float) -> ModalGreens:
-    """Return the baseline of a seat: a spring of this ``stiffness`` [N/m], or one for each part of its lip."""
+    """Return the baseline of a seat: a spring of this ``stiffness`` [N/m], or one for each part of its lip; of a free
+    seat, without stiffness, the same body without vibrations: its rigid motion, and the compliance of its modes."""
+    if stiffness == 0:
+        modal = ModalGreens.from_hz([0.0], 0.0, [[seat.mass() ** -0.5]]) if seat.modal is None else seat.modal
+        moves = modal.omega == 0
+        vibrates = modal.shapes[~moves] / modal.omega[~moves, None]
+        compliance = Residual.spring(vibrates.T @ vibrates + modal.residual.static())
+        return replace(
+            modal, omega=modal.omega[moves], zeta=modal.zeta[moves], shapes=modal.shapes[moves], residual=compliance
+        )
     division = rings.Division.from_greens(seat)
     return method.bed(division, stiffness) if division.arcs > 1 else impact.spring(stiffness=stiffness)
 
@@ -120,34 +129,36 @@ def is_spring(seat: GreensFunction, spring: ModalGreens) -> bool:
 
 
 def _record_errors(
-    done: Round, touches: Touches, stress: ReedStress | None, stiffness: float, others: Sequence[float]
+    done: Round, touches: Touches, stress: ReedStress | None, spring: ModalGreens, others: Sequence[ModalGreens]
 ) -> Budget:
-    """Return the baseline's errors by time step and by noise of the record, the latter from the stiffness of draws."""
+    """Return the baseline's errors by time step and by noise of the record, the latter from the baselines of draws."""
     scene, width = done.plan.scene, done.plan.scene.run.filter_width
 
-    def problem(value: float) -> ContactProblem:
-        return problem_of(scene, done.striker, impact.Body(impact.spring(stiffness=value)))
+    def problem(value: ModalGreens) -> ContactProblem:
+        return problem_of(scene, done.striker, impact.Body(value))
 
     def run(varied: ContactProblem, dt: float) -> Values:
         return values_of_record(record_of(scene, varied, dt, like=touches.landings, look=done.look), touches.landings)
 
-    own = problem(stiffness)
+    own = problem(spring)
     record = contact_record_of(touches, width, stress, scene.accuracy.landing)
     values = values_of_record(RunRecord(record, touches.landings, touches.stopper_force), touches.landings)
     draws = tuple(Variation(problem(other), OF_DRAWS) for other in others)
     return budget_of(run, own, values, touches.seat.dt, {RECORD: (draws,)}, filter_width=width)
 
 
-def static_stiffness(greens: GreensFunction, column: Column | None = None) -> float:
-    """Return the static stiffness of the struck patch [N/m]; of an endless body, the stiffness of its ``column``.
-    Raises `RunError` for a seat that is free to move."""
+def static_stiffness(greens: GreensFunction, endless: float = 0.0) -> float:
+    """Return the static stiffness of the struck patch [N/m]; of an endless body, its ``endless`` one, if not 0; 0 of a
+    body that is free to move. Raises `RunError` for samples without a rest."""
     compliance = rings.face_compliance(greens)
-    if column is not None and np.isinf(compliance) and math.isinf(greens.mass()):
-        return column.stiffness
+    if endless and np.isinf(compliance) and math.isinf(greens.mass()):
+        return endless
+    if np.isinf(compliance) and 0 < greens.mass() < math.inf:
+        return 0.0
     if not np.isfinite(compliance) or compliance <= 0:
         raise RunError(
-            "the seat has no static stiffness (it is free to move, or sampled without a rest), so there is no spring "
-            "to compare with; hold the seat somewhere, or state seat.free = false for a record"
+            "the seat has no static stiffness (it is sampled without a rest), so there is no spring to compare with; "
+            "hold the seat somewhere, or state seat.free for a record"
         )
     return 1.0 / compliance
 
@@ -175,8 +186,7 @@ class Afterwards:
         of_seat: list[rendering.Picture] = []
         waves: list[rendering.Picture] = []
         if self.stress is not None:
-            unsure = done.touch, done.touch + done.plan.scene.run.filter_width
-            of_seat = seat_stress.stress_pictures(self.stress, title or "Stress in the seat", unsure)
+            of_seat = stress_wave.peak_pictures(self.stress, title or "Stress in the seat")
             waves = stress_wave.wave_pictures(done, self.bodies)
         return [
             *of_seat,
@@ -305,8 +315,7 @@ def reed_front_keys(done: Round, stress: ReedStress | None) -> dict[str, object]
     beam's free end); empty where no stress is known, ``None`` without a closing speed."""
     if stress is None or stress.after_contact is None:
         return {}
-    face = done.plan.scene.reed.face
-    front = summary.front_of(done.result, face.young, face.density)
+    front = summary.front_of(done.result, *done.plan.scene.reed.front)
     return {"peak_reed_stress_over_rho_c0_v": None if math.isnan(front) else stress.after_contact.value / front}
 
 

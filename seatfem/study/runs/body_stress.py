@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar, Final
 
@@ -12,26 +12,34 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impact.greens.base import Array
+from impact.notices import Progress
 from seatfem.pictures import frames
 from seatfem.structures.fields import peaks, recovery
 from seatfem.study.impacts.forces import Strike
 from seatfem.study.impacts.touches import Touches
+from seatfem.study.runs.round import Round
 from seatfem.units import place_words
 
 if TYPE_CHECKING:
-    from seatfem.pictures.cell_grid import Skin
+    from seatfem.pictures.skins import Skin
     from seatfem.structures.fields.solids import AnyField
 
 Histories = Iterable[tuple[str, Array]]
 """Pairs of a place ("body, place") and its stress over the run [Pa]: (n + 1,) uniaxial, or (n + 1, 6) tensors."""
 MarginOf = Callable[[Array], float]
 """Function that returns the margin under a history of stress tensors (m, 6) [Pa]."""
+ValueOf = Callable[[Iterable[Array]], float]
+"""Function that returns the least value of the (m, 6) stress histories of several places [Pa]."""
+Errors = Mapping[str, float]
+"""Errors of a number of the stress by source."""
+Cached = Callable[[Callable[[], Errors]], Errors]
+"""Function that returns errors from where they are on file, or what a function computes."""
 COMPONENTS: Final = ("xx", "yy", "zz", "yz", "xz", "xy")
 LEAST: Final = 0.1  # least stress of a spot with a history, over the largest in its body
 SHARE: Final = 0.3
 """Least range of von Mises stress, over the largest, at which a margin is computed; below, it is 3 times
 larger."""
-EACH: Final = 4  # points of each part whose life is computed
+EACH: Final = 8  # points of each part whose life is computed
 ONE_FACE: Final = (("", 1.0),)
 BOTH_FACES: Final = ((", face away from the seat", 1.0), (", face towards the seat", -1.0))
 
@@ -131,6 +139,14 @@ class BodyStress(ABC):
     @abstractmethod
     def hot_spots(self, stride: int) -> tuple[tuple[Spot, ...], tuple[History, ...]]:
         """Return the hot spots, and the histories of the largest in every ``stride``-th step."""
+
+    def errors_of_value(
+        self, done: Round, value_of: ValueOf, first: int, turn: float, cached: Cached, progress: Progress
+    ) -> Errors:
+        """Return the errors, by source, of the least value of stress histories at the places that may have it, by the
+        load block after the ``first`` steps, the last ``turn`` [s] of a run; empty of a body of which only the error of
+        the largest stress is known. ``cached``: function that returns them from file, or computes and stores them."""
+        return {}
 
     def margin_map(self, margin_of: MarginOf, first: int) -> frames.Frames | None:
         """Return the surface with its fatigue margins by the load block after the ``first`` steps; ``None`` for a body

@@ -56,7 +56,7 @@ def write_calculix(plan: Plan, folder: Path, progress: Progress = silent) -> Ite
     body = plan.scene.seat.elastic
     if body is None:
         raise ModelError(f"seat.kind = {plan.scene.seat.kind!r} has no finite elements; give a seat that is meshed")
-    if body.struck_arc is not None:
+    if body.struck_arc:
         raise ModelError("only an arc of the seat's ring is struck: a half section has none; remove seat.arc")
     if held := [support.kind for support in body.supports if support.kind != "sliding"]:
         raise ModelError(f"seat.supports: a {held[0]} support has no place in the deck; use clamped or sliding faces")

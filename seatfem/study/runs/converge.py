@@ -257,8 +257,7 @@ def _is_hopeless(done: Round, measure: str) -> bool:
 
 def _is_cut(done: Round, measure: str) -> bool:
     """Return whether the end of the run cuts the landing of a measure, so that no refinement makes it known."""
-    landings = done.touches.landings
-    return landings is not None and landings.status == "cut off" and math.isinf(done.left.relative(measure))
+    return done.touches.landings.status == "cut off" and math.isinf(done.left.relative(measure))
 
 
 def attempts(done: Round, further: Plan) -> Iterator[tuple[Plan, frozenset[str]]]:

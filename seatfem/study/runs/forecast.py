@@ -25,7 +25,6 @@ from seatfem.study.runs.next_round import POWER, Limits, expect_memory, expect_t
 from seatfem.study.runs.outcome import Landings, Measures, RunResult
 from seatfem.study.runs.round import Round, missed, not_modelled, remarks
 from seatfem.study.runs.rounds import ANY, OutOfTime, last_round
-from seatfem.study.safety import MOST_ROUNDS
 from seatfem.study.scene import Scene
 from seatfem.study.scene.load import AnyScene, take_scene, with_target
 
@@ -88,12 +87,7 @@ class Look:
 
 
 def look_at(
-    scene: Scene,
-    seconds: float | None = None,
-    progress: Progress = silent,
-    tell: Tell = ignore,
-    most: int = MOST_ROUNDS,
-    longest: float = math.inf,
+    scene: Scene, seconds: float | None = None, progress: Progress = silent, *, longest: float = math.inf
 ) -> Look:
     """Return a look at a scene, after which no round is begun that is expected to end later than ``seconds``, by
     default `PURSE`.
@@ -104,7 +98,7 @@ def look_at(
     purse = PURSE[bool(scene.seat.files())] if seconds is None else seconds
     watch = Stopwatch()
     try:
-        done = last_round(first_plan(scene), watch, Limits(most, purse, longest), progress, tell)
+        done = last_round(first_plan(scene), watch, Limits(seconds=purse, first=longest), progress)
     except OutOfTime as problem:
         raise RunError(
             f"no first round within {in_time(longest)}: {problem}, or state a larger seat.mesh.size, a narrower "

@@ -32,7 +32,7 @@ NO_ENSEMBLE: Final[Mapping[str, object]] = {results.ENSEMBLE: 1, results.ENSEMBL
 def has_horizon(done: Round) -> bool:
     """Return whether a run has more than two landings, so that a difference may grow and the last ones be unknown."""
     landings = done.touches.landings
-    return landings is not None and len(landings.seat) + len(landings.stopper) > 2
+    return len(landings.seat) + len(landings.stopper) > 2
 
 
 def horizon_keys(done: Round, progress: Progress) -> dict[str, object]:

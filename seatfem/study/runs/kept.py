@@ -37,7 +37,7 @@ from seatfem.study.plan import Choice, Plan
 from seatfem.study.runs.converge import begin_plan
 from seatfem.study.runs.round import Round
 from seatfem.study.scene import ContactGeometry, Scene
-from seatfem.study.scene.parcel import by_content
+from seatfem.study.scene.files import by_content
 
 MOST_BYTES: Final = 100_000  # largest size of a cached file that is read
 MOST_ARRAYS: Final = 256 * MB  # most bytes of all arrays in the cache
@@ -151,6 +151,12 @@ def cached_array(done: Round, touches: Touches, what: str, at: Array, compute: C
     key = content_key({"of": _number_file(done, touches, what).stem, "at": at})
     read = partial(hdf5.finite_array, key="values")
     return cache.load_or_compute("arrays", key, compute, content=what, read=read, write=write, most_bytes=MOST_ARRAYS)
+
+
+def caches(done: Round, numbers: str, array: str) -> tuple[Callable[..., Any], Callable[..., Array]]:
+    """Return `cached_numbers` and `cached_array` of a round's own run, with their names: both take what computes."""
+    run = done, done.touches
+    return partial(cached_numbers, *run, numbers), partial(cached_array, *run, array)
 
 
 def _hash_of(numbers: Mapping[str, Any]) -> str:

@@ -5,8 +5,7 @@ from __future__ import annotations
 from impact.after.landings import Landing
 from impact.quantities import finite_or_none
 from impact.runs.variations import Budget
-from seatfem.study.impacts.each_land import DELAY, LINE_FORCE, SHARE, closed_all_round, landings_of_lands
-from seatfem.study.impacts.landings import land_place
+from seatfem.study.impacts.landings import DELAY, LINE_FORCE, SHARE, closed_all_round, land_place, landings_of_lands
 from seatfem.study.impacts.touches import OF_A_LANDING, Touches, landing_name
 from seatfem.study.scene.measures import Line
 
@@ -21,7 +20,7 @@ def land_keys(touches: Touches, left: Budget) -> dict[str, object]:
     """Return the lists `lands`, a record of each land in the hardest landing on the seat, and `land_landings`, a record
     of every landing on each land in the order of time; none on a seat with a single land."""
     line, landings = touches.line, touches.landings
-    if line is None or landings is None or not landings.lands:
+    if line is None or not landings.lands:
         return {}
     of_lands = landings_of_lands(landings)
     order = sorted((one.touch, number) for number, one in enumerate(of_lands) if one is not None)
@@ -58,7 +57,6 @@ def _numbers(
 ) -> dict[str, object]:
     """Return the numbers of a landing on a land with their error bars, ``None`` for what it has not; ``alone``: without
     those that compare the lands of one landing."""
-    assert touches.landings is not None
     place, names = land_place(number), {}
     if landing is not None:
         index = touches.landings.lands[number].index(landing)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, fields
@@ -17,7 +16,7 @@ from impact.names import frame_of
 from impact.notices import SeatfemError
 from impact.pictures.plots import plot_force, plot_motion, plot_opening
 from impact.quantities import as_html, enumeration, html_table
-from seatfem.readings import Measured, Summary, all_measured, in_text, measured
+from seatfem.readings import Measured, Summary, all_measured, measured
 from seatfem.results import HEADINGS, LANDING, name_of, result_of
 from seatfem.structures import natural_modes
 from seatfem.study.plan import Plan
@@ -85,20 +84,15 @@ class Measures(Mapping[str, Measured]):
 
     def html(self, caption: str) -> str:
         """Return a table with the meaning and the key of each measure."""
-        rows = [(self._words(key), key, each, _spring_text(each)) for key, each in self.items()]
+        rows = [(self._words(key), key, each, each.spring_text) for key, each in self.items()]
         return html_table(caption, ("measure", "key", "seat", "spring baseline"), rows)
 
     def _words(self, key: str) -> str:
         return f"{HEADINGS[result_of(key).group].partition('{')[0]}: {name_of(key, self._summary)}"
 
 
-def _spring_text(number: Measured) -> str:
-    return "" if math.isnan(number.spring) else in_text(number.key, number.spring, None, number.unit)
-
-
 def _with_spring(number: Measured) -> str:
-    spring = _spring_text(number)
-    return f"{number}, spring baseline {spring}" if spring else str(number)
+    return f"{number}, spring baseline {number.spring_text}" if number.spring_text else str(number)
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -18,7 +17,7 @@ from impact.pictures.drawing import try_draw
 from impact.pictures.plots import plot_energy, plot_force, plot_greens, plot_motion, plot_strains
 from impact.quantities import text
 from seatfem.machine.libraries import picture_library_gap
-from seatfem.pictures import cell_grid, frames, plots, rendering
+from seatfem.pictures import frames, plots, rendering, skins
 from seatfem.pictures import moving as moving_pictures
 from seatfem.structures import cache, natural_modes, rings
 from seatfem.structures.cache import Store, StoreError
@@ -32,8 +31,7 @@ from seatfem.study.method import RunMethod
 from seatfem.study.scene import Run, Scene
 
 if TYPE_CHECKING:
-    from seatfem.pictures import cell_grid
-    from seatfem.structures.mesh import meshing, plane_meshes
+    from seatfem.structures.mesh import meshing
     from seatfem.structures.natural_modes import Mode, NaturalModes
 
 SHOWN_MODES = 6  # modes in a run's modes.png
@@ -65,13 +63,13 @@ def draw_run(
     baseline: ImpactResult,
     folder: Path,
     progress: Progress,
+    painter: rendering.Painter,
     more: Sequence[rendering.Picture] = (),
-    painter: rendering.Painter | None = None,
     landings: Sequence[Mapping[str, object]] = (),
 ) -> tuple[tuple[Path, ...], tuple[str, ...]]:
     """Draw force, motion, energy, Green's function, ``more``, mesh and modes; return the files and messages on gaps.
 
-    ``painter``: drawing process that `ahead` has started on. ``landings``: records as in summary.json, to be marked.
+    ``painter``: drawing process, on which `ahead` has begun. ``landings``: records as in summary.json, to be marked.
     Pictures of mesh and modes of a seat that is reused are copied from the store; without any, it is meshed again.
     """
     title, width = scene.title or "Impact", scene.run.filter_width
@@ -147,22 +145,21 @@ def _seat_pictures(body: Structure, width: float, seat: Solved) -> list[renderin
     # "Modes of the seat": all modes are known, and of the whole body instead of a section or sector
     whole = seat.modes.complete and seat.about.get("seat_level", "3d") == "3d"
     title = "Modes of the seat" if whole else "Modes of the seat that this load excites"
-    kept = _kept_modes(seat)
-    drawn = _mode_pictures(kept[:SHOWN_MODES], title, cut=body.traits.revolved)
-    return [*of_mesh, *drawn, *([(MODES_FILE, partial(_save_modes, kept, title))] if len(drawn) > 1 else [])]
+    return [*of_mesh, *_mode_pictures(_kept_modes(seat), title, most=SHOWN_MODES)]
 
 
-def _mode_pictures(numbered: list[tuple[int, Mode]], title: str, *, cut: bool) -> list[rendering.Picture]:
-    """Return modes.png and mode_1.gif, or a picture that fails with the reason why they cannot be drawn."""
-    frequencies = [mode.frequency_hz for _, mode in numbered]
+def _mode_pictures(numbered: list[tuple[int, Mode]], title: str, *, most: int) -> list[rendering.Picture]:
+    """Return modes.png, of so many modes at the most, mode_1.gif and modes.h5; or a picture that fails with the reason
+    why they cannot be drawn."""
     try:
-        grid, shapes = in_space([mode for _, mode in numbered])
+        shown = modes_in_motion(numbered, title)
     except Exception as problem:  # all numbers are on file: the missing picture is reported instead
         return [("modes.png", partial(raising, problem))]
-    names = [_name(k, mode) for k, mode in numbered]
-    sheet = partial(plots.plot_modes, grid, shapes, frequencies, title=title, cut=cut, names=names)
-    moving = partial(plots.animate_mode, grid, shapes[0], frequencies[0], cut=cut)
-    return [("modes.png", sheet), ("mode_1.gif", moving)]
+    return [
+        ("modes.png", partial(moving_pictures.plot_frames, shown, title=title, most=most)),
+        ("mode_1.gif", partial(moving_pictures.swing_frame, shown)),
+        (MODES_FILE, partial(moving_pictures.save_moving, shown)),
+    ]
 
 
 def _kept_modes(seat: Solved) -> list[tuple[int, Mode]]:
@@ -177,15 +174,18 @@ def _kept_modes(seat: Solved) -> list[tuple[int, Mode]]:
     ]
 
 
-def _save_modes(numbered: list[tuple[int, Mode]], title: str, path: Path) -> None:
-    """Write modes of one mesh to a file of `seatfem.pictures.moving`; of a body of revolution all around the axis."""
+def modes_in_motion(numbered: list[tuple[int, Mode]], title: str) -> frames.Frames:
+    """Return modes of one mesh on its surface; of a body of revolution all around the axis."""
     first = numbered[0][1].model
     assert first is not None
-    skin = cell_grid.skin_of(first)
-    shapes = [skin.moved(_amplitudes(mode)[:, skin.nodes].T, mode.diameters or 0) for _, mode in numbered]
+    skin, shapes = skins.skin_of(first), []
+    for _, mode in numbered:
+        diameters = mode.diameters or 0
+        turned = math.pi / (2 * diameters) if mode.repeats and diameters else 0.0
+        shapes.append(skin.moved(_amplitudes(mode)[:, skin.nodes].T, diameters, turned=turned))
     labels = [f"{_name(k, mode)}: {text(mode.frequency_hz, 'Hz', 4)}" for k, mode in numbered]
     frequency = np.array([mode.frequency_hz for _, mode in numbered])
-    moving_pictures.save_moving(frames.mode_frames(skin, shapes, labels, title, frequency), path)
+    return frames.mode_frames(skin, shapes, labels, title, frequency)
 
 
 def mesh_picture(mesh: meshing.SeatMesh | plane_meshes.MeridianMesh | None) -> Callable[..., None]:
@@ -196,23 +196,20 @@ def mesh_picture(mesh: meshing.SeatMesh | plane_meshes.MeridianMesh | None) -> C
 
 
 def draw_all(
-    wanted: list[rendering.Picture], folder: Path, progress: Progress, painter: rendering.Painter | None = None
+    wanted: list[rendering.Picture], folder: Path, progress: Progress, painter: rendering.Painter
 ) -> tuple[tuple[Path, ...], tuple[str, ...]]:
-    """Draw all pictures, `BODIES` in another process meanwhile; return the files and messages about gaps.
-
-    ``painter``: that process, if it is running; pictures that it has begun are not drawn again.
-    """
+    """Draw all pictures, `BODIES` by the ``painter`` meanwhile, those that it has begun once; return the files and
+    messages about gaps."""
     files: list[Path] = []
     gaps: dict[str, list[str]] = {}  # names of pictures by the reason why they are missing
     bodies = [] if picture_library_gap() else [picture for picture in wanted if picture[0] in BODIES]
-    with nullcontext(painter) if painter is not None else rendering.drawing_apart() as drawing:
-        drawing.take([picture for picture in bodies if picture[0] not in drawing])
-        for number, (name, draw) in enumerate(sorted(wanted, key=lambda p: p[0] in drawing), start=1):
-            if gap := drawing.wait(name, folder) if name in drawing else try_draw(_by_name(draw), folder / name):
-                gaps.setdefault(gap.removeprefix(name), []).extend([name] if gap.startswith(name) else [])
-            else:
-                files.append(folder / name)
-            progress("pictures", number / len(wanted))
+    painter.take([picture for picture in bodies if picture[0] not in painter])
+    for number, (name, draw) in enumerate(sorted(wanted, key=lambda p: p[0] in painter), start=1):
+        if gap := painter.wait(name, folder) if name in painter else try_draw(_by_name(draw), folder / name):
+            gaps.setdefault(gap.removeprefix(name), []).extend([name] if gap.startswith(name) else [])
+        else:
+            files.append(folder / name)
+        progress("pictures", number / len(wanted))
     return tuple(files), tuple(f"skipped pictures: {', '.join(names)}{reason}" for reason, names in gaps.items())
 
 
@@ -232,35 +229,21 @@ def draw_modes(natural: NaturalModes, folder: Path, progress: Progress) -> tuple
     write_table(natural, table)
     if natural.mesh is None or not natural.modes:
         return (table,), ()
-    cut = natural.modes[0].diameters is not None
     numbered = [(k, mode) for k, mode in enumerate(natural.modes, start=1) if mode.frequency_hz > 0]
     elastic = [(k, mode) for k, mode in numbered if not mode.repeats][:DRAWN_MODES]
     title = "Modes of the seat"
 
     def paraview(path: Path) -> None:
-        modes = [mode for _, mode in numbered]
-        plots.write_vtu(*in_space(modes), [mode.frequency_hz for mode in modes], path)
+        body = modes_in_motion(numbered, title)
+        names = (f"mode {k:02d}, {mode.frequency_hz:.6g} Hz" for k, (_, mode) in enumerate(numbered, start=1))
+        moving_pictures.write_surface(body, dict(zip(names, body.displacement, strict=True)), path)
 
     wanted: list[rendering.Picture] = [("mesh.png", mesh_picture(natural.mesh))]
     if elastic:
-        wanted += [*_mode_pictures(elastic, title, cut=cut), ("modes.vtu", paraview)]
-        wanted.append((MODES_FILE, partial(_save_modes, elastic, title)))
-    files, gaps = draw_all(wanted, folder, progress)
+        wanted += [*_mode_pictures(elastic, title, most=DRAWN_MODES), ("modes.vtu", paraview)]
+    with rendering.drawing_apart() as painter:
+        files, gaps = draw_all(wanted, folder, progress, painter)
     return (table, *files), gaps
-
-
-def in_space(modes: list[Mode]) -> tuple[cell_grid.CellGrid, list[Array]]:
-    """Return the body in three dimensions and the displacements of its modes; a half section is revolved."""
-    model = modes[0].model
-    assert model is not None
-    if modes[0].diameters is None:
-        return cell_grid.CellGrid.of_model(model), [_amplitudes(mode) for mode in modes]
-    body = cell_grid.revolve(model)
-    shapes = []
-    for mode in modes:
-        turned = math.pi / (2 * mode.diameters) if mode.repeats and mode.diameters else 0.0
-        shapes.append(body.shape(_amplitudes(mode), mode.diameters or 0, angle=turned))
-    return body.grid, shapes
 
 
 def write_table(natural: NaturalModes, path: Path) -> None:

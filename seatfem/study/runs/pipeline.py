@@ -8,15 +8,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
+from impact.after.measures import contact_groups
 from impact.after.result import ImpactResult
 from impact.files import csv_table, safe_files
 from impact.notices import Progress, Tell, ignore, silent
 from impact.storage.hdf5 import save_results
 from seatfem.jobs.folders import private_folder
 from seatfem.machine.resources import Stopwatch
-from seatfem.pictures import scene_drawing
+from seatfem.pictures import rendering, scene_drawing
 from seatfem.results import LANDINGS_FILE
 from seatfem.structures import cache, natural_modes, rings
 from seatfem.structures.mesh.gmsh_process import gmsh_session
@@ -52,20 +53,70 @@ from seatfem.study.runs.summary import (
     timing_keys,
     write_json,
 )
-from seatfem.study.scene import Scene
+from seatfem.study.safety import MOST_ROUNDS
+from seatfem.study.scene import Scene, SceneError, located
 from seatfem.study.scene.files import check_files
-from seatfem.study.scene.load import AnyScene, take_scene
-from seatfem.study.scene.tables import path_from
-from seatfem.study.scene.wings import DriveRun
+from seatfem.study.scene.load import AnyScene, take_scene, with_target
+from seatfem.study.scene.tables import UNCHANGED, is_text, path_from
+from seatfem.study.scene.wings import NO_STOPS, DriveRun
+from seatfem.units import parse_quantity
 
-if TYPE_CHECKING:
-    from seatfem.pictures.rendering import Painter
-
-__all__ = ["RunError", "RunOutcome", "compute_greens", "first_numbers", "own_numbers", "run_scene", "write_modes"]
+__all__ = [
+    "RunError",
+    "RunOutcome",
+    "compute_greens",
+    "first_numbers",
+    "own_numbers",
+    "run",
+    "run_scene",
+    "write_modes",
+]
 
 
 SUMMARY_FILE: Final = "summary.json"
 RESULT_FILE: Final = "result.h5"
+
+
+def run(
+    scene: AnyScene,
+    folder: Path | str | None = None,
+    *,
+    changed: Mapping[str, object] = UNCHANGED,
+    target: float | str | None = None,
+    rounds: int = MOST_ROUNDS,
+    max_time: float | str = math.inf,
+    pictures: bool = True,
+    progress: Progress = silent,
+    tell: Tell = ignore,
+) -> RunResult:
+    """Run a scene, as ``seatfem run`` does, and return its numbers with error bars, landings and histories.
+
+        result = seatfem.run("scene.toml", changed={"reed.thickness": "0.2 mm"}, target="2 %")
+        print(result.measures["filtered_peak"], result.landings)
+
+    Args:
+        scene: path of the scene's file, its text (a string of several lines), or a `Scene`.
+        folder: where files and pictures are written, as by the command; ``None``: nothing is kept on file.
+        changed: values by dotted keys that replace those of the file, in the same form; ``None`` removes a key.
+        target: relative accuracy of the measures asked for, in place of the scene's: 0.02 or "2 %".
+        rounds: most rounds of refinement, the first included.
+        max_time: wall time after which no further round goes on, in seconds or as "1 min".
+        pictures: whether to draw into the ``folder``.
+        progress: called with the stage and the fraction done.
+        tell: called with a line on each round.
+
+    Raises:
+        SeatfemError: `SceneError` of the scene, its keys and the target; `OutputError` of the folder; `RunError` of a
+            scene that cannot be run; and what its stages raise.
+    """
+    checked = take_scene(scene, changed)
+    if target is not None:
+        checked = with_target(checked, target)
+    seconds = parse_quantity(max_time, "time") if isinstance(max_time, str) else max_time
+    try:
+        return run_scene(checked, folder, progress, tell=tell, limits=Limits(rounds, seconds), pictures=pictures)
+    except SceneError as error:
+        raise located(error, None if isinstance(scene, Scene) or is_text(scene) else Path(scene)) from None
 
 
 @gmsh_session()
@@ -79,7 +130,6 @@ def run_scene(
     pictures: bool = True,
     plan: Plan | None = None,
     histories: bool = True,
-    painter: Painter | None = None,
 ) -> RunResult:
     """Run everything: seat, contact and its spring baseline, measures with their errors, files, then pictures.
 
@@ -96,7 +146,6 @@ def run_scene(
         pictures: whether to draw.
         plan: plan of the first round, by default that of the scene's last run that met its target, else by rule.
         histories: whether to write result.h5.
-        painter: process that draws bodies while the run goes on; ``None``: one is started at the end.
 
     Raises:
         SceneError: the file of the scene.
@@ -104,7 +153,6 @@ def run_scene(
         RunError: the time step cannot resolve the measures asked for, or nothing can stop the striker.
         Also what the stages raise: LevelError, MeshError, MeshingError, ModelError, GreensFunctionError, StorageError.
     """
-    start, watch, is_begun_here = time.perf_counter(), Stopwatch(), plan is None
     scene = take_scene(scene)
     if folder is None:
         with private_folder("run") as place:
@@ -112,16 +160,26 @@ def run_scene(
             return replace(run(pictures=False, histories=False), files=())
     folder = path_from(folder)
     safe_files.check_writable(*(folder / name for name in (RESULT_FILE, SUMMARY_FILE, SEAT_FILE, LANDINGS_FILE)))
+    with rendering.drawing_apart() as painter:
+        return _run(scene, folder, progress, tell, limits, plan, painter, pictures=pictures, histories=histories)
+
+
+def _run(
+    scene: Scene, folder: Path, progress: Progress, tell: Tell, limits: Limits, plan: Plan | None,
+    painter: rendering.Painter, *, pictures: bool, histories: bool,
+) -> RunResult:  # fmt: skip
+    """Carry out `run_scene`; the ``painter`` draws bodies while the run goes on."""
+    start, watch, is_begun_here = time.perf_counter(), Stopwatch(), plan is None
     with watch("plan"):
         known = plan or cached_plan(scene)
         plan = known or begin_plan(scene)
-        if known is None and painter is not None and not plan.method.seat.exact:  # it is likely to be drawn
+        if known is None and pictures and not plan.method.seat.exact:  # it is likely to be drawn
             painter.begin()
         if scene.stress is not None:
             seat_fields.check_stress(plan, progress)
     baseline: Baseline | None = None
     for latest in rounds(plan, folder, watch, progress, limits=limits, tell=tell, start=start):
-        if painter is not None:
+        if pictures:
             run_pictures.ahead(scene.seat, scene.run, latest.plan.method, latest.seat, painter)
         if baseline is None or baseline.beside is not latest.result:  # a round is yielded again if the next one fails
             baseline = baseline_of(latest, watch)
@@ -166,9 +224,8 @@ def run_scene(
             strains = run_pictures.gauge_pictures(latest.touches, scene.title)
             stopper = run_pictures.stopper_pictures(latest.touches, scene.run.filter_width, scene.title)
             more = [drawing, *stopper, *lip, *of_wings, *strains, *later.pictures(latest)]
-            results = (latest.result, baseline.result)
-            bodies = (latest.plan.method, latest.seat, *results)
-            drawn, gaps = run_pictures.draw_run(scene, *bodies, folder, progress, more, painter, summary["landings"])
+            run = (latest.plan.method, latest.seat, latest.result, baseline.result)
+            drawn, gaps = run_pictures.draw_run(scene, *run, folder, progress, painter, more, summary["landings"])
         summary |= {**timing_keys(watch, start), "pictures_missing": "; ".join(gaps)}
         try:
             write_json(folder / SUMMARY_FILE, summary)
@@ -220,8 +277,9 @@ def _courses_of_drives(done: Round) -> tuple[DriveRun, ...]:
     """Return the course in a round of what wings do."""
     scene, touches = done.plan.scene, done.touches
     ports = lifts_of(scene.geometry, touches, done.seat.greens) if scene.driven_by else ()
-    run = touches.opening, touches.seat.dt, scene.run.duration, touches.stopper, ports
-    return tuple(each.after_run(*run) for each in scene.driven_by)
+    stops = NO_STOPS if touches.stopper is None else contact_groups(touches.stopper)[:, 0]
+    run = touches.opening, touches.seat.dt, scene.run.duration, ports, stops
+    return tuple(each.follow(*run) for each in scene.driven_by)
 
 
 def _summary(done: Round, baseline: Baseline, courses: tuple[DriveRun, ...], watch: Stopwatch) -> dict[str, Any]:
@@ -248,7 +306,7 @@ def _summary(done: Round, baseline: Baseline, courses: tuple[DriveRun, ...], wat
         **accuracy_keys(done),
         **plan_keys(done.plan, watch.stages["plan"]),
         "seat_static_stiffness_N_per_m": baseline.stiffness,
-        **({} if bar is None else {"error_bar_seat_static_stiffness_N_per_m": bar}),
+        **({} if math.isnan(bar) else {"error_bar_seat_static_stiffness_N_per_m": bar}),
         **greens_error_keys(done.seat.greens),
         **done.seat.about,
         "seat_reused": done.seat.reused,
@@ -278,7 +336,7 @@ def compute_greens(scene: Scene, path: Path, progress: Progress = silent) -> Run
     seat, key = done.seat, cache.key_of(scene.seat, done.plan.method.seat)
     cache.Cache(path).write(seat.greens, key, seat.in_rings)
     summary = {
-        "seat_static_stiffness_N_per_m": static_stiffness(seat.greens, scene.seat.column()),
+        "seat_static_stiffness_N_per_m": static_stiffness(seat.greens, scene.seat.endless_stiffness),
         **greens_error_keys(seat.greens),
         **seat.about,
         "seat_reused": seat.reused,

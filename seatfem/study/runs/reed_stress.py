@@ -3,24 +3,24 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import ClassVar, Final
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 import impact
 from impact.after import measures
-from impact.after.histories import ReedStress
+from impact.after.histories import ReedStress, Spans
 from impact.bodies.loads import find_own_coordinates
 from impact.greens.base import Array
 from impact.march.motion import modal_coordinates
-from seatfem.pictures import cell_grid, frames
+from impact.notices import Progress
+from seatfem.pictures import frames, skins
 from seatfem.structures import method, sheets
-from seatfem.structures.fields.peaks import LITTLE, LargestStress, largest, von_mises
+from seatfem.structures.fields.peaks import LITTLE, LargestStress, largest, mises_range, von_mises
 from seatfem.structures.fields.recovery import StressField, in_frames
 from seatfem.structures.fields.sites import REACH, peak_mesh_error
 from seatfem.structures.kinds.thin_plate import ThinPlate
@@ -38,7 +38,19 @@ from seatfem.study.impacts.plate_stress import (
     stresses_of_plate,
     struck_by,
 )
-from seatfem.study.runs.body_stress import BOTH_FACES, FieldStress, History, Spot, foremost, rows_of
+from seatfem.study.runs.body_stress import (
+    BOTH_FACES,
+    Cached,
+    Errors,
+    FieldStress,
+    History,
+    Spot,
+    ValueOf,
+    foremost,
+    rows_of,
+)
+from seatfem.study.runs.plate_values import beside, errors_of_value, places_of_value
+from seatfem.study.runs.round import Round
 from seatfem.study.scene import Scene
 
 BEFORE: Final = 0.15  # time shown before the contact, in its durations
@@ -115,6 +127,18 @@ class PlateStress(FieldStress):
         other = self.under(strike)
         return stresses_of_plate(self.reed, self.field, largest(other.field, other.force, other.dt, since=since))
 
+    def errors_of_value(
+        self, done: Round, value_of: ValueOf, first: int, turn: float, cached: Cached, progress: Progress
+    ) -> Errors:
+        return cached(lambda: self._errors_of_value(done, value_of, first, turn, progress))
+
+    def _errors_of_value(self, done: Round, value_of: ValueOf, first: int, turn: float, progress: Progress) -> Errors:
+        likely = self.likely[self.counted[self.likely]]
+        field = self.field.at(likely)
+        ranges = mises_range(field, self.force, self.dt, since=first)
+        places = places_of_value(ranges, self.regions[likely])
+        return errors_of_value(done, self.reed, self.strike, field.at(places), value_of, turn, progress)
+
     def hot_spots(self, stride: int) -> tuple[tuple[Spot, ...], tuple[History, ...]]:
         """Return the places of the largest von Mises stress of each part, in the face away from the seat."""
         peak = self.by_point.after_contact if math.isfinite(self.by_point.spans.touch) else self.by_point.initial
@@ -125,9 +149,9 @@ class PlateStress(FieldStress):
         histories = foremost(self.histories_at(which, spots, stride))
         return tuple(each.spot for each in histories), histories
 
-    def on_skin(self, values: Array) -> tuple[cell_grid.Skin, Array]:
+    def on_skin(self, values: Array) -> tuple[skins.Skin, Array]:
         mesh = self.reed.plate(self.strike.striker.greens).mesh
-        skin = cell_grid.skin_of_plate(mesh)
+        skin = skins.skin_of_plate(mesh)
         on_nodes = np.full((*values.shape[:-1], len(skin.nodes)), np.nan)
         on_nodes[..., rows_of(self.field.points, mesh.points[skin.nodes])] = values
         return skin, on_nodes
@@ -155,12 +179,19 @@ class PlateStress(FieldStress):
 
 ERRORS: Final = "errors of the stress in a plate"
 """Name of `Errors` in the cache."""
-Errors = Mapping[str, float]
-"""Errors of a plate's largest stress by source [Pa]."""
 
 
 def computed(compute: Callable[[], Errors]) -> Errors:
     """Return what a function computes: where errors are not cached."""
+    return compute()
+
+
+PEAKS: Final = "largest stress at the points of a plate"
+"""Name of the array (s, 4, P) of `LargestStress` in the cache."""
+
+
+def computed_peaks(at: Array, compute: Callable[[], Array]) -> Array:
+    """Return what a function computes ``at`` places: where the largest stresses are not cached."""
     return compute()
 
 
@@ -169,7 +200,8 @@ def plate_stress(
     solved_by: Method,
     strike: Strike,
     since: float | None = None,
-    cached: Callable[[Callable[[], Errors]], Errors] = computed,
+    cached: Cached = computed,
+    cached_peaks: Callable[[Array, Callable[[], Array]], Array] = computed_peaks,
 ) -> PlateStress | None:
     """Return the stress in the faces of the plate that strikes.
 
@@ -184,7 +216,8 @@ def plate_stress(
         solved_by: method of the plate.
         strike: the run.
         since: start of the judged landing [s], from which on the stress is reported separately, too.
-        cached: function that returns the two errors from where they are on file, or computes and stores them.
+        cached, cached_peaks: functions that return the two errors, and the largest stresses ``at`` points, from where
+            they are on file, or compute and store them.
     """
     reed, greens = scene.reed.thin_plate, strike.striker.greens
     if reed is None or greens.modal is None:
@@ -192,7 +225,9 @@ def plate_stress(
     field = struck_by(plate_field(scene.geometry, strike.striker, strike.division), strike)
     if not len(field.points):
         return None
-    by_point = largest(field, strike.pushes, strike.dt, since=since)
+    force, dt = strike.pushes, strike.dt
+    by_span = cached_peaks(field.points, lambda: largest(field, force, dt, since=since).by_span)
+    by_point = LargestStress(Spans.of_run(force, dt, since), by_span)
     stress = PlateStress(strike, field, reed, by_point, math.nan, field)
     if stress.largest.after_contact is None:
         return stress
@@ -212,7 +247,7 @@ def _errors_of(scene: Scene, solved_by: Method, stress: PlateStress) -> Errors:
     coarser = sheets.plate_modes(plate.sheet, method.COARSENING)
     lips = reed.lips(solved_by.lip, solved_by.behind)
     striker = striker_of(scene, greens=coarser.greens(lips, reed.damping_ratio))
-    field = _beside(plate_field(scene.geometry, striker, strike.division), points)
+    field = beside(plate_field(scene.geometry, striker, strike.division), points, 2 * REACH)  # maxima on two meshes
     field = struck_by(field, replace(strike, striker=striker))
     on_coarser = largest(field, strike.pushes, strike.dt).after_contact.von_mises
     weight = 1 / (sheets.refinement(plate, coarser) ** sheets.ORDER - 1)
@@ -220,16 +255,10 @@ def _errors_of(scene: Scene, solved_by: Method, stress: PlateStress) -> Errors:
     if (beyond := reed.in_wider_band(strike.striker.greens, lips)) is not None:
         wider, ratio = beyond
         striker = striker_of(scene, greens=wider)
-        look = PlateLook(reed, _beside(plate_field(scene.geometry, striker, strike.division), points), strike.division)
+        field = beside(plate_field(scene.geometry, striker, strike.division), points, 2 * REACH)
+        look = PlateLook(reed, field, strike.division)
         run = marched(problem_of(scene, striker, impact.Body(strike.seat)), strike.dt, scene.run.duration)
         other = look(run, None)
         if other is not None and other.after_contact is not None:
             errors["truncation"] = abs(other.after_contact.value - float(peaks.max())) / (1 - ratio**-2)
     return errors
-
-
-def _beside(field: StressField, points: Array) -> StressField:
-    """Return the field at its points on the circles round ``points`` in which maxima of two meshes are compared."""
-    spacing = float(np.median(cKDTree(field.points).query(field.points, k=[2])[0]))
-    distance = np.asarray(cKDTree(points).query(field.points)[0])
-    return field.at(np.asarray(distance <= max(2 * REACH * spacing, float(distance.min()))))

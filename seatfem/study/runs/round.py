@@ -27,7 +27,7 @@ from seatfem.study.ladders.table import source_of
 from seatfem.study.method import MODES, STEP, RunMethod
 from seatfem.study.plan import Plan
 from seatfem.study.runs.remedies import remedy_of
-from seatfem.study.scene.doubts import cover_doubts_of, own_doubts_of
+from seatfem.study.scene.contradictions import cover_doubts_of, own_doubts_of
 from seatfem.study.scene.measures import in_words as spoken
 from seatfem.study.scene.measures import short_words
 from seatfem.units import write_quantity
@@ -108,7 +108,7 @@ class Round:
         """Return whether the run has what its measures need: a landing on the seat or, for "run", any contact."""
         if self.plan.scene.accuracy.landing == "run":
             return bool(np.any(self.result.force))
-        return self.touches.landings is None or bool(self.touches.landings.seat)
+        return bool(self.touches.landings.seat)
 
     @property
     def judged(self) -> tuple[str, ...]:
@@ -215,7 +215,7 @@ def not_modelled(done: Round) -> tuple[str, ...]:
         *validity.film_notes(scene.geometry, done.result),
         *validity.stopper_notes(scene.stopper),
         *stress_not_modelled(done),
-        *(each.message for each in cover_doubts_of(scene)),
+        *(each.message for each in cover_doubts_of(scene.geometry)),
     )
 
 

@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
-from impact.notices import Progress, SeatfemError, Tell, ignore, silent
+from impact.notices import ROUND, Progress, SeatfemError, Tell, ignore, silent
 from impact.quantities import in_time
 from impact.runs.variations import Budget, combined
 from seatfem.jobs.folders import private_folder
@@ -29,11 +29,11 @@ from seatfem.study.method import BAND, TOLERANCE
 from seatfem.study.plan import Plan
 from seatfem.study.runs import reed_stress
 from seatfem.study.runs.converge import attempts, in_widest_band, with_measured_errors
-from seatfem.study.runs.kept import cached_numbers
+from seatfem.study.runs.kept import cached_numbers, caches
 from seatfem.study.runs.next_round import Limits, expect_time, next_plan
 from seatfem.study.runs.round import UNFINISHED, Round, in_words
 from seatfem.study.safety import FAILURES
-from seatfem.study.scene.measures import Stress, any_needs_stress, asked_name
+from seatfem.study.scene.measures import Stress, any_needs, asked_name
 
 ANY: Final = Limits()
 SEAT_FILE: Final = "seat.h5"
@@ -66,6 +66,7 @@ def rounds(
     deadline = begun + limits.seconds
     held = forget_peak()
     listen = within_limits(progress, begun + limits.first)
+    progress(ROUND, 0.0)
     latest = _round(plan, folder, watch, listen, limits, held)
     before: Plan | None = None
     while True:
@@ -84,6 +85,7 @@ def rounds(
         if _seat_key(further) != _seat_key(latest.plan):
             latest = replace(latest, seat=latest.seat.functions)
         yield replace(latest, stopped=f"round {number} {UNFINISHED}")
+        progress(ROUND, 0.0)
         try:
             for finer, left_out in attempts(latest, further):
                 attempt = replace(finer, refused={**finer.refused, **dict.fromkeys(left_out, stopped)})
@@ -202,7 +204,8 @@ def solve(
     contact.check_length(scene, dt, method.seat.division.count)
     progress("stepping", 0.0)
     with watch("contact"):
-        flights = contact.Flights(striker, scene.run.duration, scene.contact.preload)
+        looked_at = scene.needs_stress or scene.stress is not None or bool(scene.assessments)
+        flights = contact.Flights(striker, scene.run.duration, scene.contact.preload, keeps_runs=looked_at)
         touches = run_contacts(scene, striker, seat.greens, dt, progress, flights)
     computed = Round(plan, seat, striker, touches, None, Budget({}), reed, flights=flights)
     if not scene.needs_stress:
@@ -210,9 +213,9 @@ def solve(
     progress("reed stress", 0.0)
     with watch("reed stress"):
         since, plate = stress_since(touches, scene.accuracy.landing), None
-        if any_needs_stress(scene.accuracy.measures):
-            cached = partial(cached_numbers, computed, touches, reed_stress.ERRORS)
-            plate = reed_stress.plate_stress(scene, method.reed, computed.strike, since, cached)
+        if any_needs(scene.accuracy.measures, "stress"):
+            cached = caches(computed, reed_stress.ERRORS, reed_stress.PEAKS)
+            plate = reed_stress.plate_stress(scene, method.reed, computed.strike, since, *cached)
         stress = computed.strike.largest_stress(since=since) if plate is None else plate.largest
     progress("reed stress", 1.0)
     return replace(computed, plate=plate, stress=stress)

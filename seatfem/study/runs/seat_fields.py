@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 from itertools import combinations
 from typing import Any, Final
 
@@ -14,7 +14,7 @@ import numpy as np
 from impact.greens.base import Array
 from impact.notices import Progress, silent
 from seatfem.structures.cache import key_of
-from seatfem.structures.fields.kept_spaces import Spaces, kept_spaces
+from seatfem.structures.fields.kept_spaces import SpacesOnMesh, kept_spaces
 from seatfem.structures.fields.peaks import Integers, largest
 from seatfem.structures.fields.recovery import MORE, VECTORS, Response, StressField, StressSpace
 from seatfem.structures.fields.sites import Sites, at_points, near, on_surface, singular_points
@@ -94,7 +94,7 @@ class SeatMesh:
         points, problems = self._in_mesh_coordinates(np.array(wanted).reshape(-1, 3)), []
         close = near(points, self.singular, distance)
         for number, point in enumerate(wanted):
-            path, message = ("stress", "points", number), ""
+            message = ""
             try:
                 at_points(elements, points[[number]])
             except ModelError:
@@ -112,7 +112,7 @@ class SeatMesh:
                     "elastic stress has no limit: move the point away, round the edge, or lower stress.distance"
                 )
             if message:
-                problems.append(Problem(None, 0, f"stress.points.{number}", message, path))
+                problems.append(Problem(None, 0, f"stress.points.{number}", message))
         if problems:
             raise SceneError(tuple(problems))
         return at_points(elements, points)
@@ -128,38 +128,24 @@ class SeatMesh:
 
     # Stress
 
-    def stress(self, waves: Waves | None, at: Array | None = None) -> MeshStress:
-        """Return the stress on the mesh, by the harmonics of ``waves`` if there are any; ``at``: only at these points,
-        and at the named ones."""
-        asked, elements = self.asked, elements_of(self.mesh)
-        of_surface = [on_surface(elements)] if asked.surface else []
-        places = [*(of_surface if at is None else [at_points(elements, at)]), *([self.named()] if asked.points else [])]
-        compute = partial(self._spaces, waves, places)
-        by_place = compute() if at is not None else kept_spaces(self._content(waves), compute)
-        where, points = by_place[0], by_place[-1]
-        if not asked.points:
-            points = tuple(space.at_points(np.zeros(len(space.points), dtype=bool)) for space in where)
-        to_edge, to_struck = (nearest_distances(where[0].points, of) for of in (self.singular, self.struck))
-        return MeshStress(where, points, to_edge, to_struck, asked, waves)
+    def stress(self, waves: Waves | None, at: Array | None) -> MeshStress:
+        """Return the stress at the points ``at``, ``None`` where the scene asks for named ones only, and at these, by
+        the harmonics of ``waves`` if there are any."""
+        return MeshStress.from_spaces(self.spaces(waves, at), self.asked, waves)
 
-    def _spaces(self, waves: Waves | None, places: Sequence[Sites]) -> Spaces:
-        """Return the stress spaces at each of several sets of places, by harmonic."""
+    def spaces(self, waves: Waves | None, at: Array | None = None) -> SpacesOnMesh:
+        """Return the stress spaces at the surface, or of it only ``at`` points, and at the named points; only one set
+        where the scene asks for one of the two."""
+        asked, elements = self.asked, elements_of(self.mesh)
+        of_surface = [on_surface(elements) if at is None else at_points(elements, at)] if asked.surface else []
+        places = [*of_surface, *([self.named()] if asked.points else [])]
         by_place: list[list[StressSpace]] = [[] for _ in places]
         for n, model, response, _ in self.harmonics(waves):
             for spaces, sites in zip(by_place, places, strict=True):
                 spaces.append(response.stress(self.stress_of(model, sites, n), sites.points))
-        return tuple(map(tuple, by_place))
-
-    def _content(self, waves: Waves | None) -> dict[str, object]:
-        """Return all on which the stress at the surface and at the named points depends."""
-        method, mesh = self.plan.method.seat, elements_of(self.mesh).mesh
-        return {
-            "seat": key_of(self.body, method),
-            "band": self.bandwidth,
-            "mesh": [mesh.p, mesh.t],
-            "at": [self.asked.surface, [list(point) for point in self.asked.points]],
-            "harmonics": None if waves is None else waves.numbers,
-        }
+        points = by_place[0][0].points
+        distances = np.array([nearest_distances(points, of) for of in (self.singular, self.struck)])
+        return SpacesOnMesh(tuple(map(tuple, by_place)), distances)
 
     def harmonics(self, waves: Waves | None) -> Iterator[tuple[int, SecondOrderModel, Response, Array]]:
         """Yield number, model, response and `Harmonic.mixing` of each harmonic; without ``waves`` those of the only
@@ -224,6 +210,14 @@ class MeshStress:
     asked: StressTable
     waves: Waves | None
 
+    @staticmethod
+    def from_spaces(kept: SpacesOnMesh, asked: StressTable, waves: Waves | None) -> MeshStress:
+        """Return the stress by its spaces on a mesh."""
+        where, points, (to_edge, to_struck) = kept.spaces[0], kept.spaces[-1], kept.distances
+        if not asked.points:
+            points = tuple(space.at_points(np.zeros(len(space.points), dtype=bool)) for space in where)
+        return MeshStress(where, points, to_edge, to_struck, asked, waves)
+
     @property
     def angles(self) -> int:
         """Return the number of angles around the axis at which each place has a stress."""
@@ -258,6 +252,13 @@ class MeshStress:
         own = np.arctan2(points[:, 1], points[:, 0])[:, None]
         around = self.waves.angles[None] if self.asked.surface else own
         return SeatFields(self.waves.sum(surface, around), self.waves.sum(named, own))
+
+    def fields_at(self, which: Integers, dt: float, *, fewer: bool = False) -> SeatFields:
+        """Return `fields` with these points of the surface only, by their numbers in the whole one."""
+        places, angle = np.divmod(which, self.angles)
+        where = tuple(space.at_points(places) for space in self.where)
+        some = replace(self, where=where, to_edge=self.to_edge[places], to_struck=self.to_struck[places])
+        return some.fields(dt, fewer=fewer).at(np.arange(len(which)) * self.angles + angle)
 
 
 @dataclass(frozen=True)
@@ -311,6 +312,21 @@ class SeatMeshes:
             mesh, coarser = body.meshes(method, self.progress)
         known = self.solved.model if mesh is self.solved.mesh else None
         return SeatMesh(self.plan, mesh, known), None if coarser is None else SeatMesh(self.plan, coarser)
+
+    def stress(self, waves: Waves | None) -> MeshStress:
+        """Return the stress on the finer mesh, by the harmonics of ``waves`` if there are any; what is on file needs no
+        mesh."""
+        plan = self.plan
+        asked = plan.scene.stress
+        assert asked is not None
+        content = {
+            "seat": key_of(seat_of(plan), plan.method.seat),
+            "band": bandwidth_of(plan),
+            "elements": list(ENOUGH.values()),
+            "at": [asked.surface, [list(point) for point in asked.points]],
+            "harmonics": None if waves is None else waves.numbers,
+        }
+        return MeshStress.from_spaces(kept_spaces(content, lambda: self.both[0].spaces(waves)), asked, waves)
 
     @property
     def finer(self) -> float:
@@ -391,7 +407,7 @@ def check_stress(plan: Plan, progress: Progress) -> None:
     if (drawn := body.drawn) is not None:
         spec, level = drawn.mesh_spec(method), drawn.elements_of(method)
         spec = replace(spec, size=COARSENING * spec.size, contact_size=COARSENING * spec.patch_size)
-        mesh = draw(drawn, spec, level, progress, method=method)
+        mesh = draw(drawn, spec, level, method, progress)
     else:
         mesh = body.meshes(method, progress)[0]
     SeatMesh(plan, mesh).named()

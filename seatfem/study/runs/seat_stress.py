@@ -6,7 +6,6 @@ import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any, ClassVar, Final
 
 import numpy as np
@@ -15,10 +14,10 @@ from scipy.spatial import cKDTree
 
 from impact import notices, quantities
 from impact.greens.base import Array
-from seatfem.pictures import cell_grid, frames, rendering, stress_plot
+from seatfem.pictures import frames, skins
 from seatfem.structures.errors import ModelError
 from seatfem.structures.fields.peaks import BETWEEN, Largest
-from seatfem.structures.fields.recovery import at_time, histories, largest, response_in_frames, von_mises
+from seatfem.structures.fields.recovery import histories, largest, response_in_frames, von_mises
 from seatfem.structures.fields.sites import at_nodes, local_maxima, near
 from seatfem.structures.fields.solids import AnyField, RingField, elements_of, turned
 from seatfem.structures.finite_elements import MESH_SAFETY
@@ -27,7 +26,6 @@ from seatfem.study.impacts.forces import Strike
 from seatfem.study.runs import kept, seat_fields, summary
 from seatfem.study.runs.body_stress import COMPONENTS, FieldStress, Histories, History, Spot, rows_of
 from seatfem.study.runs.round import Round
-from seatfem.units import place_words
 
 FEWER_HARMONICS: Final = 0.75  # fraction of the harmonics in the comparison that gives their truncation error
 NEAREST: Final = 6  # sites at and beside a place at which its mesh error is estimated
@@ -48,7 +46,6 @@ class SeatStress(FieldStress):
         known: stress on the finer mesh as a function of port forces and time step.
         sites: (P, d) coordinates away from singular edges [m]; (r, z) in a half section, x, y, z if harmonics are
             summed, with stress components rr, tt, zz, tz, rz, rt in both cases.
-        section: (P,) mask of the sites on the half section that is drawn.
         singular: (P,) distance to the nearest singular edge [m].
         on_lip: (P,) mask of the sites within ``stress.apart`` of the struck face.
         spots: numbers of the sites that are hot spots, the largest first.
@@ -58,7 +55,6 @@ class SeatStress(FieldStress):
         by_key: parts of the first bar, by the key or the model that leaves them [Pa]; empty so far.
         points: (Q, 3) points that the scene names [m].
         named: (Q + 1, 6, n + 1) stress histories of these points, and of the site of the largest stress [Pa].
-        snapshot: (P, 6) stress on the surface at the time of the largest stress [Pa].
         front: rho c_0 v, c_0^2 = E/rho, at the first touch [Pa]; nan without one.
         worst: fields at the sites of the largest von Mises stress and of the largest tension, and at the named points.
     """
@@ -69,7 +65,6 @@ class SeatStress(FieldStress):
     meshes: seat_fields.SeatMeshes
     known: seat_fields.MeshStress
     sites: Array
-    section: NDArray[np.bool_]
     singular: Array
     on_lip: NDArray[np.bool_]
     spots: NDArray[np.int64]
@@ -78,7 +73,6 @@ class SeatStress(FieldStress):
     bars: Array
     points: Array
     named: Array
-    snapshot: Array
     front: float
     worst: seat_fields.SeatFields
     by_key: Mapping[str, float] = dataclasses.field(default_factory=dict)
@@ -135,18 +129,18 @@ class SeatStress(FieldStress):
             histories.append(History.at_peak(self.role, "named", point, stress, touches, self.components, stride))
         return spots, tuple(histories)
 
-    def on_skin(self, values: Array) -> tuple[cell_grid.Skin, Array]:
+    def on_skin(self, values: Array) -> tuple[skins.Skin, Array]:
         """Return the surface as `FieldStress.on_skin`; of harmonics all around the ring."""
         nodes = elements_of(self.mesh).nodes
         if not isinstance(self.field, RingField):
             assert self.model is not None
-            skin = cell_grid.skin_of(self.model)
+            skin = skins.skin_of(self.model)
             on_nodes = np.full(len(skin.nodes), np.nan)
             on_nodes[rows_of(self.field.points, nodes.T[skin.nodes])] = values
             return skin, on_nodes
         around = self.field.angles[0]
         closed = np.append(around, around[0] + 2 * np.pi)
-        skin = cell_grid.skin_of_section(self.mesh, nodes[0], nodes[1], closed).spread()
+        skin = skins.skin_of_section(self.mesh, nodes[0], nodes[1], closed).spread()
         assert skin.angles is not None
         on_nodes = np.full((nodes.shape[1], len(around)), np.nan)
         on_nodes[rows_of(self.field.section, nodes.T)] = values.reshape(self.field.angles.shape)
@@ -162,9 +156,9 @@ class SeatStress(FieldStress):
         """Return the stress wave on the mesh of the stress: harmonics are summed one by one to save memory."""
         elements, drawn = elements_of(self.mesh), self.drawn
         if self.model is None:
-            skin = cell_grid.skin_of_section(elements.mesh, *elements.nodes).spread()
+            skin = skins.skin_of_section(elements.mesh, *elements.nodes).spread()
         else:
-            skin = cell_grid.skin_of(self.model)
+            skin = skins.skin_of(self.model)
         nodes, which = np.unique(skin.nodes, return_inverse=True)
         sites = at_nodes(elements, nodes)
         tensors, moved = np.zeros((len(steps), len(which), 6)), np.zeros((len(steps), len(which), 3))
@@ -219,7 +213,7 @@ def seat_stress(done: Round, progress: notices.Progress = notices.silent) -> Sea
     strike, solid = done.strike, seat_fields.seat_of(done.plan).material.solid
     dt, force = strike.dt, strike.on_seat
     waves = seat_fields.Waves.from_forces(meshes, force)
-    known = meshes.both[0].stress(waves).within()
+    known = meshes.stress(waves).within()
     fields, angles = known.fields(dt), known.angles
     field = fields.surface
 
@@ -228,9 +222,9 @@ def seat_stress(done: Round, progress: notices.Progress = notices.silent) -> Sea
 
     what = "largest stress at the points of a seat"
     peaks = Largest(*kept.cached_array(done, done.touches, what, field.points, of_points))
-    worst, places = int(peaks.von_mises.argmax()), places_of(peaks)
+    places = places_of(peaks)
     at_worst = fields.at(places)
-    judged, others = at_worst.judged(force, dt), [known.fields(dt, fewer=True).at(places)]
+    judged, others = at_worst.judged(force, dt), [known.fields_at(places, dt, fewer=True)]
     if isinstance(field, RingField) and len(field.harmonics) > 1:
         others.append(seat_fields.SeatFields(*map(_with_fewer, (at_worst.surface, at_worst.named))))
     bars = sum((np.abs(each.judged(force, dt) - judged) for each in others), BETWEEN * judged)
@@ -241,7 +235,6 @@ def seat_stress(done: Round, progress: notices.Progress = notices.silent) -> Sea
         meshes,
         known,
         field.points,
-        np.arange(len(field.points)) % angles == worst % angles,
         np.repeat(known.to_edge, angles),
         np.repeat(known.to_struck < scene.stress.apart * (1 - 1e-9), angles),
         local_maxima(field.points, peaks.von_mises, scene.stress.apart, least=LEAST_SPOT)[:MOST_SPOTS],
@@ -250,7 +243,6 @@ def seat_stress(done: Round, progress: notices.Progress = notices.silent) -> Sea
         bars,
         np.array(scene.stress.points).reshape(-1, 3),
         np.concatenate([histories(each, force, dt) for each in shown]),
-        at_time(field, force, dt, round(peaks.von_mises_time[worst] / dt)),
         summary.front_of(done.result, float(np.max(solid.young)), solid.density),
         at_worst,
     )
@@ -335,28 +327,5 @@ def judged_under(stress: SeatStress, force: Array, dt: float, *, anew: bool = Fa
         return stress.worst.judged(force, dt)
     known, waves = stress.known, seat_fields.Waves.from_forces(stress.meshes, force)
     if waves is not None and known.waves is not None and waves.numbers != known.waves.numbers:
-        known = stress.drawn.stress(replace(waves, angles=known.waves.angles)).within()
-    return known.fields(dt).at(places_of(stress.peak)).judged(force, dt)
-
-
-def stress_pictures(stress: SeatStress, title: str, unsure: tuple[float, float]) -> list[rendering.Picture]:
-    """Return seat_stress.png and seat_stress.vtu. ``unsure``: as in `plot_stress`."""
-    k, peak = stress.where, stress.peak
-    labels = [place_words(place, "seat") for place in (*stress.worst.named.points, stress.sites[k])]
-    sites = stress.sites[stress.section]
-    if stress.mesh.dim() == 2:
-        sites = np.column_stack([np.hypot(*sites[:, :-1].T), sites[:, -1]]) if sites.shape[1] == 3 else sites
-    draw = partial(
-        stress_plot.plot_stress,
-        stress.mesh,
-        sites,
-        von_mises(stress.snapshot[stress.section]),
-        stress.strike.touches.seat.time,
-        von_mises(np.moveaxis(stress.named, 1, 2)),
-        (*labels[:-1], f"largest, {labels[-1]}"),
-        at=float(peak.von_mises_time[k]),
-        title=title,
-        unsure=unsure,
-    )
-    write = partial(stress_plot.write_stress_vtu, stress.sites, peak.von_mises, peak.von_mises_time)
-    return [("seat_stress.png", draw), ("seat_stress.vtu", write)]
+        known = stress.meshes.stress(replace(waves, angles=known.waves.angles)).within()
+    return known.fields_at(places_of(stress.peak), dt).judged(force, dt)

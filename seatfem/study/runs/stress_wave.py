@@ -1,4 +1,5 @@
-"""Pictures over time: forces along a lip, the landing plate, stress waves in both bodies, series for ParaView."""
+"""Pictures over time: forces along a lip, the landing plate, stress waves in both bodies, series for ParaView; the
+largest stress of a seat."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -12,8 +13,9 @@ from impact.after import histories, measures, result
 from impact.bodies.loads import find_own_coordinates
 from impact.march.motion import modal_coordinates
 from impact.pictures.lip_plots import landing_marks, plot_lip
+from impact.quantities import text
 from seatfem.pictures import moving
-from seatfem.pictures.frames import Frames, landing_frames
+from seatfem.pictures.frames import Frames, landing_frames, peak_frames
 from seatfem.pictures.rendering import Picture
 from seatfem.structures.elements.mindlin import PlateMesh
 from seatfem.structures.rings import Division
@@ -22,7 +24,9 @@ from seatfem.study.runs.body_stress import BodyStress
 from seatfem.study.runs.pictures import raising
 from seatfem.study.runs.reed_stress import AFTER, BEFORE
 from seatfem.study.runs.round import Round
+from seatfem.study.runs.seat_stress import SeatStress
 from seatfem.study.scene.lips import closed_line
+from seatfem.units import place_words
 
 LANDING: Final = "landing.gif"
 FEWEST: Final = 3  # fewest arcs of a lip for which its pictures are drawn
@@ -118,6 +122,27 @@ def landing_of(done: Round, lip: result.ImpactResult, landings: Sequence[Mapping
         averaged=f"forces mean over {1e6 * width:g} µs and each of {lip.force.shape[1]} lip segments",
         pieces=shape.pieces,
     )
+
+
+def peak_pictures(stress: SeatStress, title: str) -> list[Picture]:
+    """Return seat_stress.png and seat_stress.vtu, the largest von Mises stress at each place of the surface and its
+    time; none where the scene asks for named points alone."""
+    if not stress.known.asked.surface:
+        return []
+    peak, where = stress.peak, stress.where
+    try:
+        skin, largest = stress.on_skin(peak.von_mises)
+        times = stress.on_skin(peak.von_mises_time)[1]
+    except Exception as problem:  # all numbers are on file: the missing picture is reported instead
+        return [("seat_stress.png", partial(raising, problem))]
+    time, value = float(peak.von_mises_time[where]), float(peak.von_mises[where])
+    words = f"{text(value, 'Pa')} at {place_words(stress.sites[where], 'seat')}, t = {text(time, 's', 4)}"
+    body = peak_frames(skin, largest, words)
+    fields = {"largest von Mises [Pa]": largest[skin.which], "its time [s]": times[skin.which]}
+    return [
+        ("seat_stress.png", partial(moving.plot_frames, body, title=title)),
+        ("seat_stress.vtu", partial(moving.write_surface, body, fields)),
+    ]
 
 
 WAVES: Final = {"seat": ("stress_wave", "seat_stress"), "reed": ("reed_stress_wave", "reed_stress")}

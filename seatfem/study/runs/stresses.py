@@ -7,7 +7,7 @@ The forces of each run of the error budget are applied to the same stress fields
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 from typing import Final
@@ -15,64 +15,24 @@ from typing import Final
 import numpy as np
 
 from impact.greens.base import Array
-from impact.march.problem import ContactProblem
 from impact.march.rows import MarchRun
 from impact.notices import Progress, silent
 from impact.quantities import percent
-from impact.runs.variations import SAFETY, Budget, Values, budget_of, changes, times
+from impact.runs.variations import SAFETY, Budget, Values
 from seatfem.structures.fields.recovery import largest
-from seatfem.study.error_budget import varied_problems
-from seatfem.study.impacts.contact import Flights, marched
 from seatfem.study.impacts.forces import Forces
 from seatfem.study.impacts.touches import stress_since
 from seatfem.study.ladders.table import ladder_of, source_of
 from seatfem.study.method import MODEL
 from seatfem.study.plan import Plan
 from seatfem.study.runs import kept
-from seatfem.study.runs.reed_stress import ERRORS, PlateStress, plate_stress
+from seatfem.study.runs.error_bars import error_bars_of
+from seatfem.study.runs.reed_stress import ERRORS, PEAKS, PlateStress, plate_stress
 from seatfem.study.runs.remedies import remedy_by_source, remedy_of
 from seatfem.study.runs.round import Round
 from seatfem.study.runs.seat_stress import SeatStress, judged_under, left_by_mesh, seat_stress
 from seatfem.study.safety import source_in_words
 from seatfem.units import place_words, write_quantity
-
-STAGE: Final = "runs for the error bar of stress"
-
-
-def error_bars_of(
-    done: Round,
-    look: Callable[[MarchRun], Values],
-    at_half: Callable[[MarchRun], Values] | None = None,
-    progress: Progress = silent,
-    is_judged: Callable[[Values], bool] = lambda half: True,
-) -> tuple[Budget, Values]:
-    """Return the errors of the values that ``look`` returns for a run, as of the measures, but with twice the change by
-    half the time step; and the values at half the step.
-
-    ``at_half``: replaces ``look`` for the run at half the step; ``progress``: receives the progress of the runs;
-    ``is_judged``: whether the values at half the step are worth an error bar: otherwise no further run is made, and
-    there are no errors.
-    """
-    scene, dt = done.plan.scene, done.result.dt
-    flights = done.flights or Flights(done.striker, scene.run.duration, scene.contact.preload)
-    bodies = (done.plan.method, done.seat, done.striker, done.reed)
-    computed, terms, _ = varied_problems(scene, *bodies, progress, flights)
-    problem = computed.problem
-    runs, count = 2 + sum(len(term) for each in terms.values() for term in each or ()), 0
-
-    def march_varied(varied: ContactProblem, step: float, look: Callable[[MarchRun], Values] = look) -> Values:
-        nonlocal count
-        count += 1
-        progress(STAGE, min(count / runs, 1.0))
-        return look(marched(varied, step, scene.run.duration, flights))
-
-    half = march_varied(problem, dt / 2, at_half or look)
-    if not is_judged(half):
-        return Budget(half), half
-    values = march_varied(problem, dt)
-    finer = [times(2.0, changes(values, half))]
-    return budget_of(march_varied, problem, values, dt, terms, finer=finer), half
-
 
 RAW: Final = 0.1  # relative change of stress by half the time step above which no error bar is given
 AT_LIMIT: Final = 1.5  # distance of a hot spot at the limit of where stress is reported, over stress.distance
@@ -98,8 +58,7 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
     since = stress_since(done.touches, scene.accuracy.landing)
     seat, reed = seat_stress(done, progress), done.plate
     if reed is None:
-        cached = partial(kept.cached_numbers, done, done.touches, ERRORS)
-        reed = plate_stress(scene, done.plan.method.reed, strike, since, cached)
+        reed = plate_stress(scene, done.plan.method.reed, strike, since, *kept.caches(done, ERRORS, PEAKS))
     elif REED in done.left.values:  # a measure of the round, which has its bar there
         reed = replace(reed, bar=done.left.bar(REED))
     of_seat = seat if np.any(done.result.force) else None

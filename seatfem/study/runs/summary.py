@@ -111,14 +111,11 @@ def _first_contact(touches: Touches, groups: Array) -> float | None:
     if not len(groups):
         return None
     start = float(groups[0, 0])
-    landings = () if touches.landings is None else touches.landings.seat
-    return next((each.touch for each in landings if abs(each.start - start) < touches.seat.dt / 2), start)
+    return next((each.touch for each in touches.landings.seat if abs(each.start - start) < touches.seat.dt / 2), start)
 
 
-def landing_keys(landings: Landings | None, values: Mapping[str, float]) -> dict[str, object]:
+def landing_keys(landings: Landings, values: Mapping[str, float]) -> dict[str, object]:
     """Return the keys of the hardest landing on the seat, and of the first where its measures are among ``values``."""
-    if landings is None:
-        return {}
     hard = landings.hardest
     of_hardest = {f"landing_{key}": hard and getattr(hard, field) for field, key in OF_A_LANDING.items()}
     of_measures = {
@@ -144,12 +141,10 @@ def landing_records(touches: Touches, left: Budget) -> list[dict[str, object]]:
 
     The place of a landing is the middle of the part of the seat's lip that touched first, and ``None`` without a lip.
     """
-    if (landings := touches.landings) is None:
-        return []
     records = [
         _landing_record(touches, face, number, landing, left)
         for face in get_args(Face)
-        for number, landing in enumerate(landings.on(face))
+        for number, landing in enumerate(touches.landings.on(face))
     ]
     return sorted(records, key=lambda record: record["time_s"])  # type: ignore[arg-type, return-value]
 
@@ -157,7 +152,7 @@ def landing_records(touches: Touches, left: Budget) -> list[dict[str, object]]:
 def _landing_record(touches: Touches, face: Face, number: int, landing: Landing, left: Budget) -> dict[str, object]:
     names = {key: landing_name(face, number, key) for key in OF_A_LANDING.values()}
     bars = {key: left.bar(name) if name in left.values else math.inf for key, name in names.items()}
-    if face == "seat" and touches.landings is not None and landing is touches.landings.hardest:
+    if face == "seat" and landing is touches.landings.hardest:
         for key, measure in JUDGED.items():  # their error bars include half the time step and jumps
             if measure in left.values:
                 bars[key] = max(bars[key], left.bar(measure))
@@ -194,10 +189,8 @@ def landing_bar_keys(records: Sequence[Mapping[str, object]], number: object) ->
     return {f"error_bar_landing_{key}": hard.get(f"error_bar_{key}") for key in OF_A_LANDING.values()}
 
 
-def spring_bar_keys(left: Budget | None) -> dict[str, object]:
-    """Return error_bar_spring_KEY of each measure of the baseline; none if its errors were not computed."""
-    if left is None:
-        return {}
+def spring_bar_keys(left: Budget) -> dict[str, object]:
+    """Return error_bar_spring_KEY of each measure of the baseline whose errors were computed."""
     names = [name for name in left.values if not is_of_a_landing(name)]
     return {f"error_bar_spring_{key_of(name)}": finite_or_none(left.bar(name)) for name in names}
 
@@ -219,8 +212,11 @@ def _line_keys(touches: Touches, width: float) -> dict[str, object]:
         "line_force_peak": line_force_peak(force, times, width, line.length, line.share, line.pieces)[1],
         "line_impulse_peak": line_impulse_peak(force, times, line.length, line.share, line.pieces)[1],
     }
-    length, keys, is_touched = float(line.lengths.sum()), {}, bool(is_pressed.any())
+    length, keys, is_touched = float(line.lengths.sum()), dict[str, object](), bool(is_pressed.any())
+    ends = np.cumsum(line.lengths)
     for name, place in places.items():
+        arc = int(np.searchsorted(ends[:-1], place * length, side="right"))
+        keys |= {f"{name}_{key}": value for key, value in _land_keys(line, arc).items() if is_touched}
         keys[f"{name}_at_deg"] = line.degrees_at(place) if is_touched else None
         keys[f"{name}_at_m"] = place * length if is_touched else None
     arcs_first = _first_arcs(touches, line, is_pressed)
@@ -246,7 +242,7 @@ def _first_arcs(touches: Touches, line: Line, is_pressed: NDArray[np.bool_]) -> 
     if not is_pressed.any():
         return []
     row = int(np.argmax(is_pressed.any(axis=1)))
-    landings = () if touches.landings is None else touches.landings.seat
+    landings = touches.landings.seat
     begun = line.grid.time[max(row - 1, 0)]
     parts = None if touches.parts is None else touches.parts.rows.force.shape[1]
     if landings and parts and math.isclose(landings[0].start, begun, abs_tol=line.grid.dt / 2):
@@ -260,7 +256,7 @@ def stopper_keys(touches: Touches, filter_width: float) -> dict[str, object]:
         return {}
     groups = measures.contact_groups(result)
     return {
-        **({} if touches.landings is None else {"stopper_landing_count": len(touches.landings.stopper)}),
+        "stopper_landing_count": len(touches.landings.stopper),
         "stopper_peak_force_N": measures.peak_force(result),
         **stopper_values(result.force, result.dt, filter_width),
         "stopper_first_contact_s": float(groups[0, 0]) if len(groups) else None,
@@ -269,8 +265,11 @@ def stopper_keys(touches: Touches, filter_width: float) -> dict[str, object]:
 
 
 def stopper_face_keys(stopper: Stopper) -> dict[str, object]:
-    """Return the kind of the stopper and, if its face is divided, the number of arcs and the tilt."""
+    """Return the kind of the stopper, its shape if it is curved and, if its face is divided, the number of arcs and the
+    tilt."""
     keys: dict[str, object] = {"stopper_kind": stopper.body.kind}
+    if stopper.profile is not None:
+        keys["stopper_shape"] = "curved retainer"
     if stopper.parts == rings.Division():
         return keys
     return keys | {"stopper_arcs": stopper.parts.arcs, "stopper_tilt_deg": math.degrees(stopper.tilt)}

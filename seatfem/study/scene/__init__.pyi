@@ -17,7 +17,6 @@ from seatfem.study.scene import (
     local as local,
     measures as measures,
     models as models,
-    parcel as parcel,
     parts_as_drawn as parts_as_drawn,
     problems as problems,
     run as run,

@@ -33,7 +33,7 @@ from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.structure import motion_key
 from seatfem.structures.rings import MOST_CHOSEN, MOST_PORTS, MOST_RINGS, Division
 from seatfem.study.scene.laws import USUAL, ContactLaw, law_as_text, laws
-from seatfem.study.scene.profile import Profile
+from seatfem.study.scene.retainers import Profile
 
 
 class Film(Table):

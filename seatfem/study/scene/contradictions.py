@@ -1,23 +1,28 @@
-"""Contradictions between the tables of a scene."""
+"""Contradictions between the tables of a scene, and doubts about their values, stated before anything is computed."""
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from typing import TYPE_CHECKING, Final
+from contextlib import suppress
+from typing import TYPE_CHECKING, Annotated, Final, get_args, get_origin
 
 import numpy as np
 
 from impact.bodies.time_series import TimeSeriesError
-from seatfem.fields import Contradictions, flies_away, keys_of, problem_of, within
+from seatfem.fields import Contradictions, ReadQuantity, Table, Usual, flies_away, keys_of, problem_of, within
+from seatfem.structures.errors import GeometryError, MeshError, ModelError
 from seatfem.structures.kinds import structure
 from seatfem.structures.kinds.structure import Structure
+from seatfem.structures.mesh.gmsh_process import MeshingError
 from seatfem.structures.rings import Division
 from seatfem.study.scene.contact import Contact
 from seatfem.study.scene.drives import Base, ExternalLoad, Gauge, ValveSpring, Wave
-from seatfem.study.scene.lips import ContactGeometry
+from seatfem.study.scene.lips import ContactGeometry, or_diameter
 from seatfem.study.scene.local import unknown_shares
 from seatfem.study.scene.measures import Measure, all_measures
+from seatfem.study.scene.problems import Problem, notes_of, reader_of
 from seatfem.study.scene.run import Stress as StressTable
+from seatfem.units import DIMENSIONS, ask_for_prefix, write_quantity
 
 if TYPE_CHECKING:
     from seatfem.study.scene.models import Scene
@@ -197,8 +202,69 @@ def _of_parts(seat: Structure, contact: Contact, stress: StressTable | None, dur
 
 def _of_measure(measure: Measure, reed: Structure, *, is_possible: bool) -> Contradictions:
     """Yield contradictions for a measure that needs an absent table, or of the reed's stress that is not known."""
-    if measure.needs_stress:
+    if "stress" in measure.data:
         yield from (("accuracy.measures", words) for words in reed.stress_problems(measure.name))
     if not is_possible:
         words = f"there is no {measure.needs}: add {measure.needs}, or remove the measure"
         yield "accuracy.measures", f"{measure.name} is asked, and {words}"
+
+
+def doubts_of(scene: Scene) -> tuple[Problem, ...]:
+    """Return the doubts about a scene, by key; `seatfem.study.scene.located` adds file and lines."""
+    return (*own_doubts_of(scene), *cover_doubts_of(scene.geometry))
+
+
+def own_doubts_of(table: Table) -> tuple[Problem, ...]:
+    """Return the doubts about the values of a scene, or of another table, and of the tables in it."""
+    return tuple(Problem(None, 0, key, words) for key, words in _of_table(table, ""))
+
+
+def cover_doubts_of(geometry: ContactGeometry) -> tuple[Problem, ...]:
+    """Return the doubts about a reed that covers only a part of the lip that its model presses."""
+    with suppress(GeometryError, MeshError, ModelError, MeshingError, OSError):  # of files that are refused elsewhere
+        findings = or_diameter(geometry, ContactGeometry.cover_doubts)
+        return tuple(Problem(None, 0, ".".join(map(str, path)), words) for path, words in findings)
+    return ()
+
+
+def _of_table(table: Table, before: str) -> Contradictions:
+    """Yield the doubts about a table and the tables in it, by dotted key, which begins with ``before``."""
+    for name, field in type(table).model_fields.items():
+        if name in table.model_fields_set:
+            key = before.removesuffix(".") if name == type(table).inlined else f"{before}{name}"
+            yield from _of_value(getattr(table, name), tuple(notes_of(field)), _notes_of_parts(field.annotation), key)
+    yield from ((f"{before}{key}", words) for key, words in table.doubts())
+
+
+def _notes_of_parts(annotation: object) -> Sequence[object]:
+    """Return the annotations of each element of a list."""
+    element = next(iter(get_args(annotation)), None)
+    return get_args(element)[1:] if get_origin(element) is Annotated else ()
+
+
+def _of_value(value: object, notes: Sequence[object], of_parts: Sequence[object], key: str) -> Contradictions:
+    """Yield the doubts about the value of a key; ``notes``, ``of_parts``: annotations of it, and of parts of a list."""
+    if isinstance(value, Table):
+        yield from _of_table(value, f"{key}.")
+    elif isinstance(value, float) and value and (words := unusual(value, notes)):
+        yield key, words
+    elif isinstance(value, tuple | Mapping):
+        for part, each in value.items() if isinstance(value, Mapping) else enumerate(value):
+            yield from _of_value(each, of_parts, (), f"{key}.{part}")
+
+
+def unusual(value: float, notes: Sequence[object]) -> str:
+    """Return why a value [SI] is doubtful: it is out of the usual range of its key or dimension, by the ``notes`` of
+    the key's annotation; "" if it is in it, or none is known."""
+    reader = reader_of(notes)
+    dimension = reader.dimension if isinstance(reader, ReadQuantity) else ""
+    own = next((note for note in notes if isinstance(note, Usual)), None)
+    if own is None and not dimension:
+        return ""
+    least, most = DIMENSIONS[dimension].usual_range if own is None else (own.least, own.most)
+    if least <= abs(value) <= most:
+        return ""
+    written, low, high = (write_quantity(each, dimension, 4) for each in (value, least, most))
+    limit = f"small (usual: {low} or more)" if abs(value) < least else f"large (usual: {high} or less)"
+    meant = ask_for_prefix(value, dimension, (least, most)) if dimension else ""
+    return f"{written} is unusually {limit}{f'{meant} If not, leave it' if meant else '; check it'}"

@@ -135,8 +135,9 @@ class AreaByLift(fields.Table):
 
 class ExternalLoad(fields.Table):
     """One load on the reed: a pressure on an effective area at the contact (of a plate, spread over the disc that the
-    contact covers or encloses, of a ring plate over its whole face), a force, gravity, or the acceleration of the frame
-    that holds the reed (only the reed has the inertia load, minus its mass times the acceleration)."""
+    contact covers or encloses, over several ports in proportion to their areas, of a ring plate over its whole face), a
+    force, gravity, or the acceleration of the frame that holds the reed (only the reed has the inertia load, minus its
+    mass times the acceleration)."""
 
     sample: ClassVar[str] = """
 pressure = "-0.2 bar"

@@ -18,7 +18,7 @@ from impact.march.laws import SqueezeFilm
 from seatfem.fields import KeyProblem
 from seatfem.structures.errors import ModelError
 from seatfem.structures.kinds.structure import PORTS_AND_LANDS, Finding, Structure, is_curved
-from seatfem.structures.lands import FaceLip, under
+from seatfem.structures.lands import FaceLip, Gate, under
 from seatfem.structures.lip import AnyLip, tilted, turned_over
 from seatfem.structures.outlines import covered_share
 from seatfem.structures.rings import ACROSS, FEWEST_ARCS, MOST_CHOSEN, Division, arc_rings_to_compare
@@ -334,10 +334,17 @@ class ContactGeometry:
     def port_points(self) -> tuple[Array, ...]:
         """Return (n, 2) points all over each port of a seat of several lands, from the centre of the reed's contact
         [m]; none of a seat with a single land."""
+        return tuple(gate.points() + self.contact.offset for gate in self._ports_met())
+
+    def port_areas(self) -> tuple[float, ...]:
+        """Return the area of each of these ports [m^2]."""
+        return tuple(gate.area / gate.share for gate in self._ports_met())
+
+    def _ports_met(self) -> tuple[Gate, ...]:
+        """Return one way of gas over the lands of each port."""
         if (met := self._lands_met()) is None:
             return ()
-        gates = met.face.gates[:: round(1 / met.face.gates[0].share)]
-        return tuple(gate.points() + self.contact.offset for gate in gates)
+        return met.face.gates[:: round(1 / met.face.gates[0].share)]
 
     def lifts(self, division: Division, gap: Array, grid: TimeGrid) -> tuple[PortLift, ...]:
         """Return the lift over each land of a seat of several from the gaps (N + 1, parts) on the seat's parts [m], the

@@ -123,26 +123,20 @@ class Measure(ResultSource, ABC):
     """A result whose accuracy may be prescribed; each subclass with a ``name``, in any file, is a measure.
 
     Attributes:
-        needs_displacement, needs_stress, needs_line: data of `ContactRecord` that it needs in addition to the force.
+        data: what of `ContactRecord` it needs in addition to the force: "displacement", "stress" or "line".
         judged_by: name of another measure of the whole run with the same relative error; "" if it has its own.
         of_some: whether it is omitted from the results of runs in which it is not defined.
         needs: key or table without which a scene cannot ask for it, as "[[gauge]]"; "" if there is none.
     """
 
-    needs_displacement: ClassVar[bool] = False
-    needs_stress: ClassVar[bool] = False
-    needs_line: ClassVar[bool] = False
+    data: ClassVar[tuple[str, ...]] = ()
     judged_by: ClassVar[str] = ""
     of_some: ClassVar[bool] = False
     needs: ClassVar[str] = ""
 
     def is_known(self, blow: ContactRecord) -> bool:
         """Return whether the measure is defined for this run."""
-        return not (
-            (self.needs_displacement and blow.displacement is None)
-            or (self.needs_stress and blow.stress is None)
-            or (self.needs_line and blow.line is None)
-        )
+        return all(getattr(blow, name) is not None for name in self.data)
 
     @abstractmethod
     def evaluate(self, blow: ContactRecord) -> float:
@@ -272,7 +266,7 @@ class SeatDisplacement(Measure):
 
     name, key, words = "seat_displacement", "max_seat_displacement_m", "seat displacement"
     landing_key = "landing_max_seat_displacement_m"
-    needs_displacement = True
+    data = ("displacement",)
 
     def evaluate(self, blow: ContactRecord) -> float:
         return float(np.max(np.abs(blow.displacement))) if np.any(blow.force) else 0.0  # type: ignore[arg-type]
@@ -288,7 +282,7 @@ class Stress(Measure):
 
     name, key, words = "stress", "peak_reed_stress_after_contact_Pa", "reed stress after first contact"
     landing_key, landing_words = "landing_peak_reed_stress_Pa", "reed stress after landing"
-    needs_stress = True
+    data = ("stress",)
 
     def evaluate(self, blow: ContactRecord) -> float:
         peak = blow.stress.after_contact if blow.stress else None
@@ -317,8 +311,6 @@ class GaugeStrain(Measure):
 class _AlongLip:
     """Base of measures along a lip: the largest of averages over a part of the lip."""
 
-    needs_line = True
-
     def evaluate(self, blow: ContactRecord) -> float:
         """Return the measure over the whole run."""
         assert blow.line is not None
@@ -342,6 +334,7 @@ class LineForce(_AlongLip, Measure):
 
     name, key, words = "line_force", "line_force_peak_N_per_m", "force per length"
     landing_key = "landing_line_force_peak_N_per_m"
+    data = ("line",)
 
     def _peak(self, blow: ContactRecord, line: Line, force: Array, steps: float | Array) -> float:
         return histories.line_force_peak(force, steps, blow.filter_width, line.length, line.share, line.pieces)[0]
@@ -352,6 +345,7 @@ class LineImpulse(_AlongLip, Measure):
 
     name, key, words = "line_impulse", "line_impulse_peak_Ns_per_m", "impulse per length"
     landing_key = "landing_line_impulse_peak_Ns_per_m"
+    data = ("line",)
 
     def _peak(self, blow: ContactRecord, line: Line, force: Array, steps: float | Array) -> float:
         return histories.line_impulse_peak(force, steps, line.length, line.share, line.pieces)[0]
@@ -460,11 +454,6 @@ def _prefix_and_measure(name: str) -> tuple[str, str]:
     return prefix, name.removeprefix(prefix)
 
 
-def any_needs_displacement(names: Collection[str]) -> bool:
-    """Return whether one of these measures needs the displacement of the seat's contact face."""
-    return any(each.needs_displacement for name, each in all_measures().items() if name in names)
-
-
-def any_needs_stress(names: Collection[str]) -> bool:
-    """Return whether one of these measures needs the reed's stress."""
-    return any(each.needs_stress for name, each in all_measures().items() if name in names)
+def any_needs(names: Collection[str], data: str) -> bool:
+    """Return whether one of these measures needs this of a `ContactRecord`, as "stress"."""
+    return any(data in each.data for name, each in all_measures().items() if name in names)

@@ -10,11 +10,12 @@ from functools import reduce
 from pathlib import Path
 from typing import Any, ClassVar, Final, Literal
 
+import numpy as np
 from pydantic import Field, ValidationError, ValidationInfo, model_validator
 
 from seatfem import fields
 from seatfem.structures.kinds import Structure, drawn, kinds_of
-from seatfem.structures.kinds.structure import is_loaded
+from seatfem.structures.kinds.structure import is_curved, is_loaded
 from seatfem.structures.rings import MOST_RINGS
 from seatfem.structures.shapes.cad import STEP_SUFFIXES
 from seatfem.study.scene import contradictions, drives, measures, parts_as_drawn, problems
@@ -22,10 +23,12 @@ from seatfem.study.scene.contact import Contact, Stopper
 from seatfem.study.scene.lips import ContactGeometry
 from seatfem.study.scene.run import Accuracy, Run, Stress
 from seatfem.study.scene.wings import Assessment, Drive, WingTable, tables_of_wings
+from seatfem.units import write_quantity
 
 KEY: Final = "assembly.placed"
 FOLLOWING: Final = (("contact", ("offset", "tilt", "tilt_axis", "gap")), ("seat", ("along",)), ("reed", ("frame",)))
 """Keys whose values follow from the CAD files."""
+SAMPLES: Final = 4096  # instants of a run from which the largest load is taken
 SMALLEST: Final = 1e-9  # lengths below this are written as zero [m]
 
 
@@ -175,7 +178,7 @@ class Scene(fields.Table):
         """Return whether each run needs the reed's stress, for a measure or, in closed form, an assessment."""
         is_cheap = self.reed.traits.stress == "closed form"
         assessed = is_cheap and any(each.needs_reed_stress for each in self.assessments)
-        return measures.any_needs_stress(self.accuracy.measures) or assessed
+        return measures.any_needs(self.accuracy.measures, "stress") or assessed
 
     @model_validator(mode="before")
     @classmethod
@@ -264,3 +267,52 @@ class Scene(fields.Table):
 
     def contradictions(self) -> fields.Contradictions:
         return contradictions.contradictions_of(self)
+
+    def doubts(self) -> fields.Contradictions:
+        yield from self._doubts_of_loads()
+        yield from self._doubts_of_duration()
+
+    def _doubts_of_loads(self) -> fields.Contradictions:
+        """Yield a doubt if the loads push the reed one way during the whole run, as an absolute pressure does.
+
+        Their sum at the closed reed, less the preload of valve springs, is above zero throughout: the valve rests open.
+        Or it is below zero throughout, by a file, and the reed starts on its seat: nothing opens it. Scenes are left
+        out in which more acts: gravity, a frame, a gas, bases, waves, loads of [reed], a reed bent without stress.
+        """
+        pushes = [each.pressure or each.force for each in self.load]
+        own = any(getattr(self.reed, key, None) is not None for key in ("pressure", "point_force", "force", "gravity"))
+        if not pushes or None in pushes or own or self.driven_by or self.base or self.wave or is_curved(self.reed):
+            return
+        time = np.linspace(0.0, self.run.duration, SAMPLES)
+        areas = [1.0 if each.area is None else each.area(0.0) for each in self.load]
+        force = sum(area * push.course(time) for area, push in zip(areas, pushes, strict=True) if push)
+        low, high = (float(end) - sum(each.preload for each in self.spring) for end in (np.min(force), np.max(force)))
+        closed = self.contact.gap == 0 and self.reed.start_at(self.geometry.own_place or 0.0) <= 0
+        if low > 0:
+            words = "push the reed off its seat during the whole run: the valve never rests closed"
+        elif high < 0 and closed and any(push and push.file for push in pushes):
+            words = "press the reed on its seat during the whole run: they never open the valve"
+        else:
+            return
+        ends = " to ".join(dict.fromkeys(write_quantity(end, "force", 3) for end in (low, high)))
+        remedy = (
+            "A pressure is the difference across the valve: of an absolute one subtract the pressure on the other "
+            "side, or add that as a [[load]] of opposite sign"
+            if any(each.pressure for each in self.load)
+            else "Check their signs"
+        )
+        key = "force" if self.load[0].pressure is None else "pressure"
+        yield f"load.0.{key}", f"the loads ({ends}, positive off the seat) {words}. {remedy}"
+
+    def _doubts_of_duration(self) -> fields.Contradictions:
+        """Yield doubts if the run ends before a reed without loads can reach its seat, and if the block of a life is
+        less than a turn of the crank."""
+        start = self.reed.start_at(self.geometry.own_place or 0.0)
+        flight = 0.0 if self.is_loaded or self.stopper is not None else self.reed.flight_time(self.contact.gap + start)
+        if flight > self.run.duration:
+            ends, least = (write_quantity(time, "time", 3) for time in (self.run.duration, flight))
+            yield "run.duration", f"{ends} ends before the landing: the reed flies {least}; watch longer"
+        if self.assessments and self.turn is not None and self.run.duration < self.turn * (1 - 1e-9):
+            ends, least = (write_quantity(time, "time", 3) for time in (self.run.duration, self.turn))
+            words = f"{ends} is less than a turn of the crank, {least}, and the run is the block that repeats"
+            yield "run.duration", f"{words}: its life lacks what happens in the rest; watch a whole turn"

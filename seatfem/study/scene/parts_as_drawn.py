@@ -15,7 +15,7 @@ from impact.greens.base import Array
 from seatfem.fields import KeyProblem, problem_of
 from seatfem.structures import errors, lands
 from seatfem.structures.inspection import outline
-from seatfem.structures.inspection.cad import FoundFace, Inspected, inspect_geometry
+from seatfem.structures.inspection.cad import FoundFace, Part, inspect_geometry
 from seatfem.structures.inspection.outline import opening
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.sheet import AnyClamp, Clamp, Place
@@ -68,7 +68,7 @@ class PartsAsDrawn:
 
     seat: Drawn
     file: Path
-    found: Inspected
+    found: Part
     reed: outline.DrawnOutline
 
     @cached_property

@@ -1,7 +1,4 @@
-"""Error messages of a scene, all at once, each with file, line and key.
-
-The reader of line numbers only follows the structure of the text, which tomllib has read as valid TOML before.
-"""
+"""Error messages of a scene, all at once, each with file, line and key."""
 
 from __future__ import annotations
 
@@ -23,100 +20,54 @@ from seatfem.fields import KeyProblem, kind_of, kinds_in_words, read_number
 
 KeyPath = tuple[str | int, ...]
 
-_BLANK: Final = re.compile(r"(?:[ \t\r\n]|#[^\n]*)*")
-_KEY: Final = re.compile(r"""\s*(?:([A-Za-z0-9_-]+)|"((?:\\.|[^"\\])*)"|'([^']*)')[ \t]*""")
-_STRING: Final = re.compile(r'''"""(?:\\.|[^\\])*?"{3,5}|\'\'\'.*?\'{3,5}|"(?:\\.|[^"\\\n])*"|'[^'\n]*\'''', re.DOTALL)
-_BARE: Final = re.compile(r"[^,\]}#\n]+")
+_TOKEN: Final = re.compile(
+    r'''"""(?:\\.|[^\\])*?"{3,5}|\'\'\'.*?\'{3,5}|"(?:\\.|[^"\\\n])*"|'[^'\n]*'|#[^\n]*|[][{},=.\n]|[^][\s{},=.#"']+''',
+    re.DOTALL,
+)
+"""Parts of TOML that is valid: strings, comments, marks, and what stands between them."""
 
 
-def key_lines(text: str) -> dict[KeyPath, int]:
-    """Return the line (from 1) of each key, e.g. {("seat",): 2, ("seat", "material", "young"): 5}."""
-    reader = _Reader(text)
-    reader.document()
-    return reader.lines
-
-
-def single(path: KeyPath) -> KeyPath:
-    """Return the path with dotted names divided, even if quoted: ("vary", "reed.length") has three parts."""
-    return tuple(part for each in path for part in (each.split(".") if isinstance(each, str) else [each]))
-
-
-@dataclass
-class _Reader:
-    text: str
-    at: int = 0
-    lines: dict[KeyPath, int] = field(default_factory=dict)
-    ends: list[int] = field(init=False)  # positions of line ends
-
-    def __post_init__(self) -> None:
-        self.ends = [newline.start() for newline in re.finditer("\n", self.text)]
-
-    def document(self) -> None:
-        table: KeyPath = ()
-        counts: dict[KeyPath, int] = {}
-        while self.skip_blank() < len(self.text):
-            if not self.text.startswith("[", self.at):
-                self.assignment(table)
-                continue
-            several = self.text.startswith("[[", self.at)
-            line = self.line()
-            self.at += 2 if several else 1
-            table = self.key()
-            self.at += 2 if several else 1
-            self.note((), table, line)
-            if several:
-                counts[table] = counts.get(table, -1) + 1
-                table = (*table, counts[table])
-                self.lines[table] = line
-
-    def assignment(self, table: KeyPath) -> None:
-        line = self.line()
-        key = self.key()
-        self.note(table, key, line)
-        self.at += 1  # the equals sign
-        self.value(table + key)
-
-    def value(self, path: KeyPath) -> None:
-        self.skip_blank()
-        opening = self.text[self.at]
-        if opening in "{[":
-            self.at += 1
-            index = 0
-            while self.text[self.skip_blank()] not in "}]":
-                if self.text[self.at] == ",":
-                    self.at += 1
-                elif opening == "{":
-                    self.assignment(path)
-                else:
-                    self.lines[*path, index] = self.line()
-                    self.value((*path, index))
-                    index += 1
-            self.at += 1
-        elif plain := _STRING.match(self.text, self.at) or _BARE.match(self.text, self.at):
-            self.at = plain.end()
-
-    def key(self) -> KeyPath:
-        parts: list[str] = []
-        while match := _KEY.match(self.text, self.at):
-            parts.append(next(group for group in match.groups() if group is not None))
-            self.at = match.end()
-            if not self.text.startswith(".", self.at):
-                break
-            self.at += 1
-        return tuple(parts)
-
-    def note(self, table: KeyPath, key: KeyPath, line: int) -> None:
-        for length in range(1, len(key) + 1):
-            self.lines.setdefault(table + key[:length], line)
-
-    def skip_blank(self) -> int:
-        match = _BLANK.match(self.text, self.at)
-        assert match is not None  # the pattern matches the empty string
-        self.at = match.end()
-        return self.at
-
-    def line(self) -> int:
-        return bisect_left(self.ends, self.at) + 1
+def key_lines(text: str) -> dict[str, int]:
+    """Return the line (from 1) of each dotted key of a valid TOML file: {"seat": 2, "seat.material.young": 5}."""
+    ends = [newline.start() for newline in re.finditer("\n", text)]
+    lines: dict[str, int] = {}
+    counts: dict[str, int] = {}
+    places: list[tuple[str, int]] = [("", -1)]  # tables, and lists with the number of their element
+    key, brackets, in_value = "", 0, False
+    for token in _TOKEN.finditer(text):
+        mark, line, (place, number) = token[0], bisect_left(ends, token.start()) + 1, places[-1]
+        if mark == "\n" and len(places) == 1:
+            key, brackets, in_value = "", 0, False
+        elif mark in ".\n" or mark.startswith("#"):
+            continue
+        elif mark in "]}" and len(places) > 1:
+            places.pop()
+            key, in_value = "", True
+        elif mark == ",":
+            key, in_value = "", False
+            places[-1] = place, number + 1 if number >= 0 else number
+        elif in_value or number >= 0:
+            if not in_value:
+                key = f"{place}.{number}"
+                lines.setdefault(key, line)
+            if mark in "[{":
+                places.append((key, 0 if mark == "[" else -1))
+            in_value = mark not in "[{"
+        elif mark == "=":
+            in_value = True
+        elif mark == "[":
+            brackets, places[0] = brackets + 1, ("", -1)
+        elif mark == "]" and brackets == 2:  # the first of two
+            counts[key] = counts.get(key, -1) + 1
+            places[0], brackets = (f"{key}.{counts[key]}", -1), 0
+            lines[places[0][0]] = line
+        elif mark == "]":
+            places[0] = (key, -1) if brackets else places[0]
+        else:
+            name = mark.strip("\"'")
+            key = f"{key or place}.{name}" if key or place else name
+            lines.setdefault(key, line)
+    return lines
 
 
 MOST: Final = 100  # largest number of problems that are reported
@@ -128,16 +79,13 @@ ALIKE: Final = 0.7
 
 @dataclass(frozen=True)
 class Problem:
-    """One error of a scene. `line` counts from 1, 0 for the whole file; `file` is None if it is not known.
-
-    `path`: parts of the key, from which `seatfem.study.scene.located` finds the line.
-    """
+    """One error of a scene. `line` counts from 1, 0 for the whole file; `file` is None if it is not known; then
+    `seatfem.study.scene.located` finds both by the dotted key."""
 
     file: Path | None
     line: int
     key: str
     message: str
-    path: KeyPath = ()
 
     def __str__(self) -> str:
         if self.file is None:
@@ -176,11 +124,11 @@ class SceneError(SeatfemError, ValueError):
 
 def scene_error(key: str, message: str, file: Path | None = None, line: int = 0) -> SceneError:
     """Return the error of one ``key``; ``line``: 0 for the whole file, or if `located` is to find it."""
-    return SceneError((Problem(file, line, key, message, tuple(filter(None, key.split(".")))),))
+    return SceneError((Problem(file, line, key, message),))
 
 
 def explain(
-    error: ValidationError, model: type[BaseModel], data: Mapping[str, Any], file: Path, lines: Mapping[KeyPath, int]
+    error: ValidationError, model: type[BaseModel], data: Mapping[str, Any], file: Path, lines: Mapping[str, int]
 ) -> tuple[Problem, ...]:
     """Return pydantic's errors as messages about the scene file, in the order of the file; at most `MOST`."""
     places = [_Place.from_details(details, model, lines) for details in error.errors(include_url=False)]
@@ -215,7 +163,7 @@ class _Place:
         return self.table.model_fields.get(str(key)) if self.table else None
 
     @staticmethod
-    def from_details(details: ErrorDetails, model: type[BaseModel], lines: Mapping[KeyPath, int]) -> _Place:
+    def from_details(details: ErrorDetails, model: type[BaseModel], lines: Mapping[str, int]) -> _Place:
         path, table, beside = _walk(model, details["loc"])
         fields = table.model_fields.items() if table else ()
         known = (*beside, *(field.alias or name for name, field in fields))
@@ -228,19 +176,20 @@ class _Place:
             path, inlined = (*path, "kind"), table.model_fields.get(getattr(table, "inlined", "")) if table else None
             choices = choices or (tables_in(inlined.annotation) if inlined else ())
         of_file = {name: _keys_in(field.annotation) for name, field in model.model_fields.items()}
-        return _Place(details, path, known, table, line_of(path, lines), choices, of_file)
+        return _Place(details, path, known, table, line_of(_dotted(path), lines), choices, of_file)
 
 
-def line_of(path: KeyPath, lines: Mapping[KeyPath, int]) -> int:
-    """Return the line of the key, or of the nearest table around it; ``lines``: by paths that are `single`."""
-    path = single(path)
-    return next((lines[path[:length]] for length in range(len(path), 0, -1) if path[:length] in lines), 0)
+def line_of(key: str, lines: Mapping[str, int]) -> int:
+    """Return the line of the dotted key, or of the nearest table around it; 0 if there is none."""
+    parts = key.split(".")
+    around = (".".join(parts[:length]) for length in range(len(parts), 0, -1))
+    return next((lines[each] for each in around if each in lines), 0)
 
 
 def _message(place: _Place, data: Mapping[str, Any]) -> str:
     details, path = place.details, place.path
     context = details.get("ctx", {})
-    written = _written(data, path) if (stated := _written(data, single(path))) is None else stated
+    written = _written(data, path) if (stated := _written(data, _single(path))) is None else stated
     match details["type"]:
         case "extra_forbidden" if advice := getattr(place.table, "former", {}).get(path[-1]):
             return str(advice)
@@ -281,6 +230,11 @@ def _message(place: _Place, data: Mapping[str, Any]) -> str:
         case kind if plain := next((words for name, words in _PLAIN.items() if kind.startswith(name)), ""):
             return f"{written!r} must be {plain.replace('...', repr(written))}"
     return f"{written!r}: {details['msg'][0].lower()}{details['msg'][1:]}"
+
+
+def _single(path: KeyPath) -> KeyPath:
+    """Return the path with dotted names divided, even if quoted: ("vary", "reed.length") has three parts."""
+    return tuple(part for each in path for part in (each.split(".") if isinstance(each, str) else [each]))
 
 
 def _dotted(path: KeyPath) -> str:

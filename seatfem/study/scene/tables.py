@@ -18,7 +18,7 @@ from pydantic import AfterValidator, BeforeValidator, ValidationError
 from impact.files.safe_files import MB, read_text
 from impact.quantities import brief_value
 from seatfem.fields import AnyTable
-from seatfem.study.scene.problems import KeyPath, SceneError, explain, key_lines, line_of, scene_error, single
+from seatfem.study.scene.problems import SceneError, explain, key_lines, line_of, scene_error
 
 UNCHANGED: Final[Mapping[str, object]] = MappingProxyType({})
 LIMIT: Final = 1 * MB  # largest file
@@ -81,11 +81,11 @@ def load_as(
     for key, other in _OTHERS.items():
         if {key, *other.beside} <= data.keys() - model.model_fields.keys():
             words = f"is a table of {other.name}: take `seatfem {other.verb} {path.name}`"
-            raise scene_error(key, words, path, line_of((key,), _lines(text)))
+            raise scene_error(key, words, path, line_of(key, key_lines(text)))
     try:
         return model.model_validate(data, context={"folder": path.parent})
     except ValidationError as error:
-        raise SceneError(explain(error, model, data, path, _lines(text))) from None
+        raise SceneError(explain(error, model, data, path, key_lines(text))) from None
 
 
 def changed_data(text: str, path: Path, changed: Mapping[str, object] = UNCHANGED) -> dict[str, Any]:
@@ -109,10 +109,8 @@ def located(error: SceneError, path: Path | None) -> SceneError:
     """Return the error with the scene's file, if it is known, and the lines of the keys."""
     if path is None or all(problem.file for problem in error.problems):
         return error
-    lines = _lines(read_toml(path))
-    placed = (
-        each if each.file else replace(each, file=path, line=line_of(each.path, lines)) for each in error.problems
-    )
+    lines = key_lines(read_toml(path))
+    placed = (each if each.file else replace(each, file=path, line=line_of(each.key, lines)) for each in error.problems)
     return SceneError(tuple(sorted(placed, key=lambda problem: problem.line)))
 
 
@@ -186,14 +184,6 @@ def _change(data: dict[str, Any], key: str, value: object, path: Path) -> None:
         place.pop(last, None)
     else:
         place[last] = value.tolist() if isinstance(value, np.generic | np.ndarray) else deepcopy(value)
-
-
-def _lines(text: str) -> dict[KeyPath, int]:
-    """Return the line of each key; none if the nesting is too deep for the reader."""
-    try:
-        return {single(path): line for path, line in key_lines(text).items()}
-    except RecursionError:
-        return {}
 
 
 MOST_PARTS: Final = 8  # largest number of parts of a key of a scene

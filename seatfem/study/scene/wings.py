@@ -8,9 +8,10 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Final
 
-from impact.after import result as impact_results
+import numpy as np
+
 from impact.bodies import body as bodies
 from impact.greens.base import Array
 from impact.late import import_all
@@ -20,6 +21,9 @@ from seatfem.structures.kinds import Structure
 
 if TYPE_CHECKING:
     from seatfem.study.scene.models import Scene
+
+NO_STOPS: Final[Array] = np.zeros(0)
+"""Times of the contacts of a run without a stopper."""
 
 
 @dataclass(frozen=True)
@@ -89,28 +93,29 @@ class Drive(WingTable):
         yield from ()
 
     @abstractmethod
-    def values(self, lift: Array, dt: float, duration: float, ports: Sequence[PortLift] = ()) -> dict[str, float]:
-        """Return its results with error bars, by `cycle_name`; arguments as in `after_run`."""
-
-    @abstractmethod
     def notes(self) -> tuple[str, ...]:
         """Return notes for the reader of a run."""
 
     @abstractmethod
-    def after_run(
+    def follow(
         self,
         lift: Array,
         dt: float,
         duration: float,
-        stopper: impact_results.ImpactResult | None,
         ports: Sequence[PortLift] = (),
+        stops: Array = NO_STOPS,
     ) -> DriveRun:
         """Return its course in a run of this ``duration`` [s], with the (n + 1,) ``lift`` of the reed [m] at steps
-        ``dt`` [s]; ``stopper``: the contact there; ``ports``: the lift over each land of a seat with several."""
+        ``dt`` [s]; ``ports``: the lift over each land of a seat with several; ``stops``: when contacts with a stopper
+        begin [s]."""
 
 
 class DriveRun:
     """The course of a `Drive` in a run."""
+
+    @abstractmethod
+    def values(self) -> dict[str, float]:
+        """Return its results with error bars, by `cycle_name`."""
 
     @abstractmethod
     def keys(self) -> dict[str, object]:

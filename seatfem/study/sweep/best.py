@@ -20,8 +20,9 @@ from numpy.typing import NDArray
 from impact.pictures.drawing import try_draw
 from impact.quantities import brief, finite_or_none
 from seatfem.fields import read_written
+from seatfem.readings import BAR
 from seatfem.study.impacts.contact import RunError
-from seatfem.study.impacts.landings import BAR, LANDED, STATUS, counts, left_out_in_words, needs_landing
+from seatfem.study.impacts.landings import LANDED, STATUS, counts, left_out_in_words, needs_landing
 from seatfem.study.scene import SceneError
 from seatfem.study.sweep import charts, runner
 from seatfem.study.sweep.cases import Case, Cases, Changes

@@ -25,8 +25,8 @@ from seatfem.study.plan import Plan
 from seatfem.study.runs.kept import plan_from_json, plan_to_json
 from seatfem.study.safety import MOST_ROUNDS
 from seatfem.study.scene import Scene, SceneError, load_scene, located
+from seatfem.study.scene.files import by_content
 from seatfem.study.scene.measures import all_measures
-from seatfem.study.scene.parcel import by_content
 from seatfem.study.scene.problems import Problem
 from seatfem.study.sweep.study import Study
 from seatfem.study.sweep.variations import Listed
@@ -263,8 +263,7 @@ def _in_the_study(problem: Problem, changed: Changes, which: str) -> Problem:
         varied = ", ".join(f"{key} = {value!r}" for key, value in changed.items())
         return replace(problem, message=f"{problem.message} ({which}: {varied})")
     key = touching[0]
-    path = ("vary", *key.split("."))
-    return Problem(None, 0, f"vary.{key}", f"{which}, {key} = {changed[key]!r}: {problem.message}", path)
+    return Problem(None, 0, f"vary.{key}", f"{which}, {key} = {changed[key]!r}: {problem.message}")
 
 
 def columns_of(cases: list[Case], study: Study) -> Mapping[str, list[object]]:

@@ -13,12 +13,11 @@ import numpy as np
 
 from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, SKY, sheet, try_draw
 from impact.quantities import in_digits
-from seatfem.study.impacts.landings import BAR
+from seatfem.readings import BAR
 from seatfem.study.sweep import effects
-from seatfem.study.sweep.axes import Axis, axis_of
+from seatfem.study.sweep.answers import Axis, axis_of
 from seatfem.study.sweep.effects import CONFIDENCE, PERCENTILES, Band, Effect, Indices, drawn_rows, front, objectives
-from seatfem.study.sweep.maps import draw_limits, draw_map
-from seatfem.study.sweep.marks import NAMES, mark_foot
+from seatfem.study.sweep.maps import NAMES, draw_limits, draw_map, mark_foot
 from seatfem.study.sweep.study import Optimise
 from seatfem.study.sweep.table import Columns, StudyTable, as_written, write_columns
 

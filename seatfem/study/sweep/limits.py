@@ -124,7 +124,7 @@ def full_key(name: str) -> str:
     return peak if name not in declared and peak in declared else name
 
 
-def nearest(name: str, numbers: Mapping[str, object], count: int = 3) -> list[str]:
+def nearest(name: str, numbers: Mapping[str, object]) -> list[str]:
     """Return the keys of results that resemble a ``name`` most: by the words they share, then by their letters."""
     keys = {key for key, value in numbers.items() if as_number(value) is not None} | all_results().keys()
     words = {*name.lower().split("_")}
@@ -135,4 +135,4 @@ def nearest(name: str, numbers: Mapping[str, object], count: int = 3) -> list[st
 
     own = name.split("_")[0] if name.startswith(("spring_", "error_", "plan_")) else ""
     near = [key for key in keys if key.startswith(("spring_", "error_", "plan_", "regime_")) <= bool(own)]
-    return sorted((key for key in near if likeness(key) > 0.6), key=lambda key: (-likeness(key), key))[:count]
+    return sorted((key for key in near if likeness(key) > 0.6), key=lambda key: (-likeness(key), key))[:3]

@@ -1,4 +1,4 @@
-"""Pictures of where the limits of a study hold: a map over two varied keys, or the limited results over one key."""
+"""Pictures of where the limits of a study hold, over one key or two, and the marks of scenes in all charts."""
 
 from __future__ import annotations
 
@@ -11,19 +11,29 @@ import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from impact.pictures.drawing import GREY, sheet
+from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, sheet
 from impact.quantities import in_digits, plain
-from seatfem.study.impacts.landings import BAR
-from seatfem.study.sweep.answers import verdicts
-from seatfem.study.sweep.axes import Axis, axis_of
+from seatfem.readings import BAR
+from seatfem.study.sweep.answers import Axis, axis_of, verdicts
 from seatfem.study.sweep.effects import varying
-from seatfem.study.sweep.limits import VERDICTS
-from seatfem.study.sweep.marks import look_of, mark_foot
+from seatfem.study.sweep.limits import (
+    CUT_OFF,
+    FAILED,
+    FAILS,
+    HOLDS,
+    NEVER_OPENED,
+    NO_LANDING,
+    NO_VALUE,
+    STOPPED,
+    UNDECIDED,
+    VERDICTS,
+)
 from seatfem.study.sweep.table import StudyTable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
 
 Array = NDArray[np.float64]
 INSIDE, OUTSIDE, DOUBT = "#D9F0E5", "#FBE3D3", "#DCEBF7"
@@ -152,3 +162,40 @@ def _legend(figure: Figure, *panels: Axes) -> None:
         label: handle for axes in panels for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
     }
     figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3)
+
+
+MARKS: Final[dict[str, tuple[str, str, bool]]] = {
+    HOLDS: ("o", GREEN, True),
+    UNDECIDED: ("D", BLUE, False),
+    FAILS: ("X", ORANGE, True),
+    CUT_OFF: ("s", PURPLE, False),
+    NO_LANDING: ("v", GREY, False),
+    NEVER_OPENED: ("^", GREY, False),
+    NO_VALUE: ("d", GREY, False),
+    STOPPED: ("_", "black", True),
+    FAILED: ("x", "black", True),
+}
+"""Mark of each verdict, its colour, and whether it is filled; scenes without a landing have hollow ones."""
+SIGNS: Final[dict[str, str]] = {
+    HOLDS: "●", UNDECIDED: "◇", FAILS: "✖", CUT_OFF: "□", NO_LANDING: "▽", NEVER_OPENED: "△", STOPPED: "–", FAILED: "×",
+}  # fmt: skip
+"""The same marks in text."""
+NAMES: Final[dict[str, str]] = {
+    CUT_OFF: "square", NO_LANDING: "triangle", NEVER_OPENED: "upright triangle", STOPPED: "dash", FAILED: "cross",
+}  # fmt: skip
+"""Words for the marks of scenes without a complete landing."""
+FOOT: Final = 0.04  # height of the marks of scenes without a value, over that of the panel
+
+
+def look_of(verdict: str, size: float) -> dict[str, Any]:
+    """Return how the mark of a verdict is drawn."""
+    marker, colour, is_filled = MARKS[verdict]
+    face = colour if is_filled else "white"
+    return {
+        "linestyle": "", "marker": marker, "color": colour, "markersize": size, "zorder": 3, "markerfacecolor": face,
+    }  # fmt: skip
+
+
+def mark_foot(axes: Axes, x: np.ndarray, verdict: str, size: float = 6) -> None:
+    """Mark scenes at their abscissae at the foot of a panel, as they have no value."""
+    axes.plot(x, np.full(len(x), FOOT), transform=axes.get_xaxis_transform(), **look_of(verdict, size))

@@ -1,8 +1,4 @@
-"""Runs of the scenes of a study in workers, with a journal of outcomes from which a stopped study continues.
-
-Workers answer each job, in JSON, with its outcome by `side_by_side.reply`. Results depend on the scene and its start
-only: neither stored results, nor the speed of the computer, nor measured times affect its plan.
-"""
+"""Workers of a study: the run of one scene, the journal of all, and the limits on the computing effort."""
 
 from __future__ import annotations
 
@@ -30,7 +26,7 @@ from seatfem.study.runs import converge, next_round, pipeline
 from seatfem.study.runs import rounds as rounds_of
 from seatfem.study.runs.next_round import Limits
 from seatfem.study.scene import load as scene_reader
-from seatfem.study.scene.parcel import packed
+from seatfem.study.scene.files import packed
 from seatfem.study.sweep import cases as study_cases
 from seatfem.study.sweep.cases import Case, chosen
 from seatfem.study.sweep.effort import Effort

@@ -11,7 +11,7 @@ import re
 import time
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import nullcontext
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -52,7 +52,15 @@ from seatfem.study.sweep.best import (
 )
 from seatfem.study.sweep.cases import Case, Cases, Changes, cases_of, with_bars
 from seatfem.study.sweep.effort import USUAL, Effort
-from seatfem.study.sweep.runner import STAGE, Outcome, Runner, StudyError, check_effort, crew_of, folder_of_ours
+from seatfem.study.sweep.runner import (
+    STAGE,
+    Outcome,
+    Runner,
+    StudyError,
+    check_effort,
+    crew_of,
+    folder_of_ours,
+)
 from seatfem.study.sweep.study import CONFIRMED, Optimise, Study, load_study
 from seatfem.study.sweep.table import (
     StudyTable,
@@ -164,8 +172,7 @@ def optimise(
     ``folder``: folder of the journal, from which a stopped search continues, and of the tables; by default temporary.
     ``cluster``: address of a dask scheduler (docs/cluster.md), in place of ``workers``. Raises like `run_optimum`.
     """
-    with ExitStack() as stack:
-        place = stack.enter_context(private_folder("study")) if folder is None else Path(folder)
+    with private_folder("study") if folder is None else nullcontext(Path(folder)) as place:
         effort = Effort(None if cluster else workers, rounds, cluster=cluster)
         return run_optimum(load_study(study), place, effort, file=Path(study))
 
@@ -330,7 +337,7 @@ def _check_asked(study: Study, looks: Sequence[Round]) -> None:
     does not have either."""
     if not study.asked:
         return
-    landed = (each for each in looks if each.touches.landings is not None and each.touches.landings.seat)
+    landed = (each for each in looks if each.touches.landings.seat)
     done = next(landed, looks[0])
     numbers, scene = first_numbers(done)[0], done.plan.scene
     more = any((scene.assessments, scene.stress, scene.gauge))
@@ -485,8 +492,7 @@ def sweep(
         raise SceneError(explain(error, Study, content, Path(scene), {})) from None
     for package in ("pyarrow", "pandas"):  # pandas imports pyarrow
         is_usable(package)
-    with ExitStack() as stack:
-        place = stack.enter_context(private_folder("study")) if folder is None else Path(folder)
+    with private_folder("study") if folder is None else nullcontext(Path(folder)) as place:
         effort = Effort(None if cluster else workers, rounds, cluster=cluster)
         table = run_study(study, place, effort, progress=progress)
         return as_frame(as_written(study, table.columns))

@@ -25,7 +25,8 @@ from impact.files import csv_table, safe_files
 from impact.names import how_to_mend
 from impact.quantities import brief
 from seatfem import readings, results
-from seatfem.study.impacts.landings import BAR, LANDED, STATUS, has_landed, left_out_in_words, needs_landing
+from seatfem.readings import BAR
+from seatfem.study.impacts.landings import LANDED, STATUS, has_landed, left_out_in_words, needs_landing
 from seatfem.study.impacts.touches import OF_A_LANDING
 from seatfem.study.method import PORTS, RINGS, is_given
 from seatfem.study.scene import Scene
@@ -314,11 +315,10 @@ def divided(study: Study, cases: list[Case], measures: Sequence[str], *, beside:
 
 def _needs(measures: Sequence[str]) -> tuple[str, ...]:
     """Return the histories that these keys of summary.json need in addition to the force."""
-    known_measures = all_measures().values()
-    moved = [key for each in known_measures if each.needs_displacement for key in _keys(each)]
-    stressed = [key for each in known_measures if each.needs_stress for key in _keys(each)]
-    needs = {"displacement": moved, "stress": {*stressed, *STRESS}}
-    return tuple(name for name, keys in needs.items() if set(keys) & set(measures))
+    needs: dict[str, set[str]] = {"displacement": set(), "stress": {*STRESS}}
+    for name, keys in needs.items():
+        keys |= {key for each in all_measures().values() if name in each.data for key in _keys(each)}
+    return tuple(name for name, keys in needs.items() if keys & set(measures))
 
 
 def _keys(measure: Measure) -> tuple[str, ...]:
@@ -418,6 +418,6 @@ def check_sampled(study: Study, scene: Scene, measures: Sequence[str]) -> bool:
         is_given(scene, RINGS) and scene.contact.rings not in (None, 1),
         is_given(scene, PORTS) and scene.contact.ports not in (None, 1),
     )
-    keys = {key for each in all_measures().values() if not each.needs_line for key in _keys(each)}
+    keys = {key for each in all_measures().values() if "line" not in each.data for key in _keys(each)}
     keys = (keys | {*STRESS, *OTHERS, *OF_LANDINGS, *PRESSED_ON}) - {Restitution.key}  # needs all energies
     return not any(forbidden) and keys.issuperset(measures)

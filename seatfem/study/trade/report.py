@@ -15,8 +15,7 @@ from seatfem.study.impacts.landings import STATUS
 from seatfem.study.method import MODEL
 from seatfem.study.scene.measures import key_of
 from seatfem.study.sweep.charts import grid_of, size_of
-from seatfem.study.trade.rungs import AS_FILED, MEMORY, OWN_CHOICE
-from seatfem.study.trade.trade import Trade, processor_of
+from seatfem.study.trade.trade import AS_FILED, MEMORY, OWN_CHOICE, Trade, processor_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

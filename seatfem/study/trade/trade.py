@@ -1,16 +1,20 @@
 """Measurement of the trade of speed for accuracy: states from coarse to fine, the run's own choice, and a reference.
 
-Each outcome is appended to the journal at once as a line of JSON, so that a stopped trade can be continued.
+The states go, on the ladders of `seatfem.study.ladders.table`, from the first values of a run to its converged ones,
+all keys a rung finer from state to state; beside them are the converged state with one key at its first value, or a
+rung finer, and all keys a rung finer, and two. Each outcome is appended to the journal at once as a line of JSON, so
+that a stopped trade can be continued.
 """
 
 from __future__ import annotations
 
 import json
 import math
+import os
 import signal
 import time
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, Final
@@ -18,26 +22,34 @@ from typing import Any, Final
 from impact.files.safe_files import check_writable
 from impact.notices import Progress, SeatfemError, silent
 from impact.quantities import brief, in_time
+from seatfem.jobs import processes
 from seatfem.jobs.cluster import cluster_crew
 from seatfem.jobs.crew import Lost, crew
-from seatfem.machine.code import code_version
+from seatfem.jobs.folders import private_folder
+from seatfem.machine.code import VARIABLE, code_version
+from seatfem.machine.resources import Stopwatch, peak_memory
+from seatfem.study.impacts import contact, landings
 from seatfem.study.impacts.landings import LANDED, STATUS, has_landed, left_out_in_words
-from seatfem.study.method import is_given
+from seatfem.study.impacts.touches import measured
+from seatfem.study.impacts.validity import ONE_PORT
+from seatfem.study.ladders.table import LADDERS, described
+from seatfem.study.method import FIELDS, MODEL, MODES, PORTS, RunMethod, has_key, is_given, stated_method
+from seatfem.study.plan import Plan
 from seatfem.study.runs.converge import LEAST, begin_plan
 from seatfem.study.runs.forecast import converge
 from seatfem.study.runs.next_round import Limits
+from seatfem.study.runs.rounds import solve
 from seatfem.study.scene import Scene, load_scene
 from seatfem.study.scene.measures import FIRST, HARDEST
 from seatfem.study.scene.tables import path_from
 from seatfem.study.sweep import effects, runner
-from seatfem.study.sweep.runner import Outcome
-from seatfem.study.trade.rungs import ALL_OPEN, AS_FILED, OWN_CHOICE, PROCESSOR, Point, around, finer_in_all, states
+from seatfem.study.sweep.runner import FAILURES, Outcome
 from seatfem.units import write_quantity
 
 TIME_LIMIT: Final = 20.0  # processor time for one point, the start of its process included [s]
 PATIENCE: Final = 10.0  # ratio of wall time to that limit after which a point is killed; allows for a busy machine
 LONGER: Final = 4.0  # time limit of the loop, of its choice and of finer states, over that of other points
-WORKER: Final = "seatfem.study.trade.rungs:reply"
+WORKER: Final = "seatfem.study.trade.trade:reply"
 
 
 def run_points(
@@ -217,14 +229,16 @@ def measure_trade(
     outcomes = run_points(path, points, journal, time_limit=time_limit, cluster=cluster, progress=progress)
     outcomes |= run_points(path, ends, journal, time_limit=LONGER * time_limit, cluster=cluster, progress=progress)
     judged = tuple(scene.accuracy.judged)
-    exact, back = _reference(path, scene, outcomes, ascending)
+    exact, back = _reference(path, scene.run.duration, judged, outcomes, ascending)
     values, coarser = outcomes[exact].summary, outcomes[back].summary
     floor = {name: _relative(coarser, values, name) / (LEAST - 1) for name in judged}
     title = scene.title or path.stem
     return Trade(title, judged, scene.accuracy.target, (*points, *ends), outcomes, exact, floor, choosing)
 
 
-def _reference(path: Path, scene: Scene, outcomes: Mapping[str, Outcome], names: Sequence[str]) -> tuple[str, str]:
+def _reference(
+    path: Path, duration: float, measures: Sequence[str], outcomes: Mapping[str, Outcome], names: Sequence[str]
+) -> tuple[str, str]:
     """Return the names of the finest point that ended and of the one a rung coarser, of ``names`` from coarse to fine.
 
     Raises `TradeError` if there are no two, or if the measures need a landing that they do not have.
@@ -233,9 +247,9 @@ def _reference(path: Path, scene: Scene, outcomes: Mapping[str, Outcome], names:
     if len(ended) < 2:
         missing = "; ".join(f"{name}: {outcomes[name].message}" for name in names if name not in ended)
         raise TradeError(f"{path}: no reference ended ({missing}); give each point more time (--limit)")
-    if not all(_answers(outcomes[name], scene.accuracy.judged) for name in ended[-2:]):
+    if not all(_answers(outcomes[name], measures) for name in ended[-2:]):
         why = left_out_in_words((outcomes[name].summary[STATUS] for name in ended), "points")
-        remedy = f"lengthen run.duration = {write_quantity(scene.run.duration, 'time')}, or ask for the whole run"
+        remedy = f"lengthen run.duration = {write_quantity(duration, 'time')}, or ask for the whole run"
         raise TradeError(f'{path}: no landing to compare: {why}; {remedy} by accuracy.landing = "run"')
     return ended[-1], ended[-2]
 
@@ -249,3 +263,127 @@ def _relative(values: Mapping[str, Any], exact: Mapping[str, Any], name: str) ->
     """Return the relative difference of a value from the exact one."""
     difference = abs(values[name] - exact[name])
     return float(difference / abs(exact[name])) if exact[name] else math.inf if difference else 0.0
+
+
+ALL_OPEN: Final[Mapping[str, object]] = dict.fromkeys(
+    key for key in FIELDS if not key.startswith("reed.") or key == MODES
+)
+"""Keys that a trade takes out of the scene: those that a run chooses."""
+PROCESSOR, MEMORY = "processor_s", "memory_bytes"
+"""Keys of the costs: processor time of all threads, mesher included, or the limit if stopped [s]; peak memory of the
+process [B]."""
+OWN_CHOICE: Final = "the run's own choice"
+AS_FILED: Final = "as the file says"
+
+
+@dataclass(frozen=True)
+class Point:
+    """A scene at one fidelity.
+
+    Attributes:
+        name: name, unique among the points of a trade.
+        varied: the key that differs from the converged state, or "all keys".
+        values: values of `FIELDS` [SI].
+        settings: keys that are replaced in the scene, or taken out of it (``None``).
+    """
+
+    name: str
+    varied: str
+    values: Mapping[str, Any] = field(default_factory=dict)
+    settings: Mapping[str, object] = field(default_factory=lambda: ALL_OPEN)
+
+
+def finer_in_all(scene: Scene, method: RunMethod) -> RunMethod:
+    """Return a method with every key one rung finer, which divides its error by `LEAST`, as far as there are rungs."""
+    method = replace(method, given=frozenset())
+    for ladder in LADDERS:
+        method = ladder.refine(scene, method, LEAST)
+    return method
+
+
+def states(scene: Scene, start: RunMethod, end: RunMethod) -> list[RunMethod]:
+    """Return methods from a first one to an ``end``: of each, the keys are a rung finer, as far as those of the end."""
+
+    def is_between(first: Any, value: Any, last: Any) -> bool:
+        numbers = all(isinstance(each, int | float) for each in (first, value, last))
+        return numbers and (first < value < last or first > value > last)
+
+    ascending = [start]
+    while ascending[-1].values != end.values:
+        finer, before = finer_in_all(scene, ascending[-1]).values, ascending[-1].values
+        values = {k: finer[k] if is_between(before[k], finer[k], last) else last for k, last in end.values.items()}
+        ascending.append(end if values == before else end.with_values(scene.geometry, values))
+    return ascending
+
+
+def around(scene: Scene, start: RunMethod, end: RunMethod) -> Iterator[Point]:
+    """Yield the converged state with one key at its first value or one rung finer, and with other levels of the seat's
+    model."""
+    free, first = replace(end, given=frozenset()), start.values
+    together = {key for ladder in LADDERS for key in ladder.also}
+    for ladder in LADDERS:
+        if ladder.key in together or (ladder.key in FIELDS and not has_key(scene, ladder.key)):
+            continue
+        keys = [key for key in (ladder.key, *ladder.also) if key in FIELDS]
+        coarser = end.with_values(scene.geometry, {key: first[key] for key in keys})
+        for method in (coarser, ladder.refine(scene, free, LEAST)):
+            if method.values != end.values:
+                yield _varied(PORTS if ladder.key == ONE_PORT else ladder.key, method)
+    if end.ports is None:  # a lip needs its own level
+        for other in scene.seat.levels():
+            if other.applies and other.level not in (first[MODEL], end.value(MODEL)):
+                yield _varied(MODEL, end.replaced({MODEL: other.level}))
+
+
+def _varied(key: str, method: RunMethod) -> Point:
+    return Point(f"{key} {described(key, method.value(key)) if key in FIELDS else 'finer'}", key, method.values)
+
+
+def carry_out(path: Path, point: Point, limit: float = math.inf) -> Outcome:
+    """Compute seat, contact and measures of a point without error bars, files or pictures; a failure is an `Outcome`.
+
+    It is computed twice where the ``limit`` of processor time allows [s], as the first time loads and compiles. The
+    summary has the measures [SI] by name, the status of the landing, unknowns, step and costs.
+    """
+    try:
+        scene = load_scene(path, point.settings)
+        contact.check_step(scene)
+        plan = Plan(scene, stated_method(scene).with_values(scene.geometry, point.values), ())
+        wall, processor, summary = _timed(plan)
+        if _processor_time() + processor < limit:
+            wall, processor, summary = _timed(plan)
+    except FAILURES as error:
+        return Outcome.of_failure(error)
+    return Outcome("done", "", wall, {**summary, PROCESSOR: processor, MEMORY: peak_memory()})
+
+
+def _timed(plan: Plan) -> tuple[float, float, dict[str, Any]]:
+    """Compute a plan once; return wall time and processor time [s], and the summary."""
+    wall, processor, scene = time.perf_counter(), _processor_time(), plan.scene
+    done = solve(plan, Stopwatch(), mesh_error=False)
+    touches = done.touches
+    values = measured(touches, scene.run.filter_width, done.stress, scene.accuracy.landing)
+    summary = {
+        **dict.fromkeys(scene.accuracy.judged, 0.0),  # of a run without contact
+        **values,
+        landings.STATUS: touches.landings.status,
+        "seat_dof": done.seat.about.get("seat_dof", 0),
+        "time_step_s": done.result.dt,
+    }
+    return time.perf_counter() - wall, _processor_time() - processor, summary
+
+
+def _processor_time() -> float:
+    """Return the processor time of all threads of this process and of those it started (the mesher) [s]."""
+    times = os.times()
+    return time.process_time() + times.children_user + times.children_system
+
+
+def reply(text: str) -> str:
+    """Return the outcome of one job, within its processor time and in a folder without caches."""
+    job: dict[str, Any] = json.loads(text)
+    point = Point(**job["point"], settings=job["changed"])
+    processes.limit_process(seconds=math.ceil(job["limit"]))
+    with private_folder("point") as folder:
+        os.environ[VARIABLE] = str(folder)
+        return json.dumps(asdict(carry_out(Path(job["path"]), point, job["limit"])))

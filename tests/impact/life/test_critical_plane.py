@@ -52,6 +52,18 @@ def test_a_stress_that_turns_is_right_within_the_grid() -> None:
     assert 0.992 * 250e6 < max(amplitudes) <= 250e6 * (1 + 1e-9)
 
 
+def test_a_plane_stress_has_the_margin_of_the_same_stress_turned() -> None:
+    """Turned in space, its planes are those over half the sphere, up to half of `APART` off the critical one."""
+    time = 2 * np.pi * np.arange(360) / 360
+    tensors = np.zeros((360, 3, 3))
+    tensors[:, 0, 0], tensors[:, 1, 1] = 250e6 * np.sin(time), 90e6 * np.cos(3 * time)
+    tensors[:, 0, 1] = tensors[:, 1, 0] = 125e6 * np.cos(time + 0.4)
+    turn = Rotation.from_euler("xyz", (0.3, 0.7, 1.1)).as_matrix()
+    flat, turned = (each[:, [0, 1, 2, 1, 0, 0], [0, 1, 2, 2, 2, 1]] for each in (tensors, turn @ tensors @ turn.T))
+    assert margin(flat) == pytest.approx(margin(turned), rel=0.016)
+    assert len(list(normal_stresses("", flat))) <= 18 < len(list(normal_stresses("", turned)))
+
+
 @pytest.mark.parametrize("stress", [np.zeros((0, 6)), np.zeros((4, 5)), np.full((2, 6), np.nan)])
 def test_what_is_no_history_of_tensors(stress: np.ndarray) -> None:
     with pytest.raises(LifeError, match=r"root: .*(\(n, 6\)|finite)"):

@@ -1,0 +1,135 @@
+"""The static compliance of a seat of any shape, between the cells of its lands, by CalculiX.
+
+gmsh divides the solid into ten-node tetrahedra, ccx assembles their stiffness (*FREQUENCY, SOLVER=MATRIXSTORAGE), and
+each cell is loaded by a uniform pressure; its mean displacement has the same weights. Nothing of seatfem is used.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import tempfile
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import gmsh
+import numpy as np
+from scipy.sparse import csc_matrix
+from scipy.sparse.linalg import splu
+
+from points.gll import Array
+from points.plate import Material
+from points.regions import Cells
+
+THREADS = ("OMP_NUM_THREADS", "CCX_NPROC_EQUATION_SOLVER", "CCX_NPROC_STIFFNESS")
+ORDER = (0, 1, 2, 3, 4, 5, 6, 7, 9, 8)  # of the nodes of a C3D10 in gmsh's tetrahedron
+PER_MM = 1e3
+
+
+def static_compliance(
+    draw: Callable[[Any], None],
+    held: Callable[[Array], Array],
+    top: float,
+    cells: Sequence[Cells],
+    material: Material,
+    sizes: tuple[float, float],
+) -> Array:
+    """Return the compliance (points, points) [m/N] between the cells of all lands, of a point by its cell.
+
+    Args:
+        draw: adds the solid to gmsh's OpenCASCADE model, in mm.
+        held: which (n,) of the nodes (n, 3) [mm] are held.
+        top: height of the lands [mm].
+        cells: of the lands, with places in the coordinates of the solid [m].
+        material: of the solid.
+        sizes: of the elements, on the lands and elsewhere [mm].
+    """
+    nodes, tetrahedra, faces = _mesh(draw, top, cells, sizes)
+    stiffness, rows = _stiffness(nodes, tetrahedra, np.flatnonzero(held(nodes)), material)
+    places = np.concatenate([each.places.reshape(-1, 2) for each in cells]) * PER_MM
+    loads = _loads(nodes, faces, places)
+    share = np.zeros((stiffness.shape[0], len(places)))
+    up = rows[:, 1] == 3
+    share[up] = loads[rows[up, 0] - 1]
+    solved = splu(stiffness, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    compliance = share.T @ solved.solve(share) / PER_MM
+    return np.asarray((compliance + compliance.T) / 2)
+
+
+def _mesh(
+    draw: Callable[[Any], None], top: float, cells: Sequence[Cells], sizes: tuple[float, float]
+) -> tuple[Array, Array, Array]:
+    """Return nodes (n, 3) [mm], tetrahedra (e, 10) and the triangles (f, 6) at the height of the lands."""
+    gmsh.initialize()
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        draw(gmsh.model.occ)
+        gmsh.model.occ.synchronize()
+        middles = np.concatenate([each.places[::4].mean(axis=1) for each in cells]) * PER_MM
+        near = [gmsh.model.occ.addPoint(*place, top) for place in middles]
+        gmsh.model.occ.synchronize()
+        field = gmsh.model.mesh.field
+        distance, threshold = field.add("Distance"), field.add("Threshold")
+        field.setNumbers(distance, "PointsList", near)
+        for name, value in zip(
+            ("InField", "SizeMin", "SizeMax", "DistMin", "DistMax"), (distance, *sizes, 1.2, 8.0), strict=True
+        ):
+            field.setNumber(threshold, name, value)
+        field.setAsBackgroundMesh(threshold)
+        gmsh.option.setNumber("Mesh.MeshSizeExtendFromBoundary", 0)
+        gmsh.option.setNumber("Mesh.MeshSizeFromPoints", 0)
+        gmsh.model.mesh.generate(3)
+        gmsh.model.mesh.setOrder(2)
+        tags, flat, _ = gmsh.model.mesh.getNodes()
+        number = np.zeros(int(tags.max()) + 1, dtype=int)
+        number[tags] = np.arange(len(tags))
+        nodes = flat.reshape(-1, 3)
+        tetrahedra = number[gmsh.model.mesh.getElementsByType(11)[1].reshape(-1, 10)]
+        triangles = number[gmsh.model.mesh.getElementsByType(9)[1].reshape(-1, 6)]
+    finally:
+        gmsh.finalize()
+    used = np.unique(tetrahedra)
+    number = np.zeros(len(nodes), dtype=int)
+    number[used] = np.arange(len(used))
+    at_top = triangles[np.all(np.abs(nodes[triangles, 2] - top) < 1e-6, axis=1)]
+    return nodes[used], number[tetrahedra][:, ORDER], number[at_top]
+
+
+def _stiffness(nodes: Array, tetrahedra: Array, held: Array, material: Material) -> tuple[csc_matrix, Array]:
+    """Return the stiffness [N/mm] that ccx assembles, and node and direction (n, 2), both from 1, of its rows."""
+    lines = ["*NODE, NSET=ALL", *(f"{k},{x:.9g},{y:.9g},{z:.9g}" for k, (x, y, z) in enumerate(nodes, 1))]
+    lines += ["*ELEMENT, TYPE=C3D10, ELSET=ALL"]
+    lines += [f"{k},{','.join(map(str, row + 1))}" for k, row in enumerate(tetrahedra, 1)]
+    lines += ["*NSET, NSET=HELD", *(f"{node + 1}," for node in held), "*BOUNDARY", "HELD,1,3"]
+    lines += ["*MATERIAL, NAME=M", "*ELASTIC", f"{material.young / PER_MM**2:.9g},{material.poisson}"]
+    lines += ["*DENSITY", f"{material.density * 1e-12:.9g}", "*SOLID SECTION, ELSET=ALL, MATERIAL=M"]
+    lines += ["*STEP", "*FREQUENCY, SOLVER=MATRIXSTORAGE", "1", "*END STEP"]
+    with tempfile.TemporaryDirectory() as folder:
+        deck = Path(folder) / "seat.inp"
+        deck.write_text("\n".join(lines) + "\n", encoding="ascii")
+        env = os.environ | dict.fromkeys(THREADS, "1")
+        subprocess.run(["ccx", "seat"], cwd=folder, env=env, check=True, stdout=subprocess.DEVNULL)
+        i, j, values = np.loadtxt(deck.with_suffix(".sti")).T
+        rows = [[int(x) for x in line.split(".")] for line in deck.with_suffix(".dof").read_text().split()]
+    i, j = i.astype(int) - 1, j.astype(int) - 1
+    half = csc_matrix((values, (i, j)), shape=(len(rows), len(rows)))
+    off = i != j
+    return (half + csc_matrix((values[off], (j[off], i[off])), shape=half.shape)).tocsc(), np.array(rows)
+
+
+def _loads(nodes: Array, faces: Array, places: Array) -> Array:
+    """Return the nodal weights (nodes, points) of unit forces spread over the triangles nearest to each place."""
+    corners = nodes[faces[:, :3]]
+    areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1) / 2
+    middles = corners.mean(axis=1)[:, :2]
+    apart = np.linalg.norm(middles[:, None] - places[None], axis=2)
+    nearest = apart.argmin(axis=1)
+    loads = np.zeros((len(nodes), len(places)))
+    reach = np.sort(np.linalg.norm(places[:, None] - places[None], axis=2), axis=1)[:, 1]
+    inside = apart[np.arange(len(faces)), nearest] < reach[nearest]
+    for face, area, point in zip(faces[inside], areas[inside], nearest[inside], strict=True):
+        loads[face[3:], point] += area / 3  # a uniform pressure acts at the middles of the sides
+    for point in np.flatnonzero(loads.sum(axis=0) == 0):
+        loads[faces[apart[:, point].argmin(), 3:], point] = 1.0
+    return loads / loads.sum(axis=0)
