@@ -16,7 +16,7 @@ from seatfem.structures.kinds import Structure
 from seatfem.structures.method import ARC_ERROR, Method
 from seatfem.structures.patch import PATCH_ORDER, Patch, Sizes, mesh_error, sizes_for
 from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder
-from seatfem.study.ladders.modes import in_wider_band, with_other_modes
+from seatfem.study.ladders.modes import in_wider_band, with_modes_beyond, with_other_modes
 from seatfem.study.method import BAND, CONTACT_SIZE, REED_BAND, REED_CONTACT_SIZE, REED_SIZE, SIZE, TOLERANCE, RunMethod
 from seatfem.study.scene import Scene
 
@@ -138,7 +138,8 @@ class Bandwidth(Ladder):
         return method.replaced(values)
 
     def neighbours(self, run: ComputedRun) -> Terms | None:
-        """Return the run with the body's highest modes moved into its residual flexibility.
+        """Return the run with the body's highest modes moved into its residual flexibility, and, where its contact
+        feels few modes, with that flexibility in place of modes beyond.
 
         If the reduction's error is unknown, the ladder of its tolerance says so. Along a lip the error of the arcs'
         static compliance counts, too. The stated error of the reduction is that of an arc under a pulse as short as the
@@ -152,6 +153,9 @@ class Bandwidth(Ladder):
             narrower = run.scene.seat.in_narrower_bands(greens, in_arcs=in_arcs)
             varied = tuple(run.with_greens("seat", other, share) for other, share in narrower)
             of_statics = run.with_larger_g("seat", min(error, ARC_ERROR)) if in_arcs else ()
+            if varied and not in_arcs:
+                beyond = with_modes_beyond(body, run.method.seat.bandwidth or 0.0)
+                varied += tuple(run.with_greens("seat", other.greens, share) for other, share in beyond)
             return (varied, *(of_statics or ())) if varied else ()
         if self.role == "stopper":
             return (tuple(run.with_body("stopper", other, share) for other, share in with_other_modes(body)),)

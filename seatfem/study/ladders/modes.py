@@ -111,13 +111,19 @@ def with_other_modes(body: Body, band: float = 0.0) -> Iterator[tuple[Body, floa
 
     First the highest modes are left out (`OF_MODES`); their effect extrapolates to that of the next ones if many of
     them take part in the contact. In the middle of a disc, or all around a ring, few do: then modes beyond the last are
-    added, as one or over octaves (`BEYOND`). A run's time step hides a part of their effect (`HIDDEN`).
+    added (`with_modes_beyond`). A run's time step hides a part of their effect (`HIDDEN`).
     """
     weight = ALONE
     for ratio, share in OF_MODES:
         if (fewer := narrow_body(body, ratio)) is not None:
             weight = HIDDEN
             yield fewer, share
+    yield from with_modes_beyond(body, band, weight)
+
+
+def with_modes_beyond(body: Body, band: float, weight: float = HIDDEN) -> Iterator[tuple[Body, float]]:
+    """Yield a body of a ``band`` [Hz] with modes added beyond its last (`BEYOND`), each with the ``weight`` of its
+    change; nothing where the contact feels so many modes (`MANY_FELT`) that leaving some out tells the error."""
     for above, octaves in BEYOND if modes_felt(body) < MANY_FELT else ():
         if (ringing := ringing_on(body, above, band, octaves)) is not None:
             yield ringing, weight
