@@ -97,17 +97,23 @@ def flapper(root: float, taper: float, neck: float, length: float, paddle: float
 
 def plate_seat(ports: int) -> Callable[[list[Cells]], Array]:
     """Return the static compliance of `plate_of`, whose ports lie about the origin."""
-    half = 6.0 * (ports - 1) + 10
+    half, middles = 6.0 * (ports - 1) + 10, [12.0 * k - 6 * (ports - 1) for k in range(ports)]
 
     def draw(occ: Any) -> None:
-        holes = [(3, occ.addCylinder(12 * k - 6 * (ports - 1), 0, 0, 0, 0, 6, 4)) for k in range(ports)]
-        occ.cut([(3, occ.addBox(-half, -10, 0, 2 * half, 20, 6))], holes)
+        holes = [(3, occ.addCylinder(x, 0, 0, 0, 0, 6, 4)) for x in middles]
+        faces = [(2, occ.addDisk(x, 0, 6, 5, 5)) for x in middles]
+        faces.append((2, occ.addRectangle(2 - half, -8, 0, 2 * half - 4, 16)))
+        body = occ.cut([(3, occ.addBox(-half, -10, 0, 2 * half, 20, 6))], holes, removeTool=False)[0]
+        occ.fragment(body, occ.cut(faces, holes)[0])  # elements end at the edges of the lands and of the clamp
 
     def held(nodes: Array) -> Array:
         rim = (np.abs(nodes[:, 0]) > half - 2 - 1e-6) | (np.abs(nodes[:, 1]) > 8 - 1e-6)
         return np.asarray((nodes[:, 2] < 1e-6) & rim)
 
-    return lambda cells: static_compliance(draw, held, 6.0, cells, STEEL, (0.5, 3.0))
+    def struck(places: Array) -> Array:
+        return np.min([np.hypot(places[:, 0] - x, places[:, 1]) for x in middles], axis=0) < 5
+
+    return lambda cells: static_compliance(draw, held, struck, 6.0, cells, STEEL, (0.35, 1.5))
 
 
 def ring_seat(cells: list[Cells]) -> Array:
@@ -122,7 +128,15 @@ def ring_seat(cells: list[Cells]) -> Array:
                 tube = occ.cut(tube, [(3, occ.addCylinder(0, 0, floor, 0, 0, 9, inner))])[0]
             body = occ.cut(body, tube)[0]
 
-    return static_compliance(draw, lambda nodes: nodes[:, 2] < 1e-6, 8.5, cells, STEEL, (0.6, 3.0))
+    return static_compliance(
+        draw,
+        lambda nodes: nodes[:, 2] < 1e-6,
+        lambda middles: np.full(len(middles), True),
+        8.5,
+        cells,
+        STEEL,
+        (0.6, 3.0),
+    )
 
 
 def straight(length: float, width: float, at: float, thickness: float) -> str:

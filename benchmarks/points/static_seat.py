@@ -30,6 +30,7 @@ PER_MM = 1e3
 def static_compliance(
     draw: Callable[[Any], None],
     held: Callable[[Array], Array],
+    struck: Callable[[Array], Array],
     top: float,
     cells: Sequence[Cells],
     material: Material,
@@ -40,6 +41,7 @@ def static_compliance(
     Args:
         draw: adds the solid to gmsh's OpenCASCADE model, in mm.
         held: which (n,) of the nodes (n, 3) [mm] are held.
+        struck: which (f,) of the triangles at the height of the lands, by their middles (f, 2) [mm], are on the lands.
         top: height of the lands [mm].
         cells: of the lands, with places in the coordinates of the solid [m].
         material: of the solid.
@@ -48,6 +50,7 @@ def static_compliance(
     nodes, tetrahedra, faces = _mesh(draw, top, cells, sizes)
     stiffness, rows = _stiffness(nodes, tetrahedra, np.flatnonzero(held(nodes)), material)
     places = np.concatenate([each.places.reshape(-1, 2) for each in cells]) * PER_MM
+    faces = faces[struck(nodes[faces[:, :3], :2].mean(axis=1))]
     loads = _loads(nodes, faces, places)
     share = np.zeros((stiffness.shape[0], len(places)))
     up = rows[:, 1] == 3
