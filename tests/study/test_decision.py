@@ -7,7 +7,6 @@ import re
 import pytest
 
 from seatfem.study.answers.decision import decide
-from seatfem.study.answers.omissions import how_often_checked
 
 RUN: dict[str, object] = {
     "landing_status": "landed", "landing_count": 2, "landing_number": 1, "landing_closing_speed_m_per_s": 1.367,
@@ -84,13 +83,3 @@ def test_what_was_left_out_is_a_sentence_each() -> None:
     assert mesh == "Not included in the uncertainty: mesh error."
     assert statistics == "Landings 1 to 3 can be predicted, from 4 on only statistics."
     assert stress.startswith("Stress in the seat was not computed")
-
-
-def test_how_often_such_a_scene_was_checked_is_said_in_words() -> None:
-    often = how_often_checked(RUN)
-    assert re.fullmatch(
-        r'\d+ test scenes with a seat "annular" and a reed "cantilever" .*: \d+ of \d+ .* within their uncertainty\.',
-        often,
-    )
-    never = how_often_checked({"seat_kind": "annular", "reed_kind": "unheard of"})
-    assert re.fullmatch(r"No test scene .*; \d+ had such a seat, 0 such a reed: treat .* with caution\.", never)

@@ -1,4 +1,4 @@
-"""Error bars of measures: how the runs behind them are made, and that they hold."""
+"""Error bars of measures: how the runs behind them are made, also of a part of the run, and that they hold."""
 
 import math
 from dataclasses import replace
@@ -11,13 +11,15 @@ import impact
 from impact.after.landings import JUMP, Landing
 from impact.after.loads import StaticLoad
 from impact.runs.variations import SAFETY, Budget, narrow_greens
-from seatfem.study.error_budget import FLOOR_OF_SPRING, FLOORS, _until, error_budget, unresolved_steps, with_jumps
+from seatfem.study.error_budget import FLOOR_OF_SPRING, FLOORS, error_budget, unresolved_steps, with_jumps
 from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.impacts.landings import Landings
+from seatfem.study.impacts.window import Excerpt, window_of
 from seatfem.study.scene.measures import ContactDuration, ContactRecord, Impulse
 from tests.as_stated import striker_of
 from tests.gallery import load_text
 from tests.steps import ErrorEstimate, ModalGreens, Residual, Scene, Solved, stated_method
+from tests.study.small_scenes import ANNULAR, REED, scene_of
 
 MODES = ModalGreens(
     np.array([2e6, 5e6, 9e6]), np.full(3, 0.02), np.array([[20.0], [30.0], [25.0]]), Residual.exponential(2e-11, 1e-2)
@@ -73,13 +75,6 @@ def test_an_error_of_g_becomes_one_of_the_force_not_of_the_impulse(scene: Scene)
     assert impulse < 2e-3
 
 
-def test_a_bar_over_its_value() -> None:
-    parts = {"mesh": {"impulse": 0.3, "peak_force": 0.1}, "time_step": {"impulse": 0.1, "peak_force": 0.0}}
-    budget = Budget({"impulse": -10.0, "peak_force": 0.0}, parts)
-    assert budget.relative("impulse") == pytest.approx(SAFETY * math.hypot(0.03, 0.01))
-    assert budget.relative("peak_force") == math.inf
-
-
 def test_a_seat_taken_for_a_spring_has_its_floor(scene: Scene) -> None:
     """The impulse of a mass on a spring is 2 m V whatever its stiffness: the floor alone knows of waves."""
     striker, seat = striker_of(scene), impact.spring(stiffness=40e6)
@@ -120,12 +115,6 @@ def test_a_duration_may_jump(pieces: tuple[tuple[int, float], ...], share: float
     assert Impulse().jump(blow, share) == 0.0
 
 
-def test_a_record_is_cut_at_a_time() -> None:
-    """A record cut at a time has as many steps as there are until then, and their impulse."""
-    cut = _until(touches((50, 2.0)), 30e-6)
-    assert cut.dt * cut.force.sum() == pytest.approx(60e-6, rel=1e-12)
-
-
 def test_a_jump_is_in_the_bar_of_the_duration_alone() -> None:
     """It is in the part of what blurs the impulse most."""
     blow = touches(*JUMPS[0][1])
@@ -151,3 +140,21 @@ def test_times_known_to_whole_steps_err_by_a_step() -> None:
         assert duration.evaluate(record) == pytest.approx(value)
         assert unresolved_steps(none, record) == {"contact_duration": error}
     assert unresolved_steps(none, ContactRecord(np.zeros(100), 1e-6, 4e-6)) == {}
+
+
+STEP = 20e-9
+
+
+def test_free_flight_is_exact() -> None:
+    """A window of the run is the run: same filtered peak and duration, whatever is left out before."""
+    scene = scene_of(ANNULAR, REED)
+    seat, striker = scene.seat.estimate(), striker_of(scene, 30)
+    touches = run_contacts(scene, striker, seat, STEP)
+    window = window_of(scene, striker, touches.seat.force[1:], STEP, landings=touches.landings.seat)
+    assert window.start > 0.5e-3
+    excerpt = Excerpt(scene, window, seat, striker)
+    whole = replace(excerpt, window=replace(window, start=0.0, duration=window.start + window.duration))
+    (inside,), (outside,) = (each.measures([STEP]) for each in (excerpt, whole))
+    assert {"impulse", "filtered_peak", "contact_duration"} <= set(inside)
+    for name, value in outside.items():
+        assert inside[name] == pytest.approx(value, rel=1e-6), name

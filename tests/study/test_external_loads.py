@@ -1,4 +1,4 @@
-"""[[load]]: falls and oscillations known exactly, the same loads by the reed's own keys, what is wrong with them."""
+"""[[load]] and [[base]]: motions known exactly, the same by the reed's own keys or in another frame, and refusals."""
 
 import math
 import re
@@ -9,8 +9,10 @@ import pytest
 
 import impact
 from impact.after.result import ImpactResult
+from impact.bodies.time_series import TimeSeriesError
+from seatfem.study.impacts.bodies import check_base
 from tests.gallery import load_text, refusal
-from tests.steps import Scene, SceneError, problem_of, striker_of
+from tests.steps import GreensFunctionError, Scene, SceneError, problem_of, seat_of, striker_of
 
 SEAT = '[seat]\nkind = "spring"\nstiffness = "1 N/um"\n'
 MASS = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[contact]\ngap = "1 mm"\n'
@@ -20,14 +22,33 @@ ROD = (
     'far_end = "free"\nvelocity = "-1 m/s"\n'
 )
 RUN = '[run]\nduration = "3 ms"\ntime_step = "0.5 us"\n'
+RATE, WAY = 2000.0, 0.2e-3  # 1/s, m
 
 
-def scene_of(folder: Path, text: str) -> Scene:
-    return load_text(folder, SEAT + text + RUN)
+def scene_of(folder: Path, text: str, seat: str = SEAT, run: str = RUN) -> Scene:
+    return load_text(folder, seat + text + run)
+
+
+def write_records(folder: Path) -> None:
+    """Write three records of one motion, s = A (1 - cos W t), from rest."""
+    t = np.linspace(0, 4e-3, 4001)
+    for kind, unit, values in (
+        ("displacement", "m", WAY * (1 - np.cos(RATE * t))),
+        ("velocity", "m/s", WAY * RATE * np.sin(RATE * t)),
+        ("acceleration", "m/s^2", WAY * RATE**2 * np.cos(RATE * t)),
+    ):
+        lines = [f"time [s],{kind} [{unit}]", *(f"{a:.9g},{b:.12g}" for a, b in zip(t, values, strict=True))]
+        (folder / f"{kind}.csv").write_text("\n".join(lines), encoding="utf-8")
+
+
+def base(of: str, kind: str = "displacement") -> str:
+    return f'[[base]]\nof = "{of}"\n{kind} = "{kind}.csv"\n'
 
 
 def run(scene: Scene, dt: float = 5e-7, duration: float = 3e-3) -> ImpactResult:
-    problem = problem_of(scene, striker_of(scene), impact.Body(impact.spring(stiffness=1e6)))
+    seat = seat_of(scene).greens
+    check_base(scene.mount("seat"), seat, scene.run.duration)
+    problem = problem_of(scene, striker_of(scene), impact.Body(seat))
     return impact.solve(problem, dt=dt, duration=duration)
 
 
@@ -38,17 +59,12 @@ def test_a_fall(tmp_path: Path) -> None:
         'pressure = "-1 bar"\narea = "2 mm^2"',
         'force = "-0.2 N"',
         'base_motion = "200 m/s^2"',
+        'force = "-0.5 N"\n[[load]]\ngravity = "300 m/s^2"',  # which add up
     )
     t = np.arange(0, 0.8e-3, 5e-7)
     for load in loads:
         gap = run(scene_of(tmp_path, f"{MASS}[[load]]\n{load}\n")).gap[: len(t)]
         np.testing.assert_allclose(gap, 1e-3 - t - 100 * t**2, atol=1e-12)
-
-
-def test_loads_add_up(tmp_path: Path) -> None:
-    scene = scene_of(tmp_path, MASS + '[[load]]\nforce = "-0.5 N"\n[[load]]\ngravity = "300 m/s^2"\n')
-    t = np.arange(0, 0.8e-3, 5e-7)
-    np.testing.assert_allclose(run(scene).gap[: len(t)], 1e-3 - t - 100 * t**2, atol=1e-12)
 
 
 def test_an_area_that_falls_with_the_lift_is_a_spring(tmp_path: Path) -> None:
@@ -108,19 +124,33 @@ def test_a_pressure_in_crank_angle(tmp_path: Path) -> None:
         (MASS, 'gravity = "1 m/s^2"\nat = "1 mm"\n', "load.0.at:.*force"),
         (MASS, 'force = "1 N"\nat = "1 mm"\n', "load.0.at:.*positions"),
         (REED, 'force = "1 N"\nat = "26 mm"\n', "load.0.at: 26 mm.*reed"),
-        (MASS, 'pressure = "1 bar"\narea = [["1 mm", "1 mm^2"], ["0 mm", "2 mm^2"]]\n',
-         "load.0.area.lift:.*increase: 0 mm.*1 mm"),
-        (MASS, 'pressure = "1 bar"\narea = [["0 mm", "1 mm^2"], ["1 mm", "-2 mm^2"]]\n',
-         r"load.0.area.area:.*-2 mm\^2:"),
+        (
+            MASS,
+            'pressure = "1 bar"\narea = [["1 mm", "1 mm^2"], ["0 mm", "2 mm^2"]]\n',
+            "area.lift:.*increase: 0 mm.*1 mm",
+        ),
+        (
+            MASS,
+            'pressure = "1 bar"\narea = [["0 mm", "1 mm^2"], ["1 mm", "-2 mm^2"]]\n',
+            r"load.0.area.area:.*-2 mm\^2:",
+        ),
         (MASS, 'pressure = "1 bar"\narea = [["-1 mm", "1 mm^2"]]\n', "load.0.area.lift:.*lift.*-1 mm"),
         (MASS, 'pressure = "1 bar"\narea = ["1 mm^2"]\n', "load.0.area: rows"),
         (MASS, 'pressure = { value = "1 bar", rpm = 3000 }\narea = "1 mm^2"\n', "load.0.pressure.rpm: .*no"),
-        (MASS, 'forse = "1 N"\n', r"load.0.forse:.*'force'\?"),
         (ROD, 'gravity = "1 m/s^2"\n', "load.0.gravity:.*'rod'"),
+        (MASS, base("reed"), "base.0.of: reed.kind = 'rigid_mass'"),
+        (REED, base("stopper"), r"base.0.of:.*\[stopper\]"),
+        (REED, base("seat") + base("seat"), "base.1.of:.*before"),
+        (REED, base("seat") + 'velocity = "velocity.csv"\n', "base.0.velocity: displacement"),
+        (REED, '[[base]]\nof = "seat"\n', "base.0.displacement: nothing"),
+        (REED, base("seat").replace("nt.csv", "nt.txt"), "base.0.displacement:.*file"),
+        (REED, base("seat").replace('"disp', '{ file = "disp').replace('csv"', 'csv" }'), "displacement: .*'file'"),
+        (REED, base("seat") + 'columns = { force = "F" }\n', "columns.*displacement"),
     ],
-)  # fmt: skip
+)
 def test_what_is_wrong_is_named(reed: str, load: str, words: str, tmp_path: Path) -> None:
-    message = refusal(scene_of, tmp_path, f"{reed}[[load]]\n{load}")
+    write_records(tmp_path)
+    message = refusal(scene_of, tmp_path, reed + (load if load.startswith("[") else f"[[load]]\n{load}"))
     assert re.search(words, message)
     assert int(message.split("scene.toml:")[1].split(":")[0]) >= (SEAT + reed).count("\n") + 1
 
@@ -130,3 +160,49 @@ def test_loads_need_no_other_motion(tmp_path: Path) -> None:
     assert run(scene).gap.max() > 1e-4
     with pytest.raises(SceneError, match=r"reed.release: required"):
         scene_of(tmp_path, REED.split("release")[0])
+
+
+CARRIED = '[reed]\nkind = "cantilever"\nlength = "25.4 mm"\nn_modes = 12\ndamping_ratio = 0.01\n'
+FIXED = ROD.replace("[reed]", "[seat]").replace("2 GPa", "200 GPa").partition("far_end")[0]
+
+
+def carried(folder: Path, more: str, seat: str = SEAT) -> ImpactResult:
+    """Run a reed on what carries it."""
+    write_records(folder)
+    return run(scene_of(folder, CARRIED + more, seat, f'[contact]\ngap = "20 um"\n{RUN}'), 2e-7)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["velocity", "acceleration"])
+def test_either_record_moves_the_clamp_alike(kind: str, tmp_path: Path) -> None:
+    by_way, other = (carried(tmp_path, base("reed", each)) for each in ("displacement", kind))
+    assert by_way.force.max() > 0.1
+    np.testing.assert_allclose(other.gap, by_way.gap, atol=1e-4 * WAY)
+    assert by_way.energy.residual < 1e-9
+
+
+@pytest.mark.slow
+def test_on_one_base_all_is_as_in_its_frame(tmp_path: Path) -> None:
+    """Reed and seat carried alike: the reed feels its inertia alone, as under the load base_motion."""
+    both = carried(tmp_path, base("reed", "acceleration") + base("seat", "acceleration"))
+    frame = carried(tmp_path, '[[load]]\nbase_motion = { file = "acceleration.csv" }\n')
+    size = frame.force.max()
+    assert size > 0.05
+    np.testing.assert_allclose(both.force, frame.force, atol=1e-6 * size)
+    np.testing.assert_allclose(both.gap, frame.gap, atol=1e-11)
+
+
+@pytest.mark.slow
+def test_a_rod_follows_a_slow_base_and_refuses_a_fast_one(tmp_path: Path) -> None:
+    """Its first frequency is c/(4 l) = 148 kHz: 318 Hz is slow; of a rod of 10 m it is not."""
+    assert carried(tmp_path, base("seat"), FIXED).energy.residual < 1e-9
+    with pytest.raises(GreensFunctionError, match=r"133\.6 Hz.*800 m/s\^2"):
+        carried(tmp_path, base("seat"), FIXED.replace("9 mm", "10 m"))
+
+
+def test_a_record_shorter_than_the_run_is_refused(tmp_path: Path) -> None:
+    write_records(tmp_path)
+    scene = scene_of(tmp_path, CARRIED + base("reed"))
+    (tmp_path / "displacement.csv").write_text("time [ms],displacement [um]\n0,0\n1,1\n", encoding="utf-8")
+    with pytest.raises(TimeSeriesError, match=r"displacement.*0\.\.0\.001 s"):
+        run(scene)

@@ -1,13 +1,12 @@
 """The margin against one key of a scene, and the value that it allows. All strengths are invented."""
 
-import math
 from pathlib import Path
 
 import pytest
 
 from seatfem.life.lives import margin_curve
 from seatfem.life.maps import plot_margins
-from tests.steps import RunError, SceneError, load_scene
+from tests.steps import RunError
 
 KEY = "reed.release.velocity"
 SCENE = """
@@ -75,18 +74,3 @@ def test_a_scene_without_a_life(scene: Path, tmp_path: Path) -> None:
     scene.write_text(SCENE, encoding="utf-8")
     with pytest.raises(RunError, match="has no life_margin"):
         margin_curve(scene, KEY, ["-1 m/s", "-2 m/s"], tmp_path / "runs")
-
-
-def test_values_in_place_of_those_of_the_file(scene: Path) -> None:
-    """They are read as those are: checked, with the same messages; tables are made where there are none."""
-    changed = load_scene(scene, {"contact.gap": "0.1 mm", "reed.release.velocity": "-3 m/s"})
-    assert (changed.contact.gap, changed.reed.release.velocity) == (pytest.approx(1e-4), -3.0)  # type: ignore[attr-defined]
-    assert math.isclose(load_scene(scene).reed.release.velocity, -2.0)  # type: ignore[attr-defined]
-    with pytest.raises(SceneError, match=r"scene\.toml:3: reed\.release\.velocity: .*towards"):
-        load_scene(scene, {"reed.release.velocity": "3 m/s"})
-    with pytest.raises(SceneError, match=r"reed\.tip: unknown key"):
-        load_scene(scene, {"reed.tip": "3 m/s"})
-    with pytest.raises(SceneError, match=r"load: "):
-        load_scene(scene, {"load.0.gravity": "-9.81 m/s^2"})
-    with pytest.raises(SceneError, match=r"reed\.length\.x:.*table"):
-        load_scene(scene, {"reed.length.x": "1 mm"})

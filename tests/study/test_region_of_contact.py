@@ -1,25 +1,22 @@
 """A plate without a stated contact meets the struck face all over: the region is that of the geometry."""
 
 import math
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-import impact
 from impact import measures
 from meshes.valve_plate_assembly import Bodies, write
-from seatfem.structures.patch import on_its_patch
-from seatfem.structures.rings import OF_ONE, Division, as_a_whole
-from seatfem.study.impacts.bodies import problem_of, stopper_of
-from seatfem.study.impacts.contact import record_of, run_contacts
+from seatfem.structures.rings import Division
+from seatfem.study.impacts.bodies import stopper_of
+from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.impacts.layout import layout_of
 from seatfem.study.method import stated_method
-from tests.as_stated import seat_of, solved_striker, striker_of
+from tests.as_stated import seat_of, striker_of
 from tests.gallery import load_text
-from tests.steps import Scene, SceneError, check_files, error_budget, values_of_record
+from tests.steps import Scene, SceneError, check_files
 
 ROOT = Path(__file__).parents[2]
 STEEL = 'material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }\n'
@@ -105,27 +102,6 @@ def test_an_open_port_is_met_along_its_land(tmp_path: Path) -> None:
     run = run_contacts(scene, striker_of(scene), seat_of(scene, mesh_error=False).greens, 1e-7).seat
     assert measures.impulse(run) == pytest.approx(IMPULSE, rel=0.015)
     assert measures.filtered_peak_force(run, 5e-6) == pytest.approx(PEAK, rel=0.05)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("rings", [1, 2])
-def test_one_part_across_a_stated_ring_is_doubted_too(tmp_path: Path, rings: int) -> None:
-    """The share of one contact is what segments in three parts across change of the run, whatever its rings."""
-    seat = ANNULAR + 'model = "spring"\nmesh = { size = "3 mm", contact_size = "0.5 mm" }\n'
-    scene = scene_of(tmp_path, seat, FLAPPER + RING + IN_MODE, f"[contact]\nrings = {rings}\n")
-    solved, lip = seat_of(scene, mesh_error=False), scene.geometry.segments()
-    assert lip.rings == 3
-    method = replace(stated_method(scene).reed, lip=scene.geometry.on_the_reed(lip))
-    along = striker_of(scene, greens=solved_striker(scene, method=method, mesh_error=False).greens)
-    many = on_its_patch(as_a_whole(solved.greens).modal, lip, scene.seat.patch())
-    touches = run_contacts(scene, striker_of(scene), solved.greens, 1e-7)
-    problems = [
-        problem_of(scene, *each)
-        for each in ((striker_of(scene), impact.Body(solved.greens)), (along, impact.Body(many)))
-    ]
-    one, several = (values_of_record(record_of(scene, problem, 2e-7))["filtered_peak"] for problem in problems)
-    budget = error_budget(scene, stated_method(scene), solved, striker_of(scene), touches)
-    assert budget.parts["lip"]["filtered_peak"] >= 0.99 * OF_ONE * abs(several - one) > 0
 
 
 COARSE = 'model = "spring"\nmesh = { size = "3 mm", contact_size = "0.7 mm" }\n'

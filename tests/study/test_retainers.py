@@ -315,10 +315,3 @@ def test_a_hole_over_the_retainer_is_refused(tmp_path: Path) -> None:
     holed = replace(views, plan=(*views.plan, hole[::-1]))
     with pytest.raises(KeyProblem, match="slotted"):
         Retainer(Profile(radius="200 mm"), beam_scene(tmp_path).seat).face(holed)
-
-
-def test_a_drawing_without_a_title_names_reed_and_seat(tmp_path: Path) -> None:
-    scene = beam_scene(tmp_path)
-    layout = layout_of(scene)
-    assert layout.title == f"{layout.reed.name} on {layout.seat.name}"
-    assert "retainer" not in layout.title

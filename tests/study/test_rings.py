@@ -25,15 +25,6 @@ from tests.steps import ModalGreens, Residual, SceneError, load_scene, run_conta
 STEEL = Material(2e11, 0.3, 7850.0)
 
 
-@pytest.mark.parametrize("rings", [1, 2, 3, 4, 7, 8])
-def test_shares_cover_the_patch_and_rings_of_more_make_rings_of_less(rings: int) -> None:
-    shares = ring_shares(rings)
-    assert shares.sum() == pytest.approx(1.0, abs=1e-14)  # 64 times the round-off of one
-    np.testing.assert_allclose(shares, shares[::-1], rtol=1e-12)
-    for times in (2, 3):
-        np.testing.assert_allclose(ring_borders(times * rings)[::times], ring_borders(rings), atol=1e-14)
-
-
 def strip(borders: np.ndarray) -> float:
     """Return pi E/(2 (1 - nu^2)) w L/F of a rigid face on a strip of half width 1, up to a constant: -ln|x|."""
 

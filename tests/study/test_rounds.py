@@ -21,7 +21,7 @@ from seatfem.study.runs import next_round, pipeline, rounds
 from seatfem.study.runs.next_round import Limits
 from seatfem.study.runs.round import missed
 from tests.gallery import REED_ON_SPRING, load_text
-from tests.steps import SAFETY, GreensFunctionError, RunError, Stopwatch, begin_plan, run_command, silent
+from tests.steps import SAFETY, GreensFunctionError, Stopwatch, begin_plan, run_command, silent
 
 SCENE = REED_ON_SPRING + 'landing = "run"\n'
 
@@ -294,12 +294,6 @@ def test_a_run_that_nears_the_end_of_memory_ends_with_the_last_round_on_file(
     np.testing.assert_array_equal(alone.rows.force, kept.rows.force)
 
 
-@pytest.mark.parametrize(("number", "seconds"), [(0, 1.0), (1, 0.0), (1, float("nan"))])
-def test_limits_that_are_none_are_refused(number: int, seconds: float) -> None:
-    with pytest.raises(RunError, match="--rounds" if number < 1 else "--max-time"):
-        Limits(number, seconds)
-
-
 @pytest.mark.slow
 def test_each_finished_round_is_on_file_while_the_next_is_under_way(tmp_path, monkeypatch):
     """Ctrl-C in round 2 leaves round 1: whole, and marked."""
@@ -323,15 +317,3 @@ def test_each_finished_round_is_on_file_while_the_next_is_under_way(tmp_path, mo
     assert measures.impulse(both["wave"]) == summary["impulse_Ns"]
     assert both["wave"].dt == 2e-6
     load_greens(out / "seat.h5")
-
-
-def test_a_run_ends_in_words_before_its_memory_does(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The error names the stage, how far it came, memory left and needed, and keys that need less."""
-    heard: list[tuple[str, float]] = []
-    progress = rounds.within_limits(lambda stage, done: heard.append((stage, done)))
-    progress("stepping", 0.1)
-    monkeypatch.setattr(rounds, "EVERY", 0.0)
-    monkeypatch.setattr(rounds, "available_memory", lambda: 0.9 * rounds.LEAST_FREE)
-    with pytest.raises(MemoryError, match=r"stepping .* 20%: 0\.27 GB .* 0\.3 GB .* run\.duration.* contact\.ports"):
-        progress("stepping", 0.2)
-    assert heard == [("stepping", 0.1)]

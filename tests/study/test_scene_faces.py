@@ -1,17 +1,14 @@
 """Faces, regions and supports of CAD and mesh files, named in scenes."""
 
 import math
-import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from seatfem.structures.elements.supports import Absorbing
-from seatfem.structures.finite_elements import draw, matrices, supports_of
+from seatfem.structures.finite_elements import draw, matrices
 from seatfem.structures.formats.mesh_files import read_mesh
 from seatfem.structures.formats.writing import write_mesh
-from seatfem.structures.kinds import Cad, MeshFile
 from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.reduction.modes import solve_modes
@@ -106,29 +103,6 @@ def test_regions_carry_materials(load):
 def mass(scene, mesh):
     """Return the mass of a free body [kg]: the sum over the three directions, divided by 3."""
     return float(matrices(scene.seat, mesh, "3d", lambda stage, done: None).M.sum()) / 3
-
-
-def test_a_body_without_a_clamped_face_is_free(load):
-    scene = load('fixed = { kind = "nothing" }')
-    mesh = draw(scene.seat, COARSE, "3d", scene.seat.stated())
-    assert "fixed" not in mesh.mesh.boundaries
-    assert mass(scene, mesh) == pytest.approx(7850 * float(mesh.quality.volume), rel=1e-9)
-
-
-def test_an_absorbing_face_knows_where_the_waves_come_from(load):
-    scene = load('supports = [{ kind = "absorbing", on = "rim", centre = ["1 mm", "0 mm", "14 mm"] }]')
-    assert supports_of(scene.seat) == (Absorbing("rim", (1e-3, 0.0, 14e-3)),)
-
-
-def test_mesh_files_take_what_read_mesh_takes(tmp_path):
-    extra = 'fixed = ""\nmerge = "1 um"\nparts = 2'
-    seat = load_text(
-        tmp_path,
-        re.sub('kind = "cad"', 'kind = "mesh"', SCENE.format(file=MESHES / "annular_seat.msh", seat=extra), count=1),
-    ).seat
-    assert isinstance(seat, MeshFile)
-    assert not isinstance(seat, Cad)
-    assert (seat.fixed, seat.merge, seat.parts) == ("", 1e-6, 2)
 
 
 @pytest.mark.parametrize(

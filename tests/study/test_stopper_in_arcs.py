@@ -19,7 +19,6 @@ from seatfem.study.impacts.forces import Forces
 from seatfem.study.impacts.plate_stress import plate_field
 from seatfem.study.impacts.touches import Touches, stopper_values
 from seatfem.study.ladders.table import ladder_of
-from seatfem.study.runs.converge import begin_plan
 from seatfem.study.runs.remedies import remedy_by_key
 from seatfem.study.scene import Scene, SceneError
 from seatfem.study.scene.lips import STOPPER
@@ -323,12 +322,3 @@ def test_rounds_divide_a_stopper_that_the_file_leaves_whole(tmp_path: Path) -> N
     for keys in ("arcs = 1\n", "arcs = 16\nrings = 1\n"):
         stated = scene_of(tmp_path, DISC + keys)
         assert ladder.refine(stated, stated_method(stated), 2.0) == stated_method(stated)  # type: ignore[union-attr]
-
-
-@pytest.mark.parametrize(("stopper", "reed", "listed"), [(DISC, REED, True), (SPRING, MASS, False)])
-def test_a_plan_lists_the_parts_of_a_stopper_that_can_be_divided(
-    stopper: str, reed: str, listed: bool, tmp_path: Path
-) -> None:
-    parts = {"stopper.arcs", "stopper.rings"}
-    keys = {choice.key for choice in begin_plan(scene_of(tmp_path, stopper, reed)).choices}
-    assert parts & keys == (parts if listed else set())

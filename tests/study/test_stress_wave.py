@@ -10,9 +10,7 @@ import pytest
 
 from impact.pictures.drawing import PictureError
 from seatfem.life.maps import margin_of, margin_pictures
-from seatfem.pictures.frames import wave_frames
 from seatfem.pictures.moving import load_moving, plot_margin_map
-from seatfem.pictures.skins import skin_of
 from seatfem.structures.fields.recovery import Response, histories, in_frames, recover, response_in_frames, von_mises
 from seatfem.structures.fields.sites import at_nodes
 from seatfem.structures.fields.solids import Harmonic, RingField, elements_of, solid_stress
@@ -123,16 +121,6 @@ def test_its_files_and_pictures(pressed: tuple[Any, Any], tmp_path: Path) -> Non
     np.testing.assert_allclose(kept.displacement[-1], wave.displacement[-1], atol=1e-4 * kept.largest)
     farthest = wave.exaggeration * wave.largest / wave.size
     assert 0.02 - 1e-9 <= farthest <= 0.05 + 1e-9
-
-
-@pytest.mark.slow
-def test_parts_that_do_not_fit_together_are_refused(pressed: tuple[Any, Any]) -> None:
-    skin = skin_of(pressed[1].model)
-    values, moved, is_known = np.ones((3, len(skin.nodes))), np.zeros((3, len(skin.nodes), 3)), skin.nodes >= 0
-    with pytest.raises(PictureError, match="need as many"):
-        wave_frames("", skin, values[:2], moved, np.arange(3.0), 0.0, is_known)
-    with pytest.raises(PictureError, match="no stress is computed"):
-        wave_frames("", skin, values, moved, np.arange(3.0), 0.0, ~is_known)
 
 
 @pytest.mark.slow(but="crossland")

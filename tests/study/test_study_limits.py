@@ -218,13 +218,3 @@ def test_a_search_among_values_of_lists(stiffness: str, most: int, fewest: int, 
         assert fewest <= len(optimum.searched) <= most
         assert {each.case.changed["reed.mass"] for each in optimum.searched} <= {"1 g", "1.5 g", "2 g", "3 g", "4 g"}
         assert isinstance(optimum.table(optimum.confirmed), StudyTable)
-
-
-@pytest.mark.slow
-def test_a_search_among_names(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    answer_by(
-        monkeypatch,
-        lambda keys: {"landing_impulse_Ns": {"1 us": 3.0, "2 us": 1.0, "3 us": 2.0}[str(keys["run.filter_width"])]},
-    )
-    text = '[vary]\nrun.filter_width = ["1 us", "2 us", "3 us"]\n[optimise]\nminimise = "landing_impulse_Ns"\n'
-    assert run_command(["optimise", str(study_file(folder, text))]) == 0

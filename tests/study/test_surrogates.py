@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from seatfem.structures.mesh.gmsh_process import gmsh_session
-from seatfem.structures.patch import Sizes, mesh_error, sizes_for
 from seatfem.study.ladders.level import level_with_waves
 from seatfem.study.method import MODEL
 from tests.steps import Limits, Stopwatch, begin_plan, rounds, silent
@@ -23,19 +22,6 @@ def test_the_surrogate_starts_and_rests_as_told() -> None:
     assert greens.initial_value()[0, 0] == pytest.approx(1 / (7850 * c_p * area), rel=1e-9)
     assert greens.static_compliance()[0, 0] == pytest.approx(patch.compliance, rel=1e-9)
     assert patch.width == pytest.approx(0.8e-3)
-
-
-def test_sizes_keep_what_they_promise() -> None:
-    patch = scene_of(ANNULAR, REED).seat.patch()
-    before = Sizes(np.inf, np.inf)
-    for error in (0.2, 0.05, 0.01, 0.002):
-        sizes = sizes_for(patch, 500e3, error)
-        assert mesh_error(patch, 500e3, sizes) <= error
-        assert sizes.size <= before.size
-        assert sizes.contact_size <= min(before.contact_size, 2 * patch.width)
-        before = sizes
-    wide = sizes_for(patch, 5e6, 0.05)
-    assert wide.size < sizes_for(patch, 500e3, 0.05).size
 
 
 THIN = """

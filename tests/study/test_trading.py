@@ -15,8 +15,8 @@ import pytest
 
 from seatfem.faces.cli import BAD_INPUT, DONE, run_command
 from seatfem.jobs.crew import Ask
-from seatfem.study.method import FIELDS, MODEL, PORTS, RunMethod
-from seatfem.study.runs.converge import LEAST, begin_method
+from seatfem.study.method import RunMethod
+from seatfem.study.runs.converge import begin_method
 from seatfem.study.sweep.effects import pareto_front
 from seatfem.study.sweep.runner import Outcome
 from seatfem.study.trade import trade
@@ -95,43 +95,6 @@ def test_states_lead_from_the_first_values_to_the_last_and_every_key_is_finer_fr
                 assert not is_finer(key, value, end.value(key))
     points = list(around(scene, start, end))
     assert len({point.name for point in points}) == len(points)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", DRAWN + CLOSED)
-def test_the_reference_is_finer_in_every_key(name: str):
-    """The reference halves the error in each key: step and tolerance by two, modes as in their comparisons."""
-    scene, start, _ = begun(name)
-    finer = finer_in_all(scene, start)
-    assert finer.time_step == pytest.approx(start.time_step / LEAST)
-    assert finer.seat.tolerance == pytest.approx(start.seat.tolerance / LEAST)
-    if start.reed.n_modes:
-        assert finer.reed.n_modes == 28
-    if start.seat.size:
-        assert (start.seat.level, finer.seat.level == "spring") == ("spring", False)
-        for key in ("seat.mesh.size", "seat.mesh.contact_size", "seat.greens.bandwidth"):
-            assert is_finer(key, finer.value(key), start.value(key))
-    if start.ports == 1:
-        assert finer.ports > 1
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", DRAWN)
-def test_around_the_converged_state_one_key_is_varied_to_both_sides(name: str):
-    """Each key has a point at its first value and a finer one, and the model one at each level."""
-    scene, start, end = begun(name)
-    points = list(around(scene, start, end))
-    for point in points:
-        changed = {key for key in FIELDS if point.values[key] != end.value(key)}
-        assert point.varied in changed or (point.varied, end.ports) == (PORTS, 1)
-        assert changed <= {point.varied, "seat.mesh.size", "seat.mesh.contact_size", PORTS, "contact.rings"}
-    for key in ("seat.greens.bandwidth", "seat.mesh.size", "seat.greens.tolerance", "run.time_step"):
-        one, other = (point.values[key] for point in points if point.varied == key)
-        assert one == start.value(key)
-        assert is_finer(key, other, end.value(key))
-    applying = {level.level for level in scene.seat.levels() if level.applies}
-    expected = {"spring", *applying} if end.ports is None else {"spring"}
-    assert {point.values[MODEL] for point in points if point.varied == MODEL} == expected - {end.value(MODEL)}
 
 
 def run_point(scene: Path, point: Point, limit: float) -> Outcome:
