@@ -1,7 +1,10 @@
-"""Tables of small scenes, and a scene of some of them."""
+"""Tables of small scenes, a scene of some of them, and files that scenes of bodies name."""
 
 import tomllib
+from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from seatfem.study.scene import Scene, load
 
@@ -48,3 +51,17 @@ def scene_of(*parts: str, **changes: object) -> Scene:
             table = table.setdefault(name, {})
         table[key] = value
     return load.scene_of().model_validate(data)
+
+
+def write_oscillator(folder: Path, unit: float = 1.0) -> None:
+    """Write 20 g on 40 N/um, damped by 5 %, as matrices in ``unit`` of kg and of N/m, and as its receptance."""
+    mass, stiffness = 0.02, 4e7
+    for name, value in (("m", unit * mass), ("k", unit * stiffness)):
+        head = "%%MatrixMarket matrix coordinate real symmetric\n1 1 1\n1 1 "
+        (folder / f"{name}.mtx").write_text(f"{head}{value!r}\n", encoding="utf-8")
+    (folder / "port.csv").write_text("dof,weight\n1,1\n", encoding="utf-8")
+    w = 2 * np.pi * (f := np.arange(50.0, 20e3, 50.0))
+    g = 1 / (stiffness - mass * w**2 + 0.1j * np.sqrt(mass * stiffness) * w)
+    rows = [f"{a:.17g},{b.real:.17g},{b.imag:.17g}" for a, b in zip(f, g, strict=True)]
+    head = "frequency [Hz],receptance real [m/N],receptance imag [m/N]"
+    (folder / "frf.csv").write_text("\n".join([head, *rows]) + "\n", encoding="utf-8")

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Final
 
-import numpy as np
 import pytest
 
 import impact
@@ -15,6 +14,7 @@ from seatfem.structures.kinds.structure import kind_of
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import Scene, load_scene
 from tests.fuzz import samples
+from tests.study.small_scenes import write_oscillator
 from tests.uff_sets import unit_set, write_sets
 
 pytestmark = pytest.mark.slow
@@ -80,16 +80,7 @@ def scene_of(kind: str, folder: Path) -> Scene:
 
 def write_files(folder: Path) -> None:
     """Write an oscillator as matrices and as its receptance, a beam's Green's function, the modes of a body."""
-    mass, stiffness, zeta = 0.02, 4e7, 0.05
-    for name, value in (("m", mass), ("k", stiffness)):
-        head = "%%MatrixMarket matrix coordinate real symmetric\n1 1 1\n1 1 "
-        (folder / f"{name}.mtx").write_text(f"{head}{value!r}\n", encoding="utf-8")
-    (folder / "port.csv").write_text("dof,weight\n1,1\n", encoding="utf-8")
-    w = 2 * np.pi * (f := np.arange(50.0, 20e3, 50.0))
-    g = 1 / (stiffness - mass * w**2 + 2j * zeta * np.sqrt(mass * stiffness) * w)
-    rows = [f"{a:.17g},{b.real:.17g},{b.imag:.17g}" for a, b in zip(f, g, strict=True)]
-    head = "frequency [Hz],receptance real [m/N],receptance imag [m/N]"
-    (folder / "frf.csv").write_text("\n".join([head, *rows]) + "\n", encoding="utf-8")
+    write_oscillator(folder)
     impact.save_greens(reed(impact.Cantilever(200e9, 7850.0, 20e-3, 10e-3, 1e-3), n_modes=8).greens, folder / "reed.h5")
     write_sets(folder / "modes.uff", unit_set(), *samples.modes())
 

@@ -1,4 +1,4 @@
-"""[life] in scenes: what is refused, the margin of a known vibration, what a run tells. All strengths are invented."""
+"""[life] in scenes: refusals, margins of known vibrations and over one key, what a run tells. All are invented."""
 
 import json
 import math
@@ -13,11 +13,13 @@ import impact
 from impact.exact.contact_stress import hertz_circular, hertz_impact
 from impact.life.strength import basquin
 from seatfem.life.assess import assess_life, block_from, life_keys
+from seatfem.life.lives import margin_curve
+from seatfem.life.maps import plot_margins
 from seatfem.study.impacts.forces import Strike
 from seatfem.study.runs.body_stress import ClosedFormStress
 from seatfem.wings.life import life_sentence as in_words
 from tests.gallery import load_text, refusal
-from tests.steps import Scene, SceneError, load_scene, run_contacts, run_scene, striker_of
+from tests.steps import RunError, Scene, SceneError, load_scene, run_contacts, run_scene, striker_of
 
 STRENGTH = """source = "invented for tests"
 ultimate = "1800 MPa"
@@ -264,3 +266,71 @@ def test_a_reed_that_is_released_and_struck(tmp_path: Path) -> None:
     amplitude, mean = (after + before) / 2, abs(after - before) / 2
     assert summary["life_margin"] == pytest.approx(1 / (amplitude / allowed + mean / 1800e6), rel=1e-3)
     assert summary["life_at"] == f"reed, root, face {'towards' if before > after else 'away from'} the seat"
+
+
+KEY = "reed.release.velocity"
+THROWN = """
+seat = { kind = "spring", stiffness = "27.8 N/um" }
+reed = { kind = "cantilever", length = "25.4 mm", width = "10 mm", thickness = "0.305 mm", n_modes = 12, \
+    release = { mode = 1, velocity = "-2 m/s" } }
+run = { duration = "1.2 ms", time_step = "2 us", filter_width = "10 us" }
+accuracy = { target = 0.9 }
+"""
+SWT = '[life]\nstrength = "strength.toml"\ncriterion = "swt"\ncycles = 4.5e9\n'
+SIMPLE = 'source = "invented for tests"\n[curve]\nknee_stress = "400 MPa"\nknee_cycles = 1e7\nslope = 12\n'
+
+
+@pytest.fixture
+def thrown_scene(tmp_path: Path) -> Path:
+    (tmp_path / "strength.toml").write_text(SIMPLE, encoding="utf-8")
+    path = tmp_path / "scene.toml"
+    path.write_text(THROWN + SWT, encoding="utf-8")
+    return path
+
+
+@pytest.mark.slow
+def test_the_allowed_speed(thrown_scene: Path, tmp_path: Path) -> None:
+    """Rigid unilateral contact of linear bodies without gap: stress grows with the speed, so that margin * speed is
+    the speed allowed, found by runs to 1e-3; the step does not depend on the speed, and nothing else does."""
+    messages: list[str] = []
+    curve = margin_curve(thrown_scene, KEY, ["-2 m/s", "-1 m/s", "-16 m/s"], tmp_path / "runs", tell=messages.append)
+    products = [-value * margin for value, margin in zip(curve.values, curve.margins, strict=True)]
+    assert products == pytest.approx([products[0]] * len(products), rel=1e-9)
+    assert curve.allowed == pytest.approx(-products[0], rel=2e-3)
+    assert (curve.unit, curve.label) == ("m/s", f"{KEY} [m/s]")
+    assert list(curve.values) == sorted(curve.values)
+    assert 3 < len(curve.values) == len(messages) <= 15
+    assert all(bar is not None and bar > 0 for bar in curve.bars)
+    rows = (tmp_path / "runs" / "margin.csv").read_text(encoding="utf-8").splitlines()
+    assert rows[0] == f"{KEY} [m/s],life_margin,error_bar"
+    assert len(rows) == 1 + len(curve.values)
+    picture = tmp_path / "margin.png"
+    plot_margins(curve.values, curve.margins, curve.bars, picture, label=curve.label, allowed=curve.allowed)
+    assert picture.stat().st_size > 10_000
+
+
+@pytest.mark.slow
+def test_none_allowed_where_no_values_enclose_it(thrown_scene: Path, tmp_path: Path) -> None:
+    curve = margin_curve(thrown_scene, KEY, ["-1 m/s", "-0.5 m/s"], tmp_path / "runs")
+    assert curve.allowed is None
+    assert len(curve.values) == 2
+    assert min(curve.margins) > 1
+
+
+@pytest.mark.parametrize(
+    ("key", "values", "said"),
+    [
+        (KEY, ["-1 m/s", "-2 mm/s"], "m/s.*mm/s"),
+        (KEY, ["-1 m/s", "-1 m/s"], "values.*1"),
+        (KEY, ["fast", "slow"], "'fast'.*number"),
+    ],
+)
+def test_values_refused(thrown_scene: Path, tmp_path: Path, key: str, values: list[str], said: str) -> None:
+    with pytest.raises(RunError, match=said):
+        margin_curve(thrown_scene, key, values, tmp_path / "runs")
+
+
+def test_a_scene_without_a_life(thrown_scene: Path, tmp_path: Path) -> None:
+    thrown_scene.write_text(THROWN, encoding="utf-8")
+    with pytest.raises(RunError, match="has no life_margin"):
+        margin_curve(thrown_scene, KEY, ["-1 m/s", "-2 m/s"], tmp_path / "runs")
