@@ -131,8 +131,6 @@ WRONG = [
     ("plate flapper", ('kind = "cad"', 'kind = "mesh"'), "assembly.placed", ["'mesh' has no CAD file"]),
     ("plate flapper", ("{ number = 1 }", SAME), "reed.clamped", ["both ends are the same"]),
     ("plate flapper", ("{ number = 1 }", HOLE), "reed.clamped", ["edge of a hole", "remove [assembly]"]),
-    ("plate missing", (), "reed.file", ["no such file"]),
-    ("plate flapper", ("cast iron", "cast irn"), "seat.material", ["did you mean"]),
 ]
 
 

@@ -37,7 +37,6 @@ def test_a_clear_margin_on_a_cited_strength_is_go_and_says_what_happens() -> Non
     [
         ({"life_margin": 0.9}, "no-go", "Fatigue margin 0.900 ± 0.013: below 1"),
         ({"life_margin": 1.01}, "undecided", "its uncertainty includes 1"),
-        ({"life_margin": 0.99}, "undecided", "its uncertainty includes 1"),
         ({"error_bar_life_margin": None}, "undecided", "its uncertainty is not known"),
         ({"error_bar_life_margin": 0.7, "life_margin": 1.2}, "undecided", "its uncertainty includes 1"),
         ({"life_margin": None}, "go", "no multiple of the load"),
@@ -46,8 +45,6 @@ def test_a_clear_margin_on_a_cited_strength_is_go_and_says_what_happens() -> Non
         ({"life_multiaxial_margin": 1.2, "error_bar_life_multiaxial_margin": 0.3, "life_margin": 0.5},
          "no-go", "0.500"),
         ({SOURCE: "invented for this example; not a material"}, "undecided", "not a cited one .*invented"),
-        ({SOURCE: "assumed: 500 MPa"}, "undecided", "not a cited one"),
-        ({SOURCE: "  "}, "undecided", "not a cited one"),
         ({SOURCE: None}, "undecided", "no source"),
         ({SOURCE: "invented", "life_margin": 0.5}, "undecided", "not a cited one"),
         ({"life_margin": ...}, "undecided", "No strength is stated"),

@@ -31,9 +31,7 @@ SLOW = 6.0  # s of the processor; each took a minute, or grew with a power of it
         ("a = " + "{a=" * 100_000 + "1" + "}" * 100_000 + "\n" + SCENE, "nested too deeply"),
         (SCENE.replace('"20 N/um"', '"20 ' + " " * 300_000 + 'x"'), "300004 characters.*80"),
         (SCENE.replace('"20 N/um"', '"20 m' + "*m" * 100_000 + '"'), "a quantity has at most 80"),
-        (SCENE.replace('"20 N/um"', '"' + "1" * 300_000 + ' N/m"'), "a quantity has at most 80"),
         (SCENE.replace('"20 N/um"', '"1e300 N/m"'), r"stiffness: '1e300 N/m'.*1e-12 to 1e\+21 N/m"),
-        (SCENE.replace('"1 g"', '"1e-30 kg"'), r"mass: '1e-30 kg'.*1e-18 to 1e\+12 kg"),
         ("a = " + "9" * 5000 + "\n" + SCENE, r"scene\.toml"),
     ],
 )

@@ -66,8 +66,6 @@ underside = { kind = "colour", colour = [0, 0, 255] }
         ('contact = { kind = "cone", half_angle = "90 deg" }', "seat.contact.half_angle: .*between 0.*pi/2"),
         ('contact = { kind = "cylinder", radius = "3 mm", axis = [0, 0, 0] }', "seat.contact.axis: .*zero"),
         ('contact = { kind = "colr", colour = [1, 2, 3] }', "seat.contact.kind: 'colr' .*'colour', 'plane'"),
-        ('contact = { kind = "union", of = [] }', r"seat.contact.of: \[\]"),
-        ('contact = { kind = "nothing" }', "seat.contact.kind: 'nothing'"),
         ('groups = { contact = { kind = "name", name = "x" } }', "each name must stand once"),
         ("regions = { ring = { order = 1, solid = 'x' } }", "seat.regions.ring:.*exactly"),
         ("regions = { ring = { order = 0 } }", "seat.regions.ring.order: 0"),

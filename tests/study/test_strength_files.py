@@ -65,14 +65,9 @@ def test_curves(tmp_path: Path, curve: str, expected: tuple[float, float]) -> No
     [
         (('source = "invented for tests"', ""), "source: required"),
         (('"invented for tests"', '"  "'), "2: source: .*empty"),
-        (('"1800 MPa"', "1800"), "8: ultimate: 1800 has no unit"),
         (('"1800 MPa"', '"1800 mm"'), "length.*strength"),
-        (("ultimate", "ultimat"), r"unknown.*'ultimate'\?"),
         (('"120 degC"', '"250 degF"'), "'120 degC'.*'393 K'"),
-        (('"120 degC"', '"-300 degC"'), "temperature"),
         (("loading_ratio = 0", "loading_ratio = 1"), "loading_ratio: 1.*1"),
-        (("= 0.65", "= nan"), "walker_exponent"),
-        (('"8 m/s"', '"-8 m/s"'), "impact_velocity: '-8 m/s'"),
         (("slope = 12", "slope = 0.08"), "curve.slope: 0.08"),
         (("slope = 12", ""), "missing: slope"),
         (("slope = 12", 'slope = 12\npoints = [["500 MPa", 1e5], ["400 MPa", 1e6]]'),
@@ -106,16 +101,12 @@ def test_a_curve_of_a_table(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("rows", "words"),
     [
-        ("stress [MPa],cycles\n500,1e5\n,1e7\n", "sn.csv, line 3, column 1: ''"),
         ("stress [MPa],cycles\n500,1e5\n400\n", r"sn.csv, line 3: 1 columns, 2 are needed, divided by commas"),
         ("stress [MPa],cycles\n500,1e5\n400,nan\n", "sn.csv, line 3, column 2: 'nan'"),
         ("stress,cycles\n500,1e5\n400,1e7\n", r"'stress'.*\[unit\],cycles"),
-        ("stress [mm],cycles\n500,1e5\n400,1e7\n", "length.*strength"),
-        ("stress [MPa]\n500\n400\n", "sn.csv:1: add a column cycles"),
         ("stress [MPa],cycles\n400,1e5\n420,1e7\n", r"curve.file: S-N.*4e\+08 Pa.*100000 cycles"),
         ("stress [MPa],cycles\n400,1e5\n-20,1e7\n", "stress.*positive"),
         ("stress [MPa],cycles\n400,1e5\n", "points.*1"),
-        ("", "sn.csv: no table"),
     ],
 )
 def test_a_table_that_is_none(tmp_path: Path, rows: str, words: str) -> None:

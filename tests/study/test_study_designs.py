@@ -1,6 +1,5 @@
 """Variations of a key and designs over several: values, numbers, distributions, and what is wrong with a study file."""
 
-import math
 import re
 from pathlib import Path
 
@@ -12,7 +11,9 @@ from seatfem.study.scene import SceneError
 from seatfem.study.sweep.cases import cases_of, changes_of, shares_of
 from seatfem.study.sweep.study import Study, load_study
 from seatfem.units import number_and_unit
+from tests.bounded import bounded
 from tests.gallery import refusal
+from tests.steps import DONE, run_command
 from tests.study.test_studies import study_file
 
 
@@ -25,28 +26,23 @@ def values(loaded: Study, key: str) -> np.ndarray:
 
 
 def test_a_grid_takes_every_value_with_every_other(tmp_path: Path) -> None:
-    loaded = study(
-        tmp_path, '[vary]\nreed.mass = ["1 g", "2 g"]\nseat.stiffness = { from = "1 N/um", to = "9 N/um", number = 3 }'
-    )
+    keys = 'run.duration = "1 ms"\nreed.mass = ["1 g", "2 g"]'  # a single value is that of all scenes
+    loaded = study(tmp_path, f'[vary]\n{keys}\nseat.stiffness = {{ from = "1 N/um", to = "9 N/um", number = 3 }}')
+    assert {changed["run.duration"] for changed in changes_of(loaded)} == {"1 ms"}
     pairs = [(changed["reed.mass"], changed["seat.stiffness"]) for changed in changes_of(loaded)]
     levels = ["1.0 N/um", "5.0 N/um", "9.0 N/um"]
     assert pairs == [(mass, level) for mass in ("1 g", "2 g") for level in levels]
     assert loaded.number_of_scenes == 6
 
 
-def test_levels_of_a_logarithmic_range(tmp_path: Path) -> None:
-    loaded = study(tmp_path, '[vary]\n"reed.mass" = { from = "1 g", to = "100 g", number = 3, scale = "log" }')
-    assert values(loaded, "reed.mass") == pytest.approx([1, 10, 100], rel=1e-15)
-
-
-def test_a_single_value_is_that_of_all_scenes(tmp_path: Path) -> None:
-    loaded = study(tmp_path, '[vary]\nrun.duration = "1 ms"\nreed.mass = ["1 g", "2 g"]')
-    assert [changed["run.duration"] for changed in changes_of(loaded)] == ["1 ms", "1 ms"]
-
-
 def test_a_zip_takes_one_of_each(tmp_path: Path) -> None:
     loaded = study(tmp_path, 'design = "zip"\n[vary]\nreed.mass = ["1 g", "2 g"]\nreed.velocity = ["-1 m/s", "-3 m/s"]')
     assert [tuple(changed.values()) for changed in changes_of(loaded)] == [("1 g", "-1 m/s"), ("2 g", "-3 m/s")]
+
+
+def test_levels_of_a_logarithmic_range(tmp_path: Path) -> None:
+    loaded = study(tmp_path, '[vary]\n"reed.mass" = { from = "1 g", to = "100 g", number = 3, scale = "log" }')
+    assert values(loaded, "reed.mass") == pytest.approx([1, 10, 100], rel=1e-15)
 
 
 TABLE = 'kind = "table", points = [["1 g", 0], ["2 g", 0.5], ["6 g", 1]]'
@@ -107,27 +103,20 @@ def test_an_entry_of_a_list_is_drawn_as_often_as_another(tmp_path: Path) -> None
 
 BAD = [
     ("", "vary: .*missing"),
-    ("[vary]\n", r":2: vary: \{\}: .*1"),
     ('design = "gird"\n[vary]\nreed.mass = ["1 g"]', ":2: design: 'gird' .*'grid'"),
-    ('sed = 1\n[vary]\nreed.mass = ["1 g"]', ":2: sed: .*'seed'"),
     ("[vary]\nreed.mass = []", ":3: vary.reed.mass.values"),
     ('[vary]\nreed.mass = { mean = "1 g", deviation = "1 mg" }', ":3: vary.reed.mass.kind: .*missing"),
     ('[vary]\n"reed..mass" = ["1 g"]', r"'reed\.\.mass' .*key"),
-    (f'[vary]\n"{"a." * 20}mass" = ["1 g"]', "a.mass' .*key"),
     ('[vary]\nreed.mass = { from = "2 g", to = "1 g", number = 2 }', ":3: vary.reed.mass.to: 1 .*from = 2"),
     ('[vary]\n"reed.mass" = { from = "2 g", to = "1 kg", number = 2 }', ":3: vary.reed.mass.to: .* kg"),
     ('[vary]\nreed.mass = { from = "0 g", to = "1 g", number = 2, scale = "log" }', "0 is not positive"),
     ('[vary]\nreed.mass = { from = "1 g", to = "2 g" }', ":3: vary.reed.mass.number: .*missing"),
-    ('[vary]\nreed.mass = { from = "1 g", to = "2 g", number = 1 }', "vary.reed.mass.number: 1 "),
-    ('[vary]\nreed.mass = { from = "1 g", too = "2 g", number = 2 }', "vary.reed.mass.too: .*'to'"),
     ('[vary]\nreed.mass = { kind = "normal", mean = "1 g", deviation = "0.1 g" }', "'normal' has no levels"),
     ('[vary]\nreed.mass = { kind = "nomal", mean = "1 g", deviation = "0.1 g" }', "'nomal'.*'normal'"),
     ('number = 4\n[vary]\nreed.mass = ["1 g"]', ":2: number: design = 'grid' draws none"),
     ('design = "sobol"\n[vary]\nreed.mass = ["1 g"]', "number: .*missing: .*'sobol'"),
     ('design = "sobol"\nnumber = 12\n[vary]\nreed.mass = ["1 g"]', ":3: number: 12 "),
     ('design = "zip"\n[vary]\nreed.mass = ["1 g"]\nreed.velocity = ["-1 m/s", "-2 m/s"]', ":5: vary.reed.velocity: 2"),
-    ('limit = 5\n[vary]\nreed.mass = ["1 g", "2 g"]\nreed.velocity = ["-1 m/s", "-2 m/s", "-3 m/s"]',
-     ":2: limit: 6 scenes"),
     ('design = "monte_carlo"\nnumber = 2000000\n[vary]\nreed.mass = ["1 g"]', ":3: number: 2000000 "),
     ('design = "monte_carlo"\nnumber = 2\n[vary]\nreed.mass = { kind = "normal", mean = "1 g", deviation = "0 g" }',
      "vary.reed.mass.deviation: 0 "),
@@ -200,6 +189,16 @@ def test_equal_scenes_have_one_key_and_others_another(tmp_path: Path) -> None:
 
 def test_numbers_are_written_with_all_their_digits(tmp_path: Path) -> None:
     loaded = study(tmp_path, 'design = "monte_carlo"\nnumber = 50\n[vary]\nreed.mass = { from = "1 g", to = "5 g" }')
-    shares = shares_of(loaded)[:, 0]
-    assert np.array_equal(values(loaded, "reed.mass"), 1.0 + 4.0 * shares)
-    assert all(math.isfinite(value) for value in values(loaded, "reed.mass"))
+    assert np.array_equal(values(loaded, "reed.mass"), 1.0 + 4.0 * shares_of(loaded)[:, 0])
+
+
+@pytest.mark.slow
+def test_a_plan_of_many_scenes_is_a_price_at_once(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """A hundred thousand scenes are priced by a thousand of them; more are refused (`BAD`)."""
+    drawn = 'design = "monte_carlo"\nnumber = 100000\nlimit = 100000\n[vary]\n'
+    path = study_file(tmp_path, drawn + 'reed.velocity = { from = "-2 m/s", to = "-1 m/s" }')
+    with bounded():
+        assert run_command(["plan", str(path)]) == DONE
+    words = " ".join(capfd.readouterr().out.split())
+    assert "100000 scenes: about" in words
+    assert "based on 1000 scenes" in words

@@ -133,7 +133,6 @@ def test_forces_and_weights_of_free_plates(tmp_path: Path) -> None:
         (MASS, f'{SPRING}points = [["1 mm", "0 mm"]]\n', "spring.0.points:.*places"),
         (BEAM, f'{SPRING}at = "30 mm"\n', "spring.0.at: 30 mm.*reed.*25 mm"),
         (BEAM, f'{SPRING}at = "3 mm"\nnumber = 2\nradius = "1 mm"\n', "spring.0.number:.*given"),
-        (BEAM, '[[spring]]\nstiffness = "4 N/mm"\npreload = "-6 N"\n', "spring.0.preload"),
     ],
 )  # fmt: skip
 def test_what_is_wrong_with_springs(reed: str, spring: str, words: str, tmp_path: Path) -> None:
