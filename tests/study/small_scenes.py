@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from seatfem.study.scene import Scene, load
+from tests import gallery
 
 STEEL = 'material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }'
 ANNULAR = f"""
@@ -39,6 +40,23 @@ MASS = """
 reed = { kind = "rigid_mass", mass = "5 g", velocity = "-1 m/s" }
 run = { duration = "0.1 ms", filter_width = "4 us" }
 """
+
+
+PRESSED = f"""
+[seat]{gallery.BAR}[reed]
+{gallery.mass(1, "-0.5 m/s")}[contact]
+law = {{ kind = "spring", stiffness = "1e5 N/m" }}
+[run]
+duration = "330 us"
+time_step = "200 ns"
+[accuracy]
+target = "20 %"
+[stress]
+distance = "3 mm"
+"""
+"""A mass on a soft spring presses a bar, which follows it as if at rest; what else is asked of its stress follows."""
+PRESSURE = 0.5 * np.sqrt(1e5 * 1e-3) / (2e-3 * 3e-3)
+"""The largest in the bar [Pa]: of a mass on a spring; the bar's own gives way by 1e-3 of it."""
 
 
 def scene_of(*parts: str, **changes: object) -> Scene:

@@ -167,28 +167,18 @@ def test_the_verb_writes_numbers_and_a_picture(record, tmp_path, capsys):
 
 WRONG = {
     "an unknown key": (("contact.law.closure = {", "contact.law.closur = {"), "record.toml:9: fit.contact.law.closur"),
-    "bounds inverted": (('from = "2 um", to = "40 um"', 'from = "40 um", to = "2 um"'), "must be above from = 40"),
-    "start outside": (('start = "15 um"', 'start = "50 um"'), "50 lies outside of from = 2, to = 40"),
-    "no bounds": (("start = 0.9, from = 0.2, to = 1.0", "start = 0.9"), "contact.law.recovery"),
     "units that differ": (('start = "15 um"', 'start = "15 mm"'), "give all in one unit"),
-    "a unit of something else": (
-        ('start = "-1.2 m/s", from = "-2 m/s", to = "-0.5 m/s"', 'start = "1 s", from = "0 s", to = "2 s"'),
-        "reed.velocity",
-    ),
     "a text": (
         ("reed.velocity = {", 'seat.kind = { start = "rod", from = 0, to = 1 }\nreed.velocity = {'),
         "fit.seat.kind.start: 'rod' must start with a number",
     ),
     "no noise": (('noise = "40 N"', ""), "by its noise"),
-    "noise of nothing": (('noise = "40 N"', 'noise = "0 N"'), "must be positive"),
     "a missing column": (('kind = "force"', 'kind = "force"\ncolumn = "load"'), "'load' is the head"),
-    "no such file": (('"force.csv"', '"none.csv"'), "no such file"),
     "a strain in newtons": (
         ('kind = "force"\nnoise = "40 N"', 'kind = "strain"\ncolumn = "force"\nof = "middle"\nnoise = 1e-6'),
         "unit 'N' is unknown",
     ),
     "a quiet part without samples": (('noise = "40 N"', 'quiet = ["1 s", "2 s"]'), "0 samples, at least 10"),
-    "nothing to compare": (('noise = "40 N"', 'noise = "40 N"\nfrom = "1 s"'), "0 samples "),
     "more keys than samples": (('noise = "40 N"', 'noise = "40 N"\nto = "10 us"'), "5 keys and 5 samples"),
     "a record that the scene has not": (("delay =", "delay.other ="), "record 'other'"),
     "a delay without a time": (
@@ -210,18 +200,15 @@ def test_what_is_wrong_is_said(case, record, tmp_path, capsys):
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize(
-    ("cell", "words"), [("nan", "must be a finite number"), ("x" * 500, "must be a finite number")]
-)
-def test_what_is_no_number_in_a_record_is_named(cell, words, record, tmp_path, capsys):
+def test_what_is_no_number_in_a_record_is_named(record, tmp_path, capsys):
     path = write_files(tmp_path, *record)
     lines = (tmp_path / "force.csv").read_text().splitlines()
-    lines[7] = lines[7].partition(",")[0] + f",{cell}"
+    lines[7] = lines[7].partition(",")[0] + "," + "x" * 500
     (tmp_path / "force.csv").write_text("\n".join(lines))
     assert run_command(["identify", str(path)]) == BAD_INPUT
     said = capsys.readouterr().err
     assert "line 8, column 2" in said
-    assert words in said
+    assert "must be a finite number" in said
     assert len(said) < 1000
 
 

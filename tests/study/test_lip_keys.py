@@ -42,6 +42,8 @@ def scene_of(folder: Path, contact: str, reed: str = REED, seat: str = LIP) -> S
         ),
         ('tilt = "1 deg"', (MASS, LIP + 'model = "3d"\n'), "tilt", "model = '3d'"),
         ('offset = ["1 mm", "0 mm"]', (MASS, LIP), "offset", "touches.*remove"),
+        ("rings = 4", (MASS, SPRING), "rings", "'spring'"),
+        ("rings = 17", (MASS,), "rings", "17"),
         ('at = "5.9 mm"', (f'{BEAM}"12 mm"\n',), "at", "5.9 mm .*6 mm.*behind"),
     ],
 )

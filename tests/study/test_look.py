@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 
 from seatfem.faces.plan_view import look_lines
-from seatfem.faces.study_verbs import study_ahead
 from seatfem.machine.code import cache_folder
 from seatfem.study.runs.converge import AIM
 from seatfem.study.runs.forecast import Look, converge, look_at
@@ -20,7 +19,7 @@ from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.runs.round import Round
 from seatfem.study.runs.rounds import rounds
 from tests.gallery import LIP, REED_ON_SPRING, load_text, mass
-from tests.steps import BAD_INPUT, Plan, Scene, Stopwatch, begin_plan, run_command, silent
+from tests.steps import Plan, Scene, Stopwatch, begin_plan, silent
 
 NO_TIME = 1e-3  # s: the first round alone
 ON_LIP = f'[seat]\n{LIP}[reed]\n{mass(2, "-1 m/s")}[run]\nduration = "0.2 ms"\nfilter_width = "5 us"\n[accuracy]\n'
@@ -29,11 +28,6 @@ ON_LIP = f'[seat]\n{LIP}[reed]\n{mass(2, "-1 m/s")}[run]\nduration = "0.2 ms"\nf
 
 def lip_scene(folder: Path, target: str) -> Scene:
     return load_text(folder, ON_LIP, f'target = "{target}"\n')
-
-
-def beam_scene(folder: Path, target: str, duration: str = "0.75 ms", step: str = "") -> Scene:
-    text = REED_ON_SPRING.replace('"0.75 ms"', f'"{duration}"' + (f'\ntime_step = "{step}"' if step else ""))
-    return load_text(folder, text, f'target = "{target}"\n')
 
 
 def tell(look: Look) -> list[str]:
@@ -128,30 +122,6 @@ def test_a_look_leaves_no_files(is_interrupted: bool, tmp_path: Path, monkeypatc
     assert [*here.iterdir(), *temporary.iterdir()] == []
 
 
-@pytest.mark.slow
-def test_the_plan_of_a_study_refuses_a_measure_that_no_summary_has(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """The message names file, line, key, value and remedy."""
-    beam_scene(tmp_path, "5 %")
-    study, vary = tmp_path / "study.toml", 'scene = "scene.toml"\n[vary]\nreed.length = ["25.4 mm", "26 mm"]\n'
-    study.write_text(f'{vary}[outputs]\nmeasures = ["impulse_Ns", "seat_static_stiffness_N_per_m"]\n')
-    assert study_ahead(study).scenes == 2
-    for key, table in {
-        "outputs.measures": 'outputs.measures = ["landing_stress"]',
-        "outputs.pareto": 'outputs.pareto = ["impulse_Ns", "max landing_stress"]',
-        "optimise.minimise": 'optimise.minimise = "landing_stress"',
-    }.items():
-        values = vary.replace('["25.4 mm", "26 mm"]', '{ from = "25.4 mm", to = "26 mm" }') if "opt" in key else vary
-        study.write_text(f"{table}\n{values}")
-        assert run_command(["plan", str(study)]) == BAD_INPUT
-        said = " ".join(capsys.readouterr().err.split())
-        assert re.search(rf"{study}:1: {key}: .*'landing_stress'; state 'landing_", said)
-    study.write_text(f'outputs.measures = ["life_margin"]\n{vary}')  # a key of scenes that have [life]
-    assert run_command(["plan", str(study)]) == BAD_INPUT
-    assert "'life_margin'" in capsys.readouterr().err
-
-
 FOR_TWO = REED_ON_SPRING + 'target = "2 %"\n'
 
 
@@ -221,16 +191,11 @@ def test_other_questions_begin_anew(tmp_path):
 
 
 HARM = {
-    "no JSON": lambda kept: "no JSON",
-    "a list": lambda kept: "[]",
-    "empty": lambda kept: "{}",
+    "a list": lambda kept: [],
     "level": lambda kept: {**kept, "values": {**kept["values"], "seat.model": "magic"}},
-    "reduction": lambda kept: {**kept, "values": {**kept["values"], "seat.greens.method": "magic"}},
     "negative": lambda kept: {**kept, "values": {**kept["values"], "run.time_step": -1e-7}},
-    "infinite": lambda kept: {**kept, "values": {**kept["values"], "run.time_step": math.inf}},
     "text": lambda kept: {**kept, "values": {**kept["values"], "reed.n_modes": "40"}},
     "a key less": lambda kept: {key: value for key, value in kept.items() if key != "choices"},
-    "a value less": lambda kept: {**kept, "values": {"run.time_step": 1e-7}},
     "choices": lambda kept: {**kept, "choices": [{"key": 1}]},
     "large": lambda kept: {**kept, "more": "x" * 200_000},
 }
@@ -244,7 +209,6 @@ def test_a_file_that_is_not_sound_changes_nothing(store_of_the_test, tmp_path):
     whole = path.read_text()
     for harm, harmful in HARM.items():
         assert cached_plan(plan.scene) is not None
-        harmed = harmful(json.loads(whole))
-        path.write_text(harmed if isinstance(harmed, str) else json.dumps(harmed))
+        path.write_text(json.dumps(harmful(json.loads(whole))))
         assert cached_plan(plan.scene) is None, harm
         path.write_text(whole)

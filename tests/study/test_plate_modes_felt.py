@@ -9,46 +9,16 @@ import pytest
 import impact
 from impact import Body, ContactProblem, solve, spring
 from impact.after.measures import filtered_peak_force
-from impact.bodies.body import ModalState
-from impact.runs.variations import ringing_on
 from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.contact import record_of
 from seatfem.study.ladders.ladder import ComputedRun
-from seatfem.study.ladders.modes import OF_MODES, in_wider_band, with_other_modes
+from seatfem.study.ladders.modes import in_wider_band
 from seatfem.study.method import BAND, MODEL, PORTS, RINGS
 from seatfem.study.runs.reed_stress import plate_stress
 from seatfem.study.runs.rounds import solve as solve_plan
 from tests.as_stated import seat_of, striker_of
 from tests.gallery import load_text
-from tests.steps import ModalGreens, Residual, Scene, Stopwatch, begin_plan, stated_method, values_of_record
-
-HIGHEST = 2e6  # rad/s, of a mode that the contact does not feel, as one with waves around a ring
-REST = 3e-11  # m/N above
-
-
-def plate(*felt: float) -> Body:
-    """Return a free plate with modes that the contact feels, one at the highest that it does not, and a rest."""
-    omega = np.array([0.0, *felt, HIGHEST])
-    shapes = np.array([[20.0], *[[15.0]] * len(felt), [0.001]])
-    greens = ModalGreens(omega, np.full(len(omega), 0.01), shapes, Residual.spring(REST))
-    return Body(greens, state=ModalState(np.zeros(len(omega)), np.eye(len(omega))[0]))
-
-
-def test_the_bar_of_a_plate_knows_a_mode_above_its_band() -> None:
-    """Leaving out modes tells nothing of a mode just above the band; the other estimates are within a factor of two."""
-    few = plate(0.1 * HIGHEST)
-    true = ringing_on(few, 1.4)
-
-    def impulse(body: Body) -> float:
-        struck = ContactProblem(Body(body.greens, velocity=-1.0), Body(spring(stiffness=2e9)))
-        result = solve(struck, dt=1e-8, duration=3e-5)
-        return float(result.force.sum() * result.dt)
-
-    here = impulse(few)
-    error = abs(impulse(true) - here)
-    changes = [share * abs(impulse(body) - here) for body, share in with_other_modes(few)]
-    assert max(changes[: len(OF_MODES)]) < error / 10
-    assert max(changes) > error / 2
+from tests.steps import Scene, Stopwatch, begin_plan, stated_method, values_of_record
 
 
 @pytest.mark.slow

@@ -20,7 +20,7 @@ from seatfem.structures.model import SecondOrderModel
 from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.rings import face_compliance, left_by, ring_borders, ring_names, ring_shares
 from seatfem.structures.shapes import AnnularSeat, Block, ConicalSeat, Stopper
-from tests.steps import ModalGreens, Residual, SceneError, load_scene, run_contacts, run_scene, striker_of
+from tests.steps import ModalGreens, Residual, load_scene, run_contacts, run_scene, striker_of
 
 STEEL = Material(2e11, 0.3, 7850.0)
 
@@ -172,17 +172,3 @@ def test_a_scene_asks_for_rings(tmp_path: Path) -> None:
     file.write_text(text, encoding="utf-8")
     from_file = run_scene(load_scene(file), tmp_path / "file", pictures=False)
     assert from_file.summary[peak] == pytest.approx(values[1], rel=1e-9)
-
-
-def test_rings_need_a_patch(tmp_path: Path) -> None:
-    file = tmp_path / "spring.toml"
-    seat = SCENE.split("[reed]")[0]
-    file.write_text(
-        (SCENE % "rings = 4").replace(seat, '\n[seat]\nkind = "spring"\nstiffness = "1 GN/m"\n'), encoding="utf-8"
-    )
-    with pytest.raises(SceneError, match=r"contact\.rings:.*'spring'"):
-        load_scene(file)
-    with pytest.raises(SceneError, match=r"contact\.rings"):
-        load_scene(scene_file(tmp_path, "rings = 0"))
-    with pytest.raises(SceneError, match=r"contact\.rings"):
-        load_scene(scene_file(tmp_path, "rings = 17"))
