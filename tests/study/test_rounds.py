@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from impact import measures
 from impact.storage.hdf5 import load_greens, load_results
 from seatfem.structures import cache
 from seatfem.structures.mesh.gmsh_process import MeshingError
@@ -43,18 +42,6 @@ def carry_out(*given: Any, **more: Any) -> rounds.Round:
 def with_step(plan: Plan, dt: float) -> Plan:
     """Return the same plan with a step it would not begin with; the key stays open."""
     return replace(plan, method=plan.method.replaced({"run.time_step": dt}))
-
-
-@pytest.mark.slow
-def test_a_missed_target_is_reached_by_refining(tmp_path: Path) -> None:
-    """Rounds that begin with a step far too long shorten it until the target is met."""
-    plan = with_step(plan_of(SCENE + 'target = "2 %"\n', tmp_path), 2e-6)
-    done = carry_out(plan, tmp_path, Stopwatch(), silent)
-    assert done.met
-    assert done.number > 1
-    assert done.result.dt < 2e-6
-    assert missed(done) == ()
-    assert done.left.relative("filtered_peak") <= 0.02
 
 
 KEYS = {"time_step": "run.time_step", "model": "reed.n_modes", "mesh": "seat.mesh.size"}
@@ -206,14 +193,9 @@ def test_summary_and_exit_code_tell_whether_the_target_was_met(more, code, tmp_p
     assert summary["accuracy_met"] is (code == 0)
     assert summary["accuracy_measures"] == "filtered_peak, stress"
     assert (summary["accuracy_stopped_because"] == "") == (code == 0)
-    assert summary["plan_seat_level"] == "closed form"
     assert ("reed.n_modes" in summary["plan_given"]) == bool(more)
-    assert summary["plan_run_time_step"].endswith("s")
-    assert 0 < summary["plan_wall_time_s"] < 60
-    assert summary["accuracy_rounds"] >= 1
     for key in ("filtered_peak_force_N", "peak_reed_stress_after_contact_Pa"):
-        within = summary[f"error_bar_{key}"] <= 0.05 * summary[key]
-        assert within or code == 1
+        assert summary[f"error_bar_{key}"] <= 0.05 * summary[key] or code == 1
     # from rest at 1 mm: 3 E (h/2) d/L^2 = 142 MPa, a quarter more where the freely swinging reed bends back
     assert summary["peak_reed_stress_Pa"] == pytest.approx(1.25 * 142e6, rel=0.1)
     assert 0 <= summary["peak_reed_stress_at_m"] <= 25.4e-3
@@ -226,15 +208,6 @@ def test_summary_and_exit_code_tell_whether_the_target_was_met(more, code, tmp_p
     assert summary["peak_reed_stress_after_contact_time_s"] > summary["first_contact_s"]
     assert 0 <= summary["peak_reed_stress_after_contact_at_m"] <= 25.4e-3
     assert "error_bar_peak_reed_stress_Pa" not in summary
-
-
-@pytest.mark.slow
-def test_no_round_that_is_expected_to_outlast_the_time_is_begun(tmp_path: Path) -> None:
-    plan = with_step(plan_of(SCENE + 'target = "2 %"\n', tmp_path), 2e-6)
-    one = carry_out(plan, tmp_path, Stopwatch(), silent, limits=Limits(seconds=1e-3))
-    assert (one.number, one.met) == (1, False)  # the first is always finished
-    assert "0 s of --max-time are left" in one.stopped
-    assert carry_out(plan, tmp_path, Stopwatch(), silent, limits=Limits(seconds=1e6)).met
 
 
 @pytest.mark.slow
@@ -292,28 +265,3 @@ def test_a_run_that_nears_the_end_of_memory_ends_with_the_last_round_on_file(
         assert summary[key] == one.summary[key]
     alone, kept = (load_results(tmp_path / name / "result.h5")["wave"] for name in ("one", "two"))
     np.testing.assert_array_equal(alone.rows.force, kept.rows.force)
-
-
-@pytest.mark.slow
-def test_each_finished_round_is_on_file_while_the_next_is_under_way(tmp_path, monkeypatch):
-    """Ctrl-C in round 2 leaves round 1: whole, and marked."""
-    scene, out, run_contacts, calls = tmp_path / "s.toml", tmp_path / "out", rounds.run_contacts, []
-    scene.write_text(SCENE + 'target = "2 %"\n', encoding="utf-8")
-
-    def stopping(*given, **more):
-        calls.append(given)
-        if len(calls) == 2:
-            raise KeyboardInterrupt
-        return run_contacts(*given, **more)
-
-    monkeypatch.setattr(rounds, "run_contacts", stopping)
-    monkeypatch.setattr(pipeline, "begin_plan", lambda scene: with_step(begin_plan(scene), 2e-6))
-    assert run_command(["run", str(scene), "-o", str(out), "--quiet"]) == 130
-    summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
-    assert (summary["accuracy_rounds"], summary["accuracy_met"]) == (1, False)
-    assert summary["accuracy_stopped_because"] == "round 2 was begun and not finished"
-    assert summary["spring_impulse_Ns"] > 0
-    both = load_results(out / "result.h5")
-    assert measures.impulse(both["wave"]) == summary["impulse_Ns"]
-    assert both["wave"].dt == 2e-6
-    load_greens(out / "seat.h5")
