@@ -15,7 +15,6 @@ from seatfem.study.sweep.study import load_study
 from seatfem.study.sweep.sweep import TABLE, run_optimum, run_study
 from seatfem.study.sweep.table import StudyTable
 from tests.steps import DONE, FAILED, run_command
-from tests.study.crew_at_hand import answer_here
 from tests.study.test_studies import study_file
 
 GAPS = '[vary]\ncontact.gap = ["0 mm", "0.05 mm", "0.09 mm", "0.15 mm", "0.3 mm"]\nreed.velocity = {}\n'
@@ -24,15 +23,14 @@ STAYS = np.pi * (1e-3 / 1e6) ** 0.5
 RUN = 2e-4
 
 
-def swept(folder: Path, monkeypatch: pytest.MonkeyPatch, more: str = "", velocity: str = '"-1 m/s"') -> StudyTable:
-    answer_here(monkeypatch)
+def swept(folder: Path, more: str = "", velocity: str = '"-1 m/s"') -> StudyTable:
     return run_study(load_study(study_file(folder, GAPS.format(velocity) + more)), folder / "out")
 
 
 @pytest.mark.slow
-def test_means_are_of_scenes_that_land(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_means_are_of_scenes_that_land(tmp_path: Path, jobs: list[str]) -> None:
     """Means over scenes that land are 2 m v to the steps' tolerance; all scenes would give a quarter less."""
-    table = swept(tmp_path, monkeypatch)
+    table = swept(tmp_path)
     assert list(table.columns["landing_status"]) == STATUSES
     assert list(table.columns["status"]) == ["done", "done", "done", "missed", "done"]  # of a part nothing is known
     assert table.left_out_in_words() == "2 of 5 scenes left out: 1 cut off, 1 no landing"
@@ -46,9 +44,8 @@ def test_means_are_of_scenes_that_land(tmp_path: Path, monkeypatch: pytest.Monke
 
 
 @pytest.mark.slow
-def test_side_by_side_they_are_told_apart_as_one_by_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_side_by_side_they_are_told_apart_as_one_by_one(tmp_path: Path, jobs: list[str]) -> None:
     """Status follows from when the mass arrives and leaves; scenes that land have a sample's bars, no others."""
-    answer_here(monkeypatch)
     text = """design = "latin_hypercube"
 number = 64
 error_bars = "sampled"
@@ -78,9 +75,8 @@ SOUGHT = '[vary]\ncontact.gap = { from = "0 mm", to = "0.4 mm" }\n[optimise]\nmi
 
 @pytest.mark.slow
 @pytest.mark.parametrize("measure", ["landing_impulse_Ns", "impulse_Ns"])
-def test_an_optimum_lands(measure: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_optimum_lands(measure: str, tmp_path: Path, jobs: list[str]) -> None:
     """Half of the range has no impulse at all, a quarter a part of it; the least is 2 m v of the scenes that land."""
-    answer_here(monkeypatch)
     optimum = run_optimum(load_study(study_file(tmp_path, SOUGHT % measure)), tmp_path / "out")
     assert optimum.best.outcome.summary["landing_status"] == "landed"
     assert {each.outcome.summary["landing_status"] for each in optimum.searched} == set(STATUSES)
@@ -90,17 +86,15 @@ def test_an_optimum_lands(measure: str, tmp_path: Path, monkeypatch: pytest.Monk
 
 
 @pytest.mark.slow
-def test_no_optimum_where_nothing_lands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    answer_here(monkeypatch)
+def test_no_optimum_where_nothing_lands(tmp_path: Path, jobs: list[str]) -> None:
     text = SOUGHT.replace('"0 mm"', '"0.3 mm"') % "impulse_Ns"
     with pytest.raises(StudyError, match=r"\d+ scenes .*\d+ no landing"):
         run_optimum(load_study(study_file(tmp_path, text)), tmp_path / "out")
 
 
 @pytest.mark.slow
-def test_what_the_program_says(tmp_path, monkeypatch, capsys):
+def test_what_the_program_says(tmp_path, monkeypatch, jobs, capsys):
     """The command tells how many scenes are left out, and which measures no or only some scenes have."""
-    answer_here(monkeypatch)
     monkeypatch.chdir(tmp_path)
     study_file(tmp_path, GAPS.format('["-1 m/s", "-1.1 m/s"]'))
     assert run_command(["sweep", "study.toml", "-o", "out"]) == DONE

@@ -73,15 +73,11 @@ def test_a_reed_that_does_not_fit_is_told_of_by_the_program(change, contact, wor
     assert not list(tmp_path.glob("out/*"))
 
 
-def test_a_seat_modelled_in_space_is_struck_as_a_whole(tmp_path: Path) -> None:
-    """A seat whose stated model is in space keeps it, and has no arcs."""
-    assert scene_of(tmp_path, "", seat=LIP + 'model = "3d"\n').geometry.lip() is None
-    lip = scene_of(tmp_path, "").geometry.lip()
-    assert lip.arcs == 32
-
-
 def test_an_uneven_lip_has_arcs(tmp_path: Path) -> None:
-    """A tilted, wavy or offset lip has arcs even under a rigid face, and no more than its rings allow."""
+    """A tilted, wavy or offset lip has arcs even under a rigid face, and no more than its rings allow; a seat whose
+    stated model is in space keeps it, and has none."""
+    assert scene_of(tmp_path, "", seat=LIP + 'model = "3d"\n').geometry.lip() is None
+    assert scene_of(tmp_path, "").geometry.lip().arcs == 32
     for contact, arcs in (('tilt = "0.1 deg"', 32), ('waviness = [["0 deg", "1 um"]]\nrings = 16', 16)):
         lip = scene_of(tmp_path, contact, MASS).geometry.lip()
         assert lip.arcs == arcs

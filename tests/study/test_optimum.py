@@ -10,7 +10,7 @@ from seatfem.study.sweep.effort import Effort
 from seatfem.study.sweep.runner import JOURNAL, StudyError
 from seatfem.study.sweep.study import load_study
 from seatfem.study.sweep.sweep import run_optimum
-from tests.study.crew_at_hand import amount, answer_by, answer_here
+from tests.study.crew_at_hand import amount, answer_by
 from tests.study.test_studies import study_file
 
 STIFFNESS = '[vary]\nseat.stiffness = { from = "0.1 N/um", to = "10 N/um", scale = "log" }\n'
@@ -23,9 +23,8 @@ def number(optimum: Optimum, key: str) -> float:
 
 
 @pytest.mark.slow
-def test_the_softest_spring_that_is_stiff_enough(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_softest_spring_that_is_stiff_enough(tmp_path: Path, jobs: list[str]) -> None:
     """The optimum is k = m (v / x)^2, F = m v^2 / x at the limit x, within twice x's error bar."""
-    answer_here(monkeypatch)
     optimum = run_optimum(load_study(study_file(tmp_path, STIFFNESS + SOUGHT)), tmp_path / "out")
     [limit] = optimum.as_json()["constraints"]
     share = limit["error_bar"] / 3e-5
@@ -55,10 +54,9 @@ def closed_form_of_stiff_seats(changed: dict[str, object]) -> dict[str, object]:
 
 
 @pytest.mark.slow
-def test_a_limit_is_met_at_the_target_not_at_the_loose_accuracy(tmp_path, monkeypatch):
+def test_a_limit_is_met_at_the_target_not_at_the_loose_accuracy(tmp_path, monkeypatch, jobs):
     """Two keys and two limits. The search's own optimum has a stiffness 8 % too large; by the shift it is found to what
     a limit may be violated by without an error bar, 0.1 %, of which stiffness takes the double, and what mass does."""
-    answer_here(monkeypatch)
     answer_by(monkeypatch, closed_form)
     sought = SOUGHT.replace('e-5"]', 'e-5", "impulse_Ns >= 2e-3"]')
     optimum = run_optimum(load_study(study_file(tmp_path, STIFFNESS + MASS + sought)), tmp_path / "out")
@@ -76,9 +74,8 @@ def test_a_limit_is_met_at_the_target_not_at_the_loose_accuracy(tmp_path, monkey
 
 
 @pytest.mark.slow
-def test_an_optimum_between_the_bounds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_optimum_between_the_bounds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, jobs: list[str]) -> None:
     """The search has the largest 5 - (k / 2 - 2 / k)^2 at k = 2, near a parabola of shares."""
-    answer_here(monkeypatch)
     answer_by(monkeypatch, lambda keys: {"impulse_Ns": 5 - ((k := amount(keys["seat.stiffness"])) / 2 - 2 / k) ** 2})
     text = STIFFNESS + '[optimise]\nmaximise = "impulse_Ns"\nmost = 20\n'
     optimum = run_optimum(load_study(study_file(tmp_path, text)), tmp_path / "out")
@@ -87,9 +84,8 @@ def test_an_optimum_between_the_bounds(tmp_path: Path, monkeypatch: pytest.Monke
 
 
 @pytest.mark.slow
-def test_scenes_that_fail_are_outside(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_scenes_that_fail_are_outside(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, jobs: list[str]) -> None:
     """Less is better, and below 0.6 N/um there is nothing; they are tried again when it is asked for."""
-    answer_here(monkeypatch)
     answer_by(monkeypatch, closed_form_of_stiff_seats)
     text = STIFFNESS + '[optimise]\nminimise = "filtered_peak_force_N"\n'
     optimum = run_optimum(load_study(study_file(tmp_path, text)), tmp_path / "out")
@@ -106,11 +102,10 @@ def test_scenes_that_fail_are_outside(tmp_path: Path, monkeypatch: pytest.Monkey
 
 
 @pytest.mark.slow
-def test_it_goes_on_where_it_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_it_goes_on_where_it_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, jobs: list[str]) -> None:
     """A search stopped at any scene repeats none and leaves the same files."""
     answer_by(monkeypatch, closed_form)
     path = study_file(tmp_path, STIFFNESS + MASS + SOUGHT)
-    jobs = answer_here(monkeypatch)
     run_optimum(load_study(path), tmp_path / "whole")
     whole, count = (tmp_path / "whole" / "optimum.json").read_bytes(), len(jobs)
     lines = (tmp_path / "whole" / JOURNAL).read_text(encoding="utf-8").splitlines(keepends=True)

@@ -55,15 +55,6 @@ def test_files_that_vary_travel_too(tmp_path: Path) -> None:
     }  # fmt: skip
 
 
-def test_halves_and_hdf5_of_a_mesh(tmp_path: Path) -> None:
-    for name in ("disk.ele", "disk.node", "arrays.h5"):
-        (tmp_path / name).write_bytes(b"")
-    (tmp_path / "disk.xdmf").write_text('<DataItem Format="HDF">arrays.h5:/data0</DataItem>', encoding="utf-8")
-    for name, inner in (("disk.ele", "1/input.node"), ("disk.xdmf", "1/arrays.h5")):
-        (tmp_path / "scene.toml").write_text(MESH.format(name) + REED, encoding="utf-8")
-        assert list(packed(tmp_path / "scene.toml", {})[2]) == ["0/input.toml", f"1/input{name[4:]}", inner]
-
-
 @pytest.mark.parametrize("other", ["mesh/nodes.inp", "my nodes.inp"])
 def test_what_cannot_travel(other: str, tmp_path: Path) -> None:
     """An included name that means something else elsewhere is refused."""
@@ -85,6 +76,7 @@ def test_what_a_file_is_read_with_counts(tmp_path: Path) -> None:
     (tmp_path / "deck.inp").write_text("*INCLUDE, INPUT=nodes.inp\n", encoding="utf-8")
     for name, other in (("disk.ele", "disk.node"), ("disk.xdmf", "arrays.h5"), ("deck.inp", "nodes.inp")):
         scene = load_text(tmp_path, MESH.format(name) + REED)
+        assert f"1/{other}".replace("disk.", "input.") in packed(tmp_path / "scene.toml", {})[2]
         before = by_content(scene), key_of(scene.seat, Method())
         (tmp_path / other).write_bytes(b"two")
         assert by_content(scene)["seat"]["file"] != before[0]["seat"]["file"]

@@ -61,6 +61,7 @@ def test_values_are_si_floats_and_defaults_are_filled_in(load: Load) -> None:
     [
         ('lip_width = "1 mm"\n', 'lip_width = "1 mm"\nouter_radus = "9 mm"\n',
          "scene.toml:6: seat.outer_radus: .*'outer_radius'"),
+        ('[run]\nduration = "3 ms"\n', "", "scene.toml: run: .*missing"),
         ("[run]", "[run]\nfoo = 1",
          "scene.toml:17: run.foo: .*duration, time_step, filter_width, ensemble"),
         ('"25.4 mm"', '"3 kg"', "scene.toml:10: reed.length: '3 kg' .*mass.* length .*'3 mm'"),
@@ -115,12 +116,6 @@ def test_everything_wrong_is_told_at_once_in_the_order_of_the_file(load: Load) -
         ["scene.toml:10", "reed.length"],
         ["scene.toml:17", "run.duration"],
     ]
-
-
-def test_a_missing_table_names_the_file(load: Load) -> None:
-    text = SCENE[: SCENE.index("[run]")]
-    (message,) = messages(load, text)
-    assert re.match("scene.toml: run: .*missing", message)
 
 
 @pytest.mark.parametrize(

@@ -26,7 +26,6 @@ from seatfem.study.sweep.study import load_study
 from seatfem.study.sweep.sweep import TABLE, run_study
 from seatfem.study.sweep.table import write_parquet
 from tests.steps import SceneError, begin_plan, converge, load_scene, run_scene
-from tests.study.crew_at_hand import answer_here
 
 ROOT = Path(__file__).parents[2]
 posix = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
@@ -60,9 +59,8 @@ def rows(folder: Path) -> list[dict[str, str]]:
 
 
 @pytest.mark.slow
-def test_the_table_has_what_runs_of_the_scenes_have(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_table_has_what_runs_of_the_scenes_have(tmp_path: Path, jobs: list[str]) -> None:
     """The table has 2 m v and v sqrt(k m) of a mass on a spring to its bars, and a run's own number."""
-    answer_here(monkeypatch)
     text = '[vary]\nreed.mass = ["1 g", "4 g"]\nreed.velocity = ["-1 m/s", "-2 m/s"]'
     path = study_file(tmp_path, text)
     table = run_study(load_study(path), tmp_path / "out", file=path)
@@ -81,9 +79,8 @@ def test_the_table_has_what_runs_of_the_scenes_have(tmp_path: Path, monkeypatch:
 
 
 @pytest.mark.slow
-def test_nothing_is_computed_twice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_nothing_is_computed_twice(tmp_path: Path, jobs: list[str]) -> None:
     """Equal scenes, larger studies, other measures and other designs take what was computed already."""
-    jobs = answer_here(monkeypatch)
     out = tmp_path / "out"
     run_study(load_study(study_file(tmp_path, '[vary]\nreed.mass = ["1 g", "0.001 kg", "2 g"]')), out)
     assert len(jobs) == 2
@@ -134,13 +131,12 @@ def kill_at_random(command: list[str], journal: Path, chance: random.Random, mos
 
 @posix
 @pytest.mark.slow
-def test_a_study_survives_kills_at_any_moment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_study_survives_kills_at_any_moment(tmp_path: Path, jobs: list[str]) -> None:
     """A study killed three times, or as many as SEATFEM_KILLS says (50 take two minutes), loses nothing, computes
     nothing twice and has all numbers of one that nobody disturbed."""
     kills = int(os.environ.get("SEATFEM_KILLS", "3"))
     scenes = 6 * kills
     path = study_file(tmp_path, DRAWN.format(scenes))
-    answer_here(monkeypatch)
     run_study(load_study(path), tmp_path / "whole")
     out = tmp_path / "out"
     journal, chance = out / JOURNAL, random.Random(kills)
@@ -158,10 +154,11 @@ def test_a_study_survives_kills_at_any_moment(tmp_path: Path, monkeypatch: pytes
 
 
 @pytest.mark.slow
-def test_a_scene_that_fails_stands_in_the_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_scene_that_fails_stands_in_the_table(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, jobs: list[str]
+) -> None:
     """A failed scene has a row with its message and values, and is tried again if that is asked for."""
     text = '[vary]\nrun.duration = "0.2 ms"\nseat.mesh.size = ["1 mm", "60 mm"]'
-    jobs = answer_here(monkeypatch)
     real = one._carried_out
 
     def failing(path: Path, changed: dict[str, object], *given: object, **named: object) -> Outcome:
@@ -206,8 +203,7 @@ def test_a_worker_that_dies_or_hangs_is_an_outcome(tmp_path: Path, monkeypatch: 
 
 
 @pytest.mark.slow
-def test_a_measure_that_no_summary_has(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    jobs = answer_here(monkeypatch)
+def test_a_measure_that_no_summary_has(tmp_path: Path, jobs: list[str]) -> None:
     path = study_file(tmp_path, '[vary]\nreed.mass = ["1 g", "2 g"]\n[outputs]\nmeasures = ["impulse_N"]')
     for _ in range(2):  # at once, the second time from the journal
         with pytest.raises(StudyError, match=r"'impulse_N'.*'impulse_Ns'"):
@@ -217,8 +213,7 @@ def test_a_measure_that_no_summary_has(tmp_path: Path, monkeypatch: pytest.Monke
 
 @pytest.mark.slow
 @posix
-def test_nothing_outside_the_folder_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    answer_here(monkeypatch)
+def test_nothing_outside_the_folder_is_written(tmp_path: Path, jobs: list[str]) -> None:
     path, out = study_file(tmp_path, '[vary]\nreed.mass = ["1 g"]'), tmp_path / "out"
     out.mkdir()
     mine = tmp_path / "mine"
@@ -240,8 +235,7 @@ def test_nothing_outside_the_folder_is_written(tmp_path: Path, monkeypatch: pyte
 
 
 @pytest.mark.slow
-def test_a_damaged_journal_costs_what_is_damaged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    jobs = answer_here(monkeypatch)
+def test_a_damaged_journal_costs_what_is_damaged(tmp_path: Path, jobs: list[str]) -> None:
     path, out = study_file(tmp_path, '[vary]\nreed.mass = ["1 g", "2 g", "3 g"]'), tmp_path / "out"
     run_study(load_study(path), out)
     before = rows(out)
@@ -294,14 +288,14 @@ def test_a_claim_is_one_programs(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_sweeps_from_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    answer_here(monkeypatch)
+def test_sweeps_from_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, jobs: list[str]) -> None:
     (tmp_path / "scene.toml").write_text(SPRING, encoding="utf-8")
     vary = {"reed.mass": {"from": "1 g", "to": "2 g"}}
     monkeypatch.setattr("seatfem.study.sweep.table.find_spec", lambda name: None)  # no pandas
     table = seatfem.sweep(
-        tmp_path / "scene.toml", vary, design="latin_hypercube", number=3, measures=["restitution", "impulse_Ns"]
-    )
+        tmp_path / "scene.toml", vary, design="latin_hypercube", number=3, measures=["restitution", "impulse_Ns"],
+        below={"restitution": 0.5}, units={"impulse_Ns": "mN s"},
+    )  # fmt: skip
     assert list(table) == [
         "scene", "reed.mass [g]", "restitution", "error_bar_restitution", "impulse_Ns", "error_bar_impulse_Ns",
         "landing_status",
@@ -336,10 +330,9 @@ MASSES = '[vary]\nreed.mass = ["1 g", "1.1 g", "1.2 g", "1 g", "1.3 g", "1.4 g",
 
 
 @pytest.mark.slow
-def test_the_first_scenes_show_how_to_begin(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_first_scenes_show_how_to_begin(tmp_path: Path, jobs: list[str]) -> None:
     """The first begins by rule, those after it as it ended, all others as the second dearest of these did; a
     study that goes on hands on the same."""
-    jobs = answer_here(monkeypatch)
     path = study_file(tmp_path, MASSES)
     cases = cases_of(load_study(path))
     assert [case.leads for case in cases] == [True] * (PILOTS + 2) + [False]  # 1 g twice

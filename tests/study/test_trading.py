@@ -15,7 +15,6 @@ import pytest
 
 from seatfem.faces.cli import BAD_INPUT, DONE, run_command
 from seatfem.jobs.crew import Ask
-from seatfem.study.method import RunMethod
 from seatfem.study.runs.converge import begin_method
 from seatfem.study.sweep.effects import pareto_front
 from seatfem.study.sweep.runner import Outcome
@@ -31,7 +30,7 @@ from seatfem.study.trade.trade import (
     run_points,
     states,
 )
-from tests.steps import Scene, load_scene
+from tests.steps import load_scene
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 DRAWN = ("flapper_on_annular_seat", "flapper_on_arc", "flapper_on_stopper", "flapper_on_valve_plate", "mass_on_bar")
@@ -66,13 +65,6 @@ def test_front_against_its_definition():
         assert list(points[list(front), 0]) == sorted(points[list(front), 0])
 
 
-def begun(name: str) -> tuple[Scene, RunMethod, RunMethod]:
-    """Return an example with its keys open, its first method, and one three rungs finer in every key."""
-    scene = load_scene(EXAMPLES / f"{name}.toml", ALL_OPEN)
-    start = begin_method(scene)
-    return scene, start, finer_in_all(scene, finer_in_all(scene, finer_in_all(scene, start)))
-
-
 def is_finer(key: str, value: float, other: float) -> bool:
     falls = ("mesh.size", "mesh.contact_size", "tolerance", "time_step")
     return value < other if key.endswith(falls) else value > other
@@ -82,7 +74,9 @@ def is_finer(key: str, value: float, other: float) -> bool:
 @pytest.mark.parametrize("name", DRAWN + CLOSED)
 def test_states_lead_from_the_first_values_to_the_last_and_every_key_is_finer_from_one_to_the_next(name: str):
     """States lead as far as the last one goes: a key that stays keeps its value, and none is finer than the last."""
-    scene, start, end = begun(name)
+    scene = load_scene(EXAMPLES / f"{name}.toml", ALL_OPEN)
+    start = begin_method(scene)
+    end = finer_in_all(scene, finer_in_all(scene, finer_in_all(scene, start)))
     held = "reed.n_modes" if end.reed.n_modes else "run.time_step"
     end = end.replaced({held: start.value(held)})
     ladder = states(scene, start, end)
@@ -95,11 +89,6 @@ def test_states_lead_from_the_first_values_to_the_last_and_every_key_is_finer_fr
                 assert not is_finer(key, value, end.value(key))
     points = list(around(scene, start, end))
     assert len({point.name for point in points}) == len(points)
-
-
-def run_point(scene: Path, point: Point, limit: float) -> Outcome:
-    """Run one point in a process of its own."""
-    return run_points(scene, [point], None, time_limit=limit)[point.name]
 
 
 def carry_out_by(monkeypatch: pytest.MonkeyPatch, carry: Callable[[Path, Point, float], Outcome]) -> None:
@@ -122,7 +111,7 @@ def test_a_point_in_a_process_of_its_own(small: Path, monkeypatch: pytest.Monkey
     """A point in its own process has the impulse to the order of its step, and its own memory and time."""
     monkeypatch.setenv("SEATFEM_STORE", "/nowhere")
     point = Point("coarse", "run.time_step", {"run.time_step": 200e-9})
-    outcome = run_point(small, point, 120.0)
+    outcome = run_points(small, [point], None, time_limit=120.0)["coarse"]
     assert (outcome.state, outcome.message) == ("done", "")
     fine = carry_out(small, replace(point, values={"run.time_step": 20e-9}))
     assert outcome.summary["impulse"] == pytest.approx(fine.summary["impulse"], rel=5e-3)
@@ -138,7 +127,7 @@ def test_what_fails_or_hangs_is_an_outcome(small: Path, monkeypatch: pytest.Monk
     assert "RunError: run.time_step" in failed.message
     assert "processor_s" not in failed.summary
     monkeypatch.setattr(trade, "PATIENCE", 5e-4)
-    stopped = run_point(small, Point("slow", "all keys"), 20.0)
+    stopped = run_points(small, [Point("slow", "all keys")], None, time_limit=20.0)["slow"]
     assert (stopped.state, stopped.message) == ("stopped", "no end within 0.01 s")
 
 
@@ -147,7 +136,8 @@ def test_what_fails_or_hangs_is_an_outcome(small: Path, monkeypatch: pytest.Monk
 def test_a_point_that_takes_too_much_processor_time_is_stopped(small: Path):
     """A point of ten million steps is stopped after the one second that is allowed."""
     steps = {"run.duration": "0.1 s", "run.time_step": "10 ns"}
-    stopped = run_point(small, Point("long", "run.time_step", {"run.time_step": 1e-8}, settings=steps), 1.0)
+    point = Point("long", "run.time_step", {"run.time_step": 1e-8}, settings=steps)
+    stopped = run_points(small, [point], None, time_limit=1.0)["long"]
     assert stopped.state == "stopped"
     assert "processor" in stopped.message or "10 s" in stopped.message
 

@@ -33,17 +33,12 @@ def scene_of(folder: Path, text: str, more: str = "", run: str = 'duration = "1 
     return load_text(folder, f"{STIFF}{text}{more}[run]\n{run}\n")
 
 
-def frequencies(scene: Scene) -> np.ndarray:
-    modal = striker_of(scene).greens.modal
-    return modal.omega
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("places", ['number = 4\nradius = "7.5 mm"\n', ""])
 def test_a_ring_plate_heaves_and_rocks(places: str, tmp_path: Path) -> None:
     """The ring heaves with sqrt(k/m) and rocks twice with sqrt(k r^2/2 / I), I = m ((R^2 + r_i^2)/4 + h^2/12), for
     point and spread springs; it bends by 2e-4 of either, and k or m 3 % off are 1.5 %."""
-    omega = frequencies(scene_of(tmp_path, RING, SPRING + places))
+    omega = striker_of(scene_of(tmp_path, RING, SPRING + places)).greens.modal.omega
     turns = RING_MASS * ((1e-4 + 25e-6) / 4 + 1.5e-3**2 / 12)
     rocks, heaves = math.sqrt(4e3 * 7.5e-3**2 / 2 / turns), math.sqrt(4e3 / RING_MASS)
     assert omega[:3] == pytest.approx([rocks, rocks, heaves], rel=1e-3)
