@@ -8,6 +8,7 @@ import numpy as np
 
 from seatfem.study.scene import Scene, load
 from tests import gallery
+from tests.steps import Limits, Plan, Round, Stopwatch, rounds, silent
 
 STEEL = 'material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }'
 ANNULAR = f"""
@@ -69,6 +70,12 @@ def scene_of(*parts: str, **changes: object) -> Scene:
             table = table.setdefault(name, {})
         table[key] = value
     return load.scene_of().model_validate(data)
+
+
+def rounds_of(plan: Plan, folder: Path, **limits: Any) -> list[Round]:
+    """Return the rounds of a plan, each as it was yielded last; ``limits``: as of `Limits`."""
+    every = rounds(plan, folder, Stopwatch(), silent, limits=Limits(**limits))
+    return list({done.number: done for done in every}.values())
 
 
 def write_oscillator(folder: Path, unit: float = 1.0) -> None:

@@ -21,17 +21,11 @@ from seatfem.study.plan import Refinement
 from seatfem.study.runs import converge
 from seatfem.study.runs.converge import LEAST, MOST, MOST_WORK, TRIES, mark, refine_plan, work_ratio
 from seatfem.study.runs.forecast import converge as converge_scene
-from tests.steps import Limits, Round, Stopwatch, begin_plan, rounds, silent
-from tests.study.small_scenes import ANNULAR, BAR, MASS, PLATE, REED, SPRING, STEEL, TWO_PORTS, scene_of
+from tests.steps import Round, begin_plan
+from tests.study.small_scenes import ANNULAR, BAR, MASS, PLATE, REED, SPRING, STEEL, TWO_PORTS, rounds_of, scene_of
 
 FINER = {**dict.fromkeys((SIZE, STEP, TOLERANCE), -1), **dict.fromkeys((BAND, MODES), 1)}
 """Sign of the change of a key that is refined."""
-
-
-def loop(scene: Any, folder: Path, most: int = 9) -> list[Round]:
-    """Return the rounds of a scene, each as it was yielded last."""
-    every = rounds(begin_plan(scene), folder, Stopwatch(), silent, limits=Limits(most))
-    return list({done.number: done for done in every}.values())
 
 
 def round_of(
@@ -61,7 +55,11 @@ def test_the_target_is_met_by_what_is_finer_in_every_refined_key(
 ) -> None:
     """The values of a coarse and of a strict target agree within their bars."""
     coarse, fine = (
-        loop(scene_of(seat, MASS, accuracy={"target": target, "landing": "run"}), tmp_path / str(target))
+        rounds_of(
+            begin_plan(scene_of(seat, MASS, accuracy={"target": target, "landing": "run"})),
+            tmp_path / str(target),
+            rounds=9,
+        )
         for target in (loose, strict)
     )
     for done in (coarse[-1], fine[-1]):
@@ -82,7 +80,7 @@ def test_the_target_is_met_by_what_is_finer_in_every_refined_key(
 def test_a_spring_is_dismissed_where_waves_count(tmp_path: Path) -> None:
     """The plan's spring is replaced when the waves of a long bar return while the contact lasts."""
     scene = scene_of(BAR, MASS, accuracy={"target": 0.05, "landing": "run"})
-    first, *_, last = loop(scene, tmp_path)
+    first, *_, last = rounds_of(begin_plan(scene), tmp_path, rounds=9)
     assert first.plan.level == "spring"
     assert first.left.by_key[MODEL]["filtered_peak"] > 0.05 / SAFETY * first.left.values["filtered_peak"]
     assert last.plan.level != "spring"
@@ -144,7 +142,7 @@ def test_bands_end_where_a_seat_in_segments_has_too_many_modes(
     for module in (lip_modes, converge):
         monkeypatch.setattr(module, "MOST_MODES", most)
     monkeypatch.setattr(mesh, "lowest_band", lambda patch: first)
-    (done,) = loop(scene_of(TWO_PORTS), tmp_path, most=1)
+    (done,) = rounds_of(begin_plan(scene_of(TWO_PORTS)), tmp_path, rounds=1)
     assert done.seat.greens.modal is not None
     assert most / 1.1**3 < len(done.seat.greens.modal.omega) <= most
     assert done.plan.method.value(BAND) <= min(first, 100e3)
@@ -205,7 +203,7 @@ def test_a_stated_step_that_misses_the_waves_is_told(transits: float, steps: int
     rod = 'seat = { kind = "rod", young = "200 GPa", density = "8000 kg/m^3", length = "50 mm", area = "1 mm^2" }'
     run = {"duration": "8 ms", "filter_width": f"{width} s"}
     dear, exact = (
-        next(rounds(begin_plan(scene), tmp_path, Stopwatch(), silent, limits=Limits(1))).left
+        rounds_of(begin_plan(scene), tmp_path, rounds=1)[-1].left
         for scene in (
             scene_of(rod, MASS.replace("5 g", "50 g"), run={**run, "time_step": f"{step} s"})
             for step in (transits * transit, transit / 50)

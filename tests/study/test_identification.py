@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import impact
-from impact.files.csv_table import write_csv
 from seatfem.structures.cache import Cache
 from seatfem.study.identify import intervals
 from seatfem.study.identify.fit import IdentifyError, identify
@@ -269,12 +268,9 @@ def bounces(tmp_path_factory):
 
 def write_bounces(folder, bounces, fit, sigma=OF_BOUNCES):
     time, force = bounces
-    (folder / "reed.toml").write_text(REED, encoding="utf-8")
-    path, force = folder / "record.toml", force + sigma * noise(len(time), 1)
     record = f'[[record]]\nname = "force"\nfile = "force.csv"\nkind = "force"\nnoise = "{sigma} N"\n'
-    path.write_text(f'scene = "reed.toml"\n{record}[fit]\n{fit}\n', encoding="utf-8")
-    write_csv(folder / "force.csv", ["time [us]", "force [N]"], np.column_stack([1e6 * time, force]).tolist())
-    return path
+    record = f'scene = "mass_on_bar.toml"\n{record}[fit]\n{fit}\n'
+    return write_files(folder, time, force + sigma * noise(len(time), 1), record, REED)
 
 
 @pytest.mark.slow

@@ -1,18 +1,41 @@
-"""Keys of a contact along a lip that do not fit: each is named, with its limit and what would do."""
+"""Keys of a contact along a lip, and of a film in it: what becomes of them, and how those that do not fit are named."""
 
+import math
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import impact
+from impact import measures
+from seatfem.study.answers.verdict import verdict
+from seatfem.study.runs.summary import summarise
 from tests.gallery import FLAPPER, LIP, load_text, mass, refusal, spring
-from tests.steps import Division, ModelError, Scene, SceneError, bed, problem_of, run_command, striker_of
+from tests.steps import (
+    Division,
+    ModelError,
+    Scene,
+    SceneError,
+    Touches,
+    bed,
+    problem_of,
+    run_command,
+    run_contacts,
+    striker_of,
+)
 
 LANDING = 'release = { velocity = "-2 m/s" }\n'
 REED = f'{FLAPPER}greens = {{ bandwidth = "20 kHz" }}\n{LANDING}'
 BEAM = 'kind = "cantilever"\nlength = "30 mm"\nmaterial = "steel"\nrelease = { tip_deflection = "1 mm" }\nwidth = '
 MASS, SPRING = mass(0.1, "-1 m/s"), spring("20 N/um")
+OPEN = 'gap = "30 um"\nfilm = { viscosity = "18 uPa s", floor = "1 um" }\nports = '
+FILMED = (
+    'gap = "5 um"\nlaw = { kind = "spring", stiffness = "1 kN/um" }\n'
+    'film = { viscosity = "18 uPa s", floor = "1 um", width = "1 mm", length = "34.56 mm", tension_limit = "0.4 bar" }'
+)
+ON_STIFF = mass(1, "-0.2 m/s"), spring("1e15 N/m")
+STIFFNESS, DT = 2e8, 1e-7
 
 
 def scene_of(folder: Path, contact: str, reed: str = REED, seat: str = LIP) -> Scene:
@@ -44,6 +67,9 @@ def scene_of(folder: Path, contact: str, reed: str = REED, seat: str = LIP) -> S
         ('offset = ["1 mm", "0 mm"]', (MASS, LIP), "offset", "touches.*remove"),
         ("rings = 4", (MASS, SPRING), "rings", "'spring'"),
         ("rings = 17", (MASS,), "rings", "17"),
+        (FILMED.replace('width = "1 mm", ', ""), ON_STIFF, "film", ".width: required"),
+        (FILMED.replace('length = "34.56 mm", ', ""), ON_STIFF, "film", ".length: required"),
+        (f"{OPEN}8\nrings = 3", (), "film", "across"),
         ('at = "5.9 mm"', (f'{BEAM}"12 mm"\n',), "at", "5.9 mm .*6 mm.*behind"),
     ],
 )
@@ -125,3 +151,56 @@ def test_the_gap_that_is_asked_for_serves_and_no_less(tmp_path: Path) -> None:
         bent_into(tmp_path, tilt.format(1 + 0.97 * more))
     law = 'gap = "1 um"\nlaw = { kind = "spring", stiffness = "20 N/um" }'  # which may begin compressed
     assert len(bent_into(tmp_path, law)[1].contacts) == 16
+
+
+def struck(scene: Scene, arcs: int) -> Touches:
+    return run_contacts(scene, striker_of(scene), bed(Division(arcs), STIFFNESS), DT)
+
+
+@pytest.mark.slow
+def test_the_film_of_a_lip_is_spread_over_its_arcs(tmp_path: Path) -> None:
+    scene = scene_of(tmp_path, f"{OPEN}8")
+    contacts = problem_of(scene, striker_of(scene), impact.Body(bed(Division(8), STIFFNESS))).contacts
+    films = [contact.film for contact in contacts if contact.film is not None]
+    assert len(films) == 8
+    assert sum(film.coefficient for film in films) == pytest.approx(18e-6 * 2 * math.pi * 5.5e-3 * 1e-9)
+    assert sum(film.tension for film in films) == pytest.approx(1e5 * 2 * math.pi * 5.5e-3 * 1e-3)
+    assert {film.floor for film in films} == {1e-6}
+
+
+def test_a_mass_is_stopped_by_the_momentum_of_its_film(tmp_path: Path) -> None:
+    """The mass stops at k/2 (1/(g + f)^2 - 1/(g0 + f)^2) = m v; a coefficient 3 % off moves the place by 1.5 %."""
+    scene = scene_of(tmp_path, FILMED, *ON_STIFF)
+    run = run_contacts(scene, striker_of(scene), impact.spring(stiffness=1e15), DT)
+    k = 18e-6 * 34.56e-3 * 1e-9
+    rest = (2 * 1e-3 * 0.2 / k + 1 / 6e-6**2) ** -0.5 - 1e-6
+    assert run.seat.gap[-1] == pytest.approx(rest, rel=1e-3)
+    kept = summarise(run, 1e-6, filmed=True)
+    assert kept["first_contact_s"] is None
+    assert kept["contact_duration_s"] is None
+    assert kept["film_loss_J"] == pytest.approx(0.5 * 1e-3 * 0.2**2, rel=1e-3)
+    assert kept["film_force_peak_N"] == kept["peak_force_N"]
+    assert verdict({**kept, "seat_kind": "annular"}).startswith("No landing")
+
+
+@pytest.mark.slow
+def test_arcs_under_a_rigid_face_have_the_film_of_one_port(tmp_path: Path) -> None:
+    """Arcs under an even gap give the total force of one port at every step; under a turning paddle far less."""
+    many, one = (struck(scene_of(tmp_path, f"{OPEN}{n}", mass(1, "-1 m/s")), n) for n in (8, 1))
+    size = measures.film_force_peak(one.seat)
+    assert size > 10.0
+    np.testing.assert_allclose(many.seat.force, one.seat.force, atol=1e-9 * size)
+    np.testing.assert_allclose(many.seat.film, one.seat.film, atol=1e-9 * size)
+    np.testing.assert_allclose(many.line.film.sum(axis=1), many.seat.film, atol=1e-9)
+    turning, even = (measures.film_force_peak(struck(scene_of(tmp_path, f"{OPEN}{n}"), n).seat) for n in (8, 1))
+    assert turning < 0.5 * even
+
+
+def test_tilt_within_an_arc_raises_its_floor(tmp_path: Path) -> None:
+    """The floor rises by half the range of R tan(tilt) sin(angle) over the corners of the arc, on both rims."""
+    scene = scene_of(tmp_path, f'{OPEN}8\ntilt = "0.1 deg"')
+    films = scene.geometry.films(Division(8))
+    slope = math.tan(math.radians(0.1))
+    rise = 6e-3 * slope * math.sin(math.pi / 4)
+    assert films[0].floor == pytest.approx(1e-6 + rise / 2, rel=3e-3)
+    assert films[2].floor == pytest.approx(1e-6 + slope * (6e-3 - 5e-3 * math.sin(math.pi / 4)) / 2, rel=3e-3)

@@ -12,14 +12,14 @@ import pytest
 from seatfem.faces.plan_view import look_lines
 from seatfem.machine.code import cache_folder
 from seatfem.study.runs.converge import AIM
-from seatfem.study.runs.forecast import Look, converge, look_at
+from seatfem.study.runs.forecast import converge, look_at
 from seatfem.study.runs.kept import cached_plan, save_plan
 from seatfem.study.runs.next_round import Limits
 from seatfem.study.runs.pipeline import run_scene
-from seatfem.study.runs.round import Round
 from seatfem.study.runs.rounds import rounds
 from tests.gallery import LIP, REED_ON_SPRING, load_text, mass
 from tests.steps import Plan, Scene, Stopwatch, begin_plan, silent
+from tests.study.small_scenes import rounds_of
 
 NO_TIME = 1e-3  # s: the first round alone
 ON_LIP = f'[seat]\n{LIP}[reed]\n{mass(2, "-1 m/s")}[run]\nduration = "0.2 ms"\nfilter_width = "5 us"\n[accuracy]\n'
@@ -30,10 +30,6 @@ def lip_scene(folder: Path, target: str) -> Scene:
     return load_text(folder, ON_LIP, f'target = "{target}"\n')
 
 
-def tell(look: Look) -> list[str]:
-    return list(look_lines(look))
-
-
 @pytest.mark.slow
 def test_a_run_goes_on_from_a_look_that_met_its_target(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The run takes one round with the seat and the error bars of the look, and computes none again."""
@@ -42,8 +38,9 @@ def test_a_run_goes_on_from_a_look_that_met_its_target(tmp_path: Path, monkeypat
     assert look.done.met
     assert look.done.number > 1
     assert (look.left.rounds, look.left.seconds, look.left.why) == (0, 0.0, "")
-    assert tell(look)[0].startswith("target reached: ")
-    assert tell(look)[1].startswith("left to do: nothing more; a run repeats the contact")
+    reached, remaining, *_ = look_lines(look)
+    assert reached.startswith("target reached: ")
+    assert remaining.startswith("left to do: nothing more; a run repeats the contact")
     monkeypatch.setattr("seatfem.study.runs.rounds.error_budget", lambda *given: pytest.fail("computed again"))
     lines: list[str] = []
     outcome = run_scene(scene, tmp_path / "out", pictures=False, tell=lines.append)
@@ -86,7 +83,7 @@ def test_what_is_left_is_foretold_and_the_run_takes_the_same_way(tmp_path: Path)
 def test_the_lines_add_up_to_the_bars(tmp_path: Path) -> None:
     """The squares of the keys' parts, with the safety factor, add up to that of the bar, to the digits shown."""
     look = look_at(lip_scene(tmp_path, "4 %"), NO_TIME)
-    matches = [re.match(r"(.*) \+-([\d.]+) % is left by: (.*)", line) for line in tell(look)]
+    matches = [re.match(r"(.*) \+-([\d.]+) % is left by: (.*)", line) for line in look_lines(look)]
     parts = {match[1]: (float(match[2]), match[3]) for match in matches if match}
     assert parts.keys() == {"impulse", "peak force"}
     for whole, keys in parts.values():
@@ -133,16 +130,11 @@ def too_coarse(plan: Plan) -> Plan:
     return replace(plan, method=plan.method.replaced({"run.time_step": 2e-6}))
 
 
-def last_of(plan: Plan, folder: Path) -> Round:
-    *_, done = rounds(plan, folder, Stopwatch(), silent)
-    return done
-
-
 @pytest.mark.slow
 def test_the_next_run_begins_with_the_last_ones_plan_and_meets_at_once(tmp_path):
     plan = too_coarse(plan_of(tmp_path))
     assert cached_plan(plan.scene) is None
-    done = last_of(plan, tmp_path)
+    done = rounds_of(plan, tmp_path)[-1]
     assert done.met
     assert done.number > 1
     save_plan(done.plan.scene, done)
@@ -150,7 +142,7 @@ def test_the_next_run_begins_with_the_last_ones_plan_and_meets_at_once(tmp_path)
     assert again.method == done.plan.method
     assert again.choices == tuple(replace(choice, leaves="") for choice in done.plan.choices)
     assert (again.error, again.refined) == ({}, {})
-    second = last_of(again, tmp_path)
+    second = rounds_of(again, tmp_path)[-1]
     assert (second.met, second.number) == (True, 1)
     assert second.left.values == done.left.values  # the same numbers, without the rounds before
     save_plan(plan.scene, second)
@@ -161,24 +153,24 @@ def test_the_next_run_begins_with_the_last_ones_plan_and_meets_at_once(tmp_path)
 def test_error_bars_are_found_again_but_not_in_studies(tmp_path, monkeypatch):
     """Bars on file come back bit by bit, and are computed if forces differ, in studies, or if the file was changed."""
     plan = plan_of(tmp_path)
-    first, calls = last_of(plan, tmp_path), []
+    first, calls = rounds_of(plan, tmp_path)[-1], []
     monkeypatch.setattr("seatfem.study.runs.rounds.error_budget", lambda *args: calls.append(args) or first.left)
-    assert last_of(plan, tmp_path).left == first.left
+    assert rounds_of(plan, tmp_path)[-1].left == first.left
     assert not calls
-    last_of(replace(plan, method=plan.method.replaced({"run.time_step": first.result.dt / 2})), tmp_path)
+    rounds_of(replace(plan, method=plan.method.replaced({"run.time_step": first.result.dt / 2})), tmp_path)[-1]
     assert len(calls) == 1
     list(rounds(plan, tmp_path, Stopwatch(), silent, limits=Limits(steady=True)))
     assert len(calls) == 2
     for file in (cache_folder() / "numbers").glob("*.json"):
         file.write_text(file.read_text().replace('"values": {', '"values": {"reed": 0.0, '))
-    assert last_of(plan, tmp_path).left == first.left
+    assert rounds_of(plan, tmp_path)[-1].left == first.left
     assert len(calls) == 3
 
 
 @pytest.mark.slow
 def test_other_questions_begin_anew(tmp_path):
     plan = plan_of(tmp_path)
-    save_plan(plan.scene, last_of(too_coarse(plan), tmp_path))
+    save_plan(plan.scene, rounds_of(too_coarse(plan), tmp_path)[-1])
     for other in (
         FOR_TWO.replace('"2 %"', '"3 %"'),
         FOR_TWO.replace('"1 mm"', '"1.1 mm"'),
@@ -204,7 +196,7 @@ HARM = {
 @pytest.mark.slow
 def test_a_file_that_is_not_sound_changes_nothing(store_of_the_test, tmp_path):
     plan = too_coarse(plan_of(tmp_path))
-    save_plan(plan.scene, last_of(plan, tmp_path))
+    save_plan(plan.scene, rounds_of(plan, tmp_path)[-1])
     (path,) = (store_of_the_test / "ended").iterdir()
     whole = path.read_text()
     for harm, harmful in HARM.items():

@@ -20,7 +20,8 @@ from seatfem.structures.model import SecondOrderModel
 from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.rings import face_compliance, left_by, ring_borders, ring_names, ring_shares
 from seatfem.structures.shapes import AnnularSeat, Block, ConicalSeat, Stopper
-from tests.steps import ModalGreens, Residual, load_scene, run_contacts, run_scene, striker_of
+from tests.gallery import load_text
+from tests.steps import ModalGreens, Residual, Scene, run_contacts, run_scene, striker_of
 
 STEEL = Material(2e11, 0.3, 7850.0)
 
@@ -106,15 +107,14 @@ SCENE = (
 )
 
 
-def scene_file(folder: Path, contact: str = "") -> Path:
-    (folder / "scene.toml").write_text(SCENE % contact, encoding="utf-8")
-    return folder / "scene.toml"
+def scene_of(folder: Path, contact: str = "") -> Scene:
+    return load_text(folder, SCENE % contact)
 
 
 @pytest.mark.parametrize("law", ['"signorini"', '{ kind = "spring", stiffness = "1 GN/m" }'])
 def test_one_face_on_rings_that_move_alike_is_one_contact(tmp_path: Path, law: str) -> None:
     """Rings on a spring of their own, each in proportion to its area, are one spring: force, motion and energies."""
-    scene = load_scene(scene_file(tmp_path, f"law = {law}"))
+    scene = scene_of(tmp_path, f"law = {law}")
     striker = striker_of(scene)
     one = run_contacts(scene, striker, impact.spring(stiffness=1e9), 2e-8).seat
     apart = ModalGreens(
@@ -142,8 +142,8 @@ def test_a_face_does_not_pull_at_rings() -> None:
 
 @pytest.mark.slow
 def test_a_scene_asks_for_rings(tmp_path: Path) -> None:
-    one = run_scene(load_scene(scene_file(tmp_path)), tmp_path / "one", pictures=False)
-    four = run_scene(load_scene(scene_file(tmp_path, "rings = 4")), tmp_path / "four", pictures=False)
+    one = run_scene(scene_of(tmp_path), tmp_path / "one", pictures=False)
+    four = run_scene(scene_of(tmp_path, "rings = 4"), tmp_path / "four", pictures=False)
     for summary in (one, four):
         assert summary.summary["error_unknown"] == ""
         for key in ("impulse_Ns", "filtered_peak_force_N", "contact_duration_s", "max_seat_displacement_m"):
@@ -163,12 +163,9 @@ def test_a_scene_asks_for_rings(tmp_path: Path) -> None:
     rings, wave = results["rings"], results["wave"]
     assert rings.force.shape == (len(wave.time), 4)
     np.testing.assert_allclose(rings.force.sum(axis=1), wave.force, rtol=1e-12)
-    again = run_scene(load_scene(scene_file(tmp_path, "rings = 4")), tmp_path / "four", pictures=False)
+    again = run_scene(scene_of(tmp_path, "rings = 4"), tmp_path / "four", pictures=False)
     assert again.summary["seat_reused"]
     assert again.summary[f"error_patch_{peak}"] == pytest.approx(less, rel=1e-9)
-    file = tmp_path / "file.toml"
-    seat = SCENE.split("[reed]")[0]
-    text = (SCENE % "").replace(seat, '\n[seat]\nkind = "greens"\nfile = "four/seat.h5"\n')
-    file.write_text(text, encoding="utf-8")
-    from_file = run_scene(load_scene(file), tmp_path / "file", pictures=False)
+    text = '[seat]\nkind = "greens"\nfile = "four/seat.h5"\n[reed]' + (SCENE % "").partition("[reed]")[2]
+    from_file = run_scene(load_text(tmp_path, text), tmp_path / "file", pictures=False)
     assert from_file.summary[peak] == pytest.approx(values[1], rel=1e-9)

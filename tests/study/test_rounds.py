@@ -6,7 +6,6 @@ import re
 import time
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -21,6 +20,7 @@ from seatfem.study.runs.next_round import Limits
 from seatfem.study.runs.round import missed
 from tests.gallery import REED_ON_SPRING, load_text
 from tests.steps import SAFETY, GreensFunctionError, Stopwatch, begin_plan, run_command, silent
+from tests.study.small_scenes import rounds_of
 
 SCENE = REED_ON_SPRING + 'landing = "run"\n'
 
@@ -31,12 +31,6 @@ def plan_of(text: str, folder: Path) -> Plan:
 
 def key_of(plan: Plan) -> str:
     return cache.key_of(plan.scene.seat, plan.method.seat)
-
-
-def carry_out(*given: Any, **more: Any) -> rounds.Round:
-    """Return the last of the rounds."""
-    *_, last = rounds.rounds(*given, **more)
-    return last
 
 
 def with_step(plan: Plan, dt: float) -> Plan:
@@ -52,7 +46,7 @@ def test_one_round_makes_all_sources_finer_that_must_be(tmp_path: Path) -> None:
     """The next plan refines both of two sources that leave too much, one where one suffices, and none where a source
     that stays is too large by itself, like the mesh of a spring."""
     plan = with_step(plan_of(SCENE + 'target = "2 %"\nmeasures = ["impulse"]\n', tmp_path), 2e-6)
-    done = carry_out(plan, tmp_path, Stopwatch(), silent)
+    done = rounds_of(plan, tmp_path)[-1]
     value = abs(done.left.values["impulse"])
 
     def following(**shares: float) -> tuple[Plan | None, str]:
@@ -81,7 +75,7 @@ def test_one_round_makes_all_sources_finer_that_must_be(tmp_path: Path) -> None:
 def test_what_the_file_states_is_never_changed_and_that_is_told(tmp_path: Path) -> None:
     """Three stated modes and a stated step end after one round, with words that say why."""
     text = SCENE.replace("[run]", '[run]\ntime_step = "2 us"').replace("release", "n_modes = 3\nrelease")
-    done = carry_out(plan_of(text + 'target = "0.1 %"\n', tmp_path), tmp_path, Stopwatch(), silent)
+    done = rounds_of(plan_of(text + 'target = "0.1 %"\n', tmp_path), tmp_path)[-1]
     assert not done.met
     assert done.number == 1
     assert (done.result.dt, done.plan.method.reed.n_modes) == (2e-6, 3)
@@ -99,7 +93,7 @@ def test_what_the_file_states_is_never_changed_and_that_is_told(tmp_path: Path) 
 def test_few_modes_of_the_reed_miss_a_target(n_modes: int, tmp_path: Path) -> None:
     """One or few modes miss a target of 5 %, by an error of the model that holds what many modes change."""
     text = SCENE.replace("release", f"n_modes = {n_modes}\nrelease") + 'target = "5 %"\n'
-    done, many = (carry_out(plan_of(t, tmp_path), tmp_path, Stopwatch(), silent) for t in (text, SCENE))
+    done, many = (rounds_of(plan_of(t, tmp_path), tmp_path)[-1] for t in (text, SCENE))
     assert not done.met
     assert done.left.dominant("impulse") == "model"
     for name in ("impulse", "filtered_peak"):
@@ -129,7 +123,7 @@ def test_a_finer_round_that_fails_keeps_the_one_before(failure, words, tmp_path,
         return run_contacts(*given)
 
     monkeypatch.setattr(rounds, "run_contacts", failing)
-    done = carry_out(plan, tmp_path, Stopwatch(), silent)
+    done = rounds_of(plan, tmp_path)[-1]
     assert (done.number, done.result.dt, done.met) == (1, 2e-6, False)
     assert done.stopped.startswith("a finer round ")
     assert words in done.stopped
@@ -148,7 +142,7 @@ def test_a_finer_round_that_fails_is_tried_half_as_far(tmp_path: Path, monkeypat
         return run_contacts(scene, striker, seat, dt, *given)
 
     monkeypatch.setattr(rounds, "run_contacts", failing)
-    done = carry_out(plan, tmp_path, Stopwatch(), silent, limits=Limits(2))
+    done = rounds_of(plan, tmp_path, rounds=2)[-1]
     assert done.number == 2
     assert done.result.dt == steps[2]
     assert steps[0] / steps[2] == pytest.approx((steps[0] / steps[1]) ** 0.5, rel=0.02)  # steps fit the duration
@@ -174,7 +168,7 @@ def test_the_seat_on_file_is_that_of_the_round_that_is_kept(tmp_path: Path, monk
     monkeypatch.setattr(rounds, "run_contacts", failing)
     monkeypatch.setattr(rounds.Round, "met", property(lambda self: False))
     monkeypatch.setattr(rounds, "next_plan", lambda done, limits, left: (finer, ""))
-    done = carry_out(plan, tmp_path, Stopwatch(), silent)
+    done = rounds_of(plan, tmp_path)[-1]
     assert re.fullmatch("a finer round .*out of memory", done.stopped)
     assert written[:2] == [key_of(plan), key_of(finer)]
     assert load_greens(tmp_path / "seat.h5").provenance["seat_key"] == key_of(plan)
@@ -232,7 +226,7 @@ def test_no_round_that_is_expected_to_outgrow_the_memory_is_begun(
     plan = with_step(plan_of(SCENE + 'target = "2 %"\n', tmp_path), 2e-6)
     monkeypatch.setattr(next_round, "own_memory", lambda: 1e8)
     monkeypatch.setattr(next_round, "available_memory", lambda: 2e7)
-    done = carry_out(plan, tmp_path, Stopwatch(), silent)
+    done = rounds_of(plan, tmp_path)[-1]
     assert (done.number, done.met) == (1, False)
     assert re.fullmatch(r"the next round would need about \S+ GB of memory, 0\.12 GB are available", done.stopped)
 

@@ -113,25 +113,3 @@ def test_a_table_that_is_none(tmp_path: Path, rows: str, words: str) -> None:
     (tmp_path / "sn.csv").write_text(rows, encoding="utf-8")
     with pytest.raises(SceneError, match=r"\.toml:3: curve\.file: (.|\n)*" + words.removeprefix("curve.file: ")):
         load_strength(written(tmp_path, 'source = "x"\n[curve]\nfile = "sn.csv"\n'))
-
-
-def test_everything_at_once(tmp_path: Path) -> None:
-    spoiled = WHOLE.replace('"0.3 mm"', "0.3").replace("specimens = 30", "specimens = 0").replace('"2 GPa"', '"2 kg"')
-    with pytest.raises(SceneError) as caught:
-        load_strength(written(tmp_path, spoiled))
-    assert [problem.key for problem in caught.value.problems] == ["thickness", "specimens", "fatigue_strength"]
-
-
-def test_hostile_files(tmp_path: Path) -> None:
-    large = tmp_path / "large.toml"
-    large.write_text("# " + "x" * (1 << 20), encoding="utf-8")
-    with pytest.raises(SceneError, match="read up to 1 MB"):
-        load_strength(large)
-    with pytest.raises(SceneError, match="a folder"):
-        load_strength(tmp_path)
-    with pytest.raises(SceneError, match="no such file"):
-        load_strength(tmp_path / "none.toml")
-    with pytest.raises(SceneError, match="TOML syntax"):
-        load_strength(written(tmp_path, "source = "))
-    with pytest.raises(SceneError, match="nested too deeply"):
-        load_strength(written(tmp_path, "source = " + "[" * 100_000))
