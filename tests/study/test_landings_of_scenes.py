@@ -15,7 +15,8 @@ from seatfem import results
 from seatfem.results import result_of, words_of
 from seatfem.study.answers.verdict import horizon
 from seatfem.study.runs.horizon import ensemble_keys
-from tests.steps import Limits, load_scene, run_command, run_scene
+from tests.gallery import load_text, read_summary, summary_of
+from tests.steps import Limits, run_command, run_scene
 
 SEAT = """
 seat = { kind = "rod", young = "206 GPa", density = "7850 kg/m^3", length = "30 mm", area = "20 mm^2", \
@@ -34,19 +35,12 @@ VALVE = (
 MASS = SEAT + '[reed]\nkind = "rigid_mass"\nmass = "5 g"\nvelocity = "-1 m/s"\n[contact]\ngap = "0.1 mm"\n'
 
 
-def run(tmp_path: Path, text: str, **changed: object) -> tuple[dict[str, Any], bool | None]:
-    path = tmp_path / "scene.toml"
-    path.write_text(text)
-    (tmp_path / "pulse.csv").write_text(PULSE)
-    changes = {name.replace("__", "."): value for name, value in changed.items()}
-    outcome = run_scene(load_scene(path, changed=changes), tmp_path / "out", pictures=False, limits=Limits(rounds=1))
-    return json.loads((tmp_path / "out" / "summary.json").read_text()), outcome.met
-
-
 @pytest.mark.slow
 def test_the_landing_of_a_valve_is_not_the_gas_that_presses_it(tmp_path: Path) -> None:
     """15 bar on 60 mm2 press the closed valve with 90 N; what is judged is the blow with which it closes before."""
-    summary, _ = run(tmp_path, VALVE)
+    (tmp_path / "pulse.csv").write_text(PULSE)
+    run_scene(load_text(tmp_path, VALVE), tmp_path / "out", pictures=False, limits=Limits(rounds=1))
+    summary = read_summary(tmp_path / "out")
     assert summary["landing_status"] == "landed"
     assert summary["filtered_peak_force_N"] == pytest.approx(90.0, rel=0.05)
     assert summary["pressed_on_largest_load_N"] == pytest.approx(90.0, rel=0.05)
@@ -110,40 +104,25 @@ SHAKEN = (
 )
 
 
-def shaken(folder: Path, duration: str, more: str = "") -> Path:
-    """Write a ball on a table that shakes with 5 g at 50 Hz."""
+def shaken(folder: Path, duration: str, more: str = "") -> dict[str, Any]:
+    """Return the summary of a ball on a table that shakes with 5 g at 50 Hz."""
     rows = (f"{t / 4000:.5f},{49.05 * math.cos(100 * math.pi * t / 4000):.6f}" for t in range(12001))
     (folder / "table.csv").write_text("\n".join(["time [s],acceleration [m/s^2]", *rows]) + "\n", encoding="utf-8")
-    path = folder / "shaken.toml"
-    path.write_text(SHAKEN.format(duration=duration, more=more and f", {more}"), encoding="utf-8")
-    return path
-
-
-def summary_of(folder: Path, scene: Path) -> dict[str, object]:
-    run_command(["run", str(scene), "-o", str(folder / "out"), "--no-pictures", "--rounds", "1", "--quiet"])
-    return dict(json.loads((folder / "out" / "summary.json").read_text(encoding="utf-8")))
+    scene = load_text(folder, SHAKEN.format(duration=duration, more=more and f", {more}"))
+    return summary_of(scene, folder / "out", limits=Limits(rounds=1))
 
 
 @pytest.mark.slow
 def test_a_shaken_ball_is_known_for_some_landings_only(tmp_path: Path) -> None:
-    summary = summary_of(tmp_path, shaken(tmp_path, "1.6 s", "ensemble = 4"))
+    summary = shaken(tmp_path, "1.6 s", "ensemble = 4")
     known, inputs = summary[results.KNOWN_LANDINGS], summary[results.KNOWN_OF_INPUTS]
-    assert isinstance(known, int)
-    assert isinstance(inputs, int)
-    number = len(list(summary["landings"]))  # type: ignore[call-overload]
-    assert 1 <= inputs < known < number
-    assert summary[results.LANDING_GROWTH] > 2  # type: ignore[operator]
+    assert 1 <= inputs < known < len(summary["landings"])
+    assert summary[results.LANDING_GROWTH] > 2
     assert summary[results.ENSEMBLE] == 4
-    speed, bar, spread = (
-        summary[key]
-        for key in (
-            results.ENSEMBLE_SPEED,
-            f"error_bar_{results.ENSEMBLE_SPEED}",
-            results.spread_of(results.ENSEMBLE_SPEED),
-        )
-    )
-    assert 0 < bar < speed  # type: ignore[operator]
-    assert 0 < spread < speed  # type: ignore[operator]
+    of = results.ENSEMBLE_SPEED
+    speed, bar, spread = (summary[key] for key in (of, f"error_bar_{of}", results.spread_of(of)))
+    assert 0 < bar < speed
+    assert 0 < spread < speed
     words = horizon(summary)
     assert f"landings 1 to {known} can be predicted, from {known + 1} on only statistics" in words
     assert "Mean of the others over 4 runs: closing speed" in words
@@ -153,9 +132,9 @@ def test_a_shaken_ball_is_known_for_some_landings_only(tmp_path: Path) -> None:
 @pytest.mark.parametrize(("duration", "number"), [("30 ms", 1), ("70 ms", 2)])
 def test_restitution_on_a_shaken_table_is_that_of_the_only_landing(tmp_path: Path, duration: str, number: int) -> None:
     """Impulses of all blows over the first approach would be above 1: the table and gravity give speed in between."""
-    summary = summary_of(tmp_path, shaken(tmp_path, duration))
-    assert len(list(summary["landings"])) == number  # type: ignore[call-overload]
-    assert 0.5 < summary["landing_restitution"] < 1  # type: ignore[operator]
+    summary = shaken(tmp_path, duration)
+    assert len(summary["landings"]) == number
+    assert 0.5 < summary["landing_restitution"] < 1
     assert summary["restitution"] == (summary["landing_restitution"] if number == 1 else None)
 
 

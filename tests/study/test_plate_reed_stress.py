@@ -230,24 +230,14 @@ seat = {{ kind = "annular", bore_radius = "14.5 mm", lip_width = "1 mm", lip_edg
 reed = {{ kind = "ring_plate", outer_diameter = "40 mm", inner_diameter = "20 mm", thickness = "{thickness} mm", \
     material = "steel", damping_ratio = 0.01, velocity = "-1 m/s", greens = {{ bandwidth = "{band} kHz" }}, \
     mesh = {{ size = "{size} mm" }} }}
-contact = {{ tilt = "0.05 deg", ports = {ports}, law = {{ kind = "spring", stiffness = "{stiffness} N/um" }} }}
-run = {{ duration = "{duration} us", time_step = "0.5 us" }}
+contact = {{ tilt = "0.05 deg", ports = 8, law = {{ kind = "spring", stiffness = "{stiffness} N/um" }} }}
+run = {{ duration = "200 us", time_step = "0.5 us" }}
 accuracy = {{ target = 0.9 }}
 """
 
 
-def landed(
-    folder: Path,
-    band: float,
-    *,
-    ports: int = 8,
-    stiffness: float = 20,
-    duration: float = 200,
-    thickness: float = 1.5,
-    size: float = 3,
-) -> Round:
-    plate = {"band": band, "thickness": thickness, "size": size}
-    text = TILTED.format(ports=ports, stiffness=stiffness, duration=duration, **plate)
+def landed(folder: Path, band: float, stiffness: float = 20, thickness: float = 1.5, size: float = 3) -> Round:
+    text = TILTED.format(band=band, stiffness=stiffness, thickness=thickness, size=size)
     return next(rounds(begin_plan(load_text(folder, text)), folder, Stopwatch(), silent))
 
 

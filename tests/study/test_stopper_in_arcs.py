@@ -19,7 +19,6 @@ from seatfem.study.impacts.forces import Forces
 from seatfem.study.impacts.plate_stress import plate_field
 from seatfem.study.impacts.touches import Touches, stopper_values
 from seatfem.study.ladders.table import ladder_of
-from seatfem.study.runs.remedies import remedy_by_key
 from seatfem.study.scene import Scene, SceneError
 from seatfem.study.scene.lips import STOPPER
 from tests.as_stated import solved_striker, striker_of
@@ -283,16 +282,6 @@ def test_what_the_division_of_a_stopper_leaves_is_in_all_bars_of_its_landing(tmp
         assert 4 * of_finest < abs(finest - whole) < of_whole
         assert abs(finest - arcs) < of_arcs
         assert of_finest < of_arcs < of_whole
-
-
-def test_what_is_said_of_a_whole_stopper_can_be_stated(tmp_path: Path) -> None:
-    """The remedy's arcs and rings can be stated, and then again; a face that cannot be divided has none."""
-    scene = scene_of(tmp_path, DISC)
-    assert remedy_by_key(scene, "stopper.arcs") == "state stopper.arcs = 16 and stopper.rings = 3"
-    divided = scene_of(tmp_path, DISC + "arcs = 16\nrings = 3\n")
-    assert remedy_by_key(divided, "stopper.arcs") == "state stopper.arcs = 32 and stopper.rings = 6"
-    assert remedy_by_key(scene_of(tmp_path, DISC, MASS), "stopper.arcs") == ""
-    assert remedy_by_key(scene_of(tmp_path, of_file("stopper.step")), "stopper.arcs") == ""
 
 
 def test_rounds_divide_a_stopper_that_the_file_leaves_whole(tmp_path: Path) -> None:
