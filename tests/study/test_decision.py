@@ -1,7 +1,5 @@
 """A run says go, no-go or undecided, and why: margins with their bars, strength, accuracy, landing."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

@@ -13,17 +13,9 @@ from impact.runs.variations import SAFETY, Budget, narrow_greens
 from seatfem.study.error_budget import CLOCK, FLOOR_OF_SPRING, FLOORS, unresolved_steps, with_jumps
 from seatfem.study.impacts.landings import Landings
 from seatfem.study.impacts.window import Excerpt, window_of
+from seatfem.study.method import stated_method
 from seatfem.study.scene.measures import ContactDuration, ContactRecord, Impulse
-from tests.steps import (
-    ErrorEstimate,
-    ModalGreens,
-    Residual,
-    Solved,
-    error_budget,
-    run_contacts,
-    stated_method,
-    striker_of,
-)
+from tests.steps import ErrorEstimate, ModalGreens, Residual, Solved, error_budget, run_contacts, striker_of
 from tests.study.small_scenes import ANNULAR, REED, scene_of
 
 MODES = ModalGreens(

@@ -1,7 +1,5 @@
 """What holds of every kind of body that may strike: its contact is found, its error told, and told as the reed's."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Final
 

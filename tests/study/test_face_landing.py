@@ -1,7 +1,5 @@
 """A flapper lands on lips of faces: openings, the annular seat from its drawing, meshes, plans, what is refused."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Reeds that start with a field given node by node, and reeds that are not flat: heights, shapes, openings."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A scene run from Python: what the result has, in which forms a scene is taken, and what is refused in words."""
 
-from __future__ import annotations
-
 import inspect
 import math
 import pkgutil

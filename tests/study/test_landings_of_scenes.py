@@ -1,7 +1,5 @@
 """Which landing comes first in an answer, how many are known, statistics of the others, and scenes that do not land."""
 
-from __future__ import annotations
-
 import csv
 import json
 import math
@@ -155,11 +153,10 @@ def test_bars_are_of_the_members_and_spreads_of_single_landings() -> None:
 
 def test_a_difference_that_stays_is_said_to_hardly_grow() -> None:
     summary = {"landings": [{}, {}, {}], results.KNOWN_LANDINGS: 3, results.LANDING_GROWTH: 1.02}
-    words = (
-        "all 3 landings can be predicted: a small difference, of round-off or inputs and not of the step, hardly grows"
-    )
-    assert horizon(summary) == f"{words} from one to the next"
+    difference = "a small difference, of round-off or inputs and not of the step, hardly grows"
+    words = f"all 3 landings can be predicted: {difference} from one to the next"
+    assert horizon(summary) == words
     alone = summary | {results.ENSEMBLE: 1, results.ENSEMBLE_LANDINGS: 0}
     nothing = "No landing is left to an ensemble (run.ensemble): it was not marched"
-    assert horizon(alone) == f"{words} from one to the next. {nothing}"
+    assert horizon(alone) == f"{words}. {nothing}"
     assert horizon({key: alone[key] for key in (results.ENSEMBLE, results.ENSEMBLE_LANDINGS)}) == nothing

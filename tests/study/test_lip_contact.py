@@ -1,7 +1,5 @@
 """A flapper lands on the lip of an annular seat, arc by arc: openings, statics, convergence, error bars, refusals."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field

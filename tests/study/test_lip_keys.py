@@ -11,19 +11,9 @@ import impact
 from impact import measures
 from seatfem.study.answers.verdict import verdict
 from seatfem.study.runs.summary import summarise
+from tests.as_stated import striker_of
 from tests.gallery import FLAPPER, LIP, load_text, mass, refusal, spring
-from tests.steps import (
-    Division,
-    ModelError,
-    Scene,
-    SceneError,
-    Touches,
-    bed,
-    problem_of,
-    run_command,
-    run_contacts,
-    striker_of,
-)
+from tests.steps import Division, ModelError, Scene, SceneError, Touches, bed, problem_of, run_command, run_contacts
 
 LANDING = 'release = { velocity = "-2 m/s" }\n'
 REED = f'{FLAPPER}greens = {{ bandwidth = "20 kHz" }}\n{LANDING}'

@@ -1,7 +1,5 @@
 """Parts across the arcs of a lip, one port in place of arcs, a beam in place of a plate: openings, bars, rounds."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from pathlib import Path

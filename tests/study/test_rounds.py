@@ -18,7 +18,7 @@ from seatfem.study.plan import Plan
 from seatfem.study.runs import next_round, pipeline, rounds
 from seatfem.study.runs.next_round import Limits
 from seatfem.study.runs.round import missed
-from tests.gallery import REED_ON_SPRING, load_text
+from tests.gallery import REED_ON_SPRING, load_text, mass
 from tests.steps import SAFETY, GreensFunctionError, Stopwatch, begin_plan, run_command, silent
 from tests.study.small_scenes import rounds_of
 
@@ -151,11 +151,11 @@ def test_a_finer_round_that_fails_is_tried_half_as_far(tmp_path: Path, monkeypat
 @pytest.mark.slow
 def test_the_seat_on_file_is_that_of_the_round_that_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The finer seat was written already when its contact ran out of memory."""
-    seat = 'kind = "block"\nwidth = "8 mm"\ndepth = "8 mm"\nthickness = "8 mm"\npatch_width = "4 mm"\n'
-    seat += 'patch_depth = "4 mm"\nmesh = { size = "4 mm" }\n'
-    seat += 'material = { young = "200 GPa", density = "7850 kg/m^3" }\n'
-    reed = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[run]\nduration = "30 us"\n'
-    text = f'[seat]\n{seat}[seat.greens]\nbandwidth = "100 kHz"\ntolerance = 0.05\n{reed}[accuracy]\n'
+    text = (
+        '[seat]\nkind = "block"\nwidth = "8 mm"\ndepth = "8 mm"\nthickness = "8 mm"\npatch_width = "4 mm"\n'
+        'patch_depth = "4 mm"\nmesh.size = "4 mm"\nmaterial = { young = "200 GPa", density = "7850 kg/m^3" }\n'
+        f'greens.bandwidth = "100 kHz"\ngreens.tolerance = 0.05\n[reed]\n{mass(1, "-1 m/s")}[run]\nduration = "30 us"\n'
+    )
     plan, run_contacts, written = plan_of(text, tmp_path), rounds.run_contacts, []
     finer = replace(plan, method=plan.method.replaced({"seat.mesh.size": 3e-3, "seat.mesh.contact_size": 3e-3}))
 

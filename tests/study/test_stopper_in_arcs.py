@@ -19,22 +19,12 @@ from seatfem.study.impacts.forces import Forces
 from seatfem.study.impacts.plate_stress import plate_field
 from seatfem.study.impacts.touches import Touches, stopper_values
 from seatfem.study.ladders.table import ladder_of
+from seatfem.study.method import stated_method
 from seatfem.study.scene import Scene, SceneError
 from seatfem.study.scene.lips import STOPPER
 from tests.as_stated import solved_striker, striker_of
 from tests.gallery import load_text
-from tests.steps import (
-    SAFETY,
-    Lip,
-    ModelError,
-    Plan,
-    Solved,
-    check_files,
-    error_budget,
-    load_results,
-    run_scene,
-    stated_method,
-)
+from tests.steps import SAFETY, Lip, ModelError, Plan, Solved, check_files, error_budget, load_results, run_scene
 
 STEEL = 'material = { young = "206 GPa", poisson = 0.3, density = "7800 kg/m^3" }\n'
 SEAT = 'kind = "spring"\nstiffness = "50 N/um"\n'

@@ -19,17 +19,7 @@ from seatfem.study.runs.converge import begin_method
 from seatfem.study.sweep.effects import pareto_front
 from seatfem.study.sweep.runner import Outcome
 from seatfem.study.trade import trade
-from seatfem.study.trade.trade import (
-    ALL_OPEN,
-    OWN_CHOICE,
-    Point,
-    Trade,
-    around,
-    carry_out,
-    finer_in_all,
-    run_points,
-    states,
-)
+from seatfem.study.trade.trade import ALL_OPEN, OWN_CHOICE, Point, Trade, carry_out, finer_in_all, run_points, states
 from tests.steps import load_scene
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -87,7 +77,7 @@ def test_states_lead_from_the_first_values_to_the_last_and_every_key_is_finer_fr
             if isinstance(value, float) and value != before.value(key):
                 assert is_finer(key, value, before.value(key))
                 assert not is_finer(key, value, end.value(key))
-    points = list(around(scene, start, end))
+    points = list(trade.around(scene, start, end))
     assert len({point.name for point in points}) == len(points)
 
 
