@@ -20,7 +20,7 @@ from seatfem.structures.kinds.drawn import Drawn
 from seatfem.study.runs import pictures
 from seatfem.study.runs.pipeline import RunOutcome, compute_greens, run_scene
 from seatfem.study.runs.stress_spots import load_histories
-from tests.gallery import load_text
+from tests.gallery import load_text, read_summary
 from tests.steps import SOURCES, load_greens, load_results, load_scene
 from tests.study.small_scenes import write_oscillator
 
@@ -61,8 +61,7 @@ class Ran:
 
     @property
     def summary(self) -> dict[str, Any]:
-        data: dict[str, Any] = json.loads((self.folder / "summary.json").read_text(encoding="utf-8"))
-        return data
+        return read_summary(self.folder)
 
 
 def run(text: str, folder: Path, progress: Progress = silent, *, pictures: bool = False) -> Ran:
@@ -100,7 +99,6 @@ def assert_same_results(one: Path, other: Path) -> None:
 def test_a_run_that_finds_its_seat_on_file_without_pictures_draws_its_mesh_and_modes(tmp_path, monkeypatch):
     """A later run has the seat's numbers on file and draws its mesh and modes; a third one copies the pictures."""
     without_vtk(monkeypatch)
-    monkeypatch.setenv(VARIABLE, str(tmp_path / "store"))
     quick = ANNULAR.replace('"0.9 ms"', '"0.3 ms"')
     plain = run(quick, tmp_path / "one")
     second = run(quick, tmp_path / "two", pictures=True)
