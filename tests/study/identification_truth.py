@@ -1,7 +1,5 @@
 """A record of a mass on a bar whose joint, mesh and step are other than those of the fit, of known values."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

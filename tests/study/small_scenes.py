@@ -1,9 +1,14 @@
-"""Tables of small scenes, and a scene of some of them."""
+"""Tables of small scenes, a scene of some of them, and files that scenes of bodies name."""
 
 import tomllib
+from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from seatfem.study.scene import Scene, load
+from tests import gallery
+from tests.steps import Limits, Plan, Round, Stopwatch, rounds, silent
 
 STEEL = 'material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }'
 ANNULAR = f"""
@@ -38,6 +43,23 @@ run = { duration = "0.1 ms", filter_width = "4 us" }
 """
 
 
+PRESSED = f"""
+[seat]{gallery.BAR}[reed]
+{gallery.mass(1, "-0.5 m/s")}[contact]
+law = {{ kind = "spring", stiffness = "1e5 N/m" }}
+[run]
+duration = "330 us"
+time_step = "200 ns"
+[accuracy]
+target = "20 %"
+[stress]
+distance = "3 mm"
+"""
+"""A mass on a soft spring presses a bar, which follows it as if at rest; what else is asked of its stress follows."""
+PRESSURE = 0.5 * np.sqrt(1e5 * 1e-3) / (2e-3 * 3e-3)
+"""The largest in the bar [Pa]: of a mass on a spring; the bar's own gives way by 1e-3 of it."""
+
+
 def scene_of(*parts: str, **changes: object) -> Scene:
     """Return tables put together; ``changes``: dotted keys with _ for the dot between table and key."""
     data: dict[str, Any] = tomllib.loads("\n".join(parts))
@@ -48,3 +70,23 @@ def scene_of(*parts: str, **changes: object) -> Scene:
             table = table.setdefault(name, {})
         table[key] = value
     return load.scene_of().model_validate(data)
+
+
+def rounds_of(plan: Plan, folder: Path, **limits: Any) -> list[Round]:
+    """Return the rounds of a plan, each as it was yielded last; ``limits``: as of `Limits`."""
+    every = rounds(plan, folder, Stopwatch(), silent, limits=Limits(**limits))
+    return list({done.number: done for done in every}.values())
+
+
+def write_oscillator(folder: Path, unit: float = 1.0) -> None:
+    """Write 20 g on 40 N/um, damped by 5 %, as matrices in ``unit`` of kg and of N/m, and as its receptance."""
+    mass, stiffness = 0.02, 4e7
+    for name, value in (("m", unit * mass), ("k", unit * stiffness)):
+        head = "%%MatrixMarket matrix coordinate real symmetric\n1 1 1\n1 1 "
+        (folder / f"{name}.mtx").write_text(f"{head}{value!r}\n", encoding="utf-8")
+    (folder / "port.csv").write_text("dof,weight\n1,1\n", encoding="utf-8")
+    w = 2 * np.pi * (f := np.arange(50.0, 20e3, 50.0))
+    g = 1 / (stiffness - mass * w**2 + 0.1j * np.sqrt(mass * stiffness) * w)
+    rows = [f"{a:.17g},{b.real:.17g},{b.imag:.17g}" for a, b in zip(f, g, strict=True)]
+    head = "frequency [Hz],receptance real [m/N],receptance imag [m/N]"
+    (folder / "frf.csv").write_text("\n".join([head, *rows]) + "\n", encoding="utf-8")

@@ -1,6 +1,8 @@
-"""The loop begins coarse, measures the error of each key by a neighbour, and refines what the target needs."""
+"""A run obeys the file's keys, begins coarse in open ones, measures each error by a neighbour, and refines as asked."""
 
+import itertools
 import math
+import tomllib
 from collections.abc import Mapping
 from dataclasses import replace
 from itertools import pairwise
@@ -13,87 +15,37 @@ import pytest
 from impact.runs.variations import SAFETY, Budget
 from seatfem.structures.reduction import lip_modes
 from seatfem.study.ladders import mesh
-from seatfem.study.method import (
-    BAND,
-    MODEL,
-    MODES,
-    REED_TOLERANCE,
-    SIZE,
-    STEP,
-    TOLERANCE,
-    stated_method,
-)
+from seatfem.study.ladders.table import ladder_of
+from seatfem.study.method import BAND, MODEL, MODES, SIZE, STEP, TOLERANCE, stated_method
 from seatfem.study.plan import Refinement
 from seatfem.study.runs import converge
-from seatfem.study.runs.converge import (
-    LEAST,
-    MOST,
-    MOST_WORK,
-    TRIES,
-    begin_method,
-    begin_plan,
-    mark,
-    refine_plan,
-    work_ratio,
-)
-from seatfem.study.runs.next_round import Limits
-from seatfem.study.runs.round import Round
-from seatfem.study.runs.rounds import rounds
-from tests.steps import Stopwatch, silent
-from tests.study.small_scenes import ANNULAR, BAR, MASS, PLATE, REED, TWO_PORTS, scene_of
+from seatfem.study.runs.converge import LEAST, MOST, MOST_WORK, TRIES, mark, refine_plan, work_ratio
+from seatfem.study.runs.forecast import converge as converge_scene
+from tests.steps import Round, begin_plan
+from tests.study.small_scenes import ANNULAR, BAR, MASS, PLATE, REED, SPRING, STEEL, TWO_PORTS, rounds_of, scene_of
 
-pytestmark = pytest.mark.usefixtures("own_store")
 FINER = {**dict.fromkeys((SIZE, STEP, TOLERANCE), -1), **dict.fromkeys((BAND, MODES), 1)}
 """Sign of the change of a key that is refined."""
 
 
-@pytest.fixture
-def own_store(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("SEATFEM_STORE", str(tmp_path / "store"))
-
-
-def loop(scene: Any, folder: Path, most: int = 9) -> list[Round]:
-    """Return the rounds of a scene, each as it was yielded last."""
-    every = rounds(begin_plan(scene), folder, Stopwatch(), silent, limits=Limits(most))
-    return list({done.number: done for done in every}.values())
-
-
 def round_of(
-    parts: Mapping[str, float],
-    *,
-    target: float = 0.1,
-    refined: Mapping[str, tuple[Refinement, ...]] | None = None,
-    **given: Any,
+    errors: Mapping[str, float | Mapping[str, float]],
+    judged: tuple[str, ...] = ("impulse",),
+    status: str = "landed",
+    number: int = 1,
+    **of_plan: Any,
 ) -> Round:
-    """Return a round of a mass on a seat with waves, whose impulse of 1 N s has these errors by key."""
-    scene = scene_of(ANNULAR, MASS, accuracy={"target": target, "measures": ["impulse"], "landing": "run"}, **given)
-    plan = begin_plan(scene)
-    plan = replace(plan, method=plan.method.replaced({MODEL: "axisymmetric"}), refined=refined or {})
-    by_key = {key: {"impulse": error} for key, error in parts.items()}
-    sources: dict[str, dict[str, float]] = {}
-    for key, part in by_key.items():
-        source = sources.setdefault(converge.source_of(key), {"impulse": 0.0})
-        source["impulse"] = math.hypot(source["impulse"], part["impulse"])
-    budget = Budget({"impulse": 1.0}, sources, tuple(sources), by_key)
-    touches = SimpleNamespace(landings=SimpleNamespace(status="landed"))
-    return cast(
-        Round, SimpleNamespace(plan=plan, left=budget, judged=("impulse",), number=1, spent={}, touches=touches)
-    )
-
-
-def test_stated_keys_are_kept_and_the_others_begin_coarse() -> None:
-    scene = scene_of(
-        ANNULAR, REED, seat__mesh={"size": "0.5 mm"}, seat__greens={"bandwidth": "300 kHz"}, run__time_step="0.1 us"
-    )
-    method = begin_method(scene)
-    assert (method.seat.size, method.seat.bandwidth, method.time_step) == (0.5e-3, 300e3, 1e-7)
-    assert method.seat.level == "spring"
-    finer = stated_method(scene)
-    assert (method.reed.n_modes or 0) < (finer.reed.n_modes or 0)
-
-
-def test_a_stated_model_is_kept() -> None:
-    assert begin_method(scene_of(ANNULAR, MASS, seat__model="axisymmetric")).seat.level == "axisymmetric"
+    """Return a round of a mass on a seat with waves, whose measures of 1 have these errors by key."""
+    plan = begin_plan(scene_of(ANNULAR, MASS, accuracy={"target": 0.1, "measures": ["impulse"], "landing": "run"}))
+    plan = replace(plan, method=plan.method.replaced({MODEL: "axisymmetric"}), **of_plan)
+    by_key = {
+        key: error if isinstance(error, Mapping) else dict.fromkeys(judged, error) for key, error in errors.items()
+    }
+    parts = {converge.source_of(key): part for key, part in by_key.items()}
+    budget = Budget({name: 1.0 for part in parts.values() for name in part}, parts, tuple(parts), by_key)
+    touches = SimpleNamespace(landings=SimpleNamespace(status=status))
+    known = {"plan": plan, "left": budget, "judged": judged, "number": number, "spent": {}, "touches": touches}
+    return cast(Round, SimpleNamespace(**known))
 
 
 @pytest.mark.slow
@@ -103,7 +55,11 @@ def test_the_target_is_met_by_what_is_finer_in_every_refined_key(
 ) -> None:
     """The values of a coarse and of a strict target agree within their bars."""
     coarse, fine = (
-        loop(scene_of(seat, MASS, accuracy={"target": target, "landing": "run"}), tmp_path / str(target))
+        rounds_of(
+            begin_plan(scene_of(seat, MASS, accuracy={"target": target, "landing": "run"})),
+            tmp_path / str(target),
+            rounds=9,
+        )
         for target in (loose, strict)
     )
     for done in (coarse[-1], fine[-1]):
@@ -124,27 +80,11 @@ def test_the_target_is_met_by_what_is_finer_in_every_refined_key(
 def test_a_spring_is_dismissed_where_waves_count(tmp_path: Path) -> None:
     """The plan's spring is replaced when the waves of a long bar return while the contact lasts."""
     scene = scene_of(BAR, MASS, accuracy={"target": 0.05, "landing": "run"})
-    first, *_, last = loop(scene, tmp_path)
+    first, *_, last = rounds_of(begin_plan(scene), tmp_path, rounds=9)
     assert first.plan.level == "spring"
     assert first.left.by_key[MODEL]["filtered_peak"] > 0.05 / SAFETY * first.left.values["filtered_peak"]
     assert last.plan.level != "spring"
     assert "left" in last.plan.choice(MODEL).reason
-
-
-def test_errors_are_shared_by_effort_and_small_ones_are_left() -> None:
-    """The squares of the errors add up to that of the whole, and are in proportion to efforts."""
-    shares = converge._shares({SIZE: 0.3, STEP: 0.2, TOLERANCE: 1e-4}, 0.1**2)
-    assert set(shares) == {SIZE, STEP}
-    efforts = [converge.ladder_of(key).effort for key in (SIZE, STEP)]  # type: ignore[union-attr]
-    assert (shares[SIZE] / shares[STEP]) ** 2 == pytest.approx(efforts[0] / efforts[1])
-    assert math.hypot(*shares.values(), 1e-4) == pytest.approx(0.1)
-
-
-def test_what_misses_the_target_is_marked_and_no_more() -> None:
-    marks = mark(round_of({SIZE: 0.2, STEP: 1e-3, TOLERANCE: 1e-4}))
-    assert set(marks.factors) == {SIZE}
-    assert marks.factors[SIZE] == pytest.approx(min(0.2 / math.sqrt((0.85 * 0.1 / SAFETY) ** 2 - 1.01e-6), MOST))
-    assert mark(round_of({SIZE: 0.01})).factors == {}
 
 
 def test_keys_that_hide_each_other_are_refined_together() -> None:
@@ -168,59 +108,28 @@ def test_a_measure_whose_bar_exceeds_its_value_is_given_up(
 ) -> None:
     """Two refinements have left a duration of 1 s with a bar of 1.87 s, or of 0.85 s; the impulse is refined on."""
     bars = tuple({"impulse": 0.3, "contact_duration": bar} for bar in before)
-    done = round_of({SIZE: duration, STEP: 0.15})
     by_key = {SIZE: {"impulse": 0.0, "contact_duration": duration}, STEP: {"impulse": 0.15, "contact_duration": 0.0}}
-    budget = Budget(
-        {"impulse": 1.0, "contact_duration": 1.0}, {"mesh": by_key[SIZE], "time_step": by_key[STEP]}, (), by_key
-    )
 
-    def marked(errors: tuple[Mapping[str, float], ...], judged: tuple[str, ...]) -> Round:
-        plan = replace(done.plan, earlier_errors=errors)
-        known = {"plan": plan, "left": budget, "judged": judged, "number": 3, "spent": {}, "touches": done.touches}
-        return cast(Round, SimpleNamespace(**known))
+    def after(errors: tuple[Mapping[str, float], ...], *judged: str) -> Round:
+        return round_of(by_key, judged, number=3, earlier_errors=errors)
 
-    both = mark(marked(bars, ("impulse", "contact_duration"))).factors
+    both = mark(after(bars, "impulse", "contact_duration")).factors
     assert {key: both[key] for key in both.keys() - {STEP}} == factors
     assert STEP in both
-    assert SIZE in mark(marked(bars[:1], ("impulse", "contact_duration"))).factors  # one refinement so far
-    plan, why = refine_plan(marked(bars, ("contact_duration",)))
+    assert SIZE in mark(after(bars[:1], "impulse", "contact_duration")).factors  # one refinement so far
+    plan, why = refine_plan(after(bars, "contact_duration"))
     assert (plan is None) == (not factors)
     assert not why or "contact duration is 190 % of its value after 2 refinements" in why
 
 
 def test_what_the_end_of_the_run_cuts_is_given_up_and_the_rest_is_refined() -> None:
     """An infinite error of a landing that the end cuts asks for a longer run; the peak alone is refined."""
-    done = round_of({SIZE: 0.2})
-    values = {"landing_impulse": 1.0, "landing_filtered_peak": 1.0}
-    parts = {"mesh": {"landing_impulse": math.inf, "landing_filtered_peak": 0.2}}
-    by_key = {SIZE: dict.fromkeys(values, 0.2)}
-
-    def of(status: str, *judged: str) -> Round:
-        touches = SimpleNamespace(landings=SimpleNamespace(status=status))
-        budget = Budget(values, parts, ("mesh",), by_key)
-        known = {"plan": done.plan, "left": budget, "judged": judged, "number": 1, "spent": {}, "touches": touches}
-        return cast(Round, SimpleNamespace(**known))
-
-    assert SIZE in mark(of("landed", "landing_impulse")).factors
-    assert mark(of("cut off", "landing_impulse")).factors == {}
-    assert SIZE in mark(of("cut off", *values)).factors
-    assert "a longer run.duration includes all of it" in refine_plan(of("cut off", "landing_impulse"))[1]
-
-
-def test_no_round_refines_a_key_that_the_scene_does_not_have() -> None:
-    """The modes of a plate have no tolerance."""
-    scene = scene_of(ANNULAR, REED)
-    assert not converge.has_key(scene, REED_TOLERANCE)
-    method = begin_method(scene)
-    assert method.reed.tolerance
-    assert converge._refined(scene, method, REED_TOLERANCE, MOST) is method
-
-
-def test_work_is_bounded_by_what_gains_most() -> None:
-    done = round_of({SIZE: 0.3, STEP: 0.3, BAND: 0.3}, target=0.001)
-    plan, _ = refine_plan(done)
-    assert plan is not None
-    assert 1 < max(work_ratio(done.plan.method, plan.method, plan.scene).values()) <= MOST_WORK
+    errors = {SIZE: {"landing_impulse": math.inf, "landing_filtered_peak": 0.2}}
+    cut = round_of(errors, ("landing_impulse",), "cut off")
+    assert SIZE in mark(round_of(errors, ("landing_impulse",))).factors
+    assert mark(cut).factors == {}
+    assert SIZE in mark(round_of(errors, tuple(errors[SIZE]), "cut off")).factors
+    assert "a longer run.duration includes all of it" in refine_plan(cut)[1]
 
 
 @pytest.mark.slow
@@ -233,7 +142,7 @@ def test_bands_end_where_a_seat_in_segments_has_too_many_modes(
     for module in (lip_modes, converge):
         monkeypatch.setattr(module, "MOST_MODES", most)
     monkeypatch.setattr(mesh, "lowest_band", lambda patch: first)
-    (done,) = loop(scene_of(TWO_PORTS), tmp_path, most=1)
+    (done,) = rounds_of(begin_plan(scene_of(TWO_PORTS)), tmp_path, rounds=1)
     assert done.seat.greens.modal is not None
     assert most / 1.1**3 < len(done.seat.greens.modal.omega) <= most
     assert done.plan.method.value(BAND) <= min(first, 100e3)
@@ -243,3 +152,80 @@ def test_bands_end_where_a_seat_in_segments_has_too_many_modes(
     assert further is None
     for words in (BAND, "kHz", f"more than {most} modes", "state a longer run.filter_width"):
         assert words in why
+
+
+@pytest.mark.slow
+def test_what_the_file_states_is_obeyed() -> None:
+    given = {
+        "seat__model": "3d",
+        "seat__mesh": {"size": "1.7 mm", "contact_size": "0.37 mm", "order": 1},
+        "seat__greens": {"bandwidth": "321 kHz", "tolerance": "3.3 %", "method": "krylov"},
+        "reed__n_modes": 23,
+        "run__time_step": "77 ns",
+    }
+    scene = scene_of(ANNULAR, REED, **given)
+    plan = begin_plan(scene)
+    assert plan.scene == scene
+    assert plan.method == stated_method(scene)
+    assert all(choice.given for choice in plan.choices if choice.key.startswith(("seat", "reed")))
+    for key in (SIZE, STEP, MODES):
+        assert ladder_of(key).refine(scene, plan.method, 2.0) == plan.method
+
+
+@pytest.mark.slow
+def test_a_tighter_target_is_never_coarser() -> None:
+    plans = [converge_scene(scene_of(SPRING, REED, accuracy__target=target)).plan for target in ("20 %", "3 %", "1 %")]
+    for target, plan in zip((0.2, 0.03, 0.01), plans, strict=True):
+        assert max(plan.error.values()) <= target
+    for loose, tight in itertools.pairwise(plans):
+        assert tight.method.time_step <= loose.method.time_step
+        assert tight.method.reed.n_modes >= loose.method.reed.n_modes
+        assert tight.method != loose.method
+
+
+@pytest.mark.slow
+def test_an_impulse_needs_less_of_the_seat_than_a_peak() -> None:
+    impulse, peak = (
+        converge_scene(scene_of(ANNULAR, REED, accuracy={"target": "2 %", "measures": [measure]})).plan
+        for measure in ("impulse", "filtered_peak")
+    )
+    assert (impulse.level, peak.level) == ("spring", "axisymmetric")
+    assert max(*impulse.error.values(), *peak.error.values()) <= 0.02
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("steps", [4, 8, 18])
+@pytest.mark.parametrize("transits", [0.3, 3.0, 12.0])
+def test_a_stated_step_that_misses_the_waves_is_told(transits: float, steps: int, tmp_path: Path) -> None:
+    """Longer steps agree with it: only a shorter one tells that waves cross the rod within a step."""
+    transit = 10e-6
+    width = steps * transits * transit
+    rod = 'seat = { kind = "rod", young = "200 GPa", density = "8000 kg/m^3", length = "50 mm", area = "1 mm^2" }'
+    run = {"duration": "8 ms", "filter_width": f"{width} s"}
+    dear, exact = (
+        rounds_of(begin_plan(scene), tmp_path, rounds=1)[-1].left
+        for scene in (
+            scene_of(rod, MASS.replace("5 g", "50 g"), run={**run, "time_step": f"{step} s"})
+            for step in (transits * transit, transit / 50)
+        )
+    )
+    for name in ("impulse", "filtered_peak"):
+        assert abs(dear.values[name] - exact.values[name]) <= dear.bar(name), name
+
+
+@pytest.mark.parametrize("factor", [1.0, 3.0])
+def test_chosen_steps_end_with_the_run(factor: float) -> None:
+    """Steps of the run and of its error bars, up to four times as long, end with it: g may be known no longer."""
+    scene = scene_of(SPRING, REED, run__duration="0.7713 ms")
+    method = begin_plan(scene).method
+    dt = (method if factor == 1 else ladder_of(STEP).refine(scene, method, factor)).time_step
+    assert 0.7713e-3 / (4 * dt) == pytest.approx(round(0.7713e-3 / (4 * dt)), abs=1e-9)
+
+
+@pytest.mark.slow
+def test_a_mesh_made_elsewhere_is_not_reduced_over_all_its_band() -> None:
+    file = Path(__file__).parents[2] / "meshes" / "annular_seat.msh"
+    seat = {"kind": "mesh", "file": str(file), "damping_ratio": 0.05, "material": tomllib.loads(STEEL)["material"]}
+    plan = begin_plan(scene_of(REED, seat=seat))
+    assert plan.method.seat.size is None
+    assert plan.method.seat.bandwidth <= 1e6  # type: ignore[operator]

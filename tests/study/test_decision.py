@@ -1,13 +1,10 @@
 """A run says go, no-go or undecided, and why: margins with their bars, strength, accuracy, landing."""
 
-from __future__ import annotations
-
 import re
 
 import pytest
 
 from seatfem.study.answers.decision import decide
-from seatfem.study.answers.omissions import how_often_checked
 
 RUN: dict[str, object] = {
     "landing_status": "landed", "landing_count": 2, "landing_number": 1, "landing_closing_speed_m_per_s": 1.367,
@@ -38,7 +35,6 @@ def test_a_clear_margin_on_a_cited_strength_is_go_and_says_what_happens() -> Non
     [
         ({"life_margin": 0.9}, "no-go", "Fatigue margin 0.900 ± 0.013: below 1"),
         ({"life_margin": 1.01}, "undecided", "its uncertainty includes 1"),
-        ({"life_margin": 0.99}, "undecided", "its uncertainty includes 1"),
         ({"error_bar_life_margin": None}, "undecided", "its uncertainty is not known"),
         ({"error_bar_life_margin": 0.7, "life_margin": 1.2}, "undecided", "its uncertainty includes 1"),
         ({"life_margin": None}, "go", "no multiple of the load"),
@@ -47,8 +43,6 @@ def test_a_clear_margin_on_a_cited_strength_is_go_and_says_what_happens() -> Non
         ({"life_multiaxial_margin": 1.2, "error_bar_life_multiaxial_margin": 0.3, "life_margin": 0.5},
          "no-go", "0.500"),
         ({SOURCE: "invented for this example; not a material"}, "undecided", "not a cited one .*invented"),
-        ({SOURCE: "assumed: 500 MPa"}, "undecided", "not a cited one"),
-        ({SOURCE: "  "}, "undecided", "not a cited one"),
         ({SOURCE: None}, "undecided", "no source"),
         ({SOURCE: "invented", "life_margin": 0.5}, "undecided", "not a cited one"),
         ({"life_margin": ...}, "undecided", "No strength is stated"),
@@ -84,13 +78,3 @@ def test_what_was_left_out_is_a_sentence_each() -> None:
     assert mesh == "Not included in the uncertainty: mesh error."
     assert statistics == "Landings 1 to 3 can be predicted, from 4 on only statistics."
     assert stress.startswith("Stress in the seat was not computed")
-
-
-def test_how_often_such_a_scene_was_checked_is_said_in_words() -> None:
-    often = how_often_checked(RUN)
-    assert re.fullmatch(
-        r'\d+ test scenes with a seat "annular" and a reed "cantilever" .*: \d+ of \d+ .* within their uncertainty\.',
-        often,
-    )
-    never = how_often_checked({"seat_kind": "annular", "reed_kind": "unheard of"})
-    assert re.fullmatch(r"No test scene .*; \d+ had such a seat, 0 such a reed: treat .* with caution\.", never)

@@ -1,20 +1,18 @@
 """What holds of every kind of body that may strike: its contact is found, its error told, and told as the reed's."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Final
 
-import numpy as np
 import pytest
 
 import impact
 from impact.bodies.reeds import reed
-from seatfem.structures.kinds import Structure, kinds_of
+from seatfem.structures.kinds import kinds_of
 from seatfem.structures.kinds.structure import kind_of
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import Scene, load_scene
 from tests.fuzz import samples
+from tests.study.small_scenes import write_oscillator
 from tests.uff_sets import unit_set, write_sets
 
 pytestmark = pytest.mark.slow
@@ -63,10 +61,6 @@ STRIKERS: Final = {
 }
 
 
-def may_strike(kind: type[Structure]) -> bool:
-    return kind.__module__.startswith("seatfem.") and bool(kind.traits.moved_by)
-
-
 def scene_of(kind: str, folder: Path) -> Scene:
     """Return a scene that opens 0.2 um before it touches, and leaves its step open."""
     write_files(folder)
@@ -80,22 +74,15 @@ def scene_of(kind: str, folder: Path) -> Scene:
 
 def write_files(folder: Path) -> None:
     """Write an oscillator as matrices and as its receptance, a beam's Green's function, the modes of a body."""
-    mass, stiffness, zeta = 0.02, 4e7, 0.05
-    for name, value in (("m", mass), ("k", stiffness)):
-        head = "%%MatrixMarket matrix coordinate real symmetric\n1 1 1\n1 1 "
-        (folder / f"{name}.mtx").write_text(f"{head}{value!r}\n", encoding="utf-8")
-    (folder / "port.csv").write_text("dof,weight\n1,1\n", encoding="utf-8")
-    w = 2 * np.pi * (f := np.arange(50.0, 20e3, 50.0))
-    g = 1 / (stiffness - mass * w**2 + 2j * zeta * np.sqrt(mass * stiffness) * w)
-    rows = [f"{a:.17g},{b.real:.17g},{b.imag:.17g}" for a, b in zip(f, g, strict=True)]
-    head = "frequency [Hz],receptance real [m/N],receptance imag [m/N]"
-    (folder / "frf.csv").write_text("\n".join([head, *rows]) + "\n", encoding="utf-8")
+    write_oscillator(folder)
     impact.save_greens(reed(impact.Cantilever(200e9, 7850.0, 20e-3, 10e-3, 1e-3), n_modes=8).greens, folder / "reed.h5")
     write_sets(folder / "modes.uff", unit_set(), *samples.modes())
 
 
 def test_every_kind_that_may_strike_is_here() -> None:
-    assert set(STRIKERS) == {kind_of(kind) for kind in kinds_of() if may_strike(kind)}
+    assert set(STRIKERS) == {
+        kind_of(each) for each in kinds_of() if each.traits.moved_by and each.__module__.startswith("seatfem.")
+    }
 
 
 @pytest.mark.slow(but="rod")

@@ -1,9 +1,6 @@
 """A flapper lands on lips of faces: openings, the annular seat from its drawing, meshes, plans, what is refused."""
 
-from __future__ import annotations
-
 import math
-import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -158,32 +155,23 @@ def test_plans_mesh_each_arc(tmp_path: Path) -> None:
         seat_of(scene_of(tmp_path, SLOT + sizes, "ports = 48\n"))
 
 
-@pytest.mark.parametrize(
-    ("seat", "words"),
-    [
-        (SLOT + 'model = "sector"\n', "model = 'sector'"),
-        ('kind = "bar"\nlength = "9 mm"\nwidth = "3 mm"\nheight = "3 mm"\n' + STEEL, "not struck on a flat ring"),
-    ],
-)
-def test_seats_that_have_no_lips(tmp_path: Path, seat: str, words: str) -> None:
-    with pytest.raises(SceneError, match=words) as caught:
-        scene_of(tmp_path, seat, "ports = 8\n")
-    assert "contact.ports" in str(caught.value)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("seat", "contact", "words"),
     [
-        (cad("valve_plate"), "ports = 8\n", "contact.ports:.*8 segments"),
+        (SLOT + 'model = "sector"\n', "ports = 8\n", "contact.ports.*model = 'sector'"),
+        (
+            'kind = "bar"\nlength = "9 mm"\nwidth = "3 mm"\nheight = "3 mm"\n' + STEEL,
+            "ports = 8\n",
+            "not struck on a flat ring",
+        ),
+        (cad("valve_plate"), "ports = 8\n", "contact.ports:.*8 segments.*take 12"),
         (cad("kidney_seat"), 'waviness = [["0 deg", "1 um"]]\n', "contact.waviness:.*struck"),
     ],
 )
 def test_keys_that_a_lip_has_no_place_for(tmp_path: Path, seat: str, contact: str, words: str) -> None:
-    with pytest.raises(SceneError) as caught:
+    with pytest.raises(SceneError, match=words):
         check_files(scene_of(tmp_path, seat, contact))
-    assert re.search(words, str(caught.value))
-    assert "ports" not in contact or "take 12" in str(caught.value)
 
 
 def test_a_lip_of_several_faces_has_whole_arcs_on_each(tmp_path: Path) -> None:

@@ -1,17 +1,22 @@
-"""The flapper in scenes: its keys, how it starts, what it is struck by, in every role."""
+"""The flapper in scenes: its keys, starts, roles, and loads on it against its own stiffness."""
 
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
+import scipy.sparse.linalg
 
+from impact.greens.base import Array
 from seatfem.structures.cache import build, key_of
+from seatfem.structures.elements.mindlin import average, everywhere
 from seatfem.structures.kinds import Structure
+from seatfem.structures.lip import Lip, Patch
 from seatfem.structures.model import ModelError
 from seatfem.structures.natural_modes import Wanted, modes_of
 from seatfem.structures.sheets import Sheet, SolvedSheet
-from tests.gallery import FLAPPER, load_text, summary_of
-from tests.steps import Scene, SceneError, Stopwatch, striker_of
+from tests.gallery import FLAPPER, load_text, refusal, summary_of
+from tests.steps import Scene, Stopwatch, striker_of
 
 COARSE = 'greens = { bandwidth = "30 kHz" }\n'
 SPRING = 'kind = "spring"\nstiffness = "20 N/um"\n'
@@ -83,30 +88,91 @@ def test_what_its_function_depends_on(tmp_path: Path) -> None:
     assert key_of(at_rest, at_rest.stated()) == keys[""]
 
 
-def test_motion_is_required(tmp_path: Path) -> None:
-    with pytest.raises(SceneError, match=r"reed.release.*required.*missing"):
-        scene_of(tmp_path, FLAPPER)
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        (COARSE + 'release = { mode = 2, velocity = "-2 m/s" }\n', "reed.release.mode = 2:.*centre"),  # torsion
+        (COARSE + 'release = { mode = 500, velocity = "-2 m/s" }\n', "release.mode = 500:.*reed.greens.bandwidth"),
+        (LANDING + 'greens = { bandwidth = "3.6 MHz" }\n', "reed.greens.bandwidth = 3.6 MHz:"),
+        (LANDING + 'mesh = { size = "1 um" }\n', r"reed.mesh.size = 0.001 mm.*2.91e\+08 elements"),
+    ],
+)
+def test_modes_that_do_not_move_it_and_too_many_are_refused(tmp_path: Path, more: str, message: str) -> None:
+    with pytest.raises(ModelError, match=message):
+        striker_of(scene_of(tmp_path, FLAPPER, more=more))
 
 
-def test_torsion_leaves_the_centre_at_rest(tmp_path: Path) -> None:
-    scene = scene_of(tmp_path, FLAPPER + COARSE, more='release = { mode = 2, velocity = "-2 m/s" }\n')
-    with pytest.raises(ModelError, match=r"reed.release.mode = 2:.*centre"):
-        striker_of(scene)
+LOADED = FLAPPER + 'contact_radius = "5.5 mm"\ncontact_width = "1 mm"\ngreens = { bandwidth = "10 kHz" }\n'
 
 
-def test_a_mode_above_the_band_is_refused(tmp_path: Path) -> None:
-    scene = scene_of(tmp_path, FLAPPER + COARSE, more='release = { mode = 500, velocity = "-2 m/s" }\n')
-    with pytest.raises(ModelError, match=r"reed.release.mode = 500:.*reed.greens.bandwidth"):
-        striker_of(scene)
+def loaded_scene(folder: Path, more: str) -> Scene:
+    return load_text(folder, f'[seat]\n{SPRING}[reed]\n{LOADED}{more}[run]\nduration = "4 ms"\ntime_step = "0.5 us"\n')
+
+
+def still(scene: Scene) -> tuple[Array, Array]:
+    """Return static modal coordinates under the loads at t = 0, and the centre's modes."""
+    body = striker_of(scene)
+    modal = body.greens.modal
+    pull = sum(load.shape * float(load.amplitude(np.zeros(1))[0]) for load in body.loads)
+    return pull / modal.omega**2, solved_of(scene.reed).plate.centre
+
+
+LOADS = {
+    'pressure = "-20 mbar"\n': lambda area, mean, disc, at: -2000.0 * area * mean,
+    'pressure = "-20 mbar"\npressure_radius = "5 mm"\n': lambda area, mean, disc, at: -2000.0 * np.pi * 25e-6 * disc,
+    'gravity = "-9.81 m/s^2"\n': lambda area, mean, disc, at: -9.81 * 7800.0 * 0.3e-3 * area * mean,
+    'point_force = { value = "-0.2 N", at = "12 mm" }\n': lambda area, mean, disc, at: -0.2 * at(12e-3),
+    'point_force = "-0.2 N"\n': lambda area, mean, disc, at: -0.2 * at(None),
+}
+"""Loads with their forces on the unknowns, by means over the plate and over a disc of 5 mm, and values at places."""
+
+
+@pytest.mark.parametrize("load", LOADS, ids=["pressure", "disc", "gravity", "point", "force"])
+def test_static_deflection_under_each_load(load: str, tmp_path: Path) -> None:
+    """The paddle's centre sinks as K says, to what the modes left out yield: 3e-6, under a point 3e-4."""
+    scene = loaded_scene(tmp_path, load)
+    plate, outline = solved_of(scene.reed).plate, scene.reed.geometry()
+    free, mesh, centre = plate.model.dofs.free, plate.mesh, outline.centre[0]
+
+    def at(x: float | None) -> Array:
+        place = Patch(np.array([[centre if x is None else x, 0.0]]), np.ones(1))
+        return average(mesh, place)[0][free]
+
+    (disc,) = Lip.disc(5e-3).patches(plate.sheet.shape.centre).values()
+    push = LOADS[load](outline.area, everywhere(mesh)[free], average(mesh, disc)[0][free], at)
+    exact = float(at(None) @ scipy.sparse.linalg.spsolve(plate.model.K.tocsc(), push))
+    q, seen = still(scene)
+    assert exact < -1e-6
+    assert q @ seen == pytest.approx(exact, rel=1e-3)
 
 
 @pytest.mark.parametrize(
-    ("change", "message"),
+    ("own", "load"),
     [
-        ('greens = { bandwidth = "3.6 MHz" }\n', r"reed.greens.bandwidth = 3.6 MHz:"),
-        ('mesh = { size = "1 um" }\n', r"reed.mesh.size = 0.001 mm.*2.91e\+08 elements"),
+        ('pressure = "-20 mbar"\npressure_radius = "5.5 mm"\n', 'pressure = "-20 mbar"\narea = "95.0331777711 mm^2"\n'),
+        ('gravity = "-9.81 m/s^2"\n', 'base_motion = "9.81 m/s^2"\n'),
+        ('point_force = { value = "-0.2 N", at = "12 mm" }\n', 'force = "-0.2 N"\nat = "12 mm"\n'),
+        ('point_force = "-0.2 N"\n', 'force = "-0.2 N"\n'),
     ],
 )
-def test_too_much_is_refused(tmp_path: Path, change: str, message: str) -> None:
-    with pytest.raises(ModelError, match=message):
-        striker_of(scene_of(tmp_path, FLAPPER, more=LANDING + change))
+def test_loads_of_the_scene_are_those_of_the_reed(own: str, load: str, tmp_path: Path) -> None:
+    """An effective area is spread over the disc that the ring of the contact encloses, pi (5.5 mm)^2."""
+    stated, _ = still(loaded_scene(tmp_path, own))
+    loaded, _ = still(loaded_scene(tmp_path, f"[[load]]\n{load}"))
+    np.testing.assert_allclose(loaded, stated, rtol=1e-9, atol=1e-12 * np.abs(stated).max())
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ('pressure = "1 mbar"\npressure_radius = "9 mm"\n', "reed.pressure_radius: 9 mm.*most"),
+        ('gravity = "9 m/s^2"\npressure_radius = "5 mm"\n', "reed.pressure_radius: .*no pressure"),
+        ('point_force = { value = "1 N", at = "40 mm" }\n', "reed.point_force.at: 40 mm.*reed"),
+        ('release = { deflection = "1 mm", velocity = "-1 m/s" }\n', "reed.release.velocity: deflection"),
+        ('release = { velocity = "-1 m/s", shape = "force" }\n', "reed.release.shape: .*mode"),
+        ('[[load]]\nforce = "1 N"\nat = "40 mm"\n', "load.0.at: 40 mm.*30.4"),
+        ("release = { mode = 2 }\n", "reed.release.velocity: required"),
+    ],
+)
+def test_what_is_wrong_is_named(more: str, words: str, tmp_path: Path) -> None:
+    assert re.search(words, refusal(loaded_scene, tmp_path, more))

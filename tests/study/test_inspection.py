@@ -1,17 +1,26 @@
-"""Files that scenes name, opened before anything is computed: all that is wrong at once, at its line; read once."""
+"""Files that scenes name, opened before anything is computed; their faces, regions and supports; scenes that travel."""
 
+import json
+import math
 import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from seatfem.jobs.crew import FILES
+from seatfem.structures.finite_elements import draw, matrices
+from seatfem.structures.formats.mesh_files import read_mesh
+from seatfem.structures.formats.writing import write_mesh
 from seatfem.structures.inspection.cad import inspect_geometry
 from seatfem.structures.kinds import Plate
 from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.mesh.spec import MeshSpec
-from seatfem.structures.shapes import CadPart, CylinderFace, NumberedFace
-from tests.steps import BAD_INPUT, DONE, SceneError, check_files, load_scene, run_command
+from seatfem.structures.reduction.modes import solve_modes
+from seatfem.structures.shapes import Bar, CadPart, CylinderFace, GeometryError, NumberedFace, Region
+from seatfem.study.scene.files import by_content, packed
+from tests.gallery import load_text
+from tests.steps import BAD_INPUT, DONE, Method, Scene, SceneError, check_files, key_of, load_scene, run_command
 
 ROOT = Path(__file__).parents[2]
 MESHES = ROOT / "meshes"
@@ -159,10 +168,9 @@ def test_faces_as_a_table_and_a_picture(tmp_path: Path, capsys: pytest.CaptureFi
 
 @pytest.mark.slow
 def test_the_unit_of_a_mesh_is_asked_for(tmp_path: Path) -> None:
-    areas = {}
+    areas, mesh = {}, str(MESHES / "annular_seat.msh")
     for unit in ("m", "inch"):
         table = tmp_path / f"{unit}.csv"
-        mesh = str(MESHES / "annular_seat.msh")
         assert run_command(["faces", mesh, "--unit", unit, "-o", str(table), "--quiet"]) == DONE
         areas[unit] = float(table.read_text(encoding="utf-8").splitlines()[1].split(",")[2])
     assert areas["m"] == pytest.approx(areas["inch"] / 0.0254**2, rel=1e-3)
@@ -172,3 +180,208 @@ def test_faces_of_what_has_none(tmp_path: Path, capsys: pytest.CaptureFixture[st
     spring = written(tmp_path, '[seat]\nkind = "spring"\nstiffness = "20 N/um"\n')
     assert run_command(["faces", str(spring)]) == BAD_INPUT
     assert "has no faces" in capsys.readouterr().err
+
+
+def cad(folder: Path, seat: str, file: str = "valve_body.step") -> Scene:
+    return load_scene(written(folder, f"{CAD.format(MESHES / file)}{seat}\n"))
+
+
+def areas(scene):
+    return dict(make_mesh(scene.seat.geometry(), COARSE).quality.cad_areas)
+
+
+def ring(outer, inner):
+    return math.pi * (outer**2 - inner**2)
+
+
+def test_every_selector_finds_its_faces(tmp_path):
+    scene = cad(
+        tmp_path,
+        """
+contact = { kind = "union", of = [{ kind = "plane", normal = [0, 0, 1], offset = "14 mm" },
+                                  { kind = "point", point = ["7 mm", "0 mm", "14 mm"] }] }
+fixed = { kind = "cylinder", radius = "20 mm" }
+[seat.groups]
+bolt = { kind = "cylinder", radius = "2.25 mm", axis_point = ["15 mm", "0 mm", "0 mm"] }
+underside = { kind = "colour", colour = [0, 0, 255] }
+""",
+    )
+    assert areas(scene) == pytest.approx(
+        {
+            "contact": ring(10e-3, 4e-3),
+            "fixed": 2 * math.pi * 20e-3 * 8e-3,
+            "bolt": 2 * math.pi * 2.25e-3 * 8e-3,
+            "underside": ring(20e-3, 4e-3) - 4 * ring(2.25e-3, 0),
+        },
+        rel=1e-9,
+    )
+
+
+@pytest.mark.parametrize(
+    ("seat", "words"),
+    [
+        ('contact = { kind = "cone", half_angle = "90 deg" }', "seat.contact.half_angle: .*between 0.*pi/2"),
+        ('contact = { kind = "cylinder", radius = "3 mm", axis = [0, 0, 0] }', "seat.contact.axis: .*zero"),
+        ('contact = { kind = "colr", colour = [1, 2, 3] }', "seat.contact.kind: 'colr' .*'colour', 'plane'"),
+        ('groups = { contact = { kind = "name", name = "x" } }', "each name must stand once"),
+        ("regions = { ring = { order = 1, solid = 'x' } }", "seat.regions.ring:.*exactly"),
+        ("regions = { ring = { order = 0 } }", "seat.regions.ring.order: 0"),
+        ('supports = [{ kind = "absorbing", on = "a", centre = ["1 mm", "2 mm"] }]', "seat.supports.0.centre"),
+    ],
+)
+def test_what_is_wrong_is_named_by_its_key(tmp_path, seat, words):
+    with pytest.raises(SceneError, match=words):
+        cad(tmp_path, seat)
+
+
+def test_a_selector_that_finds_nothing_lists_the_faces_and_names_the_file(tmp_path):
+    scene = cad(tmp_path, 'contact = { kind = "name", name = "SEAT" }')
+    with pytest.raises(GeometryError, match=r"survive.*export") as caught:
+        draw(scene.seat, COARSE, "3d", scene.seat.stated())
+    assert "valve_body.step" in str(caught.value)
+    assert "Cylinder" in str(caught.value)
+
+
+def test_regions_carry_materials(tmp_path):
+    scene = cad(
+        tmp_path,
+        'fixed = { kind = "nothing" }\nmaterials.ring = { young = "400 GPa", density = "15000 kg/m^3" }\n'
+        "regions = { ring = { colour = [255, 170, 0] } }",
+        "insert_seat.step",
+    )
+    assert scene.seat.geometry().regions == (Region("ring", colour=(255, 170, 0, 255)),)
+    mesh = draw(scene.seat, COARSE, "3d", scene.seat.stated())
+    ring_share = mass(scene, mesh) / (7850 * mesh.quality.volume) - 1  # (15000/7850 - 1) of the ring's volume
+    exact = (15000 / 7850 - 1) * ring(8e-3, 4e-3) * 3e-3 / (ring(12e-3, 4e-3) * 9e-3)
+    assert ring_share == pytest.approx(exact, rel=0.1)  # straight elements in coarse circles
+
+
+def mass(scene, mesh):
+    """Return the mass of a free body [kg]: the sum over the three directions, divided by 3."""
+    return float(matrices(scene.seat, mesh, "3d", lambda stage, done: None).M.sum()) / 3
+
+
+@pytest.mark.parametrize(
+    ("supports", "held"),
+    [
+        ("", False),
+        ('supports = [{ kind = "dashpot", on = "contact", normal = "1 N*s/m^3" }]', False),
+        ('supports = [{ kind = "absorbing", on = "contact" }]', False),
+        ('supports = [{ kind = "absorbing", on = "contact", centre = ["0 mm", "0 mm", "0 mm"] }]', True),
+        ('supports = [{ kind = "foundation", on = "contact", normal = "1 N/m^3" }]', True),
+        ('supports = [{ kind = "bolted", on = "contact", normal = "1 N/m^3" }]', True),
+        ('supports = [{ kind = "sliding", on = "contact" }]', True),
+    ],
+)
+def test_what_holds_a_body_without_a_clamped_face(tmp_path, supports, held):
+    scene = cad(tmp_path, 'fixed = { kind = "nothing" }\n' + supports)
+    assert not scene.seat.clamped
+    assert (not scene.seat.loose) is held
+    assert not cad(tmp_path, supports).seat.loose
+
+
+@pytest.mark.parametrize("verb", ["run", "greens"])
+def test_a_free_seat_is_refused_before_it_is_meshed(verb, tmp_path, capsys):
+    cad(tmp_path, 'fixed = { kind = "nothing" }')
+    out = tmp_path / ("out" if verb == "run" else "seat.h5")
+    assert run_command([verb, str(tmp_path / "scene.toml"), "-o", str(out), "--quiet"]) == BAD_INPUT
+    message = capsys.readouterr().err
+    assert "seat.fixed names no face" in message
+    assert "clamp a face or add a support" in message
+    assert not out.exists()
+
+
+def test_a_free_mesh_has_six_modes_at_zero_whatever_its_groups_are_called(tmp_path):
+    write_mesh(make_mesh(Bar(12e-3, 4e-3, 4e-3), MeshSpec(4e-3, order=1)), tmp_path / "bar.msh")
+    seat = load_scene(written(tmp_path, CAD.format("bar.msh").replace("cad", "mesh") + 'fixed = ""\n')).seat
+    mesh = read_mesh(seat.file, contact=seat.contact, fixed=seat.fixed or None)
+    assert "fixed" in mesh.mesh.boundaries
+    modes = solve_modes(matrices(seat, mesh, "3d", lambda stage, done: None), 7)
+    assert np.all(modes.frequencies_hz[:6] == 0.0)
+    assert modes.frequencies_hz[6] > 1e3
+
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+OF_MESH = '[seat]\nkind = "mesh"\nfile = "{}"\ncontact = "lip"\nmaterial = "steel"\ndamping_ratio = 0.01\n'
+THROWN = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[run]\nduration = "1 ms"\n'
+
+
+def unpacked_scene(path: Path, changed: dict[str, object], folder: Path) -> tuple[Scene, dict[str, Path]]:
+    """Return the scene as another computer reads it, from a folder of its own, and which file is which."""
+    place, there, files = packed(path, changed)
+    for name, file in files.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes(file.read_bytes())
+    here = json.loads(json.dumps(there).replace(FILES, str(folder)))
+    return load_scene(place.replace(FILES, str(folder)), here), {
+        str(folder / name): file for name, file in files.items()
+    }
+
+
+@pytest.mark.parametrize(
+    ("name", "count"),
+    [("flapper_on_valve_body", 1), ("suction_flapper", 1), ("life_of_a_flapper", 2), ("flapper_on_spring", 0)],
+)
+def test_a_scene_is_the_same_elsewhere(name: str, count: int, tmp_path: Path) -> None:
+    """An unpacked scene is the same but for its files' places, also with tables that name others."""
+    path = EXAMPLES / f"{name}.toml"
+    there, files = unpacked_scene(path, {"run.duration": "1.5 ms"}, tmp_path)
+    text = there.model_dump_json()
+    for place, file in files.items():
+        text = text.replace(place, str(file))
+    assert json.loads(text) == json.loads(load_scene(path, {"run.duration": "1.5 ms"}).model_dump_json())
+    assert len(files) == count + 1
+
+
+def test_files_that_vary_travel_too(tmp_path: Path) -> None:
+    """Files that vary are packed in place of the scene's own, with those that they include under the names in them."""
+    for name in ("a b.inp", "nodes.inp", "c.inp"):
+        text = "*INCLUDE, INPUT=nodes.inp\n" if name[0] != "n" else "*NODE\n1, 0, 0, 0\n"
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    (tmp_path / "scene.toml").write_text(OF_MESH.format("c.inp") + THROWN, encoding="utf-8")
+    _, there, files = packed(tmp_path / "scene.toml", {"seat.file": "a b.inp"})
+    assert there == {"seat.file": f"{FILES}/1/input.inp"}
+    assert {name: file.name for name, file in files.items()} == {
+        "0/input.toml": "scene.toml", "1/input.inp": "a b.inp", "1/nodes.inp": "nodes.inp",
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("other", ["mesh/nodes.inp", "my nodes.inp"])
+def test_what_cannot_travel(other: str, tmp_path: Path) -> None:
+    """An included name that means something else elsewhere is refused."""
+    folder = tmp_path / "deck"
+    (folder / other).parent.mkdir(parents=True)
+    (folder / other).write_text("*NODE\n", encoding="utf-8")
+    (folder / "deck.inp").write_text(f"*INCLUDE, INPUT={other}\n", encoding="utf-8")
+    (folder / "scene.toml").write_text(OF_MESH.format("deck.inp") + THROWN, encoding="utf-8")
+    with pytest.raises(SceneError, match=r"seat\.file: .*deck\.inp.*nodes\.inp"):
+        packed(folder / "scene.toml", {})
+
+
+def test_what_a_file_is_read_with_counts(tmp_path: Path) -> None:
+    """A change of a mesh's other half, an .xdmf's HDF5 or an included deck changes the scene's content and the seat's
+    key."""
+    for name in ("disk.ele", "disk.node", "arrays.h5", "nodes.inp"):
+        (tmp_path / name).write_bytes(b"one")
+    (tmp_path / "disk.xdmf").write_text('<DataItem Format="HDF">arrays.h5:/data0</DataItem>', encoding="utf-8")
+    (tmp_path / "deck.inp").write_text("*INCLUDE, INPUT=nodes.inp\n", encoding="utf-8")
+    for name, other in (("disk.ele", "disk.node"), ("disk.xdmf", "arrays.h5"), ("deck.inp", "nodes.inp")):
+        scene = load_text(tmp_path, OF_MESH.format(name) + THROWN)
+        assert f"1/{other}".replace("disk.", "input.") in packed(tmp_path / "scene.toml", {})[2]
+        before = by_content(scene), key_of(scene.seat, Method())
+        (tmp_path / other).write_bytes(b"two")
+        assert by_content(scene)["seat"]["file"] != before[0]["seat"]["file"]
+        assert key_of(scene.seat, Method()) != before[1]
+        (tmp_path / other).write_bytes(b"one")
+        assert (by_content(scene), key_of(scene.seat, Method())) == before
+
+
+def test_the_curve_of_a_strength_counts(tmp_path: Path) -> None:
+    for suffix in ("toml", "csv"):
+        file = EXAMPLES / "strengths" / f"invented_strip.{suffix}"
+        (tmp_path / file.name).write_text(file.read_text(encoding="utf-8"), encoding="utf-8")
+    scene = load_scene(EXAMPLES / "life_of_a_flapper.toml", {"life.strength": str(tmp_path / "invented_strip.toml")})
+    before = by_content(scene)
+    curve = tmp_path / "invented_strip.csv"
+    curve.write_text(curve.read_text(encoding="utf-8") + "\n", encoding="utf-8")
+    assert {key for key, value in by_content(scene).items() if value != before[key]} == {"life"}

@@ -22,8 +22,9 @@ from seatfem.study.runs import afterwards, pipeline
 from seatfem.study.runs.body_stress import BodyStress
 from seatfem.study.runs.reed_stress import PlateStress, plate_stress
 from seatfem.wings.life import life_sentence as in_words
-from tests.gallery import BAR, load_text
+from tests.gallery import load_text
 from tests.steps import Round, SceneError
+from tests.study.small_scenes import PRESSED, PRESSURE
 
 CURVE = basquin(400e6, 1e7, 12.0)
 STRENGTH = 'source = "invented for tests"\ntorsion_limit = "310 MPa"\nbending_limit = "500 MPa"\nlimit_cycles = 1e7\n'
@@ -207,32 +208,11 @@ def test_a_seat_pressed_slowly(tmp_path: Path) -> None:
     """A mass on a soft spring presses a bar: its surface bears -p with p = v sqrt(k m)/A once a block, pulsating; swt
     sees no damage in compression, goodman an amplitude of p/2. Its own waves and give: 2.4 %."""
     (tmp_path / "seat.toml").write_text(STRENGTH.replace("[curve]", 'ultimate = "1800 MPa"\n[curve]'), encoding="utf-8")
-    text = f"[seat]{BAR}"
-    text += """[reed]
-kind = "rigid_mass"
-mass = "1 g"
-velocity = "-0.5 m/s"
-[contact]
-law = { kind = "spring", stiffness = "1e5 N/m" }
-[run]
-duration = "330 us"
-time_step = "200 ns"
-[accuracy]
-target = "20 %"
-[stress]
-points = [["0 mm", "0 mm", "5 mm"]]
-distance = "3 mm"
-[life]
-seat_strength = "seat.toml"
-criterion = "goodman"
-multiaxial = "crossland"
-cycles = 4.5e9
-"""
-    keys, _ = run(tmp_path, text)
-    pressure = 0.5 * np.sqrt(1e5 * 1e-3) / (2e-3 * 3e-3)
-    assert keys["life_margin"] == pytest.approx(CURVE.stress(4.5e9) / (pressure / 2), rel=0.03)
+    text = PRESSED + 'points = [["0 mm", "0 mm", "5 mm"]]\n[life]\nseat_strength = "seat.toml"\n'
+    keys, _ = run(tmp_path, text + 'criterion = "goodman"\nmultiaxial = "crossland"\ncycles = 4.5e9\n')
+    assert keys["life_margin"] == pytest.approx(CURVE.stress(4.5e9) / (PRESSURE / 2), rel=0.03)
     # sqrt(J2a) = p/2/sqrt 3; the pressure's largest value is 0, at rest
-    assert keys["life_multiaxial_margin"] == pytest.approx(310e6 * 2 * np.sqrt(3) / pressure, rel=0.03)
+    assert keys["life_multiaxial_margin"] == pytest.approx(310e6 * 2 * np.sqrt(3) / PRESSURE, rel=0.03)
     assert str(keys["life_at"]).startswith("seat, (")
     assert isinstance(keys["error_bar_life_margin"], float)
     assert keys["life_strength_source"] == "invented for tests"

@@ -1,26 +1,25 @@
-"""A look at a scene: rounds for a few seconds, what they leave, and the run that goes on from there."""
+"""A look at a scene for some seconds, the run that goes on from there, and what begins where one met its target."""
 
+import json
 import math
 import os
 import re
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 
 from seatfem.faces.plan_view import look_lines
-from seatfem.faces.study_verbs import study_ahead
+from seatfem.machine.code import cache_folder
 from seatfem.study.runs.converge import AIM
-from seatfem.study.runs.forecast import USUAL, Look, converge, forecast, look_at
-from seatfem.study.runs.kept import cached_plan
+from seatfem.study.runs.forecast import converge, look_at
+from seatfem.study.runs.kept import cached_plan, save_plan
+from seatfem.study.runs.next_round import Limits
 from seatfem.study.runs.pipeline import run_scene
-from seatfem.study.runs.round import Round
-from seatfem.study.sweep import sweep
-from seatfem.study.sweep.cases import cases_of
-from seatfem.study.sweep.study import load_study
+from seatfem.study.runs.rounds import rounds
 from tests.gallery import LIP, REED_ON_SPRING, load_text, mass
-from tests.steps import BAD_INPUT, Scene, run_command
+from tests.steps import Plan, Scene, Stopwatch, begin_plan, silent
+from tests.study.small_scenes import rounds_of
 
 NO_TIME = 1e-3  # s: the first round alone
 ON_LIP = f'[seat]\n{LIP}[reed]\n{mass(2, "-1 m/s")}[run]\nduration = "0.2 ms"\nfilter_width = "5 us"\n[accuracy]\n'
@@ -31,15 +30,6 @@ def lip_scene(folder: Path, target: str) -> Scene:
     return load_text(folder, ON_LIP, f'target = "{target}"\n')
 
 
-def beam_scene(folder: Path, target: str, duration: str = "0.75 ms", step: str = "") -> Scene:
-    text = REED_ON_SPRING.replace('"0.75 ms"', f'"{duration}"' + (f'\ntime_step = "{step}"' if step else ""))
-    return load_text(folder, text, f'target = "{target}"\n')
-
-
-def tell(look: Look) -> list[str]:
-    return list(look_lines(look))
-
-
 @pytest.mark.slow
 def test_a_run_goes_on_from_a_look_that_met_its_target(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The run takes one round with the seat and the error bars of the look, and computes none again."""
@@ -48,8 +38,9 @@ def test_a_run_goes_on_from_a_look_that_met_its_target(tmp_path: Path, monkeypat
     assert look.done.met
     assert look.done.number > 1
     assert (look.left.rounds, look.left.seconds, look.left.why) == (0, 0.0, "")
-    assert tell(look)[0].startswith("target reached: ")
-    assert tell(look)[1].startswith("left to do: nothing more; a run repeats the contact")
+    reached, remaining, *_ = look_lines(look)
+    assert reached.startswith("target reached: ")
+    assert remaining.startswith("left to do: nothing more; a run repeats the contact")
     monkeypatch.setattr("seatfem.study.runs.rounds.error_budget", lambda *given: pytest.fail("computed again"))
     lines: list[str] = []
     outcome = run_scene(scene, tmp_path / "out", pictures=False, tell=lines.append)
@@ -92,7 +83,7 @@ def test_what_is_left_is_foretold_and_the_run_takes_the_same_way(tmp_path: Path)
 def test_the_lines_add_up_to_the_bars(tmp_path: Path) -> None:
     """The squares of the keys' parts, with the safety factor, add up to that of the bar, to the digits shown."""
     look = look_at(lip_scene(tmp_path, "4 %"), NO_TIME)
-    matches = [re.match(r"(.*) \+-([\d.]+) % is left by: (.*)", line) for line in tell(look)]
+    matches = [re.match(r"(.*) \+-([\d.]+) % is left by: (.*)", line) for line in look_lines(look)]
     parts = {match[1]: (float(match[2]), match[3]) for match in matches if match}
     assert parts.keys() == {"impulse", "peak force"}
     for whole, keys in parts.values():
@@ -128,67 +119,88 @@ def test_a_look_leaves_no_files(is_interrupted: bool, tmp_path: Path, monkeypatc
     assert [*here.iterdir(), *temporary.iterdir()] == []
 
 
-@pytest.mark.slow
-def test_a_forecast_grows_with_the_rounds_that_the_error_needs(tmp_path: Path) -> None:
-    """Each round is expected to reduce the largest error ninefold: 5.6 % of the peak for 2 %, 0.5 % and 0.04 %."""
-    done = look_at(beam_scene(tmp_path, "2 %"), NO_TIME).done
-    worst = max(done.left.relative(name) for name in done.judged)
-    counts = []
-    for target in (0.02, 0.002, 0.0004):
-        accuracy = done.plan.scene.accuracy.model_copy(update={"target": target})
-        scene = done.plan.scene.model_copy(update={"accuracy": accuracy})
-        counts.append(forecast(asked_again(done, scene)).rounds)
-    assert counts == [math.ceil(math.log(worst / target, USUAL)) for target in (0.02, 0.002, 0.0004)]
-    assert counts[0] == 1 < counts[1] < counts[2]
+FOR_TWO = REED_ON_SPRING + 'target = "2 %"\n'
 
 
-def asked_again(done: Round, scene: Scene) -> Round:
-    return replace(done, plan=replace(done.plan, scene=scene))
+def plan_of(folder: Path, text: str = FOR_TWO) -> Plan:
+    return begin_plan(load_text(folder, text))
 
 
-def test_a_study_is_priced_by_looks_at_three_of_its_scenes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The first, last and middle one: the mean of their contacts, the dearest of their seats and memories."""
-    beam_scene(tmp_path, "2 %")
-    study = tmp_path / "study.toml"
-    study.write_text('scene = "scene.toml"\n[vary]\nreed.length = ["25 mm", "26 mm", "27 mm", "28 mm", "29 mm"]\n')
-    cases, looked = cases_of(load_study(study)), []
-
-    def look(scene: Scene, seconds: float) -> SimpleNamespace:
-        looked.append(scene.reed.length)
-        remaining = SimpleNamespace(
-            seat={25e-3: 5.0, 27e-3: 1.0}.get(scene.reed.length, 3.0), contact=1e3 * scene.reed.length
-        )
-        done = SimpleNamespace(memory=1e9 * scene.reed.length, plan=SimpleNamespace(scene=scene))
-        return SimpleNamespace(left=remaining, done=done)
-
-    monkeypatch.setattr(sweep, "look_at", look)
-    price = sweep.ahead(load_study(study), cases)
-    assert looked == pytest.approx([25e-3, 29e-3, 27e-3])
-    assert (price.each, price.seat, price.memory) == pytest.approx((27.0, 5.0, 29e6))
-    assert (price.scenes, price.beside) == (5, 0)
-    assert price.seconds(1) == pytest.approx(sweep.START + price.seats * 5.0 + 5 * 27.0)
-    assert "expected with 1 worker (27 s a scene, 5 s a seat" in price.in_words(1)
+def too_coarse(plan: Plan) -> Plan:
+    return replace(plan, method=plan.method.replaced({"run.time_step": 2e-6}))
 
 
 @pytest.mark.slow
-def test_the_plan_of_a_study_refuses_a_measure_that_no_summary_has(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """The message names file, line, key, value and remedy."""
-    beam_scene(tmp_path, "5 %")
-    study, vary = tmp_path / "study.toml", 'scene = "scene.toml"\n[vary]\nreed.length = ["25.4 mm", "26 mm"]\n'
-    study.write_text(f'{vary}[outputs]\nmeasures = ["impulse_Ns", "seat_static_stiffness_N_per_m"]\n')
-    assert study_ahead(study).scenes == 2
-    for key, table in {
-        "outputs.measures": 'outputs.measures = ["landing_stress"]',
-        "outputs.pareto": 'outputs.pareto = ["impulse_Ns", "max landing_stress"]',
-        "optimise.minimise": 'optimise.minimise = "landing_stress"',
-    }.items():
-        values = vary.replace('["25.4 mm", "26 mm"]', '{ from = "25.4 mm", to = "26 mm" }') if "opt" in key else vary
-        study.write_text(f"{table}\n{values}")
-        assert run_command(["plan", str(study)]) == BAD_INPUT
-        said = " ".join(capsys.readouterr().err.split())
-        assert re.search(rf"{study}:1: {key}: .*'landing_stress'; state 'landing_", said)
-    study.write_text(f'outputs.measures = ["life_margin"]\n{vary}')  # a key of scenes that have [life]
-    assert run_command(["plan", str(study)]) == BAD_INPUT
-    assert "'life_margin'" in capsys.readouterr().err
+def test_the_next_run_begins_with_the_last_ones_plan_and_meets_at_once(tmp_path):
+    plan = too_coarse(plan_of(tmp_path))
+    assert cached_plan(plan.scene) is None
+    done = rounds_of(plan, tmp_path)[-1]
+    assert done.met
+    assert done.number > 1
+    save_plan(done.plan.scene, done)
+    again = cached_plan(plan.scene)
+    assert again.method == done.plan.method
+    assert again.choices == tuple(replace(choice, leaves="") for choice in done.plan.choices)
+    assert (again.error, again.refined) == ({}, {})
+    second = rounds_of(again, tmp_path)[-1]
+    assert (second.met, second.number) == (True, 1)
+    assert second.left.values == done.left.values  # the same numbers, without the rounds before
+    save_plan(plan.scene, second)
+    assert cached_plan(plan.scene) == again
+
+
+@pytest.mark.slow
+def test_error_bars_are_found_again_but_not_in_studies(tmp_path, monkeypatch):
+    """Bars on file come back bit by bit, and are computed if forces differ, in studies, or if the file was changed."""
+    plan = plan_of(tmp_path)
+    first, calls = rounds_of(plan, tmp_path)[-1], []
+    monkeypatch.setattr("seatfem.study.runs.rounds.error_budget", lambda *args: calls.append(args) or first.left)
+    assert rounds_of(plan, tmp_path)[-1].left == first.left
+    assert not calls
+    rounds_of(replace(plan, method=plan.method.replaced({"run.time_step": first.result.dt / 2})), tmp_path)[-1]
+    assert len(calls) == 1
+    list(rounds(plan, tmp_path, Stopwatch(), silent, limits=Limits(steady=True)))
+    assert len(calls) == 2
+    for file in (cache_folder() / "numbers").glob("*.json"):
+        file.write_text(file.read_text().replace('"values": {', '"values": {"reed": 0.0, '))
+    assert rounds_of(plan, tmp_path)[-1].left == first.left
+    assert len(calls) == 3
+
+
+@pytest.mark.slow
+def test_other_questions_begin_anew(tmp_path):
+    plan = plan_of(tmp_path)
+    save_plan(plan.scene, rounds_of(too_coarse(plan), tmp_path)[-1])
+    for other in (
+        FOR_TWO.replace('"2 %"', '"3 %"'),
+        FOR_TWO.replace('"1 mm"', '"1.1 mm"'),
+        FOR_TWO.replace("duration", 'time_step = "50 ns"\nduration'),
+    ):
+        assert cached_plan(plan_of(tmp_path, other).scene) is None
+    assert (
+        cached_plan(plan_of(tmp_path, 'title = "another name"\n' + FOR_TWO).scene) is not None
+    )  # that asks for nothing
+
+
+HARM = {
+    "a list": lambda kept: [],
+    "level": lambda kept: {**kept, "values": {**kept["values"], "seat.model": "magic"}},
+    "negative": lambda kept: {**kept, "values": {**kept["values"], "run.time_step": -1e-7}},
+    "text": lambda kept: {**kept, "values": {**kept["values"], "reed.n_modes": "40"}},
+    "a key less": lambda kept: {key: value for key, value in kept.items() if key != "choices"},
+    "choices": lambda kept: {**kept, "choices": [{"key": 1}]},
+    "large": lambda kept: {**kept, "more": "x" * 200_000},
+}
+
+
+@pytest.mark.slow
+def test_a_file_that_is_not_sound_changes_nothing(store_of_the_test, tmp_path):
+    plan = too_coarse(plan_of(tmp_path))
+    save_plan(plan.scene, rounds_of(plan, tmp_path)[-1])
+    (path,) = (store_of_the_test / "ended").iterdir()
+    whole = path.read_text()
+    for harm, harmful in HARM.items():
+        assert cached_plan(plan.scene) is not None
+        path.write_text(json.dumps(harmful(json.loads(whole))))
+        assert cached_plan(plan.scene) is None, harm
+        path.write_text(whole)

@@ -18,9 +18,11 @@ from seatfem.pictures import moving, plots
 from seatfem.structures.cache import VARIABLE
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.study.runs import pictures
-from seatfem.study.runs.pipeline import RunOutcome, compute_greens, run_scene, write_modes
+from seatfem.study.runs.pipeline import RunOutcome, compute_greens, run_scene
 from seatfem.study.runs.stress_spots import load_histories
+from tests.gallery import load_text, read_summary
 from tests.steps import SOURCES, load_greens, load_results, load_scene
+from tests.study.small_scenes import write_oscillator
 
 REED = (
     '\n[reed]\nkind = "cantilever"\nlength = "25.4 mm"\nwidth = "10 mm"\nthickness = "0.305 mm"\n'
@@ -59,8 +61,7 @@ class Ran:
 
     @property
     def summary(self) -> dict[str, Any]:
-        data: dict[str, Any] = json.loads((self.folder / "summary.json").read_text(encoding="utf-8"))
-        return data
+        return read_summary(self.folder)
 
 
 def run(text: str, folder: Path, progress: Progress = silent, *, pictures: bool = False) -> Ran:
@@ -98,7 +99,6 @@ def assert_same_results(one: Path, other: Path) -> None:
 def test_a_run_that_finds_its_seat_on_file_without_pictures_draws_its_mesh_and_modes(tmp_path, monkeypatch):
     """A later run has the seat's numbers on file and draws its mesh and modes; a third one copies the pictures."""
     without_vtk(monkeypatch)
-    monkeypatch.setenv(VARIABLE, str(tmp_path / "store"))
     quick = ANNULAR.replace('"0.9 ms"', '"0.3 ms"')
     plain = run(quick, tmp_path / "one")
     second = run(quick, tmp_path / "two", pictures=True)
@@ -192,25 +192,15 @@ def test_another_folder_and_another_reed_do_not_compute_the_seat_again(tmp_path:
 @pytest.mark.slow
 def test_seats_from_other_programs_files(tmp_path: Path) -> None:
     """Matrices in mm, t, s and the measured receptance of a mass on a spring are the same seat."""
-    mass, stiffness, zeta = 0.02, 4e7, 0.05
-    for name, value in (("m", 1e-3 * mass), ("k", 1e-3 * stiffness)):
-        (tmp_path / f"{name}.mtx").write_text(
-            f"%%MatrixMarket matrix coordinate real symmetric\n1 1 1\n1 1 {value!r}\n", encoding="utf-8"
-        )
-    (tmp_path / "port.csv").write_text("dof,weight\n1,1\n", encoding="utf-8")
-    f = np.arange(50.0, 20e3, 50.0)
-    g = 1 / (stiffness - mass * (2 * np.pi * f) ** 2 + 2j * zeta * np.sqrt(mass * stiffness) * 2 * np.pi * f)
-    rows = [f"{a:.17g},{b.real:.17g},{b.imag:.17g}" for a, b in zip(f, g, strict=True)]
-    header = "frequency [Hz],receptance real [m/N],receptance imag [m/N]"
-    (tmp_path / "frf.csv").write_text("\n".join([header, *rows]) + "\n", encoding="utf-8")
+    write_oscillator(tmp_path, 1e-3)
     matrices = (
         '[seat]\nkind = "matrices"\nmass = "m.mtx"\nstiffness = "k.mtx"\ncontact = "port.csv"\nsystem = "mm-t-s"\n'
-        f'damping_ratio = {zeta}\ngreens = {{ bandwidth = "20 kHz" }}\n'
+        'damping_ratio = 0.05\ngreens = { bandwidth = "20 kHz" }\n'
     )
     frf = '[seat]\nkind = "frf"\nfile = "frf.csv"\n'
     one, other = (run(text + REED, tmp_path / name).summary for name, text in (("matrices", matrices), ("frf", frf)))
     for summary in (one, other):
-        assert summary["seat_static_stiffness_N_per_m"] == pytest.approx(stiffness, rel=1e-3)
+        assert summary["seat_static_stiffness_N_per_m"] == pytest.approx(4e7, rel=1e-3)
     assert other["impulse_Ns"] == pytest.approx(one["impulse_Ns"], rel=1e-2)
 
 
@@ -252,30 +242,12 @@ def test_a_run_without_contact_has_no_times(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_greens_and_modes_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(pictures, "_seat_pictures", lambda *given: [])
-    (tmp_path / "bar.toml").write_text(BAR, encoding="utf-8")
-    scene = load_scene(tmp_path / "bar.toml")
+def test_a_greens_function_alone(tmp_path: Path) -> None:
+    scene = load_text(tmp_path, BAR)
     first = compute_greens(scene, tmp_path / "g.h5")
     assert first.summary["seat_reused"] is False
     assert compute_greens(scene, tmp_path / "g.h5").summary["seat_reused"] is True
     assert load_greens(tmp_path / "g.h5").error_estimate.total == first.summary["greens_error"]
-    written = write_modes(scene, tmp_path / "modes", count=4)
-    table = (tmp_path / "modes" / "modes.csv").read_text(encoding="utf-8").splitlines()
-    frequencies: Any = written.summary["frequencies_hz"]
-    assert [float(row.split(",")[1]) for row in table[1:]] == pytest.approx(frequencies, rel=1e-8)
-    assert {path.name for path in written.files} == {path.name for path in (tmp_path / "modes").iterdir()}
-
-
-class Stop:
-    """Progress that is interrupted (as by Ctrl-C) at the first report of a stage, or at its last."""
-
-    def __init__(self, stage: str, at: float) -> None:
-        self.stage, self.at = stage, at
-
-    def __call__(self, stage: str, done: float) -> None:
-        if stage == self.stage and done >= self.at:
-            raise KeyboardInterrupt
 
 
 def assert_whole(folder: Path) -> None:
@@ -302,32 +274,27 @@ def assert_whole(folder: Path) -> None:
     ],
 )  # fmt: skip
 def test_an_interrupted_run_leaves_whole_files_only(stage: str, at: float, files: set[str], tmp_path: Path) -> None:
+    """It is interrupted, as by Ctrl-C, at the first report of a stage, or at its last."""
+
+    def stop(now: str, done: float) -> None:
+        if now == stage and done >= at:
+            raise KeyboardInterrupt
+
     with pytest.raises(KeyboardInterrupt):
-        run(BAR, tmp_path / "out", Stop(stage, at), pictures=True)
+        run(BAR, tmp_path / "out", stop, pictures=True)
     assert {path.name for path in (tmp_path / "out").iterdir()} == files
     assert_whole(tmp_path / "out")
-
-
-def program(*arguments: str, blocked: tuple[str, ...] = ()) -> list[str]:
-    """Return the command line of `seatfem`, in an interpreter where some libraries are not installed."""
-    code = (
-        f"import sys; sys.modules.update(dict.fromkeys({blocked!r})); from seatfem.faces.cli import main; main()"
-        if blocked
-        else "from seatfem.faces.cli import main; main()"
-    )
-    return [sys.executable, "-c", code, *arguments]
-
-
-def run_program(command: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=120, check=False)
-    assert "Traceback" not in done.stdout + done.stderr
-    return done
 
 
 @pytest.mark.slow
 def test_missing_picture_libraries_are_told_and_the_rest_is_done(tmp_path: Path) -> None:
     (tmp_path / "bar.toml").write_text(BAR, encoding="utf-8")
-    done = run_program(program("run", "bar.toml", "-o", "out", blocked=("matplotlib", "pyvista")), tmp_path)
+    blocked = "import sys; sys.modules.update(dict.fromkeys(('matplotlib', 'pyvista')))"
+    command = [sys.executable, "-c", f"{blocked}; from seatfem.faces.cli import main; main()", "run", "bar.toml"]
+    done = subprocess.run(
+        [*command, "-o", "out"], cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False
+    )
+    assert "Traceback" not in done.stdout + done.stderr
     assert done.returncode == 0, done.stderr
     assert {path.name for path in (tmp_path / "out").iterdir()} == {
         *("summary.json", "landings.csv", "result.h5", "seat.h5", "seat_coarser.h5"),
@@ -368,14 +335,6 @@ def test_a_picture_that_fails_is_told_and_costs_no_number(problem, tmp_path, mon
 
 @pytest.mark.slow
 def test_a_seat_file_read_from_the_output_folder_is_left_as_it_is(tmp_path: Path) -> None:
-    folder = tmp_path / "out"
-    run_scene(load_scene(_written(tmp_path / "rod.toml", SPRING)), folder, pictures=False)
-    before = (folder / "seat.h5").read_bytes()
-    greens = '[seat]\nkind = "greens"\nfile = "out/seat.h5"\n' + REED
-    run_scene(load_scene(_written(tmp_path / "again.toml", greens)), folder, pictures=False)
-    assert (folder / "seat.h5").read_bytes() == before
-
-
-def _written(path: Path, text: str) -> Path:
-    path.write_text(text, encoding="utf-8")
-    return path
+    before = (run(SPRING, tmp_path / "out").folder / "seat.h5").read_bytes()
+    run('[seat]\nkind = "greens"\nfile = "out/seat.h5"\n' + REED, tmp_path / "out")
+    assert (tmp_path / "out" / "seat.h5").read_bytes() == before

@@ -20,18 +20,10 @@ from seatfem.structures.model import SecondOrderModel
 from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.rings import face_compliance, left_by, ring_borders, ring_names, ring_shares
 from seatfem.structures.shapes import AnnularSeat, Block, ConicalSeat, Stopper
-from tests.steps import ModalGreens, Residual, SceneError, load_scene, run_contacts, run_scene, striker_of
+from tests.gallery import load_text
+from tests.steps import ModalGreens, Residual, Scene, run_contacts, run_scene, striker_of
 
 STEEL = Material(2e11, 0.3, 7850.0)
-
-
-@pytest.mark.parametrize("rings", [1, 2, 3, 4, 7, 8])
-def test_shares_cover_the_patch_and_rings_of_more_make_rings_of_less(rings: int) -> None:
-    shares = ring_shares(rings)
-    assert shares.sum() == pytest.approx(1.0, abs=1e-14)  # 64 times the round-off of one
-    np.testing.assert_allclose(shares, shares[::-1], rtol=1e-12)
-    for times in (2, 3):
-        np.testing.assert_allclose(ring_borders(times * rings)[::times], ring_borders(rings), atol=1e-14)
 
 
 def strip(borders: np.ndarray) -> float:
@@ -115,15 +107,14 @@ SCENE = (
 )
 
 
-def scene_file(folder: Path, contact: str = "") -> Path:
-    (folder / "scene.toml").write_text(SCENE % contact, encoding="utf-8")
-    return folder / "scene.toml"
+def scene_of(folder: Path, contact: str = "") -> Scene:
+    return load_text(folder, SCENE % contact)
 
 
 @pytest.mark.parametrize("law", ['"signorini"', '{ kind = "spring", stiffness = "1 GN/m" }'])
 def test_one_face_on_rings_that_move_alike_is_one_contact(tmp_path: Path, law: str) -> None:
     """Rings on a spring of their own, each in proportion to its area, are one spring: force, motion and energies."""
-    scene = load_scene(scene_file(tmp_path, f"law = {law}"))
+    scene = scene_of(tmp_path, f"law = {law}")
     striker = striker_of(scene)
     one = run_contacts(scene, striker, impact.spring(stiffness=1e9), 2e-8).seat
     apart = ModalGreens(
@@ -151,8 +142,8 @@ def test_a_face_does_not_pull_at_rings() -> None:
 
 @pytest.mark.slow
 def test_a_scene_asks_for_rings(tmp_path: Path) -> None:
-    one = run_scene(load_scene(scene_file(tmp_path)), tmp_path / "one", pictures=False)
-    four = run_scene(load_scene(scene_file(tmp_path, "rings = 4")), tmp_path / "four", pictures=False)
+    one = run_scene(scene_of(tmp_path), tmp_path / "one", pictures=False)
+    four = run_scene(scene_of(tmp_path, "rings = 4"), tmp_path / "four", pictures=False)
     for summary in (one, four):
         assert summary.summary["error_unknown"] == ""
         for key in ("impulse_Ns", "filtered_peak_force_N", "contact_duration_s", "max_seat_displacement_m"):
@@ -172,26 +163,9 @@ def test_a_scene_asks_for_rings(tmp_path: Path) -> None:
     rings, wave = results["rings"], results["wave"]
     assert rings.force.shape == (len(wave.time), 4)
     np.testing.assert_allclose(rings.force.sum(axis=1), wave.force, rtol=1e-12)
-    again = run_scene(load_scene(scene_file(tmp_path, "rings = 4")), tmp_path / "four", pictures=False)
+    again = run_scene(scene_of(tmp_path, "rings = 4"), tmp_path / "four", pictures=False)
     assert again.summary["seat_reused"]
     assert again.summary[f"error_patch_{peak}"] == pytest.approx(less, rel=1e-9)
-    file = tmp_path / "file.toml"
-    seat = SCENE.split("[reed]")[0]
-    text = (SCENE % "").replace(seat, '\n[seat]\nkind = "greens"\nfile = "four/seat.h5"\n')
-    file.write_text(text, encoding="utf-8")
-    from_file = run_scene(load_scene(file), tmp_path / "file", pictures=False)
+    text = '[seat]\nkind = "greens"\nfile = "four/seat.h5"\n[reed]' + (SCENE % "").partition("[reed]")[2]
+    from_file = run_scene(load_text(tmp_path, text), tmp_path / "file", pictures=False)
     assert from_file.summary[peak] == pytest.approx(values[1], rel=1e-9)
-
-
-def test_rings_need_a_patch(tmp_path: Path) -> None:
-    file = tmp_path / "spring.toml"
-    seat = SCENE.split("[reed]")[0]
-    file.write_text(
-        (SCENE % "rings = 4").replace(seat, '\n[seat]\nkind = "spring"\nstiffness = "1 GN/m"\n'), encoding="utf-8"
-    )
-    with pytest.raises(SceneError, match=r"contact\.rings:.*'spring'"):
-        load_scene(file)
-    with pytest.raises(SceneError, match=r"contact\.rings"):
-        load_scene(scene_file(tmp_path, "rings = 0"))
-    with pytest.raises(SceneError, match=r"contact\.rings"):
-        load_scene(scene_file(tmp_path, "rings = 17"))

@@ -6,12 +6,10 @@ import re
 import time
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
-from impact import measures
 from impact.storage.hdf5 import load_greens, load_results
 from seatfem.structures import cache
 from seatfem.structures.mesh.gmsh_process import MeshingError
@@ -20,8 +18,9 @@ from seatfem.study.plan import Plan
 from seatfem.study.runs import next_round, pipeline, rounds
 from seatfem.study.runs.next_round import Limits
 from seatfem.study.runs.round import missed
-from tests.gallery import REED_ON_SPRING, load_text
-from tests.steps import SAFETY, GreensFunctionError, RunError, Stopwatch, begin_plan, run_command, silent
+from tests.gallery import REED_ON_SPRING, load_text, mass
+from tests.steps import SAFETY, GreensFunctionError, Stopwatch, begin_plan, run_command, silent
+from tests.study.small_scenes import rounds_of
 
 SCENE = REED_ON_SPRING + 'landing = "run"\n'
 
@@ -34,27 +33,9 @@ def key_of(plan: Plan) -> str:
     return cache.key_of(plan.scene.seat, plan.method.seat)
 
 
-def carry_out(*given: Any, **more: Any) -> rounds.Round:
-    """Return the last of the rounds."""
-    *_, last = rounds.rounds(*given, **more)
-    return last
-
-
 def with_step(plan: Plan, dt: float) -> Plan:
     """Return the same plan with a step it would not begin with; the key stays open."""
     return replace(plan, method=plan.method.replaced({"run.time_step": dt}))
-
-
-@pytest.mark.slow
-def test_a_missed_target_is_reached_by_refining(tmp_path: Path) -> None:
-    """Rounds that begin with a step far too long shorten it until the target is met."""
-    plan = with_step(plan_of(SCENE + 'target = "2 %"\n', tmp_path), 2e-6)
-    done = carry_out(plan, tmp_path, Stopwatch(), silent)
-    assert done.met
-    assert done.number > 1
-    assert done.result.dt < 2e-6
-    assert missed(done) == ()
-    assert done.left.relative("filtered_peak") <= 0.02
 
 
 KEYS = {"time_step": "run.time_step", "model": "reed.n_modes", "mesh": "seat.mesh.size"}
@@ -65,7 +46,7 @@ def test_one_round_makes_all_sources_finer_that_must_be(tmp_path: Path) -> None:
     """The next plan refines both of two sources that leave too much, one where one suffices, and none where a source
     that stays is too large by itself, like the mesh of a spring."""
     plan = with_step(plan_of(SCENE + 'target = "2 %"\nmeasures = ["impulse"]\n', tmp_path), 2e-6)
-    done = carry_out(plan, tmp_path, Stopwatch(), silent)
+    done = rounds_of(plan, tmp_path)[-1]
     value = abs(done.left.values["impulse"])
 
     def following(**shares: float) -> tuple[Plan | None, str]:
@@ -94,7 +75,7 @@ def test_one_round_makes_all_sources_finer_that_must_be(tmp_path: Path) -> None:
 def test_what_the_file_states_is_never_changed_and_that_is_told(tmp_path: Path) -> None:
     """Three stated modes and a stated step end after one round, with words that say why."""
     text = SCENE.replace("[run]", '[run]\ntime_step = "2 us"').replace("release", "n_modes = 3\nrelease")
-    done = carry_out(plan_of(text + 'target = "0.1 %"\n', tmp_path), tmp_path, Stopwatch(), silent)
+    done = rounds_of(plan_of(text + 'target = "0.1 %"\n', tmp_path), tmp_path)[-1]
     assert not done.met
     assert done.number == 1
     assert (done.result.dt, done.plan.method.reed.n_modes) == (2e-6, 3)
@@ -112,7 +93,7 @@ def test_what_the_file_states_is_never_changed_and_that_is_told(tmp_path: Path) 
 def test_few_modes_of_the_reed_miss_a_target(n_modes: int, tmp_path: Path) -> None:
     """One or few modes miss a target of 5 %, by an error of the model that holds what many modes change."""
     text = SCENE.replace("release", f"n_modes = {n_modes}\nrelease") + 'target = "5 %"\n'
-    done, many = (carry_out(plan_of(t, tmp_path), tmp_path, Stopwatch(), silent) for t in (text, SCENE))
+    done, many = (rounds_of(plan_of(t, tmp_path), tmp_path)[-1] for t in (text, SCENE))
     assert not done.met
     assert done.left.dominant("impulse") == "model"
     for name in ("impulse", "filtered_peak"):
@@ -142,7 +123,7 @@ def test_a_finer_round_that_fails_keeps_the_one_before(failure, words, tmp_path,
         return run_contacts(*given)
 
     monkeypatch.setattr(rounds, "run_contacts", failing)
-    done = carry_out(plan, tmp_path, Stopwatch(), silent)
+    done = rounds_of(plan, tmp_path)[-1]
     assert (done.number, done.result.dt, done.met) == (1, 2e-6, False)
     assert done.stopped.startswith("a finer round ")
     assert words in done.stopped
@@ -161,7 +142,7 @@ def test_a_finer_round_that_fails_is_tried_half_as_far(tmp_path: Path, monkeypat
         return run_contacts(scene, striker, seat, dt, *given)
 
     monkeypatch.setattr(rounds, "run_contacts", failing)
-    done = carry_out(plan, tmp_path, Stopwatch(), silent, limits=Limits(2))
+    done = rounds_of(plan, tmp_path, rounds=2)[-1]
     assert done.number == 2
     assert done.result.dt == steps[2]
     assert steps[0] / steps[2] == pytest.approx((steps[0] / steps[1]) ** 0.5, rel=0.02)  # steps fit the duration
@@ -170,11 +151,11 @@ def test_a_finer_round_that_fails_is_tried_half_as_far(tmp_path: Path, monkeypat
 @pytest.mark.slow
 def test_the_seat_on_file_is_that_of_the_round_that_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The finer seat was written already when its contact ran out of memory."""
-    seat = 'kind = "block"\nwidth = "8 mm"\ndepth = "8 mm"\nthickness = "8 mm"\npatch_width = "4 mm"\n'
-    seat += 'patch_depth = "4 mm"\nmesh = { size = "4 mm" }\n'
-    seat += 'material = { young = "200 GPa", density = "7850 kg/m^3" }\n'
-    reed = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[run]\nduration = "30 us"\n'
-    text = f'[seat]\n{seat}[seat.greens]\nbandwidth = "100 kHz"\ntolerance = 0.05\n{reed}[accuracy]\n'
+    text = (
+        '[seat]\nkind = "block"\nwidth = "8 mm"\ndepth = "8 mm"\nthickness = "8 mm"\npatch_width = "4 mm"\n'
+        'patch_depth = "4 mm"\nmesh.size = "4 mm"\nmaterial = { young = "200 GPa", density = "7850 kg/m^3" }\n'
+        f'greens.bandwidth = "100 kHz"\ngreens.tolerance = 0.05\n[reed]\n{mass(1, "-1 m/s")}[run]\nduration = "30 us"\n'
+    )
     plan, run_contacts, written = plan_of(text, tmp_path), rounds.run_contacts, []
     finer = replace(plan, method=plan.method.replaced({"seat.mesh.size": 3e-3, "seat.mesh.contact_size": 3e-3}))
 
@@ -187,7 +168,7 @@ def test_the_seat_on_file_is_that_of_the_round_that_is_kept(tmp_path: Path, monk
     monkeypatch.setattr(rounds, "run_contacts", failing)
     monkeypatch.setattr(rounds.Round, "met", property(lambda self: False))
     monkeypatch.setattr(rounds, "next_plan", lambda done, limits, left: (finer, ""))
-    done = carry_out(plan, tmp_path, Stopwatch(), silent)
+    done = rounds_of(plan, tmp_path)[-1]
     assert re.fullmatch("a finer round .*out of memory", done.stopped)
     assert written[:2] == [key_of(plan), key_of(finer)]
     assert load_greens(tmp_path / "seat.h5").provenance["seat_key"] == key_of(plan)
@@ -206,14 +187,9 @@ def test_summary_and_exit_code_tell_whether_the_target_was_met(more, code, tmp_p
     assert summary["accuracy_met"] is (code == 0)
     assert summary["accuracy_measures"] == "filtered_peak, stress"
     assert (summary["accuracy_stopped_because"] == "") == (code == 0)
-    assert summary["plan_seat_level"] == "closed form"
     assert ("reed.n_modes" in summary["plan_given"]) == bool(more)
-    assert summary["plan_run_time_step"].endswith("s")
-    assert 0 < summary["plan_wall_time_s"] < 60
-    assert summary["accuracy_rounds"] >= 1
     for key in ("filtered_peak_force_N", "peak_reed_stress_after_contact_Pa"):
-        within = summary[f"error_bar_{key}"] <= 0.05 * summary[key]
-        assert within or code == 1
+        assert summary[f"error_bar_{key}"] <= 0.05 * summary[key] or code == 1
     # from rest at 1 mm: 3 E (h/2) d/L^2 = 142 MPa, a quarter more where the freely swinging reed bends back
     assert summary["peak_reed_stress_Pa"] == pytest.approx(1.25 * 142e6, rel=0.1)
     assert 0 <= summary["peak_reed_stress_at_m"] <= 25.4e-3
@@ -226,15 +202,6 @@ def test_summary_and_exit_code_tell_whether_the_target_was_met(more, code, tmp_p
     assert summary["peak_reed_stress_after_contact_time_s"] > summary["first_contact_s"]
     assert 0 <= summary["peak_reed_stress_after_contact_at_m"] <= 25.4e-3
     assert "error_bar_peak_reed_stress_Pa" not in summary
-
-
-@pytest.mark.slow
-def test_no_round_that_is_expected_to_outlast_the_time_is_begun(tmp_path: Path) -> None:
-    plan = with_step(plan_of(SCENE + 'target = "2 %"\n', tmp_path), 2e-6)
-    one = carry_out(plan, tmp_path, Stopwatch(), silent, limits=Limits(seconds=1e-3))
-    assert (one.number, one.met) == (1, False)  # the first is always finished
-    assert "0 s of --max-time are left" in one.stopped
-    assert carry_out(plan, tmp_path, Stopwatch(), silent, limits=Limits(seconds=1e6)).met
 
 
 @pytest.mark.slow
@@ -259,7 +226,7 @@ def test_no_round_that_is_expected_to_outgrow_the_memory_is_begun(
     plan = with_step(plan_of(SCENE + 'target = "2 %"\n', tmp_path), 2e-6)
     monkeypatch.setattr(next_round, "own_memory", lambda: 1e8)
     monkeypatch.setattr(next_round, "available_memory", lambda: 2e7)
-    done = carry_out(plan, tmp_path, Stopwatch(), silent)
+    done = rounds_of(plan, tmp_path)[-1]
     assert (done.number, done.met) == (1, False)
     assert re.fullmatch(r"the next round would need about \S+ GB of memory, 0\.12 GB are available", done.stopped)
 
@@ -292,46 +259,3 @@ def test_a_run_that_nears_the_end_of_memory_ends_with_the_last_round_on_file(
         assert summary[key] == one.summary[key]
     alone, kept = (load_results(tmp_path / name / "result.h5")["wave"] for name in ("one", "two"))
     np.testing.assert_array_equal(alone.rows.force, kept.rows.force)
-
-
-@pytest.mark.parametrize(("number", "seconds"), [(0, 1.0), (1, 0.0), (1, float("nan"))])
-def test_limits_that_are_none_are_refused(number: int, seconds: float) -> None:
-    with pytest.raises(RunError, match="--rounds" if number < 1 else "--max-time"):
-        Limits(number, seconds)
-
-
-@pytest.mark.slow
-def test_each_finished_round_is_on_file_while_the_next_is_under_way(tmp_path, monkeypatch):
-    """Ctrl-C in round 2 leaves round 1: whole, and marked."""
-    scene, out, run_contacts, calls = tmp_path / "s.toml", tmp_path / "out", rounds.run_contacts, []
-    scene.write_text(SCENE + 'target = "2 %"\n', encoding="utf-8")
-
-    def stopping(*given, **more):
-        calls.append(given)
-        if len(calls) == 2:
-            raise KeyboardInterrupt
-        return run_contacts(*given, **more)
-
-    monkeypatch.setattr(rounds, "run_contacts", stopping)
-    monkeypatch.setattr(pipeline, "begin_plan", lambda scene: with_step(begin_plan(scene), 2e-6))
-    assert run_command(["run", str(scene), "-o", str(out), "--quiet"]) == 130
-    summary = json.loads((out / "summary.json").read_text(encoding="utf-8"))
-    assert (summary["accuracy_rounds"], summary["accuracy_met"]) == (1, False)
-    assert summary["accuracy_stopped_because"] == "round 2 was begun and not finished"
-    assert summary["spring_impulse_Ns"] > 0
-    both = load_results(out / "result.h5")
-    assert measures.impulse(both["wave"]) == summary["impulse_Ns"]
-    assert both["wave"].dt == 2e-6
-    load_greens(out / "seat.h5")
-
-
-def test_a_run_ends_in_words_before_its_memory_does(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The error names the stage, how far it came, memory left and needed, and keys that need less."""
-    heard: list[tuple[str, float]] = []
-    progress = rounds.within_limits(lambda stage, done: heard.append((stage, done)))
-    progress("stepping", 0.1)
-    monkeypatch.setattr(rounds, "EVERY", 0.0)
-    monkeypatch.setattr(rounds, "available_memory", lambda: 0.9 * rounds.LEAST_FREE)
-    with pytest.raises(MemoryError, match=r"stepping .* 20%: 0\.27 GB .* 0\.3 GB .* run\.duration.* contact\.ports"):
-        progress("stepping", 0.2)
-    assert heard == [("stepping", 0.1)]

@@ -1,13 +1,11 @@
 """Scene files: what they become, and every way in which they can be wrong."""
 
 import re
-import tomllib
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from seatfem.structures.kinds import Annular, Cantilever
 from seatfem.study.scene.problems import key_lines
 from tests.gallery import load_text
 from tests.steps import Scene, SceneError, key_of, load_scene, stated_method
@@ -53,17 +51,9 @@ def with_seat(seat: str) -> str:
 
 def test_values_are_si_floats_and_defaults_are_filled_in(load: Load) -> None:
     scene = load(SCENE)
-    assert isinstance(scene.seat, Annular)
-    assert scene.seat.bore_radius == 0.004
-    assert scene.seat.thickness == 0.008
-    assert scene.seat.mesh.order == 2
-    assert scene.seat.greens.bandwidth == 1e6
-    assert scene.seat.geometry().lip_width == 0.001
-    assert isinstance(scene.reed, Cantilever)
-    assert scene.reed.release.tip_deflection == 0.001
-    assert scene.contact.at is None
-    assert scene.run.filter_width == 1e-6
-    assert scene.accuracy.target == 0.01
+    assert (scene.seat.kind, scene.reed.kind) == ("annular", "cantilever")
+    assert (scene.seat.bore_radius, scene.seat.thickness, scene.seat.mesh.order) == (0.004, 0.008, 2)
+    assert (scene.reed.release.tip_deflection, scene.contact.at, scene.accuracy.target) == (0.001, None, 0.01)
 
 
 @pytest.mark.parametrize(
@@ -71,21 +61,14 @@ def test_values_are_si_floats_and_defaults_are_filled_in(load: Load) -> None:
     [
         ('lip_width = "1 mm"\n', 'lip_width = "1 mm"\nouter_radus = "9 mm"\n',
          "scene.toml:6: seat.outer_radus: .*'outer_radius'"),
+        ('[run]\nduration = "3 ms"\n', "", "scene.toml: run: .*missing"),
         ("[run]", "[run]\nfoo = 1",
          "scene.toml:17: run.foo: .*duration, time_step, filter_width, ensemble"),
-        ("[run]", '[run]\n"" = 1',
-         "scene.toml:17: run.: .*duration, time_step, filter_width, ensemble"),
         ('"25.4 mm"', '"3 kg"', "scene.toml:10: reed.length: '3 kg' .*mass.* length .*'3 mm'"),
         ('"25.4 mm"', "true", "scene.toml:10: reed.length: True .*unit.*'3 mm'"),
-        ('"25.4 mm"', '"-3 mm"', "scene.toml:10: reed.length: '-3 mm' .*positive"),
         ('"25.4 mm"', '"0 mm"', "scene.toml:10: reed.length: '0 mm' .*positive"),
-        ("poisson = 0.3", "poisson = 0.5", "scene.toml:6: seat.material.poisson: 0.5 .*0.5"),
         ("poisson = 0.3", "poisson = nan", "scene.toml:6: seat.material.poisson: nan: .*finite"),
-        ("poisson = 0.3", "posson = 0.3", "scene.toml:6: seat.material.posson: .*'poisson'"),
-        ('length = "25.4 mm"\n', "", "scene.toml:8: reed.length: .*missing"),
         ('"annular"', '"anular"', "scene.toml:3: seat.kind: 'anular' .*cantilever, .*annular, .*ball, .*'annular'"),
-        ('kind = "annular"\n', "", "scene.toml:2: seat.kind: .*missing"),
-        ('title = "test"', '"" = "test"', "scene.toml:1: .*title, seat, reed, assembly, contact, .*accuracy, stress"),
         ("[run]\n", "[contact]\nlaw = 'signorin'\n[run]\n",
          "scene.toml:17: contact.law.kind: 'signorin' .*'signorini', 'spring', 'hertz', .*'table_joint'.* 'signorini'"),
         ('release = { tip_deflection = "1 mm" }', "release = 1",
@@ -96,21 +79,16 @@ def test_values_are_si_floats_and_defaults_are_filled_in(load: Load) -> None:
          "scene.toml:6: seat.lip_fillet: 0.6 mm: .*< 0.4 mm .*lip_height .*lip_edge_radius"),
         ('lip_width = "1 mm"', 'lip_width = "1 mm"\nmesh = { size = "1 mm", contact_size = "2 mm" }',
          "scene.toml:6: seat.mesh.contact_size: 2 mm .*1 mm"),
-        ('lip_width = "1 mm"', 'lip_width = "1 mm"\ndamping_ratio = 0.1\n[seat.rayleigh]\nstiffness = "1 ns"\n[seat]',
-         r"scene.toml:9: TOML .*'seat'.*column 6\)"),
         ('lip_width = "1 mm"', 'lip_width = "1 mm"\ndamping_ratio = 0.1\nrayleigh = { stiffness = "1 ns" }',
          "scene.toml:7: seat.rayleigh: damping_ratio .*keep one"),
         ('"3 ms"', '"3 ms"\ntime_step = "2 ms"',
          "scene.toml:18: run.time_step: 2 ms .*3 ms"),
         ("[run]", "[seat.greens]\nmethod = 'krilov'\n[run]",
          "scene.toml:17: seat.greens.method: 'krilov' .*'auto', 'krylov', 'modes', .*'krylov'"),
-        ("[run]", "[[seat.supports]]\nkind = 'foundation'\non = 'rim'\nnormal = '2 GPa'\n[run]",
-         "scene.toml:19: seat.supports.0.normal: '2 GPa' .*bedding .*'2 GPa/mm'"),
         ("[run]", "[[seat.supports]]\nkind = 'hinge'\non = 'rim'\n[run]",
          "scene.toml:17: seat.supports.0.kind: 'hinge' .*'foundation', 'bolted', 'absorbing', 'dashpot', 'sliding'"),
         ("[run]", "[seat.materials.insert]\nyoung = '200 GPa'\npoison = 0.3\ndensity = '7850 kg/m^3'\n[run]",
          "scene.toml:18: seat.materials.insert.poison: .*'poisson'"),
-        ('title = "test"', "title = test", r"scene.toml:1: TOML .*column 9\)"),
     ],
 )  # fmt: skip
 def test_bad_scenes(load: Load, old: str, new: str, message: str) -> None:
@@ -140,19 +118,11 @@ def test_everything_wrong_is_told_at_once_in_the_order_of_the_file(load: Load) -
     ]
 
 
-def test_a_missing_table_names_the_file(load: Load) -> None:
-    text = SCENE[: SCENE.index("[run]")]
-    (message,) = messages(load, text)
-    assert re.match("scene.toml: run: .*missing", message)
-
-
 @pytest.mark.parametrize(
     ("section", "message"),
     [
-        ("", "scene.toml:1: seat.area: .*area, or width and thickness"),
         ('width = "1 mm"', "scene.toml:1: seat.area: .*area, or width and thickness"),
         ('area = "1 mm^2"\nwidth = "1 mm"', "scene.toml:6: seat.area: width or thickness .*keep"),
-        ('area = "1 mm"', r"scene.toml:6: seat.area: '1 mm' .*length.* area .*'4 mm\^2'"),
     ],
 )
 def test_rod_cross_section(load: Load, section: str, message: str) -> None:
@@ -166,10 +136,8 @@ def test_files_are_found_from_the_folder_of_the_scene(load: Load, tmp_path: Path
         'contact = { kind = "plane", normal = [0, 0, 1], offset = "8.5 mm" }\n'
         'material = { young = "200 GPa", density = "7850 kg/m^3" }\n'
     )
-    missing = messages(load, text)
-    assert len(missing) == 1
-    with pytest.raises(SceneError, match=r"scene.toml:3: seat.file:.*part\.step"):
-        load(text)
+    (missing,) = messages(load, text)
+    assert re.match(r"scene.toml:3: seat.file:.*part\.step", missing)
     (tmp_path / "part.step").write_text("")
     seat = load(text).seat
     assert seat.file == (tmp_path / "part.step").resolve()
@@ -185,8 +153,6 @@ def test_a_rigid_mass_strikes_downwards_and_has_no_positions(load: Load) -> None
     text = SCENE[:start] + mass + SCENE[end:]
     reed = load(text).reed
     assert (reed.mass, reed.velocity) == (0.005, -2.0)
-    (away,) = messages(load, changed('"-2 m/s"', '"2 m/s"', text))
-    assert re.match("scene.toml:11: reed.velocity: .*negative.*'-2 m/s'", away)
     assert "at rest never touches" in messages(load, changed('"-2 m/s"', '"0 m/s"', text))[0]
     (placed,) = messages(load, text + '[contact]\nat = "1 mm"\n')
     assert re.match("scene.toml:15: contact.at: .*positions.*remove", placed)
@@ -234,17 +200,6 @@ x = "\\"]"
         "t.u.g.j": 10, "many.0.x": 13, "many.1.x": 15,
     }  # fmt: skip
     assert {key: lines.get(key) for key in expected} == expected
-    assert _paths(tomllib.loads(text)) <= lines.keys()
-
-
-def _paths(data: object, before: str = "") -> set[str]:
-    items: list[tuple[str | int, object]] = []
-    if isinstance(data, dict):
-        items = list(data.items())
-    elif isinstance(data, list):
-        items = list(enumerate(data))
-    inner = {each for key, value in items for each in _paths(value, f"{before}{key}.")}
-    return {f"{before}{key}" for key, _ in items} | inner
 
 
 def test_a_reed_needs_its_length_and_release_only(load: Load) -> None:

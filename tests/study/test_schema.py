@@ -1,4 +1,4 @@
-"""The JSON schema of scenes: it takes every example, and refuses misspelt keys and kinds of values."""
+"""The JSON schema of scenes takes every example and refuses misspelt keys; docs/scene.md says what the program does."""
 
 import json
 import tomllib
@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from jsonschema import Draft202012Validator
+from scene_page import scene_pages
 
 from seatfem.fields import kind_of
 from seatfem.structures.kinds import kinds_of
@@ -59,3 +60,13 @@ def test_it_refuses_misspelt_keys_and_values(table: str, key: str, value: object
     assert VALID.is_valid(given)
     given.setdefault(table, {})[key] = value
     assert not VALID.is_valid(given)
+
+
+DOCS = Path(__file__).parents[2] / "docs"
+PAGES = scene_pages()
+
+
+def test_the_pages_are_current() -> None:
+    written = [DOCS / "scene.md", *(DOCS / "scene").glob("*.md")]
+    pages = {path.relative_to(DOCS).as_posix(): path.read_text(encoding="utf-8") for path in written}
+    assert pages == PAGES, "run: make docs"

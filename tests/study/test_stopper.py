@@ -224,13 +224,7 @@ def test_the_mesh_and_the_patch_of_a_stopper_are_in_the_bars(tmp_path: Path) -> 
 
 REFUSED = [
     ("", '[stopper]\nkind = "spring"\nstiffness = "1 N/um"\n', "stopper.gap: .*missing"),
-    ("", '[stopper]\ngap = "1 mm"\n', "stopper.kind: .*missing"),
-    ("", '[stopper]\nkind = "sprin"\ngap = "1 mm"\n', "stopper.kind: 'sprin'"),
-    ("", STOPPER.replace("stiffness", "stifness"), "stopper.stifness: .*'stiffness'"),
-    ("", STOPPER + 'gapp = "1 mm"\n', "stopper.gapp: .*'gap'"),
-    ("", STOPPER.replace('"4 N/um"', '"4 mm"'), "stopper.stiffness: '4 mm' .*length"),
     ("", STOPPER.replace('"0.2 mm"', '"-0.2 mm"'), "stopper.gap: '-0.2 mm' .*>= 0"),
-    ("", STOPPER + 'lift = "0.3 mm"\n', "stopper.lift: gap .*keep one"),
     ("", STOPPER.replace('gap = "0.2', 'lift = "0.0'), "stopper.lift: 0 mm: .*leave"),
     ("", STOPPER.replace('gap = "0.2 mm"', 'lift = "0.09 mm"'), "stopper.lift: 0.09 mm .*contact.gap ="),
     (REED + '[contact]\ngap = "0.1 mm"\n', ABOVE.replace("gap", "lift"), "stopper.lift: with contact.gap = 0.1 mm"),
@@ -239,17 +233,14 @@ REFUSED = [
         ABOVE.replace('gap = "0.8 mm"', 'lift = "1.05 mm"').replace('at = "18 mm"\n', ""),
         "stopper.lift: 1.05 mm: .* 1 mm .*1.1 mm",
     ),
-    ("", STOPPER + 'law = "hertzz"\n', "stopper.law.kind: 'hertzz'"),
     ("", STOPPER + 'at = "1 mm"\n', "stopper.at: .*positions"),
-    ("", "stopper = 3\n", "stopper"),
     (REED, ABOVE.replace("18 mm", "26 mm"), "stopper.at: 26 mm .*25.4 mm"),
 ]
 
 
 @pytest.mark.parametrize(("reed", "stopper", "words"), REFUSED, ids=[words[:40] for _, _, words in REFUSED])
 def test_what_is_wrong_is_named(reed: str, stopper: str, words: str, tmp_path: Path) -> None:
-    text = stopper + SEAT + MASS + RUN if stopper.startswith("stopper =") else SEAT + (reed or MASS) + stopper + RUN
-    assert re.search(f": {words}", refusal(load_text, tmp_path, text))
+    assert re.search(f": {words}", refusal(load_text, tmp_path, SEAT + (reed or MASS) + stopper + RUN))
 
 
 @pytest.mark.parametrize(

@@ -10,9 +10,7 @@ import pytest
 
 from impact.pictures.drawing import PictureError
 from seatfem.life.maps import margin_of, margin_pictures
-from seatfem.pictures.frames import wave_frames
 from seatfem.pictures.moving import load_moving, plot_margin_map
-from seatfem.pictures.skins import skin_of
 from seatfem.structures.fields.recovery import Response, histories, in_frames, recover, response_in_frames, von_mises
 from seatfem.structures.fields.sites import at_nodes
 from seatfem.structures.fields.solids import Harmonic, RingField, elements_of, solid_stress
@@ -20,29 +18,22 @@ from seatfem.study.runs.reed_stress import plate_stress
 from seatfem.study.runs.seat_stress import SeatStress, seat_stress
 from seatfem.study.runs.stress_wave import wave_of, wave_pictures
 from seatfem.study.scene.problems import SceneError
-from tests.gallery import FLAPPER, load_text
+from tests.gallery import FLAPPER, load_text, mass
 from tests.steps import Limits, Stopwatch, begin_plan, rounds, silent
+from tests.study.small_scenes import PRESSED, PRESSURE
 
 STRENGTH = (
     'source = "invented for tests"\nultimate = "1800 MPa"\ntorsion_limit = "310 MPa"\nbending_limit = "500 MPa"\n'
     'limit_cycles = 1e7\ncurve = { knee_stress = "500 MPa", knee_cycles = 1e7, slope = 12 }\n'
 )
-SCENE = (
-    '[seat]\nkind = "bar"\nlength = "10 mm"\nwidth = "2 mm"\nheight = "3 mm"\ndamping_ratio = 0.05\n'
-    'material = {{ young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }}\nmodel = "3d"\n'
-    'mesh = {{ size = "2 mm", contact_size = "2 mm" }}\ngreens = {{ bandwidth = "100 kHz" }}\n[reed]\n'
-    'kind = "rigid_mass"\nmass = "1 g"\nvelocity = "-0.5 m/s"\n[contact]\ngap = "10 um"\n'
-    'law = {{ kind = "spring", stiffness = "1e5 N/m" }}\n[run]\nduration = "360 us"\ntime_step = "200 ns"\n[accuracy]\n'
-    'target = "20 %"\n[stress]\ndistance = "3 mm"\n{stress}\n[life]\nseat_strength = "seat.toml"\n'
-    'multiaxial = "{criterion}"\ncycles = 4.5e9\n'
-)
-PRESSURE = 0.5 * np.sqrt(1e5 * 1e-3) / (2e-3 * 3e-3)  # of a mass on a spring; the bar gives way by 1e-3 of it
+ASKED = '[life]\nseat_strength = "seat.toml"\nmultiaxial = "{}"\ncycles = 4.5e9\n'
+SCENE = PRESSED.replace("[contact]", '[contact]\ngap = "10 um"').replace("330 us", "360 us")
 TOUCH = 20e-6
 
 
 def load(folder: Path, stress: str = "frames = 12", criterion: str = "crossland") -> Any:
     (folder / "seat.toml").write_text(STRENGTH, encoding="utf-8")
-    return load_text(folder, SCENE.format(stress=stress, criterion=criterion))
+    return load_text(folder, f"{SCENE}{stress}\n{ASKED.format(criterion)}")
 
 
 @pytest.fixture(scope="module")
@@ -125,16 +116,6 @@ def test_its_files_and_pictures(pressed: tuple[Any, Any], tmp_path: Path) -> Non
     assert 0.02 - 1e-9 <= farthest <= 0.05 + 1e-9
 
 
-@pytest.mark.slow
-def test_parts_that_do_not_fit_together_are_refused(pressed: tuple[Any, Any]) -> None:
-    skin = skin_of(pressed[1].model)
-    values, moved, is_known = np.ones((3, len(skin.nodes))), np.zeros((3, len(skin.nodes), 3)), skin.nodes >= 0
-    with pytest.raises(PictureError, match="need as many"):
-        wave_frames("", skin, values[:2], moved, np.arange(3.0), 0.0, is_known)
-    with pytest.raises(PictureError, match="no stress is computed"):
-        wave_frames("", skin, values, moved, np.arange(3.0), 0.0, ~is_known)
-
-
 @pytest.mark.slow(but="crossland")
 @pytest.mark.parametrize("criterion", ["", "crossland"])
 def test_margins_of_a_bar_that_is_pressed(pressed: tuple[Any, Any], tmp_path: Path, criterion: str) -> None:
@@ -184,11 +165,9 @@ def test_times_that_cannot_be_are_refused(tmp_path: Path, stress: str, said: str
 @pytest.mark.slow
 def test_a_plate_that_strikes_is_shown_as_it_moves(tmp_path: Path) -> None:
     """The struck patch moves as far as the run says; stress is shown away from the contact, and only there."""
-    reed = f"[reed]\n{FLAPPER}greens = {{ bandwidth = '10 kHz' }}\nrelease = {{ velocity = '-1 m/s' }}\n"
-    reed += "contact_radius = '1 mm'\n[contact]"
-    text = SCENE.format(stress="frames = 8", criterion="")
-    start, end = text.index("[reed]"), text.index("[contact]")
-    text = (text[:start] + reed + text[end + len("[contact]") :]).replace('gap = "10 um"', 'gap = "5 um"\nports = 1')
+    reed = f"{FLAPPER}greens = {{ bandwidth = '10 kHz' }}\nrelease = {{ velocity = '-1 m/s' }}\n"
+    text = f"{SCENE}frames = 8\n{ASKED.format('')}".replace('gap = "10 um"', 'gap = "5 um"\nports = 1')
+    text = text.replace(mass(1, "-0.5 m/s"), f"{reed}contact_radius = '1 mm'\n")
     (tmp_path / "seat.toml").write_text(STRENGTH, encoding="utf-8")
     scene = load_text(tmp_path, text.replace('"360 us"', '"60 us"'))
     *_, done = rounds(begin_plan(scene), tmp_path, Stopwatch(), silent)

@@ -1,4 +1,4 @@
-"""Studies carried out: same numbers however they are stopped and shared out, nothing computed twice, failures kept."""
+"""Studies: same numbers however they are stopped and shared out, nothing computed twice, how scenes begin."""
 
 import csv
 import json
@@ -10,6 +10,7 @@ import sys
 import time
 from collections import Counter
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -18,13 +19,13 @@ import seatfem
 from impact.files.safe_files import OutputError
 from seatfem.jobs.folders import JournalError, claimed
 from seatfem.study.sweep import runner as one
+from seatfem.study.sweep.cases import PILOTS, begun, cases_of, chosen, start_of
 from seatfem.study.sweep.effort import Effort
-from seatfem.study.sweep.runner import JOURNAL, Outcome, StudyError, read_journal
+from seatfem.study.sweep.runner import JOURNAL, Outcome, StudyError, carry_out, read_journal
 from seatfem.study.sweep.study import load_study
 from seatfem.study.sweep.sweep import TABLE, run_study
 from seatfem.study.sweep.table import write_parquet
-from tests.steps import SceneError, load_scene, run_scene
-from tests.study.crew_at_hand import answer_here
+from tests.steps import SceneError, begin_plan, converge, load_scene, run_scene
 
 ROOT = Path(__file__).parents[2]
 posix = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
@@ -58,9 +59,8 @@ def rows(folder: Path) -> list[dict[str, str]]:
 
 
 @pytest.mark.slow
-def test_the_table_has_what_runs_of_the_scenes_have(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_table_has_what_runs_of_the_scenes_have(tmp_path: Path, jobs: list[str]) -> None:
     """The table has 2 m v and v sqrt(k m) of a mass on a spring to its bars, and a run's own number."""
-    answer_here(monkeypatch)
     text = '[vary]\nreed.mass = ["1 g", "4 g"]\nreed.velocity = ["-1 m/s", "-2 m/s"]'
     path = study_file(tmp_path, text)
     table = run_study(load_study(path), tmp_path / "out", file=path)
@@ -79,9 +79,8 @@ def test_the_table_has_what_runs_of_the_scenes_have(tmp_path: Path, monkeypatch:
 
 
 @pytest.mark.slow
-def test_nothing_is_computed_twice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_nothing_is_computed_twice(tmp_path: Path, jobs: list[str]) -> None:
     """Equal scenes, larger studies, other measures and other designs take what was computed already."""
-    jobs = answer_here(monkeypatch)
     out = tmp_path / "out"
     run_study(load_study(study_file(tmp_path, '[vary]\nreed.mass = ["1 g", "0.001 kg", "2 g"]')), out)
     assert len(jobs) == 2
@@ -132,13 +131,12 @@ def kill_at_random(command: list[str], journal: Path, chance: random.Random, mos
 
 @posix
 @pytest.mark.slow
-def test_a_study_survives_kills_at_any_moment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_study_survives_kills_at_any_moment(tmp_path: Path, jobs: list[str]) -> None:
     """A study killed three times, or as many as SEATFEM_KILLS says (50 take two minutes), loses nothing, computes
     nothing twice and has all numbers of one that nobody disturbed."""
     kills = int(os.environ.get("SEATFEM_KILLS", "3"))
     scenes = 6 * kills
     path = study_file(tmp_path, DRAWN.format(scenes))
-    answer_here(monkeypatch)
     run_study(load_study(path), tmp_path / "whole")
     out = tmp_path / "out"
     journal, chance = out / JOURNAL, random.Random(kills)
@@ -156,10 +154,11 @@ def test_a_study_survives_kills_at_any_moment(tmp_path: Path, monkeypatch: pytes
 
 
 @pytest.mark.slow
-def test_a_scene_that_fails_stands_in_the_table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_scene_that_fails_stands_in_the_table(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, jobs: list[str]
+) -> None:
     """A failed scene has a row with its message and values, and is tried again if that is asked for."""
     text = '[vary]\nrun.duration = "0.2 ms"\nseat.mesh.size = ["1 mm", "60 mm"]'
-    jobs = answer_here(monkeypatch)
     real = one._carried_out
 
     def failing(path: Path, changed: dict[str, object], *given: object, **named: object) -> Outcome:
@@ -204,8 +203,7 @@ def test_a_worker_that_dies_or_hangs_is_an_outcome(tmp_path: Path, monkeypatch: 
 
 
 @pytest.mark.slow
-def test_a_measure_that_no_summary_has(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    jobs = answer_here(monkeypatch)
+def test_a_measure_that_no_summary_has(tmp_path: Path, jobs: list[str]) -> None:
     path = study_file(tmp_path, '[vary]\nreed.mass = ["1 g", "2 g"]\n[outputs]\nmeasures = ["impulse_N"]')
     for _ in range(2):  # at once, the second time from the journal
         with pytest.raises(StudyError, match=r"'impulse_N'.*'impulse_Ns'"):
@@ -215,8 +213,7 @@ def test_a_measure_that_no_summary_has(tmp_path: Path, monkeypatch: pytest.Monke
 
 @pytest.mark.slow
 @posix
-def test_nothing_outside_the_folder_is_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    answer_here(monkeypatch)
+def test_nothing_outside_the_folder_is_written(tmp_path: Path, jobs: list[str]) -> None:
     path, out = study_file(tmp_path, '[vary]\nreed.mass = ["1 g"]'), tmp_path / "out"
     out.mkdir()
     mine = tmp_path / "mine"
@@ -238,8 +235,7 @@ def test_nothing_outside_the_folder_is_written(tmp_path: Path, monkeypatch: pyte
 
 
 @pytest.mark.slow
-def test_a_damaged_journal_costs_what_is_damaged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    jobs = answer_here(monkeypatch)
+def test_a_damaged_journal_costs_what_is_damaged(tmp_path: Path, jobs: list[str]) -> None:
     path, out = study_file(tmp_path, '[vary]\nreed.mass = ["1 g", "2 g", "3 g"]'), tmp_path / "out"
     run_study(load_study(path), out)
     before = rows(out)
@@ -292,20 +288,25 @@ def test_a_claim_is_one_programs(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_sweeps_from_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    answer_here(monkeypatch)
+def test_sweeps_from_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, jobs: list[str]) -> None:
     (tmp_path / "scene.toml").write_text(SPRING, encoding="utf-8")
     vary = {"reed.mass": {"from": "1 g", "to": "2 g"}}
     monkeypatch.setattr("seatfem.study.sweep.table.find_spec", lambda name: None)  # no pandas
     table = seatfem.sweep(
-        tmp_path / "scene.toml", vary, design="latin_hypercube", number=3, measures=["restitution", "impulse_Ns"]
-    )
-    assert list(table) == [
-        "scene", "reed.mass [g]", "restitution", "error_bar_restitution", "impulse_Ns", "error_bar_impulse_Ns",
-        "landing_status",
-        "status", "wall_time_s", "message", "notes",
-    ]  # fmt: skip
-    assert table["impulse_Ns"] == pytest.approx([2e-3 * mass for mass in table["reed.mass [g]"]], rel=5e-3)
+        tmp_path / "scene.toml", vary, design="latin_hypercube", number=3, measures=["restitution", "impulse_Ns"],
+        below={"restitution": 0.5}, units={"impulse_Ns": "mN s"},
+    )  # fmt: skip
+    heads = [
+        "scene",
+        "reed.mass [g]",
+        "restitution",
+        "error_bar_restitution",
+        "impulse [mN s]",
+        "error_bar_impulse [mN s]",
+    ]
+    assert list(table) == [*heads, "verdict", "landing_status", "status", "wall_time_s", "message", "notes"]
+    assert list(table["verdict"]) == ["does not hold"] * 3
+    assert table["impulse [mN s]"] == pytest.approx([2 * mass for mass in table["reed.mass [g]"]], rel=5e-3)
     assert table["notes"] == [""] * 3
     assert [path.name for path in tmp_path.iterdir()] == ["scene.toml"]
     with pytest.raises(SceneError, match="number: required"):
@@ -328,3 +329,58 @@ def test_tables_for_pandas_and_parquet(tmp_path: Path) -> None:
     frame = pandas.read_parquet(tmp_path / "a.parquet")
     assert frame["a"][0] == 0.1
     assert list(frame) == list(columns)
+
+
+MASSES = '[vary]\nreed.mass = ["1 g", "1.1 g", "1.2 g", "1 g", "1.3 g", "1.4 g", "1.5 g"]'
+
+
+@pytest.mark.slow
+def test_the_first_scenes_show_how_to_begin(tmp_path: Path, jobs: list[str]) -> None:
+    """The first begins by rule, those after it as it ended, all others as the second dearest of these did; a
+    study that goes on hands on the same."""
+    path = study_file(tmp_path, MASSES)
+    cases = cases_of(load_study(path))
+    assert [case.leads for case in cases] == [True] * (PILOTS + 2) + [False]  # 1 g twice
+    assert cases[3].key == cases[0].key
+    assert cases[-1].guides == tuple(dict.fromkeys(case.key for case in cases[:-1]))
+    run_study(load_study(path), tmp_path / "out")
+    sent, journal = [json.loads(job) for job in jobs], read_journal(tmp_path / "out" / JOURNAL)
+    first, *others = (journal[case.key].start for case in cases)
+    assert sent[0]["start"] == {}
+    assert [job["start"] for job in sent[1:-1]] == [first] * PILOTS
+    ranked = sorted((first, *others[:2], *others[3:-1]), key=lambda start: float(start["work"]))
+    assert sent[-1]["start"] == ranked[-2]
+    assert journal[cases[-1].key].start == {}
+    lines = (tmp_path / "out" / JOURNAL).read_text(encoding="utf-8").splitlines(keepends=True)
+    (tmp_path / "out" / JOURNAL).write_text("".join(lines[:-1]), encoding="utf-8")
+    jobs.clear()
+    run_study(load_study(path), tmp_path / "out")
+    assert [json.loads(job) for job in jobs] == sent[-1:]
+
+
+@pytest.mark.slow
+def test_a_start_that_is_too_coarse_is_refined(tmp_path: Path) -> None:
+    """Each scene measures its own error: it meets its target from wherever it begins, or by rule."""
+    path = study_file(tmp_path, MASSES, f'{SPRING}[accuracy]\ntarget = "0.1 %"\n').parent / "scene.toml"
+    plan = converge(load_scene(path)).plan
+    coarse = replace(plan, method=replace(plan.method, time_step=8 * plan.method.time_step))
+    outcome = carry_out(path, {"reed.mass": "2 g"}, 4, start_of(coarse))
+    assert outcome.state == "done"
+    assert outcome.summary["accuracy_rounds"] in (2, 3)
+    alone = carry_out(path, {"reed.mass": "2 g"}, 1, start_of(coarse), leads=True)
+    assert alone.state == "done"  # by rule
+    own = converge(load_scene(path, {"reed.mass": "2 g"})).plan
+    assert alone.start["plan"]["values"] == start_of(own)["plan"]["values"]
+
+
+def test_scenes_that_are_too_different_begin_by_rule(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = study_file(tmp_path, MASSES).parent / "scene.toml"
+    start, hertz = start_of(begin_plan(load_scene(path))), {"kind": "hertz", "stiffness": "1e9 N/m^1.5"}
+    assert begun(load_scene(path, {"reed.mass": "3 g"}), start) is not None
+    others = {"run.duration": "0.3 ms", "accuracy.target": "1 %", "run.time_step": "10 ns", "contact.law": hertz}
+    for key, value in others.items():
+        assert begun(load_scene(path, {key: value}), start) is None
+    assert begun(load_scene(path), {**start, "plan": {**start["plan"], "values": {}}}) is None  # a damaged journal
+    assert chosen([]) == {}
+    with pytest.raises(TypeError, match="no outcome"):
+        one.Outcome("done", start={"work": "x"})

@@ -54,7 +54,7 @@ def loaded(text: str, folder: Path) -> Scene:
     """Load a scene with files that hold a course, or nothing, in place of those that are not there."""
     for _ in range(4):
         try:
-            return load(text, folder)
+            return load_text(folder, text)
         except SceneError as error:
             problems = str(error).splitlines()
         absent = [re.search(r"no such file: (\S+);", problem) for problem in problems]
@@ -74,7 +74,7 @@ def test_a_plan_of_it_begins(kind: str, tmp_path: Path) -> None:
 def test_every_default_is_what_the_comment_says(kind: str, tmp_path: Path) -> None:
     """All commented keys at once that show a default; those that are absent show how one would be written."""
     text = scene_template(kind)
-    absent = load(text, tmp_path)
+    absent = load_text(tmp_path, text)
     shown, tables = [], 0
     for line in text.splitlines():
         name, _, _ = line.removeprefix("# ").partition(" = ")
@@ -82,7 +82,7 @@ def test_every_default_is_what_the_comment_says(kind: str, tmp_path: Path) -> No
         said = line.startswith("# ") and name.isidentifier() and not tables
         shown.append(line.removeprefix("# ") if said and name in STATED else line)
     assert sum(a != b for a, b in zip(shown, text.splitlines(), strict=True)) >= 8
-    stated = load("\n".join(shown), tmp_path)
+    stated = load_text(tmp_path, "\n".join(shown))
     assert stated.model_dump() == absent.model_dump()
 
 
@@ -91,7 +91,3 @@ STATED = {
     *("tilt", "tilt_axis", "offset", "line_arc", "filter_width", "measures", "damping_ratio"),
 }
 """Keys with a default."""
-
-
-def load(text: str, folder: Path) -> Scene:
-    return load_text(folder, text)

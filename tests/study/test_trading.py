@@ -15,23 +15,12 @@ import pytest
 
 from seatfem.faces.cli import BAD_INPUT, DONE, run_command
 from seatfem.jobs.crew import Ask
-from seatfem.study.method import FIELDS, MODEL, PORTS, RunMethod
-from seatfem.study.runs.converge import LEAST, begin_method
+from seatfem.study.runs.converge import begin_method
 from seatfem.study.sweep.effects import pareto_front
 from seatfem.study.sweep.runner import Outcome
 from seatfem.study.trade import trade
-from seatfem.study.trade.trade import (
-    ALL_OPEN,
-    OWN_CHOICE,
-    Point,
-    Trade,
-    around,
-    carry_out,
-    finer_in_all,
-    run_points,
-    states,
-)
-from tests.steps import Scene, load_scene
+from seatfem.study.trade.trade import ALL_OPEN, OWN_CHOICE, Point, Trade, carry_out, finer_in_all, run_points, states
+from tests.steps import load_scene
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 DRAWN = ("flapper_on_annular_seat", "flapper_on_arc", "flapper_on_stopper", "flapper_on_valve_plate", "mass_on_bar")
@@ -66,13 +55,6 @@ def test_front_against_its_definition():
         assert list(points[list(front), 0]) == sorted(points[list(front), 0])
 
 
-def begun(name: str) -> tuple[Scene, RunMethod, RunMethod]:
-    """Return an example with its keys open, its first method, and one three rungs finer in every key."""
-    scene = load_scene(EXAMPLES / f"{name}.toml", ALL_OPEN)
-    start = begin_method(scene)
-    return scene, start, finer_in_all(scene, finer_in_all(scene, finer_in_all(scene, start)))
-
-
 def is_finer(key: str, value: float, other: float) -> bool:
     falls = ("mesh.size", "mesh.contact_size", "tolerance", "time_step")
     return value < other if key.endswith(falls) else value > other
@@ -82,7 +64,9 @@ def is_finer(key: str, value: float, other: float) -> bool:
 @pytest.mark.parametrize("name", DRAWN + CLOSED)
 def test_states_lead_from_the_first_values_to_the_last_and_every_key_is_finer_from_one_to_the_next(name: str):
     """States lead as far as the last one goes: a key that stays keeps its value, and none is finer than the last."""
-    scene, start, end = begun(name)
+    scene = load_scene(EXAMPLES / f"{name}.toml", ALL_OPEN)
+    start = begin_method(scene)
+    end = finer_in_all(scene, finer_in_all(scene, finer_in_all(scene, start)))
     held = "reed.n_modes" if end.reed.n_modes else "run.time_step"
     end = end.replaced({held: start.value(held)})
     ladder = states(scene, start, end)
@@ -93,50 +77,8 @@ def test_states_lead_from_the_first_values_to_the_last_and_every_key_is_finer_fr
             if isinstance(value, float) and value != before.value(key):
                 assert is_finer(key, value, before.value(key))
                 assert not is_finer(key, value, end.value(key))
-    points = list(around(scene, start, end))
+    points = list(trade.around(scene, start, end))
     assert len({point.name for point in points}) == len(points)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", DRAWN + CLOSED)
-def test_the_reference_is_finer_in_every_key(name: str):
-    """The reference halves the error in each key: step and tolerance by two, modes as in their comparisons."""
-    scene, start, _ = begun(name)
-    finer = finer_in_all(scene, start)
-    assert finer.time_step == pytest.approx(start.time_step / LEAST)
-    assert finer.seat.tolerance == pytest.approx(start.seat.tolerance / LEAST)
-    if start.reed.n_modes:
-        assert finer.reed.n_modes == 28
-    if start.seat.size:
-        assert (start.seat.level, finer.seat.level == "spring") == ("spring", False)
-        for key in ("seat.mesh.size", "seat.mesh.contact_size", "seat.greens.bandwidth"):
-            assert is_finer(key, finer.value(key), start.value(key))
-    if start.ports == 1:
-        assert finer.ports > 1
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", DRAWN)
-def test_around_the_converged_state_one_key_is_varied_to_both_sides(name: str):
-    """Each key has a point at its first value and a finer one, and the model one at each level."""
-    scene, start, end = begun(name)
-    points = list(around(scene, start, end))
-    for point in points:
-        changed = {key for key in FIELDS if point.values[key] != end.value(key)}
-        assert point.varied in changed or (point.varied, end.ports) == (PORTS, 1)
-        assert changed <= {point.varied, "seat.mesh.size", "seat.mesh.contact_size", PORTS, "contact.rings"}
-    for key in ("seat.greens.bandwidth", "seat.mesh.size", "seat.greens.tolerance", "run.time_step"):
-        one, other = (point.values[key] for point in points if point.varied == key)
-        assert one == start.value(key)
-        assert is_finer(key, other, end.value(key))
-    applying = {level.level for level in scene.seat.levels() if level.applies}
-    expected = {"spring", *applying} if end.ports is None else {"spring"}
-    assert {point.values[MODEL] for point in points if point.varied == MODEL} == expected - {end.value(MODEL)}
-
-
-def run_point(scene: Path, point: Point, limit: float) -> Outcome:
-    """Run one point in a process of its own."""
-    return run_points(scene, [point], None, time_limit=limit)[point.name]
 
 
 def carry_out_by(monkeypatch: pytest.MonkeyPatch, carry: Callable[[Path, Point, float], Outcome]) -> None:
@@ -159,7 +101,7 @@ def test_a_point_in_a_process_of_its_own(small: Path, monkeypatch: pytest.Monkey
     """A point in its own process has the impulse to the order of its step, and its own memory and time."""
     monkeypatch.setenv("SEATFEM_STORE", "/nowhere")
     point = Point("coarse", "run.time_step", {"run.time_step": 200e-9})
-    outcome = run_point(small, point, 120.0)
+    outcome = run_points(small, [point], None, time_limit=120.0)["coarse"]
     assert (outcome.state, outcome.message) == ("done", "")
     fine = carry_out(small, replace(point, values={"run.time_step": 20e-9}))
     assert outcome.summary["impulse"] == pytest.approx(fine.summary["impulse"], rel=5e-3)
@@ -175,7 +117,7 @@ def test_what_fails_or_hangs_is_an_outcome(small: Path, monkeypatch: pytest.Monk
     assert "RunError: run.time_step" in failed.message
     assert "processor_s" not in failed.summary
     monkeypatch.setattr(trade, "PATIENCE", 5e-4)
-    stopped = run_point(small, Point("slow", "all keys"), 20.0)
+    stopped = run_points(small, [Point("slow", "all keys")], None, time_limit=20.0)["slow"]
     assert (stopped.state, stopped.message) == ("stopped", "no end within 0.01 s")
 
 
@@ -184,7 +126,8 @@ def test_what_fails_or_hangs_is_an_outcome(small: Path, monkeypatch: pytest.Monk
 def test_a_point_that_takes_too_much_processor_time_is_stopped(small: Path):
     """A point of ten million steps is stopped after the one second that is allowed."""
     steps = {"run.duration": "0.1 s", "run.time_step": "10 ns"}
-    stopped = run_point(small, Point("long", "run.time_step", {"run.time_step": 1e-8}, settings=steps), 1.0)
+    point = Point("long", "run.time_step", {"run.time_step": 1e-8}, settings=steps)
+    stopped = run_points(small, [point], None, time_limit=1.0)["long"]
     assert stopped.state == "stopped"
     assert "processor" in stopped.message or "10 s" in stopped.message
 
