@@ -138,18 +138,12 @@ def test_a_circle_and_units(tmp_path: Path) -> None:
         ((), 4, "LINE, ARC, CIRCLE, LWPOLYLINE"),
         (STRAIGHT, 4, r"\(20, -3\)"),
         ((*STRAIGHT, ARCS[0]), 4, "its outline is open at"),
-        ((entity("CIRCLE", (10, 5), (20, 0), (40, math.inf)),), 4, "CIRCLE.*numbers"),
         ((entity("ARC", (10, 0), (20, 0), (40, 3)),), 4, "ARC.*start_angle"),
-        ((entity("ARC", (10, 0), (20, 0), (40, 3), (50, 0), (51, 9), (210, 1), (220, 0), (230, 0)),), 4, "flatten"),
-        ((entity("LINE", (10, 1e300), (20, 0), (11, 0), (21, 0)),), 4, "LINE.*1000 m"),
-        ((entity("CIRCLE", (10, 0), (20, 0), (40, 1e200)),), 4, "a CIRCLE .*within 1000 m"),
         ((entity("NOVELTY"),), 4, "a NOVELTY.*convert it"),
         ((entity("INSERT", (2, "B"), (10, 0), (20, 0)),), 4, "block 'B' is not in the file.*explode"),  # type: ignore[arg-type]
-        ((*STRAIGHT, *ARCS, "0\nENDSEC\n0\nSECTION\n2\nENTITIES\n", *STRAIGHT), 4, "several sections ENTITIES"),
         (tuple(line(k, 0, k + 1, 0) for k in range(5001)), 4, "10000 corners"),
         (("0\nPOINT\n" * 20_001,), 4, "more than 20000 entities"),
         ((*STRAIGHT, *ARCS), "²", "line: 8"),
-        ((*STRAIGHT, *ARCS), "4" * 5000, "not readable"),
         ((*STRAIGHT, *ARCS), 0, 'unit = "mm"'),
     ],
 )
@@ -187,12 +181,7 @@ def outside(space: Any) -> None:
 @pytest.mark.parametrize(
     ("draw", "message"),
     [
-        (lambda space: space.add_lwpolyline([(0, 0, 1e200), (1, 0, 0)], "xyb", close=True), "bulges up to 10000"),
-        (lambda space: space.add_lwpolyline([(k % 7, k) for k in range(10_001)]), "10000 corners"),
-        (lambda space: space.add_open_spline([(0, 0), (1, math.nan), (2, 0), (3, 1)]), "SPLINE.*finite"),
         (lambda space: space.add_3dface([(0, 0), (1, 0), (1, 1), (0, 1)]), "a 3DFACE.*convert it"),
-        (lambda space: space.add_polyline3d([(0, 0), (1, 0), (2, 1)]), "open at"),
-        (lambda space: space.add_polymesh((3, 3)), "a POLYLINE.*convert it"),
         (nested, "more than 20000 entities with those of its blocks"),
         (of_itself, "block 'B' .*in 16 others"),
         (array, "block 'B' .*in a large array"),
@@ -210,8 +199,6 @@ def test_drawings_that_stand_for_much_or_for_nothing(draw: Draw, message: str, t
     ("data", "message"),
     [
         (b"AutoCAD Binary DXF\r\n\x1a", "no DXF.*as ASCII"),
-        (b"solid\nfacet\n", "no DXF file"),
-        (b"\xff\xfe\x00", "no DXF"),
         (b"0\nSECTION\n2\nENTITIES\n0\nLINE\n10\n", "not readable"),
     ],
 )

@@ -17,7 +17,6 @@ from seatfem.structures.rings import (
     Division,
     as_a_whole,
     divided_less,
-    in_fewer_arcs,
     parts_joined,
     ring_shares,
 )
@@ -129,12 +128,6 @@ def test_fewer_parts_are_means_of_more() -> None:
     np.testing.assert_allclose(
         joined.static_compliance()[0, 1:], static[5].reshape(6, 2, 2).mean(axis=1).ravel(), rtol=1e-12
     )
-
-
-def test_fewer_arcs_are_joined_of_whole_ones() -> None:
-    """33 arcs of three equal lands are compared with 11."""
-    assert [in_fewer_arcs(Division(arcs, 2)).arcs for arcs in (32, 33, 35, 37)] == [16, 11, 7, 1]
-    assert in_fewer_arcs(Division(33, 2)).rings == 2
 
 
 @pytest.mark.parametrize("arcs", [3, 8])

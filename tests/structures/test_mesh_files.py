@@ -86,15 +86,6 @@ def check_one_element(seat, nodes):
     assert seat.quality.nodes == {4: 4, 10: 10, 8: 8, 20: 27}[nodes]
 
 
-def fields(name, words):
-    """Small fields, continued on as many lines as it takes."""
-    lines = [words[k : k + 8] for k in range(0, len(words), 8)]
-    heads = [name, *["+"] * (len(lines) - 1)]
-    return "\n".join(
-        f"{head:8}" + "".join(f"{word:8}" for word in line) for head, line in zip(heads, lines, strict=True)
-    )
-
-
 VTK = {"vtkTetra": 10, "vtkQuadraticTetra": 24, "vtkHexahedron": 12, "vtkQuadraticHexahedron": 25}
 VTK |= {"vtkTriQuadraticHexahedron": 29}
 VTK_FACES = {4: 5, 10: 22, 8: 9, 20: 23, 27: 28}  # cell type of the face of a cell of so many nodes

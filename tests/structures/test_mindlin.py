@@ -11,7 +11,7 @@ from seatfem.structures.lip import Lip, Patch
 from seatfem.structures.materials import Material
 from seatfem.structures.model import Array, DofMap, ModelError, SecondOrderModel
 from seatfem.structures.reduction.modes import solve_modes
-from tests.plate_model import Warp, grid
+from tests.plate_model import grid
 
 STEEL = Material(206e9, 0.3, 7800.0)
 
@@ -45,39 +45,6 @@ def rigidity(h: float, material: Material = STEEL) -> float:
 def reduced_frequencies(model: SecondOrderModel, h: float, n: int) -> Array:
     """Return omega a^2 sqrt(rho h/D) of a plate with a = 1 m."""
     return np.asarray(solve_modes(model, n).omega * np.sqrt(STEEL.density * h / rigidity(h)))
-
-
-def supported(h: float, m: int, n: int) -> float:
-    """Return omega [rad/s] of the simply supported unit square, w = sin(m pi x) sin(n pi y), a = A grad of it: exact.
-
-    With k^2 = pi^2 (m^2 + n^2) and S = kappa G h, K = [[S k^2, -S k^2], [-S k^2, D k^4 + S k^2]] and
-    M = diag(rho h, rho h^3/12 k^2). Source: R. D. Mindlin, J. Appl. Mech. 18 (1951) 31.
-    """
-    k2 = np.pi**2 * (m**2 + n**2)
-    shear = 5 / 6 * STEEL.young / (2 * (1 + STEEL.poisson)) * h
-    stiffness = [[shear * k2, -shear * k2], [-shear * k2, rigidity(h) * k2**2 + shear * k2]]
-    mass = np.diag([STEEL.density * h, STEEL.density * h**3 / 12 * k2])
-    return float(np.sqrt(scipy.linalg.eigh(stiffness, mass)[0][0]))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("warp", [None, bulged])
-@pytest.mark.parametrize("h", [0.2, 0.01])
-def test_a_simply_supported_plate_converges_with_order_four(h: float, warp: Warp | None) -> None:
-    """Frequencies under hard supports converge alike for thick and thin plates, squares and curved elements."""
-    exact = np.sort([supported(h, m, n) for m in range(1, 6) for n in range(1, 6)])[:6]
-    held: dict[str, tuple[Unknown, ...]] = {
-        "left": ("w", "a_y"),
-        "right": ("w", "a_y"),
-        "bottom": ("w", "a_x"),
-        "top": ("w", "a_x"),
-    }
-    errors = []
-    for count in (8, 16):
-        model = assemble_plate(grid((count, count), (1.0, 1.0), warp), STEEL, h, held=held)
-        errors.append(solve_modes(model, 6).omega / exact - 1)
-    assert np.abs(errors[1]).max() < 3e-4
-    assert np.log2(np.abs(errors[0] / errors[1])).min() > 3.7  # 4 in the limit
 
 
 @pytest.mark.slow
@@ -117,19 +84,6 @@ def test_a_strip_without_contraction_is_a_timoshenko_beam() -> None:
     held: dict[str, tuple[Unknown, ...]] = {"top": ("a_y",), "bottom": ("a_y",)}  # no twist
     model = assemble_plate(grid((24, 1), (0.1, 0.002)), material, 0.01, clamped="left", held=held)
     assert solve_modes(model, 4).omega == pytest.approx(beam.frequencies(4), rel=2e-4)
-
-
-def test_static_deflection_under_pressure() -> None:
-    """A strip's mean deflection under unit force, spread evenly, is L^3/(20 E I) + L/(3 kappa G A), nu = 0."""
-    length, width, h = 0.1, 0.02, 0.02
-    mesh = grid((8, 2), (length, width))
-    model = assemble_plate(mesh, Material(206e9, 0.0, 7800.0), h, clamped="left")
-    b = everywhere(mesh)[model.dofs.free]
-    deflection = b @ scipy.sparse.linalg.spsolve(model.K.tocsc(), b)
-    inertia, section = width * h**3 / 12, width * h
-    exact = length**3 / (20 * 206e9 * inertia) + length / (3 * 5 / 6 * 103e9 * section)
-    assert deflection == pytest.approx(exact, rel=1e-3)
-    assert exact - length**3 / (20 * 206e9 * inertia) > 0.03 * exact  # the shear counts
 
 
 def constant_curvature(mesh: PlateMesh) -> Array:

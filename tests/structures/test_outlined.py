@@ -129,8 +129,6 @@ SPIKE = ((0.0, 0.0), (10e-3, 0.0), (10e-3, 8e-3), (5e-3, 0.0), (0.0, 8e-3))
         ({"outline": SQUARE[:2]}, r"Outlined.outline = 2 points: 3.*1000 finite"),
         ({"outline": (*SQUARE, SQUARE[0])}, r"Outlined.outline = 5 points:.*5"),
         ({"outline": BOW}, r"Outlined.outline = 4 points:.*1.*3 meet"),
-        ({"outline": SPIKE}, r"Outlined.outline = 5 points:.*1.*3 meet"),
-        ({"outline": ((0.0, 0.0), (5e-3, 0.0), (10e-3, 0.0))}, r"Outlined.outline = 3 points:"),
         (
             {"outline": ((0.0, 0.0), (9e-3, 0.0), (5e-3, 0.0), (5e-3, 5e-3))},
             r"Outlined.outline = 4 .*:.*edges 1.*2",
@@ -142,7 +140,6 @@ SPIKE = ((0.0, 0.0), (10e-3, 0.0), (10e-3, 8e-3), (5e-3, 0.0), (0.0, 8e-3))
         ),
         ({"segment": ((0.0, 0.0), (10e-3, 0.0))}, r"Outlined.clamped =.*straight"),
         ({"segment": None, "side": (-1.0, 0.0, 1e-3)}, r"Outlined.clamped = .*:.*sheet"),
-        ({"segment": None, "side": (1.0, 0.0, -1e-3)}, r"Outlined.clamped = .*:.*sheet"),
         (
             {"touched": (11e-3, 0.0)},
             r"Outlined.contact_at = \(0.011, 0\)",
@@ -151,16 +148,11 @@ SPIKE = ((0.0, 0.0), (10e-3, 0.0), (10e-3, 8e-3), (5e-3, 0.0), (0.0, 8e-3))
             {"holes": (((1e-3, 0.0), (2e-3, 0.0), (2e-3, 9e-3)),)},
             r"Outlined.holes =.*1:.*outline",
         ),
-        (
-            {"holes": (((1e-3, 9e-3), (2e-3, 9e-3), (2e-3, 8e-3)),)},
-            r"Outlined.holes =.*1:.*outline",
-        ),
         ({"holes": (SLOT, SLOT[:3])}, r"Outlined.holes =.*2:.*(lies in|meets)"),
         (
             {"segment": None, "side": (-1.0, 0.0, -5e-3), "holes": (SLOT,)},
             r"Outlined.holes =.*1:.*clamped.*50 %",
         ),
-        ({"holes": (((1e-3, 0.0), (2e-3, 0.0)),)}, r"Outlined.holes =.*1: 3.*1000 finite"),
         ({"thickness": 10e-3}, r"Outlined.thickness = 10 mm:.*< 10 mm \(its"),
     ],
 )

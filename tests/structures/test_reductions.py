@@ -1,5 +1,6 @@
 """Krylov vectors, modes and time steps from M, C, K to g on small models whose modes are all known."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 
@@ -22,7 +23,7 @@ from seatfem.structures.reduction.greens import greens_function
 from seatfem.structures.reduction.krylov import Krylov
 from seatfem.structures.reduction.modal import Modal
 from seatfem.structures.reduction.modes import ConvergenceError, solve_modes
-from seatfem.structures.reduction.reducer import residual, truncate
+from seatfem.structures.reduction.reducer import History, residual, truncate
 from seatfem.structures.reduction.transient import Transient, march
 from tests.rod_model import rod_model
 
@@ -371,3 +372,28 @@ def test_where_krylov_crawls_it_starts_again_with_a_higher_shift(block):
     hard = Krylov().reduce(block, Damping(), Aims(4e5, 2e-5, 1e-4)).greens
     assert hard.provenance["shift_rad_per_s"] == pytest.approx(5 * np.pi * 4e5)
     assert true_error(hard, block, Damping(), 4e5, 2e-5) <= 1.1 * hard.error_estimate.reduction <= 1.1e-4
+
+
+SIZES = [*range(10, 90, 10), *(int(80 * 1.125**k) for k in range(1, 14))]
+WAVE = np.sin(np.linspace(0, 30, 400))
+
+
+def estimates(error: Callable[[int], float], *, sized: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Return (what is stated, what is true) at each check of a response off by ``error`` of its vectors."""
+    history, stated, true = History(1e-3), [], []
+    exact = np.cos(np.linspace(0, 9, 400))
+    for n in SIZES:
+        response = exact + error(n) * WAVE
+        stated.append(history.add(response, n if sized else None))
+        true.append(np.abs(response - exact).max() / np.abs(response).max())
+    return np.array(stated), np.array(true)
+
+
+@pytest.mark.parametrize("order", [2.0, 3.0, 6.0])
+def test_slow_algebraic_convergence_is_stated_within_a_factor_of_five(order: float) -> None:
+    """The stated error covers the true one of e ~ n^-order, and is at most five times as large later."""
+    stated, true = estimates(lambda n: 0.1 * (10 / n) ** order, sized=True)
+    is_known = np.isfinite(stated)
+    assert is_known.sum() >= len(SIZES) - 3
+    assert np.all(true[is_known] <= stated[is_known])
+    assert np.all(stated[8:] <= 5 * true[8:])

@@ -1,5 +1,7 @@
-"""Stress of solids and bodies of revolution against closed forms, a time integration and refinement."""
+"""Stress of solids and bodies of revolution against closed forms, a time integration and refinement; its peaks."""
 
+import math
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -10,11 +12,17 @@ from scipy.sparse.linalg import splu
 from impact.greens.base import Array
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
+from seatfem.structures.fields.peaks import Integers, norms
 from seatfem.structures.fields.recovery import StressField, histories, largest, principal, recover, von_mises
-from seatfem.structures.fields.sites import at_points, near, on_surface, peak_mesh_error, singular_points
+from seatfem.structures.fields.sites import at_points, local_maxima, near, on_surface, peak_mesh_error, singular_points
 from seatfem.structures.fields.solids import elements_of, solid_stress
 from seatfem.structures.materials import Material, Orthotropic
+from seatfem.structures.mesh.checks import nearest_distances
+from seatfem.structures.mesh.plane_meshes import MeridianMesh, make_meridian
+from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.model import ModelError, SecondOrderModel
+from seatfem.structures.reduction.factorization import factorize
+from seatfem.structures.shapes import AnnularSeat
 
 STEEL = Material(200e9, 0.3, 7850.0, "steel")
 WOOD = Orthotropic(
@@ -218,3 +226,96 @@ def test_what_a_mesh_leaves_is_looked_for_at_every_place() -> None:
     assert mesh_error(7.0, 2.0) == pytest.approx(3.0, abs=0.1)
     assert mesh_error(9.0, 1.0) == pytest.approx(0.0, abs=0.1)
     assert mesh_error(9.0, 1.5, factor=0.8) == pytest.approx(3.0, abs=0.1)
+
+
+FILLET, FOOT = 0.4e-3, (5e-3, 5e-3)
+SEAT = AnnularSeat(
+    lip_height=1e-3, lip_edge_radius=0.2e-3, lip_fillet=FILLET, outer_radius=8e-3, thickness=5e-3
+)  # fmt: skip
+
+
+def seat_mesh(finer: float) -> MeridianMesh:
+    return make_meridian(SEAT, MeshSpec(0.8e-3 / finer, 0.2e-3 / finer, fillets=finer))
+
+
+def on_the_fillet(points: Array) -> Array:
+    centre = np.array(FOOT) + FILLET
+    return np.asarray(np.abs(np.linalg.norm(points - centre, axis=1) - FILLET) < 1e-6 * FILLET)
+
+
+def fillet_stress(mesh: MeridianMesh) -> float:
+    """Return the von Mises stress in the fillet under one newton at rest [Pa]."""
+    model, elements = assemble_axisymmetric(mesh, STEEL), elements_of(mesh)
+    sites = on_surface(elements)
+    push = factorize(model.K).solve(model.port_matrix)
+    stress = von_mises((solid_stress(elements, STEEL, model, sites) @ push).reshape(-1, 6))
+    return float(stress[on_the_fillet(sites.points)].max())
+
+
+@pytest.mark.slow
+def test_the_largest_stress_in_the_fillet_converges() -> None:
+    """The fillet_stress stress converges by more than order 1.4, and the elements of a run have it to 1 %."""
+    exact = fillet_stress(seat_mesh(5.0))
+    errors = [abs(fillet_stress(seat_mesh(finer)) / exact - 1) for finer in (0.25, 1.0)]
+    assert errors[1] < 0.01
+    assert math.log(errors[0] / errors[1], 4.0) > 1.4
+
+
+class TwoForces:
+    """One place, two coordinates that are the forces themselves."""
+
+    points, radians = np.zeros((1, 3)), np.array([0.0, 1.0])
+
+    def __init__(self, *tensors: tuple[float, float, float]) -> None:
+        self.tensors = np.array([(*each, 0.0, 0.0, 0.0) for each in tensors])
+
+    @property
+    def bounds(self) -> Array:
+        return norms(self.tensors)[None]
+
+    def coordinates(self, force: Array, dt: float, stride: int) -> Iterator[Array]:
+        return iter([force[::stride]])
+
+    def stress(self, which: Integers, values: Array, kept: Integers) -> Iterator[Array]:
+        yield np.asarray((self.tensors[kept].T @ values)[None, None])
+
+
+def test_no_block_is_passed_over_that_holds_the_largest() -> None:
+    """The search has 1.9 of one axis as principal, and 2 of a later (1, -1, -1) as von Mises stress."""
+    field, force = TwoForces((1.9, 0.0, 0.0), (1.0, -1.0, -1.0)), np.zeros((1000, 2))
+    force[100, 0] = force[900, 1] = 1.0
+    peaks = largest(field, force, 0.5).after_contact
+    assert peaks.von_mises[0] == 2.0
+    assert peaks.von_mises_time[0] == 450.0
+    assert peaks.principal[0] == 1.9
+
+
+def test_a_landing_cuts_the_record_for_both_stresses() -> None:
+    """Von Mises is largest before the landing and tension after it; at t = 0 there is what a preload leaves."""
+    field, force = TwoForces((1.0, 0.0, 0.0), (1.0, -1.0, -1.0)), np.zeros((1000, 2))
+    force[0, 0] = 0.5
+    force[100, 1], force[601, 0] = 1.0, 1.5
+    peaks = largest(field, force, 0.5, since=300.0)
+    spans = peaks.spans
+    before, since = peaks.within(spans.until(spans.landing)), peaks.within(spans.after(spans.landing))
+    assert before.von_mises[0] == 2.0
+    assert before.principal[0] == pytest.approx(1.0, rel=1e-12)
+    assert (before.von_mises_time[0], before.principal_time[0]) == (50.0, 50.0)
+    assert (since.von_mises[0], since.principal[0], since.von_mises_time[0]) == (1.5, 1.5, 300.5)
+    assert (peaks.after_contact.von_mises[0], peaks.after_contact.principal[0]) == (2.0, 1.5)
+    assert peaks.within(spans.start).von_mises[0] == 0.5
+    assert peaks.initial.von_mises[0] == 0.0
+
+
+@pytest.mark.slow
+def test_hot_spots_are_the_tops_of_hills() -> None:
+    """A line with three hills has three hot spots; the higher shoulder of the first is none."""
+    x = np.linspace(0, 10, 1001)
+    values = 3 * np.exp(-((x - 2) ** 2)) + 1.0 * np.exp(-((x - 6) ** 2)) + 0.2 * np.exp(-((x - 9.5) ** 2))
+    points = np.column_stack([x, 0 * x, 0 * x])
+    np.testing.assert_allclose(x[local_maxima(points, values, 0.5)], [2, 6, 9.5], atol=0.02)
+    np.testing.assert_allclose(x[local_maxima(points, values, 0.5, least=0.1)], [2, 6], atol=0.02)
+    np.testing.assert_allclose(x[local_maxima(points, values, 3.7)], [2], atol=0.02)
+    assert len(local_maxima(points, np.ones(1001), 20.0)) == 1
+    np.testing.assert_allclose(nearest_distances(points[:3], points[[2]]), [0.02, 0.01, 0.0])
+    assert np.isinf(nearest_distances(points, np.zeros((0, 3)))).all()

@@ -17,18 +17,6 @@ def test_draws_are_the_same_each_time_and_differ() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("index", range(SCENES))
-def test_scene_is_valid_and_states_no_contact(index, tmp_path) -> None:
-    drawn, path = draw_region(index), tmp_path / "scene.toml"
-    path.write_text(drawn.text, encoding="utf-8")
-    scene = load_scene(path)
-    assert not scene.reed.states_contact
-    assert scene.contact.ports is None
-    assert scene.reed.thickness == pytest.approx(drawn.thickness)
-    assert scene.contact.gap == pytest.approx(drawn.fall.gap, rel=1e-3)
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("index", range(len(KINDS)))
 def test_region_is_the_struck_face(index, tmp_path) -> None:
     """The land that the product finds on the seat has the area and the reach of the other program's region."""
