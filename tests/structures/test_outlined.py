@@ -120,7 +120,6 @@ def test_mirrored_sheets_have_mirrored_meshes(change: dict[str, object], mirrore
 
 
 BOW = ((0.0, 0.0), (10e-3, 10e-3), (10e-3, 0.0), (0.0, 10e-3))
-SPIKE = ((0.0, 0.0), (10e-3, 0.0), (10e-3, 8e-3), (5e-3, 0.0), (0.0, 8e-3))
 
 
 @pytest.mark.parametrize(

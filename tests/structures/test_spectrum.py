@@ -171,7 +171,7 @@ def test_free_thin_disc_has_six_rigid_modes_and_kirchhoffs_frequencies(disc_mode
 
 @pytest.mark.slow
 def test_rigid_modes_are_told_from_bending_by_round_off_alone(thin, disc_modes):
-    """Matrices without known rigid shapes have six rigid disc_modes and the same bending."""
+    """Matrices without known rigid shapes have six rigid modes and the same bending."""
     unknown = solve_modes(replace(thin, dofs=None), 9)
     assert np.all(unknown.frequencies_hz[:6] == 0.0)
     assert unknown.frequencies_hz[6:] == pytest.approx(disc_modes.frequencies_hz[6:], rel=1e-4)

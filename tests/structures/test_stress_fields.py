@@ -254,7 +254,7 @@ def fillet_stress(mesh: MeridianMesh) -> float:
 
 @pytest.mark.slow
 def test_the_largest_stress_in_the_fillet_converges() -> None:
-    """The fillet_stress stress converges by more than order 1.4, and the elements of a run have it to 1 %."""
+    """The largest stress converges by more than order 1.4, and the elements of a run have it to 1 %."""
     exact = fillet_stress(seat_mesh(5.0))
     errors = [abs(fillet_stress(seat_mesh(finer)) / exact - 1) for finer in (0.25, 1.0)]
     assert errors[1] < 0.01
