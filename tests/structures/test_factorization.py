@@ -58,7 +58,6 @@ def test_the_message_names_the_matrix_and_the_remedy(model, backend):
 
 STEEL, PEEK = Material(200e9, 0.3, 7850.0), Material(3.6e9, 0.4, 1300.0)
 ALLOWED = 1e-4
-GRADED = np.concatenate([[0.0], np.geomspace(1e-6, 1e-3, 7)])
 STEEPER = np.concatenate([[0.0], np.geomspace(1e-7, 1e-3, 7)])
 
 
@@ -66,8 +65,8 @@ def evenly(length, cells):
     return np.linspace(0, length, cells + 1)
 
 
-def body(*sides, material=STEEL, kind=skfem.MeshTet):
-    mesh = kind.from_mesh(skfem.MeshTet.init_tensor(*sides)) if kind is skfem.MeshTet2 else kind.init_tensor(*sides)
+def body(*sides, material=STEEL):
+    mesh = skfem.MeshTet.init_tensor(*sides)
     top = sides[2][-1]
     named = {"contact": lambda x: x[2] > top * (1 - 1e-9), "fixed": lambda x: x[0] < 1e-12}
     mesh = mesh.with_boundaries(named)
@@ -79,15 +78,11 @@ def body(*sides, material=STEEL, kind=skfem.MeshTet):
 BLOCK = (evenly(20e-3, 6), evenly(20e-3, 6), evenly(8e-3, 4))
 BODIES = [
     ("block", lambda: body(*BLOCK), 300e3, "plain"),
-    ("elements of ten nodes, as of gmsh", lambda: body(*BLOCK, kind=skfem.MeshTet2), 300e3, "plain"),
-    ("PEEK on steel", lambda: body(*BLOCK, material={"lower": STEEL, "upper": PEEK}), 300e3, "plain"),
     ("PEEK on steel, slow", lambda: body(*BLOCK, material={"lower": STEEL, "upper": PEEK}), 10e3, "refined"),
     ("plate of 0.2 mm", lambda: body(evenly(20e-3, 10), evenly(20e-3, 10), evenly(0.2e-3, 1)), 300e3, "refined"),
     ("plate of 0.2 mm, slow", lambda: body(evenly(20e-3, 10), evenly(20e-3, 10), evenly(0.2e-3, 1)), 10e3, "double"),
     ("plate of 20 um", lambda: body(evenly(20e-3, 10), evenly(20e-3, 10), evenly(20e-6, 1)), 300e3, "double"),
     ("nearly incompressible", lambda: body(*BLOCK, material=Material(4e9, 0.4999, 1300.0)), 300e3, "refined"),
-    ("rubber", lambda: body(*BLOCK, material=Material(4e9, 0.499999, 1300.0)), 300e3, "double"),
-    ("elements of 1 um and 1 mm", lambda: body(GRADED, GRADED, GRADED), 300e3, "refined"),
     ("elements of 0.1 um and 1 mm", lambda: body(STEEPER, STEEPER, STEEPER), 300e3, "double"),
 ]
 
@@ -112,15 +107,6 @@ def test_single_precision_is_refined_or_refused_where_it_leaves_too_much(make, b
         if grids is not None:
             off = grids.solve(load) - x
             assert 1e-8 < np.sum(off * (matrix @ off)) / np.sum(x * (matrix @ x)) < (2e-3) ** 2
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("backend", BACKENDS)
-def test_single_precision_is_not_tried_unless_asked_for_and_by_pardiso_alone(model, backend):
-    assert SINGLE not in factorize(model.K, backend=backend).backend
-    assert (SINGLE in factorize(model.K, backend=backend, allowed=1e-3).backend) == (backend == "pardiso")
-    indefinite = factorize(model.K - 100.0 * model.M, definite=False, backend=backend, allowed=1e-3)
-    assert SINGLE not in indefinite.backend  # counts of eigenvalues are exact
 
 
 @pytest.mark.skipif(not _pardiso_class(), reason="no MKL")

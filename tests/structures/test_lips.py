@@ -16,14 +16,7 @@ from seatfem.structures.inspection.mesh_file import land_of_mesh
 from seatfem.structures.lands import FaceLip, Land, land_of
 from seatfem.structures.lip import Lip
 from seatfem.structures.patch import arc_compliance, in_arcs
-from seatfem.structures.rings import (
-    MOST_PORTS,
-    Division,
-    as_a_whole,
-    divided_less,
-    parts_joined,
-    ring_shares,
-)
+from seatfem.structures.rings import MOST_PORTS, Division, as_a_whole, divided_less, parts_joined, ring_shares
 from seatfem.structures.shapes import CadPart
 
 LIP = Lip(5.5e-3, 1e-3, arcs=12)

@@ -11,10 +11,7 @@ import pytest
 from seatfem.structures.errors import MeshError
 from seatfem.structures.formats.mesh_files import read_mesh
 from seatfem.structures.mesh.checks import (
-    check_coincident,
     check_mesh,
-    check_parts,
-    part_of_element,
     scaled_jacobian,
     straight_determinants,
 )
@@ -71,52 +68,13 @@ def test_a_folded_hexahedron(nodes):
         check_mesh(one, NONE)
 
 
-def test_parts_are_counted_and_accepted():
-    two = side_by_side(8, 0.5)
-    assert list(part_of_element(two)) == [0, 1]
-    with pytest.raises(
-        MeshError,
-        match=r"2 parts .*\(2000, 500, 500\) mm.*parts = 2",
-    ):
-        check_parts(two)
-    check_parts(two, 2)
-    check_coincident(two)
-    joined = dataclasses.replace(two, cells=two.cells.copy())
-    joined.cells[1, 0] = joined.cells[0, 1]  # one common vertex holds them together
-    check_parts(joined)
-
-
-def test_unmerged_meshes_say_so():
-    with pytest.raises(MeshError, match=r'4 nodes .*\(1000, 0, 0\).* merge = "20 um"'):
-        check_coincident(side_by_side(8, 0.0))
-
-
-DECK = """*Node
-1, 0, 0, 0
-2, 1, 0, 0
-3, 1, 1, 0
-4, 0, 1, 0
-5, 0, 0, 1
-6, 1, 0, 1
-7, 1, 1, 1
-8, 0, 1, 1
-12, 1.00001, 0, 0
-13, 2, 0, 0
-14, 2, 1, 0
-15, 1, 1, 0
-16, 1, 0, 1
-17, 2, 0, 1
-18, 2, 1, 1
-19, 1, 1, 1
-99, 7, 7, 7
-*Element, type=C3D8
-1, 1, 2, 3, 4, 5, 6, 7, 8
-2, 12, 13, 14, 15, 16, 17, 18, 19
-*Nset, nset=Left
-1, 4, 5, 8
-*Nset, nset=Right
-13, 14, 17, 18
-"""
+CUBE = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
+PLACES = dict(enumerate(CUBE, 1)) | {k: (x + 1, y, z) for k, (x, y, z) in enumerate(CUBE, 12)}
+PLACES |= {12: (1.00001, 0, 0), 99: (7, 7, 7)}
+"""Two cubes, each with its own nodes between them, one of which is off, and a node of none."""
+DECK = "*Node\n" + "".join(f"{k}, {x}, {y}, {z}\n" for k, (x, y, z) in PLACES.items())
+DECK += "*Element, type=C3D8\n1, 1, 2, 3, 4, 5, 6, 7, 8\n2, 12, 13, 14, 15, 16, 17, 18, 19\n"
+DECK += "*Nset, nset=Left\n1, 4, 5, 8\n*Nset, nset=Right\n13, 14, 17, 18\n"
 
 
 def test_merging_on_reading(tmp_path):

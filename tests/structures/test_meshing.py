@@ -56,13 +56,9 @@ def test_meshing_is_reproducible_and_hashed(demo):
     assert first.provenance.content_hash != content_hash(AnnularSeat(), MeshSpec(2e-3))
 
 
-def test_missing_or_broken_cad_file(tmp_path):
+def test_missing_cad_file(tmp_path):
     with pytest.raises(FileNotFoundError, match=r"none.step: no such CAD file"):
         make_mesh(CadPart(tmp_path / "none.step"), COARSE)
-    broken = tmp_path / "broken.step"
-    broken.write_text("ISO-10303-21;\nnothing\n")
-    with pytest.raises(GeometryError, match=r"broken\.step: is cut off"):
-        make_mesh(CadPart(broken), COARSE)
 
 
 FAKE_GMSH = """

@@ -1,6 +1,5 @@
 """Krylov vectors, modes and time steps from M, C, K to g on small models whose modes are all known."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 
@@ -91,6 +90,7 @@ def test_closed_form_pulse_response_is_the_quadrature(zeta):
         (Damping(0.1), 1e-2, 4e5),
         (Damping(0.1), 1e-3, 1e5),
         (Damping(0.0, 1e3, 1e-8), 1e-2, 4e5),
+        (Damping(), 1e-4, 4e5),  # so slow that it starts again with a higher shift
     ],
 )
 def test_krylov_error_is_below_its_estimate(rod, block, damping, tolerance, bandwidth):
@@ -132,15 +132,16 @@ def test_vectors_of_rounded_solutions_make_the_same_g(block, monkeypatch, dampin
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("damping", [Damping(), Damping(0.05)])
-def test_modal_error_is_below_its_estimate(block, damping):
-    narrow = Modal().reduce(block, damping, Aims(1e5, 5e-5, 2e-2))
-    greens, modes = narrow.greens, narrow.modes
-    stated = greens.error_estimate.reduction
-    error = true_error(greens, block, damping, 1e5, 5e-5)
-    assert error <= stated <= 2e-2
-    assert stated <= 10 * error
-    assert modes.frequencies_hz[-1] < 6e5
+@pytest.mark.parametrize(
+    ("damping", "band", "most"), [(Damping(), 1e5, 6e5), (Damping(0.05), 1e5, 6e5), (Damping(), 2e4, 3e5)]
+)
+def test_modal_error_is_below_its_estimate(block, damping, band, most):
+    """Also in a band below the lowest mode, of which few are computed."""
+    narrow = Modal().reduce(block, damping, Aims(band, 5 / band, 2e-2))
+    error = true_error(narrow.greens, block, damping, band, 5 / band)
+    assert error <= narrow.greens.error_estimate.reduction <= 2e-2
+    assert band < 1e5 or narrow.greens.error_estimate.reduction <= 10 * error
+    assert 0 < narrow.modes.frequencies_hz[-1] < most
 
 
 @pytest.mark.parametrize("zeta", [0.1, 1.0, 3.0])
@@ -198,11 +199,6 @@ def test_auto_chooses_and_says_why(block):
     assert "one factorization" in large.provenance["reason"]
     assert large.ports == ("right",)
     assert large.provenance["dof"] == block.size
-    dashpot = sparse.csr_array(np.outer(small.port_matrix[:, 0], small.port_matrix[:, 0]) * 10.0)
-    damped = SecondOrderModel(small.M, dashpot, small.K, small.ports)
-    stepped = greens_function(damped, bandwidth=5e4, duration=2e-5, tolerance=3e-2)
-    assert stepped.provenance["method"] == "second_order"
-    assert "not alpha M + beta K" in stepped.provenance["reason"]
 
 
 @pytest.mark.parametrize(
@@ -356,43 +352,17 @@ def test_a_free_block_keeps_its_rigid_part_exactly(method):
     assert (loose.T @ loose)[0, 0] == pytest.approx(1 / mass + arm**2 / inertia[1], rel=1e-9)
 
 
-@pytest.mark.slow
-def test_a_band_below_the_lowest_mode_is_answered(block):
-    narrow = Modal().reduce(block, Damping(), Aims(2e4, 1e-4, 2e-2))
-    greens, modes = narrow.greens, narrow.modes
-    assert len(modes.omega) >= 1
-    assert true_error(greens, block, Damping(), 2e4, 1e-4) <= greens.error_estimate.reduction <= 2e-2
-
-
-@pytest.mark.slow
-def test_where_krylov_crawls_it_starts_again_with_a_higher_shift(block):
-    """Undamped and to 1e-3, the band's own shift needs more than 60 vectors a port; damped bodies stay with it."""
-    easy = Krylov().reduce(block, Damping(0.1), Aims(4e5, 2e-5, 1e-2)).greens
-    assert easy.provenance["shift_rad_per_s"] == pytest.approx(2 * np.pi * 4e5)
-    hard = Krylov().reduce(block, Damping(), Aims(4e5, 2e-5, 1e-4)).greens
-    assert hard.provenance["shift_rad_per_s"] == pytest.approx(5 * np.pi * 4e5)
-    assert true_error(hard, block, Damping(), 4e5, 2e-5) <= 1.1 * hard.error_estimate.reduction <= 1.1e-4
-
-
 SIZES = [*range(10, 90, 10), *(int(80 * 1.125**k) for k in range(1, 14))]
 WAVE = np.sin(np.linspace(0, 30, 400))
-
-
-def estimates(error: Callable[[int], float], *, sized: bool) -> tuple[np.ndarray, np.ndarray]:
-    """Return (what is stated, what is true) at each check of a response off by ``error`` of its vectors."""
-    history, stated, true = History(1e-3), [], []
-    exact = np.cos(np.linspace(0, 9, 400))
-    for n in SIZES:
-        response = exact + error(n) * WAVE
-        stated.append(history.add(response, n if sized else None))
-        true.append(np.abs(response - exact).max() / np.abs(response).max())
-    return np.array(stated), np.array(true)
 
 
 @pytest.mark.parametrize("order", [2.0, 3.0, 6.0])
 def test_slow_algebraic_convergence_is_stated_within_a_factor_of_five(order: float) -> None:
     """The stated error covers the true one of e ~ n^-order, and is at most five times as large later."""
-    stated, true = estimates(lambda n: 0.1 * (10 / n) ** order, sized=True)
+    history, exact = History(1e-3), np.cos(np.linspace(0, 9, 400))
+    responses = [exact + 0.1 * (10 / n) ** order * WAVE for n in SIZES]
+    stated = np.array([history.add(response, n) for response, n in zip(responses, SIZES, strict=True)])
+    true = np.array([np.abs(response - exact).max() / np.abs(response).max() for response in responses])
     is_known = np.isfinite(stated)
     assert is_known.sum() >= len(SIZES) - 3
     assert np.all(true[is_known] <= stated[is_known])
