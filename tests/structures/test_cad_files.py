@@ -83,26 +83,15 @@ def test_a_solid_is_chosen_by_its_name(path: Path) -> None:
     assert [(each.number, each.name) for each in solids] == [(3, name)]
 
 
-SCENE = """\
-[seat]
-kind = "cad"
-file = "{}"
-contact = {{ number = 18 }}
-fixed = {{ number = {} }}
-material = "steel"
-damping_ratio = 0.02
-{}
-[reed]
-kind = "rigid_mass"
-mass = "2 g"
-velocity = "-1 m/s"
-[run]
-duration = "60 us"
-filter_width = "8 us"
+SCENE = """
+seat = {{ kind = "cad", file = "{}", contact = {{ number = 18 }}, fixed = {{ number = {} }}, material = "steel", \
+    damping_ratio = 0.02{} }}
+reed = {{ kind = "rigid_mass", mass = "2 g", velocity = "-1 m/s" }}
+run = {{ duration = "60 us", filter_width = "8 us" }}
 """
 
 
-@pytest.mark.parametrize(("fixed", "more", "key"), [(12, "", "seat.fixed"), (5, "solid = 0", "seat.solid")])
+@pytest.mark.parametrize(("fixed", "more", "key"), [(12, "", "seat.fixed"), (5, ", solid = 0", "seat.solid")])
 def test_a_plan_names_the_key(
     path: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str], fixed: int, more: str, key: str
 ) -> None:

@@ -208,14 +208,10 @@ def test_what_is_no_dxf_is_refused(data: bytes, message: str, tmp_path: Path) ->
         read_outline(tmp_path / "a.dxf")
 
 
-SCENE = """\
-[seat]
-kind = "spring"
-stiffness = "1 N/um"
-[reed]
-{}
-[run]
-duration = "1 ms"
+SCENE = """
+seat = { kind = "spring", stiffness = "1 N/um" }
+reed = { kind = "rigid_mass", mass = "1 g", velocity = "-1 m/s" }
+run = { duration = "1 ms" }
 """
 REED = Flapper(8e-3, 2e-3, 6e-3, 15e-3, 16e-3, 0.3e-3, slot_width=1e-3, slot_length=6e-3, hole_diameter=4e-3)
 HOLED = Outlined(((0, -5e-3), (20e-3, -5e-3, 1), (20e-3, 5e-3), (0, 5e-3)), 4e-4, (15e-3, 0), side=(-1, 0, -4e-3))
@@ -245,6 +241,6 @@ def test_what_is_written_comes_back(shape: Flat, tmp_path: Path) -> None:
 
 
 def test_a_reed_without_an_outline(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "scene.toml").write_text(SCENE.format('kind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"'))
+    (tmp_path / "scene.toml").write_text(SCENE)
     assert run_command(["export", str(tmp_path / "scene.toml"), "--to", "dxf"]) == BAD_INPUT
     assert "reed.kind = 'rigid_mass' has no outline" in capfd.readouterr().err
