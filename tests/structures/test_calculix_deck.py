@@ -68,9 +68,7 @@ def test_frequencies(model: SecondOrderModel, material: Material, element: str, 
 
 @here
 @pytest.mark.parametrize(
-    ("model", "copies"),
-    [(block(), 1), (block(copies=2), 2), (ring(), 1)],
-    ids=["whole", "half", "section"],
+    ("model", "copies"), [(block(), 1), (block(copies=2), 2), (ring(), 1)], ids=["whole", "half", "section"]
 )
 def test_the_patch_gives_way_as_ours(model: SecondOrderModel, copies: int) -> None:
     """Straight tetrahedra of ten nodes and triangles of six have the same stiffness: what is left is what it prints."""

@@ -197,10 +197,7 @@ def test_drawings_that_stand_for_much_or_for_nothing(draw: Draw, message: str, t
 
 @pytest.mark.parametrize(
     ("data", "message"),
-    [
-        (b"AutoCAD Binary DXF\r\n\x1a", "no DXF.*as ASCII"),
-        (b"0\nSECTION\n2\nENTITIES\n0\nLINE\n10\n", "not readable"),
-    ],
+    [(b"AutoCAD Binary DXF\r\n\x1a", "no DXF.*as ASCII"), (b"0\nSECTION\n2\nENTITIES\n0\nLINE\n10\n", "not readable")],
 )
 def test_what_is_no_dxf_is_refused(data: bytes, message: str, tmp_path: Path) -> None:
     (tmp_path / "a.dxf").write_bytes(data)

@@ -296,10 +296,7 @@ def bar_statics(arcs: int, rings: int, apart: float, material: Material) -> tupl
     x = np.linspace(-6e-3, 6e-3, 37)
     mesh = skfem.MeshHex.init_tensor(x, np.linspace(-0.5e-3, 0.5e-3, 3), np.linspace(0, WALL, 5))
     mesh = mesh.with_boundaries(
-        {
-            "contact": lambda x: np.isclose(x[2], WALL) & (np.abs(x[0]) > apart),
-            "fixed": lambda x: np.isclose(x[2], 0.0),
-        }
+        {"contact": lambda x: np.isclose(x[2], WALL) & (np.abs(x[0]) > apart), "fixed": lambda x: np.isclose(x[2], 0.0)}
     )
     ends = [(-6e-3, -apart), (apart, 6e-3)] if apart else [(-6e-3, 6e-3)]
     faces = [np.array([(a, -0.5e-3), (b, -0.5e-3), (b, 0.5e-3), (a, 0.5e-3)]) for a, b in ends]

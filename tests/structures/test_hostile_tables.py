@@ -153,12 +153,7 @@ def test_matrices_that_unfold(tmp_path, monkeypatch):
     zeros = zipped(data=npy((1 << 20,), bytes(1 << 23)))
     matrix_refused(tmp_path, "K.npz", zeros, r"K\.npz: .*8 MB .* MB; .*1 MB")
     text = (M3 + "9 9 99999999\n" + "1 1 1\n" * 1_000_000).encode()
-    matrix_refused(
-        tmp_path,
-        "K.mtx.gz",
-        gzip.compress(text, 9),
-        r"K\.mtx\.gz: .*1 MB, 20 times .*unpack",
-    )
+    matrix_refused(tmp_path, "K.mtx.gz", gzip.compress(text, 9), r"K\.mtx\.gz: .*1 MB, 20 times .*unpack")
 
 
 def packed(outside=1):

@@ -10,11 +10,7 @@ import pytest
 
 from seatfem.structures.errors import MeshError
 from seatfem.structures.formats.mesh_files import read_mesh
-from seatfem.structures.mesh.checks import (
-    check_mesh,
-    scaled_jacobian,
-    straight_determinants,
-)
+from seatfem.structures.mesh.checks import check_mesh, scaled_jacobian, straight_determinants
 from seatfem.structures.mesh.io import CELL_KINDS, TET_EDGES, MeshArrays, to_skfem
 
 NONE = ()
@@ -288,10 +284,7 @@ def test_bricks_of_27_nodes_in_unv(written_meshes):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (
-            {"unit": 100.0},
-            r"200 x 200 x 100 m.*\(unit = 100 m\).*2 x 2 x 1",
-        ),
+        ({"unit": 100.0}, r"200 x 200 x 100 m.*\(unit = 100 m\).*2 x 2 x 1"),
         ({"unit": 1e-5}, "give the unit"),
         ({"unit": 0.0}, "unit = 0: must be > 0"),
         ({"merge": -1.0}, "merge = -1 m: must be >= 0"),

@@ -128,30 +128,15 @@ BOW = ((0.0, 0.0), (10e-3, 10e-3), (10e-3, 0.0), (0.0, 10e-3))
         ({"outline": SQUARE[:2]}, r"Outlined.outline = 2 points: 3.*1000 finite"),
         ({"outline": (*SQUARE, SQUARE[0])}, r"Outlined.outline = 5 points:.*5"),
         ({"outline": BOW}, r"Outlined.outline = 4 points:.*1.*3 meet"),
-        (
-            {"outline": ((0.0, 0.0), (9e-3, 0.0), (5e-3, 0.0), (5e-3, 5e-3))},
-            r"Outlined.outline = 4 .*:.*edges 1.*2",
-        ),
+        ({"outline": ((0.0, 0.0), (9e-3, 0.0), (5e-3, 0.0), (5e-3, 5e-3))}, r"Outlined.outline = 4 .*:.*edges 1.*2"),
         ({"segment": None}, r"Outlined.clamped = None:"),
-        (
-            {"segment": ((1e-3, 0.0), (0.0, 5e-3))},
-            r"Outlined.clamped = \(0.001, 0\)",
-        ),
+        ({"segment": ((1e-3, 0.0), (0.0, 5e-3))}, r"Outlined.clamped = \(0.001, 0\)"),
         ({"segment": ((0.0, 0.0), (10e-3, 0.0))}, r"Outlined.clamped =.*straight"),
         ({"segment": None, "side": (-1.0, 0.0, 1e-3)}, r"Outlined.clamped = .*:.*sheet"),
-        (
-            {"touched": (11e-3, 0.0)},
-            r"Outlined.contact_at = \(0.011, 0\)",
-        ),
-        (
-            {"holes": (((1e-3, 0.0), (2e-3, 0.0), (2e-3, 9e-3)),)},
-            r"Outlined.holes =.*1:.*outline",
-        ),
+        ({"touched": (11e-3, 0.0)}, r"Outlined.contact_at = \(0.011, 0\)"),
+        ({"holes": (((1e-3, 0.0), (2e-3, 0.0), (2e-3, 9e-3)),)}, r"Outlined.holes =.*1:.*outline"),
         ({"holes": (SLOT, SLOT[:3])}, r"Outlined.holes =.*2:.*(lies in|meets)"),
-        (
-            {"segment": None, "side": (-1.0, 0.0, -5e-3), "holes": (SLOT,)},
-            r"Outlined.holes =.*1:.*clamped.*50 %",
-        ),
+        ({"segment": None, "side": (-1.0, 0.0, -5e-3), "holes": (SLOT,)}, r"Outlined.holes =.*1:.*clamped.*50 %"),
         ({"thickness": 10e-3}, r"Outlined.thickness = 10 mm:.*< 10 mm \(its"),
     ],
 )

@@ -23,9 +23,7 @@ from tests.known_answers.manufactured import RelativeErrors, Waves, relative_err
 Array = NDArray[np.float64]
 MATERIAL = Material(1.0, 0.3, 1.0)
 WAVES = Waves(
-    np.array([[1.0, -0.5, 0.7], [0.3, 0.8, -0.4]]),
-    np.array([[1.5, 0.7, -1.1], [-0.8, 1.9, 1.2]]),
-    np.array([0.4, 1.3]),
+    np.array([[1.0, -0.5, 0.7], [0.3, 0.8, -0.4]]), np.array([[1.5, 0.7, -1.1], [-0.8, 1.9, 1.2]]), np.array([0.4, 1.3])
 )
 ELEMENTS = {
     ("tetrahedra", 1): (skfem.ElementTetP1, (4, 8, 16)),
