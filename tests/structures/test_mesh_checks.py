@@ -11,7 +11,7 @@ import pytest
 from seatfem.structures.errors import MeshError
 from seatfem.structures.formats.mesh_files import read_mesh
 from seatfem.structures.mesh.checks import check_mesh, scaled_jacobian, straight_determinants
-from seatfem.structures.mesh.io import CELL_KINDS, TET_EDGES, MeshArrays, to_skfem
+from seatfem.structures.mesh.io import CELL_KINDS, MeshArrays, to_skfem
 
 NONE = ()
 
@@ -40,18 +40,13 @@ def test_a_mirrored_mesh_is_turned_right_side_out(nodes):
 
 
 @pytest.mark.parametrize("nodes", CELL_KINDS)
-def test_one_inside_out_element_is_an_error(nodes):
+@pytest.mark.parametrize(
+    ("low", "high", "message"), [(0.0, -1.0, r"1 inside-out.*\(2"), (5.0, 0.0, r"two.inp: 1 flat .*\(2.*, 5000\) mm")]
+)
+def test_an_element_inside_out_or_flat_is_located(nodes, low, high, message):
     two = side_by_side(nodes, 1.0)
-    two.points[nodes:] *= [1.0, 1.0, -1.0]
-    with pytest.raises(MeshError, match=r"1 inside-out.*\(2"):
-        check_mesh(two, NONE, parts=2)
-
-
-@pytest.mark.parametrize("nodes", CELL_KINDS)
-def test_flat_elements_are_located(nodes):
-    two = side_by_side(nodes, 1.0)
-    two.points[nodes:, 2] = 5.0
-    with pytest.raises(MeshError, match=r"two.inp: 1 flat .*\(2.*, 5000\) mm"):
+    two.points[nodes:, 2] = low + high * two.points[nodes:, 2]
+    with pytest.raises(MeshError, match=message):
         check_mesh(two, NONE, parts=2)
 
 
@@ -100,30 +95,16 @@ def test_a_patch_inside_the_mesh(tmp_path):
         read_mesh(path, contact="Middle", fixed="Right", unit=1.0, merge=1e-4)
 
 
-CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=float)
 CONTACT, FIXED = np.array([[1, 2, 3]]), np.array([[0, 2, 1]])
 
 
-def one_tet(order: int = 1) -> MeshArrays:
-    middle = [(CORNERS[i] + CORNERS[j]) / 2 for i, j in TET_EDGES]
-    points = np.vstack([CORNERS, middle]) if order == 2 else CORNERS
-    tets = np.arange(len(points))[None, :]
-    return MeshArrays(points, tets, {"contact": CONTACT, "fixed": FIXED}, {}, "one.msh")
-
-
-def grid(nodes: int) -> MeshArrays:
-    """Return 2 x 2 x 1 hexahedra of 8 or 27 nodes on [0, 2] x [0, 2] x [0, 1]."""
-    shifts = np.array([(i, j, 0) for i in range(2) for j in range(2)], dtype=float)
-    every = (CELL_KINDS[nodes].nodes[None] + shifts[:, None]).reshape(-1, 3)
-    points, cells = np.unique(every, axis=0, return_inverse=True)
-    number = {tuple(point): k for k, point in enumerate(points)}
-    top = np.array([[number[i + x, j + y, 1.0] for x, y in ((0, 0), (1, 0), (1, 1), (0, 1))] for i, j, _ in shifts])
-    return MeshArrays(points, cells.reshape(-1, nodes), {"contact": top}, {}, "grid")
+def one_tet() -> MeshArrays:
+    return dataclasses.replace(reference_element(4), surfaces={"contact": CONTACT, "fixed": FIXED})
 
 
 def test_faces_that_are_none():
-    arrays = dataclasses.replace(grid(8), surfaces={"contact": np.array([[0, 1, 2, 17]])})
-    with pytest.raises(MeshError, match=r"grid: 1.*1.*'contact'"):
+    arrays = dataclasses.replace(reference_element(8), surfaces={"contact": np.array([[0, 1, 2, 6]])})
+    with pytest.raises(MeshError, match=r"one.inp: 1.*1.*'contact'"):
         to_skfem(arrays)
     with pytest.raises(MeshError, match=r"'contact' .*3 vertices.*quadrilaterals"):
         to_skfem(dataclasses.replace(arrays, surfaces={"contact": np.array([[0, 1, 2]])}))
@@ -134,10 +115,10 @@ def test_faces_that_are_none():
 @pytest.mark.parametrize(
     ("surfaces", "message"),
     [
-        ({"fixed": FIXED}, r"one.msh:.*'contact'.*'fixed'"),
+        ({"fixed": FIXED}, r"one.inp:.*'contact'.*'fixed'"),
         ({"contact": CONTACT}, r"'fixed'.*'contact'"),
         ({}, r"the mesh has: none"),
-        ({"contact": CONTACT[:0], "fixed": FIXED}, r"one.msh:.*'contact'"),
+        ({"contact": CONTACT[:0], "fixed": FIXED}, r"one.inp:.*'contact'"),
     ],
 )
 def test_bad_groups(surfaces, message):

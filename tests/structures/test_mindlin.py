@@ -1,4 +1,4 @@
-"""Mindlin plates of nine-node quadrilaterals: closed forms, rigid modes, distorted elements; a strip lands as a beam."""
+"""Mindlin plates of nine-node quadrilaterals: closed forms, rigid modes, distorted elements; a strip lands."""
 
 from collections.abc import Callable
 
