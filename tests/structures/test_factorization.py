@@ -118,3 +118,8 @@ def test_numbers_out_of_the_range_of_single_precision_are_scaled(model):
         exact = factorize(scale * model.K).solve(load)
         np.testing.assert_allclose(factor.solve(load), exact, rtol=0.0, atol=1e-3 * np.abs(exact).max())
         assert not np.any(factor.solve(0.0 * load))
+
+
+def test_a_poor_first_solve_is_reported_with_its_number(model):
+    with pytest.raises(FactorizationError, match=r"leaves a residual of \d"):
+        factorize(model.K, tolerance=1e-30)

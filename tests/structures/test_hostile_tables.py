@@ -190,16 +190,6 @@ def test_matrices_that_claim_or_are_broken(tmp_path, name, data, message):
     matrix_refused(tmp_path, name, data, message)
 
 
-@pytest.mark.parametrize("rows", ["²,1", "9" * 5000 + ",1"])
-def test_degrees_of_freedom_that_are_no_numbers(tmp_path, rows):
-    path = tmp_path / "K.mtx"
-    path.write_text(M3 + "2 2 2\n1 1 2\n2 2 2\n")
-    port = tmp_path / "port.csv"
-    port.write_text(f"dof,weight\n{rows}\n", encoding="utf-8")
-    with pytest.raises(ModelError, match=r"port\.csv, line 2: .*weight"):
-        read_matrices(path, path, ports={"contact": port})
-
-
 @pytest.mark.parametrize("text", ["," * 1_000_000, "time [s],force [N]\n" + ",".join("1" * 100) + "\n"])
 def test_tables_of_many_columns(tmp_path, text):
     path = tmp_path / "p.csv"

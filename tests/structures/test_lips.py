@@ -16,7 +16,15 @@ from seatfem.structures.inspection.mesh_file import land_of_mesh
 from seatfem.structures.lands import FaceLip, Land, land_of
 from seatfem.structures.lip import Lip
 from seatfem.structures.patch import arc_compliance, in_arcs
-from seatfem.structures.rings import MOST_PORTS, Division, as_a_whole, divided_less, parts_joined, ring_shares
+from seatfem.structures.rings import (
+    MOST_PORTS,
+    Division,
+    as_a_whole,
+    divided_less,
+    in_fewer_arcs,
+    parts_joined,
+    ring_shares,
+)
 from seatfem.structures.shapes import CadPart
 
 LIP = Lip(5.5e-3, 1e-3, arcs=12)
@@ -408,3 +416,9 @@ def test_two_faces_are_numbered_through() -> None:
     assert np.all(middles[8:] > 0)
     points = np.column_stack([(5e-3, -5e-3), (1.5e-3, -2.5e-3), (0, 0)])
     np.testing.assert_allclose(lip.places(points)[0], (3 / 4, 1 / 2), atol=1e-3)
+
+
+def test_fewer_arcs_are_joined_of_whole_ones() -> None:
+    """33 arcs of three equal lands are compared with 11."""
+    assert [in_fewer_arcs(Division(arcs, 2)).arcs for arcs in (32, 33, 35, 37)] == [16, 11, 7, 1]
+    assert in_fewer_arcs(Division(33, 2)).rings == 2

@@ -139,8 +139,10 @@ def test_bad_files(files: dict[str, Path], tmp_path: Path) -> None:
         ("dof,weight\n1.5,1\n", "line 2: '1.5,1'"),
         ("dof,weight\n1,1\n1,2\n", "line 3: dof 1 .*twice"),
         ("dof,weight\n1,one\n", "line 2, column 2: 'one'"),
+        ("dof,weight\n²,1\n", "line 2: .*weight"),
+        (f"dof,weight\n{'9' * 5000},1\n", "line 2: .*weight"),
     ):
-        (tmp_path / "lip.csv").write_text(text)
+        (tmp_path / "lip.csv").write_text(text, encoding="utf-8")
         refused(f"lip.csv.*{message}", lip=tmp_path / "lip.csv")
     with pytest.raises(ModelError, match=r"'cgs'.*unknown.*SI"):
         read_matrices(**files, ports={"contact": PORT}, system="cgs")  # type: ignore[arg-type]

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from seatfem.structures.inspection.cad import inspect_geometry
-from seatfem.structures.mesh._gmsh_solid import LADDER
+from seatfem.structures.mesh._gmsh_solid import LADDER, Rung, retry_with_healing
 from seatfem.structures.mesh.gmsh_process import MeshingError
 from seatfem.structures.mesh.meshing import make_mesh
 from seatfem.structures.mesh.spec import MeshSpec
@@ -285,3 +285,19 @@ def test_healing_keeps_colours_and_regions(tmp_path):
     inset = 1e6 * ring(8e-3, 4e-3) * 3  # mm^3
     assert volumes == pytest.approx({"ring": inset, "body": 1e6 * PLATE * 9 - inset}, rel=1e-6)
     assert faces == 8  # four around the ring, six around the body, two of them shared
+
+
+def test_the_ladder_reports_every_rung():
+    tried = []
+
+    def attempt(rung: Rung) -> None:
+        tried.append(rung)
+        if not rung.heal:
+            raise RuntimeError("overlapping facets")
+
+    notes = retry_with_healing("seat.step", LADDER, attempt, lambda: "surface 7 about (1, 2, 3) mm")
+    assert tried == list(LADDER[:2])
+    assert notes == [
+        "not meshed as it is: overlapping facets (surface 7 about (1, 2, 3) mm)",
+        "meshed with shapes healed",
+    ]

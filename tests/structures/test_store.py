@@ -139,3 +139,11 @@ def test_all_plates_together_are_bounded(monkeypatch):
     monkeypatch.setattr(sheets, "MOST", files()[0].stat().st_size * 1.5)
     plate_modes(ASKED, 1.4)
     assert len(files()) == 1
+
+
+def test_a_folder_that_cannot_be_written_to_costs_a_warning(monkeypatch, tmp_path):
+    blocked = tmp_path / "file"
+    blocked.write_text("no folder")
+    monkeypatch.setenv(VARIABLE, str(blocked))
+    with pytest.warns(CacheWarning, match="not kept"):
+        assert len(plate_modes(ASKED).modes.omega) > 1

@@ -1,4 +1,4 @@
-"""What a mesh must not be: flat, inside out, in pieces, unmerged, without its groups; and what is mended."""
+"""What a mesh must not be, and what is mended; mesh files that gmsh and VTK write: the same mesh comes out of each."""
 
 import dataclasses
 import itertools
