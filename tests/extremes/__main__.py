@@ -1,8 +1,7 @@
 """The battery and its table: `python -m tests.extremes`, with the options below.
 
 The whole battery, and with --write any part of it, renews its lines of docs/extremes.csv and the counts in
-docs/extremes.md; other parts write a table into the folder. A run that was stopped goes on where it
-was; --log takes what the log of a run holds that was, or goes on, elsewhere.
+docs/extremes.md; other parts write a table into the folder. A run that was stopped goes on where it was.
 """
 
 import argparse
@@ -13,8 +12,7 @@ from pathlib import Path
 from impact.files.safe_files import OutputError
 
 from . import battery, in_words, random_cells, read_table, run_battery, subset, write_counts, write_table
-from .runner import logged
-from .worker import MOST_RANDOM
+from .runner import MOST_RANDOM
 
 DOCS = Path(__file__).parents[2] / "docs"
 
@@ -30,11 +28,7 @@ def main(words: Sequence[str] | None = None) -> int:
     table = DOCS / "extremes.csv" if whole else given.folder / "extremes.csv"
     try:
         log = given.folder / "extremes.jsonl"
-        outcomes = (
-            run_battery(cells, log, cluster=given.cluster, workers=given.workers, progress=_bar)
-            if given.log is None
-            else logged(given.log, given.revision)
-        )
+        outcomes = run_battery(cells, log, cluster=given.cluster, workers=given.workers, progress=_bar)
     except OutputError as error:
         sys.stderr.write(f"{error}\n")
         return 2
@@ -54,8 +48,6 @@ def _arguments(words: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--folder", type=Path, default=Path("extremes"), help="of the log, and of a subset's table")
     parser.add_argument("--subset", type=int, help="only so many cells, drawn at random")
     parser.add_argument("--only", nargs="+", default=[], help="only cells whose names begin so")
-    parser.add_argument("--log", type=Path, help="take what this log holds; nothing is run")
-    parser.add_argument("--revision", default="", help="of the program, where that log names none")
     parser.add_argument("--write", action="store_true", help="renew the lines of these cells in docs/")
     parser.add_argument("--random", type=int, help=f"random scenes alone, {MOST_RANDOM} at most: the long form")
     parser.add_argument("--workers", type=int, default=1, help="processes that carry out cells")

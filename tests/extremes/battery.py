@@ -7,9 +7,8 @@ from functools import cache
 import numpy as np
 
 from tests.extremes.bodies import body_cells
-from tests.extremes.bouncing import bouncing_cells
 from tests.extremes.cell import Cell
-from tests.extremes.encounters import encounter_cells
+from tests.extremes.encounters import bouncing_cells, encounter_cells
 from tests.extremes.lasting_axes import lasting_cells
 from tests.extremes.lips_axes import lip_cells
 from tests.extremes.marching import marching_cells

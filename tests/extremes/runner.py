@@ -2,9 +2,12 @@
 
 import json
 import math
+import os
 import subprocess
+import tempfile
 from collections.abc import Sequence
 from dataclasses import asdict, replace
+from functools import cache
 from pathlib import Path
 
 from impact.files.safe_files import check_writable
@@ -12,10 +15,14 @@ from impact.notices import Progress, silent
 from seatfem.jobs import folders
 from seatfem.jobs.cluster import cluster_crew
 from seatfem.jobs.crew import Lost, crew
+from seatfem.jobs.processes import limit_process
 from seatfem.machine.code import code_version, hash_of
-from tests.extremes.cell import Cell, Outcome
+from seatfem.structures.cache import VARIABLE
+from tests.extremes.battery import battery
+from tests.extremes.cell import Cell, Outcome, carry_out
+from tests.extremes.random_scenes import random_cells
 
-WORKER = "tests.extremes.worker:reply"
+WORKER = "tests.extremes.runner:reply"
 TIME_LIMIT = 600.0  # s for one cell, of the clock: a busy machine is no hang
 
 
@@ -48,17 +55,6 @@ def run_battery(
     return {cell.name: finished[cell.name] for cell in cells if cell.name in finished}
 
 
-def logged(log: Path, revision: str = "") -> dict[str, Outcome]:
-    """Return the outcomes of a log, of the version that it ends with, whether or not its run has come to its end.
-
-    ``revision``: of the program, where the log names none.
-    """
-    whole = [line for line in log.read_text(encoding="utf-8").splitlines() if line.endswith("}")]
-    version = str(json.loads(whole[-1])["version"]) if whole else ""
-    outcomes = folders.outcomes(log, "cell", Outcome, version=version)
-    return {name: replace(outcome, revision=outcome.revision or revision) for name, outcome in outcomes.items()}
-
-
 def revision() -> str:
     """Return the revision of the program in git, "+" where files are changed; "" without git."""
     stated = ["git", "-C", str(Path(__file__).parent), "describe", "--always", "--exclude=*", "--dirty=+"]
@@ -77,3 +73,21 @@ def battery_version() -> str:
 def _lost(job: Lost, time_limit: float) -> Outcome:
     reason = f"no end within {time_limit:g} s" if job.hung else "the process died"
     return Outcome("wrong", math.nan, math.nan, reason, time_limit if job.hung else math.nan)
+
+
+MOST_RANDOM = 1000  # random scenes, of the long form
+MEMORY_LIMIT = 6 << 30  # bytes of address space beyond what the libraries map
+
+
+def reply(name: str) -> str:
+    """Answer the crew: return the outcome of a cell in JSON."""
+    return json.dumps(asdict(carry_out(_cells()[name])))
+
+
+@cache
+def _cells() -> dict[str, Cell]:
+    """Make the cells of this process once; it stores bodies for itself alone."""
+    cells = {cell.name: cell for cell in (*battery(), *random_cells(MOST_RANDOM))}
+    limit_process(memory=MEMORY_LIMIT)
+    os.environ[VARIABLE] = tempfile.mkdtemp()  # removed with the crew's folder
+    return cells

@@ -15,11 +15,11 @@ from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.materials import Material
 from seatfem.structures.method import Aims
 from seatfem.structures.model import SecondOrderModel
+from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.reduction.greens import named
 from seatfem.structures.reduction.krylov import Krylov
 from seatfem.structures.reduction.modes import solve_modes
 from tests.extremes import scenes
-from tests.extremes.blocks import box, compliance
 from tests.extremes.cell import Cell, Finding, chosen, swept, worst
 from tests.rod_model import rod_model
 
@@ -227,3 +227,23 @@ def _mixed_compliance(mesh: Any, material: Material) -> float:
 def _with_corner(mesh: Any) -> Any:
     top = float(mesh.p[2].max())
     return mesh.with_boundaries({"corner": lambda x: (x[2] > top - 1e-9) & (x[0] < 0.5) & (x[1] < 0.5)})
+
+
+def box(size: tuple[float, float, float], cells: tuple[int, int, int], *, hexes: bool) -> Any:
+    """Return a box with its underside "fixed", its top "contact", and its four sides."""
+    axes = [np.linspace(0.0, s, n + 1) for s, n in zip(size, cells, strict=True)]
+    mesh = (skfem.MeshHex if hexes else skfem.MeshTet).init_tensor(*axes)
+    edge = [1e-9 * s for s in size]
+    return mesh.with_boundaries(
+        {
+            "fixed": lambda x: x[2] < edge[2], "contact": lambda x: x[2] > size[2] - edge[2],
+            "left": lambda x: x[0] < edge[0], "right": lambda x: x[0] > size[0] - edge[0],
+            "front": lambda x: x[1] < edge[1], "back": lambda x: x[1] > size[1] - edge[1],
+        }
+    )  # fmt: skip
+
+
+def compliance(model: SecondOrderModel) -> float:
+    """Return the static displacement of the first port per unit force on it."""
+    b = model.port_matrix[:, 0]
+    return float(b @ factorize(model.K).solve(b))

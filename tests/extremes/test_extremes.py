@@ -1,6 +1,8 @@
 """The battery at the extremes: how it judges, resumes and covers; a seeded part of it, and the ends of all axes."""
 
 import math
+import subprocess
+import sys
 from collections.abc import Iterator
 from contextlib import nullcontext
 from dataclasses import replace
@@ -10,21 +12,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from impact import Body, GreensFunctionError
+from impact import GreensFunctionError
 from seatfem.jobs.crew import Ask, crew
-from tests.extremes import (
-    Cell,
-    Finding,
-    battery,
-    carry_out,
-    precise,
-    runner,
-    scenes,
-    subset,
-)
+from seatfem.study.runs.pipeline import RunError
+from tests.extremes import Cell, Finding, battery, carry_out, precise, runner, scenes, subset
 from tests.extremes import __main__ as command
 from tests.extremes.cell import Standing
+from tests.extremes.plates_axes import DENSITY, POISSON, YOUNG
 from tests.extremes.random_scenes import random_cells
+from tests.extremes.scene_run import SceneRun, run_tables
+from tests.extremes.scene_text import Table, material, run_table, si
 from tests.extremes.table import TOGETHER
 
 CELLS = battery()
@@ -125,7 +122,7 @@ def test_random_scenes_keep_their_balances(number: int) -> None:
     assert outcome.verdict not in ("wrong", "slow"), outcome.reason
 
 
-@pytest.mark.parametrize("x", [0.0, 1e-9, 0.7, 3.0, 1e3, 123456.789, 1e7])
+@pytest.mark.parametrize("x", [0.0, 1e-9, 0.7, 1e7])
 def test_precise_cosine(x: float) -> None:
     c, s = precise.cosine_sine(Decimal(x))
     assert float(c) == pytest.approx(math.cos(x), abs=2e-16)
@@ -168,12 +165,85 @@ def test_a_part_of_the_battery_by_command(tmp_path: Path, capsys: pytest.Capture
     assert (tmp_path / "new" / "extremes.jsonl").read_text() == log
 
 
+STEEL = material(YOUNG, DENSITY, POISSON)
+MASS = {"kind": "rigid_mass", "mass": "2 g", "velocity": "-1 m/s"}
+SPRING = {"kind": "spring", "stiffness": "1e7 N/m"}
+
+
+def disc(band: str) -> SceneRun:
+    """Return the run of a free disc, 10 mm by 0.5 mm, that meets a spring stiffer than itself."""
+    return run_tables(
+        seat={"kind": "spring", "stiffness": "2e7 N/m"},
+        reed={
+            "kind": "disc", "diameter": "10 mm", "thickness": "0.5 mm", "material": STEEL, "velocity": "-0.5 m/s",
+            "greens": {"bandwidth": band},
+        },
+        run=run_table(6e-5, 2e-6),
+        accuracy={"target": "5 %"},
+    )  # fmt: skip
+
+
 @pytest.mark.slow
-def test_the_first_blow_by_another_way() -> None:
-    """The constant of equal masses is the integral of the force's closed form."""
-    rest = 1 + math.exp(-2) / 2
-    t = np.linspace(0, 2, 200_001)
-    s = np.linspace(0, rest, 200_001)
-    impulse = np.trapezoid(np.exp(-t), t) + np.trapezoid((2 + math.exp(-2) - 2 * s) * np.exp(-s), s)
-    assert impulse == pytest.approx(scenes.FIRST_BLOW, rel=1e-9)
-    assert Body(scenes.FIXED_ROD).greens.static_compliance()[0, 0] == 1.0
+def test_a_plate_whose_band_holds_rigid_motions_only_has_a_bar_that_knows_its_bending() -> None:
+    rigid, bending = disc("100 Hz"), disc("300 kHz")
+    key = "landing_filtered_peak_force_N"
+    error = abs(rigid.number(key) - bending.number(key))
+    assert error > 2 * bending.bar(key)  # it is wrong ...
+    assert rigid.bar(key) > error  # ... and says so
+
+
+@pytest.mark.slow
+def test_a_stopper_of_elements_has_no_band_of_modes_of_its_own() -> None:
+    stopper = {"kind": "stopper", "radius": "5 mm", "thickness": "5 mm", "contact_radius": "1.5 mm", "material": STEEL}
+    sizes = {"length": "25 mm", "width": "5 mm", "thickness": "0.5 mm", "release": {"tip_deflection": "0.15 mm"}}
+    run = run_tables(
+        seat=SPRING,
+        reed={"kind": "cantilever", **sizes, "material": STEEL},
+        contact={"gap": "0.01 mm"},
+        stopper={**stopper, "gap": "0.16 mm", "greens": {"bandwidth": "300 kHz"}},
+        run=run_table(5e-4, 5e-6),
+        accuracy={"target": "10 %"},
+    )
+    assert run.summary["error_unknown"] == ""
+    assert abs(run.number("energy_residual")) < 1e-9
+
+
+CLAMPED = {
+    "kind": "annular", "bore_radius": "5 mm", "lip_width": "1 mm", "outer_radius": "12 mm", "thickness": "8 mm",
+    "material": STEEL, "supports": [{"kind": "foundation", "on": "fixed", "normal": si(1e13, "N/m^3")}],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("seat", "measures", "words"),
+    [
+        (CLAMPED, "impulse", r"seat\.supports\.0\.on: the face 'fixed' is clamped: a support .* nothing; remove"),
+        (SPRING, "gauge_strain", r"gauge_strain .*\[\[gauge\]\]"),
+    ],
+)
+def test_what_would_change_or_tell_nothing_is_refused(seat: Table, measures: str, words: str) -> None:
+    with pytest.raises(RunError, match=words):
+        run_tables(seat=seat, reed=MASS, run=run_table(1e-4, 5e-6), accuracy={"measures": [measures]})
+
+
+PLATE = """
+from pathlib import Path
+from seatfem.structures import sheets
+from seatfem.structures.materials import Material
+from seatfem.structures.shapes import Disc
+
+sheets._kept = lambda asked, coarser, compute: compute()
+sheet = sheets.Sheet(Disc(diameter=0.01, thickness=1e-4), Material(2e11, 0.3, 8000.0), 150e3)
+peak = lambda: 1024 * int(Path("/proc/self/status").read_text().partition("VmHWM:")[2].split()[0])
+before = peak()
+modes = len(sheets.plate_modes(sheet).modes.omega)
+print((peak() - before) / sheet.memory(modes))
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="Linux alone tells the peak of a process by itself")
+def test_the_memory_of_a_plate_is_foreseen() -> None:
+    """A plate of 12,675 unknowns and 142 modes takes the foreseen memory within a fifth and what libraries keep."""
+    process = subprocess.run([sys.executable, "-c", PLATE], capture_output=True, text=True, check=True)
+    assert 0.6 < float(process.stdout) < 1.4

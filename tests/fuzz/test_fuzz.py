@@ -14,13 +14,7 @@ import pytest
 
 import impact
 from impact.march.problem import ContactError
-from impact.storage.hdf5 import (
-    StorageError,
-    load_results,
-    restore_checkpoint,
-    save_checkpoint,
-    save_results,
-)
+from impact.storage.hdf5 import StorageError, load_results, restore_checkpoint, save_checkpoint, save_results
 from seatfem.faces.cli import BAD_INPUT, MOST_LINES, WIDEST, run_command
 from seatfem.structures.errors import GeometryError
 from seatfem.structures.mesh import gmsh_process

@@ -1,4 +1,4 @@
-"""Patch tests, rigid modes, nodal mass, regions and locking, for every element."""
+"""Patch tests, nodal mass, regions, locking, and ports in space and in a half section, for every element."""
 
 import numpy as np
 import pytest
@@ -7,8 +7,9 @@ from scipy import sparse
 from scipy.linalg import eigh
 
 from seatfem.structures.elements.assembly import assemble
+from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.materials import Material, Orthotropic
-from seatfem.structures.model import ModelError
+from seatfem.structures.model import Array, ModelError, SecondOrderModel
 
 STEEL = Material(200e9, 0.3, 7850.0, "steel")
 WOOD = Orthotropic(
@@ -55,30 +56,6 @@ def test_constant_strain_is_in_equilibrium_inside_and_stores_its_energy(kind, or
     volume = model.M.sum() / 3 / solid.density
     energy = (strain @ model.dofs.points).T.ravel() @ forces.ravel()
     assert energy == pytest.approx(voigt @ solid.elasticity @ voigt * volume, rel=1e-9)
-
-
-@pytest.mark.parametrize(("kind", "order"), KINDS)
-@pytest.mark.parametrize("mass", ["consistent", "nodal"])
-def test_six_rigid_modes_whole_mass_symmetric_and_positive(kind, order, mass):
-    mesh = block(kind, order, 1 if order == 2 else 2, 0.2, 0.1)
-    model = assemble(mesh, STEEL, fixed=(), order=order, mass=mass)
-    for matrix in (model.M, model.K):
-        assert abs(matrix - matrix.T).max() == 0.0
-    assert (model.M.nnz == model.size) == (mass == "nodal")
-    x = model.dofs.points
-    zero = np.zeros_like(x[0])
-    rigid = [np.tile(e, len(zero)) for e in np.eye(3)]
-    rigid += [np.stack(r).T.ravel() for r in ((-x[1], x[0], zero), (zero, -x[2], x[1]), (x[2], zero, -x[0]))]
-    for mode in rigid:
-        assert np.abs(model.K @ mode).max() < 1e-13 * np.abs(model.K.data).max() * len(zero)
-    values = np.linalg.eigvalsh(model.K.toarray())
-    assert np.sum(values < 1e-10 * values[-1]) == 6
-    assert np.linalg.eigvalsh(model.M.toarray())[0] > 0
-    # the sheared cube keeps its volume exactly: det(I + e_y (x) grad f) = 1 for f independent of y
-    exact = 7850.0 if kind == "hex" else model.M.sum() / 3
-    assert rigid[0] @ model.M @ rigid[0] == pytest.approx(exact, rel=1e-12)
-    consistent = assemble(mesh, STEEL, fixed=(), order=order)
-    assert model.M.sum() == pytest.approx(consistent.M.sum(), rel=1e-12)
 
 
 def halves(kind="tet"):
@@ -169,3 +146,52 @@ def test_nodal_mass_of_hexahedra_keeps_the_order_of_frequencies(order, rate):
         exact = (np.pi / 2) ** 2
         errors.append(np.abs(lowest / exact - 1).min())
     assert np.log2(errors[0] / errors[1]) == pytest.approx(rate, abs=0.25)
+
+
+SLICES, LAYERS = 48, 8
+
+
+def tube(top: float) -> tuple[skfem.MeshHex, skfem.MeshQuad]:
+    """Return a thick tube 1 high, its bore from radius 1 to ``top``: in space, and its half section."""
+    section = skfem.MeshQuad.init_tensor(np.array([0.0, 0.5, 1.0]), np.linspace(0, 1, LAYERS + 1))
+    bore = 1 + (top - 1) * section.p[1]
+    flat = skfem.MeshQuad(np.stack([bore + section.p[0] * (3 - bore), section.p[1]]), section.t)
+    inner = {"contact": section.facets_satisfying(lambda x: x[0] < 1e-9, boundaries_only=True)}
+    inner["fixed"] = section.facets_satisfying(lambda x: x[0] > 1 - 1e-9, boundaries_only=True)
+    angles = 2 * np.pi * np.arange(SLICES) / SLICES
+    r, z = flat.p
+    count = flat.p.shape[1]
+    points = np.concatenate([np.stack([r * np.cos(a), r * np.sin(a), z]) for a in angles], axis=1)
+    cells = [np.concatenate([flat.t + k * count, flat.t + (k + 1) % SLICES * count]) for k in range(SLICES)]
+    order = [0, 1, 3, 4, 2, 5, 7, 6]  # scikit-fem's, from the two quadrilaterals one above the other
+    solid = skfem.MeshHex(points, np.ascontiguousarray(np.concatenate(cells, axis=1)[order]))
+
+    def radius(x: Array) -> Array:
+        return np.hypot(x[0], x[1]) / np.cos(np.pi / SLICES)
+
+    named = {"contact": lambda x: radius(x) < 1.02 * (1 + (top - 1) * x[2]), "fixed": lambda x: radius(x) > 2.98}
+    return solid.with_boundaries(named), flat.with_boundaries(inner)
+
+
+def ring_heights(model: SecondOrderModel) -> list[float]:
+    """Return the mean height of each ring."""
+    means = []
+    for port in model.ports.values():
+        weight = np.linalg.norm(model.expand(port.vector), axis=0)
+        means.append(float(weight @ model.dofs.points[2] / weight.sum()))
+    return means
+
+
+@pytest.mark.parametrize(("top", "up"), [(1.0, True), (1.5, True), (0.5, False)])
+def test_rings_are_the_same_in_space_and_in_a_half_section(top: float, up: bool) -> None:
+    """A cylinder is divided along its axis, from below; a cone by the radius, from the inner edge."""
+    models = [
+        make(mesh, STEEL, rings=3) for make, mesh in zip((assemble, assemble_axisymmetric), tube(top), strict=True)
+    ]
+    space, section = models
+    assert space.port_names == section.port_names == ("contact_1", "contact_2", "contact_3")
+    assert ring_heights(space) == pytest.approx(ring_heights(section), abs=0.02)
+    assert (np.diff(ring_heights(space)) > 0).all() if up else (np.diff(ring_heights(space)) < 0).all()
+    for one, other in zip(space.ports.values(), section.ports.values(), strict=True):
+        assert one.area == pytest.approx(other.area, rel=0.01)  # 48 straight sides
+        assert one.impedance == pytest.approx(other.impedance, rel=0.01)

@@ -138,18 +138,12 @@ def test_a_circle_and_units(tmp_path: Path) -> None:
         ((), 4, "LINE, ARC, CIRCLE, LWPOLYLINE"),
         (STRAIGHT, 4, r"\(20, -3\)"),
         ((*STRAIGHT, ARCS[0]), 4, "its outline is open at"),
-        ((entity("CIRCLE", (10, 5), (20, 0), (40, math.inf)),), 4, "CIRCLE.*numbers"),
         ((entity("ARC", (10, 0), (20, 0), (40, 3)),), 4, "ARC.*start_angle"),
-        ((entity("ARC", (10, 0), (20, 0), (40, 3), (50, 0), (51, 9), (210, 1), (220, 0), (230, 0)),), 4, "flatten"),
-        ((entity("LINE", (10, 1e300), (20, 0), (11, 0), (21, 0)),), 4, "LINE.*1000 m"),
-        ((entity("CIRCLE", (10, 0), (20, 0), (40, 1e200)),), 4, "a CIRCLE .*within 1000 m"),
         ((entity("NOVELTY"),), 4, "a NOVELTY.*convert it"),
         ((entity("INSERT", (2, "B"), (10, 0), (20, 0)),), 4, "block 'B' is not in the file.*explode"),  # type: ignore[arg-type]
-        ((*STRAIGHT, *ARCS, "0\nENDSEC\n0\nSECTION\n2\nENTITIES\n", *STRAIGHT), 4, "several sections ENTITIES"),
         (tuple(line(k, 0, k + 1, 0) for k in range(5001)), 4, "10000 corners"),
         (("0\nPOINT\n" * 20_001,), 4, "more than 20000 entities"),
         ((*STRAIGHT, *ARCS), "²", "line: 8"),
-        ((*STRAIGHT, *ARCS), "4" * 5000, "not readable"),
         ((*STRAIGHT, *ARCS), 0, 'unit = "mm"'),
     ],
 )
@@ -187,12 +181,7 @@ def outside(space: Any) -> None:
 @pytest.mark.parametrize(
     ("draw", "message"),
     [
-        (lambda space: space.add_lwpolyline([(0, 0, 1e200), (1, 0, 0)], "xyb", close=True), "bulges up to 10000"),
-        (lambda space: space.add_lwpolyline([(k % 7, k) for k in range(10_001)]), "10000 corners"),
-        (lambda space: space.add_open_spline([(0, 0), (1, math.nan), (2, 0), (3, 1)]), "SPLINE.*finite"),
         (lambda space: space.add_3dface([(0, 0), (1, 0), (1, 1), (0, 1)]), "a 3DFACE.*convert it"),
-        (lambda space: space.add_polyline3d([(0, 0), (1, 0), (2, 1)]), "open at"),
-        (lambda space: space.add_polymesh((3, 3)), "a POLYLINE.*convert it"),
         (nested, "more than 20000 entities with those of its blocks"),
         (of_itself, "block 'B' .*in 16 others"),
         (array, "block 'B' .*in a large array"),
@@ -208,12 +197,7 @@ def test_drawings_that_stand_for_much_or_for_nothing(draw: Draw, message: str, t
 
 @pytest.mark.parametrize(
     ("data", "message"),
-    [
-        (b"AutoCAD Binary DXF\r\n\x1a", "no DXF.*as ASCII"),
-        (b"solid\nfacet\n", "no DXF file"),
-        (b"\xff\xfe\x00", "no DXF"),
-        (b"0\nSECTION\n2\nENTITIES\n0\nLINE\n10\n", "not readable"),
-    ],
+    [(b"AutoCAD Binary DXF\r\n\x1a", "no DXF.*as ASCII"), (b"0\nSECTION\n2\nENTITIES\n0\nLINE\n10\n", "not readable")],
 )
 def test_what_is_no_dxf_is_refused(data: bytes, message: str, tmp_path: Path) -> None:
     (tmp_path / "a.dxf").write_bytes(data)
@@ -221,14 +205,10 @@ def test_what_is_no_dxf_is_refused(data: bytes, message: str, tmp_path: Path) ->
         read_outline(tmp_path / "a.dxf")
 
 
-SCENE = """\
-[seat]
-kind = "spring"
-stiffness = "1 N/um"
-[reed]
-{}
-[run]
-duration = "1 ms"
+SCENE = """
+seat = { kind = "spring", stiffness = "1 N/um" }
+reed = { kind = "rigid_mass", mass = "1 g", velocity = "-1 m/s" }
+run = { duration = "1 ms" }
 """
 REED = Flapper(8e-3, 2e-3, 6e-3, 15e-3, 16e-3, 0.3e-3, slot_width=1e-3, slot_length=6e-3, hole_diameter=4e-3)
 HOLED = Outlined(((0, -5e-3), (20e-3, -5e-3, 1), (20e-3, 5e-3), (0, 5e-3)), 4e-4, (15e-3, 0), side=(-1, 0, -4e-3))
@@ -258,6 +238,6 @@ def test_what_is_written_comes_back(shape: Flat, tmp_path: Path) -> None:
 
 
 def test_a_reed_without_an_outline(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "scene.toml").write_text(SCENE.format('kind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"'))
+    (tmp_path / "scene.toml").write_text(SCENE)
     assert run_command(["export", str(tmp_path / "scene.toml"), "--to", "dxf"]) == BAD_INPUT
     assert "reed.kind = 'rigid_mass' has no outline" in capfd.readouterr().err

@@ -49,18 +49,6 @@ def test_counts_the_eigenvalues_below_a_shift(model, backend):
         assert factor.negative_pivots == gap + 1
 
 
-def test_refuses_empty_rows_and_wrong_sizes(model):
-    with pytest.raises(FactorizationError, match="1 diagonal values are zero"):
-        factorize(np.diag([1.0, 0.0, 2.0]))
-    with pytest.raises(FactorizationError, match="2 rows, must have 3"):
-        factorize(np.eye(3) + 0.1, backend="superlu").solve(np.ones(2))
-
-
-def test_a_poor_first_solve_is_reported_with_its_number(model):
-    with pytest.raises(FactorizationError, match=r"leaves a residual of \d"):
-        factorize(model.K, tolerance=1e-30)
-
-
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_the_message_names_the_matrix_and_the_remedy(model, backend):
     shifted = model.K - 100.0 * model.M
@@ -70,7 +58,6 @@ def test_the_message_names_the_matrix_and_the_remedy(model, backend):
 
 STEEL, PEEK = Material(200e9, 0.3, 7850.0), Material(3.6e9, 0.4, 1300.0)
 ALLOWED = 1e-4
-GRADED = np.concatenate([[0.0], np.geomspace(1e-6, 1e-3, 7)])
 STEEPER = np.concatenate([[0.0], np.geomspace(1e-7, 1e-3, 7)])
 
 
@@ -78,8 +65,8 @@ def evenly(length, cells):
     return np.linspace(0, length, cells + 1)
 
 
-def body(*sides, material=STEEL, kind=skfem.MeshTet):
-    mesh = kind.from_mesh(skfem.MeshTet.init_tensor(*sides)) if kind is skfem.MeshTet2 else kind.init_tensor(*sides)
+def body(*sides, material=STEEL):
+    mesh = skfem.MeshTet.init_tensor(*sides)
     top = sides[2][-1]
     named = {"contact": lambda x: x[2] > top * (1 - 1e-9), "fixed": lambda x: x[0] < 1e-12}
     mesh = mesh.with_boundaries(named)
@@ -91,15 +78,11 @@ def body(*sides, material=STEEL, kind=skfem.MeshTet):
 BLOCK = (evenly(20e-3, 6), evenly(20e-3, 6), evenly(8e-3, 4))
 BODIES = [
     ("block", lambda: body(*BLOCK), 300e3, "plain"),
-    ("elements of ten nodes, as of gmsh", lambda: body(*BLOCK, kind=skfem.MeshTet2), 300e3, "plain"),
-    ("PEEK on steel", lambda: body(*BLOCK, material={"lower": STEEL, "upper": PEEK}), 300e3, "plain"),
     ("PEEK on steel, slow", lambda: body(*BLOCK, material={"lower": STEEL, "upper": PEEK}), 10e3, "refined"),
     ("plate of 0.2 mm", lambda: body(evenly(20e-3, 10), evenly(20e-3, 10), evenly(0.2e-3, 1)), 300e3, "refined"),
     ("plate of 0.2 mm, slow", lambda: body(evenly(20e-3, 10), evenly(20e-3, 10), evenly(0.2e-3, 1)), 10e3, "double"),
     ("plate of 20 um", lambda: body(evenly(20e-3, 10), evenly(20e-3, 10), evenly(20e-6, 1)), 300e3, "double"),
     ("nearly incompressible", lambda: body(*BLOCK, material=Material(4e9, 0.4999, 1300.0)), 300e3, "refined"),
-    ("rubber", lambda: body(*BLOCK, material=Material(4e9, 0.499999, 1300.0)), 300e3, "double"),
-    ("elements of 1 um and 1 mm", lambda: body(GRADED, GRADED, GRADED), 300e3, "refined"),
     ("elements of 0.1 um and 1 mm", lambda: body(STEEPER, STEEPER, STEEPER), 300e3, "double"),
 ]
 
@@ -126,15 +109,6 @@ def test_single_precision_is_refined_or_refused_where_it_leaves_too_much(make, b
             assert 1e-8 < np.sum(off * (matrix @ off)) / np.sum(x * (matrix @ x)) < (2e-3) ** 2
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("backend", BACKENDS)
-def test_single_precision_is_not_tried_unless_asked_for_and_by_pardiso_alone(model, backend):
-    assert SINGLE not in factorize(model.K, backend=backend).backend
-    assert (SINGLE in factorize(model.K, backend=backend, allowed=1e-3).backend) == (backend == "pardiso")
-    indefinite = factorize(model.K - 100.0 * model.M, definite=False, backend=backend, allowed=1e-3)
-    assert SINGLE not in indefinite.backend  # counts of eigenvalues are exact
-
-
 @pytest.mark.skipif(not _pardiso_class(), reason="no MKL")
 def test_numbers_out_of_the_range_of_single_precision_are_scaled(model):
     for scale in (1e-60, 1e60):
@@ -144,3 +118,8 @@ def test_numbers_out_of_the_range_of_single_precision_are_scaled(model):
         exact = factorize(scale * model.K).solve(load)
         np.testing.assert_allclose(factor.solve(load), exact, rtol=0.0, atol=1e-3 * np.abs(exact).max())
         assert not np.any(factor.solve(0.0 * load))
+
+
+def test_a_poor_first_solve_is_reported_with_its_number(model):
+    with pytest.raises(FactorizationError, match=r"leaves a residual of \d"):
+        factorize(model.K, tolerance=1e-30)

@@ -53,14 +53,6 @@ def test_a_deck_as_large_as_its_files_together(tmp_path, monkeypatch):
     ("name", "lines", "message"),
     [
         ("a.inp", "*NSET, NSET=A, GENERATE\n1,400000000\n", r"a\.inp:8: \*NSET: 4e\+08 members.*2e\+05"),
-        ("a.inp", "*ELSET, ELSET=A, GENERATE\n" + "1,30000\n" * 20, r"a\.inp:8: \*ELSET: 3e\+04 members"),
-        ("a.inp", "*NSET, NSET=A, GENERATE\n1," + "9" * 300 + "\n", r"\*NSET: .*nine digits"),
-        (
-            "a.inp",
-            "*NSET, NSET=S0, GENERATE\n1,5000\n"
-            + "".join(f"*NSET, NSET=S{k + 1}\nS{k},S{k},S{k}\n" for k in range(30)),
-            r"\*NSET: 5000 members, 2\.05e\+05",
-        ),
         (
             "a.inp",
             "*ELSET, ELSET=E, GENERATE\n1,5000\n*SURFACE, NAME=S\n" + "E,S1\n" * 1000,
@@ -76,7 +68,6 @@ def test_a_deck_as_large_as_its_files_together(tmp_path, monkeypatch):
         ),
         ("a.inp", "*NSET" + ",\n" * 200_000, r"a\.inp:8: .*4096"),
         ("a.inp", "*ELEMENT, TYPE=C3D4\n" + "9" * 30 + ",1,2,3,4\n", r"a\.inp:8: .*9{30}"),
-        ("a.bdf", "CTETRA," + "9" * 30 + ",3,1,2,3,4\n", r"a\.bdf:6: .*9{30}"),
         ("a.bdf", "INCLUDE 'a\n" * 200_000, r"a\.bdf:1: .*4096|within the deck's folder"),
         ("a.bdf", "".join(f"SPC1,{k},123,1,THRU,90000\n" for k in range(900)), r"SPC1: has .*2e\+03 are the most"),
         (
@@ -96,10 +87,6 @@ def test_decks_that_stand_for_much(tmp_path, monkeypatch, name, lines, message):
 FACES = {
     "sets.bdf": (BULK + "".join(f"SPC1,{k},123,1,THRU,4\n" for k in range(20_000)), "must be at most 5000"),
     "full.inp": (DECK + "*NSET, NSET=A, GENERATE\n1,5000000\n", "node 5 "),
-    "surfaces.inp": (
-        DECK + "*ELSET, ELSET=E\n1\n" + "".join(f"*SURFACE, NAME=N{k}\nE, S1\n" for k in range(20_000)),
-        "must be at most 5000",
-    ),
     "nodes.inp": (
         DECK.replace("*ELEMENT", "".join(f"{k},0,0,{k}\n" for k in range(5, 4001)) + "*ELEMENT", 1)
         + "*NSET, NSET=N, GENERATE\n1,4000\n*SURFACE, NAME=S, TYPE=NODE\n"
@@ -107,7 +94,6 @@ FACES = {
         "must be at most 5e+06",
     ),
     "blanks.xdmf": ("<Xdmf>" + ">" + " " * 400_000, ".xdmf file"),
-    "late.xdmf": ("<?xml version='1.0'?>" + " " * 100_000 + "<!DOCTYPE x><Xdmf/>", "defines or includes entities"),
     "place.inp": (
         DECK.replace("*ELEMENT", "".join(f"{k},0,0,0\n" for k in range(5, 40_001)) + "*ELEMENT", 1)
         + "".join(f"{k},{k},{k + 1},{k + 2},{k + 3}\n" for k in range(5, 39_997)),
@@ -167,12 +153,7 @@ def test_matrices_that_unfold(tmp_path, monkeypatch):
     zeros = zipped(data=npy((1 << 20,), bytes(1 << 23)))
     matrix_refused(tmp_path, "K.npz", zeros, r"K\.npz: .*8 MB .* MB; .*1 MB")
     text = (M3 + "9 9 99999999\n" + "1 1 1\n" * 1_000_000).encode()
-    matrix_refused(
-        tmp_path,
-        "K.mtx.gz",
-        gzip.compress(text, 9),
-        r"K\.mtx\.gz: .*1 MB, 20 times .*unpack",
-    )
+    matrix_refused(tmp_path, "K.mtx.gz", gzip.compress(text, 9), r"K\.mtx\.gz: .*1 MB, 20 times .*unpack")
 
 
 def packed(outside=1):
@@ -192,20 +173,14 @@ TWO = M3.encode() + b"2 2 2\n1 1 1.0"
         ("K.npy", npy((50_000, 50_000)), r"1\.\d+e\+04 MB, .*0\.000\d+ MB"),
         ("K.npz", zipped(data=npy((1 << 30,)), indices=npy((1,))), "8192 MB"),
         ("K.npy", npy((2, 2), pickle.dumps([1]), "|O"), "numbers, not Python objects"),
-        ("K.npz", zipped(data=npy((1,), pickle.dumps([1]), "|O")), "numbers, not Python objects"),
         ("K.mtx", (M3 + "9 9 900000000\n1 1 1\n").encode(), "900000000 entries, .*9 x 9"),
-        ("K.mtx", (M3 + "99999 99999 900000000\n1 1 1\n").encode(), "6 words; 900000000 entries"),
         ("K.mtx", b"%%MatrixMarket matrix array real general\n90000 90000\n1\n", "it has 3 words; "),
-        ("K.mtx", b"%%MatrixMarket matrix array real symmetric\n90000 90000\n1\n", "it has 3 words; "),
         ("K.mtx", (M3 + "%" + "x" * 5_000_000 + "\n1 1 1\n1 1 1\n").encode(), "at most 65536 characters"),
-        ("K.mtx.gz", gzip.compress((M3 + "%" + "x" * 5_000_000).encode()), "at most 65536 characters"),
         ("K.mtx.gz", gzip.compress(b"\0" * 5_000_000), "at most 65536 characters"),
-        *(("K.mtx", TWO + rest, "matrix") for rest in (
-            b"\n2 2 1.0x", b"D-3\n2 2 1.0\n", b"\n2 2 1.0nan", b" 7\n2 2 1.0\n", b"\n2 2 1.00000\0\0\0\0001\n",
-        )),
+        ("K.mtx", TWO + b"D-3\n2 2 1.0\n", "matrix"),
+        ("K.mtx", TWO + b"\n2 2 1.00000\0\0\0\0001\n", "matrix"),
         ("K.mtx", M3.encode() + b"1000000000 1000000000 1\n1 1 1.0\n", "matrix"),
         ("K.mtx.gz", gzip.compress(TWO + b"\n2 2 1.0\n", mtime=0)[:-12], "matrix"),
-        ("K.npz", packed()[:-40], "matrix"),
         ("K.npz", packed(10**6), "matrix"),
         ("K.npy", b"\x93NUMPY\x01\x00\x76\x00{'descr': (((" + b" " * 110, "matrix"),
     ],
@@ -213,16 +188,6 @@ TWO = M3.encode() + b"2 2 2\n1 1 1.0"
 def test_matrices_that_claim_or_are_broken(tmp_path, name, data, message):
     """Some crash the libraries that read them, unless they are looked at first."""
     matrix_refused(tmp_path, name, data, message)
-
-
-@pytest.mark.parametrize("rows", ["²,1", "٣,1", "+1,1", "1_0,1", "1e0,1", "9" * 5000 + ",1"])
-def test_degrees_of_freedom_that_are_no_numbers(tmp_path, rows):
-    path = tmp_path / "K.mtx"
-    path.write_text(M3 + "2 2 2\n1 1 2\n2 2 2\n")
-    port = tmp_path / "port.csv"
-    port.write_text(f"dof,weight\n{rows}\n", encoding="utf-8")
-    with pytest.raises(ModelError, match=r"port\.csv, line 2: .*weight"):
-        read_matrices(path, path, ports={"contact": port})
 
 
 @pytest.mark.parametrize("text", ["," * 1_000_000, "time [s],force [N]\n" + ",".join("1" * 100) + "\n"])

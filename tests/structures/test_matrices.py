@@ -2,13 +2,14 @@
 
 import gzip
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from scipy import sparse
 from scipy.io import mmwrite
 
-from seatfem.structures.formats.matrices import FACTORS, read_matrices
+from seatfem.structures.formats.matrices import read_matrices
 from seatfem.structures.model import ModelError
 
 N = 12
@@ -51,24 +52,20 @@ def test_a_column_is_a_diagonal_mass(files: dict[str, Path], tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize(
-    ("system", "length", "mass", "time"),
+    ("system", "mass", "time"),
     [
-        ("SI", 1.0, 1.0, 1.0),
-        ("mm-t-s", 1e-3, 1e3, 1.0),
-        ("mm-kg-ms", 1e-3, 1.0, 1e-3),
-        ("inch-lbf-s", 0.0254, 4.4482216152605 / 0.0254, 1.0),
+        ("SI", 1.0, 1.0),
+        ("mm-t-s", 1e3, 1.0),
+        ("mm-kg-ms", 1.0, 1e-3),
+        ("inch-lbf-s", 4.4482216152605 / 0.0254, 1.0),
     ],
 )
-def test_units_follow_from_length_mass_and_time(system: str, length: float, mass: float, time: float) -> None:
-    # a force unit is mass length/time^2; stiffness is force/length
-    assert FACTORS[system] == pytest.approx((mass, mass / time, mass / time**2), rel=1e-12)
-
-
-def test_units_and_damping(files: dict[str, Path], tmp_path: Path) -> None:
+def test_units_and_damping(files: dict[str, Path], tmp_path: Path, system: Any, mass: float, time: float) -> None:
+    """Stiffness is force over length, thus mass/time^2 whatever the unit of length."""
     sparse.save_npz(tmp_path / "C.npz", 1e-5 * K)
-    model = read_matrices(**files, damping=tmp_path / "C.npz", ports={"contact": PORT}, system="mm-kg-ms")
-    assert abs(model.K - 1e6 * K).max() < 1e-3
-    assert abs(model.C - 1e3 * 1e-5 * K).max() < 1e-6
+    model = read_matrices(**files, damping=tmp_path / "C.npz", ports={"contact": PORT}, system=system)
+    for matrix, own, factor in ((model.M, M, mass), (model.C, 1e-5 * K, mass / time), (model.K, K, mass / time**2)):
+        assert abs(matrix - factor * own).max() < 1e-12 * factor * abs(own).max()
 
 
 def test_ports_from_a_file_numbered_from_one(files: dict[str, Path], tmp_path: Path) -> None:
@@ -142,8 +139,10 @@ def test_bad_files(files: dict[str, Path], tmp_path: Path) -> None:
         ("dof,weight\n1.5,1\n", "line 2: '1.5,1'"),
         ("dof,weight\n1,1\n1,2\n", "line 3: dof 1 .*twice"),
         ("dof,weight\n1,one\n", "line 2, column 2: 'one'"),
+        ("dof,weight\n²,1\n", "line 2: .*weight"),
+        (f"dof,weight\n{'9' * 5000},1\n", "line 2: .*weight"),
     ):
-        (tmp_path / "lip.csv").write_text(text)
+        (tmp_path / "lip.csv").write_text(text, encoding="utf-8")
         refused(f"lip.csv.*{message}", lip=tmp_path / "lip.csv")
     with pytest.raises(ModelError, match=r"'cgs'.*unknown.*SI"):
         read_matrices(**files, ports={"contact": PORT}, system="cgs")  # type: ignore[arg-type]

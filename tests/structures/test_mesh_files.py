@@ -1,5 +1,6 @@
-"""Mesh files that gmsh and VTK write, and decks in the dialects of other programs: the same mesh comes out of each."""
+"""What a mesh must not be, and what is mended; mesh files that gmsh and VTK write: the same mesh comes out of each."""
 
+import dataclasses
 import itertools
 import math
 from pathlib import Path
@@ -9,6 +10,137 @@ import pytest
 
 from seatfem.structures.errors import MeshError
 from seatfem.structures.formats.mesh_files import read_mesh
+from seatfem.structures.mesh.checks import check_mesh, scaled_jacobian, straight_determinants
+from seatfem.structures.mesh.io import CELL_KINDS, MeshArrays, to_skfem
+
+NONE = ()
+
+
+def reference_element(nodes):
+    return MeshArrays(CELL_KINDS[nodes].nodes.copy(), np.arange(nodes)[None, :], {}, {}, "one.inp")
+
+
+def side_by_side(nodes, gap):
+    """Return two equal elements, the second moved along x; no node is shared."""
+    one = reference_element(nodes)
+    points = np.vstack([one.points, one.points + np.array([1.0 + gap, 0.0, 0.0])])
+    return MeshArrays(points, np.arange(2 * nodes).reshape(2, nodes), {}, {}, "two.inp")
+
+
+@pytest.mark.parametrize("nodes", CELL_KINDS)
+def test_a_mirrored_mesh_is_turned_right_side_out(nodes):
+    one = reference_element(nodes)
+    mirrored = dataclasses.replace(one, points=one.points * [1.0, 1.0, -1.0])
+    assert straight_determinants(mirrored)[0] < 0.0
+    mended = check_mesh(mirrored, NONE)
+    assert sorted(mended.cells[0]) == list(range(nodes))
+    # Right for the nodes on edges and faces too: the map is a mirror image, so det J = 1 everywhere.
+    assert scaled_jacobian(mended)[0] == pytest.approx(1.0, rel=1e-12)
+    assert check_mesh(one, NONE) is one
+
+
+@pytest.mark.parametrize("nodes", CELL_KINDS)
+@pytest.mark.parametrize(
+    ("low", "high", "message"), [(0.0, -1.0, r"1 inside-out.*\(2"), (5.0, 0.0, r"two.inp: 1 flat .*\(2.*, 5000\) mm")]
+)
+def test_an_element_inside_out_or_flat_is_located(nodes, low, high, message):
+    two = side_by_side(nodes, 1.0)
+    two.points[nodes:, 2] = low + high * two.points[nodes:, 2]
+    with pytest.raises(MeshError, match=message):
+        check_mesh(two, NONE, parts=2)
+
+
+@pytest.mark.parametrize("nodes", [8, 27])
+def test_a_folded_hexahedron(nodes):
+    one = reference_element(nodes)
+    one.points[6] = [0.2, 0.2, 0.9]  # beyond the plane of its neighbours: det J < 0 at this vertex alone
+    assert straight_determinants(one)[0] > 0.0
+    with pytest.raises(MeshError, match=r"1 inverted .*Jacobian -"):
+        check_mesh(one, NONE)
+
+
+CUBE = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
+PLACES = dict(enumerate(CUBE, 1)) | {k: (x + 1, y, z) for k, (x, y, z) in enumerate(CUBE, 12)}
+PLACES |= {12: (1.00001, 0, 0), 99: (7, 7, 7)}
+"""Two cubes, each with its own nodes between them, one of which is off, and a node of none."""
+DECK = "*Node\n" + "".join(f"{k}, {x}, {y}, {z}\n" for k, (x, y, z) in PLACES.items())
+DECK += "*Element, type=C3D8\n1, 1, 2, 3, 4, 5, 6, 7, 8\n2, 12, 13, 14, 15, 16, 17, 18, 19\n"
+DECK += "*Nset, nset=Left\n1, 4, 5, 8\n*Nset, nset=Right\n13, 14, 17, 18\n"
+
+
+def test_merging_on_reading(tmp_path):
+    path = tmp_path / "two.inp"
+    path.write_text(DECK)
+    with pytest.raises(MeshError, match=r"3 nodes.*another"):
+        read_mesh(path, contact="Left", fixed="Right", unit=1.0)
+    with pytest.raises(MeshError, match="2 parts that share no node"):
+        read_mesh(path, contact="Left", fixed="Right", unit=1.0, merge=0.0)
+    apart = read_mesh(path, contact="Left", fixed="Right", unit=1.0, merge=0.0, parts=2)
+    assert apart.quality.nodes == 16
+    whole = read_mesh(path, contact="Left", fixed="Right", unit=1.0, merge=1e-4)
+    assert whole.quality.nodes == 12
+    assert whole.quality.volume == pytest.approx(2.0, rel=1e-5)
+    assert whole.quality.areas == pytest.approx({"contact": 1.0, "fixed": 1.0})
+    assert whole.provenance.notes[-1].startswith("5 nodes ")
+    assert "dropped" in str(whole)
+    assert whole.provenance.content_hash != apart.provenance.content_hash
+
+
+def test_a_patch_inside_the_mesh(tmp_path):
+    path = tmp_path / "two.inp"
+    path.write_text(
+        DECK.replace("*Nset, nset=Right", "*Element, type=S4, elset=Middle\n3, 2, 3, 7, 6\n*Nset, nset=Right")
+    )
+    with pytest.raises(MeshError, match=r"1.*1.*'contact'.*inside"):
+        read_mesh(path, contact="Middle", fixed="Right", unit=1.0, merge=1e-4)
+
+
+CONTACT, FIXED = np.array([[1, 2, 3]]), np.array([[0, 2, 1]])
+
+
+def one_tet() -> MeshArrays:
+    return dataclasses.replace(reference_element(4), surfaces={"contact": CONTACT, "fixed": FIXED})
+
+
+def test_faces_that_are_none():
+    arrays = dataclasses.replace(reference_element(8), surfaces={"contact": np.array([[0, 1, 2, 6]])})
+    with pytest.raises(MeshError, match=r"one.inp: 1.*1.*'contact'"):
+        to_skfem(arrays)
+    with pytest.raises(MeshError, match=r"'contact' .*3 vertices.*quadrilaterals"):
+        to_skfem(dataclasses.replace(arrays, surfaces={"contact": np.array([[0, 1, 2]])}))
+    with pytest.raises(MeshError, match=r"\(1, 6\):.*\(m, 4\)"):
+        dataclasses.replace(arrays, cells=np.zeros((1, 6), dtype=int))
+
+
+@pytest.mark.parametrize(
+    ("surfaces", "message"),
+    [
+        ({"fixed": FIXED}, r"one.inp:.*'contact'.*'fixed'"),
+        ({"contact": CONTACT}, r"'fixed'.*'contact'"),
+        ({}, r"the mesh has: none"),
+        ({"contact": CONTACT[:0], "fixed": FIXED}, r"one.inp:.*'contact'"),
+    ],
+)
+def test_bad_groups(surfaces, message):
+    with pytest.raises(MeshError, match=message):
+        check_mesh(dataclasses.replace(one_tet(), surfaces=surfaces))
+
+
+def test_coordinates_must_be_finite():
+    broken = one_tet()
+    broken.points[2, 1] = np.nan
+    with pytest.raises(MeshError, match=r"1.*coordinates"):
+        check_mesh(broken)
+
+
+def test_wrong_kind_of_file(tmp_path):
+    with pytest.raises(FileNotFoundError, match="no such mesh file"):
+        read_mesh(tmp_path / "none.msh")
+    step = tmp_path / "a.step"
+    step.write_text("")
+    with pytest.raises(MeshError, match=r"make_mesh\(CadPart"):
+        read_mesh(step)
+
 
 UNIT = 1e-2  # metres; the files of `write_mesh_files` are in centimetres
 RING = 3 * math.pi / 4 * UNIT**3
@@ -86,15 +218,6 @@ def check_one_element(seat, nodes):
     assert seat.quality.nodes == {4: 4, 10: 10, 8: 8, 20: 27}[nodes]
 
 
-def fields(name, words):
-    """Small fields, continued on as many lines as it takes."""
-    lines = [words[k : k + 8] for k in range(0, len(words), 8)]
-    heads = [name, *["+"] * (len(lines) - 1)]
-    return "\n".join(
-        f"{head:8}" + "".join(f"{word:8}" for word in line) for head, line in zip(heads, lines, strict=True)
-    )
-
-
 VTK = {"vtkTetra": 10, "vtkQuadraticTetra": 24, "vtkHexahedron": 12, "vtkQuadraticHexahedron": 25}
 VTK |= {"vtkTriQuadraticHexahedron": 29}
 VTK_FACES = {4: 5, 10: 22, 8: 9, 20: 23, 27: 28}  # cell type of the face of a cell of so many nodes
@@ -142,10 +265,7 @@ def test_bricks_of_27_nodes_in_unv(written_meshes):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (
-            {"unit": 100.0},
-            r"200 x 200 x 100 m.*\(unit = 100 m\).*2 x 2 x 1",
-        ),
+        ({"unit": 100.0}, r"200 x 200 x 100 m.*\(unit = 100 m\).*2 x 2 x 1"),
         ({"unit": 1e-5}, "give the unit"),
         ({"unit": 0.0}, "unit = 0: must be > 0"),
         ({"merge": -1.0}, "merge = -1 m: must be >= 0"),

@@ -1,25 +1,24 @@
-"""Mindlin plates of nine-node quadrilaterals: closed forms, Kirchhoff's limit, order of convergence, rigid modes."""
+"""Mindlin plates of nine-node quadrilaterals: closed forms, rigid modes, distorted elements; a strip lands."""
+
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 import scipy.linalg
 import scipy.sparse.linalg
 
+import impact
 from impact.beams.timoshenko import TimoshenkoCantilever
 from seatfem.structures.elements.mindlin import PlateMesh, Unknown, assemble_plate, average, everywhere
 from seatfem.structures.lip import Lip, Patch
 from seatfem.structures.materials import Material
+from seatfem.structures.method import Aims
 from seatfem.structures.model import Array, DofMap, ModelError, SecondOrderModel
+from seatfem.structures.reduction.modal import with_modes
 from seatfem.structures.reduction.modes import solve_modes
-from tests.plate_model import Warp, grid
+from tests.plate_model import grid
 
 STEEL = Material(206e9, 0.3, 7800.0)
-
-
-def patch_of(lip: Lip, centre: tuple[float, float]) -> Patch:
-    """Return the one patch of a lip that is not divided."""
-    (patch,) = lip.patches(centre).values()
-    return patch
 
 
 def bulged(points: Array) -> Array:
@@ -45,39 +44,6 @@ def rigidity(h: float, material: Material = STEEL) -> float:
 def reduced_frequencies(model: SecondOrderModel, h: float, n: int) -> Array:
     """Return omega a^2 sqrt(rho h/D) of a plate with a = 1 m."""
     return np.asarray(solve_modes(model, n).omega * np.sqrt(STEEL.density * h / rigidity(h)))
-
-
-def supported(h: float, m: int, n: int) -> float:
-    """Return omega [rad/s] of the simply supported unit square, w = sin(m pi x) sin(n pi y), a = A grad of it: exact.
-
-    With k^2 = pi^2 (m^2 + n^2) and S = kappa G h, K = [[S k^2, -S k^2], [-S k^2, D k^4 + S k^2]] and
-    M = diag(rho h, rho h^3/12 k^2). Source: R. D. Mindlin, J. Appl. Mech. 18 (1951) 31.
-    """
-    k2 = np.pi**2 * (m**2 + n**2)
-    shear = 5 / 6 * STEEL.young / (2 * (1 + STEEL.poisson)) * h
-    stiffness = [[shear * k2, -shear * k2], [-shear * k2, rigidity(h) * k2**2 + shear * k2]]
-    mass = np.diag([STEEL.density * h, STEEL.density * h**3 / 12 * k2])
-    return float(np.sqrt(scipy.linalg.eigh(stiffness, mass)[0][0]))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("warp", [None, bulged])
-@pytest.mark.parametrize("h", [0.2, 0.01])
-def test_a_simply_supported_plate_converges_with_order_four(h: float, warp: Warp | None) -> None:
-    """Frequencies under hard supports converge alike for thick and thin plates, squares and curved elements."""
-    exact = np.sort([supported(h, m, n) for m in range(1, 6) for n in range(1, 6)])[:6]
-    held: dict[str, tuple[Unknown, ...]] = {
-        "left": ("w", "a_y"),
-        "right": ("w", "a_y"),
-        "bottom": ("w", "a_x"),
-        "top": ("w", "a_x"),
-    }
-    errors = []
-    for count in (8, 16):
-        model = assemble_plate(grid((count, count), (1.0, 1.0), warp), STEEL, h, held=held)
-        errors.append(solve_modes(model, 6).omega / exact - 1)
-    assert np.abs(errors[1]).max() < 3e-4
-    assert np.log2(np.abs(errors[0] / errors[1])).min() > 3.7  # 4 in the limit
 
 
 @pytest.mark.slow
@@ -119,19 +85,6 @@ def test_a_strip_without_contraction_is_a_timoshenko_beam() -> None:
     assert solve_modes(model, 4).omega == pytest.approx(beam.frequencies(4), rel=2e-4)
 
 
-def test_static_deflection_under_pressure() -> None:
-    """A strip's mean deflection under unit force, spread evenly, is L^3/(20 E I) + L/(3 kappa G A), nu = 0."""
-    length, width, h = 0.1, 0.02, 0.02
-    mesh = grid((8, 2), (length, width))
-    model = assemble_plate(mesh, Material(206e9, 0.0, 7800.0), h, clamped="left")
-    b = everywhere(mesh)[model.dofs.free]
-    deflection = b @ scipy.sparse.linalg.spsolve(model.K.tocsc(), b)
-    inertia, section = width * h**3 / 12, width * h
-    exact = length**3 / (20 * 206e9 * inertia) + length / (3 * 5 / 6 * 103e9 * section)
-    assert deflection == pytest.approx(exact, rel=1e-3)
-    assert exact - length**3 / (20 * 206e9 * inertia) > 0.03 * exact  # the shear counts
-
-
 def constant_curvature(mesh: PlateMesh) -> Array:
     """Return w = x^2/2 - x y + y^2 and its slopes, at the nodes, as unknowns."""
     x, y = mesh.points.T
@@ -156,29 +109,6 @@ def test_constant_curvature_on_distorted_elements(h: float) -> None:
     assert np.abs(forces[inside]).max() < 1e-10 * (abs(model.K) @ np.abs(u)).max()
 
 
-def test_what_cannot_be_is_refused() -> None:
-    mesh = grid((2, 2), (1.0, 1.0))
-    for thickness in (0.0, -1e-3, float("nan")):
-        with pytest.raises(ModelError, match=r"thickness = .*positive"):
-            assemble_plate(mesh, STEEL, thickness)
-    with pytest.raises(ModelError, match=r"4.*4 elements.*inside"):
-        PlateMesh(mesh.points[:, ::-1], mesh.cells)
-    folded = mesh.points.copy()
-    folded[mesh.cells[0, 2]] = [0.1, 0.1]
-    with pytest.raises(ModelError, match="inside out or folded"):
-        PlateMesh(folded, mesh.cells)
-    with pytest.raises(ModelError, match=r"'root'.*left, right, bottom, top"):
-        assemble_plate(mesh, STEEL, 0.1, clamped="root")
-    with pytest.raises(ModelError, match="'tip' reaches off it"):
-        assemble_plate(mesh, STEEL, 0.1, ports={"tip": patch_of(Lip.disc(0.1), (0.95, 0.5))})
-    with pytest.raises(ModelError, match=r"positive.*400 mm"):
-        Lip(0.2, 0.5)
-    with pytest.raises(ModelError, match=r"\(4, 8\)"):
-        PlateMesh(mesh.points, mesh.cells[:, :8])
-    with pytest.raises(ModelError, match="each must be in one"):
-        PlateMesh(np.vstack([mesh.points, [[2.0, 2.0]]]), mesh.cells)
-
-
 @pytest.mark.parametrize("load", ["pressure", "gravity"])
 def test_a_uniform_load_bends_a_strip_as_a_beam(load: str) -> None:
     """The tip sinks by q L^4/(8 E I), by K and by modes; shear adds E h^2/(3 kappa G L^2) = 2e-5."""
@@ -201,3 +131,50 @@ def test_a_uniform_load_bends_a_strip_as_a_beam(load: str) -> None:
         np.testing.assert_allclose(
             fallen.M @ fallen.dofs.rigid[:, 0], material.density * thickness * mesh.area * everywhere(mesh), atol=1e-18
         )
+
+
+PLAIN = grid((2, 2), (1.0, 1.0))
+FOLDED = np.array(PLAIN.points)
+FOLDED[PLAIN.cells[0, 2]] = [0.1, 0.1]
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: assemble_plate(PLAIN, STEEL, 0.0), r"thickness = .*positive"),
+        (lambda: assemble_plate(PLAIN, STEEL, float("nan")), r"thickness = .*positive"),
+        (lambda: PlateMesh(PLAIN.points[:, ::-1], PLAIN.cells), r"4.*4 elements.*inside"),
+        (lambda: PlateMesh(FOLDED, PLAIN.cells), "inside out or folded"),
+        (lambda: assemble_plate(PLAIN, STEEL, 0.1, clamped="root"), r"'root'.*left, right, bottom, top"),
+        (lambda: assemble_plate(PLAIN, STEEL, 0.1, ports=Lip.disc(0.1).patches((0.95, 0.5))), "reaches off it"),
+        (lambda: PlateMesh(PLAIN.points, PLAIN.cells[:, :8]), r"\(4, 8\)"),
+        (lambda: PlateMesh(np.vstack([PLAIN.points, [[2.0, 2.0]]]), PLAIN.cells), "each must be in one"),
+    ],
+)
+def test_what_cannot_be_is_refused(make: Callable[[], object], message: str) -> None:
+    with pytest.raises(ModelError, match=message):
+        make()
+
+
+def test_a_strip_lands_as_a_beam() -> None:
+    """A strip of L/13 without contraction across, nu = 0: with it, its root would be stiffer than a beam's. Struck on
+    a line across its tip, it does not twist. 16 modes of bending lie below 400 kHz; on a spring that they resolve the
+    force, averaged over 10 us, differs by 0.3 % of its largest."""
+    length, width, h, speed = 25.4e-3, 2e-3, 0.4e-3, 2.0
+    beam, material = TimoshenkoCantilever(206e9, 7800.0, length, width, h, poisson=0.0), Material(206e9, 0.0, 7800.0)
+    across, weights = np.polynomial.legendre.leggauss(6)
+    line = Patch(np.stack([np.full(6, length), width / 2 * (1 + across)], axis=1), weights)
+    model = assemble_plate(grid((100, 1), (length, width)), material, h, clamped="left", ports={"contact": line})
+    modes = solve_modes(model, up_to_hz=400e3)
+    greens = with_modes(model, model.damping, modes, 400e3, Aims(130e3, 1e-4, 0.5), [0])
+    bends = np.abs(greens.shapes[:, 0]) > 1e-6 * np.abs(greens.shapes).max()
+    assert modes.omega[bends] == pytest.approx(beam.frequencies(int(bends.sum())), rel=3e-4)
+    rate = np.zeros(len(modes.omega))
+    rate[0] = -speed / greens.shapes[0, 0]
+    as_plate = impact.Body(greens, state=impact.ModalState(np.zeros_like(rate), rate))
+    as_beam = impact.reed(beam, n_modes=int(bends.sum()), release=impact.ModeShape(1, velocity=-speed))
+    landings = (impact.ContactProblem(body, impact.spring(stiffness=2e5), gap=1e-6) for body in (as_plate, as_beam))
+    one, other = (impact.solve(landing, dt=1e-7, duration=1e-3).force[1:] for landing in landings)
+    assert one.sum() == pytest.approx(other.sum(), rel=1e-3)
+    means = [np.convolve(force, np.full(100, 1 / 100), "same") for force in (one, other)]
+    assert np.abs(means[0] - means[1]).max() < 0.01 * means[1].max()

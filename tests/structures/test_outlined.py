@@ -12,7 +12,7 @@ from scipy.special import iv, ivp, jv, jvp, kv, kvp, yv, yvp
 
 from seatfem.structures.materials import Material
 from seatfem.structures.mesh.plane_meshes import mesh_sheet
-from seatfem.structures.shapes import Flapper, GeometryError, HeldDisc, Outlined, decode, encode
+from seatfem.structures.shapes import GeometryError, HeldDisc, Outlined, decode, encode
 from seatfem.structures.shapes.loops import whole
 from seatfem.structures.sheets import Sheet, plate_modes
 
@@ -67,19 +67,6 @@ def test_beyond_a_line_all_is_clamped() -> None:
     assert HOOK.narrowest == pytest.approx(4e-3)
 
 
-@pytest.mark.slow
-def test_a_flapper_by_its_corners() -> None:
-    """16 chords a quarter of the circle take 1e-3 of the area; a frequency is its mesh's 0.2 % off, too."""
-    reed = Flapper(8e-3, 2e-3, 6e-3, 15e-3, 16e-3, 0.3e-3)
-    x, width = np.array(reed.widths(16)).T
-    upper = list(zip(x.tolist(), (width / 2).tolist(), strict=True))
-    lower = [(a, -b) for a, b in upper[:-1]]
-    shape = Outlined((*lower, *upper[::-1]), 0.3e-3, reed.centre, segment=((0.0, -4e-3), (0.0, 4e-3)))
-    assert shape.area == pytest.approx(reed.area, rel=1.2e-3)
-    lowest = plate_modes(Sheet(shape, STEEL, 10e3)).modes.frequencies_hz[:3]
-    assert lowest == pytest.approx((196.6, 915.2, 1644.0), rel=5e-3)
-
-
 SLOT = ((4e-3, -1e-3), (6e-3, -1e-3, 1.0), (6e-3, 1e-3), (4e-3, 1e-3, 1.0))  # round ends
 DISC = ((10e-3, 0.0, 1.0), (-10e-3, 0.0, 1.0))
 
@@ -120,7 +107,6 @@ def test_mirrored_sheets_have_mirrored_meshes(change: dict[str, object], mirrore
 
 
 BOW = ((0.0, 0.0), (10e-3, 10e-3), (10e-3, 0.0), (0.0, 10e-3))
-SPIKE = ((0.0, 0.0), (10e-3, 0.0), (10e-3, 8e-3), (5e-3, 0.0), (0.0, 8e-3))
 
 
 @pytest.mark.parametrize(
@@ -129,38 +115,15 @@ SPIKE = ((0.0, 0.0), (10e-3, 0.0), (10e-3, 8e-3), (5e-3, 0.0), (0.0, 8e-3))
         ({"outline": SQUARE[:2]}, r"Outlined.outline = 2 points: 3.*1000 finite"),
         ({"outline": (*SQUARE, SQUARE[0])}, r"Outlined.outline = 5 points:.*5"),
         ({"outline": BOW}, r"Outlined.outline = 4 points:.*1.*3 meet"),
-        ({"outline": SPIKE}, r"Outlined.outline = 5 points:.*1.*3 meet"),
-        ({"outline": ((0.0, 0.0), (5e-3, 0.0), (10e-3, 0.0))}, r"Outlined.outline = 3 points:"),
-        (
-            {"outline": ((0.0, 0.0), (9e-3, 0.0), (5e-3, 0.0), (5e-3, 5e-3))},
-            r"Outlined.outline = 4 .*:.*edges 1.*2",
-        ),
+        ({"outline": ((0.0, 0.0), (9e-3, 0.0), (5e-3, 0.0), (5e-3, 5e-3))}, r"Outlined.outline = 4 .*:.*edges 1.*2"),
         ({"segment": None}, r"Outlined.clamped = None:"),
-        (
-            {"segment": ((1e-3, 0.0), (0.0, 5e-3))},
-            r"Outlined.clamped = \(0.001, 0\)",
-        ),
+        ({"segment": ((1e-3, 0.0), (0.0, 5e-3))}, r"Outlined.clamped = \(0.001, 0\)"),
         ({"segment": ((0.0, 0.0), (10e-3, 0.0))}, r"Outlined.clamped =.*straight"),
         ({"segment": None, "side": (-1.0, 0.0, 1e-3)}, r"Outlined.clamped = .*:.*sheet"),
-        ({"segment": None, "side": (1.0, 0.0, -1e-3)}, r"Outlined.clamped = .*:.*sheet"),
-        (
-            {"touched": (11e-3, 0.0)},
-            r"Outlined.contact_at = \(0.011, 0\)",
-        ),
-        (
-            {"holes": (((1e-3, 0.0), (2e-3, 0.0), (2e-3, 9e-3)),)},
-            r"Outlined.holes =.*1:.*outline",
-        ),
-        (
-            {"holes": (((1e-3, 9e-3), (2e-3, 9e-3), (2e-3, 8e-3)),)},
-            r"Outlined.holes =.*1:.*outline",
-        ),
+        ({"touched": (11e-3, 0.0)}, r"Outlined.contact_at = \(0.011, 0\)"),
+        ({"holes": (((1e-3, 0.0), (2e-3, 0.0), (2e-3, 9e-3)),)}, r"Outlined.holes =.*1:.*outline"),
         ({"holes": (SLOT, SLOT[:3])}, r"Outlined.holes =.*2:.*(lies in|meets)"),
-        (
-            {"segment": None, "side": (-1.0, 0.0, -5e-3), "holes": (SLOT,)},
-            r"Outlined.holes =.*1:.*clamped.*50 %",
-        ),
-        ({"holes": (((1e-3, 0.0), (2e-3, 0.0)),)}, r"Outlined.holes =.*1: 3.*1000 finite"),
+        ({"segment": None, "side": (-1.0, 0.0, -5e-3), "holes": (SLOT,)}, r"Outlined.holes =.*1:.*clamped.*50 %"),
         ({"thickness": 10e-3}, r"Outlined.thickness = 10 mm:.*< 10 mm \(its"),
     ],
 )

@@ -12,21 +12,13 @@ from seatfem.structures.fields.sites import plate_nodes, plate_points, plate_str
 from seatfem.structures.lip import Patch
 from seatfem.structures.materials import Material
 from seatfem.structures.model import Array, ModelError
+from tests.plate_model import grid
 
 LENGTH, WIDTH, THICKNESS = 20e-3, 2e-3, 0.2e-3
 
 
 def strip(columns: int, rows: int) -> PlateMesh:
-    """Return a strip clamped at x = 0."""
-    x, y = np.linspace(0, LENGTH, 2 * columns + 1), np.linspace(0, WIDTH, 2 * rows + 1)
-    number = np.arange(x.size * y.size).reshape(x.size, y.size)
-    cells = [
-        [number[i + a, j + b] for a, b in ((0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1), (1, 1))]
-        for i in range(0, 2 * columns, 2)
-        for j in range(0, 2 * rows, 2)
-    ]
-    points = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1).reshape(-1, 2)
-    return PlateMesh(points, np.array(cells), {"fixed": number[0]})
+    return grid((columns, rows), (LENGTH, WIDTH))
 
 
 def test_a_strip_under_a_tip_force_is_a_beam() -> None:
@@ -34,7 +26,7 @@ def test_a_strip_under_a_tip_force_is_a_beam() -> None:
     beam = Material(200e9, 0.0, 7850.0)
     mesh = strip(20, 2)
     tip = Patch(np.array([(LENGTH, y) for y in np.linspace(0, WIDTH, 21)]), np.ones(21))
-    model = assemble_plate(mesh, beam, THICKNESS, clamped="fixed", ports={"tip": tip})
+    model = assemble_plate(mesh, beam, THICKNESS, clamped="left", ports={"tip": tip})
     push = np.linalg.solve(model.K.toarray(), model.port_matrix)[:, 0]
     x = np.array([0.0, 0.25, 0.5]) * LENGTH
     sites = plate_points(mesh, np.column_stack([x, np.full(3, 0.4 * WIDTH)]))
@@ -90,7 +82,7 @@ def test_the_first_mode_of_a_strip_bears_root_3_rho_c_v_at_its_clamp() -> None:
     beam = Material(200e9, 0.0, 7850.0)
     mesh = strip(12, 1)
     tip = Patch(np.array([(LENGTH, WIDTH / 2)]), np.ones(1))
-    model = assemble_plate(mesh, beam, THICKNESS, clamped="fixed", ports={"tip": tip})
+    model = assemble_plate(mesh, beam, THICKNESS, clamped="left", ports={"tip": tip})
     squares, modes = eigh(model.K.toarray(), model.M.toarray(), subset_by_index=[0, 4])
     omega, shapes = np.sqrt(squares), modes.T @ model.port_matrix
     sites = plate_points(mesh, np.array([(0.0, 0.5 * WIDTH), (0.5 * LENGTH, 0.5 * WIDTH)]))

@@ -21,8 +21,8 @@ from seatfem.structures.reduction.factorization import SINGLE, TWO_GRIDS
 from seatfem.structures.reduction.greens import greens_function
 from seatfem.structures.reduction.krylov import Krylov
 from seatfem.structures.reduction.modal import Modal
-from seatfem.structures.reduction.modes import ConvergenceError, solve_modes
-from seatfem.structures.reduction.reducer import residual, truncate
+from seatfem.structures.reduction.modes import ConvergenceError
+from seatfem.structures.reduction.reducer import History, residual, truncate
 from seatfem.structures.reduction.transient import Transient, march
 from tests.rod_model import rod_model
 
@@ -90,6 +90,7 @@ def test_closed_form_pulse_response_is_the_quadrature(zeta):
         (Damping(0.1), 1e-2, 4e5),
         (Damping(0.1), 1e-3, 1e5),
         (Damping(0.0, 1e3, 1e-8), 1e-2, 4e5),
+        (Damping(), 1e-4, 4e5),  # so slow that it starts again with a higher shift
     ],
 )
 def test_krylov_error_is_below_its_estimate(rod, block, damping, tolerance, bandwidth):
@@ -131,15 +132,14 @@ def test_vectors_of_rounded_solutions_make_the_same_g(block, monkeypatch, dampin
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("damping", [Damping(), Damping(0.05)])
-def test_modal_error_is_below_its_estimate(block, damping):
-    narrow = Modal().reduce(block, damping, Aims(1e5, 5e-5, 2e-2))
-    greens, modes = narrow.greens, narrow.modes
-    stated = greens.error_estimate.reduction
-    error = true_error(greens, block, damping, 1e5, 5e-5)
-    assert error <= stated <= 2e-2
-    assert stated <= 10 * error
-    assert modes.frequencies_hz[-1] < 6e5
+@pytest.mark.parametrize(("damping", "band"), [(Damping(), 1e5), (Damping(0.05), 1e5), (Damping(), 2e4)])
+def test_modal_error_is_below_its_estimate(block, damping, band):
+    """Also in a band below the lowest mode, of which few are computed."""
+    narrow = Modal().reduce(block, damping, Aims(band, 5 / band, 2e-2))
+    error = true_error(narrow.greens, block, damping, band, 5 / band)
+    assert error <= narrow.greens.error_estimate.reduction <= 2e-2
+    assert band < 1e5 or narrow.greens.error_estimate.reduction <= 10 * error
+    assert 0 < narrow.modes.frequencies_hz[-1] < 6e5
 
 
 @pytest.mark.parametrize("zeta", [0.1, 1.0, 3.0])
@@ -197,11 +197,6 @@ def test_auto_chooses_and_says_why(block):
     assert "one factorization" in large.provenance["reason"]
     assert large.ports == ("right",)
     assert large.provenance["dof"] == block.size
-    dashpot = sparse.csr_array(np.outer(small.port_matrix[:, 0], small.port_matrix[:, 0]) * 10.0)
-    damped = SecondOrderModel(small.M, dashpot, small.K, small.ports)
-    stepped = greens_function(damped, bandwidth=5e4, duration=2e-5, tolerance=3e-2)
-    assert stepped.provenance["method"] == "second_order"
-    assert "not alpha M + beta K" in stepped.provenance["reason"]
 
 
 @pytest.mark.parametrize(
@@ -209,7 +204,6 @@ def test_auto_chooses_and_says_why(block):
     [
         ({"bandwidth": 0.0}, "bandwidth = 0.0"),
         ({"bandwidth": np.inf}, "bandwidth = inf"),
-        ({"damping_ratio": -0.1, "method": "transient"}, "damping_ratio = -0.1.*>= 0"),
         ({"damping_ratio": np.nan, "method": "transient"}, "damping_ratio = nan.*>= 0"),
         ({"method": "magic"}, "method 'magic' is unknown"),
         ({"damping_ratio": -0.1, "method": "krylov"}, "damping_ratio = -0.1.*>= 0"),
@@ -247,12 +241,9 @@ def test_what_is_not_reached_is_stated_with_numbers(rod, block):
 def test_an_indefinite_stiffness_is_refused(rod):
     square = (2 * np.pi * 1e5) ** 2  # K - w^2 M has the diagonal of a stiffness, and negative eigenvalues
     indefinite = SecondOrderModel(rod.M, None, rod.K - square * rod.M, rod.ports)
-    with pytest.raises(ModelError, match="K is indefinite"):
-        Krylov().reduce(indefinite, Damping(), Aims(1e6, 1e-5, 1e-2))
-    with pytest.raises(ModelError, match="K is indefinite"):
-        solve_modes(indefinite, 3)
-    with pytest.raises(ModelError, match="K is indefinite"):
-        Transient().reduce(indefinite, indefinite.damping, Aims(1e6, 1e-5, 1e-2))
+    for method in ("krylov", "modes", "transient"):
+        with pytest.raises(ModelError, match="K is indefinite"):
+            greens_function(indefinite, bandwidth=1e6, duration=1e-5, tolerance=1e-2, method=method)
 
 
 def test_time_stepping_takes_a_free_body():
@@ -355,19 +346,18 @@ def test_a_free_block_keeps_its_rigid_part_exactly(method):
     assert (loose.T @ loose)[0, 0] == pytest.approx(1 / mass + arm**2 / inertia[1], rel=1e-9)
 
 
-@pytest.mark.slow
-def test_a_band_below_the_lowest_mode_is_answered(block):
-    narrow = Modal().reduce(block, Damping(), Aims(2e4, 1e-4, 2e-2))
-    greens, modes = narrow.greens, narrow.modes
-    assert len(modes.omega) >= 1
-    assert true_error(greens, block, Damping(), 2e4, 1e-4) <= greens.error_estimate.reduction <= 2e-2
+SIZES = [*range(10, 90, 10), *(int(80 * 1.125**k) for k in range(1, 14))]
+WAVE = np.sin(np.linspace(0, 30, 400))
 
 
-@pytest.mark.slow
-def test_where_krylov_crawls_it_starts_again_with_a_higher_shift(block):
-    """Undamped and to 1e-3, the band's own shift needs more than 60 vectors a port; damped bodies stay with it."""
-    easy = Krylov().reduce(block, Damping(0.1), Aims(4e5, 2e-5, 1e-2)).greens
-    assert easy.provenance["shift_rad_per_s"] == pytest.approx(2 * np.pi * 4e5)
-    hard = Krylov().reduce(block, Damping(), Aims(4e5, 2e-5, 1e-4)).greens
-    assert hard.provenance["shift_rad_per_s"] == pytest.approx(5 * np.pi * 4e5)
-    assert true_error(hard, block, Damping(), 4e5, 2e-5) <= 1.1 * hard.error_estimate.reduction <= 1.1e-4
+@pytest.mark.parametrize("order", [2.0, 3.0, 6.0])
+def test_slow_algebraic_convergence_is_stated_within_a_factor_of_five(order: float) -> None:
+    """The stated error covers the true one of e ~ n^-order, and is at most five times as large later."""
+    history, exact = History(1e-3), np.cos(np.linspace(0, 9, 400))
+    responses = [exact + 0.1 * (10 / n) ** order * WAVE for n in SIZES]
+    stated = np.array([history.add(response, n) for response, n in zip(responses, SIZES, strict=True)])
+    true = np.array([np.abs(response - exact).max() / np.abs(response).max() for response in responses])
+    is_known = np.isfinite(stated)
+    assert is_known.sum() >= len(SIZES) - 3
+    assert np.all(true[is_known] <= stated[is_known])
+    assert np.all(stated[8:] <= 5 * true[8:])

@@ -1,22 +1,26 @@
-"""Block Lanczos about shifts inside the spectrum: complete whatever repeats, crowds or coincides."""
+"""Modes by block Lanczos: complete whatever repeats or crowds; of thin bodies; even and odd ones of plates."""
 
+import math
 from dataclasses import replace
+from typing import Final
 
 import numpy as np
 import pytest
 import scipy.linalg
 import skfem
 
+from seatfem.structures import sheets
 from seatfem.structures.elements.assembly import assemble
+from seatfem.structures.materials import Material
 from seatfem.structures.model import ModelError, SecondOrderModel
-from seatfem.structures.reduction import eigen_search, spectrum
-from seatfem.structures.reduction.eigen_search import ConvergenceError, Shift, counting_shift
-from seatfem.structures.reduction.factorization import FactorizationError
-from seatfem.structures.reduction.modes import solve_modes
+from seatfem.structures.reduction import spectrum
+from seatfem.structures.reduction.eigen_search import ConvergenceError, Shift, counting_shift, null_limit
+from seatfem.structures.reduction.modes import modes_by_parity, solve_modes
 from seatfem.structures.reduction.spectrum import Spectrum
+from seatfem.structures.shapes.flat import Disc, Flapper, Flat
 
 N = 700  # above what LAPACK would take
-STEEL = {"young": 200e9, "poisson": 0.3, "density": 7850.0}
+STEEL = Material(200e9, 0.3, 7850.0)
 
 
 def pencil(values, seed=0):
@@ -101,18 +105,6 @@ def test_double_and_rigid_modes_of_a_square_block(square_block, fixed, known):
 
 
 @pytest.mark.slow
-def test_it_says_so_where_nothing_counts(square_block, monkeypatch):
-    model = assemble(square_block, STEEL, fixed="fixed", order=2)
-
-    def blind(matrix, **named):
-        raise FactorizationError("a pivot on the diagonal is zero")
-
-    monkeypatch.setattr(eigen_search, "factorize", blind)
-    with pytest.raises(ConvergenceError, match=r"no factorization near .* check their units"):
-        solve_modes(model, 10)
-
-
-@pytest.mark.slow
 def test_a_mode_that_inertia_counts_and_nobody_finds_is_an_error(monkeypatch):
     """One pivot too many is counted everywhere: the search goes on, and ends in words."""
     model = pencil(SPECTRA["spread"])
@@ -138,3 +130,108 @@ def test_unusable_requests(square_block):
     with pytest.raises(ConvergenceError, match=r"modes .*\(limit 5\)"):
         Spectrum(model).below((2 * np.pi * 1e6) ** 2, 5)
     assert len(solve_modes(model, up_to_hz=1.0).omega) == 0
+
+
+RADIUS = 10e-3
+TWO_DIAMETERS, ONE_CIRCLE = 5.358, 9.003  # lambda^2 of the free disc, nu = 0.3 (Itao & Crandall, J. Appl. Mech. 1979)
+
+
+def free_disc(ratio, n):
+    """Return a disc, thickness ``ratio`` times its radius, of one layer of hexahedra, 2 n across."""
+    x = np.linspace(-1, 1, 2 * n + 1)
+    square = skfem.MeshHex.init_tensor(x, x, np.array([0.0, ratio * RADIUS]))
+    x, y, z = square.p
+    round_ = np.stack([RADIUS * x * np.sqrt(1 - y**2 / 2), RADIUS * y * np.sqrt(1 - x**2 / 2), z])
+    return assemble(skfem.MeshHex(round_, square.t), STEEL, fixed=(), ports={}, order=2)
+
+
+def kirchhoff(ratio):
+    """Return w / lambda^2 of Kirchhoff's plate [rad/s]."""
+    return ratio / RADIUS * math.sqrt(STEEL.young / (12 * (1 - STEEL.poisson**2) * STEEL.density))
+
+
+@pytest.mark.slow
+def test_free_thin_disc_has_six_rigid_modes_and_kirchhoffs_frequencies():
+    """Without known rigid shapes they are told from bending by round-off alone."""
+    thin = free_disc(0.005, 3)
+    modes, unknown = (solve_modes(each, 9) for each in (thin, replace(thin, dofs=None)))
+    assert modes.complete
+    assert np.all(modes.frequencies_hz[:6] == 0.0)
+    assert np.all(unknown.frequencies_hz[:6] == 0.0)
+    # six straight elements across: the dodecagon's area is 4.5 % small, so the frequencies lie up to that much above
+    excess = modes.omega[6:] / kirchhoff(0.005) / np.array([TWO_DIAMETERS, TWO_DIAMETERS, ONE_CIRCLE]) - 1
+    assert np.all((excess > 0) & (excess < 0.045))
+    assert unknown.frequencies_hz[6:] == pytest.approx(modes.frequencies_hz[6:], rel=1e-4)
+
+
+def held_column(height):
+    """Return a column between smooth walls, clamped below; its lowest tetrahedra are ``height`` times as high."""
+    mesh = skfem.MeshTet.init_tensor(*(np.linspace(0, 1, n + 1) for n in (2, 2, 3)))
+    points = mesh.p.copy()
+    points[2, np.isclose(points[2], 1 / 3)] *= height
+    mesh = skfem.MeshTet(points, mesh.t).with_boundaries(
+        {"fixed": lambda x: x[2] < 1e-12, "top": lambda x: x[2] > 1 - 1e-9}
+        | {f"side {i}{e}": lambda x, i=i, e=e: np.abs(x[i] - e) < 1e-9 for i in (0, 1) for e in (0, 1)}
+    )
+    sides = [f"side {i}{e}" for i in (0, 1) for e in (0, 1)]
+    return assemble(mesh, Material(1.0, 0.3, 1.0), fixed="fixed", sliding=sides, ports={"contact": "top"}, order=2)
+
+
+@pytest.mark.parametrize("height", [1e-4, 1e-6, 1e-8])
+def test_one_layer_of_flat_elements_turns_no_mode_of_a_held_body_into_a_rigid_one(height):
+    """It raises max K/M, hence the limit, far beyond the lowest w^2 = (pi/2)^2 (lambda + 2 mu)."""
+    model = held_column(height)
+    lam, mu = Material(1.0, 0.3, 1.0).lame
+    assert (null_limit(model) > (math.pi / 2) ** 2 * (lam + 2 * mu)) == (height < 1e-6)
+    assert solve_modes(model, 1).omega[0] == pytest.approx(math.pi / 2 * math.sqrt(lam + 2 * mu), rel=1e-3)
+
+
+SPRING_STEEL: Final = Material(206e9, 0.3, 7800.0)
+SHAPES: Final = (
+    Flapper(thickness=0.3e-3, root_width=8e-3, taper_length=2e-3, neck_width=6e-3, neck_length=15e-3,
+            paddle_diameter=16e-3),
+    Disc(thickness=0.5e-3, diameter=20e-3),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("shape", SHAPES, ids=lambda each: type(each).__name__)
+def test_even_and_odd_modes_are_all_modes(shape: Flat) -> None:
+    """Frequencies are those of the whole plate, shapes solve its equations, and each is even or odd."""
+    plate = sheets.plate_modes(sheets.Sheet(shape, SPRING_STEEL, 30e3))
+    whole = solve_modes(plate.model, up_to_hz=sheets.CUTOFF * 30e3)
+    own = plate.modes
+    elastic = own.omega > 0
+    assert own.frequencies_hz[elastic] == pytest.approx(whole.frequencies_hz[whole.omega > 0], rel=1e-7)
+    assert int(np.sum(~elastic)) == int(np.sum(whole.omega == 0)) == (0 if shape.is_clamped else 3)
+    gram = own.shapes.T @ (plate.model.M @ own.shapes)
+    assert np.abs(gram - np.eye(len(gram))).max() < 1e-6
+    left = plate.model.K @ own.shapes - plate.model.M @ own.shapes * own.omega**2
+    assert np.abs(left).max() < 1e-5 * np.abs(plate.model.K @ own.shapes).max()
+    middle = plate.mesh.points[:, 1] == 0
+    for shape_of_mode in own.shapes.T:
+        full = np.zeros((len(plate.mesh.points), 3))
+        full.ravel()[plate.dofs.free] = shape_of_mode
+        bent, turned = np.abs(full[middle, 0]).max(), np.abs(full[middle, 2]).max()
+        assert min(bent, turned) == 0  # an odd mode has w = 0 there, an even one no slope across
+
+
+def test_no_mode_within_a_band_is_computed_again() -> None:
+    """Modes of a wider band begin with those of the narrower one, and are those that are found without them."""
+    sheet = sheets.Sheet(SHAPES[0], SPRING_STEEL, 30e3)
+    plate = sheets.plate_modes(sheet)
+    known = sheets.CUTOFF * 30e3, plate.modes
+    wide = modes_by_parity(plate.model, plate.mesh.points, up_to_hz=2 * known[0], known=known)
+    fresh = modes_by_parity(plate.model, plate.mesh.points, up_to_hz=2 * known[0])
+    assert wide.frequencies_hz == pytest.approx(fresh.frequencies_hz, rel=1e-7)
+    assert wide.solves < 0.8 * fresh.solves
+    beyond = sheets.in_wider_band(plate)
+    assert beyond is not None
+    assert beyond[0].mesh is plate.mesh
+    assert beyond[0].sheet == replace(sheet, bandwidth=beyond[1] * 30e3)
+
+
+def test_a_plate_without_symmetry_has_its_modes_at_once() -> None:
+    """A mesh that is moved off the line y = 0 has no even and odd modes, and the same frequencies."""
+    plate = sheets.plate_modes(sheets.Sheet(SHAPES[0], SPRING_STEEL, 10e3))
+    at_once = modes_by_parity(plate.model, plate.mesh.points + np.array([0.0, 1e-3]), up_to_hz=30e3)
+    assert at_once.frequencies_hz == pytest.approx(plate.modes.frequencies_hz, rel=1e-7)

@@ -103,7 +103,7 @@ def test_what_is_no_sheet_is_refused(drawn: Path, name: str, message: str) -> No
         outline_in(drawn / f"{name}.step")
 
 
-@pytest.mark.parametrize("kept", [0, 200, 20_000])
+@pytest.mark.parametrize("kept", [0, 20_000])
 def test_a_damaged_file_is_refused(tmp_path: Path, kept: int) -> None:
     path = tmp_path / "reed.step"
     path.write_bytes((MESHES / "flapper.step").read_bytes()[:kept])

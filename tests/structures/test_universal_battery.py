@@ -121,10 +121,8 @@ RESPONSES = {
     "in mm by newton": units(10, 1e3) + function(unit="mm/s^2"),
     "in mm without labels": units(5, 1e3, 1e3) + function(unit="NONE", force="NONE"),
     "labelled by a ratio": function(unit="(m/s2)/N", force=""),
-    "over inches": units(7, 39.3701, 0.224809) + function(kind=8, unit="", force=""),
     "single": units(1, 1.0) + function(form=5),
     "uneven": function(even=0),
-    "uneven and single": function(form=5, even=0),
     "mobility": function(kind=11, unit="m/s"),
     "receptance": function(kind=8, unit="um"),
     "along -z": function(ends="1  -3"),
@@ -167,17 +165,12 @@ IN_58 = [
 def test_what_would_change_a_response_is_refused_by_name(
     name: str, old: str, new: str, words: str, tmp_path: Path
 ) -> None:
-    """Counts, spacing, data types, units of axes; what the caller states of units counts."""
+    """Counts, spacing, data types, units of axes."""
     assert old in RESPONSES[name]
     path = tmp_path / "a.uff"
     path.write_text(RESPONSES[name].replace(old, new, 1), encoding="utf-8")
     with pytest.raises(UffError, match=rf"a\.uff:.*({words})"):
         response(path)
-    if "units.response" in words:
-        ports: Any = {"contact": (1, "+z")}
-        for stated, scale in (({"units": {"response": "g/N"}}, 9.80665), ({"system": "SI"}, 1.0)):
-            read = read_frf_uff(path, ports=ports, **stated)  # type: ignore[arg-type]
-            assert read.receptance[:, 0, 0] * read.per_receptance == pytest.approx(scale * H, rel=1e-9)
 
 
 @pytest.mark.parametrize("order", ["<", ">"])
@@ -205,24 +198,18 @@ def test_binary_responses(order: str, form: int, after: bytes, tmp_path: Path) -
 MODES = {
     "in SI": units(1, 1.0) + mode(1, 900.0) + mode(2, 2600.0),
     "in mm": units(5, 1e3, 1e3) + mode(1, 900.0),
-    "in inches": mode(1, 900.0) + units(7, 39.3701, 0.224809) + mode(2, 2600.0),
     "of modal masses": units(1, 1.0) + mode(1, 900.0, 0.5) + mode(2, 2600.0, 3.0),
     "with turns": units(1, 1.0) + mode(1, 900.0, width=6),
     "complex": units(1, 1.0) + mode(1, 900.0, form=5) + mode(2, 2600.0, form=5),
     "complex with turns": units(1, 1.0) + mode(1, 900.0, form=5, width=6),
     "hysteretic": units(1, 1.0) + mode(1, 900.0, ratios=(0.0, 0.04)),
-    "undamped": units(1, 1.0) + mode(1, 900.0, ratios=(0.0, 0.0)),
-    "free": units(1, 1.0) + mode(1, 0.0) + mode(2, 900.0),
-    "falling": units(1, 1.0) + mode(2, 2600.0) + mode(1, 900.0),
-    "three": units(1, 1.0) + "".join(mode(k, 900.0 * k) for k in (1, 2, 3)),
     "with nodes": units(1, 1.0) + nodes(15, TET) + mode(1, 900.0),
     "with a head": dataset(151, "NONE") + units(1, 1.0) + mode(1, 900.0),
-    "of its own units": units(9, 10.0, 5.0) + mode(1, 900.0),
 }
 
 
-def shapes(path: Path, **stated: Any) -> Any:
-    read = read_modes_uff(path, ports={"contact": (5, "+z"), "other": (9, "-y")}, **stated)
+def shapes(path: Path) -> Any:
+    read = read_modes_uff(path, ports={"contact": (5, "+z"), "other": (9, "-y")})
     return read.omega, read.zeta, read.shapes
 
 
@@ -231,7 +218,7 @@ def test_modes_changed_in_a_line_are_the_same_or_refused(name: str, tmp_path: Pa
     """No mode is lost by a line, and none read by the lines of another."""
     same, refused = check_mutants(tmp_path / "a.uff", MODES[name], shapes, (UffError,))
     assert refused > 40
-    assert same <= (20 if name in ("three", "with nodes", "with a head") else 14)
+    assert same <= (20 if name in ("with nodes", "with a head") else 14)
 
 
 IN_55 = [
@@ -259,5 +246,3 @@ def test_what_would_change_modes_is_refused_by_name(
         return
     with pytest.raises(UffError, match=rf"a\.uff:.*{words}"):
         shapes(path)
-    if "modal_mass" in words:
-        assert len(shapes(path, modal_mass=1.0)[0]) == 2

@@ -28,45 +28,18 @@ STIFFNESS, SPEED, WIDTH, DURATION = 2e7, 2.0, 5e-6, 30e-6
 STEPS = 8e-7, 4e-7, 2e-7
 CLOSE = 0.008
 SCENE = """
-[seat]
-kind = "plate"
-ports = 1
-port_radius = "2 mm"
-pitch = "1 mm"
-margin = "2.5 mm"
-thickness = "1.5 mm"
-land_width = "1 mm"
-clamp_width = "1 mm"
-material = { young = "3.6 GPa", poisson = 0.38, density = "1300 kg/m^3" }
-mesh = { size = "1.5 mm", contact_size = "1 mm" }
-greens = { bandwidth = "150 kHz" }
-model = "3d"
-[reed]
-kind = "flapper"
-root_width = "5 mm"
-taper_length = "1 mm"
-neck_width = "4 mm"
-neck_length = "5 mm"
-paddle_diameter = "7 mm"
-thickness = "0.4 mm"
-material = { young = "206 GPa", poisson = 0.3, density = "7800 kg/m^3" }
-mesh = { size = "0.7 mm" }
-greens = { bandwidth = "150 kHz" }
-release = { mode = 1, velocity = "-2 m/s" }
-[contact]
-ports = 8
-rings = 1
-gap = "1 um"
-tilt = "0.1 deg"
-tilt_axis = "90 deg"
-LAW
-[run]
-duration = "30 us"
-filter_width = "5 us"
-[accuracy]
-target = "10 %"
+seat = { kind = "plate", ports = 1, port_radius = "2 mm", pitch = "1 mm", margin = "2.5 mm", thickness = "1.5 mm", \
+    land_width = "1 mm", clamp_width = "1 mm", mesh = { size = "1.5 mm", contact_size = "1 mm" }, model = "3d", \
+    greens = { bandwidth = "150 kHz" }, material = { young = "3.6 GPa", poisson = 0.38, density = "1300 kg/m^3" } }
+reed = { kind = "flapper", root_width = "5 mm", taper_length = "1 mm", neck_width = "4 mm", neck_length = "5 mm", \
+    paddle_diameter = "7 mm", thickness = "0.4 mm", mesh = { size = "0.7 mm" }, greens = { bandwidth = "150 kHz" }, \
+    release = { mode = 1, velocity = "-2 m/s" }, \
+    material = { young = "206 GPa", poisson = 0.3, density = "7800 kg/m^3" } }
+contact = { ports = 8, rings = 1, gap = "1 um", tilt = "0.1 deg", tilt_axis = "90 deg" LAW }
+run = { duration = "30 us", filter_width = "5 us" }
+accuracy = { target = "10 %" }
 """
-SPRINGS, RIGID = f'law = {{ kind = "spring", stiffness = "{STIFFNESS:g} N/m" }}', ""
+SPRINGS, RIGID = f', law = {{ kind = "spring", stiffness = "{STIFFNESS:g} N/m" }}', ""
 EVERY = 5e-7  # s: how often courses are compared
 
 

@@ -1,12 +1,17 @@
 """Regions of contact against the program on points: benchmarks/coverage_of_regions.py, its tables and its pages."""
 
 import math
+from dataclasses import replace
 from statistics import median
 
+import numpy as np
 import pytest
 from coverage_of_regions import KEYS, KINDS, LAND_KEYS, NARROW, judge, rows_of
-from drawn_regions import SCENES, SEED
+from drawn_regions import KINDS as DRAWN
+from drawn_regions import SCENES, SEED, draw_region
 from valves import NOT_STATED
+
+from seatfem.study.scene import load_scene
 
 ROWS = {name: rows_of(name) for name in KINDS}
 TRIED = 4  # a free ring on one land with a spring: seconds by both programs
@@ -59,3 +64,23 @@ def test_a_scene_of_the_table_again() -> None:
     for row in judge(KINDS["drawn"], TRIED, []):
         assert row.reference == pytest.approx(kept[row.measure].reference, rel=1e-5)
         assert abs(row.value - kept[row.measure].value) <= kept[row.measure].bar
+
+
+def test_draws_are_the_same_each_time_and_differ() -> None:
+    texts = [draw_region(index).text for index in range(SCENES)]
+    assert texts == [draw_region(index).text for index in range(SCENES)]
+    assert len(set(texts)) == SCENES
+    assert draw_region(0).text != draw_region(0, seed=1).text
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("index", range(len(DRAWN)))
+def test_region_is_the_struck_face(index, tmp_path) -> None:
+    """The land that the product finds on the seat has the area and the reach of the other program's region."""
+    drawn, path = draw_region(index), tmp_path / "scene.toml"
+    path.write_text(drawn.text, encoding="utf-8")
+    lip = replace(load_scene(path).seat.region(), arcs=64)
+    cells = drawn.region.cells(720, 4)
+    assert sum(each.areas.sum() for each in cells) == pytest.approx(lip.area, rel=1e-3)
+    far = max(np.hypot(*each.places.reshape(-1, 2).T).max() for each in cells)
+    assert far == pytest.approx(lip.outer, rel=0.02)

@@ -1,4 +1,4 @@
-"""Reductions agree pairwise within their stated errors on seats of six kinds; modes by scikit-fem alone agree."""
+"""Reductions agree pairwise within their stated errors on seats of four kinds; modes by scikit-fem alone agree."""
 
 import itertools
 from functools import cache
@@ -35,14 +35,6 @@ def annular(rayleigh=(0.0, 0.0)):
     return assemble(annular_mesh(), STEEL, rayleigh=rayleigh)
 
 
-def bar():
-    """Return hexahedra with a nodal mass."""
-    sides = {"fixed": lambda x: x[2] < 1e-9, "contact": lambda x: x[2] > 20e-3 - 1e-9}
-    grid = np.linspace(-3e-3, 3e-3, 3), np.linspace(-3e-3, 3e-3, 3), np.linspace(0, 20e-3, 8)
-    mesh = skfem.MeshHex.init_tensor(*grid).with_boundaries(sides)
-    return assemble(mesh, STEEL, order=2, mass="nodal", rayleigh=(0.0, 3e-8))
-
-
 def block(**options):
     """Return two patches, on hexahedra with a nodal mass; nothing is symmetric."""
     mesh = skfem.MeshHex.init_tensor(np.linspace(0, 12e-3, 6), np.linspace(0, 11e-3, 5), np.linspace(0, 5e-3, 4))
@@ -72,9 +64,7 @@ def plate():
 
 TOGETHER = ("krylov", "modes", "transient")
 SEATS = {
-    "annular": (annular, TOGETHER, 1.5e5, 4e-5),
     "annular, Rayleigh": (lambda: annular((2e4, 2e-8)), ("krylov", "transient", "second_order"), 1.5e5, 4e-5),
-    "bar": (bar, (*TOGETHER, "second_order"), 1.5e5, 3e-5),
     "block": (block, TOGETHER, 2e5, 2e-5),
     "free block": (lambda: block(fixed=()), TOGETHER, 2e5, 2e-5),
     "absorbing block": (lambda: block(supports=(Absorbing("side"),)), ("transient", "second_order"), 2e5, 2e-5),
