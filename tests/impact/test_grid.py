@@ -21,13 +21,6 @@ def test_a_force_is_constant_over_a_step_and_a_motion_is_a_line() -> None:
 
 
 @pytest.mark.parametrize(
-    ("step", "ends"), [(1, [0, 1]), (6, [0, 1, 2, 6]), (7, [0, 1, 2, 6, 7]), (22, [0, 1, 2, 6, 22])]
-)
-def test_a_grid_is_cut_at_a_step(step: int, ends: list[int]) -> None:
-    assert STEPS.until(step).ends.tolist() == ends
-
-
-@pytest.mark.parametrize(
     ("start", "stop", "rows", "times"),
     [
         (0, 22, [1, 2, 3, 4], [0, 1, 2, 6, 22]),
@@ -42,6 +35,7 @@ def test_rows_of_a_window_with_the_times_of_their_parts(
 ) -> None:
     cut, edges = STEPS.cut(start, stop)
     assert np.arange(5)[cut].tolist() == rows
+    assert STEPS.until(stop).ends[-1] == stop
     np.testing.assert_allclose(edges, 1e-3 * np.array(times))
 
 

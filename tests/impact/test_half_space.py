@@ -2,6 +2,7 @@
 
 import json
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -65,37 +66,7 @@ def test_patch_starts_at_its_impedance_and_ends_at_boussinesq(poisson: float) ->
     assert np.all(weights[51:] == 0.0)
 
 
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        ({"poisson": 0.51}, r"poisson = 0.51.*\[0, 0.5\]"),
-        ({"poisson": -0.1}, "poisson = -0.1"),
-        ({"radius": 0.0}, "radius = 0 must be a positive"),
-        ({"young": math.nan}, "young = nan"),
-        ({"density": math.inf}, "density = inf"),
-    ],
-)
-def test_impossible_half_spaces_are_refused(change: dict[str, float], words: str) -> None:
-    with pytest.raises(GreensFunctionError, match=words):
-        half_space_patch(**(STEEL | change))
-
-
-def test_unknown_place_and_poisson_are_refused() -> None:
-    with pytest.raises(GreensFunctionError, match=r"at = 'rim'.*mean, centre, edge"):
-        disk_compliance(**UNIT, radius=1.0, at="rim")
-    with pytest.raises(GreensFunctionError, match=r"poisson = 0\.6"):
-        half_space.rayleigh_speed(0.6)
-
-
 MODE = impact.single_mode(frequency_hz=2e3, mass=0.05, damping_ratio=0.01)
-
-
-def test_sum_needs_parts_with_the_same_ports() -> None:
-    with pytest.raises(GreensFunctionError, match="at least one part"):
-        SumGreens(())
-    other = ModalGreens(np.ones(1), np.zeros(1), np.ones((1, 1)), Residual.none(), ("lip",))
-    with pytest.raises(GreensFunctionError, match=r"\('contact',\).*\('lip',\)"):
-        SumGreens((MODE, other))
 
 
 PATCH = half_space_patch(**STEEL)
@@ -155,7 +126,7 @@ def test_local_compliance_is_taken_from_the_fastest_terms(
     np.testing.assert_allclose((rest.shapes[:, 0] / rest.omega) ** 2, LOCAL * np.array(modes), rtol=1e-12)
     about = rest.provenance["without_patch"]
     assert about == {"compliance": LOCAL, "band_hz": 5e5, "lowest_hz": pytest.approx(lowest_hz) if lowest_hz else None}
-    json.dumps(about if lowest_hz is None else rest.provenance["without_patch"])
+    json.dumps(about)
 
 
 def test_compliance_that_is_not_there_is_not_removed() -> None:
@@ -168,8 +139,25 @@ def test_compliance_that_is_not_there_is_not_removed() -> None:
         half_space.without_patch(free, PATCH, band_hz=0.0)
 
 
-def test_functions_without_modes_of_one_port_are_refused() -> None:
-    with pytest.raises(GreensFunctionError, match="out of a DelayRod with 1 ports"):
-        half_space.without_patch(impact.fixed_rod(young=1.0, density=1.0, area=1.0, length=1.0), PATCH, band_hz=1.0)
-    with pytest.raises(GreensFunctionError, match="out of a HalfSpacePatch"):
-        half_space.without_patch(patch_of(0.3), PATCH, band_hz=1.0)
+ROD = impact.fixed_rod(young=1.0, density=1.0, area=1.0, length=1.0)
+LIP = ModalGreens(np.ones(1), np.zeros(1), np.ones((1, 1)), Residual.none(), ("lip",))
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: half_space_patch(**STEEL | {"poisson": 0.51}), r"poisson = 0.51.*\[0, 0.5\]"),
+        (lambda: half_space_patch(**STEEL | {"radius": 0.0}), "radius = 0 must be a positive"),
+        (lambda: half_space_patch(**STEEL | {"young": math.nan}), "young = nan"),
+        (lambda: half_space_patch(**STEEL | {"density": math.inf}), "density = inf"),
+        (lambda: disk_compliance(**UNIT, radius=1.0, at="rim"), r"at = 'rim'.*mean, centre, edge"),
+        (lambda: half_space.rayleigh_speed(0.6), r"poisson = 0\.6"),
+        (lambda: SumGreens(()), "at least one part"),
+        (lambda: SumGreens((MODE, LIP)), r"\('contact',\).*\('lip',\)"),
+        (lambda: half_space.without_patch(ROD, PATCH, band_hz=1.0), "out of a DelayRod with 1 ports"),
+        (lambda: half_space.without_patch(patch_of(0.3), PATCH, band_hz=1.0), "out of a HalfSpacePatch"),
+    ],
+)
+def test_what_is_refused(make: Callable[[], object], words: str) -> None:
+    with pytest.raises(GreensFunctionError, match=words):
+        make()

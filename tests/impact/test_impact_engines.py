@@ -79,16 +79,8 @@ def test_the_cost_model_chooses() -> None:
     assert history.choose([few, few], 1, 1_000_000).by_poles == (True, True)
     # 20,000 poles cost more than forming their weights once and the FFT
     assert not history.choose([few, many], 1, 1_000_000).by_poles[1]
-    assert "20000 poles; FFT in blocks" in history.choose([few, many], 1, 1_000_000).words
-    short, long = history.choose([few, sampled], 1, 300), history.choose([few, sampled], 1, 1_000_000)
-    assert short.block == 300
-    assert "direct sum" in short.words
-    assert long.block < 10_000
-    assert long.seconds == pytest.approx(
-        history.cost_of_poles(1_000_000, 40, 1) + history.cost_of_weights(1_000_000, 1, long.block)
-    )
-    assert history.choose([few, sampled], 1, 10_000, block=77).block == 77
-    assert history.choose([few, few], 1, 1000, "direct").by_poles == (False, False)
+    assert history.choose([few, sampled], 1, 300).block == 300
+    assert history.choose([few, sampled], 1, 1_000_000).block < 10_000
 
 
 @pytest.mark.slow(but="3-fft")
@@ -165,6 +157,9 @@ def test_loads_given_step_by_step_are_the_loads_given_in_advance(engine: history
         return ContactStepper(impact.prepare(loaded_reed(np.zeros_like), dt, duration, engine=engine))
 
     stepper = fresh()
+    for wrong in (np.zeros(2), np.array([np.nan])):
+        with pytest.raises(ContactError, match="1 finite load"):
+            stepper.step(wrong)
     given = course((np.arange(3000) + 0.5) * dt)
     for amplitude in given[:1500]:
         state = stepper.step(np.array([amplitude]))
@@ -182,10 +177,3 @@ def test_loads_given_step_by_step_are_the_loads_given_in_advance(engine: history
     assert stepped.energy.residual < 1e-10
     with pytest.raises(ContactError, match="3000 steps"):
         stepper.step()
-
-
-def test_load_amplitudes_are_checked() -> None:
-    stepper = ContactStepper(impact.prepare(loaded_reed(np.zeros_like), 1e-6, 1e-3))
-    for wrong in (np.zeros(2), np.array([np.nan])):
-        with pytest.raises(ContactError, match="1 finite load"):
-            stepper.step(wrong)

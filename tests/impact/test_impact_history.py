@@ -65,14 +65,7 @@ def test_poles_seen_alike_are_marched_by_their_sums(monkeypatch: pytest.MonkeyPa
     np.testing.assert_allclose(by_sums, force(), atol=1e-9 * by_sums.max())
 
 
-def test_shapes_that_differ_by_more_than_round_off_are_kept_apart() -> None:
-    shapes = around_a_lip(12)
-    bent = shapes.shapes * (1 + 1e-12 * np.random.default_rng(4).normal(size=shapes.shapes.shape))
-    poles = Poles.from_modes([(replace(shapes, shapes=bent), np.eye(12))], DT, 12)
-    assert poles.along()[0].size == 0
-
-
-STEP, STEPS = 2e-6, 3000
+STEP = 2e-6
 
 
 def thrown() -> Body:

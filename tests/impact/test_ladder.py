@@ -173,15 +173,8 @@ def gains(law: impact.Law, seed: int) -> float:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("law", LAWS.values(), ids=LAWS.keys())
-@pytest.mark.parametrize("seed", range(4))
-def test_no_switch_gains_energy(law: impact.Law, seed: int) -> None:
-    """Steps of random lengths gain no energy while contacts neither open nor close in them."""
-    assert gains(law, seed) < 1e-12
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("law", LAWS.values(), ids=LAWS.keys())
 def test_no_switch_gains_energy_in_hundreds_of_marches(law: impact.Law) -> None:
+    """Steps of random lengths gain no energy while contacts neither open nor close in them."""
     assert max(gains(law, seed) for seed in range(100, 500)) < 1e-12
 
 
