@@ -32,12 +32,7 @@ def test_a_record_is_told_with_its_heads_rows_and_ranges() -> None:
     assert parts["stopper"] == "spring, stiffness 20 N/um, lift 2 mm"
 
 
-@pytest.mark.slow(
-    only=(
-        "cad_assembly.toml",
-        "mass_on_meshed_seat.toml",
-    )
-)
+@pytest.mark.slow(only=("cad_assembly.toml", "mass_on_meshed_seat.toml"))
 @pytest.mark.parametrize("name", sorted(path.name for path in EXAMPLES.glob("*.toml") if "study" not in path.name))
 def test_every_example_is_told_in_short(name: str) -> None:
     parts = read(name)
@@ -71,3 +66,21 @@ def test_a_wrong_file_is_told_by_its_key(tmp_path: Path) -> None:
     scene: Scene = load_scene(EXAMPLES / "flapper_on_valve_body.toml", {"seat.file": str(tmp_path / "seat.step")})
     with pytest.raises(SceneError, match=r"seat\.file: .*seat\.step"):
         read_back(scene)
+
+
+@pytest.mark.slow
+def test_a_scene_is_drawn_and_told_in_a_sentence(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Draw writes beside the shell, a plan where it is asked to."""
+    monkeypatch.chdir(tmp_path)
+    assert run_command(["draw", str(EXAMPLES / "suction_valve.toml")]) == DONE
+    told, wrote = capsys.readouterr().out.splitlines()
+    words = "reed (cantilever) 34 x 12 x 0.3 mm over a lip of 9.2 to 10.8 mm diameter, gap 0 mm, stopper"
+    assert told.startswith(words)
+    assert wrote == "wrote suction_valve-drawing.png"
+    assert [path.name for path in tmp_path.iterdir()] == ["suction_valve-drawing.png"]
+    assert (tmp_path / "suction_valve-drawing.png").read_bytes().startswith(b"\x89PNG")
+    assert run_command(["plan", str(EXAMPLES / "flapper_on_spring.toml"), "--drawing", "plan.svg"]) == DONE
+    assert "wrote plan.svg" in capsys.readouterr().out
+    assert "spring 27.8 N/um" in Path("plan.svg").read_text(encoding="utf-8")
