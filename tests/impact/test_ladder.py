@@ -15,7 +15,7 @@ from impact.greens.base import Array
 from impact.march import ladder
 from impact.march.ladder import SHARE, LadderMarch, Levels, finish_march, march, prepare_levels
 from impact.march.prepared import Discretised, discretise, prepare
-from impact.march.replay import BodyAtStart, EqualReplay, LeapReplay, find_loads
+from impact.march.replay import BodyAtStart, LeapReplay
 from impact.march.rows import MarchRun
 
 H = 50e-9
@@ -290,35 +290,6 @@ def make_body(seed: int) -> tuple[ModalGreens, ModalState, np.ndarray]:
     return ModalGreens(OMEGA, ZETA, shapes, residual, ("one", "two")), state, random.normal(size=len(OMEGA))
 
 
-def replays(
-    modal: ModalGreens, state: ModalState, load: np.ndarray, spans: np.ndarray
-) -> tuple[LeapReplay, EqualReplay]:
-    """Return the body at rest in its residual, in steps of several lengths and in equal ones."""
-    body = BodyAtStart(modal, state, np.zeros(2), np.zeros(2), [load], np.eye(2))
-    return LeapReplay(body, spans), EqualReplay(body, STEP)
-
-
-def test_leaps_end_where_equal_steps_do() -> None:
-    """Leaps under constant forces and straight loads end with the displacements, energies and work of equal steps."""
-    modal, state, shape = make_body(1)
-    random, lengths = np.random.default_rng(2), np.array([1, 4, 16])
-    levels = random.integers(0, 3, 40)
-    ends = np.concatenate([[0], np.cumsum(lengths[levels])])
-    force = random.normal(size=(2, len(levels)))
-    leaps, equal = replays(modal, state, shape, STEP * lengths)
-    load = np.full((1, ends[-1]), 3.0)
-    means, rises = find_loads(load, ends)
-    long = leaps.advance(force, means, levels, rises)
-    fine = equal.advance(np.repeat(force, lengths[levels], axis=1), load)
-    last = ends[1:] - 1
-    np.testing.assert_allclose(long.displacement, fine.displacement[:, last], rtol=1e-11, atol=1e-12)
-    np.testing.assert_allclose(long.stored, fine.stored[last], rtol=1e-10)
-    for name in ("lost", "load_work"):
-        whole = np.cumsum(getattr(fine, name))[last]
-        np.testing.assert_allclose(np.cumsum(getattr(long, name)), whole, rtol=1e-9, atol=1e-10 * np.abs(whole).max())
-    assert leaps.stored == pytest.approx(fine.stored[-1], rel=1e-10)
-
-
 @pytest.mark.parametrize("wrong", [1.0, 1.03])
 def test_energy_balances_under_loads_that_rise(wrong: float) -> None:
     """Stored energy, loss, work of loads and of forces are integrated separately, and their sum vanishes; not with a
@@ -326,7 +297,8 @@ def test_energy_balances_under_loads_that_rise(wrong: float) -> None:
     modal, state, shape = make_body(3)
     random, lengths = np.random.default_rng(4), np.array([1, 4, 64, 1024])
     levels = random.integers(0, 4, 200)
-    leaps, _ = replays(modal, state, shape, STEP * lengths)
+    body = BodyAtStart(modal, state, np.zeros(2), np.zeros(2), [shape], np.eye(2))
+    leaps, again = (LeapReplay(body, STEP * lengths) for _ in range(2))
     force, means, rises = random.normal(size=(2, 200)), random.normal(size=(1, 200)), random.normal(size=(1, 200))
     start = leaps.stored
     ports = modal.shapes.T @ state.displacement
@@ -337,6 +309,5 @@ def test_energy_balances_under_loads_that_rise(wrong: float) -> None:
     balance = change + wrong * block.lost - work - block.load_work
     size = np.abs(change).max()
     assert (np.abs(balance).max() < 1e-10 * size) == (wrong == 1.0)
-    fewer, _ = replays(modal, state, shape, STEP * lengths)
-    off = change + block.lost - work - fewer.advance(force, means, levels, 1.03 * rises).load_work
+    off = change + block.lost - work - again.advance(force, means, levels, 1.03 * rises).load_work
     assert np.abs(off).max() > 1e-6 * size

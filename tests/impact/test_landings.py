@@ -189,13 +189,6 @@ def test_openings_shorter_than_thirty_microseconds_end_no_landing() -> None:
     assert first.impulse == pytest.approx(80 * 5e-6)
 
 
-def test_the_end_of_the_record_cuts_a_landing_off() -> None:
-    force = np.zeros(300)
-    force[250:] = 5.0
-    (landing,) = find_landings(record(force, np.zeros(300)))
-    assert landing.cut_off
-
-
 def test_landings_are_paired_by_time_and_only_once() -> None:
     def at(*starts: float) -> tuple[Landing, ...]:
         return tuple(

@@ -10,7 +10,6 @@ from impact.quantities import enumeration, in_digits, in_time, in_units, percent
     [
         (1.2000000000000002, 3, "1.2"),
         (1.312e14, 2, "1.3e14"),
-        (4.5e9, 3, "4.5e9"),
         (1e10, 2, "1e10"),
         (-0.0, 3, "0"),
         (-1e-9, 2, "-1e-9"),
@@ -40,7 +39,6 @@ def test_a_share_in_per_cent(share: float, words: str) -> None:
         (3.05e-4, "m", "305 um"),
         (1183.0, "N", "1.18 kN"),
         (2e-5, "m^2", "20 mm^2"),
-        (0.0052, "kg", "5.2 g"),
         (0.5, "", "0.5"),
     ],
 )

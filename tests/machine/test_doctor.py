@@ -16,11 +16,6 @@ from seatfem.machine.doctor import doctor_report
 ROOT = Path(__file__).parents[2]
 
 
-@pytest.fixture
-def no_library(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(system, "_loads", lambda library: False)
-
-
 def test_a_missing_library_of_an_extra_is_a_gap_with_its_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
     known = doctor.installed_version
     monkeypatch.setattr(doctor, "_try", lambda code: (True, ""))
@@ -28,24 +23,6 @@ def test_a_missing_library_of_an_extra_is_a_gap_with_its_remedy(monkeypatch: pyt
     (found,) = (check for check in doctor_report() if check.name == "extra report")
     assert (found.ok, found.required, found.remedy) == (False, False, "pip install 'seatfem[report]'")
     assert found.detail == "not installed: plotly"
-
-
-@pytest.mark.usefixtures("no_library")
-def test_missing_system_libraries_end_in_one_command() -> None:
-    with pytest.raises(system.MissingLibraryError) as caught:
-        system.require_gmsh_libraries()
-    packages = "libglu1-mesa libgl1 libxrender1 libxcursor1 libxft2 libxinerama1 libgomp1"
-    assert f"apt-get install --no-install-recommends {packages}" in str(caught.value)
-    assert "\n" not in str(caught.value)
-
-
-@pytest.mark.usefixtures("no_library")
-def test_the_doctor_sees_missing_system_libraries() -> None:
-    meshing, rendering = doctor.check_gmsh(), doctor.check_pictures()
-    assert (meshing.ok, meshing.required) == (False, True)
-    assert meshing.remedy.startswith("apt-get install --no-install-recommends libglu1-mesa")
-    assert (rendering.ok, rendering.required) == (False, False)
-    assert rendering.remedy == "apt-get install --no-install-recommends libegl1"
 
 
 def test_pictures_without_egl_need_osmesa(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -37,28 +37,38 @@ def test_version_2_the_groups_limit_less_its_use(tmp_path: Path) -> None:
     assert available_memory(root) == 0.0
 
 
-def test_a_group_around_ours_limits_as_well(tmp_path: Path) -> None:
-    top = "sys/fs/cgroup"
-    files = {
-        f"{top}/pod/memory.max": f"{100 * MB}\n",
-        f"{top}/pod/memory.current": f"{40 * MB}\n",
-        f"{top}/pod/one/memory.max": "max\n",
-        f"{top}/pod/one/memory.current": f"{10 * MB}\n",
-    }
-    assert available_memory(system(tmp_path, "0::/pod/one\n", files)) == 60 * MB
+TOP, V1 = "sys/fs/cgroup/pod", "sys/fs/cgroup/memory"
 
 
-def test_version_1(tmp_path: Path) -> None:
-    group = "sys/fs/cgroup/memory/docker/1"
-    files = {
-        f"{group}/memory.limit_in_bytes": f"{500 * MB}\n",
-        f"{group}/memory.usage_in_bytes": f"{150 * MB}\n",
-        f"{group}/memory.stat": f"inactive_file 1\ntotal_inactive_file {30 * MB}\n",
-        "sys/fs/cgroup/memory/memory.limit_in_bytes": f"{WITHOUT_LIMIT}\n",
-        "sys/fs/cgroup/memory/memory.usage_in_bytes": f"{900 * MB}\n",
-    }
-    lines = "12:cpu,cpuacct:/docker/1\n4:memory:/docker/1\n0::/init\n"
-    assert available_memory(system(tmp_path, lines, files)) == 380 * MB
+@pytest.mark.parametrize(
+    ("groups", "files", "left"),
+    [
+        (
+            "0::/pod/one\n",
+            {
+                "/memory.max": 100 * MB, "/memory.current": 40 * MB,
+                "/one/memory.max": "max", "/one/memory.current": 10 * MB,
+            },
+            60 * MB,
+        ),
+        (
+            "12:cpu,cpuacct:/docker/1\n4:memory:/docker/1\n0::/init\n",
+            {
+                "/docker/1/memory.limit_in_bytes": 500 * MB, "/docker/1/memory.usage_in_bytes": 150 * MB,
+                "/docker/1/memory.stat": f"inactive_file 1\ntotal_inactive_file {30 * MB}",
+                "/memory.limit_in_bytes": WITHOUT_LIMIT, "/memory.usage_in_bytes": 900 * MB,
+            },
+            380 * MB,
+        ),
+    ],
+    ids=["a group around ours", "version 1"],
+)  # fmt: skip
+def test_the_least_of_all_groups_counts(groups: str, files: dict[str, object], left: int, tmp_path: Path) -> None:
+    top = TOP if groups.startswith("0") else V1
+    assert (
+        available_memory(system(tmp_path, groups, {f"{top}{name}": f"{text}\n" for name, text in files.items()}))
+        == left
+    )
 
 
 @pytest.mark.slow

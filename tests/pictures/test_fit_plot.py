@@ -49,10 +49,10 @@ def test_a_run_on_a_noisy_record_draws_what_was_tried(tmp_path: Path) -> None:
     (tmp_path / "h.csv").write_text("\n".join([head, *rows]), encoding="utf-8")
     text = '[seat]\nkind = "frf"\nfile = "h.csv"\n[reed]\nkind = "rigid_mass"\nmass = "5 g"\nvelocity = "-1 m/s"\n'
     (tmp_path / "scene.toml").write_text(text + '[run]\nduration = "1 ms"\nfilter_width = "20 us"\n', encoding="utf-8")
-    seat = load_scene(tmp_path / "scene.toml").seat
-    assert len(seat.fit().tried) > 1
     scene = load_scene(tmp_path / "scene.toml")
-    pictures = dict(_seat_pictures(scene.seat, scene.run.filter_width, Solved(seat.fit().greens)))  # type: ignore[attr-defined]
+    seat = scene.seat
+    assert len(seat.fit().tried) > 1
+    pictures = dict(_seat_pictures(seat, scene.run.filter_width, Solved(seat.fit().greens)))  # type: ignore[attr-defined]
     assert list(pictures) == ["fit.png", "stabilisation.png"]
     pictures["stabilisation.png"](tmp_path / "stabilisation.png")
     assert (tmp_path / "stabilisation.png").stat().st_size > 20_000

@@ -9,11 +9,10 @@ from pathlib import Path
 import pytest
 
 from seatfem.jobs import crew
-from seatfem.pictures import rendering
 from seatfem.pictures.rendering import Picture, drawing_apart
 
 WORKER = """
-import os, signal, time
+import os, signal
 from pathlib import Path
 
 def fine(path, text="a picture"):
@@ -25,9 +24,6 @@ def failing(path):
 def crashing(path):
     print("words of a library that are no answer", flush=True)
     os.kill(os.getpid(), signal.SIGSEGV)
-
-def hanging(path):
-    time.sleep(60)
 """
 
 
@@ -70,13 +66,6 @@ def test_a_crash_costs_the_picture_it_happened_at(drawers, tmp_path: Path) -> No
         assert drawn("b.png") == "b.png: MemoryError: no room"
         assert drawn("c.png") == ""
     assert (tmp_path / "c.png").exists()
-
-
-@pytest.mark.slow
-def test_what_hangs_is_ended(drawers, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(rendering, "TIMEOUT", 0.5)
-    with drawn_apart([("a.png", drawers.hanging)], tmp_path) as drawn:
-        assert drawn("a.png") == "a.png: no answer within 0.5 s"
 
 
 def test_a_worker_that_cannot_be_started_costs_its_pictures_and_no_wait(

@@ -45,15 +45,9 @@ def modal():
 @pytest.fixture(scope="module")
 def runs(rod):
     reed = impact.cantilever_reed(
-        young=200e9,
-        density=7850.0,
-        length=25.4e-3,
-        width=10e-3,
-        thickness=0.305e-3,
-        damping_ratio=0.03,
-        n_modes=12,
+        young=200e9, density=7850.0, length=25.4e-3, width=10e-3, thickness=0.305e-3, damping_ratio=0.03, n_modes=12,
         tip_deflection=1e-3,
-    )
+    )  # fmt: skip
     spring = impact.spring(stiffness=1 / float(rod.static_compliance()[0, 0]))
     return [impact.solve(impact.ContactProblem(reed, impact.Body(g)), dt=1e-7, duration=1.2e-3) for g in (rod, spring)]
 
@@ -64,10 +58,7 @@ def runs(rod):
         (3e-5, "m", "30.0 µm"),
         (0.0, "N", "0 N"),
         (809.2e-6, "N s", "809 µN s"),
-        (28.404, "N", "28.4 N"),
-        (82421.8, "Hz", "82.4 kHz"),
         (-1.5e7, "N/m", "-15.0 MN/m"),
-        (1e-3, "s", "1.00 ms"),
         (float("inf"), "m/N", "–"),
         (3.21e-18, "J", "3.21e-06 pJ"),
         (1e150, "m/N", "1.00e+141 Gm/N"),

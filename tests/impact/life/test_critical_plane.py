@@ -68,6 +68,8 @@ def test_a_plane_stress_has_the_margin_of_the_same_stress_turned() -> None:
 def test_what_is_no_history_of_tensors(stress: np.ndarray) -> None:
     with pytest.raises(LifeError, match=r"root: .*(\(n, 6\)|finite)"):
         list(normal_stresses("root", stress))
+    with pytest.raises(LifeError, match=r"\(n, 6\)|must be finite"):
+        Crossland(310e6, 500e6).value(stress)
 
 
 def test_the_corners_of_a_history_decide_its_life() -> None:
