@@ -1,4 +1,4 @@
-"""Marches in steps of different lengths against closed forms, against energy, and against equal steps."""
+"""Marches in steps of different lengths against closed forms, energy and equal steps; histories made from them."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 
 import impact
-from impact import Body, Contact, ContactProblem, ContactStepper, ModalGreens, Residual
+from impact import Body, Contact, ContactError, ContactProblem, ContactStepper, ModalGreens, Residual
 from impact.after.histories import largest_average
 from impact.bodies.body import Load, ModalState
 from impact.greens import oscillator
 from impact.greens.base import Array
-from impact.march import ladder
+from impact.march import grid, ladder
+from impact.march.grid import TimeGrid
 from impact.march.ladder import SHARE, LadderMarch, Levels, finish_march, march, prepare_levels
 from impact.march.prepared import Discretised, discretise, prepare
 from impact.march.replay import BodyAtStart, LeapReplay
@@ -311,3 +312,44 @@ def test_energy_balances_under_loads_that_rise(wrong: float) -> None:
     assert (np.abs(balance).max() < 1e-10 * size) == (wrong == 1.0)
     off = change + block.lost - work - again.advance(force, means, levels, 1.03 * rises).load_work
     assert np.abs(off).max() > 1e-6 * size
+
+
+STEPS = TimeGrid(1e-3, np.array([0, 1, 2, 6, 22]))
+MOVED = np.array([0.0, 1.0, 2.0, 6.0, 22.0])  # on one line
+
+
+def test_a_force_is_constant_over_a_step_and_a_motion_is_a_line() -> None:
+    np.testing.assert_array_equal(STEPS.spread_forces(MOVED), [0, 1, 2, 6, 6, 6, 6, *[22] * 16])
+    np.testing.assert_allclose(STEPS.spread_motions(MOVED), np.arange(23.0))
+    np.testing.assert_array_equal(STEPS.spread_forces(MOVED, 2, 4), [2, 6, 6])
+    np.testing.assert_allclose(
+        STEPS.find_motions(np.stack([MOVED, -MOVED], axis=1), np.array([4, 14]))[:, 1], [-4, -14]
+    )
+
+
+@pytest.mark.parametrize(
+    ("start", "stop", "rows", "times"),
+    [
+        (0, 22, [1, 2, 3, 4], [0, 1, 2, 6, 22]),
+        (1, 6, [2, 3], [1, 2, 6]),
+        (3, 5, [3], [3, 5]),
+        (3, 7, [3, 4], [3, 6, 7]),
+        (6, 7, [4], [6, 7]),
+    ],
+)
+def test_rows_of_a_window_with_the_times_of_their_parts(
+    start: int, stop: int, rows: list[int], times: list[float]
+) -> None:
+    cut, edges = STEPS.cut(start, stop)
+    assert np.arange(5)[cut].tolist() == rows
+    assert STEPS.until(stop).ends[-1] == stop
+    np.testing.assert_allclose(edges, 1e-3 * np.array(times))
+
+
+def test_a_history_that_would_not_fit_is_refused_and_its_windows_are_not(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(grid, "MOST_BYTES", 8.0 * 10)
+    with pytest.raises(ContactError, match=r"0 to 22 .*window"):
+        STEPS.spread_forces(MOVED)
+    assert len(STEPS.spread_forces(MOVED, 3, 12)) == 10
+    with pytest.raises(ContactError, match=r"0 to 23.*22 steps"):
+        STEPS.spread_motions(MOVED, 0, 23)
