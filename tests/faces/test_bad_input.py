@@ -41,28 +41,6 @@ def complaint(folder: Path, text: str, capsys: pytest.CaptureFixture[str]) -> st
     return err
 
 
-TETRAHEDRON = """*NODE
-1, 0, 0, 0
-2, 1, 0, 0
-3, 0, 1, 0
-4, 0, 0, 1
-*ELEMENT, TYPE=C3D4
-1, 1, 2, 3, 4
-*NSET, NSET=contact
-2, 3, 4
-*NSET, NSET=fixed
-1, 2, 3
-"""
-
-
-def test_what_cannot_be_assembled_is_told_of_its_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Rubber in straight tetrahedra, which lock, is refused with the name of its file."""
-    (tmp_path / "rubber.inp").write_text(TETRAHEDRON, encoding="utf-8")
-    rubber = 'material = { young = "1 MPa", poisson = 0.4999, density = "1000 kg/m^3" }\n'
-    seat = f'[seat]\nkind = "mesh"\nfile = "rubber.inp"\nunit = "mm"\n{rubber}'
-    assert re.search(r"rubber\.inp: .*0\.4999.*order 1", complaint(tmp_path, seat + BALL + RUN, capsys))
-
-
 @pytest.mark.parametrize(
     ("greens", "message"),
     [
@@ -134,13 +112,12 @@ def test_more_steps_than_can_be_stored(tmp_path: Path, capsys: pytest.CaptureFix
         ("result", ("is a folder", "`seatfem report`")),
     ],
 )
-@pytest.mark.parametrize("verb", ["plan", "run"])
 def test_another_file_in_place_of_a_scene_is_told_with_what_to_do(
-    verb: str, file: str, words: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    file: str, words: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / file
     path.write_text("no TOML", encoding="utf-8") if path.suffix else path.mkdir()
-    assert run_command([verb, str(path)]) == BAD_INPUT
+    assert run_command(["run", str(path)]) == BAD_INPUT
     out, err = capsys.readouterr()
     assert out == ""
     assert str(path) in err

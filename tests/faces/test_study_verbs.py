@@ -162,13 +162,10 @@ def test_an_optimum_is_found_and_told(
     [
         (SOUGHT, "gaps.toml:5: optimise.minimise:"),
         (SOUGHT + 'minimise = "a"\nmaximise = "b"', "gaps.toml:6: optimise.minimise: .*one of"),
-        (SOUGHT + 'minimise = "a b"', "gaps.toml:6: optimise.minimise:"),
         (SOUGHT + 'minimise = "a"\nsubject_to = ["b < 3"]', "toml:7: optimise.subject_to.0: 'b < 3'"),
         (SOUGHT + 'minimise = "a"\nsubject_to = ["b <= 3 mm"]', "'b <= 3 mm'.*summary"),
-        (SOUGHT + 'minimise = "a"\nsubject_to = ["b <= nan"]', "'b <= nan' cannot be read"),
         (SOUGHT + 'minimise = "a"\nmost = 4', "gaps.toml:7: optimise.most: 4"),
         (SOUGHT + 'minimise = "impulse_Ns"\ncoarse = "0.1 %"', "gaps.toml:7: optimise.coarse: 0.001"),
-        (SOUGHT + 'minimise = "a"\ncoarse = "2 mm"', "gaps.toml:7: optimise.coarse: "),
         ("number = 3\n" + SOUGHT + 'minimise = "a"', r"gaps.toml:3:.*\[optimise\]"),
         (SOUGHT + 'minimise = "a"\n[outputs]\npareto = ["a", "b"]', r"gaps.toml:8: outputs.pareto: \[optimise\]"),
         (SOUGHT.replace("{ from = \"1 g\", to = \"2.9 g\" }", '["1 g"]') + 'minimise = "a"',

@@ -2,15 +2,12 @@
 
 import math
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 import pytest
 
 import impact
 from impact import Body, ContactError, ContactProblem, ModalGreens, Residual
-from impact.march.motion import Discrete
-from impact.march.prepared import step_count
 
 ROD = {"young": 4.0, "density": 1.0, "area": 3.0, "length": 2.0}  # c = 2, Z = 6, l/c = 1, mass 6
 
@@ -74,34 +71,3 @@ def test_a_striker_that_flies_away_is_told_the_sign_of_velocities(velocity: floa
     problem = ContactProblem(impact.rigid_mass(mass=1e-3, velocity=velocity), contacts=[contact])
     advice = " ".join(map(str, impact.solve(problem, dt=1e-7, duration=5e-5).advice))
     assert ("flies away" in advice) == (f"write velocity = {-velocity:g}" in advice) == away
-
-
-def test_problems_that_share_discretised_bodies_are_marched_alike() -> None:
-    """A body at a step, its free motion included, serves several problems: bit for bit what each would make itself."""
-    striker = impact.rigid_mass(mass=6.0, velocity=-1.0)
-    dt, duration = 0.01, 2.0
-    moving = Discrete.from_body(striker, dt, step_count(dt, duration))
-    moving = replace(moving, free=cache(moving.free_motion))
-    for rod in (truncated_rod(10), impact.fixed_rod(**ROD)):
-        problem = ContactProblem(striker, Body(rod), gap=0.005)
-        still = Discrete.from_body(problem.bodies[1], dt, step_count(dt, duration))
-        own, shared = (impact.prepare(problem, dt, duration, bodies=given) for given in ((), (moving, still)))
-        forces = []
-        for prepared in (own, shared):
-            stepper = impact.ContactStepper(prepared)
-            stepper.advance(prepared.steps)
-            forces.append(stepper.force)
-        assert np.array_equal(*forces)
-        assert np.max(forces[0]) > 0
-        for length, step in ((2 * duration, dt), (duration, dt / 2)):
-            with pytest.raises(ContactError, match="must be those of the problem"):
-                impact.prepare(problem, step, length, bodies=(moving, still))
-    with pytest.raises(ContactError, match="200 steps"):
-        impact.prepare(mass_on(truncated_rod(10)), dt, duration, bodies=(moving, still))
-
-
-def truncated_rod(n: int, bare: bool = False) -> ModalGreens:
-    omega = (2 * np.arange(1, n + 1) - 1) * np.pi / 2
-    left_out = 1 / 6.0 - math.fsum(2 / 6.0 / omega**2)
-    rest = Residual.spring(left_out) if bare else Residual.exponential(left_out, 1 / 6.0)
-    return ModalGreens(omega, np.zeros(n), np.full((n, 1), math.sqrt(2 / 6.0)), rest)

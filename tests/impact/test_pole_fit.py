@@ -184,17 +184,6 @@ def test_causality(free: bool) -> None:
     assert np.isnan(causality_defect(FrequencyResponse(F[high], response.receptance[high])))
 
 
-@pytest.mark.slow
-def test_a_noise_floor_adds_no_modes() -> None:
-    response = measured(SEAT)
-    rng = np.random.default_rng(3)
-    floor = 0.003 * np.abs(response.receptance).max()
-    noise = floor * (rng.normal(size=(len(F), 1, 1)) + 1j * rng.normal(size=(len(F), 1, 1)))
-    fit = fit_poles(FrequencyResponse(F, response.receptance + noise))
-    assert filtered_error(fit, SEAT) < 0.02
-    assert len(fit.frequencies_hz) <= 10
-
-
 def test_noise_alone_is_refused() -> None:
     rng = np.random.default_rng(0)
     g = rng.normal(size=len(F)) + 1j * rng.normal(size=len(F))

@@ -99,18 +99,6 @@ def test_real_mobility_is_that_of_the_transfer_function() -> None:
     assert np.all(size >= np.trace(mobility, axis1=1, axis2=2) * (1 - 1e-9))
 
 
-def test_passive_systems_are_found_passive() -> None:
-    assert pole_passivity(POLES).passive
-    report = pole_passivity(COUPLED)
-    assert report.passive
-    assert "passive" in str(report)
-    assert pole_passivity(
-        impact.PoleGreens.from_modal(
-            impact.ModalGreens(np.array([1e3]), np.zeros(1), np.ones((1, 1)), impact.Residual.none())
-        )
-    ).passive
-
-
 def test_a_residue_turned_too_far_gains_energy() -> None:
     # R = exp(i a)/(2i): g(0+) = sin a >= 0, and Re[iw G]/w^2 at w -> 0 asks for a <= 2 asin(zeta)
     s = 1e3 * (-0.05 + 1j * np.sqrt(1 - 0.05**2))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import sys
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -13,7 +12,6 @@ import pytest
 import impact
 import seatfem
 from impact.greens.base import ErrorEstimate
-from impact.names import FrameError, frame_of
 from impact.quantities import as_html
 from seatfem.study.runs.outcome import RunOutcome
 from tests.rod_model import rod_model
@@ -128,12 +126,6 @@ def test_measures_as_text_and_as_a_data_frame(outcome: RunOutcome) -> None:
 def test_modes_as_a_data_frame() -> None:
     modes = seatfem.solve_modes(rod_model(young=2e11, density=7850.0, area=1e-4, length=0.03, elements=20), 3)
     assert np.array_equal(modes.to_dataframe()["frequency_hz"], modes.frequencies_hz)
-
-
-def test_without_pandas_the_remedy_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(FrameError, match=r"seatfem\[tables\]"):
-        frame_of({})
 
 
 @pytest.mark.slow

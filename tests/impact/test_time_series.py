@@ -57,15 +57,6 @@ def test_bad_files_are_named_by_line_and_column(tmp_path: Path, text: str, words
         read_time_series(written(tmp_path, text), "pressure")
 
 
-def test_files_that_are_no_text(tmp_path: Path) -> None:
-    with pytest.raises(TimeSeriesError, match="no such file"):
-        read_time_series(tmp_path / "none.csv", "force")
-    path = tmp_path / "binary.csv"
-    path.write_bytes(b"\xff\xfe\x00\x01")
-    with pytest.raises(TimeSeriesError, match=r"binary\.csv:.*CSV.*UTF-8"):
-        read_time_series(path, "force")
-
-
 @pytest.mark.parametrize(
     ("time", "value", "outside", "words"),
     [
