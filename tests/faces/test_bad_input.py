@@ -18,6 +18,7 @@ from tests.gallery import load_text
 from tests.refusals import lacks
 from tests.steps import BAD_INPUT, GreensFunction, run_command, save_greens
 
+Told = pytest.CaptureFixture[str]
 STEEL = 'material = { young = "200 GPa", density = "7850 kg/m^3" }\n'
 BALL = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n'
 REED = (
@@ -30,7 +31,7 @@ GREENS = '[seat]\nkind = "greens"\nfile = "seat.h5"\n'
 ROD = {"young": 200e9, "density": 7850.0, "area": 1e-6, "length": 0.03}
 
 
-def complaint(folder: Path, text: str, capsys: pytest.CaptureFixture[str]) -> str:
+def complaint(folder: Path, text: str, capsys: Told) -> str:
     """Return what `seatfem run` says of a scene that it refuses as bad input, and check that it leaves no file."""
     scene = folder / "scene.toml"
     scene.write_text(text, encoding="utf-8")
@@ -50,9 +51,7 @@ def complaint(folder: Path, text: str, capsys: pytest.CaptureFixture[str]) -> st
         (impact.single_mode(frequency_hz=1e4, mass=1.0).known_for(2e-5), r"seat\.file = seat\.h5: .*run\.duration"),
     ],
 )
-def test_a_greens_function_that_is_no_seat(
-    greens: GreensFunction, message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_greens_function_that_is_no_seat(greens: GreensFunction, message: str, tmp_path: Path, capsys: Told) -> None:
     save_greens(greens, tmp_path / "seat.h5")
     scene = tmp_path / "scene.toml"
     scene.write_text(GREENS + BALL + RUN, encoding="utf-8")
@@ -60,7 +59,7 @@ def test_a_greens_function_that_is_no_seat(
     assert re.search(message, capsys.readouterr().err)
 
 
-def test_a_step_that_the_filtered_force_cannot_be_read_from(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_step_that_the_filtered_force_cannot_be_read_from(tmp_path: Path, capsys: Told) -> None:
     """Found when the run is put together, it is told with its line like what the file alone shows."""
     text = SPRING + REED + RUN + 'time_step = "0.6 us"'
     message = complaint(tmp_path, text, capsys)
@@ -90,7 +89,7 @@ def test_a_step_too_coarse_for_the_reed_is_a_warning_with_the_lost_energy(tmp_pa
     assert steps[-1] > 0.19e-6
 
 
-def test_more_steps_than_can_be_stored(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_more_steps_than_can_be_stored(tmp_path: Path, capsys: Told) -> None:
     message = complaint(tmp_path, SPRING + REED + RUN + "time_step = '1 ps'", capsys)
     assert re.search(r"8e\+08 steps .*0\.001 ns .*run\.time_step.* 2e\+07", message)
     with pytest.raises(RunError, match=r"1.6e\+08 steps .*0.005 ns .*run.filter_width"):
@@ -113,7 +112,7 @@ def test_more_steps_than_can_be_stored(tmp_path: Path, capsys: pytest.CaptureFix
     ],
 )
 def test_another_file_in_place_of_a_scene_is_told_with_what_to_do(
-    file: str, words: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    file: str, words: tuple[str, ...], tmp_path: Path, capsys: Told
 ) -> None:
     path = tmp_path / file
     path.write_text("no TOML", encoding="utf-8") if path.suffix else path.mkdir()
@@ -144,9 +143,7 @@ WIDEST = 360  # with the words of a reader, or an example of a header
          "%%MatrixMarket matrix coordinate real general\n2 2 1\n1 1 x\n"),
     ],
 )  # fmt: skip
-def test_a_bad_file_is_told_with_a_remedy(
-    keys: str, file: str, content: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_bad_file_is_told_with_a_remedy(keys: str, file: str, content: str, tmp_path: Path, capsys: Told) -> None:
     """One line a problem, with its place and a remedy, and nothing of Python in it."""
     (tmp_path / file).write_text(content, encoding="utf-8")
     (tmp_path / "scene.toml").write_text(f"[seat]\n{keys}{BALL}{RUN}", encoding="utf-8")

@@ -24,6 +24,8 @@ from seatfem.study.plan import Plan
 from seatfem.study.runs.converge import begin_plan
 from seatfem.study.scene import Scene
 
+Told = pytest.CaptureFixture[str]
+Patch = pytest.MonkeyPatch
 ROOT = Path(__file__).parents[2]
 SPRING_SCENE = ROOT / "examples" / "flapper_on_spring.toml"
 
@@ -55,7 +57,7 @@ class Pipeline(types.ModuleType):
 
 
 @pytest.fixture
-def pipeline(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Pipeline:
+def pipeline(monkeypatch: Patch, tmp_path: Path) -> Pipeline:
     stand_in = Pipeline()
     monkeypatch.chdir(tmp_path)  # where the scene and its plan are kept
     monkeypatch.setitem(sys.modules, "seatfem.study.runs.pipeline", stand_in)
@@ -72,7 +74,7 @@ def failing(error: BaseException) -> Callable[[], None]:
 
 
 @pytest.mark.parametrize("verb", sorted(name for name in app if not name.startswith("-")))
-def test_every_verb_has_help(verb: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_every_verb_has_help(verb: str, capsys: Told) -> None:
     assert run_command([verb, "--help"]) == DONE
     assert f"Usage: seatfem {verb}" in capsys.readouterr().out
 
@@ -89,16 +91,14 @@ def test_every_verb_has_help(verb: str, capsys: pytest.CaptureFixture[str]) -> N
         (KeyboardInterrupt(), INTERRUPTED, "interrupted"),
     ],
 )
-def test_failures_are_one_line(
-    pipeline: Pipeline, capsys: pytest.CaptureFixture[str], error: BaseException, code: int, message: str
-) -> None:
+def test_failures_are_one_line(pipeline: Pipeline, capsys: Told, error: BaseException, code: int, message: str) -> None:
     pipeline.act = failing(error)
     assert run_command(["run", str(SPRING_SCENE), "--quiet"]) == code
     (line,) = capsys.readouterr().err.splitlines()
     assert re.match(f"seatfem: .*{message}", line)
 
 
-def test_debug_shows_the_traceback(pipeline: Pipeline, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_debug_shows_the_traceback(pipeline: Pipeline, monkeypatch: Patch) -> None:
     pipeline.act = failing(ZeroDivisionError())
     with pytest.raises(ZeroDivisionError):
         run_command(["run", str(SPRING_SCENE), "--debug"])
@@ -107,7 +107,7 @@ def test_debug_shows_the_traceback(pipeline: Pipeline, monkeypatch: pytest.Monke
         run_command(["run", str(SPRING_SCENE)])
 
 
-def test_doctor_exit_codes(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_doctor_exit_codes(monkeypatch: Patch, capsys: Told) -> None:
     fine, optional = Check("python", True, "3.11"), Check("pictures", False, "no EGL", "apt-get", required=False)
     monkeypatch.setattr(doctor, "doctor_report", lambda: (fine, optional))
     assert run_command(["doctor"]) == DONE
@@ -129,17 +129,13 @@ class Row:
 
 
 @pytest.mark.parametrize(("passed", "code", "verdict"), [(True, DONE, "pass"), (False, FAILED, "FAIL")])
-def test_verify_exit_codes(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], passed: bool, code: int, verdict: str
-) -> None:
+def test_verify_exit_codes(monkeypatch: Patch, capsys: Told, passed: bool, code: int, verdict: str) -> None:
     monkeypatch.setattr(verify, "verification_table", lambda progress: [Row(True), Row(passed)])
     assert run_command(["verify"]) == code
     assert verdict in capsys.readouterr().out
 
 
-def test_the_demo_scene_is_found_in_a_source_tree_and_in_a_wheel(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_demo_scene_is_found_in_a_source_tree_and_in_a_wheel(tmp_path: Path, monkeypatch: Patch) -> None:
     assert cli.demo_scene().is_file()
     shipped = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     included = shipped["tool"]["hatch"]["build"]["targets"]["wheel"]["force-include"]
@@ -157,7 +153,7 @@ def test_the_demo_scene_is_found_in_a_source_tree_and_in_a_wheel(
     assert cli.demo_scene() == inside
 
 
-def test_set_changes_keys(pipeline: Pipeline, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_set_changes_keys(pipeline: Pipeline, tmp_path: Path, capfd: Told) -> None:
     given = ["--set", "reed.thickness=0.2 mm", "--set", "reed.n_modes=7", "--set", 'title="Thin"']
     assert run_command(["run", str(SPRING_SCENE), "-o", str(tmp_path / "out"), "--quiet", *given]) == DONE
     assert pipeline.asked == ["Thin"]
@@ -170,7 +166,7 @@ def test_set_changes_keys(pipeline: Pipeline, tmp_path: Path, capfd: pytest.Capt
 
 
 @pytest.mark.slow
-def test_init_writes_a_scene_once(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_init_writes_a_scene_once(tmp_path: Path, capfd: Told) -> None:
     file = tmp_path / "mine.toml"
     assert run_command(["init", "ball", "--output", str(file), "--schema"]) == DONE
     output = " ".join(capfd.readouterr().out.split())

@@ -12,6 +12,8 @@ from seatfem.faces.plan_view import judged_line, plan_json, read_back
 from seatfem.study.runs.forecast import Look, look_at
 from tests.steps import DONE, Scene, SceneError, begin_plan, load_scene, run_command
 
+Told = pytest.CaptureFixture[str]
+Patch = pytest.MonkeyPatch
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
@@ -44,7 +46,7 @@ def test_every_example_is_told_in_short(name: str) -> None:
 
 
 @pytest.mark.slow
-def test_plan_run_and_json_begin_with_it(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_plan_run_and_json_begin_with_it(capsys: Told, tmp_path: Path) -> None:
     """Plan, run and JSON begin with what was read from files; a scene without files has no such part."""
     scene = tmp_path / "scene.toml"
     plain = (EXAMPLES / "flapper_on_spring.toml").read_text(encoding="utf-8")
@@ -72,9 +74,7 @@ def test_a_wrong_file_is_told_by_its_key(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_scene_is_drawn_and_told_in_a_sentence(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_scene_is_drawn_and_told_in_a_sentence(tmp_path: Path, monkeypatch: Patch, capsys: Told) -> None:
     """Draw writes beside the shell, a plan where it is asked to."""
     monkeypatch.chdir(tmp_path)
     assert run_command(["draw", str(EXAMPLES / "suction_valve.toml")]) == DONE
@@ -100,9 +100,7 @@ def look() -> Look:
 
 
 @pytest.mark.slow
-def test_the_program_prints_one_object_and_nothing_else(
-    look: Look, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_program_prints_one_object_and_nothing_else(look: Look, monkeypatch: Patch, capsys: Told) -> None:
     monkeypatch.setattr("seatfem.study.runs.forecast.PURSE", {False: 1e-3, True: 1e-3})
     assert run_command(["plan", str(SLEEVE), "--json"]) == DONE
     out, err = capsys.readouterr()

@@ -107,16 +107,7 @@ def test_the_largest_speed_of_closing_is_of_any_contact() -> None:
     assert math.isnan(measures.largest_impact_velocity(record([0.0, 0.0])))
 
 
-STEP = 1e-5
 SPRING = Body(impact.spring(stiffness=1e12))
-
-
-def still(force: np.ndarray, dt: float = STEP) -> ImpactResult:
-    """Return the record of a force (n,) between bodies that stand still."""
-    n = len(force) + 1
-    zero = np.zeros(n)
-    rows = RunRows(dt, np.arange(n), np.concatenate([[0.0], force]), zero, zero, zero, EnergyLedger(*[zero] * 6))
-    return ImpactResult(rows, 2.0, math.inf, -3.0, 0.0, "none")
 
 
 def between(law: impact.Law, duration: float = 1.0, dt: float = 1e-4) -> ImpactResult:
@@ -234,7 +225,7 @@ def test_contact_from_the_first_step() -> None:
 
 
 def test_a_side_that_cannot_be_told_is_not_guessed() -> None:
-    resting = still(np.ones(5))
+    resting = with_rows(record(np.ones(5)), gap=np.zeros(6))
     for measure in (measures.total_impulse, measures.work):
         with pytest.raises(MeasureError, match="seat or a stopper"):
             measure(resting)
@@ -247,30 +238,30 @@ def test_a_side_that_cannot_be_told_is_not_guessed() -> None:
 def test_spectrum_is_the_transform_of_the_stepwise_force() -> None:
     """Amplitudes are the integrals of exp(-2 pi i f t) over the steps, on any grid."""
     force = np.random.default_rng(3).uniform(0, 1, 37)
-    result = still(force)
+    result = record(force)
     frequency, amplitude = measures.spectrum(result)
-    assert frequency[1] == pytest.approx(1 / (37 * STEP))
+    assert frequency[1] == pytest.approx(1 / (37 * DT))
     time = result.time
     for f, value in zip(frequency[1:], amplitude[1:], strict=True):
         phases = np.exp(-2j * np.pi * f * time)
         integral = np.sum(force * np.diff(phases)) / (-2j * np.pi * f)
         assert value == pytest.approx(abs(integral), rel=1e-10)
-    closer, finer = measures.spectrum(result, resolution=0.3 / (37 * STEP))
-    assert np.diff(closer).max() == pytest.approx(1 / (124 * STEP))  # 37/0.3 and up
+    closer, finer = measures.spectrum(result, resolution=0.3 / (37 * DT))
+    assert np.diff(closer).max() == pytest.approx(1 / (124 * DT))  # 37/0.3 and up
     assert (amplitude[0], finer[0]) == pytest.approx([measures.impulse(result)] * 2, rel=1e-13)
     for resolution in (0.0, -1.0, math.nan):
         with pytest.raises(MeasureError, match="must be positive"):
             measures.spectrum(result, resolution=resolution)
     with pytest.raises(MeasureError, match="no steps"):
-        measures.spectrum(still(np.zeros(0)))
+        measures.spectrum(record(np.zeros(0)))
 
 
 @pytest.mark.parametrize("width", [2.0, 5.0, 12.3, 80.0])
 def test_hann_average_against_quadrature(width: float) -> None:
     """The average is the integral of N(t - s) (1 + cos(2 pi s/w))/w by 2,000 midpoints a step."""
     force = np.random.default_rng(4).uniform(0, 1, 25)
-    result = still(force)
-    filtered = measures.filtered_force(result, width * STEP, window="hann")
+    result = record(force)
+    filtered = measures.filtered_force(result, width * DT, window="hann")
     assert filtered.shape == (26,)
     fine = np.repeat(force, 2000)
     middle = (np.arange(fine.size) + 0.5) / 2000

@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.linalg import eig
 
 import impact
 from impact.greens.passivity import pole_passivity
 from impact.measured.frf import FrequencyResponse, FrequencyResponseError, causality_defect, receptance
 from impact.measured.pole_fit import fit_impulse_response, fit_poles, fit_response
+from tests.impact.test_poles import complex_modes
 
 F = 10.0 * np.arange(5, 1201)  # 50 Hz ... 12 kHz
 S = 2j * np.pi * F
@@ -36,14 +36,8 @@ def measured(greens: impact.ModalGreens | impact.PoleGreens, noise: float = 0.0,
 
 def coupled(dashpot: float, ports: int) -> impact.PoleGreens:
     """Return two masses, a dashpot between the second and the ground only: its modes are complex."""
-    m, k = np.diag([0.02, 0.03]), np.array([[4e7, -3e7], [-3e7, 5e7]])
-    w = 5e4
-    c, zero = np.diag([0.0, dashpot]) / w, np.zeros((2, 2))
-    s, v = eig(np.block([[zero, np.eye(2)], [-k / w**2, -c]]), np.block([[np.eye(2), zero], [zero, m]]))
-    s, v = s[s.imag > 0], v[:2, s.imag > 0]
-    norm = np.array([x @ (2 * a * m + c) @ x for a, x in zip(s, v.T, strict=True)])
-    order = np.argsort(s.imag)
-    return impact.PoleGreens(w * s[order], (v / np.sqrt(norm * w))[:ports].T[order], port_names=("a", "b")[:ports])
+    stiffness = np.array([[4e7, -3e7], [-3e7, 5e7]])
+    return complex_modes(np.diag([0.02, 0.03]), np.diag([0.0, dashpot]), stiffness, np.eye(2)[:, :ports])
 
 
 def filtered_error(fit: impact.GreensFunction, truth: impact.GreensFunction) -> float:

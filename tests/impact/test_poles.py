@@ -32,7 +32,8 @@ def complex_modes(m: np.ndarray, c: np.ndarray, k: np.ndarray, ports: np.ndarray
     scale = np.sqrt(np.linalg.norm(k) / np.linalg.norm(m))  # of time, for the digits of the eigenvalues
     n, zero, c, k = len(m), np.zeros_like(m), c / scale, k / scale**2
     s, v = eig(np.block([[zero, np.eye(n)], [-k, -c]]), np.block([[np.eye(n), zero], [zero, m]]))
-    s, v = s[s.imag > 0], v[:n, s.imag > 0]
+    order = np.argsort(s.imag)[n:]
+    s, v = s[order], v[:n, order]
     norm = np.array([x @ (2 * a * m + c) @ x for a, x in zip(s, v.T, strict=True)])
     names = tuple(str(j) for j in range(ports.shape[1]))
     return impact.PoleGreens(scale * s, (ports.T @ v / np.sqrt(norm * scale)).T, port_names=names)
