@@ -127,19 +127,15 @@ def test_greens_figure_of_every_kind_of_function(greens: impact.GreensFunction, 
     assert ("static " in written) == finite
 
 
-def test_greens_figure_refuses_a_pulse_longer_than_the_record(modal: ModalGreens, tmp_path: Path) -> None:
+def test_a_missing_matplotlib_names_the_extra_and_an_unknown_format_the_known_ones(
+    monkeypatch: pytest.MonkeyPatch, modal: ModalGreens, tmp_path: Path
+) -> None:
     with pytest.raises(ValueError, match="width <= duration"):
         plot_greens(modal, tmp_path / "greens.png", duration=1e-6, width=2e-6)
-
-
-def test_a_missing_matplotlib_names_the_extra(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    with pytest.raises(PictureError, match=r"\.png"), sheet(tmp_path / "a.xyz", 3, 3):
+        pass
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     with pytest.raises(PictureError, match=r"install 'seatfem\[pictures\]'"), sheet(tmp_path / "a.png", 3, 3):
-        pass
-
-
-def test_an_unknown_format_lists_the_known_ones(tmp_path: Path) -> None:
-    with pytest.raises(PictureError, match=r"\.png"), sheet(tmp_path / "a.xyz", 3, 3):
         pass
 
 
