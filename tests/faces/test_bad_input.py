@@ -101,7 +101,6 @@ def test_more_steps_than_can_be_stored(tmp_path: Path, capsys: Told) -> None:
     [
         ("bar.step", ("is a CAD part, no scene", "`seatfem faces bar.step`", "`seatfem init cad`")),
         ("seat.msh", ("is a mesh, no scene", "`seatfem init mesh`")),
-        ("seat.vtu", ("is a mesh, no scene", "`seatfem init mesh`")),
         ("part.stl", ("is a surface, no scene", "`seatfem init cad`")),
         ("reed.DXF", ("is a drawing, no scene", "`seatfem init sheet`", "reed.file = 'reed.DXF'")),
         ("pulse.csv", ("is a table, no scene", "pressure = { file = 'pulse.csv' }", "`seatfem init frf`")),

@@ -126,21 +126,11 @@ def test_every_part_of_the_look_is_there(look: Look) -> None:
     assert printed["time_s"] == pytest.approx(spent + printed["left"]["seconds"] + printed["left"]["after"])
     assert printed["memory_bytes"] == printed["left"]["memory"] >= done.memory > 50e6
     assert any("the reed covers 50 % of the lip" in note for note in printed["notes"])
-
-
-@pytest.mark.slow
-def test_the_scene_is_filled_and_in_si_units(look: Look) -> None:
-    scene, plan = json.loads(plan_json(look.plan))["scene"], look.plan
-    assert scene["run"]["duration"] == 1.2e-3
-    assert scene["run"]["time_step"] == plan.method.time_step
-    assert scene["run"]["time_step"] > 0
-    assert scene["reed"]["n_modes"] == int(plan.choice("reed.n_modes").value)
-    assert scene["seat"]["model"] == plan.level
-    assert scene["seat"]["mesh"]["size"] == plan.method.seat.size
-    assert scene["seat"]["kind"] == "annular"
-
-
-@pytest.mark.slow
-def test_json_knows_no_infinity(look: Look) -> None:
     endless = replace(look.plan, error={"impulse": math.inf, "stress": math.nan, "filtered_peak": 0.5})
     assert json.loads(plan_json(endless))["error"] == {"impulse": None, "stress": None, "filtered_peak": 0.5}
+    scene, plan = printed["scene"], look.plan  # filled, in SI units
+    assert scene["run"]["duration"] == 1.2e-3
+    assert scene["run"]["time_step"] == plan.method.time_step > 0
+    assert scene["reed"]["n_modes"] == int(plan.choice("reed.n_modes").value)
+    assert (scene["seat"]["kind"], scene["seat"]["model"]) == ("annular", plan.level)
+    assert scene["seat"]["mesh"]["size"] == plan.method.seat.size

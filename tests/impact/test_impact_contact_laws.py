@@ -188,11 +188,8 @@ def test_laws_without_a_potential_refuse_the_conserving_rule(law: Law) -> None:
         (lambda: PlainLaw(3.0), "must be a callable"),  # type: ignore[arg-type]
         (lambda: impact.HuntCrossley(stiffness=0.0), "stiffness = 0 must be positive"),
         (lambda: impact.HuntCrossley(stiffness=1.0, damping=-0.1), r"damping = -0.1 s/m.*>= 0"),
-        (lambda: impact.HuntCrossley(stiffness=1.0, damping=math.nan), "damping = nan"),
         (lambda: impact.HuntCrossley(stiffness=1.0, exponent=0.9), "exponent = 0.9 must be >= 1"),
-        (lambda: impact.HertzOnPatch(stiffness=-1.0, local=1.0), r"stiffness = -1 N/m\^1.5 must be positive"),
         (lambda: impact.HertzOnPatch(stiffness=1.0, local=0.0), "local = 0 m/N must be positive"),
-        (lambda: impact.HertzOnPatch(stiffness=1.0, local=1.0, damping=-1.0), r"damping = -1 s/m.*>= 0"),
         (lambda: compiled_law(lambda pen, start, dt: open("no")), "cannot be compiled"),  # type: ignore[arg-type, return-value]  # noqa: SIM115
     ],
 )

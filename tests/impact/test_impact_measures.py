@@ -21,12 +21,7 @@ def record(force: list[float], **changed: float) -> ImpactResult:
     ledger = EnergyLedger(zero, np.linspace(4.0, 1.0, n), zero, zero, zero, zero)
     rows = RunRows(DT, np.arange(n), np.array([0.0, *force]), np.linspace(1.0, 0.0, n), zero, zero, ledger)
     result = ImpactResult(
-        rows,
-        striker_mass=2.0,
-        target_mass=math.inf,
-        striker_velocity=-3.0,
-        target_velocity=0.0,
-        engine="none",
+        rows, striker_mass=2.0, target_mass=math.inf, striker_velocity=-3.0, target_velocity=0.0, engine="none"
     )
     return replace(result, **changed)
 

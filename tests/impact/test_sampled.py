@@ -82,11 +82,7 @@ def test_motion_before_the_blow():
         (TIME + 0.1, VALUE, r"t = 0.*nearest.*0\.1 s"),
         (TIME - 1.0, VALUE, "no sample at t = 0"),
         (TIME[:3], VALUE, r"\(3,\).*\(5,\)"),
-        (
-            np.stack([[TIME, TIME], [TIME, 1.1 * TIME]]),
-            np.ones((2, 2, 5)),
-            r"sample 0.*-1\.1 s.*2, 2.*-1 s",
-        ),
+        (np.stack([[TIME, TIME], [TIME, 1.1 * TIME]]), np.ones((2, 2, 5)), r"sample 0.*-1\.1 s.*2, 2.*-1 s"),
     ],
 )
 def test_refused_times(time, values, message):
