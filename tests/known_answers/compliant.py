@@ -75,16 +75,14 @@ def _hertz_constants() -> tuple[Case, ...]:
         result = strike(rigid_seat(), 1.0, velocity_factor, steps)
         return _duration(result) * VELOCITY / _penetration(result)
 
-    def by_stiffness(stiffness_factor: float, steps: int) -> float:
-        return _duration(strike(rigid_seat(), stiffness_factor, 1.0, steps)) / _TIME
-
     def force(velocity_factor: float, steps: int) -> float:
         peak = impact.measures.peak_force(strike(rigid_seat(), 1.0, velocity_factor, steps))
         return float(peak / (_STIFFNESS**0.4 * MASS**0.6 * VELOCITY**1.2))
 
+    by_stiffness = "duration (k^2 V/m^2)^(1/5)"
     return (
         case("duration V/largest penetration", 2.9432751843, by_approach),
-        case("duration (k^2 V/m^2)^(1/5)", 3.2180654597, by_stiffness),
+        case(by_stiffness, 3.2180654597, lambda k, n: _duration(strike(rigid_seat(), k, 1.0, n)) / _TIME),
         case("largest force/(k^(2/5) m^(3/5) V^(6/5))", 1.1432626298, force),
     )
 

@@ -68,21 +68,13 @@ def _static() -> tuple[Case, ...]:
         reed = replace(REED, young=REED.young * young_factor)
         return _LIFT / float(impact.reed(reed).greens.static_compliance()[0, 0])
 
-    def mass(density_factor: float) -> float:
-        return replace(REED, density=REED.density * density_factor).mass
-
-    def rigidity(young_factor: float) -> float:
-        return replace(REED, young=REED.young * young_factor).rigidity
-
-    def stress(young_factor: float) -> float:
-        return 6 * force(young_factor) * REED.length / (REED.width * REED.thickness**2)
-
-    name = "paper's reed, static"
+    name, stress = "paper's reed, static", "root stress for 1 mm, 3 E h d/(2 L^2) [Pa]"
+    of_force = 6 * REED.length / (REED.width * REED.thickness**2)
     return (
-        Case(name, "mass [kg]", 0.0006081395, 1e-8, _CLOSED, mass),
-        Case(name, "EI [N m^2]", 0.00472877083, 1e-8, _CLOSED, rigidity),
+        Case(name, "mass [kg]", 0.0006081395, 1e-8, _CLOSED, lambda k: replace(REED, density=REED.density * k).mass),
+        Case(name, "EI [N m^2]", 0.00472877083, 1e-8, _CLOSED, lambda k: replace(REED, young=REED.young * k).rigidity),
         Case(name, "tip force for 1 mm [N]", 0.865701904, 1e-8, _CLOSED, force),
-        Case(name, "root stress for 1 mm, 3 E h d/(2 L^2) [Pa]", 141825280.0, 4e-8, _CLOSED, stress),
+        Case(name, stress, 141825280.0, 4e-8, _CLOSED, lambda k: of_force * force(k)),
     )
 
 

@@ -76,9 +76,6 @@ def struck_rod(alpha: float, reflection: float) -> tuple[Case, ...]:
         problem = impact.ContactProblem(impact.rigid_mass(mass=1 / alpha, velocity=-1.0), impact.Body(rod))
         return impact.solve(problem, dt=1 / steps, duration=6.5 if fixed_end else 8.0), rod
 
-    def duration(length: float, steps: int) -> float:
-        return end_of_contact(strike(1.0, length, steps)[0])
-
     def peak(area: float, steps: int) -> float:
         result, _ = strike(area, 1.0, steps)
         return float(np.max(result.force[first_impact(result)]))
@@ -95,7 +92,7 @@ def struck_rod(alpha: float, reflection: float) -> tuple[Case, ...]:
         return Case(name, quantity, exact, 1e-6, source, stepped(solve, STEPS, order))
 
     return (
-        case("end of contact, c t/l", end, duration),
+        case("end of contact, c t/l", end, lambda k, n: end_of_contact(strike(1.0, k, n)[0])),
         case("largest contact stress/(rho c V)", stress, peak, 1),
         *(case("largest stress at the fixed end/(rho c V)", value, at_the_fixed_end, 1) for value in fixed_end),
         case("rebound velocity at separation/V", rebound, velocity),

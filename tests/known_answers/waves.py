@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import impact
 from seatfem.verify import Case
@@ -49,11 +50,9 @@ def _unequal_rods() -> tuple[Case, Case]:
     def run(area: float) -> impact.ImpactResult:
         return collide(impact.free_rod(**unit_rod()), impact.free_rod(**unit_rod(area=area, length=0.5)))
 
-    def second(k: float) -> float:
-        return float(run(3.0 * k).force[3 * STEPS // 2])
-
+    second = "N/(Z_1 V) after the first reflection"
     return (
-        Case(name, "N/(Z_1 V) after the first reflection", 0.375, 1e-9, _RODS, second),
+        Case(name, second, 0.375, 1e-9, _RODS, lambda k: float(run(3.0 * k).force[3 * STEPS // 2])),
         Case(name, "restitution", 0.875, 1e-9, _RODS, lambda k: impact.measures.restitution(run(3.0 * k))),
     )
 
@@ -91,15 +90,12 @@ def _soft_tip() -> tuple[Case, Case]:
         problem = impact.ContactProblem(mass, impact.Body(rod), law=impact.LinearSpring(stiffness=1.0))
         return impact.solve(problem, dt=1 / steps, duration=4.0, rule=rule)
 
-    def rebound(area: float, steps: int) -> float:
-        return impact.measures.impulse(run(area, steps)) - 1.0
+    def case(quantity: str, exact: float, order: int, solve: Callable[[float, int], float]) -> Case:
+        return Case(name, quantity, exact, 1e-6, _MAXWELL, stepped(solve, 800, order))
 
-    def peak(area: float, steps: int) -> float:
-        return impact.measures.peak_force(run(area, steps, "passive"))
-
-    restitution = math.exp(-math.pi * zeta / root)
-    largest = math.exp(-zeta / root * math.acos(zeta))
+    rebound, largest = math.exp(-math.pi * zeta / root), math.exp(-zeta / root * math.acos(zeta))
+    peak = impact.measures.peak_force
     return (
-        Case(name, "restitution", restitution, 1e-6, _MAXWELL, stepped(rebound, 800, 2)),
-        Case(name, "N/(V (k M)^(1/2)), largest", largest, 1e-6, _MAXWELL, stepped(peak, 800, 1)),
+        case("restitution", rebound, 2, lambda k, n: impact.measures.impulse(run(k, n)) - 1.0),
+        case("N/(V (k M)^(1/2)), largest", largest, 1, lambda k, n: peak(run(k, n, "passive"))),
     )
