@@ -281,6 +281,7 @@ def test_the_example_of_the_standard() -> None:
 
 
 @pytest.mark.slow
+@settings(deadline=None)
 @given(histories)
 def test_the_loop_counts_as_the_package(history: np.ndarray) -> None:
     """The package counts the same cycles from the highest peak on, where its half cycles come in pairs."""
@@ -304,6 +305,7 @@ def test_what_is_no_history(history: list[float]) -> None:
 
 
 @pytest.mark.slow
+@settings(deadline=None)
 @given(histories, st.integers(1, 5))
 def test_plateaus_do_not_count(history: np.ndarray, samples: int) -> None:
     """Repeated values and values between two turning points add no cycles."""
