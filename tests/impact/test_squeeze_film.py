@@ -9,6 +9,9 @@ import pytest
 import impact
 from impact import measures
 from impact.greens.modal import ModalGreens, Residual
+from impact.march.ladder import LadderMarch, finish_march, march, prepare_levels
+from impact.march.laws import FAR
+from impact.march.prepared import discretise
 from impact.storage.hdf5 import restore_checkpoint, save_checkpoint
 
 MASS, FLOOR, GAP = 1e-3, 1e-6, 5e-6
@@ -145,6 +148,23 @@ def test_the_strip_is_that_of_stefan_and_reynolds() -> None:
 def test_bad_films_are_refused(keys: dict[str, float], words: str) -> None:
     with pytest.raises(impact.LawError, match=words.replace("^", r"\^")):
         impact.SqueezeFilm(**{"coefficient": 1e-15, "floor": 1e-6, **keys})
+
+
+def test_flight_beyond_the_film_is_taken_in_long_steps() -> None:
+    """Long steps far from the seat leave the film's forces and the impulse as they are."""
+    thin = impact.SqueezeFilm(1e-22, 1e-9)
+    striker = impact.cantilever_reed(
+        young=206e9, density=7800, length=25e-3, width=1e-2, thickness=3e-4, tip_deflection=20 * FAR * 1e-9, n_modes=5
+    )  # fmt: skip
+    problem = impact.ContactProblem(striker, seat(1), film=thin)
+    one = discretise(problem, 100e-9, 1.6e-3)
+    run, equal = finish_march(LadderMarch(one, prepare_levels(one))), march(problem, 100e-9, 1.6e-3, equal_steps=True)
+    for each in (run, equal):
+        assert each.rows.film[each.rows.ends < 2000].max() == 0
+        assert each.rows.film.max() > 1e-3 * each.force.max()
+    assert not run.rows.is_uniform
+    impulses = [float(each.rows.force[1:, 0] @ each.rows.spans) for each in (run, equal)]
+    assert impulses[0] == pytest.approx(impulses[1], rel=1e-4)
 
 
 def test_a_march_goes_on_with_its_film_and_with_no_other(tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ import pytest
 
 import impact
 from seatfem.jobs import crew
+from seatfem.pictures import rendering
 from seatfem.pictures.rendering import Picture, drawing_apart
 from seatfem.structures.mesh.gmsh_process import MeshingError
 from seatfem.structures.method import Method, Solved
@@ -18,7 +19,7 @@ from seatfem.study.runs import pictures
 from tests.gallery import BAR, load_text, mass
 
 WORKER = """
-import os, signal
+import os, signal, time
 from pathlib import Path
 
 def fine(path, text="a picture"):
@@ -30,6 +31,9 @@ def failing(path):
 def crashing(path):
     print("words of a library that are no answer", flush=True)
     os.kill(os.getpid(), signal.SIGSEGV)
+
+def hanging(path):
+    time.sleep(60)
 """
 
 
@@ -72,6 +76,13 @@ def test_a_crash_costs_the_picture_it_happened_at(drawers, tmp_path: Path) -> No
         assert drawn("b.png") == "b.png: MemoryError: no room"
         assert drawn("c.png") == ""
     assert (tmp_path / "c.png").exists()
+
+
+@pytest.mark.slow
+def test_what_hangs_is_ended(drawers, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(rendering, "TIMEOUT", 0.5)
+    with drawn_apart([("a.png", drawers.hanging)], tmp_path) as drawn:
+        assert drawn("a.png") == "a.png: no answer within 0.5 s"
 
 
 def test_a_worker_that_cannot_be_started_costs_its_pictures_and_no_wait(
@@ -130,3 +141,20 @@ def test_a_second_run_in_another_folder_shows_the_same_pictures(scene, tmp_path,
 
     monkeypatch.setattr(type(scene.seat), "meshed", fail)
     assert drawn(another, tmp_path / "three", [], monkeypatch, missing=True) == curves
+
+
+def test_a_store_that_cannot_be_written_to_and_a_shape_that_cannot_be_made_are_told(scene, tmp_path, monkeypatch):
+    (tmp_path / "store").write_text("a file where the folder should be")
+
+    def broken(path):
+        raise MemoryError
+
+    of_seat = [("mesh.png", lambda path: write(path)), ("modes.png", broken)]
+    monkeypatch.setattr(pictures, "_seat_pictures", lambda *_: of_seat)
+    seat = Solved(SEAT, mesh=of_seat)
+    with drawing_apart() as painter:
+        out = tmp_path / "out"
+        files, gaps = pictures.draw_run(scene, METHOD, seat, None, None, out, lambda stage, done: None, painter)
+    assert "mesh.png" in {file.name for file in files}
+    assert gaps[0].startswith("skipped pictures: modes.png: MemoryError")
+    assert gaps[1].startswith("pictures of the seat are not kept")
