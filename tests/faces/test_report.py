@@ -46,6 +46,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.slow
 def test_it_holds_what_was_asked_planned_and_found(folder: Path) -> None:
+    """No text of a scene runs in the page, and outside the scripts, where plotly names sources of maps, it names no
+    address. The seat is a spring: it has no response over time, and no other spring to be compared with."""
     page = (folder / "report.html").read_text(encoding="utf-8")
     assert len(page) < 15e6
     assert json.loads((folder / "plan.json").read_text(encoding="utf-8"))["choices"]
@@ -60,6 +62,13 @@ def test_it_holds_what_was_asked_planned_and_found(folder: Path) -> None:
     assert "Not in this folder" not in page
     assert "SHA-256" in page
     assert page.count("data:image/png;base64") >= 2
+    assert HOSTILE not in page
+    assert "Reed &lt;script&gt;" in page
+    assert page.count("&lt;script&gt;document.title") >= 2  # the name of a mode, too
+    assert "://" not in re.sub(r"<script>.*?</script>", "", page, flags=re.DOTALL)
+    assert (folder / "greens.png").is_file()
+    for words in ("Green&#x27;s function of the seat", "The driving-point Green", "spring<br>baseline"):
+        assert words not in page
 
 
 @pytest.mark.slow
@@ -80,32 +89,6 @@ def test_the_decision_is_on_the_first_screen_and_nothing_scrolls_sideways(
         assert width < 1300 or browser.execute_script(f"return {wide}") == 0
     finally:
         browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
-
-
-@pytest.mark.slow
-def test_a_static_seat_has_no_picture_of_a_spike(folder: Path) -> None:
-    """The seat of the scene is a spring: it has no response over time, and no other spring to be compared with."""
-    page = (folder / "report.html").read_text(encoding="utf-8")
-    assert (folder / "greens.png").is_file()
-    assert "Green&#x27;s function of the seat" not in page
-    assert "The driving-point Green" not in page
-    assert "spring<br>baseline" not in page
-    assert "spring\nbaseline" not in page
-
-
-@pytest.mark.slow
-def test_no_text_of_a_scene_runs_in_it(folder: Path) -> None:
-    page = (folder / "report.html").read_text(encoding="utf-8")
-    assert HOSTILE not in page
-    assert "Reed &lt;script&gt;" in page
-    assert page.count("&lt;script&gt;document.title") >= 2  # the name of a mode, too
-
-
-@pytest.mark.slow
-def test_it_names_no_address_to_ask(folder: Path) -> None:
-    """Outside the scripts, where plotly names sources of maps, the page names no address."""
-    page = re.sub(r"<script>.*?</script>", "", (folder / "report.html").read_text(encoding="utf-8"), flags=re.DOTALL)
-    assert "://" not in page
 
 
 def test_hot_spots_and_keys_of_wings_are_tables() -> None:
@@ -151,14 +134,9 @@ def test_what_is_no_run(tmp_path: Path, content: str | None, message: str) -> No
         (tmp_path / "summary.json").write_text(content, encoding="utf-8")
     with pytest.raises(ReportError, match=message):
         report_page(tmp_path)
-    assert run_command(["report", str(tmp_path), "--quiet"]) == BAD_INPUT
+    for verb in ("report", "view"):
+        assert run_command([verb, str(tmp_path), "--quiet"]) == BAD_INPUT
     assert not (tmp_path / "report.html").exists()
-
-
-def test_a_scene_is_no_folder_of_a_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "valve.toml").touch()
-    assert run_command(["report", str(tmp_path / "valve.toml")]) == BAD_INPUT
-    assert re.search("valve.toml: is a file; .*valve-result", capsys.readouterr().err)
 
 
 @pytest.mark.slow
@@ -201,11 +179,6 @@ def test_view_without_a_browser_says_where_the_page_is(
         assert run_command(["view", str(folder), "-o", str(page), "--no-browser"]) == DONE
         assert addresses == []
         assert capsys.readouterr().out == f"wrote {page}\n"
-
-
-def test_view_of_no_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run_command(["view", str(tmp_path)]) == BAD_INPUT
-    assert "no summary.json; give the folder" in capsys.readouterr().err
 
 
 @pytest.fixture(scope="module")

@@ -1,6 +1,7 @@
-"""What a run prints of its numbers: one sentence, and a table with error bars, differences and targets."""
+"""What a run prints of its numbers: one sentence, and a table with error bars, differences, targets and landings."""
 
 import re
+from collections.abc import Mapping
 from io import StringIO
 from pathlib import Path
 
@@ -8,9 +9,10 @@ import pytest
 from rich.console import Console
 
 from seatfem.faces.report.fragments import provenance
-from seatfem.faces.tables import result_table
+from seatfem.faces.tables import landings_of, landings_tables, result_table
 from seatfem.study.answers.omissions import omissions
 from seatfem.study.answers.verdict import verdict
+from seatfem.study.runs.pipeline import write_landings
 from seatfem.wings.life import life_sentence
 
 ABSENT = ...  # of a key that is not there
@@ -27,9 +29,9 @@ RUN: dict[str, object] = {
 }  # fmt: skip
 
 
-def printed(**changed: object) -> list[str]:
-    console = Console(width=120, record=True, file=StringIO())
-    console.print(result_table({**RUN, **changed}))
+def printed(run: Mapping[str, object] = RUN, **changed: object) -> list[str]:
+    console = Console(width=200, record=True, file=StringIO())
+    console.print(result_table({**run, **changed}))
     return [" ".join(line.split()) for line in console.export_text().splitlines()]
 
 
@@ -38,23 +40,11 @@ def row(words: str, **changed: object) -> str:
 
 
 def test_value_bar_spring_difference_and_target_stand_in_one_row() -> None:
-    assert (
-        row("peak force (mean over 2 us)") == "peak force (mean over 2 us) 50.00 ± 0.50 N 40.00 N -20 % 20 1 %, reached"
-    )
+    peak = row("peak force (mean over 2 us)")
+    assert peak == "peak force (mean over 2 us) 50.00 ± 0.50 N 40.00 N -20 % 20 1 %, reached"
     assert row("impulse") == "impulse 1.0000 ± 0.0010 mN s 1.0005 mN s +0.05 % 0.5 0.1 %, reached"
     assert row("peak force (mean over 2 us)", **{"error_bar_" + PEAK: 1.5}).endswith("3 %, missed")
     assert row("restitution") == "restitution 0.85 0.87"
-
-
-def test_stress_after_the_first_landing_replaces_the_largest_of_all() -> None:
-    old = {"peak_reed_stress_Pa": 2e8, "spring_peak_reed_stress_Pa": 2e8}
-    new = {"peak_reed_stress_after_contact_Pa": 9e7, "initial_reed_stress_Pa": 2e8, "reed_stress_at_start_Pa": 1.5e8}
-    assert row("largest reed stress", **old) == "largest reed stress 200 MPa 200 MPa"
-    lines = printed(**old, **new)
-    assert "reed stress after first contact 90 MPa" in lines
-    assert "reed stress before first contact 200 MPa" in lines
-    assert "reed stress at the start 150 MPa" in lines
-    assert not any(line.startswith("largest reed stress") for line in lines)
 
 
 def test_a_bar_above_half_of_the_value_leaves_it_not_known() -> None:
@@ -83,15 +73,9 @@ def test_below_the_bars_a_spring_is_enough() -> None:
     assert wide.startswith("This run cannot show")
     unknown = verdict({**RUN, "spring_" + PEAK: 5.0, "error_bar_" + PEAK: 26.0})
     assert unknown.startswith("This run cannot show"), "an unknown value decides nothing"
-
-
-def test_measures_asked_for_decide_and_others_do_not() -> None:
-    """The stress was asked for: the peak's difference is not the answer."""
     stress = "peak_reed_stress_after_contact_Pa"
-    changed = {
-        **RUN, "accuracy_measures": "stress", stress: 1e8, f"spring_{stress}": 1.001e8, f"error_bar_{stress}": 1e6
-    }  # fmt: skip
-    assert re.match("A spring is enough .*reed stress after", verdict(changed))
+    asked = {"accuracy_measures": "stress", stress: 1e8, f"spring_{stress}": 1.001e8, f"error_bar_{stress}": 1e6}
+    assert re.match("A spring is enough .*reed stress after", verdict({**RUN, **asked})), "the peak was not asked for"
 
 
 LIFE: dict[str, object] = {
@@ -119,3 +103,99 @@ def test_a_summary_of_another_version_is_still_readable(value: object, tmp_path:
         key: value for key, value in LIFE.items() if key not in ("life_design_cycles", "life_survival", "life_at")
     }
     assert re.search(r"endures .*1\.35 \+- 0\.05 .*\(goodman; invented\)$", life_sentence(without))
+
+
+JUDGED = "landing_impulse_Ns, landing_filtered_peak_force_N"
+
+
+def landing(number: int, body: str = "seat", **numbers: object) -> dict[str, object]:
+    """Return a landing of a suction valve, as summary.json lists it."""
+    return {
+        "body": body, "number": number, "time_s": 9.0006e-3, "place_deg": 348.75, "place_m": 0.0335,
+        "closing_speed_m_per_s": 1.49, "filtered_peak_force_N": 43.8, "peak_time_s": 9.0056e-3, "static_load_N": 3.1,
+        "excess_peak_force_N": 40.7, "impulse_Ns": 230e-6, "duration_s": 21e-6, "restitution": 0.31, "cut_off": False,
+        "error_bar_filtered_peak_force_N": 0.57, "error_bar_impulse_Ns": 1.4e-6, "error_bar_restitution": 0.22,
+        "error_bar_duration_s": None,
+    } | numbers  # fmt: skip
+
+
+@pytest.fixture
+def summary() -> dict[str, object]:
+    """Return a suction valve's summary: pressed by the gas, one hit at the stopper, two landings on the seat."""
+    records = [
+        landing(1, "stopper", excess_peak_force_N=81.0),
+        landing(1),
+        landing(2, time_s=11.2e-3, excess_peak_force_N=8.0, filtered_peak_force_N=12.0, cut_off=True),
+    ]
+    skipped = ("body", "number", "place_deg", "place_m", "peak_time_s", "cut_off")
+    hardest = {
+        key.replace("error_bar_", "error_bar_landing_") if key.startswith("error_bar_") else f"landing_{key}": value
+        for key, value in records[1].items()
+        if key not in skipped
+    }
+    return {
+        "landings": records, "landing_status": "landed", "landing_count": 2, "landing_number": 1,
+        "accuracy_landing": "hardest", **hardest, "spring_landing_static_load_N": 3.1,
+        "spring_landing_filtered_peak_force_N": 35.4, "spring_landing_impulse_Ns": 230.5e-6,
+        "reed_stress_before_landing_Pa": 180e6, "accuracy_judged_keys": JUDGED,
+        "accuracy_measures": "impulse, filtered_peak", "accuracy_target": 0.02, "accuracy_met": True,
+        "filtered_peak_force_N": 72.821, "error_bar_filtered_peak_force_N": 0.087, "filter_width_s": 5e-6,
+        "impulse_Ns": 0.9, "first_contact_s": 0.0, "contact_count": 2, "contact_count_raw": 7,
+        "pressed_on_time_s": 12.3e-3, "pressed_on_largest_load_N": 72.0, "gas_largest_lift_m": 1e-3,
+        "plan_run_duration": "20 ms", "seat_kind": "annular",
+    }  # fmt: skip
+
+
+def test_the_hardest_landing_stands_first_and_is_what_is_judged(summary: dict[str, object]) -> None:
+    lines = printed(summary)
+    first = lines.index("hardest landing (1 of 2)")
+    assert lines[first + 1 : first + 10] == [
+        "time 9.001 ms", "closing speed 1.49 m/s",
+        "peak force (mean over 5 us) 43.80 ± 0.57 N 35.40 N -19 % 15 1.3 %, reached", "above the static load 40.7 N",
+        "static load 3.1 N 3.1 N", "impulse above static load 230.0 ± 1.4 uN s 230.5 uN s +0.22 % 0.36 0.61 %, reached",
+        "contact duration 21 ± ? us", "restitution not known (0.31 ± 0.22)", "reed stress before landing 180 MPa",
+    ]  # fmt: skip
+    whole = lines.index("whole run")
+    assert whole > first
+    assert lines[whole + 1] == "peak force (mean over 5 us) 72.821 ± 0.087 N", "the load of the gas is not judged"
+    assert "first contact, reed starts closed 0 s" in lines
+    assert "contacts 2 (landings 2), touches 7" in lines
+    stress = {"peak_reed_stress_after_contact_Pa": 4e8, "initial_reed_stress_Pa": 0.0, "peak_reed_stress_Pa": 4e8}
+    closed, opened = (printed(summary, **stress, first_contact_s=first) for first in (0.0, 1e-3))
+    assert not any(line.startswith("reed stress before first") for line in closed), "there is nothing before"
+    assert {"reed stress after first contact 400 MPa", "reed stress before first contact 0 Pa"} <= {*opened}
+    assert not any(line.startswith("largest reed stress") for line in opened)
+
+
+@pytest.mark.parametrize(
+    ("status", "words", "remedy"),
+    [
+        ("no landing", "No landing: .*20 ms", "a longer run.duration"),
+        ("cut off", "Cut off: ", "a run.duration longer than 20 ms"),
+        ("never opened", "Never opened: ", 'accuracy.landing = "run"'),
+    ],
+)
+def test_a_run_that_did_not_land_says_so_first(
+    summary: dict[str, object], status: str, words: str, remedy: str
+) -> None:
+    nothing = {key: None for key in summary if "landing_" in key and key != "landing_status"}
+    run = {**summary, **nothing, "landings": [], "landing_status": status, "accuracy_met": None}
+    run |= {"accuracy_judged_keys": JUDGED, "impulse_Ns": 0.0, "error_bar_impulse_Ns": 0.0}
+    assert re.match(words, verdict(run))
+    assert remedy in verdict(run)
+    lines = printed(run)
+    assert "landing" not in " ".join(lines[:6])
+    assert not [line for line in lines if line.endswith((", reached", ", missed"))]
+    assert not list(landings_tables(landings_of(run)))
+
+
+def test_landings_as_csv(tmp_path: Path) -> None:
+    path = tmp_path / "landings.csv"
+    write_landings(path, [landing(1, restitution=None), landing(2, cut_off=True)])
+    text = path.read_text(encoding="utf-8").splitlines()
+    assert text[0].startswith("body,number,time_s,place_deg,")
+    first, second = (dict(zip(text[0].split(","), line.split(","), strict=True)) for line in text[1:])
+    assert float(first["time_s"]) == 9.0006e-3
+    assert (first["restitution"], first["cut_off"], second["cut_off"]) == ("", "false", "true")
+    write_landings(path, [])
+    assert path.read_bytes() == b"body,number,time_s\n"

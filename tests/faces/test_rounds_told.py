@@ -19,21 +19,6 @@ RUN = ["run", "scene.toml", "-o", "out", "--no-pictures"]
 Told = pytest.CaptureFixture[str]
 
 
-def test_a_stage_has_its_time_in_its_round() -> None:
-    """Times of a stage add up within a round, and begin at zero in the next; a stage that was left open does not go
-    on."""
-    shown: list[tuple[str, float, float]] = []
-    times = iter([0.0, 1.0, 5.0, 7.0, 8.0, 20.0, 23.0, 30.0, 31.0])
-    clock = StageClock(lambda *each: shown.append(each), lambda: next(times))
-    for stage, done in (("modes", 0.0), ("modes", 1.0), ("modes", 0.0), ("modes", 1.0), ("reduction", 0.0)):
-        clock(stage, done)
-    clock(ROUND, 0.0)
-    for stage, done in (("modes", 0.5), ("reduction", 0.0), ("reduction", 1.0)):
-        clock(stage, done)
-    ends = [("modes", 0.0, 0.0), ("modes", 1.0, 1.0), ("modes", 0.0, 1.0), ("modes", 1.0, 3.0), ("reduction", 0.0, 0.0)]
-    assert shown == [*ends, ("modes", 0.5, 0.0), ("reduction", 0.0, 0.0), ("reduction", 1.0, 1.0)]
-
-
 def test_a_long_stage_is_told_in_each_round(capsys: Told) -> None:
     """A stage of a later round that takes as long as one before is told as early, though its time is less."""
     with progress_bars(Console(stderr=True, force_terminal=False, width=200)) as progress:

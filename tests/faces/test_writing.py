@@ -141,8 +141,7 @@ def test_a_folder_that_cannot_be_written_to_is_found_first(
     out = tmp_path / "file" / "deep" / "out"
     assert run_command([verb, str(scene_file(tmp_path, BLOCK + BALL)), "-o", str(out), "--quiet"]) == BAD_INPUT
     message = capsys.readouterr().err
-    assert f"{out}" in message
-    assert "(Not a directory); choose another place with --output" in message
+    assert re.search(rf"{out}.*\(Not a directory\); choose another place with --output", message)
     assert "Traceback" not in message
 
 
@@ -243,33 +242,6 @@ def test_kept_seats_that_were_changed_are_computed_again(change, tmp_path: Path)
     t = np.linspace(0, 3e-5, 50)
     assert np.allclose(again.greens.impulse_response(t), first.greens.impulse_response(t), rtol=1e-9)
     assert seat_of(scene, Cache(path, store)).reused
-
-
-@pytest.mark.slow
-def test_the_coarser_function_is_kept_first_and_under_its_own_key(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    scene, store, put = load_scene(scene_file(tmp_path, BLOCK + BALL)), Store(tmp_path / "store"), Store.put
-    kept: list[str] = []
-
-    def interrupted(self: Store, key: str, greens) -> Path:
-        if kept:
-            raise KeyboardInterrupt
-        kept.append(key)
-        return put(self, key, greens)
-
-    with monkeypatch.context() as patch:
-        patch.setattr(Store, "put", interrupted)
-        with pytest.raises(KeyboardInterrupt):
-            seat_of(scene, Cache(tmp_path / "seat.h5", store))
-    (coarser,) = kept
-    assert coarser != seat_key(scene)
-    assert store.get(seat_key(scene)) is None  # nothing is taken for complete
-    seat = seat_of(scene, Cache(tmp_path / "seat.h5", store))
-    assert (seat.reused, seat.coarser is None) == (False, False)
-    store.path(coarser).write_bytes(store.path(seat_key(scene)).read_bytes())  # the fine one in its place
-    again = seat_of(scene, Cache(tmp_path / "other.h5", store))
-    assert again.coarser is None or not again.reused
 
 
 def test_the_key_holds_the_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -131,21 +131,6 @@ def test_a_mode_at_the_cutoff_keeps_its_digits(side: float) -> None:
     np.testing.assert_allclose(modes.omega, tight, rtol=2 * abs(side) + 1e-12)
 
 
-@pytest.mark.parametrize(
-    ("make", "words"),
-    [
-        (lambda: TipMassCantilever(**REED, tip_mass=0.0), "cantilever tip_mass = 0"),
-        (lambda: TimoshenkoCantilever(**REED, poisson=0.7), "poisson = 0.7 is outside"),
-        (lambda: TimoshenkoCantilever(**REED, shear_factor=-1.0), "shear_factor = -1"),
-        (lambda: ClampedClamped(**{**REED, "width": 0.0}), "clamped-clamped beam width = 0"),
-        (lambda: TimoshenkoCantilever(**REED).modes(2).deflection(0.03), "position 0.03 m is outside"),
-    ],
-)
-def test_impossible_beams_are_refused(make: object, words: str) -> None:
-    with pytest.raises(GreensFunctionError, match=words):
-        make()
-
-
 L = REED["length"]
 REEDS = [
     Cantilever(**REED),
@@ -209,14 +194,6 @@ def test_static_release(beam: RectangularBeam) -> None:
     np.testing.assert_allclose(seen, [1e-3, 1e-3 * beam.compliance(0.4 * L, at) / compliance], rtol=tolerance)
 
 
-def test_mode_release() -> None:
-    beam = ClampedClamped(**REED)
-    body = reed(beam, n_modes=5, contact_at=0.25 * L, release=ModeShape(2, -2e-4, at=0.25 * L))
-    assert float(body.greens.shapes[:, 0] @ body.state.displacement) == pytest.approx(-2e-4, rel=1e-14)
-    assert np.count_nonzero(body.state.displacement) == 1
-    assert body.state.displacement[1] != 0
-
-
 @pytest.mark.parametrize("beam", REEDS, ids=REED_NAMES)
 def test_a_given_mode_is_found_again(beam: RectangularBeam) -> None:
     """A mode's shape gives that mode, exactly without shear and to (h/L)^2 in a slender reed with shear."""
@@ -233,15 +210,16 @@ def test_a_given_mode_is_found_again(beam: RectangularBeam) -> None:
 @pytest.mark.parametrize(
     ("call", "words"),
     [
+        (lambda: TimoshenkoCantilever(**REED, poisson=0.7), "poisson = 0.7 is outside"),
+        (lambda: TimoshenkoCantilever(**REED, shear_factor=-1.0), "shear_factor = -1"),
+        (lambda: ClampedClamped(**{**REED, "width": 0.0}), "clamped-clamped beam width = 0"),
+        (lambda: TimoshenkoCantilever(**REED).modes(2).deflection(0.03), "position 0.03 m is outside"),
         (lambda: reed(ClampedClamped(**REED), contact_at=L), "at a clamp"),
         (lambda: reed(REEDS[0], contact_at=(0.01, 0.03)), "contact_at = 0.03 m"),
         (lambda: reed(REEDS[0], contact_at=(0.01, 0.01)), "names a point twice"),
         (lambda: reed(REEDS[0], contact_at=()), "contact_at is empty"),
         (lambda: reed(REEDS[0], contact_at=float("nan")), "off the reed"),
-        (lambda: reed(REEDS[0], contact_at=0.0), "contact_at = 0 m.*reed"),
-        (lambda: reed(REEDS[0], n_modes=0), "n_modes = 0"),
         (lambda: reed(REEDS[0], damping_ratio=-0.1), "damping_ratio = -0.1"),
-        (lambda: reed(REEDS[0], damping_ratio=float("inf")), "damping_ratio = inf"),
         (lambda: reed(REEDS[0], release=ModeShape(41, 1e-3)), "mode 41:.*1..40"),
         (lambda: reed(REEDS[2], release=ModeShape(2, 1e-3)), "mode 2 has a node at 0.0127 m"),
         (lambda: reed(REEDS[0], release=StaticShape(float("nan"))), "deflection = nan"),
@@ -250,6 +228,6 @@ def test_a_given_mode_is_found_again(beam: RectangularBeam) -> None:
         (lambda: cantilever_reed(**REED, tip_deflection=1e-3, release=ModeShape(1, 1e-3)), "not both"),
     ],
 )
-def test_impossible_reeds_are_refused(call: object, words: str) -> None:
+def test_impossible_beams_and_reeds_are_refused(call: object, words: str) -> None:
     with pytest.raises(GreensFunctionError, match=words):
         call()

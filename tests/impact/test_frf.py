@@ -55,23 +55,6 @@ def test_quantities_and_units(tmp_path: Path, quantity: str, unit: str, order: i
         assert read.receptance[:, 0, 0] == pytest.approx(G, rel=1e-9)
 
 
-@pytest.mark.parametrize(
-    "header",
-    [
-        "frequency,mobility real [mm/(N s)],mobility imag [mm/(N s)]",
-        "frequency [Hz],mobility real [mm/N],mobility imag [mm/N]",
-        "frequency [Hz],mobility real [mm/(N s)],receptance imag [mm/N]",
-        "frequency [Hz],mobility real [mm/(N s)],mobility phase [deg]",
-        "frequency [Hz],mobility magnitude [mm/(N s)],mobility phase [grad]",
-        "frequency [rpm],mobility real [mm/(N s)],mobility imag [mm/(N s)]",
-        "frequency [Hz],impedance real [N s/m],impedance imag [N s/m]",
-    ],
-)
-def test_a_header_must_say_quantity_and_unit(tmp_path: Path, header: str) -> None:
-    with pytest.raises(FrequencyResponseError, match=r"h.csv, line 2: .*'frequency \[Hz\]"):
-        read_frf(write(tmp_path / "h.csv", header, F, G.real, G.imag))
-
-
 def test_bad_files(tmp_path: Path) -> None:
     header = "frequency [Hz],receptance real [m/N],receptance imag [m/N]"
     (tmp_path / "empty.csv").write_text("")

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -77,6 +76,10 @@ def interrupted(pen: float, pen_start: float, dt: float) -> float:
     raise KeyboardInterrupt
 
 
+def endless(pen: float, pen_start: float, dt: float) -> float:
+    return math.inf if pen > 1e-3 else 300.0 * pen
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("problem", [mass_on, lambda law: two_seats(law, impact.Signorini(), law)])
 def test_what_goes_wrong_in_a_plain_law_is_heard(problem: Callable[[Law], ContactProblem]) -> None:
@@ -91,15 +94,18 @@ def test_what_goes_wrong_in_a_plain_law_is_heard(problem: Callable[[Law], Contac
         impact.solve(problem(PlainLaw(lambda pen: pen)), dt=1e-3, duration=0.5)  # type: ignore[arg-type, misc]
     with pytest.raises(KeyboardInterrupt):
         impact.solve(problem(PlainLaw(interrupted)), dt=1e-3, duration=0.5)
-
-
-@pytest.mark.parametrize("bad", [math.nan, math.inf])
-def test_a_compiled_law_that_gives_no_number_is_refused(bad: float) -> None:
-    def force(pen: float, pen_start: float, dt: float) -> float:
-        return bad if pen > 1e-3 else 300.0 * pen
-
     with pytest.raises(LawError, match=r"compiled law.*finite"):
-        impact.solve(mass_on(compiled_law(force)), dt=1e-3, duration=0.5)
+        impact.solve(problem(compiled_law(endless)), dt=1e-3, duration=0.5)
+    stepper = impact.ContactStepper(impact.prepare(problem(law), 1e-3, 0.1))
+    stepper.advance(9)  # still open
+    with pytest.raises(LawError, match=r"broken.*KeyError"):
+        stepper.advance(90)
+
+
+@pytest.mark.slow
+def test_a_batch_tells_of_a_failing_law() -> None:
+    with pytest.raises(LawError, match="broken failed"):
+        impact.solve_many(mass_on(PlainLaw(broken), velocity=-3.0), dt=1e-3, duration=0.1, velocities=[-3.0, -4.0])
 
 
 def restitution(law: Law, steps: int) -> float:
@@ -179,13 +185,11 @@ def test_laws_without_a_potential_refuse_the_conserving_rule(law: Law) -> None:
 @pytest.mark.parametrize(
     ("make", "words"),
     [
+        (lambda: PlainLaw(3.0), "must be a callable"),  # type: ignore[arg-type]
         (lambda: impact.HuntCrossley(stiffness=0.0), "stiffness = 0 must be positive"),
         (lambda: impact.HuntCrossley(stiffness=1.0, damping=-0.1), r"damping = -0.1 s/m.*>= 0"),
-        (lambda: impact.HuntCrossley(stiffness=1.0, damping=math.nan), "damping = nan"),
         (lambda: impact.HuntCrossley(stiffness=1.0, exponent=0.9), "exponent = 0.9 must be >= 1"),
-        (lambda: impact.HertzOnPatch(stiffness=-1.0, local=1.0), r"stiffness = -1 N/m\^1.5 must be positive"),
         (lambda: impact.HertzOnPatch(stiffness=1.0, local=0.0), "local = 0 m/N must be positive"),
-        (lambda: impact.HertzOnPatch(stiffness=1.0, local=1.0, damping=-1.0), r"damping = -1 s/m.*>= 0"),
         (lambda: compiled_law(lambda pen, start, dt: open("no")), "cannot be compiled"),  # type: ignore[arg-type, return-value]  # noqa: SIM115
     ],
 )
@@ -204,39 +208,14 @@ def test_hertz_force_is_the_root_over_sixty_decades(exponent: int, pen: float) -
     assert (force / k) ** (2 / 3) + w0 * force == pytest.approx(pen, rel=1e-14)
 
 
-@pytest.mark.slow
-def test_a_failing_law_is_told_where_it_fails() -> None:
-    """The step that meets the fault and a batch name the law and its error."""
-    problem = mass_on(PlainLaw(broken))
-    stepper = impact.ContactStepper(impact.prepare(problem, 1e-3, 0.1))
-    stepper.advance(9)  # still open
-    with pytest.raises(LawError, match=r"broken.*KeyError"):
-        stepper.advance(90)
-    with pytest.raises(LawError, match="broken failed"):
-        impact.solve_many(mass_on(PlainLaw(broken), velocity=-3.0), dt=1e-3, duration=0.1, velocities=[-3.0, -4.0])
-    with pytest.raises(LawError, match="must be a callable"):
-        PlainLaw(3.0)
-
-
-def rod_of_modes(n: int) -> Body:
-    """Return a fixed rod of unit impedance and transit by its ``n`` lowest modes, 1 % damped."""
-    omega = (np.arange(n) + 0.5) * np.pi
-    residual = Residual.exponential(1 - float(np.sum(2 / omega**2)), 1.0)
-    return Body(ModalGreens(omega, np.full(n, 0.01), np.full((n, 1), np.sqrt(2.0)), residual))
-
-
 def test_a_contact_stiffer_than_the_step_resolves_does_not_ring() -> None:
     """k W0 = 1e5: the conserving force swings from step to step, the default follows the rigid contact."""
 
     def force(law: Law, rule: str = "auto") -> Array:
         reed = impact.reed(REED, n_modes=8, release=impact.StaticShape(deflection=1e-3))
-        seat = rod_of_modes(8).greens
-        transit = 1e-6
-        shapes, rates = seat.shapes / np.sqrt(5e7) / transit, seat.residual.rates / transit
-        stiff = replace(
-            seat, omega=seat.omega / transit, shapes=shapes,
-            residual=Residual(seat.residual.shapes / np.sqrt(5e7 * transit), rates, seat.residual.compliance),
-        )  # fmt: skip
+        omega, transit = (np.arange(8) + 0.5) * np.pi, 1e-6  # a fixed rod, 1 % damped
+        rest = Residual.exponential((1 - float(np.sum(2 / omega**2))) / 5e7, 1 / 5e7 / transit)
+        stiff = ModalGreens(omega / transit, np.full(8, 0.01), np.full((8, 1), np.sqrt(2 / 5e7) / transit), rest)
         return impact.solve(ContactProblem(reed, Body(stiff), law=law), dt=2e-8, duration=1e-3, rule=rule).force
 
     rigid, rough = force(impact.Signorini()), force(impact.LinearSpring(5e12), "conserving")

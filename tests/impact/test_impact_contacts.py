@@ -98,29 +98,6 @@ def test_two_equal_seats_under_one_mass_are_one_under_half_of_it(law: Law) -> No
     assert measures.total_impulse(two) == pytest.approx(2 * measures.impulse(one), rel=1e-11)
 
 
-@pytest.mark.parametrize("law", LAWS)
-def test_a_stopper_is_a_seat_upside_down(law: Law) -> None:
-    down, up = (
-        impact.solve(
-            ContactProblem(
-                impact.rigid_mass(mass=1.0, velocity=-side),
-                contacts=[Contact(Body(SEAT), gap=0.02, law=law, side=side)],
-            ),
-            dt=1e-3,
-            duration=1.0,
-        )
-        for side in (1, -1)
-    )
-    assert down.force.max() > 1.0
-    np.testing.assert_allclose(up.force, down.force, atol=1e-13 * down.force.max(), rtol=0)
-    np.testing.assert_allclose(up.striker_displacement, -down.striker_displacement, atol=1e-14)
-    np.testing.assert_allclose(up.target_displacement, -down.target_displacement, atol=1e-14)
-    np.testing.assert_allclose(up.gap, down.gap, atol=1e-14)
-    assert measures.restitution(up) == pytest.approx(measures.restitution(down), rel=1e-12)
-    assert measures.impact_velocity(up) == pytest.approx(1.0, rel=1e-9)
-    assert measures.total_impulse(up) == pytest.approx(-measures.total_impulse(down), rel=1e-12)
-
-
 REED = {"young": 2e11, "density": 7850.0, "length": 0.0254, "width": 0.01, "thickness": 0.000305}
 PLATE = ModalGreens(np.array([2e5]), np.array([0.1]), np.array([[6.0]]), Residual.exponential(1e-9, 1e-3))
 

@@ -1,7 +1,8 @@
-"""What the march remembers: compiled functions are renewed, poles of one shape are summed; one replay for all uses."""
+"""What the march remembers, one replay for all uses, and means of forces along a closed line."""
 
 import importlib
 import pkgutil
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +11,8 @@ from numba.core.dispatcher import Dispatcher
 
 import impact
 from impact import Body, Load, ModalGreens, ModalState, Residual
+from impact.after import histories
+from impact.after.histories import line_force_peak, line_impulse_peak, over_arcs
 from impact.greens.base import Array
 from impact.march import history
 from impact.march.history import Poles
@@ -65,14 +68,7 @@ def test_poles_seen_alike_are_marched_by_their_sums(monkeypatch: pytest.MonkeyPa
     np.testing.assert_allclose(by_sums, force(), atol=1e-9 * by_sums.max())
 
 
-def test_shapes_that_differ_by_more_than_round_off_are_kept_apart() -> None:
-    shapes = around_a_lip(12)
-    bent = shapes.shapes * (1 + 1e-12 * np.random.default_rng(4).normal(size=shapes.shapes.shape))
-    poles = Poles.from_modes([(replace(shapes, shapes=bent), np.eye(12))], DT, 12)
-    assert poles.along()[0].size == 0
-
-
-STEP, STEPS = 2e-6, 3000
+STEP = 2e-6
 
 
 def thrown() -> Body:
@@ -101,3 +97,66 @@ def test_coordinates_make_the_displacement_of_the_ports(stride: int) -> None:
     expected = Discrete.from_body(body, STEP, steps).motion(forces).displacement[:, ::stride]
     # two orders of the same sums
     np.testing.assert_allclose(coordinates @ body.greens.modal.shapes, expected.T, atol=1e-11 * np.abs(expected).max())
+
+
+LENGTH, SAMPLE = 0.03, 1e-7
+
+
+def test_no_part_of_the_line_has_a_larger_mean() -> None:
+    """Brute force over parts that begin anywhere finds no larger mean, on a closed line and on an open one."""
+    rng = np.random.default_rng(5)
+    lengths, force, fine = rng.uniform(0.5, 2, 9), rng.uniform(0, 1, 9), 20_000
+    borders = np.concatenate([[0], np.cumsum(lengths)])
+    for share, closed in ((0.3, True), (0.3, False), (0.47, True)):
+        width, whole = share * borders[-1], borders[-1]
+        running = np.concatenate([[0], np.cumsum(np.tile(force, 2))])
+        places = np.concatenate([borders, whole + borders[1:]])
+        starts = np.linspace(0, whole if closed else whole - width, fine)
+        each = np.interp(starts + width, places, running) - np.interp(starts, places, running)
+        largest = over_arcs(force[None], share, lengths, ((9, closed),)).max()
+        assert each.max() / width <= largest * (1 + 1e-12)
+        assert largest == pytest.approx(each.max() / width, rel=1e-3)
+
+
+def test_where_it_is_largest() -> None:
+    """A force 1 + cos(th - t0) per radian has its largest mean about t0: 1 + sin(a)/a over a quarter, a = pi/4; arcs of
+    2 pi/64 leave an eighth of the square of half of one."""
+    arcs, top = 64, 2 * np.pi * 40 / 64
+    th = 2 * np.pi * (np.arange(arcs) + 0.5) / arcs
+    force = np.zeros((50, arcs))
+    force[10:20] = (1 + np.cos(th - top)) * LENGTH / arcs
+    expected = 1 + np.sin(np.pi / 4) / (np.pi / 4)
+    peak, place = line_force_peak(force, SAMPLE, 10 * SAMPLE, LENGTH, 0.25)
+    assert peak == pytest.approx(expected, rel=1e-3)
+    assert place == pytest.approx(40 / 64, abs=1e-12)
+    impulse, where = line_impulse_peak(force, SAMPLE, LENGTH, 0.25)
+    assert impulse == pytest.approx(expected * 10 * SAMPLE, rel=1e-3)
+    assert where == pytest.approx(40 / 64, abs=1e-12)
+
+
+def test_a_long_run_is_averaged_in_blocks_and_its_memory_stays_small(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Blocks take less memory than the force of 24 arcs and give the mean of all at once."""
+    rng = np.random.default_rng(3)
+    force, edges = rng.uniform(0, 1, (50_000, 24)), np.cumsum(rng.uniform(0.5, 2, 50_001)) * SAMPLE
+    tracemalloc.start()
+    largest = line_force_peak(force, edges, 300 * SAMPLE, LENGTH, 0.1)
+    assert tracemalloc.get_traced_memory()[1] < force.nbytes
+    tracemalloc.stop()
+    monkeypatch.setattr(histories, "TOGETHER", 10**9)
+    assert line_force_peak(force, edges, 300 * SAMPLE, LENGTH, 0.1) == pytest.approx(largest, rel=1e-13)
+
+
+def test_uneven_arcs_are_weighed_by_their_lengths() -> None:
+    """An even force per length is one, whatever the arcs and the part; arcs in halves change no whole ones."""
+    lengths = np.array([1.0, 3.0, 2.0, 0.5, 1.5]) * 1e-3
+    even = np.tile(lengths, (3, 1))
+    for share in (0.01, 0.4, 0.77, 1.0):
+        np.testing.assert_allclose(over_arcs(even, share, lengths), 1.0, rtol=1e-12)
+    force = np.array([[1.0, 2.0, 4.0, 8.0, 16.0]])
+    by_hand = np.array([[1 + 2, 2 + 4 / 2, 4 + 8 + 16, 8 + 16 + 1 + 2 / 3, 16 + 1 + 2 / 2]]) / 4e-3
+    np.testing.assert_allclose(over_arcs(force, 0.5, lengths)[:, :5], by_hand, rtol=1e-12)
+    halves = np.repeat(force / 2, 2, axis=1), np.repeat(lengths / 2, 2)
+    np.testing.assert_allclose(over_arcs(halves[0], 0.5, halves[1])[:, :10:2], by_hand, rtol=1e-12)
+    peak, place = line_force_peak(np.repeat(force, 3, axis=0), SAMPLE, SAMPLE, lengths, 0.5)
+    assert peak == pytest.approx(by_hand.max(), rel=1e-12)
+    assert place == pytest.approx((4 + 2) / 8, rel=1e-12)

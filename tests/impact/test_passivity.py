@@ -123,6 +123,8 @@ def test_what_passivity_asks_for():
         passivity(np.ones(3), DT, 7)
     with pytest.raises(GreensFunctionError, match="finite"):
         passivity(np.array([1.0, np.nan]), DT)
+    with pytest.raises(GreensFunctionError, match="subtract t/M"):
+        repair(SampledGreens(seat_samples(50), DT, "rigid"))
 
 
 def rebound(greens, steps: int, dt: float = DT, mass: float = 0.05):
@@ -189,8 +191,3 @@ def test_repair_for_a_step_within_the_spacing():
     mended = repair(greens, 0.3 * DT)
     assert mended.dt == 0.3 * DT
     assert passivity(mended, 0.3 * DT).passive
-
-
-def test_repair_refuses_a_rigid_tail():
-    with pytest.raises(GreensFunctionError, match="subtract t/M"):
-        repair(SampledGreens(seat_samples(50), DT, "rigid"))

@@ -11,17 +11,6 @@ G = np.array([1.0, 3.0, 2.0])
 H = 0.5  # S(1.0) = 0.5 (1/2 + 3 + 2/2) = 2.25
 
 
-def test_linear_between_samples_and_exactly_integrated():
-    g = SampledGreens(G, H)
-    assert g.impulse_response(np.array([-1.0, 0.0, 0.25, 0.5, 0.8, 1.0])) == pytest.approx([0, 1, 2, 3, 2.4, 2])
-    t = np.linspace(0, 1, 7)
-    fine = [np.trapezoid(g.impulse_response(s := np.linspace(0, x, 60001)), s) for x in t]
-    assert g.step_response(t) == pytest.approx(np.array(fine), abs=1e-8)
-    assert g.step_response(1.0) == pytest.approx(2.25)
-    assert g.initial_value() == pytest.approx(1.0)
-    assert g.ports == ("contact",)
-
-
 @pytest.mark.parametrize(
     ("tail", "value", "step", "static"),
     [("zero", 0.0, 2.25, 2.25), ("hold", 2.0, 2.25 + 2.0, np.inf), ("rigid", 0.0, 2.25 + 1.0, -np.inf)],
@@ -93,11 +82,7 @@ def test_motion_before_the_blow():
         (TIME + 0.1, VALUE, r"t = 0.*nearest.*0\.1 s"),
         (TIME - 1.0, VALUE, "no sample at t = 0"),
         (TIME[:3], VALUE, r"\(3,\).*\(5,\)"),
-        (
-            np.stack([[TIME, TIME], [TIME, 1.1 * TIME]]),
-            np.ones((2, 2, 5)),
-            r"sample 0.*-1\.1 s.*2, 2.*-1 s",
-        ),
+        (np.stack([[TIME, TIME], [TIME, 1.1 * TIME]]), np.ones((2, 2, 5)), r"sample 0.*-1\.1 s.*2, 2.*-1 s"),
     ],
 )
 def test_refused_times(time, values, message):

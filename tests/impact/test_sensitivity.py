@@ -134,6 +134,8 @@ def test_bodies_that_are_shared_are_not_computed_again():
         [contact] = s.problem.contacts
         varied = impact.ContactProblem(s.problem.striker, contacts=[replace(contact, law=law(k, 2.0, 0.67))])
         sides.append(impact.prepare(varied, s.dt, s.steps * s.dt, bodies=s.bodies))
+    with pytest.raises(impact.ContactError, match="must be those of the problem"):
+        impact.prepare(varied, s.dt / 2, s.steps * s.dt, bodies=s.bodies)
     [shared] = force_sensitivities(stepper, [Neighbours(*sides, 2 * NEAR * 6e-3)])
     [anew] = force_sensitivities(stepper, [neighbours(bars, "stiffness")])
     assert np.abs(shared - anew).max() < 1e-9 * np.abs(anew).max()  # of sums by other orders

@@ -1,9 +1,8 @@
-"""What people look at: texts of a few lines and never arrays, tables in HTML, data frames, figures."""
+"""What people look at: numbers, texts of a few lines and never arrays, tables in HTML, data frames, figures."""
 
 from __future__ import annotations
 
 import re
-import sys
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -13,8 +12,7 @@ import pytest
 import impact
 import seatfem
 from impact.greens.base import ErrorEstimate
-from impact.names import FrameError, frame_of
-from impact.quantities import as_html
+from impact.quantities import as_html, in_digits, in_units, percent
 from seatfem.study.runs.outcome import RunOutcome
 from tests.rod_model import rod_model
 
@@ -130,12 +128,6 @@ def test_modes_as_a_data_frame() -> None:
     assert np.array_equal(modes.to_dataframe()["frequency_hz"], modes.frequencies_hz)
 
 
-def test_without_pandas_the_remedy_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(FrameError, match=r"seatfem\[tables\]"):
-        frame_of({})
-
-
 @pytest.mark.slow
 def test_plots_return_figures_to_be_shown(result: impact.ImpactResult) -> None:
     rod = impact.fixed_rod(young=2e11, density=7850.0, area=1e-6, length=0.01)
@@ -145,3 +137,44 @@ def test_plots_return_figures_to_be_shown(result: impact.ImpactResult) -> None:
         "Contact force", "Motion of the contact points", "Energy", "Driving-point Green's function"
     ]  # fmt: skip
     assert all(len(figure.axes) >= 2 for figure in figures)
+
+
+@pytest.mark.parametrize(
+    ("value", "digits", "words"),
+    [
+        (1.2000000000000002, 3, "1.2"),
+        (1.312e14, 2, "1.3e14"),
+        (1e10, 2, "1e10"),
+        (-0.0, 3, "0"),
+        (-1e-9, 2, "-1e-9"),
+        (999.96, 3, "1000"),
+        (0.00012, 2, "0.00012"),
+        (123456.0, 3, "123000"),
+        (float("inf"), 3, "inf"),
+    ],
+)
+def test_a_number_has_no_needless_digit(value: float, digits: int, words: str) -> None:
+    assert in_digits(value, digits) == words
+
+
+@pytest.mark.parametrize(
+    ("share", "words"),
+    [(-0.0, "0 %"), (1.0, "+100 %"), (-0.19, "-19 %"), (12.34, "+1200 %"), (7e-5, "+0.007 %"), (1.8e-15, "0 %")],
+)
+def test_a_share_in_per_cent(share: float, words: str) -> None:
+    """A zero has no sign, a hundred no power of ten."""
+    assert percent(share, sign=True) == words
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "words"),
+    [
+        (2e-7, "s", "200 ns"),
+        (3.05e-4, "m", "305 um"),
+        (1183.0, "N", "1.18 kN"),
+        (2e-5, "m^2", "20 mm^2"),
+        (0.5, "", "0.5"),
+    ],
+)
+def test_a_quantity_has_a_unit_of_its_size(value: float, unit: str, words: str) -> None:
+    assert in_units(value, unit) == words

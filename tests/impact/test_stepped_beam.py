@@ -141,8 +141,5 @@ def test_the_beam_that_stands_for_a_flapper() -> None:
 def test_what_is_no_beam_is_refused(widths: tuple[tuple[float, float], ...], message: str) -> None:
     with pytest.raises(GreensFunctionError, match=message):
         SteppedCantilever(**MATERIAL, thickness=H, widths=widths)
-
-
-def test_positions_off_the_beam_are_refused() -> None:
     with pytest.raises(GreensFunctionError, match="outside the beam"):
         TAPERED.modes(3).deflection(np.array([0.0, 31e-3]))

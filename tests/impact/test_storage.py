@@ -66,7 +66,7 @@ def assert_same(read: object, written: object) -> None:
 
 @pytest.mark.parametrize("seat", ["spring", "rod", "damped rod"])
 def test_results_are_read_as_they_were_written(seat: str, tmp_path: Path) -> None:
-    """Results come back bit for bit, with the advice on a step too coarse for its reed."""
+    """Results come back bit for bit, with the advice on a step too coarse for its reed, and of several contacts."""
     mass = impact.rigid_mass(mass=1e-3, velocity=-1.0)
     reed = impact.cantilever_reed(**REED, damping_ratio=0.03, n_modes=7, tip_deflection=1e-3)
     target = impact.Body(KINDS[seat])
@@ -74,28 +74,15 @@ def test_results_are_read_as_they_were_written(seat: str, tmp_path: Path) -> Non
     coarse = impact.solve(impact.ContactProblem(reed, target), dt=5e-6, duration=8e-4)
     assert fine.force.max() > 0
     assert coarse.advice
-    save_results(tmp_path / "r.h5", {"wave": fine, "spring": coarse}, {"title": "two", "path": tmp_path})
+    seats = [impact.Contact(target), impact.Contact(KINDS["rod"], gap=1e-6)]
+    two = impact.solve(impact.ContactProblem(mass, contacts=seats), dt=1e-7, duration=2e-5)
+    assert two.force.shape == (201, 2)
+    results = {"wave": fine, "spring": coarse, "several": two}
+    save_results(tmp_path / "r.h5", results, {"title": "three", "path": tmp_path})
     read = load_results(tmp_path / "r.h5")
-    assert set(read) == {"wave", "spring"}
-    assert_same(read["wave"], fine)
-    assert_same(read["spring"], coarse)
-
-
-@pytest.mark.slow
-def test_results_of_several_contacts_are_read_as_they_were_written(tmp_path: Path) -> None:
-    mass = impact.rigid_mass(mass=1e-3, velocity=-1.0)
-    seats = [impact.Contact(KINDS["spring"]), impact.Contact(KINDS["rod"], gap=1e-6)]
-    result = impact.solve(impact.ContactProblem(mass, contacts=seats), dt=1e-7, duration=2e-5)
-    assert result.force.shape == (201, 2)
-    save_results(tmp_path / "r.h5", {"two": result}, {})
-    assert_same(load_results(tmp_path / "r.h5")["two"], result)
-    with h5py.File(tmp_path / "r.h5", "r+") as opened:
-        short = opened["two/gap"][:, :1]
-        del opened["two/gap"]
-        opened["two/gap"] = short
-    seal(tmp_path / "r.h5")
-    with pytest.raises(StorageError, match=r"differ.*contacts"):
-        load_results(tmp_path / "r.h5")
+    assert set(read) == set(results)
+    for name, written in results.items():
+        assert_same(read[name], written)
 
 
 def test_an_unknown_kind_of_greens_function_has_no_file_form(tmp_path: Path) -> None:
@@ -109,17 +96,13 @@ def test_an_unknown_kind_of_greens_function_has_no_file_form(tmp_path: Path) -> 
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.slow(but="0.3")
-@pytest.mark.parametrize("kept", [0.0, 0.01, 0.3, 0.7, 0.999])
-def test_truncated_files_say_so(kept: float, file: Path) -> None:
-    whole = file.read_bytes()
-    file.write_bytes(whole[: int(kept * len(whole))])
-    with pytest.raises(StorageError, match=r"seat\.h5: .*damaged"):
-        load_greens(file)
-
-
 @pytest.mark.slow
-def test_what_is_no_such_file_at_all(tmp_path: Path) -> None:
+def test_what_is_no_such_file_at_all(file: Path, tmp_path: Path) -> None:
+    whole = file.read_bytes()
+    for kept in (0, len(whole) // 3, len(whole) - 9):
+        file.write_bytes(whole[:kept])
+        with pytest.raises(StorageError, match=r"seat\.h5: .*damaged"):
+            load_greens(file)
     with pytest.raises(StorageError, match=r"absent\.h5: no such file"):
         load_greens(tmp_path / "absent.h5")
     with pytest.raises(StorageError, match="folder"):
@@ -174,18 +157,14 @@ def write_text(file: h5py.File) -> None:
         (write_text, "no real numbers"),
         *((set_attribute("provenance", text), "damaged") for text in ("[" * 100_000, "1" * 10_000, "[]", "{")),
         (set_attribute("schema", SCHEMA + 1), f"schema {SCHEMA + 1} .*update"),
-        (set_attribute("schema", "two"), "damaged .*'two'"),
         (set_attribute("content", "result"), "'result'.*'greens'"),
         (set_attribute("kind", "psychic"), "'psychic'.*modal, sampled, poles, delay_r"),
-        (set_attribute("provenance", '{"dof": 1'), "damaged .*; compute it again"),
         (set_attribute("ports", '["tip"]'), "shapes .*1 ports"),
         (remove("kind"), "damaged .*kind"),
         (remove("omega"), "omega .*missing"),
-        (remove("residual"), "residual/shapes .*missing"),
         (shorten("zeta"), r"omega \(3,\), zeta \(2,\)"),
         (put("omega", 1, np.nan), "omega .*finite"),
         (put("omega", 1, -5.0), "omega .*>= 0.*-5"),
-        (put("residual/rates", 0, np.inf), "residual/rates .*finite"),
         (put("residual/compliance", (0, 1), np.nan), "residual/compliance .*finite"),
     ],
 )
@@ -212,16 +191,13 @@ def test_damaged_closed_forms_and_results_are_named(tmp_path: Path) -> None:
     save_results(results, {"wave": impact.solve(problem, dt=1e-6, duration=1e-4)}, {})
     with pytest.raises(StorageError, match=r"result\.h5:.*'result'.*'greens'"):
         load_greens(results)
-    with h5py.File(results, "r+") as opened:
-        opened["wave/force"][3] = np.nan
-    seal(results)
-    with pytest.raises(StorageError, match=r"result\.h5: .*force .*finite"):
-        load_results(results)
-    with h5py.File(results, "r+") as opened:
-        del opened["wave/energy/input"]
-    seal(results)
-    with pytest.raises(StorageError, match=r"result\.h5:.*energy/input"):
-        load_results(results)
+    damages = ((put("wave/force", 3, np.nan), "force .*finite"), (remove("wave/energy/input"), "energy/input"))
+    for damage, words in damages:
+        with h5py.File(results, "r+") as opened:
+            damage(opened)
+        seal(results)
+        with pytest.raises(StorageError, match=rf"result\.h5: .*{words}"):
+            load_results(results)
 
 
 @pytest.mark.parametrize("error", [RuntimeError, KeyboardInterrupt, SystemExit])

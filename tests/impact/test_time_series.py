@@ -39,42 +39,22 @@ def test_beyond_the_record() -> None:
     [
         ("", "empty.*'time \\[s\\],pressure"),
         ("0,1\n1,2\n", "line 1, column 1:.*'0'.*'time \\[unit\\]'"),
-        (
-            "time [s],pressure\n0,1\n1,2\n",
-            "line 1, column 2:.*'pressure'.*'pressure \\[unit\\]'",
-        ),
-        ("time [s],force [N]\n0,1\n1,2\n", "line 1, column 2:.*'force \\[N\\]'.*'pressure"),
         ("time [h],pressure [Pa]\n0,1\n1,2\n", "column 1: .*'time \\[h\\]'.*s, ms, us"),
         ("time [s]\n0\n1\n", "line 1, column 2: .*'pressure \\[unit\\]'"),
         ("time [s],pressure [Pa]\n0,1,5\n1,2,5\n", "line 2: 3 columns, 2 .*commas.*semicolons"),
-        (
-            "time [s];pressure [Pa]\n0;1,5\n1;2.5\n",
-            "line 3: '2.5'.*'1,5'.*2.",
-        ),
+        ("time [s];pressure [Pa]\n0;1,5\n1;2.5\n", "line 3: '2.5'.*'1,5'.*2."),
         ("time [s];pressure [Pa]\n0;1.234,5\n1;2\n", "line 2: '1.234,5'.*thou"),
         ("time [s];pressure [Pa]\n0;1_0\n1;2\n", "line 2, column 2: '1_0'"),
         ("time [s];pressure [Pa];pressure [kPa]\n0;1;2\n1;2;3\n", "2 columns.*columns ="),
         ("crank angle,pressure [Pa]\n0,1\n", "'angle \\[deg\\]', state rpm"),
-        ("time [s],pressure [Pa]\n0,1\n1,x\n", "line 3, column 2: 'x'"),
         ("time [s],pressure [Pa]\n0,1\nnan,1\n", "line 3, column 1: 'nan'"),
-        ("time [s],pressure [Pa]\n0,1\n1,2,3\n", "line 3: 3 columns, 2"),
         ("time [s],pressure [Pa]\n0,1\n\n2,1\n1,1\n", "line 5, column 1:.*1.*2"),
-        ("time [s],pressure [Pa]\n0,1\n0,1\n", "line 3, column 1:.*0"),
         ("time [s],pressure [Pa]\n0,1\n", "1 samples, at least 2"),
     ],
 )
 def test_bad_files_are_named_by_line_and_column(tmp_path: Path, text: str, words: str) -> None:
     with pytest.raises(TimeSeriesError, match=f"p\\.csv.*{words}"):
         read_time_series(written(tmp_path, text), "pressure")
-
-
-def test_files_that_are_no_text(tmp_path: Path) -> None:
-    with pytest.raises(TimeSeriesError, match="no such file"):
-        read_time_series(tmp_path / "none.csv", "force")
-    path = tmp_path / "binary.csv"
-    path.write_bytes(b"\xff\xfe\x00\x01")
-    with pytest.raises(TimeSeriesError, match=r"binary\.csv:.*CSV.*UTF-8"):
-        read_time_series(path, "force")
 
 
 @pytest.mark.parametrize(
@@ -111,7 +91,6 @@ def test_crank_angles_repeat(tmp_path: Path) -> None:
     ("text", "rpm", "words"),
     [
         (TURN, None, "'angle [deg]'.*'time [unit]'.*rpm"),
-        (GOOD, 3000.0, "'time [ms]'.*'angle [unit]'.*rpm"),
         (TURN + "400,1\n", 3000.0, "400 deg.*360"),
         (TURN, 0.0, "rpm = 0 must be positive"),
     ],

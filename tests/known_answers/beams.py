@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from scipy.optimize import brentq
@@ -35,29 +36,30 @@ _ROD = {
 
 def beam_cases() -> tuple[Case, ...]:
     """Beams and the paper's reed and rods: frequencies, stiffness, free flight, early response."""
-    roots = tuple(_root(n, value) for n, value in enumerate(_ROOTS))
-    frequencies = tuple(_reed_frequency(n, value) for n, value in enumerate(_REED_HZ))
+    roots = lowest("Euler-Bernoulli cantilever", "k_{} L", _ROOTS, 1e-9, _TEXTBOOK, _root)
+    frequencies = lowest("paper's reed", "f_{} [Hz]", _REED_HZ, 3e-7, _CLOSED, _reed_hz)
     flights = tuple(case for damping_ratio in _FLIGHT for case in _flight(damping_ratio))
     rods = tuple(case for size in _ROD for case in _paper_rod(*size))
     return (*roots, *frequencies, _reed_stiffness(), *flights, *rods, _tip_kernel(), _infinite_beam_kernel())
 
 
-def _root(n: int, exact: float) -> Case:
-    """Return the case of k L from the frequency of a unit cantilever (EI = rho A = L = 1), its rigidity multiplied."""
+def lowest(
+    name: str, quantity: str, exact: Sequence[float], rtol: float, source: str, value: Callable[[int, float], float]
+) -> tuple[Case, ...]:
+    """Return a case for each of the lowest modes; ``value`` takes how many there are below it, and the factor."""
+    return tuple(
+        Case(name, quantity.format(n + 1), each, rtol, source, partial(value, n)) for n, each in enumerate(exact)
+    )
 
-    def compute(coefficient: float) -> float:
-        unit = Cantilever(young=12.0 * coefficient, density=1.0, length=1.0, width=1.0, thickness=1.0)
-        return math.sqrt(float(unit.frequencies(n + 1)[n]))
 
-    return Case("Euler-Bernoulli cantilever", f"k_{n + 1} L", exact, 1e-9, _TEXTBOOK, compute)
+def _root(n: int, factor: float) -> float:
+    """Return k L from the frequency of a unit cantilever (EI = rho A = L = 1), its rigidity multiplied."""
+    unit = Cantilever(young=12.0 * factor, density=1.0, length=1.0, width=1.0, thickness=1.0)
+    return math.sqrt(float(unit.frequencies(n + 1)[n]))
 
 
-def _reed_frequency(n: int, exact: float) -> Case:
-    def compute(coefficient: float) -> float:
-        reed = replace(REED, young=REED.young * coefficient)
-        return float(reed.frequencies(n + 1)[n]) / (2 * math.pi)
-
-    return Case("paper's reed", f"f_{n + 1} [Hz]", exact, 3e-7, _CLOSED, compute)
+def _reed_hz(n: int, factor: float) -> float:
+    return float(replace(REED, young=REED.young * factor).frequencies(n + 1)[n]) / (2 * math.pi)
 
 
 def _reed_stiffness() -> Case:
@@ -71,16 +73,8 @@ def _reed_stiffness() -> Case:
 
 
 def _released(damping_ratio: float, n_modes: int, young_factor: float = 1.0) -> impact.Body:
-    return impact.cantilever_reed(
-        young=REED.young * young_factor,
-        density=REED.density,
-        length=REED.length,
-        width=REED.width,
-        thickness=REED.thickness,
-        damping_ratio=damping_ratio,
-        n_modes=n_modes,
-        tip_deflection=_LIFT,
-    )
+    reed, release = replace(REED, young=REED.young * young_factor), impact.StaticShape(_LIFT)
+    return impact.reed(reed, damping_ratio=damping_ratio, n_modes=n_modes, release=release)
 
 
 def _flight(damping_ratio: float) -> tuple[Case, Case]:

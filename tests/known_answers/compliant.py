@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import partial
 
 import numpy as np
 
@@ -76,32 +75,42 @@ def _hertz_constants() -> tuple[Case, ...]:
         result = strike(rigid_seat(), 1.0, velocity_factor, steps)
         return _duration(result) * VELOCITY / _penetration(result)
 
-    def by_stiffness(stiffness_factor: float, steps: int) -> float:
-        return _duration(strike(rigid_seat(), stiffness_factor, 1.0, steps)) / _TIME
-
     def force(velocity_factor: float, steps: int) -> float:
         peak = impact.measures.peak_force(strike(rigid_seat(), 1.0, velocity_factor, steps))
         return float(peak / (_STIFFNESS**0.4 * MASS**0.6 * VELOCITY**1.2))
 
+    by_stiffness = "duration (k^2 V/m^2)^(1/5)"
     return (
         case("duration V/largest penetration", 2.9432751843, by_approach),
-        case("duration (k^2 V/m^2)^(1/5)", 3.2180654597, by_stiffness),
+        case(by_stiffness, 3.2180654597, lambda k, n: _duration(strike(rigid_seat(), k, 1.0, n)) / _TIME),
         case("largest force/(k^(2/5) m^(3/5) V^(6/5))", 1.1432626298, force),
     )
 
 
 def _zener(inelasticity: float) -> tuple[Case, Case, Case]:
     restitution, duration, approach = _PLATE[inelasticity]
-    rebound = _plate_rebound if inelasticity else _rigid_rebound
     name = f"sphere on an infinite plate, lambda = {inelasticity:g}"
 
-    def case(quantity: str, exact: float, solve: Callable[[float, float, int], float]) -> Case:
-        return Case(name, quantity, exact, 1e-6, _ZENER, stepped(partial(solve, inelasticity), _STEPS, 1))
+    def case(quantity: str, exact: float, solve: Callable[[float, int], float]) -> Case:
+        return Case(name, quantity, exact, 1e-6, _ZENER, stepped(solve, _STEPS, 1))
+
+    def rebound(factor: float, steps: int) -> float:
+        """Return the rebound; the factor is on lambda, for a rigid seat on the velocity."""
+        share, speed = (factor, 1.0) if inelasticity else (1.0, factor)
+        result = strike(plate_seat(inelasticity * share), 1.0, speed, steps)
+        return impact.measures.impulse(result) / (MASS * VELOCITY) - speed
+
+    def struck(stiffness_factor: float, steps: int) -> impact.ImpactResult:
+        return strike(plate_seat(inelasticity), stiffness_factor, 1.0, steps)
 
     return (
         case("rebound velocity/V", restitution, rebound),
-        case("contact duration (k^2 V/m^2)^(1/5)", duration, _plate_duration),
-        case("largest approach (k^2/(m^2 V^4))^(1/5)", approach, _plate_approach),
+        case("contact duration (k^2 V/m^2)^(1/5)", duration, lambda k, n: _duration(struck(k, n)) / _TIME),
+        case(
+            "largest approach (k^2/(m^2 V^4))^(1/5)",
+            approach,
+            lambda k, n: _penetration(struck(k, n)) / (_TIME * VELOCITY),
+        ),
     )
 
 
@@ -143,25 +152,6 @@ def strike(
     law = impact.Hertz(stiffness=_STIFFNESS * stiffness_factor)
     problem = impact.ContactProblem(striker, impact.Body(seat), law=law)
     return impact.solve(problem, dt=_TIME / steps, duration=4.5 * _TIME, rule=rule)
-
-
-def _plate_rebound(inelasticity: float, factor: float, steps: int) -> float:
-    """Return the rebound from a plate; the factor is on lambda."""
-    result = strike(plate_seat(inelasticity * factor), 1.0, 1.0, steps)
-    return impact.measures.impulse(result) / (MASS * VELOCITY) - 1.0
-
-
-def _rigid_rebound(inelasticity: float, velocity_factor: float, steps: int) -> float:
-    result = strike(plate_seat(inelasticity), 1.0, velocity_factor, steps)
-    return impact.measures.impulse(result) / (MASS * VELOCITY) - velocity_factor
-
-
-def _plate_duration(inelasticity: float, stiffness_factor: float, steps: int) -> float:
-    return _duration(strike(plate_seat(inelasticity), stiffness_factor, 1.0, steps)) / _TIME
-
-
-def _plate_approach(inelasticity: float, stiffness_factor: float, steps: int) -> float:
-    return _penetration(strike(plate_seat(inelasticity), stiffness_factor, 1.0, steps)) / (_TIME * VELOCITY)
 
 
 def _duration(result: impact.ImpactResult) -> float:

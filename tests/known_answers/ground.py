@@ -22,7 +22,7 @@ from seatfem.verify import Case, Estimate
 
 from .grids import box, section, split
 from .half_space import unit_patch
-from .limits import converged, recomputed, richardson
+from .limits import converged, limit_cases, recomputed, richardson
 
 _JOHNSON = "Johnson, Contact Mechanics, ch. 3"
 _LOVE = "Love, Phil. Trans. A 228 (1929) 377"
@@ -67,12 +67,9 @@ def _disk_at_rest() -> tuple[Case, ...]:
         before, after = 2 * two - one, 2 * four - two
         return tuple(after + (after - before) / 7)
 
-    limit = converged(solve, 1, 3)
     exact = {"mean": 16 / (3 * math.pi**2), "centre": 2 / math.pi, "edge": 4 / math.pi**2}
-    return tuple(
-        Case("half-space of finite elements, disk load", f"{at} w E a/((1 - nu^2) F)", value, 1e-6, _JOHNSON, limit(i))
-        for i, (at, value) in enumerate(exact.items())
-    )
+    quantities = {f"{at} w E a/((1 - nu^2) F)": value for at, value in exact.items()}
+    return limit_cases("half-space of finite elements, disk load", quantities, 1e-6, _JOHNSON, converged(solve, 1, 3))
 
 
 def _square_at_rest() -> Case:
@@ -132,13 +129,10 @@ def _disk_step() -> tuple[Case, ...]:
         greens = SampledGreens(march(model, dt, 27 * n + 1), dt)
         return tuple(switched(greens.step_response) / static)
 
-    limit = converged(solve, 2, 2)
-    exact = switched(patch.step_response) / static
+    values = map(float, switched(patch.step_response) / static)
+    exact = {f"mean u/u_static at c_s t/a = {t:g}": value for t, value in zip(times, values, strict=True)}
     name = "half-space of finite elements, disk load switched on in 0.5 a/c_s"
-    return tuple(
-        Case(name, f"mean u/u_static at c_s t/a = {t:g}", float(exact[i]), 1e-6, _PEKERIS, limit(i))
-        for i, t in enumerate(times)
-    )
+    return limit_cases(name, exact, 1e-6, _PEKERIS, converged(solve, 2, 2))
 
 
 def rigid_face_cases() -> tuple[Case, ...]:

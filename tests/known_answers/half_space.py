@@ -108,46 +108,37 @@ def _static() -> tuple[Case, ...]:
 
 def _rayleigh(poisson: float, exact: float) -> Case:
     """Return the case of the Rayleigh speed, from the time the wave takes to cross the disk: then its g is zero."""
+    quantity = f"c_R/c_s, nu = {poisson:.4g}"
+    return Case("half-space, Rayleigh wave", quantity, exact, 1e-8, _RAYLEIGH, lambda k: _crossing_speed(poisson, k))
 
-    def compute(coefficient: float) -> float:
-        return 2.0 / stiffened(unit_patch(poisson), coefficient).crossing_time
 
-    return Case("half-space, Rayleigh wave", f"c_R/c_s, nu = {poisson:.4g}", exact, 1e-8, _RAYLEIGH, compute)
+def _crossing_speed(poisson: float, factor: float) -> float:
+    return 2.0 / stiffened(unit_patch(poisson), factor).crossing_time
 
 
 def _rayleigh_over_rod() -> Case:
     """Return the case of the limit of the longitudinal wave of a cylinder for short waves."""
-    poisson = 0.29
-
-    def compute(coefficient: float) -> float:
-        patch = stiffened(unit_patch(poisson), coefficient)
-        return 2.0 / patch.crossing_time / math.sqrt(2 * (1 + poisson))
-
-    return Case("half-space, Rayleigh wave", "c_R/c_0, nu = 0.29", 0.57640466, 1e-7, _RAYLEIGH, compute)
+    rod, name, quantity = math.sqrt(2 * 1.29), "half-space, Rayleigh wave", "c_R/c_0, nu = 0.29"
+    return Case(name, quantity, 0.57640466, 1e-7, _RAYLEIGH, lambda k: _crossing_speed(0.29, k) / rod)
 
 
 def _pekeris(tau: float, exact: float) -> Case:
     """Return the case of a point load on a half-space; the factor is on nu."""
-
-    def compute(coefficient: float) -> float:
-        return float(point_step_response(tau, poisson=_QUARTER * coefficient))
-
     rtol = max(1e-8, 5e-10 / abs(exact))  # nine decimals printed
-    return Case(
-        "half-space, point load that stays", f"w pi mu r/F at c_s t/r = {tau:g}", exact, rtol, _PEKERIS, compute
-    )
+    name, quantity = "half-space, point load that stays", f"w pi mu r/F at c_s t/r = {tau:g}"
+    response = partial(point_step_response, tau)
+    return Case(name, quantity, exact, rtol, _PEKERIS, lambda k: float(response(poisson=_QUARTER * k)))
 
 
 def _disk(tau: float, exact: float) -> Case:
     static = 16 * (1 - _QUARTER**2) / (3 * math.pi**2 * 2 * (1 + _QUARTER))
+    source = "Pekeris' point load averaged over the disk by quadrature"
+    name, quantity = "half-space, disk load that stays", f"mean u/u_static at c_s t/a = {tau:g}"
 
     def compute(coefficient: float) -> float:
         return float(stiffened(unit_patch(_QUARTER), coefficient).step_response(tau)) / static
 
-    source = "Pekeris' point load averaged over the disk by quadrature"
-    return Case(
-        "half-space, disk load that stays", f"mean u/u_static at c_s t/a = {tau:g}", exact, 1e-6, source, compute
-    )
+    return Case(name, quantity, exact, 1e-6, source, compute)
 
 
 def _disk_start() -> Case:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cache, partial
 
 import numpy as np
 
-from seatfem.verify import Estimate
+from seatfem.verify import Case, Estimate
 
 Solve = Callable[[int, float], Sequence[float]]
 """Level n (1, 2, 4, ... times the coarsest) and the factor on a physical input -> all quantities of a problem."""
@@ -62,6 +62,14 @@ def converged(solve: Solve, steps: int, order: int) -> Callable[[int], Callable[
         )
 
     return quantity
+
+
+def limit_cases(
+    name: str, exact: Mapping[str, float], rtol: float, source: str, limit: Callable[[int], Callable[[float], Estimate]]
+) -> tuple[Case, ...]:
+    """Return a case for each quantity of a problem, of which ``limit(i)`` computes the i-th."""
+    quantities = enumerate(exact.items())
+    return tuple(Case(name, quantity, value, rtol, source, limit(i)) for i, (quantity, value) in quantities)
 
 
 def small_limit(solve: Solve, levels: int = 4) -> Callable[[int], Callable[[float], Estimate]]:

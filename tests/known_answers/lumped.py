@@ -73,15 +73,12 @@ def _pad() -> tuple[Case, Case]:
         problem = impact.ContactProblem(impact.rigid_mass(mass=1.0, velocity=-1.0), impact.Body(greens))
         return impact.solve(problem, dt=1 / steps, duration=4.0)
 
-    def rebound(viscosity: float, steps: int) -> float:
-        return impact.measures.impulse(run(viscosity, 1.0, steps)) - 1.0
-
-    def duration(stiffness: float, steps: int) -> float:
-        return end_of_contact(run(1.0, stiffness, steps))
+    def case(quantity: str, exact: float, solve: Callable[[float, int], float]) -> Case:
+        return Case(name, quantity, exact, 1e-6, _PAD, stepped(solve, _STEPS))
 
     return (
-        Case(name, "restitution", math.exp(-zeta * end), 1e-6, _PAD, stepped(rebound, _STEPS)),
-        Case(name, "w t at the end of contact", end, 1e-6, _PAD, stepped(duration, _STEPS)),
+        case("restitution", math.exp(-zeta * end), lambda k, n: impact.measures.impulse(run(k, 1.0, n)) - 1.0),
+        case("w t at the end of contact", end, lambda k, n: end_of_contact(run(1.0, k, n))),
     )
 
 
@@ -99,23 +96,15 @@ def _falling_weight() -> tuple[Case, Case, Case]:
         problem = impact.ContactProblem(body, impact.Body(impact.spring(stiffness=stiffness)), gap=height)
         return impact.solve(problem, dt=fall / steps, duration=2.5 * fall)
 
-    def dropped(stiffness: float, steps: int) -> float:
-        return impact.measures.peak_force(drop(height, 1.0, stiffness, steps))
-
-    def laid(weight: float, steps: int) -> float:
-        return impact.measures.peak_force(drop(0.0, weight, 1.0, steps))
-
-    def duration(stiffness: float, steps: int) -> float:
-        return end_of_contact(drop(height, 1.0, stiffness, steps)) - fall
-
     def case(name: str, quantity: str, exact: float, solve: Callable[[float, int], float]) -> Case:
         return Case(name, quantity, exact, 1e-6, _WEIGHT, stepped(solve, 2 * _STEPS, 1))
 
-    name = "weight falling on a spring, h k/(m g) = 4"
+    name, laid = "weight falling on a spring, h k/(m g) = 4", "weight laid on a spring at once"
+    lasts, peak = 2 * (math.pi - math.atan(fall)), impact.measures.peak_force
     return (
-        case(name, "largest N/(m g)", 4.0, dropped),
-        case(name, "w times contact duration", 2 * (math.pi - math.atan(fall)), duration),
-        case("weight laid on a spring at once", "largest N/(m g)", 2.0, laid),
+        case(name, "largest N/(m g)", 4.0, lambda k, n: peak(drop(height, 1.0, k, n))),
+        case(name, "w times contact duration", lasts, lambda k, n: end_of_contact(drop(height, 1.0, k, n)) - fall),
+        case(laid, "largest N/(m g)", 2.0, lambda k, n: peak(drop(0.0, k, 1.0, n))),
     )
 
 
@@ -144,15 +133,13 @@ def _chain() -> tuple[Case, Case]:
         problem = impact.ContactProblem(bead, impact.Body(pair), law=impact.LinearSpring(stiffness=1.0))
         return impact.solve(problem, dt=1 / steps, duration=4.0)
 
-    def duration(coupling: float, steps: int) -> float:
-        return end_of_contact(run(coupling, steps))
-
     def after(coupling: float, steps: int) -> float:
         result = run(coupling, steps)
         return 1.0 - float(np.sum(result.force[first_impact(result)])) * result.dt
 
+    duration = stepped(lambda k, n: end_of_contact(run(k, n)), _STEPS, 2)
     return (
-        Case(name, "w t at the end of contact", end, 1e-6, _CHAIN, stepped(duration, _STEPS, 2)),
+        Case(name, "w t at the end of contact", end, 1e-6, _CHAIN, duration),
         Case(name, "velocity after/V", velocity, 1e-6, _CHAIN, stepped(after, _STEPS, 2)),
     )
 

@@ -13,16 +13,13 @@ from scipy.optimize import brentq
 import impact
 from seatfem.verify import Case
 
-from .beams import REED
+from .beams import REED, lowest
 from .compliant import rigid_seat
 
 _CLOSED = "closed form"
 _MODE = "closed form: one oscillator"
 _LIFT = 1e-3  # tip deflection at release [m]
 _UNIT = {"density": 1.0, "length": 1.0, "width": 1.0, "thickness": 1.0}  # with E = 12: EI = rho A = L = 1
-_CLAMPED = (22.3733, 61.6728, 120.9034)
-_TIP_MASS = (1.557298, 16.25009, 50.89584, 105.1983, 179.2320)
-_TIMOSHENKO_HZ = (404.48307, 2424.20669, 6376.03372, 11565.92073, 17606.48175)
 # damping ratio: first contact [s], its closing velocity [m/s], released in the first mode
 _FLIGHT = {0.0: (6.4855554e-4, 2.421992), 0.03: (6.6124152e-4, 2.308377)}
 
@@ -30,48 +27,38 @@ _FLIGHT = {0.0: (6.4855554e-4, 2.421992), 0.03: (6.6124152e-4, 2.308377)}
 def reed_cases() -> tuple[Case, ...]:
     """Reeds of other kinds, and the paper's reed let go: frequencies, static values, free flight by the march."""
     flights = tuple(case for damping_ratio in _FLIGHT for case in _flight(damping_ratio))
-    return (*_clamped(), *_tip_mass(), *_timoshenko(), *_static(), *flights)
+    return (*_other_kinds(), *_static(), *flights)
 
 
-def _clamped() -> tuple[Case, ...]:
-    def case(n: int, exact: float) -> Case:
-        def compute(k: float) -> float:
-            return float(impact.ClampedClamped(young=12.0 * k, **_UNIT).frequencies(n + 1)[n])
-
-        source = "Thomson, Theory of Vibration with Applications, appendix D"
-        return Case("clamped-clamped beam", f"(k_{n + 1} L)^2", exact, 3e-6, source, compute)
-
-    return tuple(case(n, exact) for n, exact in enumerate(_CLAMPED))
-
-
-def _tip_mass() -> tuple[Case, ...]:
-    """Return the cases of a mass at the tip; the factor is on it for the first mode, on the rigidity for others."""
-
-    def case(n: int, exact: float) -> Case:
-        def compute(k: float) -> float:
-            young, mass = (1.0, k) if n == 0 else (k, 1.0)
-            beam = impact.TipMassCantilever(young=12.0 * young, tip_mass=mass, **_UNIT)
-            return float(beam.frequencies(n + 1)[n])
-
-        source = "Math. Probl. Eng. 2017, 1568019, table 1"
-        return Case("cantilever, tip mass = beam's mass", f"(k_{n + 1} L)^2", exact, 5e-7, source, compute)
-
-    return tuple(case(n, exact) for n, exact in enumerate(_TIP_MASS))
-
-
-def _timoshenko() -> tuple[Case, ...]:
-    beam = impact.TimoshenkoCantilever(
+def _other_kinds() -> tuple[Case, ...]:
+    """Return the cases of frequencies; the factor is on the rigidity, for the first mode with a tip mass on this."""
+    clamped = (22.3733, 61.6728, 120.9034)
+    tip_mass = (1.557298, 16.25009, 50.89584, 105.1983, 179.2320)
+    shear_hz = (404.48307, 2424.20669, 6376.03372, 11565.92073, 17606.48175)
+    short = impact.TimoshenkoCantilever(
         young=200e9, density=7850.0, length=0.2, width=0.02, thickness=0.02, poisson=0.3, shear_factor=5 / 6
     )
 
-    def case(n: int, exact: float) -> Case:
-        def compute(k: float) -> float:
-            return float(replace(beam, young=beam.young * k).frequencies(n + 1)[n]) / (2 * math.pi)
+    def on_clamps(n: int, factor: float) -> float:
+        return float(impact.ClampedClamped(young=12.0 * factor, **_UNIT).frequencies(n + 1)[n])
 
-        source = "exact determinant and Chebyshev collocation"
-        return Case("Timoshenko cantilever, L/h = 10", f"f_{n + 1} [Hz]", exact, 2e-8, source, compute)
+    def with_a_mass(n: int, factor: float) -> float:
+        young, mass = (1.0, factor) if n == 0 else (factor, 1.0)
+        return float(impact.TipMassCantilever(young=12.0 * young, tip_mass=mass, **_UNIT).frequencies(n + 1)[n])
 
-    return tuple(case(n, exact) for n, exact in enumerate(_TIMOSHENKO_HZ))
+    def with_shear(n: int, factor: float) -> float:
+        return float(replace(short, young=short.young * factor).frequencies(n + 1)[n]) / (2 * math.pi)
+
+    thomson, table = (
+        "Thomson, Theory of Vibration with Applications, appendix D",
+        "Math. Probl. Eng. 2017, 1568019, table 1",
+    )
+    exact = "exact determinant and Chebyshev collocation"
+    return (
+        *lowest("clamped-clamped beam", "(k_{} L)^2", clamped, 3e-6, thomson, on_clamps),
+        *lowest("cantilever, tip mass = beam's mass", "(k_{} L)^2", tip_mass, 5e-7, table, with_a_mass),
+        *lowest("Timoshenko cantilever, L/h = 10", "f_{} [Hz]", shear_hz, 2e-8, exact, with_shear),
+    )
 
 
 def _static() -> tuple[Case, ...]:
@@ -81,21 +68,13 @@ def _static() -> tuple[Case, ...]:
         reed = replace(REED, young=REED.young * young_factor)
         return _LIFT / float(impact.reed(reed).greens.static_compliance()[0, 0])
 
-    def mass(density_factor: float) -> float:
-        return replace(REED, density=REED.density * density_factor).mass
-
-    def rigidity(young_factor: float) -> float:
-        return replace(REED, young=REED.young * young_factor).rigidity
-
-    def stress(young_factor: float) -> float:
-        return 6 * force(young_factor) * REED.length / (REED.width * REED.thickness**2)
-
-    name = "paper's reed, static"
+    name, stress = "paper's reed, static", "root stress for 1 mm, 3 E h d/(2 L^2) [Pa]"
+    of_force = 6 * REED.length / (REED.width * REED.thickness**2)
     return (
-        Case(name, "mass [kg]", 0.0006081395, 1e-8, _CLOSED, mass),
-        Case(name, "EI [N m^2]", 0.00472877083, 1e-8, _CLOSED, rigidity),
+        Case(name, "mass [kg]", 0.0006081395, 1e-8, _CLOSED, lambda k: replace(REED, density=REED.density * k).mass),
+        Case(name, "EI [N m^2]", 0.00472877083, 1e-8, _CLOSED, lambda k: replace(REED, young=REED.young * k).rigidity),
         Case(name, "tip force for 1 mm [N]", 0.865701904, 1e-8, _CLOSED, force),
-        Case(name, "root stress for 1 mm, 3 E h d/(2 L^2) [Pa]", 141825280.0, 4e-8, _CLOSED, stress),
+        Case(name, stress, 141825280.0, 4e-8, _CLOSED, lambda k: of_force * force(k)),
     )
 
 

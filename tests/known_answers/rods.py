@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from functools import partial
 
 import numpy as np
 
@@ -18,23 +17,30 @@ from .limits import stepped
 
 _GOODIER = "Timoshenko & Goodier, Theory of Elasticity: longitudinal impact of bars"
 _WAVES = "d'Alembert's waves"
-_YOUNG, _DENSITY, _AREA, _LENGTH = 200e9, 7850.0, 1e-4, 0.1  # a steel rod
-_SPEED = math.sqrt(_YOUNG / _DENSITY)
-_IMPEDANCE = _AREA * math.sqrt(_YOUNG * _DENSITY)
-_MASS = _DENSITY * _AREA * _LENGTH
-_TRANSIT = _LENGTH / _SPEED
-_STEPS = 200  # per l/c, coarsest of three
+_INTERVALS = "Saint-Venant & Flamant 1883: by intervals of 2 l/c"
+STEPS = 200  # per l/c, coarsest of three
 
-# end of contact ct/l, largest contact stress and largest stress at the fixed end over rho c V, velocity at separation/V
-_FIXED = {
-    1.0: (3.067667642, 2.135335283, 2.270670566, 0.68761894),
-    0.25: (5.89959044, 2.974410101, 3.213061319, 0.816911552),
+# (rod mass/mass, reflection): end of contact c t/l, largest contact stress/(rho c V), velocity at separation/V, and of
+# the rods of Timoshenko and Goodier the largest stress at the fixed end/(rho c V)
+STRUCK: dict[tuple[float, float], tuple[float, ...]] = {
+    (1.0, -1.0): (3.067667642, 2.135335283, 0.68761894, 2.270670566),
+    (0.25, -1.0): (5.89959044, 2.974410101, 0.816911552, 3.213061319),
+    (1 / 6, -1.0): (7.407591891269, 3.468792199798, 0.929680854063),
+    (1 / 2, -1.0): (4.708567243668, 2.367879441171, 0.925246996733),
+    (2.0, -1.0): (2.504578909722, 2.018315638889, 0.729051693830),
+    (1 / 2, -0.5): (4.756965139716, 1.367879441171, 0.335187872557),
 }
 
 
 def rod_cases() -> tuple[Case, ...]:
     """Impact on rods: waves in one dimension, exact."""
-    return (*(case for alpha in _FIXED for case in _on_fixed_rod(alpha)), *_without_return(), *_between_rods())
+    fixed = (case for key, values in STRUCK.items() if len(values) == 4 for case in struck_rod(*key))
+    return (*fixed, *_without_return(), *_between_rods())
+
+
+def unit_rod(**changes: float) -> dict[str, float]:
+    """Return a rod with Z = l/c = 1 (E = rho = A = l = 1) but for the changes."""
+    return {"young": 1.0, "density": 1.0, "area": 1.0, "length": 1.0, **changes}
 
 
 def first_impact(result: impact.ImpactResult) -> slice:
@@ -55,109 +61,94 @@ def end_of_contact(result: impact.ImpactResult) -> float:
     return origin + float(np.polynomial.Polynomial.fit(result.force[kept], middle - origin, 2)(0.0))
 
 
-def _on_fixed_rod(alpha: float) -> tuple[Case, ...]:
-    end, contact, fixed_end, rebound = _FIXED[alpha]
-    name = f"rigid mass on a fixed rod, rod mass/mass = {alpha:g}"
+def struck_rod(alpha: float, reflection: float) -> tuple[Case, ...]:
+    """Return the cases of a rigid mass on a rod, fixed or on a dashpot.
 
-    def case(quantity: str, exact: float, measure: Callable[[float, float, int], float], order: int | None) -> Case:
-        return Case(name, quantity, exact, 1e-6, _GOODIER, stepped(partial(measure, alpha), _STEPS, order))
+    A wave a leaves the contact: its end moves with a(t) + R a(t - T), pressed by Z (a(t) - R a(t - T)).
+    """
+    end, stress, rebound, *fixed_end = STRUCK[alpha, reflection]
+    held = "fixed rod" if reflection == -1.0 else "rod on a dashpot of 3 Z"
+    name, source = f"rigid mass on a {held}, rod mass/mass = {alpha:.3g}", _GOODIER if fixed_end else _INTERVALS
+
+    def strike(area: float, length: float, steps: int) -> tuple[impact.ImpactResult, ExactRod]:
+        impedance = math.inf if reflection == -1.0 else (1 - reflection) / (1 + reflection)
+        rod = impact.rod_with_end_impedance(**unit_rod(area=area, length=length), end_impedance=impedance)
+        problem = impact.ContactProblem(impact.rigid_mass(mass=1 / alpha, velocity=-1.0), impact.Body(rod))
+        return impact.solve(problem, dt=1 / steps, duration=6.5 if fixed_end else 8.0), rod
+
+    def peak(area: float, steps: int) -> float:
+        result, _ = strike(area, 1.0, steps)
+        return float(np.max(result.force[first_impact(result)]))
+
+    def at_the_fixed_end(area: float, steps: int) -> float:
+        result, rod = strike(area, 1.0, steps)
+        return float(np.max(rod_stress(result, rod, area=1.0)[: first_impact(result).stop]))
+
+    def velocity(area: float, steps: int) -> float:
+        result, _ = strike(area, 1.0, steps)
+        return float(np.sum(result.force[first_impact(result)])) * result.dt * alpha - 1.0
+
+    def case(quantity: str, exact: float, solve: Callable[[float, int], float], order: int | None = None) -> Case:
+        return Case(name, quantity, exact, 1e-6, source, stepped(solve, STEPS, order))
 
     return (
-        case("end of contact, c t/l", end, _end_on_fixed_rod, None),
-        case("largest contact stress/(rho c V)", contact, _contact_stress, 1),
-        case("largest stress at the fixed end/(rho c V)", fixed_end, _fixed_end_stress, 1),
-        case("rebound velocity at separation/V", rebound, _rebound_velocity, None),
+        case("end of contact, c t/l", end, lambda k, n: end_of_contact(strike(1.0, k, n)[0])),
+        case("largest contact stress/(rho c V)", stress, peak, 1),
+        *(case("largest stress at the fixed end/(rho c V)", value, at_the_fixed_end, 1) for value in fixed_end),
+        case("rebound velocity at separation/V", rebound, velocity),
     )
-
-
-def _strike_fixed_rod(alpha: float, area: float, length: float, steps: int) -> tuple[impact.ImpactResult, ExactRod]:
-    rod = impact.fixed_rod(young=_YOUNG, density=_DENSITY, area=area, length=length)
-    problem = impact.ContactProblem(impact.rigid_mass(mass=_MASS / alpha, velocity=-1.0), impact.Body(rod))
-    return impact.solve(problem, dt=_TRANSIT / steps, duration=6.5 * _TRANSIT), rod
-
-
-def _end_on_fixed_rod(alpha: float, length_factor: float, steps: int) -> float:
-    result, _ = _strike_fixed_rod(alpha, _AREA, _LENGTH * length_factor, steps)
-    return end_of_contact(result) / _TRANSIT
-
-
-def _contact_stress(alpha: float, area_factor: float, steps: int) -> float:
-    result, _ = _strike_fixed_rod(alpha, _AREA * area_factor, _LENGTH, steps)
-    return float(np.max(result.force[first_impact(result)])) / _IMPEDANCE
-
-
-def _fixed_end_stress(alpha: float, area_factor: float, steps: int) -> float:
-    result, rod = _strike_fixed_rod(alpha, _AREA * area_factor, _LENGTH, steps)
-    stress = rod_stress(result, rod, area=_AREA)
-    return float(np.max(stress[: first_impact(result).stop])) * _AREA / _IMPEDANCE
-
-
-def _rebound_velocity(alpha: float, area_factor: float, steps: int) -> float:
-    result, _ = _strike_fixed_rod(alpha, _AREA * area_factor, _LENGTH, steps)
-    return float(np.sum(result.force[first_impact(result)])) * result.dt * alpha / _MASS - 1.0
 
 
 def _without_return() -> tuple[Case, Case]:
     half = 0.5
-    restitution = (1 - math.exp(-2 * half)) / half - math.exp(-2 * half)
+    exact = (1 - math.exp(-2 * half)) / half - math.exp(-2 * half)
+
+    def restitution(mass: float, steps: int) -> float:
+        striker = impact.rigid_mass(mass=mass / half, velocity=-1.0)
+        problem = impact.ContactProblem(striker, impact.Body(impact.free_rod(**unit_rod())))
+        return impact.measures.restitution(impact.solve(problem, dt=1 / steps, duration=2.5))
+
+    def decay(mass: float, steps: int) -> float:
+        """Return the decay of the force, which at a step's end is the mean of its neighbours: second order."""
+        rod = impact.semi_infinite_rod(young=1.0, density=1.0, area=1.0)
+        problem = impact.ContactProblem(impact.rigid_mass(mass=mass, velocity=-1.0), impact.Body(rod))
+        result = impact.solve(problem, dt=1 / steps, duration=1.5)
+        return float(result.force[steps] + result.force[steps + 1]) / 2
 
     def case(name: str, quantity: str, exact: float, solve: Callable[[float, int], float]) -> Case:
-        return Case(name, quantity, exact, 1e-9, _WAVES, stepped(solve, _STEPS, 2))
+        return Case(name, quantity, exact, 1e-9, _WAVES, stepped(solve, STEPS, 2))
 
-    name, solve = "rigid mass on a free rod, rod mass/mass = 0.5", partial(_free_rod_restitution, half)
+    name = "rigid mass on a free rod, rod mass/mass = 0.5"
     return (
-        case(name, "restitution of the mass centres", restitution, solve),
-        case("rigid mass M on a semi-infinite rod", "N/(Z V) at Z t/M = 1", math.exp(-1.0), _semi_infinite_decay),
+        case(name, "restitution of the mass centres", exact, restitution),
+        case("rigid mass M on a semi-infinite rod", "N/(Z V) at Z t/M = 1", math.exp(-1.0), decay),
     )
 
 
-def _free_rod_restitution(alpha: float, mass_factor: float, steps: int) -> float:
-    rod = impact.free_rod(young=_YOUNG, density=_DENSITY, area=_AREA, length=_LENGTH)
-    striker = impact.rigid_mass(mass=_MASS / alpha * mass_factor, velocity=-1.0)
-    result = impact.solve(
-        impact.ContactProblem(striker, impact.Body(rod)), dt=_TRANSIT / steps, duration=2.5 * _TRANSIT
-    )
-    return impact.measures.restitution(result)
-
-
-def _semi_infinite_decay(mass_factor: float, steps: int) -> float:
-    """Return the decay of the force, which at a step's end is the mean of its neighbours: second order."""
-    rod = impact.semi_infinite_rod(young=_YOUNG, density=_DENSITY, area=_AREA)
-    striker = impact.rigid_mass(mass=_MASS * mass_factor, velocity=-1.0)
-    time = _MASS / _IMPEDANCE
-    result = impact.solve(impact.ContactProblem(striker, impact.Body(rod)), dt=time / steps, duration=1.5 * time)
-    return float(result.force[steps] + result.force[steps + 1]) / 2 / _IMPEDANCE
+def collide(striker: impact.GreensFunction, target: impact.GreensFunction) -> impact.ImpactResult:
+    """Run an impact of two rods; reflections fall on steps, so that the march is exact."""
+    problem = impact.ContactProblem(impact.Body(striker, velocity=-1.0), impact.Body(target))
+    return impact.solve(problem, dt=1 / STEPS, duration=6.0)
 
 
 def _between_rods() -> tuple[Case, Case, Case]:
+    def duration(length: float) -> float:
+        rod = impact.free_rod(**unit_rod(length=length))
+        start, end = impact.measures.contact_intervals(collide(rod, rod))[0]
+        return float(end - start)
+
+    def restitution(length: float) -> float:
+        """Return the restitution of two rods; the factor is on the length of one of them."""
+        one, other = (impact.free_rod(**unit_rod(length=each)) for each in (1.0, length))
+        return impact.measures.restitution(collide(one, other))
+
+    def early(young: float) -> Estimate:
+        three = impact.semi_infinite_rod(young=3.0 * young, density=3.0, area=1.0)
+        force: Array = collide(impact.free_rod(**unit_rod()), three).force[1:STEPS]
+        return Estimate(float(force[-1]), float(np.ptp(force)))
+
     return (
-        Case("identical rods", "contact time, c t/l", 2.0, 1e-9, "Saint-Venant 1867", _identical_rods_duration),
-        Case("identical rods", "restitution", 1.0, 1e-9, "Saint-Venant 1867", _identical_rods_restitution),
-        Case("rods of impedance 1 and 3 before any reflection", "N/V", 0.75, 1e-9, _WAVES, _two_impedances),
+        Case("identical rods", "contact time, c t/l", 2.0, 1e-9, "Saint-Venant 1867", duration),
+        Case("identical rods", "restitution", 1.0, 1e-9, "Saint-Venant 1867", restitution),
+        Case("rods of impedance 1 and 3 before any reflection", "N/V", 0.75, 1e-9, _WAVES, early),
     )
-
-
-def _collide(striker: impact.GreensFunction, target: impact.GreensFunction, steps: int) -> impact.ImpactResult:
-    problem = impact.ContactProblem(impact.Body(striker, velocity=-1.0), impact.Body(target))
-    return impact.solve(problem, dt=_TRANSIT / steps, duration=3 * _TRANSIT)
-
-
-def _identical_rods_duration(length_factor: float) -> float:
-    rod = impact.free_rod(young=_YOUNG, density=_DENSITY, area=_AREA, length=_LENGTH * length_factor)
-    start, end = impact.measures.contact_intervals(_collide(rod, rod, _STEPS))[0]
-    return float(end - start) / _TRANSIT
-
-
-def _identical_rods_restitution(length_factor: float) -> float:
-    """Return the restitution of two rods; the factor is on the length of one of them."""
-    first = impact.free_rod(young=_YOUNG, density=_DENSITY, area=_AREA, length=_LENGTH)
-    second = impact.free_rod(young=_YOUNG, density=_DENSITY, area=_AREA, length=_LENGTH * length_factor)
-    return impact.measures.restitution(_collide(first, second, _STEPS))
-
-
-def _two_impedances(young_factor: float) -> Estimate:
-    one = impact.free_rod(young=1.0, density=1.0, area=1.0, length=1.0)
-    three = impact.semi_infinite_rod(young=3.0 * young_factor, density=3.0, area=1.0)
-    problem = impact.ContactProblem(impact.Body(one, velocity=-1.0), impact.Body(three))
-    force: Array = impact.solve(problem, dt=0.01, duration=1.0).force[1:]
-    return Estimate(float(force[-1]), float(np.ptp(force)))

@@ -15,12 +15,13 @@ from seatfem.structures.reduction.modes import solve_modes
 from seatfem.verify import Case
 
 from .grids import hold, plane, section, split
-from .limits import converged, small_limit
+from .limits import converged, limit_cases, small_limit
 
 _POCHHAMMER = "Pochhammer 1876; Graff, Wave Motion in Elastic Solids, ch. 8"
 _RAYLEIGH = "Rayleigh 1885"
 _TORSION = "c_s (2 m - 1)/(4 l), Love, A Treatise on the Mathematical Theory of Elasticity, article 287"
 _BAR = 0.29  # Poisson's ratio
+_WAVES = "longitudinal waves of a round bar, nu = 0.29"
 
 
 def round_bar_cases() -> tuple[Case, ...]:
@@ -69,12 +70,8 @@ def _bar() -> tuple[Case, ...]:
         omega = solve_modes(_round_bar(n, young, 4 * math.pi), 6, shift_hz=0.1).omega
         return tuple(omega[m - 1] / (m / 4) for m in waves)
 
-    limit = converged(solve, 1, 4)
-    name = "longitudinal waves of a round bar, nu = 0.29"
-    return tuple(
-        Case(name, f"c/c_0 at k a = {m / 4:g}", bar_frequency(m / 4) / (m / 4), 1e-9, _POCHHAMMER, limit(i))
-        for i, m in enumerate(waves)
-    )
+    exact = {f"c/c_0 at k a = {m / 4:g}": bar_frequency(m / 4) / (m / 4) for m in waves}
+    return limit_cases(_WAVES, exact, 1e-9, _POCHHAMMER, converged(solve, 1, 4))
 
 
 def _surface_wave() -> Case:
@@ -92,8 +89,7 @@ def _surface_wave() -> Case:
         model = hold(half, ((0,), plane(2, math.pi / (2 * k))))
         return (float(solve_modes(model, 1, shift_hz=0.1 * k).omega[0]) / k,)
 
-    name, quantity = "longitudinal waves of a round bar, nu = 0.29", "c/c_0 for k a to infinity"
-    return Case(name, quantity, 0.57640466, 1e-5, _RAYLEIGH, small_limit(solve)(0))
+    return Case(_WAVES, "c/c_0 for k a to infinity", 0.57640466, 1e-5, _RAYLEIGH, small_limit(solve)(0))
 
 
 def _torsion() -> tuple[Case, ...]:
@@ -106,15 +102,5 @@ def _torsion() -> tuple[Case, ...]:
         model = assemble_axisymmetric(mesh, material, torsion=True, fixed="bottom", ports={}, order=2)
         return tuple(float(solve_modes(model, 2).omega[m - 1]) for m in orders)
 
-    limit, speed = converged(solve, 1, 4), Material(1.0, _BAR, 1.0).c_s
-    return tuple(
-        Case(
-            "torsion of a clamped round bar, five radii long",
-            f"w a/c_0, mode {m}",
-            speed * (2 * m - 1) * math.pi / 10,
-            1e-5,
-            _TORSION,
-            limit(i),
-        )
-        for i, m in enumerate(orders)
-    )
+    exact = {f"w a/c_0, mode {m}": Material(1.0, _BAR, 1.0).c_s * (2 * m - 1) * math.pi / 10 for m in orders}
+    return limit_cases("torsion of a clamped round bar, five radii long", exact, 1e-5, _TORSION, converged(solve, 1, 4))

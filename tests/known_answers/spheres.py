@@ -16,7 +16,7 @@ from seatfem.structures.model import Material, SecondOrderModel
 from seatfem.structures.reduction.modes import solve_modes
 from seatfem.verify import Case
 
-from .limits import converged
+from .limits import converged, limit_cases
 
 _LAMB = "Lamb, Proc. London Math. Soc. 13 (1882) 189"
 _SPHERE = 0.3  # Poisson's ratio
@@ -84,11 +84,8 @@ def _breathing() -> tuple[Case, ...]:
         return tuple(modes.omega[strongest] / unit.c_p)
 
     exact = (2.670214733, 6.091989067, 9.300894506)
-    limit = converged(solve, 8, 4)
-    return tuple(
-        Case("free sphere, nu = 0.3", f"w a/c_p, breathing mode {i + 1}", value, 1e-7, _LAMB, limit(i))
-        for i, value in enumerate(exact)
-    )
+    quantities = {f"w a/c_p, breathing mode {i + 1}": value for i, value in enumerate(exact)}
+    return limit_cases("free sphere, nu = 0.3", quantities, 1e-7, _LAMB, converged(solve, 8, 4))
 
 
 def _degree_two() -> tuple[Case, ...]:
@@ -98,10 +95,6 @@ def _degree_two() -> tuple[Case, ...]:
     def solve(n: int, young: float) -> Sequence[float]:
         return tuple(solve_modes(_sphere(n, young, 2), 2, shift_hz=0.1).omega / unit.c_s)
 
-    limit = converged(solve, 2, 4)
-    exact = (sphere_frequency("torsional", 2.0, 3.0), sphere_frequency("spheroidal", 2.3, 3.0))
-    kinds = ("torsional", "spheroidal")
-    return tuple(
-        Case("free sphere, nu = 0.3", f"w a/c_s, {kind}, degree 2", exact[i], 1e-9, _LAMB, limit(i))
-        for i, kind in enumerate(kinds)
-    )
+    bounds = {"torsional": (2.0, 3.0), "spheroidal": (2.3, 3.0)}
+    exact = {f"w a/c_s, {kind}, degree 2": sphere_frequency(kind, *ends) for kind, ends in bounds.items()}
+    return limit_cases("free sphere, nu = 0.3", exact, 1e-9, _LAMB, converged(solve, 2, 4))

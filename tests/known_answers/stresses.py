@@ -104,8 +104,7 @@ def _tip() -> tuple[Case, ...]:
         largest = float(tip_step_moment(place(rigidity) / rigidity**0.25))
         return math.sqrt(rigidity) * largest
 
-    def stress(young: float) -> float:
-        return float(tip_step_stress(young=young, density=1.0, speed=1.0))
+    stress = partial(tip_step_stress, density=1.0, speed=1.0)
 
     def impedance(rigidity: float) -> float:
         force = tip_step_force(1.0, speed=1.0, bending_stiffness=rigidity, mass_per_length=1.0)
@@ -115,6 +114,6 @@ def _tip() -> tuple[Case, ...]:
     return (
         Case(name, "largest moment/(v (EI rho A)^(1/2))", 0.48759496, 1e-8, _LAPLACE, moment),
         Case(name, "its place x/(a t)^(1/2)", 1.772454, 3e-7, _LAPLACE, place),
-        Case(name, "largest surface stress/(rho c_0 v)", 0.84453925, 1e-8, _LAPLACE, stress),
+        Case(name, "largest surface stress/(rho c_0 v)", 0.84453925, 1e-8, _LAPLACE, lambda k: float(stress(young=k))),
         Case(name, "F (2 pi a t)^(1/2)/(v (EI rho A)^(1/2))", 1.0, 1e-12, _LAPLACE, impedance),
     )

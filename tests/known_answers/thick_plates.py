@@ -13,7 +13,7 @@ from seatfem.structures.model import Array
 from seatfem.structures.reduction.modes import solve_modes
 from seatfem.verify import Case
 
-from .limits import converged
+from .limits import converged, limit_cases
 
 _MINDLIN = "Mindlin, J. Appl. Mech. 18 (1951) 31 (exact)"
 _POISSON = 0.3
@@ -35,12 +35,9 @@ def _supported(thickness: float) -> tuple[Case, ...]:
         model = assemble_plate(_bulged(n), Material(young, _POISSON, 1.0), thickness, held=_HELD)
         return tuple(solve_modes(model, max(_MODES) + 1).omega[list(_MODES)])
 
-    limit = converged(solve, 6, 4)
+    exact = {f"w, {m} by {n} half waves": _exact(thickness, m, n) for m, n in _WAVES}
     name = f"simply supported Mindlin plate, h/a = {thickness:g}"
-    return tuple(
-        Case(name, f"w, {m} by {n} half waves", _exact(thickness, m, n), 1e-6, _MINDLIN, limit(i))
-        for i, (m, n) in enumerate(_WAVES)
-    )
+    return limit_cases(name, exact, 1e-6, _MINDLIN, converged(solve, 6, 4))
 
 
 def _exact(thickness: float, m: int, n: int) -> float:
