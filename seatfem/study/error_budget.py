@@ -333,33 +333,33 @@ def varied_problems(
     reed: methods.Solved | None,
     progress: Progress,
     flights: contact.Flights,
-) -> tuple[ComputedRun, dict[str, Terms | None], tuple[str, ...]]:
+) -> tuple[ComputedRun, dict[str, Terms], tuple[str, ...]]:
     """Return a run with the results of `terms_by_key`, which are found once for all runs that share ``flights``."""
     if not flights.varied:
         computed = ComputedRun(
             scene, method, seat, problem_of(scene, striker, impact.Body(seat.greens)), reed, progress
         )
         flights.varied.append((computed, *terms_by_key(computed)))
-    known: tuple[ComputedRun, dict[str, Terms | None], tuple[str, ...]] = flights.varied[0]
+    known: tuple[ComputedRun, dict[str, Terms], tuple[str, ...]] = flights.varied[0]
     return known
 
 
-def terms_by_key(run: ComputedRun) -> tuple[dict[str, Terms | None], tuple[str, ...]]:
+def terms_by_key(run: ComputedRun) -> tuple[dict[str, Terms], tuple[str, ...]]:
     """Return the varied problems for `error_budget` by key, from its coarser and finer values; and the names of the
     striker's and stopper's errors that cannot be estimated."""
-    terms, unknown = dict[str, Terms | None](), list[str]()
+    terms, unknown = dict[str, Terms](), list[str]()
     for ladder in table.LADDERS:
         if ladder.key == STEP or not ladder.applies(run):
             continue
         varied = ladder.neighbours(run)
-        if varied is None and ladder.part:
+        if ladder.part and not all(varied):
             unknown.append(f"{ladder.source}'s {ladder.part}")
             varied = ()
         terms[ladder.key] = varied
     return terms, tuple(unknown)
 
 
-def sum_by_source(budget: Budget, terms: Mapping[str, Terms | None]) -> Budget:
+def sum_by_source(budget: Budget, terms: Mapping[str, Terms]) -> Budget:
     """Return a budget by key as one by source, with the errors by key beside; a source is unknown if one of its keys
     is."""
     of_step = budget.parts["time_step"]

@@ -80,8 +80,8 @@ class ComputedRun:
         """Return the run with another body in place of one of its bodies."""
         return Variation(with_body(self.problem, self.bodies[role], other), weight)
 
-    def with_larger_g(self, role: Role, error: float | None) -> Terms | None:
-        """Return the run with a body's g larger by a relative error; ``None`` if the error is unknown."""
+    def with_larger_g(self, role: Role, error: float | None) -> Terms:
+        """Return the run with a body's g larger by a relative error, which may be unknown."""
         return vary_greens(self.problem, self.bodies[role], error)
 
 
@@ -147,7 +147,7 @@ class Ladder:
         """Return whether a run has this key and can have an error by it: its body is solved, not in closed form."""
         return self.role in run.solved
 
-    def neighbours(self, run: ComputedRun) -> Terms | None:
+    def neighbours(self, run: ComputedRun) -> Terms:
         """Return the varied runs that estimate the errors by the key's value: terms are combined, and within a
-        term the largest change counts; ``None`` if they are unknown."""
+        term the largest change counts; a term without runs if they are unknown."""
         return ()

@@ -65,7 +65,7 @@ class ModeCount(Ladder):
         is_beam = stopper is not None and "stopper" not in run.solved and stopper.parts == Division()
         return stopper.body.stated().n_modes if stopper is not None and is_beam else None
 
-    def neighbours(self, run: ComputedRun) -> Terms | None:
+    def neighbours(self, run: ComputedRun) -> Terms:
         """Return the run with other numbers of modes."""
         number = self._number(run)
         assert number is not None

@@ -1,5 +1,6 @@
 """Ladders of the contact faces: rings, arcs of a lip, one contact point in their place, and the parts of a stopper."""
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -7,7 +8,7 @@ from dataclasses import dataclass, replace
 import impact
 from impact.greens import base, modal
 from impact.march.problem import ContactProblem
-from impact.runs.variations import Terms, Variation, with_body
+from impact.runs.variations import UNKNOWN, Terms, Variation, with_body
 from seatfem.structures.errors import ModelError
 from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.structure import is_curved
@@ -74,7 +75,7 @@ class Rings(Ladder):
         """Return twice as many rings, at least those that one or two are compared with."""
         return min(max(2 * value, REFERENCE_RINGS), MOST_RINGS)
 
-    def neighbours(self, run: ComputedRun) -> Terms | None:
+    def neighbours(self, run: ComputedRun) -> Terms:
         """Return the run with other rings: many in place of one or two, on the coarser mesh; one in place of more.
 
         Fewer rings make the face too soft, as the striker's face is stiff. A rod or spring has no rings; their effect
@@ -88,7 +89,7 @@ class Rings(Ladder):
         if (rings := division.rings) > 2:
             return ((run.with_greens("seat", with_fewer_rings(seat.greens, 1), left_by(rings)),),)
         if divided is None:
-            return () if seat.plane else None
+            return () if seat.plane else UNKNOWN
         varied, same = (run.with_greens("seat", g).problem for g in (divided, with_fewer_rings(divided, rings)))
         return ((Variation(varied, 1 + left_by(Division.from_greens(divided).rings), same),),)
 
@@ -108,7 +109,7 @@ def meshed_for_arcs(seat: Structure, method: RunMethod) -> RunMethod:
     return method.replaced({CONTACT_SIZE: in_each_arc(seat, method.seat, size)})
 
 
-def of_rings_across(run: ComputedRun) -> Terms | None:
+def of_rings_across(run: ComputedRun) -> Terms:
     """Return the run with more rings across the lip's arcs on both bodies, each with its own gap.
 
     The seat is that of the whole lip with a half-space under its parts, and half as many arcs are enough, as the effect
@@ -122,7 +123,7 @@ def of_rings_across(run: ComputedRun) -> Terms | None:
     lip = scene.geometry.lip(arcs, most)
     many = _on_a_half_space(run.scene.seat, run.seat.greens, lip)
     if many is None:
-        return None
+        return UNKNOWN
     finest = Division(arcs, most)
     plate = _greens_along(run, lip)
 
@@ -155,14 +156,14 @@ class Arcs(Ladder):
             return method
         return _in_parts(scene, method, 2 * (method.ports or 1), method.seat.rings or 1)
 
-    def neighbours(self, run: ComputedRun) -> Terms | None:
+    def neighbours(self, run: ComputedRun) -> Terms:
         """Return the run with other arcs, each with its own gap, on a coarser mesh of the seat."""
         division, finer = run.division, run.seat.in_rings
         if division.arcs == 1:
             return ()
         other, weight = _beside(division)
         if finer is None or not _holds(finer, other):
-            return None
+            return UNKNOWN
         varied = _met_along(run, divided_less(finer, other), run.scene.geometry.lip(other.arcs, other.rings))
         return ((Variation(varied, weight, run.with_greens("seat", divided_less(finer, division)).problem),),)
 
@@ -201,13 +202,13 @@ class OnePort(Ladder):
         """Return whether a plate meets a lip with one contact."""
         return run.division.arcs == 1 and run.scene.geometry.segments() is not None
 
-    def neighbours(self, run: ComputedRun) -> Terms | None:
+    def neighbours(self, run: ComputedRun) -> Terms:
         """Return the run with the lip in segments, weighted by `OF_ONE`, against one contact point on the same
         half-space, and against the run itself, as one change may be small by accident."""
         lip = run.scene.geometry.segments()
         many = _on_a_half_space(run.scene.seat, run.seat.greens, lip)
         if many is None:
-            return None
+            return UNKNOWN
         one = run.with_greens("seat", as_a_whole(many)).problem
         varied = _met_along(run, many, lip)
         return ((Variation(varied, OF_ONE, one), Variation(varied, OF_ONE)),)
@@ -261,8 +262,8 @@ class StopperParts(Ladder):
             return False
         return "stopper" in run.solved or run.scene.stopper.parts != Division()
 
-    def neighbours(self, run: ComputedRun) -> Terms | None:
-        """Return the run with other parts of the stopper, on both bodies; ``None`` where the body is not known in
+    def neighbours(self, run: ComputedRun) -> Terms:
+        """Return the run with other parts of the stopper, on both bodies; unknown where the body is not known in
         these.
 
         Arcs and rings both move the place that a leaning plate meets first, so that each is compared by itself; a face
@@ -270,16 +271,17 @@ class StopperParts(Ladder):
         """
         assert run.scene.stopper is not None
         division = run.scene.stopper.parts
-        if (beside := _beside_on_its_mesh(run, division)) is None:
-            return None
+        if not all(beside := _beside_on_its_mesh(run, division)):
+            return beside
         if division.arcs > 1:
-            return (beside,) if run.scene.geometry.has_two_places else (beside, _stopper_rings(run, division))
-        return ((*beside, *_stopper_in_arcs(run, division), *_on_its_own_face(run)),)
+            return beside if run.scene.geometry.has_two_places else (*beside, *_stopper_rings(run, division))
+        together = (*itertools.chain(*beside), *_stopper_in_arcs(run, division), *_on_its_own_face(run))
+        return (together,) if together else ()
 
 
-def _beside_on_its_mesh(run: ComputedRun, division: Division) -> Sequence[Variation] | None:
+def _beside_on_its_mesh(run: ComputedRun, division: Division) -> Terms:
     """Return the run with the parts of the stopper that `_beside` states, of a model that has them; none where its
-    face is a plane, ``None`` where no such model is known."""
+    face is a plane, unknown where there is no such model."""
     body, solved = run.bodies["stopper"], run.solved.get("stopper")
     other, weight = _beside(division)
     assert run.scene.stopper is not None
@@ -289,13 +291,13 @@ def _beside_on_its_mesh(run: ComputedRun, division: Division) -> Sequence[Variat
         models = [each for each in (solved.in_rings, solved.greens) if each is not None]
         model = next((each for each in models if _holds(each, division) and _holds(each, other)), None)
         if model is None:
-            return () if solved.plane else None
+            return () if solved.plane else UNKNOWN
         same = with_body(run.problem, body, replace(body, greens=divided_less(model, division)))
         greens = divided_less(model, other)
-    return (Variation(_stopped_by(run, other, greens), weight, same),)
+    return ((Variation(_stopped_by(run, other, greens), weight, same),),)
 
 
-def _stopper_rings(run: ComputedRun, division: Division) -> Sequence[Variation]:
+def _stopper_rings(run: ComputedRun, division: Division) -> Terms:
     """Return the run with other rings across the stopper's arcs, of which half are enough, as behind `of_rings_across`;
     none for a body whose face is not known."""
     rings, weight = arc_rings_to_compare(division.rings)
@@ -303,7 +305,7 @@ def _stopper_rings(run: ComputedRun, division: Division) -> Sequence[Variation]:
     while arcs % 2 == 0 and arcs // 2 >= FEWEST_ARCS:
         arcs //= 2
     own, other = (_stopped_in(run, Division(arcs, each)) for each in (division.rings, rings))
-    return () if own is None or other is None else (Variation(other, weight, own),)
+    return () if own is None or other is None else ((Variation(other, weight, own),),)
 
 
 def _stopper_in_arcs(run: ComputedRun, division: Division) -> Sequence[Variation]:
