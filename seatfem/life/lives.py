@@ -147,8 +147,8 @@ class MarginCurve:
         key, unit: dotted key, and the unit of its values ("" for pure numbers).
         values: values of the key in that unit.
         margins: factors on stress up to failure, ``inf`` where nothing fails.
-        bars: error bars of the margins; ``None`` if unknown.
-        allowed: first value at which the margin is 1; ``None`` where no two values enclose one.
+        bars: error bars of the margins; nan if unknown.
+        allowed: first value at which the margin is 1; nan where no two values enclose one.
         margin: key of the margin in summary.json.
     """
 
@@ -156,8 +156,8 @@ class MarginCurve:
     unit: str
     values: tuple[float, ...]
     margins: tuple[float, ...]
-    bars: tuple[float | None, ...]
-    allowed: float | None
+    bars: tuple[float, ...]
+    allowed: float
     margin: str = MARGIN
 
     @property
@@ -170,7 +170,7 @@ def traced(
     key: str,
     unit: str,
     values: Sequence[float],
-    run: Callable[[float], tuple[float, float | None]],
+    run: Callable[[float], tuple[float, float]],
     *,
     margin: str = MARGIN,
     most: int = MOST,
@@ -183,7 +183,7 @@ def traced(
     Args:
         run: returns margin and error bar at a value.
     """
-    known: dict[float, tuple[float, float | None]] = {}
+    known: dict[float, tuple[float, float]] = {}
 
     def excess(value: float) -> float:
         """Return log(margin)."""
@@ -200,7 +200,7 @@ def traced(
     points = sorted(known)
     margins, bars = zip(*(known[value] for value in points), strict=True)
     brackets = ((low, high) for low, high in pairwise(points) if excess(low) * excess(high) <= 0)
-    allowed = next((low + (high - low) * _zero_between(excess(low), excess(high)) for low, high in brackets), None)
+    allowed = next((low + (high - low) * _zero_between(excess(low), excess(high)) for low, high in brackets), math.nan)
     return MarginCurve(key, unit, tuple(points), margins, bars, allowed, margin)
 
 
@@ -257,7 +257,7 @@ def _margin_at(
     tell: Tell,
     name: str,
     value: float,
-) -> tuple[float, float | None]:
+) -> tuple[float, float]:
     start, (unit, factor) = time.perf_counter(), UNITS[name]
     other = again(done, name, value / factor)
     worst = lives(life, other, bodies, other.strike).of_one_axis
@@ -267,14 +267,14 @@ def _margin_at(
         bar = margin * bars.get(body_of(at), math.inf)
     seconds = time.perf_counter() - start
     tell(f"{name} = {value:.4g} {unit}: margin {margin:.4g}, {at}; {in_time(seconds)}")
-    return margin, finite_or_none(bar)
+    return margin, bar if math.isfinite(bar) else math.nan
 
 
 def curve_keys(curves: Sequence[MarginCurve]) -> Mapping[str, object]:
     """Return for summary.json the allowed value of each curve; ``None`` where no margin of 1 is enclosed."""
     named = {"speed": ("speed_m_per_s", 1.0), "tilt": ("tilt_deg", 1.0), "lift": ("lift_m", 1e-3)}
     limits = ((*named[curve.key], curve.allowed) for curve in curves)
-    return {f"life_allowed_{name}": None if value is None else scale * value for name, scale, value in limits}
+    return {f"life_allowed_{name}": finite_or_none(scale * value) for name, scale, value in limits}
 
 
 def curve_pictures(curves: Sequence[MarginCurve]) -> Iterator[Picture]:
@@ -319,7 +319,7 @@ def margin_curve(
     """
     numbers, unit = _in_one_unit(key, values)
 
-    def run(value: float) -> tuple[float, float | None]:
+    def run(value: float) -> tuple[float, float]:
         written: object = f"{value!r} {unit}" if unit else value
         result = _one_run(scene, key, written, Path(folder) / f"{value:.9g}", margin)
         tell(f"{key} = {written}: {margin} {result[0]:.4g}")
@@ -330,12 +330,12 @@ def margin_curve(
     return curve
 
 
-def _one_run(scene: Path | str, key: str, value: object, folder: Path, margin: str) -> tuple[float, float | None]:
+def _one_run(scene: Path | str, key: str, value: object, folder: Path, margin: str) -> tuple[float, float]:
     summary = run_scene(load_scene(scene, {key: value}), folder, pictures=False).summary
     if margin not in summary:
         raise RunError(f"{scene}: a run with {key} = {value} has no {margin}; ask for it in [life]")
     result, bar = summary[margin], summary.get(f"error_bar_{margin}")
-    return math.inf if result is None else float(str(result)), None if bar is None else float(str(bar))
+    return math.inf if result is None else float(str(result)), math.nan if bar is None else float(str(bar))
 
 
 def _in_one_unit(key: str, values: Sequence[str | float]) -> tuple[list[float], str]:

@@ -158,7 +158,8 @@ class Bandwidth(Ladder):
                 varied += tuple(run.with_greens("seat", other.greens, share) for other, share in beyond)
             return (varied, *of_statics) if varied else ()
         if self.role == "stopper":
-            return (tuple(run.with_body("stopper", other, share) for other, share in with_other_modes(body)),)
+            varied = tuple(run.with_body("stopper", other, share) for other, share in with_other_modes(body))
+            return (varied,) if varied else ()
         reed = run.method.reed
         if not reed.exact or reed.bandwidth is None or body.greens.modal is None:  # of a reduction: by its tolerance
             return ()

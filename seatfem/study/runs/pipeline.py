@@ -116,7 +116,7 @@ def run(
     try:
         return run_scene(checked, folder, progress, tell=tell, limits=Limits(rounds, seconds), pictures=pictures)
     except SceneError as error:
-        raise located(error, None if isinstance(scene, Scene) or is_text(scene) else Path(scene)) from None
+        raise error if isinstance(scene, Scene) or is_text(scene) else located(error, Path(scene)) from None
 
 
 @gmsh_session()

@@ -287,7 +287,7 @@ class Scene(fields.Table):
         areas = [1.0 if each.area is None else each.area(0.0) for each in self.load]
         force = sum(area * push.course(time) for area, push in zip(areas, pushes, strict=True) if push)
         low, high = (float(end) - sum(each.preload for each in self.spring) for end in (np.min(force), np.max(force)))
-        closed = self.contact.gap == 0 and self.reed.start_at(self.geometry.own_place or 0.0) <= 0
+        closed = self.contact.gap == 0 and self.reed.start_at(self.geometry.own_place) <= 0
         if low > 0:
             words = "push the reed off its seat during the whole run: the valve never rests closed"
         elif high < 0 and closed and any(push and push.file for push in pushes):
@@ -307,7 +307,7 @@ class Scene(fields.Table):
     def _doubts_of_duration(self) -> fields.Contradictions:
         """Yield doubts if the run ends before a reed without loads can reach its seat, and if the block of a life is
         less than a turn of the crank."""
-        start = self.reed.start_at(self.geometry.own_place or 0.0)
+        start = self.reed.start_at(self.geometry.own_place)
         flight = 0.0 if self.is_loaded or self.stopper is not None else self.reed.flight_time(self.contact.gap + start)
         if flight > self.run.duration:
             ends, least = (write_quantity(time, "time", 3) for time in (self.run.duration, flight))
