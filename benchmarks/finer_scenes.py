@@ -245,8 +245,8 @@ def largest_stresses(done: Round, *, bare: bool = False) -> tuple[Mapping[str, f
     if seat is not None:
         values[SEAT], bars[SEAT] = float(seat.peak.von_mises.max()), seat.bar
         values[TENSION], bars[TENSION] = float(seat.peak.principal.max()), float(seat.bars[1])
-    if plate is not None and plate.largest.after_contact is not None:
+    if plate is not None and plate.largest.after_contact.is_known:
         values[REED], bars[REED] = plate.largest.after_contact.value, plate.bar
-    elif REED in done.left.values and done.stress is not None and done.stress.after_contact is not None:
+    elif REED in done.left.values and done.stress.after_contact.is_known:
         values[REED], bars[REED] = done.stress.after_contact.value, done.left.bar(REED)
     return values, bars

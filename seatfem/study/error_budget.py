@@ -15,7 +15,7 @@ from typing import Final
 import numpy as np
 
 import impact
-from impact.after.histories import ReedStress, closed_steps, largest_average
+from impact.after.histories import UNKNOWN_STRESS, ReedStress, closed_steps, largest_average
 from impact.after.landings import JUMP, Landing
 from impact.after.measures import first_is_cut
 from impact.bodies.time_series import TimeSeriesError
@@ -113,7 +113,7 @@ def _until(record: ContactRecord, time: float) -> ContactRecord:
     landings = tuple(_landing_until(record, landing, time) for landing in record.landings if landing.start < time)
     force = record.force[first_steps]
     known = replace(record, force=force, displacement=displacement, film=film[first_steps], line=line)
-    return replace(known, stress=None, landings=landings)
+    return replace(known, stress=UNKNOWN_STRESS, landings=landings)
 
 
 def _landing_until(record: ContactRecord, landing: Landing, time: float) -> Landing:
@@ -149,7 +149,7 @@ def error_budget(
     seat: methods.Solved,
     striker: impact.Body,
     touches: Touches,
-    stress: ReedStress | None = None,
+    stress: ReedStress = UNKNOWN_STRESS,
     reed: methods.Solved | None = None,
     look: plate_stress.PlateLook | None = None,
     progress: Progress = silent,
@@ -174,7 +174,7 @@ def error_budget(
 
     choice = scene.accuracy.landing
     blow = stated = contact_record_of(touches, width, stress, choice)
-    if stress is not None and look is None:  # compared as other runs evaluate it, on a coarse grid
+    if stress.is_known and look is None:  # compared as other runs evaluate it, on a coarse grid
         since = stress_since(touches, choice)
         coarse = Strike(scene.geometry, striker, seat.greens, touches).largest_stress(coarsely=True, since=since)
         blow = contact_record_of(touches, width, coarse, choice)
@@ -187,7 +187,7 @@ def error_budget(
     def values_with_clock(record: RunRecord) -> Values:
         return {**values_of_record(record, like), CLOCK: time_of_impulse(last, record.blow)}
 
-    runs, count = 2 + sum(len(term) for each in terms.values() for term in each or ()), 0
+    runs, count = 2 + sum(len(term) for each in terms.values() for term in each), 0
 
     def run(varied: ContactProblem, dt: float) -> Values:
         nonlocal count
@@ -302,7 +302,7 @@ def with_end(scene: Scene, problem: ContactProblem, budget: Budget, dt: float, l
         cut: Values = dict.fromkeys(parts[source], 0.0)
         for by in (-off, off):
             other = values_of(_until(record.blow, duration + by), at_end.landings)
-            cut = larger(cut, {**cut, **changes(values_of(at_end), other)})
+            cut = larger(cut, {**cut, **changes(values_of(at_end, at_end.landings), other)})
         parts[source] = total(parts[source], cut)
     return replace(budget, values=_without_clock(budget.values), parts=parts)
 

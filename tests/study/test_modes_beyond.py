@@ -32,7 +32,8 @@ def scene_of(folder: Path, band: float) -> Scene:
 def landing_of(scene: Scene, striker: impact.Body) -> tuple[float, float]:
     """Return impulse [N s] and filtered peak [N]."""
     problem = problem_of(scene, striker, impact.Body(seat_of(scene, mesh_error=False).greens))
-    values = values_of_record(record_of(scene, problem, STEP))
+    record = record_of(scene, problem, STEP)
+    values = values_of_record(record, record.landings)
     return values["impulse"], values["filtered_peak"]
 
 

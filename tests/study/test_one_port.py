@@ -10,13 +10,12 @@ import impact
 from seatfem.structures.patch import on_its_patch
 from seatfem.structures.rings import OF_ONE, Division, divided_less
 from seatfem.study.impacts.bodies import problem_of
-from seatfem.study.impacts.contact import record_of
 from seatfem.study.impacts.validity import ONE_PORT
 from seatfem.study.method import PORTS
 from seatfem.study.runs.converge import refine_plan
-from tests.as_stated import solved_striker, striker_of
+from tests.as_stated import solved_striker, striker_of, values_of_problem
 from tests.gallery import FLAPPER, load_text
-from tests.steps import Limits, Plan, Round, Stopwatch, begin_plan, rounds, silent, values_of_record
+from tests.steps import Limits, Plan, Round, Stopwatch, begin_plan, rounds, silent
 
 SCENE = f"""
 seat = {{ kind = "annular", bore_radius = "5 mm", lip_width = "1 mm", lip_edge_radius = "0 mm", material = "steel", \
@@ -68,9 +67,8 @@ def test_the_bar_is_what_arcs_change(folder: Path) -> None:
     reed = solved_striker(scene, method=replace(method.reed, lip=scene.geometry.on_the_reed(lip)), mesh_error=False)
 
     def impulse(striker: impact.Body, seat: impact.GreensFunction) -> float:
-        return values_of_record(record_of(scene, problem_of(scene, striker, impact.Body(seat)), 2 * done.result.dt))[
-            "impulse"
-        ]
+        problem = problem_of(scene, striker, impact.Body(seat))
+        return values_of_problem(scene, problem, 2 * done.result.dt)["impulse"]
 
     arcs = impulse(striker_of(scene, greens=reed.greens), many)
     ones = [impulse(done.striker, seat) for seat in (divided_less(many, Division()), whole)]

@@ -14,14 +14,14 @@ from impact.runs.variations import SAFETY
 from seatfem.structures.rings import Division, arc_rings_to_compare, ring_borders
 from seatfem.study.impacts import contact
 from seatfem.study.impacts.bodies import problem_of
-from seatfem.study.impacts.contact import RunError, check_length, record_of
+from seatfem.study.impacts.contact import RunError, check_length
 from seatfem.study.ladders.ladder import ComputedRun
 from seatfem.study.ladders.patch import of_rings_across
 from seatfem.study.method import PORTS, RINGS, stated_method
 from seatfem.study.runs.converge import refine_plan
-from tests.as_stated import seat_of, striker_of
+from tests.as_stated import seat_of, striker_of, values_of_problem
 from tests.gallery import load_text
-from tests.steps import Round, Scene, Stopwatch, begin_plan, rounds, silent, values_of_record
+from tests.steps import Round, Scene, Stopwatch, begin_plan, rounds, silent
 
 SHEET = """
 seat = { kind = "annular", bore_radius = "3.5 mm", lip_width = "0.8 mm", lip_edge_radius = "0 mm", model = "spring", \
@@ -53,7 +53,7 @@ def in_parts(folder: Path, division: Division) -> Scene:
 def landed(scene: Scene) -> tuple[impact.ContactProblem, float]:
     """Return the problem of the landing, and its impulse [N s]."""
     problem = problem_of(scene, striker_of(scene), impact.Body(seat_of(scene, mesh_error=False).greens))
-    return problem, values_of_record(record_of(scene, problem, 250e-9))["impulse"]
+    return problem, values_of_problem(scene, problem, 250e-9)["impulse"]
 
 
 def test_parts_across_open_by_heights_of_their_own(tmp_path: Path) -> None:
@@ -84,9 +84,7 @@ def test_the_bar_of_one_part_across_holds_what_more_of_them_find(tmp_path: Path)
         terms = of_rings_across(ComputedRun(scene, stated_method(scene), solved, landings[division][0]))
         ((variation,),) = terms
         assert len(variation.problem.contacts) == 16 * arc_rings_to_compare(division.rings)[0]
-        one, other = (
-            values_of_record(record_of(scene, each, 250e-9)) for each in (variation.against, variation.problem)
-        )
+        one, other = (values_of_problem(scene, each, 250e-9) for each in (variation.against, variation.problem))
         bars[division] = SAFETY * variation.weight * abs(other["impulse"] - one["impulse"])
         assert abs(impulses[SIX] - impulses[division]) < bars[division]
     assert bars[THREE] < 0.2 * bars[ONE]

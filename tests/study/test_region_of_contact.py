@@ -14,12 +14,12 @@ from meshes.valve_plate_assembly import Bodies, write
 from seatfem.structures.patch import on_its_patch
 from seatfem.structures.rings import OF_ONE, Division, as_a_whole
 from seatfem.study.impacts.bodies import problem_of, stopper_of
-from seatfem.study.impacts.contact import record_of, run_contacts
+from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.impacts.layout import layout_of
 from seatfem.study.method import stated_method
-from tests.as_stated import seat_of, solved_striker, striker_of
+from tests.as_stated import seat_of, solved_striker, striker_of, values_of_problem
 from tests.gallery import load_text
-from tests.steps import Scene, SceneError, check_files, error_budget, values_of_record
+from tests.steps import Scene, SceneError, check_files, error_budget
 
 ROOT = Path(__file__).parents[2]
 STEEL = 'material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }\n'
@@ -123,7 +123,7 @@ def test_one_part_across_a_stated_ring_is_doubted_too(tmp_path: Path, rings: int
         problem_of(scene, *each)
         for each in ((striker_of(scene), impact.Body(solved.greens)), (along, impact.Body(many)))
     ]
-    one, several = (values_of_record(record_of(scene, problem, 2e-7))["filtered_peak"] for problem in problems)
+    one, several = (values_of_problem(scene, problem, 2e-7)["filtered_peak"] for problem in problems)
     budget = error_budget(scene, stated_method(scene), solved, striker_of(scene), touches)
     assert budget.parts["lip"]["filtered_peak"] >= 0.99 * OF_ONE * abs(several - one) > 0
 

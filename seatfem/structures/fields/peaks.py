@@ -92,14 +92,14 @@ class Field(Protocol):
 
 
 def largest(
-    field: Field, force: Array, dt: float, *, since: float | None = None, workers: int | None = None
+    field: Field, force: Array, dt: float, *, since: float = math.nan, workers: int | None = None
 ) -> LargestStress:
     """Return the largest stress [Pa] at each point, sampled `TIMES_PER_RADIAN` times a radian.
 
     The force (n + 1, p) is as in `seatfem.structures.fields.recovery.histories`. A place is skipped in blocks of times
     in which the sum of its bounds is below its present maximum. ``since``: start of a landing [s], which divides the
-    record into further spans. ``workers`` threads (default: as many as compiled code may use) share the places; the
-    result does not depend on their number.
+    record into further spans; nan without one. ``workers`` threads (default: as many as compiled code may use)
+    share the places; the result does not depend on their number.
     """
     spans = Spans.of_run(force, dt, since)
     if not len(field.points):

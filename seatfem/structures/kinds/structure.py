@@ -70,7 +70,7 @@ LOADS: Final = ("force", "pressure", "point_force", "gravity")
 class KnownStress(Protocol):
     """The stress of a striker under known contact forces."""
 
-    def largest(self, *, coarsely: bool, since: float | None = None) -> ReedStress:
+    def largest(self, *, coarsely: bool, since: float = math.nan) -> ReedStress:
         """Return the largest stresses of the run, and those before and after the time ``since`` of a landing [s]."""
 
     def histories(self, also: Collection[float] = ()) -> Iterator[tuple[str, Array]]:

@@ -164,9 +164,10 @@ class Excerpt:
     def _values(self, run: MarchRun, dt: float, load: StaticLoad) -> Values:
         wanted, landing = self.scene.accuracy.measures, self.scene.accuracy.landing
         displacement = any_needs(wanted, "displacement")
-        stress = self._stress_look(dt) if any_needs(wanted, "stress") else None
+        stress = self._stress_look(dt) if any_needs(wanted, "stress") else contact.no_look
         landings = self._landings(run, load)
-        values = values_of(contact.blow_of_march(self.scene, run, landings, displacement=displacement, stress=stress))
+        record = contact.blow_of_march(self.scene, run, landings, landings, displacement=displacement, stress=stress)
+        values = values_of(record, landings)
         names = [name for name, each in all_measures().items() if each.landing_key and name in {*values, *wanted}]
         prefixes = {HARDEST, PREFIXES[landing]}
         absent = dict.fromkeys((prefix + name for name in names for prefix in prefixes), 0.0)
@@ -181,10 +182,10 @@ class Excerpt:
         begins = self.window.landing - self.window.start
         return (min(landings, key=lambda landing: abs(landing.start - begins)),)
 
-    def _stress_look(self, dt: float) -> contact.StressLook | None:
+    def _stress_look(self, dt: float) -> contact.StressLook:
         """Return how the reed's stress is evaluated: along a beam, or at the places of a plate's `look`."""
-        if (look := contact.bending_look(self.scene.geometry)) is not None or self.look is None:
-            return look
+        if self.look is None:
+            return contact.bending_look(self.scene.geometry)
         field = self.look.field
         return replace(self.look, field=replace(field, body=advanced(field.body, self._start(dt))))
 

@@ -91,8 +91,7 @@ class PlateStress(FieldStress):
 
     @property
     def relative_bar(self) -> float:
-        after = self.largest.after_contact
-        return math.nan if after is None else self.bar / after.value
+        return self.bar / self.largest.after_contact.value
 
     @property
     def look(self) -> PlateLook:
@@ -122,7 +121,7 @@ class PlateStress(FieldStress):
     def under(self, strike: Strike) -> PlateStress:
         return replace(self, strike=strike, field=struck_by(self.field, strike))
 
-    def largest_in(self, strike: Strike, since: float | None) -> ReedStress:
+    def largest_in(self, strike: Strike, since: float) -> ReedStress:
         """Return the largest stresses in another run, also before and after the start ``since`` of a landing [s]."""
         other = self.under(strike)
         return stresses_of_plate(self.reed, self.field, largest(other.field, other.force, other.dt, since=since))
@@ -199,7 +198,7 @@ def plate_stress(
     scene: Scene,
     solved_by: Method,
     strike: Strike,
-    since: float | None = None,
+    since: float = math.nan,
     cached: Cached = computed,
     cached_peaks: Callable[[Array, Callable[[], Array]], Array] = computed_peaks,
 ) -> PlateStress | None:
@@ -229,7 +228,7 @@ def plate_stress(
     by_span = cached_peaks(field.points, lambda: largest(field, force, dt, since=since).by_span)
     by_point = LargestStress(Spans.of_run(force, dt, since), by_span)
     stress = PlateStress(strike, field, reed, by_point, math.nan, field)
-    if stress.largest.after_contact is None:
+    if not stress.largest.after_contact.is_known:
         return stress
     peaks = by_point.after_contact.von_mises
     errors = cached(lambda: _errors_of(scene, solved_by, stress))
@@ -258,7 +257,6 @@ def _errors_of(scene: Scene, solved_by: Method, stress: PlateStress) -> Errors:
         field = beside(plate_field(scene.geometry, striker, strike.division), points, 2 * REACH)
         look = PlateLook(reed, field, strike.division)
         run = marched(problem_of(scene, striker, impact.Body(strike.seat)), strike.dt, scene.run.duration)
-        other = look(run, None)
-        if other is not None and other.after_contact is not None:
-            errors["truncation"] = abs(other.after_contact.value - float(peaks.max())) / (1 - ratio**-2)
+        other = look(run, math.nan).after_contact.value
+        errors["truncation"] = abs(other - float(peaks.max())) / (1 - ratio**-2)
     return errors

@@ -65,7 +65,7 @@ class Round:
     seat: Solved
     striker: impact.Body
     touches: Touches
-    stress: ReedStress | None
+    stress: ReedStress
     left: Budget
     reed: Solved | None = None
     number: int = 1

@@ -62,7 +62,7 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
     elif REED in done.left.values:  # a measure of the round, which has its bar there
         reed = replace(reed, bar=done.left.bar(REED))
     of_seat = seat if np.any(done.result.force) else None
-    of_reed = reed if done.plate is None and reed is not None and reed.largest.after_contact is not None else None
+    of_reed = reed if done.plate is None and reed is not None and reed.largest.after_contact.is_known else None
     if seat is not None and of_seat is None:
         seat = replace(seat, bars=seat.bars + left_by_mesh(seat))
     if of_seat is None and of_reed is None:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impact import measures
-from impact.after.histories import PeakStress, ReedStress, line_force_peak, line_impulse_peak
+from impact.after.histories import UNKNOWN_STRESS, PeakStress, ReedStress, line_force_peak, line_impulse_peak
 from impact.after.landings import Landing
 from impact.after.regime import describe, regime
 from impact.after.result import ImpactResult
@@ -45,7 +45,7 @@ FREQUENCIES: Final = 10  # most natural frequencies of the striker in summary.js
 def summarise(
     touches: Touches,
     filter_width: float,
-    stress: ReedStress | None = None,
+    stress: ReedStress = UNKNOWN_STRESS,
     asked: LandingChoice = "hardest",
     *,
     driven: bool = False,
@@ -304,17 +304,15 @@ def largest_stress_bar(summary: Mapping[str, object]) -> dict[str, object]:
     return {f"{BAR}{REED_STRESS}": bar} if bar is not None and largest == after else {}
 
 
-def reed_stress_keys(stress: ReedStress | None) -> dict[str, object]:
+def reed_stress_keys(stress: ReedStress) -> dict[str, object]:
     """Return the largest stress in the reed: in all, before and after the first touch, at t = 0, and before the judged
     landing; ``None`` where it is unknown."""
-    known = (stress.at_start, stress.before_landing) if stress else (None, None)
-    start, landing = (None if peak is None else peak.value for peak in known)
     return {
-        **_stress_keys("peak_reed_stress", stress.largest if stress else None),
-        **_stress_keys("peak_reed_stress_after_contact", stress.after_contact if stress else None),
-        **_stress_keys("initial_reed_stress", stress.initial if stress else None),
-        "reed_stress_at_start_Pa": start,
-        "reed_stress_before_landing_Pa": landing,
+        **_stress_keys("peak_reed_stress", stress.largest),
+        **_stress_keys("peak_reed_stress_after_contact", stress.after_contact),
+        **_stress_keys("initial_reed_stress", stress.initial),
+        "reed_stress_at_start_Pa": finite_or_none(stress.at_start.value),
+        "reed_stress_before_landing_Pa": finite_or_none(stress.before_landing.value),
     }
 
 
@@ -323,8 +321,8 @@ def front_of(result: ImpactResult, young: float, density: float) -> float:
     return math.sqrt(young * density) * abs(measures.impact_velocity(result)) or math.nan
 
 
-def _stress_keys(name: str, peak: PeakStress | None) -> dict[str, object]:
-    value, at, time_of = (peak.value, peak.at, peak.time) if peak else (None, None, None)
+def _stress_keys(name: str, peak: PeakStress) -> dict[str, object]:
+    value, at, time_of = map(finite_or_none, (peak.value, peak.at, peak.time))
     return {f"{name}_Pa": value, f"{name}_at_m": at, f"{name}_time_s": time_of}
 
 
