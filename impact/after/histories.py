@@ -240,16 +240,21 @@ Pieces = tuple[tuple[int, bool], ...]
 class ClosedLine:
     """A line of N arcs around a centre, closed unless its ``pieces`` say otherwise.
 
-    ``lengths`` (N,): lengths of the arcs [m]; ``edges`` (N + 1,): angles of their ends, from 0 to 2 pi [rad], ``None``
+    ``lengths`` (N,): lengths of the arcs [m]; ``edges`` (N + 1,): angles of their ends, from 0 to 2 pi [rad], empty
     where the angle does not determine the point; ``places`` (N, 2): mean x and y over each arc from the centre [m];
     ``names``: of the pieces.
     """
 
     lengths: Array
-    edges: Array | None
+    edges: Array
     places: Array
     pieces: Pieces = ()
     names: tuple[str, ...] = ()
+
+    @property
+    def has_angles(self) -> bool:
+        """Return whether an angle determines a point of the line."""
+        return len(self.edges) > 0
 
     @property
     def borders(self) -> Array:
@@ -280,15 +285,15 @@ class ClosedLine:
         return ClosedLine(np.full(arcs, 2 * np.pi * radius / arcs), 2 * np.pi * np.arange(arcs + 1) / arcs, places)
 
 
-def over_arcs(force: Array, share: float, length: float | Array | None = None, pieces: Pieces = ()) -> Array:
+def over_arcs(force: Array, share: float, length: float | Array, pieces: Pieces = ()) -> Array:
     """Return the (n, 2 N) mean force per length [N/m] over the parts of the line that begin at each of N arcs, and over
     those that end there: among them is the largest over any such part, as the force is uniform along each arc.
 
     ``force``: (n, N) forces on the arcs [N]. On an open piece, parts that would pass an end are moved back to it.
     ``share``: length of a part over that of the line, raised to the longest arc's and limited to a whole piece; an arc
-    partly inside counts in proportion. ``length``: by default 1 m per arc, which gives the mean force per arc.
+    partly inside counts in proportion. ``length``: of the line, or (N,) of its arcs [m].
     """
-    lengths = lengths_of(float(force.shape[1]) if length is None else length, force.shape[1])
+    lengths = lengths_of(length, force.shape[1])
     weights, first = np.zeros((len(lengths), 2 * len(lengths))), 0
     for arcs, starts, width, closed in _parts(share, lengths, pieces):
         of_piece, turns = lengths[arcs], 2 if closed else 1

@@ -428,10 +428,10 @@ class GasRun(DriveRun):
         return angles(self.history.time, self.asked.rpm, self.asked.angle)
 
     @cached_property
-    def volume(self) -> Array | None:
-        """Return the (n + 1,) volume of the cylinder [m^3]; ``None`` if its pressure is prescribed."""
+    def volume(self) -> Array:
+        """Return the (n + 1,) volume of the cylinder [m^3]; empty if its pressure is prescribed."""
         crank = self.asked.crank
-        return None if crank is None else np.array([crank.volume(float(t)) for t in self.history.time])
+        return np.array([] if crank is None else [crank.volume(float(t)) for t in self.history.time])
 
     def values(self) -> dict[str, float]:
         """Return the mass that flows in each cycle of a run [kg], and that over each of several lands in all of it."""
@@ -478,7 +478,7 @@ class GasRun(DriveRun):
             "gas_least_pressure_Pa": float(self.history.pressure.min()),
             **self._of_lands(),
         }
-        if self.volume is not None:
+        if len(self.volume):
             residual = self.history.energy_residual(self.drive.gas.k, self.volume)
             keys |= {"gas_mass_residual": self.history.mass_residual(side)}
             keys |= {"gas_energy_residual": residual}
@@ -503,12 +503,12 @@ class GasRun(DriveRun):
         h = self.history
         heads = ["time [s]", "angle [deg]", "pressure [Pa]", "lift [m]", "reed flow [kg/s]"]
         columns = [h.time, self.angle, h.pressure, h.lift, h.flow(FORWARD, BACK)]
-        if self.volume is not None:
+        if len(self.volume):
             heads += ["other valve flow [kg/s]", "volume [m^3]", "mass [kg]"]
             columns += [h.flow(OTHER), self.volume, h.states[:, 1]]
         return write_csv(folder / FILE, heads, zip(*(column.tolist() for column in columns), strict=True), digits=9)
 
-    def picture(self, title: str, stop: float | None) -> tuple[str, Callable[[Path], None]]:
+    def picture(self, title: str, stop: float) -> tuple[str, Callable[[Path], None]]:
         courses = self.drive, self.history, self.angle, self.volume
         return PICTURE, lambda path: gas_plot.plot_gas(*courses, path, stop=stop, title=title or "Reed valve")
 

@@ -16,10 +16,10 @@ def test_means_over_whole_arcs_and_parts_of_arcs() -> None:
     force = np.array([[1.0, 2.0, 4.0, 8.0, 16.0]])
     begin = [1 + 2 + 4 / 2, 2 + 4 + 8 / 2, 4 + 8 + 16 / 2, 8 + 16 + 1 / 2, 16 + 1 + 2 / 2]
     end = [1 + 16 + 8 / 2, 2 + 1 + 16 / 2, 4 + 2 + 1 / 2, 8 + 4 + 2 / 2, 16 + 8 + 4 / 2]
-    np.testing.assert_allclose(over_arcs(force, 0.5), np.array([begin + end]) / 2.5, rtol=1e-14)
-    np.testing.assert_allclose(over_arcs(force, 0.2), np.tile(force, 2), rtol=1e-14)
-    np.testing.assert_allclose(over_arcs(force, 1.0), np.full((1, 10), 31 / 5), rtol=1e-14)
-    np.testing.assert_allclose(over_arcs(force, 0.01), np.tile(force, 2), rtol=1e-14)  # at least an arc
+    np.testing.assert_allclose(over_arcs(force, 0.5, 5.0), np.array([begin + end]) / 2.5, rtol=1e-14)
+    np.testing.assert_allclose(over_arcs(force, 0.2, 5.0), np.tile(force, 2), rtol=1e-14)
+    np.testing.assert_allclose(over_arcs(force, 1.0, 5.0), np.full((1, 10), 31 / 5), rtol=1e-14)
+    np.testing.assert_allclose(over_arcs(force, 0.01, 5.0), np.tile(force, 2), rtol=1e-14)  # at least an arc
 
 
 def test_no_part_of_the_line_has_a_larger_mean() -> None:

@@ -107,16 +107,16 @@ def lifts_of(geometry: ContactGeometry, touches: Touches, seat: GreensFunction) 
     return geometry.lifts(Division.from_greens(seat), gap, result.rows)
 
 
-def _mass_that_moves(problem: impact.ContactProblem, pushed: Array, shares: Array) -> float | None:
+def _mass_that_moves(problem: impact.ContactProblem, pushed: Array, shares: Array) -> float:
     """Return the striker's effective mass [kg]: the sum of forces ``pushed`` over the mean acceleration of contacts.
 
-    It is the mass of a free striker that does not rotate, and less if it does; ``None`` for one that is held, or
+    It is the mass of a free striker that does not rotate, and less if it does; 0 for one that is held, or
     without force.
     """
     inverse = problem.striker.greens.inverse_mass()
     seen = problem.directions(problem.striker)[:, : len(shares)]
     moved = float(shares @ seen.T @ np.where(np.isfinite(inverse), inverse, 0.0) @ seen @ pushed)
-    return float(pushed.sum()) / moved if moved > 0 else None
+    return float(pushed.sum()) / moved if moved > 0 else 0.0
 
 
 def stopper_in(problem: impact.ContactProblem) -> Body | None:

@@ -56,20 +56,19 @@ class ModeCount(Ladder):
 
     def applies(self, run: ComputedRun) -> bool:
         """Return whether the body is a beam; a stopper must also have one contact only."""
-        return self._number(run) is not None
+        return self._number(run) > 0
 
-    def _number(self, run: ComputedRun) -> int | None:
+    def _number(self, run: ComputedRun) -> int:
+        """Return the number of modes of a beam; 0 of other bodies."""
         if self.role != "stopper":
-            return run.method.seat.n_modes if self.role == "seat" else run.method.reed.n_modes
+            return (run.method.seat if self.role == "seat" else run.method.reed).n_modes or 0
         stopper = run.scene.stopper
         is_beam = stopper is not None and "stopper" not in run.solved and stopper.parts == Division()
-        return stopper.body.stated().n_modes if stopper is not None and is_beam else None
+        return stopper.body.stated().n_modes or 0 if stopper is not None and is_beam else 0
 
     def neighbours(self, run: ComputedRun) -> Terms:
         """Return the run with other numbers of modes."""
-        number = self._number(run)
-        assert number is not None
-        return (tuple(self._with(run, other, weight) for other, weight in other_modes(number)),)
+        return (tuple(self._with(run, other, weight) for other, weight in other_modes(self._number(run))),)
 
     def _with(self, run: ComputedRun, number: int, weight: float) -> Variation:
         scene = run.scene

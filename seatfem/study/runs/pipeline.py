@@ -219,7 +219,8 @@ def _run(
             division = latest.plan.method.seat.division
             layout, draw = layouts, scene_drawing.draw_layout
             drawing = layout.DRAWING, lambda path: draw(layout.layout_of(scene, division), path)
-            stop = None if scene.stopper is None else scene.geometry.stopper_gap_at_contact + scene.contact.gap
+            geometry = scene.geometry
+            stop = geometry.stopper_gap_at_contact + scene.contact.gap if scene.stopper else math.nan
             of_wings = [each.picture(scene.title, stop) for each in courses]
             strains = run_pictures.gauge_pictures(latest.touches, scene.title)
             stopper = run_pictures.stopper_pictures(latest.touches, scene.run.filter_width, scene.title)

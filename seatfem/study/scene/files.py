@@ -169,7 +169,7 @@ def _of_lip(geometry: lips.ContactGeometry, body: Structure, table: str, key: st
     if lip is not None and (arcs := contact.ports or 1) > 1 and (whole := lip.whole(arcs)) != arcs:
         text = f"of {arcs} segments of equal areas some would lie on two of the seat's faces; take {whole}"
         yield ("contact", "ports"), text
-    if lip is not None and contact.waviness and lip.edges is None:
+    if lip is not None and contact.waviness and not len(lip.edges):
         yield ("contact", "waviness"), lips.NO_ANGLES
 
 

@@ -366,7 +366,7 @@ class ContactGeometry:
     def _lines_sought(self) -> int:
         return LINES if is_curved(self.reed) else 2
 
-    def _heights(self, points: Array, angles: Array | None) -> Array:
+    def _heights(self, points: Array, angles: Array) -> Array:
         """Return the heights (arcs, lines, n) of the gap [m] at points (arcs, lines, n, 2) from the centre of the lip,
         at these angles (arcs, n).
 
@@ -374,7 +374,7 @@ class ContactGeometry:
         contact = self.contact
         height = tilted(points, contact.tilt, contact.tilt_axis)
         if contact.waviness:
-            if angles is None:
+            if not len(angles):
                 raise scene_error("contact.waviness", NO_ANGLES)
             at, values = np.array(contact.waviness).T
             height = height + np.interp(angles, at, values, period=2 * np.pi)[:, None]

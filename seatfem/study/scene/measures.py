@@ -40,7 +40,7 @@ class Line:
         grid: steps of the run.
         length: length of the centre line, if the arcs are equal, or (arcs,) lengths of the arcs [m].
         share: fraction of the line over which forces are averaged.
-        edges: (arcs + 1,) angles at the ends of the arcs [rad]; ``None`` if angles do not define places on the line.
+        edges: (arcs + 1,) angles at the ends of the arcs [rad]; none if angles do not define places on the line.
         film: (N + 1, arcs) part of the force by a fluid film [N]; 0 without film.
         pieces: parts of the line, as in `impact.after.histories`.
         names: of the lands, one for each piece.
@@ -51,7 +51,7 @@ class Line:
     grid: TimeGrid
     length: float | Array
     share: float
-    edges: Array | None = None
+    edges: Array = field(default_factory=lambda: np.zeros(0))
     film: Array = field(default_factory=lambda: NO_FILM)
     pieces: histories.Pieces = ()
     names: tuple[str, ...] = ()
@@ -68,19 +68,19 @@ class Line:
         ends = np.cumsum([0, *(number for number, _ in self.pieces)]).tolist()
         return tuple(slice(*pair) for pair in itertools.pairwise(ends)) if len(self.pieces) > 1 else ()
 
-    def land_of(self, arc: int) -> tuple[str, float | None]:
-        """Return the name of the land of an arc, and the angle of its middle about that land's own centre [deg],
-        ``None`` on one that is no ring; ("", ``None``) on a lip of a single land."""
+    def land_of(self, arc: int) -> tuple[str, float]:
+        """Return the name of the land of an arc, and the angle of its middle about that land's own centre [deg], nan on
+        one that is no ring; ("", nan) on a lip of a single land."""
         if not self.lands:
-            return "", None
+            return "", math.nan
         number = next(k for k, land in enumerate(self.lands) if land.start <= arc < land.stop)
-        line = histories.ClosedLine(self.lengths, None, self.places, self.pieces)
-        return self.names[number], math.degrees(line.place_on_ring(arc)[1]) if line.rings else None
+        line = histories.ClosedLine(self.lengths, self.edges, self.places, self.pieces)
+        return self.names[number], math.degrees(line.place_on_ring(arc)[1]) if line.rings else math.nan
 
-    def degrees_at(self, place: float) -> float | None:
-        """Return the angle [deg] at a fraction of the line from the start of the first arc; ``None`` without angles."""
-        if self.edges is None:
-            return None
+    def degrees_at(self, place: float) -> float:
+        """Return the angle [deg] at a fraction of the line from the start of the first arc; nan without angles."""
+        if not len(self.edges):
+            return math.nan
         borders = np.concatenate([[0.0], np.cumsum(self.lengths)]) / self.lengths.sum()
         return round(float(np.degrees(np.interp(place, borders, self.edges))), 6) % 360
 
