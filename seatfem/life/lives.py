@@ -1,10 +1,11 @@
-"""Fatigue life of both bodies after a run, and curves of the margin over one quantity, from further runs."""
+"""Fatigue life of both bodies after a run, the error bar of its margin, and curves of the margin over one
+quantity, from further runs."""
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from itertools import pairwise
@@ -14,9 +15,11 @@ from typing import TYPE_CHECKING, Any, Final
 import scipy
 
 from impact.files.csv_table import write_csv
-from impact.life.places import margin_error
+from impact.greens.base import Array
+from impact.life.places import Demand, judged, margin_error, on_planes, thinned
 from impact.notices import Progress, Tell, ignore, silent
 from impact.quantities import finite_or_none, in_time
+from impact.runs.variations import SAFETY
 from seatfem.life.assess import (
     LifeResult,
     asked_keys,
@@ -28,7 +31,6 @@ from seatfem.life.assess import (
     life_notes,
 )
 from seatfem.life.maps import margin_pictures, plot_margins
-from seatfem.life.margin_bars import MARGIN, margin_bar
 from seatfem.life.table import OF_A_CURVE, UNITS, LifeTable, varied
 from seatfem.study.impacts import contact
 from seatfem.study.impacts.bodies import striker_of
@@ -134,6 +136,7 @@ def margin_bars_of(bodies: Sequence[BodyStress], result: LifeResult, bar: object
     return bars
 
 
+MARGIN: Final = "life_margin"
 NEAR: Final = 1e-3  # relative accuracy of the allowed value, at which the margin is 1
 MOST: Final = 20  # most runs of the search for the allowed value
 FARTHEST: Final = 20.0  # limit of |log margin|, for margins of zero and infinity
@@ -351,3 +354,27 @@ def _in_one_unit(key: str, values: Sequence[str | float]) -> tuple[list[float], 
     if len(numbers) < 2:
         raise RunError(f"{key}: a curve needs two values or more, not {len(numbers)}")
     return numbers, units[0]
+
+
+def margin_bar(
+    life: LifeTable, done: Round, reed: BodyStress, result: LifeResult, progress: Progress = silent
+) -> float:
+    """Return the error bar of the least margin of the reed: `SAFETY` times the combined `BodyStress.errors_of_value`;
+    nan where that is not known, where another body has the least margin, and in a run without contact."""
+    worst = result.of_one_axis
+    if worst is None or body_of(worst.worst.at) != reed.role or math.isnan(done.touch):
+        return math.nan
+    demand, turn = life.demand(), done.plan.scene.turn
+    assert demand is not None
+    cycle = turn if life.block == "last cycle" and turn is not None else math.inf
+    first = block_from(life, turn, done.touches)
+    margin_of = partial(least_margin, replace(demand, several_axes=None))
+    cached = partial(kept.cached_numbers, done, done.touches, "errors of the margin")
+    errors = reed.errors_of_value(done, margin_of, first, cycle, cached, progress)
+    return SAFETY * math.hypot(*errors.values()) if errors else math.nan
+
+
+def least_margin(demand: Demand, blocks: Iterable[Array]) -> float:
+    """Return the least margin under stress histories (m, 6) of several places, in both faces of a plate."""
+    histories = on_planes(("", sign * thinned(block)) for block in blocks for sign in (1.0, -1.0))
+    return judged(histories, demand).life.margin

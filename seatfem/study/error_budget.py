@@ -23,7 +23,7 @@ from impact.greens.base import Array
 from impact.march.problem import ContactProblem
 from impact.notices import Progress, silent
 from impact.runs.variations import SAFETY, Budget, Terms, Values, budget_of, changes, combined, larger, times, total
-from seatfem.machine import compiling, resources
+from seatfem.machine import resources
 from seatfem.structures import method as methods
 from seatfem.study.impacts import contact, plate_stress
 from seatfem.study.impacts.bodies import problem_of
@@ -202,7 +202,7 @@ def error_budget(
     if shorter := march.step_of_waves(problem, result.dt, scene.run.duration):
         finer.append(changes(known, run(problem, shorter)))
     histories = contact.STEP_BYTES * len(result.rows.ends) * len(problem.contacts)  # of a run [bytes]
-    threads = max(1, int(min(compiling.threads(), resources.available_memory() / histories)))
+    threads = max(1, int(min(resources.compiled_threads(), resources.available_memory() / histories)))
     values = values_with_clock(own)
     budget = budget_of(run, problem, values, result.dt, terms, filter_width=width, finer=finer, threads=threads)
     budget = with_end(scene, problem, sum_by_source(budget, terms), result.dt, like)

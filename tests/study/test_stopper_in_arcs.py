@@ -20,7 +20,7 @@ from seatfem.study.impacts.plate_stress import plate_field
 from seatfem.study.impacts.touches import Touches, stopper_values
 from seatfem.study.ladders.table import ladder_of
 from seatfem.study.runs.converge import begin_plan
-from seatfem.study.runs.remedies import remedy_by_key
+from seatfem.study.runs.round import remedy_by_key
 from seatfem.study.scene import Scene, SceneError
 from seatfem.study.scene.lips import STOPPER
 from tests.as_stated import solved_striker, striker_of

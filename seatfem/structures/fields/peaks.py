@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from impact.after.histories import Spans
 from impact.march.loop.compiled import compiled
-from seatfem.machine.compiling import threads
+from seatfem.machine.resources import compiled_threads
 from seatfem.structures.model import Array
 
 TIMES_PER_RADIAN: Final = 2  # samples of stress per radian of the highest retained frequency
@@ -106,7 +106,7 @@ def largest(
         return LargestStress(spans, np.zeros((spans.count, 4, 0)))
     bounds, stride = field.bounds, stride_of(field, dt)
     peaks = np.zeros((spans.count, 4, len(bounds), len(field.points) // len(bounds)))
-    with ThreadPoolExecutor(workers or threads()) as pool:
+    with ThreadPoolExecutor(workers or compiled_threads()) as pool:
         for number, part in blocks_of_times(field, force, dt, stride):
             times = number * stride
             numbers = spans.of_times(times)

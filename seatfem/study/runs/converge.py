@@ -46,7 +46,7 @@ from seatfem.study.method import (
     stated_method,
 )
 from seatfem.study.plan import Choice, Plan, Refinement
-from seatfem.study.runs.remedies import remedy_by_key
+from seatfem.study.runs.round import remedy_by_key
 from seatfem.study.safety import source_in_words
 from seatfem.study.scene import Scene
 from seatfem.study.scene.files import check_files

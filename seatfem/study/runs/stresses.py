@@ -28,8 +28,7 @@ from seatfem.study.plan import Plan
 from seatfem.study.runs import kept
 from seatfem.study.runs.error_bars import error_bars_of
 from seatfem.study.runs.reed_stress import ERRORS, PEAKS, PlateStress, plate_stress
-from seatfem.study.runs.remedies import remedy_by_source, remedy_of
-from seatfem.study.runs.round import Round
+from seatfem.study.runs.round import Round, remedy_by_source, remedy_of
 from seatfem.study.runs.seat_stress import SeatStress, judged_under, left_by_mesh, seat_stress
 from seatfem.study.safety import source_in_words
 from seatfem.units import place_words, write_quantity
