@@ -101,7 +101,7 @@ def finer_in_every_key(scene: Scene, method: RunMethod, by: Finer = FINEST) -> t
     changed["contact"] = scene.contact.model_copy(update={"rings": rings})
     changed["run"] = scene.run.model_copy(update={"time_step": step})
     if scene.stopper is not None:
-        parts = finer_stopper(scene, scene.stopper.parts) if by.divides else None
+        parts = finer_stopper(scene.geometry, scene.stopper.parts) if by.divides else None
         stopper = scene.stopper.divided(parts or scene.stopper.parts)
         changed["stopper"] = stopper.model_copy(update={"body": finer_body(stopper.body, by)})
     scene = scene.model_copy(update=changed)

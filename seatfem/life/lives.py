@@ -105,7 +105,7 @@ def lives(
         progress("life", 0.0)
         first = block_from(life, done.plan.scene.turn, strike.touches)
         histories = {each.role: each.under(strike).histories(first) for each in bodies}
-        sphere = done.plan.scene.contact.law.of_a_sphere or 0.0
+        sphere = done.plan.scene.contact.law.of_a_sphere
         result = assess_life(life, strike.touches, first, histories["reed"], histories.get("seat", ()), sphere)
         progress("life", 1.0)
         return asdict(result)
@@ -366,7 +366,7 @@ def margin_bar(
         return math.nan
     demand, turn = life.demand(), done.plan.scene.turn
     assert demand is not None
-    cycle = turn if life.block == "last cycle" and turn is not None else math.inf
+    cycle = turn if life.block == "last cycle" else math.inf
     first = block_from(life, turn, done.touches)
     margin_of = partial(least_margin, replace(demand, several_axes=None))
     cached = partial(kept.cached_numbers, done, done.touches, "errors of the margin")

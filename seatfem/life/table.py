@@ -323,13 +323,13 @@ source = "report, page"
         return None if strength is None or math.isnan(strength.impact_velocity) else strength
 
     def contradictions_with(
-        self, geometry: ContactGeometry, turn: float | None, duration: float, *, stressed: bool
+        self, geometry: ContactGeometry, turn: float, duration: float, *, stressed: bool
     ) -> fields.Contradictions:
         """Yield contradictions if the scene has no stress for a criterion, or too few turns of the crank [s] within the
-        ``duration`` [s]; ``stressed``: whether stress in the seat is computed.
+        ``duration`` [s]; ``turn``: nan without a crank; ``stressed``: whether stress in the seat is computed.
         """
         contact, reed = geometry.contact, geometry.reed
-        if self.contact_criterion and (contact.law.of_a_sphere is None or contact.rings > 1):
+        if self.contact_criterion and (not contact.law.of_a_sphere or contact.rings > 1):
             words = "the stress below a contact is known of a law of Hertz, not in rings"
             yield "contact_criterion", f"{words}: state one, or remove the key"
         if self.of_bending and self.strength is not None:
@@ -342,7 +342,7 @@ source = "report, page"
         if self.curves is not None:
             yield from fields.within("curves", self.curves.check(geometry))
         if self.block == "last cycle":
-            if turn is None:
+            if math.isnan(turn):
                 yield "block", "no load of one rpm repeats in this scene; take the run as the block"
             elif duration < TURNS * turn * (1 - 1e-9):
                 whole, each = (units.write_quantity(time, "time") for time in (duration, turn))

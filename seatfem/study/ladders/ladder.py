@@ -128,7 +128,7 @@ class Ladder:
         """Return a value in words, with its unit."""
         return write_quantity(value, self.dimension, 3) if self.dimension else str(value)
 
-    def finer(self, value: Any, factor: float, scene: Scene) -> Any:
+    def finer(self, value: Any, factor: float) -> Any:
         """Return a finer value, whose error is smaller by about ``factor``; the same if rounds change no such key."""
         return value
 
@@ -141,7 +141,7 @@ class Ladder:
         the key, or it is at its limit."""
         if self.key not in FIELDS or self.key in method.given or not (value := method.value(self.key)):
             return method
-        return method.replaced({self.key: self.finer(value, factor, scene)})
+        return method.replaced({self.key: self.finer(value, factor)})
 
     def applies(self, run: ComputedRun) -> bool:
         """Return whether a run has this key and can have an error by it: its body is solved, not in closed form."""

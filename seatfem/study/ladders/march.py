@@ -45,9 +45,11 @@ class TimeStep(Ladder):
         step = max(min(run.filter_width / FIRST, longest_step(known.scene.driven_by)), run.duration / MAX_STEPS)
         return replace(method, time_step=fitted(step, run.duration))
 
-    def finer(self, value: float, factor: float, scene: Scene) -> float:
-        """Return a shorter step."""
-        return fitted(value / factor, scene.run.duration)
+    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod:
+        """Return the method with a shorter step."""
+        if STEP in method.given or method.time_step is None:
+            return method
+        return replace(method, time_step=fitted(method.time_step / factor, scene.run.duration))
 
 
 def step_of_waves(problem: ContactProblem, dt: float, duration: float) -> float:

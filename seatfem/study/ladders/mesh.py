@@ -185,7 +185,7 @@ class Tolerance(Ladder):
             return method
         return method.replaced({TOLERANCE: TOLERANCES[-1 if method.seat.in_arcs else 0]})
 
-    def finer(self, value: float, factor: float, scene: Scene) -> float:
+    def finer(self, value: float, factor: float) -> float:
         """Return a stricter tolerance."""
         return value / factor
 

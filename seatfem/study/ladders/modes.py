@@ -16,7 +16,6 @@ from seatfem.structures.rings import Division
 from seatfem.study.impacts.bodies import striker_of
 from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder
 from seatfem.study.method import MODES, RunMethod
-from seatfem.study.scene import Scene
 
 FEW_MODES: Final = 20  # modes of a beam with which a run begins; with less than half as many, fewer ones tell little
 FEWER: Final = 1.4  # ratio of the numbers of a beam's modes whose change equals the truncation error
@@ -45,7 +44,7 @@ class ModeCount(Ladder):
     effort: float = 0.7
     rule: str = "few, to begin with"
 
-    def finer(self, value: int, factor: float, scene: Scene) -> int:
+    def finer(self, value: int, factor: float) -> int:
         """Return more modes."""
         return min(MOST_BEAM_MODES, math.ceil(value * FEWER ** math.ceil(math.log2(factor))))
 

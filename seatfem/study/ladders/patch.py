@@ -40,6 +40,7 @@ from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder
 from seatfem.study.ladders.mesh import in_each_arc
 from seatfem.study.method import CONTACT_SIZE, PORTS, RINGS, STOPPER_ARCS, STOPPER_RINGS, RunMethod
 from seatfem.study.scene import Scene, local
+from seatfem.study.scene.lips import ContactGeometry
 from seatfem.study.scene.measures import any_needs
 from seatfem.study.scene.problems import SceneError
 
@@ -69,9 +70,9 @@ class Rings(Ladder):
             return method
         if any(each.needs_whole_contact for each in scene.assessments):
             return method
-        return _in_parts(scene, method, method.seat.lip.arcs if method.seat.lip else 1, rings)
+        return _in_parts(scene.geometry, method, method.seat.lip.arcs if method.seat.lip else 1, rings)
 
-    def finer(self, value: int, factor: float, scene: Scene) -> int:
+    def finer(self, value: int, factor: float) -> int:
         """Return twice as many rings, at least those that one or two are compared with."""
         return min(max(2 * value, REFERENCE_RINGS), MOST_RINGS)
 
@@ -94,11 +95,11 @@ class Rings(Ladder):
         return ((Variation(varied, 1 + left_by(Division.from_greens(divided).rings), same),),)
 
 
-def _in_parts(scene: Scene, method: RunMethod, arcs: int, rings: int) -> RunMethod:
+def _in_parts(geometry: ContactGeometry, method: RunMethod, arcs: int, rings: int) -> RunMethod:
     """Return the method with the lip in these parts, as far as they are no more than the program chooses itself."""
     if arcs * rings > MOST_CHOSEN:
         return method
-    return meshed_for_arcs(scene.seat, method.along(scene.geometry, arcs, rings))
+    return meshed_for_arcs(geometry.seat, method.along(geometry, arcs, rings))
 
 
 def meshed_for_arcs(seat: Structure, method: RunMethod) -> RunMethod:
@@ -148,13 +149,13 @@ class Arcs(Ladder):
         scene = known.scene
         if is_one_enough(scene):
             return method.along(scene.geometry, 1, scene.contact.rings)
-        return in_fewest_arcs(scene, method)
+        return in_fewest_arcs(scene.geometry, scene.accuracy.measures, method)
 
     def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod:
         """Return the method with twice as many arcs."""
         if PORTS in method.given or (method.ports or 1) == 1:
             return method
-        return _in_parts(scene, method, 2 * (method.ports or 1), method.seat.rings or 1)
+        return _in_parts(scene.geometry, method, 2 * (method.ports or 1), method.seat.rings or 1)
 
     def neighbours(self, run: ComputedRun) -> Terms:
         """Return the run with other arcs, each with its own gap, on a coarser mesh of the seat."""
@@ -168,13 +169,13 @@ class Arcs(Ladder):
         return ((Variation(varied, weight, run.with_greens("seat", divided_less(finer, division)).problem),),)
 
 
-def in_fewest_arcs(scene: Scene, method: RunMethod) -> RunMethod:
+def in_fewest_arcs(geometry: ContactGeometry, measures: Sequence[str], method: RunMethod) -> RunMethod:
     """Return the method with the fewest arcs of a lip whose convergence can be estimated; where a force per length is
-    asked for, with arcs no longer than the part over which it is averaged. It is the same without a lip."""
-    along_line = math.ceil(2 * math.pi / scene.contact.line_arc) if any_needs(scene.accuracy.measures, "line") else 1
+    among the ``measures``, with arcs no longer than the part over which it is averaged; the same without a lip."""
+    along_line = math.ceil(2 * math.pi / geometry.contact.line_arc) if any_needs(measures, "line") else 1
     fewest = max(FEWEST_ARCS, along_line)
-    lip = scene.geometry.lip(fewest)
-    return method if lip is None else method.along(scene.geometry, lip.whole(fewest))
+    lip = geometry.lip(fewest)
+    return method if lip is None else method.along(geometry, lip.whole(fewest))
 
 
 def is_one_enough(scene: Scene) -> bool:
@@ -195,7 +196,7 @@ class OnePort(Ladder):
         """Return the method with the lip in segments, and an element in each."""
         if PORTS in method.given or method.ports != 1:
             return method
-        finer = in_fewest_arcs(scene, method)
+        finer = in_fewest_arcs(scene.geometry, scene.accuracy.measures, method)
         return method if finer == method else meshed_for_arcs(scene.seat, finer)
 
     def applies(self, run: ComputedRun) -> bool:
@@ -250,7 +251,7 @@ class StopperParts(Ladder):
         division, has_arcs = method.stopper, STOPPER_ARCS in method.given
         if division is None or (has_arcs and division.arcs == 1):
             return method
-        if (finer := finer_stopper(scene, division)) is None:
+        if (finer := finer_stopper(scene.geometry, division)) is None:
             return method
         arcs = division.arcs if has_arcs else finer.arcs
         finer = Division(arcs, division.rings if STOPPER_RINGS in method.given else finer.rings)
@@ -311,7 +312,7 @@ def _stopper_rings(run: ComputedRun, division: Division) -> Terms:
 def _stopper_in_arcs(run: ComputedRun, division: Division) -> Sequence[Variation]:
     """Return the run in which a plate meets all of the stopper's face in segments and parts across, weighted by
     `OF_ONE`; none where that face is no ring, disc or strip, or the plate does not cover it."""
-    parts = finer_stopper(run.scene, division)
+    parts = finer_stopper(run.scene.geometry, division)
     try:
         divided = None if parts is None else _stopped_in(run, parts)
     except (ModelError, SceneError):
@@ -319,19 +320,19 @@ def _stopper_in_arcs(run: ComputedRun, division: Division) -> Sequence[Variation
     return () if divided is None else (Variation(divided, OF_ONE),)
 
 
-def finer_stopper(scene: Scene, division: Division) -> Division | None:
+def finer_stopper(geometry: ContactGeometry, division: Division) -> Division | None:
     """Return the parts of a stopper that are finer than a ``division``: twice as many arcs and more rings, or the first
     of both; ``None`` where its face cannot be divided, or no further."""
-    stopper = scene.stopper
+    stopper = geometry.stopper
     if stopper is None:
         return None
-    if stopper.profile is not None and scene.geometry.has_two_places:  # a beam is met along its length only
+    if stopper.profile is not None and geometry.has_two_places:  # a beam is met along its length only
         return Division(2 * division.arcs) if 2 * division.arcs <= MOST_PORTS else None
     if division.arcs > 1:
         rings = max(division.rings, arc_rings_to_compare(division.rings)[0])
         return Division(2 * division.arcs, rings) if 2 * division.arcs * rings <= MOST_PORTS else None
     try:
-        face = scene.reed.meets(scene.geometry.struck(body=stopper.body))
+        face = geometry.reed.meets(geometry.struck(body=stopper.body))
     except ModelError:
         return None
     return None if face is None else Division(face.whole(FEWEST_ARCS), max(ACROSS[1], division.rings))

@@ -307,7 +307,7 @@ def remedy_by_key(scene: Scene, key: str) -> str:
     """Return in words what to state at one ``key``, so that its error becomes smaller; "" if the scene has no such
     key."""
     if key == STOPPER_ARCS and scene.stopper is not None:
-        finer = finer_stopper(scene, scene.stopper.parts)
+        finer = finer_stopper(scene.geometry, scene.stopper.parts)
         return "" if finer is None else f"state {key} = {finer.arcs} and {STOPPER_RINGS} = {finer.rings}"
     table = next((each for each in STATED if key == each or key.startswith(f"{each}.")), "")
     return IN_WORDS.get(key, f"{STATED[table]} {table}" if table and has_key_of_kind(scene, table) else "")

@@ -229,12 +229,12 @@ class Scene(fields.Table):
         return self.model_copy(update={name: getattr(geometry, name) for name in CONTACTS})
 
     @property
-    def turn(self) -> float | None:
-        """Return the duration of one turn of the crank [s]; ``None`` without a crank, or for several speeds."""
+    def turn(self) -> float:
+        """Return the duration of one turn of the crank [s]; nan without a crank, or for several speeds."""
         courses: list[object] = [each for load in self.load for each in (load.pressure, load.force, load.base_motion)]
         courses += [*self.driven_by, *(getattr(self.reed, key, None) for key in self.reed.traits.moved_by)]
         turns = {60.0 / rpm for course in courses if (rpm := getattr(course, "rpm", None)) is not None}
-        return turns.pop() if len(turns) == 1 else None
+        return turns.pop() if len(turns) == 1 else math.nan
 
     @property
     def crank(self) -> tuple[float, float] | None:
@@ -312,7 +312,7 @@ class Scene(fields.Table):
         if flight > self.run.duration:
             ends, least = (write_quantity(time, "time", 3) for time in (self.run.duration, flight))
             yield "run.duration", f"{ends} ends before the landing: the reed flies {least}; watch longer"
-        if self.assessments and self.turn is not None and self.run.duration < self.turn * (1 - 1e-9):
+        if self.assessments and self.run.duration < self.turn * (1 - 1e-9):
             ends, least = (write_quantity(time, "time", 3) for time in (self.run.duration, self.turn))
             words = f"{ends} is less than a turn of the crank, {least}, and the run is the block that repeats"
             yield "run.duration", f"{words}: its life lacks what happens in the rest; watch a whole turn"
