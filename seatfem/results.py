@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import ClassVar, Final, Literal
 
-from impact.late import import_all
+from impact.names import import_all
 from seatfem.readings import Summary, as_number, duration, ending_of, unit_of
 
 Group = Literal["landing", "run", "stopper", "spring", "film", "lip", "seat", "life", "cycle", "raw"]

@@ -39,8 +39,7 @@ from seatfem.faces.terminal import (
 )
 from seatfem.faces.wings import file_kinds
 from seatfem.readings import Summary, as_number
-from seatfem.study.answers.decision import Decision, decide
-from seatfem.study.answers.omissions import not_modelled, omissions
+from seatfem.study.answers.decision import Decision, decide, not_modelled, omissions
 from seatfem.study.answers.verdict import against_spring, sentences
 from seatfem.study.impacts import contact
 from seatfem.study.impacts import layout as layouts

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from seatfem.faces.report.page import report_page
-from seatfem.study.answers.omissions import checked_scenes, how_often_checked, omissions
+from seatfem.study.answers.decision import checked_scenes, how_often_checked, omissions
 
 HOSTILE = "<script>document.title='taken'</script>"
 WHOLE = {

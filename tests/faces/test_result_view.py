@@ -9,7 +9,7 @@ from rich.console import Console
 
 from seatfem.faces.report.fragments import provenance
 from seatfem.faces.tables import result_table
-from seatfem.study.answers.omissions import omissions
+from seatfem.study.answers.decision import omissions
 from seatfem.study.answers.verdict import verdict
 from seatfem.wings.life import life_sentence
 

@@ -9,7 +9,7 @@ from types import ModuleType
 
 import pytest
 
-from impact.late import LateModule, import_now, load_late
+from impact.names import LateModule, import_now, load_late
 
 SOURCES = {
     "__init__": "",

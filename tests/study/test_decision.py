@@ -6,8 +6,7 @@ import re
 
 import pytest
 
-from seatfem.study.answers.decision import decide
-from seatfem.study.answers.omissions import how_often_checked
+from seatfem.study.answers.decision import decide, how_often_checked
 
 RUN: dict[str, object] = {
     "landing_status": "landed", "landing_count": 2, "landing_number": 1, "landing_closing_speed_m_per_s": 1.367,

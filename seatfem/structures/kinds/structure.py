@@ -19,7 +19,7 @@ from pydantic.fields import FieldInfo
 from impact.after.histories import ReedStress
 from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunction, GreensFunctionError
-from impact.late import import_now
+from impact.names import import_now
 from impact.notices import Advice, Progress, silent
 from seatfem.fields import Angle, Contradictions, Gap, KeyProblem, Length, Table, kind_of, kinds_below
 from seatfem.structures import lip, model

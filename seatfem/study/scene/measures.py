@@ -16,8 +16,8 @@ from impact.after.histories import UNKNOWN_STRESS, ReedStress
 from impact.after.landings import Landing, hardest, pair_landings
 from impact.after.result import NO_FILM
 from impact.greens.base import Array
-from impact.late import import_all
 from impact.march.grid import TimeGrid
+from impact.names import import_all
 from seatfem.results import WINGS, ResultSource
 
 LandingChoice = Literal["hardest", "first", "run"]

@@ -14,7 +14,7 @@ import numpy as np
 
 from impact.bodies import body as bodies
 from impact.greens.base import Array
-from impact.late import import_all
+from impact.names import import_all
 from seatfem.fields import Contradictions, Table
 from seatfem.results import WINGS, ResultSource
 from seatfem.structures.kinds import Structure
