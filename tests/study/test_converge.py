@@ -114,7 +114,10 @@ def test_the_target_is_met_by_what_is_finer_in_every_refined_key(
         assert abs(one.values[name] - other.values[name]) <= one.bar(name) + other.bar(name)
     for before, after in pairwise(fine):
         old, new = before.plan.method, after.plan.method
-        assert max(work_ratio(old, new, before.plan.scene).values()) <= MOST_WORK or old.seat.level != new.seat.level
+        assert (
+            max(work_ratio(old, new, before.plan.scene.bodies).values()) <= MOST_WORK
+            or old.seat.level != new.seat.level
+        )
         for key, sign in FINER.items():
             if old.value(key) and new.value(key):
                 assert sign * (new.value(key) - old.value(key)) >= 0
@@ -220,7 +223,7 @@ def test_work_is_bounded_by_what_gains_most() -> None:
     done = round_of({SIZE: 0.3, STEP: 0.3, BAND: 0.3}, target=0.001)
     plan, _ = refine_plan(done)
     assert plan is not None
-    assert 1 < max(work_ratio(done.plan.method, plan.method, plan.scene).values()) <= MOST_WORK
+    assert 1 < max(work_ratio(done.plan.method, plan.method, plan.scene.bodies).values()) <= MOST_WORK
 
 
 @pytest.mark.slow

@@ -56,7 +56,7 @@ from seatfem.study.runs.summary import (
 from seatfem.study.safety import MOST_ROUNDS
 from seatfem.study.scene import Scene, SceneError, located
 from seatfem.study.scene.files import check_files
-from seatfem.study.scene.load import AnyScene, take_scene, with_target
+from seatfem.study.scene.load import AnyScene, take_scene
 from seatfem.study.scene.tables import UNCHANGED, is_text, path_from
 from seatfem.study.scene.wings import NO_STOPS, DriveRun
 from seatfem.units import parse_quantity
@@ -111,7 +111,7 @@ def run(
     """
     checked = take_scene(scene, changed)
     if target is not None:
-        checked = with_target(checked, target)
+        checked = checked.with_target(target)
     seconds = parse_quantity(max_time, "time") if isinstance(max_time, str) else max_time
     try:
         return run_scene(checked, folder, progress, tell=tell, limits=Limits(rounds, seconds), pictures=pictures)

@@ -228,6 +228,16 @@ class Scene(fields.Table):
         """Return the scene with other contacts."""
         return self.model_copy(update={name: getattr(geometry, name) for name in CONTACTS})
 
+    def with_target(self, target: float | str) -> Scene:
+        """Return the scene with another target of accuracy, written as in a file: 0.02, "2 %". Raises `SceneError`."""
+        try:
+            stated = Accuracy.model_validate({"target": target}).target
+        except ValidationError as error:
+            message = problems.explain(error, Accuracy, {"target": target}, Path(), {})[0].message
+            raise problems.scene_error("accuracy.target", message) from None
+        accuracy = self.accuracy.model_copy(update={"target": stated, "level": None})
+        return self.model_copy(update={"accuracy": accuracy})
+
     @property
     def turn(self) -> float:
         """Return the duration of one turn of the crank [s]; nan without a crank, or for several speeds."""
