@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from seatfem.faces.cli import DONE, run_command
-from seatfem.faces.scene_verbs import COLUMNS, LINES, first_lines
+from seatfem.faces.first_screen import COLUMNS, LINES, first_lines
 from seatfem.faces.tables import result_table
 
 SCENE = Path(__file__).parents[2] / "examples" / "flapper_on_spring.toml"
