@@ -101,7 +101,7 @@ def finer_in_every_key(scene: Scene, method: RunMethod, by: Finer = FINEST) -> t
     changed["contact"] = scene.contact.model_copy(update={"rings": rings})
     changed["run"] = scene.run.model_copy(update={"time_step": step})
     if scene.stopper is not None:
-        parts = finer_stopper(scene, scene.stopper.parts) if by.divides else None
+        parts = finer_stopper(scene.geometry, scene.stopper.parts) if by.divides else None
         stopper = scene.stopper.divided(parts or scene.stopper.parts)
         changed["stopper"] = stopper.model_copy(update={"body": finer_body(stopper.body, by)})
     scene = scene.model_copy(update=changed)
@@ -245,8 +245,8 @@ def largest_stresses(done: Round, *, bare: bool = False) -> tuple[Mapping[str, f
     if seat is not None:
         values[SEAT], bars[SEAT] = float(seat.peak.von_mises.max()), seat.bar
         values[TENSION], bars[TENSION] = float(seat.peak.principal.max()), float(seat.bars[1])
-    if plate is not None and plate.largest.after_contact is not None:
+    if plate is not None and plate.largest.after_contact.is_known:
         values[REED], bars[REED] = plate.largest.after_contact.value, plate.bar
-    elif REED in done.left.values and done.stress is not None and done.stress.after_contact is not None:
+    elif REED in done.left.values and done.stress.after_contact.is_known:
         values[REED], bars[REED] = done.stress.after_contact.value, done.left.bar(REED)
     return values, bars

@@ -43,7 +43,7 @@ def sweep(text: str, keys: str, folder: Path) -> StudyTable:
     [study] = re.findall(r"^```toml\n(# lifts\.toml\n.*?)^```$", text, re.DOTALL | re.MULTILINE)
     path = folder / ("longer.toml" if keys else "lifts.toml")
     path.write_text(study.replace("[vary]\n", f"[vary]\n{keys}"), encoding="utf-8")
-    return run_study(load_study(path), folder / path.stem, Effort(workers=1), file=path)
+    return run_study(load_study(path), folder / path.stem, Effort(workers=1))
 
 
 def words(table: StudyTable) -> str:

@@ -24,7 +24,7 @@ STUDY, PAGE = ROOT / "examples" / "limits_study.toml", ROOT / "docs" / "studies.
 
 def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
-        table = run_study(load_study(STUDY), Path(folder), Effort(workers=2), file=STUDY)
+        table = run_study(load_study(STUDY), Path(folder), Effort(workers=2))
     draw_map(table, ROOT / "docs" / "images" / "study_map.png")
     said = "\n".join(["```text", *answer_in_words(table), "```"])
     PAGE.write_text(between(PAGE.read_text(encoding="utf-8"), "limits", said), encoding="utf-8")

@@ -3,8 +3,7 @@
 The names in `__init__.pyi` are loaded on first use, so that `import seatfem` costs nothing.
 """
 
-from impact.late import load_late
-from impact.names import public_names
+from impact.names import load_late, public_names
 
 load_late(__name__)
 

@@ -5,7 +5,7 @@ from impact.measured.pole_fit import fit_impulse_response as fit_impulse_respons
 from seatfem.pictures.plots import plot_mesh as plot_mesh, plot_modes as plot_modes
 from seatfem.life.maps import plot_margins as plot_margins
 from seatfem.life.lives import margin_curve as margin_curve
-from seatfem.life.strength import load_strength as load_strength
+from seatfem.life.table import load_strength as load_strength
 from seatfem.structures.elements.assembly import assemble as assemble
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric as assemble_axisymmetric
 from seatfem.structures.elements.mindlin import (

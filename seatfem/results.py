@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import ClassVar, Final, Literal
 
-from impact.late import import_all
+from impact.names import import_all
 from seatfem.readings import Summary, as_number, duration, ending_of, unit_of
 
 Group = Literal["landing", "run", "stopper", "spring", "film", "lip", "seat", "life", "cycle", "raw"]
@@ -280,12 +280,9 @@ def result_of(key: str) -> Result:
     return result if result.unit or words == key else Result(key, f"{words} ({key})", result.group)
 
 
-def label_of(key: str, unit: str | None = None) -> str:
-    """Return what stands on an axis for a key of summary.json, as "peak force [N]"; another name as it is.
-
-    ``unit``: the unit that stands there in place of that of the key; "" for none.
-    """
-    known, si = all_results().get(key), unit_of(key)
+def label_of(key: str) -> str:
+    """Return the meaning of a key of summary.json on an axis, as "peak force"; another name as it is."""
+    known = all_results().get(key)
     words = {each.landing_key: each.landing_words for each in _sources()}.get(key) or _measure_words(key)
     if known is not None and (known.group == "landing" or not words):
         words = known.words.partition("{")[0].removesuffix("(mean over ").strip(" ,")
@@ -293,9 +290,7 @@ def label_of(key: str, unit: str | None = None) -> str:
             words += "" if "landing" in words else " of landing"
         elif known.group != "run":
             words = f"{HEADINGS[known.group].partition('{')[0]}: {words}"
-    words = words or (key.removesuffix(ending).replace("_", " ") if (ending := ending_of(key)) else key)
-    unit = si if unit is None else unit
-    return f"{words} [{unit}]" if unit else words
+    return words or (key.removesuffix(ending).replace("_", " ") if (ending := ending_of(key)) else key)
 
 
 def name_of(key: str, summary: Summary) -> str:

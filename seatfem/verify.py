@@ -126,9 +126,9 @@ def verification_cases() -> tuple[Case, ...]:
     return tuple(case for provider in known_answers().PROVIDERS for case in provider())
 
 
-def verification_table(progress: Progress = silent, cases: Sequence[Case] | None = None) -> tuple[Row, ...]:
+def verification_table(progress: Progress = silent, cases: Sequence[Case] = ()) -> tuple[Row, ...]:
     """Return the results of all cases, or of the given ones."""
-    return _answer_each(carry_out, verification_cases() if cases is None else cases, progress, "verifying")
+    return _answer_each(carry_out, cases or verification_cases(), progress, "verifying")
 
 
 def _answer_each(
@@ -261,11 +261,9 @@ def compare(record: MeasuredSet) -> ComparedSet:
     return ComparedSet(record, rows, {name: ours[name] for name in record.fitted if name in ours})
 
 
-def measured_table(
-    progress: Progress = silent, records: Sequence[MeasuredSet] | None = None
-) -> tuple[ComparedSet, ...]:
+def measured_table(progress: Progress = silent, records: Sequence[MeasuredSet] = ()) -> tuple[ComparedSet, ...]:
     """Return all sets, or the given ones, with our numbers."""
-    return _answer_each(compare, measured_sets() if records is None else records, progress, "comparing")
+    return _answer_each(compare, records or measured_sets(), progress, "comparing")
 
 
 def with_uncertainty(value: float, uncertainty: float, unit: str) -> str:

@@ -1,9 +1,12 @@
 """Bodies of a scene by the method that its file states, for tests that need no plan."""
 
-from impact import Body, GreensFunction
+from impact import Body, ContactProblem, GreensFunction
+from impact.runs.variations import Values
 from seatfem.structures.cache import Cache, build
 from seatfem.structures.method import Method, Solved
 from seatfem.study.impacts import bodies
+from seatfem.study.impacts.contact import record_of
+from seatfem.study.impacts.touches import values_of_record
 from seatfem.study.method import stated_method
 from seatfem.study.scene import Scene
 
@@ -29,3 +32,9 @@ def striker_of(
     if greens is None and (solved := solved_striker(scene, method=method)) is not None:
         greens = solved.greens
     return bodies.striker_of(scene, n_modes, greens)
+
+
+def values_of_problem(scene: Scene, problem: ContactProblem, dt: float) -> Values:
+    """Return the values of a contact problem that is marched at steps ``dt`` [s]."""
+    record = record_of(scene, problem, dt)
+    return values_of_record(record, record.landings)

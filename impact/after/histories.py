@@ -124,10 +124,10 @@ class Spans:
     landing: float = np.inf
 
     @classmethod
-    def of_run(cls, force: Array, dt: float, since: float | None = None) -> Spans:
+    def of_run(cls, force: Array, dt: float, since: float = math.nan) -> Spans:
         """Return the spans of a run with contact forces (n + 1, ...) at steps ``dt``; a landing begins at ``since``
-        [s]."""
-        return cls(first_touch(force), np.inf if since is None else float(np.floor(since / dt + ON_A_STEP)))
+        [s], which is nan without one."""
+        return cls(first_touch(force), np.inf if math.isnan(since) else float(np.floor(since / dt + ON_A_STEP)))
 
     @property
     def cuts(self) -> Array:
@@ -173,49 +173,63 @@ class StressError(SeatfemError, ValueError):
 
 @dataclass(frozen=True)
 class PeakStress:
-    """The largest |bending stress| of a reed [Pa], its distance from the clamp [m] and its time [s]."""
+    """The largest |bending stress| of a reed [Pa], its distance from the clamp [m] and its time [s]; nan if not
+    known."""
 
-    value: float
-    at: float
-    time: float
+    value: float = math.nan
+    at: float = math.nan
+    time: float = math.nan
+
+    @property
+    def is_known(self) -> bool:
+        """Return whether there is a stress."""
+        return not math.isnan(self.value)
 
 
 NO_STRESS = PeakStress(0.0, 0.0, 0.0)
+UNKNOWN_PEAK = PeakStress()
 
 
 @dataclass(frozen=True)
 class ReedStress:
-    """The largest |bending stress| of a reed in parts of a run.
+    """The largest |bending stress| of a reed in parts of a run; nothing is known without arguments.
 
     Attributes:
         initial: peak from the release until the first contact; zero under a preload, where contact begins at t = 0.
-        after_contact: peak since the first contact began; ``None`` without contact.
+        after_contact: peak since the first contact began; unknown without contact.
         at_start: peak at t = 0, due to the release, the preload and the loads in equilibrium at the start.
-        before_landing: peak until the landing begins, t = 0 included; ``None`` where no landing time is given.
-        after_landing: peak since the landing began; ``None`` where no landing time is given.
+        before_landing: peak until the landing begins, t = 0 included; unknown where no landing time is given.
+        after_landing: peak since the landing began; unknown where no landing time is given.
     """
 
-    initial: PeakStress
-    after_contact: PeakStress | None
-    at_start: PeakStress
-    before_landing: PeakStress | None = None
-    after_landing: PeakStress | None = None
+    initial: PeakStress = UNKNOWN_PEAK
+    after_contact: PeakStress = UNKNOWN_PEAK
+    at_start: PeakStress = UNKNOWN_PEAK
+    before_landing: PeakStress = UNKNOWN_PEAK
+    after_landing: PeakStress = UNKNOWN_PEAK
+
+    @property
+    def is_known(self) -> bool:
+        """Return whether the stress of this reed is known."""
+        return self.initial.is_known
 
     @property
     def largest(self) -> PeakStress:
         """Return the peak of the whole record."""
-        after = self.after_contact
-        return self.initial if after is None or after.value < self.initial.value else after
+        return self.after_contact if self.after_contact.value >= self.initial.value else self.initial
+
+
+UNKNOWN_STRESS = ReedStress()
 
 
 def stress_by_spans(spans: Spans, largest: Callable[[slice], PeakStress]) -> ReedStress:
     """Return the `ReedStress` of a run whose peak in a slice of ``spans`` is ``largest(slice)``."""
     return ReedStress(
         largest(spans.until(spans.touch)),
-        largest(spans.after(spans.touch)) if np.isfinite(spans.touch) else None,
+        largest(spans.after(spans.touch)) if np.isfinite(spans.touch) else UNKNOWN_PEAK,
         largest(spans.start),
-        largest(spans.until(spans.landing)) if np.isfinite(spans.landing) else None,
-        largest(spans.after(spans.landing)) if np.isfinite(spans.landing) else None,
+        largest(spans.until(spans.landing)) if np.isfinite(spans.landing) else UNKNOWN_PEAK,
+        largest(spans.after(spans.landing)) if np.isfinite(spans.landing) else UNKNOWN_PEAK,
     )
 
 
@@ -226,16 +240,21 @@ Pieces = tuple[tuple[int, bool], ...]
 class ClosedLine:
     """A line of N arcs around a centre, closed unless its ``pieces`` say otherwise.
 
-    ``lengths`` (N,): lengths of the arcs [m]; ``edges`` (N + 1,): angles of their ends, from 0 to 2 pi [rad], ``None``
+    ``lengths`` (N,): lengths of the arcs [m]; ``edges`` (N + 1,): angles of their ends, from 0 to 2 pi [rad], empty
     where the angle does not determine the point; ``places`` (N, 2): mean x and y over each arc from the centre [m];
     ``names``: of the pieces.
     """
 
     lengths: Array
-    edges: Array | None
+    edges: Array
     places: Array
     pieces: Pieces = ()
     names: tuple[str, ...] = ()
+
+    @property
+    def has_angles(self) -> bool:
+        """Return whether an angle determines a point of the line."""
+        return len(self.edges) > 0
 
     @property
     def borders(self) -> Array:
@@ -266,15 +285,15 @@ class ClosedLine:
         return ClosedLine(np.full(arcs, 2 * np.pi * radius / arcs), 2 * np.pi * np.arange(arcs + 1) / arcs, places)
 
 
-def over_arcs(force: Array, share: float, length: float | Array | None = None, pieces: Pieces = ()) -> Array:
+def over_arcs(force: Array, share: float, length: float | Array, pieces: Pieces = ()) -> Array:
     """Return the (n, 2 N) mean force per length [N/m] over the parts of the line that begin at each of N arcs, and over
     those that end there: among them is the largest over any such part, as the force is uniform along each arc.
 
     ``force``: (n, N) forces on the arcs [N]. On an open piece, parts that would pass an end are moved back to it.
     ``share``: length of a part over that of the line, raised to the longest arc's and limited to a whole piece; an arc
-    partly inside counts in proportion. ``length``: by default 1 m per arc, which gives the mean force per arc.
+    partly inside counts in proportion. ``length``: of the line, or (N,) of its arcs [m].
     """
-    lengths = lengths_of(float(force.shape[1]) if length is None else length, force.shape[1])
+    lengths = lengths_of(length, force.shape[1])
     weights, first = np.zeros((len(lengths), 2 * len(lengths))), 0
     for arcs, starts, width, closed in _parts(share, lengths, pieces):
         of_piece, turns = lengths[arcs], 2 if closed else 1

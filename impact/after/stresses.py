@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -82,10 +83,10 @@ def reed_stress(
     *,
     contact_at: At = None,
     coarsely: bool = False,
-    since: float | None = None,
+    since: float = math.nan,
 ) -> ReedStress:
     """Return the largest |`bending_stress`| [Pa] along the reed at t = 0, before and after the first contact, and
-    before and after the time ``since`` at which a landing begins [s].
+    before and after the time ``since`` at which a landing begins [s], nan without one.
 
     The stress is evaluated at `POINTS_PER_WAVE` points per shortest retained wave and at every step, with ``coarsely``
     at half as many points and once per radian of the highest mode. Other arguments and errors: as `bending_stress`.

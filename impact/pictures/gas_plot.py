@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 
 import numpy as np
@@ -15,21 +16,23 @@ def plot_gas(
     drive: Compressor | Prescribed,
     history: GasHistory,
     angle: Array,
-    volume: Array | None,
+    volume: Array,
     path: str | os.PathLike[str],
     *,
-    stop: float | None = None,
+    stop: float = math.nan,
     title: str = "Reed valve in its compressor",
 ) -> None:
     """Plot cylinder pressure, mean lift and mass flow against the crank angle; p over V if the volume is known.
 
-    ``angle`` (n + 1,) [deg] and ``volume`` (n + 1,) [m^3] of the cylinder at the times of the gas's ``history``;
-    ``stop``: lift at which the reed meets the stopper [m]. Raises `PictureError` without matplotlib.
+    ``angle`` (n + 1,) [deg] and ``volume`` (n + 1,) [m^3], empty if it is not known, of the cylinder at the times of
+    the gas's ``history``; ``stop``: lift at which the reed meets the stopper [m], nan without one.
+
+    Raises `PictureError` without matplotlib.
     """
     other = "discharge" if drive.side == "suction" else "suction"
-    with sheet(path, 7.2, 8.4 if volume is not None else 6.0) as figure:
+    with sheet(path, 7.2, 8.4 if len(volume) else 6.0) as figure:
         figure.suptitle(title)
-        rows = [1.0, 1.0, 1.0] + ([1.3] if volume is not None else [])
+        rows = [1.0, 1.0, 1.0] + ([1.3] if len(volume) else [])
         grid = figure.add_gridspec(len(rows), 1, height_ratios=rows)
         pressure, lift, flow = (figure.add_subplot(grid[k, 0]) for k in range(3))
         pressure.plot(angle, 1e-5 * history.pressure, color=BLUE, label="cylinder")
@@ -37,7 +40,7 @@ def plot_gas(
             pressure.axhline(1e-5 * plenum.pressure, color=GREY, linestyle=style, linewidth=1.0, label=f"{name} plenum")
         pressure.set(title="Pressure in the cylinder", ylabel="p [bar]")
         lift.plot(angle, 1e3 * history.lift, color=GREEN, label=f"reed ({drive.side} valve)")
-        if stop is not None:
+        if not math.isnan(stop):
             lift.axhline(1e3 * stop, color=GREY, linestyle="--", linewidth=1.0, label="stopper")
         lift.set(title="Mean lift of the reed", ylabel="lift [mm]")
         flow.plot(angle, 1e3 * history.flow(FORWARD, BACK), color=ORANGE, label=f"reed ({drive.side} valve)")
@@ -54,7 +57,7 @@ def plot_gas(
             axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3)
         for axes in (lift, flow):
             zero_line(axes)
-        if volume is not None:
+        if len(volume):
             diagram = figure.add_subplot(grid[3, 0])
             diagram.plot(1e6 * volume, 1e-5 * history.pressure, color=BLUE)
             for plenum, style in ((drive.suction, "--"), (drive.discharge, ":")):

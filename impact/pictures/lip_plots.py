@@ -168,7 +168,7 @@ def plot_lip(
         figure.suptitle(title)
         grid = figure.add_gridspec(3, 2, height_ratios=[1.15, 1.25, 1.0])
         _map(figure, figure.add_subplot(grid[0, :]), result, window, line, filter_width, contact)
-        kind = "rectilinear" if line.edges is None else "polar"
+        kind = "rectilinear" if not line.has_angles else "polar"
         _impulse(figure.add_subplot(grid[1, 0], projection=kind), runs, line, share)
         _force(figure.add_subplot(grid[1, 1]), runs, window, line, filter_width)
         _gaps(figure.add_subplot(grid[2, 0]), result, window, line)
@@ -211,7 +211,7 @@ def _map(
     axes.set(ylim=(0.0, borders[-1]), ylabel=words)
     if line.rings:
         axes.set_yticks(_middles(line), _ports(line))
-    elif line.edges is not None:
+    elif line.has_angles:
         axes.set(yticks=range(0, 361, 90))
     for border in borders[np.cumsum([number for number, _ in line.pieces[:-1]], dtype=int)]:
         axes.axhline(border, color=GREY, linewidth=0.8)
@@ -223,7 +223,7 @@ def _map(
 
 def _borders(line: ClosedLine) -> tuple[Array, str]:
     """Return the borders (N + 1,) between arcs, in degrees or mm, and their label."""
-    if line.edges is None:
+    if not line.has_angles:
         return 1e3 * line.borders, "along each land, from its x axis" if line.rings else "length along the lip [mm]"
     return np.degrees(line.edges), "angle from the x axis, anticlockwise [°]"
 
@@ -245,7 +245,7 @@ def _impulse(axes: Axes, runs: list[ImpactResult], line: ClosedLine, share: floa
     factor, unit = scaled(np.concatenate([values for values, _ in impulses]), "N s/m")
     for (values, places), name, (colour, style) in zip(impulses, NAMES, STYLES, strict=False):
         x, around = length * places, values
-        if line.edges is None:
+        if not line.has_angles:
             ends = line.borders[[ring.start for ring in line.rings[1:]]]
             at = [np.searchsorted(x, end + 1e-9 * length) - np.any(np.abs(x - end) < 1e-9 * length) for end in ends]
             x, around = 1e3 * np.insert(x, at, np.nan), np.insert(around, at, np.nan)  # no line from port to port
@@ -253,7 +253,7 @@ def _impulse(axes: Axes, runs: list[ImpactResult], line: ClosedLine, share: floa
             x, around = np.interp(np.append(x, x[0]), line.borders, line.edges), np.append(values, values[0])
         axes.plot(x, factor * around, color=colour, linestyle=style, label=name)
     axes.set_ylim(bottom=0.0)
-    if line.edges is None:
+    if not line.has_angles:
         axes.set(xlabel=_borders(line)[1], xlim=(0.0, 1e3 * length))
         if line.rings:
             axes.set_xticks(_middles(line), _ports(line))
@@ -293,8 +293,8 @@ def _gaps(axes: Axes, result: ImpactResult, window: tuple[float, float], line: C
     for share, colour in zip(QUARTERS, _OF_QUARTERS, strict=True):
         place = share * borders[-1]
         arc = min(int(np.searchsorted(borders, place + 1e-9 * borders[-1], side="right")) - 1, arcs - 1)
-        beside = arc - 1 if line.edges is not None and place - borders[arc] < 1e-9 * borders[-1] else arc
-        name = f"{place:.3g} mm" if line.edges is None else f"{place:.0f}°"
+        beside = arc - 1 if line.has_angles and place - borders[arc] < 1e-9 * borders[-1] else arc
+        name = f"{place:.3g} mm" if not line.has_angles else f"{place:.0f}°"
         if line.rings:
             number, angle = line.place_on_ring(arc)
             name = f"{_ports(line)[number - 1]}, {math.degrees(angle):.0f}°"
@@ -305,7 +305,7 @@ def _gaps(axes: Axes, result: ImpactResult, window: tuple[float, float], line: C
     low, high = axes.get_ylim()
     axes.set_ylim(low, high + LEGEND_SPACE * (high - low))
     axes.legend(loc="upper center", ncols=2, fontsize=8, columnspacing=1.0, handlelength=1.2)
-    even = line.edges is not None and np.ptp(line.lengths) < 1e-9 * line.lengths.max()
+    even = line.has_angles and np.ptp(line.lengths) < 1e-9 * line.lengths.max()
     axes.set_title(f"Height over the lip, by {f'{360 / arcs:.3g}°' if even else f'1/{arcs} of it'}")
 
 

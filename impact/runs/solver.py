@@ -402,8 +402,8 @@ def _first_duration(one: ImpactResult) -> float:
     return float(groups[0, 1] - groups[0, 0]) if len(groups) else 0.0
 
 
-def _sources(problem: ContactProblem, coarser: Mapping[str, Coarser]) -> Iterator[tuple[str, Terms | None]]:
-    """Yield name and variations of the mesh and the reduction of each body, ``None`` if its error is unknown."""
+def _sources(problem: ContactProblem, coarser: Mapping[str, Coarser]) -> Iterator[tuple[str, Terms]]:
+    """Yield name and variations of the mesh and the reduction of each body."""
     many = len(problem.targets) > 1
     names = ["striker", *(f"target {i}" if many else "target" for i in range(len(problem.targets)))]
     known = [f"{name} {part}" for name in names for part in ("mesh", "reduction")]
@@ -425,9 +425,9 @@ def _sources(problem: ContactProblem, coarser: Mapping[str, Coarser]) -> Iterato
                 yield f"{name} reduction", _reduced(problem, body, stated)
 
 
-def _reduced(problem: ContactProblem, body: Body, stated: float | None) -> Terms | None:
+def _reduced(problem: ContactProblem, body: Body, stated: float | None) -> Terms:
     """Return the variations by the stated error of g and, if modes can be removed, without the highest modes."""
     terms = vary_greens(problem, body, stated)
     fewer = [] if stated == 0.0 else [(narrow_body(body, ratio), 1 / (ratio - 1)) for ratio in RATIOS]
     variations = tuple(Variation(with_body(problem, body, less), weight) for less, weight in fewer if less is not None)
-    return (*(terms or ()), variations) if variations else terms
+    return (*filter(None, terms), variations) if variations else terms

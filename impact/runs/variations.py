@@ -125,7 +125,11 @@ class Variation:
 
 
 Terms = Sequence[Sequence[Variation]]
-"""The variations of one source: the errors of terms are combined; within a term the largest change counts."""
+"""The variations of one source: the errors of terms are combined; within a term the largest change counts. The error
+is unknown where a term has no variations."""
+
+UNKNOWN: Final[Terms] = ((),)
+"""The terms of a source whose error is unknown."""
 
 
 def budget_of(
@@ -133,7 +137,7 @@ def budget_of(
     problem: ContactProblem,
     values: Values,
     dt: float,
-    sources: Mapping[str, Terms | None],
+    sources: Mapping[str, Terms],
     *,
     filter_width: float = math.inf,
     finer: Sequence[Values] = (),
@@ -143,12 +147,13 @@ def budget_of(
     ``dt`` [s].
 
     The error by the step is `find_step_error`, or what ``finer`` steps tell if that is larger. The sources are compared
-    at the doubled step, if it resolves the filter of ``filter_width`` [s], infinite without one; an unknown source is
-    ``None``. ``run`` returns the same measures of a problem; a missing measure counts as an infinite error.
+    at the doubled step, if it resolves the filter of ``filter_width`` [s], infinite without one; a source with a
+    term of no variations is unknown. ``run`` returns the same measures of a problem; a missing measure counts as an
+    infinite error.
     ``threads``: parallel runs; the compiled time loop holds no interpreter lock.
     """
     step = 2 * dt if _may_double(dt, filter_width) else dt
-    variations = [one for terms in sources.values() for term in terms or () for one in term]
+    variations = [one for terms in sources.values() for term in terms for one in term]
     runs = {(id(problem), each): (problem, each) for each in (step, *_compared_steps(dt, filter_width))}
     runs |= {(id(p), step): (p, step) for v in variations for p in (v.against, v.problem) if p is not None}
     # BLAS with one thread for each run: more would compete for the cores, and the last digits would depend on them
@@ -169,7 +174,7 @@ def budget_of(
     of_step = {name: max([value, *(each.get(name, 0.0) for each in finer)]) for name, value in of_step.items()}
     parts: dict[str, Values] = {}
     for source, terms in sources.items():
-        if terms is None:
+        if not all(terms):
             continue
         parts[source] = nothing = dict.fromkeys(base, 0.0)
         for term in terms:
@@ -206,10 +211,10 @@ def with_body(problem: ContactProblem, old: Body, new: Body) -> ContactProblem:
     return replace(problem, striker=new if problem.striker is old else problem.striker, contacts=contacts)
 
 
-def vary_greens(problem: ContactProblem, body: Body, error: float | None) -> Terms | None:
-    """Return the variation with a body's g larger by its relative error; ``None`` if that is unknown."""
+def vary_greens(problem: ContactProblem, body: Body, error: float | None) -> Terms:
+    """Return the variation with a body's g larger by its relative error, which may be unknown."""
     if error is None:
-        return None
+        return UNKNOWN
     return ((Variation(with_body(problem, body, enlarge_greens(body, 1 + error))),),) if error else ()
 
 

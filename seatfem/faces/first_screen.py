@@ -13,8 +13,7 @@ from impact.quantities import in_time
 from seatfem.faces.tables import landings_of, landings_tables, lands_tables, result_table
 from seatfem.faces.terminal import Console, visible
 from seatfem.readings import Summary, as_number
-from seatfem.study.answers.decision import Decision, decide
-from seatfem.study.answers.omissions import not_modelled, omissions
+from seatfem.study.answers.decision import Decision, decide, not_modelled, omissions
 from seatfem.study.answers.verdict import against_spring, sentences
 
 LINES: Final = 40

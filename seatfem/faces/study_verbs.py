@@ -54,7 +54,7 @@ class Work(Effort):
     )
     retry: Annotated[bool, Parameter(negative="", help="Try scenes again that have failed before.")] = Effort.retry
     cluster: Annotated[
-        str | None,
+        str,
         Parameter(help="Address of a scheduler of dask, whose workers run the scenes: tcp://HOST:8786 or tls://..."),
     ] = Effort.cluster
     no_pictures: Annotated[bool, Parameter(negative="", help="Tables only.")] = False
@@ -69,7 +69,7 @@ def _run_study(
     """Return the result of ``carry_out``, the table or the search of a study, in a folder; and where to print it."""
     definition, messages = study_tables.load_study(study), lines(stderr=True, quiet=common.quiet)
     with progress_of(common) as progress:
-        result = carry_out(definition, folder, work, file=study, progress=progress, tell=messages.print)
+        result = carry_out(definition, folder, work, progress=progress, tell=messages.print)
     return result, lines(quiet=common.quiet)
 
 
@@ -136,7 +136,7 @@ def trade(
     output: Output = None,
     quick: Annotated[bool, Parameter(negative="")] = False,
     limit: Seconds = 20.0,
-    cluster: str | None = None,
+    cluster: str = "",
     common: Common = COMMON,
 ) -> int:
     """Measure speed against accuracy: the scene at every fidelity, as a chart and a table; goes on where it stopped.
@@ -172,10 +172,10 @@ def study_ahead(path: Path) -> study_runs.Ahead | study_runs.SearchAhead:
     """Return the expected cost of a study."""
     study = study_tables.load_study(path)
     if study.optimise is not None:
-        return study_runs.ahead_of(study, file=path)
+        return study_runs.ahead_of(study)
     if study.number_of_scenes > study_runs.LOOKED_AT and study.error_bars == "every":
-        return study_runs.ahead_of_many(study, file=path)
-    return study_runs.ahead(study, study_runs.scenes_of(study, file=path)[0])
+        return study_runs.ahead_of_many(study)
+    return study_runs.ahead(study, study_runs.scenes_of(study)[0])
 
 
 class StudyFile(FileKind):

@@ -39,7 +39,7 @@ def modes_table(modes: Sequence[natural_modes.Mode]) -> Table:
     table = Table("mode", "frequency", *(["nodal diameters"] if revolved else []), "share of the contact's compliance")
     for number, mode in enumerate(modes, start=1):
         around = [] if not revolved else [f"{mode.diameters} {mode.family}".strip()]
-        share = "rigid" if mode.frequency_hz == 0 else "" if mode.share is None else percent(mode.share, 3)
+        share = "rigid" if mode.frequency_hz == 0 else "" if math.isnan(mode.share) else percent(mode.share, 3)
         table.add_row(str(number), text(mode.frequency_hz, "Hz", 5), *around, share)
     return table
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from pkgutil import iter_modules
 from typing import Any, ClassVar
 
-from impact.late import import_now
+from impact.names import import_now
 
 
 def all_verbs() -> Iterator[Callable[..., int]]:

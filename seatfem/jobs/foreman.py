@@ -19,7 +19,7 @@ from typing import TextIO
 
 from pebble import ProcessPool
 
-from impact.late import import_now
+from impact.names import import_now
 from seatfem.jobs.processes import ORPHANED, answers_to_parent, die_with_parent, lines_from_parent
 
 

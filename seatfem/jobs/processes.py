@@ -18,7 +18,7 @@ import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from types import FrameType
+from types import FrameType, MappingProxyType
 from typing import Final, TextIO
 
 ORPHANED: Final = 1  # exit code of a process whose parent has ended
@@ -26,7 +26,7 @@ _PR_SET_PDEATHSIG: Final = 1
 
 
 def start_worker(
-    module: str, *arguments: str, log: Path, environment: Mapping[str, str] | None = None
+    module: str, *arguments: str, log: Path, environment: Mapping[str, str] = MappingProxyType({})
 ) -> subprocess.Popen[str]:
     """Start ``python -P -m module arguments`` with this package; the module calls `lines_from_parent` first of all.
 
@@ -35,7 +35,7 @@ def start_worker(
     Its standard error goes to ``log``. ``environment``: additional variables.
     """
     paths = [str(Path(__file__).resolve().parents[2]), *os.environ.get("PYTHONPATH", "").split(os.pathsep)]
-    variables = {"PYTHONPATH": os.pathsep.join(filter(None, paths)), **(environment or {})}  # "": the current folder
+    variables = {"PYTHONPATH": os.pathsep.join(filter(None, paths)), **environment}  # "": the current folder
     with log.open("wb") as errors:
         return subprocess.Popen(
             [sys.executable, "-P", "-m", module, *arguments],

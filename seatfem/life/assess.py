@@ -86,12 +86,11 @@ def assess_life(
     return LifeResult(tuple(bodies), below, speed)
 
 
-def block_from(life: LifeTable, turn: float | None, touches: Touches) -> int:
+def block_from(life: LifeTable, turn: float, touches: Touches) -> int:
     """Return the first step of the repeated stress block: 0 for the whole run, or a crank ``turn`` [s] before the
     end."""
     if life.block != "last cycle":
         return 0
-    assert turn is not None
     return max(0, len(touches.seat.time) - 1 - round(turn / touches.seat.dt))
 
 

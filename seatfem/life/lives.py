@@ -1,10 +1,11 @@
-"""Fatigue life of both bodies after a run, and curves of the margin over one quantity, from further runs."""
+"""Fatigue life of both bodies after a run, the error bar of its margin, and curves of the margin over one
+quantity, from further runs."""
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import partial
 from itertools import pairwise
@@ -14,9 +15,11 @@ from typing import TYPE_CHECKING, Any, Final
 import scipy
 
 from impact.files.csv_table import write_csv
-from impact.life.places import margin_error
+from impact.greens.base import Array
+from impact.life.places import Demand, judged, margin_error, on_planes, thinned
 from impact.notices import Progress, Tell, ignore, silent
 from impact.quantities import finite_or_none, in_time
+from impact.runs.variations import SAFETY
 from seatfem.life.assess import (
     LifeResult,
     asked_keys,
@@ -28,7 +31,6 @@ from seatfem.life.assess import (
     life_notes,
 )
 from seatfem.life.maps import margin_pictures, plot_margins
-from seatfem.life.margin_bars import MARGIN, margin_bar
 from seatfem.life.table import OF_A_CURVE, UNITS, LifeTable, varied
 from seatfem.study.impacts import contact
 from seatfem.study.impacts.bodies import striker_of
@@ -103,7 +105,7 @@ def lives(
         progress("life", 0.0)
         first = block_from(life, done.plan.scene.turn, strike.touches)
         histories = {each.role: each.under(strike).histories(first) for each in bodies}
-        sphere = done.plan.scene.contact.law.of_a_sphere or 0.0
+        sphere = done.plan.scene.contact.law.of_a_sphere
         result = assess_life(life, strike.touches, first, histories["reed"], histories.get("seat", ()), sphere)
         progress("life", 1.0)
         return asdict(result)
@@ -134,6 +136,7 @@ def margin_bars_of(bodies: Sequence[BodyStress], result: LifeResult, bar: object
     return bars
 
 
+MARGIN: Final = "life_margin"
 NEAR: Final = 1e-3  # relative accuracy of the allowed value, at which the margin is 1
 MOST: Final = 20  # most runs of the search for the allowed value
 FARTHEST: Final = 20.0  # limit of |log margin|, for margins of zero and infinity
@@ -147,8 +150,8 @@ class MarginCurve:
         key, unit: dotted key, and the unit of its values ("" for pure numbers).
         values: values of the key in that unit.
         margins: factors on stress up to failure, ``inf`` where nothing fails.
-        bars: error bars of the margins; ``None`` if unknown.
-        allowed: first value at which the margin is 1; ``None`` where no two values enclose one.
+        bars: error bars of the margins; nan if unknown.
+        allowed: first value at which the margin is 1; nan where no two values enclose one.
         margin: key of the margin in summary.json.
     """
 
@@ -156,8 +159,8 @@ class MarginCurve:
     unit: str
     values: tuple[float, ...]
     margins: tuple[float, ...]
-    bars: tuple[float | None, ...]
-    allowed: float | None
+    bars: tuple[float, ...]
+    allowed: float
     margin: str = MARGIN
 
     @property
@@ -170,7 +173,7 @@ def traced(
     key: str,
     unit: str,
     values: Sequence[float],
-    run: Callable[[float], tuple[float, float | None]],
+    run: Callable[[float], tuple[float, float]],
     *,
     margin: str = MARGIN,
     most: int = MOST,
@@ -183,7 +186,7 @@ def traced(
     Args:
         run: returns margin and error bar at a value.
     """
-    known: dict[float, tuple[float, float | None]] = {}
+    known: dict[float, tuple[float, float]] = {}
 
     def excess(value: float) -> float:
         """Return log(margin)."""
@@ -200,7 +203,7 @@ def traced(
     points = sorted(known)
     margins, bars = zip(*(known[value] for value in points), strict=True)
     brackets = ((low, high) for low, high in pairwise(points) if excess(low) * excess(high) <= 0)
-    allowed = next((low + (high - low) * _zero_between(excess(low), excess(high)) for low, high in brackets), None)
+    allowed = next((low + (high - low) * _zero_between(excess(low), excess(high)) for low, high in brackets), math.nan)
     return MarginCurve(key, unit, tuple(points), margins, bars, allowed, margin)
 
 
@@ -257,7 +260,7 @@ def _margin_at(
     tell: Tell,
     name: str,
     value: float,
-) -> tuple[float, float | None]:
+) -> tuple[float, float]:
     start, (unit, factor) = time.perf_counter(), UNITS[name]
     other = again(done, name, value / factor)
     worst = lives(life, other, bodies, other.strike).of_one_axis
@@ -267,14 +270,14 @@ def _margin_at(
         bar = margin * bars.get(body_of(at), math.inf)
     seconds = time.perf_counter() - start
     tell(f"{name} = {value:.4g} {unit}: margin {margin:.4g}, {at}; {in_time(seconds)}")
-    return margin, finite_or_none(bar)
+    return margin, bar if math.isfinite(bar) else math.nan
 
 
 def curve_keys(curves: Sequence[MarginCurve]) -> Mapping[str, object]:
     """Return for summary.json the allowed value of each curve; ``None`` where no margin of 1 is enclosed."""
     named = {"speed": ("speed_m_per_s", 1.0), "tilt": ("tilt_deg", 1.0), "lift": ("lift_m", 1e-3)}
     limits = ((*named[curve.key], curve.allowed) for curve in curves)
-    return {f"life_allowed_{name}": None if value is None else scale * value for name, scale, value in limits}
+    return {f"life_allowed_{name}": finite_or_none(scale * value) for name, scale, value in limits}
 
 
 def curve_pictures(curves: Sequence[MarginCurve]) -> Iterator[Picture]:
@@ -319,7 +322,7 @@ def margin_curve(
     """
     numbers, unit = _in_one_unit(key, values)
 
-    def run(value: float) -> tuple[float, float | None]:
+    def run(value: float) -> tuple[float, float]:
         written: object = f"{value!r} {unit}" if unit else value
         result = _one_run(scene, key, written, Path(folder) / f"{value:.9g}", margin)
         tell(f"{key} = {written}: {margin} {result[0]:.4g}")
@@ -330,12 +333,12 @@ def margin_curve(
     return curve
 
 
-def _one_run(scene: Path | str, key: str, value: object, folder: Path, margin: str) -> tuple[float, float | None]:
+def _one_run(scene: Path | str, key: str, value: object, folder: Path, margin: str) -> tuple[float, float]:
     summary = run_scene(load_scene(scene, {key: value}), folder, pictures=False).summary
     if margin not in summary:
         raise RunError(f"{scene}: a run with {key} = {value} has no {margin}; ask for it in [life]")
     result, bar = summary[margin], summary.get(f"error_bar_{margin}")
-    return math.inf if result is None else float(str(result)), None if bar is None else float(str(bar))
+    return math.inf if result is None else float(str(result)), math.nan if bar is None else float(str(bar))
 
 
 def _in_one_unit(key: str, values: Sequence[str | float]) -> tuple[list[float], str]:
@@ -351,3 +354,27 @@ def _in_one_unit(key: str, values: Sequence[str | float]) -> tuple[list[float], 
     if len(numbers) < 2:
         raise RunError(f"{key}: a curve needs two values or more, not {len(numbers)}")
     return numbers, units[0]
+
+
+def margin_bar(
+    life: LifeTable, done: Round, reed: BodyStress, result: LifeResult, progress: Progress = silent
+) -> float:
+    """Return the error bar of the least margin of the reed: `SAFETY` times the combined `BodyStress.errors_of_value`;
+    nan where that is not known, where another body has the least margin, and in a run without contact."""
+    worst = result.of_one_axis
+    if worst is None or body_of(worst.worst.at) != reed.role or math.isnan(done.touch):
+        return math.nan
+    demand, turn = life.demand(), done.plan.scene.turn
+    assert demand is not None
+    cycle = turn if life.block == "last cycle" else math.inf
+    first = block_from(life, turn, done.touches)
+    margin_of = partial(least_margin, replace(demand, several_axes=None))
+    cached = partial(kept.cached_numbers, done, done.touches, "errors of the margin")
+    errors = reed.errors_of_value(done, margin_of, first, cycle, cached, progress)
+    return SAFETY * math.hypot(*errors.values()) if errors else math.nan
+
+
+def least_margin(demand: Demand, blocks: Iterable[Array]) -> float:
+    """Return the least margin under stress histories (m, 6) of several places, in both faces of a plate."""
+    histories = on_planes(("", sign * thinned(block)) for block in blocks for sign in (1.0, -1.0))
+    return judged(histories, demand).life.margin

@@ -68,11 +68,11 @@ FINER: Final = tuple(round(0.1 * number, 1) for number in range(1, 50))
 def plot_margins(
     values: Sequence[float],
     margins: Sequence[float],
-    bars: Sequence[float | None],
+    bars: Sequence[float],
     path: str | os.PathLike[str],
     *,
     label: str,
-    allowed: float | None = None,
+    allowed: float = math.nan,
     title: str = "Fatigue margin",
 ) -> None:
     """Draw margins (ratios) with error bars on a logarithmic scale, the limit 1, and the allowed value.
@@ -85,7 +85,7 @@ def plot_margins(
         PictureError: matplotlib is missing.
     """
     spare = np.asarray(margins, dtype=float)
-    half = np.array([0.0 if bar is None else bar for bar in bars])
+    half = np.nan_to_num(np.asarray(bars, dtype=float))
     shown = np.isfinite(spare) & (spare > 0)
     with sheet(path, 6.0, 3.8) as figure:
         figure.suptitle(title)
@@ -97,7 +97,7 @@ def plot_margins(
         axes.annotate(
             "fails", (0.01, 1.0), (0, -3), axes.get_yaxis_transform(), "offset points", color=ORANGE, va="top"
         )
-        if allowed is not None:
+        if not math.isnan(allowed):
             axes.axvline(allowed, color=GREEN, linewidth=1.0)
             axes.plot([allowed], [1.0], marker="D", color=GREEN)
             place = (5, -4) if 2 * allowed < sum(axes.get_xlim()) else (-5, -4)

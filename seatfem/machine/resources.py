@@ -26,6 +26,12 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
+def compiled_threads() -> int:
+    """Return the number of cores that this process may use for compiled code, at most `NUMBA_NUM_THREADS`."""
+    stated = os.environ.get("NUMBA_NUM_THREADS", "")
+    return max(1, min(cores(), int(stated))) if stated.isdigit() else cores()
+
+
 def busyness() -> float:
     """Return how many times longer work takes because other programs share the cores, from the load of the last minute;
     at least 1."""

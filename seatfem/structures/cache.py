@@ -24,7 +24,7 @@ import impact
 from impact import notices
 from impact.files.safe_files import FULL, write_whole
 from impact.greens.base import GreensFunction
-from impact.notices import SeatfemError
+from impact.notices import SeatfemError, ignore
 from impact.storage import hdf5
 from seatfem.jobs.folders import claimed
 from seatfem.machine.code import VARIABLE, cache_folder, numerics_version, sources_from_elsewhere
@@ -90,10 +90,10 @@ class Store:
     """
 
     folder: Path
-    tell: Tell | None = None
+    tell: Tell = ignore
 
     @staticmethod
-    def default(tell: Tell | None = None) -> Store:
+    def default(tell: Tell = ignore) -> Store:
         """Return the folder of the environment variable SEATFEM_STORE, or the user's cache (XDG_CACHE_HOME)."""
         return Store(cache_folder(), tell)
 
@@ -176,12 +176,12 @@ class Store:
         return tuple(gone)
 
 
-def _load(path: Path, load: Callable[[Path], T | None], what: str, tell: Tell | None) -> T | None:
+def _load(path: Path, load: Callable[[Path], T | None], what: str, tell: Tell) -> T | None:
     """Return ``load`` of a file; ``None`` if it is missing or, which is reported, cannot be used."""
     try:
         return load(path) if path.is_file() else None
     except (impact.StorageError, OSError) as problem:  # of a folder, too, that cannot be read
-        if tell is not None and os.path.lexists(path):
+        if os.path.lexists(path):
             tell(f"{what} set aside, it will be computed again: {problem}")
         return None
 
@@ -326,7 +326,7 @@ class Cache:
                 return _serving(hdf5.load_greens(path, key=key), key, duration)
             return None
 
-        tell = None if self._is_own(structure) else warn
+        tell = ignore if self._is_own(structure) else warn
         stored = None if self.path is None else _load(self.path, load, "the run's Green's function", tell)
         solved = stored if stored is not None else _serving(self.store.get(key), key, duration)
         if solved is None:

@@ -326,13 +326,13 @@ class FaceLip(lip.AnyLip):
         u = np.clip(np.divide(2 * rest, root, out=np.zeros(len(rest)), where=root > 0), 0.0, 1.0)[:, None]
         return left_ends + u * (table.left[k + 1] - left_ends), right_ends + u * (table.right[k + 1] - right_ends)
 
-    def turns(self, shares: Array) -> Array | None:
+    def turns(self, shares: Array) -> Array:
         if len(self.face.strips) > 1 or not self.face.strips[0].closed:
-            return None
+            return np.zeros(0)
         x, y = self._table.middles.T
         angles = np.unwrap(np.arctan2(y, x))
         if abs(angles[0]) > ON_AXIS or abs(angles[-1] - 2 * np.pi) > ON_AXIS or np.any(np.diff(angles) < -ON_AXIS):
-            return None
+            return np.zeros(0)
         return np.asarray(np.interp(shares * self.area, self._table.swept, angles))
 
     def places(self, points: Array) -> tuple[Array, Array, NDArray[np.bool_]]:

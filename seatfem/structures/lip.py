@@ -119,8 +119,8 @@ class AnyLip(ABC):
         centre [m]."""
 
     @abstractmethod
-    def turns(self, shares: Array) -> Array | None:
-        """Return the (n,) angles of the centre line about the centre at places (n,), from 0 on [rad]; ``None`` of a lip
+    def turns(self, shares: Array) -> Array:
+        """Return the (n,) angles of the centre line about the centre at places (n,), from 0 on [rad]; none of a lip
         that is not one closed line which each ray from there crosses once."""
 
     @property
@@ -139,8 +139,8 @@ class AnyLip(ABC):
         return float(max(np.hypot(*line.T).max() for line in self.cuts(_middles(POINTS))))
 
     @property
-    def edges(self) -> Array | None:
-        """Return the (arcs + 1,) angles at which they begin and end, from 0 to 2 pi [rad]; ``None`` as of `turns`."""
+    def edges(self) -> Array:
+        """Return the (arcs + 1,) angles at which they begin and end, from 0 to 2 pi [rad]; none as of `turns`."""
         return self.turns(np.arange(self.arcs + 1) / self.arcs)
 
     @property

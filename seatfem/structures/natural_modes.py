@@ -43,19 +43,19 @@ class Mode:
     Attributes:
         frequency_hz: [Hz]; 0 for a rigid motion.
         residual: of the eigenproblem, see `Modes`.
-        share: of the port's static compliance that it holds, phi^2/(w^2 S); ``None``: rigid, or no port.
+        share: of the port's static compliance that it holds, phi^2/(w^2 S); nan: rigid, or no port.
+        shape: its displacements among the unknowns of ``model``.
         diameters: nodal diameters of a body of revolution, ``None`` for others.
         family: "cos" and "sin" of a pair, "torsion", "" else.
-        shape: its displacements among the unknowns of ``model``.
     """
 
     frequency_hz: float
     residual: float
-    share: float | None
+    share: float
+    model: SecondOrderModel = field(repr=False)
+    shape: Array = field(repr=False)
     diameters: int | None = None
     family: str = ""
-    model: SecondOrderModel | None = field(default=None, repr=False)
-    shape: Array | None = field(default=None, repr=False)
 
     @property
     def repeats(self) -> bool:
@@ -171,8 +171,8 @@ def _around(body: Elastic, mesh: plane_meshes.MeridianMesh, wanted: Wanted, prog
             static = _elastic_compliance(model, modes)
             weight = float(patch.coefficients(harmonic)) ** 2 if body.struck_arc else float(harmonic == 0)
             if model.ports:
-                compliances[harmonic] = static or 0.0
-            all_modes += _listed(model, modes, None if not model.ports else static, harmonic, torsion, weight)
+                compliances[harmonic] = static
+            all_modes += _listed(model, modes, static, harmonic, torsion, weight)
         all_modes = _kept(all_modes, wanted)
         empty = 0 if any(mode.diameters == harmonic for mode in all_modes) else empty + 1
         harmonic += 1
@@ -202,30 +202,31 @@ def _kept(found: list[Mode], wanted: Wanted) -> list[Mode]:
 def _listed(
     model: SecondOrderModel,
     modes: Modes,
-    static: float | None,
+    static: float,
     harmonic: int | None = None,
     torsion: bool = False,
     weight: float = 1.0,
 ) -> Iterator[Mode]:
-    """Yield the modes of one model; ``static``: the port's compliance, ``weight``: the port's share in it."""
+    """Yield the modes of one model; ``static``: the port's compliance, nan without one, ``weight``: the port's share
+    in it."""
     phi = modes.shapes.T @ model.port_matrix[:, 0] if model.ports else np.zeros(len(modes.omega))
     for k, (frequency, residual) in enumerate(zip(modes.frequencies_hz, modes.residuals, strict=True)):
-        held = None
-        if frequency > 0 and static is not None:
-            held = weight * float(phi[k] / modes.omega[k]) ** 2 / static
-        elif frequency > 0 and torsion:
-            held = 0.0
+        held = math.nan
+        if frequency > 0:
+            held = 0.0 if torsion else weight * float(phi[k] / modes.omega[k]) ** 2 / static
         family = "torsion" if torsion else "cos" if harmonic else ""
-        shape = modes.shapes[:, k]
-        yield Mode(float(frequency), float(residual), held, harmonic, family, model, shape)
+        mode = Mode(float(frequency), float(residual), held, model, modes.shapes[:, k], harmonic, family)
+        yield mode
         if harmonic:
-            yield Mode(float(frequency), float(residual), None if held is None else 0.0, harmonic, "sin", model, shape)
+            yield replace(mode, share=0.0 * held, family="sin")
 
 
-def _elastic_compliance(model: SecondOrderModel, modes: Modes) -> float | None:
-    """Return the first port's static compliance but for rigid motions [m/N]; ``None`` without a port."""
-    if not model.ports or not len(modes.omega):
-        return None if not model.ports else _compliance(model, 0.0, np.zeros(0))
+def _elastic_compliance(model: SecondOrderModel, modes: Modes) -> float:
+    """Return the first port's static compliance but for rigid motions [m/N]; nan without a port."""
+    if not model.ports:
+        return math.nan
+    if not len(modes.omega):
+        return _compliance(model, 0.0, np.zeros(0))
     elastic = modes.omega[modes.omega > 0]
     rigid = modes.shapes[:, modes.omega == 0].T @ model.port_matrix[:, 0]
     if not len(rigid):
@@ -260,6 +261,6 @@ def _shared(
     total = float(np.sum(patch.coefficients(all_n) ** 2 * each))
 
     return [
-        mode if mode.share is None else replace(mode, share=mode.share * compliances[mode.diameters or 0] / total)
+        mode if math.isnan(mode.share) else replace(mode, share=mode.share * compliances[mode.diameters or 0] / total)
         for mode in found
     ]

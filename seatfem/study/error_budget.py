@@ -15,7 +15,7 @@ from typing import Final
 import numpy as np
 
 import impact
-from impact.after.histories import ReedStress, closed_steps, largest_average
+from impact.after.histories import UNKNOWN_STRESS, ReedStress, closed_steps, largest_average
 from impact.after.landings import JUMP, Landing
 from impact.after.measures import first_is_cut
 from impact.bodies.time_series import TimeSeriesError
@@ -23,7 +23,7 @@ from impact.greens.base import Array
 from impact.march.problem import ContactProblem
 from impact.notices import Progress, silent
 from impact.runs.variations import SAFETY, Budget, Terms, Values, budget_of, changes, combined, larger, times, total
-from seatfem.machine import compiling, resources
+from seatfem.machine import resources
 from seatfem.structures import method as methods
 from seatfem.study.impacts import contact, plate_stress
 from seatfem.study.impacts.bodies import problem_of
@@ -113,7 +113,7 @@ def _until(record: ContactRecord, time: float) -> ContactRecord:
     landings = tuple(_landing_until(record, landing, time) for landing in record.landings if landing.start < time)
     force = record.force[first_steps]
     known = replace(record, force=force, displacement=displacement, film=film[first_steps], line=line)
-    return replace(known, stress=None, landings=landings)
+    return replace(known, stress=UNKNOWN_STRESS, landings=landings)
 
 
 def _landing_until(record: ContactRecord, landing: Landing, time: float) -> Landing:
@@ -149,7 +149,7 @@ def error_budget(
     seat: methods.Solved,
     striker: impact.Body,
     touches: Touches,
-    stress: ReedStress | None = None,
+    stress: ReedStress = UNKNOWN_STRESS,
     reed: methods.Solved | None = None,
     look: plate_stress.PlateLook | None = None,
     progress: Progress = silent,
@@ -174,7 +174,7 @@ def error_budget(
 
     choice = scene.accuracy.landing
     blow = stated = contact_record_of(touches, width, stress, choice)
-    if stress is not None and look is None:  # compared as other runs evaluate it, on a coarse grid
+    if stress.is_known and look is None:  # compared as other runs evaluate it, on a coarse grid
         since = stress_since(touches, choice)
         coarse = Strike(scene.geometry, striker, seat.greens, touches).largest_stress(coarsely=True, since=since)
         blow = contact_record_of(touches, width, coarse, choice)
@@ -187,7 +187,7 @@ def error_budget(
     def values_with_clock(record: RunRecord) -> Values:
         return {**values_of_record(record, like), CLOCK: time_of_impulse(last, record.blow)}
 
-    runs, count = 2 + sum(len(term) for each in terms.values() for term in each or ()), 0
+    runs, count = 2 + sum(len(term) for each in terms.values() for term in each), 0
 
     def run(varied: ContactProblem, dt: float) -> Values:
         nonlocal count
@@ -202,7 +202,7 @@ def error_budget(
     if shorter := march.step_of_waves(problem, result.dt, scene.run.duration):
         finer.append(changes(known, run(problem, shorter)))
     histories = contact.STEP_BYTES * len(result.rows.ends) * len(problem.contacts)  # of a run [bytes]
-    threads = max(1, int(min(compiling.threads(), resources.available_memory() / histories)))
+    threads = max(1, int(min(resources.compiled_threads(), resources.available_memory() / histories)))
     values = values_with_clock(own)
     budget = budget_of(run, problem, values, result.dt, terms, filter_width=width, finer=finer, threads=threads)
     budget = with_end(scene, problem, sum_by_source(budget, terms), result.dt, like)
@@ -302,7 +302,7 @@ def with_end(scene: Scene, problem: ContactProblem, budget: Budget, dt: float, l
         cut: Values = dict.fromkeys(parts[source], 0.0)
         for by in (-off, off):
             other = values_of(_until(record.blow, duration + by), at_end.landings)
-            cut = larger(cut, {**cut, **changes(values_of(at_end), other)})
+            cut = larger(cut, {**cut, **changes(values_of(at_end, at_end.landings), other)})
         parts[source] = total(parts[source], cut)
     return replace(budget, values=_without_clock(budget.values), parts=parts)
 
@@ -333,33 +333,33 @@ def varied_problems(
     reed: methods.Solved | None,
     progress: Progress,
     flights: contact.Flights,
-) -> tuple[ComputedRun, dict[str, Terms | None], tuple[str, ...]]:
+) -> tuple[ComputedRun, dict[str, Terms], tuple[str, ...]]:
     """Return a run with the results of `terms_by_key`, which are found once for all runs that share ``flights``."""
     if not flights.varied:
         computed = ComputedRun(
             scene, method, seat, problem_of(scene, striker, impact.Body(seat.greens)), reed, progress
         )
         flights.varied.append((computed, *terms_by_key(computed)))
-    known: tuple[ComputedRun, dict[str, Terms | None], tuple[str, ...]] = flights.varied[0]
+    known: tuple[ComputedRun, dict[str, Terms], tuple[str, ...]] = flights.varied[0]
     return known
 
 
-def terms_by_key(run: ComputedRun) -> tuple[dict[str, Terms | None], tuple[str, ...]]:
+def terms_by_key(run: ComputedRun) -> tuple[dict[str, Terms], tuple[str, ...]]:
     """Return the varied problems for `error_budget` by key, from its coarser and finer values; and the names of the
     striker's and stopper's errors that cannot be estimated."""
-    terms, unknown = dict[str, Terms | None](), list[str]()
+    terms, unknown = dict[str, Terms](), list[str]()
     for ladder in table.LADDERS:
         if ladder.key == STEP or not ladder.applies(run):
             continue
         varied = ladder.neighbours(run)
-        if varied is None and ladder.part:
+        if ladder.part and not all(varied):
             unknown.append(f"{ladder.source}'s {ladder.part}")
             varied = ()
         terms[ladder.key] = varied
     return terms, tuple(unknown)
 
 
-def sum_by_source(budget: Budget, terms: Mapping[str, Terms | None]) -> Budget:
+def sum_by_source(budget: Budget, terms: Mapping[str, Terms]) -> Budget:
     """Return a budget by key as one by source, with the errors by key beside; a source is unknown if one of its keys
     is."""
     of_step = budget.parts["time_step"]

@@ -68,7 +68,7 @@ from seatfem.fields import (
 from seatfem.results import Result
 from seatfem.structures import outlines
 from seatfem.structures.kinds import Structure
-from seatfem.structures.kinds.motion import CourseColumns, CourseUnits, Record, stated_in
+from seatfem.structures.kinds.motion import CourseColumns, CourseUnits, Record
 from seatfem.study.scene.models import Scene
 from seatfem.study.scene.wings import NO_STOPS, Drive, DriveRun, PortLift, cycle_name
 from seatfem.units import UnitError, write_quantity
@@ -214,10 +214,10 @@ port_diameter = "12 mm"
         "instead of bore, stroke, rod, clearance: CSV file with `angle [deg],pressure [bar]` over a turn, "
         "or `time [ms],pressure [bar]` over the run"
     )
-    columns: CourseColumns | None = absent(
-        "heads of the columns of cylinder_pressure, where they say neither time nor quantity"
+    columns: CourseColumns = default(
+        {}, "heads of the columns of cylinder_pressure, where they say neither time nor quantity"
     )
-    units: CourseUnits | None = absent("units of the columns of cylinder_pressure, where the header does not say them")
+    units: CourseUnits = default({}, "units of the columns of cylinder_pressure, where the header does not say them")
     port_diameter: Length = Field(description="of the hole that the reed covers, or of each of several")
     ports: int | None = absent(
         "number of equal ports, whose areas add up; absent: as many as the lands that a plate meets seal", ge=1, le=200
@@ -234,8 +234,8 @@ port_diameter = "12 mm"
             if unused := [*keys, *self.given_keys(*BESIDE)]:
                 yield unused[0], "cylinder_pressure prescribes the pressure; keep one of the two"
             _ = self.course
-        elif self.columns is not None or self.units is not None:
-            yield self.given_keys("columns", "units")[0], "there is no cylinder_pressure; remove the key"
+        elif stated := self.model_fields_set & {"columns", "units"}:
+            yield min(stated), "there is no cylinder_pressure; remove the key"
         elif len(keys) < len(OF_THE_CRANK):
             missing = next(key for key in OF_THE_CRANK if key not in keys)
             words = type(self).model_fields[missing].description
@@ -289,7 +289,7 @@ port_diameter = "12 mm"
         """Return the prescribed pressure. Raises `KeyProblem` for a record that cannot be read, or has gaps."""
         path = self.cylinder_pressure
         assert path is not None
-        columns, units = stated_in(self.columns), stated_in(self.units)
+        columns, units = self.columns.stated(), self.units.stated()
         with problem_of("cylinder_pressure", TimeSeriesError):
             named = read_csv(path, TimeSeriesError).column_of("time", ("time",), {}) is not None
             by_time = "time" in columns or (named and "angle" not in columns)
@@ -428,10 +428,10 @@ class GasRun(DriveRun):
         return angles(self.history.time, self.asked.rpm, self.asked.angle)
 
     @cached_property
-    def volume(self) -> Array | None:
-        """Return the (n + 1,) volume of the cylinder [m^3]; ``None`` if its pressure is prescribed."""
+    def volume(self) -> Array:
+        """Return the (n + 1,) volume of the cylinder [m^3]; empty if its pressure is prescribed."""
         crank = self.asked.crank
-        return None if crank is None else np.array([crank.volume(float(t)) for t in self.history.time])
+        return np.array([] if crank is None else [crank.volume(float(t)) for t in self.history.time])
 
     def values(self) -> dict[str, float]:
         """Return the mass that flows in each cycle of a run [kg], and that over each of several lands in all of it."""
@@ -478,7 +478,7 @@ class GasRun(DriveRun):
             "gas_least_pressure_Pa": float(self.history.pressure.min()),
             **self._of_lands(),
         }
-        if self.volume is not None:
+        if len(self.volume):
             residual = self.history.energy_residual(self.drive.gas.k, self.volume)
             keys |= {"gas_mass_residual": self.history.mass_residual(side)}
             keys |= {"gas_energy_residual": residual}
@@ -503,12 +503,12 @@ class GasRun(DriveRun):
         h = self.history
         heads = ["time [s]", "angle [deg]", "pressure [Pa]", "lift [m]", "reed flow [kg/s]"]
         columns = [h.time, self.angle, h.pressure, h.lift, h.flow(FORWARD, BACK)]
-        if self.volume is not None:
+        if len(self.volume):
             heads += ["other valve flow [kg/s]", "volume [m^3]", "mass [kg]"]
             columns += [h.flow(OTHER), self.volume, h.states[:, 1]]
         return write_csv(folder / FILE, heads, zip(*(column.tolist() for column in columns), strict=True), digits=9)
 
-    def picture(self, title: str, stop: float | None) -> tuple[str, Callable[[Path], None]]:
+    def picture(self, title: str, stop: float) -> tuple[str, Callable[[Path], None]]:
         courses = self.drive, self.history, self.angle, self.volume
         return PICTURE, lambda path: gas_plot.plot_gas(*courses, path, stop=stop, title=title or "Reed valve")
 

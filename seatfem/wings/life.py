@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, ClassVar, Final
 from impact.quantities import in_digits, percent
 from seatfem.fields import Contradictions, Table
 from seatfem.life import lives
-from seatfem.life.strength import StrengthTable
-from seatfem.life.table import LifeTable
+from seatfem.life.table import LifeTable, StrengthTable
 from seatfem.readings import BAR, Summary, as_number, is_known
 from seatfem.results import Result
 from seatfem.study.scene.measures import ContactRecord, Measure, Stress

@@ -18,7 +18,7 @@ from seatfem.faces import cli
 words = io.StringIO()
 with contextlib.redirect_stdout(words), contextlib.redirect_stderr(words):
     code = cli.run_command(sys.argv[1:])
-from impact.late import LateModule
+from impact.names import LateModule
 print(json.dumps([code, sorted(name for name, module in sys.modules.items() if type(module) is not LateModule)]))
 """
 DRAWN = {"gmsh", "pyvista", "vtkmodules", "matplotlib", "plotly", "PIL", "meshio", "pandas", "dask", "pint"}

@@ -13,7 +13,7 @@ from seatfem.structures.kinds import Structure, kinds_of
 from seatfem.study.impacts.touches import SOURCES, STOPPER, STRIKER
 from seatfem.study.ladders.table import LADDERS
 from seatfem.study.method import FIELDS
-from seatfem.study.runs.remedies import OF_SOURCES, STATED, has_key_of_kind, remedy_by_key, remedy_by_source
+from seatfem.study.runs.round import OF_SOURCES, STATED, has_key_of_kind, remedy_by_key, remedy_by_source
 from seatfem.study.scene import Scene
 from seatfem.study.scene.contact import Contact, Stopper
 from seatfem.study.scene.problems import tables_in

@@ -42,7 +42,7 @@ SOFTER = 1.1
 class Toy(Ladder):
     """A key that no run has."""
 
-    def neighbours(self, run: ComputedRun) -> Terms | None:
+    def neighbours(self, run: ComputedRun) -> Terms:
         return ((run.with_greens("seat", run.seat.greens.scaled(SOFTER)),),)
 
 

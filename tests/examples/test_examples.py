@@ -383,7 +383,7 @@ def test_ring_valve(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     is momentum given and returned. Lifts from which the run is too short are left out."""
     answer_here(monkeypatch)
     path = ROOT / "examples" / "ring_valve_study.toml"
-    table = run_study(load_study(path), tmp_path, file=path)
+    table = run_study(load_study(path), tmp_path)
     mass, run = 7850 * 1.5e-3 * np.pi * 75e-6, 0.7e-3
     lift = 1e-3 * table.numbers("contact.gap [mm]")
 
@@ -422,7 +422,7 @@ def test_the_map_of_limits(tmp_path: Path) -> None:
     """Bodies are linear and there is no gap: force and stress are in proportion to the bend, of each thickness with one
     factor, by which every verdict is known; a reed of 0.2 mm arrives after the run, one of 0.25 mm just before."""
     path = ROOT / "examples" / "limits_study.toml"
-    table = run_study(load_study(path), tmp_path, Effort(workers=2), file=path)
+    table = run_study(load_study(path), tmp_path, Effort(workers=2))
     bend, thickness = table.numbers("reed.release.tip_deflection [mm]"), table.numbers("reed.thickness [mm]")
     verdicts = np.array(table.columns["verdict"])
     assert set(verdicts[thickness == 0.2]) == {"no landing"}

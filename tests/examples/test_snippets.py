@@ -19,7 +19,7 @@ from pathlib import Path
 
 import pytest
 
-from seatfem.life.strength import load_strength
+from seatfem.life.table import load_strength
 from seatfem.study.identify.record import load_identification
 from seatfem.study.runs.forecast import look_at
 from seatfem.study.sweep.study import load_study

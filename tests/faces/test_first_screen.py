@@ -14,7 +14,7 @@ from seatfem.faces.cli import DONE, run_command
 from seatfem.faces.first_screen import COLUMNS, LINES, first_lines
 from seatfem.faces.report.page import report_page
 from seatfem.faces.tables import result_table
-from seatfem.study.answers.omissions import checked_scenes, how_often_checked, omissions
+from seatfem.study.answers.decision import checked_scenes, how_often_checked, omissions
 
 SCENE = Path(__file__).parents[2] / "examples" / "flapper_on_spring.toml"
 

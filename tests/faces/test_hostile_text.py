@@ -10,8 +10,7 @@ import pytest
 from rich.table import Table
 
 from seatfem.faces.cli import BAD_INPUT, DONE, run_command
-from seatfem.faces.progress_bars import progress_bars
-from seatfem.faces.terminal import Console, visible
+from seatfem.faces.terminal import Console, progress_bars, visible
 
 EVIL = "\x1b]0;owned\x07\x1b[2J\x1b[31m\x9b5m\x9d\u202egnp.exe\u2066\u200b\x08\x7f\r[red]b[/red]:skull:"
 SPRING = '[seat]\nkind = "spring"\nstiffness = "20 N/um"\n'

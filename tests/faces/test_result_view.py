@@ -10,7 +10,7 @@ from rich.console import Console
 
 from seatfem.faces.report.fragments import provenance
 from seatfem.faces.tables import landings_of, landings_tables, result_table
-from seatfem.study.answers.omissions import omissions
+from seatfem.study.answers.decision import omissions
 from seatfem.study.answers.verdict import verdict
 from seatfem.study.runs.pipeline import write_landings
 from seatfem.wings.life import life_sentence

@@ -10,7 +10,7 @@ from rich.console import Console
 
 from impact.notices import ROUND
 from seatfem.faces.cli import INTERRUPTED
-from seatfem.faces.progress_bars import SILENCE, StageClock, progress_bars
+from seatfem.faces.terminal import SILENCE, StageClock, progress_bars
 from seatfem.study.runs import rounds
 from tests.gallery import REED_ON_SPRING
 from tests.steps import DONE, FAILED, load_results, run_command

@@ -9,7 +9,7 @@ from types import ModuleType
 
 import pytest
 
-from impact.late import LateModule, load_late
+from impact.names import LateModule, load_late
 
 SOURCES = {
     "__init__": "",

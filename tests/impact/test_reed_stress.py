@@ -113,5 +113,5 @@ def test_the_start_and_a_landing_cut_the_record() -> None:
     assert find(since=since - 1e-12).after_landing == peaks.after_landing
     alone = find()
     assert (alone.initial, alone.after_contact, alone.at_start) == (peaks.initial, peaks.after_contact, peaks.at_start)
-    assert alone.before_landing is None
-    assert alone.after_landing is None
+    assert not alone.before_landing.is_known
+    assert not alone.after_landing.is_known

@@ -372,7 +372,7 @@ def test_a_kidney_port_has_equal_arcs(arcs: int, rings: int) -> None:
     assert lip.area == pytest.approx(WIDTH * KIDNEY_LENGTH, rel=6e-5)
     np.testing.assert_allclose(lip.lengths, KIDNEY_LENGTH / arcs, rtol=5e-3)
     assert lip.length == pytest.approx(KIDNEY_LENGTH, rel=6e-5)
-    assert lip.edges is None
+    assert not len(lip.edges)
     patches = lip.patches((0.0, 0.0))
     areas = np.array([patch.weights.sum() for patch in patches.values()])
     np.testing.assert_allclose(areas, lip.area * lip.division.shares, rtol=1e-9)

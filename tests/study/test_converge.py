@@ -70,7 +70,10 @@ def test_the_target_is_met_by_what_is_finer_in_every_refined_key(
         assert abs(one.values[name] - other.values[name]) <= one.bar(name) + other.bar(name)
     for before, after in pairwise(fine):
         old, new = before.plan.method, after.plan.method
-        assert max(work_ratio(old, new, before.plan.scene).values()) <= MOST_WORK or old.seat.level != new.seat.level
+        assert (
+            max(work_ratio(old, new, before.plan.scene.bodies).values()) <= MOST_WORK
+            or old.seat.level != new.seat.level
+        )
         for key, sign in FINER.items():
             if old.value(key) and new.value(key):
                 assert sign * (new.value(key) - old.value(key)) >= 0

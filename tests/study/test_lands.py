@@ -56,7 +56,7 @@ def landed(scene: Scene) -> tuple[Landings, dict[str, float]]:
     problem = problem_of(scene, Body(greens, state=falling), impact.Body(bed(division, SOFT)))
     record = record_of(scene, problem, STEP)
     assert record.landings is not None
-    return record.landings, dict(values_of_record(record))
+    return record.landings, dict(values_of_record(record, record.landings))
 
 
 def test_a_tilted_ring_meets_the_outer_land_first(tmp_path: Path) -> None:

@@ -14,15 +14,15 @@ from seatfem.structures.patch import on_its_patch
 from seatfem.structures.rings import OF_ONE, arc_rings_to_compare, divided_less, ring_borders
 from seatfem.study.impacts import contact
 from seatfem.study.impacts.bodies import problem_of
-from seatfem.study.impacts.contact import RunError, check_length, record_of
+from seatfem.study.impacts.contact import RunError, check_length
 from seatfem.study.impacts.validity import ONE_PORT, simpler_models
 from seatfem.study.ladders.ladder import ComputedRun
 from seatfem.study.ladders.patch import of_rings_across
 from seatfem.study.method import PORTS, RINGS, stated_method
 from seatfem.study.runs.converge import refine_plan
-from tests.as_stated import seat_of, solved_striker
+from tests.as_stated import seat_of, solved_striker, striker_of, values_of_problem
 from tests.gallery import FLAPPER, load_text
-from tests.steps import Division, Lip, Plan, Round, Scene, bed, begin_plan, striker_of, values_of_record
+from tests.steps import Division, Lip, Plan, Round, Scene, bed, begin_plan
 from tests.study.small_scenes import rounds_of
 
 SHEET = """
@@ -55,7 +55,7 @@ def in_parts(folder: Path, division: Division) -> Scene:
 def landed(scene: Scene) -> tuple[impact.ContactProblem, float]:
     """Return the problem of the landing, and its impulse [N s]."""
     problem = problem_of(scene, striker_of(scene), impact.Body(seat_of(scene, mesh_error=False).greens))
-    return problem, values_of_record(record_of(scene, problem, 250e-9))["impulse"]
+    return problem, values_of_problem(scene, problem, 250e-9)["impulse"]
 
 
 def test_parts_across_open_by_heights_of_their_own(tmp_path: Path) -> None:
@@ -86,9 +86,7 @@ def test_the_bar_of_one_part_across_holds_what_more_of_them_find(tmp_path: Path)
         terms = of_rings_across(ComputedRun(scene, stated_method(scene), solved, landings[division][0]))
         ((variation,),) = terms
         assert len(variation.problem.contacts) == 16 * arc_rings_to_compare(division.rings)[0]
-        one, other = (
-            values_of_record(record_of(scene, each, 250e-9)) for each in (variation.against, variation.problem)
-        )
+        one, other = (values_of_problem(scene, each, 250e-9) for each in (variation.against, variation.problem))
         bars[division] = SAFETY * variation.weight * abs(other["impulse"] - one["impulse"])
         assert abs(impulses[SIX] - impulses[division]) < bars[division]
     assert bars[THREE] < 0.2 * bars[ONE]
@@ -180,9 +178,8 @@ def test_the_bar_is_what_arcs_change(single: Round) -> None:
     reed = solved_striker(scene, method=replace(method.reed, lip=scene.geometry.on_the_reed(lip)), mesh_error=False)
 
     def impulse(striker: impact.Body, seat: impact.GreensFunction) -> float:
-        return values_of_record(record_of(scene, problem_of(scene, striker, impact.Body(seat)), 2 * single.result.dt))[
-            "impulse"
-        ]
+        problem = problem_of(scene, striker, impact.Body(seat))
+        return values_of_problem(scene, problem, 2 * single.result.dt)["impulse"]
 
     arcs = impulse(striker_of(scene, greens=reed.greens), many)
     ones = [impulse(single.striker, seat) for seat in (divided_less(many, Division()), whole)]

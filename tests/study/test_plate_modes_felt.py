@@ -10,15 +10,14 @@ import impact
 from impact import Body, ContactProblem, solve, spring
 from impact.after.measures import filtered_peak_force
 from seatfem.study.impacts.bodies import problem_of
-from seatfem.study.impacts.contact import record_of
 from seatfem.study.ladders.ladder import ComputedRun
 from seatfem.study.ladders.modes import in_wider_band
 from seatfem.study.method import BAND, MODEL, PORTS, RINGS
 from seatfem.study.runs.reed_stress import plate_stress
 from seatfem.study.runs.rounds import solve as solve_plan
-from tests.as_stated import seat_of, striker_of
+from tests.as_stated import seat_of, striker_of, values_of_problem
 from tests.gallery import load_text
-from tests.steps import Scene, Stopwatch, begin_plan, stated_method, values_of_record
+from tests.steps import Scene, Stopwatch, begin_plan, stated_method
 
 
 @pytest.mark.slow
@@ -109,7 +108,7 @@ def flapper_scene(folder: Path, band: float) -> Scene:
 def landing_of(scene: Scene, striker: impact.Body) -> tuple[float, float]:
     """Return impulse [N s] and filtered peak [N]."""
     problem = problem_of(scene, striker, impact.Body(seat_of(scene, mesh_error=False).greens))
-    values = values_of_record(record_of(scene, problem, STEP))
+    values = values_of_problem(scene, problem, STEP)
     return values["impulse"], values["filtered_peak"]
 
 

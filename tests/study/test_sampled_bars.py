@@ -41,7 +41,7 @@ def sampled(table: StudyTable) -> np.ndarray:  # type: ignore[type-arg]
 def test_masses_thrown_on_a_spring(tmp_path: Path, jobs: list[str]) -> None:
     """2 m v and v sqrt(k m) lie within the bars of every scene; those of others are the largest of the sample."""
     path, out = study_file(tmp_path, THROWN), tmp_path / "out"
-    table = run_study(load_study(path), out, file=path)
+    table = run_study(load_study(path), out)
     expected = study_ahead(path)
     others, speed = sampled(table), -table.numbers("reed.velocity [m/s]")
     assert 10 < others.sum() < 30
@@ -67,7 +67,7 @@ def test_masses_thrown_on_a_spring(tmp_path: Path, jobs: list[str]) -> None:
     before, count = rows(out), len(jobs)
     lines = (out / JOURNAL).read_text(encoding="utf-8").splitlines(keepends=True)
     (out / JOURNAL).write_text("".join(lines[:-7]), encoding="utf-8")  # as a kill leaves it
-    run_study(load_study(path), out, file=path)
+    run_study(load_study(path), out)
     assert rows(out) == before
     assert [len(json.loads(job)["others"]) for job in jobs[count:]] == [7]
 
@@ -77,7 +77,7 @@ def test_reeds_let_go(tmp_path: Path, jobs: list[str]) -> None:
     """Seat displacement and stress of those side by side are those of full runs; another plan is no excuse."""
     deflections = [f"{value:.3f} mm" for value in np.linspace(0.9, 1.1, 27)]
     path = study_file(tmp_path, RELEASED.format(json.dumps(deflections)), REED)
-    table = run_study(load_study(path), tmp_path / "out", file=path)
+    table = run_study(load_study(path), tmp_path / "out")
     others = sampled(table)
     assert others.any()
     job = json.loads(jobs[-1])
@@ -99,7 +99,7 @@ def test_scenes_that_differ_by_more_than_contact_data(scene: str, tmp_path: Path
     text = f'below = {{ landing_filtered_peak_force_N = "57 N" }}\n{THROWN}'.replace("contact.gap", "reed.mass")
     text = text.replace("0 mm", "1 g").replace("0.01 mm", "2 g").replace("number = 48", "number = 60")
     path = study_file(tmp_path, text, scene)
-    table = run_study(load_study(path), tmp_path / "out", file=path)
+    table = run_study(load_study(path), tmp_path / "out")
     others = sampled(table)
     assert 20 < others.sum() < 50
     assert set(table.columns["status"]) == {"done"}
@@ -166,5 +166,5 @@ def test_bars_of_a_sample_are_judged_by_the_target(tmp_path: Path) -> None:
 )  # fmt: skip
 def test_what_it_is_not_for(text: str, scene: str, message: str, tmp_path: Path) -> None:
     path = study_file(tmp_path, text, scene)
-    answer = refusal(lambda: run_study(load_study(path), tmp_path / "out", file=path))
+    answer = refusal(lambda: run_study(load_study(path), tmp_path / "out"))
     assert re.search(message, answer), answer

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from impact.life.strength import Curve, Strength
-from seatfem.life.strength import load_strength
+from seatfem.life.table import load_strength
 from seatfem.study.scene import SceneError
 
 WHOLE = (

@@ -63,7 +63,7 @@ def test_the_table_has_what_runs_of_the_scenes_have(tmp_path: Path, jobs: list[s
     """The table has 2 m v and v sqrt(k m) of a mass on a spring to its bars, and a run's own number."""
     text = '[vary]\nreed.mass = ["1 g", "4 g"]\nreed.velocity = ["-1 m/s", "-2 m/s"]'
     path = study_file(tmp_path, text)
-    table = run_study(load_study(path), tmp_path / "out", file=path)
+    table = run_study(load_study(path), tmp_path / "out")
     assert table.parameters == ("reed.mass [g]", "reed.velocity [m/s]")
     assert table.measures == ("landing_impulse_Ns", "landing_filtered_peak_force_N")
     assert list(table.columns["landing_status"]) == ["landed"] * 4

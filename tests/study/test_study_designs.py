@@ -158,7 +158,7 @@ WRONG = [
 def test_every_scene_is_checked_before_the_first_runs(text: str, message: str, tmp_path: Path) -> None:
     path = study_file(tmp_path, f"[vary]\n{text}")
     with pytest.raises(SceneError, match=message):
-        cases_of(load_study(path), file=path)
+        cases_of(load_study(path))
 
 
 @pytest.mark.slow
@@ -168,9 +168,9 @@ def test_a_distribution_beyond_the_limits_of_a_key(tmp_path: Path) -> None:
     )
     path = study_file(tmp_path, text.format("normal", ""))
     with pytest.raises(SceneError, match=r"study\.toml:5: vary\.reed\.mass: .*\d+ more"):
-        cases_of(load_study(path), file=path)
+        cases_of(load_study(path))
     path = study_file(tmp_path, text.format("truncated_normal", ', from = "0.1 g", to = "3 g"'))
-    assert len(cases_of(load_study(path), file=path)) == 64
+    assert len(cases_of(load_study(path))) == 64
 
 
 def test_equal_scenes_have_one_key_and_others_another(tmp_path: Path) -> None:

@@ -85,7 +85,7 @@ def test_several_limits_on_both_sides(folder: Path) -> None:
     """The worst verdict is that of all; a number without any bar counts as exact."""
     text = 'below = { landing_peak_reed_stress_Pa = 2.5e8 }\nabove = { landing_impulse_Ns = "2 mN s" }\n'
     path = study_file(folder, text + WIDTHS, REED)
-    table = run_study(load_study(path), folder / "out", file=path)
+    table = run_study(load_study(path), folder / "out")
     stress, impulse = (table.columns[f"verdict: {limit}"] for limit in table.study.limits)
     assert stress[:4] == ["holds", "holds", "holds", "does not hold"]
     assert impulse[:4] == ["does not hold", "holds", "holds", "holds"]
@@ -96,7 +96,7 @@ def test_several_limits_on_both_sides(folder: Path) -> None:
 def test_a_limited_result_has_an_error_bar(tmp_path: Path, jobs: list[str]) -> None:
     """A mass on a spring is in contact for pi sqrt(m / k); the scene asks no accuracy of that, the limit does."""
     path = study_file(tmp_path, 'below = { landing_duration_s = "0.1 ms" }\n[vary]\nreed.mass = ["0.5 g", "1.1 g"]\n')
-    table = run_study(load_study(path), tmp_path / "out", file=path)
+    table = run_study(load_study(path), tmp_path / "out")
     assert list(table.columns["verdict"]) == ["holds", "does not hold"]
     durations, bars = (table.numbers(key) for key in ("landing_duration_s", "error_bar_landing_duration_s"))
     assert np.all(bars > 0)
@@ -118,7 +118,7 @@ def test_a_map_is_drawn_over_two_keys(design: str, vary: str, folder: Path) -> N
     limits = 'below = { landing_peak_reed_stress_Pa = "230 MPa", landing_impulse_Ns = "4 mN s" }'
     text = f'design = "{design}"\n{limits}\n[vary]\n{vary}'.replace('"8"', "8")
     path = study_file(folder, text, REED)
-    table = run_study(load_study(path), folder / "out", Effort(), file=path)
+    table = run_study(load_study(path), folder / "out", Effort())
     files, gaps = write_reports(table, folder / "out")
     assert gaps == []
     assert folder / "out" / "map.png" in files

@@ -27,7 +27,7 @@ from seatfem.study.runs.afterwards import is_spring, spring_for, static_stiffnes
 from seatfem.study.runs.converge import begin_plan
 from seatfem.study.runs.kept import plan_from_json, plan_to_json
 from seatfem.study.runs.summary import landing_keys
-from seatfem.study.scene import Scene, measures
+from seatfem.study.scene import Run, Scene, measures
 from seatfem.study.scene.wings import CYCLE
 
 Numbers = Mapping[str, Any]
@@ -166,7 +166,7 @@ def march_of(known: Reference, scene: Scene, progress: Progress) -> tuple[Number
         numbers |= {f"{readings.SPRING if name == 'spring' else ''}{key}": value for key, value in keys.items()}
         runs[name] = run, record.landings
         progress("contact", len(runs) / 2)
-    return numbers, _curves(scene, runs)
+    return numbers, _curves(scene.run, runs)
 
 
 def with_bars(known: Reference, numbers: Numbers, *, is_known: bool) -> dict[str, Any]:
@@ -205,9 +205,9 @@ def rows(summary: Numbers, full: Numbers) -> list[dict[str, str]]:
     return table
 
 
-def _curves(scene: Scene, runs: Mapping[str, tuple[MarchRun, Landings]]) -> dict[str, Any]:
+def _curves(table: Run, runs: Mapping[str, tuple[MarchRun, Landings]]) -> dict[str, Any]:
     """Return the curves of force, from the start of the hardest landing on the seat if any, and of lift [SI]."""
-    hard, whole, width = runs["seat"][1].hardest, (0.0, scene.run.duration), scene.run.filter_width
+    hard, whole, width = runs["seat"][1].hardest, (0.0, table.duration), table.filter_width
     span, zero = whole, 0.0
     if hard is not None:
         margin, zero = MARGIN * hard.duration + 2 * width, hard.start

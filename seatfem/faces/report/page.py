@@ -37,8 +37,7 @@ from seatfem.faces.report.fragments import (
 )
 from seatfem.faces.tables import SHOWN, is_baseline, landings_of, landings_tables, lands_tables, result_table
 from seatfem.pictures.moving import KEPT, moving_bodies
-from seatfem.study.answers.decision import Decision, decide
-from seatfem.study.answers.omissions import not_modelled, omissions
+from seatfem.study.answers.decision import Decision, decide, not_modelled, omissions
 from seatfem.study.answers.verdict import against_spring, is_static, sentences
 from seatfem.study.plan import Choice
 from seatfem.study.runs.pipeline import RESULT_FILE

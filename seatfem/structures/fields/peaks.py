@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from impact.after.histories import Spans
 from impact.march.loop.compiled import compiled
-from seatfem.machine.compiling import threads
+from seatfem.machine.resources import compiled_threads
 from seatfem.structures.model import Array
 
 TIMES_PER_RADIAN: Final = 2  # samples of stress per radian of the highest retained frequency
@@ -92,21 +92,21 @@ class Field(Protocol):
 
 
 def largest(
-    field: Field, force: Array, dt: float, *, since: float | None = None, workers: int | None = None
+    field: Field, force: Array, dt: float, *, since: float = math.nan, workers: int | None = None
 ) -> LargestStress:
     """Return the largest stress [Pa] at each point, sampled `TIMES_PER_RADIAN` times a radian.
 
     The force (n + 1, p) is as in `seatfem.structures.fields.recovery.histories`. A place is skipped in blocks of times
     in which the sum of its bounds is below its present maximum. ``since``: start of a landing [s], which divides the
-    record into further spans. ``workers`` threads (default: as many as compiled code may use) share the places; the
-    result does not depend on their number.
+    record into further spans; nan without one. ``workers`` threads (default: as many as compiled code may use)
+    share the places; the result does not depend on their number.
     """
     spans = Spans.of_run(force, dt, since)
     if not len(field.points):
         return LargestStress(spans, np.zeros((spans.count, 4, 0)))
     bounds, stride = field.bounds, stride_of(field, dt)
     peaks = np.zeros((spans.count, 4, len(bounds), len(field.points) // len(bounds)))
-    with ThreadPoolExecutor(workers or threads()) as pool:
+    with ThreadPoolExecutor(workers or compiled_threads()) as pool:
         for number, part in blocks_of_times(field, force, dt, stride):
             times = number * stride
             numbers = spans.of_times(times)

@@ -118,10 +118,12 @@ class Beam(Structure):
         """Return pairs of distance from the root and width [m]; the width is linear in between."""
         return ((0.0, self.mean_width), (self.span, self.mean_width))
 
-    def views(self, at: float | None = None, *, coarse: bool = False) -> outlines.BodyViews:
-        place = self.beam().free_point if at is None else at
+    def views(self, *, coarse: bool = False) -> outlines.BodyViews:
+        return self.views_at(self.place(None))
+
+    def views_at(self, at: float, *, coarse: bool = False) -> outlines.BodyViews:
         name = "beam held at both ends" if self.both_held else self.kind.replace("_", " ")
-        return outlines.of_beam(name, self.widths_along, self.thickness, place, both_ends=self.both_held)
+        return outlines.of_beam(name, self.widths_along, self.thickness, at, both_ends=self.both_held)
 
     def stated(self, error: float = 0.0, rings: int | None = 1) -> method.Method:
         return replace(super().stated(error, rings), n_modes=self.n_modes)
@@ -139,15 +141,15 @@ class Beam(Structure):
 
     def contact_problems(self, at: float | None, seat: Structure) -> fields.Contradictions:
         structure.check_along(self.kind, self.span, at, "contact.at")
-        if (ring := seat.lip_face.ring) is None or (place := self.place(at)) is None:
+        if (ring := seat.lip_face.ring) is None:
             return
-        if place < (outer := ring[0] + ring[1] / 2) * (1 - 1e-9):
+        if (place := self.place(at)) < (outer := ring[0] + ring[1] / 2) * (1 - 1e-9):
             words = f"the lip's middle is {write_quantity(place, 'length')} from the clamp, and the lip reaches"
             reaches = f"{words} {write_quantity(outer, 'length', 4)} from its middle, behind the clamp"
             key = "contact.at" if at is not None else self.long if self.long.startswith("reed.") else "reed"
             yield key, f"{reaches}; make {'this' if at is None else key} at least that, or the lip smaller"
 
-    def place(self, at: float | None) -> float | None:
+    def place(self, at: float | None) -> float:
         return self.beam().free_point if at is None else at
 
     def start_at(self, at: float) -> float:
@@ -173,10 +175,10 @@ class Beam(Structure):
         return np.column_stack([x, [self.start_at(float(place)) for place in x]])
 
     def cover_doubts(
-        self, seat: Structure, at: float | None, offset: tuple[float, float], arcs: int
+        self, seat: Structure, at: float, offset: tuple[float, float], arcs: int
     ) -> Iterator[structure.Finding]:
         """Yield a doubt if the beam covers only a part of a lip, which the model presses all around."""
-        if (ring := seat.lip_face.ring) is None or at is None:
+        if (ring := seat.lip_face.ring) is None:
             return
         angle = 2 * np.pi * (np.arange(POINTS) + 0.5) / POINTS
         along, across = at + ring[0] * np.cos(angle), ring[0] * np.sin(angle)

@@ -206,7 +206,7 @@ clamp_width = "2 mm"
     def geometry(self) -> ValvePlate:
         return of_same_names(ValvePlate, self)
 
-    def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
+    def views(self, *, coarse: bool = False) -> BodyViews:
         plate = self.geometry()
         if self.layout == "circle":
             outline, rim = arc(plate.outer_radius), arc(plate.outer_radius - plate.clamp_width)

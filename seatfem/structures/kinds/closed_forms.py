@@ -39,7 +39,7 @@ stiffness = "50 N/um"
     def _model_words(self) -> str:
         return "spring"
 
-    def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
+    def views(self, *, coarse: bool = False) -> BodyViews:
         return BodyViews(f"spring {1e-6 * self.stiffness:.4g} N/um", symbol="spring")
 
     def closed_form(self) -> GreensFunction:
@@ -65,7 +65,7 @@ mass = "5 g"
     def loose(self) -> str:
         return "seat.kind = 'rigid_mass' is free to move"
 
-    def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
+    def views(self, *, coarse: bool = False) -> BodyViews:
         return BodyViews(f"rigid mass {in_units(self.mass, 'kg')}", symbol="mass")
 
     def closed_form(self) -> GreensFunction:
@@ -135,7 +135,7 @@ damping_ratio = 0.02
                 raise KeyProblem(key, free if self.far_end == "free" else NO_MODES)
         return self
 
-    def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
+    def views(self, *, coarse: bool = False) -> BodyViews:
         """Return a column of the cross-section that is given, or of a square one of the same area."""
         side = math.sqrt(self.cross_section)
         sides = (side, side) if self.width is None or self.thickness is None else (self.width, self.thickness)
@@ -167,6 +167,10 @@ damping_ratio = 0.02
                 key,
                 "a rod is met at its struck end, or free and undamped at its back: give its length, or remove the key",
             )
+
+    def in_plan(self, place: float, at: float) -> float:
+        """Return zero: its back is behind its front."""
+        return 0.0
 
     def body(self, greens: GreensFunction | None = None, n_modes: int = 0, at: structure.At = None) -> Body:
         """Return the rod, with a port at each end if it has two contacts ``at``."""

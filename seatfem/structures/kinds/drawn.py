@@ -89,7 +89,7 @@ class Drawn(elastic.Elastic):
     def part(self) -> Part:
         return mesh_file.of_geometry(self.geometry(), f"seat, kind = {self.kind!r}")
 
-    def views(self, at: float | None = None, *, coarse: bool = False) -> outlines.BodyViews:
+    def views(self, *, coarse: bool = False) -> outlines.BodyViews:
         """Return the outlines, of a block by its sides, of other bodies by the triangulation of their surface."""
         shape, name = self.geometry(), self.kind.replace("_", " ")
         if (cuboid := shape.cuboid) is not None:

@@ -212,7 +212,7 @@ file = "seat.msh"
     def patch(self) -> Patch:
         return of_shape(mesh_file.shape_of(self.read()), self.supports, self.material.mean)
 
-    def views(self, at: float | None = None, *, coarse: bool = False) -> outlines.BodyViews:
+    def views(self, *, coarse: bool = False) -> outlines.BodyViews:
         shape = mesh_file.shape_of(self.read())
         normals = shape.normals[shape.groups[self.struck_face]]
         normal = normals[0] if np.abs(normals - normals[0]).max() < FLAT else None

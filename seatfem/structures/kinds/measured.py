@@ -21,7 +21,7 @@ from seatfem.structures.formats import uff_responses
 from seatfem.structures.formats.uff import Direction, System
 from seatfem.structures.inspection.cad import opened, read_once
 from seatfem.structures.kinds import structure
-from seatfem.structures.kinds.motion import Moving, ResponseColumns, ResponseUnits, stated_in
+from seatfem.structures.kinds.motion import Moving, ResponseColumns, ResponseUnits
 from seatfem.structures.method import Solved, Task
 from seatfem.units import write_quantity
 
@@ -48,10 +48,8 @@ file = "response.csv"
     quantity: Literal["receptance", "mobility", "accelerance"] | None = Field(
         None, description="measured quantity, where neither heads nor units state it"
     )
-    columns: ResponseColumns | None = Field(None, description="heads of the columns, where they do not say their role")
-    units: ResponseUnits | None = Field(
-        None, description="units of the columns, or of a universal file, where these do not say them"
-    )
+    columns: ResponseColumns = default({}, "heads of the columns, where they do not say their role")
+    units: ResponseUnits = default({}, "units of the columns, or of a universal file, where these do not say them")
     system: System | None = Field(None, description="units of a universal file, in place of those that it states")
     averages: int | None = Field(
         None,
@@ -122,7 +120,7 @@ file = "response.csv"
 
     @property
     def _reading(self) -> tuple[Any, ...]:
-        columns, units = (tuple(stated_in(roles).items()) for roles in (self.columns, self.units))
+        columns, units = (tuple(roles.stated().items()) for roles in (self.columns, self.units))
         return self.file, self.node, self.direction, self.averages, self.quantity, columns, units, self.system
 
     def solve(self, task: Task) -> Solved:

@@ -41,11 +41,6 @@ class Roles(fields.Table):
         return {role: text for role in type(self).model_fields if (text := getattr(self, role))}
 
 
-def stated_in(roles: Roles | None) -> dict[str, str]:
-    """Return the text of each key that is set, empty if the table is absent."""
-    return {} if roles is None else roles.stated()
-
-
 class ResponseColumns(Roles):
     """Heads of the columns of a frequency response, where the header does not say which is which."""
 
@@ -114,10 +109,8 @@ class _Course(fields.Table):
         description="CSV file, its header as in `time [ms],pressure [bar]`, beyond its ends their values; with rpm as "
         "in `angle [deg],pressure [bar]`, repeated every 360 deg, of which no more than 90 deg may be left out",
     )
-    columns: CourseColumns | None = Field(
-        None, description="heads of its columns, where they say neither time nor quantity"
-    )
-    units: CourseUnits | None = Field(None, description="units of its columns, where the header does not say them")
+    columns: CourseColumns = fields.default({}, "heads of its columns, where they say neither time nor quantity")
+    units: CourseUnits = fields.default({}, "units of its columns, where the header does not say them")
     rpm: fields.Rpm | None = Field(None, description="speed of the crank (1/min) for a file in crank angle")
     angle: fields.Angle | None = Field(
         None, description="crank angle at the start of the run, with rpm; 0 where absent"
@@ -131,8 +124,8 @@ class _Course(fields.Table):
             raise fields.KeyProblem("value", "give exactly one of value and file")
         if self.rpm is not None and self.file is None:
             raise fields.KeyProblem("rpm", "there is no file in crank angle; remove the key")
-        if self.file is None and (self.columns is not None or self.units is not None):
-            raise fields.KeyProblem("units" if self.columns is None else "columns", "there is no file; remove the key")
+        if self.file is None and (stated := self.model_fields_set & {"columns", "units"}):
+            raise fields.KeyProblem(min(stated), "there is no file; remove the key")
         if self.angle is not None and self.rpm is None:
             raise fields.KeyProblem("angle", "there is no rpm; remove the key, or give rpm")
         if self.file is not None:
@@ -155,7 +148,7 @@ class _Course(fields.Table):
             return None
 
         start = math.degrees(self.angle or 0.0)
-        columns, units = stated_in(self.columns), stated_in(self.units)
+        columns, units = self.columns.stated(), self.units.stated()
         series = read_time_series(
             self.file, self.quantity, outside="hold", columns=columns, units=units, rpm=self.rpm, start=start
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 
@@ -27,7 +28,7 @@ class StressAtPlaces:
     dt: float
     is_inside: bool = False
 
-    def largest(self, *, coarsely: bool, since: float | None = None) -> ReedStress:
+    def largest(self, *, coarsely: bool, since: float = math.nan) -> ReedStress:
         spans, histories = Spans.of_run(self.force, self.dt, since), (stress for _, stress in self.places.values())
         sizes = np.array([np.abs(each) if each.ndim == 1 else peaks.von_mises(each) for each in histories])
         numbers, distances = spans.of_times(np.arange(len(self.force))), [at for at, _ in self.places.values()]

@@ -270,7 +270,7 @@ class ClampedPlate(thin_plate.ThinPlate):
             )
         return self
 
-    def place(self, at: float | None) -> float | None:
+    def place(self, at: float | None) -> float:
         return self.geometry().centre[0]
 
     def start_at(self, at: float) -> float:

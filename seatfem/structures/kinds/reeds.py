@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Final, Literal, Self
@@ -70,7 +71,7 @@ class BeamStress:
     body: Body
     at: At
 
-    def largest(self, *, coarsely: bool, since: float | None = None) -> histories.ReedStress:
+    def largest(self, *, coarsely: bool, since: float = math.nan) -> histories.ReedStress:
         known = self.force, self.dt, self.body, self.beam
         return stresses.reed_stress(*known, contact_at=self.at, coarsely=coarsely, since=since)
 

@@ -19,7 +19,7 @@ from pydantic.fields import FieldInfo
 from impact.after.histories import ReedStress
 from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunction, GreensFunctionError
-from impact.late import import_now
+from impact.names import import_now
 from impact.notices import Advice, Progress, silent
 from seatfem.fields import Angle, Contradictions, Gap, KeyProblem, Length, Table, kind_of, kinds_below
 from seatfem.structures import lip, model
@@ -70,7 +70,7 @@ LOADS: Final = ("force", "pressure", "point_force", "gravity")
 class KnownStress(Protocol):
     """The stress of a striker under known contact forces."""
 
-    def largest(self, *, coarsely: bool, since: float | None = None) -> ReedStress:
+    def largest(self, *, coarsely: bool, since: float = math.nan) -> ReedStress:
         """Return the largest stresses of the run, and those before and after the time ``since`` of a landing [s]."""
 
     def histories(self, also: Collection[float] = ()) -> Iterator[tuple[str, Array]]:
@@ -95,11 +95,12 @@ def is_curved(body: Structure) -> bool:
     return getattr(body, "curvature", None) is not None
 
 
-def check_along(kind: str, reach: float | None, at: float | None, key: str) -> None:
-    """Raise a `KeyProblem` of ``key`` for a distance ``at`` beyond the length ``reach`` of a body [m]."""
+def check_along(kind: str, reach: float, at: float | None, key: str) -> None:
+    """Raise a `KeyProblem` of ``key`` for a distance ``at`` beyond the length ``reach`` of a body [m], 0 of one without
+    positions."""
     if at is None:
         return
-    if reach is None:
+    if not reach:
         raise KeyProblem(key, f"a {kind.replace('_', ' ')} has no positions; remove the key")
     if at > reach:
         raise KeyProblem(
@@ -338,11 +339,10 @@ class Structure(Table):
         """
         return None
 
-    def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
+    def views(self, *, coarse: bool = False) -> BodyViews:
         """Return its outlines in section and plan, for drawings; a labelled symbol if the shape is not known.
 
         Args:
-            at: distance of the contact from the root [m]; ``None``: the default contact.
             coarse: whether few triangles suffice for a body from a file.
 
         Raises:
@@ -350,6 +350,10 @@ class Structure(Table):
         """
         named = f" ({self.files()[0].name})" if self.files() else ""
         return BodyViews(self.kind.replace("_", " ") + named, symbol="box")
+
+    def views_at(self, at: float, *, coarse: bool = False) -> BodyViews:
+        """Return the `views` of a body with its contact ``at`` a distance from the root [m]."""
+        return self.views(coarse=coarse)
 
     # As a striker
 
@@ -361,9 +365,14 @@ class Structure(Table):
         solid = NAMED_MATERIALS["steel"] if material is None else material.mean
         return solid.young, solid.density
 
-    def place(self, at: float | None) -> float | None:
-        """Return the distance of its contact from the root [m], stated as ``at``; ``None`` if it has no positions."""
-        return at
+    def place(self, at: float | None) -> float:
+        """Return the distance of its contact from the root [m], stated as ``at``; 0 if it has no positions, as at the
+        struck end of a rod."""
+        return at or 0.0
+
+    def in_plan(self, place: float, at: float) -> float:
+        """Return how far in plan a ``place`` lies from the contact, both distances from the root [m]."""
+        return place - at
 
     def heights(self, points: Array) -> Array:
         """Return the (n,) heights of the stress-free shape over a flat one, at points (n, 2) relative to the centre of
@@ -395,11 +404,9 @@ class Structure(Table):
                 f"a {self.kind.replace('_', ' ')} has no places across its face; remove the key, or take a plate: a "
                 "flapper, sheet, disc or ring_plate",
             )
-        check_along(self.kind, None, place, key)
+        check_along(self.kind, 0.0, place, key)
 
-    def cover_doubts(
-        self, seat: Structure, at: float | None, offset: tuple[float, float], arcs: int
-    ) -> Iterator[Finding]:
+    def cover_doubts(self, seat: Structure, at: float, offset: tuple[float, float], arcs: int) -> Iterator[Finding]:
         """Yield a key of the scene, and why it is doubtful, if too little of the seat's face and its own lie on each
         other, for a contact ``at`` a distance from the root [m], with an ``offset`` [m], in so many arcs."""
         yield from ()
@@ -424,7 +431,7 @@ class Structure(Table):
 
     def contact_problems(self, at: float | None, seat: Structure) -> Contradictions:
         """Yield keys to change, and why, if it cannot touch a ``seat`` at the distance ``at`` from the root [m]."""
-        check_along(self.kind, None, at, "contact.at")
+        check_along(self.kind, 0.0, at, "contact.at")
         yield from ()
 
     def parts_problems(self, key: str) -> Contradictions:

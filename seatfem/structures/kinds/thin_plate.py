@@ -143,7 +143,7 @@ class ThinPlate(motion.Moving):
         """Return the disc or ring on the plate that touches, as the table states it."""
         return Lip(self.radius, self.width) if self.width else Lip.disc(self.radius)
 
-    def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
+    def views(self, *, coarse: bool = False) -> BodyViews:
         lip = self.own_lip
         contact = (arc(lip.outer), *((arc(lip.inner),) if lip.inner > 0 else ()))
         return of_sheet(self.kind.replace("_", " "), self.geometry(), contact)
@@ -226,14 +226,14 @@ class ThinPlate(motion.Moving):
         return Solved(solved.greens, model=model, modes=modes, about=about)
 
     def cover_doubts(
-        self, seat: structure.Structure, at: float | None, offset: tuple[float, float], arcs: int
+        self, seat: structure.Structure, at: float, offset: tuple[float, float], arcs: int
     ) -> Iterator[structure.Finding]:
         """Yield a doubt if less than `HALF` of the disc or ring with which the plate is stated to touch lies on the
         struck face, as over an open port: what is stated counts."""
         if not self.states_contact or arcs > 1:
             return
         try:
-            over, face = self.views(at, coarse=True).turned_over(), seat.views(coarse=True)
+            over, face = self.views(coarse=True).turned_over(), seat.views(coarse=True)
         except ModelError:  # a partner without a face
             return
         x, y = offset

@@ -90,7 +90,7 @@ class Turned(drawn.Drawn):
         compliance = partial(half_space.disk_compliance, radius=radius)
         return self.on_half_space(compliance, room, ("contact_radius",))
 
-    def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
+    def views(self, *, coarse: bool = False) -> BodyViews:
         name = self.kind.replace("_", " ")
         return of_profile(name, self.geometry().profile, struck_arc=self.arc, held=self.clamped)
 
@@ -151,9 +151,9 @@ lip_width = "1 mm"
     def geometry(self) -> AnnularSeat:
         return of_same_names(AnnularSeat, self)
 
-    def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
+    def views(self, *, coarse: bool = False) -> BodyViews:
         """Return the outlines, dimensioned with the widths of the lip and of its flat top."""
-        views, shape = super().views(at), self.geometry()
+        views, shape = super().views(), self.geometry()
         edge = shape.lip_edge_radius if shape.lip_height else 0.0
         flat = [size for size in views.sizes if size.words.startswith("contact")]
         lips = [replace(size, low=size.low - edge, high=size.high + edge, words="lip {} wide") for size in flat]
@@ -250,10 +250,10 @@ damping_ratio = 0.005
     def local_share(self) -> structure.LocalShare:
         return self._of_disc(self.geometry().contact_radius, math.inf)
 
-    def views(self, at: float | None = None, *, coarse: bool = False) -> BodyViews:
+    def views(self, *, coarse: bool = False) -> BodyViews:
         radius = self.diameter / 2
         diameter = Size("plan", 1, -radius, radius, radius, "Ø {}")
-        return replace(super().views(at), sizes=(diameter,))
+        return replace(super().views(), sizes=(diameter,))
 
     def pushed_at(self, body: Body, place: structure.Place, by: structure.Push = "force") -> Array:
         """Return (M, n); springs act on the translation only, as at the centre of the ball: the facet would yield."""

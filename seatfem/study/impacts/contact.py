@@ -3,6 +3,7 @@ springs."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
@@ -13,8 +14,8 @@ from typing import Any, Final
 import numpy as np
 
 import impact
-from impact.after.histories import ReedStress
-from impact.after.landings import Landing
+from impact.after.histories import UNKNOWN_STRESS, ReedStress
+from impact.after.landings import Landing, pair_landings
 from impact.after.loads import spring_displacements, without_springs
 from impact.bodies.body import Body
 from impact.bodies.loads import SprungBody
@@ -112,8 +113,13 @@ SHARED = 0.1  # largest part of the memory for the marches of the neighbours of 
 PAIR_TIME = 6e-9  # time [s] of a step for each pair of contacts, by spring laws; rigid ones take a quarter
 LONGEST_MARCH = 86400.0  # longest predicted computing time of a run [s]
 
-StressLook = Callable[[MarchRun, float | None], ReedStress | None]
+StressLook = Callable[[MarchRun, float], ReedStress]
 """Function that returns a reed's largest stresses in a run, also before and after the start of a landing [s]."""
+
+
+def no_look(run: MarchRun, since: float) -> ReedStress:
+    """Return what is known of a stress at which nobody looks."""
+    return UNKNOWN_STRESS
 
 
 RIGID: Final = (
@@ -136,15 +142,13 @@ def in_words_of_a_scene() -> Iterator[None]:
         raise RunError(RIGID) from None
 
 
-def bending_look(geometry: lips.ContactGeometry) -> StressLook | None:
-    """Return the function that evaluates a beam's bending stress on a coarse grid; ``None`` for other reeds."""
-    if geometry.reed.traits.stress != "closed form":
-        return None
+def bending_look(geometry: lips.ContactGeometry) -> StressLook:
+    """Return the function that evaluates a beam's bending stress on a coarse grid; that of other reeds is unknown."""
 
-    def look(run: MarchRun, since: float | None) -> ReedStress | None:
+    def look(run: MarchRun, since: float) -> ReedStress:
         force, stopper = touches.force_of(run), touches.stopper_forces_of(run)
         known = known_stress(_met_in(geometry, run), run.problem.striker, force, stopper, run.opening, run.dt)
-        return None if known is None else known.largest(coarsely=True, since=since)
+        return UNKNOWN_STRESS if known is None else known.largest(coarsely=True, since=since)
 
     return look
 
@@ -265,9 +269,8 @@ def record_of_march(
     division, seats = Division.from_greens(run.problem.target.greens), seat_contacts(run.problem)
     lands = scene.geometry.lands(division)
     landings = landings_of_march(run, scene.run.filter_width, None if like is None else like.static, lands)
-    others = None if like is None else like.seat
-    stress_look = (look or bending_look(scene.geometry)) if stresses and scene.needs_stress else None
-    blow = blow_of_march(scene, run, landings.seat, others, stress=stress_look)
+    stress_look = (look or bending_look(scene.geometry)) if stresses and scene.needs_stress else no_look
+    blow = blow_of_march(scene, run, landings.seat, (like or landings).seat, stress=stress_look)
     ports = scene.geometry.lifts(division, run.rows.gap[:, :seats], run.rows) if scene.driven_by else ()
     strains = strains_of(scene.geometry, scene.gauged, run)
     further = other_values(scene.driven_by, strains, run.opening, run.dt, scene.run.duration, ports)
@@ -287,26 +290,26 @@ def blow_of_march(
     scene: Scene,
     run: MarchRun,
     landings: tuple[Landing, ...],
-    like: Sequence[Landing] | None = None,
+    like: Sequence[Landing],
     *,
     displacement: bool = True,
-    stress: StressLook | None = None,
+    stress: StressLook = no_look,
 ) -> measures.ContactRecord:
     """Return the record of a run without energies for its measures, with its ``landings`` on the seat.
 
-    ``like``: landings of a neighbouring run, the partner of whose judged one is judged; ``None``: the run's own.
+    ``like``: these, or landings of a neighbouring run, the partner of whose judged one is judged.
     ``displacement``: whether to include the seat's; ``stress``: function of the reed's stress, if wanted.
     """
     choice, rows, seats = scene.accuracy.landing, run.rows, seat_contacts(run.problem)
-    judged = measures.judged_landing(landings, choice, like)
-    since = None if judged is None or stress is None else judged.start
-    stresses = None if stress is None else stress(run, since)
+    partners = zip(like, pair_landings(like, landings), strict=True)
+    wanted = measures.judged_landing(like, choice)
+    since = next((own.start for one, own in partners if one is wanted and own is not None), math.nan)
     return measures.ContactRecord(
         force=touches.force_of(run),
         dt=run.dt,
         filter_width=scene.run.filter_width,
         displacement=touches.displacement_of(run) if displacement else None,
-        stress=stresses,
+        stress=stress(run, since),
         line=scene.geometry.line(Division.from_greens(run.problem.target.greens), rows.force[:, :seats], rows),
         film=rows.spread_forces(rows.film[:, :seats].sum(axis=1)),
         landings=landings,

@@ -3,12 +3,13 @@ bodies, which may be divided otherwise."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
-from impact.after.histories import ReedStress
+from impact.after.histories import UNKNOWN_STRESS, ReedStress
 from impact.after.loads import without_springs
 from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunction
@@ -116,14 +117,14 @@ class Strike:
         striker: the striker at the start.
         seat: Green's function whose ports are the parts of the seat's patch.
         touches: results of the run, on this seat or another in its place.
-        stress: the reed's largest stresses in the run; ``None`` if they are not known.
+        stress: the reed's largest stresses in the run, if they are known.
     """
 
     geometry: ContactGeometry
     striker: Body
     seat: GreensFunction
     touches: Touches
-    stress: ReedStress | None = None
+    stress: ReedStress = UNKNOWN_STRESS
 
     @property
     def forces(self) -> Forces:
@@ -156,10 +157,10 @@ class Strike:
         run = self.touches
         return known_stress(self.geometry, self.striker, run.seat.force, run.stopper_forces, run.opening, self.dt)
 
-    def largest_stress(self, *, coarsely: bool = False, since: float | None = None) -> ReedStress | None:
+    def largest_stress(self, *, coarsely: bool = False, since: float = math.nan) -> ReedStress:
         """Return the largest of `known_stress`; ``since``: start of a landing [s], before and after which the largest
-        stresses are reported separately, too."""
-        return None if (known := self.known_stress) is None else known.largest(coarsely=coarsely, since=since)
+        stresses are reported separately, too; nan without one."""
+        return UNKNOWN_STRESS if (known := self.known_stress) is None else known.largest(coarsely=coarsely, since=since)
 
 
 def known_stress(

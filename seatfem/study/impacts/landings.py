@@ -272,9 +272,7 @@ def landings_of_lands(landings: Landings) -> tuple[Landing | None, ...]:
     )
 
 
-def values_of_lands(
-    line: Line | None, landings: Landings, width: float, like: Landings | None = None
-) -> dict[str, float]:
+def values_of_lands(line: Line | None, landings: Landings, width: float, like: Landings) -> dict[str, float]:
     """Return, by name, the largest force per length on each land during the hardest landing [N/m], the time from the
     first touch of any land to its own [s], and its share of the impulse on all lands during the hardest landing.
 
@@ -282,14 +280,12 @@ def values_of_lands(
         line: contact along the lips; ``None``, or of a single land: there are no values.
         landings: landings of the run.
         width: width of the filter [s].
-        like: landings of a neighbouring run, whose partners are taken; infinite values for one without partner.
+        like: those, or landings of a neighbouring run, whose partners are taken; infinite values for one without any.
     """
     if line is None or len(line.lands) != len(landings.lands):
         return {}
-    of_lands = landings_of_lands(like or landings)
-    own = tuple(
-        one if like is None else _partner(one, like.lands[k], landings.lands[k]) for k, one in enumerate(of_lands)
-    )
+    of_lands = landings_of_lands(like)
+    own = tuple(_partner(one, like.lands[k], landings.lands[k]) for k, one in enumerate(of_lands))
     first = min((one.touch for one in own if one is not None), default=math.nan)
     values, shares = {}, _shares(line, _hardest(landings, like))
     for k, (asked, one) in enumerate(zip(of_lands, own, strict=True)):
@@ -302,9 +298,9 @@ def values_of_lands(
     return values
 
 
-def _hardest(landings: Landings, like: Landings | None) -> Landing | None:
-    """Return the hardest landing on the seat, or the partner of that of a neighbouring run."""
-    if like is None or like.hardest is None:
+def _hardest(landings: Landings, like: Landings) -> Landing | None:
+    """Return the partner of the hardest landing on the seat in a neighbouring run."""
+    if like.hardest is None:
         return landings.hardest
     return _partner(like.hardest, like.seat, landings.seat)
 

@@ -40,7 +40,7 @@ def layout_of(scene: Scene, division: Division | None = None) -> Layout:
     """
     contact, reed, stopper = scene.contact, scene.reed, scene.stopper
     at = scene.geometry.own_place
-    seen = reed.views(at).turned_over().moved(0.0, z=contact.gap)
+    seen = reed.views_at(at).turned_over().moved(0.0, z=contact.gap)
     stated = division or Division(contact.ports or 1, contact.rings)
     if stated.arcs > 1 or scene.geometry.region() is not None:  # the contact is drawn on the struck face
         seen = replace(seen, contact=(), struck=())
@@ -51,17 +51,17 @@ def layout_of(scene: Scene, division: Division | None = None) -> Layout:
         views = replace(views, contact=met, struck=tuple(cut))
     bodies = {"seat": views.moved(*contact.offset), "reed": seen}
     if stopper is not None:
-        along = 0.0 if stopper.at is None or at is None else stopper.at - at
+        along = 0.0 if stopper.at is None else reed.in_plan(stopper.at, at)
         above = contact.gap + NOMINAL if seen.symbol else seen.heights[1]
         retainer = scene.geometry.retainer
-        above_reed = stopper.body.views() if retainer is None else retainer.views(reed.views(at))
+        above_reed = stopper.body.views() if retainer is None else retainer.views(reed.views_at(at))
         bodies["stopper"] = above_reed.turned_over().moved(along, z=above + scene.geometry.stopper_gap)
     low, high = seen.extent
     ends, during = (float(low[0]), float(high[0])), np.linspace(0.0, scene.run.duration, SAMPLES)
     springs = [(spring.words, _spring_places(spring, reed, at)) for spring in scene.spring]
     actions = (
         *_reed_actions(reed, at, during, ends),
-        *_load_actions(scene.load, at, during, ends),
+        *_load_actions(reed, scene.load, at, during, ends),
         *(Action(words, float(at[:, 0].min()), float(at[:, 0].max()), -1) for words, at in springs),
         *_other_actions(scene.wave, scene.base, scene.driven_by),
     )
@@ -74,7 +74,7 @@ def layout_of(scene: Scene, division: Division | None = None) -> Layout:
         actions=actions,
         springs=np.concatenate([np.zeros((0, 2)), *(places for _, places in springs)]),
         arcs=_arcs(scene.geometry, stated) + contact.offset,
-        tilts=tuple(_tilts(scene.geometry, bodies, reed.views(at).contact)),
+        tilts=tuple(_tilts(scene.geometry, bodies, reed.views_at(at).contact)),
         notes=tuple(_notes(scene.geometry, bodies, stated, chosen=division is not None)),
         lands=tuple(_lands(scene.geometry)),
     )
@@ -133,16 +133,16 @@ def _face_words(views: BodyViews) -> str:
     return f"a struck face of {x:.4g} x {y:.4g} mm"
 
 
-def _start(reed: Structure, at: float | None) -> Array:
+def _start(reed: Structure, at: float) -> Array:
     """Return (n, 2) position and deflection [m] of a beam that is released from a deflected shape, else (0, 2)."""
     shape = reed.start_shape()
-    return shape - np.array([at or 0.0, 0.0]) if np.any(shape[:, 1]) else np.zeros((0, 2))
+    return shape - np.array([at, 0.0]) if np.any(shape[:, 1]) else np.zeros((0, 2))
 
 
-def _spring_places(spring: drives.ValveSpring, reed: Structure, at: float | None) -> Array:
+def _spring_places(spring: drives.ValveSpring, reed: Structure, at: float) -> Array:
     """Return the (n, 2) places at which valve springs are drawn [m]."""
     if spring.at is not None:
-        return np.array([(_along(spring.at, at), 0.0)])
+        return np.array([(reed.in_plan(spring.at, at), 0.0)])
     return reed.spring_points if spring.places is None else spring.places
 
 
@@ -179,14 +179,14 @@ def _other_actions(
         yield Action(*each.label, 0)
 
 
-def _reed_actions(reed: Structure, at: float | None, during: Array, ends: tuple[float, float]) -> Iterator[Action]:
+def _reed_actions(reed: Structure, at: float, during: Array, ends: tuple[float, float]) -> Iterator[Action]:
     """Yield the motion and the loads that the table [reed] states."""
     if (pressure := getattr(reed, "pressure", None)) is not None:
         radius = getattr(reed, "pressure_radius", None)
         yield _course("pressure", pressure, during, *(ends if radius is None else (-radius, radius)))
     for name in ("point_force", "force"):
         if (force := getattr(reed, name, None)) is not None:
-            place = _along(getattr(force, "at", None), at)
+            place = reed.in_plan(getattr(force, "at", None) or at, at)
             yield _course("force", force, during, place, place)
     if (gravity := getattr(reed, "gravity", None)) is not None:
         yield _value("gravity", gravity, "acceleration", ends)
@@ -196,7 +196,7 @@ def _reed_actions(reed: Structure, at: float | None, during: Array, ends: tuple[
 
 
 def _load_actions(
-    loads: Sequence[drives.ExternalLoad], at: float | None, during: Array, ends: tuple[float, float]
+    reed: Structure, loads: Sequence[drives.ExternalLoad], at: float, during: Array, ends: tuple[float, float]
 ) -> Iterator[Action]:
     for load in loads:
         if load.pressure is not None:
@@ -205,7 +205,7 @@ def _load_actions(
             areas = " to ".join(f"{1e6 * each:.4g}" for each in sorted({min(load.area.area), max(load.area.area)}))
             yield _course("pressure", load.pressure, during, -half, half, f" on {areas} mm²", load.area(0.0))
         elif load.force is not None:
-            place = _along(load.at, at) if load.point is None else load.point[0]
+            place = reed.in_plan(load.at or at, at) if load.point is None else load.point[0]
             yield _course("force", load.force, during, place, place)
         elif load.gravity is not None:
             yield _value("gravity", load.gravity, "acceleration", ends)
@@ -231,10 +231,6 @@ def _release(reed: Any) -> Iterator[Action]:
             yield Action(f"{words} {length_text(value)}{release.where}", 0.0, 0.0, _sign(value))
     if getattr(release, "field", None) is not None:
         yield Action(f"starts as in {release.field.name}", 0.0, 0.0, 0)
-
-
-def _along(place: float | None, at: float | None) -> float:
-    return 0.0 if place is None or at is None else place - at
 
 
 def _sign(value: float) -> Way:

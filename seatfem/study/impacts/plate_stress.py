@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from impact.after.histories import PeakStress, ReedStress, stress_by_spans
+from impact.after.histories import UNKNOWN_STRESS, PeakStress, ReedStress, stress_by_spans
 from impact.bodies.body import Body, ModalState
 from impact.greens.base import Array
 from impact.march.rows import MarchRun
@@ -154,10 +154,10 @@ class PlateLook:
     field: StressField
     division: rings.Division
 
-    def __call__(self, run: MarchRun, since: float | None) -> ReedStress | None:
+    def __call__(self, run: MarchRun, since: float) -> ReedStress:
         """Return the largest stresses, also before and after the start ``since`` of a landing [s]."""
         if not len(self.field.points):
-            return None
+            return UNKNOWN_STRESS
         field, pushes, dt = self.in_run(run)
         return stresses_of_plate(self.reed, field, recovery.largest(field, pushes, dt, since=since, workers=1))
 

@@ -12,6 +12,7 @@ import numpy as np
 import impact
 from impact import measures
 from impact.after import histories
+from impact.after.histories import UNKNOWN_STRESS, ReedStress
 from impact.after.landings import pair_landings
 from impact.after.result import ImpactResult, join_contacts, select_contacts
 from impact.bodies.body import Body
@@ -106,16 +107,16 @@ def lifts_of(geometry: ContactGeometry, touches: Touches, seat: GreensFunction) 
     return geometry.lifts(Division.from_greens(seat), gap, result.rows)
 
 
-def _mass_that_moves(problem: impact.ContactProblem, pushed: Array, shares: Array) -> float | None:
+def _mass_that_moves(problem: impact.ContactProblem, pushed: Array, shares: Array) -> float:
     """Return the striker's effective mass [kg]: the sum of forces ``pushed`` over the mean acceleration of contacts.
 
-    It is the mass of a free striker that does not rotate, and less if it does; ``None`` for one that is held, or
+    It is the mass of a free striker that does not rotate, and less if it does; 0 for one that is held, or
     without force.
     """
     inverse = problem.striker.greens.inverse_mass()
     seen = problem.directions(problem.striker)[:, : len(shares)]
     moved = float(shares @ seen.T @ np.where(np.isfinite(inverse), inverse, 0.0) @ seen @ pushed)
-    return float(pushed.sum()) / moved if moved > 0 else None
+    return float(pushed.sum()) / moved if moved > 0 else 0.0
 
 
 def stopper_in(problem: impact.ContactProblem) -> Body | None:
@@ -173,27 +174,27 @@ RECORD: Final = "record"
 
 
 def measured(
-    touches: Touches, filter_width: float, stress: histories.ReedStress | None = None, asked: LandingChoice = "hardest"
+    touches: Touches, filter_width: float, stress: ReedStress = UNKNOWN_STRESS, asked: LandingChoice = "hardest"
 ) -> Values:
     """Return the measures of a run by name [SI]; ``stress``: the reed's, if wanted; ``asked``: the landing to judge."""
-    return values_of(contact_record_of(touches, filter_width, stress, asked))
+    return values_of(contact_record_of(touches, filter_width, stress, asked), touches.landings.seat)
 
 
 def contact_record_of(
-    touches: Touches, filter_width: float, stress: histories.ReedStress | None = None, asked: LandingChoice = "hardest"
+    touches: Touches, filter_width: float, stress: ReedStress = UNKNOWN_STRESS, asked: LandingChoice = "hardest"
 ) -> ContactRecord:
     """Return the record of a run from which its measures are taken."""
     result, landings = touches.seat, touches.landings.seat
     force, moved, film, line = result.force, result.target_displacement, result.film, touches.line
-    since = None if stress is None else stress_since(touches, asked)
+    since = stress_since(touches, asked)
     strains = tuple(touches.strains.values())
     return ContactRecord(force, result.dt, filter_width, moved, stress, line, film, landings, asked, since, strains)
 
 
-def stress_since(touches: Touches, asked: LandingChoice) -> float | None:
-    """Return the start of the judged landing [s], before and after which stress is reported; ``None`` without one."""
+def stress_since(touches: Touches, asked: LandingChoice) -> float:
+    """Return the start of the judged landing [s], before and after which stress is reported; nan without one."""
     landing = judged_landing(touches.landings.seat, asked)
-    return None if landing is None else landing.start
+    return math.nan if landing is None else landing.start
 
 
 OF_A_LANDING: Final[Mapping[str, str]] = {
@@ -224,17 +225,14 @@ def is_time(name: str) -> bool:
     return is_of_a_landing(name) and name.endswith(f" {OF_A_LANDING['touch']}")
 
 
-def values_of_landings(landings: Landings, like: Landings | None = None) -> dict[str, float]:
+def values_of_landings(landings: Landings, like: Landings) -> dict[str, float]:
     """Return the numbers of each landing that have error bars.
 
-    ``like``: landings of a neighbouring run, whose partners are taken; one without partner has infinite values.
+    ``like``: as of `values_of_record`; a landing without partner has infinite values.
     """
     values: dict[str, float] = {}
-    reference = landings if like is None else like
-    for place, asked in reference.by_place.items():
-        own = landings.by_place.get(place, ())
-        partners = own if like is None else pair_landings(asked, own)
-        for number, landing in enumerate(partners):
+    for place, asked in like.by_place.items():
+        for number, landing in enumerate(pair_landings(asked, landings.by_place.get(place, ()))):
             for name, key in OF_A_LANDING.items():
                 value = math.inf if landing is None else getattr(landing, name)
                 if value is not None:
@@ -270,14 +268,14 @@ class RunRecord:
     others: Values = field(default_factory=dict)
 
 
-def values_of_record(record: RunRecord, like: Landings | None = None) -> Values:
+def values_of_record(record: RunRecord, like: Landings) -> Values:
     """Return all values of a run that have error bars, by name.
 
-    ``like``: landings of a neighbouring run, whose partners are taken; ``None``: the run's own landings.
+    ``like``: the run's own landings, or those of a neighbouring run, whose partners are taken.
     """
     blow, landings = record.blow, record.landings
     return {
-        **values_of(blow, None if like is None else like.seat),
+        **values_of(blow, like.seat),
         **values_of_landings(landings, like),
         **values_of_lands(blow.line, landings, blow.filter_width, like),
         **stopper_values(record.stopper, blow.dt, blow.filter_width),

@@ -51,14 +51,14 @@ class Window:
         start: start of the window in the time of the run [s].
         duration: length of the window [s].
         groups: number of contact groups in the whole run, by the first run.
-        landing: start of the judged landing in the time of the run [s]; ``None`` if there is none, or the whole run
+        landing: start of the judged landing in the time of the run [s]; nan if there is none, or the whole run
             is judged.
     """
 
     start: float
     duration: float
     groups: int
-    landing: float | None = None
+    landing: float = math.nan
 
     @property
     def touches(self) -> bool:
@@ -106,7 +106,7 @@ def window_of(
     if judged is not None and judged.pressed_on:  # the static load that keeps it closed afterwards does not count
         end = min(end, judged.end + judged.duration + judged.end_doubt)
     stop = min(scene.run.duration, end + max(BEFORE, 2 * width))
-    return Window(start, min(stop - start, longest), len(groups), None if judged is None else judged.start)
+    return Window(start, min(stop - start, longest), len(groups), math.nan if judged is None else judged.start)
 
 
 @dataclass(frozen=True)
@@ -164,9 +164,10 @@ class Excerpt:
     def _values(self, run: MarchRun, dt: float, load: StaticLoad) -> Values:
         wanted, landing = self.scene.accuracy.measures, self.scene.accuracy.landing
         displacement = any_needs(wanted, "displacement")
-        stress = self._stress_look(dt) if any_needs(wanted, "stress") else None
+        stress = self._stress_look(dt) if any_needs(wanted, "stress") else contact.no_look
         landings = self._landings(run, load)
-        values = values_of(contact.blow_of_march(self.scene, run, landings, displacement=displacement, stress=stress))
+        record = contact.blow_of_march(self.scene, run, landings, landings, displacement=displacement, stress=stress)
+        values = values_of(record, landings)
         names = [name for name, each in all_measures().items() if each.landing_key and name in {*values, *wanted}]
         prefixes = {HARDEST, PREFIXES[landing]}
         absent = dict.fromkeys((prefix + name for name in names for prefix in prefixes), 0.0)
@@ -176,15 +177,15 @@ class Excerpt:
         """Return the landing nearest to that for which the window was made; all landings if it was made for none."""
         rebound = "restitution" in self.scene.accuracy.measures
         landings = landings_of_march(run, self.scene.run.filter_width, load, rebound=rebound).seat
-        if self.window.landing is None or not landings:
+        if math.isnan(self.window.landing) or not landings:
             return landings
         begins = self.window.landing - self.window.start
         return (min(landings, key=lambda landing: abs(landing.start - begins)),)
 
-    def _stress_look(self, dt: float) -> contact.StressLook | None:
+    def _stress_look(self, dt: float) -> contact.StressLook:
         """Return how the reed's stress is evaluated: along a beam, or at the places of a plate's `look`."""
-        if (look := contact.bending_look(self.scene.geometry)) is not None or self.look is None:
-            return look
+        if self.look is None:
+            return contact.bending_look(self.scene.geometry)
         field = self.look.field
         return replace(self.look, field=replace(field, body=advanced(field.body, self._start(dt))))
 

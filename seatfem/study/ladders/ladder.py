@@ -80,8 +80,8 @@ class ComputedRun:
         """Return the run with another body in place of one of its bodies."""
         return Variation(with_body(self.problem, self.bodies[role], other), weight)
 
-    def with_larger_g(self, role: Role, error: float | None) -> Terms | None:
-        """Return the run with a body's g larger by a relative error; ``None`` if the error is unknown."""
+    def with_larger_g(self, role: Role, error: float | None) -> Terms:
+        """Return the run with a body's g larger by a relative error, which may be unknown."""
         return vary_greens(self.problem, self.bodies[role], error)
 
 
@@ -128,7 +128,7 @@ class Ladder:
         """Return a value in words, with its unit."""
         return write_quantity(value, self.dimension, 3) if self.dimension else str(value)
 
-    def finer(self, value: Any, factor: float, scene: Scene) -> Any:
+    def finer(self, value: Any, factor: float) -> Any:
         """Return a finer value, whose error is smaller by about ``factor``; the same if rounds change no such key."""
         return value
 
@@ -141,13 +141,13 @@ class Ladder:
         the key, or it is at its limit."""
         if self.key not in FIELDS or self.key in method.given or not (value := method.value(self.key)):
             return method
-        return method.replaced({self.key: self.finer(value, factor, scene)})
+        return method.replaced({self.key: self.finer(value, factor)})
 
     def applies(self, run: ComputedRun) -> bool:
         """Return whether a run has this key and can have an error by it: its body is solved, not in closed form."""
         return self.role in run.solved
 
-    def neighbours(self, run: ComputedRun) -> Terms | None:
+    def neighbours(self, run: ComputedRun) -> Terms:
         """Return the varied runs that estimate the errors by the key's value: terms are combined, and within a
-        term the largest change counts; ``None`` if they are unknown."""
+        term the largest change counts; a term without runs if they are unknown."""
         return ()

@@ -29,11 +29,11 @@ a lip, of one struck as a whole (2.6 on a thin plate, tests/study/test_surrogate
 class Level(Ladder):
     """The level of a body's model; its neighbour is the next better level, if that is cheap."""
 
-    def neighbours(self, run: ComputedRun) -> Terms | None:
+    def neighbours(self, run: ComputedRun) -> Terms:
         """Return the run with g larger by the error that the level states; for the seat also the run on a better level,
         and those with the shear deformation of thick beams."""
         level = run.with_larger_g(self.role, run.solved[self.role].level_error)
-        if level is None or self.role != "seat":
+        if self.role != "seat":
             return level
         better, seat = _better(run), run.method.seat
         if seat.static and not tells_waves(run.scene.seat, seat):
@@ -68,7 +68,7 @@ def _shear(run: ComputedRun) -> Terms:
         "seat": scene.seat.shear_error(None),
     }
     counting = (run.with_larger_g(role, error) for role, error in errors.items() if error > least)
-    return tuple(term for terms in counting for term in terms or ())
+    return tuple(term for terms in counting for term in terms)
 
 
 def _better(run: ComputedRun) -> tuple[Variation, ...]:

@@ -45,19 +45,21 @@ class TimeStep(Ladder):
         step = max(min(run.filter_width / FIRST, longest_step(known.scene.driven_by)), run.duration / MAX_STEPS)
         return replace(method, time_step=fitted(step, run.duration))
 
-    def finer(self, value: float, factor: float, scene: Scene) -> float:
-        """Return a shorter step."""
-        return fitted(value / factor, scene.run.duration)
+    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod:
+        """Return the method with a shorter step."""
+        if STEP in method.given or method.time_step is None:
+            return method
+        return replace(method, time_step=fitted(method.time_step / factor, scene.run.duration))
 
 
-def step_of_waves(problem: ContactProblem, dt: float, duration: float) -> float | None:
+def step_of_waves(problem: ContactProblem, dt: float, duration: float) -> float:
     """Return a step that resolves the travel of waves through the rods of a problem [s], as far as `MOST_STEPS` allow;
-    ``None`` if the step of the run does."""
+    0 if the step of the run does."""
     crossed = min((body.greens.rod.transit for body in problem.bodies if body.greens.rod is not None), default=math.inf)
     if dt < crossed:
-        return None
+        return 0.0
     shorter = max(crossed / FINE, duration / MOST_STEPS)
-    return shorter if shorter < dt / 2 else None
+    return shorter if shorter < dt / 2 else 0.0
 
 
 def left_by_half_step(run: ComputedRun, touches: Touches, look: PlateLook | None = None) -> Values | None:

@@ -95,7 +95,7 @@ class ElementSize(Ladder):
         values = (float(f"{max(size, sizes.contact_size):.2g}") for size in (sizes.size, sizes.contact_size))
         return method.replaced(dict(zip(keys, values, strict=True)))
 
-    def neighbours(self, run: ComputedRun) -> Terms | None:
+    def neighbours(self, run: ComputedRun) -> Terms:
         """Return the run on the coarser mesh or, without one, with g larger by the stated error of the mesh."""
         if self.key == CONTACT_SIZE:  # the coarser mesh has both sizes coarser
             return ()
@@ -137,7 +137,7 @@ class Bandwidth(Ladder):
             values[SIZE] = max(smaller, method.seat.contact_size or 0.0)
         return method.replaced(values)
 
-    def neighbours(self, run: ComputedRun) -> Terms | None:
+    def neighbours(self, run: ComputedRun) -> Terms:
         """Return the run with the body's highest modes moved into its residual flexibility, and, where its contact
         feels few modes, with that flexibility in place of modes beyond.
 
@@ -156,15 +156,16 @@ class Bandwidth(Ladder):
             if varied and not in_arcs:
                 beyond = with_modes_beyond(body, run.method.seat.bandwidth or 0.0)
                 varied += tuple(run.with_greens("seat", other.greens, share) for other, share in beyond)
-            return (varied, *(of_statics or ())) if varied else ()
+            return (varied, *of_statics) if varied else ()
         if self.role == "stopper":
-            return (tuple(run.with_body("stopper", other, share) for other, share in with_other_modes(body)),)
+            varied = tuple(run.with_body("stopper", other, share) for other, share in with_other_modes(body))
+            return (varied,) if varied else ()
         reed = run.method.reed
         if not reed.exact or reed.bandwidth is None or body.greens.modal is None:  # of a reduction: by its tolerance
             return ()
         others = tuple(in_wider_band(run)) or tuple(with_other_modes(body, reed.bandwidth))
         varied = tuple(run.with_body("reed", other, share) for other, share in others)
-        return (varied,) if varied else None
+        return (varied,)
 
 
 @dataclass(frozen=True)
@@ -184,11 +185,11 @@ class Tolerance(Ladder):
             return method
         return method.replaced({TOLERANCE: TOLERANCES[-1 if method.seat.in_arcs else 0]})
 
-    def finer(self, value: float, factor: float, scene: Scene) -> float:
+    def finer(self, value: float, factor: float) -> float:
         """Return a stricter tolerance."""
         return value / factor
 
-    def neighbours(self, run: ComputedRun) -> Terms | None:
+    def neighbours(self, run: ComputedRun) -> Terms:
         """Return the run with g larger by the reduction's error; a fit to a record has its draws instead."""
         error = run.solved[self.role].greens.error_estimate.reduction
         if self.role == "seat" and (run.scene.seat.other_fits() or (run.method.seat.in_arcs and error is not None)):
@@ -204,14 +205,14 @@ class MeasuredRecord(Ladder):
         """Return whether the seat is a fit to a record, with draws."""
         return bool(run.scene.seat.other_fits())
 
-    def neighbours(self, run: ComputedRun) -> Terms | None:
+    def neighbours(self, run: ComputedRun) -> Terms:
         """Return the run on each draw, that with the residual flexibility above the band as a mode at its end, and that
         with g larger by a misfit beyond the noise."""
         fit = fit_of(run.seat.greens)
         terms = [tuple(run.with_greens("seat", draw, OF_DRAWS) for draw in run.scene.seat.other_fits())]
         if fit.highest is not None and (ringing := _ringing_from(run.seat.greens, 2 * math.pi * fit.highest)):
             terms.append((run.with_greens("seat", ringing),))
-        return (*terms, *(run.with_larger_g("seat", fit.unexplained) or ()))
+        return (*terms, *run.with_larger_g("seat", fit.unexplained))
 
 
 def _ringing_from(greens: GreensFunction, omega: float) -> GreensFunction | None:

@@ -16,7 +16,6 @@ from seatfem.structures.rings import Division
 from seatfem.study.impacts.bodies import striker_of
 from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder
 from seatfem.study.method import MODES, RunMethod
-from seatfem.study.scene import Scene
 
 FEW_MODES: Final = 20  # modes of a beam with which a run begins; with less than half as many, fewer ones tell little
 FEWER: Final = 1.4  # ratio of the numbers of a beam's modes whose change equals the truncation error
@@ -45,7 +44,7 @@ class ModeCount(Ladder):
     effort: float = 0.7
     rule: str = "few, to begin with"
 
-    def finer(self, value: int, factor: float, scene: Scene) -> int:
+    def finer(self, value: int, factor: float) -> int:
         """Return more modes."""
         return min(MOST_BEAM_MODES, math.ceil(value * FEWER ** math.ceil(math.log2(factor))))
 
@@ -56,20 +55,19 @@ class ModeCount(Ladder):
 
     def applies(self, run: ComputedRun) -> bool:
         """Return whether the body is a beam; a stopper must also have one contact only."""
-        return self._number(run) is not None
+        return self._number(run) > 0
 
-    def _number(self, run: ComputedRun) -> int | None:
+    def _number(self, run: ComputedRun) -> int:
+        """Return the number of modes of a beam; 0 of other bodies."""
         if self.role != "stopper":
-            return run.method.seat.n_modes if self.role == "seat" else run.method.reed.n_modes
+            return (run.method.seat if self.role == "seat" else run.method.reed).n_modes or 0
         stopper = run.scene.stopper
         is_beam = stopper is not None and "stopper" not in run.solved and stopper.parts == Division()
-        return stopper.body.stated().n_modes if stopper is not None and is_beam else None
+        return stopper.body.stated().n_modes or 0 if stopper is not None and is_beam else 0
 
-    def neighbours(self, run: ComputedRun) -> Terms | None:
+    def neighbours(self, run: ComputedRun) -> Terms:
         """Return the run with other numbers of modes."""
-        number = self._number(run)
-        assert number is not None
-        return (tuple(self._with(run, other, weight) for other, weight in other_modes(number)),)
+        return (tuple(self._with(run, other, weight) for other, weight in other_modes(self._number(run))),)
 
     def _with(self, run: ComputedRun, number: int, weight: float) -> Variation:
         scene = run.scene

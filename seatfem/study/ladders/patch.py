@@ -1,5 +1,6 @@
 """Ladders of the contact faces: rings, arcs of a lip, one contact point in their place, and the parts of a stopper."""
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -7,7 +8,7 @@ from dataclasses import dataclass, replace
 import impact
 from impact.greens import base, modal
 from impact.march.problem import ContactProblem
-from impact.runs.variations import Terms, Variation, with_body
+from impact.runs.variations import UNKNOWN, Terms, Variation, with_body
 from seatfem.structures.errors import ModelError
 from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.structure import is_curved
@@ -39,6 +40,7 @@ from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder
 from seatfem.study.ladders.mesh import in_each_arc
 from seatfem.study.method import CONTACT_SIZE, PORTS, RINGS, STOPPER_ARCS, STOPPER_RINGS, RunMethod
 from seatfem.study.scene import Scene, local
+from seatfem.study.scene.lips import ContactGeometry
 from seatfem.study.scene.measures import any_needs
 from seatfem.study.scene.problems import SceneError
 
@@ -68,13 +70,13 @@ class Rings(Ladder):
             return method
         if any(each.needs_whole_contact for each in scene.assessments):
             return method
-        return _in_parts(scene, method, method.seat.lip.arcs if method.seat.lip else 1, rings)
+        return _in_parts(scene.geometry, method, method.seat.lip.arcs if method.seat.lip else 1, rings)
 
-    def finer(self, value: int, factor: float, scene: Scene) -> int:
+    def finer(self, value: int, factor: float) -> int:
         """Return twice as many rings, at least those that one or two are compared with."""
         return min(max(2 * value, REFERENCE_RINGS), MOST_RINGS)
 
-    def neighbours(self, run: ComputedRun) -> Terms | None:
+    def neighbours(self, run: ComputedRun) -> Terms:
         """Return the run with other rings: many in place of one or two, on the coarser mesh; one in place of more.
 
         Fewer rings make the face too soft, as the striker's face is stiff. A rod or spring has no rings; their effect
@@ -88,16 +90,16 @@ class Rings(Ladder):
         if (rings := division.rings) > 2:
             return ((run.with_greens("seat", with_fewer_rings(seat.greens, 1), left_by(rings)),),)
         if divided is None:
-            return () if seat.plane else None
+            return () if seat.plane else UNKNOWN
         varied, same = (run.with_greens("seat", g).problem for g in (divided, with_fewer_rings(divided, rings)))
         return ((Variation(varied, 1 + left_by(Division.from_greens(divided).rings), same),),)
 
 
-def _in_parts(scene: Scene, method: RunMethod, arcs: int, rings: int) -> RunMethod:
+def _in_parts(geometry: ContactGeometry, method: RunMethod, arcs: int, rings: int) -> RunMethod:
     """Return the method with the lip in these parts, as far as they are no more than the program chooses itself."""
     if arcs * rings > MOST_CHOSEN:
         return method
-    return meshed_for_arcs(scene.seat, method.along(scene.geometry, arcs, rings))
+    return meshed_for_arcs(geometry.seat, method.along(geometry, arcs, rings))
 
 
 def meshed_for_arcs(seat: Structure, method: RunMethod) -> RunMethod:
@@ -108,7 +110,7 @@ def meshed_for_arcs(seat: Structure, method: RunMethod) -> RunMethod:
     return method.replaced({CONTACT_SIZE: in_each_arc(seat, method.seat, size)})
 
 
-def of_rings_across(run: ComputedRun) -> Terms | None:
+def of_rings_across(run: ComputedRun) -> Terms:
     """Return the run with more rings across the lip's arcs on both bodies, each with its own gap.
 
     The seat is that of the whole lip with a half-space under its parts, and half as many arcs are enough, as the effect
@@ -122,7 +124,7 @@ def of_rings_across(run: ComputedRun) -> Terms | None:
     lip = scene.geometry.lip(arcs, most)
     many = _on_a_half_space(run.scene.seat, run.seat.greens, lip)
     if many is None:
-        return None
+        return UNKNOWN
     finest = Division(arcs, most)
     plate = _greens_along(run, lip)
 
@@ -147,33 +149,33 @@ class Arcs(Ladder):
         scene = known.scene
         if is_one_enough(scene):
             return method.along(scene.geometry, 1, scene.contact.rings)
-        return in_fewest_arcs(scene, method)
+        return in_fewest_arcs(scene.geometry, scene.accuracy.measures, method)
 
     def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod:
         """Return the method with twice as many arcs."""
         if PORTS in method.given or (method.ports or 1) == 1:
             return method
-        return _in_parts(scene, method, 2 * (method.ports or 1), method.seat.rings or 1)
+        return _in_parts(scene.geometry, method, 2 * (method.ports or 1), method.seat.rings or 1)
 
-    def neighbours(self, run: ComputedRun) -> Terms | None:
+    def neighbours(self, run: ComputedRun) -> Terms:
         """Return the run with other arcs, each with its own gap, on a coarser mesh of the seat."""
         division, finer = run.division, run.seat.in_rings
         if division.arcs == 1:
             return ()
         other, weight = _beside(division)
         if finer is None or not _holds(finer, other):
-            return None
+            return UNKNOWN
         varied = _met_along(run, divided_less(finer, other), run.scene.geometry.lip(other.arcs, other.rings))
         return ((Variation(varied, weight, run.with_greens("seat", divided_less(finer, division)).problem),),)
 
 
-def in_fewest_arcs(scene: Scene, method: RunMethod) -> RunMethod:
+def in_fewest_arcs(geometry: ContactGeometry, measures: Sequence[str], method: RunMethod) -> RunMethod:
     """Return the method with the fewest arcs of a lip whose convergence can be estimated; where a force per length is
-    asked for, with arcs no longer than the part over which it is averaged. It is the same without a lip."""
-    along_line = math.ceil(2 * math.pi / scene.contact.line_arc) if any_needs(scene.accuracy.measures, "line") else 1
+    among the ``measures``, with arcs no longer than the part over which it is averaged; the same without a lip."""
+    along_line = math.ceil(2 * math.pi / geometry.contact.line_arc) if any_needs(measures, "line") else 1
     fewest = max(FEWEST_ARCS, along_line)
-    lip = scene.geometry.lip(fewest)
-    return method if lip is None else method.along(scene.geometry, lip.whole(fewest))
+    lip = geometry.lip(fewest)
+    return method if lip is None else method.along(geometry, lip.whole(fewest))
 
 
 def is_one_enough(scene: Scene) -> bool:
@@ -194,20 +196,20 @@ class OnePort(Ladder):
         """Return the method with the lip in segments, and an element in each."""
         if PORTS in method.given or method.ports != 1:
             return method
-        finer = in_fewest_arcs(scene, method)
+        finer = in_fewest_arcs(scene.geometry, scene.accuracy.measures, method)
         return method if finer == method else meshed_for_arcs(scene.seat, finer)
 
     def applies(self, run: ComputedRun) -> bool:
         """Return whether a plate meets a lip with one contact."""
         return run.division.arcs == 1 and run.scene.geometry.segments() is not None
 
-    def neighbours(self, run: ComputedRun) -> Terms | None:
+    def neighbours(self, run: ComputedRun) -> Terms:
         """Return the run with the lip in segments, weighted by `OF_ONE`, against one contact point on the same
         half-space, and against the run itself, as one change may be small by accident."""
         lip = run.scene.geometry.segments()
         many = _on_a_half_space(run.scene.seat, run.seat.greens, lip)
         if many is None:
-            return None
+            return UNKNOWN
         one = run.with_greens("seat", as_a_whole(many)).problem
         varied = _met_along(run, many, lip)
         return ((Variation(varied, OF_ONE, one), Variation(varied, OF_ONE)),)
@@ -249,7 +251,7 @@ class StopperParts(Ladder):
         division, has_arcs = method.stopper, STOPPER_ARCS in method.given
         if division is None or (has_arcs and division.arcs == 1):
             return method
-        if (finer := finer_stopper(scene, division)) is None:
+        if (finer := finer_stopper(scene.geometry, division)) is None:
             return method
         arcs = division.arcs if has_arcs else finer.arcs
         finer = Division(arcs, division.rings if STOPPER_RINGS in method.given else finer.rings)
@@ -261,8 +263,8 @@ class StopperParts(Ladder):
             return False
         return "stopper" in run.solved or run.scene.stopper.parts != Division()
 
-    def neighbours(self, run: ComputedRun) -> Terms | None:
-        """Return the run with other parts of the stopper, on both bodies; ``None`` where the body is not known in
+    def neighbours(self, run: ComputedRun) -> Terms:
+        """Return the run with other parts of the stopper, on both bodies; unknown where the body is not known in
         these.
 
         Arcs and rings both move the place that a leaning plate meets first, so that each is compared by itself; a face
@@ -270,16 +272,17 @@ class StopperParts(Ladder):
         """
         assert run.scene.stopper is not None
         division = run.scene.stopper.parts
-        if (beside := _beside_on_its_mesh(run, division)) is None:
-            return None
+        if not all(beside := _beside_on_its_mesh(run, division)):
+            return beside
         if division.arcs > 1:
-            return (beside,) if run.scene.geometry.has_two_places else (beside, _stopper_rings(run, division))
-        return ((*beside, *_stopper_in_arcs(run, division), *_on_its_own_face(run)),)
+            return beside if run.scene.geometry.has_two_places else (*beside, *_stopper_rings(run, division))
+        together = (*itertools.chain(*beside), *_stopper_in_arcs(run, division), *_on_its_own_face(run))
+        return (together,) if together else ()
 
 
-def _beside_on_its_mesh(run: ComputedRun, division: Division) -> Sequence[Variation] | None:
+def _beside_on_its_mesh(run: ComputedRun, division: Division) -> Terms:
     """Return the run with the parts of the stopper that `_beside` states, of a model that has them; none where its
-    face is a plane, ``None`` where no such model is known."""
+    face is a plane, unknown where there is no such model."""
     body, solved = run.bodies["stopper"], run.solved.get("stopper")
     other, weight = _beside(division)
     assert run.scene.stopper is not None
@@ -289,13 +292,13 @@ def _beside_on_its_mesh(run: ComputedRun, division: Division) -> Sequence[Variat
         models = [each for each in (solved.in_rings, solved.greens) if each is not None]
         model = next((each for each in models if _holds(each, division) and _holds(each, other)), None)
         if model is None:
-            return () if solved.plane else None
+            return () if solved.plane else UNKNOWN
         same = with_body(run.problem, body, replace(body, greens=divided_less(model, division)))
         greens = divided_less(model, other)
-    return (Variation(_stopped_by(run, other, greens), weight, same),)
+    return ((Variation(_stopped_by(run, other, greens), weight, same),),)
 
 
-def _stopper_rings(run: ComputedRun, division: Division) -> Sequence[Variation]:
+def _stopper_rings(run: ComputedRun, division: Division) -> Terms:
     """Return the run with other rings across the stopper's arcs, of which half are enough, as behind `of_rings_across`;
     none for a body whose face is not known."""
     rings, weight = arc_rings_to_compare(division.rings)
@@ -303,13 +306,13 @@ def _stopper_rings(run: ComputedRun, division: Division) -> Sequence[Variation]:
     while arcs % 2 == 0 and arcs // 2 >= FEWEST_ARCS:
         arcs //= 2
     own, other = (_stopped_in(run, Division(arcs, each)) for each in (division.rings, rings))
-    return () if own is None or other is None else (Variation(other, weight, own),)
+    return () if own is None or other is None else ((Variation(other, weight, own),),)
 
 
 def _stopper_in_arcs(run: ComputedRun, division: Division) -> Sequence[Variation]:
     """Return the run in which a plate meets all of the stopper's face in segments and parts across, weighted by
     `OF_ONE`; none where that face is no ring, disc or strip, or the plate does not cover it."""
-    parts = finer_stopper(run.scene, division)
+    parts = finer_stopper(run.scene.geometry, division)
     try:
         divided = None if parts is None else _stopped_in(run, parts)
     except (ModelError, SceneError):
@@ -317,19 +320,19 @@ def _stopper_in_arcs(run: ComputedRun, division: Division) -> Sequence[Variation
     return () if divided is None else (Variation(divided, OF_ONE),)
 
 
-def finer_stopper(scene: Scene, division: Division) -> Division | None:
+def finer_stopper(geometry: ContactGeometry, division: Division) -> Division | None:
     """Return the parts of a stopper that are finer than a ``division``: twice as many arcs and more rings, or the first
     of both; ``None`` where its face cannot be divided, or no further."""
-    stopper = scene.stopper
+    stopper = geometry.stopper
     if stopper is None:
         return None
-    if stopper.profile is not None and scene.geometry.has_two_places:  # a beam is met along its length only
+    if stopper.profile is not None and geometry.has_two_places:  # a beam is met along its length only
         return Division(2 * division.arcs) if 2 * division.arcs <= MOST_PORTS else None
     if division.arcs > 1:
         rings = max(division.rings, arc_rings_to_compare(division.rings)[0])
         return Division(2 * division.arcs, rings) if 2 * division.arcs * rings <= MOST_PORTS else None
     try:
-        face = scene.reed.meets(scene.geometry.struck(body=stopper.body))
+        face = geometry.reed.meets(geometry.struck(body=stopper.body))
     except ModelError:
         return None
     return None if face is None else Division(face.whole(FEWEST_ARCS), max(ACROSS[1], division.rings))

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 import impact
-from impact.after.histories import ReedStress
+from impact.after.histories import UNKNOWN_STRESS, ReedStress
 from impact.after.result import ImpactResult
 from impact.greens.base import GreensFunction
 from impact.greens.modal import ModalGreens, Residual
@@ -51,7 +51,7 @@ class Baseline:
     beside: ImpactResult
     stiffness: float
     touches: Touches
-    stress: ReedStress | None
+    stress: ReedStress
     simpler: Mapping[str, object]
     left: Budget = field(default_factory=lambda: Budget({}))
     stiffness_bar: float = math.nan
@@ -73,10 +73,10 @@ def baseline_of(done: Round, watch: Stopwatch) -> Baseline:
         touches = (
             done.touches if same else run_contacts(scene, done.striker, spring, done.result.dt, flights=done.flights)
         )
-    stress = None
+    stress = UNKNOWN_STRESS
     if same:
         stress = done.stress
-    elif done.stress is not None:
+    elif done.stress.is_known:
         with watch("reed stress"):
             strike, since = replace(done.strike, touches=touches), stress_since(touches, scene.accuracy.landing)
             if done.plate is None:
@@ -129,7 +129,7 @@ def is_spring(seat: GreensFunction, spring: ModalGreens) -> bool:
 
 
 def _record_errors(
-    done: Round, touches: Touches, stress: ReedStress | None, spring: ModalGreens, others: Sequence[ModalGreens]
+    done: Round, touches: Touches, stress: ReedStress, spring: ModalGreens, others: Sequence[ModalGreens]
 ) -> Budget:
     """Return the baseline's errors by time step and by noise of the record, the latter from the baselines of draws."""
     scene, width = done.plan.scene, done.plan.scene.run.filter_width
@@ -310,10 +310,10 @@ def afterwards(
     return Afterwards(keys, bodies, stress, spots, tuple(assessed), files)
 
 
-def reed_front_keys(done: Round, stress: ReedStress | None) -> dict[str, object]:
+def reed_front_keys(done: Round, stress: ReedStress) -> dict[str, object]:
     """Return the reed's largest stress after the first touch over rho c_0 v (0.8445 for a wave front in a slender
     beam's free end); empty where no stress is known, ``None`` without a closing speed."""
-    if stress is None or stress.after_contact is None:
+    if not stress.after_contact.is_known:
         return {}
     front = summary.front_of(done.result, *done.plan.scene.reed.front)
     return {"peak_reed_stress_over_rho_c0_v": None if math.isnan(front) else stress.after_contact.value / front}
@@ -322,6 +322,6 @@ def reed_front_keys(done: Round, stress: ReedStress | None) -> dict[str, object]
 def plate_stress_keys(stress: PlateStress) -> dict[str, object]:
     """Return for summary.json the stress of a plate, under the keys of a beam's stress, and its error bars."""
     bar, landing = finite_or_none(stress.bar), stress.largest.after_landing
-    of_landing = {} if landing is None else {"landing_peak_reed_stress_Pa": landing.value}
+    of_landing = {} if not landing.is_known else {"landing_peak_reed_stress_Pa": landing.value}
     bars = {f"error_bar_{key}": bar for key in ("peak_reed_stress_after_contact_Pa", *of_landing)}
     return {**summary.reed_stress_keys(stress.largest), **of_landing, **bars}

@@ -178,16 +178,16 @@ class ClosedFormStress(BodyStress):
     def histories(self, first: int) -> Histories:
         """Yield the histories that the kind of body states, those at the places of its largest stresses included."""
         stress = self.strike.stress
-        peaks = () if stress is None else (stress.initial, stress.after_contact, stress.largest)
+        peaks = (stress.initial, stress.after_contact, stress.largest)
         if (known := self.strike.known_stress) is not None:
-            for name, history in known.histories({peak.at for peak in peaks if peak is not None}):
+            for name, history in known.histories({peak.at for peak in peaks if peak.is_known}):
                 yield f"{self.role}, {name}", history
 
     def hot_spots(self, stride: int) -> tuple[tuple[Spot, ...], tuple[History, ...]]:
         stress, known, touches = self.strike.stress, self.strike.known_stress, self.strike.touches
-        if stress is None or known is None:
+        if known is None or not stress.is_known:
             return (), ()
-        spots = known.spots((stress.after_contact or stress.initial).at)
+        spots = known.spots((stress.after_contact if stress.after_contact.is_known else stress.initial).at)
         histories = foremost(
             History.at_peak(self.role, part, at, history.reshape(len(history), -1).T, touches, COMPONENTS, stride)
             for part, at, history in spots

@@ -46,7 +46,7 @@ from seatfem.study.method import (
     stated_method,
 )
 from seatfem.study.plan import Choice, Plan, Refinement
-from seatfem.study.runs.remedies import remedy_by_key
+from seatfem.study.runs.round import remedy_by_key
 from seatfem.study.safety import source_in_words
 from seatfem.study.scene import Scene
 from seatfem.study.scene.files import check_files
@@ -305,7 +305,7 @@ def _within_work(done: Round, factors: Mapping[str, float]) -> tuple[RunMethod, 
     alone = {key: finer for key, finer in alone.items() if finer != plan.method}
 
     def gain_per_work(key: str) -> float:
-        more = max(work_ratio(plan.method, alone[key], plan.scene).values()) - 1
+        more = max(work_ratio(plan.method, alone[key], plan.scene.bodies).values()) - 1
         return _worst(done, key) * (1 - 1 / factors[key]) / more if more > 0 else math.inf
 
     first = max(alone, key=lambda key: _worst(done, key), default="")
@@ -313,7 +313,7 @@ def _within_work(done: Round, factors: Mapping[str, float]) -> tuple[RunMethod, 
     for key in sorted(alone, key=lambda key: (key != first, -gain_per_work(key))):
         for power in POWERS:
             finer = _refined(plan.scene, method, key, factors[key] ** power)
-            fits = max(work_ratio(plan.method, finer, plan.scene).values()) <= MOST_WORK
+            fits = max(work_ratio(plan.method, finer, plan.scene.bodies).values()) <= MOST_WORK
             if fits or (key == first and power == POWERS[-1]):
                 method, taken[key] = finer, factors[key] ** power
                 break
@@ -388,7 +388,7 @@ def _why_nothing(done: Round) -> str:
     return f"{zero[0]} is zero, so that a relative error has no meaning" if zero else "nothing is left to refine"
 
 
-def work_ratio(before: RunMethod, after: RunMethod, scene: Scene) -> Mapping[str, float]:
+def work_ratio(before: RunMethod, after: RunMethod, bodies: Mapping[str, Structure]) -> Mapping[str, float]:
     """Return the counted work by one method over that by another: of seat and reed by unknowns, band and contact
     points, of the contact by steps, points and modes."""
     points = after.contacts / before.contacts
@@ -397,8 +397,8 @@ def work_ratio(before: RunMethod, after: RunMethod, scene: Scene) -> Mapping[str
     )
     modes = max(*bands, ratio_of(after.reed.n_modes, before.reed.n_modes))
     return {
-        "seat": _solving_ratio(scene.seat, before.seat, after.seat),
-        "reed": _solving_ratio(scene.reed, before.reed, after.reed),
+        "seat": _solving_ratio(bodies["seat"], before.seat, after.seat),
+        "reed": _solving_ratio(bodies["reed"], before.reed, after.reed),
         "contact": points * modes * ratio_of(before.time_step, after.time_step),
     }
 

@@ -16,7 +16,7 @@ from seatfem.study.runs.round import Round
 STAGE: Final = "runs for the error bar of stress"
 
 
-def runs_of_budget(done: Round, progress: Progress = silent) -> tuple[ContactProblem, dict[str, Terms | None], Flights]:
+def runs_of_budget(done: Round, progress: Progress = silent) -> tuple[ContactProblem, dict[str, Terms], Flights]:
     """Return the contact problem of a round, its neighbours by key, and what their marches share."""
     scene = done.plan.scene
     flights = done.flights or Flights(done.striker, scene.run.duration, scene.contact.preload, keeps_runs=True)
@@ -41,7 +41,7 @@ def error_bars_of(
     """
     dt, duration = done.result.dt, done.plan.scene.run.duration
     problem, terms, flights = runs_of_budget(done, progress)
-    runs, count = 2 + sum(len(term) for each in terms.values() for term in each or ()), 0
+    runs, count = 2 + sum(len(term) for each in terms.values() for term in each), 0
 
     def march_varied(varied: ContactProblem, step: float, look: Callable[[MarchRun], Values] = look) -> Values:
         nonlocal count

@@ -20,13 +20,13 @@ from seatfem.study.impacts.contact import RunError
 from seatfem.study.plan import Plan
 from seatfem.study.runs import pipeline
 from seatfem.study.runs.converge import AIM, begin_plan, mark, what_remains
-from seatfem.study.runs.kept import first_plan, save_plan
+from seatfem.study.runs.kept import cached_plan, save_plan
 from seatfem.study.runs.next_round import POWER, Limits, expect_memory, expect_time, next_plan, time_of
 from seatfem.study.runs.outcome import Landings, Measures, RunResult
 from seatfem.study.runs.round import Round, missed, not_modelled, remarks
 from seatfem.study.runs.rounds import ANY, OutOfTime, last_round
 from seatfem.study.scene import Scene
-from seatfem.study.scene.load import AnyScene, take_scene, with_target
+from seatfem.study.scene.load import AnyScene, take_scene
 
 if TYPE_CHECKING:
     import pandas
@@ -98,7 +98,8 @@ def look_at(
     purse = PURSE[bool(scene.seat.files())] if seconds is None else seconds
     watch = Stopwatch()
     try:
-        done = last_round(first_plan(scene), watch, Limits(seconds=purse, first=longest), progress)
+        plan = cached_plan(scene) or begin_plan(scene)
+        done = last_round(plan, watch, Limits(seconds=purse, first=longest), progress)
     except OutOfTime as problem:
         raise RunError(
             f"no first round within {in_time(longest)}: {problem}, or state a larger seat.mesh.size, a narrower "
@@ -172,7 +173,7 @@ def converge(
     """
     checked = take_scene(scene)
     if target is not None:
-        checked = with_target(checked, target)
+        checked = checked.with_target(target)
     done = last_round(begin_plan(checked), Stopwatch(), limits, progress, tell)
     return ConvergedRound(**{each.name: getattr(done, each.name) for each in fields(done)})
 

@@ -34,7 +34,6 @@ from seatfem.study.method import (
     stated_method,
 )
 from seatfem.study.plan import Choice, Plan
-from seatfem.study.runs.converge import begin_plan
 from seatfem.study.runs.round import Round
 from seatfem.study.scene import ContactGeometry, Scene
 from seatfem.study.scene.files import by_content
@@ -53,14 +52,6 @@ def cached_plan(scene: Scene) -> Plan | None:
         return plan_from_json(scene, data)
     except UNSOUND:
         return None
-
-
-def first_plan(scene: Scene) -> Plan:
-    """Return the plan with which a run begins: that of the scene's last run or look that met its target, else by rule.
-
-    Raises what `seatfem.study.runs.converge.begin_plan` raises.
-    """
-    return cached_plan(scene) or begin_plan(scene)
 
 
 def plan_from_json(scene: Scene, data: Mapping[str, Any]) -> Plan | None:

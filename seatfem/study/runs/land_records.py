@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from impact.after.landings import Landing
 from impact.quantities import finite_or_none
 from impact.runs.variations import Budget
@@ -79,4 +81,4 @@ def _angle(touches: Touches, line: Line, number: int, landing: Landing) -> float
     rings = touches.parts.rows.force.shape[1] // line.force.shape[1]
     first, parts = line.lands[number].start, landing.first_parts or (landing.part,)
     angles = [line.land_of(first + part // rings)[1] for part in parts]
-    return min((angle for angle in angles if angle is not None), default=None)
+    return min((angle for angle in angles if not math.isnan(angle)), default=None)

@@ -65,7 +65,7 @@ def expect_time(done: Round, plan: Plan) -> float:
     """Return the expected wall time [s] of a further round, from the price of the round before and the growth of its
     counted work: of the seat by unknowns, ports and band, of the contact by steps, ports and modes."""
     before, after = done.plan.method, plan.method
-    work = converge.work_ratio(before, after, done.plan.scene)
+    work = converge.work_ratio(before, after, done.plan.scene.bodies)
     is_repeated = {"seat": before.seat != after.seat, "reed": before.reed != after.reed, "contact": True}
     return sum(_grown(done, part, ratio) for part, ratio in work.items() if is_repeated[part])
 
@@ -75,7 +75,7 @@ def _grown(done: Round, part: str, ratio: float) -> float:
     last two rounds showed, else, without its fixed part, by `POWER`."""
     seconds = time_of(done.price, part)
     if done.before is not None and seconds > 0 and (earlier := time_of(done.before[1], part)) > 0:
-        work = converge.work_ratio(done.before[0], done.plan.method, done.plan.scene)[part]
+        work = converge.work_ratio(done.before[0], done.plan.method, done.plan.scene.bodies)[part]
         if work > LEAST_GROWTH:
             power = math.log(seconds / earlier) / math.log(work)
             return float(seconds * ratio ** min(max(power, 0.0), 1.0))
@@ -98,7 +98,7 @@ def expect_memory(done: Round, plan: Plan | None, count: int = 1) -> float:
     before, after, rows = done.plan.method, plan.method, done.result.rows
     contacts, finer = before.contacts, converge.ratio_of(before.time_step, after.time_step)
     of_rows = (finer if rows.is_uniform else finer**0.5) * after.contacts / contacts
-    work = converge.work_ratio(before, after, done.plan.scene)
+    work = converge.work_ratio(before, after, done.plan.scene.bodies)
     of_bodies = max(work["seat"], work["reed"], LEAST_GROWTH)
     whole, each = (HISTORIES * 8.0 * values for values in (int(rows.ends[-1]), len(rows.ends) * contacts))
     program = max(PROGRAM, done.held)

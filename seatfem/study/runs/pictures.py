@@ -25,7 +25,8 @@ from seatfem.structures.finite_elements import DRAWN_MODES
 from seatfem.structures.kinds import Structure
 from seatfem.structures.mesh import plane_meshes
 from seatfem.structures.method import Solved
-from seatfem.structures.model import Array
+from seatfem.structures.model import Array, SecondOrderModel
+from seatfem.structures.reduction.modes import Modes
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.method import RunMethod
 from seatfem.study.scene import Run, Scene
@@ -144,8 +145,9 @@ def _seat_pictures(body: Structure, width: float, seat: Solved) -> list[renderin
         return of_mesh
     # "Modes of the seat": all modes are known, and of the whole body instead of a section or sector
     whole = seat.modes.complete and seat.about.get("seat_level", "3d") == "3d"
+    diameters = 0 if isinstance(seat.mesh, plane_meshes.MeridianMesh) else None
     title = "Modes of the seat" if whole else "Modes of the seat that this load excites"
-    return [*of_mesh, *_mode_pictures(_kept_modes(seat), title, most=SHOWN_MODES)]
+    return [*of_mesh, *_mode_pictures(_kept_modes(seat.model, seat.modes, diameters), title, most=SHOWN_MODES)]
 
 
 def _mode_pictures(numbered: list[tuple[int, Mode]], title: str, *, most: int) -> list[rendering.Picture]:
@@ -162,23 +164,18 @@ def _mode_pictures(numbered: list[tuple[int, Mode]], title: str, *, most: int) -
     ]
 
 
-def _kept_modes(seat: Solved) -> list[tuple[int, Mode]]:
+def _kept_modes(model: SecondOrderModel, modes: Modes, diameters: int | None) -> list[tuple[int, Mode]]:
     """Return the first `DRAWN_MODES` modes of a seat's Green's function, numbered from 1."""
-    assert seat.modes is not None
-    new = natural_modes.Mode
-    diameters = 0 if isinstance(seat.mesh, plane_meshes.MeridianMesh) else None
-    triples = zip(seat.modes.frequencies_hz[:DRAWN_MODES], seat.modes.residuals, seat.modes.shapes.T, strict=False)
+    triples = zip(modes.frequencies_hz[:DRAWN_MODES], modes.residuals, modes.shapes.T, strict=False)
     return [
-        (number, new(float(frequency), float(residual), None, diameters, "", seat.model, shape))
+        (number, natural_modes.Mode(float(frequency), float(residual), math.nan, model, shape, diameters))
         for number, (frequency, residual, shape) in enumerate(triples, start=1)
     ]
 
 
 def modes_in_motion(numbered: list[tuple[int, Mode]], title: str) -> frames.Frames:
     """Return modes of one mesh on its surface; of a body of revolution all around the axis."""
-    first = numbered[0][1].model
-    assert first is not None
-    skin, shapes = skins.skin_of(first), []
+    skin, shapes = skins.skin_of(numbered[0][1].model), []
     for _, mode in numbered:
         diameters = mode.diameters or 0
         turned = math.pi / (2 * diameters) if mode.repeats and diameters else 0.0
@@ -255,8 +252,6 @@ def write_table(natural: NaturalModes, path: Path) -> None:
 
 
 def _amplitudes(mode: Mode) -> Array:
-    assert mode.model is not None
-    assert mode.shape is not None
     return mode.model.expand(mode.shape)
 
 

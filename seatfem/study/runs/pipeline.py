@@ -56,7 +56,7 @@ from seatfem.study.runs.summary import (
 from seatfem.study.safety import MOST_ROUNDS
 from seatfem.study.scene import Scene, SceneError, located
 from seatfem.study.scene.files import check_files
-from seatfem.study.scene.load import AnyScene, take_scene, with_target
+from seatfem.study.scene.load import AnyScene, take_scene
 from seatfem.study.scene.tables import UNCHANGED, is_text, path_from
 from seatfem.study.scene.wings import NO_STOPS, DriveRun
 from seatfem.units import parse_quantity
@@ -111,12 +111,12 @@ def run(
     """
     checked = take_scene(scene, changed)
     if target is not None:
-        checked = with_target(checked, target)
+        checked = checked.with_target(target)
     seconds = parse_quantity(max_time, "time") if isinstance(max_time, str) else max_time
     try:
         return run_scene(checked, folder, progress, tell=tell, limits=Limits(rounds, seconds), pictures=pictures)
     except SceneError as error:
-        raise located(error, None if isinstance(scene, Scene) or is_text(scene) else Path(scene)) from None
+        raise error if isinstance(scene, Scene) or is_text(scene) else located(error, Path(scene)) from None
 
 
 @gmsh_session()
@@ -219,7 +219,8 @@ def _run(
             division = latest.plan.method.seat.division
             layout, draw = layouts, scene_drawing.draw_layout
             drawing = layout.DRAWING, lambda path: draw(layout.layout_of(scene, division), path)
-            stop = None if scene.stopper is None else scene.geometry.stopper_gap_at_contact + scene.contact.gap
+            geometry = scene.geometry
+            stop = geometry.stopper_gap_at_contact + scene.contact.gap if scene.stopper else math.nan
             of_wings = [each.picture(scene.title, stop) for each in courses]
             strains = run_pictures.gauge_pictures(latest.touches, scene.title)
             stopper = run_pictures.stopper_pictures(latest.touches, scene.run.filter_width, scene.title)

@@ -1,4 +1,5 @@
-"""Stress in the faces of a plate that strikes, with the errors of its mesh and modes."""
+"""Stress in the faces of a plate that strikes, with the errors of its mesh and modes; and the errors of a value
+of its histories, such as a fatigue margin: the value itself in other runs, in a wider band and on a coarser mesh."""
 
 from __future__ import annotations
 
@@ -10,6 +11,7 @@ from typing import ClassVar, Final
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 import impact
 from impact.after import measures
@@ -17,15 +19,19 @@ from impact.after.histories import ReedStress, Spans
 from impact.bodies.loads import find_own_coordinates
 from impact.greens.base import Array
 from impact.march.motion import modal_coordinates
+from impact.march.problem import ContactProblem
+from impact.march.rows import MarchRun
 from impact.notices import Progress
+from impact.runs.variations import Values
 from seatfem.pictures import frames, skins
 from seatfem.structures import method, sheets
+from seatfem.structures.fields import peaks, recovery
 from seatfem.structures.fields.peaks import LITTLE, LargestStress, largest, mises_range, von_mises
 from seatfem.structures.fields.recovery import StressField, in_frames
 from seatfem.structures.fields.sites import REACH, peak_mesh_error
 from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.structures.mesh.checks import nearest_distances
-from seatfem.structures.method import Method
+from seatfem.structures.method import COARSENING, Method
 from seatfem.study.impacts.bodies import problem_of, striker_of
 from seatfem.study.impacts.contact import marched
 from seatfem.study.impacts.forces import Strike
@@ -38,6 +44,7 @@ from seatfem.study.impacts.plate_stress import (
     stresses_of_plate,
     struck_by,
 )
+from seatfem.study.method import REED_BAND
 from seatfem.study.runs.body_stress import (
     BOTH_FACES,
     Cached,
@@ -49,7 +56,7 @@ from seatfem.study.runs.body_stress import (
     foremost,
     rows_of,
 )
-from seatfem.study.runs.plate_values import beside, errors_of_value, places_of_value
+from seatfem.study.runs.error_bars import error_bars_of, runs_of_budget
 from seatfem.study.runs.round import Round
 from seatfem.study.scene import Scene
 
@@ -91,8 +98,7 @@ class PlateStress(FieldStress):
 
     @property
     def relative_bar(self) -> float:
-        after = self.largest.after_contact
-        return math.nan if after is None else self.bar / after.value
+        return self.bar / self.largest.after_contact.value
 
     @property
     def look(self) -> PlateLook:
@@ -122,7 +128,7 @@ class PlateStress(FieldStress):
     def under(self, strike: Strike) -> PlateStress:
         return replace(self, strike=strike, field=struck_by(self.field, strike))
 
-    def largest_in(self, strike: Strike, since: float | None) -> ReedStress:
+    def largest_in(self, strike: Strike, since: float) -> ReedStress:
         """Return the largest stresses in another run, also before and after the start ``since`` of a landing [s]."""
         other = self.under(strike)
         return stresses_of_plate(self.reed, self.field, largest(other.field, other.force, other.dt, since=since))
@@ -199,7 +205,7 @@ def plate_stress(
     scene: Scene,
     solved_by: Method,
     strike: Strike,
-    since: float | None = None,
+    since: float = math.nan,
     cached: Cached = computed,
     cached_peaks: Callable[[Array, Callable[[], Array]], Array] = computed_peaks,
 ) -> PlateStress | None:
@@ -229,7 +235,7 @@ def plate_stress(
     by_span = cached_peaks(field.points, lambda: largest(field, force, dt, since=since).by_span)
     by_point = LargestStress(Spans.of_run(force, dt, since), by_span)
     stress = PlateStress(strike, field, reed, by_point, math.nan, field)
-    if stress.largest.after_contact is None:
+    if not stress.largest.after_contact.is_known:
         return stress
     peaks = by_point.after_contact.von_mises
     errors = cached(lambda: _errors_of(scene, solved_by, stress))
@@ -258,7 +264,97 @@ def _errors_of(scene: Scene, solved_by: Method, stress: PlateStress) -> Errors:
         field = beside(plate_field(scene.geometry, striker, strike.division), points, 2 * REACH)
         look = PlateLook(reed, field, strike.division)
         run = marched(problem_of(scene, striker, impact.Body(strike.seat)), strike.dt, scene.run.duration)
-        other = look(run, None)
-        if other is not None and other.after_contact is not None:
-            errors["truncation"] = abs(other.after_contact.value - float(peaks.max())) / (1 - ratio**-2)
+        other = look(run, math.nan).after_contact.value
+        errors["truncation"] = abs(other - float(peaks.max())) / (1 - ratio**-2)
     return errors
+
+
+NEAR: Final = 0.75  # least stress range of a place, over the largest, that may have the least value in another run
+MOST: Final = 12  # most such places of each part
+WORST: Final = 0.95  # least range of a place in one run, over the largest there, whose value is computed
+FEW: Final = 8  # most such places
+VALUE: Final = "value"
+
+
+@dataclass(frozen=True)
+class ValueLook:
+    """Function that computes a value of a plate's stress from the contact forces of a run: the least of up to `FEW`
+    places whose stress range is at least `WORST` of the largest in that run. One place of the largest range alone would
+    let the value jump to that of another place, of nearly the same range and another mean stress.
+
+    Attributes:
+        look: field of the plate at the places that may have the least value, its body the striker at the start.
+        value_of: the value of stress histories.
+        turn: duration of the last part of a run that repeats [s]; ``inf``: the whole run.
+    """
+
+    look: PlateLook
+    value_of: ValueOf
+    turn: float = math.inf
+
+    def __call__(self, run: MarchRun) -> Values:
+        field, pushes, dt = self.look.in_run(run)
+        first = 0 if math.isinf(self.turn) else max(0, len(pushes) - 1 - round(self.turn / dt))
+        ranges = peaks.mises_range(field, pushes, dt, since=first)
+        worst = np.argsort(-ranges, kind="stable")[: min(FEW, np.count_nonzero(ranges >= WORST * ranges.max()))]
+        courses = recovery.tensor_histories(field.at(worst), pushes, dt)
+        return {VALUE: self.value_of(course[first:] for course in courses)}
+
+    def moved_to(self, field: recovery.StressField) -> ValueLook:
+        """Return the look at these places of another model of the plate, by its ``field``."""
+        return replace(self, look=replace(self.look, field=beside(field, self.look.field.points, REACH)))
+
+
+def beside(field: recovery.StressField, points: Array, reach: float) -> recovery.StressField:
+    """Return a field at those of its places that lie within ``reach`` times their median distance of given points
+    (n, 2), or at the nearest ones."""
+    spacing = float(np.median(cKDTree(field.points).query(field.points, k=[2])[0]))
+    distance = np.asarray(cKDTree(points).query(field.points)[0])
+    return field.at(np.asarray(distance <= max(reach * spacing, float(distance.min()))))
+
+
+def places_of_value(ranges: Array, regions: NDArray[np.str_]) -> NDArray[np.int64]:
+    """Return the places with the largest stress ``ranges`` (P,) of each part, at most `MOST` of it, that
+    are at least `NEAR` of the largest of all."""
+    hottest = peaks.hottest(ranges, regions, MOST)
+    near: NDArray[np.int64] = hottest[ranges[hottest] >= NEAR * ranges.max()]
+    return near
+
+
+def errors_of_value(
+    done: Round,
+    plate: ThinPlate,
+    strike: Strike,
+    field: recovery.StressField,
+    value_of: ValueOf,
+    turn: float,
+    progress: Progress,
+) -> dict[str, float]:
+    """Return the errors of the least value at the places of a ``field`` by source: the keys of the error budget and the
+    ``mesh`` of the ``plate``. That by its band is the larger one of two, a wider band among them, ``inf`` where there
+    is none.
+
+    ``strike``: the run of the round ``done``; ``turn``: as in `ValueLook`.
+    """
+    scene, greens = done.plan.scene, strike.striker.greens
+    look = ValueLook(PlateLook(plate, replace(field, body=strike.striker), strike.division), value_of, turn)
+    budget, _ = error_bars_of(done, look, progress=progress)
+    errors, own = {key: part[VALUE] for key, part in budget.parts.items()}, budget.values[VALUE]
+    modes, method = plate.plate(greens), done.plan.method.reed
+    lips = plate.lips(method.lip, method.behind)
+    own_problem, _, flights = runs_of_budget(done, progress)  # marched already for the budget
+
+    def in_model(striker: impact.Body, problem: ContactProblem) -> float:
+        """Return the value by another model of the plate, under the forces of a run of the ``problem``."""
+        run = marched(problem, strike.dt, scene.run.duration, flights)
+        return look.moved_to(plate_field(scene.geometry, striker, strike.division))(run)[VALUE]
+
+    coarser = sheets.plate_modes(modes.sheet, COARSENING)
+    on_coarser = in_model(striker_of(scene, greens=coarser.greens(lips, plate.damping_ratio)), own_problem)
+    mesh = abs(on_coarser - own) / (sheets.refinement(modes, coarser) ** sheets.ORDER - 1)
+    band = math.inf
+    if (beyond := plate.in_wider_band(greens, lips)) is not None:
+        wider = striker_of(scene, greens=beyond[0])
+        in_wider = in_model(wider, problem_of(scene, wider, impact.Body(done.seat.greens)))
+        band = abs(in_wider - own) / (1 - beyond[1] ** -2)
+    return {**errors, REED_BAND: max(band, errors.get(REED_BAND, 0.0)), "mesh": mesh}

@@ -11,6 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import Final
 
+from impact.after.histories import UNKNOWN_STRESS
 from impact.notices import ROUND, Progress, SeatfemError, Tell, ignore, silent
 from impact.quantities import in_time
 from impact.runs.variations import Budget, combined
@@ -207,7 +208,7 @@ def solve(
         looked_at = scene.needs_stress or scene.stress is not None or bool(scene.assessments)
         flights = contact.Flights(striker, scene.run.duration, scene.contact.preload, keeps_runs=looked_at)
         touches = run_contacts(scene, striker, seat.greens, dt, progress, flights)
-    computed = Round(plan, seat, striker, touches, None, Budget({}), reed, flights=flights)
+    computed = Round(plan, seat, striker, touches, UNKNOWN_STRESS, Budget({}), reed, flights=flights)
     if not scene.needs_stress:
         return computed
     progress("reed stress", 0.0)
@@ -224,7 +225,7 @@ def solve(
 def with_stress(done: Round, limits: Limits, watch: Stopwatch) -> Round:
     """Return the last round with the reed's largest stresses, if they are wanted or the scene asks for more of them."""
     scene = done.plan.scene
-    if done.stress is not None or not (limits.stress or scene.stress or scene.assessments):
+    if done.stress.is_known or not (limits.stress or scene.stress or scene.assessments):
         return done
     with watch("reed stress"):
         since = stress_since(done.touches, scene.accuracy.landing)
@@ -262,7 +263,7 @@ def _round(
             plan = replace(plan, method=plan.method.replaced({TOLERANCE: looser[0]}))
     seat, touches, reed = computed.seat, computed.touches, computed.reed
     with watch("error budget"):
-        wanted_stress = computed.stress if scene.needs_stress else None
+        wanted_stress = computed.stress if scene.needs_stress else UNKNOWN_STRESS
         looks = (wanted_stress, reed, computed.look, progress, computed.flights)
         compute = partial(error_budget, scene, plan.method, seat, computed.striker, touches, *looks)
         if limits.steady:  # scenes of a study are kept by its journal

@@ -128,12 +128,12 @@ class SeatMesh:
 
     # Stress
 
-    def stress(self, waves: Waves | None, at: Array | None) -> MeshStress:
+    def stress(self, waves: Waves, at: Array | None) -> MeshStress:
         """Return the stress at the points ``at``, ``None`` where the scene asks for named ones only, and at these, by
         the harmonics of ``waves`` if there are any."""
         return MeshStress.from_spaces(self.spaces(waves, at), self.asked, waves)
 
-    def spaces(self, waves: Waves | None, at: Array | None = None) -> SpacesOnMesh:
+    def spaces(self, waves: Waves, at: Array | None = None) -> SpacesOnMesh:
         """Return the stress spaces at the surface, or of it only ``at`` points, and at the named points; only one set
         where the scene asks for one of the two."""
         asked, elements = self.asked, elements_of(self.mesh)
@@ -147,10 +147,10 @@ class SeatMesh:
         distances = np.array([nearest_distances(points, of) for of in (self.singular, self.struck)])
         return SpacesOnMesh(tuple(map(tuple, by_place)), distances)
 
-    def harmonics(self, waves: Waves | None) -> Iterator[tuple[int, SecondOrderModel, Response, Array]]:
-        """Yield number, model, response and `Harmonic.mixing` of each harmonic; without ``waves`` those of the only
-        model, with an empty mixing."""
-        if waves is None:
+    def harmonics(self, waves: Waves) -> Iterator[tuple[int, SecondOrderModel, Response, Array]]:
+        """Yield number, model, response and `Harmonic.mixing` of each harmonic; of `NO_WAVES` those of the only model,
+        with an empty mixing."""
+        if not waves.numbers:
             vectors = VECTORS + MORE * (len(self.model.ports) - 1)
             yield 0, self.model, self._response(self.model, vectors), np.zeros((0, 0, 2))
             return
@@ -200,7 +200,7 @@ class MeshStress:
         to_edge, to_struck: (P,) distance of each of these places from the nearest singular edge, and from the struck
             face [m].
         asked: the table [stress] of the scene.
-        waves: harmonics around a body of revolution that is struck in arcs, else ``None``.
+        waves: harmonics around a body of revolution that is struck in arcs, else `NO_WAVES`.
     """
 
     where: tuple[StressSpace, ...]
@@ -208,10 +208,10 @@ class MeshStress:
     to_edge: Array
     to_struck: Array
     asked: StressTable
-    waves: Waves | None
+    waves: Waves
 
     @staticmethod
-    def from_spaces(kept: SpacesOnMesh, asked: StressTable, waves: Waves | None) -> MeshStress:
+    def from_spaces(kept: SpacesOnMesh, asked: StressTable, waves: Waves) -> MeshStress:
         """Return the stress by its spaces on a mesh."""
         where, points, (to_edge, to_struck) = kept.spaces[0], kept.spaces[-1], kept.distances
         if not asked.points:
@@ -221,7 +221,7 @@ class MeshStress:
     @property
     def angles(self) -> int:
         """Return the number of angles around the axis at which each place has a stress."""
-        return len(self.waves.angles) if self.waves is not None and self.asked.surface else 1
+        return len(self.waves.angles) if self.asked.surface else 1
 
     def within(self) -> MeshStress:
         """Return the stress at places away from singular edges and, unless ``stress.struck``, from the struck face.
@@ -246,7 +246,7 @@ class MeshStress:
     def fields(self, dt: float, *, fewer: bool = False) -> SeatFields:
         """Return the stress fields for a time step ``dt`` [s]; ``fewer``: from fewer vectors, for the error bar."""
         surface, named = ([space.field(dt, fewer=fewer) for space in spaces] for spaces in (self.where, self.points))
-        if self.waves is None:
+        if not self.waves.numbers:
             return SeatFields(surface[0], named[0])
         points = np.array(self.asked.points).reshape(-1, 3)
         own = np.arctan2(points[:, 1], points[:, 0])[:, None]
@@ -313,7 +313,7 @@ class SeatMeshes:
         known = self.solved.model if mesh is self.solved.mesh else None
         return SeatMesh(self.plan, mesh, known), None if coarser is None else SeatMesh(self.plan, coarser)
 
-    def stress(self, waves: Waves | None) -> MeshStress:
+    def stress(self, waves: Waves) -> MeshStress:
         """Return the stress on the finer mesh, by the harmonics of ``waves`` if there are any; what is on file needs no
         mesh."""
         plan = self.plan
@@ -324,7 +324,7 @@ class SeatMeshes:
             "band": bandwidth_of(plan),
             "elements": list(ENOUGH.values()),
             "at": [asked.surface, [list(point) for point in asked.points]],
-            "harmonics": None if waves is None else waves.numbers,
+            "harmonics": waves.numbers or None,
         }
         return MeshStress.from_spaces(kept_spaces(content, lambda: self.both[0].spaces(waves)), asked, waves)
 
@@ -353,7 +353,7 @@ class Waves:
 
     Attributes:
         patches: struck patch of each port.
-        numbers: circumferential orders of the harmonics.
+        numbers: circumferential orders of the harmonics; none of a body that is not solved by them.
         angles: (A,) angles around the axis at which stress is evaluated [rad].
     """
 
@@ -373,14 +373,14 @@ class Waves:
         return RingField(points, np.broadcast_to(angles, (len(points), angles.shape[-1])), parts)
 
     @staticmethod
-    def from_forces(seat: SeatMeshes, force: Array) -> Waves | None:
-        """Return the harmonics of a seat that forces (n + 1, ports) excite; ``None`` if it is not solved by harmonics.
+    def from_forces(seat: SeatMeshes, force: Array) -> Waves:
+        """Return the harmonics of a seat that forces (n + 1, ports) excite; `NO_WAVES` of one not solved by harmonics.
 
         Their wavelength around the ring is at least two elements of the struck face in the mesh of the round.
         """
         method, body = seat.plan.method.seat, seat_of(seat.plan)
         if body.elements_of(method) != "harmonics" or not isinstance(drawn := seat.of_run[0], MeridianMesh):
-            return None
+            return NO_WAVES
         faces, lip, mesh = ring_names("contact", method.rings or 1), method.lip, elements_of(drawn).mesh
         if method.in_arcs and isinstance(lip, Lip):
             turns, width = [float(angle) for angle in lip.angles], 2 * math.pi / lip.arcs
@@ -396,6 +396,9 @@ class Waves:
         count = arcs * math.ceil(wanted / arcs) if numbers[-1] else 1
         angles = turns[0] + 2 * math.pi * np.arange(count) / count
         return Waves(by_port, numbers, angles)
+
+
+NO_WAVES: Final = Waves({}, [], np.zeros(1))
 
 
 def check_stress(plan: Plan, progress: Progress) -> None:

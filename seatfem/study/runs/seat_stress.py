@@ -94,7 +94,7 @@ class SeatStress(FieldStress):
     @property
     def model(self) -> SecondOrderModel | None:
         """Return the model on that mesh; ``None`` for a body of revolution struck in arcs, with one a harmonic."""
-        return self.drawn.model if self.known.waves is None else None
+        return None if self.known.waves.numbers else self.drawn.model
 
     @property
     def components(self) -> tuple[str, ...]:
@@ -326,6 +326,6 @@ def judged_under(stress: SeatStress, force: Array, dt: float, *, anew: bool = Fa
     if not anew:
         return stress.worst.judged(force, dt)
     known, waves = stress.known, seat_fields.Waves.from_forces(stress.meshes, force)
-    if waves is not None and known.waves is not None and waves.numbers != known.waves.numbers:
+    if waves.numbers != known.waves.numbers:
         known = stress.meshes.stress(replace(waves, angles=known.waves.angles)).within()
     return known.fields_at(places_of(stress.peak), dt).judged(force, dt)

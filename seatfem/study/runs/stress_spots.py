@@ -17,7 +17,7 @@ from impact.files.csv_table import write_csv
 from impact.greens.base import Array
 from impact.quantities import finite_or_none
 from impact.storage.hdf5 import StorageError, finite_array, opened, written
-from seatfem.pictures import stress_plot
+from seatfem.pictures import plots
 from seatfem.study.runs.body_stress import BodyStress, History, Spot
 from seatfem.units import axes_of
 
@@ -115,5 +115,5 @@ def spot_pictures(spots: Spots, touch: float, title: str) -> list[Picture]:
     if not shown:
         return []
     curves = [(each.spot.name, each.spot.component, each.leading, each.mises, each.spot.time) for each in shown]
-    draw = partial(stress_plot.plot_stress_histories, spots.time, curves, touch=touch, title=title)
+    draw = partial(plots.plot_stress_histories, spots.time, curves, touch=touch, title=title)
     return [(PICTURE, draw)]

@@ -28,8 +28,7 @@ from seatfem.study.plan import Plan
 from seatfem.study.runs import kept
 from seatfem.study.runs.error_bars import error_bars_of
 from seatfem.study.runs.reed_stress import ERRORS, PEAKS, PlateStress, plate_stress
-from seatfem.study.runs.remedies import remedy_by_source, remedy_of
-from seatfem.study.runs.round import Round
+from seatfem.study.runs.round import Round, remedy_by_source, remedy_of
 from seatfem.study.runs.seat_stress import SeatStress, judged_under, left_by_mesh, seat_stress
 from seatfem.study.safety import source_in_words
 from seatfem.units import place_words, write_quantity
@@ -62,7 +61,7 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
     elif REED in done.left.values:  # a measure of the round, which has its bar there
         reed = replace(reed, bar=done.left.bar(REED))
     of_seat = seat if np.any(done.result.force) else None
-    of_reed = reed if done.plate is None and reed is not None and reed.largest.after_contact is not None else None
+    of_reed = reed if done.plate is None and reed is not None and reed.largest.after_contact.is_known else None
     if seat is not None and of_seat is None:
         seat = replace(seat, bars=seat.bars + left_by_mesh(seat))
     if of_seat is None and of_reed is None:

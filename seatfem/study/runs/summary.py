@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from impact import measures
-from impact.after.histories import PeakStress, ReedStress, line_force_peak, line_impulse_peak
+from impact.after.histories import UNKNOWN_STRESS, PeakStress, ReedStress, line_force_peak, line_impulse_peak
 from impact.after.landings import Landing
 from impact.after.regime import describe, regime
 from impact.after.result import ImpactResult
@@ -45,7 +45,7 @@ FREQUENCIES: Final = 10  # most natural frequencies of the striker in summary.js
 def summarise(
     touches: Touches,
     filter_width: float,
-    stress: ReedStress | None = None,
+    stress: ReedStress = UNKNOWN_STRESS,
     asked: LandingChoice = "hardest",
     *,
     driven: bool = False,
@@ -156,7 +156,7 @@ def _landing_record(touches: Touches, face: Face, number: int, landing: Landing,
         for key, measure in JUDGED.items():  # their error bars include half the time step and jumps
             if measure in left.values:
                 bars[key] = max(bars[key], left.bar(measure))
-    place: tuple[float | None, float | None] = (None, None)
+    place = (math.nan, math.nan)
     on_land: dict[str, object] = {}
     line, parts = touches.line, touches.parts
     if face == "seat" and line is not None and parts is not None:
@@ -168,8 +168,8 @@ def _landing_record(touches: Touches, face: Face, number: int, landing: Landing,
         **{key: getattr(landing, field) for field, key in OF_A_LANDING.items()},
         "static_load_N": landing.static_load,
         "peak_time_s": landing.peak_time,
-        "place_deg": place[0],
-        "place_m": place[1],
+        "place_deg": finite_or_none(place[0]),
+        "place_m": finite_or_none(place[1]),
         **on_land,
         "pressed_on": landing.pressed_on,
         "cut_off": landing.cut_off,
@@ -180,7 +180,7 @@ def _landing_record(touches: Touches, face: Face, number: int, landing: Landing,
 def _land_keys(line: Line, arc: int) -> dict[str, object]:
     """Return the land of an arc, and the angle of its middle about that land's own centre; none on a single land."""
     name, angle = line.land_of(arc)
-    return {"land": name, "land_deg": angle} if name else {}
+    return {"land": name, "land_deg": finite_or_none(angle)} if name else {}
 
 
 def landing_bar_keys(records: Sequence[Mapping[str, object]], number: object) -> dict[str, object]:
@@ -195,7 +195,7 @@ def spring_bar_keys(left: Budget) -> dict[str, object]:
     return {f"error_bar_spring_{key_of(name)}": finite_or_none(left.bar(name)) for name in names}
 
 
-def _place(line: Line, arc: int) -> tuple[float | None, float]:
+def _place(line: Line, arc: int) -> tuple[float, float]:
     """Return the angle [deg] and the arc length along the line [m] of the middle of an arc of a lip."""
     middle = float(np.cumsum(line.lengths)[arc] - line.lengths[arc] / 2)
     return line.degrees_at(middle / float(line.lengths.sum())), middle
@@ -217,20 +217,18 @@ def _line_keys(touches: Touches, width: float) -> dict[str, object]:
     for name, place in places.items():
         arc = int(np.searchsorted(ends[:-1], place * length, side="right"))
         keys |= {f"{name}_{key}": value for key, value in _land_keys(line, arc).items() if is_touched}
-        keys[f"{name}_at_deg"] = line.degrees_at(place) if is_touched else None
+        keys[f"{name}_at_deg"] = finite_or_none(line.degrees_at(place)) if is_touched else None
         keys[f"{name}_at_m"] = place * length if is_touched else None
     arcs_first = _first_arcs(touches, line, is_pressed)
     first = [_place(line, arc) for arc in arcs_first]
-    lowest: tuple[float | None, float | None] = min(
-        first, key=lambda each: each[1] if each[0] is None else each[0], default=(None, None)
-    )
+    lowest = min(first, key=lambda each: each[1] if math.isnan(each[0]) else each[0], default=(math.nan, math.nan))
     return keys | {
         "ports": line.force.shape[1],
         "lip_length_m": length,
         "line_force_arc_m": line.share * length,
         "line_force_width_s": width,
-        "first_touch_at_deg": lowest[0],
-        "first_touch_at_m": lowest[1],
+        "first_touch_at_deg": finite_or_none(lowest[0]),
+        "first_touch_at_m": finite_or_none(lowest[1]),
         "first_touch_segments": len(first),
         **{f"first_touch_{key}": value for key, value in _land_keys(line, arcs_first[0] if arcs_first else 0).items()},
         "largest_share_of_lip_pressed": float(is_pressed.mean(axis=1).max()),
@@ -304,17 +302,15 @@ def largest_stress_bar(summary: Mapping[str, object]) -> dict[str, object]:
     return {f"{BAR}{REED_STRESS}": bar} if bar is not None and largest == after else {}
 
 
-def reed_stress_keys(stress: ReedStress | None) -> dict[str, object]:
+def reed_stress_keys(stress: ReedStress) -> dict[str, object]:
     """Return the largest stress in the reed: in all, before and after the first touch, at t = 0, and before the judged
     landing; ``None`` where it is unknown."""
-    known = (stress.at_start, stress.before_landing) if stress else (None, None)
-    start, landing = (None if peak is None else peak.value for peak in known)
     return {
-        **_stress_keys("peak_reed_stress", stress.largest if stress else None),
-        **_stress_keys("peak_reed_stress_after_contact", stress.after_contact if stress else None),
-        **_stress_keys("initial_reed_stress", stress.initial if stress else None),
-        "reed_stress_at_start_Pa": start,
-        "reed_stress_before_landing_Pa": landing,
+        **_stress_keys("peak_reed_stress", stress.largest),
+        **_stress_keys("peak_reed_stress_after_contact", stress.after_contact),
+        **_stress_keys("initial_reed_stress", stress.initial),
+        "reed_stress_at_start_Pa": finite_or_none(stress.at_start.value),
+        "reed_stress_before_landing_Pa": finite_or_none(stress.before_landing.value),
     }
 
 
@@ -323,8 +319,8 @@ def front_of(result: ImpactResult, young: float, density: float) -> float:
     return math.sqrt(young * density) * abs(measures.impact_velocity(result)) or math.nan
 
 
-def _stress_keys(name: str, peak: PeakStress | None) -> dict[str, object]:
-    value, at, time_of = (peak.value, peak.at, peak.time) if peak else (None, None, None)
+def _stress_keys(name: str, peak: PeakStress) -> dict[str, object]:
+    value, at, time_of = map(finite_or_none, (peak.value, peak.at, peak.time))
     return {f"{name}_Pa": value, f"{name}_at_m": at, f"{name}_time_s": time_of}
 
 

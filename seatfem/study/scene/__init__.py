@@ -2,4 +2,4 @@
 
 from impact.names import public_names
 
-__getattr__, __dir__, __all__ = public_names(__name__, __file__, {"strength": "seatfem.life.strength"})
+__getattr__, __dir__, __all__ = public_names(__name__, __file__, {"strength": "seatfem.life.table"})

@@ -142,7 +142,7 @@ def contradictions_of_start(geometry: ContactGeometry) -> Contradictions:
     if more > 0 and geometry.has_two_places:
         words = f"with contact.gap = {1e3 * more:g} mm the closed reed is bent, and where it stands at stopper.at"
         yield "stopper.lift", f"{words} depends on what holds it there; give stopper.gap, from the undeformed reed"
-    gap, start = geometry.stopper_gap, reed.start_at(stopper.at or geometry.own_place or 0.0)
+    gap, start = geometry.stopper_gap, reed.start_at(stopper.at or geometry.own_place)
     stated = f"{1e3 * (gap + more):.6g} mm"
     if gap < 0:
         words = f"{stated} is less than contact.gap = {1e3 * more:.6g} mm: the undeformed reed would stand inside"
@@ -165,11 +165,11 @@ def overlaps_with_profile(geometry: ContactGeometry) -> Contradictions:
         yield "reed.curvature", "how a curved reed rolls on a profile is not known; remove one of both"
         return
     with keys_of("stopper.profile"):
-        retainer.face(geometry.reed.views(geometry.own_place, coarse=True))
+        retainer.face(geometry.reed.views_at(geometry.own_place, coarse=True))
     gaps, at = geometry.stopper_gaps(), geometry.contact_at
     places = at[1:] if isinstance(at, tuple) else ()
     starts = [geometry.reed.start_at(place) - gap for place, gap in zip(places, gaps, strict=False)]
-    start = geometry.reed.start_at(geometry.own_place or 0.0) - geometry.stopper_gap_at_contact
+    start = geometry.reed.start_at(geometry.own_place) - geometry.stopper_gap_at_contact
     if (inside := max(*starts, start, -float(gaps.min()))) > ROUND_OFF:
         key = "gap" if stopper.lift is None else "lift"
         yield f"stopper.{key}", f"the reed would begin {1e3 * inside:.4g} mm inside the retainer; add that to it"

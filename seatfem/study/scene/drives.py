@@ -23,7 +23,6 @@ from seatfem.structures.kinds.motion import (
     CourseColumns,
     CourseUnits,
     Record,
-    stated_in,
 )
 from seatfem.structures.kinds.structure import Structure
 
@@ -68,8 +67,8 @@ displacement = "base.csv"
         "or `time [ms],acceleration [m/s^2]`, in between linear, from rest at the start"
     )
 
-    columns: CourseColumns | None = fields.absent("heads of its columns, where they say neither time nor quantity")
-    units: CourseUnits | None = fields.absent("units of its columns, where the header does not say them")
+    columns: CourseColumns = fields.default({}, "heads of its columns, where they say neither time nor quantity")
+    units: CourseUnits = fields.default({}, "units of its columns, where the header does not say them")
 
     @model_validator(mode="after")
     def _one_of_three(self, info: ValidationInfo) -> Self:
@@ -85,7 +84,7 @@ displacement = "base.csv"
 
     def record(self) -> Record:
         """Return the time series in the file. Raises `TimeSeriesError`."""
-        kind, columns, units = self._kind, stated_in(self.columns), stated_in(self.units)
+        kind, columns, units = self._kind, self.columns.stated(), self.units.stated()
         return Record(kind, time_series.read_time_series(getattr(self, kind), kind, columns=columns, units=units))
 
     def motion(self) -> loads.BaseMotion:

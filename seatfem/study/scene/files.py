@@ -37,7 +37,7 @@ def misplaced(geometry: lips.ContactGeometry, *, as_drawn: bool) -> Iterator[Fin
     if not reed.least_cover:
         return
     try:
-        views, face = reed.views(geometry.own_place, coarse=True), seat.views(coarse=True)
+        views, face = reed.views_at(geometry.own_place, coarse=True), seat.views(coarse=True)
     except errors.ModelError:  # missing faces are reported elsewhere
         return
     over = views.turned_over()
@@ -128,7 +128,7 @@ def _beyond_the_reed(geometry: lips.ContactGeometry) -> Iterator[Finding]:
     """Yield a problem if the ring or disc of a stopper of revolution, which is met all round, reaches off a plate."""
     if geometry.stopper is None or not isinstance(geometry.behind_the_reed(), Lip):
         return
-    over, face = geometry.reed.views(geometry.own_place, coarse=True), geometry.stopper.body.views(coarse=True)
+    over, face = geometry.reed.views_at(geometry.own_place, coarse=True), geometry.stopper.body.views(coarse=True)
     share = outlines.covered_share(face, over, (0.0, 0.0))
     if share is not None and share < PLATE:
         yield (
@@ -169,7 +169,7 @@ def _of_lip(geometry: lips.ContactGeometry, body: Structure, table: str, key: st
     if lip is not None and (arcs := contact.ports or 1) > 1 and (whole := lip.whole(arcs)) != arcs:
         text = f"of {arcs} segments of equal areas some would lie on two of the seat's faces; take {whole}"
         yield ("contact", "ports"), text
-    if lip is not None and contact.waviness and lip.edges is None:
+    if lip is not None and contact.waviness and not len(lip.edges):
         yield ("contact", "waviness"), lips.NO_ANGLES
 
 

@@ -64,9 +64,9 @@ class ContactLaw(Table):
         raise NotImplementedError
 
     @property
-    def of_a_sphere(self) -> float | None:
-        """Return Hertz's stiffness (4/3) E* sqrt(R) [N/m^1.5]; ``None`` for other contacts than that of a sphere."""
-        return None
+    def of_a_sphere(self) -> float:
+        """Return Hertz's stiffness (4/3) E* sqrt(R) [N/m^1.5]; 0 for other contacts than that of a sphere."""
+        return 0.0
 
 
 def laws() -> tuple[type[ContactLaw], ...]:
@@ -116,7 +116,7 @@ stiffness = "5 GN/m^1.5"
         return HertzOnPatch(self.stiffness, local)
 
     @property
-    def of_a_sphere(self) -> float | None:
+    def of_a_sphere(self) -> float:
         return self.stiffness
 
 

@@ -55,8 +55,8 @@ class ContactGeometry:
     stopper: Stopper | None = None
 
     @property
-    def own_place(self) -> float | None:
-        """Return contact.at [m], by default the tip of a beam; ``None`` for other reeds."""
+    def own_place(self) -> float:
+        """Return contact.at [m], by default the tip of a beam; 0 of a reed without positions, as a rod."""
         return self.reed.place(self.contact.at)
 
     @property
@@ -64,10 +64,10 @@ class ContactGeometry:
         """Return the position on the reed of the seat's contact [m], and those of the stopper if they differ."""
         at = self.contact.at
         if rolled := self._rolled():
-            return (self.own_place or 0.0, *rolled)
+            return (self.own_place, *rolled)
         if self.stopper is None or self.stopper.at is None:
             return at
-        place = self.own_place or 0.0  # 0 is the struck end of a rod
+        place = self.own_place
         return at if self.stopper.at == place else (place, self.stopper.at)
 
     @property
@@ -105,7 +105,7 @@ class ContactGeometry:
 
     def _from_clamp(self) -> float:
         """Return the distance of the reed's contact from its clamp [m]. Raises `KeyProblem` without a clamp."""
-        return distance_of_clamp(self.reed.views(self.own_place, coarse=True))
+        return distance_of_clamp(self.reed.views_at(self.own_place, coarse=True))
 
     def _rolled(self) -> tuple[float, ...]:
         """Return the distances from the clamp of the segments of a profile on which a beam rolls [m]; none without
@@ -148,7 +148,7 @@ class ContactGeometry:
             return None
         if region is None or region.is_disc:
             return None
-        face, over = self.seat.views(coarse=True), self.reed.views(self.own_place, coarse=True).turned_over()
+        face, over = self.seat.views(coarse=True), self.reed.views_at(self.own_place, coarse=True).turned_over()
         if not region.is_part and (covered_share(face, over, self.contact.offset) or 0.0) < COVERED:
             return None
         across = 1 if self.contact.film is not None else ACROSS[1]
@@ -159,13 +159,13 @@ class ContactGeometry:
         `ModelError` of a face that is neither ring nor strip, `UncoveredError` of too little under the plate."""
         if (retainer := self.retainer) is not None and struck is retainer.body:
             try:
-                return retainer.face(self.reed.views(self.own_place, coarse=True))
+                return retainer.face(self.reed.views_at(self.own_place, coarse=True))
             except KeyProblem as problem:
                 raise scene_error(f"stopper.profile.{problem.key}".rstrip("."), str(problem)) from None
         region = struck.region()
         if not isinstance(met := self.reed.meets(region), FaceLip):
             return region
-        loops, seals = self.reed.views(self.own_place, coarse=True).turned_over().plan, struck is self.seat
+        loops, seals = self.reed.views_at(self.own_place, coarse=True).turned_over().plan, struck is self.seat
         seen = [loop - self.contact.offset if seals else turned_over(loop) for loop in loops]
         part = under(met.face, tuple(loop.tobytes() for loop in seen), seals=seals)
         return FaceLip(part, is_part=part != met.face)
@@ -366,7 +366,7 @@ class ContactGeometry:
     def _lines_sought(self) -> int:
         return LINES if is_curved(self.reed) else 2
 
-    def _heights(self, points: Array, angles: Array | None) -> Array:
+    def _heights(self, points: Array, angles: Array) -> Array:
         """Return the heights (arcs, lines, n) of the gap [m] at points (arcs, lines, n, 2) from the centre of the lip,
         at these angles (arcs, n).
 
@@ -374,7 +374,7 @@ class ContactGeometry:
         contact = self.contact
         height = tilted(points, contact.tilt, contact.tilt_axis)
         if contact.waviness:
-            if angles is None:
+            if not len(angles):
                 raise scene_error("contact.waviness", NO_ANGLES)
             at, values = np.array(contact.waviness).T
             height = height + np.interp(angles, at, values, period=2 * np.pi)[:, None]

@@ -7,7 +7,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, Final, Literal
 
-from pydantic import ValidationError, create_model
+from pydantic import create_model
 
 from impact.quantities import brief_value
 from seatfem.fields import absent, field_of, one_of
@@ -17,7 +17,7 @@ from seatfem.study.scene.contact import OWN_LAWS, Contact, stopper_of
 from seatfem.study.scene.laws import ContactLaw, laws
 from seatfem.study.scene.measures import all_measures
 from seatfem.study.scene.models import BODIES, Scene
-from seatfem.study.scene.problems import Problem, SceneError, explain, scene_error
+from seatfem.study.scene.problems import Problem, SceneError, scene_error
 from seatfem.study.scene.run import OWN_MEASURES, Accuracy
 from seatfem.study.scene.tables import UNCHANGED, is_text, load_as, path_from, read_toml
 from seatfem.study.scene.wings import WingTable, tables_of_wings
@@ -82,17 +82,6 @@ def take_scene(given: AnyScene, changed: Mapping[str, object] = UNCHANGED) -> Sc
         )
         raise scene_error("changed", words)
     return given
-
-
-def with_target(scene: Scene, target: float | str) -> Scene:
-    """Return the scene with another target of accuracy, written as in a file: 0.02 or "2 %". Raises `SceneError`."""
-    try:
-        stated = Accuracy.model_validate({"target": target}).target
-    except ValidationError as error:
-        message = explain(error, Accuracy, {"target": target}, TEXT, {})[0].message
-        raise scene_error("accuracy.target", message) from None
-    accuracy = scene.accuracy.model_copy(update={"target": stated, "level": None})
-    return scene.model_copy(update={"accuracy": accuracy})
 
 
 def load_scene(path: Path | str, changed: Mapping[str, object] | None = None) -> Scene:

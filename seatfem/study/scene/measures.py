@@ -12,11 +12,12 @@ from typing import ClassVar, Final, Literal
 import numpy as np
 
 from impact.after import histories
+from impact.after.histories import UNKNOWN_STRESS, ReedStress
 from impact.after.landings import Landing, hardest, pair_landings
 from impact.after.result import NO_FILM
 from impact.greens.base import Array
-from impact.late import import_all
 from impact.march.grid import TimeGrid
+from impact.names import import_all
 from seatfem.results import WINGS, ResultSource
 
 LandingChoice = Literal["hardest", "first", "run"]
@@ -39,7 +40,7 @@ class Line:
         grid: steps of the run.
         length: length of the centre line, if the arcs are equal, or (arcs,) lengths of the arcs [m].
         share: fraction of the line over which forces are averaged.
-        edges: (arcs + 1,) angles at the ends of the arcs [rad]; ``None`` if angles do not define places on the line.
+        edges: (arcs + 1,) angles at the ends of the arcs [rad]; none if angles do not define places on the line.
         film: (N + 1, arcs) part of the force by a fluid film [N]; 0 without film.
         pieces: parts of the line, as in `impact.after.histories`.
         names: of the lands, one for each piece.
@@ -50,7 +51,7 @@ class Line:
     grid: TimeGrid
     length: float | Array
     share: float
-    edges: Array | None = None
+    edges: Array = field(default_factory=lambda: np.zeros(0))
     film: Array = field(default_factory=lambda: NO_FILM)
     pieces: histories.Pieces = ()
     names: tuple[str, ...] = ()
@@ -67,19 +68,19 @@ class Line:
         ends = np.cumsum([0, *(number for number, _ in self.pieces)]).tolist()
         return tuple(slice(*pair) for pair in itertools.pairwise(ends)) if len(self.pieces) > 1 else ()
 
-    def land_of(self, arc: int) -> tuple[str, float | None]:
-        """Return the name of the land of an arc, and the angle of its middle about that land's own centre [deg],
-        ``None`` on one that is no ring; ("", ``None``) on a lip of a single land."""
+    def land_of(self, arc: int) -> tuple[str, float]:
+        """Return the name of the land of an arc, and the angle of its middle about that land's own centre [deg], nan on
+        one that is no ring; ("", nan) on a lip of a single land."""
         if not self.lands:
-            return "", None
+            return "", math.nan
         number = next(k for k, land in enumerate(self.lands) if land.start <= arc < land.stop)
-        line = histories.ClosedLine(self.lengths, None, self.places, self.pieces)
-        return self.names[number], math.degrees(line.place_on_ring(arc)[1]) if line.rings else None
+        line = histories.ClosedLine(self.lengths, self.edges, self.places, self.pieces)
+        return self.names[number], math.degrees(line.place_on_ring(arc)[1]) if line.rings else math.nan
 
-    def degrees_at(self, place: float) -> float | None:
-        """Return the angle [deg] at a fraction of the line from the start of the first arc; ``None`` without angles."""
-        if self.edges is None:
-            return None
+    def degrees_at(self, place: float) -> float:
+        """Return the angle [deg] at a fraction of the line from the start of the first arc; nan without angles."""
+        if not len(self.edges):
+            return math.nan
         borders = np.concatenate([[0.0], np.cumsum(self.lengths)]) / self.lengths.sum()
         return round(float(np.degrees(np.interp(place, borders, self.edges))), 6) % 360
 
@@ -93,8 +94,8 @@ class ContactRecord:
         dt: time step [s].
         filter_width: averaging time of the filtered peak [s].
         displacement: (n + 1,) displacement of the seat's contact face [m]; ``None`` if not known.
-        stress: largest stresses in the reed; ``None`` if not known.
-        stress_since: start of the landing before and after which ``stress`` is evaluated [s]; ``None`` without one.
+        stress: largest stresses in the reed, if they are known.
+        stress_since: start of the landing before and after which ``stress`` is evaluated [s]; nan without one.
         line: forces arc by arc for a contact along a lip, else ``None``.
         film: (n + 1,) part of the force by a fluid film [N]; 0 without film.
         landings: landings on the seat, in order of time.
@@ -106,12 +107,12 @@ class ContactRecord:
     dt: float
     filter_width: float
     displacement: Array | None = None
-    stress: histories.ReedStress | None = None
+    stress: ReedStress = UNKNOWN_STRESS
     line: Line | None = None
     film: Array = field(default_factory=lambda: NO_FILM)
     landings: tuple[Landing, ...] = ()
     asked: LandingChoice = "hardest"
-    stress_since: float | None = None
+    stress_since: float = math.nan
     strains: tuple[Array, ...] = ()
 
     def steps_of(self, landing: Landing) -> slice:
@@ -284,14 +285,17 @@ class Stress(Measure):
     landing_key, landing_words = "landing_peak_reed_stress_Pa", "reed stress after landing"
     data = ("stress",)
 
+    def is_known(self, blow: ContactRecord) -> bool:
+        return blow.stress.is_known
+
     def evaluate(self, blow: ContactRecord) -> float:
-        peak = blow.stress.after_contact if blow.stress else None
-        return peak.value if peak else 0.0
+        peak = blow.stress.after_contact
+        return peak.value if peak.is_known else 0.0
 
     def of_landing(self, blow: ContactRecord, landing: Landing) -> float | None:
         """Return the largest stress since the landing began."""
-        peak = blow.stress.after_landing if blow.stress and blow.stress_since == landing.start else None
-        return peak.value if peak else None
+        peak = blow.stress.after_landing
+        return peak.value if peak.is_known and blow.stress_since == landing.start else None
 
 
 class GaugeStrain(Measure):
@@ -384,35 +388,25 @@ def judged_landings(landings: Sequence[Landing]) -> Mapping[str, Landing]:
     return {} if hard is None else {HARDEST: hard, FIRST: landings[0]}
 
 
-def judged_landing(
-    landings: Sequence[Landing], asked: LandingChoice, like: Sequence[Landing] | None = None
-) -> Landing | None:
-    """Return the landing to which measures refer, the hardest for "run"; ``None`` if there is none.
-
-    ``like``: landings of a neighbouring run; the landing that corresponds to the one chosen there is returned.
-    """
-    every = landings if like is None else like
-    wanted = judged_landings(every).get(FIRST if asked == "first" else HARDEST)
-    if wanted is None or like is None:
-        return wanted
-    return pair_landings(like, landings)[like.index(wanted)]
+def judged_landing(landings: Sequence[Landing], asked: LandingChoice) -> Landing | None:
+    """Return the landing to which measures refer, the hardest for "run"; ``None`` if there is none."""
+    return judged_landings(landings).get(FIRST if asked == "first" else HARDEST)
 
 
-def values_of(blow: ContactRecord, like: Sequence[Landing] | None = None) -> dict[str, float]:
+def values_of(blow: ContactRecord, like: Sequence[Landing]) -> dict[str, float]:
     """Return the measures of a run, and those of its hardest landing, as far as they are known.
 
     Where measures are asked of the first landing, its own are among them, too.
 
-    ``like``: the landings of a neighbouring run, whose hardest and first ones are looked for in this run; a measure of
-    one that has no partner is infinite.
+    ``like``: the landings of this run or of a neighbouring one, whose hardest and first ones are looked for in this
+    run; a measure of one that has no partner is infinite.
     """
     values = {name: each.evaluate(blow) for name, each in all_measures().items() if each.is_known(blow)}
-    reference = blow.landings if like is None else like
-    partners = dict(zip(reference, pair_landings(reference, blow.landings), strict=True)) if like is not None else {}
-    for prefix, wanted in judged_landings(reference).items():
+    partners = dict(zip(like, pair_landings(like, blow.landings), strict=True))
+    for prefix, wanted in judged_landings(like).items():
         if prefix == FIRST and blow.asked != "first":
             continue
-        partner = wanted if like is None else partners[wanted]
+        partner = partners[wanted]
         for name, each in all_measures().items():
             if each.landing_key and partner is None:
                 values[prefix + name] = math.inf

@@ -228,13 +228,23 @@ class Scene(fields.Table):
         """Return the scene with other contacts."""
         return self.model_copy(update={name: getattr(geometry, name) for name in CONTACTS})
 
+    def with_target(self, target: float | str) -> Scene:
+        """Return the scene with another target of accuracy, written as in a file: 0.02, "2 %". Raises `SceneError`."""
+        try:
+            stated = Accuracy.model_validate({"target": target}).target
+        except ValidationError as error:
+            message = problems.explain(error, Accuracy, {"target": target}, Path(), {})[0].message
+            raise problems.scene_error("accuracy.target", message) from None
+        accuracy = self.accuracy.model_copy(update={"target": stated, "level": None})
+        return self.model_copy(update={"accuracy": accuracy})
+
     @property
-    def turn(self) -> float | None:
-        """Return the duration of one turn of the crank [s]; ``None`` without a crank, or for several speeds."""
+    def turn(self) -> float:
+        """Return the duration of one turn of the crank [s]; nan without a crank, or for several speeds."""
         courses: list[object] = [each for load in self.load for each in (load.pressure, load.force, load.base_motion)]
         courses += [*self.driven_by, *(getattr(self.reed, key, None) for key in self.reed.traits.moved_by)]
         turns = {60.0 / rpm for course in courses if (rpm := getattr(course, "rpm", None)) is not None}
-        return turns.pop() if len(turns) == 1 else None
+        return turns.pop() if len(turns) == 1 else math.nan
 
     @property
     def crank(self) -> tuple[float, float] | None:
@@ -287,7 +297,7 @@ class Scene(fields.Table):
         areas = [1.0 if each.area is None else each.area(0.0) for each in self.load]
         force = sum(area * push.course(time) for area, push in zip(areas, pushes, strict=True) if push)
         low, high = (float(end) - sum(each.preload for each in self.spring) for end in (np.min(force), np.max(force)))
-        closed = self.contact.gap == 0 and self.reed.start_at(self.geometry.own_place or 0.0) <= 0
+        closed = self.contact.gap == 0 and self.reed.start_at(self.geometry.own_place) <= 0
         if low > 0:
             words = "push the reed off its seat during the whole run: the valve never rests closed"
         elif high < 0 and closed and any(push and push.file for push in pushes):
@@ -307,12 +317,12 @@ class Scene(fields.Table):
     def _doubts_of_duration(self) -> fields.Contradictions:
         """Yield doubts if the run ends before a reed without loads can reach its seat, and if the block of a life is
         less than a turn of the crank."""
-        start = self.reed.start_at(self.geometry.own_place or 0.0)
+        start = self.reed.start_at(self.geometry.own_place)
         flight = 0.0 if self.is_loaded or self.stopper is not None else self.reed.flight_time(self.contact.gap + start)
         if flight > self.run.duration:
             ends, least = (write_quantity(time, "time", 3) for time in (self.run.duration, flight))
             yield "run.duration", f"{ends} ends before the landing: the reed flies {least}; watch longer"
-        if self.assessments and self.turn is not None and self.run.duration < self.turn * (1 - 1e-9):
+        if self.assessments and self.run.duration < self.turn * (1 - 1e-9):
             ends, least = (write_quantity(time, "time", 3) for time in (self.run.duration, self.turn))
             words = f"{ends} is less than a turn of the crank, {least}, and the run is the block that repeats"
             yield "run.duration", f"{words}: its life lacks what happens in the rest; watch a whole turn"

@@ -105,9 +105,9 @@ def has_table(path: Path, name: str) -> bool:
         return False
 
 
-def located(error: SceneError, path: Path | None) -> SceneError:
-    """Return the error with the scene's file, if it is known, and the lines of the keys."""
-    if path is None or all(problem.file for problem in error.problems):
+def located(error: SceneError, path: Path) -> SceneError:
+    """Return the error with the scene's file, and the lines of the keys."""
+    if all(problem.file for problem in error.problems):
         return error
     lines = key_lines(read_toml(path))
     placed = (each if each.file else replace(each, file=path, line=line_of(each.key, lines)) for each in error.problems)

@@ -14,7 +14,7 @@ import numpy as np
 
 from impact.bodies import body as bodies
 from impact.greens.base import Array
-from impact.late import import_all
+from impact.names import import_all
 from seatfem.fields import Contradictions, Table
 from seatfem.results import WINGS, ResultSource
 from seatfem.structures.kinds import Structure
@@ -126,8 +126,9 @@ class DriveRun:
         """Write its histories into the ``folder`` of the run, and return the file."""
 
     @abstractmethod
-    def picture(self, title: str, stop: float | None) -> tuple[str, Callable[[Path], None]]:
-        """Return the file name of its picture, and the function that draws it; ``stop``: lift at the stopper [m]."""
+    def picture(self, title: str, stop: float) -> tuple[str, Callable[[Path], None]]:
+        """Return the file name of its picture, and the function that draws it; ``stop``: lift at the stopper [m], nan
+        without one."""
 
 
 class Assessment(WingTable):

@@ -155,7 +155,7 @@ def axis_of(table: StudyTable, name: str) -> Axis:
         words = " ".join(dict.fromkeys((parts[0], parts[-1]))).replace("_", " ")
         return Axis(name, words, 1.0, unit.removesuffix("]"))
     factor, unit = table.study.scale(name) or _fitting(table, result_of(name).unit)
-    return Axis(name, label_of(name, ""), factor, unit)
+    return Axis(name, label_of(name), factor, unit)
 
 
 def _fitting(table: StudyTable, unit: str) -> tuple[float, str]:

@@ -24,7 +24,7 @@ from seatfem.study.method import FIELDS, has_key, is_given, stated_keys, value_o
 from seatfem.study.plan import Plan
 from seatfem.study.runs.kept import plan_from_json, plan_to_json
 from seatfem.study.safety import MOST_ROUNDS
-from seatfem.study.scene import Scene, SceneError, load_scene, located
+from seatfem.study.scene import Scene, SceneError, load_scene
 from seatfem.study.scene.files import by_content
 from seatfem.study.scene.measures import all_measures
 from seatfem.study.scene.problems import Problem
@@ -201,7 +201,6 @@ class Cases:
 def cases_of(
     study: Study,
     rounds: int = MOST_ROUNDS,
-    file: Path | None = None,
     changes: Sequence[Changes] | None = None,
     *,
     numbers: Collection[int] | None = None,
@@ -211,7 +210,6 @@ def cases_of(
 
     Args:
         rounds: largest number of refinement rounds of each.
-        file: study file, for messages.
 
     Raises:
         SceneError: errors of the scenes; for each key the first scene that has one.
@@ -242,7 +240,7 @@ def cases_of(
             message = f"{problem.message}; {others} more scene{'s'[: others > 1]} alike"
             problems[key] = replace(problem, message=message)
     if problems:
-        raise located(SceneError(tuple(problems.values())), file)
+        raise study.located(SceneError(tuple(problems.values())))
     return cases
 
 

@@ -15,14 +15,14 @@ class Effort:
         rounds: most rounds of refinement of each scene.
         limit: wall time of one scene [s].
         retry: whether scenes without results in the journal are tried again.
-        cluster: address of a dask scheduler, whose workers replace local processes.
+        cluster: address of a dask scheduler, whose workers replace local processes; "": none.
     """
 
     workers: int | None = None
     rounds: int = MOST_ROUNDS
     limit: float = 3600.0
     retry: bool = False
-    cluster: str | None = None
+    cluster: str = ""
 
 
 USUAL: Final = Effort()

@@ -40,7 +40,7 @@ class Constraint:
     def in_words(self, factor: float, unit: str) -> str:
         """Return the limit as text in a ``unit``, of which the SI unit is ``factor``."""
         side = "above" if self.sign > 0 else "below"
-        return f"{label_of(self.measure, '')} {side} {in_digits(factor * self.limit, 6)} {unit}".rstrip()
+        return f"{label_of(self.measure)} {side} {in_digits(factor * self.limit, 6)} {unit}".rstrip()
 
     def margin(self, value: float) -> float:
         """Return the distance from the limit in the unit of the measure, negative if it is violated."""

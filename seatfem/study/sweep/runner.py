@@ -187,7 +187,7 @@ def check_effort(effort: Effort) -> int | None:
         raise StudyError(f"--workers = {workers!r} must be a whole number, at least 1")
     if not (limit > 0 and math.isfinite(limit)):
         raise StudyError(f"--limit = {in_time(limit)} must be positive and finite")
-    if effort.cluster is None:
+    if not effort.cluster:
         return workers
     if workers is not None:
         raise StudyError(f"--workers = {workers} are processes of this computer; leave it out beside --cluster")
@@ -302,9 +302,9 @@ def _turn(case: Case) -> tuple[bool, int]:
     return case.way == "beside", len(case.guides)
 
 
-def crew_of(workers: int, cluster: str | None = None) -> AbstractContextManager[Ask]:
+def crew_of(workers: int, cluster: str = "") -> AbstractContextManager[Ask]:
     """Start ``workers`` for calls of `Runner.carry_out`; or use those of the cluster at an address."""
-    if cluster is None:
+    if not cluster:
         return crew(WORKER, workers=workers, renew=RENEW)
     return cluster_crew(cluster, WORKER, packed_job, renew=RENEW)
 

@@ -4,6 +4,7 @@ Each has the requested measures, from the same force up to round-off as in a run
 """
 
 import json
+import math
 import time
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
@@ -13,6 +14,7 @@ from typing import Any
 import numpy as np
 
 import impact
+from impact.after.histories import UNKNOWN_STRESS
 from impact.bodies.body import Body
 from impact.greens.base import Array
 from impact.march.motion import Discrete, PortForces, mean_displacement
@@ -143,15 +145,14 @@ def _summary(each: _Scene, batch: ImpactBatch, place: int, dt: float, needs: Col
     landings = landings_of_one_contact(problem, force, batch.gap[place], dt, width)
     choice = each.scene.accuracy.landing
     judged = judged_landing(landings.seat, choice)
-    since = None if judged is None else judged.start
-    stress = None
+    since = math.nan if judged is None else judged.start
+    stress = UNKNOWN_STRESS
     if "stress" in needs:
         known = known_stress(each.scene.geometry, problem.striker, force, None, np.zeros(0), dt)
-        stress = None if known is None else known.largest(coarsely=False, since=since)
+        stress = UNKNOWN_STRESS if known is None else known.largest(coarsely=False, since=since)
     moved = _displacement(problem.target, force, dt) if "displacement" in needs else None
-    values = values_of(
-        ContactRecord(force, dt, width, moved, stress, landings=landings.seat, asked=choice, stress_since=since)
-    )
+    record = ContactRecord(force, dt, width, moved, stress, landings=landings.seat, asked=choice, stress_since=since)
+    values = values_of(record, landings.seat)
     touched = batch.contact_count[place] > 0
     return {
         **(reed_stress_keys(stress) if "stress" in needs else {}),

@@ -6,12 +6,13 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Annotated, Any, ClassVar, Final, Literal
 
-from pydantic import AfterValidator, BeforeValidator, Field
+from pydantic import AfterValidator, BeforeValidator, Field, PrivateAttr
 
 from seatfem.fields import Contradictions, ExistingFile, Fraction, Table, absent, default, kinds_below, problem_of
 from seatfem.readings import BAR
 from seatfem.study.scene.keys import schema_of, table_lines
-from seatfem.study.scene.tables import WholeKey, dotted, load_table
+from seatfem.study.scene.problems import SceneError
+from seatfem.study.scene.tables import WholeKey, dotted, load_table, located, path_from
 from seatfem.study.scene.wings import assessments
 from seatfem.study.sweep.limits import Constraint, full_key, read_constraint, read_limit, read_unit
 from seatfem.study.sweep.variations import AnyVariation, Variation
@@ -147,6 +148,8 @@ class Study(Table):
     outputs: Outputs = default({}, "what is asked of the table")
     optimise: Optimise | None = absent("of the values in between, which are best; none where absent")
 
+    _file: Path | None = PrivateAttr(None)
+
     @property
     def heading(self) -> str:
         """Return the title, or the name of the scene's file."""
@@ -200,6 +203,10 @@ class Study(Table):
         return any(
             word in name for _, name in self.asked for word in ("stress", *(each.table for each in assessments()))
         )
+
+    def located(self, error: SceneError) -> SceneError:
+        """Return the error with the study's file, if it was read from one, and the lines of the keys."""
+        return error if self._file is None else located(error, self._file)
 
     def contradictions(self) -> Contradictions:
         for table in ("below", "above", "units"):
@@ -260,7 +267,9 @@ def load_study(path: Path | str) -> Study:
 
     Raises `SceneError` with all errors, like `load_scene`; errors of the scenes are reported by `cases_of`.
     """
-    return load_table(path, Study)
+    study = load_table(path, Study)
+    study._file = path_from(path)
+    return study
 
 
 _HEAD: Final = """\

@@ -89,7 +89,6 @@ def run_optimum(
     folder: Path,
     effort: Effort = USUAL,
     *,
-    file: Path | None = None,
     progress: Progress = silent,
     tell: Tell = ignore,
 ) -> Optimum:
@@ -106,7 +105,7 @@ def run_optimum(
     """
     workers, rounds = check_effort(effort), effort.rounds
     goal = goal_of(study)
-    expected = ahead_of(study, rounds, file)
+    expected = ahead_of(study, rounds)
     centre = changes_at(study, (0.5,) * len(study.vary))
     scene = load_scene(study.scene, centre)
     if any(body.traits.needs_gmsh for body in scene.bodies.values()):
@@ -163,7 +162,7 @@ def optimise(
     *,
     workers: int = 1,
     rounds: int = MOST_ROUNDS,
-    cluster: str | None = None,
+    cluster: str = "",
 ) -> Optimum:
     """Find the best scene of a study file with a table [optimise] (docs/studies.md).
 
@@ -174,7 +173,7 @@ def optimise(
     """
     with private_folder("study") if folder is None else nullcontext(Path(folder)) as place:
         effort = Effort(None if cluster else workers, rounds, cluster=cluster)
-        return run_optimum(load_study(study), place, effort, file=Path(study))
+        return run_optimum(load_study(study), place, effort)
 
 
 @dataclass(frozen=True)
@@ -198,14 +197,14 @@ class SearchAhead:
         return f"search: at most {self.search.in_words(1)}; then at the target: {self.target.in_words(1)}"
 
 
-def ahead_of(study: Study, rounds: int = MOST_ROUNDS, file: Path | None = None) -> SearchAhead:
+def ahead_of(study: Study, rounds: int = MOST_ROUNDS) -> SearchAhead:
     """Return the forecast for a study with [optimise], by looks at its lowest, middle and highest values. Raises
     `SceneError`."""
     goal = goal_of(study)
     points = [(share,) * len(study.vary) for share in (0.0, 0.5, 1.0)]
 
     def price(accuracy: Changes, scenes: int) -> Ahead:
-        cases = cases_of(study, rounds, file, [{**changes_at(study, point), **accuracy} for point in points])
+        cases = cases_of(study, rounds, [{**changes_at(study, point), **accuracy} for point in points])
         forecast = ahead(study, cases)
         return replace(forecast, scenes=scenes, seats=scenes if forecast.seats > 1 else forecast.seats)
 
@@ -214,7 +213,7 @@ def ahead_of(study: Study, rounds: int = MOST_ROUNDS, file: Path | None = None) 
     finest = load_scene(study.scene, centre).accuracy.target
     if goal.coarse < finest:
         words = f"{goal.coarse:g} is finer than the scene's accuracy.target, {finest:g}; raise one or lower the other"
-        raise located(scene_error("optimise.coarse", words), file)
+        raise study.located(scene_error("optimise.coarse", words))
     return SearchAhead(price(_coarse(study), goal.most), target)
 
 
@@ -284,14 +283,14 @@ class Ahead:
         )
 
 
-def ahead_of_many(study: Study, file: Path | None = None) -> Ahead:
+def ahead_of_many(study: Study) -> Ahead:
     """Return the forecast for a study of more than `LOOKED_AT` scenes, from a random sample of that size.
 
     Raises `SceneError` for errors of the sampled scenes, and the errors of `ahead`.
     """
     count = study.number_of_scenes
     drawn = np.random.default_rng(study.seed).choice(count, LOOKED_AT, replace=False) + 1
-    cases = cases_of(study, file=file, numbers=frozenset(drawn.tolist()))
+    cases = cases_of(study, numbers=frozenset(drawn.tolist()))
     sample = ahead(study, cases)
     times = count / len(cases) if 2 * sample.seats > len(cases) else 1.0  # if few, all seats are in the sample
     return replace(sample, scenes=count, seats=round(times * sample.seats), looked_at=len(cases))
@@ -363,7 +362,6 @@ def run_study(
     folder: Path,
     effort: Effort = USUAL,
     *,
-    file: Path | None = None,
     progress: Progress = silent,
     tell: Tell = ignore,
 ) -> StudyTable:
@@ -374,7 +372,6 @@ def run_study(
 
     Args:
         effort: number of workers, and limits of each scene.
-        file: study file, for messages.
         tell: function that receives the number of scenes and the forecast as text.
 
     Raises:
@@ -390,9 +387,9 @@ def run_study(
         words = "this study asks for one best scene; run it by seatfem optimise, or remove the table"
         raise StudyError(f"optimise: {words}")
     if study.number_of_scenes > LOOKED_AT and study.error_bars == "every":
-        expected = ahead_of_many(study, file)
+        expected = ahead_of_many(study)
         tell(expected.in_words(workers or expected.workers()))
-    cases, scene, measures = scenes_of(study, effort.rounds, file, progress)
+    cases, scene, measures = scenes_of(study, effort.rounds, progress)
     if any(body.traits.needs_gmsh for body in scene.bodies.values()):
         libraries.require_gmsh_libraries()
     with folder_of_ours(folder) as journal:
@@ -412,13 +409,13 @@ def run_study(
 
 
 def scenes_of(
-    study: Study, rounds: int = MOST_ROUNDS, file: Path | None = None, progress: Progress = silent
+    study: Study, rounds: int = MOST_ROUNDS, progress: Progress = silent
 ) -> tuple[list[Case], Scene, Measures]:
     """Return the cases of a study as they will be run, the first scene, and the measures.
 
-    Raises `SceneError` for errors of the scenes; ``file``: study file, for messages.
+    Raises `SceneError` for errors of the scenes.
     """
-    cases = cases_of(study, rounds, file, progress=progress)
+    cases = cases_of(study, rounds, progress=progress)
     scene = load_scene(study.scene, cases[0].changed)
     measures = measures_of(study, scene.accuracy.judged)
     if study.error_bars == "every":
@@ -426,9 +423,9 @@ def scenes_of(
     try:
         beside = check_sampled(study, scene, measures)
         changes = [{**each.changed, **settings(scene, beside=beside)} for each in cases]
-        cases = cases_of(study, rounds, file, changes)
+        cases = cases_of(study, rounds, changes)
     except SceneError as error:
-        raise located(error, file) from None
+        raise study.located(error) from None
     return divided(study, cases, measures, beside=beside), scene, measures
 
 
@@ -448,7 +445,7 @@ def sweep(
     folder: Path | str | None = None,
     workers: int = 1,
     rounds: int = MOST_ROUNDS,
-    cluster: str | None = None,
+    cluster: str = "",
     progress: Progress = silent,
 ) -> Any:
     """Run a study; return its table as a pandas DataFrame or, without pandas, as lists by name of the column.

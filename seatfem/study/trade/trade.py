@@ -58,7 +58,7 @@ def run_points(
     journal: Path | None,
     *,
     time_limit: float = TIME_LIMIT,
-    cluster: str | None = None,
+    cluster: str = "",
     progress: Progress = silent,
 ) -> dict[str, Outcome]:
     """Return outcomes by point name; new ones are appended to the ``journal`` at once. Those in it are not computed
@@ -72,7 +72,7 @@ def run_points(
     ended = {key: one for key, one in on_file.items() if one.state != "stopped" or processor_of(one) >= time_limit}
     outcomes = {name: ended[key] for name, key in keys.items() if key in ended}
     pending = [point for point in points if point.name not in outcomes]
-    hired = crew(WORKER, renew=1) if cluster is None else cluster_crew(cluster, WORKER, runner.packed_job, renew=1)
+    hired = crew(WORKER, renew=1) if not cluster else cluster_crew(cluster, WORKER, runner.packed_job, renew=1)
     with hired as ask:
         for number, answer in ask((_job(scene, point, time_limit) for point in pending), PATIENCE * time_limit):
             name = pending[number].name
@@ -164,15 +164,15 @@ class Trade:
             return math.nan
         return _relative(outcome.summary, exact, measure)
 
-    def trusted_error(self, name: str, measure: str | None = None) -> float:
+    def trusted_error(self, name: str, measure: str = "") -> float:
         """Return the error, at least the floor; without a ``measure`` the largest of these over all measures."""
-        if measure is None:
+        if not measure:
             errors = [self.trusted_error(name, each) for each in self.measures]
             return math.nan if any(map(math.isnan, errors)) else max(errors)
         error = self.error(name, measure)
         return error if math.isnan(error) else max(error, self.floor[measure])
 
-    def front(self, measure: str | None = None) -> tuple[str, ...]:
+    def front(self, measure: str = "") -> tuple[str, ...]:
         """Return the names on the Pareto front, cheapest first; by default by the largest error."""
         names = [point.name for point in self.done()]
         costs, errors = map(self.cost, names), (self.trusted_error(name, measure) for name in names)
@@ -193,7 +193,7 @@ def measure_trade(
     *,
     quick: bool = False,
     time_limit: float = TIME_LIMIT,
-    cluster: str | None = None,
+    cluster: str = "",
     progress: Progress = silent,
 ) -> Trade:
     """Run the scene at ``path`` at every fidelity; outcomes are stored in ``journal`` and reused from there.
@@ -223,7 +223,7 @@ def measure_trade(
     if any(is_given(filed, key) for key in ALL_OPEN):
         as_filed = converge(filed, limits=limits).plan.method
         ends.append(Point(AS_FILED, "all keys", as_filed.values, settings={}))
-    if cluster is None and not journal.exists():  # once, so that compiled code is cached before times are measured
+    if not cluster and not journal.exists():  # once, so that compiled code is cached before times are measured
         run_points(path, ends[:1], None, time_limit=LONGER * time_limit)
     points = [*walk, *others]
     outcomes = run_points(path, points, journal, time_limit=time_limit, cluster=cluster, progress=progress)
