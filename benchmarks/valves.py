@@ -113,7 +113,7 @@ def plate_seat(ports: int) -> Callable[[list[Cells]], Array]:
     def struck(places: Array) -> Array:
         return np.min([np.hypot(places[:, 0] - x, places[:, 1]) for x in middles], axis=0) < 5
 
-    return lambda cells: static_compliance(draw, held, struck, 6.0, cells, STEEL, (0.35, 1.5))
+    return lambda cells: static_compliance(draw, held, struck, 6.0, cells, STEEL, (0.5, 2.0))
 
 
 def ring_seat(cells: list[Cells]) -> Array:
