@@ -1,11 +1,13 @@
 """What tests of studies share."""
 
-import pytest
+from importlib import import_module
 
-from tests.study.crew_at_hand import answer_here
+import pytest
 
 
 @pytest.fixture
 def jobs(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """Let this process answer the jobs of workers, which are listed as they are asked."""
-    return answer_here(monkeypatch)
+    """Let this process answer the jobs of workers, which are listed as they are asked; studies may be removed."""
+    crew = import_module("tests.study.crew_at_hand")
+    answered: list[str] = crew.answer_here(monkeypatch)
+    return answered
