@@ -265,7 +265,7 @@ def test_a_quick_answer_is_that_of_a_full_run(
         bar = summary.get(f"error_bar_{key.removeprefix('spring_')}")
         assert abs(value - exact) <= 0.1 * float(str(bar)), key
         if "spring" not in key:  # it is not the answer of the run before
-            assert abs(float(str(known.summary[key])) - exact) > 10 * abs(value - exact), key
+            assert abs(float(str(known.summary[key])) - exact) > 5 * abs(value - exact), key
 
 
 @pytest.mark.slow
