@@ -1,4 +1,4 @@
-"""What is loaded on first use only: modules, public names of packages, those that went elsewhere, optional packages.
+"""Modules, public names of packages, those that went elsewhere and optional packages are loaded on first use.
 
 Which modules a file needs stands in plain imports at its top; what a user's errand does not use is never executed: a
 misspelt key of a scene is refused before a finite element library is loaded. `from package import module` waits,

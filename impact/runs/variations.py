@@ -2,8 +2,8 @@
 
 Every source of error is made coarser by itself, and the run repeated: the change of a *measure* estimates the source's
 error in it. With a refinement ratio r and an order of convergence q the error of the run is the change over r^q - 1;
-q = 1 is taken for mesh and time step, which is on the safe side. Sources are independent, so that their errors
-are combined as the root of the sum of their squares. Source:
+q = 1 is taken for the time step, and for a mesh whose order is not known, which is on the safe side. Sources are
+independent, so that their errors are combined as the root of the sum of their squares. Source:
 goal-oriented estimation by coarsening; Becker and Rannacher, Acta Numerica 10 (2001).
 """
 

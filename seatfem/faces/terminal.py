@@ -1,4 +1,4 @@
-r"""All output to the terminal: consoles, options that the verbs share, and messages about files written, progress.
+r"""All output to the terminal: consoles, options that the verbs share, messages about files written, and progress.
 
 Control characters (ESC sequences, C0, C1), marks that change the direction of text, invisible characters and lone
 surrogates are written as escapes, ``\x1b``; square brackets are not interpreted as markup.

@@ -302,8 +302,8 @@ def blow_of_march(
     """
     choice, rows, seats = scene.accuracy.landing, run.rows, seat_contacts(run.problem)
     partners = zip(like, pair_landings(like, landings), strict=True)
-    wanted = measures.judged_landing(like, choice)
-    since = next((own.start for one, own in partners if one is wanted and own is not None), math.nan)
+    judged = measures.judged_landing(like, choice)
+    since = next((own.start for one, own in partners if one is judged and own is not None), math.nan)
     return measures.ContactRecord(
         force=touches.force_of(run),
         dt=run.dt,

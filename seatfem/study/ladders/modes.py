@@ -94,9 +94,8 @@ def in_wider_band(run: ComputedRun) -> Iterator[tuple[Body, float]]:
     if ratio > NARROWER and (less := narrow_body(striker, ratio / NARROWER)) is not None:
         yield less, 1 / (1 - NARROWER**-2)
     if _residual(striker) > (1 - HARDLY) * _residual(own):
-        for above, octaves in BEYOND:
-            if (ringing := ringing_on(striker, above, ratio * (reed.bandwidth or 0.0), octaves)) is not None:
-                yield ringing, 1.0
+        for ringing in _add_modes(striker, ratio * (reed.bandwidth or 0.0)):
+            yield ringing, 1.0
 
 
 def _residual(body: Body) -> float:
@@ -122,9 +121,15 @@ def with_other_modes(body: Body, band: float = 0.0) -> Iterator[tuple[Body, floa
 def with_modes_beyond(body: Body, band: float, weight: float = HIDDEN) -> Iterator[tuple[Body, float]]:
     """Yield a body of a ``band`` [Hz] with modes added beyond its last (`BEYOND`), each with the ``weight`` of its
     change; nothing where the contact feels so many modes (`MANY_FELT`) that leaving some out tells the error."""
-    for above, octaves in BEYOND if modes_felt(body) < MANY_FELT else ():
+    for ringing in _add_modes(body, band) if modes_felt(body) < MANY_FELT else ():
+        yield ringing, weight
+
+
+def _add_modes(body: Body, band: float) -> Iterator[Body]:
+    """Yield a body of a ``band`` [Hz] with each of the modes of `BEYOND`; nothing where none yields beyond its last."""
+    for above, octaves in BEYOND:
         if (ringing := ringing_on(body, above, band, octaves)) is not None:
-            yield ringing, weight
+            yield ringing
 
 
 def modes_felt(body: Body) -> float:
