@@ -14,7 +14,7 @@ import numpy as np
 
 from impact.march.laws import FAR, ROUGH
 from impact.march.loop.compiled import compiled
-from impact.march.loop.forces import FLOOR, advance, advance_many, contact_force, filmed_force
+from impact.march.loop.forces import FLOOR, add_seen, advance, advance_many, contact_force, filmed_force, push
 from impact.march.loop.joints import joint_step, remember
 from impact.march.loop.marches import active_set_from, alone, by_sweeps
 
@@ -27,17 +27,6 @@ SMOOTH = 8  # smooth rows before a longer step is tried; they are compared over 
 BEFORE = 2.0  # fine steps that a leap leaves before a touch, for the closing speed
 STRAIGHT = 0.1  # how far a load may leave a line within a leap, over the share of the forces
 RISE = 4  # ratio of the lengths of neighbouring levels
-
-
-@compiled(fastmath={"reassoc", "contract", "nsz"})
-def push(psi, force, pushed):
-    """Write into ``pushed`` (K,) the modal loads of contact forces (p,); few of many contacts are closed at a time."""
-    pushed[:] = 0.0
-    for c in range(force.size):
-        if force[c] != 0.0:
-            seen, f = psi[c], force[c]
-            for k in range(pushed.size):
-                pushed[k] += seen[k] * f
 
 
 @compiled(fastmath={"reassoc", "contract", "nsz"})
@@ -69,11 +58,7 @@ def _leap(rows, gains, ramps, psi, drive, amplitude, q, p, ahead, opening):
             load[k] += shape[k] * a
             far[k] += shape[k] * (gains[0, k] * a + ramps[0, k] * b)
             rate[k] += shape[k] * (gains[1, k] * a + ramps[1, k] * b)
-    for c in range(opening.size):
-        seen, u = psi[c], 0.0
-        for k in range(q.size):
-            u += seen[k] * far[k]
-        opening[c] += u
+    add_seen(psi, far, opening)
 
 
 @compiled(fastmath={"reassoc", "contract", "nsz"})
@@ -102,6 +87,15 @@ def _stray(seen, load):
     for k in range(load.size):
         u += abs(seen[k]) * load[k]
     return u
+
+
+@compiled(fastmath={"reassoc", "contract", "nsz"})
+def _norm(values):
+    """Return the root of the sum of the squares."""
+    total = 0.0
+    for k in range(values.size):
+        total += values[k] * values[k]
+    return math.sqrt(total)
 
 
 @compiled()
@@ -171,11 +165,11 @@ def march_ladder(
     n, row, level = control[STEP], control[ROW], control[LEVEL]
     since, calm, wait, pending = control[SINCE], control[CALM], control[WAIT], control[PENDING]
     pen, before, opening = np.empty(many), np.empty(many), np.empty(many)
-    warm, last, clear = np.empty(many), np.empty(many), np.zeros(many)
+    warm, last, clear, norms = np.empty(many), np.empty(many), np.zeros(many), np.empty(many)
     ahead, drive, amplitude = np.empty((3, q.size)), np.empty(q.size), np.empty((2, count))
     low, held, factored = np.empty((many, many)), np.full(many + 1, -1), level
     for c in range(many):
-        warm[c] = force[row, c]
+        warm[c], norms[c] = force[row, c], _norm(psi[c])
         if films is not None and films[c, 0] > 0.0:
             clear[c] = FAR * films[c, 1]
     place, begun_at, is_followed = control[PLACE], np.int64(-1), False
@@ -250,6 +244,7 @@ def march_ladder(
         if level > 0:
             push(psi, warm, drive)
             _land(gains[level], strays[level], rest, drive, q, p, ahead)
+            largest_stray = _norm(ahead[2])
             fits, bends, apart, mid, back = True, False, 0.0, n + 0.5 * m, row - 1
             middle = 0.5 * (ends[row] + ends[row - 1]) if row > 0 else 0.0
             while back >= 1 and middle - 0.5 * (ends[back] + ends[back - 1]) < m:
@@ -267,9 +262,11 @@ def march_ladder(
                     fits = False
                 elif not acts:
                     least = min(gap[row, c], opening[c], opening[c] + BEFORE * (opening[c] - gap[row, c]) / m)
-                    away = _stray(psi[c], ahead[2]) + bend
+                    away, straight = norms[c] * largest_stray + bend, share[2] * share[sides[c]]  # by Cauchy, Schwarz
+                    if least - away <= clear[c] or away > straight:
+                        away = _stray(psi[c], ahead[2]) + bend
                     fits = fits and least - away > clear[c]
-                    if away > share[2] * share[sides[c]] and not is_followed:
+                    if away > straight and not is_followed:
                         fits, bends = False, True
                 elif back < 1 or force[back, c] == 0.0:
                     fits = False
