@@ -147,6 +147,15 @@ class Landing:
         """Return the time from the first touch to the opening, or to the end of a landing that stays closed [s]."""
         return self.end + self.to_opening - self.touch
 
+    @property
+    def has_rebound(self) -> bool:
+        """Return whether the bodies part at its end, within the run."""
+        return not (self.pressed_on or self.cut_off)
+
+    def find_edges(self, grid: TimeGrid) -> tuple[int, int]:
+        """Return the fine steps of a run before and after which the bodies do not touch."""
+        return round(self.start / grid.dt), min(round(self.end / grid.dt) + 1, int(grid.ends[-1]))
+
 
 def find_landings(record: ContactRecord) -> tuple[Landing, ...]:
     """Return the landings of one face, in the order of time."""
@@ -357,14 +366,13 @@ def restitutions(
     the energy is unknown. ``force`` (N, p): forces of all contacts in the steps of ``grid`` [N]; ``loads`` (L, n):
     amplitudes of the striker's loads [N].
     """
-    parting = [not (landing.pressed_on or landing.cut_off) for landing in landings]
+    parting = [landing.has_rebound for landing in landings]
     if not any(parting):
         return (None,) * len(landings)
-    last, dt = int(grid.ends[-1]), grid.dt
-    steps = [(round(one.start / dt), min(round(one.end / dt) + 1, last)) for one in landings]
+    steps = [landing.find_edges(grid) for landing in landings]
     if math.isinf(problem.striker.mass):
         numbers = sorted({step for pair in steps for step in pair})
-        known = np.zeros(last + 1)
+        known = np.zeros(int(grid.ends[-1]) + 1)
         known[numbers] = stored(numbers)
     else:
         known = _closing_speeds(problem, force, grid, loads, side)

@@ -69,9 +69,18 @@ class PortForces:
     def _are_turned(self) -> bool:
         return not np.array_equal(self.directions, np.eye(len(self.directions)))
 
+    @cached_property
+    def _are_signs(self) -> bool:
+        """Whether each contact acts on a port of its own, as a seat's and a stopper's parts do."""
+        return np.array_equal(self.directions, np.diag(np.diagonal(self.directions)))
+
     def within(self, part: slice) -> Array:
         """Return the (P, m) forces on the ports in some steps [N]."""
-        return self.directions @ self.force[:, part] if self._are_turned else self.force[:, part]
+        force = self.force[:, part]
+        if not self._are_turned:
+            return force
+        signs = np.diagonal(self.directions)[:, None]
+        return signs * force if self._are_signs else self.directions @ force
 
 
 def find_middle_times(dt: float, n: int) -> Array:

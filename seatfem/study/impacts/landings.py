@@ -14,6 +14,7 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Final, Literal
 
 import numpy as np
@@ -171,6 +172,18 @@ def seat_contacts(problem: ContactProblem) -> int:
     return sum(contact.side > 0 for contact in problem.contacts)
 
 
+def _stored_at_edges(faces: Sequence[Sequence[Landing]], grid: TimeGrid, stored: Stored) -> Stored:
+    """Return the same function for the edges of the landings on all faces, which one pass through the run finds."""
+
+    @cache
+    def energies() -> Mapping[int, float]:
+        rebounding = (face for face in faces if any(landing.has_rebound for landing in face))
+        edges = sorted({edge for face in rebounding for landing in face for edge in landing.find_edges(grid)})
+        return dict(zip(edges, stored(edges).tolist(), strict=True))
+
+    return lambda numbers: np.array([energies()[number] for number in numbers])
+
+
 @dataclass(frozen=True)
 class _March:
     """Forces with and without the film [N], and gaps [m] of all contacts, (N + 1, p) each, in the steps of a grid;
@@ -197,11 +210,13 @@ class _March:
         )
         on_seat_landings = find_landings(on_seat) if seats.stop else ()
         on_stopper_landings = () if on_stopper is None else find_landings(on_stopper)
+        sides = ((on_seat_landings, 1), (on_stopper_landings, -1))
+        stored = _stored_at_edges([each for each, _ in sides], self.grid, stored)
         on_seat_landings, on_stopper_landings = (
             tuple(replace(one, restitution=value) for one, value in zip(each, rebounds, strict=True))
             for each, rebounds in (
                 (each, restitutions(self.problem, self.force[1:], self.grid, each, stored, pushed, side=side))
-                for each, side in ((on_seat_landings, 1), (on_stopper_landings, -1))
+                for each, side in sides
             )
         )
         time, largest = pressed_on(on_seat, on_seat_landings) if seats.stop else (0.0, 0.0)
