@@ -46,10 +46,8 @@ def averaged(force: Array, dt: float, width: float, window: Window) -> Array:
     """Return the (n + 1,) average over ``width`` [s] around t = 0, dt ... n dt of ``force`` (n,) [N], zero outside."""
     n = len(force)
     if window == MOVING_AVERAGE:
-        time = dt * np.arange(n + 1)
-        integral = np.concatenate([[0.0], np.cumsum(force) * dt])
-        after, before = (np.interp(time + shift, time, integral) for shift in (width / 2, -width / 2))
-        return np.asarray((after - before) / width)
+        integral, half = np.concatenate([[0.0], np.cumsum(force) * dt]), width / (2 * dt)
+        return np.asarray((_shifted(integral, half) - _shifted(integral[::-1], half)[::-1]) / width)
     reach = min(int(width / (2 * dt)) + 1, n)  # steps that the window covers on either side
     edges = np.clip(np.arange(-reach, reach + 1) * dt / width, -0.5, 0.5)
     weights = np.diff(edges + np.sin(2 * np.pi * edges) / (2 * np.pi))
@@ -69,13 +67,13 @@ def largest_average(force: Array, steps: float | Array, width: float) -> float:
 def largest_averages(force: Array, steps: float | Array, width: float, weights: Array | None = None) -> Array:
     """Return the (N,) `largest_average` of each column of ``force`` (n, N), or of its (N, k) weighted sums."""
     edges = edges_of(steps, len(force))
-    spans, later, earlier = np.diff(edges)[:, None], _places(edges + width, edges), _places(edges - width, edges)
+    spans, move = np.diff(edges)[:, None], _find_moves(edges, steps, width)
 
     def find(part: slice) -> Array:
         values = force[:, part] if weights is None else force @ weights[:, part]
         integral = np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(values * spans, axis=0)])
-        begins, ends = _between(integral, *later) - integral, integral - _between(integral, *earlier)
-        return np.asarray(np.maximum(begins.max(axis=0), ends.max(axis=0)) / width)
+        later, earlier = move(integral)
+        return np.asarray(np.maximum((later - integral).max(axis=0), (integral - earlier).max(axis=0)) / width)
 
     columns = force.shape[1] if weights is None else weights.shape[1]
     return np.concatenate([find(part) for part in blocks(columns, max(1, TOGETHER // len(edges)))])
@@ -87,6 +85,25 @@ TOGETHER: Final = 2**16  # values of force that are averaged at once: of a long 
 def edges_of(steps: float | Array, number: int) -> Array:
     """Return the (n + 1,) times at which n ``steps`` begin and end [s]."""
     return np.asarray(steps * np.arange(number + 1) if np.ndim(steps) == 0 else steps, dtype=np.float64)
+
+
+def _find_moves(edges: Array, steps: float | Array, width: float) -> Callable[[Array], tuple[Array, Array]]:
+    """Return the function of values (n + 1, N) at the ``edges`` of steps that returns them a ``width`` [s] later and
+    earlier, on the line between them; the last and the first one beyond."""
+    if np.ndim(steps) == 0:
+        ahead = width / float(steps)
+        return lambda values: (_shifted(values, ahead), _shifted(values[::-1], ahead)[::-1])
+    later, earlier = _places(edges + width, edges), _places(edges - width, edges)
+    return lambda values: (_between(values, *later), _between(values, *earlier))
+
+
+def _shifted(values: Array, ahead: float) -> Array:
+    """Return ``values`` (n + 1, ...) a number of equal steps ``ahead``, on the line between them; the last one
+    beyond."""
+    whole = min(math.floor(ahead), len(values) - 1)
+    share = min(ahead - whole, 1.0)
+    further = np.concatenate([values[whole:], np.repeat(values[-1:], whole + 1, axis=0)])
+    return np.asarray((1 - share) * further[:-1] + share * further[1:])
 
 
 def _places(at: Array, time: Array) -> tuple[NDArray[np.intp], Array]:

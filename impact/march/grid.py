@@ -97,7 +97,7 @@ class TimeGrid:
         """
         if self.is_uniform:
             return rows[self._window(start, stop)]
-        return self.find_forces(rows, self._steps_of(rows, start, stop))
+        return np.asarray(rows[self._rows_of(self._checked_window(rows, start, stop))])
 
     def find_forces(self, rows: Array, steps: NDArray[np.int64]) -> Array:
         """Return the (m, ...) values at the fine ``steps`` (m,) of ``rows`` (N + 1, ...) that are constant over each
@@ -108,12 +108,16 @@ class TimeGrid:
         """Return the same of ``rows`` known at the end of each step, on the line between them meanwhile."""
         if self.is_uniform:
             return rows[self._window(start, stop)]
-        return self.find_motions(rows, self._steps_of(rows, start, stop))
+        window = self._checked_window(rows, start, stop)
+        return self._on_lines(rows, np.arange(window.start, window.stop), self._rows_of(window))
 
     def find_motions(self, rows: Array, steps: NDArray[np.int64]) -> Array:
         """Return the (m, ...) values after the fine ``steps`` (m,) of ``rows`` (N + 1, ...) known at the end of each
         step, on the line between them meanwhile."""
-        after = np.searchsorted(self.ends, steps)
+        return self._on_lines(rows, steps, np.searchsorted(self.ends, steps))
+
+    def _on_lines(self, rows: Array, steps: NDArray[np.int64], after: NDArray[np.int64]) -> Array:
+        """Return the values after the fine ``steps`` of ``rows``, in the steps that end at the rows ``after``."""
         before = np.maximum(after - 1, 0)
         length = np.maximum(self.ends[after] - self.ends[before], 1)
         share = ((steps - self.ends[before]) / length).reshape(-1, *[1] * (rows.ndim - 1))
@@ -126,7 +130,7 @@ class TimeGrid:
             raise ContactError(f"steps {start} to {stop}: give a window within the {last} steps of this run")
         return slice(start, stop + 1)
 
-    def _steps_of(self, rows: Array, start: int, stop: int) -> NDArray[np.int64]:
+    def _checked_window(self, rows: Array, start: int, stop: int) -> slice:
         """Return the fine steps of a window, whose history has yet to be made."""
         window = self._window(start, stop)
         need, last = 8.0 * (window.stop - window.start) * rows[0].size, window.stop - 1
@@ -135,7 +139,13 @@ class TimeGrid:
                 f"steps {start} to {last} of {rows[0].size} contacts take {need / 1e9:.3g} GB a history (limit "
                 f"{MOST_BYTES / 1e9:g} GB): ask for a window of fewer steps, or take the rows as they are"
             )
-        return np.arange(window.start, window.stop)
+        return window
+
+    def _rows_of(self, window: slice) -> NDArray[np.int64]:
+        """Return the rows of the steps in which the fine steps of a window lie."""
+        first, last = np.searchsorted(self.ends, [window.start, window.stop - 1])
+        edges = np.clip(self.ends[first : last + 1] + 1, window.start, window.stop)
+        return np.repeat(np.arange(first, last + 1), np.diff(edges, prepend=window.start))
 
 
 class AtEqualSteps:
