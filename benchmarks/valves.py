@@ -270,10 +270,10 @@ def valves() -> dict[str, Valve]:
             {"contact.ports": "32"},
         ),
         "assembly with a stopper": Valve(
-            parts + thrown(-1.5) + asked("1 ms", "10 us"),
+            parts + thrown(-1.5) + asked("1.5 ms", "10 us"),
             Thrown(
                 Sheet(MM * (end - begin), MM * width, MM * -begin), MM * thickness,
-                (RoundLand((0.0, 0.0), LIP[0] * MM, LIP[1] * MM),), fall(-1.5, 1e-3, 10e-6, MM * GAP),
+                (RoundLand((0.0, 0.0), LIP[0] * MM, LIP[1] * MM),), fall(-1.5, 1.5e-3, 10e-6, MM * GAP),
                 Stop(
                     Rectangle((-STOPPER * MM, -STOPPER * MM), (STOPPER * MM, STOPPER * MM)),
                     lambda places: np.full(len(places), LIFT * MM),

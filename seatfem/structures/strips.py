@@ -58,6 +58,16 @@ class Strip:
         parts = cross((across[1:] + across[:-1]) / 2, np.diff(self.middles, axis=0))
         return np.concatenate([[0.0], np.cumsum(parts)])
 
+    def check_narrow(self) -> None:
+        """Raise `ModelError` of a broad face without a hole, on which a reed does not seal along a line."""
+        outline = np.concatenate([self.left, self.right[::-1], self.left[:1]])
+        area, around = float(self.swept[-1]), float(np.hypot(*np.diff(outline, axis=0).T).sum())
+        if not self.closed and (ratio := area / _width_of(area, around) ** 2) < SLENDER:
+            raise ModelError(
+                f"a struck face without a hole is only {ratio:.2g} times as long as it is wide: lip segments need "
+                f"rings, or strips at least {SLENDER:g} times as long as wide; strike it as a whole"
+            )
+
     @cached_property
     def centroid(self) -> Array:
         """Return the (2,) centroid."""
@@ -160,23 +170,19 @@ def _sides(loop: Array) -> tuple[Array, Array, tuple[int, int], tuple[int, int]]
 
     Its ends are where its outline turns round within little more than the strip's width; half of each belongs to either
     side. Between a quarter and three quarters of that turn lies what a cut leaves of it: all of a straight end.
-    Raises `ModelError` of a face that is not long enough.
     """
     line = _fine(loop)
     steps = np.diff(line, axis=0)
     lengths = np.hypot(*steps.T)
     around, area = float(lengths.sum()), polygon_area(loop)
-    width = (around / 2 - math.sqrt(max(around**2 / 4 - 4 * area, 0.0))) / 2  # of a rectangle
-    if area < SLENDER * width**2:
-        raise ModelError(
-            f"a struck face without a hole is only {area / width**2:.2g} times as long as it is wide: lip segments "
-            f"need rings, or strips at least {SLENDER:g} times as long as wide; strike it as a whole"
-        )
+    width = _width_of(area, around)
     turn = steps[:, 0] + 1j * steps[:, 1]
     turned, count = np.angle(turn / np.roll(turn, 1)), len(turn)  # at each point
     excess = np.concatenate([[0.0], np.cumsum(np.tile(turned - ROUND * lengths / width, 2))])
     first, reach = np.arange(count)[:, None], np.arange(1, count // 3)
-    scores, place, ends = excess[first + reach] - excess[first], np.cumsum(lengths) - lengths, []
+    travelled = np.concatenate([[0.0], np.cumsum(np.tile(lengths, 2))])
+    scores, middles, ends = excess[first + reach] - excess[first], (travelled[first] + travelled[first + reach]) / 2, []
+    place = travelled[:count]
     for _ in range(2):
         begin, more = divmod(int(np.argmax(scores)), scores.shape[1])
         stretch = (begin + np.arange(more + 1)) % count
@@ -185,11 +191,16 @@ def _sides(loop: Array) -> tuple[Array, Array, tuple[int, int], tuple[int, int]]
         away = (place[stretch] - place[begin]) % around
         middle = int(np.argmin(np.abs(away - (away[low] + away[high]) / 2)))
         ends.append((int(stretch[middle]), middle - low, high - middle))
-        apart = np.abs((place - place[stretch[middle]] + around / 2) % around - around / 2)
-        scores[apart < around / 4] = -np.inf
+        apart = np.abs((middles - place[stretch[middle]] + around / 2) % around - around / 2)
+        scores[apart < around / 3] = -np.inf  # of a square the next side is a quarter away
     (a, before, behind), (b, before_last, behind_last) = sorted(ends)
     left_line, right_line = np.concatenate([line[b:-1], line[: a + 1]])[::-1], line[a : b + 1]
     return left_line, right_line, (before, behind), (behind_last, before_last)
+
+
+def _width_of(area: float, around: float) -> float:
+    """Return the width of a rectangle of this area and outline, or a quarter of the outline if there is none."""
+    return (around / 2 - math.sqrt(max(around**2 / 4 - 4 * area, 0.0))) / 2
 
 
 def _matched(left: Array, right: Array, start: tuple[int, int], end: tuple[int, int], *, closed: bool) -> Strip:

@@ -329,7 +329,27 @@ def test_the_face_of_a_drawing_and_of_a_mesh() -> None:
 )
 def test_faces_that_are_no_lips(edges: np.ndarray, words: str) -> None:
     with pytest.raises(ModelError, match=words):
-        land_of(edges, (0, 0, 1))
+        _narrow_land_of(edges)
+
+
+def _narrow_land_of(edges: np.ndarray) -> Land:
+    """Return the land of these edges, as a seat's is checked."""
+    land = land_of(edges, (0, 0, 1))
+    for strip in land.strips:
+        strip.check_narrow()
+    return land
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.3])
+def test_a_square_is_divided_from_side_to_side(turn: float) -> None:
+    """As a stopper may be broad: its segments are rectangles of one width, in the order of their places."""
+    corners = 4e-3 * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
+    spin = np.array([(math.cos(turn), math.sin(turn)), (-math.sin(turn), math.cos(turn))])
+    lip = FaceLip(land_of(closed(corners @ spin), (0, 0, 1)), 8)
+    assert lip.area == pytest.approx(64e-6, rel=1e-12)
+    along = np.sort(np.abs(lip.line().mean(axis=1) @ spin.T), axis=1)
+    np.testing.assert_allclose(along[:, 0], 0.0, atol=1e-9)
+    np.testing.assert_allclose(along[:, 1], 1e-3 * np.array([3.5, 2.5, 1.5, 0.5, 0.5, 1.5, 2.5, 3.5]), rtol=1e-9)
 
 
 def test_a_face_that_is_no_strip_is_refused() -> None:

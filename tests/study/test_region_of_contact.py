@@ -89,6 +89,12 @@ def test_a_broad_face_of_a_drawing_asks_for_the_contact(tmp_path: Path) -> None:
     with pytest.raises(SceneError, match=r"seat\.contact: .*5 holes.*as a whole: state .*reed\.contact_radius"):
         check_files(scene_of(tmp_path, broad))
     check_files(scene_of(tmp_path, broad, FLAPPER + RING + IN_MODE))
+    block = f'kind = "cad"\nfile = "{ROOT / "meshes" / "block.step"}"\ncontact = {{ number = 5 }}\n'
+    block += f"fixed = {{ number = 6 }}\n{STEEL}"
+    with pytest.raises(SceneError, match=r"seat\.contact: .*times as long as it is wide.*reed\.contact_radius"):
+        check_files(scene_of(tmp_path, block))
+    stopper = f'[stopper]\ngap = "0.4 mm"\narcs = 8\n{block}'
+    check_files(scene_of(tmp_path, PORTS, more=stopper))  # a pad that limits the lift
 
 
 @pytest.mark.slow

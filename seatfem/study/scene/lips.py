@@ -156,13 +156,17 @@ class ContactGeometry:
 
     def overlap(self, struck: Structure) -> AnyLip | None:
         """Return the struck face of seat or stopper, undivided: of flat faces what lies under a plate. Raises
-        `ModelError` of a face that is neither ring nor strip, `UncoveredError` of too little under the plate."""
+        `ModelError` of a seat's face that is neither ring nor strip, as only a stopper's may be broad, and
+        `UncoveredError` of too little under the plate."""
         if (retainer := self.retainer) is not None and struck is retainer.body:
             try:
                 return retainer.face(self.reed.views_at(self.own_place, coarse=True))
             except KeyProblem as problem:
                 raise scene_error(f"stopper.profile.{problem.key}".rstrip("."), str(problem)) from None
         region = struck.region()
+        if struck is self.seat and isinstance(region, FaceLip):
+            for strip in region.face.strips:
+                strip.check_narrow()
         if not isinstance(met := self.reed.meets(region), FaceLip):
             return region
         loops, seals = self.reed.views_at(self.own_place, coarse=True).turned_over().plan, struck is self.seat
