@@ -104,6 +104,11 @@ class Row:
         return abs(self.value - self.reference)
 
     @property
+    def is_in_doubt(self) -> bool:
+        """Return whether the bar misses the reference by no more than that is unsure of."""
+        return self.inside == "False" and self.error <= self.bar + self.doubt
+
+    @property
     def is_narrow(self) -> bool:
         """Return whether the run missed its target, or the bar is narrow."""
         return self.met != "True" or self.bar <= NARROW[self.measure] * abs(self.value)
@@ -183,9 +188,9 @@ def valve_case(index: int) -> Case:
         options["stated"] = tuple(word for pair in valve.stated.items() for word in ("--set", "=".join(pair)))
 
     def both() -> Iterator[Numbers]:
-        for grid in (GRIDS[1], GRIDS[0]):
-            measures = valve.reference(grid)
-            yield {(part, measure): value for part in options for measure, value in measures.items()}
+        for grid, neglected in ((GRIDS[1], 0.0), (GRIDS[0], valve.neglected)):
+            numbers = {measure: (1 - neglected) * value for measure, value in valve.reference(grid).items()}
+            yield {(part, measure): value for part in options for measure, value in numbers.items()}
 
     def read(summary: Summary, _: str, measure: str) -> tuple[Summary, str]:
         body, key = "stopper" if measure.startswith("stopper") else "seat", LANDING_KEYS[measure.split()[-1]]
@@ -312,7 +317,8 @@ def table_of_valves(rows: Sequence[Row]) -> str:
         cells = [of_it[0].kind, "; ".join(f"{row.measure} {_told(row, row.reference, row.doubt)}" for row in first)]
         for part in (NOT_STATED, "stated"):
             told = "; ".join(
-                _told(row, row.value, row.bar) + (" **out**" if row.inside == "False" else "")
+                _told(row, row.value, row.bar)
+                + (" (in doubt)" if row.is_in_doubt else " **out**" if row.inside == "False" else "")
                 for row in ways.get(part, [])
             )
             missed = part in ways and ways[part][0].met != "True"
@@ -324,7 +330,8 @@ def table_of_valves(rows: Sequence[Row]) -> str:
     asked = [row for row in rows if row.measure in NARROW and row.inside]
     narrow = sum(row.is_narrow for row in asked)
     words = (
-        f"{_inside(rows)} hold the reference; {agree} of {pairs} numbers are the same within both bars whether or not "
+        f"{_inside(rows)} hold the reference, {sum(row.is_in_doubt for row in rows)} more as far as that is sure; "
+        f"{agree} of {pairs} numbers are the same within both bars whether or not "
     )
     words += f"the contact is stated; {narrow} of {len(asked)} bars of impulse and peak are narrow, or the run missed."
     return "\n".join([*lines, "", words] if rows else lines[:2])

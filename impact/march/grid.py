@@ -109,7 +109,10 @@ class TimeGrid:
         if self.is_uniform:
             return rows[self._window(start, stop)]
         window = self._checked_window(rows, start, stop)
-        return self._on_lines(rows, np.arange(window.start, window.stop), self._rows_of(window))
+        steps = np.arange(window.start, window.stop)
+        if rows.ndim == 1:
+            return np.asarray(np.interp(steps, self.ends, rows))
+        return self._on_lines(rows, steps, self._rows_of(window))
 
     def find_motions(self, rows: Array, steps: NDArray[np.int64]) -> Array:
         """Return the (m, ...) values after the fine ``steps`` (m,) of ``rows`` (N + 1, ...) known at the end of each

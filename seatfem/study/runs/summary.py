@@ -57,7 +57,7 @@ def summarise(
     The restitution of a free striker follows from its impulses, unless a stopper threw it back, or it is ``driven``:
     loads or moving bases change its speed between contacts.
     """
-    result, stopper = touches.seat, touches.stopper
+    result, stopper, energy = touches.seat, touches.stopper, touches.seat.rows.energy
     raw, groups = measures.contact_intervals(result), measures.contact_groups(result)
     number, (start, end) = measures.hardest_group(result, filter_width)
     film: dict[str, object] = {}
@@ -65,7 +65,7 @@ def summarise(
         film = {
             "film_force_peak_N": measures.film_force_peak(result),
             "stiction_force_peak_N": measures.stiction_force_peak(result),
-            "film_loss_J": float(result.energy.film_loss[-1]),
+            "film_loss_J": float(energy.film_loss[-1]),
         }
     touched = len(groups) > 0
     thrown_back = stopper is not None and bool(np.any(stopper.force))
@@ -93,11 +93,11 @@ def summarise(
             "hardest_blow_duration_s": finite_or_none(float(end - start)),
             "hardest_blow_restitution": None if math.isfinite(result.striker_mass) else _restitution(result, number),
             "impact_velocity_m_per_s": finite_or_none(measures.impact_velocity(result)),
-            "max_seat_displacement_m": float(np.max(np.abs(result.target_displacement))),
+            "max_seat_displacement_m": float(np.max(np.abs(result.rows.target_displacement))),
             **reed_stress_keys(stress),
-            "energy_residual": result.energy.residual,
-            "energy_by_work": ", ".join(result.energy.by_work),
-            "contact_loss_J": float(result.energy.contact_loss[-1]),
+            "energy_residual": energy.residual,
+            "energy_by_work": ", ".join(energy.by_work),
+            "contact_loss_J": float(energy.contact_loss[-1]),
             **film,
             "time_step_s": result.dt,
             "history_engine": result.engine,
