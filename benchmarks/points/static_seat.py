@@ -84,6 +84,7 @@ def _mesh(
         gmsh.option.setNumber("Mesh.MeshSizeFromPoints", 0)
         gmsh.model.mesh.generate(3)
         gmsh.model.mesh.setOrder(2)
+        gmsh.model.mesh.optimize("HighOrder")  # no curved element may be folded
         tags, flat, _ = gmsh.model.mesh.getNodes()
         number = np.zeros(int(tags.max()) + 1, dtype=int)
         number[tags] = np.arange(len(tags))
