@@ -29,6 +29,8 @@ a lip, of one struck as a whole (2.6 on a thin plate, tests/study/test_surrogate
 class Level(Ladder):
     """The level of a body's model; its neighbour is the next better level, if that is cheap."""
 
+    remedy: str = "take a more complete {key}"
+
     def neighbours(self, run: ComputedRun) -> Terms:
         """Return the run with g larger by the error that the level states; for the seat also the run on a better level,
         and those with the shear deformation of thick beams."""
