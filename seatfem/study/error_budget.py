@@ -303,29 +303,22 @@ def varied_problems(
     progress: Progress,
     flights: contact.Flights,
 ) -> tuple[ComputedRun, dict[str, Terms], tuple[str, ...]]:
-    """Return a run with the results of `terms_by_key`, which are found once for all runs that share ``flights``."""
+    """Return a run, its varied problems by key, from coarser and finer values, and the names of the striker's and
+    stopper's errors that cannot be estimated; they are found once for all runs that share ``flights``."""
     if not flights.varied:
-        computed = ComputedRun(
-            scene, method, seat, problem_of(scene, striker, impact.Body(seat.greens)), reed, progress
-        )
-        flights.varied.append((computed, *terms_by_key(computed)))
+        problem = problem_of(scene, striker, impact.Body(seat.greens))
+        run, terms = ComputedRun(scene, method, seat, problem, reed, progress), dict[str, Terms]()
+        unknown: list[str] = []
+        for ladder in table.LADDERS:
+            if ladder.key != STEP and ladder.applies(run):
+                varied = ladder.neighbours(run)
+                if ladder.part and not all(varied):
+                    unknown.append(f"{ladder.source}'s {ladder.part}")
+                    varied = ()
+                terms[ladder.key] = varied
+        flights.varied.append((run, terms, tuple(unknown)))
     known: tuple[ComputedRun, dict[str, Terms], tuple[str, ...]] = flights.varied[0]
     return known
-
-
-def terms_by_key(run: ComputedRun) -> tuple[dict[str, Terms], tuple[str, ...]]:
-    """Return the varied problems for `error_budget` by key, from its coarser and finer values; and the names of the
-    striker's and stopper's errors that cannot be estimated."""
-    terms, unknown = dict[str, Terms](), list[str]()
-    for ladder in table.LADDERS:
-        if ladder.key == STEP or not ladder.applies(run):
-            continue
-        varied = ladder.neighbours(run)
-        if ladder.part and not all(varied):
-            unknown.append(f"{ladder.source}'s {ladder.part}")
-            varied = ()
-        terms[ladder.key] = varied
-    return terms, tuple(unknown)
 
 
 def sum_by_source(budget: Budget, terms: Mapping[str, Terms]) -> Budget:
