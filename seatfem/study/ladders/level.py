@@ -50,16 +50,13 @@ class Level(Ladder):
         if self.role != "seat" or MODEL in method.given or not has_key(known.scene, MODEL):
             return method
         still = method.replaced({MODEL: "spring"})
-        return self._with_waves(seat, still) if tells_waves(seat, still.seat) else still
+        return self.refine(known.scene, still, 1.0) if tells_waves(seat, still.seat) else still
 
     def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod:
         """Return the method with waves in the seat: its half section, a sector or, along a lip, all of it."""
         if self.role != "seat" or MODEL in method.given or not method.seat.static:
             return method
-        return self._with_waves(scene.seat, method)
-
-    def _with_waves(self, seat: Structure, method: RunMethod) -> RunMethod:
-        return method.replaced({MODEL: level_with_waves(seat, method.seat)})
+        return method.replaced({MODEL: level_with_waves(scene.seat, method.seat)})
 
 
 def _shear(run: ComputedRun) -> Terms:
