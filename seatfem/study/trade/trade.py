@@ -28,7 +28,6 @@ from seatfem.jobs.crew import Lost, crew
 from seatfem.jobs.folders import private_folder
 from seatfem.machine.code import VARIABLE, code_version
 from seatfem.machine.resources import Stopwatch, peak_memory
-from seatfem.structures.mesh.gmsh_process import gmsh_session
 from seatfem.study.impacts import contact, landings
 from seatfem.study.impacts.landings import LANDED, STATUS, has_landed, left_out_in_words
 from seatfem.study.impacts.touches import measured
@@ -38,7 +37,7 @@ from seatfem.study.method import FIELDS, MODEL, MODES, PORTS, RunMethod, has_key
 from seatfem.study.plan import Plan
 from seatfem.study.runs.converge import LEAST, begin_method, begin_plan
 from seatfem.study.runs.next_round import Limits
-from seatfem.study.runs.rounds import rounds, solve
+from seatfem.study.runs.rounds import rounds_apart, solve
 from seatfem.study.scene import Scene, load_scene
 from seatfem.study.scene.measures import FIRST, HARDEST
 from seatfem.study.scene.tables import path_from
@@ -288,9 +287,7 @@ class Point:
 
 def methods_of_rounds(scene: Scene, limits: Limits) -> list[RunMethod]:
     """Return the method of each round of the loop, from the first values to the converged ones."""
-    with private_folder("trade") as folder, gmsh_session():
-        looked = rounds(begin_plan(scene), folder, Stopwatch(), silent, limits=limits)
-        return [done.plan.method for done in looked]
+    return [done.plan.method for done in rounds_apart(begin_plan(scene), Stopwatch(), limits)]
 
 
 def finer_in_all(scene: Scene, method: RunMethod) -> RunMethod:
