@@ -41,11 +41,10 @@ seatfem trade SCENE [-o FOLDER] [--quick] [--limit SECONDS]
 This command runs a scene at many levels of refinement and draws time against error. Each point runs in a process of
 its own, on one thread, with an empty store. The same command continues a run that was stopped (`trade.jsonl`).
 
-- **The points** are on the ladders of the [loop](methods.md#the-loop), also for keys that the file states. A sequence
-  of states leads from the first values of a run to its own choice; in each all keys are one rung finer, which halves
-  the error of each key. Around the run's own choice each key is varied alone, to its first value and one rung finer,
-  and so are the models of the seat (`--quick` omits these points). Two further states have all keys one and two rungs
-  finer.
+- **The points** are on the ladders of the [loop](methods.md#the-loop), also for keys that the file states. The
+  states from the first values of a run to its own choice are the rounds of its loop. Around this choice each key is
+  varied alone, to its first value and one rung finer, which halves its error, and so are the models of the seat
+  (`--quick` omits these points). Two further states have all keys one and two rungs finer.
 - **Time** is processor time from the scene to its measures, without error bars, files, pictures or start of the
   program. Memory is the peak of the point's process. The limit (`--limit`) is here {LIMIT:g} processor seconds for a
   point, {LIMIT_ON_LIP:g} for the tilted landing.

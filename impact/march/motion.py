@@ -119,6 +119,12 @@ class Discrete:
         ports = len(body.greens.ports)
         return Discrete(body, body.greens.step_kernel(dt, n), dt, loads, np.zeros(ports), np.zeros(len(body.loads)))
 
+    def until(self, step: int) -> Discrete:
+        """Return the body over the first steps of these, up to ``step``."""
+        weights = self.kernel.weights
+        kernel = self.kernel if weights is None else replace(self.kernel, weights=weights[:, :, :step])
+        return replace(self, kernel=kernel, loads=self.loads[:, :step], free=None)
+
     @property
     def moves_by_itself(self) -> bool:
         """Return whether the body moves, or is deflected, without contact."""

@@ -40,6 +40,12 @@ class Rows(TimeGrid):
         """Return the rows without gaps, as those of many contacts are large."""
         return replace(self, gap=np.zeros((0, self.gap.shape[1])))
 
+    def until(self, step: int) -> Rows:
+        """Return the rows up to a fine ``step``, which cuts the step that contains it."""
+        ends = super().until(step).ends
+        own, gap = slice(len(ends)), self.find_motions(self.gap, ends[-1:])
+        return Rows(self.dt, ends, self.force[own], np.concatenate([self.gap[own][:-1], gap]), self.film[own])
+
     def of_gaps(self) -> Rows:
         """Return the rows without forces."""
         return replace(self, force=np.zeros((0, self.gap.shape[1])), film=np.zeros((0, 0)))
@@ -76,6 +82,10 @@ class MarchRun(AtEqualSteps):
     def rest(self) -> Array:
         """Return the (p,) contact forces of the preload [N]."""
         return np.asarray(self.rows.force[0])
+
+    def until(self, step: int) -> MarchRun:
+        """Return the run as if it had ended after a fine ``step``."""
+        return replace(self, rows=self.rows.until(step), bodies=tuple(body.until(step) for body in self.bodies))
 
     @cached_property
     def opening(self) -> Array:

@@ -325,10 +325,10 @@ def error_budget(
     """Return the error budget of the measures of an impact: value +- bar, and the error from each source.
 
     The impact is marched again with one source made coarser at a time; the change of each measure is the error from
-    that source, and the bar is 1.5 times their sum (`impact.Budget`). This includes chattering contacts, for which a
-    bound on the error of g does not bound the measures. The sources:
+    that source, and the bar is 1.7 times the root of the sum of their squares (`impact.Budget`). This includes
+    chattering contacts, for which a bound on the error of g does not bound the measures. The sources:
 
-    - "time_step": two and four times the step, and half of it (`impact.runs.variations.find_step_error`); of a duration
+    - "time_step": two and four times the step, and half of it (`impact.runs.variations.budget_of`); of a duration
       at least the step, as these measures count whole steps;
     - "striker reduction", "target reduction": g larger by its ``error_estimate.reduction``, and the highest modes of a
       `ModalGreens`, those above 1/1.6 and 1/2.5 of the highest frequency, moved into its residual (a filter shorter

@@ -146,15 +146,16 @@ def budget_of(
     """Return the errors by the time step and by the ``sources`` in ``values``, the measures of ``problem`` at the step
     ``dt`` [s].
 
-    The error by the step is `find_step_error`, or what ``finer`` steps tell if that is larger. The sources are compared
-    at the doubled step, if it resolves the filter of ``filter_width`` [s], infinite without one; a source with a
-    term of no variations is unknown. ``run`` returns the same measures of a problem; a missing measure counts as an
-    infinite error.
-    ``threads``: parallel runs; the compiled time loop holds no interpreter lock.
+    The error by the step is the largest that longer and shorter steps tell, as one may be small by accident, and that
+    of ``finer`` ones. The sources are compared at the doubled step, if it resolves the filter of ``filter_width`` [s],
+    infinite without one; a source with a term of no variations is unknown. ``run`` returns the same measures of a
+    problem; a missing measure counts as an infinite error. ``threads``: parallel runs; the compiled time loop holds no
+    interpreter lock.
     """
-    step = 2 * dt if _may_double(dt, filter_width) else dt
+    compared = _compared_steps(dt, filter_width)
+    step = 2 * dt if 2 * dt in compared else dt
     variations = [one for terms in sources.values() for term in terms for one in term]
-    runs = {(id(problem), each): (problem, each) for each in (step, *_compared_steps(dt, filter_width))}
+    runs = {(id(problem), each): (problem, each) for each in (step, *compared)}
     runs |= {(id(p), step): (p, step) for v in variations for p in (v.against, v.problem) if p is not None}
     # BLAS with one thread for each run: more would compete for the cores, and the last digits would depend on them
     with threadpool_limits(limits=1, user_api="blas"), ThreadPoolExecutor(threads) as pool:
@@ -167,10 +168,8 @@ def budget_of(
         known = base if variation.against is None else results[id(variation.against), step]
         return times(variation.weight, changes(known, results[id(variation.problem), step]))
 
-    def between(other: float) -> Values:
-        return changes(values, results[id(problem), other])
-
-    of_step = find_step_error(dt, filter_width, between)
+    by_steps = (times(factor, changes(values, results[id(problem), each])) for each, factor in compared.items())
+    of_step = reduce(larger, by_steps)
     of_step = {name: max([value, *(each.get(name, 0.0) for each in finer)]) for name, value in of_step.items()}
     parts: dict[str, Values] = {}
     for source, terms in sources.items():
@@ -182,27 +181,15 @@ def budget_of(
     return Budget(values, {**parts, "time_step": of_step}, (*sources, "time_step"))
 
 
-def find_step_error(dt: float, filter_width: float, between: Callable[[float], Values]) -> Values:
-    """Return the errors by a step ``dt``; ``between``: function that returns the changes from it to another step [s].
+def _compared_steps(dt: float, filter_width: float) -> Mapping[float, float]:
+    """Return the steps with which ``dt`` is compared, and the factor from the change by each to the error of the run.
 
     The integration is of first order where the force jumps, so a step twice as long changes as much as the error, and
-    one four times as long three times as much. The larger estimate counts, as one may be small by accident. If the
-    latter hardly resolves the filter, it is replaced by half the step, which changes half the error.
+    one four times as long three times as much. If the latter hardly resolves the filter, it is replaced by half the
+    step, which changes half the error.
     """
-    first, *doubled = _compared_steps(dt, filter_width)
-    error = times(1 / 3 if first > dt else 2.0, between(first))
-    return larger(between(doubled[0]), error) if doubled else error
-
-
-def _compared_steps(dt: float, filter_width: float) -> tuple[float, ...]:
-    """Return the steps with which ``dt`` is compared: four times it or half of it, and twice it if that is resolved."""
-    first = 4 * dt if FINE * dt <= filter_width else dt / 2
-    return (first, 2 * dt) if _may_double(dt, filter_width) else (first,)
-
-
-def _may_double(dt: float, filter_width: float) -> bool:
-    """Return whether a step twice as long resolves the filter."""
-    return 4 * dt <= filter_width
+    compared = {4 * dt: 1 / 3} if FINE * dt <= filter_width else {dt / 2: 2.0}
+    return {**compared, 2 * dt: 1.0} if 4 * dt <= filter_width else compared
 
 
 def with_body(problem: ContactProblem, old: Body, new: Body) -> ContactProblem:

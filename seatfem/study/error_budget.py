@@ -8,14 +8,14 @@ not reveal this error.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Final
 
 import numpy as np
 
 import impact
-from impact.after.histories import UNKNOWN_STRESS, ReedStress, closed_steps, largest_average
+from impact.after.histories import UNKNOWN_STRESS, ReedStress, closed_steps
 from impact.after.landings import JUMP, Landing
 from impact.after.measures import first_is_cut
 from impact.bodies.time_series import TimeSeriesError
@@ -31,6 +31,7 @@ from seatfem.study.impacts.forces import Strike
 from seatfem.study.impacts.landings import Landings
 from seatfem.study.impacts.touches import (
     LIP,
+    OF_A_LANDING,
     RECORD,
     SOURCES,
     STOPPER,
@@ -99,41 +100,6 @@ def _solid_force(record: ContactRecord) -> Array:
 def _impulse(record: ContactRecord) -> Array:
     """Return the (n + 1,) impulse of the contact force, without the film, up to each step [N s]."""
     return np.concatenate([[0.0], record.dt * np.cumsum(_solid_force(record))])
-
-
-def _until(record: ContactRecord, time: float) -> ContactRecord:
-    """Return the record up to a time [s], without stresses."""
-    steps = min(len(record.force) - 1, max(1, round(time / record.dt)))
-    first_steps = slice(steps + 1)
-    line, displacement, film = record.line, record.displacement, np.broadcast_to(record.film, record.force.shape)
-    if line is not None:
-        grid, of_film = line.grid.until(steps), np.broadcast_to(line.film, line.force.shape)
-        line = replace(line, force=line.force[: len(grid.ends)], grid=grid, film=of_film[: len(grid.ends)])
-    displacement = None if displacement is None else displacement[first_steps]
-    landings = tuple(_landing_until(record, landing, time) for landing in record.landings if landing.start < time)
-    force = record.force[first_steps]
-    known = replace(record, force=force, displacement=displacement, film=film[first_steps], line=line)
-    return replace(known, stress=UNKNOWN_STRESS, landings=landings)
-
-
-def _landing_until(record: ContactRecord, landing: Landing, time: float) -> Landing:
-    """Return the part of a landing before a time [s]."""
-    if landing.end <= time:
-        return landing
-    first, last, end = (round(at / record.dt) for at in (landing.start, time, landing.end))
-    later = record.dt * float(np.sum(record.force[last + 1 : end + 1]))
-    peak = landing.filtered_peak
-    if landing.peak_time > time:
-        peak = largest_average(record.force[first + 1 : last + 1], record.dt, record.filter_width)
-    return replace(
-        landing,
-        end=time,
-        to_opening=0.0,
-        impulse=landing.impulse - later,
-        filtered_peak=peak,
-        pressed_on=False,
-        cut_off=True,
-    )
 
 
 MEASURE_OF_KEY: Final[Mapping[str, str]] = {
@@ -219,36 +185,35 @@ def error_budget(
     return with_bars_of_measures(budget, like.seat)
 
 
+def values_with_landings(landings: Landings) -> Iterator[tuple[str, str, Landing]]:
+    """Yield the name of each value of a landing, its key in the landing's record, and the landing; measures of the
+    judged landings are among them, after the values in the records."""
+    for place, all_there in landings.by_place.items():
+        for number, landing in enumerate(all_there):
+            yield from ((landing_name(place, number, key), key, landing) for key in OF_A_LANDING.values())
+    for prefix, landing in measures.judged_landings(landings.seat).items():
+        yield from ((prefix + measure, key, landing) for key, measure in MEASURE_OF_KEY.items())
+
+
 def unresolved_steps(landings: Landings, blow: ContactRecord) -> Values:
     """Return the least errors of the times of contacts, in steps: one where a time is known to whole steps only."""
     first, duration = measures.ContactDuration.landing_of(blow), measures.ContactDuration.name
-    least = {} if not np.any(_solid_force(blow)) else {duration: 1.0 if first is None else _unresolved(first)}
-    least |= {prefix + duration: _unresolved(each) for prefix, each in measures.judged_landings(landings.seat).items()}
-    for place, all_there in landings.by_place.items():
-        for number, each in enumerate(all_there):
-            least[landing_name(place, number, "time_s")] = OF_TOUCH if each.is_resolved else 1.0
-            least[landing_name(place, number, "duration_s")] = _unresolved(each)
-    return least
-
-
-def _unresolved(landing: Landing) -> float:
-    return JUMP if landing.is_resolved else 1.0
+    resolved = {"time_s": OF_TOUCH, "duration_s": JUMP}
+    least = {duration: 1.0 if first is None or not first.is_resolved else JUMP} if np.any(_solid_force(blow)) else {}
+    of_landings = (each for each in values_with_landings(landings) if each[1] in resolved)
+    return least | {name: resolved[key] if landing.is_resolved else 1.0 for name, key, landing in of_landings}
 
 
 def with_cut_landings(budget: Budget, landings: Landings, first_cut: bool) -> Budget:
     """Return the budget with infinite errors of what the end of the record cuts: duration and impulse of landings, the
     peak of one cut shortly after it, and the duration of a first contact."""
-    cut = [measures.ContactDuration.name] if first_cut else []
-    for place, all_there in landings.by_place.items():
-        for number, landing in enumerate(all_there):
-            cut += [landing_name(place, number, key) for key in ("impulse_Ns", "duration_s") if landing.cut_off]
-    for prefix, judged in measures.judged_landings(landings.seat).items():
-        if judged.cut_off:
-            cut += [prefix + measures.Impulse.name, prefix + measures.ContactDuration.name]
-            rises = judged.end - judged.peak_time < judged.duration / 10
-            cut += [prefix + measures.FilteredPeak.name] if rises else []
+    cut = {measures.ContactDuration.name} if first_cut else set[str]()
+    for name, key, landing in values_with_landings(landings):
+        rises = "peak" in key and landing.end - landing.peak_time < landing.duration / 10
+        if landing.cut_off and (rises or key in ("impulse_Ns", "duration_s")):
+            cut.add(name)
     source = budget.dominant("impulse")
-    unknown = {name: math.inf for name in cut if name in budget.values}
+    unknown = dict.fromkeys(cut & budget.values.keys(), math.inf)
     return replace(budget, parts={**budget.parts, source: {**budget.parts[source], **unknown}})
 
 
@@ -293,15 +258,19 @@ def with_end(scene: Scene, problem: ContactProblem, budget: Budget, dt: float, l
     parts = {source: _without_clock(part) for source, part in budget.parts.items()}
     if off > 0:
         dt = 2 * dt if 4 * dt <= scene.run.filter_width else dt
-        longest = max(duration, min(duration + off, known))
         try:
-            record = contact.record_of(scene, problem, dt, like=like, duration=longest, stresses=False)
+            run = contact.marched(problem, dt, max(duration, min(duration + off, known)))
         except TimeSeriesError:  # a load or base motion ends before the longer run
-            record = contact.record_of(scene, problem, dt, like=like, stresses=False)
-        at_end, source = _until(record.blow, duration), max(shifts, key=lambda each: shifts[each])
+            run = contact.marched(problem, dt, duration)
+
+        def blow_until(time: float) -> ContactRecord:
+            part = run.until(min(run.steps, max(1, round(time / dt))))
+            return contact.record_of_march(scene, part, like, stresses=False).blow
+
+        at_end, source = blow_until(duration), max(shifts, key=lambda each: shifts[each])
         cut: Values = dict.fromkeys(parts[source], 0.0)
         for by in (-off, off):
-            other = values_of(_until(record.blow, duration + by), at_end.landings)
+            other = values_of(blow_until(duration + by), at_end.landings)
             cut = larger(cut, {**cut, **changes(values_of(at_end, at_end.landings), other)})
         parts[source] = total(parts[source], cut)
     return replace(budget, values=_without_clock(budget.values), parts=parts)
@@ -334,29 +303,22 @@ def varied_problems(
     progress: Progress,
     flights: contact.Flights,
 ) -> tuple[ComputedRun, dict[str, Terms], tuple[str, ...]]:
-    """Return a run with the results of `terms_by_key`, which are found once for all runs that share ``flights``."""
+    """Return a run, its varied problems by key, from coarser and finer values, and the names of the striker's and
+    stopper's errors that cannot be estimated; they are found once for all runs that share ``flights``."""
     if not flights.varied:
-        computed = ComputedRun(
-            scene, method, seat, problem_of(scene, striker, impact.Body(seat.greens)), reed, progress
-        )
-        flights.varied.append((computed, *terms_by_key(computed)))
+        problem = problem_of(scene, striker, impact.Body(seat.greens))
+        run, terms = ComputedRun(scene, method, seat, problem, reed, progress), dict[str, Terms]()
+        unknown: list[str] = []
+        for ladder in table.LADDERS:
+            if ladder.key != STEP and ladder.applies(run):
+                varied = ladder.neighbours(run)
+                if ladder.part and not all(varied):
+                    unknown.append(f"{ladder.source}'s {ladder.part}")
+                    varied = ()
+                terms[ladder.key] = varied
+        flights.varied.append((run, terms, tuple(unknown)))
     known: tuple[ComputedRun, dict[str, Terms], tuple[str, ...]] = flights.varied[0]
     return known
-
-
-def terms_by_key(run: ComputedRun) -> tuple[dict[str, Terms], tuple[str, ...]]:
-    """Return the varied problems for `error_budget` by key, from its coarser and finer values; and the names of the
-    striker's and stopper's errors that cannot be estimated."""
-    terms, unknown = dict[str, Terms](), list[str]()
-    for ladder in table.LADDERS:
-        if ladder.key == STEP or not ladder.applies(run):
-            continue
-        varied = ladder.neighbours(run)
-        if ladder.part and not all(varied):
-            unknown.append(f"{ladder.source}'s {ladder.part}")
-            varied = ()
-        terms[ladder.key] = varied
-    return terms, tuple(unknown)
 
 
 def sum_by_source(budget: Budget, terms: Mapping[str, Terms]) -> Budget:

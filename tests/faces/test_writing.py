@@ -135,7 +135,7 @@ def test_a_folder_that_cannot_be_written_to_is_found_first(
     verb: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     runs = [f"seatfem.study.runs.pipeline.{name}" for name in ("cached_plan", "begin_plan", "last_round")]
-    for place in (*runs, "seatfem.study.trade.trade.converge", "seatfem.structures.natural_modes.modes_of"):
+    for place in (*runs, "seatfem.study.trade.trade.methods_of_rounds", "seatfem.structures.natural_modes.modes_of"):
         monkeypatch.setattr(place, lambda *given, **named: pytest.fail("computed"))
     (tmp_path / "file").write_text("", encoding="utf-8")
     out = tmp_path / "file" / "deep" / "out"

@@ -9,9 +9,11 @@ import pytest
 import impact
 from impact.after.landings import JUMP, Landing
 from impact.after.loads import StaticLoad
+from impact.march.ladder import march
 from impact.runs.variations import SAFETY, Budget, narrow_greens
 from seatfem.study.error_budget import CLOCK, FLOOR_OF_SPRING, FLOORS, unresolved_steps, with_jumps
-from seatfem.study.impacts.landings import Landings
+from seatfem.study.impacts.landings import Landings, landings_of_march
+from seatfem.study.impacts.touches import displacement_of
 from seatfem.study.impacts.window import Excerpt, window_of
 from seatfem.study.method import stated_method
 from seatfem.study.scene.measures import ContactDuration, ContactRecord, Impulse
@@ -149,6 +151,33 @@ def test_free_flight_is_exact() -> None:
     assert {"impulse", "filtered_peak", "contact_duration"} <= set(inside)
     for name, value in outside.items():
         assert inside[name] == pytest.approx(value, rel=1e-6), name
+
+
+REED_ABOVE = impact.cantilever_reed(
+    young=200e9, density=7850, length=30e-3, width=10e-3, thickness=0.4e-3, damping_ratio=0.01, n_modes=8,
+    tip_deflection=1e-3,
+)  # fmt: skip
+ROD = impact.fixed_rod(young=200e9, density=7850, area=1e-5, length=30e-3)
+PLATE = impact.infinite_plate(young=200e9, poisson=0.3, density=7850, thickness=5e-3)
+
+
+@pytest.mark.parametrize("greens", [PLATE, ROD], ids=["poles", "step weights"])
+def test_a_run_that_is_cut_is_the_run_that_ends_there(greens: impact.GreensFunction) -> None:
+    """Forces, landings and the seat's motion agree to round-off, also where the end cuts a landing."""
+    problem, dt = impact.ContactProblem(REED_ABOVE, impact.Body(greens), gap=0.0), 2e-7
+    whole = march(problem, dt, 20000 * dt)
+    closed = np.flatnonzero(whole.force > 0)
+    for steps in (15000, int(closed[0]) + 20, 20000):
+        part, short = whole.until(steps), march(problem, dt, steps * dt)
+        assert part.steps == short.steps
+        np.testing.assert_allclose(part.force, short.force, rtol=0, atol=1e-9 * short.force.max())
+        np.testing.assert_allclose(displacement_of(part), displacement_of(short), rtol=0, atol=1e-15)
+        landings, expected = (landings_of_march(each, 1e-6).seat for each in (part, short))
+        assert len(landings) == len(expected) > 0
+        for one, other in zip(landings, expected, strict=True):
+            assert one.cut_off == other.cut_off == (steps == closed[0] + 20)
+            assert one.impulse == pytest.approx(other.impulse, rel=1e-9)
+            assert one.filtered_peak == pytest.approx(other.filtered_peak, rel=1e-9)
 
 
 WAY = 30e-6  # from spring to spring [m]

@@ -248,14 +248,10 @@ def record_of(
     dt: float,
     flights: Flights | None = None,
     like: Landings | None = None,
-    duration: float | None = None,
-    *,
-    stresses: bool = True,
     look: StressLook | None = None,
 ) -> touches.RunRecord:
     """Return the record of a run for its measures, from forces only (`marched`); arguments as `record_of_march`."""
-    run = marched(problem, dt, scene.run.duration if duration is None else duration, flights)
-    return record_of_march(scene, run, like, stresses=stresses, look=look)
+    return record_of_march(scene, marched(problem, dt, scene.run.duration, flights), like, look=look)
 
 
 def record_of_march(

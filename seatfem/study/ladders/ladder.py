@@ -111,6 +111,7 @@ class Ladder:
         also: further keys whose error the same neighbour estimates.
         effort: power of the error, inverted, with which the work grows: work exponent over order of convergence.
         rule: the rule of the first value, in words.
+        remedy: how the error becomes smaller, in words, with "{key}", or "{table}" of the key, for what is stated.
         dimension: dimension of the value; "" without one.
         role: body whose model it refines.
     """
@@ -123,6 +124,7 @@ class Ladder:
     rule: str = ""
     dimension: str = ""
     role: Role = "seat"
+    remedy: str = ""
 
     def describe(self, value: Any) -> str:
         """Return a value in words, with its unit."""

@@ -29,6 +29,8 @@ a lip, of one struck as a whole (2.6 on a thin plate, tests/study/test_surrogate
 class Level(Ladder):
     """The level of a body's model; its neighbour is the next better level, if that is cheap."""
 
+    remedy: str = "take a more complete {key}"
+
     def neighbours(self, run: ComputedRun) -> Terms:
         """Return the run with g larger by the error that the level states; for the seat also the run on a better level,
         and those with the shear deformation of thick beams."""
@@ -48,16 +50,13 @@ class Level(Ladder):
         if self.role != "seat" or MODEL in method.given or not has_key(known.scene, MODEL):
             return method
         still = method.replaced({MODEL: "spring"})
-        return self._with_waves(seat, still) if tells_waves(seat, still.seat) else still
+        return self.refine(known.scene, still, 1.0) if tells_waves(seat, still.seat) else still
 
     def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod:
         """Return the method with waves in the seat: its half section, a sector or, along a lip, all of it."""
         if self.role != "seat" or MODEL in method.given or not method.seat.static:
             return method
-        return self._with_waves(scene.seat, method)
-
-    def _with_waves(self, seat: Structure, method: RunMethod) -> RunMethod:
-        return method.replaced({MODEL: level_with_waves(seat, method.seat)})
+        return method.replaced({MODEL: level_with_waves(scene.seat, method.seat)})
 
 
 def _shear(run: ComputedRun) -> Terms:

@@ -36,6 +36,7 @@ class TimeStep(Ladder):
 
     rule: str = f"{FIRST} steps in the width of the filter"
     dimension: str = "time"
+    remedy: str = "shorten {key}"
 
     def begin(self, known: Beginning, method: RunMethod) -> RunMethod:
         """Return the method with `FIRST` steps in the width of the filter, or as many as a drive needs."""

@@ -67,6 +67,7 @@ class ElementSize(Ladder):
     effort: float = 1.5
     rule: str = f"expected error of g about {percent(FIRST_ERROR)}, by wavelength and contact face"
     dimension: str = "length"
+    remedy: str = "refine {table}"
 
     def begin(self, known: Beginning, method: RunMethod) -> RunMethod:
         """Return the method with sizes for a relative error `FIRST_ERROR` of g, by wavelength and patch, and an element
@@ -97,8 +98,6 @@ class ElementSize(Ladder):
 
     def neighbours(self, run: ComputedRun) -> Terms:
         """Return the run on the coarser mesh or, without one, with g larger by the stated error of the mesh."""
-        if self.key == CONTACT_SIZE:  # the coarser mesh has both sizes coarser
-            return ()
         solved = run.solved[self.role]
         if solved.coarser is None:
             return run.with_larger_g(self.role, solved.greens.error_estimate.mesh)
@@ -112,6 +111,7 @@ class Bandwidth(Ladder):
     effort: float = 0.5
     rule: str = "covers the first resonance and what the filter passes"
     dimension: str = "frequency"
+    remedy: str = "raise {key}"
 
     def begin(self, known: Beginning, method: RunMethod) -> RunMethod:
         """Return the method with a band of a seat up to its first resonance, and `FIRST_BAND` over the filter."""
@@ -174,6 +174,7 @@ class Tolerance(Ladder):
 
     effort: float = 0.2
     rule: str = "of no effect: a lip in arcs is reduced to modes"
+    remedy: str = "lower {key}"
 
     def describe(self, value: float) -> str:
         """Return a tolerance in percent."""
@@ -200,6 +201,8 @@ class Tolerance(Ladder):
 @dataclass(frozen=True)
 class MeasuredRecord(Ladder):
     """The record of a measured seat, whose error only a better measurement reduces."""
+
+    remedy: str = "average over more hammer blows, or measure to higher frequencies than 1/run.filter_width"
 
     def applies(self, run: ComputedRun) -> bool:
         """Return whether the seat is a fit to a record, with draws."""

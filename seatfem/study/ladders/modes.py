@@ -43,6 +43,7 @@ class ModeCount(Ladder):
 
     effort: float = 0.7
     rule: str = "few, to begin with"
+    remedy: str = "keep more {key}"
 
     def finer(self, value: int, factor: float) -> int:
         """Return more modes."""

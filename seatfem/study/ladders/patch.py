@@ -51,6 +51,7 @@ class Rings(Ladder):
 
     effort: float = 0.7
     rule: str = "one, to begin with"
+    remedy: str = "divide the contact face by {key} = 4, or more"
 
     def begin(self, known: Beginning, method: RunMethod) -> RunMethod:
         """Return the method with the struck face of a reduced seat as one ring; a lip keeps what is stated."""
@@ -141,6 +142,7 @@ class Arcs(Ladder):
 
     effort: float = 0.7
     rule: str = "one contact where that may stand for segments, else the fewest whose convergence can be estimated"
+    remedy: str = "divide the lip by more {key}"
 
     def begin(self, known: Beginning, method: RunMethod) -> RunMethod:
         """Return the method with one contact where that may stand for a lip, else with the fewest arcs."""
@@ -191,6 +193,7 @@ class OnePort(Ladder):
     """One contact of a plate in place of the segments of a lip: the first value of an open number, or stated."""
 
     effort: float = 0.7
+    remedy: str = f"divide the lip by {PORTS}"
 
     def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod:
         """Return the method with the lip in segments, and an element in each."""

@@ -30,7 +30,6 @@ LADDERS: list[Ladder] = [
     level.Level(MODEL, "model", rule="static stiffness, to begin with"),
     mesh.Bandwidth(BAND, "reduction"),
     mesh.ElementSize(SIZE, "mesh", also=(CONTACT_SIZE,)),
-    mesh.ElementSize(CONTACT_SIZE, "mesh"),
     Ladder("seat.mesh.order", "mesh"),  # no error besides that of the mesh
     mesh.Tolerance(TOLERANCE, "reduction"),
     patch.OnePort(ONE_PORT, LIP),
@@ -56,16 +55,15 @@ LADDERS: list[Ladder] = [
 
 
 def ladder_of(key: str) -> Ladder | None:
-    """Return the ladder of a key; ``None`` if it has none."""
-    return next((ladder for ladder in LADDERS if ladder.key == key), None)
+    """Return the ladder of a key, or that whose neighbour tells its error, too; ``None`` if there is none."""
+    return next((ladder for ladder in LADDERS if key in (ladder.key, *ladder.also)), None)
 
 
 def source_of(key: str) -> Source:
     """Return the source of error to which a key, or a model, belongs. Raises `KeyError` if it has none."""
-    for ladder in LADDERS:
-        if key in (ladder.key, *ladder.also):
-            return ladder.source
-    raise KeyError(key)
+    if (ladder := ladder_of(key)) is None:
+        raise KeyError(key)
+    return ladder.source
 
 
 def described(key: str, value: Any) -> str:

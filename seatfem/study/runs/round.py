@@ -24,23 +24,11 @@ from seatfem.study import safety
 from seatfem.study.impacts import validity
 from seatfem.study.impacts.contact import Flights
 from seatfem.study.impacts.forces import Strike
-from seatfem.study.impacts.touches import LIP, RECORD, STOPPER, STRIKER, Touches
+from seatfem.study.impacts.touches import LIP, Touches
+from seatfem.study.ladders.ladder import Ladder
 from seatfem.study.ladders.patch import finer_stopper
-from seatfem.study.ladders.table import source_of
-from seatfem.study.method import (
-    BAND,
-    MODEL,
-    MODES,
-    PORTS,
-    REED_BAND,
-    RINGS,
-    SEAT_MODES,
-    STEP,
-    STOPPER_ARCS,
-    STOPPER_RINGS,
-    TOLERANCE,
-    RunMethod,
-)
+from seatfem.study.ladders.table import LADDERS, ladder_of, source_of
+from seatfem.study.method import MODES, STEP, STOPPER_ARCS, STOPPER_RINGS, RunMethod
 from seatfem.study.plan import Plan
 from seatfem.study.scene import Scene
 from seatfem.study.scene.contradictions import cover_doubts_of, own_doubts_of
@@ -259,40 +247,6 @@ def _advice(done: Round) -> tuple[str, ...]:
     return tuple(sentences)
 
 
-STATED: Final[Mapping[str, str]] = {
-    "seat.mesh": "refine",
-    BAND: "raise",
-    TOLERANCE: "lower",
-    MODEL: "take a more complete",
-    SEAT_MODES: "keep more",
-    STEP: "shorten",
-    "reed.mesh": "refine",
-    REED_BAND: "raise",
-    "reed.greens.tolerance": "lower",
-    "reed.model": "take a more complete",
-    MODES: "keep more",
-    "stopper.mesh": "refine",
-    "stopper.greens.bandwidth": "raise",
-    "stopper.greens.tolerance": "lower",
-    "stopper.model": "take a more complete",
-    "stopper.n_modes": "keep more",
-}
-"""These verbs say how a key, or a table of keys, is changed so that its error becomes smaller."""
-OF_SOURCES: Final[Mapping[str, tuple[str, ...]]] = {
-    "mesh": ("seat.mesh",),
-    "reduction": (BAND, TOLERANCE),
-    "time_step": (STEP,),
-    "model": (MODEL, SEAT_MODES, MODES),
-    STRIKER: ("reed.mesh", REED_BAND, "reed.model"),
-    STOPPER: ("stopper.mesh", "stopper.greens.bandwidth", "stopper.model", "stopper.n_modes"),
-}
-"""Keys of a source of which no single one leaves most."""
-IN_WORDS: Final[Mapping[str, str]] = {
-    PORTS: f"divide the lip by more {PORTS}",
-    "patch": f"divide the contact face by {RINGS} = 4, or more",
-    LIP: f"divide the lip by {PORTS}",
-    RECORD: "average over more hammer blows, or measure to higher frequencies than 1/run.filter_width",
-}
 NOTHING: Final = "raise accuracy.target"  # where no key of the scene's kinds makes an error smaller
 
 
@@ -309,14 +263,21 @@ def remedy_by_key(scene: Scene, key: str) -> str:
     if key == STOPPER_ARCS and scene.stopper is not None:
         finer = finer_stopper(scene.geometry, scene.stopper.parts)
         return "" if finer is None else f"state {key} = {finer.arcs} and {STOPPER_RINGS} = {finer.rings}"
-    table = next((each for each in STATED if key == each or key.startswith(f"{each}.")), "")
-    return IN_WORDS.get(key, f"{STATED[table]} {table}" if table and has_key_of_kind(scene, table) else "")
+    return "" if (ladder := ladder_of(key)) is None else _remedy_on(scene, ladder)
+
+
+def _remedy_on(scene: Scene, ladder: Ladder) -> str:
+    """Return the remedy of a ladder in words; "" if a scene has no key that it names."""
+    table = ladder.key.rpartition(".")[0]
+    for name, key in (("{key}", ladder.key), ("{table}", table)):
+        if name in ladder.remedy and not has_key_of_kind(scene, key):
+            return ""
+    return ladder.remedy.format(key=ladder.key, table=table)
 
 
 def remedy_by_source(scene: Scene, source: str) -> str:
     """Return in words what to state of a whole source of error; "" if the scene's kinds have none of its keys."""
-    keys = (key for key in OF_SOURCES.get(source, ()) if has_key_of_kind(scene, key))
-    return IN_WORDS.get(source) or ", or ".join(f"{STATED[key]} {key}" for key in keys)
+    return ", or ".join(filter(None, (_remedy_on(scene, each) for each in LADDERS if each.source == source)))
 
 
 def has_key_of_kind(scene: Scene, key: str) -> bool:

@@ -106,12 +106,19 @@ def rounds(
             raise
 
 
+def rounds_apart(
+    plan: Plan, watch: Stopwatch, limits: Limits = ANY, progress: Progress = silent, tell: Tell = ignore
+) -> Iterator[Round]:
+    """Yield the `rounds`, whose files are temporary."""
+    with private_folder("look") as folder, gmsh_session():
+        yield from rounds(plan, folder, watch, progress, limits=limits, tell=tell)
+
+
 def last_round(
     plan: Plan, watch: Stopwatch, limits: Limits = ANY, progress: Progress = silent, tell: Tell = ignore
 ) -> Round:
-    """Return the last of the `rounds`, whose files are temporary."""
-    with private_folder("look") as folder, gmsh_session():
-        *_, done = rounds(plan, folder, watch, progress, limits=limits, tell=tell)
+    """Return the last of `rounds_apart`."""
+    *_, done = rounds_apart(plan, watch, limits, progress, tell)
     return done
 
 

@@ -1,9 +1,9 @@
 """Measurement of the trade of speed for accuracy: states from coarse to fine, the run's own choice, and a reference.
 
-The states go, on the ladders of `seatfem.study.ladders.table`, from the first values of a run to its converged ones,
-all keys a rung finer from state to state; beside them are the converged state with one key at its first value, or a
-rung finer, and all keys a rung finer, and two. Each outcome is appended to the journal at once as a line of JSON, so
-that a stopped trade can be continued.
+The states are the rounds of the loop, from its first values to its converged ones; beside them are, on the ladders of
+`seatfem.study.ladders.table`, the converged state with one key at its first value, or a rung finer, and all keys a rung
+finer, and two. Each outcome is appended to the journal at once as a line of JSON, so that a stopped trade can be
+continued.
 """
 
 from __future__ import annotations
@@ -35,10 +35,9 @@ from seatfem.study.impacts.validity import ONE_PORT
 from seatfem.study.ladders.table import LADDERS, described
 from seatfem.study.method import FIELDS, MODEL, MODES, PORTS, RunMethod, has_key, is_given, stated_method
 from seatfem.study.plan import Plan
-from seatfem.study.runs.converge import LEAST, begin_plan
-from seatfem.study.runs.forecast import converge
+from seatfem.study.runs.converge import LEAST, begin_method, begin_plan
 from seatfem.study.runs.next_round import Limits
-from seatfem.study.runs.rounds import solve
+from seatfem.study.runs.rounds import rounds_apart, solve
 from seatfem.study.scene import Scene, load_scene
 from seatfem.study.scene.measures import FIRST, HARDEST
 from seatfem.study.scene.tables import path_from
@@ -74,7 +73,9 @@ def run_points(
     pending = [point for point in points if point.name not in outcomes]
     hired = crew(WORKER, renew=1) if not cluster else cluster_crew(cluster, WORKER, runner.packed_job, renew=1)
     with hired as ask:
-        for number, answer in ask((_job(scene, point, time_limit) for point in pending), PATIENCE * time_limit):
+        about = {"path": str(scene.resolve()), "changed": dict(ALL_OPEN), "limit": time_limit}
+        jobs = (json.dumps({**about, "point": asdict(point)}) for point in pending)
+        for number, answer in ask(jobs, PATIENCE * time_limit):
             name = pending[number].name
             outcomes[name] = _outcome(answer, time_limit)
             if journal is not None:
@@ -84,7 +85,7 @@ def run_points(
 
 
 def _key(scene: Path, point: Point) -> str:
-    """Return the cache key of an outcome: text of the scene, settings of the point, and the code."""
+    """Return the cache key of an outcome: text of the scene, values of the point, and the code."""
     parts = [code_version(), scene.read_text(encoding="utf-8"), asdict(point)]
     return sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()[:20]
 
@@ -92,12 +93,6 @@ def _key(scene: Path, point: Point) -> str:
 def processor_of(outcome: Outcome) -> float:
     """Return the processor time of an outcome [s]; nan if it is not known."""
     return float(outcome.summary.get(PROCESSOR, math.nan) or 0.0)
-
-
-def _job(scene: Path, point: Point, limit: float) -> str:
-    fields = asdict(point)
-    changed = fields.pop("settings")
-    return json.dumps({"path": str(scene.resolve()), "changed": changed, "point": fields, "limit": limit})
 
 
 def _outcome(answer: str | Lost, limit: float) -> Outcome:
@@ -211,21 +206,20 @@ def measure_trade(
     filed, scene = load_scene(path), load_scene(path, ALL_OPEN)
     check_writable(journal)
     begun, limits = time.perf_counter(), Limits(seconds=LONGER * time_limit)
-    start, end = begin_plan(scene).method, converge(scene, limits=limits).plan.method
+    *earlier, end = methods_of_rounds(scene, limits)
     choosing = time.perf_counter() - begun
-    walk = [Point(f"state {n}", "all keys", each.values) for n, each in enumerate(states(scene, start, end)[:-1], 1)]
+    others = [method for n, method in enumerate(earlier) if method not in (*earlier[:n], end)]
+    walk = [Point(f"state {n}", "all keys", each.values) for n, each in enumerate(others, 1)]
     finer, ends = end, [Point(OWN_CHOICE, "all keys", end.values)]
     for rungs in ("one rung", "two rungs"):
         finer = finer_in_all(scene, finer)
         ends.append(Point(f"all keys {rungs} finer", "all keys", finer.values))
     ascending, known = [point.name for point in (*walk, *ends)], [point.values for point in (*walk, ends[0])]
-    others = [] if quick else [point for point in around(scene, start, end) if point.values not in known]
+    start = begin_method(scene)
+    varied = [] if quick else [point for point in around(scene, start, end) if point.values not in known]
     if any(is_given(filed, key) for key in ALL_OPEN):
-        as_filed = converge(filed, limits=limits).plan.method
-        ends.append(Point(AS_FILED, "all keys", as_filed.values, settings={}))
-    if not cluster and not journal.exists():  # once, so that compiled code is cached before times are measured
-        run_points(path, ends[:1], None, time_limit=LONGER * time_limit)
-    points = [*walk, *others]
+        ends.append(Point(AS_FILED, "all keys", methods_of_rounds(filed, limits)[-1].values))
+    points = [*walk, *varied]
     outcomes = run_points(path, points, journal, time_limit=time_limit, cluster=cluster, progress=progress)
     outcomes |= run_points(path, ends, journal, time_limit=LONGER * time_limit, cluster=cluster, progress=progress)
     judged = tuple(scene.accuracy.judged)
@@ -284,13 +278,16 @@ class Point:
         name: name, unique among the points of a trade.
         varied: the key that differs from the converged state, or "all keys".
         values: values of `FIELDS` [SI].
-        settings: keys that are replaced in the scene, or taken out of it (``None``).
     """
 
     name: str
     varied: str
     values: Mapping[str, Any] = field(default_factory=dict)
-    settings: Mapping[str, object] = field(default_factory=lambda: ALL_OPEN)
+
+
+def methods_of_rounds(scene: Scene, limits: Limits) -> list[RunMethod]:
+    """Return the method of each round of the loop, from the first values to the converged ones."""
+    return [done.plan.method for done in rounds_apart(begin_plan(scene), Stopwatch(), limits)]
 
 
 def finer_in_all(scene: Scene, method: RunMethod) -> RunMethod:
@@ -299,21 +296,6 @@ def finer_in_all(scene: Scene, method: RunMethod) -> RunMethod:
     for ladder in LADDERS:
         method = ladder.refine(scene, method, LEAST)
     return method
-
-
-def states(scene: Scene, start: RunMethod, end: RunMethod) -> list[RunMethod]:
-    """Return methods from a first one to an ``end``: of each, the keys are a rung finer, as far as those of the end."""
-
-    def is_between(first: Any, value: Any, last: Any) -> bool:
-        numbers = all(isinstance(each, int | float) for each in (first, value, last))
-        return numbers and (first < value < last or first > value > last)
-
-    ascending = [start]
-    while ascending[-1].values != end.values:
-        finer, before = finer_in_all(scene, ascending[-1]).values, ascending[-1].values
-        values = {k: finer[k] if is_between(before[k], finer[k], last) else last for k, last in end.values.items()}
-        ascending.append(end if values == before else end.with_values(scene.geometry, values))
-    return ascending
 
 
 def around(scene: Scene, start: RunMethod, end: RunMethod) -> Iterator[Point]:
@@ -339,14 +321,15 @@ def _varied(key: str, method: RunMethod) -> Point:
     return Point(f"{key} {described(key, method.value(key)) if key in FIELDS else 'finer'}", key, method.values)
 
 
-def carry_out(path: Path, point: Point, limit: float = math.inf) -> Outcome:
+def carry_out(path: Path, point: Point, limit: float = math.inf, changed: Mapping[str, object] = ALL_OPEN) -> Outcome:
     """Compute seat, contact and measures of a point without error bars, files or pictures; a failure is an `Outcome`.
 
-    It is computed twice where the ``limit`` of processor time allows [s], as the first time loads and compiles. The
-    summary has the measures [SI] by name, the status of the landing, unknowns, step and costs.
+    It is computed twice where the ``limit`` of processor time allows [s], as the first time loads compiled code.
+    ``changed``: keys that are replaced in the scene, or taken out of it (``None``). The summary has the measures [SI]
+    by name, the status of the landing, unknowns, step and costs.
     """
     try:
-        scene = load_scene(path, point.settings)
+        scene = load_scene(path, changed)
         contact.check_step(scene)
         plan = Plan(scene, stated_method(scene).with_values(scene.geometry, point.values), ())
         wall, processor, summary = _timed(plan)
@@ -382,8 +365,7 @@ def _processor_time() -> float:
 def reply(text: str) -> str:
     """Return the outcome of one job, within its processor time and in a folder without caches."""
     job: dict[str, Any] = json.loads(text)
-    point = Point(**job["point"], settings=job["changed"])
     processes.limit_process(seconds=math.ceil(job["limit"]))
     with private_folder("point") as folder:
         os.environ[VARIABLE] = str(folder)
-        return json.dumps(asdict(carry_out(Path(job["path"]), point, job["limit"])))
+        return json.dumps(asdict(carry_out(Path(job["path"]), Point(**job["point"]), job["limit"], job["changed"])))
