@@ -1,7 +1,5 @@
 """Scenes of many tests: their tables, and how a test reads, runs and refuses one; a gallery of runs made once."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Runs in the formats of other programs, read back."""
 
-from __future__ import annotations
-
 import csv
 import json
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The first screen of `seatfem run`: it fits, begins with the decision, and says what its numbers do not tell."""
 
-from __future__ import annotations
-
 import html
 import json
 import math

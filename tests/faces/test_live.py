@@ -1,7 +1,5 @@
 """A live page: who is let in, what its sliders answer, what it writes, and that nothing is left of it."""
 
-from __future__ import annotations
-
 import http.client
 import json
 import os

@@ -1,7 +1,5 @@
 """What people look at: numbers, texts of a few lines and never arrays, tables in HTML, data frames, figures."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from xml.etree import ElementTree

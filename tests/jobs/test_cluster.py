@@ -1,7 +1,5 @@
 """Work on other computers, by workers of dask that see no file of the client's."""
 
-from __future__ import annotations
-
 import json
 import socket
 import sys

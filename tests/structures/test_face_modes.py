@@ -1,7 +1,5 @@
 """Arcs of a lip on a body in space: their loads add up, symmetry, and the body of revolution with as many arcs."""
 
-from __future__ import annotations
-
 import math
 from functools import cache
 

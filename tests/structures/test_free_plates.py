@@ -1,7 +1,5 @@
 """Free plates: their frequencies against Kirchhoff's circular plate, their rigid motions, their mass."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

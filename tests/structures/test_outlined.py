@@ -1,7 +1,5 @@
 """Sheets of any outline: what is clamped of them, their frequencies, and outlines that are none."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
