@@ -21,9 +21,8 @@ import pytest
 
 from seatfem.life.table import load_strength
 from seatfem.study.identify.record import load_identification
-from seatfem.study.runs.forecast import look_at
 from seatfem.study.sweep.study import load_study
-from tests.steps import load_scene, run_command
+from tests.steps import load_scene, look_at, run_command
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]

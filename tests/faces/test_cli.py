@@ -20,9 +20,7 @@ from seatfem.machine import doctor
 from seatfem.machine import libraries as system
 from seatfem.machine.doctor import Check
 from seatfem.structures.shapes import GeometryError
-from seatfem.study.plan import Plan
-from seatfem.study.runs.converge import begin_plan
-from seatfem.study.scene import Scene
+from tests.steps import Plan, Scene, begin_plan
 
 Told = pytest.CaptureFixture[str]
 Patch = pytest.MonkeyPatch

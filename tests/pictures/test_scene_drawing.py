@@ -8,12 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seatfem.structures.kinds import kinds_of
 from seatfem.structures.outlines import BodyViews, covered_share, crossings, of_beam
-from seatfem.structures.rings import Division
 from seatfem.structures.shapes.loops import inside
 from seatfem.study.impacts.layout import cover_note, draw_scene, facts_of, layout_of
-from seatfem.study.scene import Scene, SceneError, load_scene
+from tests.steps import Division, Scene, SceneError, kinds_of, load_scene
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = sorted(path.stem for path in (ROOT / "examples").glob("*.toml") if not path.stem.endswith("_study"))

@@ -8,13 +8,10 @@ import pytest
 import skfem
 
 from impact.greens.base import Array
-from impact.greens.modal import ModalGreens
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.elements.supports import Dashpot
-from seatfem.structures.errors import ModelError
 from seatfem.structures.lands import FaceLip, Land, land_of
-from seatfem.structures.lip import Lip
 from seatfem.structures.materials import Material
 from seatfem.structures.method import Aims
 from seatfem.structures.model import SecondOrderModel
@@ -27,6 +24,7 @@ from seatfem.structures.reduction.modes import ConvergenceError, modes_near, sol
 from seatfem.structures.rings import Division, as_a_whole, divided_less
 from seatfem.units import parse_quantity
 from tests.ring_mesh import EDGE, HEIGHT, INNER, around, meridian
+from tests.steps import Lip, ModalGreens, ModelError
 from tests.structures.test_lips import KIDNEY, closed
 
 STEEL = Material(200e9, 0.3, 7850.0)

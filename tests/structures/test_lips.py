@@ -8,13 +8,9 @@ import numpy as np
 import pytest
 
 from impact.exact.half_space import disk_compliance
-from impact.greens.base import GreensFunctionError
-from impact.greens.modal import ModalGreens, Residual
-from seatfem.structures.errors import ModelError
 from seatfem.structures.inspection.cad import inspect_geometry
 from seatfem.structures.inspection.mesh_file import land_of_mesh
 from seatfem.structures.lands import FaceLip, Land, land_of
-from seatfem.structures.lip import Lip
 from seatfem.structures.patch import arc_compliance, in_arcs
 from seatfem.structures.rings import (
     MOST_PORTS,
@@ -26,6 +22,7 @@ from seatfem.structures.rings import (
     ring_shares,
 )
 from seatfem.structures.shapes import CadPart
+from tests.steps import GreensFunctionError, Lip, ModalGreens, ModelError, Residual
 
 LIP = Lip(5.5e-3, 1e-3, arcs=12)
 E, NU = 200e9, 0.3

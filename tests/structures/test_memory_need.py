@@ -25,8 +25,7 @@ from seatfem.structures.memory_need import (
 )
 from seatfem.structures.mesh.checks import MeshQuality
 from seatfem.structures.mesh.meshing import MeshProvenance, SeatMesh
-from seatfem.structures.method import Method
-from tests.steps import load_scene
+from tests.steps import Method, load_scene
 
 QUALITY = MeshQuality(**{field.name: 0 for field in dataclasses.fields(MeshQuality)})
 CUBE = Counts(dof=3e5, nnz=2.5e7, mass_nnz=8e6)

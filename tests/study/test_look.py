@@ -12,13 +12,9 @@ import pytest
 from seatfem.faces.plan_view import look_lines
 from seatfem.machine.code import cache_folder
 from seatfem.study.runs.converge import AIM
-from seatfem.study.runs.forecast import converge, look_at
 from seatfem.study.runs.kept import cached_plan, save_plan
-from seatfem.study.runs.next_round import Limits
-from seatfem.study.runs.pipeline import run_scene
-from seatfem.study.runs.rounds import rounds
 from tests.gallery import LIP, REED_ON_SPRING, load_text, mass
-from tests.steps import Plan, Scene, Stopwatch, begin_plan, silent
+from tests.steps import Limits, Plan, Scene, Stopwatch, begin_plan, converge, look_at, rounds, run_scene, silent
 from tests.study.small_scenes import rounds_of
 
 NO_TIME = 1e-3  # s: the first round alone

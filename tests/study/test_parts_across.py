@@ -9,20 +9,17 @@ import pytest
 
 import impact
 from impact import measures
-from impact.runs.variations import SAFETY
 from seatfem.structures.patch import on_its_patch
 from seatfem.structures.rings import OF_ONE, arc_rings_to_compare, divided_less, ring_borders
 from seatfem.study.impacts import contact
-from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.contact import RunError, check_length
 from seatfem.study.impacts.validity import ONE_PORT, simpler_models
 from seatfem.study.ladders.ladder import ComputedRun
 from seatfem.study.ladders.patch import of_rings_across
 from seatfem.study.method import PORTS, RINGS, stated_method
-from seatfem.study.runs.converge import refine_plan
 from tests.as_stated import seat_of, solved_striker, striker_of, values_of_problem
 from tests.gallery import FLAPPER, load_text
-from tests.steps import Division, Lip, Plan, Round, Scene, bed, begin_plan
+from tests.steps import SAFETY, Division, Lip, Plan, Round, Scene, bed, begin_plan, problem_of, refine_plan
 from tests.study.small_scenes import rounds_of
 
 SHEET = """

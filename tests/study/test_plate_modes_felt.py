@@ -9,7 +9,6 @@ import pytest
 import impact
 from impact import Body, ContactProblem, solve, spring
 from impact.after.measures import filtered_peak_force
-from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.ladders.ladder import ComputedRun
 from seatfem.study.ladders.modes import in_wider_band
 from seatfem.study.method import BAND, MODEL, PORTS, RINGS
@@ -17,7 +16,7 @@ from seatfem.study.runs.reed_stress import plate_stress
 from seatfem.study.runs.rounds import solve as solve_plan
 from tests.as_stated import seat_of, striker_of, values_of_problem
 from tests.gallery import load_text
-from tests.steps import Scene, Stopwatch, begin_plan, stated_method
+from tests.steps import Scene, Stopwatch, begin_plan, problem_of, stated_method
 
 
 @pytest.mark.slow

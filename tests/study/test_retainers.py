@@ -9,15 +9,11 @@ import pytest
 
 from impact.bodies.body import Body
 from seatfem.fields import KeyProblem
-from seatfem.structures.rings import Division
-from seatfem.study.impacts.bodies import problem_of, striker_of
-from seatfem.study.impacts.contact import record_of, run_contacts
+from seatfem.study.impacts.bodies import striker_of
+from seatfem.study.impacts.contact import record_of
 from seatfem.study.impacts.layout import layout_of
-from seatfem.study.impacts.touches import Touches
-from seatfem.study.scene import Scene, load_scene
-from seatfem.study.scene.files import check_files
-from seatfem.study.scene.problems import SceneError
 from seatfem.study.scene.retainers import Profile, Retainer
+from tests.steps import Division, Scene, SceneError, Touches, check_files, load_scene, problem_of, run_contacts
 from tests.study.small_scenes import ANNULAR, scene_of
 
 YOUNG, DENSITY, LENGTH, WIDTH, THICKNESS = 200e9, 7850.0, 25e-3, 10e-3, 0.3e-3

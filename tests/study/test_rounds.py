@@ -14,12 +14,10 @@ from impact.storage.hdf5 import load_greens, load_results
 from seatfem.structures import cache
 from seatfem.structures.mesh.gmsh_process import MeshingError
 from seatfem.structures.reduction.factorization import FactorizationError
-from seatfem.study.plan import Plan
 from seatfem.study.runs import next_round, pipeline, rounds
-from seatfem.study.runs.next_round import Limits
 from seatfem.study.runs.round import missed
 from tests.gallery import REED_ON_SPRING, load_text, mass
-from tests.steps import SAFETY, GreensFunctionError, Stopwatch, begin_plan, run_command, silent
+from tests.steps import SAFETY, GreensFunctionError, Limits, Plan, Stopwatch, begin_plan, run_command, silent
 from tests.study.small_scenes import rounds_of
 
 SCENE = REED_ON_SPRING + 'landing = "run"\n'

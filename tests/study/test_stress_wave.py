@@ -17,9 +17,8 @@ from seatfem.structures.fields.solids import Harmonic, RingField, elements_of, s
 from seatfem.study.runs.reed_stress import plate_stress
 from seatfem.study.runs.seat_stress import SeatStress, seat_stress
 from seatfem.study.runs.stress_wave import wave_of, wave_pictures
-from seatfem.study.scene.problems import SceneError
 from tests.gallery import FLAPPER, load_text, mass
-from tests.steps import Limits, Stopwatch, begin_plan, rounds, silent
+from tests.steps import Limits, SceneError, Stopwatch, begin_plan, rounds, silent
 from tests.study.small_scenes import PRESSED, PRESSURE
 
 STRENGTH = (

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from seatfem.study.scene import SceneError
 from seatfem.study.sweep import effects
 from seatfem.study.sweep.cases import cases_of, changes_of, shares_of
 from seatfem.study.sweep.charts import write_reports
@@ -16,7 +15,7 @@ from seatfem.study.sweep.table import StudyTable
 from seatfem.units import number_and_unit
 from tests.bounded import bounded
 from tests.gallery import refusal
-from tests.steps import DONE, run_command
+from tests.steps import DONE, SceneError, run_command
 from tests.study.test_studies import study_file
 
 

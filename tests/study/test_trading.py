@@ -13,14 +13,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatfem.faces.cli import BAD_INPUT, DONE, run_command
 from seatfem.jobs.crew import Ask
 from seatfem.study.runs.converge import begin_method
 from seatfem.study.sweep.effects import pareto_front
 from seatfem.study.sweep.runner import Outcome
 from seatfem.study.trade import trade
 from seatfem.study.trade.trade import ALL_OPEN, OWN_CHOICE, Point, Trade, carry_out, finer_in_all, run_points, states
-from tests.steps import load_scene
+from tests.steps import BAD_INPUT, DONE, load_scene, run_command
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 DRAWN = ("flapper_on_annular_seat", "flapper_on_arc", "flapper_on_stopper", "flapper_on_valve_plate", "mass_on_bar")

@@ -13,9 +13,8 @@ from seatfem.faces.cli import BAD_INPUT, run_command
 from seatfem.study.impacts.contact import RunError, check_step, run_contacts
 from seatfem.study.impacts.validity import dishing_notes, validity_advice
 from seatfem.study.scene.contradictions import doubts_of
-from tests.as_stated import striker_of
 from tests.gallery import load_text
-from tests.steps import GreensFunction, Scene, Solved, error_budget, load_scene, stated_method
+from tests.steps import GreensFunction, Scene, Solved, error_budget, load_scene, stated_method, striker_of
 
 SCENE = """
 seat = {{ kind = "spring", stiffness = "40 N/um" }}

@@ -12,17 +12,13 @@ import numpy as np
 import pytest
 
 from impact.after.histories import largest_average
-from impact.storage.hdf5 import load_results
 from seatfem.structures.elements.mindlin import average
 from seatfem.structures.lip import AnyLip, Patch
 from seatfem.structures.model import SecondOrderModel
-from seatfem.structures.rings import Division
 from seatfem.structures.sheets import Sheet, model_of, plate_modes
-from seatfem.study.runs.next_round import Limits
-from seatfem.study.runs.pipeline import run_scene
-from tests.as_stated import seat_of
 from tests.brute_force import first_mode, marched
 from tests.gallery import load_text
+from tests.steps import Division, Limits, load_results, run_scene, seat_of
 
 STIFFNESS, SPEED, WIDTH, DURATION = 2e7, 2.0, 5e-6, 30e-6
 STEPS = 8e-7, 4e-7, 2e-7

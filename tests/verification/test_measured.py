@@ -9,9 +9,6 @@ import pytest
 
 import impact
 from seatfem import verify
-from seatfem.faces.cli import run_command
-from seatfem.faces.terminal import DONE, FAILED
-from seatfem.study.scene import SceneError
 from seatfem.study.scene.tables import LIMIT
 from seatfem.verify import (
     Comparison,
@@ -28,6 +25,7 @@ from seatfem.verify import (
 )
 from tests.known_answers.round_bars import bar_frequency
 from tests.measured import bar_on_bar, striker_shot
+from tests.steps import DONE, FAILED, SceneError, run_command
 
 SETS = {record.name: record for record in measured_sets()}
 TEXT = """
