@@ -4,18 +4,7 @@ from functools import partial
 
 import numpy as np
 
-from impact import (
-    Body,
-    ContactProblem,
-    Hertz,
-    ModalGreens,
-    Residual,
-    SampledGreens,
-    Signorini,
-    measures,
-    rigid_mass,
-    solve,
-)
+import impact
 from impact.after.result import ImpactResult
 from impact.greens.modal import ModalGreens as _Modal
 from impact.greens.sampled import Tail
@@ -51,7 +40,7 @@ def noise(level: float) -> Finding:
     dirty[0] = abs(dirty[0])
     clean_impulse = _impulse(_blow(clean))
     result = _blow(dirty)
-    modes = _impulse(solve(_problem(RINGING), dt=SPACING, duration=4.0))
+    modes = _impulse(impact.solve(_problem(RINGING), dt=SPACING, duration=4.0))
     pairs = (
         (scenes.relative(_impulse(result), clean_impulse), 1e-12 + min(3 * level, 0.1)),
         (scenes.relative(clean_impulse, modes), 2e-4),
@@ -64,8 +53,8 @@ def cut_tail(share: float, *, tail: Tail = "forbid") -> Finding:
     the body active: the advice must say so wherever the impulse is off."""
     t = SPACING * np.arange(max(int(2000 * share), 2) + 1)
     g = RINGING.impulse_response(t)
-    result = solve(_problem(SampledGreens(g, SPACING, tail)), dt=SPACING, duration=4.0)
-    exact = measures.impulse(solve(_problem(RINGING), dt=SPACING, duration=4.0))
+    result = impact.solve(_problem(impact.SampledGreens(g, SPACING, tail)), dt=SPACING, duration=4.0)
+    exact = impact.measures.impulse(impact.solve(_problem(RINGING), dt=SPACING, duration=4.0))
     return Finding(scenes.relative(_impulse(result), exact), 2e-4, scenes.said(result), "impulse")
 
 
@@ -73,8 +62,8 @@ def coarse(ratio: float) -> Finding:
     """Steps finer and coarser than the samples agree with the modes that the samples were taken from."""
     t = SPACING * np.arange(4001)
     dt = SPACING * ratio
-    result = solve(_problem(SampledGreens(RINGING.impulse_response(t), SPACING)), dt=dt, duration=4.0)
-    exact = measures.impulse(solve(_problem(RINGING), dt=SPACING / 10, duration=4.0))
+    result = impact.solve(_problem(impact.SampledGreens(RINGING.impulse_response(t), SPACING)), dt=dt, duration=4.0)
+    exact = impact.measures.impulse(impact.solve(_problem(RINGING), dt=SPACING / 10, duration=4.0))
     return Finding(scenes.relative(_impulse(result), exact), 2e-4 + dt / 50, scenes.said(result), "impulse")
 
 
@@ -107,24 +96,28 @@ def _scaled_blow(*, length: float, mass: float, time: float) -> ImpactResult:
     """Run a mass on a damped modal rod under a rigid law, with changed units."""
     greens = scenes.modal_rod(8, zeta=0.01)
     compliance = time**2 / mass
-    residual = Residual(
+    residual = impact.Residual(
         greens.residual.shapes * np.sqrt(time / mass),
         greens.residual.rates / time,
         greens.residual.compliance * compliance,
     )
-    seat = ModalGreens(greens.omega / time, greens.zeta, greens.shapes / np.sqrt(mass), residual)
-    ball = rigid_mass(mass=mass, velocity=-length / time)
-    law = Hertz(50.0 * mass / time**2 / np.sqrt(length))
-    return solve(ContactProblem(ball, Body(seat), gap=0.25 * length, law=law), dt=time / 256, duration=3 * time)
+    seat = impact.ModalGreens(greens.omega / time, greens.zeta, greens.shapes / np.sqrt(mass), residual)
+    ball = impact.rigid_mass(mass=mass, velocity=-length / time)
+    law = impact.Hertz(50.0 * mass / time**2 / np.sqrt(length))
+    return impact.solve(
+        impact.ContactProblem(ball, impact.Body(seat), gap=0.25 * length, law=law), dt=time / 256, duration=3 * time
+    )
 
 
-def _problem(greens: SampledGreens | _Modal) -> ContactProblem:
-    return ContactProblem(rigid_mass(mass=1.0, velocity=-1.0), Body(greens), law=Signorini())
+def _problem(greens: impact.SampledGreens | _Modal) -> impact.ContactProblem:
+    return impact.ContactProblem(
+        impact.rigid_mass(mass=1.0, velocity=-1.0), impact.Body(greens), law=impact.Signorini()
+    )
 
 
 def _blow(g: np.ndarray[tuple[int], np.dtype[np.float64]]) -> ImpactResult:
-    return solve(_problem(SampledGreens(g, SPACING)), dt=SPACING, duration=4.0)
+    return impact.solve(_problem(impact.SampledGreens(g, SPACING)), dt=SPACING, duration=4.0)
 
 
 def _impulse(result: ImpactResult) -> float:
-    return measures.impulse(result)
+    return impact.measures.impulse(result)
