@@ -28,6 +28,7 @@ from tests.gallery import Gallery, read_summary, summary_of
 from tests.steps import Scene, load_results, load_scene, run_command, striker_of
 from tests.study.crew_at_hand import answer_here
 
+pytestmark = pytest.mark.slow
 ROOT = Path(__file__).parents[2]
 PAPER = sorted((ROOT / "examples" / "paper").glob("*.py"))
 SCRIPTS = sorted((ROOT / "examples").glob("*.py")) + [path for path in PAPER if "__main__" in path.read_text("utf-8")]
@@ -40,7 +41,6 @@ ARRIVAL, SPEED = 653.3246e-6, 2.133170  # s, m/s; of the freely released reed wi
 THICKNESS = 0.305e-3  # m; another one is faster in proportion, all else being equal
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", [path.stem for path in SCENES if path.stem not in CHEAP])
 def test_an_example_is_looked_at(
     name: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
@@ -66,7 +66,6 @@ def names(paths: list[Path]) -> list[str]:
     return [path.stem for path in paths]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("script", SCRIPTS, ids=names(SCRIPTS))
 def test_script(
     script: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
@@ -128,7 +127,6 @@ def impulse_by_runge_kutta(scene: Scene, rod: Rod | None, stiffness: float) -> f
     return float(solution.y[-1, -1])
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("path", REEDS, ids=names(REEDS))
 def test_scene(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The free reed arrives as known, energy balances, and impulses are those of an independent method."""
@@ -160,7 +158,6 @@ def test_scene(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
         assert summary["spring_peak_force_N"] < summary["peak_force_N"]
 
 
-@pytest.mark.slow
 def test_flapper_between_stops(tmp_path: Path) -> None:
     """The pulse throws the reed against the stopper once, which sends it back to the seat sooner."""
     scene = load_scene(ROOT / "examples" / "flapper_between_stops.toml")
@@ -188,7 +185,6 @@ def test_flapper_between_stops(tmp_path: Path) -> None:
     assert summary["energy_residual"] < 1e-9
 
 
-@pytest.mark.slow
 def test_life_of_a_flapper(gallery: Gallery) -> None:
     """The margin is that of the curves at the scene's own speed and tilt, falls with the speed, and is 1 at the allowed
     one, to the width of the last bracket."""
@@ -212,7 +208,6 @@ def test_life_of_a_flapper(gallery: Gallery) -> None:
     assert summary["life_strength_source"] == "invented for this example; not a material"
 
 
-@pytest.mark.slow
 def test_suction_flapper(gallery: Gallery) -> None:
     """Shut, opened, against the stopper, and shut again: it travels the lift, and carries the pressure in the end."""
     scene = load_scene(ROOT / "examples" / "suction_flapper.toml")
@@ -231,7 +226,6 @@ def test_suction_flapper(gallery: Gallery) -> None:
     assert summary["energy_residual"] < 1e-9
 
 
-@pytest.mark.slow
 def test_compressor_cycle(gallery: Gallery) -> None:
     """The reed opens once the clearance's gas has expanded to the plenum's pressure, V = 4 cm^3 5^(1/1.4) at 35.0 deg,
     stands at its stopper, closes after the bottom dead centre, and what it lets in leaves at the end of the turn."""
@@ -250,7 +244,6 @@ def test_compressor_cycle(gallery: Gallery) -> None:
     assert summary["energy_residual"] < 1e-9
 
 
-@pytest.mark.slow
 def test_mass_on_a_meshed_seat(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A seat from a mesh file and its half section drawn here have the same stiffness, impulse and duration."""
     monkeypatch.setattr(rounds, "build", partial(build, mesh_error=False))
@@ -271,7 +264,6 @@ def test_mass_on_a_meshed_seat(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     assert meshed["energy_residual"] < 1e-9  # type: ignore[operator]
 
 
-@pytest.mark.slow
 def test_mass_on_bar(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The bar in three dimensions has the impulse and duration of Saint-Venant's rod; a spring misses both.
 
@@ -295,7 +287,6 @@ def test_mass_on_bar(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert summary["energy_residual"] < 1e-9
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "momentum", "least"),
     [("ring_plate", 7850 * 1e-3 * np.pi * 75e-6 * 2.0, 0.0), ("ball_on_seat", 7850 * np.pi / 6 * 10e-3**3 * 0.5, 0.97)],
@@ -310,7 +301,6 @@ def test_a_free_body_lands_once(name: str, momentum: float, least: float, galler
     assert summary["energy_residual"] < 1e-9
 
 
-@pytest.mark.slow
 def test_tilted_landing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """It touches with one flank first, and not all of the lip at once; one port and a beam would press far harder."""
     monkeypatch.setattr(rounds, "build", partial(build, mesh_error=False))
@@ -333,7 +323,6 @@ def test_tilted_landing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None
     assert summary["energy_residual"] < 1e-9
 
 
-@pytest.mark.slow
 def test_landing_around_a_kidney(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Places are lengths along the lip; the lower end, at -y, touches first, and so does one side of the stopper."""
     monkeypatch.setattr(rounds, "build", partial(build, mesh_error=False))
@@ -355,7 +344,6 @@ def test_landing_around_a_kidney(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     assert summary["energy_residual"] < 1e-9
 
 
-@pytest.mark.slow
 def test_landing_around_a_slot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The end towards the reed's tip touches first; the scene is its mirror image, and so is the contact."""
     monkeypatch.setattr(rounds, "build", partial(build, mesh_error=False))
@@ -377,7 +365,6 @@ def test_landing_around_a_slot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     assert summary["energy_residual"] < 1e-9
 
 
-@pytest.mark.slow
 def test_ring_valve(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """It closes as a mass under its springs and a pressure that turns round, m x'' = -(P + k x) - A p(t); the impulse
     is momentum given and returned. Lifts from which the run is too short are left out."""
@@ -405,7 +392,6 @@ def test_ring_valve(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert table.numbers("impulse_Ns")[6] < table.numbers("impulse_Ns")[5]  # the truth rises
 
 
-@pytest.mark.slow
 def test_the_study(tmp_path: Path) -> None:
     """Every scene of it ends within its target, and all its reports are drawn."""
     study = ROOT / "examples" / "tolerance_study.toml"
@@ -417,7 +403,6 @@ def test_the_study(tmp_path: Path) -> None:
     assert drawn == {"main_effects", "percentiles", "scatter", "pareto"}
 
 
-@pytest.mark.slow
 def test_the_map_of_limits(tmp_path: Path) -> None:
     """Bodies are linear and there is no gap: force and stress are in proportion to the bend, of each thickness with one
     factor, by which every verdict is known; a reed of 0.2 mm arrives after the run, one of 0.25 mm just before."""
@@ -435,7 +420,6 @@ def test_the_map_of_limits(tmp_path: Path) -> None:
         assert (verdicts[rows] == np.where(bend[rows] < within, "holds", "does not hold")).all()
 
 
-@pytest.mark.slow
 def test_the_fastest_flapper(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Bodies are linear and there is no gap: speed and stress are in proportion to the bend, and the limit on stress is
     met to the search's last trust region."""

@@ -9,6 +9,7 @@ import impact
 from impact import Body, Contact, ContactProblem, ImpactResult, ModalGreens, ModalState, Residual
 from impact.march.laws import Law
 
+pytestmark = pytest.mark.slow
 FASTEST = 60.0  # highest angular frequency of the random modes; steps below are in units of 1/FASTEST
 SEEDS = st.integers(0, 2**32 - 1)
 STEPS = st.floats(-3.0, 1.0).map(lambda exponent: 10.0**exponent)
@@ -65,7 +66,6 @@ def collide(posed: ContactProblem, step: float, steps: int, rule: str = "passive
     return impact.solve(posed, dt=step / FASTEST, duration=steps * step / FASTEST, rule=rule)
 
 
-@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(seed=SEEDS, step=STEPS)
 def test_energy_never_grows_whatever_the_contacts(seed: int, step: float) -> None:
@@ -80,7 +80,6 @@ def test_energy_never_grows_whatever_the_contacts(seed: int, step: float) -> Non
     assert energy.residual < 1e-10
 
 
-@pytest.mark.slow
 @settings(max_examples=40, deadline=None)
 @given(seed=SEEDS, step=STEPS)
 def test_conserving_contacts_lose_nothing(seed: int, step: float) -> None:
@@ -92,7 +91,6 @@ def test_conserving_contacts_lose_nothing(seed: int, step: float) -> None:
     assert np.all(np.diff(result.energy.stored) <= 1e-9 * largest)
 
 
-@pytest.mark.slow
 @settings(max_examples=40, deadline=None)
 @given(
     seed=SEEDS,

@@ -17,6 +17,7 @@ from impact.runs import solver
 from impact.storage.hdf5 import load_results, save_results
 from tests.impact.test_ladder import deflected, seat
 
+pytestmark = pytest.mark.slow
 STEP, PARTS = 50e-9, 24
 MOST = 3.1
 """Most memory of a run, over that of its forces: forces, gaps, and 0.6 of blocks, energies and flags; another copy of
@@ -48,7 +49,6 @@ def traced() -> Iterator[Callable[[], int]]:
     tracemalloc.stop()
 
 
-@pytest.mark.slow
 def test_a_run_of_many_contacts_keeps_forces_and_gaps_once(long_runs: None, traced: Callable[[], int]) -> None:
     problem = ContactProblem(deflected(PARTS), contacts=on_a_seat(PARTS, seat(PARTS)))
     impact.solve(problem, dt=STEP, duration=1e-4)
@@ -60,7 +60,6 @@ def test_a_run_of_many_contacts_keeps_forces_and_gaps_once(long_runs: None, trac
     assert traced() - before < MOST * history
 
 
-@pytest.mark.slow
 def test_memory_does_not_grow_with_the_number_of_varied_runs(long_runs: None, traced: Callable[[], int]) -> None:
     problem = ContactProblem(deflected(8), contacts=on_a_seat(8, seat(8)))
     result = impact.solve(problem, dt=STEP, duration=0.01)
@@ -74,7 +73,6 @@ def test_memory_does_not_grow_with_the_number_of_varied_runs(long_runs: None, tr
     assert most[2] - most[1] < 0.1 * 8 * result.rows.force.size
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("equal_steps", [True, False])
 def test_displacements_on_demand_are_those_that_are_kept(
     equal_steps: bool, long_runs: None, monkeypatch: pytest.MonkeyPatch
@@ -100,7 +98,6 @@ def test_displacements_on_demand_are_those_that_are_kept(
         np.testing.assert_allclose(getattr(replayed, name), getattr(kept, name), rtol=0, atol=size)
 
 
-@pytest.mark.slow
 def test_a_file_without_displacements_says_so(long_runs: None, tmp_path: Path) -> None:
     problem = ContactProblem(deflected(2), contacts=on_a_seat(2, seat(2)))
     result = impact.solve(problem, dt=STEP, duration=1e-3)
