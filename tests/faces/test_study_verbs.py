@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.gallery import Patch, Told
 from tests.steps import BAD_INPUT, DONE, FAILED, run_command
 from tests.study.crew_at_hand import amount, answer_by, answer_here
 
@@ -13,11 +14,10 @@ SCENE = """seat = { kind = "spring", stiffness = "1 N/um" }
 reed = { kind = "rigid_mass", mass = "1 g", velocity = "-1 m/s" }
 run = { duration = "0.2 ms" }
 """
-Told = pytest.CaptureFixture[str]
 
 
 @pytest.fixture
-def study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def study(tmp_path: Path, monkeypatch: Patch) -> Path:
     """Write a study of three scenes, whose runs are answered at once; the one of 3 g fails."""
 
     def answer(changed: dict[str, object]) -> dict[str, object]:
@@ -127,9 +127,7 @@ SOUGHT = '[vary]\nreed.mass = { from = "1 g", to = "2.9 g" }\n[optimise]\n'
 
 
 @pytest.mark.slow
-def test_an_optimum_is_found_and_told(
-    study: Path, tmp_path: Path, capsys: Told, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_optimum_is_found_and_told(study: Path, tmp_path: Path, capsys: Told, monkeypatch: Patch) -> None:
     def answer(changed: dict[str, object]) -> dict[str, object]:
         if 2.2 < (mass := amount(changed["reed.mass"])) < 2.6:
             raise RuntimeError("[uff] failed\x1b[2J")

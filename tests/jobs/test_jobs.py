@@ -18,6 +18,7 @@ from seatfem.jobs import folders
 from seatfem.jobs.crew import Lost, crew
 from seatfem.jobs.folders import LOCK, private_folder, sweep
 from seatfem.jobs.processes import Terminated, ended_by_signals, exit_code
+from tests.gallery import write_scene
 
 ROOT = Path(__file__).parents[2]
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
@@ -55,12 +56,6 @@ def program(folder: Path, *command: str) -> Iterator[subprocess.Popen[str]]:
 
 def seatfem(folder: Path, *arguments: str):
     return program(folder, "-m", "seatfem", *arguments)
-
-
-def scene(folder: Path, text: str = LONG) -> str:
-    path = folder / "scene.toml"
-    path.write_text(text, encoding="utf-8")
-    return str(path)
 
 
 def workers(process: subprocess.Popen[str], which: str, busy: float = 0.0) -> list[psutil.Process]:
@@ -120,7 +115,7 @@ def next_start(folder: Path) -> None:
     ids=["mesher", "mesher of a trade"],
 )
 def test_nothing_survives_kill_9(arguments: tuple[str, ...], which: str, tmp_path: Path) -> None:
-    with seatfem(tmp_path, *arguments, scene(tmp_path)) as process:
+    with seatfem(tmp_path, *arguments, str(write_scene(tmp_path, LONG))) as process:
         family = workers(process, which, busy=0.5)
         process.kill()
         process.wait()
@@ -132,7 +127,7 @@ def test_nothing_survives_kill_9(arguments: tuple[str, ...], which: str, tmp_pat
 
 @pytest.mark.slow
 def test_asked_to_end_the_program_tidies_up(tmp_path: Path) -> None:
-    with seatfem(tmp_path, "run", scene(tmp_path), "-o", "out") as process:
+    with seatfem(tmp_path, "run", str(write_scene(tmp_path, LONG)), "-o", "out") as process:
         family = workers(process, "_gmsh_worker", busy=0.5)
         process.terminate()
         assert process.wait(ASKED) == 143

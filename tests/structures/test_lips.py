@@ -340,11 +340,7 @@ def test_a_face_that_is_no_strip_is_refused() -> None:
 
 # Lips that are no rings about their middles
 
-BEND, HALF, BORE = (
-    6e-3,
-    1.3,
-    1.2e-3,
-)  # of a kidney-shaped port: radius and half angle of its middle line, half its width
+BEND, HALF, BORE = 6e-3, 1.3, 1.2e-3  # of a kidney port: radius and half angle of its middle line, half its width
 
 
 def kidney(radius: float, bend: float = BEND, half: float = HALF, corners: int = 400) -> np.ndarray:

@@ -18,9 +18,7 @@ from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import (
     CadPart,
     ConeFace,
-    CylinderFace,
     GeometryError,
-    Group,
     NamedFace,
     PlaneFace,
     PointFace,
@@ -138,10 +136,6 @@ def test_regions_that_are_not_there_list_what_is():
     assert str(ORANGE) in str(caught.value)
     with pytest.raises(GeometryError, match=r"'b'.*another"):
         make_mesh(CadPart(INSERT, regions=(Region("a", order=1), Region("b", colour=GREY))), COARSE)
-    with pytest.raises(GeometryError, match="order, colour and solid"):
-        Region("a", order=1, solid="x")
-    with pytest.raises(GeometryError, match="each name must stand once"):
-        CadPart(INSERT, groups=(Group("fixed", CylinderFace(1e-3)),))
 
 
 BODY = MESHES / "valve_body.step"

@@ -18,9 +18,9 @@ from seatfem.pictures import moving, plots
 from seatfem.structures.cache import VARIABLE
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.study.runs import pictures
-from seatfem.study.runs.pipeline import RunOutcome, compute_greens, run_scene
+from seatfem.study.runs.pipeline import RunOutcome, run_scene
 from seatfem.study.runs.stress_spots import load_histories
-from tests.gallery import load_text, read_summary
+from tests.gallery import read_summary
 from tests.steps import SOURCES, load_greens, load_results, load_scene
 from tests.study.small_scenes import write_oscillator
 
@@ -239,15 +239,6 @@ def test_a_run_without_contact_has_no_times(tmp_path: Path) -> None:
     summary = run(SPRING.replace('"0.9 ms"', '"0.1 ms"'), tmp_path / "out").summary
     assert summary["first_contact_s"] is summary["contact_duration_s"] is summary["spring_first_contact_s"] is None
     assert summary["contact_count"] == summary["impulse_Ns"] == summary["peak_force_N"] == 0
-
-
-@pytest.mark.slow
-def test_a_greens_function_alone(tmp_path: Path) -> None:
-    scene = load_text(tmp_path, BAR)
-    first = compute_greens(scene, tmp_path / "g.h5")
-    assert first.summary["seat_reused"] is False
-    assert compute_greens(scene, tmp_path / "g.h5").summary["seat_reused"] is True
-    assert load_greens(tmp_path / "g.h5").error_estimate.total == first.summary["greens_error"]
 
 
 def assert_whole(folder: Path) -> None:

@@ -13,6 +13,7 @@ from seatfem.study.impacts.bodies import striker_of
 from seatfem.study.impacts.contact import record_of
 from seatfem.study.impacts.layout import layout_of
 from seatfem.study.scene.retainers import Profile, Retainer
+from tests.gallery import load_text
 from tests.steps import Division, Scene, SceneError, Touches, check_files, load_scene, problem_of, run_contacts
 from tests.study.small_scenes import ANNULAR, scene_of
 
@@ -33,9 +34,7 @@ run = {{ duration = "0.1 ms" }}
 
 
 def beam_scene(folder: Path, **keys: object) -> Scene:
-    path = folder / "scene.toml"
-    path.write_text(BEAM)
-    return load_scene(path, keys)
+    return load_text(folder, BEAM, changed=keys)
 
 
 def run(scene: Scene, dt: float) -> Touches:
@@ -254,9 +253,7 @@ def test_a_curved_face_of_a_part_has_its_own_heights(tmp_path: Path) -> None:
 def test_strain_at_a_gauge_is_known_in_any_number_of_segments(tmp_path: Path) -> None:
     """A run is compared with one of twice as many segments; where the reed lies on it its strain is t/(2 R)."""
     keys = {"reed.point_force": "6 N", "contact.preload": True, "accuracy.measures": ["gauge_strain"]}
-    path = tmp_path / "scene.toml"
-    path.write_text(BEAM + '[[gauge]]\nname = "root"\nof = "reed"\nat = "10 mm"\n')
-    scene = load_scene(path, keys)
+    scene = load_text(tmp_path, BEAM, '[[gauge]]\nname = "root"\nof = "reed"\nat = "10 mm"\n', changed=keys)
     finer = scene.model_copy(update={"stopper": scene.stopper.divided(Division(64))})
     striker, seat = striker_of(finer), finer.seat.closed_form()
     record = record_of(scene, problem_of(finer, striker, Body(seat)), 1e-6, duration=2e-5)

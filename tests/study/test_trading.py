@@ -19,6 +19,7 @@ from seatfem.study.sweep.effects import pareto_front
 from seatfem.study.sweep.runner import Outcome
 from seatfem.study.trade import trade
 from seatfem.study.trade.trade import ALL_OPEN, OWN_CHOICE, Point, Trade, carry_out, finer_in_all, run_points, states
+from tests.gallery import write_scene
 from tests.steps import BAD_INPUT, DONE, load_scene, run_command
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -36,9 +37,7 @@ accuracy = { target = "2 %", measures = ["impulse", "filtered_peak", "contact_du
 
 @pytest.fixture
 def small(tmp_path: Path) -> Path:
-    path = tmp_path / "small.toml"
-    path.write_text(SMALL, encoding="utf-8")
-    return path
+    return write_scene(tmp_path, SMALL, name="small.toml")
 
 
 def test_front_against_its_definition():
