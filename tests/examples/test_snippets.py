@@ -96,11 +96,6 @@ def commands(text: str) -> Iterator[list[str]]:
             yield words
 
 
-def dear(scene: Path) -> bool:
-    """Return whether a scene takes too long to be run here."""
-    return look_at(load_scene(scene), DEAR).left.seconds > DEAR
-
-
 def carry_out(words: list[str]) -> None:
     program, *rest = words
     name = Path(program).name
@@ -109,7 +104,7 @@ def carry_out(words: list[str]) -> None:
             rest = [rest[0], "--help"]
         elif rest[0] == "run":
             rest.append("--no-pictures")
-            if rest[1].startswith("examples/") or dear(Path(rest[1])):
+            if rest[1].startswith("examples/") or look_at(load_scene(Path(rest[1])), DEAR).left.seconds > DEAR:
                 return
         assert run_command(rest) == 0, words
     elif name == "make":

@@ -16,14 +16,11 @@ from impact.greens.base import Array
 from seatfem.pictures.frames import mode_frames
 from seatfem.pictures.moving import load_moving, save_moving
 from seatfem.pictures.skins import skin_of
-from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.formats.matrices import read_matrices
 from seatfem.structures.formats.uff import UffError, read_modes_uff, write_receptance_uff
 from seatfem.structures.formats.uff_responses import read_frf_uff
-from seatfem.structures.materials import Material
-from seatfem.structures.reduction.greens import greens_function
-from seatfem.structures.reduction.modes import solve_modes
 from tests.gallery import Told
+from tests.solids import Material, assemble, greens_function, solve_modes
 from tests.steps import BAD_INPUT, DONE, FAILED, Residual, load_greens, load_results, run_command
 
 SCENE = (

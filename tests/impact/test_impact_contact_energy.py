@@ -22,7 +22,8 @@ def body(rng: np.random.Generator, ports: int, moving: bool) -> Body:
     zeta = rng.choice([0.0, 0.01, 0.1, 1.0, 2.0], n)
     root = rng.normal(size=(ports, ports)) * 0.2
     compliance, start = root @ root.T + 1e-3 * np.eye(ports), np.diag(rng.uniform(0.05, 2.0, ports))
-    kinds = [Residual.exponential(compliance, start), Residual.spring(compliance), dashpots(rng, ports)]
+    dashpots = Residual(np.diag(rng.uniform(0.1, 2.0, ports)), np.zeros(ports), np.zeros((ports, ports)))
+    kinds = [Residual.exponential(compliance, start), Residual.spring(compliance), dashpots]
     residual = kinds[int(rng.choice(3, p=[0.5, 0.3, 0.2]))]
     names = tuple(f"p{i}" for i in range(ports))
     shapes = rng.normal(size=(n, ports))
@@ -30,10 +31,6 @@ def body(rng: np.random.Generator, ports: int, moving: bool) -> Body:
         shapes[:, 1] = shapes[:, 0] * (1 + 1e-7)
     state = ModalState(rng.normal(size=n) / (1 + omega), rng.normal(size=n)) if moving else None
     return Body(ModalGreens(omega, zeta, shapes, residual, port_names=names), state=state)
-
-
-def dashpots(rng: np.random.Generator, ports: int) -> Residual:
-    return Residual(np.diag(rng.uniform(0.1, 2.0, ports)), np.zeros(ports), np.zeros((ports, ports)))
 
 
 def law(rng: np.random.Generator, with_potential: bool = False) -> Law:

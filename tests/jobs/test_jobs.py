@@ -101,13 +101,6 @@ def error_bars_of(folder: Path) -> list[str]:
     return sorted(path.name for path in (folder / "tmp").iterdir() if path.name.startswith("seatfem"))
 
 
-def next_start(folder: Path) -> None:
-    """Run the program once more."""
-    (folder / "next.toml").write_text(SHORT, encoding="utf-8")
-    with seatfem(folder, "plan", "next.toml", "--quiet") as process:
-        assert process.wait(60) == 0, process.stderr.read()
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "which"),
@@ -121,7 +114,9 @@ def test_nothing_survives_kill_9(arguments: tuple[str, ...], which: str, tmp_pat
         process.wait()
         assert alive(family) == []
         assert error_bars_of(tmp_path) != []  # a killed program cannot tidy up
-    next_start(tmp_path)
+    (tmp_path / "next.toml").write_text(SHORT, encoding="utf-8")
+    with seatfem(tmp_path, "plan", "next.toml", "--quiet") as process:
+        assert process.wait(60) == 0, process.stderr.read()
     assert error_bars_of(tmp_path) == []
 
 

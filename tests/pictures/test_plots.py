@@ -21,11 +21,10 @@ from impact.quantities import text
 from seatfem.pictures import plots as seat_plots
 from seatfem.pictures import rendering
 from seatfem.pictures.moving import swing_frame
-from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.model import Material, ModelError
-from seatfem.structures.reduction.modes import solve_modes
 from seatfem.study.runs.pictures import _seat_pictures
 from tests.moving_block import block_modes
+from tests.solids import assemble, solve_modes
 from tests.steps import ModalGreens, Residual, Solved, load_scene
 
 pytest.importorskip("matplotlib")

@@ -62,10 +62,6 @@ def test_every_example_is_drawn_with_its_sizes(name: str, tmp_path: Path) -> Non
         assert np.concatenate(layout.seat.section)[:, 1].max() == pytest.approx(0.0, abs=1e-6)
 
 
-def sizes_of(views: BodyViews) -> dict[str, float]:
-    return {size.text: size.value for size in views.sizes}
-
-
 def test_the_suction_valve_in_numbers() -> None:
     layout = layout_of(example("suction_valve"))
     assert facts_of(layout) == (
@@ -75,7 +71,7 @@ def test_the_suction_valve_in_numbers() -> None:
     )
     assert cover_note(layout) == ""
     assert "covers 50 %" in cover_note(layout_of(example("suction_valve", contact__at="34 mm")))
-    sizes = sizes_of(layout.seat)
+    sizes = {size.text: size.value for size in layout.seat.sizes}
     assert sizes["port Ø 9 mm"] == pytest.approx(9e-3)
     assert sizes["lip 1 mm wide"] == pytest.approx(1e-3)
     assert sizes["lip 0.5 mm high"] == pytest.approx(0.5e-3)

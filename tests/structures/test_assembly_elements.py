@@ -6,10 +6,8 @@ import skfem
 from scipy import sparse
 from scipy.linalg import eigh
 
-from seatfem.structures.elements.assembly import assemble
-from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
-from seatfem.structures.materials import Material, Orthotropic
 from seatfem.structures.model import Array, ModelError, SecondOrderModel
+from tests.solids import Material, Orthotropic, assemble, assemble_axisymmetric
 
 STEEL = Material(200e9, 0.3, 7850.0, "steel")
 WOOD = Orthotropic(

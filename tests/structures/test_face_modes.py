@@ -8,22 +8,16 @@ import pytest
 import skfem
 
 from impact.greens.base import Array
-from seatfem.structures.elements.assembly import assemble
-from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.elements.supports import Dashpot
 from seatfem.structures.lands import FaceLip, Land, land_of
-from seatfem.structures.materials import Material
-from seatfem.structures.method import Aims
-from seatfem.structures.model import SecondOrderModel
 from seatfem.structures.reduction import lip_modes
-from seatfem.structures.reduction.factorization import factorize
-from seatfem.structures.reduction.greens import greens_function
 from seatfem.structures.reduction.harmonics import RingPatch, ring_greens
 from seatfem.structures.reduction.lip_modes import face_greens, lip_greens
 from seatfem.structures.reduction.modes import ConvergenceError, modes_near, solve_modes
 from seatfem.structures.rings import Division, as_a_whole, divided_less
 from seatfem.units import parse_quantity
 from tests.ring_mesh import EDGE, HEIGHT, INNER, around, meridian
+from tests.solids import Aims, Material, SecondOrderModel, assemble, assemble_axisymmetric, factorize, greens_function
 from tests.steps import Lip, ModalGreens, ModelError
 from tests.structures.test_lips import KIDNEY, closed
 

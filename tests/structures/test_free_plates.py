@@ -8,16 +8,12 @@ import pytest
 from scipy.optimize import brentq
 from scipy.special import iv, ivp, jv, jvp
 
-from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
-from seatfem.structures.materials import Material
 from seatfem.structures.mesh.plane_meshes import make_meridian, mesh_sheet
-from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.method import BEYOND, Aims
-from seatfem.structures.model import SecondOrderModel
 from seatfem.structures.reduction.modal import with_modes
-from seatfem.structures.reduction.modes import solve_modes
 from seatfem.structures.shapes import AnnularSeat, Disc, Flat, RingPlate
 from seatfem.structures.sheets import Sheet, SolvedSheet, model_of, solved_sheet
+from tests.solids import Material, MeshSpec, SecondOrderModel, assemble_axisymmetric, solve_modes
 from tests.steps import Lip, ModalGreens, ModelError
 
 STEEL = Material(206e9, 0.33, 7800.0)

@@ -8,14 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatfem.structures.errors import MeshError
-from seatfem.structures.formats.mesh_files import read_mesh
 from seatfem.structures.mesh import gmsh_process
 from seatfem.structures.mesh.gmsh_process import gmsh_session
 from seatfem.structures.mesh.meshing import SeatMesh, make_mesh
 from seatfem.structures.mesh.plane_meshes import MeridianMesh, make_meridian
-from seatfem.structures.mesh.spec import MeshSpec
-from seatfem.structures.shapes import AnnularSeat, CadPart, Stopper
+from tests.solids import AnnularSeat, CadPart, MeshError, MeshSpec, Stopper, read_mesh
 
 pytestmark = [pytest.mark.own_gmsh, pytest.mark.slow]
 

@@ -11,13 +11,12 @@ from scipy import sparse
 
 from impact.bodies.time_series import TimeSeriesError, read_time_series
 from impact.measured.frf import FrequencyResponseError, read_frf, read_impulse_response
-from seatfem.structures.errors import MeshError
 from seatfem.structures.formats.decks import Deck, with_included
 from seatfem.structures.formats.matrices import read_matrices
-from seatfem.structures.formats.mesh_files import read_mesh
 from seatfem.structures.formats.uff import UffError, read_modes_uff
 from seatfem.structures.formats.uff_responses import read_frf_uff
 from tests.bounded import assert_refused, bounded
+from tests.solids import MeshError, read_mesh
 from tests.steps import GreensFunctionError, ModelError
 from tests.universal_files import function
 

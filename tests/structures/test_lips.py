@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from impact.exact.half_space import disk_compliance
-from seatfem.structures.inspection.cad import inspect_geometry
 from seatfem.structures.inspection.mesh_file import land_of_mesh
 from seatfem.structures.lands import FaceLip, Land, land_of
 from seatfem.structures.patch import arc_compliance, in_arcs
@@ -21,7 +20,7 @@ from seatfem.structures.rings import (
     parts_joined,
     ring_shares,
 )
-from seatfem.structures.shapes import CadPart
+from tests.solids import CadPart, inspect_geometry
 from tests.steps import GreensFunctionError, Lip, ModalGreens, ModelError, Residual
 
 LIP = Lip(5.5e-3, 1e-3, arcs=12)

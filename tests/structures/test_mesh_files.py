@@ -8,10 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatfem.structures.errors import MeshError
-from seatfem.structures.formats.mesh_files import read_mesh
 from seatfem.structures.mesh.checks import check_mesh, scaled_jacobian, straight_determinants
 from seatfem.structures.mesh.io import CELL_KINDS, MeshArrays, to_skfem
+from tests.solids import MeshError, read_mesh
 
 NONE = ()
 

@@ -7,10 +7,8 @@ import numpy as np
 import pytest
 
 from seatfem.structures import shapes
-from seatfem.structures.mesh.gmsh_process import MeshingError
 from seatfem.structures.mesh.meshing import content_hash, make_mesh
-from seatfem.structures.mesh.plane_meshes import make_meridian
-from seatfem.structures.mesh.spec import MeshSpec
+from tests.solids import MeshingError, MeshSpec, make_meridian
 
 DEMO_SPEC = MeshSpec(size=1.6e-3, contact_size=0.6e-3)  # that of meshes/make_meshes.py
 COARSE = MeshSpec(size=3e-3)

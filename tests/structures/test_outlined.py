@@ -8,11 +8,10 @@ import pytest
 from scipy.optimize import brentq
 from scipy.special import iv, ivp, jv, jvp, kv, kvp, yv, yvp
 
-from seatfem.structures.materials import Material
 from seatfem.structures.mesh.plane_meshes import mesh_sheet
 from seatfem.structures.shapes import GeometryError, HeldDisc, Outlined, decode, encode
 from seatfem.structures.shapes.loops import whole
-from seatfem.structures.sheets import Sheet, plate_modes
+from tests.solids import Material, Sheet, plate_modes
 
 STEEL = Material(206e9, 0.3, 7800.0)
 SQUARE = ((0.0, -5e-3), (10e-3, -5e-3), (10e-3, 5e-3), (0.0, 5e-3))

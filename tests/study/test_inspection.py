@@ -10,16 +10,12 @@ import pytest
 
 from seatfem.jobs.crew import FILES
 from seatfem.structures.finite_elements import draw, matrices
-from seatfem.structures.formats.mesh_files import read_mesh
 from seatfem.structures.formats.writing import write_mesh
-from seatfem.structures.inspection.cad import inspect_geometry
 from seatfem.structures.kinds import Plate
-from seatfem.structures.mesh.meshing import make_mesh
-from seatfem.structures.mesh.spec import MeshSpec
-from seatfem.structures.reduction.modes import solve_modes
 from seatfem.structures.shapes import Bar, CadPart, CylinderFace, GeometryError, NumberedFace, Region
 from seatfem.study.scene.files import by_content, packed
 from tests.gallery import load_text, write_scene
+from tests.solids import MeshSpec, inspect_geometry, make_mesh, read_mesh, solve_modes
 from tests.steps import BAD_INPUT, DONE, Method, Scene, SceneError, check_files, key_of, load_scene, run_command
 
 ROOT = Path(__file__).parents[2]

@@ -10,17 +10,11 @@ import pytest
 import impact
 from impact import measures
 from impact.after.result import join_contacts
-from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
-from seatfem.structures.materials import Material
-from seatfem.structures.mesh.meshing import make_mesh
-from seatfem.structures.mesh.plane_meshes import make_meridian
-from seatfem.structures.mesh.spec import MeshSpec
-from seatfem.structures.model import SecondOrderModel
-from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.rings import face_compliance, left_by, ring_borders, ring_names, ring_shares
 from seatfem.structures.shapes import AnnularSeat, Block, ConicalSeat, Stopper
 from tests.gallery import load_text
+from tests.solids import Material, MeshSpec, SecondOrderModel, assemble, factorize, make_meridian, make_mesh
 from tests.steps import ModalGreens, Residual, Scene, run_contacts, run_scene, striker_of
 
 STEEL = Material(2e11, 0.3, 7850.0)

@@ -44,11 +44,6 @@ def pressed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Any, Any]:
     return done, seat_stress(done)
 
 
-def few(done: Any, scene: Any) -> Any:
-    """Return the same round, of a scene that asks for other frames."""
-    return replace(done, plan=replace(done.plan, scene=scene))
-
-
 @pytest.mark.slow
 def test_frames_are_the_histories_at_their_times(pressed: tuple[Any, Any]) -> None:
     """Frames made by a field of stress or by the unknowns themselves are its histories at their times."""
@@ -87,7 +82,8 @@ def test_the_wave_shows_the_pressure_and_how_the_bar_gives_way(pressed: tuple[An
 @pytest.mark.slow
 def test_its_files_and_pictures(pressed: tuple[Any, Any], tmp_path: Path) -> None:
     """Each time has a picture and a file; the exaggeration moves the body by 2 to 5 % of its size."""
-    done, stress = few(pressed[0], load(tmp_path, "frames = 4")), pressed[1]
+    done, stress = pressed
+    done = replace(done, plan=replace(done.plan, scene=load(tmp_path, "frames = 4")))
     pictures = dict(wave_pictures(done, [stress]))
     assert set(pictures) == {"stress_wave.gif", "stress_wave.png", "seat_stress.pvd", "stress_wave.h5"}
     for name, draw in pictures.items():

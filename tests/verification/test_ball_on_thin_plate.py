@@ -8,11 +8,7 @@ import impact
 import seatfem
 from impact import Body, ContactProblem, HertzOnPatch, measures
 from impact.exact.half_space import disk_compliance
-from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
-from seatfem.structures.materials import Material
-from seatfem.structures.mesh.plane_meshes import make_meridian
-from seatfem.structures.mesh.spec import MeshSpec
-from seatfem.structures.shapes import Stopper
+from tests.solids import Material, MeshSpec, Stopper, assemble_axisymmetric, make_meridian
 
 YOUNG, POISSON, DENSITY = 200e9, 0.3, 7850.0
 RADIUS, SPEED, INELASTICITY = 5e-3, 1.0, 0.3

@@ -13,12 +13,8 @@ import numpy as np
 import pytest
 
 import impact
-from seatfem.structures.elements.assembly import assemble
-from seatfem.structures.mesh.meshing import make_mesh
-from seatfem.structures.mesh.spec import MeshSpec
-from seatfem.structures.reduction.greens import greens_function
-from seatfem.structures.reduction.modes import solve_modes
 from seatfem.structures.shapes import Bar
+from tests.solids import MeshSpec, assemble, greens_function, make_mesh, solve_modes
 
 pytestmark = pytest.mark.slow
 E, RHO, LENGTH, WIDTH = 200e9, 7850.0, 40e-3, 8e-3
@@ -53,13 +49,9 @@ def model(size):
     return assemble(bar(size), {"young": E, "poisson": 0.0, "density": RHO}, sliding=("sides_x", "sides_y"))
 
 
-def mean_size(mesh):
-    return (LENGTH * AREA / mesh.t.shape[1]) ** (1 / 3)
-
-
 def fitted_order(errors):
     """Return the slope over all meshes: unstructured ones scatter about it by their luck of shapes."""
-    return np.polyfit(np.log([mean_size(bar(size)) for size in SIZES]), np.log(errors), 1)[0]
+    return np.polyfit(np.log([1 / bar(size).t.shape[1] for size in SIZES]) / 3, np.log(errors), 1)[0]
 
 
 def test_frequencies_converge_at_fourth_order():

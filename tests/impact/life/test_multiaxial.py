@@ -33,10 +33,6 @@ def tensors(stress: np.ndarray) -> np.ndarray:
     return full
 
 
-def voigt(full: np.ndarray) -> np.ndarray:
-    return np.stack([full[:, i, j] for i, j in PLACES], axis=1)
-
-
 @pytest.mark.slow(but="0.8-Crossland")
 @pytest.mark.parametrize("kind", CRITERIA)
 @pytest.mark.parametrize("ratio", [0.58, 0.62, 0.8])
@@ -74,7 +70,8 @@ def test_axes_order_and_scale_do_not_count(number: int, seed: int, factor: float
     random = np.random.default_rng(seed)
     stress = 1e8 * random.normal(size=(number, 6))
     turn = Rotation.random(rng=seed).as_matrix()
-    turned = voigt(turn @ tensors(stress) @ turn.T)
+    full = turn @ tensors(stress) @ turn.T
+    turned = np.stack([full[:, i, j] for i, j in PLACES], axis=1)
     shuffled = random.permutation(stress)
     for judge, rel in ((Crossland(TORSION, BENDING), 1e-9), (DangVan(TORSION, BENDING), 1e-6)):
         expected = judge.value(stress)
