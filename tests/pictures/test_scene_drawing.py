@@ -39,17 +39,12 @@ def example(name: str, **changed: object) -> Scene:
     )
 
 
-def words_in(picture: Path) -> list[str]:
-    """Return the texts in an SVG."""
-    text = picture.read_text(encoding="utf-8")
-    return [re.sub(r"<[^>]+>", "", each) for each in re.findall(r"<text.*?</text>", text, re.DOTALL)]
-
-
 @pytest.mark.slow(but="mass_on_bar")
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_every_example_is_drawn_with_its_sizes(name: str, tmp_path: Path) -> None:
     layout = draw_scene(example(name), tmp_path / "drawing.svg")
-    said = " ".join(words_in(tmp_path / "drawing.svg"))  # notes may be wrapped
+    texts = re.findall(r"<text.*?</text>", (tmp_path / "drawing.svg").read_text(encoding="utf-8"), re.DOTALL)
+    said = " ".join(re.sub(r"<[^>]+>", "", each) for each in texts)  # notes may be wrapped
     title = "Section A–A along the reed through the contact"
     expected = (title, "Plan, seen from above", "contact face", *SAID.get(name, ()))
     assert [words for words in expected if words not in said] == [], said
