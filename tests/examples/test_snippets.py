@@ -59,8 +59,9 @@ def test_snippets(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
         elif language == "toml":
             validate(text)
         elif language == "bash":
-            for words in commands(text):
-                carry_out(words)
+            for line in text.replace("\\\n", " ").splitlines():
+                if words := shlex.split(line, comments=True):
+                    carry_out(words)
         elif language != "python":
             pytest.fail(f"{page.name}: a block of {language or 'no language'}: {text[:60]}")
 
@@ -87,13 +88,6 @@ def dotted(table: dict[str, object], before: str = "") -> Iterator[tuple[str, ob
             yield from dotted(value, f"{key}.")
         else:
             yield f"{before}{key}", value
-
-
-def commands(text: str) -> Iterator[list[str]]:
-    """Yield the words of each line; what follows a # is a comment."""
-    for line in text.replace("\\\n", " ").splitlines():
-        if words := shlex.split(line, comments=True):
-            yield words
 
 
 def carry_out(words: list[str]) -> None:

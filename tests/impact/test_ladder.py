@@ -65,16 +65,6 @@ def march_in_levels(one: Discretised, levels: Levels, share: float = SHARE) -> M
     return finish_march(LadderMarch(one, levels, share))
 
 
-def switch(one: LadderMarch, steps: int, random: np.random.Generator, top: int) -> list[int]:
-    """March, beginning at random steps with a level drawn at random; return these steps."""
-    stops = [0]
-    while one.done < steps:
-        one.level = int(random.integers(0, top + 1))
-        one.advance_far(min(one.done + int(4 ** random.uniform(0, top + 1)), steps))
-        stops.append(one.done)
-    return stops
-
-
 @pytest.mark.slow
 def test_free_motion_is_exact_whatever_the_steps() -> None:
     """A free body with modes, light and heavy damping, and a relaxation, under a constant force: each coordinate is
@@ -86,7 +76,10 @@ def test_free_motion_is_exact_whatever_the_steps() -> None:
     striker = Body(greens, state=begin, loads=(Load(shape, lambda t: np.full(len(t), 0.3)),))
     one, levels = discretised(ContactProblem(striker, impact.spring(stiffness=1e9), gap=1.0), 20e-3)
     run = LadderMarch(one, levels, np.inf)
-    switch(run, one.steps, np.random.default_rng(3), len(levels.lengths) - 1)
+    random, top = np.random.default_rng(3), len(levels.lengths) - 1
+    while run.done < one.steps:
+        run.level = int(random.integers(0, top + 1))
+        run.advance_far(min(run.done + int(4 ** random.uniform(0, top + 1)), one.steps))
     (q, v), _ = run.find_state()
     time = np.array(one.steps * H)
     moved = oscillator.free_transition(time, omega, zeta)

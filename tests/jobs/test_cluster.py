@@ -66,7 +66,9 @@ def test_a_study_on_other_computers(tmp_path: Path, monkeypatch: pytest.MonkeyPa
                 crowd.workers[0].kill()
             heard.extend([done] if done > 0 else [])
 
-        both = wait_for_both(crowd.address)
+        end = time.monotonic() + 60  # at most, after they were started
+        while (both := threads_of(crowd.address)) < 2 and time.monotonic() < end:
+            time.sleep(0.1)
         run_study(load_study(path), out, Effort(cluster=crowd.address), progress=kill_one)
         assert both == 2
         assert heard[0] < 0.5
@@ -75,7 +77,10 @@ def test_a_study_on_other_computers(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         entries = [json.loads(line) for line in (out / JOURNAL).read_text(encoding="utf-8").splitlines()]
         assert sorted(Counter(entry["key"] for entry in entries if "key" in entry).values()) == [1] * 10
         trade_as_here(crowd.address, path.parent / "scene.toml", tmp_path / "trade.jsonl")
-        cell_as_here(crowd.address, tmp_path / "extremes.jsonl")
+        cell = battery()[0]  # of the extremes
+        [outcome] = run_battery([cell], tmp_path / "extremes.jsonl", cluster=crowd.address).values()
+        here = replace(cells_here(cell), seconds=0.0)
+        assert repr(replace(outcome, seconds=0.0, revision="")) == repr(here)  # nan is not nan
         ends_as_here(crowd.address, path, tmp_path, monkeypatch)
         given_up(crowd.address)
         monkeypatch.setattr(cluster, "code_version", lambda: "0123")
@@ -85,23 +90,6 @@ def test_a_study_on_other_computers(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 
 def without_files(job: str) -> tuple[str, dict[str, Path]]:
     return job, {}
-
-
-def wait_for_both(address: str) -> int:
-    """Return how many workers there are, at most a minute after they were started."""
-    end = time.monotonic() + 60
-    while (threads := threads_of(address)) < 2 and time.monotonic() < end:
-        time.sleep(0.1)
-    return threads
-
-
-def cell_as_here(address: str, log: Path) -> None:
-    """Check that a cell of the battery at the extremes ends as it does here."""
-    cell = battery()[0]
-    [outcome] = run_battery([cell], log, cluster=address).values()
-    assert repr(replace(outcome, seconds=0.0, revision="")) == repr(
-        replace(cells_here(cell), seconds=0.0)
-    )  # nan is not nan
 
 
 def trade_as_here(address: str, scene: Path, journal: Path) -> None:

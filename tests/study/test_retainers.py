@@ -43,29 +43,17 @@ def run(scene: Scene, dt: float) -> Touches:
     return run_contacts(scene, striker_of(scene), seat, dt)
 
 
-@pytest.fixture
-def parabola(tmp_path: Path) -> Path:
-    """Return a file with the heights x^2/(2 R) of a retainer, of which linear beam theory has closed forms."""
-    x = np.linspace(0.0, LENGTH, 501)
+@pytest.mark.parametrize("tip_force", [1.2, 2.0, 6.0])
+def test_a_beam_under_a_force_at_its_tip_wraps_as_euler_and_bernoulli_say(tmp_path: Path, tip_force: float) -> None:
+    """On a parabola x^2/(2 R), of the curvature 1/R, a cantilever has EI/R = F (L - a) where it leaves at a, as the
+    curvature is continuous there."""
+    parabola, x = tmp_path / "retainer.csv", np.linspace(0.0, LENGTH, 501)
     rows = [f"{1e3 * a},{1e3 * a**2 / (2 * RADIUS)}" for a in x]
-    (tmp_path / "retainer.csv").write_text("\n".join(["along [mm],height [mm]", *rows]))
-    return tmp_path / "retainer.csv"
-
-
-def pressed_on(tip_force: float) -> tuple[float, float]:
-    """Return the length of contact, and the deflection of the tip, of a cantilever under a force at its tip on a
-    parabola of the curvature 1/R [m]: EI/R = F (L - a), as the curvature is continuous where it leaves."""
+    parabola.write_text("\n".join(["along [mm],height [mm]", *rows]))
     free = STIFFNESS / (RADIUS * tip_force)
     contact = LENGTH - free
     bent = contact**2 / (2 * RADIUS) + contact * free / RADIUS
-    return contact, bent + tip_force * free**3 / (3 * STIFFNESS)
-
-
-@pytest.mark.parametrize("tip_force", [1.2, 2.0, 6.0])
-def test_a_beam_under_a_force_at_its_tip_wraps_as_euler_and_bernoulli_say(
-    tmp_path: Path, parabola: Path, tip_force: float
-) -> None:
-    contact, tip = pressed_on(tip_force)
+    tip = bent + tip_force * free**3 / (3 * STIFFNESS)
     errors = []
     for arcs in (16, 64):
         scene = beam_scene(

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import impact
-from impact import measures
 from impact.march.motion import modal_coordinates
 from seatfem.structures.inspection.cad import Shape
 from seatfem.structures.rings import Division, as_a_whole
@@ -102,7 +101,7 @@ def test_a_free_ring_is_pushed_against_its_stopper(tmp_path: Path) -> None:
     np.testing.assert_allclose(force.sum(axis=0), force.sum() / 8, rtol=0.02 * force.sum() / 8)  # the mesh is uneven
     spring = impact.spring(stiffness=5e7)
     pushed = Forces.from_touches(scene.geometry, spring, touches).on_striker(body.greens)[1:].T
-    assert -pushed.sum() * 1e-7 == pytest.approx(measures.impulse(touches.stopper), rel=1e-12)
+    assert -pushed.sum() * 1e-7 == pytest.approx(impact.measures.impulse(touches.stopper), rel=1e-12)
     coordinates, modal = modal_coordinates(body, pushed, 1e-7, 1), body.greens.modal
     of = [body.greens.port_index(STOPPER + name) for name in Division(8).names]
     moved, free_steps = coordinates @ modal.shapes[:, of], ~force.any(axis=1)
@@ -130,7 +129,7 @@ def test_a_tilted_stopper_is_met_on_one_flank_first(tmp_path: Path) -> None:
         assert touches.seat.energy.residual < 1e-9
         force = touches.stopper_parts.force
         first = np.where(force.any(axis=0), (force > 0).argmax(axis=0), 10**6)
-        results[tilt] = (first, measures.filtered_peak_force(touches.stopper, 5e-6), force.sum(axis=0))
+        results[tilt] = (first, impact.measures.filtered_peak_force(touches.stopper, 5e-6), force.sum(axis=0))
     first = results["0.1"][0]
     assert int(first.argmin()) in (1, 2, 3)  # between the sides of the reed's -y and of the tip, which comes up first
     np.testing.assert_allclose(results["-0.1"][2], results["0.1"][2][::-1], atol=0.02 * results["0.1"][2].max())

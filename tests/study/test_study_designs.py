@@ -227,14 +227,10 @@ def table(loaded: Study, x: np.ndarray, **measures: np.ndarray) -> StudyTable:
     return StudyTable(loaded, tuple(loaded.vary), tuple(measures), columns)
 
 
-def ishigami(x: np.ndarray) -> np.ndarray:
-    return np.sin(x[:, 0]) + 7 * np.sin(x[:, 1]) ** 2 + 0.1 * x[:, 2] ** 4 * np.sin(x[:, 0])
-
-
 def ishigami_table(number: int, failed: int = 0) -> StudyTable:
     loaded = drawn_study("sobol_indices", number)
     x = -np.pi + 2 * np.pi * shares_of(loaded)
-    y = ishigami(x)
+    y = np.sin(x[:, 0]) + 7 * np.sin(x[:, 1]) ** 2 + 0.1 * x[:, 2] ** 4 * np.sin(x[:, 0])
     y[:failed] = np.nan
     return table(loaded, x, y=y)
 

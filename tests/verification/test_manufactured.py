@@ -32,12 +32,6 @@ ELEMENTS = {
 }
 
 
-def bulge(x: Array) -> Array:
-    """Return the unit cube with all faces curved."""
-    bump = 0.12 * np.sin(math.pi * x)
-    return x + np.stack([bump[1] * (0.5 + x[2]), bump[2] * (0.5 + x[0]), bump[0] * (0.5 + x[1])])
-
-
 def cube(shape: str, n: int, curved: bool) -> skfem.Mesh:
     axis = np.linspace(0.0, 1.0, n + 1)
     kind = skfem.MeshTet if shape == "tetrahedra" else skfem.MeshHex
@@ -47,7 +41,9 @@ def cube(shape: str, n: int, curved: bool) -> skfem.Mesh:
     if curved:
         second = skfem.MeshTet2 if shape == "tetrahedra" else skfem.MeshHex2
         fine = second.from_mesh(mesh)
-        return second(bulge(fine.doflocs), fine.t, _boundaries=boundaries)
+        x, bump = fine.doflocs, 0.12 * np.sin(math.pi * fine.doflocs)  # all faces are curved
+        curved = x + np.stack([bump[1] * (0.5 + x[2]), bump[2] * (0.5 + x[0]), bump[0] * (0.5 + x[1])])
+        return second(curved, fine.t, _boundaries=boundaries)
     return mesh.with_boundaries(boundaries)
 
 
