@@ -76,7 +76,11 @@ def test_a_study_on_other_computers(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         assert rows(out) == rows(tmp_path / "here")
         entries = [json.loads(line) for line in (out / JOURNAL).read_text(encoding="utf-8").splitlines()]
         assert sorted(Counter(entry["key"] for entry in entries if "key" in entry).values()) == [1] * 10
-        trade_as_here(crowd.address, path.parent / "scene.toml", tmp_path / "trade.jsonl")
+        scene, journal = path.with_name("scene.toml"), tmp_path / "trade.jsonl"
+        points = [Point("coarse", "all keys"), Point("other", "all keys")]
+        outcomes = run_points(scene, points, journal, cluster=crowd.address)
+        assert values_of(outcomes["coarse"]) == values_of(outcomes["other"]) == values_of(carry_out(scene, points[0]))
+        assert len(journal.read_text(encoding="utf-8").splitlines()) == 2
         cell = battery()[0]  # of the extremes
         [outcome] = run_battery([cell], tmp_path / "extremes.jsonl", cluster=crowd.address).values()
         here = replace(cells_here(cell), seconds=0.0)
@@ -90,14 +94,6 @@ def test_a_study_on_other_computers(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 
 def without_files(job: str) -> tuple[str, dict[str, Path]]:
     return job, {}
-
-
-def trade_as_here(address: str, scene: Path, journal: Path) -> None:
-    """Check that points of the trade have the values that they have here."""
-    points = [Point("coarse", "all keys"), Point("other", "all keys")]
-    outcomes = run_points(scene, points, journal, cluster=address)
-    assert values_of(outcomes["coarse"]) == values_of(outcomes["other"]) == values_of(carry_out(scene, points[0]))
-    assert len(journal.read_text(encoding="utf-8").splitlines()) == 2
 
 
 def values_of(outcome: Outcome) -> dict[str, object]:

@@ -122,16 +122,11 @@ def test_mesh_is_the_closed_form(geometry, sector):
             x, y, _ = seat.mesh.p[:, seat.mesh.facets[:, seat.mesh.boundaries[name]]]
             assert np.allclose(y * math.cos(azimuth), x * math.sin(azimuth), rtol=0, atol=1e-12)
             assert np.all(x * math.cos(azimuth) + y * math.sin(azimuth) > -1e-12)
-        assert is_closed(seat.mesh)
-
-
-def is_closed(mesh) -> bool:
-    """Return whether contact and symmetry planes share no facet, and each facet in a cut plane has its name."""
-    named = np.concatenate([mesh.boundaries["symmetry_0"], mesh.boundaries["symmetry_1"]])
-    others = np.setdiff1d(mesh.boundary_facets(), named)
-    x, y, _ = mesh.p[:, mesh.facets[:, others]]
-    in_plane = np.all(np.abs(y) < 1e-9, axis=0) & np.all(x > -1e-9, axis=0)
-    return len(np.unique(named)) == len(named) and not np.any(in_plane)
+        # contact and symmetry planes share no facet, and each facet in a cut plane has its name
+        named = np.concatenate([seat.mesh.boundaries["symmetry_0"], seat.mesh.boundaries["symmetry_1"]])
+        x, y, _ = seat.mesh.p[:, seat.mesh.facets[:, np.setdiff1d(seat.mesh.boundary_facets(), named)]]
+        assert len(np.unique(named)) == len(named)
+        assert not np.any(np.all(np.abs(y) < 1e-9, axis=0) & np.all(x > -1e-9, axis=0))
 
 
 def test_each_land_is_a_group_of_its_own():

@@ -26,15 +26,6 @@ def bulged(points: Array) -> Array:
     return np.stack([x + bulge * np.cos(2 * y), y - bulge], axis=1)
 
 
-def straightened(mesh: PlateMesh, corners: Array) -> PlateMesh:
-    """Return the mesh with its vertices elsewhere, and straight sides between them."""
-    points, cells = corners.copy(), mesh.cells
-    for k in range(4):
-        points[cells[:, 4 + k]] = (corners[cells[:, k]] + corners[cells[:, (k + 1) % 4]]) / 2
-    points[cells[:, 8]] = corners[cells[:, :4]].mean(axis=1)
-    return PlateMesh(points, cells, mesh.lines)
-
-
 def rigidity(h: float, material: Material = STEEL) -> float:
     return material.young * h**3 / (12 * (1 - material.poisson**2))
 
@@ -85,7 +76,11 @@ def test_constant_curvature_on_distorted_elements(h: float) -> None:
     mesh = grid((4, 4), (1.0, 1.0))
     inside = np.all((mesh.points > 1e-9) & (mesh.points < 1 - 1e-9), axis=1)
     moved = mesh.points + 0.06 * inside[:, None] * np.random.default_rng(1).uniform(-1, 1, mesh.points.shape)
-    mesh = straightened(mesh, moved)
+    points, cells = moved.copy(), mesh.cells  # the vertices are elsewhere, with straight sides between them
+    for k in range(4):
+        points[cells[:, 4 + k]] = (moved[cells[:, k]] + moved[cells[:, (k + 1) % 4]]) / 2
+    points[cells[:, 8]] = moved[cells[:, :4]].mean(axis=1)
+    mesh = PlateMesh(points, cells, mesh.lines)
     x, y = mesh.points.T  # w = x^2/2 - x y + y^2 and its slopes
     u = np.stack([x**2 / 2 - x * y + y**2, mesh.side * (x - y), mesh.side * (2 * y - x)], axis=1).ravel()
     model = assemble_plate(mesh, STEEL, h)
