@@ -1,7 +1,5 @@
 """What tests of pages do in a browser: look, wait, set controls."""
 
-from __future__ import annotations
-
 import io
 import time
 from collections.abc import Callable

@@ -3,8 +3,6 @@
 No modes, no Green's functions, no residual, and nothing of `impact`: what the product's runs are compared with.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Compiles what numba compiles, once, before several processes would: the march, bodies, batches, fatigue, elements."""
 
-from __future__ import annotations
-
 import numpy as np
 import skfem
 

@@ -1,7 +1,5 @@
 """Scenes of many tests: their tables, and how a test reads, runs and refuses one; a gallery of runs made once."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -17,6 +15,9 @@ from seatfem.structures.sheets import modes_in_process, solved_sheet
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import Scene, SceneError, load_scene
 
+Told = pytest.CaptureFixture[str]
+Patch = pytest.MonkeyPatch
+"""What a test is given: what the program printed, and what it may replace for a while."""
 STEEL = 'material = { young = "206 GPa", poisson = 0.3, density = "7800 kg/m^3" }\n'
 FLAPPER = (
     f'kind = "flapper"\nroot_width = "8 mm"\ntaper_length = "2 mm"\nneck_width = "6 mm"\nneck_length = "15 mm"\n'
@@ -53,11 +54,16 @@ def mass(grams: float, velocity: str) -> str:
     return f'kind = "rigid_mass"\nmass = "{grams:g} g"\nvelocity = "{velocity}"\n'
 
 
-def load_text(folder: Path, *parts: str, name: str = "scene.toml", changed: dict[str, Any] | None = None) -> Scene:
-    """Return the scene of a text, which is kept in ``folder`` under ``name``."""
+def write_scene(folder: Path, *parts: str, name: str = "scene.toml") -> Path:
+    """Return the file of a scene's text in ``folder``."""
     path = folder / name
     path.write_text("".join(parts), encoding="utf-8")
-    return load_scene(path, changed)
+    return path
+
+
+def load_text(folder: Path, *parts: str, name: str = "scene.toml", changed: dict[str, Any] | None = None) -> Scene:
+    """Return the scene of a text, which is kept in ``folder`` under ``name``."""
+    return load_scene(write_scene(folder, *parts, name=name), changed)
 
 
 def refusal(load_it: Callable[..., object], *given: object, **named: object) -> str:

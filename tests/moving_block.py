@@ -1,7 +1,5 @@
 """A block of 2 by 4 by 10 mm whose modes and stress wave are stated, for reports to show."""
 
-from __future__ import annotations
-
 import numpy as np
 import skfem
 

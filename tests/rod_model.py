@@ -1,7 +1,5 @@
 """A rod in one dimension by line elements: the cheapest body on which finite elements meet the closed form."""
 
-from __future__ import annotations
-
 import numpy as np
 import skfem
 

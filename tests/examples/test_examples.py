@@ -24,10 +24,11 @@ from seatfem.study.sweep.effort import Effort
 from seatfem.study.sweep.study import load_study
 from seatfem.study.sweep.sweep import run_study
 from tests.frozen.recorded import CHEAP
-from tests.gallery import Gallery, read_summary, summary_of
+from tests.gallery import Gallery, Patch, Told, read_summary, summary_of
 from tests.steps import Scene, load_results, load_scene, run_command, striker_of
 from tests.study.crew_at_hand import answer_here
 
+pytestmark = pytest.mark.slow
 ROOT = Path(__file__).parents[2]
 PAPER = sorted((ROOT / "examples" / "paper").glob("*.py"))
 SCRIPTS = sorted((ROOT / "examples").glob("*.py")) + [path for path in PAPER if "__main__" in path.read_text("utf-8")]
@@ -40,11 +41,8 @@ ARRIVAL, SPEED = 653.3246e-6, 2.133170  # s, m/s; of the freely released reed wi
 THICKNESS = 0.305e-3  # m; another one is faster in proportion, all else being equal
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("name", [path.stem for path in SCENES if path.stem not in CHEAP])
-def test_an_example_is_looked_at(
-    name: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_example_is_looked_at(name: str, monkeypatch: Patch, capsys: Told) -> None:
     """A look at an example that is not run here has a landing to judge, with bars, and what is left to do."""
     monkeypatch.setattr(forecast, "PURSE", {False: 0.01, True: 0.01})
     monkeypatch.setattr(forecast, "HANGING", 600.0)  # a slow machine takes more than a minute for the waves of a kidney
@@ -66,11 +64,8 @@ def names(paths: list[Path]) -> list[str]:
     return [path.stem for path in paths]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("script", SCRIPTS, ids=names(SCRIPTS))
-def test_script(
-    script: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_script(script: Path, tmp_path: Path, monkeypatch: Patch, capsys: Told) -> None:
     """It runs anywhere, without a warning, asserts something, and stays short."""
     text = script.read_text(encoding="utf-8")
     assert len(text.splitlines()) <= 80
@@ -87,15 +82,12 @@ def shortened(path: Path) -> Scene:
     """Return the scene until its first contact group ends, in steps finer than needed, on a coarse mesh."""
     scene = load_scene(path)
     slow = path.stem == "paper_table1_30mm_strip"
-    run = {"duration": (1.1e-3 if slow else 0.8e-3) / pace(scene), "time_step": 1.4e-8}
-    changed: dict[str, object] = {"run": scene.run.model_copy(update=run)}
+    changed = {"run.duration": f"{(1.1e-3 if slow else 0.8e-3) / pace(scene)} s", "run.time_step": "14 ns"}
     if isinstance(scene.reed, Cantilever):
-        changed["reed"] = scene.reed.model_copy(update={"n_modes": 40})
+        changed |= {"reed.n_modes": 40}
     if isinstance(scene.seat, Drawn):
-        mesh = scene.seat.mesh.model_copy(update={"size": 3e-3, "contact_size": 1.5e-3})
-        greens = scene.seat.greens.model_copy(update={"bandwidth": 200e3})
-        changed["seat"] = scene.seat.model_copy(update={"mesh": mesh, "greens": greens})
-    return scene.model_copy(update=changed)
+        changed |= {"seat.mesh.size": "3 mm", "seat.mesh.contact_size": "1.5 mm", "seat.greens.bandwidth": "200 kHz"}
+    return load_scene(path, changed)
 
 
 def impulse_by_runge_kutta(scene: Scene, rod: Rod | None, stiffness: float) -> float:
@@ -128,9 +120,8 @@ def impulse_by_runge_kutta(scene: Scene, rod: Rod | None, stiffness: float) -> f
     return float(solution.y[-1, -1])
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("path", REEDS, ids=names(REEDS))
-def test_scene(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_scene(path: Path, tmp_path: Path, monkeypatch: Patch) -> None:
     """The free reed arrives as known, energy balances, and impulses are those of an independent method."""
     monkeypatch.setattr(rounds, "build", partial(build, mesh_error=False))
     scene = shortened(path)
@@ -160,14 +151,10 @@ def test_scene(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
         assert summary["spring_peak_force_N"] < summary["peak_force_N"]
 
 
-@pytest.mark.slow
 def test_flapper_between_stops(tmp_path: Path) -> None:
     """The pulse throws the reed against the stopper once, which sends it back to the seat sooner."""
-    scene = load_scene(ROOT / "examples" / "flapper_between_stops.toml")
-    run, reed = (
-        part.model_copy(update=key) for part, key in ((scene.run, {"time_step": 5e-8}), (scene.reed, {"n_modes": 40}))
-    )
-    scene = scene.model_copy(update={"run": run, "reed": reed})
+    coarse = {"run.time_step": "50 ns", "reed.n_modes": 40}
+    scene = load_scene(ROOT / "examples" / "flapper_between_stops.toml", coarse)
     summary = summary_of(scene, tmp_path / "with")
     alone = summary_of(scene.model_copy(update={"stopper": None}), tmp_path / "without")
     # the same impact up to the stopper
@@ -188,7 +175,6 @@ def test_flapper_between_stops(tmp_path: Path) -> None:
     assert summary["energy_residual"] < 1e-9
 
 
-@pytest.mark.slow
 def test_life_of_a_flapper(gallery: Gallery) -> None:
     """The margin is that of the curves at the scene's own speed and tilt, falls with the speed, and is 1 at the allowed
     one, to the width of the last bracket."""
@@ -212,7 +198,6 @@ def test_life_of_a_flapper(gallery: Gallery) -> None:
     assert summary["life_strength_source"] == "invented for this example; not a material"
 
 
-@pytest.mark.slow
 def test_suction_flapper(gallery: Gallery) -> None:
     """Shut, opened, against the stopper, and shut again: it travels the lift, and carries the pressure in the end."""
     scene = load_scene(ROOT / "examples" / "suction_flapper.toml")
@@ -231,7 +216,6 @@ def test_suction_flapper(gallery: Gallery) -> None:
     assert summary["energy_residual"] < 1e-9
 
 
-@pytest.mark.slow
 def test_compressor_cycle(gallery: Gallery) -> None:
     """The reed opens once the clearance's gas has expanded to the plenum's pressure, V = 4 cm^3 5^(1/1.4) at 35.0 deg,
     stands at its stopper, closes after the bottom dead centre, and what it lets in leaves at the end of the turn."""
@@ -250,8 +234,7 @@ def test_compressor_cycle(gallery: Gallery) -> None:
     assert summary["energy_residual"] < 1e-9
 
 
-@pytest.mark.slow
-def test_mass_on_a_meshed_seat(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_mass_on_a_meshed_seat(tmp_path: Path, monkeypatch: Patch) -> None:
     """A seat from a mesh file and its half section drawn here have the same stiffness, impulse and duration."""
     monkeypatch.setattr(rounds, "build", partial(build, mesh_error=False))
     alike = {"seat.greens.bandwidth": "300 kHz", "contact.rings": 1}  # one pressure on both faces
@@ -271,8 +254,7 @@ def test_mass_on_a_meshed_seat(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     assert meshed["energy_residual"] < 1e-9  # type: ignore[operator]
 
 
-@pytest.mark.slow
-def test_mass_on_bar(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_mass_on_bar(tmp_path: Path, monkeypatch: Patch) -> None:
     """The bar in three dimensions has the impulse and duration of Saint-Venant's rod; a spring misses both.
 
     F/(Z v) = exp(-a t) until the echo at T, then exp(-a s)(2 + exp(-a T) - 2 a s), s = t - T, a = Z/m, until it is 0.
@@ -295,7 +277,6 @@ def test_mass_on_bar(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert summary["energy_residual"] < 1e-9
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "momentum", "least"),
     [("ring_plate", 7850 * 1e-3 * np.pi * 75e-6 * 2.0, 0.0), ("ball_on_seat", 7850 * np.pi / 6 * 10e-3**3 * 0.5, 0.97)],
@@ -310,19 +291,17 @@ def test_a_free_body_lands_once(name: str, momentum: float, least: float, galler
     assert summary["energy_residual"] < 1e-9
 
 
-@pytest.mark.slow
-def test_tilted_landing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def in_16_ports(name: str, step: str, **seat: object) -> Scene:
+    """Return an example in few ports and long steps, whose target counts for nothing."""
+    coarse = {"contact.ports": 16, "run.time_step": step, "accuracy.target": 0.9}
+    return load_scene(ROOT / "examples" / f"{name}.toml", coarse | seat)
+
+
+def test_tilted_landing(tmp_path: Path, monkeypatch: Patch) -> None:
     """It touches with one flank first, and not all of the lip at once; one port and a beam would press far harder."""
     monkeypatch.setattr(rounds, "build", partial(build, mesh_error=False))
-    scene = load_scene(ROOT / "examples" / "tilted_landing.toml")
-    mesh = scene.seat.mesh.model_copy(update={"size": 3e-3, "contact_size": 1.5e-3})
-    parts = {
-        "seat": scene.seat.model_copy(update={"mesh": mesh}),
-        "contact": scene.contact.model_copy(update={"ports": 16}),
-        "run": scene.run.model_copy(update={"time_step": 5e-8}),
-        "accuracy": scene.accuracy.model_copy(update={"target": 0.9}),
-    }
-    summary = summary_of(scene.model_copy(update=parts), tmp_path)
+    mesh = {"seat.mesh.size": "3 mm", "seat.mesh.contact_size": "1.5 mm"}
+    summary = summary_of(in_16_ports("tilted_landing", "50 ns", **mesh), tmp_path)
     assert summary["tilt_deg"] == pytest.approx(0.3)
     assert summary["first_touch_at_deg"] == pytest.approx(270.0, abs=11.3)  # half an arc
     assert summary["largest_share_of_lip_pressed"] < 0.7
@@ -333,17 +312,10 @@ def test_tilted_landing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None
     assert summary["energy_residual"] < 1e-9
 
 
-@pytest.mark.slow
-def test_landing_around_a_kidney(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_landing_around_a_kidney(tmp_path: Path, monkeypatch: Patch) -> None:
     """Places are lengths along the lip; the lower end, at -y, touches first, and so does one side of the stopper."""
     monkeypatch.setattr(rounds, "build", partial(build, mesh_error=False))
-    scene = load_scene(ROOT / "examples" / "kidney_landing.toml")
-    parts = {
-        "run": scene.run.model_copy(update={"time_step": 1e-7}),
-        "accuracy": scene.accuracy.model_copy(update={"target": 0.9}),
-        "contact": scene.contact.model_copy(update={"ports": 16}),
-    }
-    summary = summary_of(scene.model_copy(update=parts), tmp_path)
+    summary = summary_of(in_16_ports("kidney_landing", "100 ns"), tmp_path)
     assert summary["lip_length_m"] == pytest.approx(2 * math.radians(150) * 4.5e-3 + math.pi * 3.4e-3, rel=1e-3)
     assert summary["first_touch_at_deg"] is None
     assert 0.5 < summary["first_touch_at_m"] / summary["lip_length_m"] < 1.0
@@ -355,19 +327,11 @@ def test_landing_around_a_kidney(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     assert summary["energy_residual"] < 1e-9
 
 
-@pytest.mark.slow
-def test_landing_around_a_slot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_landing_around_a_slot(tmp_path: Path, monkeypatch: Patch) -> None:
     """The end towards the reed's tip touches first; the scene is its mirror image, and so is the contact."""
     monkeypatch.setattr(rounds, "build", partial(build, mesh_error=False))
-    scene = load_scene(ROOT / "examples" / "slot_landing.toml")
-    seat = {"model": "spring", "mesh": scene.seat.mesh.model_copy(update={"size": 4e-3, "contact_size": 1e-3})}
-    parts = {
-        "seat": scene.seat.model_copy(update=seat),
-        "contact": scene.contact.model_copy(update={"ports": 16}),
-        "run": scene.run.model_copy(update={"time_step": 5e-8}),
-        "accuracy": scene.accuracy.model_copy(update={"target": 0.9}),
-    }
-    summary = summary_of(scene.model_copy(update=parts), tmp_path)
+    seat = {"seat.model": "spring", "seat.mesh.size": "4 mm", "seat.mesh.contact_size": "1 mm"}
+    summary = summary_of(in_16_ports("slot_landing", "50 ns", **seat), tmp_path)
     assert abs(math.remainder(summary["first_touch_at_deg"], 360)) < 11.3  # the middle of an arc beside the tip
     assert summary["line_force_arc_m"] == pytest.approx((10e-3 + 6e-3 * np.pi) / 8, rel=2e-3)
     forces = load_results(tmp_path / "result.h5")["lip"].force[1:].sum(axis=0).reshape(16, -1).sum(axis=1)
@@ -377,8 +341,7 @@ def test_landing_around_a_slot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     assert summary["energy_residual"] < 1e-9
 
 
-@pytest.mark.slow
-def test_ring_valve(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_ring_valve(tmp_path: Path, monkeypatch: Patch) -> None:
     """It closes as a mass under its springs and a pressure that turns round, m x'' = -(P + k x) - A p(t); the impulse
     is momentum given and returned. Lifts from which the run is too short are left out."""
     answer_here(monkeypatch)
@@ -405,7 +368,6 @@ def test_ring_valve(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert table.numbers("impulse_Ns")[6] < table.numbers("impulse_Ns")[5]  # the truth rises
 
 
-@pytest.mark.slow
 def test_the_study(tmp_path: Path) -> None:
     """Every scene of it ends within its target, and all its reports are drawn."""
     study = ROOT / "examples" / "tolerance_study.toml"
@@ -417,7 +379,6 @@ def test_the_study(tmp_path: Path) -> None:
     assert drawn == {"main_effects", "percentiles", "scatter", "pareto"}
 
 
-@pytest.mark.slow
 def test_the_map_of_limits(tmp_path: Path) -> None:
     """Bodies are linear and there is no gap: force and stress are in proportion to the bend, of each thickness with one
     factor, by which every verdict is known; a reed of 0.2 mm arrives after the run, one of 0.25 mm just before."""
@@ -435,8 +396,7 @@ def test_the_map_of_limits(tmp_path: Path) -> None:
         assert (verdicts[rows] == np.where(bend[rows] < within, "holds", "does not hold")).all()
 
 
-@pytest.mark.slow
-def test_the_fastest_flapper(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_fastest_flapper(tmp_path: Path, monkeypatch: Patch) -> None:
     """Bodies are linear and there is no gap: speed and stress are in proportion to the bend, and the limit on stress is
     met to the search's last trust region."""
     answer_here(monkeypatch)

@@ -14,7 +14,6 @@ from typing import Any
 import matplotlib.image
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from seatfem.machine.libraries import picture_library_gap
 
@@ -72,11 +71,6 @@ def joined(text: Any) -> str:
     return text if isinstance(text, str) else "".join(text)
 
 
-def picture(output: dict[str, Any]) -> NDArray[Any]:
-    page = io.BytesIO(base64.b64decode(joined(output["data"]["image/png"])))
-    return np.asarray(matplotlib.image.imread(page, format="png"))
-
-
 @pytest.mark.skipif(picture_library_gap() != "", reason="no pictures here")
 @pytest.mark.own_gmsh
 @pytest.mark.slow
@@ -91,7 +85,8 @@ def test_a_notebook_shows_tables_figures_and_scenes(tmp_path: Path) -> None:
         assert joined(table["data"]["text/html"]).startswith("<table>")
         assert words in joined(table["data"]["text/html"])
     for [out], least in zip(shown[3:], (600, 400), strict=True):
-        image = picture(out)
+        page = io.BytesIO(base64.b64decode(joined(out["data"]["image/png"])))
+        image = np.asarray(matplotlib.image.imread(page, format="png"))
         assert min(image.shape[:2]) >= least
         levels = image[..., :3].sum(axis=2)
         assert len(np.unique(levels.round(2))) > 20  # not blank

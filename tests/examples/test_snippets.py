@@ -21,9 +21,8 @@ import pytest
 
 from seatfem.life.table import load_strength
 from seatfem.study.identify.record import load_identification
-from seatfem.study.runs.forecast import look_at
 from seatfem.study.sweep.study import load_study
-from tests.steps import load_scene, run_command
+from tests.steps import load_scene, look_at, run_command
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -60,8 +59,9 @@ def test_snippets(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
         elif language == "toml":
             validate(text)
         elif language == "bash":
-            for words in commands(text):
-                carry_out(words)
+            for line in text.replace("\\\n", " ").splitlines():
+                if words := shlex.split(line, comments=True):
+                    carry_out(words)
         elif language != "python":
             pytest.fail(f"{page.name}: a block of {language or 'no language'}: {text[:60]}")
 
@@ -90,18 +90,6 @@ def dotted(table: dict[str, object], before: str = "") -> Iterator[tuple[str, ob
             yield f"{before}{key}", value
 
 
-def commands(text: str) -> Iterator[list[str]]:
-    """Yield the words of each line; what follows a # is a comment."""
-    for line in text.replace("\\\n", " ").splitlines():
-        if words := shlex.split(line, comments=True):
-            yield words
-
-
-def dear(scene: Path) -> bool:
-    """Return whether a scene takes too long to be run here."""
-    return look_at(load_scene(scene), DEAR).left.seconds > DEAR
-
-
 def carry_out(words: list[str]) -> None:
     program, *rest = words
     name = Path(program).name
@@ -110,7 +98,7 @@ def carry_out(words: list[str]) -> None:
             rest = [rest[0], "--help"]
         elif rest[0] == "run":
             rest.append("--no-pictures")
-            if rest[1].startswith("examples/") or dear(Path(rest[1])):
+            if rest[1].startswith("examples/") or look_at(load_scene(Path(rest[1])), DEAR).left.seconds > DEAR:
                 return
         assert run_command(rest) == 0, words
     elif name == "make":

@@ -5,17 +5,7 @@ from decimal import Decimal, localcontext
 
 import numpy as np
 
-from impact import (
-    Body,
-    ContactProblem,
-    ContactStepper,
-    LinearSpring,
-    ModalGreens,
-    Signorini,
-    measures,
-    prepare,
-    rigid_mass,
-)
+import impact
 from impact.march.laws import Hertz, HuntCrossley, Law
 from tests.extremes import precise, scenes
 from tests.extremes.cell import Cell, Finding, chosen, swept, worst
@@ -29,8 +19,8 @@ def marching_cells() -> tuple[Cell, ...]:
     decades = [10.0**k for k in range(-7, 3)]
     lengths = [10.0**k for k in range(2, 8)]
     return (
-        *swept("time step / transit, exact rod", decades, lambda dt: blow_on_rod(Body(scenes.FIXED_ROD), dt)),
-        *swept("time step / transit, 40 modes", decades, lambda dt: blow_on_rod(Body(scenes.modal_rod(40)), dt)),
+        *swept("time step / transit, exact rod", decades, lambda dt: blow_on_rod(impact.Body(scenes.FIXED_ROD), dt)),
+        *swept("time step / transit, 40 modes", decades, lambda dt: blow_on_rod(impact.Body(scenes.modal_rod(40)), dt)),
         *swept("run length in contact, steps", lengths, spring_for_ever),
         *swept("run length in contact of a pushed mass, steps", lengths, lambda n: spring_for_ever(n, omega=0.0)),
         *swept("run length in free motion, steps", lengths, swing_for_ever),
@@ -40,7 +30,7 @@ def marching_cells() -> tuple[Cell, ...]:
     )
 
 
-def blow_on_rod(rod: Body, dt: float) -> Finding:
+def blow_on_rod(rod: impact.Body, dt: float) -> Finding:
     """A mass strikes a fixed rod of its own weight by d'Alembert's solution.
 
     The impulse of the whole blow; below 1e-6 transits, where a blow takes millions of steps, the force exp(-t) of the
@@ -48,12 +38,12 @@ def blow_on_rod(rod: Body, dt: float) -> Finding:
     """
     blow = dt >= 1e-5
     steps = max(round(4 / dt), 8) if blow else 100_000
-    result = scenes.run(rigid_mass(mass=1.0, velocity=-1.0), rod, Signorini(), dt, steps)
-    modal = isinstance(rod.greens, ModalGreens)
+    result = scenes.run(impact.rigid_mass(mass=1.0, velocity=-1.0), rod, impact.Signorini(), dt, steps)
+    modal = isinstance(rod.greens, impact.ModalGreens)
     if blow:
-        error = scenes.relative(measures.impulse(result), scenes.FIRST_BLOW)
+        error = scenes.relative(impact.measures.impulse(result), scenes.FIRST_BLOW)
         return Finding(error, min(dt / 10, 1e-2) + (1e-4 if modal else 1e-9), scenes.said(result), "impulse")
-    if isinstance(rod.greens, ModalGreens):
+    if isinstance(rod.greens, impact.ModalGreens):
         exact = scenes.clinging_force(rod.greens, 1.0, (steps - 0.5) * dt)
         return Finding(scenes.relative(float(result.force[-1]), exact), 10 * dt + 1e-9, scenes.said(result), "force")
     middle = result.time[1:] - dt / 2
@@ -68,7 +58,7 @@ def spring_for_ever(steps: float, omega: float = 1.0) -> Finding:
     """
     n, dt, push, speed = int(steps), 0.1, -1.0, 0.3
     striker = scenes.oscillator(omega, v=speed, push=push) if omega else scenes.pushed_mass(1.0, speed, push)
-    stepper = _stepper(striker, LinearSpring(1.0), dt, n, "conserving", gap=-1.0)
+    stepper = _stepper(striker, impact.LinearSpring(1.0), dt, n, "conserving", gap=-1.0)
     stepper.advance(n)
     with localcontext() as context:
         context.prec = precise.DIGITS
@@ -91,7 +81,7 @@ def spring_for_ever(steps: float, omega: float = 1.0) -> Finding:
 def swing_for_ever(steps: float) -> Finding:
     """An undamped mode swings free, over a whole run: against cos(w n h) in 50 digits; stated 4 eps n."""
     n, dt, omega = int(steps), 0.1, 1.7
-    stepper = _stepper(scenes.oscillator(omega, x=1.0), Signorini(), dt, n, "passive", gap=2.0)
+    stepper = _stepper(scenes.oscillator(omega, x=1.0), impact.Signorini(), dt, n, "passive", gap=2.0)
     stepper.advance(n)
     angle = Decimal(omega) * Decimal(dt) * n
     return Finding(
@@ -107,7 +97,7 @@ def pressed_for_ever(steps: float) -> Finding:
     """
     n, dt, push = int(steps), 1e-3, 1.0
     striker = scenes.pushed_mass(1.0, 0.0, -push)
-    result = scenes.run(striker, scenes.dashpot(1.0), Signorini(), dt, n, engine="fft")
+    result = scenes.run(striker, scenes.dashpot(1.0), impact.Signorini(), dt, n, engine="fft")
     exact, v = np.empty(n), 0.0
     for k in range(n):
         exact[k] = (v + dt * push / 2) / (1 + dt / 2)
@@ -130,7 +120,7 @@ def conservation(rule: str, name: str) -> Finding:
     n, dt, omega, push, height = 1_000_000, 0.01, 0.0 if free else 0.3, -0.5, 0.5
     rod = scenes.modal_rod(modes, rest="none" if rule == "conserving" else "exponential")
     striker = scenes.pushed_mass(1.0, -1.0, push) if free else scenes.oscillator(omega, v=-1.0, push=push)
-    target = Body(rod) if modes else scenes.rigid_wall()
+    target = impact.Body(rod) if modes else scenes.rigid_wall()
     result = scenes.run(striker, target, law, dt, n, gap=height, rule=rule)
     own_ledger = ledger(result, law, rod if modes else None, gap=height, omega=omega, velocity=-1.0, push=push)
     energy = result.energy
@@ -155,10 +145,10 @@ def conservation(rule: str, name: str) -> Finding:
     return Finding(*worst(*pairs), note="energy gained or not accounted")
 
 
-def _own_energy(striker: Body, law: Law, dt: float, n: int, push: float, height: float) -> float:
+def _own_energy(striker: impact.Body, law: Law, dt: float, n: int, push: float, height: float) -> float:
     """Return the largest change of the energy of a unit mass above a wall, by the gaps of the march, over the first."""
-    problem = ContactProblem(striker, scenes.rigid_wall(), gap=height, law=law)
-    stepper = ContactStepper(prepare(problem, dt, n * dt, "conserving"))
+    problem = impact.ContactProblem(striker, scenes.rigid_wall(), gap=height, law=law)
+    stepper = impact.ContactStepper(impact.prepare(problem, dt, n * dt, "conserving"))
     stepper.advance(n)
     gap = stepper.gap[:, 0]
     speed = np.diff(gap) / dt - dt / 2 * (stepper.force[:, 0] + push)  # as the step begins
@@ -167,27 +157,27 @@ def _own_energy(striker: Body, law: Law, dt: float, n: int, push: float, height:
 
 
 def _stepper(
-    striker: Body, law: LinearSpring | Signorini, dt: float, n: int, rule: str, *, gap: float
-) -> ContactStepper:
-    wall = scenes.rigid_wall() if isinstance(law, LinearSpring) else scenes.dashpot(1.0)
-    problem = ContactProblem(striker, wall, gap=gap, law=law)
-    return ContactStepper(prepare(problem, dt, n * dt, rule))
+    striker: impact.Body, law: impact.LinearSpring | impact.Signorini, dt: float, n: int, rule: str, *, gap: float
+) -> impact.ContactStepper:
+    wall = scenes.rigid_wall() if isinstance(law, impact.LinearSpring) else scenes.dashpot(1.0)
+    problem = impact.ContactProblem(striker, wall, gap=gap, law=law)
+    return impact.ContactStepper(impact.prepare(problem, dt, n * dt, rule))
 
 
 # law, modes of the target, striker free to fly
 _CONSERVING: dict[str, tuple[Law, int, bool]] = {
-    "spring, wall": (LinearSpring(30.0), 0, False),
+    "spring, wall": (impact.LinearSpring(30.0), 0, False),
     "Hertz, wall": (Hertz(100.0), 0, False),
     "Hertz, 5 modes": (Hertz(100.0), 5, False),
-    "spring, 40 modes": (LinearSpring(30.0), 40, False),
+    "spring, 40 modes": (impact.LinearSpring(30.0), 40, False),
     "Hertz, mass": (Hertz(100.0), 0, True),
-    "rigid": (Signorini(), 5, False),
+    "rigid": (impact.Signorini(), 5, False),
     "Hunt-Crossley, no damping": (HuntCrossley(100.0), 5, False),
 }
 _PASSIVE: dict[str, tuple[Law, int, bool]] = {
-    "rigid, 5 modes": (Signorini(), 5, False),
-    "spring, 5 modes": (LinearSpring(30.0), 5, False),
+    "rigid, 5 modes": (impact.Signorini(), 5, False),
+    "spring, 5 modes": (impact.LinearSpring(30.0), 5, False),
     "Hertz, 40 modes": (Hertz(100.0), 40, False),
-    "rigid, mass": (Signorini(), 5, True),
+    "rigid, mass": (impact.Signorini(), 5, True),
     "Hunt-Crossley": (HuntCrossley(100.0, 0.1), 5, False),
 }

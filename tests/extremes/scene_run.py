@@ -11,11 +11,9 @@ from pathlib import Path
 from impact.notices import Progress
 from seatfem.jobs.folders import private_folder
 from seatfem.machine.resources import forget_peak
-from seatfem.study.runs.next_round import Limits
-from seatfem.study.runs.pipeline import RunError, run_scene
-from seatfem.study.scene import load_scene
 from tests.extremes.cell import Finding, Price, Standing, is_refusal, judge_price
 from tests.extremes.scene_text import Table, scene_text
+from tests.steps import Limits, RunError, load_scene, run_scene
 
 LONGEST = Limits(seconds=20.0)
 """Of the rounds of a run: what a refinement would cost beyond is not asked of a cell."""

@@ -11,17 +11,11 @@ from scipy.sparse.linalg import splu
 from skfem.helpers import ddot, div, sym_grad
 
 from impact import Cantilever, TimoshenkoCantilever, half_space_patch
-from seatfem.structures.elements.assembly import assemble
-from seatfem.structures.materials import Material
-from seatfem.structures.method import Aims
-from seatfem.structures.model import SecondOrderModel
-from seatfem.structures.reduction.factorization import factorize
 from seatfem.structures.reduction.greens import named
-from seatfem.structures.reduction.krylov import Krylov
-from seatfem.structures.reduction.modes import solve_modes
 from tests.extremes import scenes
 from tests.extremes.cell import Cell, Finding, chosen, swept, worst
 from tests.rod_model import rod_model
+from tests.solids import Aims, Krylov, Material, SecondOrderModel, assemble, factorize, solve_modes
 
 SIDES = ("left", "right", "front", "back")
 NUS = (0.0, 1e-9, 0.25, 0.4, 0.45, 0.49, 0.499, 0.4999)

@@ -12,9 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from impact import GreensFunctionError
 from seatfem.jobs.crew import Ask, crew
-from seatfem.study.runs.pipeline import RunError
 from tests.extremes import Cell, Finding, battery, carry_out, precise, runner, scenes, subset
 from tests.extremes import __main__ as command
 from tests.extremes.cell import Standing
@@ -23,6 +21,7 @@ from tests.extremes.random_scenes import random_cells
 from tests.extremes.scene_run import SceneRun, run_tables
 from tests.extremes.scene_text import Table, material, run_table, si
 from tests.extremes.table import TOGETHER
+from tests.steps import GreensFunctionError, RunError
 
 CELLS = battery()
 # seconds each: the chosen ones stand for them

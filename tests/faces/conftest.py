@@ -1,7 +1,5 @@
 """A real browser, for pages that the program makes."""
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Iterator
 from typing import Any

@@ -12,13 +12,11 @@ import pytest
 import impact
 from impact.greens.sampled import SampledGreens
 from seatfem.study.impacts.contact import check_length
-from seatfem.study.runs.pipeline import RunError, run_scene
 from seatfem.study.scene.keys import scene_template
-from tests.gallery import load_text
+from tests.gallery import Told, load_text
 from tests.refusals import lacks
-from tests.steps import BAD_INPUT, GreensFunction, run_command, save_greens
+from tests.steps import BAD_INPUT, GreensFunction, RunError, run_command, run_scene, save_greens
 
-Told = pytest.CaptureFixture[str]
 STEEL = 'material = { young = "200 GPa", density = "7850 kg/m^3" }\n'
 BALL = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n'
 REED = (

@@ -20,12 +20,9 @@ from seatfem.machine import doctor
 from seatfem.machine import libraries as system
 from seatfem.machine.doctor import Check
 from seatfem.structures.shapes import GeometryError
-from seatfem.study.plan import Plan
-from seatfem.study.runs.converge import begin_plan
-from seatfem.study.scene import Scene
+from tests.gallery import Patch, Told
+from tests.steps import Plan, Scene, begin_plan
 
-Told = pytest.CaptureFixture[str]
-Patch = pytest.MonkeyPatch
 ROOT = Path(__file__).parents[2]
 SPRING_SCENE = ROOT / "examples" / "flapper_on_spring.toml"
 

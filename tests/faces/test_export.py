@@ -1,7 +1,5 @@
 """Runs in the formats of other programs, read back."""
 
-from __future__ import annotations
-
 import csv
 import json
 from dataclasses import replace
@@ -18,13 +16,11 @@ from impact.greens.base import Array
 from seatfem.pictures.frames import mode_frames
 from seatfem.pictures.moving import load_moving, save_moving
 from seatfem.pictures.skins import skin_of
-from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.formats.matrices import read_matrices
 from seatfem.structures.formats.uff import UffError, read_modes_uff, write_receptance_uff
 from seatfem.structures.formats.uff_responses import read_frf_uff
-from seatfem.structures.materials import Material
-from seatfem.structures.reduction.greens import greens_function
-from seatfem.structures.reduction.modes import solve_modes
+from tests.gallery import Told
+from tests.solids import Material, assemble, greens_function, solve_modes
 from tests.steps import BAD_INPUT, DONE, FAILED, Residual, load_greens, load_results, run_command
 
 SCENE = (
@@ -174,16 +170,14 @@ def test_modes_for_paraview(modes: tuple[Path, Array, Array], tmp_path: Path) ->
         (["scene.toml", "--to", "reduced"], "no such file or folder"),
     ],
 )  # fmt: skip
-def test_bad_input(
-    tmp_path: Path, arguments: list[str], message: str, capfd: pytest.CaptureFixture[str], folder: Path
-) -> None:
+def test_bad_input(tmp_path: Path, arguments: list[str], message: str, capfd: Told, folder: Path) -> None:
     place = folder if "vtp" in arguments else tmp_path
     given = [str(tmp_path / arguments[0]), *arguments[1:]] if "scene.toml" in arguments else [str(place), *arguments]
     assert run_command(["export", *given, "--quiet"]) == BAD_INPUT
     assert message in capfd.readouterr().err
 
 
-def test_a_copy_of_a_scene_without_its_files(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_a_copy_of_a_scene_without_its_files(tmp_path: Path, capfd: Told) -> None:
     assert run_command(["init", "cad", "-o", str(tmp_path / "scene.toml"), "--quiet"]) == DONE
     assert run_command(["export", str(tmp_path), "--to", "calculix", "--quiet"]) == BAD_INPUT
     message = capfd.readouterr().err
@@ -192,7 +186,7 @@ def test_a_copy_of_a_scene_without_its_files(tmp_path: Path, capfd: pytest.Captu
 
 
 @pytest.mark.slow
-def test_the_copy_of_a_scene_finds_its_files(tmp_path: Path, folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+def test_the_copy_of_a_scene_finds_its_files(tmp_path: Path, folder: Path, capfd: Told) -> None:
     """The copy in the folder of results names files by whole paths; comments and other strings stay."""
     home = tmp_path / "ours"
     (home / "seats").mkdir(parents=True)

@@ -1,7 +1,5 @@
 """The first screen of `seatfem run`: it fits, begins with the decision, and says what its numbers do not tell."""
 
-from __future__ import annotations
-
 import html
 import json
 import math
@@ -15,6 +13,7 @@ from seatfem.faces.first_screen import COLUMNS, LINES, first_lines
 from seatfem.faces.report.page import report_page
 from seatfem.faces.tables import result_table
 from seatfem.study.answers.decision import checked_scenes, how_often_checked, omissions
+from tests.gallery import Told
 
 SCENE = Path(__file__).parents[2] / "examples" / "flapper_on_spring.toml"
 
@@ -24,9 +23,7 @@ def height(lines: list[str]) -> int:
 
 
 @pytest.mark.slow
-def test_the_first_screen_of_run_fits_and_full_prints_the_rest(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_first_screen_of_run_fits_and_full_prints_the_rest(tmp_path: Path, capsys: Told) -> None:
     """It stands in the report, the terminal and summary.json alike."""
     folder = tmp_path / "out"
     assert run_command(["run", str(SCENE), "-o", str(folder), "--no-pictures"]) == DONE
@@ -75,7 +72,7 @@ def test_places_on_several_lands_are_those_of_the_table_of_lands() -> None:
     assert "from its own x axis" not in str(result_table(on_a_land).caption)
 
 
-def test_the_verbs_stand_in_groups(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_verbs_stand_in_groups(capsys: Told) -> None:
     assert run_command(["--help"]) == DONE
     text = capsys.readouterr().out
     order = ["Begin", "init ", "Compute a scene", "run ", "Look at a run", "report ", "Studies", "sweep ", "Trust"]

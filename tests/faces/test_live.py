@@ -1,7 +1,5 @@
 """A live page: who is let in, what its sliders answer, what it writes, and that nothing is left of it."""
 
-from __future__ import annotations
-
 import http.client
 import json
 import os
@@ -25,6 +23,7 @@ from seatfem.faces.live.sliders import LiveError, Slider, candidates, changed_fi
 from seatfem.faces.live.worker import Session, Superseded
 from seatfem.structures.cache import Cache, build
 from tests.browsing import put, until
+from tests.gallery import write_scene
 from tests.steps import BAD_INPUT, load_scene, run_command, run_scene, silent
 
 ROOT = Path(__file__).parents[2]
@@ -60,9 +59,7 @@ target = "40 %"
 
 @pytest.fixture
 def scene(tmp_path: Path) -> Path:
-    path = tmp_path / "scene.toml"
-    path.write_text(SCENE, encoding="utf-8")
-    return path
+    return write_scene(tmp_path, SCENE)
 
 
 @contextmanager
@@ -239,8 +236,7 @@ def test_a_page_in_a_browser(scene: Path, chromium: Any) -> None:
 def full_run(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Reference]:
     """Return a scene and its full run."""
     folder = tmp_path_factory.mktemp("live")
-    path = folder / "scene.toml"
-    path.write_text(SCENE, encoding="utf-8")
+    path = write_scene(folder, SCENE)
     outcome = run_scene(path, folder / "result", silent, pictures=False)
     assert outcome.plan is not None
     return path, reference_of(outcome.plan, outcome.summary, Cache(folder / "result" / "seat.h5"), silent)
@@ -330,8 +326,7 @@ def test_a_changed_scene_keeps_its_other_lines(scene: Path, key: str, value: obj
 
 
 def test_a_value_that_cannot_be_replaced_alone(tmp_path: Path) -> None:
-    path = tmp_path / "scene.toml"
-    path.write_text('reed.mass = """\n1 g"""\n', encoding="utf-8")
+    path = write_scene(tmp_path, 'reed.mass = """\n1 g"""\n')
     with pytest.raises(LiveError, match=r"reed.mass cannot be replaced alone .*; write reed.mass = \"2 g\" by hand"):
         changed_file(path, {"reed.mass": "2 g"})
 
@@ -348,11 +343,10 @@ def test_only_the_newest_request_counts(scene: Path, tmp_path: Path) -> None:
 
 
 def test_wrong_scenes_end_before_a_page_opens(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = tmp_path / "scene.toml"
-    path.write_text(SCENE.replace("velocity", "velocty"), encoding="utf-8")
+    path = write_scene(tmp_path, SCENE.replace("velocity", "velocty"))
     assert run_command(["live", str(path), "--no-browser"]) == BAD_INPUT
     assert "reed.velocty: unknown key; did you mean 'velocity'?" in capsys.readouterr().err
-    path.write_text(SCENE, encoding="utf-8")
+    write_scene(tmp_path, SCENE)
     assert run_command(["live", str(path), "--no-browser", "--set", "reed.mass=0 g"]) == BAD_INPUT
     assert "reed.mass" in capsys.readouterr().err
     assert threading.active_count() == 1

@@ -5,10 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from seatfem.faces.cli import BAD_INPUT, FAILED
-from seatfem.study.scene import load_scene
 from seatfem.study.scene.contradictions import doubts_of
 from tests.mistakes import MISTAKES, SHEET, Mistake
+from tests.steps import BAD_INPUT, FAILED, load_scene
 
 PAGE = Path(__file__).parents[2] / "docs" / "mistakes.md"
 COMMANDS = 20

@@ -10,10 +10,9 @@ import pytest
 
 from seatfem.faces.plan_view import judged_line, plan_json, read_back
 from seatfem.study.runs.forecast import Look, look_at
+from tests.gallery import Patch, Told
 from tests.steps import DONE, begin_plan, load_scene, run_command
 
-Told = pytest.CaptureFixture[str]
-Patch = pytest.MonkeyPatch
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
 

@@ -1,7 +1,5 @@
 """The report of a run: complete, escaped, and alive in a real browser without a network."""
 
-from __future__ import annotations
-
 import html
 import io
 import json

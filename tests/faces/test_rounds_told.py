@@ -12,11 +12,10 @@ from impact.notices import ROUND
 from seatfem.faces.cli import INTERRUPTED
 from seatfem.faces.terminal import SILENCE, StageClock, progress_bars
 from seatfem.study.runs import rounds
-from tests.gallery import REED_ON_SPRING
+from tests.gallery import REED_ON_SPRING, Patch, Told
 from tests.steps import DONE, FAILED, load_results, run_command
 
 RUN = ["run", "scene.toml", "-o", "out", "--no-pictures"]
-Told = pytest.CaptureFixture[str]
 
 
 def test_a_long_stage_is_told_in_each_round(capsys: Told) -> None:
@@ -33,7 +32,7 @@ def test_a_long_stage_is_told_in_each_round(capsys: Told) -> None:
 
 
 @pytest.fixture
-def scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def scene(tmp_path: Path, monkeypatch: Patch) -> None:
     """Write a scene of three rounds: modes and step, then the step alone."""
     (tmp_path / "scene.toml").write_text(REED_ON_SPRING + 'target = "0.3 %"\n', encoding="utf-8")
     monkeypatch.chdir(tmp_path)
@@ -72,7 +71,7 @@ def test_a_round_is_a_line(capsys: Told) -> None:
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("scene")
-def test_ctrl_c_in_the_second_round_leaves_the_first(monkeypatch: pytest.MonkeyPatch, capsys: Told) -> None:
+def test_ctrl_c_in_the_second_round_leaves_the_first(monkeypatch: Patch, capsys: Told) -> None:
     march, calls = rounds.run_contacts, []
 
     def stopping(*given: Any, **more: Any) -> Any:

@@ -19,7 +19,8 @@ from seatfem.machine.code import NOT_NUMERICS, hash_of
 from seatfem.structures import cache
 from seatfem.structures.cache import Cache, CacheWarning, Store, StoreError, content_key, key_of
 from tests.fuzz.mutations import seal
-from tests.steps import BAD_INPUT, DONE, FAILED, Scene, load_scene, run_command, seat_of, stated_method
+from tests.gallery import load_text, write_scene
+from tests.steps import BAD_INPUT, DONE, FAILED, Scene, run_command, seat_of, stated_method
 
 ROOT = Path(__file__).parents[2]
 BLOCK = """
@@ -37,12 +38,6 @@ KEY = content_key({"seat": "a"})
 
 def seat_key(scene: Scene) -> str:
     return key_of(scene.seat, stated_method(scene).seat)
-
-
-def scene_file(folder: Path, text: str) -> Path:
-    path = folder / "scene.toml"
-    path.write_text(text, encoding="utf-8")
-    return path
 
 
 @pytest.fixture
@@ -92,7 +87,7 @@ def test_hdf5_beyond_the_largest_file_is_one_error(tmp_path: Path) -> None:
 def test_a_run_onto_a_full_disk_says_one_line(tiny_disk: Path, tmp_path: Path) -> None:
     """The folder can be written to at first; result.h5 does not fit."""
     text = SPRING + BALL.replace('"30 us"', '"2 ms"') + 'time_step = "0.2 us"\n'
-    command = [sys.executable, "-m", "seatfem", "run", str(scene_file(tmp_path, text)), "-o", str(tiny_disk / "out")]
+    command = [sys.executable, "-m", "seatfem", "run", str(write_scene(tmp_path, text)), "-o", str(tiny_disk / "out")]
     environment = os.environ | {"PYTHONPATH": str(ROOT)}
     done = subprocess.run(command, capture_output=True, text=True, timeout=120, env=environment)
     assert done.returncode == FAILED, done.stderr
@@ -139,7 +134,7 @@ def test_a_folder_that_cannot_be_written_to_is_found_first(
         monkeypatch.setattr(place, lambda *given, **named: pytest.fail("computed"))
     (tmp_path / "file").write_text("", encoding="utf-8")
     out = tmp_path / "file" / "deep" / "out"
-    assert run_command([verb, str(scene_file(tmp_path, BLOCK + BALL)), "-o", str(out), "--quiet"]) == BAD_INPUT
+    assert run_command([verb, str(write_scene(tmp_path, BLOCK + BALL)), "-o", str(out), "--quiet"]) == BAD_INPUT
     message = capsys.readouterr().err
     assert re.search(rf"{out}.*\(Not a directory\); choose another place with --output", message)
     assert "Traceback" not in message
@@ -169,7 +164,7 @@ def test_a_cache_that_cannot_be_written_costs_a_warning(
         folder.write_text("", encoding="utf-8")
     monkeypatch.setenv("SEATFEM_STORE", str(folder))
     out = tmp_path / "seat.h5"
-    assert run_command(["greens", str(scene_file(tmp_path, BLOCK + BALL)), "-o", str(out), "--quiet"]) == DONE
+    assert run_command(["greens", str(write_scene(tmp_path, BLOCK + BALL)), "-o", str(out), "--quiet"]) == DONE
     said = capsys.readouterr().err
     assert re.match(rf"warning: the seat is not kept .*{folder}: .*SEATFEM_STORE", said)
     assert len(said.splitlines()) <= 3  # of the seat that the plan looks at, as a whole and in rings, and of the run's
@@ -229,7 +224,7 @@ def odd(path: Path) -> None:
 @pytest.mark.slow(but="odd")
 @pytest.mark.parametrize("change", [unsealed, odd])
 def test_kept_seats_that_were_changed_are_computed_again(change, tmp_path: Path) -> None:
-    scene, store, path = load_scene(scene_file(tmp_path, BLOCK + BALL)), Store(tmp_path / "store"), tmp_path / "seat.h5"
+    scene, store, path = load_text(tmp_path, BLOCK + BALL), Store(tmp_path / "store"), tmp_path / "seat.h5"
     first = seat_of(scene, Cache(path, store))
     assert not first.reused
     assert seat_of(scene, Cache(path, store)).reused
@@ -246,7 +241,7 @@ def test_kept_seats_that_were_changed_are_computed_again(change, tmp_path: Path)
 
 def test_the_key_holds_the_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A mended reduction does not serve what the broken one computed; a picture's colour changes nothing."""
-    scene = load_scene(scene_file(tmp_path, BLOCK + BALL))
+    scene = load_text(tmp_path, BLOCK + BALL)
     before = seat_key(scene)
     monkeypatch.setattr(cache, "numerics_version", lambda: "mended")
     assert seat_key(scene) != before
@@ -269,7 +264,7 @@ def test_the_key_holds_the_code(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
 @pytest.mark.slow
 def test_two_runs_at_once_in_one_folder_and_one_cache(tmp_path: Path) -> None:
     """Two real programs in one folder both end well, and what they leave is whole."""
-    scene = scene_file(tmp_path, BLOCK + BALL)
+    scene = write_scene(tmp_path, BLOCK + BALL)
     environment = os.environ | {"PYTHONPATH": str(ROOT), "SEATFEM_STORE": str(tmp_path / "store")}
     command = [sys.executable, "-m", "seatfem", "run", str(scene), "-o", str(tmp_path / "out")]
     command += ["--quiet", "--no-pictures", "--rounds", "1"]

@@ -4,8 +4,6 @@
 here, and stands in CHANGELOG.md.
 """
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory

@@ -1,7 +1,5 @@
 """Values of a scene with their error bars as the command line writes them, and how far they are from those on file."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Iterator, Mapping

@@ -19,10 +19,8 @@ from impact.march.prepared import prepare
 from impact.march.stepper import ContactStepper
 from impact.measured.frf import read_impulse_response
 from impact.storage.hdf5 import load_results, restore_checkpoint, save_checkpoint, save_greens, save_results
-from seatfem.faces.cli import run_command
 from seatfem.faces.report.figures import body_figure
 from seatfem.pictures.moving import load_moving, save_moving
-from seatfem.structures.cache import Store
 from seatfem.structures.formats.dxf import write_outline
 from seatfem.structures.formats.mesh_files import read_mesh
 from seatfem.structures.formats.uff_responses import read_impulse_response_uff
@@ -32,6 +30,7 @@ from seatfem.study.scene.keys import scene_template
 from seatfem.study.sweep.runner import Outcome, append, read_journal
 from tests import universal_files
 from tests.moving_block import block_modes, block_wave
+from tests.steps import Store, run_command
 from tests.uff_sets import function_set, mode_set, unit_set, write_sets
 
 MESHES: Final = Path(__file__).parents[2] / "meshes"

@@ -16,13 +16,12 @@ import impact
 from impact.march.problem import ContactError
 from impact.storage.hdf5 import StorageError, load_results, restore_checkpoint, save_checkpoint, save_results
 from seatfem.faces.cli import BAD_INPUT, MOST_LINES, WIDEST, run_command
-from seatfem.structures.errors import GeometryError
 from seatfem.structures.mesh import gmsh_process
-from seatfem.structures.mesh.gmsh_process import MeshingError
 from seatfem.study.scene.problems import MOST
 from tests.fuzz.mutations import seal
 from tests.fuzz.samples import Sample, build, march
 from tests.fuzz.trials import STOPPED, judged
+from tests.solids import GeometryError, MeshingError
 
 ROOT = Path(__file__).parents[2]
 TABLE = ROOT / "benchmarks" / "results" / "fuzz.csv"

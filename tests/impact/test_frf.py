@@ -7,14 +7,7 @@ import pytest
 
 import impact
 from impact.greens.base import Array
-from impact.measured.frf import (
-    FrequencyResponse,
-    FrequencyResponseError,
-    deviation_by_coherence,
-    estimate_deviation,
-    is_moving_away,
-    read_frf,
-)
+from impact.measured import frf
 
 BODY = impact.single_mode(frequency_hz=1e3, mass=0.01, damping_ratio=0.05)
 F = np.linspace(100.0, 3000.0, 30)
@@ -45,45 +38,45 @@ def write(path: Path, header: str, f: np.ndarray, a: np.ndarray, b: np.ndarray) 
 def test_quantities_and_units(tmp_path: Path, quantity: str, unit: str, order: int, factor: float) -> None:
     h = G * W**order * factor
     header = f"frequency [kHz], {quantity} real [{unit}], {quantity} imag [{unit}]"
-    read = read_frf(write(tmp_path / "h.csv", header, F / 1e3, h.real, h.imag), port_name="lip")
+    read = frf.read_frf(write(tmp_path / "h.csv", header, F / 1e3, h.real, h.imag), port_name="lip")
     assert read.frequency == pytest.approx(F)
     assert read.receptance[:, 0, 0] == pytest.approx(G, rel=1e-9)
     assert read.port_names == ("lip",)
     for angle, unit_of_angle in ((np.angle(h), "rad"), (np.degrees(np.angle(h)), "deg")):
         header = f"frequency [Hz],{quantity} magnitude [{unit}],{quantity} phase [{unit_of_angle}]"
-        read = read_frf(write(tmp_path / "p.csv", header, F, np.abs(h), angle))
+        read = frf.read_frf(write(tmp_path / "p.csv", header, F, np.abs(h), angle))
         assert read.receptance[:, 0, 0] == pytest.approx(G, rel=1e-9)
 
 
 def test_bad_files(tmp_path: Path) -> None:
     header = "frequency [Hz],receptance real [m/N],receptance imag [m/N]"
     (tmp_path / "empty.csv").write_text("")
-    with pytest.raises(FrequencyResponseError, match=r"empty.csv:.*'frequency"):
-        read_frf(tmp_path / "empty.csv")
-    with pytest.raises(FrequencyResponseError, match=r"b.csv: frequency"):
-        read_frf(write(tmp_path / "b.csv", header, F[::-1], G.real, G.imag))
-    with pytest.raises(FrequencyResponseError, match=r"4 frequencies.*\(4, 1, 1\)"):
-        read_frf(write(tmp_path / "b.csv", header, F[:4], G.real[:4], G.imag[:4]))
+    with pytest.raises(frf.FrequencyResponseError, match=r"empty.csv:.*'frequency"):
+        frf.read_frf(tmp_path / "empty.csv")
+    with pytest.raises(frf.FrequencyResponseError, match=r"b.csv: frequency"):
+        frf.read_frf(write(tmp_path / "b.csv", header, F[::-1], G.real, G.imag))
+    with pytest.raises(frf.FrequencyResponseError, match=r"4 frequencies.*\(4, 1, 1\)"):
+        frf.read_frf(write(tmp_path / "b.csv", header, F[:4], G.real[:4], G.imag[:4]))
 
 
 def test_reciprocity_is_averaged_and_told_or_refused() -> None:
     two = np.empty((len(F), 2, 2), dtype=complex)
     two[:, 0, 0] = two[:, 1, 1] = G
     two[:, 0, 1], two[:, 1, 0] = 0.52 * G, 0.48 * G
-    made = FrequencyResponse(F, two, ("a", "b"))
+    made = frf.FrequencyResponse(F, two, ("a", "b"))
     assert made.receptance[:, 0, 1] == pytest.approx(0.5 * G)
     # |G - G'|/(2 |G|) = sqrt(2) 0.04/(2 sqrt(2 + 0.52^2 + 0.48^2))
     assert made.origin["reciprocity_defect"] == pytest.approx(0.04 / np.sqrt(2 * (2 + 0.52**2 + 0.48**2)), rel=1e-9)
     two[:, 0, 1] = -0.48 * G
-    with pytest.raises(FrequencyResponseError, match=r"G_ij and G_ji differ by \d+%"):
-        FrequencyResponse(F, two, ("a", "b"))
-    with pytest.raises(FrequencyResponseError, match=r"30 values .*finite"):
-        FrequencyResponse(F, np.full(30, np.nan))
+    with pytest.raises(frf.FrequencyResponseError, match=r"G_ij and G_ji differ by \d+%"):
+        frf.FrequencyResponse(F, two, ("a", "b"))
+    with pytest.raises(frf.FrequencyResponseError, match=r"30 values .*finite"):
+        frf.FrequencyResponse(F, np.full(30, np.nan))
 
 
 def test_free_bodies_are_told_by_their_lowest_lines() -> None:
-    assert not is_moving_away(FrequencyResponse(F, G))
-    assert is_moving_away(FrequencyResponse(F, G + 100 / W**2))
+    assert not frf.is_moving_away(frf.FrequencyResponse(F, G))
+    assert frf.is_moving_away(frf.FrequencyResponse(F, G + 100 / W**2))
 
 
 THREE_MODES = impact.ModalGreens(
@@ -106,7 +99,7 @@ def test_known_noise_is_found(spacing: float, size: float, course: str) -> None:
     shape = {"white": whole + 0 * f, "steep": whole * steep, "of each line": np.abs(exact)}[course]
     rng = np.random.default_rng(5)
     noise = size * shape * (rng.normal(size=len(f)) + 1j * rng.normal(size=len(f))) / np.sqrt(2)
-    ratio = estimate_deviation(exact + noise, f) / (size * shape)
+    ratio = frf.estimate_deviation(exact + noise, f) / (size * shape)
     # 61 lines of about 10 degrees of freedom each, 15 of them alike: 40 independent ones tell it to 11 %
     assert 0.6 < np.median(ratio) < 1.5
     if course != "of each line":  # which a resonance, narrower than that, tells only where it stands out
@@ -125,5 +118,5 @@ def test_noise_by_coherence_is_that_of_averaged_blows() -> None:
     cross, power = (np.mean(each, axis=1) for each in (output * force.conj(), np.abs(force) ** 2))
     found = cross / power
     coherence = np.abs(cross) ** 2 / (power * np.mean(np.abs(output) ** 2, axis=1))
-    stated = np.sqrt(np.mean(deviation_by_coherence(found, coherence, averages) ** 2))
+    stated = np.sqrt(np.mean(frf.deviation_by_coherence(found, coherence, averages) ** 2))
     assert stated == pytest.approx(np.sqrt(np.mean(np.abs(found - 3.0) ** 2)), rel=0.12)  # n against n - 1, n - 2: 10 %

@@ -156,10 +156,14 @@ LIP = ModalGreens(np.ones(1), np.zeros(1), np.ones((1, 1)), Residual.none(), ("l
         (lambda: SumGreens((MODE, LIP)), r"\('contact',\).*\('lip',\)"),
         (lambda: half_space.without_patch(ROD, PATCH, band_hz=1.0), "out of a DelayRod with 1 ports"),
         (lambda: half_space.without_patch(patch_of(0.3), PATCH, band_hz=1.0), "out of a HalfSpacePatch"),
+        (lambda: cs.edge_tension(poisson=0.7), r"poisson = 0\.7.*\[0, 0\.5\]"),
+        (lambda: cs.line_axis_stress([1.0, -1.0]), r"depth = -1.*surface"),
+        (lambda: cs.hertz_impact(stiffness=1.0, mass=0.0, speed=1.0), "mass = 0 must be positive"),
+        (lambda: cs.hertz_stiffness(reduced_modulus=1.0, radius=math.nan), "radius = nan"),
     ],
 )
 def test_what_is_refused(make: Callable[[], object], words: str) -> None:
-    with pytest.raises(GreensFunctionError, match=words):
+    with pytest.raises((GreensFunctionError, ContactStressError), match=words):
         make()
 
 
@@ -228,14 +232,3 @@ def test_tip_step_stress_of_a_section() -> None:
     assert cs.tip_step_force(0.0, speed=1.0, bending_stiffness=1.0, mass_per_length=1.0) == math.inf
     one, three = (cs.tip_step_force(1.0, speed=1.0, bending_stiffness=k, mass_per_length=k) for k in (1.0, 3.0))
     assert three == pytest.approx(3 * one, rel=1e-12)  # three beams side by side
-
-
-def test_impossible_numbers_are_refused() -> None:
-    with pytest.raises(ContactStressError, match=r"poisson = 0\.7.*\[0, 0\.5\]"):
-        cs.edge_tension(poisson=0.7)
-    with pytest.raises(ContactStressError, match=r"depth = -1.*surface"):
-        cs.line_axis_stress([1.0, -1.0])
-    with pytest.raises(ContactStressError, match="mass = 0 must be positive"):
-        cs.hertz_impact(stiffness=1.0, mass=0.0, speed=1.0)
-    with pytest.raises(ContactStressError, match="radius = nan"):
-        cs.hertz_stiffness(reduced_modulus=1.0, radius=math.nan)

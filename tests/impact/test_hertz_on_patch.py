@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import impact
-from impact import Body, ContactProblem, HertzOnPatch, ImpactResult, ModalGreens, Residual
 from impact.exact.contact_stress import hertz_impact
 from impact.march.loop.forces import law_force, law_potential, patch_secant
 
@@ -15,15 +14,15 @@ PEAK = hertz_impact(stiffness=STIFFNESS, mass=MASS, speed=SPEED).force
 LARGEST = (PEAK / STIFFNESS) ** (1 / 3)  # square root of the indentation at the peak
 
 
-def law_with(firmness: float, damping: float = 0.0) -> HertzOnPatch:
+def law_with(firmness: float, damping: float = 0.0) -> impact.HertzOnPatch:
     """Return a law whose curve is used up to this share of its limit."""
-    return HertzOnPatch(STIFFNESS, 2 * firmness / (3 * STIFFNESS * LARGEST), damping)
+    return impact.HertzOnPatch(STIFFNESS, 2 * firmness / (3 * STIFFNESS * LARGEST), damping)
 
 
-def struck(law: impact.Law, local: float, dt: float = 2e-8) -> ImpactResult:
-    seat = ModalGreens(np.zeros(0), np.zeros(0), np.zeros((0, 1)), Residual.exponential(local, 1.0))
+def struck(law: impact.Law, local: float, dt: float = 2e-8) -> impact.ImpactResult:
+    seat = impact.ModalGreens(np.zeros(0), np.zeros(0), np.zeros((0, 1)), impact.Residual.exponential(local, 1.0))
     striker = impact.rigid_mass(mass=MASS, velocity=-SPEED)
-    return impact.solve(ContactProblem(striker, Body(seat), law=law), dt=dt, duration=3e-4)
+    return impact.solve(impact.ContactProblem(striker, impact.Body(seat), law=law), dt=dt, duration=3e-4)
 
 
 @pytest.mark.parametrize("firmness", [1e-6, 0.1, 0.5, 0.89, 0.97])

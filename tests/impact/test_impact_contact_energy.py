@@ -9,6 +9,7 @@ import impact
 from impact import Body, Contact, ContactProblem, ImpactResult, ModalGreens, ModalState, Residual
 from impact.march.laws import Law
 
+pytestmark = pytest.mark.slow
 FASTEST = 60.0  # highest angular frequency of the random modes; steps below are in units of 1/FASTEST
 SEEDS = st.integers(0, 2**32 - 1)
 STEPS = st.floats(-3.0, 1.0).map(lambda exponent: 10.0**exponent)
@@ -21,7 +22,8 @@ def body(rng: np.random.Generator, ports: int, moving: bool) -> Body:
     zeta = rng.choice([0.0, 0.01, 0.1, 1.0, 2.0], n)
     root = rng.normal(size=(ports, ports)) * 0.2
     compliance, start = root @ root.T + 1e-3 * np.eye(ports), np.diag(rng.uniform(0.05, 2.0, ports))
-    kinds = [Residual.exponential(compliance, start), Residual.spring(compliance), dashpots(rng, ports)]
+    dashpots = Residual(np.diag(rng.uniform(0.1, 2.0, ports)), np.zeros(ports), np.zeros((ports, ports)))
+    kinds = [Residual.exponential(compliance, start), Residual.spring(compliance), dashpots]
     residual = kinds[int(rng.choice(3, p=[0.5, 0.3, 0.2]))]
     names = tuple(f"p{i}" for i in range(ports))
     shapes = rng.normal(size=(n, ports))
@@ -29,10 +31,6 @@ def body(rng: np.random.Generator, ports: int, moving: bool) -> Body:
         shapes[:, 1] = shapes[:, 0] * (1 + 1e-7)
     state = ModalState(rng.normal(size=n) / (1 + omega), rng.normal(size=n)) if moving else None
     return Body(ModalGreens(omega, zeta, shapes, residual, port_names=names), state=state)
-
-
-def dashpots(rng: np.random.Generator, ports: int) -> Residual:
-    return Residual(np.diag(rng.uniform(0.1, 2.0, ports)), np.zeros(ports), np.zeros((ports, ports)))
 
 
 def law(rng: np.random.Generator, with_potential: bool = False) -> Law:
@@ -65,7 +63,6 @@ def collide(posed: ContactProblem, step: float, steps: int, rule: str = "passive
     return impact.solve(posed, dt=step / FASTEST, duration=steps * step / FASTEST, rule=rule)
 
 
-@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(seed=SEEDS, step=STEPS)
 def test_energy_never_grows_whatever_the_contacts(seed: int, step: float) -> None:
@@ -80,7 +77,6 @@ def test_energy_never_grows_whatever_the_contacts(seed: int, step: float) -> Non
     assert energy.residual < 1e-10
 
 
-@pytest.mark.slow
 @settings(max_examples=40, deadline=None)
 @given(seed=SEEDS, step=STEPS)
 def test_conserving_contacts_lose_nothing(seed: int, step: float) -> None:
@@ -92,7 +88,6 @@ def test_conserving_contacts_lose_nothing(seed: int, step: float) -> None:
     assert np.all(np.diff(result.energy.stored) <= 1e-9 * largest)
 
 
-@pytest.mark.slow
 @settings(max_examples=40, deadline=None)
 @given(
     seed=SEEDS,

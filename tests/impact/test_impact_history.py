@@ -10,7 +10,6 @@ import pytest
 from numba.core.dispatcher import Dispatcher
 
 import impact
-from impact import Body, Load, ModalGreens, ModalState, Residual
 from impact.after import histories
 from impact.after.histories import line_force_peak, line_impulse_peak, over_arcs
 from impact.greens.base import Array
@@ -38,18 +37,15 @@ def test_compiled_functions_call_their_own_file_or_are_renewed_with_the_others()
     assert across >= 3  # the march calls the advance and the law
 
 
-def around_a_lip(ports: int) -> ModalGreens:
-    """Return a held body with waves cos(m t) and sin(m t) around its ports, each the shape of several modes."""
-    rng, places = np.random.default_rng(2), 2 * np.pi * np.arange(ports) / ports
+def test_poles_seen_alike_are_marched_by_their_sums(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Five waves of 30 modes; the forces are those of the march that knows nothing of it, and not one wave is lost."""
+    # a held body with waves cos(m t) and sin(m t) around its ports, each the shape of several modes
+    ports, rng = 12, np.random.default_rng(2)
+    places = 2 * np.pi * np.arange(ports) / ports
     waves = [np.cos(m * places) for m in range(3)] + [np.sin(m * places) for m in (1, 2)]
     shapes = np.array([rng.normal() * wave for wave in waves for _ in range(6)])
     omega, names = rng.uniform(20.0, 150.0, 30), tuple(f"arc_{c}" for c in range(ports))
-    return ModalGreens(omega, np.full(30, 0.02), shapes, Residual.spring(0.001 * np.eye(ports)), names)
-
-
-def test_poles_seen_alike_are_marched_by_their_sums(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Five waves of 30 modes; the forces are those of the march that knows nothing of it, and not one wave is lost."""
-    ports, greens = 12, around_a_lip(12)
+    greens = impact.ModalGreens(omega, np.full(30, 0.02), shapes, impact.Residual.spring(0.001 * np.eye(ports)), names)
     poles = Poles.from_modes([(greens, np.eye(ports))], DT, ports)
     group, size, directions = poles.along()
     assert directions.shape == (ports, 5)
@@ -71,16 +67,16 @@ def test_poles_seen_alike_are_marched_by_their_sums(monkeypatch: pytest.MonkeyPa
 STEP = 2e-6
 
 
-def thrown() -> Body:
+def thrown() -> impact.Body:
     """Return a body that is free, bent, damped, loaded, with two ports, relaxations and a bare compliance."""
     rng = np.random.default_rng(11)
     omega = np.sort(rng.uniform(6e3, 5e5, 9))
     omega[:2] = 0.0
-    rest = Residual(rng.normal(size=(2, 2)) * 1e-2, np.array([1e4, 1e6]), 1e-9 * np.eye(2))
-    greens = ModalGreens(omega, np.full(9, 0.03), rng.normal(size=(9, 2)), rest, ("left", "right"))
-    state = ModalState(1e-6 * rng.normal(size=9), 1e-2 * rng.normal(size=9))
-    loads = (Load(rng.normal(size=9), np.cos), Load(rng.normal(size=9), lambda t: np.sin(1e4 * t)))
-    return Body(greens, -0.3, state, loads)
+    rest = impact.Residual(rng.normal(size=(2, 2)) * 1e-2, np.array([1e4, 1e6]), 1e-9 * np.eye(2))
+    greens = impact.ModalGreens(omega, np.full(9, 0.03), rng.normal(size=(9, 2)), rest, ("left", "right"))
+    state = impact.ModalState(1e-6 * rng.normal(size=9), 1e-2 * rng.normal(size=9))
+    loads = (impact.Load(rng.normal(size=9), np.cos), impact.Load(rng.normal(size=9), lambda t: np.sin(1e4 * t)))
+    return impact.Body(greens, -0.3, state, loads)
 
 
 @pytest.mark.parametrize("stride", [1, 7])
@@ -88,8 +84,8 @@ def test_coordinates_make_the_displacement_of_the_ports(stride: int) -> None:
     """The coordinates of a loaded body of modes, free ones among them, make its displacement at two struck ports."""
     steps = 700
     bare = thrown()
-    assert isinstance(bare.greens, ModalGreens)
-    body = replace(bare, greens=replace(bare.greens, residual=Residual.none(2)))
+    assert isinstance(bare.greens, impact.ModalGreens)
+    body = replace(bare, greens=replace(bare.greens, residual=impact.Residual.none(2)))
     force = np.maximum(np.random.default_rng(5).normal(size=(2, steps)).cumsum(axis=1), 0.0)
     coordinates = modal_coordinates(body, force, STEP, stride)
     assert len(coordinates) == steps // stride + 1

@@ -13,16 +13,6 @@ from impact.greens import oscillator
 RNG = np.random.default_rng(11)
 
 
-def spd(n: int, rank: int) -> np.ndarray:
-    factor = RNG.normal(size=(n, rank))
-    return factor @ factor.T
-
-
-def only(residual: Residual) -> ModalGreens:
-    ports = tuple(f"p{k}" for k in range(len(residual.compliance)))
-    return ModalGreens(np.zeros(0), np.zeros(0), np.zeros((0, len(ports))), residual, port_names=ports)
-
-
 def matrix(greens: ModalGreens, t: float) -> np.ndarray:
     n = range(len(greens.ports))
     return np.array([[float(greens.impulse_response(t, i, j)) for j in n] for i in n])
@@ -30,8 +20,10 @@ def matrix(greens: ModalGreens, t: float) -> np.ndarray:
 
 @pytest.mark.parametrize(("ports", "rank"), [(2, 2), (4, 4), (4, 2)])
 def test_exponential_residual_of_several_ports_is_symmetric_and_passive(ports: int, rank: int) -> None:
-    r0, g0 = spd(ports, rank), np.diag(RNG.uniform(0.5, 2.0, ports))
-    greens = only(Residual.exponential(r0, g0))
+    factor, g0 = RNG.normal(size=(ports, rank)), np.diag(RNG.uniform(0.5, 2.0, ports))
+    r0 = factor @ factor.T
+    names = tuple(f"p{k}" for k in range(ports))
+    greens = ModalGreens(np.zeros(0), np.zeros(0), np.zeros((0, ports)), Residual.exponential(r0, g0), port_names=names)
     np.testing.assert_allclose(greens.static_compliance(), r0, atol=1e-12 * np.abs(r0).max())
     if rank == ports:
         np.testing.assert_allclose(greens.initial_value(), g0, atol=1e-13)

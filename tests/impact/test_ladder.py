@@ -65,16 +65,6 @@ def march_in_levels(one: Discretised, levels: Levels, share: float = SHARE) -> M
     return finish_march(LadderMarch(one, levels, share))
 
 
-def switch(one: LadderMarch, steps: int, random: np.random.Generator, top: int) -> list[int]:
-    """March, beginning at random steps with a level drawn at random; return these steps."""
-    stops = [0]
-    while one.done < steps:
-        one.level = int(random.integers(0, top + 1))
-        one.advance_far(min(one.done + int(4 ** random.uniform(0, top + 1)), steps))
-        stops.append(one.done)
-    return stops
-
-
 @pytest.mark.slow
 def test_free_motion_is_exact_whatever_the_steps() -> None:
     """A free body with modes, light and heavy damping, and a relaxation, under a constant force: each coordinate is
@@ -86,7 +76,10 @@ def test_free_motion_is_exact_whatever_the_steps() -> None:
     striker = Body(greens, state=begin, loads=(Load(shape, lambda t: np.full(len(t), 0.3)),))
     one, levels = discretised(ContactProblem(striker, impact.spring(stiffness=1e9), gap=1.0), 20e-3)
     run = LadderMarch(one, levels, np.inf)
-    switch(run, one.steps, np.random.default_rng(3), len(levels.lengths) - 1)
+    random, top = np.random.default_rng(3), len(levels.lengths) - 1
+    while run.done < one.steps:
+        run.level = int(random.integers(0, top + 1))
+        run.advance_far(min(run.done + int(4 ** random.uniform(0, top + 1)), one.steps))
     (q, v), _ = run.find_state()
     time = np.array(one.steps * H)
     moved = oscillator.free_transition(time, omega, zeta)
@@ -281,21 +274,15 @@ OMEGA = np.array([0.0, 10.0, 3e3, 4e4, 2e5, 3e6, 2e4, 5e5])
 ZETA = np.array([0.0, 0.0, 1e-3, 0.02, 0.3, 0.01, 1.0, 3.0])
 
 
-def make_body(seed: int) -> tuple[ModalGreens, ModalState, np.ndarray]:
-    """Return modes of all kinds with two ports, a state of theirs, and the shape of a load."""
-    random = np.random.default_rng(seed)
-    residual = Residual(random.normal(size=(2, 2)), np.array([3e4, 2e5]), np.diag([1e-9, 2e-9]))
-    shapes = random.normal(size=(len(OMEGA), 2))
-    rates = random.normal(size=len(OMEGA))
-    state = ModalState(rates / np.maximum(OMEGA, 100.0), random.normal(size=len(OMEGA)))
-    return ModalGreens(OMEGA, ZETA, shapes, residual, ("one", "two")), state, random.normal(size=len(OMEGA))
-
-
 @pytest.mark.parametrize("wrong", [1.0, 1.03])
 def test_energy_balances_under_loads_that_rise(wrong: float) -> None:
     """Stored energy, loss, work of loads and of forces are integrated separately, and their sum vanishes; not with a
     loss, or a rise in the work, that is off by 3 %."""
-    modal, state, shape = make_body(3)
+    random = np.random.default_rng(3)  # modes of all kinds with two ports, a state of theirs, the shape of a load
+    residual = Residual(random.normal(size=(2, 2)), np.array([3e4, 2e5]), np.diag([1e-9, 2e-9]))
+    shapes, rates = random.normal(size=(len(OMEGA), 2)), random.normal(size=len(OMEGA))
+    state = ModalState(rates / np.maximum(OMEGA, 100.0), random.normal(size=len(OMEGA)))
+    modal, shape = ModalGreens(OMEGA, ZETA, shapes, residual, ("one", "two")), random.normal(size=len(OMEGA))
     random, lengths = np.random.default_rng(4), np.array([1, 4, 64, 1024])
     levels = random.integers(0, 4, 200)
     body = BodyAtStart(modal, state, np.zeros(2), np.zeros(2), [shape], np.eye(2))

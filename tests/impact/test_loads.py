@@ -19,13 +19,12 @@ STUBBY = {**REED, "thickness": 5.08e-3}  # L/h = 5: shear adds 6 % to the tip de
 L, W = REED["length"], REED["width"]
 CANTILEVER = Cantilever(**REED)
 EI = CANTILEVER.rigidity
-NOW = np.zeros(1)
 
 
 def sag(beam: RectangularBeam, at: float, *loads: ReedLoad, n_modes: int = 60) -> float:
     """Return the static deflection under the loads at t = 0, from the modes alone."""
     body = reed(beam, n_modes=n_modes, contact_at=at, loads=loads)
-    force = sum(load.shape * load.amplitude(NOW)[0] for load in body.loads)
+    force = sum(load.shape * load.amplitude(np.zeros(1))[0] for load in body.loads)
     return float(body.greens.shapes[:, 0] @ (force / body.greens.omega**2))
 
 

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import impact
-from impact import Body, Contact, ContactProblem
 from impact.march import ladder
 from impact.march.problem import ContactError
 from impact.march.rows import Replayed
@@ -17,14 +16,15 @@ from impact.runs import solver
 from impact.storage.hdf5 import load_results, save_results
 from tests.impact.test_ladder import deflected, seat
 
+pytestmark = pytest.mark.slow
 STEP, PARTS = 50e-9, 24
 MOST = 3.1
 """Most memory of a run, over that of its forces: forces, gaps, and 0.6 of blocks, energies and flags; another copy of
 either needs 3.6."""
 
 
-def on_a_seat(parts: int, body: Body) -> list[Contact]:
-    return [Contact(body, port=k, striker_port=k, gap=1e-6 * k) for k in range(parts)]
+def on_a_seat(parts: int, body: impact.Body) -> list[impact.Contact]:
+    return [impact.Contact(body, port=k, striker_port=k, gap=1e-6 * k) for k in range(parts)]
 
 
 @pytest.fixture
@@ -48,9 +48,8 @@ def traced() -> Iterator[Callable[[], int]]:
     tracemalloc.stop()
 
 
-@pytest.mark.slow
 def test_a_run_of_many_contacts_keeps_forces_and_gaps_once(long_runs: None, traced: Callable[[], int]) -> None:
-    problem = ContactProblem(deflected(PARTS), contacts=on_a_seat(PARTS, seat(PARTS)))
+    problem = impact.ContactProblem(deflected(PARTS), contacts=on_a_seat(PARTS, seat(PARTS)))
     impact.solve(problem, dt=STEP, duration=1e-4)
     before = traced()
     result = impact.solve(problem, dt=STEP, duration=0.04)
@@ -60,9 +59,8 @@ def test_a_run_of_many_contacts_keeps_forces_and_gaps_once(long_runs: None, trac
     assert traced() - before < MOST * history
 
 
-@pytest.mark.slow
 def test_memory_does_not_grow_with_the_number_of_varied_runs(long_runs: None, traced: Callable[[], int]) -> None:
-    problem = ContactProblem(deflected(8), contacts=on_a_seat(8, seat(8)))
+    problem = impact.ContactProblem(deflected(8), contacts=on_a_seat(8, seat(8)))
     result = impact.solve(problem, dt=STEP, duration=0.01)
     others = {f"gap {k}": solver.widen_gaps(problem, k * 1e-9) for k in range(1, 7)}
     measures = {"impulse": lambda one: float(one.rows.spans @ one.rows.force[1:].sum(axis=1))}
@@ -74,15 +72,14 @@ def test_memory_does_not_grow_with_the_number_of_varied_runs(long_runs: None, tr
     assert most[2] - most[1] < 0.1 * 8 * result.rows.force.size
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("equal_steps", [True, False])
 def test_displacements_on_demand_are_those_that_are_kept(
     equal_steps: bool, long_runs: None, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Replayed displacements of all bodies at all contacts, some, and weighted are those that a run keeps."""
     below = replace(seat(3), base=lambda time: 2e-6 * np.sin(3e3 * time))
-    above = Contact(impact.spring(stiffness=1e6), side=-1, striker_port=1, gap=2e-4)
-    problem = ContactProblem(deflected(3), contacts=[*on_a_seat(3, below), above])
+    above = impact.Contact(impact.spring(stiffness=1e6), side=-1, striker_port=1, gap=2e-4)
+    problem = impact.ContactProblem(deflected(3), contacts=[*on_a_seat(3, below), above])
     replayed = impact.solve(problem, dt=STEP, duration=5e-3, equal_steps=equal_steps)
     monkeypatch.setattr(solver, "LARGE", 1e9)
     kept = impact.solve(problem, dt=STEP, duration=5e-3, equal_steps=equal_steps)
@@ -100,9 +97,8 @@ def test_displacements_on_demand_are_those_that_are_kept(
         np.testing.assert_allclose(getattr(replayed, name), getattr(kept, name), rtol=0, atol=size)
 
 
-@pytest.mark.slow
 def test_a_file_without_displacements_says_so(long_runs: None, tmp_path: Path) -> None:
-    problem = ContactProblem(deflected(2), contacts=on_a_seat(2, seat(2)))
+    problem = impact.ContactProblem(deflected(2), contacts=on_a_seat(2, seat(2)))
     result = impact.solve(problem, dt=STEP, duration=1e-3)
     save_results(tmp_path / "r.h5", {"lip": result}, {})
     read = load_results(tmp_path / "r.h5")["lip"]

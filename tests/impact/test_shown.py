@@ -1,7 +1,5 @@
 """What people look at: numbers, texts of a few lines and never arrays, tables in HTML, data frames, figures."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from xml.etree import ElementTree
@@ -24,15 +22,6 @@ HIT = impact.ContactProblem(BALL, impact.spring(stiffness=1e6))
 @pytest.fixture(scope="module")
 def result() -> impact.ImpactResult:
     return impact.solve(HIT, dt=1e-7, duration=1.2e-4)
-
-
-@pytest.fixture(scope="module")
-def outcome() -> RunOutcome:
-    summary = {
-        "impulse_Ns": 2e-3, "error_bar_impulse_Ns": 1e-5, "spring_impulse_Ns": 1.9e-3, "contact_count": 3,
-        "error_in_words": "none", "plan_cost_s": 2.0, "preloaded": True, "first_contact_s": None,
-    }  # fmt: skip
-    return RunOutcome(summary, ("a note",), (), met=False)
 
 
 def examples(run: impact.ImpactResult) -> dict[str, object]:
@@ -111,7 +100,12 @@ def test_a_run_as_a_data_frame(result: impact.ImpactResult) -> None:
 
 
 @pytest.mark.slow
-def test_measures_as_text_and_as_a_data_frame(outcome: RunOutcome) -> None:
+def test_measures_as_text_and_as_a_data_frame() -> None:
+    summary = {
+        "impulse_Ns": 2e-3, "error_bar_impulse_Ns": 1e-5, "spring_impulse_Ns": 1.9e-3, "contact_count": 3,
+        "error_in_words": "none", "plan_cost_s": 2.0, "preloaded": True, "first_contact_s": None,
+    }  # fmt: skip
+    outcome = RunOutcome(summary, ("a note",), (), met=False)
     assert str(outcome).splitlines() == [
         "RunOutcome, target missed, 0 files",
         "  impulse_Ns: 2.000 ± 0.010 mN s, spring baseline 1.9 mN s",

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import impact
-from impact import measures
 from impact.greens.modal import ModalGreens, Residual
 from impact.march.ladder import LadderMarch, finish_march, march, prepare_levels
 from impact.march.laws import FAR
@@ -67,7 +66,7 @@ def test_a_step_any_shorter_changes_less_and_never_blows_up() -> None:
     """A step of any length is stable, where c(floor) = 622 N s/m against h/W0 = 1e4 to 2e5 N s/m: a march with the c of
     the step before fails."""
     runs = [landing(FILM, 1.0, dt, target=seat(1)) for dt in (200e-9, 100e-9, 50e-9, 25e-9, 1e-9)]
-    impulse, peak = np.array([(measures.impulse(run), measures.film_force_peak(run)) for run in runs]).T
+    impulse, peak = np.array([(impact.measures.impulse(run), impact.measures.film_force_peak(run)) for run in runs]).T
     off = np.abs(impulse[:-1] - impulse[-1])
     assert np.all(np.log2(off[:-1] / off[1:]) > 1.5)
     assert off[0] < 1e-3 * impulse[-1]

@@ -10,9 +10,8 @@ from impact.beams.stepped import SteppedCantilever
 from impact.bodies.loads import Gravity, Pressure
 from impact.bodies.reeds import reed
 from impact.greens.base import GreensFunctionError
-from seatfem.structures.materials import Material
 from seatfem.structures.shapes import Flapper
-from seatfem.structures.sheets import Sheet, plate_modes
+from tests.solids import Material, Sheet, plate_modes
 
 MATERIAL = {"young": 206e9, "density": 7800.0}
 L, H = 30e-3, 0.3e-3

@@ -1,7 +1,5 @@
 """Work on other computers, by workers of dask that see no file of the client's."""
 
-from __future__ import annotations
-
 import json
 import socket
 import sys
@@ -68,7 +66,9 @@ def test_a_study_on_other_computers(tmp_path: Path, monkeypatch: pytest.MonkeyPa
                 crowd.workers[0].kill()
             heard.extend([done] if done > 0 else [])
 
-        both = wait_for_both(crowd.address)
+        end = time.monotonic() + 60  # at most, after they were started
+        while (both := threads_of(crowd.address)) < 2 and time.monotonic() < end:
+            time.sleep(0.1)
         run_study(load_study(path), out, Effort(cluster=crowd.address), progress=kill_one)
         assert both == 2
         assert heard[0] < 0.5
@@ -76,8 +76,15 @@ def test_a_study_on_other_computers(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         assert rows(out) == rows(tmp_path / "here")
         entries = [json.loads(line) for line in (out / JOURNAL).read_text(encoding="utf-8").splitlines()]
         assert sorted(Counter(entry["key"] for entry in entries if "key" in entry).values()) == [1] * 10
-        trade_as_here(crowd.address, path.parent / "scene.toml", tmp_path / "trade.jsonl")
-        cell_as_here(crowd.address, tmp_path / "extremes.jsonl")
+        scene, journal = path.with_name("scene.toml"), tmp_path / "trade.jsonl"
+        points = [Point("coarse", "all keys"), Point("other", "all keys")]
+        outcomes = run_points(scene, points, journal, cluster=crowd.address)
+        assert values_of(outcomes["coarse"]) == values_of(outcomes["other"]) == values_of(carry_out(scene, points[0]))
+        assert len(journal.read_text(encoding="utf-8").splitlines()) == 2
+        cell = battery()[0]  # of the extremes
+        [outcome] = run_battery([cell], tmp_path / "extremes.jsonl", cluster=crowd.address).values()
+        here = replace(cells_here(cell), seconds=0.0)
+        assert repr(replace(outcome, seconds=0.0, revision="")) == repr(here)  # nan is not nan
         ends_as_here(crowd.address, path, tmp_path, monkeypatch)
         given_up(crowd.address)
         monkeypatch.setattr(cluster, "code_version", lambda: "0123")
@@ -87,31 +94,6 @@ def test_a_study_on_other_computers(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 
 def without_files(job: str) -> tuple[str, dict[str, Path]]:
     return job, {}
-
-
-def wait_for_both(address: str) -> int:
-    """Return how many workers there are, at most a minute after they were started."""
-    end = time.monotonic() + 60
-    while (threads := threads_of(address)) < 2 and time.monotonic() < end:
-        time.sleep(0.1)
-    return threads
-
-
-def cell_as_here(address: str, log: Path) -> None:
-    """Check that a cell of the battery at the extremes ends as it does here."""
-    cell = battery()[0]
-    [outcome] = run_battery([cell], log, cluster=address).values()
-    assert repr(replace(outcome, seconds=0.0, revision="")) == repr(
-        replace(cells_here(cell), seconds=0.0)
-    )  # nan is not nan
-
-
-def trade_as_here(address: str, scene: Path, journal: Path) -> None:
-    """Check that points of the trade have the values that they have here."""
-    points = [Point("coarse", "all keys"), Point("other", "all keys")]
-    outcomes = run_points(scene, points, journal, cluster=address)
-    assert values_of(outcomes["coarse"]) == values_of(outcomes["other"]) == values_of(carry_out(scene, points[0]))
-    assert len(journal.read_text(encoding="utf-8").splitlines()) == 2
 
 
 def values_of(outcome: Outcome) -> dict[str, object]:

@@ -18,6 +18,7 @@ from seatfem.jobs import folders
 from seatfem.jobs.crew import Lost, crew
 from seatfem.jobs.folders import LOCK, private_folder, sweep
 from seatfem.jobs.processes import Terminated, ended_by_signals, exit_code
+from tests.gallery import write_scene
 
 ROOT = Path(__file__).parents[2]
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
@@ -55,12 +56,6 @@ def program(folder: Path, *command: str) -> Iterator[subprocess.Popen[str]]:
 
 def seatfem(folder: Path, *arguments: str):
     return program(folder, "-m", "seatfem", *arguments)
-
-
-def scene(folder: Path, text: str = LONG) -> str:
-    path = folder / "scene.toml"
-    path.write_text(text, encoding="utf-8")
-    return str(path)
 
 
 def workers(process: subprocess.Popen[str], which: str, busy: float = 0.0) -> list[psutil.Process]:
@@ -106,13 +101,6 @@ def error_bars_of(folder: Path) -> list[str]:
     return sorted(path.name for path in (folder / "tmp").iterdir() if path.name.startswith("seatfem"))
 
 
-def next_start(folder: Path) -> None:
-    """Run the program once more."""
-    (folder / "next.toml").write_text(SHORT, encoding="utf-8")
-    with seatfem(folder, "plan", "next.toml", "--quiet") as process:
-        assert process.wait(60) == 0, process.stderr.read()
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "which"),
@@ -120,19 +108,21 @@ def next_start(folder: Path) -> None:
     ids=["mesher", "mesher of a trade"],
 )
 def test_nothing_survives_kill_9(arguments: tuple[str, ...], which: str, tmp_path: Path) -> None:
-    with seatfem(tmp_path, *arguments, scene(tmp_path)) as process:
+    with seatfem(tmp_path, *arguments, str(write_scene(tmp_path, LONG))) as process:
         family = workers(process, which, busy=0.5)
         process.kill()
         process.wait()
         assert alive(family) == []
         assert error_bars_of(tmp_path) != []  # a killed program cannot tidy up
-    next_start(tmp_path)
+    (tmp_path / "next.toml").write_text(SHORT, encoding="utf-8")
+    with seatfem(tmp_path, "plan", "next.toml", "--quiet") as process:
+        assert process.wait(60) == 0, process.stderr.read()
     assert error_bars_of(tmp_path) == []
 
 
 @pytest.mark.slow
 def test_asked_to_end_the_program_tidies_up(tmp_path: Path) -> None:
-    with seatfem(tmp_path, "run", scene(tmp_path), "-o", "out") as process:
+    with seatfem(tmp_path, "run", str(write_scene(tmp_path, LONG)), "-o", "out") as process:
         family = workers(process, "_gmsh_worker", busy=0.5)
         process.terminate()
         assert process.wait(ASKED) == 143

@@ -78,12 +78,6 @@ for number, verb in enumerate({verbs}):
 """
 
 
-def hides(path: str) -> bool:
-    """Return whether a file may be hidden from a command."""
-    mount = ["unshare", "-rm", "mount", "--bind", "/dev/null", path]
-    return shutil.which("unshare") is not None and subprocess.run(mount, capture_output=True).returncode == 0
-
-
 def without(libraries: tuple[str, ...], verbs: list[list[str]], **environment: str) -> subprocess.CompletedProcess[str]:
     """Run command lines in an interpreter on a machine that lacks the libraries."""
     code = VERBS.format(verbs=verbs)
@@ -91,7 +85,8 @@ def without(libraries: tuple[str, ...], verbs: list[list[str]], **environment: s
     paths = [line.split()[-1] for line in listing.splitlines() if line.split()[:1] and line.split()[0] in libraries]
     files = sorted({os.path.realpath(file) for file in paths})
     command = [sys.executable, "-P", "-c", code]
-    if files and hides(files[0]):
+    hide = ["unshare", "-rm", "mount", "--bind", "/dev/null"]  # from a command, where that may be
+    if files and shutil.which("unshare") and not subprocess.run([*hide, files[0]], capture_output=True).returncode:
         mounts = "; ".join(f"mount --bind /dev/null {file}" for file in files)
         command = ["unshare", "-rm", "sh", "-c", f'{mounts}; exec "$@"', "sh", *command]
     elif libraries:

@@ -1,7 +1,5 @@
 """A steel ball on a steel plate: the march of a mass with the Hertz law on an infinite plate."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 

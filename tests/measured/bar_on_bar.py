@@ -1,7 +1,5 @@
 """Two bars in line: what the joint of their faces throws back, and what it passes on."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

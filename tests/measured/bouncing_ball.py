@@ -1,7 +1,5 @@
 """A ball that bounces under gravity: the restitution of one contact by the march, and the flights between contacts."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping
 

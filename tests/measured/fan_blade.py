@@ -1,7 +1,5 @@
 """A curved blade as a solid of curved hexahedra, clamped along one curved edge."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Three aluminium plates as one solid: natural modes of a free body against those of a modal test."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """The plates of `jim_beam` with soft joints: two moduli fitted to two modes."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """A struck pipe as a free rod: the times at which its struck end moves on."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A cantilever by the Timoshenko beam of `impact`: the first frequency fits the modulus, the others follow."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 

@@ -1,7 +1,5 @@
 """A pulse that goes to and fro along a bar: dispersion of the waves of the axisymmetric model, and its crests."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from typing import Any, Final

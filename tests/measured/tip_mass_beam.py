@@ -1,7 +1,5 @@
 """A cantilever with a mass at its tip, by the beam of `impact`: one modulus for all lengths."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 

@@ -9,8 +9,6 @@ An error is tried with the tests that execute its line: those of `make test`, th
 room first. Tests that march stand in for compiled loops, tests that execute a line of the same file for what runs once.
 """
 
-from __future__ import annotations
-
 import csv
 import io
 import json

@@ -1,7 +1,5 @@
 """Draw small errors of the product from a seed: a number 3 % off, another operator, a message without its key."""
 
-from __future__ import annotations
-
 import ast
 import re
 from collections.abc import Iterator, Mapping, Sequence

@@ -15,10 +15,8 @@ from seatfem.pictures import moving
 from seatfem.pictures.frames import mode_frames
 from seatfem.pictures.moving import FINEST, UNTOLD, load_moving, moving_bodies, save_moving
 from seatfem.pictures.skins import OPENED, SLICES, Skin, skin_of, wound_outward
-from seatfem.structures.elements.assembly import assemble
-from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
-from seatfem.structures.materials import Material
 from tests.moving_block import END, SIDES, block, block_modes, block_wave
+from tests.solids import Material, assemble, assemble_axisymmetric
 
 
 def test_it_is_read_as_it_was_written(tmp_path: Path) -> None:
@@ -145,11 +143,6 @@ def test_a_tube_is_laid_open() -> None:
     np.testing.assert_allclose(outwards[:, 2], 2.0)
 
 
-def _volume(points: np.ndarray, triangles: np.ndarray) -> float:
-    a, b, c = np.moveaxis(points[triangles], 1, 0)
-    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
-
-
 @pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
 def test_triangles_are_wound_outward_however_they_were(share: float) -> None:
     """The triangles of two blocks face outward again after a share of them was turned over."""
@@ -159,7 +152,8 @@ def test_triangles_are_wound_outward_however_they_were(share: float) -> None:
     over = np.random.default_rng(1).random(len(triangles)) < share
     wound = wound_outward(points, np.where(over[:, None], triangles[:, ::-1], triangles))
     assert (np.sort(wound, axis=1) == np.sort(triangles, axis=1)).all()
-    assert _volume(points, wound) == pytest.approx(2 * np.prod(SIDES), rel=1e-9)
+    a, b, c = np.moveaxis(points[wound], 1, 0)
+    assert np.einsum("ij,ij->", a, np.cross(b, c)) / 6 == pytest.approx(2 * np.prod(SIDES), rel=1e-9)
     first = wound[: len(body.triangles)]
     a, b, c = np.moveaxis(points[first], 1, 0)
     outward = np.einsum("ij,ij->i", np.cross(b - a, c - a), (a + b + c) / 3 - np.array(SIDES) / 2)

@@ -9,7 +9,6 @@ import pytest
 import skfem
 
 import impact
-from impact.greens.modal import ModalGreens, Residual
 from impact.measured.amplitudes import Candidate
 from impact.measured.frf import FrequencyResponse
 from impact.measured.pole_fit import fit_poles
@@ -22,13 +21,11 @@ from impact.quantities import text
 from seatfem.pictures import plots as seat_plots
 from seatfem.pictures import rendering
 from seatfem.pictures.moving import swing_frame
-from seatfem.structures.elements.assembly import assemble
-from seatfem.structures.method import Solved
 from seatfem.structures.model import Material, ModelError
-from seatfem.structures.reduction.modes import solve_modes
 from seatfem.study.runs.pictures import _seat_pictures
-from seatfem.study.scene import load_scene
 from tests.moving_block import block_modes
+from tests.solids import assemble, solve_modes
+from tests.steps import ModalGreens, Residual, Solved, load_scene
 
 pytest.importorskip("matplotlib")
 

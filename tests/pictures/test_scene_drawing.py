@@ -8,12 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seatfem.structures.kinds import kinds_of
 from seatfem.structures.outlines import BodyViews, covered_share, crossings, of_beam
-from seatfem.structures.rings import Division
 from seatfem.structures.shapes.loops import inside
 from seatfem.study.impacts.layout import cover_note, draw_scene, facts_of, layout_of
-from seatfem.study.scene import Scene, SceneError, load_scene
+from tests.steps import Division, Scene, SceneError, kinds_of, load_scene
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = sorted(path.stem for path in (ROOT / "examples").glob("*.toml") if not path.stem.endswith("_study"))
@@ -41,17 +39,12 @@ def example(name: str, **changed: object) -> Scene:
     )
 
 
-def words_in(picture: Path) -> list[str]:
-    """Return the texts in an SVG."""
-    text = picture.read_text(encoding="utf-8")
-    return [re.sub(r"<[^>]+>", "", each) for each in re.findall(r"<text.*?</text>", text, re.DOTALL)]
-
-
 @pytest.mark.slow(but="mass_on_bar")
 @pytest.mark.parametrize("name", EXAMPLES)
 def test_every_example_is_drawn_with_its_sizes(name: str, tmp_path: Path) -> None:
     layout = draw_scene(example(name), tmp_path / "drawing.svg")
-    said = " ".join(words_in(tmp_path / "drawing.svg"))  # notes may be wrapped
+    texts = re.findall(r"<text.*?</text>", (tmp_path / "drawing.svg").read_text(encoding="utf-8"), re.DOTALL)
+    said = " ".join(re.sub(r"<[^>]+>", "", each) for each in texts)  # notes may be wrapped
     title = "Section A–A along the reed through the contact"
     expected = (title, "Plan, seen from above", "contact face", *SAID.get(name, ()))
     assert [words for words in expected if words not in said] == [], said
@@ -64,10 +57,6 @@ def test_every_example_is_drawn_with_its_sizes(name: str, tmp_path: Path) -> Non
         assert np.concatenate(layout.seat.section)[:, 1].max() == pytest.approx(0.0, abs=1e-6)
 
 
-def sizes_of(views: BodyViews) -> dict[str, float]:
-    return {size.text: size.value for size in views.sizes}
-
-
 def test_the_suction_valve_in_numbers() -> None:
     layout = layout_of(example("suction_valve"))
     assert facts_of(layout) == (
@@ -77,7 +66,7 @@ def test_the_suction_valve_in_numbers() -> None:
     )
     assert cover_note(layout) == ""
     assert "covers 50 %" in cover_note(layout_of(example("suction_valve", contact__at="34 mm")))
-    sizes = sizes_of(layout.seat)
+    sizes = {size.text: size.value for size in layout.seat.sizes}
     assert sizes["port Ø 9 mm"] == pytest.approx(9e-3)
     assert sizes["lip 1 mm wide"] == pytest.approx(1e-3)
     assert sizes["lip 0.5 mm high"] == pytest.approx(0.5e-3)

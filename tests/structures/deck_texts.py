@@ -388,23 +388,6 @@ NASTRAN = {
 =PLOAD4 9|PLOAD4,9,1,1.+6,,,,3,8
 |ENDDATA
 |GRID,1,,7.,7.,7.""",
-    "small": f"""2; 1 1 1; PID 1 1v; PID 2 1v; SPC 1 3n
-|$ small fields
-|NASTRAN BUFFSIZE=5000
-|SOL     103
-|CEND
-|METHOD = 1
-|BEGIN BULK
-|PARAM   POST    -1
-|EIGRL   1                       10
-{lines(SMALL, [*TET[:4], (1, 1, 1)])}
-e|CTETRA  1       1       1       2       3       4
-e|CTETRA  2       2       2       3       4       5
-|PSOLID  1       1
-|PSOLID  2       1
-|MAT1    1       2.1+11          .3      7850.
-=SPC 1|SPC1    1       123456  1       2       3
-|ENDDATA""",
     "large": f"""2; 2 1 1; PID 3 2v; SPC 5 4n
 |BEGIN BULK
 {wide()}
@@ -418,7 +401,14 @@ e|CTETRA  2       2       2       3       4       5
 =SPC 5|*       3               4
 |ENDDATA""",
     "labelled": f"""1; 1 1 1; PID 2 1v; SPC 4 6n; PLOAD4 9 1f
+|$ small fields
+|NASTRAN BUFFSIZE=5000
+|SOL     103
+|CEND
+|METHOD = 1
 |BEGIN BULK
+|PARAM   POST    -1
+|EIGRL   1                       10
 {lines(SMALL, TET)}
 |CTETRA  5       2       1       2       3       4       5       6       +E5
 |+E5     7       8       9       10
@@ -474,10 +464,10 @@ e|CTETRA  2       2       2       3       4       5
 |GRDSET,,,,,,9,6
 {BRICKS}
 |ENDDATA""",
-    "plain": f"""2; 1 1 1; PID 1 2v; SPC 1 3n
+    "plain": f"""2; 1 1 1; PID 1 1v; PID 2 1v; SPC 1 3n
 {lines("grid	{}		{}	{}	{}", [*TET[:4], (1, 1, 1)])}
 e|ctetra	1	1	1	2	3	4
-e|ctetra,2,1,2,3,4,5
+e|ctetra,2,2,2,3,4,5
 =SPC 1|spc1,1,123,1,thru,3
 |enddata
 |anything goes here, 1, 2""",
@@ -502,7 +492,7 @@ e|ctetra,2,1,2,3,4,5
 |,11,7
 @held.dat
 =SPC 5|SPC1,5,123,1,2,3,4""",
-    "held": f"""2; 2 1 1; SPC 1 4n; SPC 2 3n; SPC 3 8n
+    "held": f"""2; 2 1 1; PID 3 2v; SPC 1 4n; SPC 2 3n; SPC 3 8n
 |BEGIN BULK
 {BRICKS}
 =SPC 1|SPC,1,1,123,0.,2,123,0.
@@ -515,6 +505,20 @@ e|ctetra,2,1,2,3,4,5
 |RBE2,50,1,123,2,3
 |RBE3,51,,9,123,1.,123,10,11,+
 |+,12
+|PSOLID,3,1
+|MAT1,1,2.1+11,,.3,7850.,1.2-5,20.
+|MAT9,2,1.,2.,3.,4.,5.,6.
+|,7.,8.
+|TABLED1,7,,,,,,,+
+|+,0.,0.,1.,1.,ENDT
+|DAREA,4,9,1,1.
+|FORCE,1,9,0,5.,0.,0.,1.
+|TEMP,6,1,20.,2,20.
+|EIGR,3,MGIV,0.,1.+5,,10
+|ASET1,123,9,10
+|CELAS2,32,1.+3,9,1
+|DMIG,KAA,0,6,1,0
+|PARAM,WTMASS,.00259
 |ENDDATA""",
     "shells": f"""2; 2 1 1; PID 3 2v; PID 4 2f; PID 5 1f; SPC 1 4n
 |BEGIN BULK
@@ -542,25 +546,6 @@ e|ctetra,2,1,2,3,4,5
 |GRID*   4                               0.0             0.00E+00        *G4
 |*G4     100.-2
 |CTETRA  1       1       1       2       3       4
-|ENDDATA""",
-    "loads": f"""2; 2 1 1; PID 3 2v; SPC 5 4n
-|BEGIN BULK
-{BRICKS}
-=SPC 5|SPC1,5,123,1,2,3,4
-|PSOLID,3,1
-|MAT1,1,2.1+11,,.3,7850.,1.2-5,20.
-|MAT9,2,1.,2.,3.,4.,5.,6.
-|,7.,8.
-|TABLED1,7,,,,,,,+
-|+,0.,0.,1.,1.,ENDT
-|DAREA,4,9,1,1.
-|FORCE,1,9,0,5.,0.,0.,1.
-|TEMP,6,1,20.,2,20.
-|EIGR,3,MGIV,0.,1.+5,,10
-|ASET1,123,9,10
-|CELAS2,32,1.+3,9,1
-|DMIG,KAA,0,6,1,0
-|PARAM,WTMASS,.00259
 |ENDDATA""",
     "implicit": f"""2; 2 1 1; PID 3 2v; SPC 5 8n
 |$HMNAME COMP 3"block"

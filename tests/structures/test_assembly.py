@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 import skfem
 
-from seatfem.structures.elements.assembly import assemble
-from seatfem.structures.materials import Material, Orthotropic
-from seatfem.structures.model import ModelError, Port, SecondOrderModel
+from tests.solids import Material, ModelError, Orthotropic, Port, SecondOrderModel, assemble
 
 STEEL = Material(200e9, 0.3, 7850.0, "steel")
 SIDES = {"contact": lambda x: x[2] > 1 - 1e-9, "fixed": lambda x: x[2] < 1e-9, "side": lambda x: x[0] < 1e-9}

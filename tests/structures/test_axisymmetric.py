@@ -7,10 +7,8 @@ import pytest
 import skfem
 
 from seatfem.pictures.skins import skin_of
-from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.elements.supports import Absorbing, Foundation
-from seatfem.structures.materials import Material, Orthotropic
-from seatfem.structures.model import ModelError
+from tests.solids import Material, ModelError, Orthotropic, assemble_axisymmetric
 
 STEEL = Material(200e9, 0.3, 7850.0, "steel")
 KINDS = [(skfem.MeshTri, 1), (skfem.MeshTri, 2), (skfem.MeshQuad, 1), (skfem.MeshQuad, 2)]

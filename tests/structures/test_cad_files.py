@@ -8,12 +8,10 @@ from typing import Any
 import pytest
 
 from seatfem.faces.cli import BAD_INPUT, run_command
-from seatfem.structures.inspection.cad import inspect_geometry
-from seatfem.structures.mesh.meshing import make_mesh
-from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import CadPart, GeometryError, NumberedFace, PlaneFace
 from seatfem.structures.shapes.cad import check_readable, state_directly, stated_unit, step_face_names
 from tests.bounded import bounded
+from tests.solids import MeshSpec, inspect_geometry, make_mesh
 
 DRAW = """
 import gmsh, sys

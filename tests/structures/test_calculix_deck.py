@@ -9,14 +9,10 @@ import skfem
 
 from benchmarks.peers import calculix
 from seatfem.faces.cli import BAD_INPUT, DONE, run_command
-from seatfem.structures.elements.assembly import assemble
-from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.finite_elements import static_greens
 from seatfem.structures.formats.calculix_deck import calculix_body
-from seatfem.structures.formats.mesh_files import read_mesh
-from seatfem.structures.materials import Material, Orthotropic
 from seatfem.structures.model import ModelError, SecondOrderModel
-from seatfem.structures.reduction.modes import solve_modes
+from tests.solids import Material, Orthotropic, assemble, assemble_axisymmetric, read_mesh, solve_modes
 
 STEEL = Material(200e9, 0.3, 7850.0)
 WOOD = Orthotropic((9e9, 1e9, 5e9), (0.3, 0.25, 0.03), (0.8e9, 0.7e9, 0.9e9), 600.0, ((0, 1, 0), (0, 0, 1), (1, 0, 0)))

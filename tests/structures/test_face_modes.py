@@ -1,7 +1,5 @@
 """Arcs of a lip on a body in space: their loads add up, symmetry, and the body of revolution with as many arcs."""
 
-from __future__ import annotations
-
 import math
 from functools import cache
 
@@ -10,25 +8,17 @@ import pytest
 import skfem
 
 from impact.greens.base import Array
-from impact.greens.modal import ModalGreens
-from seatfem.structures.elements.assembly import assemble
-from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.elements.supports import Dashpot
-from seatfem.structures.errors import ModelError
 from seatfem.structures.lands import FaceLip, Land, land_of
-from seatfem.structures.lip import Lip
-from seatfem.structures.materials import Material
-from seatfem.structures.method import Aims
-from seatfem.structures.model import SecondOrderModel
 from seatfem.structures.reduction import lip_modes
-from seatfem.structures.reduction.factorization import factorize
-from seatfem.structures.reduction.greens import greens_function
 from seatfem.structures.reduction.harmonics import RingPatch, ring_greens
 from seatfem.structures.reduction.lip_modes import face_greens, lip_greens
 from seatfem.structures.reduction.modes import ConvergenceError, modes_near, solve_modes
 from seatfem.structures.rings import Division, as_a_whole, divided_less
 from seatfem.units import parse_quantity
 from tests.ring_mesh import EDGE, HEIGHT, INNER, around, meridian
+from tests.solids import Aims, Material, SecondOrderModel, assemble, assemble_axisymmetric, factorize, greens_function
+from tests.steps import Lip, ModalGreens, ModelError
 from tests.structures.test_lips import KIDNEY, closed
 
 STEEL = Material(200e9, 0.3, 7850.0)
@@ -247,7 +237,6 @@ def test_modes_of_a_harmonic_follow_from_those_before() -> None:
 
 
 YOUNG, WALL = 200e9, 3e-3
-WITHOUT_POISSON = Material(YOUNG, 0.0, 7850.0)
 
 
 @cache
@@ -301,7 +290,7 @@ def bar_statics(arcs: int, rings: int, apart: float, material: Material) -> tupl
 @pytest.mark.parametrize(("arcs", "rings"), [(8, 1), (10, 2)])
 def test_a_strip_on_a_block_without_poissons_ratio(arcs: int, rings: int) -> None:
     """It is a column: under an even pressure every part of the strip sinks by F h/(E A), whatever the parts are."""
-    compliance, lip = bar_statics(arcs, rings, 0.0, WITHOUT_POISSON)
+    compliance, lip = bar_statics(arcs, rings, 0.0, Material(YOUNG, 0.0, 7850.0))
     np.testing.assert_allclose(compliance @ lip.division.shares, WALL / (YOUNG * 12e-6), rtol=1e-8)
     np.testing.assert_allclose(compliance, compliance.T, atol=1e-12 * compliance.max())
     assert np.ptp(np.diag(compliance)) > 0.1 * compliance.max()  # parts alone differ

@@ -7,14 +7,11 @@ import pytest
 from numpy.typing import NDArray
 
 from seatfem.structures.elements.mindlin import PlateMesh, assemble_plate
-from seatfem.structures.errors import MeshError
-from seatfem.structures.materials import Material
 from seatfem.structures.mesh.gmsh_process import gmsh_session
 from seatfem.structures.mesh.plane_meshes import mesh_sheet
 from seatfem.structures.method import COARSENING
-from seatfem.structures.reduction.modes import solve_modes
 from seatfem.structures.shapes import Flapper, GeometryError, decode, encode
-from seatfem.structures.sheets import Sheet, plate_modes
+from tests.solids import Material, MeshError, Sheet, plate_modes, solve_modes
 
 REED = Flapper(8e-3, 2e-3, 6e-3, 15e-3, 16e-3, 0.3e-3)
 STEEL = Material(206e9, 0.3, 7800.0)

@@ -1,7 +1,5 @@
 """Free plates: their frequencies against Kirchhoff's circular plate, their rigid motions, their mass."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
@@ -10,19 +8,13 @@ import pytest
 from scipy.optimize import brentq
 from scipy.special import iv, ivp, jv, jvp
 
-from impact.greens.modal import ModalGreens
-from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
-from seatfem.structures.errors import ModelError
-from seatfem.structures.lip import Lip
-from seatfem.structures.materials import Material
 from seatfem.structures.mesh.plane_meshes import make_meridian, mesh_sheet
-from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.method import BEYOND, Aims
-from seatfem.structures.model import SecondOrderModel
 from seatfem.structures.reduction.modal import with_modes
-from seatfem.structures.reduction.modes import solve_modes
 from seatfem.structures.shapes import AnnularSeat, Disc, Flat, RingPlate
 from seatfem.structures.sheets import Sheet, SolvedSheet, model_of, solved_sheet
+from tests.solids import Material, MeshSpec, SecondOrderModel, assemble_axisymmetric, solve_modes
+from tests.steps import Lip, ModalGreens, ModelError
 
 STEEL = Material(206e9, 0.33, 7800.0)
 THIN = Disc(20e-3, 0.04e-3)

@@ -9,9 +9,8 @@ from types import ModuleType
 
 import pytest
 
-from seatfem.structures.cache import key_of
-from seatfem.structures.method import Method
 from seatfem.structures.shapes import GeometryError, decode, encode, fingerprint
+from tests.steps import Method, key_of
 
 ROOT = Path(__file__).parents[2]
 SHAPE = """

@@ -8,16 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatfem.structures.errors import MeshError
-from seatfem.structures.formats.mesh_files import read_mesh
 from seatfem.structures.mesh import gmsh_process
 from seatfem.structures.mesh.gmsh_process import gmsh_session
 from seatfem.structures.mesh.meshing import SeatMesh, make_mesh
 from seatfem.structures.mesh.plane_meshes import MeridianMesh, make_meridian
-from seatfem.structures.mesh.spec import MeshSpec
-from seatfem.structures.shapes import AnnularSeat, CadPart, Stopper
+from tests.solids import AnnularSeat, CadPart, MeshError, MeshSpec, Stopper, read_mesh
 
-pytestmark = pytest.mark.own_gmsh
+pytestmark = [pytest.mark.own_gmsh, pytest.mark.slow]
 
 COARSE = MeshSpec(size=2.5e-3)
 
@@ -49,7 +46,6 @@ def assert_same(mesh: SeatMesh | MeridianMesh, expected: SeatMesh | MeridianMesh
         np.testing.assert_array_equal(np.sort(mesh.mesh.boundaries[name]), np.sort(faces))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("make", "geometry"), [(make_mesh, Stopper()), (make_meridian, AnnularSeat())], ids=["tetrahedra", "triangles"]
 )
@@ -68,7 +64,6 @@ def test_a_session_makes_the_meshes_of_single_processes(monkeypatch, make, geome
     assert processes[0].returncode is not None
 
 
-@pytest.mark.slow
 def test_a_silent_step_of_gmsh_can_be_stopped(monkeypatch: pytest.MonkeyPatch) -> None:
     """Progress is reported again and again while gmsh is within one step; whoever listens ends the job and its
     process, and the session goes on."""
@@ -99,7 +94,6 @@ def spell(tmp_path):
     return f'SystemCall "touch {mark}";\nPrintf("") > "{mark}";\n'.encode(), mark
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "before"),
     [
@@ -119,7 +113,6 @@ def test_a_mesh_that_is_a_script_is_refused_before_gmsh(tmp_path, spell, name, b
     assert not mark.exists()
 
 
-@pytest.mark.slow
 def test_a_script_behind_a_sound_head_or_mesh_is_not_run(tmp_path, spell):
     text, mark = spell
     path = tmp_path / "a.msh"
@@ -132,7 +125,6 @@ def test_a_script_behind_a_sound_head_or_mesh_is_not_run(tmp_path, spell):
     assert not mark.exists()
 
 
-@pytest.mark.slow
 def test_what_lies_beside_a_mesh_or_in_the_home_folder_is_not_run(tmp_path, spell, monkeypatch):
     text, mark = spell
     mesh = tmp_path / "good.msh"

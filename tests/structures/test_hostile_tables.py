@@ -10,16 +10,14 @@ import pytest
 from scipy import sparse
 
 from impact.bodies.time_series import TimeSeriesError, read_time_series
-from impact.greens.base import GreensFunctionError
 from impact.measured.frf import FrequencyResponseError, read_frf, read_impulse_response
-from seatfem.structures.errors import MeshError
 from seatfem.structures.formats.decks import Deck, with_included
 from seatfem.structures.formats.matrices import read_matrices
-from seatfem.structures.formats.mesh_files import read_mesh
 from seatfem.structures.formats.uff import UffError, read_modes_uff
 from seatfem.structures.formats.uff_responses import read_frf_uff
-from seatfem.structures.model import ModelError
 from tests.bounded import assert_refused, bounded
+from tests.solids import MeshError, read_mesh
+from tests.steps import GreensFunctionError, ModelError
 from tests.universal_files import function
 
 DECK = "*NODE\n1,0,0,0\n2,1,0,0\n3,0,1,0\n4,0,0,1\n*ELEMENT,TYPE=C3D4\n1,1,2,3,4\n"

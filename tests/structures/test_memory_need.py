@@ -12,8 +12,6 @@ import pytest
 from skfem import MeshHex, MeshHex2, MeshTet, MeshTet2
 
 from seatfem.structures import memory_need as needs
-from seatfem.structures.elements.assembly import assemble
-from seatfem.structures.materials import Material
 from seatfem.structures.memory_need import (
     Counts,
     MemoryNeedError,
@@ -25,8 +23,8 @@ from seatfem.structures.memory_need import (
 )
 from seatfem.structures.mesh.checks import MeshQuality
 from seatfem.structures.mesh.meshing import MeshProvenance, SeatMesh
-from seatfem.structures.method import Method
-from tests.steps import load_scene
+from tests.solids import Material, assemble
+from tests.steps import Method, load_scene
 
 QUALITY = MeshQuality(**{field.name: 0 for field in dataclasses.fields(MeshQuality)})
 CUBE = Counts(dof=3e5, nnz=2.5e7, mass_nnz=8e6)

@@ -8,10 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatfem.structures.errors import MeshError
-from seatfem.structures.formats.mesh_files import read_mesh
 from seatfem.structures.mesh.checks import check_mesh, scaled_jacobian, straight_determinants
 from seatfem.structures.mesh.io import CELL_KINDS, MeshArrays, to_skfem
+from tests.solids import MeshError, read_mesh
 
 NONE = ()
 
@@ -207,17 +206,6 @@ def moved(places, curved):
     return np.c_[x + A * x * z, y + (B * x**2 if curved else 0), z]
 
 
-def check_one_element(seat, nodes):
-    tet = nodes in (4, 10)
-    volume = 1 / 6 + A / 24 if tet else 1 + A / 2
-    # First order: the tetrahedron's vertices stay where they are; the hexahedron's map is trilinear, F itself.
-    exact = 1 / 6 if nodes == 4 else volume
-    assert seat.quality.volume == pytest.approx(exact, rel=1e-12)
-    areas = {"contact": 0.5 if tet else 1 + A, "fixed": 0.5 if tet else 1.0}
-    assert {name: seat.quality.areas[name] for name in areas} == pytest.approx(areas, rel=1e-12)
-    assert seat.quality.nodes == {4: 4, 10: 10, 8: 8, 20: 27}[nodes]
-
-
 VTK = {"vtkTetra": 10, "vtkQuadraticTetra": 24, "vtkHexahedron": 12, "vtkQuadraticHexahedron": 25}
 VTK |= {"vtkTriQuadraticHexahedron": 29}
 VTK_FACES = {4: 5, 10: 22, 8: 9, 20: 23, 27: 28}  # cell type of the face of a cell of so many nodes
@@ -235,7 +223,9 @@ def test_vtu_by_vtk_itself(tmp_path, name):
     for k in range(nodes):
         cell.GetPointIds().SetId(k, k)
     axis, level = (0, 0.0) if tet else (2, 1.0)
-    face = next(ids for ids in _faces(cell) if np.all(places[ids, axis] == level))
+    sides = map(cell.GetFace, range(cell.GetNumberOfFaces()))
+    faces = ([side.GetPointId(k) for k in range(side.GetNumberOfPoints())] for side in sides)
+    face = next(ids for ids in faces if np.all(places[ids, axis] == level))
     grid = pyvista.UnstructuredGrid(
         np.array([nodes, *range(nodes), len(face), *face]),
         np.array([VTK[name], VTK_FACES[nodes]]),
@@ -248,13 +238,13 @@ def test_vtu_by_vtk_itself(tmp_path, name):
     path = tmp_path / "seat.vtu"
     grid.save(path)
     seat = read_mesh(path, fixed="base", unit=1.0)
-    check_one_element(seat, 20 if nodes == 27 else nodes)
+    # First order: the tetrahedron's vertices stay where they are; the hexahedron's map is trilinear, F itself.
+    exact = 1 / 6 if nodes == 4 else 1 / 6 + A / 24 if tet else 1 + A / 2
+    assert seat.quality.volume == pytest.approx(exact, rel=1e-12)
+    areas = {"contact": 0.5 if tet else 1 + A, "fixed": 0.5 if tet else 1.0}
+    assert {name: seat.quality.areas[name] for name in areas} == pytest.approx(areas, rel=1e-12)
+    assert seat.quality.nodes == {4: 4, 10: 10, 8: 8, 20: 27, 27: 27}[nodes]
     assert list(seat.mesh.subdomains) == ["seat", "material 7"]
-
-
-def _faces(cell):
-    for face in map(cell.GetFace, range(cell.GetNumberOfFaces())):
-        yield [face.GetPointId(k) for k in range(face.GetNumberOfPoints())]
 
 
 def test_bricks_of_27_nodes_in_unv(written_meshes):

@@ -6,46 +6,28 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatfem.structures.mesh.gmsh_process import MeshingError
+from seatfem.structures import shapes
 from seatfem.structures.mesh.meshing import content_hash, make_mesh
-from seatfem.structures.mesh.plane_meshes import make_meridian
-from seatfem.structures.mesh.spec import MeshSpec
-from seatfem.structures.shapes import (
-    AnnularSeat,
-    Bar,
-    Block,
-    CadPart,
-    ConicalSeat,
-    Edge,
-    GeometryError,
-    Profile,
-    Stopper,
-    ValvePlate,
-)
+from tests.solids import MeshingError, MeshSpec, make_meridian
 
 DEMO_SPEC = MeshSpec(size=1.6e-3, contact_size=0.6e-3)  # that of meshes/make_meshes.py
 COARSE = MeshSpec(size=3e-3)
 
 
-@pytest.fixture(scope="module")
-def demo():
-    return make_mesh(AnnularSeat(), DEMO_SPEC)
-
-
 @pytest.mark.slow
-def test_meshing_is_reproducible_and_hashed(demo):
-    first, second = demo, make_mesh(AnnularSeat(), DEMO_SPEC)
+def test_meshing_is_reproducible_and_hashed():
+    first, second = (make_mesh(shapes.AnnularSeat(), DEMO_SPEC) for _ in range(2))
     assert np.array_equal(first.mesh.doflocs, second.mesh.doflocs)
     assert np.array_equal(first.mesh.t, second.mesh.t)
     assert first.provenance == second.provenance
-    assert first.provenance.content_hash == content_hash(AnnularSeat(), DEMO_SPEC)
-    assert first.provenance.content_hash != content_hash(AnnularSeat(thickness=7e-3), DEMO_SPEC)
-    assert first.provenance.content_hash != content_hash(AnnularSeat(), MeshSpec(2e-3))
+    assert first.provenance.content_hash == content_hash(shapes.AnnularSeat(), DEMO_SPEC)
+    assert first.provenance.content_hash != content_hash(shapes.AnnularSeat(thickness=7e-3), DEMO_SPEC)
+    assert first.provenance.content_hash != content_hash(shapes.AnnularSeat(), MeshSpec(2e-3))
 
 
 def test_missing_cad_file(tmp_path):
     with pytest.raises(FileNotFoundError, match=r"none.step: no such CAD file"):
-        make_mesh(CadPart(tmp_path / "none.step"), COARSE)
+        make_mesh(shapes.CadPart(tmp_path / "none.step"), COARSE)
 
 
 FAKE_GMSH = """
@@ -66,7 +48,7 @@ def use_fake_gmsh(monkeypatch, folder: Path, source: str) -> None:
 def test_missing_system_library_names_the_mend(monkeypatch, tmp_path):
     use_fake_gmsh(monkeypatch, tmp_path, "raise OSError('libGLU.so.1: cannot open shared object file')")
     with pytest.raises(MeshingError, match=r"libGLU.so.1.*apt-get.*--no-install-recommends libglu1-mesa"):
-        make_mesh(AnnularSeat(), COARSE)
+        make_mesh(shapes.AnnularSeat(), COARSE)
 
 
 @pytest.mark.slow
@@ -74,26 +56,24 @@ def test_missing_system_library_names_the_mend(monkeypatch, tmp_path):
 def test_crash_is_an_error(monkeypatch, tmp_path):
     use_fake_gmsh(monkeypatch, tmp_path, FAKE_GMSH.format(act="os.kill(os.getpid(), signal.SIGSEGV)"))
     with pytest.raises(MeshingError, match=r"\(SIGSEGV\).*element size"):
-        make_mesh(AnnularSeat(), COARSE)
+        make_mesh(shapes.AnnularSeat(), COARSE)
 
 
-CONE = ConicalSeat(contact_width=1e-3)
-SHARP = AnnularSeat(lip_edge_radius=0.0)
-DOME = Stopper(dome_radius=20e-3)
-PLATE = ValvePlate(ports=3, pitch=10e-3)
-ROW = ValvePlate(ports=2, layout="row", pitch=9e-3)
+CONE = shapes.ConicalSeat(contact_width=1e-3)
+PLATE = shapes.ValvePlate(ports=3, pitch=10e-3)
+ROW = shapes.ValvePlate(ports=2, layout="row", pitch=9e-3)
 SECTOR_SPEC = MeshSpec(3e-3, 2e-3)
 
 
 def exact(geometry) -> tuple[float, float, float]:
     """Return volume, contact area, fixed area."""
-    if isinstance(geometry, Bar):
+    if isinstance(geometry, shapes.Bar):
         section = geometry.width * geometry.height
         return section * geometry.length, section, section
-    if isinstance(geometry, Block):
+    if isinstance(geometry, shapes.Block):
         section = geometry.width * geometry.depth
         return section * geometry.thickness, geometry.patch_width * geometry.patch_depth, section
-    if isinstance(geometry, ValvePlate):
+    if isinstance(geometry, shapes.ValvePlate):
         land = math.pi * ((geometry.port_radius + geometry.land_width) ** 2 - geometry.port_radius**2)
         if geometry.layout == "circle":
             outer = geometry.pitch / math.sqrt(3) + geometry.port_radius + geometry.margin  # three ports
@@ -108,8 +88,16 @@ def exact(geometry) -> tuple[float, float, float]:
     return profile.volume, profile.area("contact"), profile.area("fixed")
 
 
-BAR, BLOCK = Bar(8e-3, 3e-3, 2e-3), Block(12e-3, 10e-3, 6e-3, 2e-3, 3e-3)
-CASES = [(SHARP, 6), (CONE, 1), (DOME, 5), (PLATE, 6), (ROW, 2), (BAR, 4), (BLOCK, 2)]
+BAR, BLOCK = shapes.Bar(8e-3, 3e-3, 2e-3), shapes.Block(12e-3, 10e-3, 6e-3, 2e-3, 3e-3)
+CASES = [
+    (shapes.AnnularSeat(lip_edge_radius=0.0), 6),
+    (CONE, 1),
+    (shapes.Stopper(dome_radius=20e-3), 5),
+    (PLATE, 6),
+    (ROW, 2),
+    (BAR, 4),
+    (BLOCK, 2),
+]
 
 
 @pytest.mark.slow(but="geometry5")
@@ -123,7 +111,7 @@ def test_mesh_is_the_closed_form(geometry, sector):
     assert q.cad_areas["fixed"] == pytest.approx(fixed, rel=1e-9)
     # A quadratic arc of angle a with its middle node on the circle encloses the sector's area to a^4/480 of it: 2.5e-3
     # with six elements around the smallest circle, 3e-4 with ten around the others. Straight-sided solids are exact.
-    flat = isinstance(geometry, Bar | Block)
+    flat = isinstance(geometry, shapes.Bar | shapes.Block)
     assert q.volume == pytest.approx(volume, rel=1e-12 if flat else 3e-4)
     assert q.areas["contact"] == pytest.approx(contact, rel=1e-12 if flat else 2.5e-3)
     assert q.areas["fixed"] == pytest.approx(fixed, rel=1e-12 if flat else 3e-4)
@@ -134,16 +122,11 @@ def test_mesh_is_the_closed_form(geometry, sector):
             x, y, _ = seat.mesh.p[:, seat.mesh.facets[:, seat.mesh.boundaries[name]]]
             assert np.allclose(y * math.cos(azimuth), x * math.sin(azimuth), rtol=0, atol=1e-12)
             assert np.all(x * math.cos(azimuth) + y * math.sin(azimuth) > -1e-12)
-        assert is_closed(seat.mesh)
-
-
-def is_closed(mesh) -> bool:
-    """Return whether contact and symmetry planes share no facet, and each facet in a cut plane has its name."""
-    named = np.concatenate([mesh.boundaries["symmetry_0"], mesh.boundaries["symmetry_1"]])
-    others = np.setdiff1d(mesh.boundary_facets(), named)
-    x, y, _ = mesh.p[:, mesh.facets[:, others]]
-    in_plane = np.all(np.abs(y) < 1e-9, axis=0) & np.all(x > -1e-9, axis=0)
-    return len(np.unique(named)) == len(named) and not np.any(in_plane)
+        # contact and symmetry planes share no facet, and each facet in a cut plane has its name
+        named = np.concatenate([seat.mesh.boundaries["symmetry_0"], seat.mesh.boundaries["symmetry_1"]])
+        x, y, _ = seat.mesh.p[:, seat.mesh.facets[:, np.setdiff1d(seat.mesh.boundary_facets(), named)]]
+        assert len(np.unique(named)) == len(named)
+        assert not np.any(np.all(np.abs(y) < 1e-9, axis=0) & np.all(x > -1e-9, axis=0))
 
 
 def test_each_land_is_a_group_of_its_own():
@@ -166,22 +149,22 @@ def test_each_land_is_a_group_of_its_own():
     ],
 )
 def test_what_cannot_be_made(geometry, sector, message):
-    with pytest.raises(GeometryError, match=message):
+    with pytest.raises(shapes.GeometryError, match=message):
         make_mesh(geometry, SECTOR_SPEC, sector=sector)
 
 
-FLAT = AnnularSeat(lip_height=0.0, lip_edge_radius=0.0)
-FILLETED = AnnularSeat(lip_fillet=0.3e-3)
-FAMILIES = [AnnularSeat(), FILLETED, FLAT, CONE, Stopper(), Stopper(dome_radius=20e-3)]
+FLAT = shapes.AnnularSeat(lip_height=0.0, lip_edge_radius=0.0)
+FILLETED = shapes.AnnularSeat(lip_fillet=0.3e-3)
+FAMILIES = [shapes.AnnularSeat(), FILLETED, FLAT, CONE, shapes.Stopper(), shapes.Stopper(dome_radius=20e-3)]
 
 
 def meridian_areas(geometry) -> dict[str, float]:
     """Return the contact area of the ring, frustum or spherical cap by its formula, and the fixed area."""
-    if isinstance(geometry, AnnularSeat):
+    if isinstance(geometry, shapes.AnnularSeat):
         inner = geometry.bore_radius + geometry.lip_edge_radius
         outer = geometry.bore_radius + geometry.lip_width - geometry.lip_edge_radius
         return {"contact": math.pi * (outer**2 - inner**2), "fixed": math.pi * (12e-3**2 - 4e-3**2)}
-    if isinstance(geometry, ConicalSeat):
+    if isinstance(geometry, shapes.ConicalSeat):
         middle = geometry.bore_radius + geometry.face_width / 2 * math.sin(geometry.half_angle)
         return {"contact": 2 * math.pi * middle * 1e-3, "fixed": math.pi * (12e-3**2 - 4e-3**2)}
     contact = math.pi * geometry.contact_radius**2
@@ -193,13 +176,13 @@ def meridian_areas(geometry) -> dict[str, float]:
 
 def meridian_volume(geometry) -> float:
     """Return the volume of plate, cylinder or ring, less the cone or the dome's spandrel."""
-    if isinstance(geometry, ConicalSeat):
+    if isinstance(geometry, shapes.ConicalSeat):
         depth, wide = geometry.face_width * math.cos(math.pi / 4), 4e-3 + geometry.face_width * math.sin(math.pi / 4)
         frustum = math.pi / 3 * depth * (wide**2 + wide * 4e-3 + 4e-3**2)
         return math.pi * (12e-3**2 - 4e-3**2) * 8e-3 - (frustum - math.pi * 4e-3**2 * depth)
     if geometry == FLAT:
         return math.pi * (12e-3**2 - 4e-3**2) * 8e-3
-    if isinstance(geometry, AnnularSeat):
+    if isinstance(geometry, shapes.AnnularSeat):
         r = geometry.lip_edge_radius
         spandrel, inset = r**2 * (1 - math.pi / 4), r * (10 - 3 * math.pi) / (12 - 3 * math.pi)
         sharp = math.pi * ((12e-3**2 - 4e-3**2) * 8e-3 + (5e-3**2 - 4e-3**2) * 0.5e-3)
@@ -220,7 +203,7 @@ def test_meridian_is_the_closed_form(geometry):
     for name, area in meridian_areas(geometry).items():
         assert seat.quality.areas[name] == pytest.approx(area, rel=1e-9)
     assert seat.quality.min_scaled_jacobian > 0.3
-    assert ("axis" in seat.mesh.boundaries) == isinstance(geometry, Stopper)
+    assert ("axis" in seat.mesh.boundaries) == isinstance(geometry, shapes.Stopper)
     if "axis" in seat.mesh.boundaries:
         assert np.all(seat.mesh.p[0, seat.mesh.facets[:, seat.mesh.boundaries["axis"]]] == 0.0)
 
@@ -240,24 +223,24 @@ def test_elements_grow_from_the_contact():
 @pytest.mark.parametrize(("curved", "order"), [(True, 4.0), (False, 2.0)])
 def test_arcs_converge_at_order_four_when_curved(curved, order):
     # Area under a quadratic arc with its middle node on the circle: O(h^4); chords: O(h^2).
-    dome = Stopper(radius=6e-3, thickness=5e-3, contact_radius=6e-3, dome_radius=6.5e-3)
+    dome = shapes.Stopper(radius=6e-3, thickness=5e-3, contact_radius=6e-3, dome_radius=6.5e-3)
     coarse, fine = (make_meridian(dome, MeshSpec(h, curved=curved)).quality for h in (2e-3, 1e-3))
     errors = [abs(q.volume / q.cad_volume - 1) for q in (coarse, fine)]
     assert math.log2(errors[0] / errors[1]) == pytest.approx(order, abs=0.6)
 
 
 def test_what_is_not_revolved_has_no_meridian():
-    with pytest.raises(GeometryError, match="Bar is no solid of revolution"):
-        make_meridian(Bar(1e-2, 1e-3, 1e-3), MeshSpec(1e-3))
+    with pytest.raises(shapes.GeometryError, match="Bar is no solid of revolution"):
+        make_meridian(shapes.Bar(1e-2, 1e-3, 1e-3), MeshSpec(1e-3))
 
 
 def test_profiles_are_checked():
     square = [(1e-3, 0.0), (2e-3, 0.0), (2e-3, 1e-3), (1e-3, 1e-3)]
-    edges = [Edge(a, b) for a, b in zip(square, square[1:] + square[:1], strict=True)]
-    assert Profile(tuple(edges)).volume == pytest.approx(math.pi * 3e-9, rel=1e-12)
-    with pytest.raises(GeometryError, match="open at"):
-        Profile(tuple(edges[:-1]))
-    with pytest.raises(GeometryError, match="counter-clockwise"):
-        Profile(tuple(Edge(e.end, e.start) for e in reversed(edges)))
-    with pytest.raises(GeometryError, match="r < 0"):
-        Profile((*edges[:-1], Edge(square[3], (-1e-3, 0.0)), Edge((-1e-3, 0.0), square[0])))
+    edges = [shapes.Edge(a, b) for a, b in zip(square, square[1:] + square[:1], strict=True)]
+    assert shapes.Profile(tuple(edges)).volume == pytest.approx(math.pi * 3e-9, rel=1e-12)
+    with pytest.raises(shapes.GeometryError, match="open at"):
+        shapes.Profile(tuple(edges[:-1]))
+    with pytest.raises(shapes.GeometryError, match="counter-clockwise"):
+        shapes.Profile(tuple(shapes.Edge(e.end, e.start) for e in reversed(edges)))
+    with pytest.raises(shapes.GeometryError, match="r < 0"):
+        shapes.Profile((*edges[:-1], shapes.Edge(square[3], (-1e-3, 0.0)), shapes.Edge((-1e-3, 0.0), square[0])))

@@ -10,23 +10,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatfem.structures.inspection.cad import inspect_geometry
 from seatfem.structures.mesh._gmsh_solid import LADDER, Rung, retry_with_healing
-from seatfem.structures.mesh.gmsh_process import MeshingError
-from seatfem.structures.mesh.meshing import make_mesh
-from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import (
     CadPart,
     ConeFace,
-    CylinderFace,
     GeometryError,
-    Group,
     NamedFace,
     PlaneFace,
     PointFace,
     Region,
     encode,
 )
+from tests.solids import MeshingError, MeshSpec, inspect_geometry, make_mesh
 
 MESHES = Path(__file__).resolve().parents[2] / "meshes"
 COARSE = MeshSpec(6e-3, 4e-3)
@@ -121,13 +116,9 @@ def test_solids_become_conformal_regions(regions):
     assert len(mesh.subdomains["body"]) + len(mesh.subdomains["ring"]) == mesh.nelements
     # conformal: the interface is inside, so the outer surface is that of one ring of 24 x 8 x 9 mm
     hollow = 2 * PLATE + 2 * math.pi * (12e-3 + 4e-3) * 9e-3
-    outer = corners_area(mesh, mesh.boundary_facets())
+    a, b, c = np.moveaxis(mesh.p[:, mesh.facets[:, mesh.boundary_facets()]], 1, 0)
+    outer = np.linalg.norm(np.cross((b - a).T, (c - a).T), axis=1).sum() / 2
     assert outer == pytest.approx(hollow, rel=0.06)
-
-
-def corners_area(mesh, facets) -> float:
-    a, b, c = np.moveaxis(mesh.p[:, mesh.facets[:, facets]], 1, 0)
-    return float(np.linalg.norm(np.cross((b - a).T, (c - a).T), axis=1).sum()) / 2
 
 
 @pytest.mark.slow
@@ -138,10 +129,6 @@ def test_regions_that_are_not_there_list_what_is():
     assert str(ORANGE) in str(caught.value)
     with pytest.raises(GeometryError, match=r"'b'.*another"):
         make_mesh(CadPart(INSERT, regions=(Region("a", order=1), Region("b", colour=GREY))), COARSE)
-    with pytest.raises(GeometryError, match="order, colour and solid"):
-        Region("a", order=1, solid="x")
-    with pytest.raises(GeometryError, match="each name must stand once"):
-        CadPart(INSERT, groups=(Group("fixed", CylinderFace(1e-3)),))
 
 
 BODY = MESHES / "valve_body.step"

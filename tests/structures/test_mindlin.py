@@ -11,12 +11,10 @@ import impact
 from impact.beams.timoshenko import TimoshenkoCantilever
 from seatfem.structures.elements.mindlin import PlateMesh, Unknown, assemble_plate, average, everywhere
 from seatfem.structures.lip import Lip, Patch
-from seatfem.structures.materials import Material
-from seatfem.structures.method import Aims
-from seatfem.structures.model import Array, DofMap, ModelError, SecondOrderModel
+from seatfem.structures.model import Array, DofMap, ModelError
 from seatfem.structures.reduction.modal import with_modes
-from seatfem.structures.reduction.modes import solve_modes
 from tests.plate_model import grid
+from tests.solids import Aims, Material, solve_modes
 
 STEEL = Material(206e9, 0.3, 7800.0)
 
@@ -28,22 +26,8 @@ def bulged(points: Array) -> Array:
     return np.stack([x + bulge * np.cos(2 * y), y - bulge], axis=1)
 
 
-def straightened(mesh: PlateMesh, corners: Array) -> PlateMesh:
-    """Return the mesh with its vertices elsewhere, and straight sides between them."""
-    points, cells = corners.copy(), mesh.cells
-    for k in range(4):
-        points[cells[:, 4 + k]] = (corners[cells[:, k]] + corners[cells[:, (k + 1) % 4]]) / 2
-    points[cells[:, 8]] = corners[cells[:, :4]].mean(axis=1)
-    return PlateMesh(points, cells, mesh.lines)
-
-
 def rigidity(h: float, material: Material = STEEL) -> float:
     return material.young * h**3 / (12 * (1 - material.poisson**2))
-
-
-def reduced_frequencies(model: SecondOrderModel, h: float, n: int) -> Array:
-    """Return omega a^2 sqrt(rho h/D) of a plate with a = 1 m."""
-    return np.asarray(solve_modes(model, n).omega * np.sqrt(STEEL.density * h / rigidity(h)))
 
 
 @pytest.mark.slow
@@ -51,7 +35,8 @@ def test_a_free_plate_has_three_rigid_modes_and_no_spurious_one() -> None:
     """The deflection that reduced integration leaves without energy lies above 20 elastic modes: they are the same
     on a mesh of half the size. First ones of a thin square: 13.468, 19.596, 24.270 (Leissa 1973, 4.1)."""
     h = 1 / 300
-    coarse, fine = (reduced_frequencies(assemble_plate(grid((n, n), (1.0, 1.0)), STEEL, h), h, 23) for n in (12, 24))
+    plates = (assemble_plate(grid((n, n), (1.0, 1.0)), STEEL, h) for n in (12, 24))
+    coarse, fine = (solve_modes(plate, 23).omega * np.sqrt(STEEL.density * h / rigidity(h)) for plate in plates)
     assert list(coarse[:3]) == [0.0, 0.0, 0.0]
     assert coarse[3:6] == pytest.approx([13.468, 19.596, 24.270], rel=2e-3)
     assert coarse[3:] == pytest.approx(fine[3:], rel=5e-3)
@@ -85,26 +70,22 @@ def test_a_strip_without_contraction_is_a_timoshenko_beam() -> None:
     assert solve_modes(model, 4).omega == pytest.approx(beam.frequencies(4), rel=2e-4)
 
 
-def constant_curvature(mesh: PlateMesh) -> Array:
-    """Return w = x^2/2 - x y + y^2 and its slopes, at the nodes, as unknowns."""
-    x, y = mesh.points.T
-    return np.stack([x**2 / 2 - x * y + y**2, mesh.side * (x - y), mesh.side * (2 * y - x)], axis=1).ravel()
-
-
-def curvature_energy(h: float) -> float:
-    """Return 2 U of it on the unit square: D ((1 + 2)^2 - 2 (1 - nu) (1 * 2 - 1))."""
-    return rigidity(h) * (9 - 2 * (1 - STEEL.poisson))
-
-
 @pytest.mark.parametrize("h", [0.2, 1e-3])
 def test_constant_curvature_on_distorted_elements(h: float) -> None:
     """Distorted elements pass the patch test: no forces inside, and the exact energy."""
     mesh = grid((4, 4), (1.0, 1.0))
     inside = np.all((mesh.points > 1e-9) & (mesh.points < 1 - 1e-9), axis=1)
     moved = mesh.points + 0.06 * inside[:, None] * np.random.default_rng(1).uniform(-1, 1, mesh.points.shape)
-    mesh = straightened(mesh, moved)
-    model, u = assemble_plate(mesh, STEEL, h), constant_curvature(mesh)
-    assert u @ model.K @ u == pytest.approx(curvature_energy(h), rel=1e-9)
+    points, cells = moved.copy(), mesh.cells  # the vertices are elsewhere, with straight sides between them
+    for k in range(4):
+        points[cells[:, 4 + k]] = (moved[cells[:, k]] + moved[cells[:, (k + 1) % 4]]) / 2
+    points[cells[:, 8]] = moved[cells[:, :4]].mean(axis=1)
+    mesh = PlateMesh(points, cells, mesh.lines)
+    x, y = mesh.points.T  # w = x^2/2 - x y + y^2 and its slopes
+    u = np.stack([x**2 / 2 - x * y + y**2, mesh.side * (x - y), mesh.side * (2 * y - x)], axis=1).ravel()
+    model = assemble_plate(mesh, STEEL, h)
+    # 2 U on the unit square: D ((1 + 2)^2 - 2 (1 - nu) (1 * 2 - 1))
+    assert u @ model.K @ u == pytest.approx(rigidity(h) * (9 - 2 * (1 - STEEL.poisson)), rel=1e-9)
     forces = (model.K @ u).reshape(-1, 3)
     assert np.abs(forces[inside]).max() < 1e-10 * (abs(model.K) @ np.abs(u)).max()
 

@@ -12,19 +12,16 @@ from scipy import sparse
 import impact
 from impact.greens.modal import ModalGreens, Residual
 from seatfem.machine.libraries import has_pardiso
-from seatfem.structures.elements.assembly import assemble
-from seatfem.structures.method import Aims
 from seatfem.structures.model import Damping, ModelError, Port, SecondOrderModel, as_csr
 from seatfem.structures.reduction import greens as reductions
 from seatfem.structures.reduction.eigen_search import rigid_shapes
 from seatfem.structures.reduction.factorization import SINGLE, TWO_GRIDS
-from seatfem.structures.reduction.greens import greens_function
-from seatfem.structures.reduction.krylov import Krylov
 from seatfem.structures.reduction.modal import Modal
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.reduction.reducer import History, residual, truncate
 from seatfem.structures.reduction.transient import Transient, march
 from tests.rod_model import rod_model
+from tests.solids import Aims, Krylov, assemble, greens_function
 
 ROD = {"young": 200e9, "density": 7850.0, "area": 1e-4, "length": 30e-3}
 STEEL = {"young": 200e9, "poisson": 0.3, "density": 7850.0}

@@ -10,16 +10,14 @@ import skfem
 
 from impact.greens.base import Array
 from impact.life.multiaxial import deviators
-from seatfem.structures.elements.assembly import assemble
-from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.fields import recovery
 from seatfem.structures.fields.peaks import largest, mises_range, principal, von_mises
 from seatfem.structures.fields.recovery import Response, at_time, histories, recover
 from seatfem.structures.fields.sites import at_points
 from seatfem.structures.fields.solids import Harmonic, RingField, elements_of, felt, solid_stress
-from seatfem.structures.materials import Material
 from seatfem.structures.reduction.harmonics import RingPatch, mixing_of
 from tests.ring_mesh import EDGE, HEIGHT, INNER, OUTER, around, meridian
+from tests.solids import Material, assemble, assemble_axisymmetric
 
 STEEL = Material(200e9, 0.3, 7850.0)
 BAND, ZETA, STEP = 100e3, 0.02, 0.1e-6

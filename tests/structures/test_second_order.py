@@ -8,14 +8,10 @@ import scipy.linalg
 import skfem
 from scipy import sparse
 
-from seatfem.structures.elements.assembly import assemble
-from seatfem.structures.materials import Material
-from seatfem.structures.method import Aims
-from seatfem.structures.model import ModelError, Port, SecondOrderModel
-from seatfem.structures.reduction.greens import greens_function
 from seatfem.structures.reduction.modes import ConvergenceError
 from seatfem.structures.reduction.second_order import Coupled, SecondOrderKrylov, poles
 from tests.rod_model import rod_model
+from tests.solids import Aims, Material, ModelError, Port, SecondOrderModel, assemble, greens_function
 
 ROD = {"young": 200e9, "density": 7850.0, "area": 1e-4, "length": 30e-3}
 C0, Z = np.sqrt(200e9 / 7850.0), 1e-4 * np.sqrt(200e9 * 7850.0)

@@ -8,12 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatfem.structures.errors import GeometryError
 from seatfem.structures.inspection.outline import held_edge, outline_in
-from seatfem.structures.materials import Material
 from seatfem.structures.shapes import Flapper, Outlined, loops
 from seatfem.structures.shapes.selectors import NumberedFace
-from seatfem.structures.sheets import Sheet, plate_modes
+from tests.solids import GeometryError, Material, Sheet, plate_modes
 
 MESHES = Path(__file__).parents[2] / "meshes"
 REED = Flapper(8e-3, 2e-3, 6e-3, 15e-3, 16e-3, 0.3e-3)  # that of meshes/make_meshes.py

@@ -6,10 +6,8 @@ import skfem
 from scipy import sparse
 from scipy.linalg import eigh
 
-from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.supports import Absorbing, Dashpot, Foundation
-from seatfem.structures.materials import Material
-from seatfem.structures.model import ModelError
+from tests.solids import Material, ModelError, assemble
 
 STEEL = Material(200e9, 0.3, 7850.0, "steel")
 ROD = Material(1.0, 0.0, 1.0)

@@ -1,5 +1,6 @@
 """Universal files by the rules of their datasets, changed line by line: they mean the same or are refused."""
 
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -97,15 +98,6 @@ CHANGES = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("name", "old", "new", "words"), CHANGES)
-def test_what_would_change_a_mesh_is_refused_by_name(name: str, old: str, new: str, words: str, tmp_path: Path) -> None:
-    """Units by code and factor, coordinate systems, numbers that stand twice, kinds that are not read."""
-    assert old in MESHES[name]
-    (tmp_path / "a.unv").write_text(MESHES[name].replace(old, new, 1), encoding="utf-8")
-    with pytest.raises(MeshError, match=rf"a\.unv:.*{words}"):
-        read_unv(tmp_path / "a.unv")
-
-
 def test_what_is_left_aside_is_told(tmp_path: Path) -> None:
     """Elements that are no solids, and datasets that are not known; not those of results."""
     for name, notes in (("with beams", 2), ("with what is unknown", 1), ("with results", 0)):
@@ -161,18 +153,6 @@ IN_58 = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("name", "old", "new", "words"), IN_58)
-def test_what_would_change_a_response_is_refused_by_name(
-    name: str, old: str, new: str, words: str, tmp_path: Path
-) -> None:
-    """Counts, spacing, data types, units of axes."""
-    assert old in RESPONSES[name]
-    path = tmp_path / "a.uff"
-    path.write_text(RESPONSES[name].replace(old, new, 1), encoding="utf-8")
-    with pytest.raises(UffError, match=rf"a\.uff:.*({words})"):
-        response(path)
-
-
 @pytest.mark.parametrize("order", ["<", ">"])
 @pytest.mark.parametrize("form", [5, 6])
 @pytest.mark.parametrize("after", [b"", b"\n", b"\r\n"])
@@ -222,7 +202,6 @@ def test_modes_changed_in_a_line_are_the_same_or_refused(name: str, tmp_path: Pa
 
 
 IN_55 = [
-    ("in SI", columns(2, 2, 8), columns(3, 2, 8), None),
     ("in SI", columns(1, 2, 2, 8, 2, 3), columns(1, 2, 2, 8, 2, 4), "must be 3 or 6"),
     ("in SI", columns(2, 4, 0, 2), columns(2, 4, 0, 1), "mode 1 is there twice"),
     ("in SI", columns(2, 4, 0, 2), columns(2, 3, 0, 2), "3 numbers follow, must be 4"),
@@ -233,16 +212,29 @@ IN_55 = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("name", "old", "new", "words"), IN_55)
-def test_what_would_change_modes_is_refused_by_name(
-    name: str, old: str, new: str, words: str | None, tmp_path: Path
+READ: dict[str, tuple[Mapping[str, str], Callable[[Path], Any]]] = {
+    "unv": (MESHES, read_unv),
+    "frf": (RESPONSES, response),
+    "modes": (MODES, shapes),
+}
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "old", "new", "words"),
+    [(kind, *each) for kind, all_of in (("unv", CHANGES), ("frf", IN_58), ("modes", IN_55)) for each in all_of],
+)
+def test_what_would_change_an_answer_is_refused_by_name(
+    kind: str, name: str, old: str, new: str, words: str, tmp_path: Path
 ) -> None:
-    """Widths, numbers that stand twice, masses; another analysis is no normal mode."""
-    assert old in MODES[name]
-    path = tmp_path / "a.uff"
-    path.write_text(MODES[name].replace(old, new, 1), encoding="utf-8")
-    if words is None:
-        assert len(shapes(path)[0]) == 1
-        return
-    with pytest.raises(UffError, match=rf"a\.uff:.*{words}"):
-        shapes(path)
+    """Units, coordinate systems, counts, data types, widths, numbers that stand twice, kinds that are not read."""
+    texts, read = READ[kind]
+    assert old in texts[name]
+    (tmp_path / "a.unv").write_text(texts[name].replace(old, new, 1), encoding="utf-8")
+    with pytest.raises((MeshError, UffError), match=rf"a\.unv:.*({words})"):
+        read(tmp_path / "a.unv")
+
+
+def test_another_analysis_is_no_normal_mode(tmp_path: Path) -> None:
+    text = MODES["in SI"].replace(columns(2, 2, 8), columns(3, 2, 8), 1)
+    (tmp_path / "a.uff").write_text(text, encoding="utf-8")
+    assert len(shapes(tmp_path / "a.uff")[0]) == 1

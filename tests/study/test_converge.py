@@ -12,7 +12,6 @@ from typing import Any, cast
 
 import pytest
 
-from impact.runs.variations import SAFETY, Budget
 from seatfem.structures.reduction import lip_modes
 from seatfem.study.ladders import mesh
 from seatfem.study.ladders.table import ladder_of
@@ -21,7 +20,7 @@ from seatfem.study.plan import Refinement
 from seatfem.study.runs import converge
 from seatfem.study.runs.converge import LEAST, MOST, MOST_WORK, TRIES, mark, refine_plan, work_ratio
 from seatfem.study.runs.forecast import converge as converge_scene
-from tests.steps import Round, begin_plan
+from tests.steps import SAFETY, Budget, Round, begin_plan
 from tests.study.small_scenes import ANNULAR, BAR, MASS, PLATE, REED, SPRING, STEEL, TWO_PORTS, rounds_of, scene_of
 
 FINER = {**dict.fromkeys((SIZE, STEP, TOLERANCE), -1), **dict.fromkeys((BAND, MODES), 1)}

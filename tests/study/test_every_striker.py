@@ -7,11 +7,9 @@ import pytest
 
 import impact
 from impact.bodies.reeds import reed
-from seatfem.structures.kinds import kinds_of
 from seatfem.structures.kinds.structure import kind_of
-from seatfem.study.runs.pipeline import run_scene
-from seatfem.study.scene import Scene, load_scene
 from tests.fuzz import samples
+from tests.steps import Scene, kinds_of, load_scene, run_scene
 from tests.study.small_scenes import write_oscillator
 from tests.uff_sets import unit_set, write_sets
 

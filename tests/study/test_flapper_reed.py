@@ -12,11 +12,10 @@ from seatfem.structures.cache import build, key_of
 from seatfem.structures.elements.mindlin import average, everywhere
 from seatfem.structures.kinds import Structure
 from seatfem.structures.lip import Lip, Patch
-from seatfem.structures.model import ModelError
 from seatfem.structures.natural_modes import Wanted, modes_of
 from seatfem.structures.sheets import Sheet, SolvedSheet
 from tests.gallery import FLAPPER, load_text, refusal, summary_of
-from tests.steps import Scene, Stopwatch, striker_of
+from tests.steps import ModelError, Scene, Stopwatch, striker_of
 
 COARSE = 'greens = { bandwidth = "30 kHz" }\n'
 SPRING = 'kind = "spring"\nstiffness = "20 N/um"\n'

@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 
 import impact
 import seatfem
+from tests.gallery import write_scene
 
 TEXT = """
 seat = { kind = "spring", stiffness = "80 N/um" }
@@ -87,8 +88,7 @@ def test_nothing_is_kept_and_the_result_stays(result: seatfem.RunResult, tmp_pat
 
 @pytest.mark.parametrize("form", ["text", "str", "path", "scene"])
 def test_a_scene_is_taken_in_any_form(form: str, result: seatfem.RunResult, tmp_path: Path) -> None:
-    path = tmp_path / "scene.toml"
-    path.write_text(TEXT, encoding="utf-8")
+    path = write_scene(tmp_path, TEXT)
     scene = {"text": TEXT, "str": str(path), "path": path, "scene": seatfem.load_scene(path)}[form]
     for run in (seatfem.run, seatfem.run_scene):
         assert run(scene).measures["impulse"] == result.measures["impulse"]
@@ -149,8 +149,7 @@ def mistakes(result: seatfem.RunResult, folder: Path) -> dict[str, tuple[Callabl
     asked = {"bandwidth": 1.0, "duration": 1.0, "tolerance": 0.01}
     run, converge, matrices = seatfem.run, seatfem.converge, seatfem.SecondOrderModel
     vectors, scene = {"contact": np.eye(2)[1]}, seatfem.load_scene(TEXT)
-    path = folder / "scene.toml"
-    path.write_text(TEXT, encoding="utf-8")
+    path = write_scene(folder, TEXT)
     return {
         "number": (lambda: run(5), "5 is no path"),
         "missing file": (lambda: run("missing.toml"), "missing.toml: cannot be read: no such file"),

@@ -11,12 +11,10 @@ import pytest
 import impact
 from impact.after.result import ImpactResult
 from impact.gas import Compressor, Prescribed
-from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.contact import RunError, check_step, fallback_step, run_contacts
 from seatfem.wings.gas import cycle_masses
-from tests.as_stated import seat_of, striker_of
 from tests.gallery import load_text, refusal
-from tests.steps import Scene, begin_plan, run_scene
+from tests.steps import Scene, begin_plan, problem_of, run_scene, seat_of, striker_of
 
 SEAT = '[seat]\nkind = "spring"\nstiffness = "50 N/um"\n'
 REED = (

@@ -12,7 +12,8 @@ from seatfem.study.identify import intervals
 from seatfem.study.identify.fit import IdentifyError, identify
 from seatfem.study.identify.record import load_identification
 from seatfem.study.identify.shots import Model
-from tests.steps import BAD_INPUT, DONE, SceneError, load_scene, problem_of, run_command, seat_of, striker_of
+from tests.gallery import load_text
+from tests.steps import BAD_INPUT, DONE, SceneError, problem_of, run_command, seat_of, striker_of
 from tests.study.identification_truth import NOISE, RECORD, SCENE, TRUE, noise, true_record, write_files
 
 DRAWS = 10
@@ -257,9 +258,7 @@ FITS = {
 @pytest.fixture(scope="module")
 def bounces(tmp_path_factory):
     """Give times [s] and forces [N] of a reed that bounces on its seat, at a fine step."""
-    path = tmp_path_factory.mktemp("bounces") / "reed.toml"
-    path.write_text(REED, encoding="utf-8")
-    scene = load_scene(path, {"run.time_step": "0.05 us"})
+    scene = load_text(tmp_path_factory.mktemp("bounces"), REED, changed={"run.time_step": "0.05 us"})
     problem = problem_of(scene, striker_of(scene), impact.Body(seat_of(scene, Cache(None)).greens))
     result = impact.solve(problem, dt=FINE, duration=scene.run.duration)
     time = np.arange(1.3e-6, 1.99e-3, 4e-6)

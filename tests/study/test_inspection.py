@@ -10,16 +10,12 @@ import pytest
 
 from seatfem.jobs.crew import FILES
 from seatfem.structures.finite_elements import draw, matrices
-from seatfem.structures.formats.mesh_files import read_mesh
 from seatfem.structures.formats.writing import write_mesh
-from seatfem.structures.inspection.cad import inspect_geometry
 from seatfem.structures.kinds import Plate
-from seatfem.structures.mesh.meshing import make_mesh
-from seatfem.structures.mesh.spec import MeshSpec
-from seatfem.structures.reduction.modes import solve_modes
 from seatfem.structures.shapes import Bar, CadPart, CylinderFace, GeometryError, NumberedFace, Region
 from seatfem.study.scene.files import by_content, packed
-from tests.gallery import load_text
+from tests.gallery import load_text, write_scene
+from tests.solids import MeshSpec, inspect_geometry, make_mesh, read_mesh, solve_modes
 from tests.steps import BAD_INPUT, DONE, Method, Scene, SceneError, check_files, key_of, load_scene, run_command
 
 ROOT = Path(__file__).parents[2]
@@ -30,16 +26,9 @@ MESH = f'[seat]\nkind = "mesh"\nfile = "{MESHES / "annular_seat.msh"}"\nmaterial
 COARSE = MeshSpec(8e-3, order=1, curved=False)
 
 
-def written(folder: Path, seat: str) -> Path:
-    path = folder / "scene.toml"
-    path.write_text(seat + REST, encoding="utf-8")
-    return path
-
-
 def plan_messages(folder: Path, seat: str, capsys: pytest.CaptureFixture[str], verb: str = "plan") -> list[str]:
-    assert run_command([verb, str(written(folder, seat)), *(["-o", str(folder / "out")] if verb == "run" else [])]) == (
-        BAD_INPUT
-    )
+    out = ["-o", str(folder / "out")] if verb == "run" else []
+    assert run_command([verb, str(write_scene(folder, seat, REST)), *out]) == BAD_INPUT
     assert not (folder / "out").exists()
     text = capsys.readouterr().err.removeprefix("seatfem: ").replace(f"{folder}/", "")
     return [line for line in text.splitlines() if line.startswith("scene.toml")]
@@ -91,7 +80,7 @@ def test_wrong_headers_are_told_by_a_plan(seat, place, words, tmp_path, capsys):
 
 def test_supports_of_drawn_seats_are_looked_up_without_a_file(tmp_path: Path) -> None:
     seat = '[seat]\nkind = "annular"\nbore_radius = "4 mm"\nlip_width = "1 mm"\nmaterial = "steel"\n'
-    scene = load_scene(written(tmp_path, seat + 'supports = [{ kind = "sliding", on = "top" }]\n'))
+    scene = load_text(tmp_path, seat, 'supports = [{ kind = "sliding", on = "top" }]\n', REST)
     with pytest.raises(SceneError, match=r"'top'.*'contact', 'fixed'"):
         check_files(scene)
 
@@ -125,7 +114,7 @@ def test_a_cylinder_is_selected_by_its_radius_alone() -> None:
 
 def test_of_several_cylinders_that_about_the_z_axis_is_meant(tmp_path: Path) -> None:
     """A radius without an axis means the cylinder about the z axis."""
-    scene = load_scene(written(tmp_path, CAD.format(MESHES / "valve_body.step") + 'fixed = { radius = "4 mm" }\n'))
+    scene = cad(tmp_path, 'fixed = { radius = "4 mm" }')
     (bore,) = (face for face in inspect_geometry(scene.seat.geometry()).faces if "fixed" in face.groups)
     assert bore.area == pytest.approx(2 * np.pi * 4e-3 * 14e-3, rel=1e-9)
 
@@ -139,9 +128,7 @@ def test_a_cad_plate_is_measured_like_the_same_plate_drawn_here(tmp_path: Path) 
             "land_width": "1 mm", "clamp_width": "2 mm", "material": "steel", "struck": 1,
         }
     ).patch()  # fmt: skip
-    seat = CAD.format(MESHES / "valve_plate.step") + "contact = { number = 11 }\n"
-    scene = load_scene(written(tmp_path, seat))
-    patch = scene.seat.patch()
+    patch = cad(tmp_path, "contact = { number = 11 }", "valve_plate.step").seat.patch()
     assert patch.area == pytest.approx(drawn.area, rel=0.02)
     assert patch.width == pytest.approx(drawn.width, rel=0.05)
     assert patch.depth == pytest.approx(drawn.depth, rel=1e-6)
@@ -151,7 +138,7 @@ def test_a_cad_plate_is_measured_like_the_same_plate_drawn_here(tmp_path: Path) 
 
 @pytest.mark.slow
 def test_faces_as_a_table_and_a_picture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    scene = written(tmp_path, CAD.format(MESHES / "valve_body.step") + "contact = { number = 9 }\n")
+    scene = write_scene(tmp_path, CAD.format(MESHES / "valve_body.step"), "contact = { number = 9 }\n", REST)
     for part, said in (
         (scene, "contact"),
         (MESHES / "annular_seat.msh", "fixed"),
@@ -177,13 +164,13 @@ def test_the_unit_of_a_mesh_is_asked_for(tmp_path: Path) -> None:
 
 
 def test_faces_of_what_has_none(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    spring = written(tmp_path, '[seat]\nkind = "spring"\nstiffness = "20 N/um"\n')
+    spring = write_scene(tmp_path, '[seat]\nkind = "spring"\nstiffness = "20 N/um"\n', REST)
     assert run_command(["faces", str(spring)]) == BAD_INPUT
     assert "has no faces" in capsys.readouterr().err
 
 
 def cad(folder: Path, seat: str, file: str = "valve_body.step") -> Scene:
-    return load_scene(written(folder, f"{CAD.format(MESHES / file)}{seat}\n"))
+    return load_text(folder, f"{CAD.format(MESHES / file)}{seat}\n", REST)
 
 
 def areas(scene):
@@ -293,7 +280,7 @@ def test_a_free_seat_is_refused_before_it_is_meshed(verb, tmp_path, capsys):
 
 def test_a_free_mesh_has_six_modes_at_zero_whatever_its_groups_are_called(tmp_path):
     write_mesh(make_mesh(Bar(12e-3, 4e-3, 4e-3), MeshSpec(4e-3, order=1)), tmp_path / "bar.msh")
-    seat = load_scene(written(tmp_path, CAD.format("bar.msh").replace("cad", "mesh") + 'fixed = ""\n')).seat
+    seat = load_text(tmp_path, CAD.format("bar.msh").replace("cad", "mesh"), 'fixed = ""\n', REST).seat
     mesh = read_mesh(seat.file, contact=seat.contact, fixed=seat.fixed or None)
     assert "fixed" in mesh.mesh.boundaries
     modes = solve_modes(matrices(seat, mesh, "3d", lambda stage, done: None), 7)
@@ -338,8 +325,7 @@ def test_files_that_vary_travel_too(tmp_path: Path) -> None:
     for name in ("a b.inp", "nodes.inp", "c.inp"):
         text = "*INCLUDE, INPUT=nodes.inp\n" if name[0] != "n" else "*NODE\n1, 0, 0, 0\n"
         (tmp_path / name).write_text(text, encoding="utf-8")
-    (tmp_path / "scene.toml").write_text(OF_MESH.format("c.inp") + THROWN, encoding="utf-8")
-    _, there, files = packed(tmp_path / "scene.toml", {"seat.file": "a b.inp"})
+    _, there, files = packed(write_scene(tmp_path, OF_MESH.format("c.inp"), THROWN), {"seat.file": "a b.inp"})
     assert there == {"seat.file": f"{FILES}/1/input.inp"}
     assert {name: file.name for name, file in files.items()} == {
         "0/input.toml": "scene.toml", "1/input.inp": "a b.inp", "1/nodes.inp": "nodes.inp",
@@ -353,7 +339,7 @@ def test_what_cannot_travel(other: str, tmp_path: Path) -> None:
     (folder / other).parent.mkdir(parents=True)
     (folder / other).write_text("*NODE\n", encoding="utf-8")
     (folder / "deck.inp").write_text(f"*INCLUDE, INPUT={other}\n", encoding="utf-8")
-    (folder / "scene.toml").write_text(OF_MESH.format("deck.inp") + THROWN, encoding="utf-8")
+    write_scene(folder, OF_MESH.format("deck.inp"), THROWN)
     with pytest.raises(SceneError, match=r"seat\.file: .*deck\.inp.*nodes\.inp"):
         packed(folder / "scene.toml", {})
 

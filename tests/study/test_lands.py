@@ -12,18 +12,13 @@ from impact.bodies.body import Body, ModalState
 from impact.gas import FORWARD, GasHistory
 from impact.greens.modal import ModalGreens, Residual
 from seatfem.results import OF_LANDS
-from seatfem.structures.method import bed
-from seatfem.structures.rings import Division
 from seatfem.study.answers.verdict import closing_order
-from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.contact import record_of
 from seatfem.study.impacts.landings import DELAY, SHARE, Landings, landings_of_lands
-from seatfem.study.impacts.touches import values_of_record
 from seatfem.study.scene.wings import PortLift
 from seatfem.wings.gas import masses_over_lands
-from tests.as_stated import striker_of
 from tests.gallery import Gallery, load_text, read_summary, refusal
-from tests.steps import Scene, SceneError, check_files
+from tests.steps import Division, Scene, SceneError, bed, check_files, problem_of, striker_of, values_of_record
 
 ROOT = Path(__file__).parents[2]
 SEAT = (

@@ -18,7 +18,7 @@ from seatfem.life.maps import plot_margins
 from seatfem.study.impacts.forces import Strike
 from seatfem.study.runs.body_stress import ClosedFormStress
 from seatfem.wings.life import life_sentence as in_words
-from tests.gallery import load_text, refusal, summary_of
+from tests.gallery import load_text, refusal, summary_of, write_scene
 from tests.steps import RunError, Scene, run_contacts, run_scene, striker_of
 
 STRENGTH = """source = "invented for tests"
@@ -272,9 +272,7 @@ SIMPLE = 'source = "invented for tests"\n[curve]\nknee_stress = "400 MPa"\nknee_
 @pytest.fixture
 def thrown_scene(tmp_path: Path) -> Path:
     (tmp_path / "strength.toml").write_text(SIMPLE, encoding="utf-8")
-    path = tmp_path / "scene.toml"
-    path.write_text(THROWN + SWT, encoding="utf-8")
-    return path
+    return write_scene(tmp_path, THROWN, SWT)
 
 
 @pytest.mark.slow

@@ -22,7 +22,7 @@ from seatfem.study.runs import afterwards, pipeline
 from seatfem.study.runs.body_stress import BodyStress
 from seatfem.study.runs.reed_stress import PlateStress, plate_stress
 from seatfem.wings.life import life_sentence as in_words
-from tests.gallery import load_text
+from tests.gallery import Patch, load_text
 from tests.steps import Round, SceneError
 from tests.study.small_scenes import PRESSED, PRESSURE
 
@@ -41,9 +41,7 @@ FINER = RUN.format(1.5).replace("2 us", "1 us")
 LIFE = '[life]\nstrength = "strength.toml"\ncriterion = "swt"\ncycles = 4.5e9\n'
 
 
-def run(
-    folder: Path, text: str, monkeypatch: pytest.MonkeyPatch | None = None
-) -> tuple[dict[str, object], list[Round]]:
+def run(folder: Path, text: str, monkeypatch: Patch | None = None) -> tuple[dict[str, object], list[Round]]:
     """Run a scene, and return its summary and the round."""
     (folder / "strength.toml").write_text(STRENGTH, encoding="utf-8")
     kept: list[Round] = []
@@ -85,7 +83,7 @@ def test_a_plate_in_free_flight_fails_where_and_when_its_stress_says(tmp_path, m
 
 
 @pytest.mark.slow
-def test_the_points_with_the_largest_ranges_of_each_region(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_points_with_the_largest_ranges_of_each_region(tmp_path: Path, monkeypatch: Patch) -> None:
     """Ranges lie between the largest von Mises stress of differences of two states and sqrt 5 times it."""
     soft = SPRING.replace("20 N/um", "0.2 N/um")  # whose landing asks little of what lies above the plate's modes
     text = soft + THROWN + RUN.format(0.4) + LIFE + 'multiaxial = "crossland"\n'
@@ -107,7 +105,7 @@ def test_the_points_with_the_largest_ranges_of_each_region(tmp_path: Path, monke
 
 
 @pytest.mark.slow
-def test_the_bar_of_a_margin_holds_what_a_finer_run_finds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_bar_of_a_margin_holds_what_a_finer_run_finds(tmp_path: Path, monkeypatch: Patch) -> None:
     """A quarter of the step and twice the band leave a tenth of the error at most: the bar is of the rest."""
     soft = SPRING.replace("20 N/um", "0.2 N/um") + THROWN + RUN.format(0.4) + LIFE
     finer = soft.replace('"2 us"', '"0.5 us"').replace('"4 kHz"', '"8 kHz"')

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import impact
-from impact import measures
 from seatfem.study.answers.verdict import verdict
 from seatfem.study.runs.summary import summarise
 from tests.as_stated import striker_of
@@ -177,12 +176,12 @@ def test_a_mass_is_stopped_by_the_momentum_of_its_film(tmp_path: Path) -> None:
 def test_arcs_under_a_rigid_face_have_the_film_of_one_port(tmp_path: Path) -> None:
     """Arcs under an even gap give the total force of one port at every step; under a turning paddle far less."""
     many, one = (struck(scene_of(tmp_path, f"{OPEN}{n}", mass(1, "-1 m/s")), n) for n in (8, 1))
-    size = measures.film_force_peak(one.seat)
+    size = impact.measures.film_force_peak(one.seat)
     assert size > 10.0
     np.testing.assert_allclose(many.seat.force, one.seat.force, atol=1e-9 * size)
     np.testing.assert_allclose(many.seat.film, one.seat.film, atol=1e-9 * size)
     np.testing.assert_allclose(many.line.film.sum(axis=1), many.seat.film, atol=1e-9)
-    turning, even = (measures.film_force_peak(struck(scene_of(tmp_path, f"{OPEN}{n}"), n).seat) for n in (8, 1))
+    turning, even = (impact.measures.film_force_peak(struck(scene_of(tmp_path, f"{OPEN}{n}"), n).seat) for n in (8, 1))
     assert turning < 0.5 * even
 
 

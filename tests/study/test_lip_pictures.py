@@ -20,6 +20,7 @@ from seatfem.study.runs.stress_wave import by_arc, landing_of, lip_pictures
 from tests.gallery import FLAPPER, LIP, load_text
 from tests.steps import Division, Lip, Solved, bed, run_contacts, solved_striker, striker_of
 
+pytestmark = pytest.mark.slow
 ARCS, RADIUS = 8, 5.5e-3
 SCENE = (
     f'title = "a <tilted> landing"\ncontact = {{ gap = "1 um", tilt = "0.3 deg", ports = 8, rings = 2 }}\n'
@@ -45,14 +46,12 @@ def landed(tmp_path_factory: pytest.TempPathFactory) -> Any:
     return SimpleNamespace(done=done, baseline=stiffer)
 
 
-@pytest.mark.slow
 def test_the_gaps_begin_with_the_tilt_of_the_scene(landed: Any) -> None:
     _, pitch, roll = best_plane(by_arc(landed.done.touches, Division(ARCS, 2)).gap, RADIUS)[0]
     assert np.degrees(np.arctan(roll)) == pytest.approx(0.3, rel=4e-3)  # the mean of an arc lies outside its middle
     assert abs(pitch) < 1e-9
 
 
-@pytest.mark.slow
 def test_the_plate_that_is_drawn_is_the_one_that_touched(landed: Any) -> None:
     """Nodes near the lip's outer circle move as the arcs next to them, which the march knows; what the modes left out
     is not drawn."""
@@ -85,7 +84,6 @@ def test_the_plate_that_is_drawn_is_the_one_that_touched(landed: Any) -> None:
     assert frames.labels[int(force.argmax())].endswith(f"force {text(float(force.max()), 'N')}")
 
 
-@pytest.mark.slow
 def test_figure_of_the_lip_says_over_what_it_is_averaged(landed: Any, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     names = [name for name, _ in lip_pictures(landed.done, landed.baseline)]
@@ -108,7 +106,6 @@ def test_figure_of_the_lip_says_over_what_it_is_averaged(landed: Any, tmp_path: 
     assert (tmp_path / "alone.png").stat().st_size > 50_000
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="drawn off-screen")
 def test_landing_is_a_film_of_all_its_times(landed: Any, tmp_path: Path) -> None:
     pytest.importorskip("pyvista")

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import impact
-from impact import HertzOnPatch
 from impact.exact.contact_stress import hertz_impact
 from impact.exact.half_space import disk_compliance, rectangle_compliance, square_compliance
 from seatfem.study.scene.local import law_of_part
@@ -37,15 +36,15 @@ def law_in(scene: Scene) -> object:
 def test_the_law_leaves_the_half_spaces_share_to_the_patch(tmp_path: Path) -> None:
     """The law subtracts the half-space under a disc, a rectangle, and both bodies where an elastic ball strikes."""
     c = disk_compliance(young=YOUNG, poisson=POISSON, radius=5e-3)
-    assert law_in(scene_of(DISC, tmp_path)) == HertzOnPatch(25.9e9, c)
+    assert law_in(scene_of(DISC, tmp_path)) == impact.HertzOnPatch(25.9e9, c)
     lossy = HERTZ.replace('"hertz"', '"hunt_crossley"').replace(" }", ', damping = "0.1 s/m" }')
-    assert law_in(scene_of(DISC, tmp_path, lossy)) == HertzOnPatch(25.9e9, c, 0.1)
+    assert law_in(scene_of(DISC, tmp_path, lossy)) == impact.HertzOnPatch(25.9e9, c, 0.1)
     patched = BLOCK + 'patch_width = "4 mm"\npatch_depth = "2 mm"\n'
     rectangle = rectangle_compliance(young=YOUNG, poisson=POISSON, sides=(4e-3, 2e-3))
-    assert law_in(scene_of(patched, tmp_path)) == HertzOnPatch(25.9e9, rectangle)
+    assert law_in(scene_of(patched, tmp_path)) == impact.HertzOnPatch(25.9e9, rectangle)
     ball = f'[reed]\nkind = "ball"\ndiameter = "60 mm"\ncontact_radius = "4 mm"\nvelocity = "-1 m/s"\n{STEEL}'
     facet = disk_compliance(young=YOUNG, poisson=POISSON, radius=4e-3)
-    assert law_in(scene_of(DISC, tmp_path, reed=ball)) == HertzOnPatch(25.9e9, c + facet)
+    assert law_in(scene_of(DISC, tmp_path, reed=ball)) == impact.HertzOnPatch(25.9e9, c + facet)
     for law in ('"signorini"', '{ kind = "spring", stiffness = "1 GN/m" }', ROUGH):  # of the joint alone
         joint = scene_of(DISC, tmp_path, f"law = {law}\n")
         assert law_in(joint) == joint.contact.law.law()

@@ -12,15 +12,12 @@ import pytest
 from seatfem.faces.plan_view import look_lines
 from seatfem.machine.code import cache_folder
 from seatfem.study.runs.converge import AIM
-from seatfem.study.runs.forecast import converge, look_at
 from seatfem.study.runs.kept import cached_plan, save_plan
-from seatfem.study.runs.next_round import Limits
-from seatfem.study.runs.pipeline import run_scene
-from seatfem.study.runs.rounds import rounds
 from tests.gallery import LIP, REED_ON_SPRING, load_text, mass
-from tests.steps import Plan, Scene, Stopwatch, begin_plan, silent
+from tests.steps import Limits, Plan, Scene, Stopwatch, begin_plan, converge, look_at, rounds, run_scene, silent
 from tests.study.small_scenes import rounds_of
 
+pytestmark = pytest.mark.slow
 NO_TIME = 1e-3  # s: the first round alone
 ON_LIP = f'[seat]\n{LIP}[reed]\n{mass(2, "-1 m/s")}[run]\nduration = "0.2 ms"\nfilter_width = "5 us"\n[accuracy]\n'
 """A rigid mass thrown at the lip of a seat that waves soften: a spring in its place is 40 % off."""
@@ -30,7 +27,6 @@ def lip_scene(folder: Path, target: str) -> Scene:
     return load_text(folder, ON_LIP, f'target = "{target}"\n')
 
 
-@pytest.mark.slow
 def test_a_run_goes_on_from_a_look_that_met_its_target(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The run takes one round with the seat and the error bars of the look, and computes none again."""
     scene = lip_scene(tmp_path, "10 %")
@@ -54,7 +50,6 @@ def test_a_run_goes_on_from_a_look_that_met_its_target(tmp_path: Path, monkeypat
     assert outcome.summary["error_bar_landing_impulse_Ns"] == look.done.left.bar("landing_impulse")
 
 
-@pytest.mark.slow
 def test_what_is_left_is_foretold_and_the_run_takes_the_same_way(tmp_path: Path) -> None:
     scene = lip_scene(tmp_path, "4 %")
     look = look_at(scene, NO_TIME)
@@ -79,7 +74,6 @@ def test_what_is_left_is_foretold_and_the_run_takes_the_same_way(tmp_path: Path)
     assert converge(scene).plan.method == outcome.plan.method == look_at(scene, NO_TIME).plan.method
 
 
-@pytest.mark.slow
 def test_the_lines_add_up_to_the_bars(tmp_path: Path) -> None:
     """The squares of the keys' parts, with the safety factor, add up to that of the bar, to the digits shown."""
     look = look_at(lip_scene(tmp_path, "4 %"), NO_TIME)
@@ -93,7 +87,6 @@ def test_the_lines_add_up_to_the_bars(tmp_path: Path) -> None:
         assert keys.startswith("seat.model ")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("is_interrupted", [False, True])
 def test_a_look_leaves_no_files(is_interrupted: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A look, even interrupted, leaves no files where it was started nor among temporary ones."""
@@ -130,7 +123,6 @@ def too_coarse(plan: Plan) -> Plan:
     return replace(plan, method=plan.method.replaced({"run.time_step": 2e-6}))
 
 
-@pytest.mark.slow
 def test_the_next_run_begins_with_the_last_ones_plan_and_meets_at_once(tmp_path):
     plan = too_coarse(plan_of(tmp_path))
     assert cached_plan(plan.scene) is None
@@ -149,7 +141,6 @@ def test_the_next_run_begins_with_the_last_ones_plan_and_meets_at_once(tmp_path)
     assert cached_plan(plan.scene) == again
 
 
-@pytest.mark.slow
 def test_error_bars_are_found_again_but_not_in_studies(tmp_path, monkeypatch):
     """Bars on file come back bit by bit, and are computed if forces differ, in studies, or if the file was changed."""
     plan = plan_of(tmp_path)
@@ -167,7 +158,6 @@ def test_error_bars_are_found_again_but_not_in_studies(tmp_path, monkeypatch):
     assert len(calls) == 3
 
 
-@pytest.mark.slow
 def test_other_questions_begin_anew(tmp_path):
     plan = plan_of(tmp_path)
     save_plan(plan.scene, rounds_of(too_coarse(plan), tmp_path)[-1])
@@ -193,7 +183,6 @@ HARM = {
 }
 
 
-@pytest.mark.slow
 def test_a_file_that_is_not_sound_changes_nothing(store_of_the_test, tmp_path):
     plan = too_coarse(plan_of(tmp_path))
     save_plan(plan.scene, rounds_of(plan, tmp_path)[-1])

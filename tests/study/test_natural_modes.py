@@ -9,16 +9,13 @@ import scipy.linalg
 from scipy import sparse
 from scipy.io import mmwrite
 
-from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
-from seatfem.structures.materials import Material
-from seatfem.structures.model import ModelError
 from seatfem.structures.natural_modes import Wanted, modes_of
-from seatfem.structures.reduction.modes import solve_modes
 from seatfem.study.runs import pictures
 from seatfem.study.runs.pipeline import write_modes
 from tests.gallery import load_text
 from tests.known_answers.grids import section
-from tests.steps import RunError, Stopwatch, silent
+from tests.solids import Material, assemble_axisymmetric, solve_modes
+from tests.steps import ModelError, RunError, Stopwatch, silent
 
 RUN = '[reed]\nkind = "rigid_mass"\nmass = "5 g"\nvelocity = "-2 m/s"\n[run]\nduration = "1 ms"\n'
 STEEL = 'material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }\n'

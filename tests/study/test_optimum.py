@@ -18,6 +18,7 @@ from tests.steps import DONE, FAILED, run_command
 from tests.study.crew_at_hand import amount, answer_by
 from tests.study.test_studies import study_file
 
+pytestmark = pytest.mark.slow
 STIFFNESS = '[vary]\nseat.stiffness = { from = "0.1 N/um", to = "10 N/um", scale = "log" }\n'
 MASS = 'reed.mass = { from = "0.2 g", to = "5 g" }\n'
 SOUGHT = '[optimise]\nminimise = "filtered_peak_force_N"\nsubject_to = ["max_seat_displacement_m <= 3e-5"]\n'
@@ -27,7 +28,6 @@ def number(optimum: Optimum, key: str) -> float:
     return float(str(optimum.as_json()["keys"][key]).split()[0])
 
 
-@pytest.mark.slow
 def test_the_softest_spring_that_is_stiff_enough(tmp_path: Path, jobs: list[str]) -> None:
     """The optimum is k = m (v / x)^2, F = m v^2 / x at the limit x, within twice x's error bar."""
     optimum = run_optimum(load_study(study_file(tmp_path, STIFFNESS + SOUGHT)), tmp_path / "out")
@@ -58,7 +58,6 @@ def closed_form_of_stiff_seats(changed: dict[str, object]) -> dict[str, object]:
     return closed_form(changed)
 
 
-@pytest.mark.slow
 def test_a_limit_is_met_at_the_target_not_at_the_loose_accuracy(tmp_path, monkeypatch, jobs):
     """Two keys and two limits. The search's own optimum has a stiffness 8 % too large; by the shift it is found to what
     a limit may be violated by without an error bar, 0.1 %, of which stiffness takes the double, and what mass does."""
@@ -78,7 +77,6 @@ def test_a_limit_is_met_at_the_target_not_at_the_loose_accuracy(tmp_path, monkey
     assert margin == pytest.approx(3e-5 - optimum.best.value("max_seat_displacement_m"))
 
 
-@pytest.mark.slow
 def test_an_optimum_between_the_bounds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, jobs: list[str]) -> None:
     """The search has the largest 5 - (k / 2 - 2 / k)^2 at k = 2, near a parabola of shares."""
     answer_by(monkeypatch, lambda keys: {"impulse_Ns": 5 - ((k := amount(keys["seat.stiffness"])) / 2 - 2 / k) ** 2})
@@ -88,7 +86,6 @@ def test_an_optimum_between_the_bounds(tmp_path: Path, monkeypatch: pytest.Monke
     assert len(optimum.searched) <= 20
 
 
-@pytest.mark.slow
 def test_scenes_that_fail_are_outside(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, jobs: list[str]) -> None:
     """Less is better, and below 0.6 N/um there is nothing; they are tried again when it is asked for."""
     answer_by(monkeypatch, closed_form_of_stiff_seats)
@@ -106,7 +103,6 @@ def test_scenes_that_fail_are_outside(tmp_path: Path, monkeypatch: pytest.Monkey
     assert again.as_json()["failed"] == 0
 
 
-@pytest.mark.slow
 def test_it_goes_on_where_it_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, jobs: list[str]) -> None:
     """A search stopped at any scene repeats none and leaves the same files."""
     answer_by(monkeypatch, closed_form)
@@ -134,7 +130,6 @@ def swept(folder: Path, more: str = "", velocity: str = '"-1 m/s"') -> StudyTabl
     return run_study(load_study(study_file(folder, GAPS.format(velocity) + more)), folder / "out")
 
 
-@pytest.mark.slow
 def test_means_are_of_scenes_that_land(tmp_path: Path, jobs: list[str]) -> None:
     """Means over scenes that land are 2 m v to the steps' tolerance; all scenes would give a quarter less."""
     table = swept(tmp_path)
@@ -150,7 +145,6 @@ def test_means_are_of_scenes_that_land(tmp_path: Path, jobs: list[str]) -> None:
     assert effect.mean == pytest.approx([2e-3] * 3, rel=5e-3)
 
 
-@pytest.mark.slow
 def test_side_by_side_they_are_told_apart_as_one_by_one(tmp_path: Path, jobs: list[str]) -> None:
     """Status follows from when the mass arrives and leaves; scenes that land have a sample's bars, no others."""
     text = """design = "latin_hypercube"
@@ -180,7 +174,6 @@ contact.gap = { from = "0 mm", to = "0.4 mm" }
 FOR_LEAST = '[vary]\ncontact.gap = { from = "0 mm", to = "0.4 mm" }\n[optimise]\nminimise = "%s"\nmost = 12\n'
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("measure", ["landing_impulse_Ns", "impulse_Ns"])
 def test_an_optimum_lands(measure: str, tmp_path: Path, jobs: list[str]) -> None:
     """Half of the range has no impulse at all, a quarter a part of it; the least is 2 m v of the scenes that land."""
@@ -192,14 +185,12 @@ def test_an_optimum_lands(measure: str, tmp_path: Path, jobs: list[str]) -> None
     assert optimum.as_json()["left_out"].endswith(("cut off", "no landing"))
 
 
-@pytest.mark.slow
 def test_no_optimum_where_nothing_lands(tmp_path: Path, jobs: list[str]) -> None:
     text = FOR_LEAST.replace('"0 mm"', '"0.3 mm"') % "impulse_Ns"
     with pytest.raises(StudyError, match=r"\d+ scenes .*\d+ no landing"):
         run_optimum(load_study(study_file(tmp_path, text)), tmp_path / "out")
 
 
-@pytest.mark.slow
 def test_what_the_program_says(tmp_path, monkeypatch, jobs, capsys):
     """The command tells how many scenes are left out, and which measures no or only some scenes have."""
     monkeypatch.chdir(tmp_path)

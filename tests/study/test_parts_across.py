@@ -9,20 +9,17 @@ import pytest
 
 import impact
 from impact import measures
-from impact.runs.variations import SAFETY
 from seatfem.structures.patch import on_its_patch
 from seatfem.structures.rings import OF_ONE, arc_rings_to_compare, divided_less, ring_borders
 from seatfem.study.impacts import contact
-from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.contact import RunError, check_length
 from seatfem.study.impacts.validity import ONE_PORT, simpler_models
 from seatfem.study.ladders.ladder import ComputedRun
 from seatfem.study.ladders.patch import of_rings_across
 from seatfem.study.method import PORTS, RINGS, stated_method
-from seatfem.study.runs.converge import refine_plan
 from tests.as_stated import seat_of, solved_striker, striker_of, values_of_problem
 from tests.gallery import FLAPPER, load_text
-from tests.steps import Division, Lip, Plan, Round, Scene, bed, begin_plan
+from tests.steps import SAFETY, Division, Lip, Plan, Round, Scene, bed, begin_plan, problem_of, refine_plan
 from tests.study.small_scenes import rounds_of
 
 SHEET = """
@@ -52,12 +49,6 @@ def in_parts(folder: Path, division: Division) -> Scene:
     return scene_of(folder, f"ports = {division.arcs}\nrings = {division.rings}\n")
 
 
-def landed(scene: Scene) -> tuple[impact.ContactProblem, float]:
-    """Return the problem of the landing, and its impulse [N s]."""
-    problem = problem_of(scene, striker_of(scene), impact.Body(seat_of(scene, mesh_error=False).greens))
-    return problem, values_of_problem(scene, problem, 250e-9)["impulse"]
-
-
 def test_parts_across_open_by_heights_of_their_own(tmp_path: Path) -> None:
     """Part k lies between shares of the area of the annulus; its centre line at the mean of its borders' radii; the
     outer rim is the lowest, however many parts there are."""
@@ -76,14 +67,18 @@ def test_parts_across_open_by_heights_of_their_own(tmp_path: Path) -> None:
 def test_the_bar_of_one_part_across_holds_what_more_of_them_find(tmp_path: Path) -> None:
     """Six parts across are 1.3 % above one: a part of the target alone. The term for three is a tenth of that for one,
     and holds what nine find."""
-    landings = {division: landed(in_parts(tmp_path, division)) for division in (ONE, THREE, SIX)}
-    impulses = {division: impulse for division, (_, impulse) in landings.items()}
+    problems, impulses = {}, {}
+    for division in (ONE, THREE, SIX):
+        scene = in_parts(tmp_path, division)
+        seat = impact.Body(seat_of(scene, mesh_error=False).greens)
+        problems[division] = problem_of(scene, striker_of(scene), seat)
+        impulses[division] = values_of_problem(scene, problems[division], 250e-9)["impulse"]
     assert impulses[SIX] - impulses[ONE] > 0.01 * impulses[ONE]
     bars = {}
     for division in (ONE, THREE):
         scene = in_parts(tmp_path, division)
         solved = seat_of(scene, mesh_error=False)
-        terms = of_rings_across(ComputedRun(scene, stated_method(scene), solved, landings[division][0]))
+        terms = of_rings_across(ComputedRun(scene, stated_method(scene), solved, problems[division]))
         ((variation,),) = terms
         assert len(variation.problem.contacts) == 16 * arc_rings_to_compare(division.rings)[0]
         one, other = (values_of_problem(scene, each, 250e-9) for each in (variation.against, variation.problem))

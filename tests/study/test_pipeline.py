@@ -6,6 +6,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +19,9 @@ from seatfem.pictures import moving, plots
 from seatfem.structures.cache import VARIABLE
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.study.runs import pictures
-from seatfem.study.runs.pipeline import RunOutcome, compute_greens, run_scene
+from seatfem.study.runs.pipeline import RunOutcome, run_scene
 from seatfem.study.runs.stress_spots import load_histories
-from tests.gallery import load_text, read_summary
+from tests.gallery import read_summary
 from tests.steps import SOURCES, load_greens, load_results, load_scene
 from tests.study.small_scenes import write_oscillator
 
@@ -87,15 +88,6 @@ def annular(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Ran]:
         yield run(ANNULAR, tmp_path_factory.mktemp("annular") / "out", pictures=True)
 
 
-def assert_same_results(one: Path, other: Path) -> None:
-    """Compare the results bit for bit."""
-    a, b = load_results(one / "result.h5"), load_results(other / "result.h5")
-    assert set(a) == set(b) == {"wave", "spring"}
-    for name in a:
-        for series in ("time", "force", "gap", "striker_displacement", "target_displacement"):
-            np.testing.assert_array_equal(getattr(a[name], series), getattr(b[name], series))
-
-
 def test_a_run_that_finds_its_seat_on_file_without_pictures_draws_its_mesh_and_modes(tmp_path, monkeypatch):
     """A later run has the seat's numbers on file and draws its mesh and modes; a third one copies the pictures."""
     without_vtk(monkeypatch)
@@ -107,7 +99,10 @@ def test_a_run_that_finds_its_seat_on_file_without_pictures_draws_its_mesh_and_m
     assert second.summary["seat_reused"] is True
     assert of_seat <= {path.name for path in second.folder.iterdir()}
     assert second.summary["pictures_missing"] == ""
-    assert_same_results(plain.folder, second.folder)
+    one, other = (load_results(each.folder / "result.h5") for each in (plain, second))
+    assert set(one) == set(other) == {"wave", "spring"}
+    for name, series in product(one, ("time", "force", "gap", "striker_displacement", "target_displacement")):
+        np.testing.assert_array_equal(getattr(one[name], series), getattr(other[name], series))
     monkeypatch.setattr(Drawn, "meshed", None)
     assert of_seat <= {path.name for path in run(quick, tmp_path / "three", pictures=True).folder.iterdir()}
 
@@ -239,15 +234,6 @@ def test_a_run_without_contact_has_no_times(tmp_path: Path) -> None:
     summary = run(SPRING.replace('"0.9 ms"', '"0.1 ms"'), tmp_path / "out").summary
     assert summary["first_contact_s"] is summary["contact_duration_s"] is summary["spring_first_contact_s"] is None
     assert summary["contact_count"] == summary["impulse_Ns"] == summary["peak_force_N"] == 0
-
-
-@pytest.mark.slow
-def test_a_greens_function_alone(tmp_path: Path) -> None:
-    scene = load_text(tmp_path, BAR)
-    first = compute_greens(scene, tmp_path / "g.h5")
-    assert first.summary["seat_reused"] is False
-    assert compute_greens(scene, tmp_path / "g.h5").summary["seat_reused"] is True
-    assert load_greens(tmp_path / "g.h5").error_estimate.total == first.summary["greens_error"]
 
 
 def assert_whole(folder: Path) -> None:

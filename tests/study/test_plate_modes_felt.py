@@ -9,7 +9,6 @@ import pytest
 import impact
 from impact import Body, ContactProblem, solve, spring
 from impact.after.measures import filtered_peak_force
-from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.ladders.ladder import ComputedRun
 from seatfem.study.ladders.modes import in_wider_band
 from seatfem.study.method import BAND, MODEL, PORTS, RINGS
@@ -17,10 +16,11 @@ from seatfem.study.runs.reed_stress import plate_stress
 from seatfem.study.runs.rounds import solve as solve_plan
 from tests.as_stated import seat_of, striker_of, values_of_problem
 from tests.gallery import load_text
-from tests.steps import Scene, Stopwatch, begin_plan, stated_method
+from tests.steps import Scene, Stopwatch, begin_plan, problem_of, stated_method
+
+pytestmark = pytest.mark.slow
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("diameter", "band", "width", "stiffness", "told"),
     [
@@ -54,7 +54,6 @@ def test_the_bar_of_a_free_disc_knows_what_is_beyond_its_band(
         assert 1.5 * max(changes[:2]) < (0.01 if told == "nothing" else 0.9) * error
 
 
-@pytest.mark.slow
 def test_a_plate_in_a_wider_band_has_the_ports_of_its_run(tmp_path: Path) -> None:
     """Rings across the seat's land divide the seat alone: the plate still meets it as a whole."""
     seat = (
@@ -112,7 +111,6 @@ def landing_of(scene: Scene, striker: impact.Body) -> tuple[float, float]:
     return values["impulse"], values["filtered_peak"]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("band", [30, 60])
 def test_the_bar_reaches_what_four_times_the_band_changes(band: float, tmp_path: Path) -> None:
     """The bar of the measure that changes more is 1 to 2.5 times what four times the band changes."""

@@ -26,6 +26,7 @@ from seatfem.study.runs.stresses import stresses
 from tests.gallery import load_text
 from tests.steps import Lip, Round, Stopwatch, begin_plan, rounds, silent
 
+pytestmark = pytest.mark.slow
 SEAT = """
 seat = { kind = "annular", bore_radius = "1 mm", lip_width = "1 mm", outer_radius = "4 mm", thickness = "4 mm", \
     material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }, damping_ratio = 0.05, \
@@ -65,7 +66,6 @@ def run(folder: Path, reed: str, gap: str, duration: str, step: str, more: str =
     ).summary
 
 
-@pytest.mark.slow
 def test_a_strip_stopped_at_its_tip_bears_the_wave_of_a_beam(tmp_path: Path) -> None:
     """A stopped strip bears 0.8445 rho c_0 v before the wave is back. The bar reaches what a band of 200 kHz shows
     beside the contact, 1.45 rho c_0 v, and at most 1.5 times as far."""
@@ -84,7 +84,6 @@ def test_a_strip_stopped_at_its_tip_bears_the_wave_of_a_beam(tmp_path: Path) -> 
     assert 0.5 * wave < 59.5e-3 - narrow["peak_reed_stress_after_contact_at_m"] < 3 * wave  # type: ignore[operator]
 
 
-@pytest.mark.slow
 def test_a_strip_in_its_first_mode_bears_root_3_rho_c_v_at_the_clamp(tmp_path: Path) -> None:
     summary = run(tmp_path, strip(20, 18, "10 kHz", '{ velocity = "-1 m/s" }'), "5 mm", "0.8 ms", "0.5 us")
     beam = Cantilever(YOUNG, DENSITY, 20e-3, 2e-3, THICKNESS)
@@ -96,7 +95,6 @@ def test_a_strip_in_its_first_mode_bears_root_3_rho_c_v_at_the_clamp(tmp_path: P
     assert summary["error_bar_" + AFTER] is None
 
 
-@pytest.mark.slow
 def test_a_strip_let_go_from_a_deflection_starts_with_the_stress_of_a_beam_at_rest(tmp_path: Path) -> None:
     """The root begins with 3 E h d/(2 a^2) of a force at a; modes leave out 0.1 % of it."""
     summary = run(tmp_path, strip(20, 18, "100 kHz", '{ deflection = "0.1 mm" }'), "0 mm", "10 us", "0.1 us")
@@ -148,7 +146,6 @@ def watched(monkeypatch: pytest.MonkeyPatch) -> list[tuple[Round, PlateStress]]:
     return kept
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("reed", "more", "step", "allowed"),
     [
@@ -211,7 +208,6 @@ def test_histories_and_peak_are_those_of_a_time_integration(reed, more, step, al
     assert off.max() < allowed
 
 
-@pytest.mark.slow
 def test_a_ring_so_narrow_that_no_place_has_a_stress_runs_without(tmp_path: Path) -> None:
     """All of it lies within a thickness of what touches."""
     sizes = 'outer_diameter = "3.6 mm"\ninner_diameter = "2.4 mm"\nthickness = "0.6 mm"\n'
@@ -254,7 +250,6 @@ def stress(done: Round) -> float:
     return largest_since
 
 
-@pytest.mark.slow
 def test_what_is_left_out_is_borne_at_rest(tmp_path: Path) -> None:
     """A soft landing: the modes above the lower band follow the force, the static part stands for them.
 
@@ -263,13 +258,11 @@ def test_what_is_left_out_is_borne_at_rest(tmp_path: Path) -> None:
     assert low == pytest.approx(high, rel=0.01)
 
 
-@pytest.mark.slow
 def test_a_thin_plate(tmp_path: Path) -> None:
     """Rigid motions yield far more than it bends, which no round-off of theirs may hide: inertia balances its loads."""
     assert stress(landed(tmp_path, 0.5, stiffness=0.02, thickness=0.1, size=1.2)) > 0
 
 
-@pytest.mark.slow
 def test_twice_the_speed_at_twice_the_tilt_is_twice_the_stress(tmp_path: Path) -> None:
     """Linear bodies and laws: all lengths, gaps too, grow with the speed, and time stays."""
     done = landed(tmp_path, 8)

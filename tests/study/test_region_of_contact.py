@@ -9,14 +9,10 @@ import pytest
 
 from impact import measures
 from meshes.valve_plate_assembly import Bodies, write
-from seatfem.structures.rings import Division
 from seatfem.study.impacts.bodies import stopper_of
-from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.impacts.layout import layout_of
-from seatfem.study.method import stated_method
-from tests.as_stated import seat_of, striker_of
 from tests.gallery import load_text
-from tests.steps import Scene, SceneError, check_files
+from tests.steps import Division, Scene, SceneError, check_files, run_contacts, seat_of, stated_method, striker_of
 
 ROOT = Path(__file__).parents[2]
 STEEL = 'material = { young = "200 GPa", poisson = 0.3, density = "7850 kg/m^3" }\n'

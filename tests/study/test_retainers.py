@@ -9,15 +9,12 @@ import pytest
 
 from impact.bodies.body import Body
 from seatfem.fields import KeyProblem
-from seatfem.structures.rings import Division
-from seatfem.study.impacts.bodies import problem_of, striker_of
-from seatfem.study.impacts.contact import record_of, run_contacts
+from seatfem.study.impacts.bodies import striker_of
+from seatfem.study.impacts.contact import record_of
 from seatfem.study.impacts.layout import layout_of
-from seatfem.study.impacts.touches import Touches
-from seatfem.study.scene import Scene, load_scene
-from seatfem.study.scene.files import check_files
-from seatfem.study.scene.problems import SceneError
 from seatfem.study.scene.retainers import Profile, Retainer
+from tests.gallery import load_text
+from tests.steps import Division, Scene, SceneError, Touches, check_files, load_scene, problem_of, run_contacts
 from tests.study.small_scenes import ANNULAR, scene_of
 
 YOUNG, DENSITY, LENGTH, WIDTH, THICKNESS = 200e9, 7850.0, 25e-3, 10e-3, 0.3e-3
@@ -37,9 +34,7 @@ run = {{ duration = "0.1 ms" }}
 
 
 def beam_scene(folder: Path, **keys: object) -> Scene:
-    path = folder / "scene.toml"
-    path.write_text(BEAM)
-    return load_scene(path, keys)
+    return load_text(folder, BEAM, changed=keys)
 
 
 def run(scene: Scene, dt: float) -> Touches:
@@ -48,29 +43,17 @@ def run(scene: Scene, dt: float) -> Touches:
     return run_contacts(scene, striker_of(scene), seat, dt)
 
 
-@pytest.fixture
-def parabola(tmp_path: Path) -> Path:
-    """Return a file with the heights x^2/(2 R) of a retainer, of which linear beam theory has closed forms."""
-    x = np.linspace(0.0, LENGTH, 501)
+@pytest.mark.parametrize("tip_force", [1.2, 2.0, 6.0])
+def test_a_beam_under_a_force_at_its_tip_wraps_as_euler_and_bernoulli_say(tmp_path: Path, tip_force: float) -> None:
+    """On a parabola x^2/(2 R), of the curvature 1/R, a cantilever has EI/R = F (L - a) where it leaves at a, as the
+    curvature is continuous there."""
+    parabola, x = tmp_path / "retainer.csv", np.linspace(0.0, LENGTH, 501)
     rows = [f"{1e3 * a},{1e3 * a**2 / (2 * RADIUS)}" for a in x]
-    (tmp_path / "retainer.csv").write_text("\n".join(["along [mm],height [mm]", *rows]))
-    return tmp_path / "retainer.csv"
-
-
-def pressed_on(tip_force: float) -> tuple[float, float]:
-    """Return the length of contact, and the deflection of the tip, of a cantilever under a force at its tip on a
-    parabola of the curvature 1/R [m]: EI/R = F (L - a), as the curvature is continuous where it leaves."""
+    parabola.write_text("\n".join(["along [mm],height [mm]", *rows]))
     free = STIFFNESS / (RADIUS * tip_force)
     contact = LENGTH - free
     bent = contact**2 / (2 * RADIUS) + contact * free / RADIUS
-    return contact, bent + tip_force * free**3 / (3 * STIFFNESS)
-
-
-@pytest.mark.parametrize("tip_force", [1.2, 2.0, 6.0])
-def test_a_beam_under_a_force_at_its_tip_wraps_as_euler_and_bernoulli_say(
-    tmp_path: Path, parabola: Path, tip_force: float
-) -> None:
-    contact, tip = pressed_on(tip_force)
+    tip = bent + tip_force * free**3 / (3 * STIFFNESS)
     errors = []
     for arcs in (16, 64):
         scene = beam_scene(
@@ -258,9 +241,8 @@ def test_a_curved_face_of_a_part_has_its_own_heights(tmp_path: Path) -> None:
 def test_strain_at_a_gauge_is_known_in_any_number_of_segments(tmp_path: Path) -> None:
     """A run is compared with one of twice as many segments; where the reed lies on it its strain is t/(2 R)."""
     keys = {"reed.point_force": "6 N", "contact.preload": True, "accuracy.measures": ["gauge_strain"]}
-    path = tmp_path / "scene.toml"
-    path.write_text(BEAM + '[[gauge]]\nname = "root"\nof = "reed"\nat = "10 mm"\n')
-    scene = load_scene(path, {**keys, "run.duration": "20 us"})
+    keys["run.duration"] = "20 us"
+    scene = load_text(tmp_path, BEAM, '[[gauge]]\nname = "root"\nof = "reed"\nat = "10 mm"\n', changed=keys)
     finer = scene.model_copy(update={"stopper": scene.stopper.divided(Division(64))})
     striker, seat = striker_of(finer), finer.seat.closed_form()
     record = record_of(scene, problem_of(finer, striker, Body(seat)), 1e-6)

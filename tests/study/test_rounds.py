@@ -14,12 +14,10 @@ from impact.storage.hdf5 import load_greens, load_results
 from seatfem.structures import cache
 from seatfem.structures.mesh.gmsh_process import MeshingError
 from seatfem.structures.reduction.factorization import FactorizationError
-from seatfem.study.plan import Plan
 from seatfem.study.runs import next_round, pipeline, rounds
-from seatfem.study.runs.next_round import Limits
 from seatfem.study.runs.round import missed
-from tests.gallery import REED_ON_SPRING, load_text, mass
-from tests.steps import SAFETY, GreensFunctionError, Stopwatch, begin_plan, run_command, silent
+from tests.gallery import REED_ON_SPRING, Patch, load_text, mass
+from tests.steps import SAFETY, GreensFunctionError, Limits, Plan, Stopwatch, begin_plan, run_command, silent
 from tests.study.small_scenes import rounds_of
 
 SCENE = REED_ON_SPRING + 'landing = "run"\n'
@@ -131,7 +129,7 @@ def test_a_finer_round_that_fails_keeps_the_one_before(failure, words, tmp_path,
 
 
 @pytest.mark.slow
-def test_a_finer_round_that_fails_is_tried_half_as_far(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_finer_round_that_fails_is_tried_half_as_far(tmp_path: Path, monkeypatch: Patch) -> None:
     """The error of the step was to be divided by f; then by the root of it."""
     plan, run_contacts, steps = with_step(plan_of(SCENE + 'target = "2 %"\n', tmp_path), 2e-6), rounds.run_contacts, []
 
@@ -149,7 +147,7 @@ def test_a_finer_round_that_fails_is_tried_half_as_far(tmp_path: Path, monkeypat
 
 
 @pytest.mark.slow
-def test_the_seat_on_file_is_that_of_the_round_that_is_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_seat_on_file_is_that_of_the_round_that_is_kept(tmp_path: Path, monkeypatch: Patch) -> None:
     """The finer seat was written already when its contact ran out of memory."""
     text = (
         '[seat]\nkind = "block"\nwidth = "8 mm"\ndepth = "8 mm"\nthickness = "8 mm"\npatch_width = "4 mm"\n'
@@ -220,9 +218,7 @@ def test_a_round_that_outlasts_the_time_is_stopped_and_the_one_before_stays(tmp_
 
 
 @pytest.mark.slow
-def test_no_round_that_is_expected_to_outgrow_the_memory_is_begun(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_no_round_that_is_expected_to_outgrow_the_memory_is_begun(tmp_path: Path, monkeypatch: Patch) -> None:
     plan = with_step(plan_of(SCENE + 'target = "2 %"\n', tmp_path), 2e-6)
     monkeypatch.setattr(next_round, "own_memory", lambda: 1e8)
     monkeypatch.setattr(next_round, "available_memory", lambda: 2e7)
@@ -233,7 +229,7 @@ def test_no_round_that_is_expected_to_outgrow_the_memory_is_begun(
 
 @pytest.mark.slow
 def test_a_run_that_nears_the_end_of_memory_ends_with_the_last_round_on_file(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: Patch
 ) -> None:
     """Memory goes while round 2 is under way, and smaller ones fail, too: the answer is that of a run of one round."""
     scene = plan_of(SCENE + 'target = "2 %"\n', tmp_path).scene

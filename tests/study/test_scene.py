@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -28,10 +29,7 @@ def seat_key(scene: Scene) -> str:
 
 @pytest.fixture
 def load(tmp_path: Path) -> Load:
-    def write_and_load(text: str) -> Scene:
-        return load_text(tmp_path, text)
-
-    return write_and_load
+    return partial(load_text, tmp_path)
 
 
 def messages(load: Load, text: str) -> list[str]:

@@ -13,9 +13,8 @@ from seatfem.study.runs.seat_fields import SeatMeshes
 from seatfem.study.runs.seat_stress import SeatStress, seat_stress, stress_keys
 from seatfem.study.runs.stress_spots import load_histories
 from seatfem.study.runs.stress_wave import peak_pictures
-from seatfem.study.scene.problems import SceneError
 from tests.gallery import BAR, spring
-from tests.steps import Stopwatch, begin_plan, load_scene, rounds, silent
+from tests.steps import SceneError, Stopwatch, begin_plan, load_scene, rounds, silent
 from tests.study.small_scenes import PRESSED, PRESSURE
 
 MIDDLE = '["0 mm", "0 mm", "5 mm"]'

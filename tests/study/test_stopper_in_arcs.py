@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import impact
-from impact import measures
 from impact.march.motion import modal_coordinates
 from seatfem.structures.inspection.cad import Shape
 from seatfem.structures.rings import Division, as_a_whole
@@ -24,7 +23,7 @@ from seatfem.study.scene import Scene, SceneError
 from seatfem.study.scene.lips import STOPPER
 from tests.as_stated import solved_striker, striker_of
 from tests.gallery import load_text
-from tests.steps import SAFETY, Lip, ModelError, Plan, Solved, check_files, error_budget, load_results, run_scene
+from tests.steps import SAFETY, Lip, ModelError, Plan, Solved, check_files, error_budget, run_scene
 
 STEEL = 'material = { young = "206 GPa", poisson = 0.3, density = "7800 kg/m^3" }\n'
 SEAT = 'kind = "spring"\nstiffness = "50 N/um"\n'
@@ -102,7 +101,7 @@ def test_a_free_ring_is_pushed_against_its_stopper(tmp_path: Path) -> None:
     np.testing.assert_allclose(force.sum(axis=0), force.sum() / 8, rtol=0.02 * force.sum() / 8)  # the mesh is uneven
     spring = impact.spring(stiffness=5e7)
     pushed = Forces.from_touches(scene.geometry, spring, touches).on_striker(body.greens)[1:].T
-    assert -pushed.sum() * 1e-7 == pytest.approx(measures.impulse(touches.stopper), rel=1e-12)
+    assert -pushed.sum() * 1e-7 == pytest.approx(impact.measures.impulse(touches.stopper), rel=1e-12)
     coordinates, modal = modal_coordinates(body, pushed, 1e-7, 1), body.greens.modal
     of = [body.greens.port_index(STOPPER + name) for name in Division(8).names]
     moved, free_steps = coordinates @ modal.shapes[:, of], ~force.any(axis=1)
@@ -130,20 +129,11 @@ def test_a_tilted_stopper_is_met_on_one_flank_first(tmp_path: Path) -> None:
         assert touches.seat.energy.residual < 1e-9
         force = touches.stopper_parts.force
         first = np.where(force.any(axis=0), (force > 0).argmax(axis=0), 10**6)
-        results[tilt] = (first, measures.filtered_peak_force(touches.stopper, 5e-6), force.sum(axis=0))
+        results[tilt] = (first, impact.measures.filtered_peak_force(touches.stopper, 5e-6), force.sum(axis=0))
     first = results["0.1"][0]
     assert int(first.argmin()) in (1, 2, 3)  # between the sides of the reed's -y and of the tip, which comes up first
     np.testing.assert_allclose(results["-0.1"][2], results["0.1"][2][::-1], atol=0.02 * results["0.1"][2].max())
     assert results["0.2"][1] < 0.97 * results["0.1"][1] < 0.97 * results["0"][1]
-
-
-@pytest.mark.slow
-def test_a_run_says_how_the_stopper_was_met(tmp_path: Path) -> None:
-    outcome = run_scene(scene_of(tmp_path, SPRING + 'arcs = 8\ntilt = "0.1 deg"\n'), tmp_path / "out", pictures=False)
-    assert outcome.summary["stopper_arcs"] == 8
-    assert outcome.summary["stopper_tilt_deg"] == pytest.approx(0.1)
-    kept = load_results(tmp_path / "out" / "result.h5")
-    np.testing.assert_allclose(kept["stopper_lip"].force.sum(axis=1), kept["stopper"].force, rtol=1e-12)
 
 
 @pytest.mark.slow
@@ -168,6 +158,7 @@ def test_stress_of_a_plate_that_meets_its_stopper_in_arcs(tmp_path: Path) -> Non
     assert np.ptp(force.sum(axis=0)) > 0.1 * force.sum(axis=0).max()
     summary = run_scene(scene, tmp_path / "out", pictures=False).summary
     assert summary["landing_peak_reed_stress_Pa"] > 0
+    assert (summary["stopper_arcs"], summary["stopper_tilt_deg"]) == (4, pytest.approx(0.1))
 
 
 MASS = 'kind = "rigid_mass"\nmass = "0.1 g"\nvelocity = "-1 m/s"\n'
@@ -184,7 +175,6 @@ MASS = 'kind = "rigid_mass"\nmass = "0.1 g"\nvelocity = "-1 m/s"\n'
         (of_file("annular_seat.msh") + "arcs = 64\n", REED, stopper_of, r"stopper\.arcs = 64: .*5\d elements .*fewer$"),
         (BROAD + "arcs = 8\n", REED, struck, r"stopper\.arcs:.*face.*0.*9 mm .*8 mm"),
         (of_file("conical_seat.step"), REED, check_files, r"stopper\.contact: .*not flat.* mm.*choose a flat face"),
-        (of_file("stopper.step") + "arcs = 8\n", REED, check_files, r"stopper\.arcs: .*stopper\.step:.*1\.3"),
     ],
 )
 def test_keys_and_faces_that_do_not_fit(

@@ -17,9 +17,8 @@ from seatfem.structures.fields.solids import Harmonic, RingField, elements_of, s
 from seatfem.study.runs.reed_stress import plate_stress
 from seatfem.study.runs.seat_stress import SeatStress, seat_stress
 from seatfem.study.runs.stress_wave import wave_of, wave_pictures
-from seatfem.study.scene.problems import SceneError
 from tests.gallery import FLAPPER, load_text, mass
-from tests.steps import Limits, Stopwatch, begin_plan, rounds, silent
+from tests.steps import Limits, SceneError, Stopwatch, begin_plan, rounds, silent
 from tests.study.small_scenes import PRESSED, PRESSURE
 
 STRENGTH = (
@@ -43,11 +42,6 @@ def pressed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Any, Any]:
     scene = load(folder, 'frames = 12\nframes_from = "10 us"\nframes_until = "340 us"')
     *_, done = rounds(begin_plan(scene), folder, Stopwatch(), silent)
     return done, seat_stress(done)
-
-
-def few(done: Any, scene: Any) -> Any:
-    """Return the same round, of a scene that asks for other frames."""
-    return replace(done, plan=replace(done.plan, scene=scene))
 
 
 @pytest.mark.slow
@@ -88,7 +82,8 @@ def test_the_wave_shows_the_pressure_and_how_the_bar_gives_way(pressed: tuple[An
 @pytest.mark.slow
 def test_its_files_and_pictures(pressed: tuple[Any, Any], tmp_path: Path) -> None:
     """Each time has a picture and a file; the exaggeration moves the body by 2 to 5 % of its size."""
-    done, stress = few(pressed[0], load(tmp_path, "frames = 4")), pressed[1]
+    done, stress = pressed
+    done = replace(done, plan=replace(done.plan, scene=load(tmp_path, "frames = 4")))
     pictures = dict(wave_pictures(done, [stress]))
     assert set(pictures) == {"stress_wave.gif", "stress_wave.png", "seat_stress.pvd", "stress_wave.h5"}
     for name, draw in pictures.items():

@@ -12,15 +12,13 @@ from impact.bodies.loads import Gravity, PointForce, Pressure
 from impact.bodies.reeds import reed
 from impact.greens.base import ErrorEstimate
 from seatfem.study.error_budget import error_budget
-from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.contact import RunError, check_step
 from seatfem.study.impacts.window import Excerpt
 from seatfem.study.ladders.table import ladder_of
 from seatfem.study.method import SEAT_MODES, stated_method
 from seatfem.study.scene import Scene, SceneError
-from tests.as_stated import striker_of
 from tests.gallery import load_text, refusal, summary_of
-from tests.steps import LevelError, Stopwatch, begin_plan, key_of, rounds, run_scene, silent
+from tests.steps import LevelError, Stopwatch, begin_plan, key_of, problem_of, rounds, run_scene, silent, striker_of
 
 SPRING = '[seat]\nkind = "spring"\nstiffness = "20 N/um"\n'
 RUN = '[run]\nduration = "1 ms"\nfilter_width = "20 us"\ntime_step = "1 us"\n[accuracy]\ntarget = "50 %"\n'

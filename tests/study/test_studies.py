@@ -25,6 +25,7 @@ from seatfem.study.sweep.runner import JOURNAL, Outcome, StudyError, carry_out, 
 from seatfem.study.sweep.study import load_study
 from seatfem.study.sweep.sweep import TABLE, run_study
 from seatfem.study.sweep.table import write_parquet
+from tests.gallery import Patch
 from tests.steps import SceneError, begin_plan, converge, load_scene, run_scene
 
 ROOT = Path(__file__).parents[2]
@@ -154,9 +155,7 @@ def test_a_study_survives_kills_at_any_moment(tmp_path: Path, jobs: list[str]) -
 
 
 @pytest.mark.slow
-def test_a_scene_that_fails_stands_in_the_table(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, jobs: list[str]
-) -> None:
+def test_a_scene_that_fails_stands_in_the_table(tmp_path: Path, monkeypatch: Patch, jobs: list[str]) -> None:
     """A failed scene has a row with its message and values, and is tried again if that is asked for."""
     text = '[vary]\nrun.duration = "0.2 ms"\nseat.mesh.size = ["1 mm", "60 mm"]'
     real = one._carried_out
@@ -184,7 +183,7 @@ def test_a_scene_that_fails_stands_in_the_table(
 
 @pytest.mark.slow
 @posix
-def test_a_worker_that_dies_or_hangs_is_an_outcome(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_worker_that_dies_or_hangs_is_an_outcome(tmp_path: Path, monkeypatch: Patch) -> None:
     """It is given one more chance if it dies, and more time if more is given."""
     module = "tests.study.dying_worker:reply"
     monkeypatch.setattr("seatfem.study.sweep.runner.WORKER", module)
@@ -288,7 +287,7 @@ def test_a_claim_is_one_programs(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_sweeps_from_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, jobs: list[str]) -> None:
+def test_sweeps_from_python(tmp_path: Path, monkeypatch: Patch, jobs: list[str]) -> None:
     (tmp_path / "scene.toml").write_text(SPRING, encoding="utf-8")
     vary = {"reed.mass": {"from": "1 g", "to": "2 g"}}
     monkeypatch.setattr("seatfem.study.sweep.table.find_spec", lambda name: None)  # no pandas
@@ -373,7 +372,7 @@ def test_a_start_that_is_too_coarse_is_refined(tmp_path: Path) -> None:
     assert alone.start["plan"]["values"] == start_of(own)["plan"]["values"]
 
 
-def test_scenes_that_are_too_different_begin_by_rule(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_scenes_that_are_too_different_begin_by_rule(tmp_path: Path, monkeypatch: Patch) -> None:
     path = study_file(tmp_path, MASSES).parent / "scene.toml"
     start, hertz = start_of(begin_plan(load_scene(path))), {"kind": "hertz", "stiffness": "1e9 N/m^1.5"}
     assert begun(load_scene(path, {"reed.mass": "3 g"}), start) is not None

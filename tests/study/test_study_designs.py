@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from seatfem.study.scene import SceneError
 from seatfem.study.sweep import effects
 from seatfem.study.sweep.cases import cases_of, changes_of, shares_of
 from seatfem.study.sweep.charts import write_reports
@@ -16,7 +15,7 @@ from seatfem.study.sweep.table import StudyTable
 from seatfem.units import number_and_unit
 from tests.bounded import bounded
 from tests.gallery import refusal
-from tests.steps import DONE, run_command
+from tests.steps import DONE, SceneError, run_command
 from tests.study.test_studies import study_file
 
 
@@ -228,14 +227,10 @@ def table(loaded: Study, x: np.ndarray, **measures: np.ndarray) -> StudyTable:
     return StudyTable(loaded, tuple(loaded.vary), tuple(measures), columns)
 
 
-def ishigami(x: np.ndarray) -> np.ndarray:
-    return np.sin(x[:, 0]) + 7 * np.sin(x[:, 1]) ** 2 + 0.1 * x[:, 2] ** 4 * np.sin(x[:, 0])
-
-
 def ishigami_table(number: int, failed: int = 0) -> StudyTable:
     loaded = drawn_study("sobol_indices", number)
     x = -np.pi + 2 * np.pi * shares_of(loaded)
-    y = ishigami(x)
+    y = np.sin(x[:, 0]) + 7 * np.sin(x[:, 1]) ** 2 + 0.1 * x[:, 2] ** 4 * np.sin(x[:, 0])
     y[:failed] = np.nan
     return table(loaded, x, y=y)
 

@@ -9,12 +9,10 @@ import pytest
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.memory_need import MARGIN
 from seatfem.structures.mesh.gmsh_process import gmsh_session
-from seatfem.structures.mesh.meshing import make_mesh
-from seatfem.structures.mesh.plane_meshes import make_meridian
-from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.shapes import AnnularSeat, Bar, Block, ConicalSeat, Stopper, ValvePlate
 from seatfem.study.ladders.level import level_with_waves
 from seatfem.study.method import MODEL
+from tests.solids import MeshSpec, make_meridian, make_mesh
 from tests.steps import LevelError, Limits, Solved, Stopwatch, begin_plan, load_scene, rounds, seat_of, silent
 from tests.study.small_scenes import ANNULAR, REED, scene_of
 

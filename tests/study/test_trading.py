@@ -12,18 +12,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from seatfem.faces.cli import BAD_INPUT, DONE, run_command
 from seatfem.jobs.crew import Ask
 from seatfem.study.runs.converge import begin_method
 from seatfem.study.sweep.effects import pareto_front
 from seatfem.study.sweep.runner import Outcome
 from seatfem.study.trade import trade
 from seatfem.study.trade.trade import ALL_OPEN, OWN_CHOICE, Point, Trade, carry_out, finer_in_all, run_points
-from tests.steps import load_scene
+from tests.gallery import write_scene
+from tests.steps import BAD_INPUT, DONE, load_scene, run_command
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 DRAWN = ("flapper_on_annular_seat", "flapper_on_arc", "flapper_on_stopper", "flapper_on_valve_plate", "mass_on_bar")
-CLOSED = ("flapper_on_spring", "paper_table1_3mm_area")
 
 SMALL = """
 title = "Mass on a rod"
@@ -36,9 +35,7 @@ accuracy = { target = "2 %", measures = ["impulse", "filtered_peak", "contact_du
 
 @pytest.fixture
 def small(tmp_path: Path) -> Path:
-    path = tmp_path / "small.toml"
-    path.write_text(SMALL, encoding="utf-8")
-    return path
+    return write_scene(tmp_path, SMALL, name="small.toml")
 
 
 def test_front_against_its_definition():
@@ -55,7 +52,7 @@ def test_front_against_its_definition():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", DRAWN + CLOSED)
+@pytest.mark.parametrize("name", [*DRAWN, "flapper_on_spring", "paper_table1_3mm_area"])
 def test_around_the_converged_state_each_key_is_varied_once(name: str):
     """The points around a state have a name each, and none has the values of the state itself."""
     scene = load_scene(EXAMPLES / f"{name}.toml", ALL_OPEN)

@@ -13,9 +13,8 @@ from seatfem.faces.cli import BAD_INPUT, run_command
 from seatfem.study.impacts.contact import RunError, check_step, run_contacts
 from seatfem.study.impacts.validity import dishing_notes, validity_advice
 from seatfem.study.scene.contradictions import doubts_of
-from tests.as_stated import striker_of
-from tests.gallery import load_text
-from tests.steps import GreensFunction, Scene, Solved, error_budget, load_scene, stated_method
+from tests.gallery import Patch, Told, load_text, write_scene
+from tests.steps import GreensFunction, Scene, Solved, error_budget, load_scene, stated_method, striker_of
 
 SCENE = """
 seat = {{ kind = "spring", stiffness = "40 N/um" }}
@@ -105,8 +104,7 @@ accuracy = { target = 0.1, measures = ["impulse"] }
 @pytest.mark.slow
 def test_a_stated_spring_has_what_waves_change_in_the_bars_of_all_measures(tmp_path: Path) -> None:
     """The bars hold what waves change in the displacement, too, whether or not it was asked for."""
-    path, out = tmp_path / "annular.toml", tmp_path / "out"
-    path.write_text(ANNULAR, encoding="utf-8")
+    path, out = write_scene(tmp_path, ANNULAR), tmp_path / "out"
     run_command(["run", str(path), "-o", str(out), "--quiet", "--no-pictures"])
     first = json.loads((out / "summary.json").read_text(encoding="utf-8"))
     assert first["plan_seat_level"] == "spring"
@@ -143,9 +141,7 @@ def pressed(*bars: float, more: str = "", area: str = "80 mm^2") -> str:
 
 
 @pytest.mark.slow
-def test_an_absolute_pressure_is_named_before_the_run(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_an_absolute_pressure_is_named_before_the_run(tmp_path: Path, monkeypatch: Patch, capsys: Told) -> None:
     """1 to 9 bar on 80 mm^2 are 8 to 72 N: they push the reed off all the time, or press it on with the other sign."""
     monkeypatch.chdir(tmp_path)
     Path("scene.toml").write_text(pressed(1, 3, 9, 3), encoding="utf-8")

@@ -6,13 +6,8 @@ import pytest
 
 import impact
 import seatfem
-from impact import Body, ContactProblem, HertzOnPatch, measures
 from impact.exact.half_space import disk_compliance
-from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
-from seatfem.structures.materials import Material
-from seatfem.structures.mesh.plane_meshes import make_meridian
-from seatfem.structures.mesh.spec import MeshSpec
-from seatfem.structures.shapes import Stopper
+from tests.solids import Material, MeshSpec, Stopper, assemble_axisymmetric, make_meridian
 
 YOUNG, POISSON, DENSITY = 200e9, 0.3, 7850.0
 RADIUS, SPEED, INELASTICITY = 5e-3, 1.0, 0.3
@@ -25,8 +20,8 @@ THICKNESS = math.sqrt(IMPEDANCE / 8 * math.sqrt(12 * (1 - POISSON**2) / (YOUNG *
 
 def struck(plate: impact.GreensFunction, law: impact.Law) -> tuple[float, float]:
     ball = impact.rigid_mass(mass=MASS, velocity=-SPEED)
-    result = impact.solve(ContactProblem(ball, Body(plate), law=law), dt=TIME / 1000, duration=6 * TIME)
-    return measures.peak_force(result), measures.impulse(result) / (MASS * SPEED) - 1
+    result = impact.solve(impact.ContactProblem(ball, impact.Body(plate), law=law), dt=TIME / 1000, duration=6 * TIME)
+    return impact.measures.peak_force(result), impact.measures.impulse(result) / (MASS * SPEED) - 1
 
 
 @pytest.mark.slow
@@ -43,7 +38,7 @@ def test_the_force_is_that_on_zeners_plate(patch: float) -> None:
     model = assemble_axisymmetric(mesh, Material(YOUNG, POISSON, DENSITY), fixed=(), ports={"contact": "contact"})
     plate = seatfem.greens_function(model, bandwidth=3e5, duration=6 * TIME, tolerance=3e-3)
     local = disk_compliance(young=YOUNG, poisson=POISSON, radius=patch)
-    right, off = (struck(plate, HertzOnPatch(STIFFNESS, share * local)) for share in (1.0, 1.1))
+    right, off = (struck(plate, impact.HertzOnPatch(STIFFNESS, share * local)) for share in (1.0, 1.1))
     assert right == pytest.approx((force, rebound), rel=5e-3, abs=0.015)
     assert abs(off[0] - right[0]) > 0.003 * force
     assert struck(plate, impact.Hertz(stiffness=STIFFNESS))[0] < 0.97 * force

@@ -14,12 +14,8 @@ import seatfem
 from impact import Body, Contact, ContactProblem, HertzOnPatch, measures
 from impact.exact.contact_stress import hertz_impact
 from impact.exact.half_space import disk_compliance
-from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
-from seatfem.structures.materials import Material
-from seatfem.structures.mesh.plane_meshes import make_meridian
-from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.rings import ring_borders
-from seatfem.structures.shapes import Stopper
+from tests.solids import Material, MeshSpec, Stopper, assemble_axisymmetric, make_meridian
 
 PEEK = {"young": 3.6e9, "poisson": 0.38}
 RADIUS, SPEED, RINGS = 2.5e-3, 1.0, 12

@@ -13,13 +13,10 @@ import numpy as np
 import pytest
 
 import impact
-from seatfem.structures.elements.assembly import assemble
-from seatfem.structures.mesh.meshing import make_mesh
-from seatfem.structures.mesh.spec import MeshSpec
-from seatfem.structures.reduction.greens import greens_function
-from seatfem.structures.reduction.modes import solve_modes
 from seatfem.structures.shapes import Bar
+from tests.solids import MeshSpec, assemble, greens_function, make_mesh, solve_modes
 
+pytestmark = pytest.mark.slow
 E, RHO, LENGTH, WIDTH = 200e9, 7850.0, 40e-3, 8e-3
 C0 = np.sqrt(E / RHO)
 ROUND_TRIP = 2 * LENGTH / C0
@@ -52,16 +49,11 @@ def model(size):
     return assemble(bar(size), {"young": E, "poisson": 0.0, "density": RHO}, sliding=("sides_x", "sides_y"))
 
 
-def mean_size(mesh):
-    return (LENGTH * AREA / mesh.t.shape[1]) ** (1 / 3)
-
-
 def fitted_order(errors):
     """Return the slope over all meshes: unstructured ones scatter about it by their luck of shapes."""
-    return np.polyfit(np.log([mean_size(bar(size)) for size in SIZES]), np.log(errors), 1)[0]
+    return np.polyfit(np.log([1 / bar(size).t.shape[1] for size in SIZES]) / 3, np.log(errors), 1)[0]
 
 
-@pytest.mark.slow
 def test_frequencies_converge_at_fourth_order():
     exact = np.array([1, 3, 5]) * C0 / (4 * LENGTH)
     errors = np.array([solve_modes(model(size), 3).frequencies_hz / exact - 1 for size in SIZES])
@@ -70,7 +62,6 @@ def test_frequencies_converge_at_fourth_order():
     assert np.all(errors[-1] < (1e-7, 1e-5, 1e-4))
 
 
-@pytest.mark.slow
 def test_g_after_the_pulse_converges_at_its_order():
     width = ROUND_TRIP
     t = np.linspace(0, 3 * ROUND_TRIP, 1201)
@@ -91,7 +82,6 @@ def test_g_after_the_pulse_converges_at_its_order():
     assert largest[-1] < 2e-4
 
 
-@pytest.mark.slow
 def test_what_poissons_ratio_adds_falls_with_slenderness_as_rayleigh_and_love_predict():
     """Poisson's ratio lowers w by (nu k r)^2/2, r^2 = w^2/6 the square of the polar radius of gyration.
 

@@ -12,18 +12,15 @@ import numpy as np
 import pytest
 
 from impact.after.histories import largest_average
-from impact.storage.hdf5 import load_results
 from seatfem.structures.elements.mindlin import average
 from seatfem.structures.lip import AnyLip, Patch
 from seatfem.structures.model import SecondOrderModel
-from seatfem.structures.rings import Division
 from seatfem.structures.sheets import Sheet, model_of, plate_modes
-from seatfem.study.runs.next_round import Limits
-from seatfem.study.runs.pipeline import run_scene
-from tests.as_stated import seat_of
 from tests.brute_force import first_mode, marched
 from tests.gallery import load_text
+from tests.steps import Division, Limits, load_results, run_scene, seat_of
 
+pytestmark = pytest.mark.slow
 STIFFNESS, SPEED, WIDTH, DURATION = 2e7, 2.0, 5e-6, 30e-6
 STEPS = 8e-7, 4e-7, 2e-7
 CLOSE = 0.008
@@ -118,7 +115,6 @@ def springs(tmp_path_factory: pytest.TempPathFactory) -> Case:
     return case(tmp_path_factory.mktemp("springs"), SPRINGS)
 
 
-@pytest.mark.slow
 def test_a_run_is_its_matrices_marched(springs: Case) -> None:
     """A run has the impulse of its matrices to 0.3 %, the peak to 0.2 %, the mean force to 0.5 %, measured; 3 % of the
     least coefficient change it by 1.3 %. The march of the matrices is of second order."""
@@ -150,14 +146,12 @@ def thicker(outcome: Case) -> dict[str, Any]:
     return {"reed": reed, "start": thrown(sheet, reed)}
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("key", OFF)
 def test_what_is_three_percent_off_is_seen(key: str, springs: Case) -> None:
     other = by_matrices(springs, STEPS[-1], **OFF[key](springs))
     assert apart(other, springs.force, STEPS[-1], springs.dt) > CLOSE
 
 
-@pytest.mark.slow
 def test_where_arcs_and_lip_are_rigid_the_bars_hold(tmp_path: Path) -> None:
     """Signorini's condition in each arc, where what lies above three times the band bounces on, changes impulse by 2.3
     % and peak by 0.3 % (measured), within the bars."""

@@ -19,10 +19,9 @@ from table import read_rows
 
 from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.drawn import Drawn
-from seatfem.structures.method import Method
 from seatfem.study import method as keys
 from seatfem.study.method import RunMethod, stated_method
-from seatfem.study.scene import Scene, load_scene
+from tests.steps import Method, Scene, load_scene
 
 ROWS = read_rows(coverage_of_scenes.Row, coverage_of_scenes.FILE)
 JUDGED = [row for row in ROWS if row.outcome == "judged"]

@@ -9,27 +9,12 @@ import pytest
 
 import impact
 from seatfem import verify
-from seatfem.faces.cli import run_command
-from seatfem.faces.terminal import DONE, FAILED
-from seatfem.study.scene import SceneError
 from seatfem.study.scene.tables import LIMIT
-from seatfem.verify import (
-    Comparison,
-    Estimate,
-    MeasuredSet,
-    Prediction,
-    VerificationError,
-    compare,
-    counted,
-    measured_sets,
-    measured_table,
-    measured_table_view,
-    read_measured_set,
-)
 from tests.known_answers.round_bars import bar_frequency
 from tests.measured import bar_on_bar, striker_shot
+from tests.steps import DONE, FAILED, SceneError, run_command
 
-SETS = {record.name: record for record in measured_sets()}
+SETS = {record.name: record for record in verify.measured_sets()}
 TEXT = """
 [source]
 title = "a record"
@@ -47,7 +32,7 @@ unit = "Hz"
 @pytest.mark.slow(but="pipe_round_trip")
 @pytest.mark.parametrize("name", SETS)
 def test_a_set_compares_as_it_states(name: str) -> None:
-    compared = compare(SETS[name])
+    compared = verify.compare(SETS[name])
     assert [row.published.name for row in compared.rows if not row.as_stated] == []
     assert set(compared.fits) >= {key for key, fit in SETS[name].fitted.items() if "unit" in fit}
 
@@ -72,16 +57,16 @@ def test_a_wrong_input_is_noticed(name: str) -> None:
     record = SETS[name]
     value, unit = record.geometry["density"].split()
     wrong = record.model_copy(update={"geometry": {**record.geometry, "density": f"{3.0 * float(value)} {unit}"}})
-    assert any(not row.as_stated for row in compare(wrong).rows)
+    assert any(not row.as_stated for row in verify.compare(wrong).rows)
 
 
 def test_a_set_with_as_many_fits_as_predictions_does_not_count(tmp_path: Path) -> None:
     record = written(tmp_path, TEXT + "[fitted.E]\nto = 'f'\n")
-    row = Comparison(record.predicted[0], Estimate(1.0, 0.1))
+    row = verify.Comparison(record.predicted[0], verify.Estimate(1.0, 0.1))
     compared = [verify.ComparedSet(record, (row,), {}), verify.ComparedSet(SETS["jim_beam"], (row,), {})]
     assert not record.counts
-    assert counted(compared) == "1 of 2 sets count: 1 numbers fitted, 1 predicted, 1 of them overlap"
-    assert any("does not count" in str(cell) for cell in measured_table_view(compared).columns[4].cells)
+    assert verify.counted(compared) == "1 of 2 sets count: 1 numbers fitted, 1 predicted, 1 of them overlap"
+    assert any("does not count" in str(cell) for cell in verify.measured_table_view(compared).columns[4].cells)
 
 
 @pytest.mark.parametrize(
@@ -99,17 +84,22 @@ def test_a_wrong_file_is_refused_in_words(tmp_path: Path, changed: str, words: s
         written(tmp_path, changed)
 
 
-def written(folder: Path, text: str) -> MeasuredSet:
+def written(folder: Path, text: str) -> verify.MeasuredSet:
     path = folder / "of_a_test.toml"
     path.write_text(text, encoding="utf-8")
-    return read_measured_set(path)
+    return verify.read_measured_set(path)
 
 
 @pytest.mark.parametrize(
     ("ours", "overlaps"), [((1.29, 0.2), True), ((1.31, 0.2), False), ((0.85, 0.05), True), ((0.849, 0.05), False)]
 )
 def test_intervals_overlap_up_to_the_sum_of_both(ours: tuple[float, float], overlaps: bool) -> None:
-    assert Comparison(Prediction(name="f", value=1.0, uncertainty=0.1, unit="Hz"), Estimate(*ours)).overlap == overlaps
+    assert (
+        verify.Comparison(
+            verify.Prediction(name="f", value=1.0, uncertainty=0.1, unit="Hz"), verify.Estimate(*ours)
+        ).overlap
+        == overlaps
+    )
 
 
 @pytest.mark.parametrize(("agrees", "code"), [(True, DONE), (False, FAILED)])
@@ -127,10 +117,10 @@ def test_verify_measured_fails_where_a_set_states_otherwise(
 
 def test_a_set_whose_module_leaves_a_number_out_is_refused() -> None:
     record = SETS["pipe_round_trip"]
-    mass = Prediction(name="mass", value=1.0, uncertainty=0.1, unit="kg")
+    mass = verify.Prediction(name="mass", value=1.0, uncertainty=0.1, unit="kg")
     more = record.model_copy(update={"predicted": (*record.predicted, mass)})
-    with pytest.raises(VerificationError, match=r"pipe_round_trip\.py.*predict"):
-        measured_table(records=[more])
+    with pytest.raises(verify.VerificationError, match=r"pipe_round_trip\.py.*predict"):
+        verify.measured_table(records=[more])
 
 
 DATA = tomllib.loads((Path(__file__).parents[1] / "measured" / "bar_on_bar.toml").read_text(encoding="utf-8"))

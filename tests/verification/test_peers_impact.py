@@ -6,11 +6,8 @@ import skfem
 
 from benchmarks.peers import calculix, calculix_impact, plain_impact, siconos_impact, switching
 from benchmarks.peers import impact_scene as scene
-from impact import ModalGreens, Residual
-from seatfem.structures.elements.assembly import assemble
-from seatfem.structures.materials import Material
-from seatfem.structures.model import ModelError
-from seatfem.structures.reduction.modes import solve_modes
+from tests.solids import Material, assemble, solve_modes
+from tests.steps import ModalGreens, ModelError, Residual
 
 STEEL = Material(200e9, 0.3, 7850.0)
 SIDES = (8e-3, 6e-3, 4e-3)

@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks.peers.plain_program import fidelity, number, solve
-from seatfem.study.runs.pipeline import run_scene
-from seatfem.study.scene import load_scene
+from tests.steps import load_scene, run_scene
 
 SCENE = Path(__file__).parents[2] / "benchmarks" / "programs" / "beam_on_rod.toml"
 KEYS = ("impulse_Ns", "filtered_peak_force_N", "peak_reed_stress_after_contact_Pa")

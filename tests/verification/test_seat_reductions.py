@@ -10,16 +10,11 @@ from scipy.sparse.linalg import eigsh
 from skfem.helpers import dot
 from skfem.models.elasticity import linear_elasticity
 
-from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.elements.supports import Absorbing
-from seatfem.structures.mesh.meshing import make_mesh
-from seatfem.structures.mesh.plane_meshes import make_meridian
-from seatfem.structures.mesh.spec import MeshSpec
 from seatfem.structures.model import Material
-from seatfem.structures.reduction.greens import greens_function
-from seatfem.structures.reduction.modes import solve_modes
 from seatfem.structures.shapes import AnnularSeat, ConicalSeat, ValvePlate
+from tests.solids import MeshSpec, assemble, greens_function, make_meridian, make_mesh, solve_modes
 
 STEEL = Material(200e9, 0.3, 7850.0)
 TOLERANCE = 3e-2

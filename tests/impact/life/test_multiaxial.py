@@ -26,17 +26,6 @@ def bending_and_torsion(sa: float, ta: float, *, lag: float = 0.0, mean: float =
     return stress
 
 
-def tensors(stress: np.ndarray) -> np.ndarray:
-    full = np.zeros((len(stress), 3, 3))
-    for k, (i, j) in enumerate(PLACES):
-        full[:, i, j] = full[:, j, i] = stress[:, k]
-    return full
-
-
-def voigt(full: np.ndarray) -> np.ndarray:
-    return np.stack([full[:, i, j] for i, j in PLACES], axis=1)
-
-
 @pytest.mark.slow(but="0.8-Crossland")
 @pytest.mark.parametrize("kind", CRITERIA)
 @pytest.mark.parametrize("ratio", [0.58, 0.62, 0.8])
@@ -74,7 +63,11 @@ def test_axes_order_and_scale_do_not_count(number: int, seed: int, factor: float
     random = np.random.default_rng(seed)
     stress = 1e8 * random.normal(size=(number, 6))
     turn = Rotation.random(rng=seed).as_matrix()
-    turned = voigt(turn @ tensors(stress) @ turn.T)
+    full = np.zeros((number, 3, 3))
+    for k, (i, j) in enumerate(PLACES):
+        full[:, i, j] = full[:, j, i] = stress[:, k]
+    full = turn @ full @ turn.T
+    turned = np.stack([full[:, i, j] for i, j in PLACES], axis=1)
     shuffled = random.permutation(stress)
     for judge, rel in ((Crossland(TORSION, BENDING), 1e-9), (DangVan(TORSION, BENDING), 1e-6)):
         expected = judge.value(stress)
@@ -162,23 +155,19 @@ def test_bending_and_torsion_in_closed_form(ta: float, lag: float) -> None:
 grid = arrays(np.float64, st.tuples(st.integers(1, 25), st.integers(1, 5)), elements=st.integers(-3, 3).map(float))
 
 
-def gap(points: np.ndarray, centre: np.ndarray, radius: float) -> float:
-    """Return how far the centre is from the hull of points on the sphere, over the radius: 0 for the smallest."""
-    distance = np.linalg.norm(points - centre, axis=1)
-    assert distance.max() <= radius * (1 + 1e-12) + 1e-15 * np.abs(points).max()
-    if radius == 0:
-        return 0.0
-    on_it = points[distance > radius * (1 - 1e-7)]
-    system = np.vstack([(on_it - centre).T / radius, np.ones(len(on_it))])
-    return float(nnls(system, np.append(np.zeros(points.shape[1]), 1.0))[1])
-
-
 @pytest.mark.slow
 @settings(deadline=None)
 @given(grid)
 def test_nothing_smaller_holds_points_of_a_grid(points: np.ndarray) -> None:
-    """Grids are full of spheres through too many points, and of flat sets."""
-    assert gap(points, *enclosing_sphere(points)) < 1e-7
+    """Grids are full of spheres through too many points, and of flat sets: the centre of the smallest sphere is in the
+    hull of the points on it."""
+    centre, radius = enclosing_sphere(points)
+    distance = np.linalg.norm(points - centre, axis=1)
+    assert distance.max() <= radius * (1 + 1e-12) + 1e-15 * np.abs(points).max()
+    if radius > 0:
+        on_it = points[distance > radius * (1 - 1e-7)]
+        system = np.vstack([(on_it - centre).T / radius, np.ones(len(on_it))])
+        assert nnls(system, np.append(np.zeros(points.shape[1]), 1.0))[1] < 1e-7
 
 
 def test_spheres_by_hand() -> None:
