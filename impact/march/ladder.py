@@ -250,7 +250,7 @@ class LadderMarch:
         q, v = (part.copy() for part in self._state)
         levels, force = self._levels, self._room[1][self._control[loop.ROW]]
         if (pending := int(self._control[loop.PENDING])) >= 0:
-            loop.settle(q, v, levels.scale, levels.gains[0], levels.poles.psi, force * (pending > 0))
+            loop.settle(q, v, levels.scale, levels.gains[0], force @ levels.poles.psi * (pending > 0))
         return np.array([q, v]), force.copy()
 
     def _resize(self, rows: int) -> None:

@@ -121,6 +121,42 @@ def advance(rows, q, p, force):
 
 
 @compiled(fastmath={"reassoc", "contract", "nsz"})
+def add_seen(psi, moved, opening):
+    """Add to ``opening`` (p,) what its contacts see, by the shapes ``psi`` (p, K), of poles that ``moved`` (K,). Four
+    contacts share a pass: with many of them the shapes come from the second-level cache."""
+    fours = opening.size - opening.size % 4
+    for c in range(0, fours, 4):
+        one, two, three, four = psi[c], psi[c + 1], psi[c + 2], psi[c + 3]
+        u, v, w, z = 0.0, 0.0, 0.0, 0.0
+        for k in range(moved.size):
+            x = moved[k]
+            u += one[k] * x
+            v += two[k] * x
+            w += three[k] * x
+            z += four[k] * x
+        opening[c] += u
+        opening[c + 1] += v
+        opening[c + 2] += w
+        opening[c + 3] += z
+    for c in range(fours, opening.size):
+        one, u = psi[c], 0.0
+        for k in range(moved.size):
+            u += one[k] * moved[k]
+        opening[c] += u
+
+
+@compiled(fastmath={"reassoc", "contract", "nsz"})
+def push(psi, force, pushed):
+    """Write into ``pushed`` (K,) the loads of poles by contact forces (p,), few of which are not zero."""
+    pushed[:] = 0.0
+    for c in range(force.size):
+        if force[c] != 0.0:
+            seen, f = psi[c], force[c]
+            for k in range(pushed.size):
+                pushed[k] += seen[k] * f
+
+
+@compiled(fastmath={"reassoc", "contract", "nsz"})
 def advance_many(rows, psi, along, q, p, drive, force, opening):
     """Advance the poles of several contacts: ``opening`` (p,) gains their part; ``along`` as in `Poles.along`."""
     a11, a21, a22, c1, c2 = rows
@@ -128,12 +164,7 @@ def advance_many(rows, psi, along, q, p, drive, force, opening):
     if group.size == 0:
         directions = psi
     total = drive[: directions.shape[1]]
-    total[:] = 0.0
-    for c in range(force.size):
-        if force[c] != 0.0:
-            seen, f = directions[c], force[c]
-            for k in range(total.size):
-                total[k] += seen[k] * f
+    push(directions, force, total)
     if group.size == 0:
         for k in range(q.size):
             qk, pk, f = q[k], p[k], drive[k]
@@ -148,11 +179,7 @@ def advance_many(rows, psi, along, q, p, drive, force, opening):
         total[:] = 0.0
         for k in range(q.size):
             total[group[k]] += size[k] * q[k]
-    for c in range(force.size):
-        seen, u = directions[c], 0.0
-        for k in range(total.size):
-            u += seen[k] * total[k]
-        opening[c] += u
+    add_seen(directions, total, opening)
 
 
 @compiled(fastmath={"reassoc", "contract", "nsz"})

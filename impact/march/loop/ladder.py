@@ -14,7 +14,7 @@ import numpy as np
 
 from impact.march.laws import FAR, ROUGH
 from impact.march.loop.compiled import compiled
-from impact.march.loop.forces import FLOOR, advance, advance_many, contact_force, filmed_force
+from impact.march.loop.forces import FLOOR, add_seen, advance, advance_many, contact_force, filmed_force, push
 from impact.march.loop.joints import joint_step, remember
 from impact.march.loop.marches import active_set_from, alone, by_sweeps
 
@@ -30,14 +30,12 @@ RISE = 4  # ratio of the lengths of neighbouring levels
 
 
 @compiled(fastmath={"reassoc", "contract", "nsz"})
-def settle(q, p, scale, gains, psi, force):
-    """Apply the last force to the poles, and turn their scaled rates ``p`` into rates [1/s]."""
+def settle(q, p, scale, gains, pushed):
+    """Apply the last force, as modal loads ``pushed`` (K,), to the poles, and turn their scaled rates ``p`` into rates
+    [1/s]."""
     for k in range(q.size):
-        f = 0.0
-        for c in range(force.size):
-            f += psi[c, k] * force[c]
-        q[k] += gains[0, k] * f
-        p[k] = (p[k] / scale[k] if abs(scale[k]) > 1e-100 else 0.0) + gains[1, k] * f
+        q[k] += gains[0, k] * pushed[k]
+        p[k] = (p[k] / scale[k] if abs(scale[k]) > 1e-100 else 0.0) + gains[1, k] * pushed[k]
 
 
 @compiled(fastmath={"reassoc", "contract", "nsz"})
@@ -60,37 +58,44 @@ def _leap(rows, gains, ramps, psi, drive, amplitude, q, p, ahead, opening):
             load[k] += shape[k] * a
             far[k] += shape[k] * (gains[0, k] * a + ramps[0, k] * b)
             rate[k] += shape[k] * (gains[1, k] * a + ramps[1, k] * b)
-    for c in range(opening.size):
-        seen, u = psi[c], 0.0
-        for k in range(q.size):
-            u += seen[k] * far[k]
-        opening[c] += u
+    add_seen(psi, far, opening)
 
 
 @compiled(fastmath={"reassoc", "contract", "nsz"})
-def _land(gains, strays, psi, rest, force, q, p, ahead, strayed):
-    """Add the contact forces to ``ahead``; write by how much each gap may leave the line between its ends, ``strayed``
-    (p,).
+def _land(gains, strays, rest, pushed, q, p, ahead):
+    """Add the modal contact forces ``pushed`` (K,) to ``ahead``, and write into its last row by how much the poles may
+    leave the line between their ends.
 
     rest (3, K): displacement of each pole per unit of force, and u, v of its amplitude A^2 = x^2 + (u x + v q')^2 about
     its equilibrium; strays (2, K): largest deviation over A, and per unit of force for a rigid-body mode.
     """
     far, rate, load = ahead[0], ahead[1], ahead[2]
     for k in range(q.size):
-        f = 0.0
-        for c in range(force.size):
-            f += psi[c, k] * force[c]
+        f = pushed[k]
         far[k] += gains[0, k] * f
         rate[k] += gains[1, k] * f
         f += load[k]
         x = q[k] - rest[0, k] * f
         z = rest[1, k] * x + rest[2, k] * p[k]
         load[k] = strays[0, k] * math.sqrt(x * x + z * z) + strays[1, k] * abs(f)
-    for c in range(force.size):
-        seen, u = psi[c], 0.0
-        for k in range(q.size):
-            u += abs(seen[k]) * load[k]
-        strayed[c] = u
+
+
+@compiled(fastmath={"reassoc", "contract", "nsz"})
+def _stray(seen, load):
+    """Return by how much a gap with the shapes ``seen`` (K,) may leave the line between its ends."""
+    u = 0.0
+    for k in range(load.size):
+        u += abs(seen[k]) * load[k]
+    return u
+
+
+@compiled(fastmath={"reassoc", "contract", "nsz"})
+def _norm(values):
+    """Return the root of the sum of the squares."""
+    total = 0.0
+    for k in range(values.size):
+        total += values[k] * values[k]
+    return math.sqrt(total)
 
 
 @compiled()
@@ -160,11 +165,11 @@ def march_ladder(
     n, row, level = control[STEP], control[ROW], control[LEVEL]
     since, calm, wait, pending = control[SINCE], control[CALM], control[WAIT], control[PENDING]
     pen, before, opening = np.empty(many), np.empty(many), np.empty(many)
-    warm, last, clear, strayed = np.empty(many), np.empty(many), np.zeros(many), np.empty(many)
+    warm, last, clear, norms = np.empty(many), np.empty(many), np.zeros(many), np.empty(many)
     ahead, drive, amplitude = np.empty((3, q.size)), np.empty(q.size), np.empty((2, count))
     low, held, factored = np.empty((many, many)), np.full(many + 1, -1), level
     for c in range(many):
-        warm[c] = force[row, c]
+        warm[c], norms[c] = force[row, c], _norm(psi[c])
         if films is not None and films[c, 0] > 0.0:
             clear[c] = FAR * films[c, 1]
     place, begun_at, is_followed = control[PLACE], np.int64(-1), False
@@ -185,7 +190,8 @@ def march_ladder(
         if level > 0 and pending >= 0:  # to true rates
             for c in range(many):
                 last[c] = force[row, c] if pending > 0 else 0.0
-            settle(q, p, scale, gains[0], psi, last)
+            push(psi, last, drive)
+            settle(q, p, scale, gains[0], drive)
             pending = np.int64(-1)
         if level == 0 and pending < 0:
             for k in range(q.size):
@@ -236,7 +242,9 @@ def march_ladder(
                 for c in range(many):
                     opening[c] += w[d, c] * warm[d]
         if level > 0:
-            _land(gains[level], strays[level], psi, rest, warm, q, p, ahead, strayed)
+            push(psi, warm, drive)
+            _land(gains[level], strays[level], rest, drive, q, p, ahead)
+            largest_stray = _norm(ahead[2])
             fits, bends, apart, mid, back = True, False, 0.0, n + 0.5 * m, row - 1
             middle = 0.5 * (ends[row] + ends[row - 1]) if row > 0 else 0.0
             while back >= 1 and middle - 0.5 * (ends[back] + ends[back - 1]) < m:
@@ -254,9 +262,11 @@ def march_ladder(
                     fits = False
                 elif not acts:
                     least = min(gap[row, c], opening[c], opening[c] + BEFORE * (opening[c] - gap[row, c]) / m)
-                    away = strayed[c] + bend
+                    away, straight = norms[c] * largest_stray + bend, share[2] * share[sides[c]]  # by Cauchy, Schwarz
+                    if least - away <= clear[c] or away > straight:
+                        away = _stray(psi[c], ahead[2]) + bend
                     fits = fits and least - away > clear[c]
-                    if away > share[2] * share[sides[c]] and not is_followed:
+                    if away > straight and not is_followed:
                         fits, bends = False, True
                 elif back < 1 or force[back, c] == 0.0:
                     fits = False
