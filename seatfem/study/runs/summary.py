@@ -93,7 +93,7 @@ def summarise(
             "hardest_blow_duration_s": finite_or_none(float(end - start)),
             "hardest_blow_restitution": None if math.isfinite(result.striker_mass) else _restitution(result, number),
             "impact_velocity_m_per_s": finite_or_none(measures.impact_velocity(result)),
-            "max_seat_displacement_m": float(np.max(np.abs(result.rows.target_displacement))),
+            "max_seat_displacement_m": float(np.max(np.abs(result.rows.make_displacement("target")))),
             **reed_stress_keys(stress),
             "energy_residual": energy.residual,
             "energy_by_work": ", ".join(energy.by_work),
