@@ -9,6 +9,7 @@ import pytest
 
 import impact
 from impact import Body, Contact, ContactProblem, EnergyLedger, ImpactResult, measures
+from impact.after.histories import MOVING_AVERAGE, averaged, largest_averages
 from impact.after.measures import MeasureError
 from impact.after.result import RunRows
 
@@ -28,6 +29,18 @@ def record(force: list[float], **changed: float) -> ImpactResult:
 
 def with_rows(result: ImpactResult, **changed: Any) -> ImpactResult:
     return replace(result, rows=replace(result.rows, **changed))
+
+
+def test_averages_in_equal_steps_are_those_in_any_steps() -> None:
+    """Also of windows longer than the record, and of whole numbers of steps."""
+    rng = np.random.default_rng(1)
+    for n, dt, width in ((1, 0.3, 0.1), (7, 1.0, 3.0), (40, 0.7, 2.3), (40, 0.1, 9.0)):
+        force, time = rng.normal(size=(n, 3)), dt * np.arange(n + 1)
+        np.testing.assert_allclose(largest_averages(force, dt, width), largest_averages(force, time, width), rtol=1e-12)
+        integral = np.concatenate([[0.0], np.cumsum(force[:, 0]) * dt])
+        after, before = (np.interp(time + shift, time, integral) for shift in (width / 2, -width / 2))
+        average = averaged(force[:, 0], dt, width, MOVING_AVERAGE)
+        np.testing.assert_allclose(average, (after - before) / width, atol=1e-12 * np.abs(integral).max() / width)
 
 
 def test_groups_close_short_openings() -> None:

@@ -1,3 +1,4 @@
+import itertools
 """Marches in steps of different lengths against closed forms, energy and equal steps; histories made from them."""
 
 from collections.abc import Callable
@@ -309,6 +310,10 @@ def test_a_force_is_constant_over_a_step_and_a_motion_is_a_line() -> None:
     np.testing.assert_array_equal(STEPS.spread_forces(MOVED), [0, 1, 2, 6, 6, 6, 6, *[22] * 16])
     np.testing.assert_allclose(STEPS.spread_motions(MOVED), np.arange(23.0))
     np.testing.assert_array_equal(STEPS.spread_forces(MOVED, 2, 4), [2, 6, 6])
+    for first, last in itertools.combinations_with_replacement(range(23), 2):  # windows are what single steps are
+        steps, two = np.arange(first, last + 1), np.column_stack([MOVED, -MOVED])
+        np.testing.assert_array_equal(STEPS.spread_forces(two, first, last), STEPS.find_forces(two, steps))
+        np.testing.assert_allclose(STEPS.spread_motions(two, first, last), STEPS.find_motions(two, steps))
     np.testing.assert_allclose(
         STEPS.find_motions(np.stack([MOVED, -MOVED], axis=1), np.array([4, 14]))[:, 1], [-4, -14]
     )
