@@ -39,8 +39,8 @@ OF_STEEL: Final = f'material = "steel"\ndamping_ratio = {DAMPING}\n'
 PARTS: Final = Path(tempfile.gettempdir()) / "seatfem-valve-parts"
 NOT_STATED: Final = "not stated"
 OF_THE_BLOCK: Final = 2e-3
-"""Share of Hertz's values that a block's own compliance changes: it yields 1.1e-11 m/N (as a column), .4 % of the
-indentation, about half of which is lost to a force or a duration."""
+"""Share of Hertz's values that may be the block's own: it yields 1.1e-11 m/N (as a column), .4 % of the indentation,
+about half of which is lost to a force or a duration. What it keeps of the impulse is not computed."""
 Measures = Mapping[str, float]
 
 

@@ -71,7 +71,7 @@ class PortForces:
 
     @cached_property
     def _are_signs(self) -> bool:
-        """Whether each contact acts on a port of its own, as a seat's and a stopper's parts do."""
+        """Return whether each contact acts on a port of its own, as a seat's and a stopper's parts do."""
         return np.array_equal(self.directions, np.diag(np.diagonal(self.directions)))
 
     def within(self, part: slice) -> Array:
@@ -79,8 +79,7 @@ class PortForces:
         force = self.force[:, part]
         if not self._are_turned:
             return force
-        signs = np.diagonal(self.directions)[:, None]
-        return signs * force if self._are_signs else self.directions @ force
+        return np.diagonal(self.directions)[:, None] * force if self._are_signs else self.directions @ force
 
 
 def find_middle_times(dt: float, n: int) -> Array:
