@@ -1,6 +1,6 @@
-import itertools
 """Marches in steps of different lengths against closed forms, energy and equal steps; histories made from them."""
 
+import itertools
 from collections.abc import Callable
 from dataclasses import replace
 
