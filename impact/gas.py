@@ -7,8 +7,10 @@ step that conserves mass and energy to round-off.
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Final, Literal, TypeVar
 
 import numpy as np
@@ -69,7 +71,7 @@ class PerfectGas:
         """Return the specific heat at constant pressure, c_p = k R/(k - 1) [J/(kg K)]."""
         return self.k * self.constant / (self.k - 1)
 
-    @property
+    @cached_property
     def critical(self) -> float:
         """Return the ratio of the pressures at and below which the flow is choked, (2/(k + 1))^(k/(k - 1))."""
         return float((2 / (self.k + 1)) ** (self.k / (self.k - 1)))
@@ -169,14 +171,14 @@ class Plenum:
             )
 
 
-def squeeze(gas: PerfectGas, state: Array, before: float, after: float) -> None:
+def squeeze(gas: PerfectGas, state: list[float], before: float, after: float) -> None:
     """Compress the gas from one volume to another [m^3] with all valves shut: p V^k = const."""
     ratio = before / after
     state[WORK] += state[PRESSURE] * before / (gas.k - 1) * math.expm1((gas.k - 1) * math.log(ratio))
     state[PRESSURE] *= ratio**gas.k
 
 
-def let_in(gas: PerfectGas, state: Array, volume: float, plenum: Plenum, area: float, span: float) -> float:
+def let_in(gas: PerfectGas, state: list[float], volume: float, plenum: Plenum, area: float, span: float) -> float:
     """Let gas flow from or to a plenum through an effective ``area`` [m^2] over ``span`` [s] at a constant volume.
 
     p' = k R T_u m'/V, with T_u of the plenum for inflow; for outflow, the gas in the volume keeps p/m^k. The root s
@@ -184,7 +186,7 @@ def let_in(gas: PerfectGas, state: Array, volume: float, plenum: Plenum, area: f
     midpoint rule, of second order. Mass and enthalpy follow from p exactly. Returns the mass that entered [kg],
     negative for outflow.
     """
-    p, m, k = float(state[PRESSURE]), float(state[MASS]), gas.k
+    p, m, k = state[PRESSURE], state[MASS], gas.k
     root = math.sqrt(abs(plenum.pressure - p))
     if area == 0 or root == 0:
         return 0.0
@@ -254,7 +256,16 @@ class AreaTable:
 
     def __call__(self, lift: float) -> float:
         """Return the area [m^2] at a mean lift [m]; for a lift below 0, that at 0."""
-        return float(np.interp(lift, self.lift, self.area))
+        lifts, areas, slopes = self._lines  # of one number faster than `np.interp`, which checks its arrays
+        at = bisect_right(lifts, lift) - 1
+        if at < 0:
+            return areas[0]
+        return areas[-1] if at == len(slopes) else slopes[at] * (lift - lifts[at]) + areas[at]
+
+    @cached_property
+    def _lines(self) -> tuple[list[float], list[float], list[float]]:
+        """Return lifts [m], areas [m^2] and, between the points, the slopes of the area [m]."""
+        return self.lift.tolist(), self.area.tolist(), (np.diff(self.area) / np.diff(self.lift)).tolist()
 
 
 @dataclass(frozen=True)
@@ -354,19 +365,21 @@ class Compressor:
     def advance(self, state: Array, time: float, span: float, opening: float) -> float:
         """Advance as in `Feedback`; return dp A_f, with the mean of dp before and after the flow of the step [N]."""
         before, now, after = (self.crank.volume(time + part * span) for part in (0.0, 0.5, 1.0))
-        squeeze(self.gas, state, before, now)
-        first = float(state[PRESSURE])
-        self._through_the_reed(state, now, opening, span / 2)
+        values = state.tolist()  # of single numbers faster than an array
+        squeeze(self.gas, values, before, now)
+        first = values[PRESSURE]
+        self._through_the_reed(values, now, opening, span / 2)
         other, inward = (self.discharge, -1) if self.side == "suction" else (self.suction, 1)
-        if inward * (other.pressure - state[PRESSURE]) > 0:
-            state[OTHER] += abs(let_in(self.gas, state, now, other, self.other_area, span))
-        self._through_the_reed(state, now, opening, span / 2)
-        pressure = (first + float(state[PRESSURE])) / 2
-        squeeze(self.gas, state, now, after)
+        if inward * (other.pressure - values[PRESSURE]) > 0:
+            values[OTHER] += abs(let_in(self.gas, values, now, other, self.other_area, span))
+        self._through_the_reed(values, now, opening, span / 2)
+        pressure = (first + values[PRESSURE]) / 2
+        squeeze(self.gas, values, now, after)
+        state[:] = values
         return self.valve.push(opening, drop(self, pressure))
 
-    def _through_the_reed(self, state: Array, volume: float, lift: float, span: float) -> None:
-        area = self.valve.flow_area(lift, drop(self, float(state[PRESSURE])))
+    def _through_the_reed(self, state: list[float], volume: float, lift: float, span: float) -> None:
+        area = self.valve.flow_area(lift, drop(self, state[PRESSURE]))
         plenum = self.suction if self.side == "suction" else self.discharge
         gained = let_in(self.gas, state, volume, plenum, area, span)
         forward = gained if self.side == "suction" else -gained

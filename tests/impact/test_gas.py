@@ -59,7 +59,7 @@ def test_flow_below_the_choke() -> None:
 
 def test_a_vessel_fills_from_a_plenum() -> None:
     """Pressure rises by k R T_u m'/V a second while choked, and ends at the plenum's with V dp/(k R T_u) gained."""
-    state = np.zeros(gas.STATE)
+    state = [0.0] * gas.STATE
     state[:2] = 1e5, 1e5 * 1e-3 / (AIR.constant * 300)
     before, slope = state.copy(), 1.4 * AIR.constant * 350 * 1e-5 * AIR.flux(5e5, 350.0, 4e5) / 1e-3
     for _ in range(20):
