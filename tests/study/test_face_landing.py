@@ -16,7 +16,17 @@ from seatfem.study.method import stated_method
 from seatfem.study.scene.lips import closed_line
 from tests.as_stated import seat_of, striker_of
 from tests.gallery import FLAPPER, load_text
-from tests.steps import Division, ModelError, Scene, SceneError, begin_plan, check_files, error_budget, run_contacts
+from tests.steps import (
+    ComputedRun,
+    Division,
+    ModelError,
+    Scene,
+    SceneError,
+    begin_plan,
+    check_files,
+    error_budget,
+    run_contacts,
+)
 
 MESHES = Path(__file__).parents[2] / "meshes"
 STEEL = 'material = { young = "206 GPa", poisson = 0.3, density = "7800 kg/m^3" }\n'
@@ -125,7 +135,7 @@ def test_a_drawing_of_a_seat_answers_as_the_seat(tmp_path: Path) -> None:
     assert touches.seat.energy.residual < 1e-9
     assert values["impulse"] == pytest.approx(right["impulse"], rel=2e-3)
     assert values["filtered_peak"] == pytest.approx(right["filtered_peak"], rel=0.02)
-    budget = error_budget(scene, stated_method(scene), solved, striker_of(scene), touches)
+    budget = error_budget(ComputedRun(scene, stated_method(scene), solved, striker_of(scene)), touches)
     for name in ("impulse", "filtered_peak", "line_force"):
         assert 0 < abs(values[name] - right[name]) < budget.bar(name), name
 

@@ -14,7 +14,17 @@ from impact.runs.variations import SAFETY, Budget
 from impact.storage.hdf5 import load_results, save_greens
 from seatfem.study.impacts.touches import Touches, stopper_values
 from tests.gallery import load_text, refusal
-from tests.steps import ErrorEstimate, Scene, Solved, error_budget, run_contacts, run_scene, stated_method, striker_of
+from tests.steps import (
+    ComputedRun,
+    ErrorEstimate,
+    Scene,
+    Solved,
+    error_budget,
+    run_contacts,
+    run_scene,
+    stated_method,
+    striker_of,
+)
 
 SEAT = '[seat]\nkind = "spring"\nstiffness = "1 N/um"\n'
 MASS = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[contact]\ngap = "0.1 mm"\n'
@@ -138,7 +148,7 @@ CUT = '[run]\nduration = "{} ms"\n[accuracy]\ntarget = "5 %"\n'
 def stopper_share(scene: Scene, dt: float = 1e-7) -> tuple[Touches, Budget]:
     """Return a run with the stopper, and its error budget."""
     touches, seat = bounced(scene, dt), Solved(impact.spring(stiffness=1e6), plane=True)
-    return touches, error_budget(scene, stated_method(scene), seat, striker_of(scene), touches)
+    return touches, error_budget(ComputedRun(scene, stated_method(scene), seat, striker_of(scene)), touches)
 
 
 def read_stopper(folder: Path, mesh: float | None) -> Scene:

@@ -268,11 +268,11 @@ def _round(
             if before is not None or not looser or not plan.is_open(TOLERANCE):
                 raise
             plan = replace(plan, method=plan.method.replaced({TOLERANCE: looser[0]}))
-    seat, touches, reed = computed.seat, computed.touches, computed.reed
+    seat, touches = computed.seat, computed.touches
     with watch("error budget"):
         wanted_stress = computed.stress if scene.needs_stress else UNKNOWN_STRESS
-        looks = (wanted_stress, reed, computed.look, progress, computed.flights)
-        compute = partial(error_budget, scene, plan.method, seat, computed.striker, touches, *looks)
+        looks = (wanted_stress, computed.look, computed.flights)
+        compute = partial(error_budget, computed.as_computed(progress), touches, *looks)
         if limits.steady:  # scenes of a study are kept by its journal
             budget = compute()
         else:

@@ -140,7 +140,7 @@ def stress_notes(plan: Plan, seat: SeatStress | None) -> tuple[str, ...]:
         source = source_of(key) if ladder_of(key) else key
         named, remedy = source_in_words(source), remedy_of(plan, key, source)
         if key == WAVES:
-            named, remedy = OF_WAVES, remedy_by_source(plan.scene, "reduction")
+            named, remedy = OF_WAVES, remedy_by_source(plan, "reduction")
         elif key == RECOVERY:
             named, remedy = OF_EDGES if at_limit else OF_MESH
         sentences.append(
