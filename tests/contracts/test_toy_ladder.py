@@ -17,17 +17,7 @@ from seatfem.study.runs.converge import LEAST, begin_method, mark, refine_plan
 from seatfem.study.scene import Scene
 from seatfem.study.trade.trade import around
 from tests.gallery import load_text
-from tests.steps import (
-    Limits,
-    Stopwatch,
-    begin_plan,
-    error_budget,
-    rounds,
-    run_contacts,
-    seat_of,
-    silent,
-    striker_of,
-)
+from tests.steps import Limits, Stopwatch, begin_plan, error_budget, rounds, run_contacts, seat_of, silent, striker_of
 
 SCENE = """
 seat = { kind = "spring", stiffness = "20 N/um" }
