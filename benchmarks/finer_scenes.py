@@ -241,8 +241,7 @@ def largest_stresses(done: Round, *, bare: bool = False) -> tuple[Mapping[str, f
     ``bare``: without what the force leaves in the bars, whose runs take longest.
     """
     values, bars = dict[str, float](), dict[str, float]()
-    reed = done.plan.method.reed
-    seat, plate = (seat_stress(done), plate_stress(done.plan.scene, reed, done.strike)) if bare else stresses(done)
+    seat, plate = (seat_stress(done), plate_stress(done)) if bare else stresses(done)
     if seat is not None:
         values[SEAT], bars[SEAT] = float(seat.peak.von_mises.max()), seat.bar
         values[TENSION], bars[TENSION] = float(seat.peak.principal.max()), float(seat.bars[1])

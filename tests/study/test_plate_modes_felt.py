@@ -72,7 +72,7 @@ def test_a_plate_in_a_wider_band_has_the_ports_of_its_run(tmp_path: Path) -> Non
     assert run.division.rings == 4
     assert {tuple(body.greens.ports) for body, _ in in_wider_band(run)} == {tuple(striker.greens.ports)}
     done = solve_plan(replace(begin_plan(scene), method=method), Stopwatch())
-    stress = plate_stress(scene, method.reed, done.strike)
+    stress = plate_stress(done)
     assert stress is not None
     assert 0 < stress.bar < np.inf
 

@@ -25,7 +25,7 @@ from seatfem.study import safety
 from seatfem.study.impacts import validity
 from seatfem.study.impacts.contact import Flights
 from seatfem.study.impacts.forces import Strike
-from seatfem.study.impacts.touches import LIP, Touches
+from seatfem.study.impacts.touches import LIP, Touches, stress_since
 from seatfem.study.ladders.ladder import ComputedRun, Ladder
 from seatfem.study.ladders.patch import finer_stopper
 from seatfem.study.ladders.table import LADDERS, ladder_of, source_of
@@ -101,6 +101,11 @@ class Round:
     def is_followed(self) -> bool:
         """Return whether a further round begins next."""
         return self.stopped.endswith(UNFINISHED)
+
+    @property
+    def since(self) -> float:
+        """Return the start of the judged landing [s], before and after which stress is reported; nan without one."""
+        return stress_since(self.touches, self.plan.scene.accuracy.landing)
 
     @property
     def result(self) -> ImpactResult:
