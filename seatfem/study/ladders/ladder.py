@@ -120,6 +120,7 @@ class Ladder:
         remedy: how the error becomes smaller, in words, with "{key}", or "{table}" of the key, for what is stated.
         dimension: dimension of the value; "" without one.
         role: body whose model it refines.
+        hidden_by: key whose own error may hide that this one converges, and which is then refined, too; "" without one.
     """
 
     key: str
@@ -131,6 +132,7 @@ class Ladder:
     dimension: str = ""
     role: Role = "seat"
     remedy: str = ""
+    hidden_by: str = ""
 
     def describe(self, value: Any) -> str:
         """Return a value in words, with its unit."""

@@ -29,14 +29,10 @@ from seatfem.study.method import (
     BAND,
     FIELDS,
     MODEL,
-    MODES,
     PORTS,
     REED_BAND,
-    REED_SIZE,
-    REED_TOLERANCE,
     RINGS,
     SIZE,
-    STEP,
     STOPPER_ARCS,
     STOPPER_RINGS,
     TOLERANCE,
@@ -64,11 +60,6 @@ TRIES: Final = 3  # refinements after which an error that has hardly fallen is t
 HOPES: Final = 2  # rounds of refinement after which a measure whose error bar exceeds its value is given up
 SEAT_KEYS: Final = frozenset({SIZE, BAND, TOLERANCE, RINGS, PORTS, STOPPER_ARCS})
 """Keys whose finer values may be out of reach of meshing, reduction or memory."""
-HIDDEN_BY: Final[Mapping[str, str]] = {
-    **{STEP: MODES, MODES: STEP},
-    **{SIZE: TOLERANCE, BAND: SIZE, REED_SIZE: REED_TOLERANCE, REED_BAND: REED_SIZE},
-}
-"""Keys of which another one may hide the convergence."""
 
 
 @dataclass(frozen=True)
@@ -238,7 +229,7 @@ def _can_refine(plan: Plan, key: str) -> bool:
 def _hiding(done: Round, key: str) -> str:
     """Return the key that is refined together with one whose error has hardly fallen by its last refinement: it hides
     its convergence, as a step that of modes, or a tolerance that of a mesh. "" if there is none."""
-    past, other = done.plan.refined.get(key, ()), HIDDEN_BY.get(key, "")
+    past, other = done.plan.refined.get(key, ()), ladder.hidden_by if (ladder := ladder_of(key)) else ""
     has_stayed = past and _worst(done, key) > past[-1].error / past[-1].factor ** 0.5
     return other if has_stayed and _can_refine(done.plan, other) else ""
 
@@ -347,7 +338,7 @@ def _why(done: Round, key: str, marks: Marks) -> str:
     before, leaves = described(key, done.plan.method.value(key)), _leaves(done, key)
     if key in marks.wanted and leaves:
         return f"{before} before left {leaves}, measured"
-    hidden = [each for each, other in HIDDEN_BY.items() if other == key and each in marks.wanted]
+    hidden = [each for each in marks.wanted if (ladder := ladder_of(each)) and ladder.hidden_by == key]
     return f"{before} before; refined with {f'{hidden[0]}, whose error it may hide' if hidden else 'another key'}"
 
 

@@ -45,18 +45,8 @@ from seatfem.study.impacts.plate_stress import (
 )
 from seatfem.study.method import REED_BAND
 from seatfem.study.plan import Plan
-from seatfem.study.runs import kept
-from seatfem.study.runs.body_stress import (
-    BOTH_FACES,
-    Cached,
-    Errors,
-    FieldStress,
-    History,
-    Spot,
-    ValueOf,
-    foremost,
-    rows_of,
-)
+from seatfem.study.runs import body_stress, kept
+from seatfem.study.runs.body_stress import BOTH_FACES, Cached, Errors, FieldStress, History, Spot, ValueOf
 from seatfem.study.runs.error_bars import error_bars_of, runs_of_budget
 from seatfem.study.runs.round import Round
 
@@ -152,14 +142,14 @@ class PlateStress(FieldStress):
         which = np.array([points[peak.von_mises[points].argmax()] for points in by_part])
         edges = nearest_distances(self.field.points[which], singular_points(self.strike))
         spots = self.spots_at(which, self.regions[which], edges, peak.von_mises_time[which])
-        histories = foremost(self.histories_at(which, spots, stride))
+        histories = body_stress.foremost(self.histories_at(which, spots, stride))
         return tuple(each.spot for each in histories), histories
 
     def on_skin(self, values: Array) -> tuple[skins.Skin, Array]:
         mesh = self.reed.plate(self.strike.striker.greens).mesh
         skin = skins.skin_of_plate(mesh)
         on_nodes = np.full((*values.shape[:-1], len(skin.nodes)), np.nan)
-        on_nodes[..., rows_of(self.field.points, mesh.points[skin.nodes])] = values
+        on_nodes[..., body_stress.rows_of(self.field.points, mesh.points[skin.nodes])] = values
         return skin, on_nodes
 
     @property
