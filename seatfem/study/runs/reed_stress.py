@@ -46,7 +46,7 @@ from seatfem.study.impacts.plate_stress import (
 from seatfem.study.method import REED_BAND
 from seatfem.study.plan import Plan
 from seatfem.study.runs import body_stress, kept
-from seatfem.study.runs.body_stress import BOTH_FACES, Cached, Errors, FieldStress, History, Spot, ValueOf
+from seatfem.study.runs.body_stress import BOTH_FACES, Errors, FieldStress, History, Spot, ValueOf
 from seatfem.study.runs.error_bars import error_bars_of, runs_of_budget
 from seatfem.study.runs.round import Round
 
@@ -123,12 +123,7 @@ class PlateStress(FieldStress):
         other = self.under(strike)
         return stresses_of_plate(self.reed, self.field, largest(other.field, other.force, other.dt, since=since))
 
-    def errors_of_value(
-        self, done: Round, value_of: ValueOf, first: int, turn: float, cached: Cached, progress: Progress
-    ) -> Errors:
-        return cached(lambda: self._errors_of_value(done, value_of, first, turn, progress))
-
-    def _errors_of_value(self, done: Round, value_of: ValueOf, first: int, turn: float, progress: Progress) -> Errors:
+    def errors_of_value(self, done: Round, value_of: ValueOf, first: int, turn: float, progress: Progress) -> Errors:
         likely = self.likely[self.counted[self.likely]]
         field = self.field.at(likely)
         ranges = mises_range(field, self.force, self.dt, since=first)
