@@ -15,18 +15,10 @@ from seatfem.study.error_budget import CLOCK, FLOOR_OF_SPRING, FLOORS, unresolve
 from seatfem.study.impacts.landings import Landings, landings_of_march
 from seatfem.study.impacts.touches import displacement_of
 from seatfem.study.impacts.window import Excerpt, window_of
+from seatfem.study.ladders.ladder import ComputedRun
 from seatfem.study.method import stated_method
 from seatfem.study.scene.measures import ContactDuration, ContactRecord, Impulse
-from tests.steps import (
-    ComputedRun,
-    ErrorEstimate,
-    ModalGreens,
-    Residual,
-    Solved,
-    error_budget,
-    run_contacts,
-    striker_of,
-)
+from tests.steps import ErrorEstimate, ModalGreens, Residual, Solved, error_budget, run_contacts, striker_of
 from tests.study.small_scenes import ANNULAR, REED, scene_of
 
 MODES = ModalGreens(

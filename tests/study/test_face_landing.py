@@ -11,22 +11,13 @@ from impact.after.histories import best_plane
 from impact.pictures.lip_plots import plot_lip
 from seatfem.structures.lands import FaceLip
 from seatfem.study.impacts.touches import measured
+from seatfem.study.ladders.ladder import ComputedRun
 from seatfem.study.ladders.mesh import PER_ARC
 from seatfem.study.method import stated_method
 from seatfem.study.scene.lips import closed_line
 from tests.as_stated import seat_of, striker_of
 from tests.gallery import FLAPPER, load_text
-from tests.steps import (
-    ComputedRun,
-    Division,
-    ModelError,
-    Scene,
-    SceneError,
-    begin_plan,
-    check_files,
-    error_budget,
-    run_contacts,
-)
+from tests.steps import Division, ModelError, Scene, SceneError, begin_plan, check_files, error_budget, run_contacts
 
 MESHES = Path(__file__).parents[2] / "meshes"
 STEEL = 'material = { young = "206 GPa", poisson = 0.3, density = "7800 kg/m^3" }\n'

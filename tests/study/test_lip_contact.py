@@ -12,20 +12,11 @@ import impact
 from impact.after.histories import largest_average
 from seatfem.structures.rings import Division, as_a_whole
 from seatfem.study.impacts.touches import measured
+from seatfem.study.ladders.ladder import ComputedRun
 from seatfem.study.ladders.level import method_beside
 from seatfem.study.runs.converge import begin_method
 from tests.gallery import FLAPPER, load_text
-from tests.steps import (
-    ComputedRun,
-    Scene,
-    Solved,
-    error_budget,
-    problem_of,
-    run_contacts,
-    seat_of,
-    stated_method,
-    striker_of,
-)
+from tests.steps import Scene, Solved, error_budget, problem_of, run_contacts, seat_of, stated_method, striker_of
 
 SEAT = (
     'kind = "annular"\nbore_radius = "5 mm"\nlip_width = "1 mm"\nlip_edge_radius = "0 mm"\n'

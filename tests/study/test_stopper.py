@@ -13,18 +13,9 @@ from impact import measures
 from impact.runs.variations import SAFETY, Budget
 from impact.storage.hdf5 import load_results, save_greens
 from seatfem.study.impacts.touches import Touches, stopper_values
+from seatfem.study.ladders.ladder import ComputedRun
 from tests.gallery import load_text, refusal
-from tests.steps import (
-    ComputedRun,
-    ErrorEstimate,
-    Scene,
-    Solved,
-    error_budget,
-    run_contacts,
-    run_scene,
-    stated_method,
-    striker_of,
-)
+from tests.steps import ErrorEstimate, Scene, Solved, error_budget, run_contacts, run_scene, stated_method, striker_of
 
 SEAT = '[seat]\nkind = "spring"\nstiffness = "1 N/um"\n'
 MASS = '[reed]\nkind = "rigid_mass"\nmass = "1 g"\nvelocity = "-1 m/s"\n[contact]\ngap = "0.1 mm"\n'

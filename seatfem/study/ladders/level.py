@@ -50,19 +50,14 @@ class Level(Ladder):
         if self.role != "seat" or MODEL in method.given or not has_key(known.scene, MODEL):
             return method
         still = method.replaced({MODEL: "spring"})
-        return _with_waves(seat, still) if tells_waves(seat, still.seat) else still
+        return method.replaced({MODEL: level_with_waves(seat, still.seat)}) if tells_waves(seat, still.seat) else still
 
     def refine(self, plan: Plan, factor: float) -> RunMethod:
         """Return the method of a plan with waves in the seat: its half section, a sector or, along a lip, all of it."""
         method = plan.method
         if self.role != "seat" or MODEL in method.given or not method.seat.static:
             return method
-        return _with_waves(plan.scene.seat, method)
-
-
-def _with_waves(seat: Structure, method: RunMethod) -> RunMethod:
-    """Return the method with waves in the seat."""
-    return method.replaced({MODEL: level_with_waves(seat, method.seat)})
+        return method.replaced({MODEL: level_with_waves(plan.scene.seat, method.seat)})
 
 
 def _shear(run: ComputedRun) -> Terms:
