@@ -23,7 +23,8 @@ from seatfem.study.impacts.forces import Strike
 from seatfem.study.impacts.landings import Landings
 from seatfem.study.impacts.touches import values_of_record
 from seatfem.study.ladders.patch import finer_stopper, meshed_for_arcs
-from seatfem.study.method import RunMethod, as_stated
+from seatfem.study.method import RunMethod
+from seatfem.study.plan import Plan
 from seatfem.study.runs.reed_stress import plate_stress
 from seatfem.study.runs.round import Round
 from seatfem.study.runs.seat_stress import seat_stress
@@ -84,7 +85,7 @@ def finer_in_every_key(scene: Scene, method: RunMethod, by: Finer = FINEST) -> t
     ``method.time_step`` is that of the run [s]. A seat taken for a spring or a rod has finite elements, a single port
     in place of a lip the lip's arcs, and whatever strikes or limits the lift is finer by its own keys.
     """
-    scene = as_stated(scene, method)
+    scene = Plan(scene, method, ()).as_stated()
     assert method.time_step is not None
     step = max(method.time_step / by.step, scene.run.duration / MOST_STEPS)
     seat, rings = _finer_seat(scene, method.seat, by), scene.contact.rings
@@ -109,7 +110,7 @@ def finer_in_every_key(scene: Scene, method: RunMethod, by: Finer = FINEST) -> t
     seat = replace(seat, rings=rings) if divided else seat
     finer = meshed_for_arcs(scene.seat, RunMethod(seat, reed, step).along(scene.geometry, arcs))
     finer = finer.stopped(scene.geometry, None if scene.stopper is None else scene.stopper.parts)
-    return as_stated(scene, finer), finer
+    return Plan(scene, finer, ()).as_stated(), finer
 
 
 def _finer_seat(scene: Scene, method: Method, by: Finer) -> Method:
@@ -240,8 +241,7 @@ def largest_stresses(done: Round, *, bare: bool = False) -> tuple[Mapping[str, f
     ``bare``: without what the force leaves in the bars, whose runs take longest.
     """
     values, bars = dict[str, float](), dict[str, float]()
-    reed = done.plan.method.reed
-    seat, plate = (seat_stress(done), plate_stress(done.plan.scene, reed, done.strike)) if bare else stresses(done)
+    seat, plate = (seat_stress(done), plate_stress(done)) if bare else stresses(done)
     if seat is not None:
         values[SEAT], bars[SEAT] = float(seat.peak.von_mises.max()), seat.bar
         values[TENSION], bars[TENSION] = float(seat.peak.principal.max()), float(seat.bars[1])

@@ -18,6 +18,7 @@ from seatfem.study.error_budget import error_budget
 from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.contact import RunError, run_contacts
 from seatfem.study.impacts.touches import SOURCES, Touches, values_of_record
+from seatfem.study.ladders.ladder import ComputedRun
 from seatfem.study.method import stated_method
 from seatfem.study.plan import Plan
 from seatfem.study.runs.converge import begin_plan, refine_plan

@@ -17,22 +17,12 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from impact.greens import modal
-from impact.greens.base import (
-    Array,
-    ComplexArray,
-    ErrorEstimate,
-    ExactPort,
-    GreensFunctionError,
-    Rod,
-    StepKernel,
-    check_factor,
-    check_positive,
-)
+from impact.greens import base, modal
+from impact.greens.base import Array, ComplexArray
 
 
 @dataclass(frozen=True)
-class TwoEndedRod(ExactPort):
+class TwoEndedRod(base.ExactPort):
     """Undamped free rod with a port at either end, both displaced along the same normal:
 
     g_11 = g_22 = (1/Z) (H(t) + 2 sum_k H(t - k T)),  g_12 = (2/Z) sum_k H(t - (k - 1/2) T),  k = 1, 2, ...
@@ -86,16 +76,16 @@ def rod_of_two_ends(*, young: float, density: float, area: float, length: float)
     Displacements of both ends are along one normal: of two forces that press the rod together one is < 0. Raises
     `GreensFunctionError` for an argument that is not positive and finite.
     """
-    check_positive(young=young, density=density, area=area, length=length)
+    base.check_positive(young=young, density=density, area=area, length=length)
     return TwoEndedRod(area * math.sqrt(young * density), 2 * length / math.sqrt(young / density))
 
 
-class ExactRod(ExactPort):
+class ExactRod(base.ExactPort):
     """A rod that is known in closed form at every place along it, not at its struck end alone."""
 
     @property
     @abstractmethod
-    def rod(self) -> Rod:
+    def rod(self) -> base.Rod:
         """Return its impedance, transit, reflection and damping."""
 
     @abstractmethod
@@ -123,7 +113,7 @@ def reflect(sent: Array, reflection: float, steps: int) -> Array:
 def check_on_rod(at: float) -> float:
     """Return a position x/l on a rod; raises `GreensFunctionError` for one off it."""
     if not 0.0 <= at <= 1.0:
-        raise GreensFunctionError(f"at = {at:g} is off the rod, 0 (contact) ... 1 (far end)")
+        raise base.GreensFunctionError(f"at = {at:g} is off the rod, 0 (contact) ... 1 (far end)")
     return at
 
 
@@ -142,8 +132,8 @@ class DelayRod(ExactRod):
     reflection: float
 
     @property
-    def rod(self) -> Rod:
-        return Rod(self.impedance, self.round_trip / 2, self.reflection)
+    def rod(self) -> base.Rod:
+        return base.Rod(self.impedance, self.round_trip / 2, self.reflection)
 
     @property
     def highest_rate(self) -> float:
@@ -154,7 +144,7 @@ class DelayRod(ExactRod):
         return np.array([[2 / (self.impedance * self.round_trip) if self.reflection == 1.0 else 0.0]])
 
     def scaled(self, factor: float) -> DelayRod:
-        return replace(self, impedance=self.impedance / check_factor(factor))
+        return replace(self, impedance=self.impedance / base.check_factor(factor))
 
     def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
         time: Array = np.asarray(t, dtype=float)
@@ -242,7 +232,7 @@ def divided_difference(term: Term, zeta: float, omega: float) -> Array:
 def damped_start(zeta: float) -> float:
     """Return the factor of uniform modal damping on g(0+): (2/pi) acos(zeta)/sqrt(1 - zeta^2), acosh above 1."""
     if zeta < 0:
-        raise GreensFunctionError(f"damping ratio {zeta:g} must be >= 0")
+        raise base.GreensFunctionError(f"damping ratio {zeta:g} must be >= 0")
     if abs(zeta - 1) < 1e-6:
         return 2 / math.pi
     if zeta < 1:
@@ -275,7 +265,7 @@ _AT_REST = 40.0  # exp(-40) = 4e-18: the step response is the static compliance
 
 
 @dataclass(frozen=True)
-class DampedRod(ExactPort):
+class DampedRod(base.ExactPort):
     """A rod, every elastic mode damped by the same ratio zeta; its far end decides which modes it has.
 
     ``impedance``: Z = rho c A [N s/m]; ``transit``: l/c [s]; ``damping_ratio``: zeta > 0, above 1 a pair of real
@@ -288,15 +278,15 @@ class DampedRod(ExactPort):
     damping_ratio: float
 
     @property
-    def rod(self) -> Rod:
-        return Rod(self.impedance, self.transit, self.reflection, self.damping_ratio)
+    def rod(self) -> base.Rod:
+        return base.Rod(self.impedance, self.transit, self.reflection, self.damping_ratio)
 
     @property
     def highest_rate(self) -> float:
         return 10 / self.transit
 
     def scaled(self, factor: float) -> Self:
-        return replace(self, impedance=self.impedance / check_factor(factor))
+        return replace(self, impedance=self.impedance / base.check_factor(factor))
 
     def initial_value(self) -> Array:
         """Return g(0+) = (2/pi) acos(zeta)/sqrt(1 - zeta^2)/Z [m/(N s)]."""
@@ -378,7 +368,7 @@ class DampedFixedRod(DampedRod, ExactRod):
         """Return l/(EA) [m/N], whatever the damping."""
         return np.array([[self.transit / self.impedance]])
 
-    def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
+    def step_kernel(self, dt: float, n_steps: int) -> base.StepKernel:
         """Return the modes that outlive a step and the compliance of those that do not: exact at this step.
 
         A mode with decay * dt > 36.7 follows a stepwise force like a spring. With too many that do not, exact weights.
@@ -386,7 +376,7 @@ class DampedFixedRod(DampedRod, ExactRod):
         count = self.lasting_modes(dt)
         if not self.marches(dt, n_steps):
             return super().step_kernel(dt, n_steps)
-        return StepKernel(self.modes(count), None, f"pole recursion, {count} poles (all that outlive a step)")
+        return base.StepKernel(self.modes(count), None, f"pole recursion, {count} poles (all that outlive a step)")
 
     def modes(self, count: int) -> modal.ModalGreens:
         """Return the first ``count`` modes, and the compliance of the rest."""
@@ -446,7 +436,7 @@ class DampedFreeRod(DampedRod):
 
 def spring(*, stiffness: float) -> modal.ModalGreens:
     """Return a massless spring: u = N/k, ``stiffness`` k [N/m]. The usual seat model, and baseline of every result."""
-    check_positive(stiffness=stiffness)
+    base.check_positive(stiffness=stiffness)
     return _closed(modal.Residual.spring(1.0 / stiffness), kind="spring", stiffness=stiffness)
 
 
@@ -458,9 +448,9 @@ def semi_infinite_rod(
     It takes the arguments of the other rods, to stand in for them: ``length`` has no effect, and ``damping_ratio``
     that of the limit length -> inf of a rod with uniform modal damping, g = (2/pi) acos(zeta)/sqrt(1 - zeta^2)/Z.
     """
-    check_positive(young=young, density=density, area=area)
+    base.check_positive(young=young, density=density, area=area)
     if length != math.inf:
-        check_positive(length=length)
+        base.check_positive(length=length)
     value = damped_start(damping_ratio) / (area * math.sqrt(young * density))
     origin = {"young": young, "density": density, "area": area, "damping_ratio": damping_ratio}
     return _dashpot(value, kind="semi_infinite_rod", **origin)
@@ -471,9 +461,9 @@ def infinite_plate(*, young: float, poisson: float, density: float, thickness: f
 
     E [Pa], rho [kg/m^3], h [m]. Source: Boussinesq; used for impact by Zener, Phys. Rev. 59 (1941) 669.
     """
-    check_positive(young=young, density=density, thickness=thickness)
+    base.check_positive(young=young, density=density, thickness=thickness)
     if not -1.0 < poisson < 0.5:
-        raise GreensFunctionError(f"poisson = {poisson:g} is outside (-1, 0.5)")
+        raise base.GreensFunctionError(f"poisson = {poisson:g} is outside (-1, 0.5)")
     rigidity = young * thickness**3 / (12 * (1 - poisson**2))
     value = 1.0 / (8 * math.sqrt(rigidity * density * thickness))
     return _dashpot(value, kind="infinite_plate", young=young, poisson=poisson, density=density, thickness=thickness)
@@ -484,7 +474,7 @@ def infinite_beam(*, young: float, density: float, area: float, second_moment: f
 
     E [Pa], rho [kg/m^3], A [m^2], I [m^4]; from u(0) = F/(8 EI b^3), 4 b^4 = rho A s^2/EI, in the Laplace domain.
     """
-    check_positive(young=young, density=density, area=area, second_moment=second_moment)
+    base.check_positive(young=young, density=density, area=area, second_moment=second_moment)
     ei = young * second_moment
     coefficient = (4 * ei / (density * area)) ** 0.75 / (8 * ei)
     return PowerGreens(coefficient / math.gamma(1.5), 0.5)
@@ -496,12 +486,17 @@ def single_mode(*, frequency_hz: float, mass: float, damping_ratio: float = 0.0)
 
     As g(0+) = 0, a rigid (Signorini) contact with it needs another body with g(0+) > 0; else take a compliant law.
     """
-    check_positive(frequency_hz=frequency_hz, mass=mass)
+    base.check_positive(frequency_hz=frequency_hz, mass=mass)
     omega = np.array([2 * np.pi * frequency_hz])
     shapes = np.array([[1.0 / math.sqrt(mass)]])
     origin = {"kind": "single_mode", "frequency_hz": frequency_hz, "mass": mass, "damping_ratio": damping_ratio}
     return modal.ModalGreens(
-        omega, np.array([damping_ratio]), shapes, modal.Residual.none(), error=ErrorEstimate(0.0, 0.0), origin=origin
+        omega,
+        np.array([damping_ratio]),
+        shapes,
+        modal.Residual.none(),
+        error=base.ErrorEstimate(0.0, 0.0),
+        origin=origin,
     )
 
 
@@ -516,7 +511,7 @@ def fixed_rod(
     rod = _delay_rod(young, density, area, length, reflection=-1.0)
     if damping_ratio == 0.0:
         return rod
-    check_positive(damping_ratio=damping_ratio)
+    base.check_positive(damping_ratio=damping_ratio)
     return DampedFixedRod(rod.impedance, length / math.sqrt(young / density), damping_ratio)
 
 
@@ -531,7 +526,7 @@ def free_rod(
     rod = _delay_rod(young, density, area, length, reflection=1.0)
     if damping_ratio == 0.0:
         return rod
-    check_positive(damping_ratio=damping_ratio)
+    base.check_positive(damping_ratio=damping_ratio)
     return DampedFreeRod(rod.impedance, length / math.sqrt(young / density), damping_ratio)
 
 
@@ -544,14 +539,14 @@ def rod_with_end_impedance(
     g(t) = (1/Z) (H(t) + 2 sum_k R^k H(t - 2 k l/c)) [m/(N s)], R = (Z - Z_e)/(Z + Z_e).
     """
     if not end_impedance >= 0:
-        raise GreensFunctionError(f"end_impedance = {end_impedance:g} must be >= 0: the end would feed energy")
+        raise base.GreensFunctionError(f"end_impedance = {end_impedance:g} must be >= 0: the end would feed energy")
     rod = _delay_rod(young, density, area, length, reflection=-1.0)
     z, is_fixed = rod.impedance, math.isinf(end_impedance)
     return rod if is_fixed else replace(rod, reflection=(z - end_impedance) / (z + end_impedance))
 
 
 @dataclass(frozen=True)
-class PowerGreens(ExactPort):
+class PowerGreens(base.ExactPort):
     """A Green's function g(t) = coefficient * t^exponent, exponent > -1."""
 
     kind: ClassVar[str] = "power_law"
@@ -563,7 +558,7 @@ class PowerGreens(ExactPort):
         return np.array([[self.coefficient if self.exponent == 1 else 0.0 if self.exponent < 1 else math.inf]])
 
     def scaled(self, factor: float) -> PowerGreens:
-        return replace(self, coefficient=check_factor(factor) * self.coefficient)
+        return replace(self, coefficient=base.check_factor(factor) * self.coefficient)
 
     def impulse_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
         time: Array = np.asarray(t, dtype=float)
@@ -581,7 +576,7 @@ class PowerGreens(ExactPort):
 
 
 def _delay_rod(young: float, density: float, area: float, length: float, reflection: float) -> DelayRod:
-    check_positive(young=young, density=density, area=area, length=length)
+    base.check_positive(young=young, density=density, area=area, length=length)
     return DelayRod(area * math.sqrt(young * density), 2 * length / math.sqrt(young / density), reflection)
 
 
@@ -591,5 +586,5 @@ def _dashpot(value: float, **origin: object) -> modal.ModalGreens:
 
 def _closed(residual: modal.Residual, **origin: object) -> modal.ModalGreens:
     return modal.ModalGreens(
-        np.zeros(0), np.zeros(0), np.zeros((0, 1)), residual, error=ErrorEstimate(0.0, 0.0), origin=origin
+        np.zeros(0), np.zeros(0), np.zeros((0, 1)), residual, error=base.ErrorEstimate(0.0, 0.0), origin=origin
     )

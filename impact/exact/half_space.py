@@ -22,19 +22,8 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
 
-from impact.greens.base import (
-    Array,
-    ComplexArray,
-    ErrorEstimate,
-    ExactPort,
-    GreensFunction,
-    GreensFunctionError,
-    StepKernel,
-    SumGreens,
-    check_factor,
-    check_positive,
-    step_weights,
-)
+from impact.greens import base
+from impact.greens.base import Array, ComplexArray
 from impact.greens.modal import ModalGreens, Residual
 
 
@@ -78,7 +67,7 @@ def punch_compliance(*, young: float, poisson: float, radius: float) -> float:
 
 
 @dataclass(frozen=True)
-class HalfSpacePatch(ExactPort):
+class HalfSpacePatch(base.ExactPort):
     """Mean displacement of a disk on an elastic half-space under a load spread evenly over it; exact.
 
     g(0+) = 1/(rho c_p pi a^2); g falls almost linearly and is exactly zero after 2a/c_R, when S has reached the static
@@ -101,9 +90,9 @@ class HalfSpacePatch(ExactPort):
     kind: ClassVar[str] = "half_space_patch"
 
     @property
-    def error_estimate(self) -> ErrorEstimate:
+    def error_estimate(self) -> base.ErrorEstimate:
         """Return what the Chebyshev series leave, about 1e-13; no mesh."""
-        return ErrorEstimate(self.response.error, 0.0)
+        return base.ErrorEstimate(self.response.error, 0.0)
 
     @property
     def highest_rate(self) -> float:
@@ -111,7 +100,7 @@ class HalfSpacePatch(ExactPort):
 
     def scaled(self, factor: float) -> HalfSpacePatch:
         """Return the patch on 1/``factor`` the stiffness and the density: the same wave speeds."""
-        return replace(self, young=self.young / check_factor(factor), density=self.density / factor)
+        return replace(self, young=self.young / base.check_factor(factor), density=self.density / factor)
 
     @property
     def crossing_time(self) -> float:
@@ -145,11 +134,11 @@ class HalfSpacePatch(ExactPort):
         slowness = math.sqrt((1 + self.poisson) * (1 - 2 * self.poisson) / (1 - self.poisson) / self.young)
         return np.array([[slowness / (math.sqrt(self.density) * math.pi * self.radius**2)]])
 
-    def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
+    def step_kernel(self, dt: float, n_steps: int) -> base.StepKernel:
         alive = min(n_steps, math.ceil(self.crossing_time / dt))
         weights = np.zeros((1, 1, n_steps))
-        weights[:, :, :alive] = step_weights(self, dt, alive)
-        return StepKernel(None, weights, f"half-space kernel, {alive} exact step weights")
+        weights[:, :, :alive] = base.step_weights(self, dt, alive)
+        return base.StepKernel(None, weights, f"half-space kernel, {alive} exact step weights")
 
 
 def half_space_patch(*, young: float, poisson: float, density: float, radius: float) -> HalfSpacePatch:
@@ -160,12 +149,12 @@ def half_space_patch(*, young: float, poisson: float, density: float, radius: fl
 
     Sources: as `impact.exact.half_space`; the average over the disk is by the autocorrelation of its area.
     """
-    check_positive(density=density)
+    base.check_positive(density=density)
     _unit_compliance(young, poisson, radius)
     return HalfSpacePatch(young, poisson, density, radius, DiskResponse.from_poisson(poisson))
 
 
-def without_patch(greens: GreensFunction, patch: HalfSpacePatch, *, band_hz: float) -> GreensFunction:
+def without_patch(greens: base.GreensFunction, patch: HalfSpacePatch, *, band_hz: float) -> base.GreensFunction:
     """Return ``greens`` without the local compliance of ``patch``, for a law that brings its own (Hertz): still
     passive.
 
@@ -193,10 +182,10 @@ def without_patch(greens: GreensFunction, patch: HalfSpacePatch, *, band_hz: flo
     if not rest:
         return ModalGreens(np.zeros(0), np.zeros(0), np.zeros((0, 1)), Residual.none(), origin={"kind": "rigid"})
     if len(rest) < len(greens.summands):
-        return rest[0] if len(rest) == 1 else SumGreens(rest)
+        return rest[0] if len(rest) == 1 else base.SumGreens(rest)
     modal = greens.modal
     if modal is None or len(greens.ports) != 1:
-        raise GreensFunctionError(
+        raise base.GreensFunctionError(
             f"cannot take a patch out of a {type(greens).__name__} with {len(greens.ports)} ports: give the modes of "
             "one port, or a SumGreens with the patch as a part"
         )
@@ -210,7 +199,7 @@ def _quasi_static_removed(greens: ModalGreens, amount: float, band_hz: float) ->
         relaxed, modal = residual.shapes[:, 0] ** 2 / residual.rates, greens.shapes[:, 0] ** 2 / greens.omega**2
     held = np.where(speed > 2 * np.pi * band_hz, np.concatenate([residual.compliance[0], relaxed, modal]), 0.0)
     if amount > held.sum() * (1 + 1e-12):
-        raise GreensFunctionError(
+        raise base.GreensFunctionError(
             f"the patch's compliance {amount:.4g} m/N exceeds the {held.sum():.4g} m/N that the residual and the modes "
             f"above {band_hz:g} Hz hold: check the patch's radius and material, add the residual flexibility, refine "
             "the mesh under the patch, or lower band_hz"
@@ -232,15 +221,15 @@ def _quasi_static_removed(greens: ModalGreens, amount: float, band_hz: float) ->
 
 def _unit_compliance(young: float, poisson: float, size: float, name: str = "radius") -> float:
     """Return (1 - nu^2)/(E size)."""
-    check_positive(**{"young": young, name: size})
+    base.check_positive(**{"young": young, name: size})
     if not 0.0 <= poisson <= 0.5:
-        raise GreensFunctionError(f"poisson = {poisson:g} is outside [0, 0.5]")
+        raise base.GreensFunctionError(f"poisson = {poisson:g} is outside [0, 0.5]")
     return (1 - poisson**2) / (young * size)
 
 
 def _place(at: str, factors: dict[str, float]) -> float:
     if at not in factors:
-        raise GreensFunctionError(f"at = {at!r}: known places are {', '.join(factors)}")
+        raise base.GreensFunctionError(f"at = {at!r}: known places are {', '.join(factors)}")
     return factors[at]
 
 
@@ -315,7 +304,7 @@ def point_step_response(tau: ArrayLike, *, poisson: float) -> Array:
 
 def _kappa2(poisson: float) -> float:
     if not 0.0 <= poisson <= 0.5:
-        raise GreensFunctionError(f"poisson = {poisson:g} is outside [0, 0.5]")
+        raise base.GreensFunctionError(f"poisson = {poisson:g} is outside [0, 0.5]")
     return (1 - 2 * poisson) / (2 * (1 - poisson))
 
 
@@ -383,7 +372,7 @@ class DiskResponse:
         exact = _disk_speed(low + width * _clustered(between), load)
         error = max(np.abs(chebyshev.chebval(between, speed.T) - exact).max() / values.max(), abs(ends[-1] - 1))
         if not error < _ERROR_LIMIT:
-            raise GreensFunctionError(
+            raise base.GreensFunctionError(
                 f"half-space disk, nu = {poisson:g}: error {error:.1e} exceeds {_ERROR_LIMIT:g}; report it"
             )
         return DiskResponse(breaks, speed, rise / ends[-1], float(error))

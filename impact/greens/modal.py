@@ -11,19 +11,8 @@ from typing import Final
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from impact.greens import oscillator
-from impact.greens.base import (
-    Array,
-    ComplexArray,
-    ErrorEstimate,
-    GreensFunctionError,
-    StatedGreens,
-    StepKernel,
-    Stored,
-    SumGreens,
-    check_factor,
-    check_valid_for,
-)
+from impact.greens import base, oscillator
+from impact.greens.base import Array, ComplexArray
 from impact.greens.oscillator import combine, decay_responses, hann, mode_responses
 from impact.quantities import brief
 
@@ -69,7 +58,7 @@ class Residual:
         """
         r0 = _symmetric_psd(compliance, "residual compliance")
         if not (rate > 0 and np.isfinite(rate)):
-            raise GreensFunctionError(f"rate = {rate:g} 1/s must be positive and finite")
+            raise base.GreensFunctionError(f"rate = {rate:g} 1/s must be positive and finite")
         values, vectors = np.linalg.eigh(r0)
         positive = values > 1e-14 * max(values[-1], 0.0)
         shapes = (vectors[:, positive] * np.sqrt(values[positive] * rate)).T.copy()
@@ -85,10 +74,12 @@ class Residual:
         r0 = _symmetric_psd(compliance, "residual compliance")
         g0 = _symmetric_psd(initial_value, "initial value")
         if r0.shape != g0.shape:
-            raise GreensFunctionError(f"residual compliance is {r0.shape}, initial value {g0.shape}: give equal shapes")
+            raise base.GreensFunctionError(
+                f"residual compliance is {r0.shape}, initial value {g0.shape}: give equal shapes"
+            )
         scale, vectors = np.linalg.eigh(g0)
         if scale[0] <= 0:
-            raise GreensFunctionError(f"g(0+) must be positive definite; smallest eigenvalue {scale[0]:g}")
+            raise base.GreensFunctionError(f"g(0+) must be positive definite; smallest eigenvalue {scale[0]:g}")
         root = vectors * np.sqrt(scale) @ vectors.T
         inverse_root = vectors / np.sqrt(scale) @ vectors.T
         taus, modes = np.linalg.eigh(inverse_root @ r0 @ inverse_root)
@@ -122,7 +113,7 @@ NO_RESIDUAL: Final = Residual.none(0)
 """The residual of nothing left out, for any number of ports."""
 
 
-class PoleSums(StatedGreens):
+class PoleSums(base.StatedGreens):
     """Base of sums of oscillators and of complex poles, each term of which is known in closed form."""
 
     @abstractmethod
@@ -190,7 +181,7 @@ class ModalGreens(PoleSums):
     shapes: Array
     residual: Residual
     port_names: tuple[str, ...] = ("contact",)
-    error: ErrorEstimate = field(default_factory=ErrorEstimate)
+    error: base.ErrorEstimate = field(default_factory=base.ErrorEstimate)
     origin: Mapping[str, object] = field(default_factory=dict)
     valid_for: float = math.inf
 
@@ -202,17 +193,19 @@ class ModalGreens(PoleSums):
         relaxations = (residual.shapes.shape, residual.rates.shape, residual.compliance.shape)
         modes = (self.omega.shape, self.zeta.shape, self.shapes.shape)
         if modes != ((m,), (m,), (m, p)) or relaxations != ((r, p), (r,), (p, p)):
-            raise GreensFunctionError(
+            raise base.GreensFunctionError(
                 f"shapes must match: omega {modes[0]}, zeta {modes[1]}, shapes {modes[2]}, residual shapes "
                 f"{relaxations[0]}, rates {relaxations[1]}, compliance {relaxations[2]}, {p} ports"
             )
         for name, values in (("omega", self.omega), ("zeta", self.zeta), ("shapes", self.shapes)):
             if not np.all(np.isfinite(values)):
-                raise GreensFunctionError(f"{name} must be finite, {np.sum(~np.isfinite(values))} values are not")
+                raise base.GreensFunctionError(f"{name} must be finite, {np.sum(~np.isfinite(values))} values are not")
         for name, values in (("omega", self.omega), ("zeta", self.zeta), ("residual rates", self.residual.rates)):
             if values.size and values.min() < 0:
-                raise GreensFunctionError(f"{name} must be >= 0 (a body gains no energy); smallest {values.min():g}")
-        check_valid_for(self.valid_for)
+                raise base.GreensFunctionError(
+                    f"{name} must be >= 0 (a body gains no energy); smallest {values.min():g}"
+                )
+        base.check_valid_for(self.valid_for)
 
     @staticmethod
     def from_hz(
@@ -237,7 +230,7 @@ class ModalGreens(PoleSums):
         hertz, shapes = (np.atleast_1d(np.asarray(values, dtype=float)) for values in (frequencies, amplitudes))
         shapes = shapes[:, None] if shapes.ndim == 1 else shapes
         if hertz.ndim != 1 or shapes.ndim != 2 or np.ndim(damping) > 1 or np.size(damping) not in (1, hertz.size):
-            raise GreensFunctionError(
+            raise base.GreensFunctionError(
                 f"give frequencies (M,), damping (M,) or one, and amplitudes (M,) or (M, p), not {hertz.shape}, "
                 f"{np.shape(damping)} and {np.shape(amplitudes)}"
             )
@@ -304,10 +297,10 @@ class ModalGreens(PoleSums):
         """Return the function with the modes above ``omega`` [rad/s] only, without residual."""
         return self.of_modes(self.omega > omega, Residual.none(len(self.port_names)))
 
-    def stored(self) -> Stored:
+    def stored(self) -> base.Stored:
         arrays = {name: getattr(self, name) for name in ("omega", "zeta", "shapes")}
         arrays |= {f"residual/{name}": getattr(self.residual, name) for name in ("shapes", "rates", "compliance")}
-        return Stored("modal", arrays=arrays)
+        return base.Stored("modal", arrays=arrays)
 
     def static_compliance(self) -> Array:
         """Return sum of phi phi'/w^2 plus the residual's (p, p); ``inf`` with a rigid-body mode at the port [m/N]."""
@@ -335,21 +328,21 @@ class ModalGreens(PoleSums):
         whole = (self.shapes.T * gains) @ self.shapes + (res.shapes.T * eased) @ res.shapes + res.compliance
         return np.asarray((whole + whole.T) / 2)
 
-    def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
+    def step_kernel(self, dt: float, n_steps: int) -> base.StepKernel:
         """Return the function as a recursion, which is exact for forces constant over a step."""
-        return StepKernel(self, None, f"pole recursion, {len(self.omega) + len(self.residual.rates)} poles")
+        return base.StepKernel(self, None, f"pole recursion, {len(self.omega) + len(self.residual.rates)} poles")
 
     def inverse_mass(self) -> Array:
         rigid = self.shapes[self.omega == 0]
         return np.asarray(rigid.T @ rigid)
 
     def scaled(self, factor: float) -> ModalGreens:
-        rest = self.residual.scaled(check_factor(factor))
+        rest = self.residual.scaled(base.check_factor(factor))
         return replace(self, shapes=math.sqrt(factor) * self.shapes, residual=rest)
 
     def merge(self, others: Sequence[ModalGreens]) -> ModalGreens:
         """Return the sum of this function and ``others`` as one function with all their poles."""
-        together = SumGreens((self, *others))
+        together = base.SumGreens((self, *others))
         omega, zeta, shapes = (
             np.concatenate([getattr(part, name) for part in (self, *others)]) for name in ("omega", "zeta", "shapes")
         )
@@ -362,12 +355,12 @@ def _symmetric_psd(values: ArrayLike, name: str) -> Array:
     """Return a symmetric matrix (p, p) without negative eigenvalues of round-off; raises for those beyond 1e-10."""
     matrix = np.atleast_2d(np.asarray(values, dtype=float))
     if matrix.shape[0] != matrix.shape[1] or not np.all(np.isfinite(matrix)):
-        raise GreensFunctionError(f"{name} must be a finite square matrix, got shape {matrix.shape}")
+        raise base.GreensFunctionError(f"{name} must be a finite square matrix, got shape {matrix.shape}")
     matrix = (matrix + matrix.T) / 2
     eigenvalues, vectors = np.linalg.eigh(matrix)
     limit = 1e-10 * max(abs(eigenvalues[-1]), abs(eigenvalues[0]))
     if eigenvalues[0] < -limit:
-        raise GreensFunctionError(
+        raise base.GreensFunctionError(
             f"{name} must be positive semidefinite, or the body gains energy; eigenvalue {eigenvalues[0]:g}"
         )
     return matrix if eigenvalues[0] >= 0 else np.asarray(vectors * np.maximum(eigenvalues, 0.0) @ vectors.T)

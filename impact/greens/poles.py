@@ -11,18 +11,8 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
-from impact.greens import oscillator
-from impact.greens.base import (
-    Array,
-    ComplexArray,
-    ErrorEstimate,
-    GreensFunction,
-    GreensFunctionError,
-    StepKernel,
-    Stored,
-    check_factor,
-    check_valid_for,
-)
+from impact.greens import base, oscillator
+from impact.greens.base import Array, ComplexArray
 from impact.greens.modal import ALL, ModalGreens, PoleSums, Residual, endless
 from impact.quantities import brief
 
@@ -69,7 +59,7 @@ class PoleGreens(PoleSums):
     rigid: Array = field(default_factory=lambda: np.zeros((0, 0)))
     compliance: Array = field(default_factory=lambda: np.zeros((0, 0)))
     port_names: tuple[str, ...] = ("contact",)
-    error: ErrorEstimate = field(default_factory=ErrorEstimate)
+    error: base.ErrorEstimate = field(default_factory=base.ErrorEstimate)
     origin: Mapping[str, object] = field(default_factory=dict)
     valid_for: float = math.inf
 
@@ -98,7 +88,7 @@ class PoleGreens(PoleSums):
         return np.asarray(self.rigid.T @ self.rigid)
 
     def scaled(self, factor: float) -> PoleGreens:
-        root = math.sqrt(check_factor(factor))
+        root = math.sqrt(base.check_factor(factor))
         return replace(
             self,
             shapes=root * self.shapes,
@@ -133,7 +123,7 @@ class PoleGreens(PoleSums):
         free = omega == 0
         under, over = ~free & (zeta < 1), ~free & (zeta > 1)
         if np.any(~(free | under | over)):
-            raise GreensFunctionError("a mode with zeta = 1 is a double pole: change its zeta by 1e-6")
+            raise base.GreensFunctionError("a mode with zeta = 1 is a double pole: change its zeta by 1e-6")
         wd = np.where(free, 1.0, omega) * np.sqrt(np.abs((1 - zeta) * (1 + zeta)))
         fast = (zeta * omega + wd)[over]
         slow = omega[over] ** 2 / fast
@@ -187,9 +177,9 @@ class PoleGreens(PoleSums):
         high = self.poles.imag > omega
         return PoleGreens(self.poles[high], self.shapes[high], port_names=self.port_names)
 
-    def stored(self) -> Stored:
+    def stored(self) -> base.Stored:
         names = ("poles", "shapes", "rates", "real_shapes", "signs", "rigid", "compliance")
-        return Stored("poles", arrays={name: getattr(self, name) for name in names})
+        return base.Stored("poles", arrays={name: getattr(self, name) for name in names})
 
     def static_compliance(self) -> Array:
         free = self.rates == 0
@@ -203,9 +193,9 @@ class PoleGreens(PoleSums):
         real = np.einsum("m,mi,mj->ij", self.signs, self.real_shapes, self.real_shapes)
         return np.asarray(pairs + real + np.where(self.compliance != 0, np.inf, 0.0))
 
-    def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
+    def step_kernel(self, dt: float, n_steps: int) -> base.StepKernel:
         count = len(self.poles) + len(self.rates)
-        return StepKernel(None, self.step_weights(dt, n_steps), f"convolution of {count} poles, {n_steps} weights")
+        return base.StepKernel(None, self.step_weights(dt, n_steps), f"convolution of {count} poles, {n_steps} weights")
 
     def step_weights(self, dt: float, n_steps: int) -> Array:
         """Return W_m = 2 Re sum_k r_ki r_kj exp(s_k m dt) (exp(s_k dt) - 1)/s_k + ... (p, p, n) [m/N].
@@ -264,26 +254,28 @@ def _check(g: PoleGreens) -> None:
         if getattr(g, name).shape != shape
     ]
     if wrong:
-        raise GreensFunctionError(f"shapes must match {p} ports: {'; '.join(wrong)}")
+        raise base.GreensFunctionError(f"shapes must match {p} ports: {'; '.join(wrong)}")
     for name in expected:
         if bad := int(np.sum(~np.isfinite(getattr(g, name)))):
-            raise GreensFunctionError(f"{name} must be finite, {bad} values are not")
+            raise base.GreensFunctionError(f"{name} must be finite, {bad} values are not")
     if k and g.poles.imag.min() <= 0:
-        raise GreensFunctionError(
+        raise base.GreensFunctionError(
             f"a pole has Im s = {g.poles.imag.min():g} 1/s: give one of each conjugate pair, that with Im s > 0, and "
             "real poles as rates"
         )
     growth = max(g.poles.real.max(initial=-np.inf), (-g.rates).max(initial=-np.inf))
     if growth > 0:
-        raise GreensFunctionError(f"a pole grows as exp({growth:g} t): a body gains no energy; Re s <= 0 is needed")
+        raise base.GreensFunctionError(
+            f"a pole grows as exp({growth:g} t): a body gains no energy; Re s <= 0 is needed"
+        )
     if np.any(np.abs(g.signs) != 1) or np.any(g.signs[g.rates == 0] < 0):
-        raise GreensFunctionError(f"signs must be +1 or -1, and +1 at rate 0; smallest {g.signs.min():g}")
-    check_valid_for(g.valid_for)
+        raise base.GreensFunctionError(f"signs must be +1 or -1, and +1 at rate 0; smallest {g.signs.min():g}")
+    base.check_valid_for(g.valid_for)
     object.__setattr__(g, "compliance", Residual.spring(g.compliance).compliance)
 
 
 def receptance(
-    greens: GreensFunction, frequency: ArrayLike, i: int | slice = ALL, j: int | slice = ALL
+    greens: base.GreensFunction, frequency: ArrayLike, i: int | slice = ALL, j: int | slice = ALL
 ) -> ComplexArray:
     """Return H_ij(f) = displacement of port i per unit harmonic force on port j [m/N], at ``frequency`` (...,) > 0
     [Hz].
@@ -328,7 +320,7 @@ class StateSpace:
     __repr__ = brief
 
 
-def state_space(greens: GreensFunction) -> StateSpace:
+def state_space(greens: base.GreensFunction) -> StateSpace:
     """Return the exact state space of a function of oscillators, relaxations, complex poles and rigid motions.
 
     Modal: the states are q_k and q_k' of q'' + 2 zeta w q' + w^2 q = phi' F, then z_r of z' = -rate z + a' F. Complex
@@ -341,7 +333,9 @@ def state_space(greens: GreensFunction) -> StateSpace:
         return _of_modes(modal)
     if (poles := greens.pole_sum) is not None:
         return _of_poles(poles)
-    raise GreensFunctionError(f"{greens}: is no finite sum of poles, and has no state space; fit poles to it first")
+    raise base.GreensFunctionError(
+        f"{greens}: is no finite sum of poles, and has no state space; fit poles to it first"
+    )
 
 
 def _of_modes(greens: ModalGreens) -> StateSpace:

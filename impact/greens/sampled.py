@@ -11,17 +11,8 @@ from typing import ClassVar, Literal, Self, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from impact.greens.base import (
-    OWN_ORIGIN,
-    Array,
-    ErrorEstimate,
-    GreensFunctionError,
-    StatedGreens,
-    StepKernel,
-    Stored,
-    check_factor,
-    step_weights,
-)
+from impact.greens import base
+from impact.greens.base import Array
 from impact.quantities import percent
 
 Tail = Literal["zero", "hold", "rigid", "forbid"]
@@ -30,7 +21,7 @@ _GRID = 0.01  # largest deviation of a time from an even grid, over the spacing,
 
 
 @dataclass(frozen=True)
-class SampledGreens(StatedGreens):
+class SampledGreens(base.StatedGreens):
     """g_ij at t = 0, dt, 2 dt, ..., linear in between, with a stated rule beyond the last sample.
 
     Attributes:
@@ -53,10 +44,10 @@ class SampledGreens(StatedGreens):
     tail: Tail = "forbid"
     port_names: tuple[str, ...] = ()
     static: Array = field(default_factory=lambda: np.zeros((0, 0)))
-    error: ErrorEstimate = field(default_factory=ErrorEstimate)
+    error: base.ErrorEstimate = field(default_factory=base.ErrorEstimate)
     origin: Mapping[str, object] = field(default_factory=dict)
 
-    __repr__ = StatedGreens.__str__
+    __repr__ = base.StatedGreens.__str__
     overhang: ClassVar[float] = 0.0
     remedy_too_short: ClassVar[str] = "measure or compute longer, or state a tail rule (zero, hold, rigid)"
 
@@ -64,32 +55,34 @@ class SampledGreens(StatedGreens):
         values = np.asarray(self.values, dtype=float)
         values = values.reshape(1, 1, -1) if values.ndim == 1 else values
         if values.ndim != 3 or values.shape[0] != values.shape[1] or values.shape[2] < 2:
-            raise GreensFunctionError(f"values must be (n,) or (p, p, n) with n >= 2, got {np.shape(self.values)}")
+            raise base.GreensFunctionError(f"values must be (n,) or (p, p, n) with n >= 2, got {np.shape(self.values)}")
         p = len(values)
         names = self.port_names or (("contact",) if p == 1 else tuple(str(k + 1) for k in range(p)))
         if len(names) != p:
-            raise GreensFunctionError(f"{len(names)} port names for {p} ports: give one for each")
+            raise base.GreensFunctionError(f"{len(names)} port names for {p} ports: give one for each")
         if not (np.isfinite(self.dt) and self.dt > 0):
-            raise GreensFunctionError(f"dt = {self.dt} s must be positive and finite")
+            raise base.GreensFunctionError(f"dt = {self.dt} s must be positive and finite")
         if self.tail not in get_args(Tail):
-            raise GreensFunctionError(f"tail {self.tail!r} is unknown; choose from {', '.join(get_args(Tail))}")
+            raise base.GreensFunctionError(f"tail {self.tail!r} is unknown; choose from {', '.join(get_args(Tail))}")
         if bad := int(np.sum(~np.isfinite(values))):
             first_bad = int(np.flatnonzero(np.any(~np.isfinite(values), axis=(0, 1)))[0])
-            raise GreensFunctionError(
+            raise base.GreensFunctionError(
                 f"{bad} of {values.size} samples are not finite, the first at {first_bad * self.dt:.6g} s: measure "
                 "again, or fill them in"
             )
         skew = float(np.abs(values - values.transpose(1, 0, 2)).max()) / max(float(np.abs(values).max()), 1e-300)
         if skew > 1e-6:
-            raise GreensFunctionError(f"g_ij and g_ji differ by {skew:.1e} of the maximum: average them (reciprocity)")
+            raise base.GreensFunctionError(
+                f"g_ij and g_ji differ by {skew:.1e} of the maximum: average them (reciprocity)"
+            )
         if (first := values[range(p), range(p), 0].min()) < 0:
-            raise GreensFunctionError(
+            raise base.GreensFunctionError(
                 f"g(0+) = {first:g} m/(N s) must be >= 0: a push does not start with a pull; check the sign and the "
                 "time zero, or set a first sample that is noise to zero"
             )
         static = np.reshape(np.asarray(self.static, dtype=float), (p, p) if np.size(self.static) else (0, 0))
         if np.any(np.isnan(static)):
-            raise GreensFunctionError(
+            raise base.GreensFunctionError(
                 "static must hold the (p, p) static compliance, or be left out where it is unknown"
             )
         for key, value in (("values", values), ("port_names", names), ("static", static)):
@@ -105,7 +98,7 @@ class SampledGreens(StatedGreens):
         pretrigger: Pretrigger = "refuse",
         port_names: tuple[str, ...] = (),
         static: ArrayLike = (),
-        origin: Mapping[str, object] = OWN_ORIGIN,
+        origin: Mapping[str, object] = base.OWN_ORIGIN,
     ) -> SampledGreens:
         """Return a measured function: ``values`` (n,) or (p, p, n) [m/(N s)] at ``time`` (n,) or (p, p, n) [s], the
         impact at 0.
@@ -118,12 +111,12 @@ class SampledGreens(StatedGreens):
         t, dt = _uniform(_common_time(np.asarray(time, dtype=float), g.shape))
         zero = round(-t[0] / dt)
         if t[0] > _GRID * dt:
-            raise GreensFunctionError(
+            raise base.GreensFunctionError(
                 f"the record starts at {t[0]:.6g} s: g from 0 to there is unknown; give it, or shift the time axis"
             )
         if zero >= len(t) - 1 or abs(t[0] + zero * dt) > _GRID * dt:
             nearest = t[np.argmin(np.abs(t))]
-            raise GreensFunctionError(
+            raise base.GreensFunctionError(
                 f"no sample at t = 0, the nearest is at {nearest:.6g} s: shift or resample the time"
             )
         early, later = g[..., :zero], g[..., zero:]
@@ -131,7 +124,7 @@ class SampledGreens(StatedGreens):
         if np.any(early != 0):
             share = float(np.sum(early**2) / np.sum(g**2))
             if pretrigger != "drop":
-                raise GreensFunctionError(
+                raise base.GreensFunctionError(
                     f"not causal: {zero} samples before t = 0 reach {np.abs(early).max():.3g} m/(N s), "
                     f"{percent(share)} of the sum of squares; a body does not "
                     "move before the blow: correct the time zero, or give "
@@ -171,11 +164,11 @@ class SampledGreens(StatedGreens):
         return np.asarray((self.values[:, :, -1] - self.values[:, :, -2]) / self.dt)
 
     def scaled(self, factor: float) -> SampledGreens:
-        return replace(self, values=check_factor(factor) * self.values, static=factor * self.static)
+        return replace(self, values=base.check_factor(factor) * self.values, static=factor * self.static)
 
-    def stored(self) -> Stored:
+    def stored(self) -> base.Stored:
         arrays = {"values": self.values} | ({"static": self.static} if self.static.size else {})
-        return Stored("sampled", {"dt": self.dt, "tail": self.tail}, arrays)
+        return base.Stored("sampled", {"dt": self.dt, "tail": self.tail}, arrays)
 
     def _describe(self) -> tuple[str, ...]:
         count = self.values.shape[2]
@@ -192,7 +185,7 @@ class SampledGreens(StatedGreens):
         t = np.asarray(t, dtype=float)
         last = self.values.shape[2] - 1
         if self.tail == "forbid" and t.size and t.max() > self.end * (1 + 1e-9):
-            raise GreensFunctionError(
+            raise base.GreensFunctionError(
                 f"g is asked for at {t.max():.6g} s but known up to {self.end:.6g} s only: compute or measure a longer "
                 "duration, or state a tail rule (zero, hold, rigid)"
             )
@@ -215,7 +208,7 @@ class SampledGreens(StatedGreens):
         if self.static.size:
             return self.static
         if self.tail == "forbid":
-            raise GreensFunctionError(
+            raise base.GreensFunctionError(
                 "the static compliance is unknown: read the record with the argument static, or a tail rule but forbid"
             )
         if self.tail == "zero":
@@ -229,15 +222,17 @@ class SampledGreens(StatedGreens):
     def initial_value(self) -> Array:
         return np.asarray(self.values[:, :, 0])
 
-    def step_kernel(self, dt: float, n_steps: int) -> StepKernel:
+    def step_kernel(self, dt: float, n_steps: int) -> base.StepKernel:
         self.check_length(dt, n_steps)
-        return StepKernel(None, step_weights(self, dt, n_steps), f"convolution of a sampled g, {n_steps} weights")
+        return base.StepKernel(
+            None, base.step_weights(self, dt, n_steps), f"convolution of a sampled g, {n_steps} weights"
+        )
 
 
 def _common_time(time: Array, shape: tuple[int, ...]) -> Array:
     """Return the common time axis (n,) of all records."""
     if len(shape) not in (1, 3) or time.shape not in (shape, shape[-1:]) or shape[-1] < 2:
-        raise GreensFunctionError(
+        raise base.GreensFunctionError(
             f"time {time.shape} and values {shape} do not match: (n,) each, or values (p, p, n); n >= 2"
         )
     if time.ndim == 1:
@@ -245,7 +240,7 @@ def _common_time(time: Array, shape: tuple[int, ...]) -> Array:
     away = np.abs(time - time[0, 0])
     if away.max() > _GRID * np.abs(np.diff(time[0, 0])).min():
         i, j, k = (int(a) for a in np.unravel_index(int(np.argmax(away)), time.shape))
-        raise GreensFunctionError(
+        raise base.GreensFunctionError(
             f"the records have different times: sample {k} is at {time[i, j, k]:.6g} s for ports {i + 1}, {j + 1} and "
             f"at {time[0, 0, k]:.6g} s for ports 1, 1; resample them to one grid"
         )
@@ -259,7 +254,7 @@ def _uniform(time: Array) -> tuple[Array, float]:
     irregular = np.flatnonzero(~(np.abs(steps - usual) <= _GRID * abs(usual)))
     if irregular.size or not usual > 0:
         k = int(irregular[0]) if irregular.size else 0
-        raise GreensFunctionError(
+        raise base.GreensFunctionError(
             f"the times are not equally spaced: from sample {k} at {time[k]:.6g} s to the next it is {steps[k]:.4g} s, "
             f"usually {usual:.4g} s; resample to a uniform grid"
         )

@@ -17,7 +17,6 @@ from impact.runs.variations import SAFETY
 from seatfem import fields
 from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.motion import Record, Recorded
-from seatfem.study import method
 from seatfem.study.answers.verdict import is_static
 from seatfem.study.method import MODEL
 from seatfem.study.plan import Choice, Plan
@@ -269,7 +268,7 @@ def plan_json(plan: Plan, look: Look | None = None) -> str:
         "choices": [asdict(choice) for choice in plan.choices],
         "error": {asked_name(name): value for name, value in plan.error.items()},
         **left,
-        "scene": method.as_stated(scene, plan.method).model_dump(mode="json", warnings=False),
+        "scene": plan.as_stated().model_dump(mode="json", warnings=False),
     }
     text = json.dumps(without_nan(data), indent=1, allow_nan=False)
     return text.replace("\x7f", "\\u007f")  # the one control character that json does not escape

@@ -11,25 +11,9 @@ from cyclopts import Parameter
 
 from impact.files.safe_files import OutputError
 from seatfem import units
-from seatfem.faces import first_screen, plan_view, tables
+from seatfem.faces import first_screen, plan_view, tables, terminal
 from seatfem.faces.report import asked
-from seatfem.faces.terminal import (
-    COMMON,
-    DONE,
-    FAILED,
-    WHOLE,
-    Changes,
-    Common,
-    Effort,
-    Output,
-    Seconds,
-    console,
-    lines,
-    load,
-    print_outcome,
-    progress_of,
-    tell,
-)
+from seatfem.faces.terminal import COMMON, DONE, FAILED, WHOLE, Changes, Common, Effort, Output, Seconds
 from seatfem.faces.wings import file_kinds
 from seatfem.study.impacts import contact
 from seatfem.study.impacts import layout as layouts
@@ -105,10 +89,10 @@ def plan(
             if json:
                 sys.stdout.write(f"{cost}\n")
             else:
-                lines(quiet=common.quiet).print(cost)
+                terminal.lines(quiet=common.quiet).print(cost)
             return DONE
-    checked = load(scene, changes, lines(stderr=True, quiet=common.quiet))
-    with progress_of(common) as progress:
+    checked = terminal.load(scene, changes, terminal.lines(stderr=True, quiet=common.quiet))
+    with terminal.progress_of(common) as progress:
         longest = forecast.patience() if max_time is None else max_time
         look = forecast.look_at(checked, max_time, progress, longest=longest)
     if drawing is not None:
@@ -116,7 +100,7 @@ def plan(
     if json and not common.quiet:
         sys.stdout.write(plan_view.plan_json(look.plan, look) + "\n")
     elif not common.quiet:
-        wide = console()
+        wide = terminal.console()
         for read in plan_view.read_tables(checked):
             wide.print(read)
         wide.print(plan_view.choices_table(look.plan))
@@ -133,11 +117,13 @@ def draw(scene: SceneFile, /, *, output: Output = None, changes: Changes = (), c
     output:
         File of the drawing: .png, .svg or .pdf [default: the scene's name + "-drawing.png"].
     """
-    checked = load(scene, changes, lines(quiet=common.quiet))
+    checked = terminal.load(scene, changes, terminal.lines(quiet=common.quiet))
     contact.check_step(checked)
     path = output or Path(f"{scene.stem}-drawing.png")
     layout = layouts.draw_scene(checked, path)
-    print_outcome(lines(quiet=common.quiet), [layouts.facts_of(layout)], [layouts.cover_note(layout)], [path])
+    terminal.print_outcome(
+        terminal.lines(quiet=common.quiet), [layouts.facts_of(layout)], [layouts.cover_note(layout)], [path]
+    )
     return DONE
 
 
@@ -149,11 +135,11 @@ def greens(scene: SceneFile, /, *, output: Output = None, common: Common = COMMO
     output:
         File for the Green's function [default: the scene's name + "-seat.h5"].
     """
-    checked = load(scene, terminal=lines(stderr=True, quiet=common.quiet))
+    checked = terminal.load(scene, terminal=terminal.lines(stderr=True, quiet=common.quiet))
     path = output or Path(f"{scene.stem}-seat.h5")
-    with progress_of(common) as progress:
+    with terminal.progress_of(common) as progress:
         outcome = pipeline.compute_greens(checked, path, progress)
-    tell(outcome, common)
+    terminal.tell(outcome, common)
     return DONE
 
 
@@ -181,13 +167,13 @@ def modes(
         highest = None if up_to is None else units.parse_quantity(up_to, "frequency")
     except units.UnitError as problem:
         raise units.UnitError(f"--up-to: {problem}") from None
-    checked = load(scene, terminal=lines(stderr=True, quiet=common.quiet))
+    checked = terminal.load(scene, terminal=terminal.lines(stderr=True, quiet=common.quiet))
     folder = output or Path(f"{scene.stem}-modes")
-    with progress_of(common) as progress:
+    with terminal.progress_of(common) as progress:
         outcome = pipeline.write_modes(checked, folder, progress, count=count, up_to_hz=highest)
     if not common.quiet and outcome.modes:
-        console().print(tables.modes_table(outcome.modes))
-    tell(outcome, common)
+        terminal.console().print(tables.modes_table(outcome.modes))
+    terminal.tell(outcome, common)
     return DONE
 
 
@@ -199,15 +185,15 @@ def demo_scene() -> Path:
 
 
 def _run(path: Path, folder: Path, effort: Effort, common: Common, changes: Sequence[str] = ()) -> int:
-    errors = lines(stderr=True, quiet=common.quiet)
-    scene = load(path, changes, errors)
+    errors = terminal.lines(stderr=True, quiet=common.quiet)
+    scene = terminal.load(path, changes, errors)
     if folder.exists() and not folder.is_dir():
         raise OutputError(f"--output: {folder} is a file; choose a folder")
     content = path.read_bytes()
     limits = next_round.Limits(effort.rounds, math.inf if effort.max_time is None else effort.max_time)
     for read in plan_view.read_tables(scene):
         errors.print(read, soft_wrap=False)
-    with progress_of(common, errors) as progress:
+    with terminal.progress_of(common, errors) as progress:
         outcome = pipeline.run_scene(
             scene, folder, progress, tell=errors.print, limits=limits, pictures=not effort.no_pictures
         )
@@ -216,13 +202,13 @@ def _run(path: Path, folder: Path, effort: Effort, common: Common, changes: Sequ
         summary, title = outcome.summary, scene.title or path.stem
         if effort.full:
             for part in first_screen.all_parts(summary, title):
-                console(highlight=False).print(part, soft_wrap=isinstance(part, str))
-            tell(outcome, common, copies)
+                terminal.console(highlight=False).print(part, soft_wrap=isinstance(part, str))
+            terminal.tell(outcome, common, copies)
         else:
             for line in first_screen.first_lines(summary, title, outcome.messages, (*outcome.files, *copies)):
-                lines().print(line)
+                terminal.lines().print(line)
     if common.quiet and outcome.met is False:  # an exit code alone does not explain the reason
-        lines(stderr=True).print(f"seatfem: {outcome.messages[0]}")
+        terminal.lines(stderr=True).print(f"seatfem: {outcome.messages[0]}")
     return FAILED if outcome.met is False else DONE
 
 

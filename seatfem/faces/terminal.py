@@ -30,8 +30,8 @@ from seatfem.faces import tables
 from seatfem.study import scene as scene_files
 from seatfem.study.runs import pipeline
 from seatfem.study.safety import MOST_ROUNDS
-from seatfem.study.scene import contradictions, models
 from seatfem.study.scene import load as scene_reader
+from seatfem.study.scene import models
 
 _UNSEEN: Final = re.compile(
     "[\\x00-\\x08\\x0b-\\x1f\\x7f-\\x9f\\xad\\u034f\\u061c\\u115f\\u1160\\u17b4\\u17b5\\u180b-\\u180f\\u200b-\\u200f"
@@ -147,7 +147,7 @@ def progress_of(common: Common, console: Console | None = None) -> AbstractConte
 def load(path: Path, changes: Sequence[str] = (), terminal: Console | None = None) -> models.Scene:
     """Return the scene with ``changes`` applied, each as in --set; doubts about it are printed on the ``terminal``."""
     scene = scene_reader.load_scene(path, dict(changed(each) for each in changes))
-    if terminal is not None and (doubtful := contradictions.doubts_of(scene)):
+    if terminal is not None and (doubtful := scene.all_doubts()):
         for doubt in scene_files.located(scene_files.SceneError(doubtful), path).problems:
             terminal.print(f"warning: {doubt}")
     return scene

@@ -369,8 +369,8 @@ def margin_bar(
     cycle = turn if life.block == "last cycle" else math.inf
     first = block_from(life, turn, done.touches)
     margin_of = partial(least_margin, replace(demand, several_axes=None))
-    cached = partial(kept.cached_numbers, done, done.touches, "errors of the margin")
-    errors = reed.errors_of_value(done, margin_of, first, cycle, cached, progress)
+    compute = partial(reed.errors_of_value, done, margin_of, first, cycle, progress)
+    errors = kept.cached_numbers(done, done.touches, "errors of the margin", compute)
     return SAFETY * math.hypot(*errors.values()) if errors else math.nan
 
 

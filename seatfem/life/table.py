@@ -17,8 +17,8 @@ from impact.life import multiaxial as multiaxial_criteria
 from impact.life.strength import OWN, UNKNOWN, Curve, LifeError, Strength, basquin, tabled
 from seatfem import fields, units
 from seatfem.structures.columns import ColumnsError, read_columns
+from seatfem.study.scene import contradictions
 from seatfem.study.scene.contact import STEEPEST
-from seatfem.study.scene.contradictions import contradictions_of_start
 from seatfem.study.scene.lips import ContactGeometry
 from seatfem.study.scene.problems import SceneError
 from seatfem.study.scene.tables import load_table
@@ -164,7 +164,7 @@ class Curves(fields.Table):
         for name, value in ((name, value) for name, values in self.asked() for value in values):
             unit, factor = UNITS[name]
             try:
-                problems = [words for _, words in contradictions_of_start(varied(geometry, name, value))]
+                problems = [words for _, words in contradictions.of_start(varied(geometry, name, value))]
             except fields.KeyProblem as problem:
                 problems = [str(problem)]
             yield from ((name, f"{value * factor:g} {unit}: {words}") for words in problems)

@@ -19,15 +19,8 @@ from impact.notices import Progress, silent
 from impact.quantities import brief
 from impact.storage import hdf5
 from seatfem.structures.cache import content_key, load_or_compute
-from seatfem.structures.elements.mindlin import (
-    PlateMesh,
-    assemble_plate,
-    average,
-    deflections,
-    everywhere,
-    plate_dofs,
-    plate_ports,
-)
+from seatfem.structures.elements import mindlin
+from seatfem.structures.elements.mindlin import PlateMesh
 from seatfem.structures.lip import AnyLip, Lip, Patch
 from seatfem.structures.materials import Material
 from seatfem.structures.mesh.plane_meshes import CLAMPED, mesh_sheet
@@ -153,15 +146,15 @@ class PlateModes:
     @cached_property
     def dofs(self) -> DofMap:
         """Return the model's unknowns."""
-        return plate_dofs(self.mesh, clamped=_clamped(self.sheet))
+        return mindlin.plate_dofs(self.mesh, clamped=_clamped(self.sheet))
 
     def at(self, patch: Patch, name: str) -> Array:
         """Return the (m,) mean of the modes over a patch [1/sqrt(kg)]. Raises `ModelError` of one that lies off it."""
-        return np.asarray(self.modes.shapes.T @ average(self.mesh, patch, names=[name])[0][self.dofs.free])
+        return np.asarray(self.modes.shapes.T @ mindlin.average(self.mesh, patch, names=[name])[0][self.dofs.free])
 
     def shape_at(self, amplitudes: Array, points: Array) -> Array:
         """Return the (q,) deflections at points (q, 2), of modal amplitudes (m,) [m]. Raises as `at`."""
-        return deflections(self.mesh, self.field(amplitudes)[:, 0], points)
+        return mindlin.deflections(self.mesh, self.field(amplitudes)[:, 0], points)
 
     def field(self, amplitudes: Array) -> Array:
         """Return the (n, 3) deflection [m] and rotations a of the nodes, of modal amplitudes (m,)."""
@@ -189,7 +182,7 @@ class PlateModes:
     @property
     def mean(self) -> Array:
         """Return the (m,) mean of the modes over the whole plate [1/sqrt(kg)]."""
-        return np.asarray(self.modes.shapes.T @ everywhere(self.mesh)[self.dofs.free])
+        return np.asarray(self.modes.shapes.T @ mindlin.everywhere(self.mesh)[self.dofs.free])
 
     @property
     def mass(self) -> float:
@@ -201,7 +194,7 @@ class PlateModes:
         plate."""
         patches = patches_of(self.sheet, lips)
         try:
-            ports = plate_ports(self.mesh, patches, self.sheet.material, self.dofs.free)
+            ports = mindlin.plate_ports(self.mesh, patches, self.sheet.material, self.dofs.free)
         except ModelError as error:
             if len(lips) == 1:
                 raise
@@ -376,7 +369,9 @@ def _mesh(asked: Sheet, coarser: float = 1.0) -> PlateMesh:
 
 
 def _model(asked: Sheet, mesh: PlateMesh, ports: Mapping[str, Patch] = MappingProxyType({})) -> SecondOrderModel:
-    return assemble_plate(mesh, asked.weighed(mesh), asked.shape.thickness, clamped=_clamped(asked), ports=ports)
+    return mindlin.assemble_plate(
+        mesh, asked.weighed(mesh), asked.shape.thickness, clamped=_clamped(asked), ports=ports
+    )
 
 
 def _clamped(asked: Sheet) -> str | tuple[str, ...]:

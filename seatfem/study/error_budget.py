@@ -14,19 +14,15 @@ from typing import Final
 
 import numpy as np
 
-import impact
 from impact.after.histories import UNKNOWN_STRESS, ReedStress, closed_steps
 from impact.after.landings import JUMP, Landing
 from impact.after.measures import first_is_cut
 from impact.bodies.time_series import TimeSeriesError
 from impact.greens.base import Array
 from impact.march.problem import ContactProblem
-from impact.notices import Progress, silent
 from impact.runs.variations import SAFETY, Budget, Terms, Values, budget_of, changes, combined, larger, times, total
 from seatfem.machine import resources
-from seatfem.structures import method as methods
 from seatfem.study.impacts import contact, plate_stress
-from seatfem.study.impacts.bodies import problem_of
 from seatfem.study.impacts.forces import Strike
 from seatfem.study.impacts.landings import Landings
 from seatfem.study.impacts.touches import (
@@ -47,8 +43,8 @@ from seatfem.study.impacts.touches import (
 )
 from seatfem.study.ladders import march, table
 from seatfem.study.ladders.ladder import ComputedRun
-from seatfem.study.method import STEP, RunMethod
-from seatfem.study.scene import Scene, measures
+from seatfem.study.method import STEP
+from seatfem.study.scene import measures
 from seatfem.study.scene.measures import ContactRecord, values_of
 
 CLOCK: Final = "last touch"
@@ -110,15 +106,10 @@ MEASURE_OF_KEY: Final[Mapping[str, str]] = {
 
 
 def error_budget(
-    scene: Scene,
-    method: RunMethod,
-    seat: methods.Solved,
-    striker: impact.Body,
+    computed: ComputedRun,
     touches: Touches,
     stress: ReedStress = UNKNOWN_STRESS,
-    reed: methods.Solved | None = None,
     look: plate_stress.PlateLook | None = None,
-    progress: Progress = silent,
     flights: contact.Flights | None = None,
 ) -> Budget:
     """Return the errors of the measures of a run by source: the run is repeated with each key coarser, or finer, alone.
@@ -131,21 +122,23 @@ def error_budget(
     - a floor of each source, and `WITHIN_PARTS` for a plate on a lip in arcs;
     - errors by the end of the record, and jumps of measures while the impulse varies within its error bar.
 
-    ``stress``: the reed's stress in ``touches``, if wanted; ``look``: how other runs evaluate a plate's stress;
-    ``progress``: receives the progress; ``flights``: the striker's motion without contact, if other runs share it.
+    ``touches``: contact history of the ``computed`` run; ``stress``: the reed's stress in it, if wanted; ``look``: how
+    other runs evaluate a plate's stress; ``flights``: the striker's motion without contact, if other runs share it.
     """
+    scene, method, greens, striker = computed.scene, computed.method, computed.seat.greens, computed.striker
     result, flights = touches.seat, flights or contact.Flights(striker, scene.run.duration, scene.contact.preload)
-    computed, terms, unknown = varied_problems(scene, method, seat, striker, reed, progress, flights)
+    progress = computed.progress
+    computed, terms, unknown = varied_problems(computed, flights)
     problem, width = computed.problem, scene.run.filter_width
 
     choice = scene.accuracy.landing
     blow = stated = contact_record_of(touches, width, stress, choice)
     if stress.is_known and look is None:  # compared as other runs evaluate it, on a coarse grid
         since = stress_since(touches, choice)
-        coarse = Strike(scene.geometry, striker, seat.greens, touches).largest_stress(coarsely=True, since=since)
+        coarse = Strike(scene.geometry, striker, greens, touches).largest_stress(coarsely=True, since=since)
         blow = contact_record_of(touches, width, coarse, choice)
     last, like = impulse_of_last_touch(blow), touches.landings
-    ports = lifts_of(scene.geometry, touches, seat.greens) if scene.driven_by else ()
+    ports = lifts_of(scene.geometry, touches, greens) if scene.driven_by else ()
     run_of_wings = touches.opening, result.dt, scene.run.duration, ports
     others = contact.other_values(scene.driven_by, touches.strains, *run_of_wings)
     own = RunRecord(blow, like, touches.stopper_force, others)
@@ -171,7 +164,7 @@ def error_budget(
     threads = max(1, int(min(resources.compiled_threads(), resources.available_memory() / histories)))
     values = values_with_clock(own)
     budget = budget_of(run, problem, values, result.dt, terms, filter_width=width, finer=finer, threads=threads)
-    budget = with_end(scene, problem, sum_by_source(budget, terms), result.dt, like)
+    budget = with_end(computed, sum_by_source(budget, terms), result.dt, like)
     if blow is not stated:
         budget = replace(budget, values=values_of_record(replace(own, blow=stated), like))
     varied = {table.source_of(key) for key, each in terms.items() if each}
@@ -245,14 +238,15 @@ def with_floors(budget: Budget, floors: Mapping[str, float], shares: Mapping[str
     return replace(budget, parts=parts)
 
 
-def with_end(scene: Scene, problem: ContactProblem, budget: Budget, dt: float, like: Landings) -> Budget:
+def with_end(computed: ComputedRun, budget: Budget, dt: float, like: Landings) -> Budget:
     """Return the budget, without `CLOCK`, with the change if the record ended earlier or later by the error bar of the
     last contact's time. It is added to the source that shifts this contact most.
 
     The record is of a longer run or, where the Green's function, a load or a base motion is unknown beyond the end, of
     the run itself.
     """
-    duration, known = scene.run.duration, min(body.greens.valid_for for body in (problem.striker, *problem.targets))
+    scene, problem, duration = computed.scene, computed.problem, computed.scene.run.duration
+    known = min(body.greens.valid_for for body in (problem.striker, *problem.targets))
     shifts = {source: part.get(CLOCK, 0.0) for source, part in budget.parts.items()}
     off = min(SAFETY * sum(shifts.values()), duration / 2)
     parts = {source: _without_clock(part) for source, part in budget.parts.items()}
@@ -295,20 +289,12 @@ def with_jumps(budget: Budget, blow: measures.ContactRecord) -> Budget:
 
 
 def varied_problems(
-    scene: Scene,
-    method: RunMethod,
-    seat: methods.Solved,
-    striker: impact.Body,
-    reed: methods.Solved | None,
-    progress: Progress,
-    flights: contact.Flights,
+    run: ComputedRun, flights: contact.Flights
 ) -> tuple[ComputedRun, dict[str, Terms], tuple[str, ...]]:
     """Return a run, its varied problems by key, from coarser and finer values, and the names of the striker's and
     stopper's errors that cannot be estimated; they are found once for all runs that share ``flights``."""
     if not flights.varied:
-        problem = problem_of(scene, striker, impact.Body(seat.greens))
-        run, terms = ComputedRun(scene, method, seat, problem, reed, progress), dict[str, Terms]()
-        unknown: list[str] = []
+        terms, unknown = dict[str, Terms](), list[str]()
         for ladder in table.LADDERS:
             if ladder.key != STEP and ladder.applies(run):
                 varied = ladder.neighbours(run)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, Final, TypeVar
+from typing import Any, Final
 
 from pydantic import BaseModel
 
@@ -16,8 +16,6 @@ from seatfem.structures.method import AnyLevel, Method
 from seatfem.structures.rings import Division
 from seatfem.study.scene import ContactGeometry, Scene
 from seatfem.study.scene.problems import in_role
-
-_Table = TypeVar("_Table", bound=BaseModel)
 
 MODEL, REDUCTION = "seat.model", "seat.greens.method"
 SIZE, CONTACT_SIZE, ORDER = "seat.mesh.size", "seat.mesh.contact_size", "seat.mesh.order"
@@ -185,16 +183,3 @@ def has_key(scene: BaseModel, key: str) -> bool:
             return False
         value = getattr(value, part)
     return True
-
-
-def as_stated(scene: Scene, method: RunMethod) -> Scene:
-    """Return ``scene`` as if its file stated the ``method``, for functions that take a scene without a method."""
-    for key in FIELDS:
-        if has_key(scene, key) and (value := method.value(key)) is not None:  # a default, too, is stated then
-            scene = _with(scene, key.split("."), value)
-    return scene
-
-
-def _with(table: _Table, path: list[str], value: object) -> _Table:
-    name, *rest = path
-    return table.model_copy(update={name: _with(getattr(table, name), rest, value) if rest else value})

@@ -4,10 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import TypeVar
+
+from pydantic import BaseModel
 
 from seatfem.structures.method import AnyLevel
-from seatfem.study.method import RunMethod
+from seatfem.study.method import FIELDS, RunMethod, has_key
 from seatfem.study.scene import Scene
+
+_Table = TypeVar("_Table", bound=BaseModel)
 
 
 @dataclass(frozen=True)
@@ -70,6 +75,14 @@ class Plan:
             scene = self.scene.model_copy(update={"stopper": stopper.divided(parts)})
             object.__setattr__(self, "scene", scene)
 
+    def as_stated(self) -> Scene:
+        """Return the scene as if its file stated the method, for functions that take a scene without a method."""
+        scene = self.scene
+        for key in FIELDS:
+            if has_key(scene, key) and (value := self.method.value(key)) is not None:  # a default, too, is stated then
+                scene = _with(scene, key.split("."), value)
+        return scene
+
     @property
     def level(self) -> AnyLevel:
         """Return the level of the seat's model; "closed form" if nothing is discretised."""
@@ -98,3 +111,8 @@ class Plan:
     def is_open(self, key: str) -> bool:
         """Return whether the plan has chosen the key."""
         return any(choice.key == key and not choice.given for choice in self.choices)
+
+
+def _with(table: _Table, path: list[str], value: object) -> _Table:
+    name, *rest = path
+    return table.model_copy(update={name: _with(getattr(table, name), rest, value) if rest else value})

@@ -44,27 +44,7 @@ from impact.greens.base import Array
 from impact.march import grid
 from impact.pictures import gas_plot
 from impact.quantities import brief
-from seatfem.fields import (
-    Angle,
-    Area,
-    Contradictions,
-    ExistingFile,
-    Gap,
-    KeyProblem,
-    Length,
-    MolarMass,
-    Pressure,
-    Rpm,
-    SignedArea,
-    Source,
-    Table,
-    Temperature,
-    Volume,
-    absent,
-    default,
-    problem_of,
-    read_rpm,
-)
+from seatfem import fields
 from seatfem.results import Result
 from seatfem.structures import outlines
 from seatfem.structures.kinds import Structure
@@ -82,15 +62,15 @@ BESIDE: Final = ("start_pressure", "other_valve_area")
 """Further keys that are used only if the cylinder's pressure is computed."""
 
 
-class Fluid(Table):
+class Fluid(fields.Table):
     """A perfect gas of constant specific heats: one of those known by name, or its numbers."""
 
-    name: Literal[tuple(GASES)] | None = absent("one that is known, in the ideal-gas limit")  # type: ignore[valid-type]
-    k: float | None = absent("ratio of the specific heats", gt=1, le=2)
-    molar_mass: MolarMass | None = absent("of the gas")
-    source: str = default("", "citation of the numbers")
+    name: Literal[tuple(GASES)] | None = fields.absent("one that is known, in the ideal-gas limit")  # type: ignore[valid-type]
+    k: float | None = fields.absent("ratio of the specific heats", gt=1, le=2)
+    molar_mass: fields.MolarMass | None = fields.absent("of the gas")
+    source: str = fields.default("", "citation of the numbers")
 
-    def contradictions(self) -> Contradictions:
+    def contradictions(self) -> fields.Contradictions:
         if self.name is None and (self.k is None or self.molar_mass is None):
             yield "k", "a gas needs a name, or k and molar_mass"
         if self.name is not None and (self.k is not None or self.molar_mass is not None):
@@ -113,20 +93,20 @@ def _named(given: object) -> object:
     return {"name": given} if isinstance(given, str) else given
 
 
-class GasPlenum(Table):
+class GasPlenum(fields.Table):
     """Gas at rest, at a constant pressure and temperature."""
 
-    pressure: Pressure = Field(description="absolute")
-    temperature: Temperature = Field(description="as in `20 degC` or `293 K`")
+    pressure: fields.Pressure = Field(description="absolute")
+    temperature: fields.Temperature = Field(description="as in `20 degC` or `293 K`")
 
 
-class MeasuredArea(Table):
+class MeasuredArea(fields.Table):
     """An effective area as a function of the lift, linear between its points and constant beyond, with its source."""
 
-    area: tuple[tuple[Gap, SignedArea], ...] = Field(
+    area: tuple[tuple[fields.Gap, fields.SignedArea], ...] = Field(
         min_length=1, description="[lift, area], the lifts increasing from 0 mm"
     )
-    source: Source = Field(description="citation of the numbers: report, data sheet, computation")
+    source: fields.Source = Field(description="citation of the numbers: report, data sheet, computation")
 
     @property
     def table(self) -> AreaTable:
@@ -134,18 +114,18 @@ class MeasuredArea(Table):
         lift, area = np.array(self.area).T
         return AreaTable(lift, area, self.source)
 
-    def contradictions(self) -> Contradictions:
+    def contradictions(self) -> fields.Contradictions:
         try:
             _ = self.table
         except GasError as problem:
             yield "area", str(problem)
 
 
-class Directions(Table):
+class Directions(fields.Table):
     """Effective areas, which differ with the direction of the flow."""
 
-    forward: MeasuredArea | None = absent("through the port, which lifts the reed")
-    back: MeasuredArea | None = absent("as the valve leaks back; where absent, those of forward")
+    forward: MeasuredArea | None = fields.absent("through the port, which lifts the reed")
+    back: MeasuredArea | None = fields.absent("as the valve leaks back; where absent, those of forward")
 
     def tables(self, estimate: AreaTable) -> tuple[AreaTable, AreaTable]:
         """Return the tables of areas forward and back, by default the ``estimate``."""
@@ -192,43 +172,47 @@ clearance = "4 cm^3"
 port_diameter = "12 mm"
 """
 
-    fluid: Annotated[Fluid, BeforeValidator(_named)] = default("air", "working gas; a name may be written as text")
+    fluid: Annotated[Fluid, BeforeValidator(_named)] = fields.default(
+        "air", "working gas; a name may be written as text"
+    )
     valve: Literal["suction", "discharge"] = Field(description="which valve the reed is")
     suction: GasPlenum = Field(description="plenum that the cylinder draws from")
     discharge: GasPlenum = Field(description="plenum that it delivers to")
-    rpm: Rpm = Field(le=1e6, description="speed of the crank: a number (1/min), or with its unit")
-    angle: Angle = default("0 deg", "crank angle at the start of the run, from the top dead centre")
-    cycles: float | None = absent("turns of the crank; instead of run.duration", gt=0, le=1e4)
-    bore: Length | None = absent("diameter of the cylinder")
-    stroke: Length | None = absent("of the piston")
-    rod: Length | None = absent("length of the connecting rod")
-    clearance: Volume | None = absent("volume at the top dead centre")
-    start_pressure: Pressure | None = absent(
+    rpm: fields.Rpm = Field(le=1e6, description="speed of the crank: a number (1/min), or with its unit")
+    angle: fields.Angle = fields.default("0 deg", "crank angle at the start of the run, from the top dead centre")
+    cycles: float | None = fields.absent("turns of the crank; instead of run.duration", gt=0, le=1e4)
+    bore: fields.Length | None = fields.absent("diameter of the cylinder")
+    stroke: fields.Length | None = fields.absent("of the piston")
+    rod: fields.Length | None = fields.absent("length of the connecting rod")
+    clearance: fields.Volume | None = fields.absent("volume at the top dead centre")
+    start_pressure: fields.Pressure | None = fields.absent(
         "in the cylinder at the start, as if brought there isentropically from the suction plenum, whose "
         "pressure it is where absent"
     )
-    other_valve_area: Area | None = absent(
+    other_valve_area: fields.Area | None = fields.absent(
         "effective flow area of the ideal valve that is not the reed; no such valve where absent"
     )
-    cylinder_pressure: ExistingFile | None = absent(
+    cylinder_pressure: fields.ExistingFile | None = fields.absent(
         "instead of bore, stroke, rod, clearance: CSV file with `angle [deg],pressure [bar]` over a turn, "
         "or `time [ms],pressure [bar]` over the run"
     )
-    columns: CourseColumns = default(
+    columns: CourseColumns = fields.default(
         {}, "heads of the columns of cylinder_pressure, where they say neither time nor quantity"
     )
-    units: CourseUnits = default({}, "units of the columns of cylinder_pressure, where the header does not say them")
-    port_diameter: Length = Field(description="of the hole that the reed covers, or of each of several")
-    ports: int | None = absent(
+    units: CourseUnits = fields.default(
+        {}, "units of the columns of cylinder_pressure, where the header does not say them"
+    )
+    port_diameter: fields.Length = Field(description="of the hole that the reed covers, or of each of several")
+    ports: int | None = fields.absent(
         "number of equal ports, whose areas add up; absent: as many as the lands that a plate meets seal", ge=1, le=200
     )
-    discharge_coefficient: float = default(
+    discharge_coefficient: float = fields.default(
         0.6, "of the estimated flow area, min(2 pi R x, pi R^2): not measured", gt=0, le=1
     )
-    flow: Directions = default({}, "effective flow areas; estimated where absent")
-    force: Directions = default({}, "effective force areas; that of the port where absent")
+    flow: Directions = fields.default({}, "effective flow areas; estimated where absent")
+    force: Directions = fields.default({}, "effective force areas; that of the port where absent")
 
-    def contradictions(self) -> Contradictions:
+    def contradictions(self) -> fields.Contradictions:
         keys = self.given_keys(*OF_THE_CRANK)
         if self.cylinder_pressure is not None:
             if unused := [*keys, *self.given_keys(*BESIDE)]:
@@ -241,13 +225,13 @@ port_diameter = "12 mm"
             words = type(self).model_fields[missing].description
             yield missing, f"required key is missing: {words}; or give cylinder_pressure"
         else:
-            with problem_of("rod", GasError):
+            with fields.problem_of("rod", GasError):
                 _ = self.crank
         if self.suction.pressure >= self.discharge.pressure:
             high, low = (write_quantity(each.pressure, "pressure") for each in (self.discharge, self.suction))
             words = f"{high} is not above suction.pressure = {low}: nothing is compressed"
             yield "discharge.pressure", f"{words}; exchange them, or raise it"
-        with problem_of("force", GasError):
+        with fields.problem_of("force", GasError):
             self.areas_of(1)
 
     @property
@@ -269,7 +253,7 @@ port_diameter = "12 mm"
         flow = self.flow.tables(of_all(port_flow(radius, self.discharge_coefficient)))
         return ReedValve(*flow, *self.force.tables(of_all(port_force(radius))))
 
-    def check_ports(self, count: int) -> Contradictions:
+    def check_ports(self, count: int) -> fields.Contradictions:
         if self.ports not in (None, 1, count):
             has = "one port" if count == 1 else f"{count} ports"
             yield "ports", f"{self.ports}: the reed meets lands of {has}; use {count}, or remove the key"
@@ -290,7 +274,7 @@ port_diameter = "12 mm"
         path = self.cylinder_pressure
         assert path is not None
         columns, units = self.columns.stated(), self.units.stated()
-        with problem_of("cylinder_pressure", TimeSeriesError):
+        with fields.problem_of("cylinder_pressure", TimeSeriesError):
             named = read_csv(path, TimeSeriesError).column_of("time", ("time",), {}) is not None
             by_time = "time" in columns or (named and "angle" not in columns)
             rpm, start = None if by_time else self.rpm, math.degrees(self.angle)
@@ -299,7 +283,7 @@ port_diameter = "12 mm"
             )
         if (least := float(series.value.min())) <= 0:
             words = f"{write_quantity(least, 'pressure')}: pressures are absolute, they must be above 0 Pa"
-            raise KeyProblem("cylinder_pressure", f"{path}: {words}")
+            raise fields.KeyProblem("cylinder_pressure", f"{path}: {words}")
         return series
 
     @property
@@ -315,13 +299,13 @@ port_diameter = "12 mm"
             return scene
         turns, rpm, run = gas["cycles"], gas.get("rpm"), scene.get("run", {})
         with suppress(UnitError):
-            rpm = read_rpm(rpm)
+            rpm = fields.read_rpm(rpm)
         plain = all(isinstance(number, int | float) and number > 0 for number in (turns, rpm))
         if not plain or not isinstance(run, Mapping) or "duration" in run:
             return scene
         return {**scene, "run": {**run, "duration": f"{60 * turns / rpm!r} s"}}
 
-    def check(self, scene: Scene) -> Contradictions:
+    def check(self, scene: Scene) -> fields.Contradictions:
         duration = scene.run.duration
         takes = write_quantity(duration, "time")
         if self.cycles is not None and not math.isclose(self.cycles * self.turn, duration, rel_tol=1e-6):

@@ -35,11 +35,12 @@ def test_every_key_of_how_a_scene_is_computed_has_a_source_or_a_reason() -> None
     assert set(BEHIND.values()) <= {*SOURCES, "striker", "stopper", "lip", "record"}
 
 
-def scene_of(kind: type[Structure]) -> Any:
-    """Return a scene with one kind in all three roles; of its tables only their types matter here."""
+def plan_of(kind: type[Structure]) -> Any:
+    """Return a plan of a scene with one kind in all three roles; of its tables only their types matter here."""
     body = kind.model_construct()
     stopper = Stopper.model_construct(body=body)
-    return SimpleNamespace(seat=body, reed=body, stopper=stopper, contact=Contact(), run=Run.model_construct())
+    tables = {"seat": body, "reed": body, "stopper": stopper, "contact": Contact(), "run": Run.model_construct()}
+    return SimpleNamespace(scene=SimpleNamespace(**tables))
 
 
 def keys_of(table: type[BaseModel]) -> set[str]:
@@ -55,11 +56,11 @@ def keys_of(table: type[BaseModel]) -> set[str]:
 
 @pytest.mark.parametrize("kind", kinds_of(), ids=lambda kind: kind.__name__)
 def test_remedies_name_keys_of_the_kind(kind: type[Structure]) -> None:
-    scene = scene_of(kind)
-    tables = {name: keys_of(type(table)) for name, table in vars(scene).items()}
+    plan = plan_of(kind)
+    tables = {name: keys_of(type(table)) for name, table in vars(plan.scene).items()}
     tables[STOPPER] = tables["stopper"] | tables["seat"]
-    remedies = [remedy_by_source(scene, source) for source in (*SOURCES, STRIKER, STOPPER, "lip", "record")]
-    remedies += [remedy_by_key(scene, ladder.key) for ladder in LADDERS if ladder.key != "stopper.arcs"]
+    remedies = [remedy_by_source(plan, source) for source in (*SOURCES, STRIKER, STOPPER, "lip", "record")]
+    remedies += [remedy_by_key(plan, ladder.key) for ladder in LADDERS if ladder.key != "stopper.arcs"]
     for words in filter(None, remedies):
         for named in KEY.findall(words):
             role, _, key = named.partition(".")
@@ -70,4 +71,4 @@ def test_each_ladder_of_a_key_has_a_remedy_for_some_kind() -> None:
     """Some kind has each key that a remedy names, so that no key is renamed without its remedy."""
     for ladder in LADDERS:
         if ladder.key not in ("seat.mesh.order", "stopper.arcs"):
-            assert any(remedy_by_key(scene_of(kind), ladder.key) for kind in kinds_of()), ladder.key
+            assert any(remedy_by_key(plan_of(kind), ladder.key) for kind in kinds_of()), ladder.key

@@ -12,21 +12,12 @@ from impact.runs.variations import Budget, Terms
 from seatfem.study.ladders.ladder import ComputedRun, Ladder
 from seatfem.study.ladders.table import LADDERS
 from seatfem.study.method import STEP, RunMethod, stated_method
+from seatfem.study.plan import Plan
 from seatfem.study.runs.converge import LEAST, begin_method, mark, refine_plan
 from seatfem.study.scene import Scene
 from seatfem.study.trade.trade import around
 from tests.gallery import load_text
-from tests.steps import (
-    Limits,
-    Stopwatch,
-    begin_plan,
-    error_budget,
-    rounds,
-    run_contacts,
-    seat_of,
-    silent,
-    striker_of,
-)
+from tests.steps import Limits, Stopwatch, begin_plan, error_budget, rounds, run_contacts, seat_of, silent, striker_of
 
 SCENE = """
 seat = { kind = "spring", stiffness = "20 N/um" }
@@ -63,7 +54,7 @@ def budget(scene: Scene) -> Budget:
     method = stated_method(scene)
     seat, striker = seat_of(scene, method=method.seat), striker_of(scene)
     touches = run_contacts(scene, striker, seat.greens, 20e-9)
-    return error_budget(scene, method, seat, striker, touches)
+    return error_budget(ComputedRun(scene, method, seat, striker), touches)
 
 
 def test_the_error_budget_runs_its_neighbour(scene: Scene, toy: Toy) -> None:
@@ -78,9 +69,9 @@ def test_the_error_budget_runs_its_neighbour(scene: Scene, toy: Toy) -> None:
 class RefinedToy(Toy):
     """A key whose finer value shows in the time step, which no error asks for here."""
 
-    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod:
-        assert method.time_step is not None
-        return method.replaced({STEP: method.time_step / factor})
+    def refine(self, plan: Plan, factor: float) -> RunMethod:
+        assert plan.method.time_step is not None
+        return plan.method.replaced({STEP: plan.method.time_step / factor})
 
 
 @pytest.mark.slow
@@ -106,10 +97,11 @@ def test_a_round_refines_it_or_names_it(scene: Scene, toy: Toy, tmp_path: Path, 
 
 def test_the_trade_has_its_finer_value(scene: Scene, toy: Toy) -> None:
     start = begin_method(scene)
-    assert [point for point in around(scene, start, start) if point.varied == "toy.key"] == []
+    plan = Plan(scene, start, ())
+    assert [point for point in around(plan, start) if point.varied == "toy.key"] == []
     LADDERS[LADDERS.index(toy)] = other = RefinedToy("toy.key", "model")
     try:
-        (point,) = (point for point in around(scene, start, start) if point.varied == "toy.key")
+        (point,) = (point for point in around(plan, start) if point.varied == "toy.key")
     finally:
         LADDERS[LADDERS.index(other)] = toy
     assert point.values[STEP] == pytest.approx(start.value(STEP) / LEAST)

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import pytest
 
-from seatfem.study.scene.contradictions import doubts_of
 from tests.mistakes import MISTAKES, SHEET, Mistake
 from tests.steps import BAD_INPUT, FAILED, load_scene
 
@@ -60,7 +59,7 @@ def test_the_scenes_of_the_sheet_are_right(scene: str) -> None:
         text = Path("scene.toml").read_text(encoding="utf-8").replace("rpm = 3000", f"rpm = {rpm}")
         Path("scene.toml").write_text(text, encoding="utf-8")
         loaded = load_scene("scene.toml")
-        assert doubts_of(loaded) == ()
+        assert loaded.all_doubts() == ()
         assert all(load.pressure.rpm == pytest.approx(3000.0, rel=1e-15) for load in loaded.load)
 
 
@@ -69,4 +68,4 @@ def test_examples_have_usual_values(path: Path) -> None:
     """No value of the examples is beyond the usual ranges; some of their beams do not cover the whole lip."""
     if re.search(r"^\[(vary|fit)\b", path.read_text(encoding="utf-8"), re.MULTILINE):
         return
-    assert [str(doubt) for doubt in doubts_of(load_scene(path)) if "covers" not in doubt.message] == []
+    assert [str(doubt) for doubt in load_scene(path).all_doubts() if "covers" not in doubt.message] == []

@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -15,6 +16,7 @@ from seatfem.pictures.rendering import Picture, drawing_apart
 from seatfem.structures.mesh.gmsh_process import MeshingError
 from seatfem.structures.method import Method, Solved
 from seatfem.study.method import RunMethod
+from seatfem.study.plan import Plan
 from seatfem.study.runs import pictures
 from tests.gallery import BAR, load_text, mass
 
@@ -112,6 +114,11 @@ def scene(tmp_path, monkeypatch):
     return load_text(tmp_path, "[seat]", BAR, "[reed]\n", mass(5, "-2 m/s"), '[run]\nduration = "1 ms"\n')
 
 
+def round_on(scene, seat):
+    """Return what pictures need of a round."""
+    return SimpleNamespace(plan=Plan(scene, METHOD, ()), seat=seat, result=None)
+
+
 def write(path, text="curve"):
     path.parent.mkdir(exist_ok=True)
     path.write_text(text)
@@ -121,7 +128,7 @@ def drawn(scene, folder, of_seat, monkeypatch, missing=False):
     monkeypatch.setattr(pictures, "_seat_pictures", lambda *_: of_seat)
     seat = Solved(SEAT, mesh=of_seat or None)  # without a mesh it was computed before
     with drawing_apart() as painter:
-        files, gaps = pictures.draw_run(scene, METHOD, seat, None, None, folder, lambda stage, done: None, painter)
+        files, gaps = pictures.draw_run(round_on(scene, seat), None, folder, lambda stage, done: None, painter)
     assert [gap.startswith("no pictures of the seat's mesh") for gap in gaps] == [True] * missing
     assert all(file.parent == folder and file.is_file() for file in files)
     return {file.name for file in files}
@@ -154,7 +161,7 @@ def test_a_store_that_cannot_be_written_to_and_a_shape_that_cannot_be_made_are_t
     seat = Solved(SEAT, mesh=of_seat)
     with drawing_apart() as painter:
         out = tmp_path / "out"
-        files, gaps = pictures.draw_run(scene, METHOD, seat, None, None, out, lambda stage, done: None, painter)
+        files, gaps = pictures.draw_run(round_on(scene, seat), None, out, lambda stage, done: None, painter)
     assert "mesh.png" in {file.name for file in files}
     assert gaps[0].startswith("skipped pictures: modes.png: MemoryError")
     assert gaps[1].startswith("pictures of the seat are not kept")

@@ -11,16 +11,7 @@ import numpy as np
 import pytest
 
 from seatfem.structures.mesh._gmsh_solid import LADDER, Rung, retry_with_healing
-from seatfem.structures.shapes import (
-    CadPart,
-    ConeFace,
-    GeometryError,
-    NamedFace,
-    PlaneFace,
-    PointFace,
-    Region,
-    encode,
-)
+from seatfem.structures.shapes import CadPart, ConeFace, GeometryError, NamedFace, PlaneFace, PointFace, Region, encode
 from tests.solids import MeshingError, MeshSpec, inspect_geometry, make_mesh
 
 MESHES = Path(__file__).resolve().parents[2] / "meshes"

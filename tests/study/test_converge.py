@@ -171,7 +171,7 @@ def test_what_the_file_states_is_obeyed() -> None:
     assert plan.method == stated_method(scene)
     assert all(choice.given for choice in plan.choices if choice.key.startswith(("seat", "reed")))
     for key in (SIZE, STEP, MODES):
-        assert ladder_of(key).refine(scene, plan.method, 2.0) == plan.method
+        assert ladder_of(key).refine(plan, 2.0) == plan.method
 
 
 @pytest.mark.slow
@@ -219,8 +219,8 @@ def test_a_stated_step_that_misses_the_waves_is_told(transits: float, steps: int
 def test_chosen_steps_end_with_the_run(factor: float) -> None:
     """Steps of the run and of its error bars, up to four times as long, end with it: g may be known no longer."""
     scene = scene_of(SPRING, REED, run__duration="0.7713 ms")
-    method = begin_plan(scene).method
-    dt = (method if factor == 1 else ladder_of(STEP).refine(scene, method, factor)).time_step
+    plan = begin_plan(scene)
+    dt = (plan.method if factor == 1 else ladder_of(STEP).refine(plan, factor)).time_step
     assert 0.7713e-3 / (4 * dt) == pytest.approx(round(0.7713e-3 / (4 * dt)), abs=1e-9)
 
 

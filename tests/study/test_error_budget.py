@@ -15,6 +15,7 @@ from seatfem.study.error_budget import CLOCK, FLOOR_OF_SPRING, FLOORS, unresolve
 from seatfem.study.impacts.landings import Landings, landings_of_march
 from seatfem.study.impacts.touches import displacement_of
 from seatfem.study.impacts.window import Excerpt, window_of
+from seatfem.study.ladders.ladder import ComputedRun
 from seatfem.study.method import stated_method
 from seatfem.study.scene.measures import ContactDuration, ContactRecord, Impulse
 from tests.steps import ErrorEstimate, ModalGreens, Residual, Solved, error_budget, run_contacts, striker_of
@@ -36,7 +37,7 @@ def budget_of(solved: Solved = ON_PLANE, dt: float = 1e-8, level: str = "", **ch
     method, striker = stated_method(scene), striker_of(scene)
     if level:
         method = replace(method, seat=replace(method.seat, level=level))
-    return error_budget(scene, method, solved, striker, run_contacts(scene, striker, SPRING, dt))
+    return error_budget(ComputedRun(scene, method, solved, striker), run_contacts(scene, striker, SPRING, dt))
 
 
 def test_narrowing_keeps_the_statics_and_the_start() -> None:

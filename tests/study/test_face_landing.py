@@ -11,6 +11,7 @@ from impact.after.histories import best_plane
 from impact.pictures.lip_plots import plot_lip
 from seatfem.structures.lands import FaceLip
 from seatfem.study.impacts.touches import measured
+from seatfem.study.ladders.ladder import ComputedRun
 from seatfem.study.ladders.mesh import PER_ARC
 from seatfem.study.method import stated_method
 from seatfem.study.scene.lips import closed_line
@@ -125,7 +126,7 @@ def test_a_drawing_of_a_seat_answers_as_the_seat(tmp_path: Path) -> None:
     assert touches.seat.energy.residual < 1e-9
     assert values["impulse"] == pytest.approx(right["impulse"], rel=2e-3)
     assert values["filtered_peak"] == pytest.approx(right["filtered_peak"], rel=0.02)
-    budget = error_budget(scene, stated_method(scene), solved, striker_of(scene), touches)
+    budget = error_budget(ComputedRun(scene, stated_method(scene), solved, striker_of(scene)), touches)
     for name in ("impulse", "filtered_peak", "line_force"):
         assert 0 < abs(values[name] - right[name]) < budget.bar(name), name
 

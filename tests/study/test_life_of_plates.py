@@ -59,7 +59,7 @@ def run(folder: Path, text: str, monkeypatch: Patch | None = None) -> tuple[dict
 
 def stress_of(done: Round) -> PlateStress:
     """Return the stress in the plate of a round."""
-    stress = plate_stress(done.plan.scene, done.plan.method.reed, done.strike)
+    stress = plate_stress(done)
     assert stress is not None
     return stress
 

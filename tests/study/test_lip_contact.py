@@ -12,6 +12,7 @@ import impact
 from impact.after.histories import largest_average
 from seatfem.structures.rings import Division, as_a_whole
 from seatfem.study.impacts.touches import measured
+from seatfem.study.ladders.ladder import ComputedRun
 from seatfem.study.ladders.level import method_beside
 from seatfem.study.runs.converge import begin_method
 from tests.gallery import FLAPPER, load_text
@@ -208,7 +209,7 @@ def test_the_bar_covers_what_more_arcs_change(bench: Bench, ports: int, tilt: tu
     touches = run_contacts(scene, striker, seat.greens, DT)
     best = run_contacts(finest, striker_of(finest), bench.seat(finest).greens, DT)
     values, right = measured(touches, width), measured(best, width)
-    budget = error_budget(scene, stated_method(scene), seat, striker, touches)
+    budget = error_budget(ComputedRun(scene, stated_method(scene), seat, striker), touches)
     off, patch = {name: abs(values[name] - right[name]) for name in values}, budget.parts["patch"]
     for name in ("impulse", "filtered_peak", "line_force"):
         assert budget.bar(name) > off[name], name
@@ -231,7 +232,7 @@ def test_the_bar_of_the_band_holds_what_wider_bands_change_and_falls(tmp_path: P
         scene = scene_of(tmp_path, keys(16, ROLL), seat=seat, duration='0.1 ms"\nfilter_width = "4 us')
         solved, striker, method = seat_of(scene, mesh_error=False), striker_of(scene), stated_method(scene)
         touches = run_contacts(scene, striker, solved.greens, DT)
-        errors.append(error_budget(scene, method, solved, striker, touches).parts["reduction"])
+        errors.append(error_budget(ComputedRun(scene, method, solved, striker), touches).parts["reduction"])
         values.append(measured(run_contacts(scene, striker, solved.greens, 2 * DT), scene.run.filter_width))
     for name in ("impulse", "filtered_peak", "line_force"):
         for k in (0, 1):
@@ -250,7 +251,7 @@ def test_statics_are_off_by_what_the_waves_change(tmp_path: Path) -> None:
     waves = seat_of(scene, method=how, mesh_error=False)
     np.testing.assert_allclose(waves.greens.static_compliance(), seat.greens.static_compliance(), rtol=1e-6)
     touches = run_contacts(scene, striker, seat.greens, dt)
-    errors = error_budget(scene, method, seat, striker, touches).parts["model"]
+    errors = error_budget(ComputedRun(scene, method, seat, striker), touches).parts["model"]
     still, moved = (
         measured(run_contacts(scene, striker, g, 2 * dt), scene.run.filter_width) for g in (seat.greens, waves.greens)
     )

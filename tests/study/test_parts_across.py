@@ -78,7 +78,7 @@ def test_the_bar_of_one_part_across_holds_what_more_of_them_find(tmp_path: Path)
     for division in (ONE, THREE):
         scene = in_parts(tmp_path, division)
         solved = seat_of(scene, mesh_error=False)
-        terms = of_rings_across(ComputedRun(scene, stated_method(scene), solved, problems[division]))
+        terms = of_rings_across(ComputedRun(scene, stated_method(scene), solved, striker_of(scene)))
         ((variation,),) = terms
         assert len(variation.problem.contacts) == 16 * arc_rings_to_compare(division.rings)[0]
         one, other = (values_of_problem(scene, each, 250e-9) for each in (variation.against, variation.problem))

@@ -13,6 +13,7 @@ from impact import measures
 from impact.runs.variations import SAFETY, Budget
 from impact.storage.hdf5 import load_results, save_greens
 from seatfem.study.impacts.touches import Touches, stopper_values
+from seatfem.study.ladders.ladder import ComputedRun
 from tests.gallery import load_text, refusal
 from tests.steps import ErrorEstimate, Scene, Solved, error_budget, run_contacts, run_scene, stated_method, striker_of
 
@@ -138,7 +139,7 @@ CUT = '[run]\nduration = "{} ms"\n[accuracy]\ntarget = "5 %"\n'
 def stopper_share(scene: Scene, dt: float = 1e-7) -> tuple[Touches, Budget]:
     """Return a run with the stopper, and its error budget."""
     touches, seat = bounced(scene, dt), Solved(impact.spring(stiffness=1e6), plane=True)
-    return touches, error_budget(scene, stated_method(scene), seat, striker_of(scene), touches)
+    return touches, error_budget(ComputedRun(scene, stated_method(scene), seat, striker_of(scene)), touches)
 
 
 def read_stopper(folder: Path, mesh: float | None) -> Scene:

@@ -23,7 +23,7 @@ from seatfem.study.scene import Scene, SceneError
 from seatfem.study.scene.lips import STOPPER
 from tests.as_stated import solved_striker, striker_of
 from tests.gallery import load_text
-from tests.steps import SAFETY, Lip, ModelError, Plan, Solved, check_files, error_budget, run_scene
+from tests.steps import SAFETY, ComputedRun, Lip, ModelError, Plan, Solved, check_files, error_budget, run_scene
 
 STEEL = 'material = { young = "206 GPa", poisson = 0.3, density = "7800 kg/m^3" }\n'
 SEAT = 'kind = "spring"\nstiffness = "50 N/um"\n'
@@ -205,7 +205,7 @@ def test_what_few_arcs_leave_is_in_the_bars_of_the_stopper_s_force(more: str, tm
     few, many = (scene_of(tmp_path, f"{SPRING}arcs = {arcs}\n{more}") for arcs in (8, 64))
     touches, truth = struck(few, 4e-7), struck(many, 4e-7).stopper_force
     seat = Solved(impact.spring(stiffness=5e7), plane=True)
-    budget = error_budget(few, stated_method(few), seat, striker_of(few), touches)
+    budget = error_budget(ComputedRun(few, stated_method(few), seat, striker_of(few)), touches)
     off = abs(budget.values[peak] - stopper_values(truth, 4e-7, few.run.filter_width)[peak])
     assert 1e-3 * budget.values[peak] < off < SAFETY * budget.parts["stopper"][peak] < 4 * off
 
@@ -220,7 +220,7 @@ def test_rings_of_a_whole_stopper_are_compared_with_arcs(tmp_path: Path) -> None
     truth = struck(fine := scene_of(tmp_path, DISC + PARTS), 4e-7).stopper_force
     for rings in (2, 4):
         scene = scene_of(tmp_path, f"{DISC}arcs = 1\nrings = {rings}\n")
-        budget = error_budget(scene, stated_method(scene), seat, striker_of(scene), struck(scene, 4e-7))
+        budget = error_budget(ComputedRun(scene, stated_method(scene), seat, striker_of(scene)), struck(scene, 4e-7))
         off = abs(budget.values[peak] - stopper_values(truth, 4e-7, fine.run.filter_width)[peak])
         assert budget.unknown == ()
         assert 0.05 * budget.values[peak] < off < SAFETY * budget.parts["stopper"][peak] < 4 * off
@@ -232,7 +232,7 @@ def test_a_stated_contact_on_another_face_is_in_the_bar_of_the_stopper_s_force(t
     once and in parts."""
     peak, seat = "stopper_filtered_peak_force_N", Solved(impact.spring(stiffness=5e7), plane=True)
     stated = scene_of(tmp_path, DISC, REED + 'contact_radius = "1 mm"\n')
-    budget = error_budget(stated, stated_method(stated), seat, striker_of(stated), struck(stated, 4e-7))
+    budget = error_budget(ComputedRun(stated, stated_method(stated), seat, striker_of(stated)), struck(stated, 4e-7))
     off = []
     for parts in ("", PARTS):
         truth = struck(own := scene_of(tmp_path, DISC + parts), 4e-7).stopper_force
@@ -255,7 +255,7 @@ def test_what_the_division_of_a_stopper_leaves_is_in_all_bars_of_its_landing(tmp
         stopper = scene.stopper.model_copy(update={"gap": 4e-4})  # type: ignore[union-attr]
         scene = scene.model_copy(update={"stopper": stopper})
         touches = struck(scene, 2e-7)
-        budget = error_budget(scene, stated_method(scene), seat, striker_of(scene), touches)
+        budget = error_budget(ComputedRun(scene, stated_method(scene), seat, striker_of(scene)), touches)
         budgets.append({key: (budget.values[f"stopper 0 {key}"], budget.bar(f"stopper 0 {key}")) for key in keys})
     for key in keys:
         (whole, of_whole), (arcs, of_arcs), (finest, of_finest) = (each[key] for each in budgets)
@@ -268,7 +268,7 @@ def test_rounds_divide_a_stopper_that_the_file_leaves_whole(tmp_path: Path) -> N
     """Rounds divide a whole face up to 192 parts, in reed and plan alike; what the file states stays."""
     ladder, scene = ladder_of("stopper.arcs"), scene_of(tmp_path, DISC)
     plan, seen = Plan(scene, stated_method(scene), ()), []
-    while (method := ladder.refine(scene, plan.method, 2.0)) != plan.method:  # type: ignore[union-attr]
+    while (method := ladder.refine(plan, 2.0)) != plan.method:  # type: ignore[union-attr]
         plan = replace(plan, method=method)
         assert method.reed.behind == plan.scene.geometry.behind_the_reed()
         assert plan.scene.stopper.parts == method.stopper  # type: ignore[union-attr]
@@ -277,7 +277,8 @@ def test_rounds_divide_a_stopper_that_the_file_leaves_whole(tmp_path: Path) -> N
     assert stated_method(scene).with_values(scene.geometry, plan.method.values) == plan.method
     for keys, finer in {"arcs = 16\n": Division(16, 3), 'rings = 2\ntilt = "0.1 deg"\n': Division(64, 2)}.items():
         stated = scene_of(tmp_path, DISC + keys)
-        assert ladder.refine(stated, stated_method(stated), 2.0).stopper == finer  # type: ignore[union-attr]
+        assert ladder.refine(Plan(stated, stated_method(stated), ()), 2.0).stopper == finer  # type: ignore[union-attr]
     for keys in ("arcs = 1\n", "arcs = 16\nrings = 1\n"):
         stated = scene_of(tmp_path, DISC + keys)
-        assert ladder.refine(stated, stated_method(stated), 2.0) == stated_method(stated)  # type: ignore[union-attr]
+        plan = Plan(stated, stated_method(stated), ())
+        assert ladder.refine(plan, 2.0) == plan.method  # type: ignore[union-attr]

@@ -166,7 +166,7 @@ def test_a_plate_that_strikes_is_shown_as_it_moves(tmp_path: Path) -> None:
     (tmp_path / "seat.toml").write_text(STRENGTH, encoding="utf-8")
     scene = load_text(tmp_path, text.replace('"360 us"', '"60 us"'))
     *_, done = rounds(begin_plan(scene), tmp_path, Stopwatch(), silent)
-    wave = wave_of(done, plate_stress(scene, done.plan.method.reed, done.strike))
+    wave = wave_of(done, plate_stress(done))
     steps = np.round(wave.time / done.result.dt).astype(int)
     centre = np.asarray(scene.reed.geometry().centre)
     struck = np.linalg.norm(wave.points[:, :2] - centre, axis=1) < 1e-3

@@ -14,6 +14,7 @@ from impact.greens.base import ErrorEstimate
 from seatfem.study.error_budget import error_budget
 from seatfem.study.impacts.contact import RunError, check_step
 from seatfem.study.impacts.window import Excerpt
+from seatfem.study.ladders.ladder import ComputedRun
 from seatfem.study.ladders.table import ladder_of
 from seatfem.study.method import SEAT_MODES, stated_method
 from seatfem.study.scene import Scene, SceneError
@@ -144,7 +145,7 @@ def test_half_the_step_is_looked_at_of_every_striker_with_waves(tmp_path, monkey
     scene = scene_of(tmp_path, FREE_ROD)
     *_, done = rounds(begin_plan(scene), tmp_path, Stopwatch(), silent)
     monkeypatch.setattr(Excerpt, "measures", listen)
-    error_budget(scene, done.plan.method, done.seat, done.striker, done.touches)
+    error_budget(ComputedRun(scene, done.plan.method, done.seat, done.striker), done.touches)
     assert steps == [1e-6, 5e-7]
 
 
@@ -211,8 +212,8 @@ def test_a_beam_that_is_struck_has_an_error_of_its_modes(tmp_path: Path) -> None
     again = summary_of(other, folder)
     assert not again["seat_reused"]
     open_seat = scene_of(tmp_path, ball, seat="[seat]\n" + CANTILEVER.replace("n_modes = 8\n", ""))
-    method = begin_plan(open_seat).method
-    assert ladder_of(SEAT_MODES).refine(open_seat, method, 2.0).seat.n_modes > method.seat.n_modes == 40
+    plan = begin_plan(open_seat)
+    assert ladder_of(SEAT_MODES).refine(plan, 2.0).seat.n_modes > plan.method.seat.n_modes == 40
 
 
 def test_a_seat_is_no_thicker_than_its_theory(tmp_path: Path) -> None:

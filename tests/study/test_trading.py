@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from seatfem.jobs.crew import Ask
+from seatfem.study.plan import Plan
 from seatfem.study.runs.converge import begin_method
 from seatfem.study.sweep.effects import pareto_front
 from seatfem.study.sweep.runner import Outcome
@@ -57,10 +58,10 @@ def test_around_the_converged_state_each_key_is_varied_once(name: str):
     """The points around a state have a name each, and none has the values of the state itself."""
     scene = load_scene(EXAMPLES / f"{name}.toml", ALL_OPEN)
     start = begin_method(scene)
-    end = finer_in_all(scene, finer_in_all(scene, start))
-    points = list(trade.around(scene, start, end))
+    plan = finer_in_all(finer_in_all(Plan(scene, start, ())))
+    points = list(trade.around(plan, start))
     assert len({point.name for point in points}) == len(points) > 0
-    assert all(point.values != end.values for point in points)
+    assert all(point.values != plan.method.values for point in points)
 
 
 def carry_out_by(monkeypatch: pytest.MonkeyPatch, carry: Callable[[Path, Point, float], Outcome]) -> None:

@@ -12,9 +12,8 @@ from impact.notices import Advice
 from seatfem.faces.cli import BAD_INPUT, run_command
 from seatfem.study.impacts.contact import RunError, check_step, run_contacts
 from seatfem.study.impacts.validity import dishing_notes, validity_advice
-from seatfem.study.scene.contradictions import doubts_of
 from tests.gallery import Patch, Told, load_text, write_scene
-from tests.steps import GreensFunction, Scene, Solved, error_budget, load_scene, stated_method, striker_of
+from tests.steps import ComputedRun, GreensFunction, Scene, Solved, error_budget, load_scene, stated_method, striker_of
 
 SCENE = """
 seat = {{ kind = "spring", stiffness = "40 N/um" }}
@@ -59,11 +58,11 @@ def test_shear_of_a_thick_reed_is_in_the_bar(tmp_path: Path) -> None:
     assert error == pytest.approx(more, rel=0.05)  # the shear factor differs a little between authors
     striker, seat = striker_of(scene), impact.spring(stiffness=40e6)
     run = run_contacts(scene, striker, seat, 1e-7)
-    thick = error_budget(scene, stated_method(scene), Solved(seat), striker, run)
+    thick = error_budget(ComputedRun(scene, stated_method(scene), Solved(seat), striker), run)
     loose = scene.model_copy(update={"accuracy": scene.accuracy.model_copy(update={"target": 0.9})})
     assert (
         thick.parts["model"]["impulse"]
-        > error_budget(loose, stated_method(loose), Solved(seat), striker, run).parts["model"]["impulse"]
+        > error_budget(ComputedRun(loose, stated_method(loose), Solved(seat), striker), run).parts["model"]["impulse"]
     )
 
 
@@ -152,5 +151,5 @@ def test_an_absolute_pressure_is_named_before_the_run(tmp_path: Path, monkeypatc
             verb
         )
         assert "of an absolute one subtract the pressure on the other side" in said, verb
-    (note,) = doubts_of(load_text(tmp_path, pressed(-1, -3, -9, -3)))
+    (note,) = load_text(tmp_path, pressed(-1, -3, -9, -3)).all_doubts()
     assert "(-72 N to -8 N, positive off the seat) press the reed on its seat" in str(note)

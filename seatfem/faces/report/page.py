@@ -19,22 +19,10 @@ from impact.storage.hdf5 import load_greens, load_results
 from seatfem import readings, results
 from seatfem.faces.plan_view import table_of
 from seatfem.faces.report import figures as draw
+from seatfem.faces.report import fragments
 from seatfem.faces.report.asked import PLAN_FILE, SCENE_COPY
 from seatfem.faces.report.figures import MOST_OF_BODIES, body_figure, part_of_page
-from seatfem.faces.report.fragments import (
-    ReportError,
-    first_picture,
-    hot_spots,
-    html_list,
-    html_rows,
-    html_table,
-    kept_pictures,
-    keys_table,
-    provenance,
-    run_summary,
-    text_of,
-    versions,
-)
+from seatfem.faces.report.fragments import ReportError, html_list, html_rows, html_table
 from seatfem.faces.tables import SHOWN, is_baseline, landings_of, landings_tables, lands_tables, result_table
 from seatfem.pictures.moving import KEPT, moving_bodies
 from seatfem.study.answers.decision import Decision, decide, not_modelled, omissions
@@ -70,7 +58,7 @@ def write_report(folder: Path, path: Path) -> None:
 
 def report_page(folder: Path) -> str:
     """Return the page as text; raises as `write_report`."""
-    summary = run_summary(folder)
+    summary = fragments.run_summary(folder)
     decision = decide(summary)
     sections = list(_sections(folder, summary, decision))
     links = "".join(f'<a href="#s{k}">{html.escape(title)}</a>' for k, (title, _) in enumerate(sections))
@@ -86,7 +74,7 @@ def report_page(folder: Path) -> str:
         first=_first_screen(folder, decision),
         links=links,
         content=content,
-        versions=versions(),
+        versions=fragments.versions(),
     )
 
 
@@ -98,7 +86,7 @@ def _sections(folder: Path, summary: Mapping[str, Any], decision: Decision) -> I
     before = (*decision.reasons, *decision.left_out)
     if left_out := html_list(each for each in omissions(summary) if each not in before):
         yield "Also left out", left_out
-    if drawing := first_picture(folder):
+    if drawing := fragments.first_picture(folder):
         yield "Drawing", drawing
     figures = _figures(folder, summary)
     for name, (caption, figure) in figures.items():
@@ -107,18 +95,18 @@ def _sections(folder: Path, summary: Mapping[str, Any], decision: Decision) -> I
     bodies = moving_bodies(folder)
     for name, motion in bodies.items():
         yield KEPT[name], body_figure(name, motion, MOST_OF_BODIES // len(bodies))
-    if spots := hot_spots(summary):
+    if spots := fragments.hot_spots(summary):
         yield "Hot spots of the seat", spots
     for prefix, title in results.all_sections():
-        if table := keys_table(summary, prefix):
+        if table := fragments.keys_table(summary, prefix):
             yield title, table
-    if shown := kept_pictures(folder, without=("greens.png",) if is_static(summary) else ()):
+    if shown := fragments.kept_pictures(folder, without=("greens.png",) if is_static(summary) else ()):
         yield "Pictures", shown
-    if plan := text_of(folder / PLAN_FILE):
+    if plan := fragments.text_of(folder / PLAN_FILE):
         yield from _plan(plan)
-    if scene_text := text_of(folder / SCENE_COPY):
+    if scene_text := fragments.text_of(folder / SCENE_COPY):
         yield "What was asked", f"<details><summary>scene file</summary><pre>{html.escape(scene_text)}</pre></details>"
-    yield "How it was computed", provenance(folder, summary)
+    yield "How it was computed", fragments.provenance(folder, summary)
 
 
 def _notes(summary: Mapping[str, Any]) -> str:
@@ -130,7 +118,7 @@ def _notes(summary: Mapping[str, Any]) -> str:
 
 def _first_screen(folder: Path, decision: Decision) -> str:
     """Return what happens, the decision with its reasons, and what was left out, beside the drawing of the valve."""
-    drawing = first_picture(folder, caption=False)
+    drawing = fragments.first_picture(folder, caption=False)
     left_out = f"<h2>Left out</h2>{html_list(decision.left_out)}" if decision.left_out else ""
     return (
         f'<div class="first"><div><p class="event">{html.escape(decision.happens)}</p>'

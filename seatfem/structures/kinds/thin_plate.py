@@ -13,17 +13,7 @@ from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunction
 from impact.notices import Advice, Progress, silent
 from impact.quantities import percent
-from seatfem.fields import (
-    Contradictions,
-    DampingRatio,
-    Frequency,
-    KeyProblem,
-    Length,
-    Table,
-    Thickness,
-    default,
-    of_same_names,
-)
+from seatfem import fields
 from seatfem.structures import model, sheets
 from seatfem.structures.errors import ModelError
 from seatfem.structures.kinds import motion, selectors, structure
@@ -39,20 +29,22 @@ HALF: Final = 0.5  # share of the stated disc or ring on the struck face below w
 ROUND_OFF: Final = 1e-9  # relative tolerance for a contact that extends to the edge of the plate
 
 
-class SheetMesh(Table):
+class SheetMesh(fields.Table):
     """How fine the elements of a plate are."""
 
     sample: ClassVar[str] = 'size = "1 mm"'
 
-    size: Length | None = Field(None, description="element size; from the bandwidth where absent")
+    size: fields.Length | None = Field(None, description="element size; from the bandwidth where absent")
 
 
-class PlateGreens(Table):
+class PlateGreens(fields.Table):
     """How the Green's function of a plate is computed: by its eigenmodes."""
 
     sample: ClassVar[str] = 'bandwidth = "30 kHz"'
 
-    bandwidth: Frequency = default("100 kHz", "highest frequency that must be right; modes up to 3 times it are kept")
+    bandwidth: fields.Frequency = fields.default(
+        "100 kHz", "highest frequency that must be right; modes up to 3 times it are kept"
+    )
 
 
 FRONTS: Final = "5 us"  # filter width in sample scenes: force fronts of a flat landing are shorter than modal periods
@@ -69,22 +61,24 @@ class ThinPlate(motion.Moving):
     about: ClassVar[str] = "the plate's centre"
     """Name of the point on which its contact is centred."""
 
-    thickness: Thickness = Field(description="thickness, in the direction of the motion")
-    material: Material = default({"young": "200 GPa", "density": "7850 kg/m^3"}, "the reed's material; steel if absent")
-    damping_ratio: DampingRatio = Field(0.0, description="modal damping, the same for every mode")
-    contact_radius: Length | None = Field(
+    thickness: fields.Thickness = Field(description="thickness, in the direction of the motion")
+    material: Material = fields.default(
+        {"young": "200 GPa", "density": "7850 kg/m^3"}, "the reed's material; steel if absent"
+    )
+    damping_ratio: fields.DampingRatio = Field(0.0, description="modal damping, the same for every mode")
+    contact_radius: fields.Length | None = Field(
         None,
         description="radius of the disc that touches, or mean radius of the ring, in place of the struck face; absent: "
         "the plate meets that face all over, or, of a partner without one, touches with a disc of an eighth of the way "
         "from the contact's centre to the nearest edge, about a hole with a ring midway to that edge",
     )
-    contact_width: Length | None = Field(
+    contact_width: fields.Length | None = Field(
         None,
         description="radial width of the ring of contact_radius, or of that which touches a partner without a struck "
         "face; absent: a disc does, or about a hole a ring of a quarter of what is there",
     )
-    greens: PlateGreens = default({}, "how the Green's function is computed")
-    mesh: SheetMesh = default({}, "how fine the elements are")
+    greens: PlateGreens = fields.default({}, "how the Green's function is computed")
+    mesh: SheetMesh = fields.default({}, "how fine the elements are")
 
     @property
     def thin_plate(self) -> ThinPlate | None:
@@ -92,7 +86,7 @@ class ThinPlate(motion.Moving):
 
     def geometry(self) -> Flat:
         """Return the outline in SI units. Raises `GeometryError` if it cannot be built."""
-        return of_same_names(self.shape, self)  # type: ignore[type-var]
+        return fields.of_same_names(self.shape, self)  # type: ignore[type-var]
 
     def outline_loops(self) -> tuple[Array, ...]:
         return self.geometry().drawn
@@ -102,7 +96,7 @@ class ThinPlate(motion.Moving):
         least, most = selectors.in_scene_words(self.geometry).room
         if (width := self.width) > 2 * self.radius:
             key = "contact_radius" if self.contact_width is None else "contact_width"
-            raise KeyProblem(
+            raise fields.KeyProblem(
                 key,
                 f"{write_quantity(width, 'length')} must be at most twice contact_radius, "
                 f"{write_quantity(self.radius, 'length')}",
@@ -112,10 +106,10 @@ class ThinPlate(motion.Moving):
         outer, inner, edge, hole = (write_quantity(each, "length") for each in (lip.outer, lip.inner, most, least))
         if lip.outer > most * (1 + ROUND_OFF):
             words = f"the contact reaches {outer} from {self.about}, it must stay below the plate's {edge}"
-            raise KeyProblem(key, words)
+            raise fields.KeyProblem(key, words)
         if lip.inner < least * (1 - ROUND_OFF):
             words = f"the contact begins {inner} from {self.about}, it must begin beyond the hole, {hole}"
-            raise KeyProblem(key, words)
+            raise fields.KeyProblem(key, words)
         return self
 
     def inputs(self) -> structure.Inputs:
@@ -248,12 +242,12 @@ class ThinPlate(motion.Moving):
             "meets the face as far as it covers it, or change the contact's place and radius",
         )
 
-    def contact_problems(self, at: float | None, seat: structure.Structure) -> Contradictions:
+    def contact_problems(self, at: float | None, seat: structure.Structure) -> fields.Contradictions:
         yield from super().contact_problems(at, seat)
         if not self.states_contact:
             yield from seat.covered_problems(self.contact_width)
 
-    def parts_problems(self, key: str) -> Contradictions:
+    def parts_problems(self, key: str) -> fields.Contradictions:
         yield from ()
 
     def check_place(self, place: structure.Place, key: str) -> None:

@@ -27,20 +27,8 @@ from impact.greens.poles import PoleGreens
 from impact.notices import Progress, silent
 from seatfem.structures.method import Aims
 from seatfem.structures.model import Array, Damping, SecondOrderModel, as_csr
-from seatfem.structures.reduction import eigen_search, factorization, krylov
-from seatfem.structures.reduction.reducer import (
-    USUAL,
-    Cost,
-    Grown,
-    Reducer,
-    Reduction,
-    Space,
-    factorized,
-    feeding,
-    passivity_of_poles,
-    reciprocity,
-    residual,
-)
+from seatfem.structures.reduction import eigen_search, factorization, krylov, reducer
+from seatfem.structures.reduction.reducer import Cost, Grown, Reducer, Reduction, Space
 
 Complex = NDArray[np.complex128]
 _COUPLED = 1e-8  # off-diagonal entry of a Gram matrix over its diagonal, above which vectors share a repeated pole
@@ -177,7 +165,7 @@ class SecondOrderBasis:
         self._pairs: list[tuple[Array, Array]] = []  # (U_j, L_j), the second scaled by the shift
         self._done = 0
         first = factor.solve(model.port_matrix)
-        self.reciprocity = reciprocity(model.port_matrix.T @ first)
+        self.reciprocity = reducer.reciprocity(model.port_matrix.T @ first)
         for column in first.T:
             upper = self._append(column)
             self._add_pair(upper, np.zeros(len(upper)))
@@ -273,12 +261,12 @@ class SecondOrderKrylov(Reducer):
 
     def refusal(self, model: SecondOrderModel, damping: Damping, aims: Aims) -> str:
         """Return why it cannot be used: the damping C must not add energy."""
-        return feeding(model, damping)
+        return reducer.feeding(model, damping)
 
     def cost(self, model: SecondOrderModel, aims: Aims) -> Cost:
         """Return the cost of one factorization and twice the vectors of a Krylov space without C."""
-        vectors = 2 * USUAL * len(model.ports)
-        return Cost(factorized(model, vectors), f"one factorization with C and about {vectors} vectors")
+        vectors = 2 * reducer.USUAL * len(model.ports)
+        return Cost(reducer.factorized(model, vectors), f"one factorization with C and about {vectors} vectors")
 
     def reduce(self, model: SecondOrderModel, damping: Damping, aims: Aims, progress: Progress = silent) -> Reduction:
         """Reduce as `Reducer.reduce`."""
@@ -291,7 +279,7 @@ class SecondOrderKrylov(Reducer):
             "vectors": space.basis.size,
             "shift_rad_per_s": aims.band,
             "factorization": space.basis.factor.backend,
-            "checks": {"reciprocity": space.basis.reciprocity, **passivity_of_poles(greens)},
+            "checks": {"reciprocity": space.basis.reciprocity, **reducer.passivity_of_poles(greens)},
         }
         return Reduction(greens.with_error(ErrorEstimate(reduction=error), origin))
 
@@ -317,7 +305,7 @@ class _Coupled(Space[PoleGreens]):
 
     def truncated(self, above: float) -> tuple[PoleGreens, float]:
         greens = poles(self.whole.below(above), self.model.port_names)
-        rest = residual(self.whole.left_out(above), self.model, self.damping)
+        rest = reducer.residual(self.whole.left_out(above), self.model, self.damping)
         greens = replace(
             greens,
             rates=np.concatenate([greens.rates, rest.rates]),

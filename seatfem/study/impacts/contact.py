@@ -21,7 +21,7 @@ from impact.bodies.body import Body
 from impact.bodies.loads import SprungBody
 from impact.files import csv_table
 from impact.greens.base import Array, GreensFunction
-from impact.march import history, motion
+from impact.march import motion
 from impact.march.grid import TimeGrid
 from impact.march.ladder import NO_STEPS, march
 from impact.march.prepared import step_count
@@ -191,8 +191,6 @@ def run_contacts(
     dt: float,
     progress: Progress = silent,
     flights: Flights | None = None,
-    *,
-    engine: history.Engine = "auto",
 ) -> touches.Touches:
     """Run the scene once: contact of the striker with seat and stopper by the scene's laws. ``flights``: the striker's
     motion without contact, if several runs share it."""
@@ -202,9 +200,7 @@ def run_contacts(
         flight = flights(striker, dt)
         bodies = (flight, *(motion.Discrete.from_body(body, dt, flight.loads.shape[1]) for body in problem.targets))
     with in_words_of_a_scene():
-        result = impact.solve(
-            problem, dt=dt, duration=scene.run.duration, engine=engine, bodies=bodies, progress=progress
-        )
+        result = impact.solve(problem, dt=dt, duration=scene.run.duration, bodies=bodies, progress=progress)
     local.check_patches(scene.geometry, [each.law for each in problem.contacts], result.rows.force)
     run = touches.taken_apart(scene.geometry, problem, result, scene.run.filter_width)
     if not scene.gauge:

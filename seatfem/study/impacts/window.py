@@ -30,14 +30,7 @@ from seatfem.study.impacts.bodies import on_its_base, problem_of
 from seatfem.study.impacts.landings import landings_of_march, static_load_of_march
 from seatfem.study.impacts.plate_stress import PlateLook
 from seatfem.study.scene import Scene
-from seatfem.study.scene.measures import (
-    HARDEST,
-    PREFIXES,
-    all_measures,
-    any_needs,
-    judged_landing,
-    values_of,
-)
+from seatfem.study.scene.measures import HARDEST, PREFIXES, all_measures, any_needs, judged_landing, values_of
 
 BEFORE: Final = 10e-6  # least time between the start of the window and the first contact [s]
 MOST: Final = 7500.0  # longest window, over the filter's width

@@ -23,6 +23,7 @@ from seatfem.structures.rings import Division
 from seatfem.study.impacts import touches
 from seatfem.study.impacts.bodies import problem_of, solved_stopper, striker_of
 from seatfem.study.method import FIELDS, RunMethod
+from seatfem.study.plan import Plan
 from seatfem.study.scene import Scene
 from seatfem.units import write_quantity
 
@@ -36,7 +37,7 @@ class ComputedRun:
     Attributes:
         scene, method: the scene, and how it was computed.
         seat: the solved seat.
-        problem: contact problem of the run.
+        striker: the striker's Green's function and motion without contact.
         reed: the solved striker, if it is not in closed form.
         progress: receives the progress of what is solved for a comparison.
     """
@@ -44,9 +45,14 @@ class ComputedRun:
     scene: Scene
     method: RunMethod
     seat: Solved
-    problem: ContactProblem
+    striker: impact.Body
     reed: Solved | None = None
     progress: Progress = silent
+
+    @cached_property
+    def problem(self) -> ContactProblem:
+        """Return the contact problem of the run."""
+        return problem_of(self.scene, self.striker, impact.Body(self.seat.greens))
 
     @cached_property
     def bodies(self) -> Mapping[Role, impact.Body]:
@@ -114,6 +120,7 @@ class Ladder:
         remedy: how the error becomes smaller, in words, with "{key}", or "{table}" of the key, for what is stated.
         dimension: dimension of the value; "" without one.
         role: body whose model it refines.
+        hidden_by: key whose own error may hide that this one converges, and which is then refined, too; "" without one.
     """
 
     key: str
@@ -125,6 +132,7 @@ class Ladder:
     dimension: str = ""
     role: Role = "seat"
     remedy: str = ""
+    hidden_by: str = ""
 
     def describe(self, value: Any) -> str:
         """Return a value in words, with its unit."""
@@ -138,9 +146,10 @@ class Ladder:
         """Return the method with the key's first, coarse value by rule; keys that the file states are kept."""
         return method
 
-    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod:
-        """Return the method with a finer value, whose error is smaller by about ``factor``; the same if the file states
-        the key, or it is at its limit."""
+    def refine(self, plan: Plan, factor: float) -> RunMethod:
+        """Return the method of a plan with a finer value, whose error is smaller by about ``factor``; the same if the
+        file states the key, or it is at its limit."""
+        method = plan.method
         if self.key not in FIELDS or self.key in method.given or not (value := method.value(self.key)):
             return method
         return method.replaced({self.key: self.finer(value, factor)})

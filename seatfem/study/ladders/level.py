@@ -14,8 +14,8 @@ from seatfem.study.impacts.bodies import solve_body
 from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder, Role
 from seatfem.study.ladders.mesh import BANDS, TOLERANCES, element_sizes, lowest_band, next_band
 from seatfem.study.method import MODEL, RunMethod, has_key
+from seatfem.study.plan import Plan
 from seatfem.study.safety import FAILURES
-from seatfem.study.scene import Scene
 
 SHEAR_SHARE: Final = 0.05  # share of the target from which on the shear of a beam counts
 BAND_PER_FILTER: Final = 0.5  # bandwidth of the coarse seat times the filter's width: with half of it bars halve
@@ -50,13 +50,14 @@ class Level(Ladder):
         if self.role != "seat" or MODEL in method.given or not has_key(known.scene, MODEL):
             return method
         still = method.replaced({MODEL: "spring"})
-        return self.refine(known.scene, still, 1.0) if tells_waves(seat, still.seat) else still
+        return method.replaced({MODEL: level_with_waves(seat, still.seat)}) if tells_waves(seat, still.seat) else still
 
-    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod:
-        """Return the method with waves in the seat: its half section, a sector or, along a lip, all of it."""
+    def refine(self, plan: Plan, factor: float) -> RunMethod:
+        """Return the method of a plan with waves in the seat: its half section, a sector or, along a lip, all of it."""
+        method = plan.method
         if self.role != "seat" or MODEL in method.given or not method.seat.static:
             return method
-        return method.replaced({MODEL: level_with_waves(scene.seat, method.seat)})
+        return method.replaced({MODEL: level_with_waves(plan.scene.seat, method.seat)})
 
 
 def _shear(run: ComputedRun) -> Terms:

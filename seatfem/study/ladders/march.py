@@ -14,7 +14,7 @@ from seatfem.study.impacts.touches import Touches
 from seatfem.study.impacts.window import Excerpt, window_of
 from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder
 from seatfem.study.method import STEP, RunMethod
-from seatfem.study.scene import Scene
+from seatfem.study.plan import Plan
 from seatfem.study.scene.wings import longest_step
 
 if TYPE_CHECKING:
@@ -46,11 +46,12 @@ class TimeStep(Ladder):
         step = max(min(run.filter_width / FIRST, longest_step(known.scene.driven_by)), run.duration / MAX_STEPS)
         return replace(method, time_step=fitted(step, run.duration))
 
-    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod:
-        """Return the method with a shorter step."""
+    def refine(self, plan: Plan, factor: float) -> RunMethod:
+        """Return the method of a plan with a shorter step."""
+        method = plan.method
         if STEP in method.given or method.time_step is None:
             return method
-        return replace(method, time_step=fitted(method.time_step / factor, scene.run.duration))
+        return replace(method, time_step=fitted(method.time_step / factor, plan.scene.run.duration))
 
 
 def step_of_waves(problem: ContactProblem, dt: float, duration: float) -> float:

@@ -18,7 +18,7 @@ from seatfem.structures.patch import PATCH_ORDER, Patch, Sizes, mesh_error, size
 from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder
 from seatfem.study.ladders.modes import in_wider_band, with_modes_beyond, with_other_modes
 from seatfem.study.method import BAND, CONTACT_SIZE, REED_BAND, REED_CONTACT_SIZE, REED_SIZE, SIZE, TOLERANCE, RunMethod
-from seatfem.study.scene import Scene
+from seatfem.study.plan import Plan
 
 FIRST_ERROR: Final = 0.1  # relative error of g by the mesh with which a run begins
 FIRST_BAND: Final = 0.25  # band of the seat over the filter's width with which a run begins
@@ -79,9 +79,10 @@ class ElementSize(Ladder):
         on_face = method.seat.contact_size or in_each_arc(seat, method.seat, sizes.contact_size)
         return method.replaced({SIZE: sizes.size, CONTACT_SIZE: on_face})
 
-    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod:
-        """Return the method with smaller elements in the bulk and on the struck face; the same where either is stated,
-        as both make one error."""
+    def refine(self, plan: Plan, factor: float) -> RunMethod:
+        """Return the method of a plan with smaller elements in the bulk and on the struck face; the same where either
+        is stated, as both make one error."""
+        scene, method = plan.scene, plan.method
         keys = {SIZE: (SIZE, CONTACT_SIZE), REED_SIZE: (REED_SIZE, REED_CONTACT_SIZE)}.get(self.key, ())
         body, how = (scene.seat, method.seat) if self.role == "seat" else (scene.reed, method.reed)
         if how.exact or not keys or method.given.intersection(keys) or not (sizes := body.sizes(how)).size:
@@ -120,8 +121,10 @@ class Bandwidth(Ladder):
         first = 0.0 if known.patch is None else lowest_band(known.patch)
         return method.replaced({BAND: next_band(max(first, FIRST_BAND / known.scene.run.filter_width))})
 
-    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod:
-        """Return the method with a wider band, of a plate at most its limit, and elements for its shorter waves."""
+    def refine(self, plan: Plan, factor: float) -> RunMethod:
+        """Return the method of a plan with a wider band, of a plate at most its limit, and elements for its shorter
+        waves."""
+        scene, method = plan.scene, plan.method
         if self.key == REED_BAND and self.key not in method.given and (value := method.value(self.key)):
             wider = float(min(value * factor**0.5, max(value, scene.reed.band_limit[0])))
             return method.replaced({self.key: wider}) if wider >= LEAST_WIDER * value else method

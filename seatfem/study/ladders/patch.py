@@ -39,6 +39,7 @@ from seatfem.study.impacts.bodies import problem_of, solve_body, striker_of
 from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder
 from seatfem.study.ladders.mesh import in_each_arc
 from seatfem.study.method import CONTACT_SIZE, PORTS, RINGS, STOPPER_ARCS, STOPPER_RINGS, RunMethod
+from seatfem.study.plan import Plan
 from seatfem.study.scene import Scene, local
 from seatfem.study.scene.lips import ContactGeometry
 from seatfem.study.scene.measures import any_needs
@@ -58,13 +59,14 @@ class Rings(Ladder):
         is_open = known.is_reduced and method.seat.lip is None and RINGS not in method.given
         return method.replaced({RINGS: 1}) if is_open else method
 
-    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod:
-        """Return the method with more rings or, along a lip, more parts across; none under a film, or where an
-        assessment needs the whole contact."""
+    def refine(self, plan: Plan, factor: float) -> RunMethod:
+        """Return the method of a plan with more rings or, along a lip, more parts across; none under a film, or where
+        an assessment needs the whole contact."""
+        scene, method = plan.scene, plan.method
         if RINGS in method.given or not (value := method.seat.rings):
             return method
         if not method.seat.in_arcs:
-            finer = super().refine(scene, method, factor)
+            finer = super().refine(plan, factor)
             return method if finer == method else finer.with_values(scene.geometry, {})
         rings = next((number for number in ACROSS if number > value), value)
         if rings == value or scene.contact.film is not None or not scene.seat.traits.has_rings:
@@ -153,11 +155,12 @@ class Arcs(Ladder):
             return method.along(scene.geometry, 1, scene.contact.rings)
         return in_fewest_arcs(scene.geometry, scene.accuracy.measures, method)
 
-    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod:
-        """Return the method with twice as many arcs."""
+    def refine(self, plan: Plan, factor: float) -> RunMethod:
+        """Return the method of a plan with twice as many arcs."""
+        method = plan.method
         if PORTS in method.given or (method.ports or 1) == 1:
             return method
-        return _in_parts(scene.geometry, method, 2 * (method.ports or 1), method.seat.rings or 1)
+        return _in_parts(plan.scene.geometry, method, 2 * (method.ports or 1), method.seat.rings or 1)
 
     def neighbours(self, run: ComputedRun) -> Terms:
         """Return the run with other arcs, each with its own gap, on a coarser mesh of the seat."""
@@ -195,8 +198,9 @@ class OnePort(Ladder):
     effort: float = 0.7
     remedy: str = f"divide the lip by {PORTS}"
 
-    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod:
-        """Return the method with the lip in segments, and an element in each."""
+    def refine(self, plan: Plan, factor: float) -> RunMethod:
+        """Return the method of a plan with the lip in segments, and an element in each."""
+        scene, method = plan.scene, plan.method
         if PORTS in method.given or method.ports != 1:
             return method
         finer = in_fewest_arcs(scene.geometry, scene.accuracy.measures, method)
@@ -248,17 +252,18 @@ def _greens_along(run: ComputedRun, lip: AnyLip | None) -> base.GreensFunction |
 class StopperParts(Ladder):
     """The parts in which a stopper is met: twice as many arcs, more rings across them, and both in place of one."""
 
-    def refine(self, scene: Scene, method: RunMethod, factor: float) -> RunMethod:
-        """Return the method with more arcs and rings of the stopper, as far as the file leaves them open; the same if
-        they would be more than the program chooses itself, or the file states one arc."""
+    def refine(self, plan: Plan, factor: float) -> RunMethod:
+        """Return the method of a plan with more arcs and rings of the stopper, as far as the file leaves them open; the
+        same if they would be more than the program chooses itself, or the file states one arc."""
+        geometry, method = plan.scene.geometry, plan.method
         division, has_arcs = method.stopper, STOPPER_ARCS in method.given
         if division is None or (has_arcs and division.arcs == 1):
             return method
-        if (finer := finer_stopper(scene.geometry, division)) is None:
+        if (finer := finer_stopper(geometry, division)) is None:
             return method
         arcs = division.arcs if has_arcs else finer.arcs
         finer = Division(arcs, division.rings if STOPPER_RINGS in method.given else finer.rings)
-        return method if finer == division or finer.count > MOST_CHOSEN else method.stopped(scene.geometry, finer)
+        return method if finer == division or finer.count > MOST_CHOSEN else method.stopped(geometry, finer)
 
     def applies(self, run: ComputedRun) -> bool:
         """Return whether the stopper was computed, or is met in parts."""

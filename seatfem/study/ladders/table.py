@@ -6,41 +6,35 @@ reference; a test fails if a key of how bodies are computed is in no table here.
 
 from typing import Any
 
+from seatfem.study import method
 from seatfem.study.impacts.touches import LIP, RECORD, STOPPER, STRIKER, Source
 from seatfem.study.impacts.validity import ONE_PORT
 from seatfem.study.ladders import level, march, mesh, modes, patch
 from seatfem.study.ladders.ladder import Ladder
-from seatfem.study.method import (
-    BAND,
-    CONTACT_SIZE,
-    MODEL,
-    MODES,
-    PORTS,
-    REED_BAND,
-    RINGS,
-    SIZE,
-    STEP,
-    STOPPER_ARCS,
-    STOPPER_RINGS,
-    TOLERANCE,
-)
 
 LADDERS: list[Ladder] = [
-    patch.Arcs(PORTS, "patch"),
-    level.Level(MODEL, "model", rule="static stiffness, to begin with"),
-    mesh.Bandwidth(BAND, "reduction"),
-    mesh.ElementSize(SIZE, "mesh", also=(CONTACT_SIZE,)),
+    patch.Arcs(method.PORTS, "patch"),
+    level.Level(method.MODEL, "model", rule="static stiffness, to begin with"),
+    mesh.Bandwidth(method.BAND, "reduction", hidden_by=method.SIZE),
+    mesh.ElementSize(method.SIZE, "mesh", also=(method.CONTACT_SIZE,), hidden_by=method.TOLERANCE),
     Ladder("seat.mesh.order", "mesh"),  # no error besides that of the mesh
-    mesh.Tolerance(TOLERANCE, "reduction"),
+    mesh.Tolerance(method.TOLERANCE, "reduction"),
     patch.OnePort(ONE_PORT, LIP),
-    patch.Rings(RINGS, "patch"),
+    patch.Rings(method.RINGS, "patch"),
     modes.ModeCount("seat.n_modes", "model"),
     mesh.MeasuredRecord("seat.file", RECORD),
-    march.TimeStep(STEP, "time_step"),
-    modes.ModeCount(MODES, "model", role="reed"),
-    mesh.ElementSize("reed.mesh.size", STRIKER, "mesh", ("reed.mesh.contact_size", "reed.mesh.order"), role="reed"),
-    mesh.Tolerance("reed.greens.tolerance", STRIKER, "reduction", role="reed"),
-    mesh.Bandwidth(REED_BAND, STRIKER, role="reed"),
+    march.TimeStep(method.STEP, "time_step", hidden_by=method.MODES),
+    modes.ModeCount(method.MODES, "model", role="reed", hidden_by=method.STEP),
+    mesh.ElementSize(
+        method.REED_SIZE,
+        STRIKER,
+        "mesh",
+        (method.REED_CONTACT_SIZE, "reed.mesh.order"),
+        role="reed",
+        hidden_by=method.REED_TOLERANCE,
+    ),
+    mesh.Tolerance(method.REED_TOLERANCE, STRIKER, "reduction", role="reed"),
+    mesh.Bandwidth(method.REED_BAND, STRIKER, role="reed", hidden_by=method.REED_SIZE),
     level.Level("reed.model", STRIKER, "level", role="reed"),
     mesh.ElementSize(
         "stopper.mesh.size", STOPPER, "mesh", ("stopper.mesh.contact_size", "stopper.mesh.order"), role="stopper"
@@ -48,7 +42,9 @@ LADDERS: list[Ladder] = [
     mesh.Tolerance("stopper.greens.tolerance", STOPPER, "reduction", role="stopper"),
     mesh.Bandwidth("stopper.greens.bandwidth", STOPPER, role="stopper"),
     level.Level("stopper.model", STOPPER, "level", role="stopper"),
-    patch.StopperParts(STOPPER_ARCS, STOPPER, "patch", (STOPPER_RINGS,), 0.7, "its face as a whole, to begin with"),
+    patch.StopperParts(
+        method.STOPPER_ARCS, STOPPER, "patch", (method.STOPPER_RINGS,), 0.7, "its face as a whole, to begin with"
+    ),
     modes.ModeCount("stopper.n_modes", STOPPER, role="stopper"),
 ]
 """All ladders; those of the seat in the order in which their first values are chosen."""

@@ -32,8 +32,6 @@ ValueOf = Callable[[Iterable[Array]], float]
 """Function that returns the least value of the (m, 6) stress histories of several places [Pa]."""
 Errors = Mapping[str, float]
 """Errors of a number of the stress by source."""
-Cached = Callable[[Callable[[], Errors]], Errors]
-"""Function that returns errors from where they are on file, or what a function computes."""
 COMPONENTS: Final = ("xx", "yy", "zz", "yz", "xz", "xy")
 LEAST: Final = 0.1  # least stress of a spot with a history, over the largest in its body
 SHARE: Final = 0.3
@@ -140,12 +138,10 @@ class BodyStress(ABC):
     def hot_spots(self, stride: int) -> tuple[tuple[Spot, ...], tuple[History, ...]]:
         """Return the hot spots, and the histories of the largest in every ``stride``-th step."""
 
-    def errors_of_value(
-        self, done: Round, value_of: ValueOf, first: int, turn: float, cached: Cached, progress: Progress
-    ) -> Errors:
+    def errors_of_value(self, done: Round, value_of: ValueOf, first: int, turn: float, progress: Progress) -> Errors:
         """Return the errors, by source, of the least value of stress histories at the places that may have it, by the
         load block after the ``first`` steps, the last ``turn`` [s] of a run; empty of a body of which only the error of
-        the largest stress is known. ``cached``: function that returns them from file, or computes and stores them."""
+        the largest stress is known."""
         return {}
 
     def margin_map(self, margin_of: MarginOf, first: int) -> frames.Frames | None:

@@ -29,14 +29,10 @@ from seatfem.study.method import (
     BAND,
     FIELDS,
     MODEL,
-    MODES,
     PORTS,
     REED_BAND,
-    REED_SIZE,
-    REED_TOLERANCE,
     RINGS,
     SIZE,
-    STEP,
     STOPPER_ARCS,
     STOPPER_RINGS,
     TOLERANCE,
@@ -64,11 +60,6 @@ TRIES: Final = 3  # refinements after which an error that has hardly fallen is t
 HOPES: Final = 2  # rounds of refinement after which a measure whose error bar exceeds its value is given up
 SEAT_KEYS: Final = frozenset({SIZE, BAND, TOLERANCE, RINGS, PORTS, STOPPER_ARCS})
 """Keys whose finer values may be out of reach of meshing, reduction or memory."""
-HIDDEN_BY: Final[Mapping[str, str]] = {
-    **{STEP: MODES, MODES: STEP},
-    **{SIZE: TOLERANCE, BAND: SIZE, REED_SIZE: REED_TOLERANCE, REED_BAND: REED_SIZE},
-}
-"""Keys of which another one may hide the convergence."""
 
 
 @dataclass(frozen=True)
@@ -112,20 +103,21 @@ def begin_plan(scene: Scene) -> Plan:
     check_files(scene)
     method = begin_method(scene)
     contact.check_length(scene, method.time_step or scene.run.filter_width, method.seat.division.count)
-    stated, choices = stated_method(scene), []
+    plan, stated, choices = Plan(scene, method, ()), stated_method(scene), []
     for key in FIELDS:
-        if _matters(scene, method, key) and (value := method.value(key)) is not None:
+        if _matters(plan, key) and (value := method.value(key)) is not None:
             ladder, given = ladder_of(key), is_given(scene, key)
             rule = "default" if value == stated.value(key) else ladder.rule if ladder else ""
             choices.append(Choice(key, described(key, value), "" if given else rule, given))
-    return Plan(scene, method, tuple(choices))
+    return replace(plan, choices=tuple(choices))
 
 
-def _matters(scene: Scene, method: RunMethod, key: str) -> bool:
+def _matters(plan: Plan, key: str) -> bool:
     """Return whether a scene has a key, of the parts of a stopper's face only where this can be divided."""
-    if key not in (STOPPER_ARCS, STOPPER_RINGS) or is_given(scene, key) or method.stopper != Division():
+    scene = plan.scene
+    if key not in (STOPPER_ARCS, STOPPER_RINGS) or is_given(scene, key) or plan.method.stopper != Division():
         return has_key(scene, key)
-    return _refined(scene, method, STOPPER_ARCS, MOST) != method
+    return _can_refine(plan, STOPPER_ARCS)
 
 
 def with_measured_errors(done: Round) -> Plan:
@@ -189,7 +181,7 @@ def mark(done: Round) -> Marks:
         errors = errors_by_key(done, measure)
         given_up = _is_cut(done, measure) or _is_hopeless(done, measure)
         tried = frozenset[str]() if given_up else errors.keys() - done.plan.refused.keys()
-        open_keys = {key for key in tried if _can_refine(done, key) and not _is_stalled(done, key)}
+        open_keys = {key for key in tried if _can_refine(done.plan, key) and not _is_stalled(done, key)}
         fixed = math.hypot(*(error for key, error in errors.items() if key not in open_keys))
         room = max((AIM * allowed) ** 2 - fixed**2, (allowed**2 - fixed**2) / 2)
         if room <= 0:
@@ -221,24 +213,25 @@ def _shares(errors: Mapping[str, float], room: float) -> Mapping[str, float]:
     return {}
 
 
-def _refined(scene: Scene, method: RunMethod, key: str, factor: float) -> RunMethod:
-    """Return the method with one key refined; the same if it is stated, at its limit, or no key of the scene."""
-    if (ladder := ladder_of(key)) is None or (key in FIELDS and not has_key(scene, key)):
-        return method
-    return ladder.refine(scene, method, factor)
+def _refined(plan: Plan, key: str, factor: float) -> RunMethod:
+    """Return the method of a plan with one key refined; the same if it is stated, at its limit, or no key of the
+    scene."""
+    if (ladder := ladder_of(key)) is None or (key in FIELDS and not has_key(plan.scene, key)):
+        return plan.method
+    return ladder.refine(plan, factor)
 
 
-def _can_refine(done: Round, key: str) -> bool:
+def _can_refine(plan: Plan, key: str) -> bool:
     """Return whether a key has a finer value."""
-    return _refined(done.plan.scene, done.plan.method, key, MOST) != done.plan.method
+    return _refined(plan, key, MOST) != plan.method
 
 
 def _hiding(done: Round, key: str) -> str:
     """Return the key that is refined together with one whose error has hardly fallen by its last refinement: it hides
     its convergence, as a step that of modes, or a tolerance that of a mesh. "" if there is none."""
-    past, other = done.plan.refined.get(key, ()), HIDDEN_BY.get(key, "")
+    past, other = done.plan.refined.get(key, ()), ladder.hidden_by if (ladder := ladder_of(key)) else ""
     has_stayed = past and _worst(done, key) > past[-1].error / past[-1].factor ** 0.5
-    return other if has_stayed and _can_refine(done, other) else ""
+    return other if has_stayed and _can_refine(done.plan, other) else ""
 
 
 def _is_stalled(done: Round, key: str) -> bool:
@@ -301,7 +294,7 @@ def _within_work(done: Round, factors: Mapping[str, float]) -> tuple[RunMethod, 
     """Return the method refined in the key of the largest error and then in those that reduce most of the error per
     counted work, within `MOST_WORK`; and the factor of each."""
     plan = done.plan
-    alone = {key: _refined(plan.scene, plan.method, key, factor) for key, factor in factors.items()}
+    alone = {key: _refined(plan, key, factor) for key, factor in factors.items()}
     alone = {key: finer for key, finer in alone.items() if finer != plan.method}
 
     def gain_per_work(key: str) -> float:
@@ -312,7 +305,7 @@ def _within_work(done: Round, factors: Mapping[str, float]) -> tuple[RunMethod, 
     method, taken = plan.method, dict[str, float]()
     for key in sorted(alone, key=lambda key: (key != first, -gain_per_work(key))):
         for power in POWERS:
-            finer = _refined(plan.scene, method, key, factors[key] ** power)
+            finer = _refined(replace(plan, method=method), key, factors[key] ** power)
             fits = max(work_ratio(plan.method, finer, plan.scene.bodies).values()) <= MOST_WORK
             if fits or (key == first and power == POWERS[-1]):
                 method, taken[key] = finer, factors[key] ** power
@@ -345,7 +338,7 @@ def _why(done: Round, key: str, marks: Marks) -> str:
     before, leaves = described(key, done.plan.method.value(key)), _leaves(done, key)
     if key in marks.wanted and leaves:
         return f"{before} before left {leaves}, measured"
-    hidden = [each for each, other in HIDDEN_BY.items() if other == key and each in marks.wanted]
+    hidden = [each for each in marks.wanted if (ladder := ladder_of(each)) and ladder.hidden_by == key]
     return f"{before} before; refined with {f'{hidden[0]}, whose error it may hide' if hidden else 'another key'}"
 
 
@@ -366,9 +359,9 @@ def what_remains(done: Round) -> str:
     if math.isinf(done.left.by_key.get(key, {}).get(measure, error)):
         share = "an unknown part"
     value = done.plan.method.value(key) if key in FIELDS else None
-    most = isinstance(value, int) and not _can_refine(done, key)
+    most = isinstance(value, int) and not _can_refine(done.plan, key)
     why = f"rounds take at most {value}: state {key}" if most else "it cannot be made smaller"
-    remedy = remedy_by_key(done.plan.scene, key) if key == STOPPER_ARCS or key not in FIELDS else ""
+    remedy = remedy_by_key(done.plan, key) if key == STOPPER_ARCS or key not in FIELDS else ""
     why = f"no round refines it further: {remedy}" if remedy else why
     why = done.plan.refused.get(key) or why
     if done.plan.is_given(key):

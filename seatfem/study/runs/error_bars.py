@@ -20,8 +20,7 @@ def runs_of_budget(done: Round, progress: Progress = silent) -> tuple[ContactPro
     """Return the contact problem of a round, its neighbours by key, and what their marches share."""
     scene = done.plan.scene
     flights = done.flights or Flights(done.striker, scene.run.duration, scene.contact.preload, keeps_runs=True)
-    bodies = (done.plan.method, done.seat, done.striker, done.reed)
-    computed, terms, _ = varied_problems(scene, *bodies, progress, flights)
+    computed, terms, _ = varied_problems(done.as_computed(progress), flights)
     return computed.problem, terms, flights
 
 

@@ -144,12 +144,6 @@ def cached_array(done: Round, touches: Touches, what: str, at: Array, compute: C
     return cache.load_or_compute("arrays", key, compute, content=what, read=read, write=write, most_bytes=MOST_ARRAYS)
 
 
-def caches(done: Round, numbers: str, array: str) -> tuple[Callable[..., Any], Callable[..., Array]]:
-    """Return `cached_numbers` and `cached_array` of a round's own run, with their names: both take what computes."""
-    run = done, done.touches
-    return partial(cached_numbers, *run, numbers), partial(cached_array, *run, array)
-
-
 def _hash_of(numbers: Mapping[str, Any]) -> str:
     return content_key({"numbers": json.dumps(numbers)})
 

@@ -24,12 +24,12 @@ from seatfem.structures.cache import Store, StoreError
 from seatfem.structures.finite_elements import DRAWN_MODES
 from seatfem.structures.kinds import Structure
 from seatfem.structures.mesh import plane_meshes
-from seatfem.structures.method import Solved
+from seatfem.structures.method import Method, Solved
 from seatfem.structures.model import Array, SecondOrderModel
 from seatfem.structures.reduction.modes import Modes
 from seatfem.study.impacts.touches import Touches
-from seatfem.study.method import RunMethod
-from seatfem.study.scene import Run, Scene
+from seatfem.study.runs.round import Round
+from seatfem.study.scene import Run
 
 if TYPE_CHECKING:
     from seatfem.structures.mesh import meshing
@@ -57,10 +57,7 @@ def raising(problem: Exception, path: Path) -> None:
 
 
 def draw_run(
-    scene: Scene,
-    method: RunMethod,
-    seat: Solved,
-    result: ImpactResult,
+    done: Round,
     baseline: ImpactResult,
     folder: Path,
     progress: Progress,
@@ -68,11 +65,13 @@ def draw_run(
     more: Sequence[rendering.Picture] = (),
     landings: Sequence[Mapping[str, object]] = (),
 ) -> tuple[tuple[Path, ...], tuple[str, ...]]:
-    """Draw force, motion, energy, Green's function, ``more``, mesh and modes; return the files and messages on gaps.
+    """Draw force, motion, energy, Green's function, ``more``, mesh and modes of a round; return the files and messages
+    on gaps.
 
     ``painter``: drawing process, on which `ahead` has begun. ``landings``: records as in summary.json, to be marked.
     Pictures of mesh and modes of a seat that is reused are copied from the store; without any, it is meshed again.
     """
+    scene, seat, result, how = done.plan.scene, done.seat, done.result, done.plan.method.seat
     title, width = scene.title or "Impact", scene.run.filter_width
     marked: dict[str, Any] = {"filter_width": width, "title": title, "landings": landings}
     struck = "seat" if scene.stopper is None else "seat and stopper"
@@ -80,16 +79,16 @@ def draw_run(
         ("force.png", lambda path: plot_force(result, baseline, path, **marked)),
         ("motion.png", lambda path: plot_motion(result, baseline, path, crank=scene.crank, **marked)),
         ("energy.png", lambda path: plot_energy(result, path, title=title, targets=struck)),
-        _greens_picture(scene.run, method, seat),
+        _greens_picture(scene.run, how, seat),
         *more,
     ]
     copies: tuple[Path, ...] = ()
     missing: tuple[str, ...] = ()
-    key = "" if method.seat.exact else cache.key_of(scene.seat, method.seat)
+    key = "" if how.exact else cache.key_of(scene.seat, how)
     if key and seat.mesh is None:
         try:
             copies = Store.default().fetch(key, folder)
-            seat = seat if copies else scene.seat.meshed(seat, method.seat, progress)
+            seat = seat if copies else scene.seat.meshed(seat, how, progress)
         except Exception as problem:  # all numbers are on file: the missing pictures are reported instead
             missing = (f"no pictures of the seat's mesh and modes: {problem}",)
     of_seat = _seat_pictures(scene.seat, width, seat)
@@ -103,16 +102,17 @@ def draw_run(
     return (*files, *copies), (*gaps, *missing)
 
 
-def ahead(body: Structure, run: Run, method: RunMethod, seat: Solved, painter: rendering.Painter) -> None:
+def ahead(done: Round, painter: rendering.Painter) -> None:
     """Begin to draw the pictures that need the seat only, while the run continues; none for a seat without a mesh."""
-    bodies = [picture for picture in _seat_pictures(body, run.filter_width, seat) if picture[0] in BODIES]
+    scene, seat = done.plan.scene, done.seat
+    bodies = [picture for picture in _seat_pictures(scene.seat, scene.run.filter_width, seat) if picture[0] in BODIES]
     if bodies and not picture_library_gap():
-        painter.take([*bodies, _greens_picture(run, method, seat)])
+        painter.take([*bodies, _greens_picture(scene.run, done.plan.method.seat, seat)])
 
 
-def _greens_picture(run: Run, method: RunMethod, seat: Solved) -> rendering.Picture:
+def _greens_picture(run: Run, how: Method, seat: Solved) -> rendering.Picture:
     """Return greens.png."""
-    known = method.seat.bandwidth
+    known = how.bandwidth
     band, periods = (1 / run.filter_width, 200) if known is None else (known, 40)
     whole = rings.as_a_whole(seat.greens)  # p parts have p^2 responses
     draw = partial(plot_greens, whole, duration=min(run.duration, periods / band), width=1 / band)

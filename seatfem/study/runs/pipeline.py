@@ -180,7 +180,7 @@ def _run(
     baseline: Baseline | None = None
     for latest in rounds(plan, folder, watch, progress, limits=limits, tell=tell, start=start):
         if pictures:
-            run_pictures.ahead(scene.seat, scene.run, latest.plan.method, latest.seat, painter)
+            run_pictures.ahead(latest, painter)
         if baseline is None or baseline.beside is not latest.result:  # a round is yielded again if the next one fails
             baseline = baseline_of(latest, watch)
         courses = _courses_of_drives(latest)
@@ -225,8 +225,8 @@ def _run(
             strains = run_pictures.gauge_pictures(latest.touches, scene.title)
             stopper = run_pictures.stopper_pictures(latest.touches, scene.run.filter_width, scene.title)
             more = [drawing, *stopper, *lip, *of_wings, *strains, *later.pictures(latest)]
-            run = (latest.plan.method, latest.seat, latest.result, baseline.result)
-            drawn, gaps = run_pictures.draw_run(scene, *run, folder, progress, painter, more, summary["landings"])
+            landings = summary["landings"]
+            drawn, gaps = run_pictures.draw_run(latest, baseline.result, folder, progress, painter, more, landings)
         summary |= {**timing_keys(watch, start), "pictures_missing": "; ".join(gaps)}
         try:
             write_json(folder / SUMMARY_FILE, summary)

@@ -4,7 +4,6 @@ of its histories, such as a fatigue margin: the value itself in other runs, in a
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import ClassVar, Final
@@ -31,7 +30,7 @@ from seatfem.structures.fields.recovery import StressField, in_frames
 from seatfem.structures.fields.sites import REACH, peak_mesh_error
 from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.structures.mesh.checks import nearest_distances
-from seatfem.structures.method import COARSENING, Method
+from seatfem.structures.method import COARSENING
 from seatfem.study.impacts.bodies import problem_of, striker_of
 from seatfem.study.impacts.contact import marched
 from seatfem.study.impacts.forces import Strike
@@ -45,20 +44,11 @@ from seatfem.study.impacts.plate_stress import (
     struck_by,
 )
 from seatfem.study.method import REED_BAND
-from seatfem.study.runs.body_stress import (
-    BOTH_FACES,
-    Cached,
-    Errors,
-    FieldStress,
-    History,
-    Spot,
-    ValueOf,
-    foremost,
-    rows_of,
-)
+from seatfem.study.plan import Plan
+from seatfem.study.runs import body_stress, kept
+from seatfem.study.runs.body_stress import BOTH_FACES, Errors, FieldStress, History, Spot, ValueOf
 from seatfem.study.runs.error_bars import error_bars_of, runs_of_budget
 from seatfem.study.runs.round import Round
-from seatfem.study.scene import Scene
 
 BEFORE: Final = 0.15  # time shown before the contact, in its durations
 AFTER: Final = 0.35  # time shown after the contact, in its durations
@@ -133,12 +123,7 @@ class PlateStress(FieldStress):
         other = self.under(strike)
         return stresses_of_plate(self.reed, self.field, largest(other.field, other.force, other.dt, since=since))
 
-    def errors_of_value(
-        self, done: Round, value_of: ValueOf, first: int, turn: float, cached: Cached, progress: Progress
-    ) -> Errors:
-        return cached(lambda: self._errors_of_value(done, value_of, first, turn, progress))
-
-    def _errors_of_value(self, done: Round, value_of: ValueOf, first: int, turn: float, progress: Progress) -> Errors:
+    def errors_of_value(self, done: Round, value_of: ValueOf, first: int, turn: float, progress: Progress) -> Errors:
         likely = self.likely[self.counted[self.likely]]
         field = self.field.at(likely)
         ranges = mises_range(field, self.force, self.dt, since=first)
@@ -152,14 +137,14 @@ class PlateStress(FieldStress):
         which = np.array([points[peak.von_mises[points].argmax()] for points in by_part])
         edges = nearest_distances(self.field.points[which], singular_points(self.strike))
         spots = self.spots_at(which, self.regions[which], edges, peak.von_mises_time[which])
-        histories = foremost(self.histories_at(which, spots, stride))
+        histories = body_stress.foremost(self.histories_at(which, spots, stride))
         return tuple(each.spot for each in histories), histories
 
     def on_skin(self, values: Array) -> tuple[skins.Skin, Array]:
         mesh = self.reed.plate(self.strike.striker.greens).mesh
         skin = skins.skin_of_plate(mesh)
         on_nodes = np.full((*values.shape[:-1], len(skin.nodes)), np.nan)
-        on_nodes[..., rows_of(self.field.points, mesh.points[skin.nodes])] = values
+        on_nodes[..., body_stress.rows_of(self.field.points, mesh.points[skin.nodes])] = values
         return skin, on_nodes
 
     @property
@@ -185,46 +170,20 @@ class PlateStress(FieldStress):
 
 ERRORS: Final = "errors of the stress in a plate"
 """Name of `Errors` in the cache."""
-
-
-def computed(compute: Callable[[], Errors]) -> Errors:
-    """Return what a function computes: where errors are not cached."""
-    return compute()
-
-
 PEAKS: Final = "largest stress at the points of a plate"
 """Name of the array (s, 4, P) of `LargestStress` in the cache."""
 
 
-def computed_peaks(at: Array, compute: Callable[[], Array]) -> Array:
-    """Return what a function computes ``at`` places: where the largest stresses are not cached."""
-    return compute()
-
-
-def plate_stress(
-    scene: Scene,
-    solved_by: Method,
-    strike: Strike,
-    since: float = math.nan,
-    cached: Cached = computed,
-    cached_peaks: Callable[[Array, Callable[[], Array]], Array] = computed_peaks,
-) -> PlateStress | None:
-    """Return the stress in the faces of the plate that strikes.
+def plate_stress(done: Round) -> PlateStress | None:
+    """Return the stress in the faces of the plate that strikes, in the run of a round; its numbers are cached.
 
     It is ``None`` for strikers that are no plates with modes, and for a plate too narrow to have points of known
     stress: plate theory gives none within one thickness of sharp corners, of the ends of the clamp and of the contact.
     The error bar is the sum of the mesh error, extrapolated from a coarser mesh, and of the truncation error, from
     modes beyond the band (`sheets.BEYOND`) in a run of their own, of second order; other errors of the contact force
     are not included. Both are those of the places with at least `STRONG` of the largest stress.
-
-    Args:
-        scene: the scene.
-        solved_by: method of the plate.
-        strike: the run.
-        since: start of the judged landing [s], from which on the stress is reported separately, too.
-        cached, cached_peaks: functions that return the two errors, and the largest stresses ``at`` points, from where
-            they are on file, or compute and store them.
     """
+    scene, strike, since = done.plan.scene, done.strike, done.since
     reed, greens = scene.reed.thin_plate, strike.striker.greens
     if reed is None or greens.modal is None:
         return None
@@ -232,21 +191,25 @@ def plate_stress(
     if not len(field.points):
         return None
     force, dt = strike.pushes, strike.dt
-    by_span = cached_peaks(field.points, lambda: largest(field, force, dt, since=since).by_span)
+
+    def compute_peaks() -> Array:
+        return largest(field, force, dt, since=since).by_span
+
+    by_span = kept.cached_array(done, done.touches, PEAKS, field.points, compute_peaks)
     by_point = LargestStress(Spans.of_run(force, dt, since), by_span)
     stress = PlateStress(strike, field, reed, by_point, math.nan, field)
     if not stress.largest.after_contact.is_known:
         return stress
     peaks = by_point.after_contact.von_mises
-    errors = cached(lambda: _errors_of(scene, solved_by, stress))
+    errors = kept.cached_numbers(done, done.touches, ERRORS, lambda: _errors_of(done.plan, stress))
     worst = field.at(np.array([int(peaks.argmax())]))
     bar = errors["mesh"] + errors["truncation"] + LITTLE * float(peaks.max())
     return replace(stress, bar=bar, largest_at=worst)
 
 
-def _errors_of(scene: Scene, solved_by: Method, stress: PlateStress) -> Errors:
+def _errors_of(plan: Plan, stress: PlateStress) -> Errors:
     """Return the errors of the largest stress after the first touch, by the ``mesh`` and by ``truncation`` [Pa]."""
-    strike, reed = stress.strike, stress.reed
+    scene, solved_by, strike, reed = plan.scene, plan.method.reed, stress.strike, stress.reed
     peaks, plate = stress.by_point.after_contact.von_mises, reed.plate(strike.striker.greens)
     strong = np.flatnonzero(peaks >= STRONG * peaks.max())
     points = stress.field.points[strong]

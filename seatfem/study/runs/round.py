@@ -16,6 +16,7 @@ import impact
 from impact.after.histories import ReedStress
 from impact.after.regime import UNRESOLVED
 from impact.after.result import ImpactResult
+from impact.notices import Progress
 from impact.quantities import in_time, percent
 from impact.runs import variations
 from impact.runs.variations import Budget
@@ -24,13 +25,12 @@ from seatfem.study import safety
 from seatfem.study.impacts import validity
 from seatfem.study.impacts.contact import Flights
 from seatfem.study.impacts.forces import Strike
-from seatfem.study.impacts.touches import LIP, Touches
-from seatfem.study.ladders.ladder import Ladder
+from seatfem.study.impacts.touches import LIP, Touches, stress_since
+from seatfem.study.ladders.ladder import ComputedRun, Ladder
 from seatfem.study.ladders.patch import finer_stopper
 from seatfem.study.ladders.table import LADDERS, ladder_of, source_of
 from seatfem.study.method import MODES, STEP, STOPPER_ARCS, STOPPER_RINGS, RunMethod
 from seatfem.study.plan import Plan
-from seatfem.study.scene import Scene
 from seatfem.study.scene.contradictions import cover_doubts_of, own_doubts_of
 from seatfem.study.scene.measures import in_words as spoken
 from seatfem.study.scene.measures import short_words
@@ -88,6 +88,10 @@ class Round:
         """Return the run by itself, without its scene and method."""
         return Strike(self.plan.scene.geometry, self.striker, self.seat.greens, self.touches, self.stress)
 
+    def as_computed(self, progress: Progress) -> ComputedRun:
+        """Return the run whose errors are to be estimated; ``progress``: as in `ComputedRun`."""
+        return ComputedRun(self.plan.scene, self.plan.method, self.seat, self.striker, self.reed, progress)
+
     @property
     def look(self) -> PlateLook | None:
         """Return how runs of the error budget evaluate a plate's stress; ``None``: it is no measure."""
@@ -97,6 +101,11 @@ class Round:
     def is_followed(self) -> bool:
         """Return whether a further round begins next."""
         return self.stopped.endswith(UNFINISHED)
+
+    @property
+    def since(self) -> float:
+        """Return the start of the judged landing [s], before and after which stress is reported; nan without one."""
+        return stress_since(self.touches, self.plan.scene.accuracy.landing)
 
     @property
     def result(self) -> ImpactResult:
@@ -254,36 +263,36 @@ def remedy_of(plan: Plan, key: str, source: str) -> str:
     """Return in words how the error by a ``key`` of a ``source`` becomes smaller, or why it cannot."""
     if source == LIP and plan.scene.reed.states_contact:
         return "remove reed.contact_radius: the reed then meets the struck face in segments"
-    return plan.refused.get(key) or remedy_by_key(plan.scene, key) or remedy_by_source(plan.scene, source) or NOTHING
+    return plan.refused.get(key) or remedy_by_key(plan, key) or remedy_by_source(plan, source) or NOTHING
 
 
-def remedy_by_key(scene: Scene, key: str) -> str:
+def remedy_by_key(plan: Plan, key: str) -> str:
     """Return in words what to state at one ``key``, so that its error becomes smaller; "" if the scene has no such
     key."""
-    if key == STOPPER_ARCS and scene.stopper is not None:
-        finer = finer_stopper(scene.geometry, scene.stopper.parts)
+    if key == STOPPER_ARCS and (stopper := plan.scene.stopper) is not None:
+        finer = finer_stopper(plan.scene.geometry, stopper.parts)
         return "" if finer is None else f"state {key} = {finer.arcs} and {STOPPER_RINGS} = {finer.rings}"
-    return "" if (ladder := ladder_of(key)) is None else _remedy_on(scene, ladder)
+    return "" if (ladder := ladder_of(key)) is None else _remedy_on(plan, ladder)
 
 
-def _remedy_on(scene: Scene, ladder: Ladder) -> str:
+def _remedy_on(plan: Plan, ladder: Ladder) -> str:
     """Return the remedy of a ladder in words; "" if a scene has no key that it names."""
     table = ladder.key.rpartition(".")[0]
     for name, key in (("{key}", ladder.key), ("{table}", table)):
-        if name in ladder.remedy and not has_key_of_kind(scene, key):
+        if name in ladder.remedy and not _has_key_of_kind(plan, key):
             return ""
     return ladder.remedy.format(key=ladder.key, table=table)
 
 
-def remedy_by_source(scene: Scene, source: str) -> str:
+def remedy_by_source(plan: Plan, source: str) -> str:
     """Return in words what to state of a whole source of error; "" if the scene's kinds have none of its keys."""
-    return ", or ".join(filter(None, (_remedy_on(scene, each) for each in LADDERS if each.source == source)))
+    return ", or ".join(filter(None, (_remedy_on(plan, each) for each in LADDERS if each.source == source)))
 
 
-def has_key_of_kind(scene: Scene, key: str) -> bool:
+def _has_key_of_kind(plan: Plan, key: str) -> bool:
     """Return whether the kinds of a scene's tables have a dotted ``key``, whether or not the file states its table."""
     role, *path = key.split(".")
-    table = getattr(scene, role)
+    table = getattr(plan.scene, role)
     bodies = (table, table.body) if role == "stopper" and table is not None else (table,)
     return any(table is not None and _has(type(table), path) for table in bodies)
 

@@ -24,13 +24,13 @@ from seatfem.study.error_budget import error_budget
 from seatfem.study.impacts import contact
 from seatfem.study.impacts.bodies import solve_body, stopper_of, striker_of
 from seatfem.study.impacts.contact import run_contacts
-from seatfem.study.impacts.touches import STRIKER, stress_since
+from seatfem.study.impacts.touches import STRIKER
 from seatfem.study.ladders.mesh import TOLERANCES
 from seatfem.study.method import BAND, TOLERANCE
 from seatfem.study.plan import Plan
 from seatfem.study.runs import reed_stress
 from seatfem.study.runs.converge import attempts, in_widest_band, with_measured_errors
-from seatfem.study.runs.kept import cached_numbers, caches
+from seatfem.study.runs.kept import cached_numbers
 from seatfem.study.runs.next_round import Limits, expect_time, next_plan
 from seatfem.study.runs.round import UNFINISHED, Round, in_words
 from seatfem.study.safety import FAILURES
@@ -220,11 +220,8 @@ def solve(
         return computed
     progress("reed stress", 0.0)
     with watch("reed stress"):
-        since, plate = stress_since(touches, scene.accuracy.landing), None
-        if any_needs(scene.accuracy.measures, "stress"):
-            cached = caches(computed, reed_stress.ERRORS, reed_stress.PEAKS)
-            plate = reed_stress.plate_stress(scene, method.reed, computed.strike, since, *cached)
-        stress = computed.strike.largest_stress(since=since) if plate is None else plate.largest
+        plate = reed_stress.plate_stress(computed) if any_needs(scene.accuracy.measures, "stress") else None
+        stress = computed.strike.largest_stress(since=computed.since) if plate is None else plate.largest
     progress("reed stress", 1.0)
     return replace(computed, plate=plate, stress=stress)
 
@@ -235,8 +232,7 @@ def with_stress(done: Round, limits: Limits, watch: Stopwatch) -> Round:
     if done.stress.is_known or not (limits.stress or scene.stress or scene.assessments):
         return done
     with watch("reed stress"):
-        since = stress_since(done.touches, scene.accuracy.landing)
-        return replace(done, stress=done.strike.largest_stress(since=since))
+        return replace(done, stress=done.strike.largest_stress(since=done.since))
 
 
 def _round(
@@ -268,11 +264,11 @@ def _round(
             if before is not None or not looser or not plan.is_open(TOLERANCE):
                 raise
             plan = replace(plan, method=plan.method.replaced({TOLERANCE: looser[0]}))
-    seat, touches, reed = computed.seat, computed.touches, computed.reed
+    seat, touches = computed.seat, computed.touches
     with watch("error budget"):
         wanted_stress = computed.stress if scene.needs_stress else UNKNOWN_STRESS
-        looks = (wanted_stress, reed, computed.look, progress, computed.flights)
-        compute = partial(error_budget, scene, plan.method, seat, computed.striker, touches, *looks)
+        looks = (wanted_stress, computed.look, computed.flights)
+        compute = partial(error_budget, computed.as_computed(progress), touches, *looks)
         if limits.steady:  # scenes of a study are kept by its journal
             budget = compute()
         else:

@@ -21,13 +21,12 @@ from impact.quantities import percent
 from impact.runs.variations import SAFETY, Budget, Values
 from seatfem.structures.fields.recovery import largest
 from seatfem.study.impacts.forces import Forces
-from seatfem.study.impacts.touches import stress_since
 from seatfem.study.ladders.table import ladder_of, source_of
 from seatfem.study.method import MODEL
 from seatfem.study.plan import Plan
 from seatfem.study.runs import kept
 from seatfem.study.runs.error_bars import error_bars_of
-from seatfem.study.runs.reed_stress import ERRORS, PEAKS, PlateStress, plate_stress
+from seatfem.study.runs.reed_stress import PlateStress, plate_stress
 from seatfem.study.runs.round import Round, remedy_by_source, remedy_of
 from seatfem.study.runs.seat_stress import SeatStress, judged_under, left_by_mesh, seat_stress
 from seatfem.study.safety import source_in_words
@@ -53,11 +52,9 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
     force at first touch, which without a compliant contact law does not converge with the step: it has no error bar,
     and needs no coarser mesh.
     """
-    scene, strike = done.plan.scene, done.strike
-    since = stress_since(done.touches, scene.accuracy.landing)
-    seat, reed = seat_stress(done, progress), done.plate
+    strike, seat, reed = done.strike, seat_stress(done, progress), done.plate
     if reed is None:
-        reed = plate_stress(scene, done.plan.method.reed, strike, since, *kept.caches(done, ERRORS, PEAKS))
+        reed = plate_stress(done)
     elif REED in done.left.values:  # a measure of the round, which has its bar there
         reed = replace(reed, bar=done.left.bar(REED))
     of_seat = seat if np.any(done.result.force) else None
@@ -140,7 +137,7 @@ def stress_notes(plan: Plan, seat: SeatStress | None) -> tuple[str, ...]:
         source = source_of(key) if ladder_of(key) else key
         named, remedy = source_in_words(source), remedy_of(plan, key, source)
         if key == WAVES:
-            named, remedy = OF_WAVES, remedy_by_source(plan.scene, "reduction")
+            named, remedy = OF_WAVES, remedy_by_source(plan, "reduction")
         elif key == RECOVERY:
             named, remedy = OF_EDGES if at_limit else OF_MESH
         sentences.append(

@@ -11,24 +11,7 @@ from annotated_types import Ge
 from pydantic import Field, SerializerFunctionWrapHandler, create_model, model_serializer, model_validator
 
 from impact.march.laws import SqueezeFilm
-from seatfem.fields import (
-    Angle,
-    Contradictions,
-    Length,
-    Opening,
-    Position,
-    Pressure,
-    Table,
-    Tilt,
-    Travel,
-    Usual,
-    Viscosity,
-    absent,
-    default,
-    field_of,
-    flies_away,
-    one_of,
-)
+from seatfem import fields
 from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.structure import motion_key
 from seatfem.structures.rings import MOST_CHOSEN, MOST_PORTS, MOST_RINGS, Division
@@ -36,7 +19,7 @@ from seatfem.study.scene.laws import USUAL, ContactLaw, law_as_text, laws
 from seatfem.study.scene.retainers import Profile
 
 
-class Film(Table):
+class Film(fields.Table):
     """A fluid in the open gap between reed and seat, in addition to the contact law, modelled as under a long strip.
 
     On a length l of the strip the force is viscosity * l * width^3/(gap + floor)^3 times the closing speed. It opposes
@@ -52,18 +35,18 @@ viscosity = "18 uPa s"
 floor = "2 um"
 """
 
-    viscosity: Viscosity = Field(description="mu, dynamic")
-    floor: Annotated[Length, Usual(1e-8, 1e-3)] = Field(
+    viscosity: fields.Viscosity = Field(description="mu, dynamic")
+    floor: Annotated[fields.Length, fields.Usual(1e-8, 1e-3)] = Field(
         description="fluid gap that roughness leaves where the bodies touch; half the height difference within a lip "
         "segment, by tilt or waviness, is added"
     )
-    width: Length | None = absent("of the strip, across the flow; that of the seat's lip where absent")
-    length: Length | None = absent("of the strip; the circumference of the seat's lip where absent")
-    tension_limit: Pressure = default(
+    width: fields.Length | None = fields.absent("of the strip, across the flow; that of the seat's lip where absent")
+    length: fields.Length | None = fields.absent("of the strip; the circumference of the seat's lip where absent")
+    tension_limit: fields.Pressure = fields.default(
         "1 bar", "pressure by which the film pulls before it breaks: the ambient one less that of cavitation"
     )
 
-    def check(self, ring: tuple[float, float] | None, seat: str, rings: int) -> Contradictions:
+    def check(self, ring: tuple[float, float] | None, seat: str, rings: int) -> fields.Contradictions:
         """Yield contradictions of the film with the seat's lip, a ``ring`` of mean radius and width [m]."""
         if rings > 1:
             yield "film", f"the film is known across the whole lip, not in {rings} rings: remove either"
@@ -89,14 +72,14 @@ OWN_LAWS: Final = laws()
 if TYPE_CHECKING:
     _Law = ContactLaw
 else:
-    _Law = one_of(OWN_LAWS)
+    _Law = fields.one_of(OWN_LAWS)
 
 
 USUAL_ARCS: Final = 32  # default number of segments of a tilted or divided stopper
 STEEPEST: Final = math.radians(30) * (1 + 1e-12)  # largest tilt; 30 deg itself fits, however it is rounded
 
 
-class Stopper(Table):
+class Stopper(fields.Table):
     """A second body that limits the lift, of any kind, with the keys of that kind. It is at rest, or free with a
     velocity towards the seat: it then strikes the reed from behind, as in a chain of a striker and two bars. If the
     reed is a free rod, the stopper meets its back where `at` is the rod's length. The stopper's Green's function
@@ -110,17 +93,17 @@ stiffness = "20 N/um"
 gap = "1.5 mm"
 """
 
-    gap: Annotated[Travel, Ge(0)] | None = absent(
+    gap: Annotated[fields.Travel, Ge(0)] | None = fields.absent(
         "distance from the undeformed reed to the stopper, on the side away from the seat; with a profile where its "
         "height is 0"
     )
-    lift: Travel | None = absent(
+    lift: fields.Travel | None = fields.absent(
         "instead of gap: travel of the reed from the seat to the stopper; the reed on its seat lies "
         "contact.gap below its undeformed place, so that gap = lift - contact.gap, with a profile less its height at "
         "the contact"
     )
-    at: Length | None = absent("position on the reed, from its root; that of the contact where absent")
-    arcs: int | None = absent(
+    at: fields.Length | None = fields.absent("position on the reed, from its root; that of the contact where absent")
+    arcs: int | None = fields.absent(
         "segments of its face, each with its own contact, for a reed that is a plate: of the flat ring or "
         "disc that is struck, of the faces of cad and mesh, or, of a stopper without a face such as a spring, of the "
         "reed's contact face; 32 where rings, a tilt or a profile are given, else its face is met as a whole, until "
@@ -129,11 +112,13 @@ gap = "1.5 mm"
         ge=1,
         le=MOST_PORTS,
     )
-    rings: int = default(1, "parts across each of its segments", strict=True, ge=1, le=MOST_RINGS)
-    tilt: Tilt = default("0 deg", "between the stopper's plane and the undeformed reed; gap is then the smallest")
-    tilt_axis: Angle = default("0 deg", "direction about which it is tilted, as contact.tilt_axis")
-    profile: Profile | None = absent("shape of its face along a clamped reed; flat where absent")
-    law: _Law = default(USUAL, "force by penetration; a kind without keys may be written as text")
+    rings: int = fields.default(1, "parts across each of its segments", strict=True, ge=1, le=MOST_RINGS)
+    tilt: fields.Tilt = fields.default(
+        "0 deg", "between the stopper's plane and the undeformed reed; gap is then the smallest"
+    )
+    tilt_axis: fields.Angle = fields.default("0 deg", "direction about which it is tilted, as contact.tilt_axis")
+    profile: Profile | None = fields.absent("shape of its face along a clamped reed; flat where absent")
+    law: _Law = fields.default(USUAL, "force by penetration; a kind without keys may be written as text")
     body: Structure = Field(description="the stopping body")
 
     @model_validator(mode="before")
@@ -151,7 +136,7 @@ gap = "1.5 mm"
         own: dict[str, Any] = dict(handler(self))
         return {**own.pop("body", {}), **own}
 
-    def contradictions(self) -> Contradictions:
+    def contradictions(self) -> fields.Contradictions:
         if self.gap is None and self.lift is None:
             words = type(self).model_fields["gap"].description
             yield "gap", f"required key is missing: {words}; or give lift, from the seat"
@@ -180,7 +165,7 @@ gap = "1.5 mm"
             yield "at", "the reed meets a profile all along; remove one of the two"
         if (key := motion_key(self.body)) and key != "velocity":
             yield key, "a stopper is at rest, or strikes with a velocity; remove the key, or strike with the body"
-        yield from flies_away(self.speed, "velocity")
+        yield from fields.flies_away(self.speed, "velocity")
 
     @property
     def speed(self) -> float:
@@ -202,13 +187,13 @@ gap = "1.5 mm"
 
 def stopper_of(kinds: tuple[type[Structure], ...], laws: tuple[type[ContactLaw], ...]) -> type[Stopper]:
     """Return a type of stopper with bodies of these kinds and these contact laws."""
-    fields: Any = {"body": (one_of(kinds), field_of(Stopper, "body"))}
+    changed: Any = {"body": (fields.one_of(kinds), fields.field_of(Stopper, "body"))}
     if laws != OWN_LAWS:
-        fields["law"] = (one_of(laws), field_of(Stopper, "law"))
-    return create_model("Stopper", __base__=Stopper, __doc__=Stopper.__doc__, **fields)
+        changed["law"] = (fields.one_of(laws), fields.field_of(Stopper, "law"))
+    return create_model("Stopper", __base__=Stopper, __doc__=Stopper.__doc__, **changed)
 
 
-class Contact(Table):
+class Contact(fields.Table):
     """Where and how the two bodies touch.
 
     The keys from `ports` on apply to a lip: flat faces in one plane, each a ring between two closed lines of any shape,
@@ -222,14 +207,14 @@ class Contact(Table):
     from the x axis on a single ring that each ray from its centroid crosses once, and lengths along the lip otherwise.
     """
 
-    law: _Law = default(USUAL, "force by penetration; a kind without keys may be written as text")
-    film: Film | None = absent("fluid in the gap; none where absent")
-    at: Length | None = absent("position on the reed, from its root; the tip where absent")
-    gap: Opening = default("0 mm", "smallest opening between the undeformed bodies")
-    preload: bool = default(
+    law: _Law = fields.default(USUAL, "force by penetration; a kind without keys may be written as text")
+    film: Film | None = fields.absent("fluid in the gap; none where absent")
+    at: fields.Length | None = fields.absent("position on the reed, from its root; the tip where absent")
+    gap: fields.Opening = fields.default("0 mm", "smallest opening between the undeformed bodies")
+    preload: bool = fields.default(
         False, "whether the bodies start in equilibrium with the reed's loads and each other", strict=True
     )
-    rings: int = default(
+    rings: int = fields.default(
         1,
         "parts across the contact face, from edge to edge, each with its own contact; 1: one contact "
         "with the mean displacement",
@@ -238,22 +223,22 @@ class Contact(Table):
         le=MOST_RINGS,
     )
 
-    ports: int | None = absent(
+    ports: int | None = fields.absent(
         "segments of the lip, each with its own contact; chosen where absent: one where the reed states its own "
         "contact or is no plate, unless another key of a lip is given",
         strict=True,
         ge=1,
         le=MOST_PORTS,
     )
-    tilt: Tilt = default("0 deg", "between the plane of the seat's lip and the undeformed reed")
-    tilt_axis: Angle = default(
+    tilt: fields.Tilt = fields.default("0 deg", "between the plane of the seat's lip and the undeformed reed")
+    tilt_axis: fields.Angle = fields.default(
         "0 deg", "direction about which it is tilted, from the reed's long axis: 0 deg is roll, 90 deg is pitch"
     )
-    offset: tuple[Position, Position] = default(
+    offset: tuple[fields.Position, fields.Position] = fields.default(
         ("0 mm", "0 mm"), "of the lip's centre from the reed's contact, along and across the reed"
     )
-    line_arc: Angle = default("45 deg", "part of the lip over which forces per length are averaged")
-    waviness: tuple[tuple[Angle, Position], ...] = default(
+    line_arc: fields.Angle = fields.default("45 deg", "part of the lip over which forces per length are averaged")
+    waviness: tuple[tuple[fields.Angle, fields.Position], ...] = fields.default(
         (),
         "heights of the gap over the lip's angle, added to the tilt: a list of [angle, height], in between "
         "linear; from the direction of the reed's tip, anticlockwise",
@@ -275,7 +260,7 @@ class Contact(Table):
         """Return the first stated key that needs a lip; "" if there is none."""
         return "ports" if (self.ports or 1) > 1 else self.uneven or ("offset" if any(self.offset) else "")
 
-    def contradictions(self) -> Contradictions:
+    def contradictions(self) -> fields.Contradictions:
         if abs(self.tilt) > STEEPEST:
             yield "tilt", f"{math.degrees(self.tilt):g} deg must be at most {math.degrees(STEEPEST):g} deg"
         arcs = self.ports or 1

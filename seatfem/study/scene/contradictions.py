@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
-from typing import TYPE_CHECKING, Annotated, Final, get_args, get_origin
+from typing import Annotated, Final, get_args, get_origin
 
 import numpy as np
 
 from impact.bodies.time_series import TimeSeriesError
-from seatfem.fields import Contradictions, ReadQuantity, Table, Usual, flies_away, keys_of, problem_of, within
+from seatfem.fields import Contradictions, ReadQuantity, Table, Usual, keys_of, problem_of, within
 from seatfem.structures.errors import GeometryError, MeshError, ModelError
 from seatfem.structures.kinds import structure
 from seatfem.structures.kinds.structure import Structure
@@ -18,42 +18,13 @@ from seatfem.structures.rings import Division
 from seatfem.study.scene.contact import Contact
 from seatfem.study.scene.drives import Base, ExternalLoad, Gauge, ValveSpring, Wave
 from seatfem.study.scene.lips import ContactGeometry, or_diameter
-from seatfem.study.scene.local import unknown_shares
-from seatfem.study.scene.measures import Measure, all_measures
+from seatfem.study.scene.measures import Measure
 from seatfem.study.scene.problems import Problem, notes_of, reader_of
 from seatfem.study.scene.run import Stress as StressTable
 from seatfem.units import DIMENSIONS, ask_for_prefix, write_quantity
 
-if TYPE_CHECKING:
-    from seatfem.study.scene.models import Scene
 
-
-def contradictions_of(scene: Scene) -> Contradictions:
-    """Yield pairs of a key to change and the reason, for each contradiction between tables of the scene."""
-    seat, reed, contact, stopper = scene.seat, scene.reed, scene.contact, scene.stopper
-    driven = bool(scene.load or scene.base or scene.spring or scene.wave or scene.driven_by)
-    struck = stopper is not None and structure.motion_key(stopper.body) != ""
-    yield from _of_roles(seat, reed, driven=driven or struck)
-    if stopper is None:
-        for name, table in (("velocity", reed), ("release.velocity", getattr(reed, "release", None))):
-            speed = getattr(table, "velocity", None) or 0.0
-            yield from flies_away(speed, f"reed.{name}", ", or add a [stopper] that it meets")
-    yield from _of_loads(reed, scene.load, scene.spring, based="reed" in [base.of for base in scene.base])
-    yield from _of_bases(scene.bodies, scene.base)
-    yield from _of_waves(scene.bodies, scene.wave, {base.of for base in scene.base})
-    yield from _of_gauges(scene.bodies, scene.gauge)
-    yield from _of_lip(seat, reed, contact)
-    yield from contradictions_of_start(scene.geometry)
-    yield from unknown_shares(scene.geometry)
-    yield from _of_parts(seat, contact, scene.stress, scene.run.duration)
-    for measure in (each for name, each in all_measures().items() if name in scene.accuracy.measures):
-        table = measure.needs.strip("[]").partition(".")[0]
-        yield from _of_measure(measure, reed, is_possible=not table or bool(getattr(scene, table, None)))
-    for table in scene.by_wings:
-        yield from within(table.table, table.check(scene))
-
-
-def _of_roles(seat: Structure, reed: Structure, *, driven: bool) -> Contradictions:
+def of_roles(seat: Structure, reed: Structure, *, driven: bool) -> Contradictions:
     """Yield contradictions if the struck body is not at rest, or the striker does not move."""
     if key := structure.motion_key(seat):
         yield f"seat.{key}", "the struck body is at rest; remove the key, or use the body as the reed"
@@ -65,7 +36,7 @@ def _of_roles(seat: Structure, reed: Structure, *, driven: bool) -> Contradictio
         yield f"reed.{moved_by[0]}", f"required key is missing: {words.partition(';')[0]}{others}"
 
 
-def _of_loads(
+def of_loads(
     reed: Structure, loads: Sequence[ExternalLoad], springs: Sequence[ValveSpring], *, based: bool
 ) -> Contradictions:
     """Yield contradictions for loads and springs at places that the reed does not have, or without its support."""
@@ -84,7 +55,7 @@ def _of_loads(
         yield "spring.0.stiffness", f"{words}, or move the seat"
 
 
-def _of_bases(bodies: Mapping[str, Structure], bases: Sequence[Base]) -> Contradictions:
+def of_bases(bodies: Mapping[str, Structure], bases: Sequence[Base]) -> Contradictions:
     for number, base in enumerate(bases):
         key = f"base.{number}.of"
         if base.of not in bodies:
@@ -99,7 +70,7 @@ def _of_bases(bodies: Mapping[str, Structure], bases: Sequence[Base]) -> Contrad
             yield key, f"{words}; give a beam or a plate"
 
 
-def _of_waves(bodies: Mapping[str, Structure], every: Sequence[Wave], based: Collection[str]) -> Contradictions:
+def of_waves(bodies: Mapping[str, Structure], every: Sequence[Wave], based: Collection[str]) -> Contradictions:
     """Yield contradictions for waves in other bodies than endless rods, or in one with another wave or moving base."""
     for number, wave in enumerate(every):
         key, body = f"wave.{number}.of", bodies[wave.of]
@@ -112,7 +83,7 @@ def _of_waves(bodies: Mapping[str, Structure], every: Sequence[Wave], based: Col
             wave.incoming(speed)
 
 
-def _of_gauges(bodies: Mapping[str, Structure], gauges: Sequence[Gauge]) -> Contradictions:
+def of_gauges(bodies: Mapping[str, Structure], gauges: Sequence[Gauge]) -> Contradictions:
     """Yield contradictions for gauges without a place on their body."""
     for number, gauge in enumerate(gauges):
         if gauge.of not in bodies:
@@ -123,7 +94,7 @@ def _of_gauges(bodies: Mapping[str, Structure], gauges: Sequence[Gauge]) -> Cont
             bodies[gauge.of].check_gauge(gauge.at, f"gauge.{number}", gauge.of)
 
 
-def contradictions_of_start(geometry: ContactGeometry) -> Contradictions:
+def of_start(geometry: ContactGeometry) -> Contradictions:
     """Yield contradictions between stopper and initial position of the reed. Raises `KeyProblem` for a place off it."""
     if (stopper := geometry.stopper) is None:
         return
@@ -175,7 +146,7 @@ def overlaps_with_profile(geometry: ContactGeometry) -> Contradictions:
         yield f"stopper.{key}", f"the reed would begin {1e3 * inside:.4g} mm inside the retainer; add that to it"
 
 
-def _of_lip(seat: Structure, reed: Structure, contact: Contact) -> Contradictions:
+def of_lip(seat: Structure, reed: Structure, contact: Contact) -> Contradictions:
     if (key := contact.along_a_lip) and (why := seat.lip_face.no_lip):
         yield f"contact.{key}", f"a seat of kind {seat.kind!r}, {why}"
     if structure.is_curved(seat):
@@ -189,7 +160,7 @@ def _of_lip(seat: Structure, reed: Structure, contact: Contact) -> Contradiction
         yield from reed.parts_problems("contact.offset")
 
 
-def _of_parts(seat: Structure, contact: Contact, stress: StressTable | None, duration: float) -> Contradictions:
+def of_parts(seat: Structure, contact: Contact, stress: StressTable | None, duration: float) -> Contradictions:
     """Yield contradictions between the seat and its film, its stress, and the rings of its contact face."""
     if contact.film is not None:
         yield from within("contact", contact.film.check(seat.lip_face.ring, seat.kind, contact.rings))
@@ -200,18 +171,13 @@ def _of_parts(seat: Structure, contact: Contact, stress: StressTable | None, dur
         yield "contact.rings", f"a seat of kind {seat.kind!r} has no contact face that could be divided; remove the key"
 
 
-def _of_measure(measure: Measure, reed: Structure, *, is_possible: bool) -> Contradictions:
+def of_measure(measure: Measure, reed: Structure, *, is_possible: bool) -> Contradictions:
     """Yield contradictions for a measure that needs an absent table, or of the reed's stress that is not known."""
     if "stress" in measure.data:
         yield from (("accuracy.measures", words) for words in reed.stress_problems(measure.name))
     if not is_possible:
         words = f"there is no {measure.needs}: add {measure.needs}, or remove the measure"
         yield "accuracy.measures", f"{measure.name} is asked, and {words}"
-
-
-def doubts_of(scene: Scene) -> tuple[Problem, ...]:
-    """Return the doubts about a scene, by key; `seatfem.study.scene.located` adds file and lines."""
-    return (*own_doubts_of(scene), *cover_doubts_of(scene.geometry))
 
 
 def own_doubts_of(table: Table) -> tuple[Problem, ...]:

@@ -16,14 +16,7 @@ from impact.bodies.body import IncomingWave
 from impact.bodies.time_series import TimeSeries, TimeSeriesError, read_time_series
 from impact.greens.base import Array
 from seatfem import fields
-from seatfem.structures.kinds.motion import (
-    AnyAcceleration,
-    AnyForce,
-    AnyPressure,
-    CourseColumns,
-    CourseUnits,
-    Record,
-)
+from seatfem.structures.kinds.motion import AnyAcceleration, AnyForce, AnyPressure, CourseColumns, CourseUnits, Record
 from seatfem.structures.kinds.structure import Structure
 
 

@@ -19,31 +19,18 @@ from impact.march.laws import (
     Signorini,
     TableJoint,
 )
-from seatfem.fields import (
-    ExistingFile,
-    HertzStiffness,
-    Length,
-    ReadQuantity,
-    Slowness,
-    Stiffness,
-    Table,
-    Usual,
-    default,
-    kinds_below,
-    problem_of,
-    read_number,
-)
+from seatfem import fields
 from seatfem.structures import columns
 
-ClosingForce = Annotated[float, BeforeValidator(ReadQuantity("force")), Gt(0)]
-Exponent = Annotated[float, BeforeValidator(read_number), Ge(1), Le(10)]
-Recovery = Annotated[float, BeforeValidator(read_number), Gt(0), Le(1)]
+ClosingForce = Annotated[float, BeforeValidator(fields.ReadQuantity("force")), Gt(0)]
+Exponent = Annotated[float, BeforeValidator(fields.read_number), Ge(1), Le(10)]
+Recovery = Annotated[float, BeforeValidator(fields.read_number), Gt(0), Le(1)]
 COLUMNS: Final = {"closure": "length", "loading": "force", "unloading": "force"}
 USUAL: Final = {"kind": "signorini"}
 """Default contact law."""
 
 
-class ContactLaw(Table):
+class ContactLaw(fields.Table):
     """Base of the tables of contact laws, each with ``kind: Literal["name"]``."""
 
     remembers: ClassVar[bool] = False
@@ -71,7 +58,7 @@ class ContactLaw(Table):
 
 def laws() -> tuple[type[ContactLaw], ...]:
     """Return all contact laws defined so far, those of this module first."""
-    return kinds_below(ContactLaw)
+    return fields.kinds_below(ContactLaw)
 
 
 class SignoriniLaw(ContactLaw):
@@ -87,7 +74,7 @@ class SpringLaw(ContactLaw):
     """A linear spring between the bodies while they touch."""
 
     kind: Literal["spring"]
-    stiffness: Stiffness = Field(description="force per penetration")
+    stiffness: fields.Stiffness = Field(description="force per penetration")
 
     def law(self, share: float = 1.0) -> Law:
         return LinearSpring(share * self.stiffness)
@@ -107,7 +94,7 @@ stiffness = "5 GN/m^1.5"
 """
 
     kind: Literal["hertz"]
-    stiffness: HertzStiffness = Field(description="(4/3) E* sqrt(R)")
+    stiffness: fields.HertzStiffness = Field(description="(4/3) E* sqrt(R)")
 
     def law(self, share: float = 1.0) -> Law:
         return Hertz(share * self.stiffness)
@@ -125,7 +112,9 @@ class HuntCrossleyLaw(HertzLaw):
     Stiffness and patches are as in hertz."""
 
     kind: Literal["hunt_crossley"]  # type: ignore[assignment]
-    damping: Slowness = default("0 s/m", "3 (1 - e)/(2 v) for the coefficient of restitution e, near 1, at the speed v")
+    damping: fields.Slowness = fields.default(
+        "0 s/m", "3 (1 - e)/(2 v) for the coefficient of restitution e, near 1, at the speed v"
+    )
 
     def law(self, share: float = 1.0) -> Law:
         return HuntCrossley(share * self.stiffness, self.damping)
@@ -149,9 +138,9 @@ closure = "2 um"
 
     kind: Literal["rough_joint"]
     force: ClosingForce = Field(description="that closes it by closure, on the whole contact")
-    closure: Annotated[Length, Usual(1e-8, 1e-3)] = Field(description="penetration at this force")
-    exponent: Exponent = default(2.0, "of force over closure; 2 of machined faces, up to 3.3 of fine ones")
-    recovery: Recovery = default(1.0, "share of the closure that comes back when unloaded; 1: elastic")
+    closure: Annotated[fields.Length, fields.Usual(1e-8, 1e-3)] = Field(description="penetration at this force")
+    exponent: Exponent = fields.default(2.0, "of force over closure; 2 of machined faces, up to 3.3 of fine ones")
+    recovery: Recovery = fields.default(1.0, "share of the closure that comes back when unloaded; 1: elastic")
 
     def law(self, share: float = 1.0) -> Law:
         return RoughJoint.through(
@@ -173,12 +162,12 @@ file = "joint.csv"
 """
 
     kind: Literal["table_joint"]
-    file: ExistingFile = Field(description="CSV file with the columns closure, loading, unloading")
+    file: fields.ExistingFile = Field(description="CSV file with the columns closure, loading, unloading")
 
     @model_validator(mode="after")
     def _read(self, info: ValidationInfo) -> Self:
         if not (info.context or {}).get("unread"):
-            with problem_of("file", columns.ColumnsError, LawError):
+            with fields.problem_of("file", columns.ColumnsError, LawError):
                 self.law()
         return self
 

@@ -28,11 +28,13 @@ from seatfem.study.sweep import charts, runner
 from seatfem.study.sweep.cases import Case, Cases, Changes
 from seatfem.study.sweep.limits import LOOSE
 from seatfem.study.sweep.runner import Outcome
-from seatfem.study.sweep.study import Optimise, Study
+from seatfem.study.sweep.study import CONFIRMED, Optimise, Study
 from seatfem.study.sweep.table import StudyTable, table_of
 
 DIGITS: Final = 6  # decimals of a position, so that round-off of linear algebra changes no scene
 NEAREST: Final = 1e-3  # radius of the trust region, over the ranges, at which a search ends
+RADIUS: Final = 0.2  # radius of the first trust region, as a fraction of the ranges
+AGAIN: Final = 0.05  # initial radius of later trust regions, as a fraction of the ranges
 CHOICES: Final = 4  # largest number of values of a list that are tried beside one
 Point = tuple[float, ...]
 """Positions (0..1) in the ranges of the keys, in their order."""
@@ -136,6 +138,32 @@ def rank(point: Found, goal: Optimise, shift: Shift) -> tuple[float, float]:
         violation += math.inf if math.isnan(margin) else max(0.0, -margin - slack) / (abs(each.limit) or 1.0)
     value = goal.sign * (point.value(goal.measure) + shift.get(goal.measure, 0.0))
     return (math.inf, math.inf) if math.isnan(value) else (violation, value)
+
+
+def search_best(search: SearchStage, target: SearchStage, goal: Optimise) -> None:
+    """Search at one accuracy in `CONFIRMED` turns, after each of which the best new point is run at that of ``target``
+    and the measures of the search are shifted by the difference. Raises `StudyError` if no scene has results."""
+    model = model_size(search.study)
+    search.evaluate(first_points(search.study, goal.most))
+    shift: Shift = {}
+    for turns in range(CONFIRMED, 0, -1):
+        spare = goal.most - len(search.found)
+        part = max(model, 2 * spare // 3 if turns == CONFIRMED else spare // turns)
+        if spare >= model:
+            improve(search, goal, shift, RADIUS if turns == CONFIRMED else AGAIN, len(search.found) + min(part, spare))
+        ranked = sorted(search.found.values(), key=lambda each: rank(each, goal, shift))
+        if math.isinf(rank(ranked[0], goal, shift)[0]):
+            first = ranked[0].outcome
+            statuses = [each.outcome.summary.get(STATUS, LANDED) for each in search.found.values()]
+            message = first.message or left_out_in_words(statuses) or f"{', '.join(goal.measures)}: not known"
+            words = f"none of {len(ranked)} scenes has the numbers that are asked for; the first: {message}"
+            raise runner.StudyError(f"optimise: {words}")
+        others = [np.array(other.point) for other in target.found.values()]
+        distinct = (each for each in ranked if all(np.abs(other - each.point).max() >= NEAREST for other in others))
+        if (best := next(distinct, None)) is not None and math.isfinite(rank(best, goal, shift)[0]):
+            [fine] = target.evaluate([best.point])
+            moved = {name: fine.value(name) - best.value(name) for name in goal.measures}
+            shift = moved if all(map(math.isfinite, moved.values())) else shift
 
 
 def improve(stage: SearchStage, goal: Optimise, shift: Shift, radius: float, most: int) -> None:

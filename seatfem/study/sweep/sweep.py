@@ -6,7 +6,6 @@ An optimisation searches at a loose accuracy, and confirms the best points at th
 from __future__ import annotations
 
 import json
-import math
 import re
 import time
 from collections import Counter
@@ -28,7 +27,6 @@ from seatfem.jobs.folders import private_folder
 from seatfem.machine import libraries, resources
 from seatfem.machine.libraries import require_gmsh_libraries
 from seatfem.results import LANDING_TIME, all_results, result_of
-from seatfem.study.impacts.landings import LANDED, STATUS, left_out_in_words
 from seatfem.study.runs.forecast import Look, look_at
 from seatfem.study.runs.pipeline import first_numbers
 from seatfem.study.runs.round import Round
@@ -37,31 +35,11 @@ from seatfem.study.scene import Scene, SceneError, load_scene, located
 from seatfem.study.scene.problems import explain, scene_error
 from seatfem.study.scene.tables import path_from
 from seatfem.study.scene.wings import assessments
-from seatfem.study.sweep.best import (
-    NEAREST,
-    Optimum,
-    SearchStage,
-    Shift,
-    changes_at,
-    first_points,
-    goal_of,
-    improve,
-    model_size,
-    rank,
-    violation,
-)
+from seatfem.study.sweep.best import Optimum, SearchStage, changes_at, goal_of, rank, search_best, violation
 from seatfem.study.sweep.cases import Case, Cases, Changes, cases_of, with_bars
 from seatfem.study.sweep.effort import USUAL, Effort
-from seatfem.study.sweep.runner import (
-    STAGE,
-    Outcome,
-    Runner,
-    StudyError,
-    check_effort,
-    crew_of,
-    folder_of_ours,
-)
-from seatfem.study.sweep.study import CONFIRMED, Optimise, Study, load_study
+from seatfem.study.sweep.runner import STAGE, Outcome, Runner, StudyError, check_effort, crew_of, folder_of_ours
+from seatfem.study.sweep.study import CONFIRMED, Study, load_study
 from seatfem.study.sweep.table import (
     StudyTable,
     as_frame,
@@ -78,10 +56,8 @@ from seatfem.study.sweep.table import (
     write_parquet,
 )
 
-RADIUS: Final = 0.2  # radius of the first trust region, as a fraction of the ranges
 OF_SEARCH: Final = ("optimum.json", "optimum.csv", "search.csv")
 """Files of a search: the optimum, the confirmed points, all points."""
-AGAIN: Final = 0.05  # initial radius of later trust regions, as a fraction of the ranges
 
 
 def run_optimum(
@@ -123,37 +99,13 @@ def run_optimum(
 
         search = SearchStage(study, Cases(study, rounds), _coarse(study), carry_out)
         target = SearchStage(study, Cases(study, rounds), with_bars(study, centre), carry_out)
-        _search(search, target, goal)
+        search_best(search, target, goal)
     confirmed = sorted(target.found.values(), key=lambda each: (violation(each, goal), rank(each, goal, {})[1]))
     optimum = Optimum(study, tuple(search.found.values()), tuple(confirmed))
     for name, points in zip(OF_SEARCH[1:], (optimum.confirmed, optimum.searched), strict=True):
         write_columns(folder / name, as_written(study, optimum.table(points).columns))
     write_whole(folder / OF_SEARCH[0], (json.dumps(optimum.as_json(), indent=1) + "\n").encode("utf-8"))
     return optimum
-
-
-def _search(search: SearchStage, target: SearchStage, goal: Optimise) -> None:
-    model = model_size(search.study)
-    search.evaluate(first_points(search.study, goal.most))
-    shift: Shift = {}
-    for turns in range(CONFIRMED, 0, -1):
-        spare = goal.most - len(search.found)
-        part = max(model, 2 * spare // 3 if turns == CONFIRMED else spare // turns)
-        if spare >= model:
-            improve(search, goal, shift, RADIUS if turns == CONFIRMED else AGAIN, len(search.found) + min(part, spare))
-        ranked = sorted(search.found.values(), key=lambda each: rank(each, goal, shift))
-        if math.isinf(rank(ranked[0], goal, shift)[0]):
-            first = ranked[0].outcome
-            statuses = [each.outcome.summary.get(STATUS, LANDED) for each in search.found.values()]
-            message = first.message or left_out_in_words(statuses) or f"{', '.join(goal.measures)}: not known"
-            words = f"none of {len(ranked)} scenes has the numbers that are asked for; the first: {message}"
-            raise StudyError(f"optimise: {words}")
-        others = [np.array(other.point) for other in target.found.values()]
-        distinct = (each for each in ranked if all(np.abs(other - each.point).max() >= NEAREST for other in others))
-        if (best := next(distinct, None)) is not None and math.isfinite(rank(best, goal, shift)[0]):
-            [fine] = target.evaluate([best.point])
-            moved = {name: fine.value(name) - best.value(name) for name in goal.measures}
-            shift = moved if all(map(math.isfinite, moved.values())) else shift
 
 
 def optimise(

@@ -210,13 +210,14 @@ def measure_trade(
     choosing = time.perf_counter() - begun
     others = [method for n, method in enumerate(earlier) if method not in (*earlier[:n], end)]
     walk = [Point(f"state {n}", "all keys", each.values) for n, each in enumerate(others, 1)]
-    finer, ends = end, [Point(OWN_CHOICE, "all keys", end.values)]
+    chosen, ends = Plan(scene, end, ()), [Point(OWN_CHOICE, "all keys", end.values)]
+    finer = chosen
     for rungs in ("one rung", "two rungs"):
-        finer = finer_in_all(scene, finer)
-        ends.append(Point(f"all keys {rungs} finer", "all keys", finer.values))
+        finer = finer_in_all(finer)
+        ends.append(Point(f"all keys {rungs} finer", "all keys", finer.method.values))
     ascending, known = [point.name for point in (*walk, *ends)], [point.values for point in (*walk, ends[0])]
     start = begin_method(scene)
-    varied = [] if quick else [point for point in around(scene, start, end) if point.values not in known]
+    varied = [] if quick else [point for point in around(chosen, start) if point.values not in known]
     if any(is_given(filed, key) for key in ALL_OPEN):
         ends.append(Point(AS_FILED, "all keys", methods_of_rounds(filed, limits)[-1].values))
     points = [*walk, *varied]
@@ -290,25 +291,30 @@ def methods_of_rounds(scene: Scene, limits: Limits) -> list[RunMethod]:
     return [done.plan.method for done in rounds_apart(begin_plan(scene), Stopwatch(), limits)]
 
 
-def finer_in_all(scene: Scene, method: RunMethod) -> RunMethod:
-    """Return a method with every key one rung finer, which divides its error by `LEAST`, as far as there are rungs."""
-    method = replace(method, given=frozenset())
+def with_all_open(plan: Plan) -> Plan:
+    """Return the plan as if the file stated no key."""
+    return replace(plan, method=replace(plan.method, given=frozenset()))
+
+
+def finer_in_all(plan: Plan) -> Plan:
+    """Return a plan with every key one rung finer, which divides its error by `LEAST`, as far as there are rungs."""
+    finer = with_all_open(plan)
     for ladder in LADDERS:
-        method = ladder.refine(scene, method, LEAST)
-    return method
+        finer = replace(finer, method=ladder.refine(finer, LEAST))
+    return finer
 
 
-def around(scene: Scene, start: RunMethod, end: RunMethod) -> Iterator[Point]:
-    """Yield the converged state with one key at its first value or one rung finer, and with other levels of the seat's
-    model."""
-    free, first = replace(end, given=frozenset()), start.values
+def around(plan: Plan, start: RunMethod) -> Iterator[Point]:
+    """Yield the converged state of a plan with one key at its value of the ``start`` or one rung finer, and with other
+    levels of the seat's model."""
+    scene, end, free, first = plan.scene, plan.method, with_all_open(plan), start.values
     together = {key for ladder in LADDERS for key in ladder.also}
     for ladder in LADDERS:
         if ladder.key in together or (ladder.key in FIELDS and not has_key(scene, ladder.key)):
             continue
         keys = [key for key in (ladder.key, *ladder.also) if key in FIELDS]
         coarser = end.with_values(scene.geometry, {key: first[key] for key in keys})
-        for method in (coarser, ladder.refine(scene, free, LEAST)):
+        for method in (coarser, ladder.refine(free, LEAST)):
             if method.values != end.values:
                 yield _varied(PORTS if ladder.key == ONE_PORT else ladder.key, method)
     if end.ports is None:  # a lip needs its own level
