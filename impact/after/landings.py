@@ -210,7 +210,7 @@ def find_closing_speeds(problem: ContactProblem, dt: float) -> Array:
         if body.state is not None and body.greens.modal is not None:
             ports = ports + body.greens.modal.shapes.T @ body.state.velocity
         opening += problem.directions(body).T @ ports
-    return np.asarray(-opening - np.diff(problem.carried(np.array([0.0, dt])), axis=0)[0] / dt)
+    return np.asarray(-opening - np.diff(problem.find_base_gaps(np.array([0.0, dt])), axis=0)[0] / dt)
 
 
 def find_step_responses(contacts: Sequence[Contact], striker: Body, dt: float) -> Array:
@@ -417,7 +417,7 @@ def _find_mean_closing_speeds(problem: ContactProblem, force: Array, grid: TimeG
         for load, amplitude in zip(problem.striker.loads, loads, strict=True):
             inverse_mass = float((modal.shapes[rigid] @ weights) @ load.shape[rigid])
             speed[1:] += inverse_mass * dt * np.cumsum(amplitude)
-    if problem.is_carried:
-        carried = problem.carried(np.asarray(dt * np.arange(len(speed)), dtype=np.float64))
+    if problem.has_moving_base:
+        carried = problem.find_base_gaps(np.asarray(dt * np.arange(len(speed)), dtype=np.float64))
         speed += np.gradient(carried[:, face].mean(axis=1), dt)
     return -speed

@@ -80,7 +80,7 @@ def find_static_load(problem: ContactProblem, duration: float, groups: Sequence[
 
 def _find_gaps(problem: ContactProblem, time: Array) -> tuple[Array, Array]:
     """Return the (m, p) gaps under moving bases and loads, without contact [m], and the (p, p) compliance [m/N]."""
-    gap = np.array([contact.gap for contact in problem.contacts]) + problem.carried(time)
+    gap = np.array([contact.gap for contact in problem.contacts]) + problem.find_base_gaps(time)
     largest_gap = max(float(np.abs(gap).max()), np.finfo(float).tiny)
     compliance = np.zeros((len(problem.contacts),) * 2)
     for body in problem.bodies:
@@ -174,7 +174,7 @@ def spring_displacements(body: Body, force: Array, dt: float, weights: Array | N
         valid_for=modal.valid_for,
     )
     start, n = replace(Body(body.greens, state=body.state, loads=body.loads), greens=with_springs), forces.shape[1] - 1
-    discrete = motion.Discrete.from_body(start, dt, n)
+    discrete = motion.DiscreteBody.from_body(start, dt, n)
     if np.any(forces[:, 0]):
         at_start = body.load_amplitudes(np.zeros(1))[:, 0]
         discrete = replace(discrete, rest=np.append(forces[:, 0], np.zeros(springs)), rest_loads=at_start)

@@ -36,7 +36,7 @@ from impact.after.loads import StaticLoad, find_static_load
 from impact.after.result import ImpactResult
 from impact.greens.base import Array
 from impact.march.grid import TimeGrid
-from impact.march.motion import Discrete, PortForces, find_middle_times
+from impact.march.motion import DiscreteBody, PortForces, find_middle_times
 from impact.march.problem import ContactProblem
 from impact.march.rows import MarchRun
 from impact.march.stepper import with_recorded_loads
@@ -153,7 +153,7 @@ def landings_of_one_contact(problem: ContactProblem, force: Array, gap: Array, d
     grid = TimeGrid.of_equal_steps(dt, n)
 
     def stored(steps: Sequence[int]) -> Array:
-        striker = Discrete.from_body(problem.striker, dt, n)
+        striker = DiscreteBody.from_body(problem.striker, dt, n)
         return striker.stored_after(PortForces(grid, force[None, 1:], problem.directions(problem.striker)), steps)
 
     march = _March(problem, grid, force[:, None], force[:, None], gap[:, None], width)
