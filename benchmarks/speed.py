@@ -22,7 +22,7 @@ import numpy as np
 import skfem
 from long_runs import long_runs_table
 from priced_lives import priced_lives_table
-from table import RESULTS, Table, in_words, publish, timed
+from table import RESULTS, Table, describe_machine, publish, timed
 from whole_runs import whole_runs_table
 
 from seatfem.structures.cache import VARIABLE
@@ -244,7 +244,7 @@ def write_page() -> None:
         if not (file := RESULTS / f"speed_{name}.json").is_file():  # not measured yet
             continue
         values = json.loads(file.read_text(encoding="utf-8"))
-        about = in_words(values.pop("machine"))
+        about = describe_machine(values.pop("machine"))
         parts.append(f"{Table(**values).markdown()}\nMeasured on {about}.\n")
     PAGE.write_text("\n".join(parts), encoding="utf-8")
 

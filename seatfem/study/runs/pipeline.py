@@ -36,7 +36,7 @@ from seatfem.study.runs.land_records import land_keys
 from seatfem.study.runs.next_round import Limits
 from seatfem.study.runs.outcome import RunOutcome, RunResult
 from seatfem.study.runs.round import Round, missed, not_modelled, remarks, stress_not_modelled
-from seatfem.study.runs.rounds import ANY, SEAT_FILE, last_round, rounds
+from seatfem.study.runs.rounds import NO_LIMITS, SEAT_FILE, last_round, rounds
 from seatfem.study.runs.summary import (
     accuracy_keys,
     greens_error_keys,
@@ -126,7 +126,7 @@ def run_scene(
     progress: Progress = silent,
     *,
     tell: Tell = ignore,
-    limits: Limits = ANY,
+    limits: Limits = NO_LIMITS,
     pictures: bool = True,
     plan: Plan | None = None,
     histories: bool = True,
@@ -285,7 +285,7 @@ def _courses_of_drives(done: Round) -> tuple[DriveRun, ...]:
 
 def _summary(done: Round, baseline: Baseline, courses: tuple[DriveRun, ...], watch: Stopwatch) -> dict[str, Any]:
     scene, width = done.plan.scene, done.plan.scene.run.filter_width
-    records, bar = landing_records(done.touches, done.left), baseline.stiffness_bar
+    records, bar = landing_records(done.touches, done.budget), baseline.stiffness_bar
     landing, known = scene.accuracy.landing, {"driven": scene.is_loaded, "filmed": scene.contact.film is not None}
     measured, on_spring = (
         summarise(each.touches, width, each.stress, landing, **known) | stopper_keys(each.touches, width)
@@ -300,10 +300,10 @@ def _summary(done: Round, baseline: Baseline, courses: tuple[DriveRun, ...], wat
         "spring_wall_time_s": watch.stages["spring baseline"],
         "contact_wall_time_s": watch.stages["contact"],
         **landing_bar_keys(records, measured["landing_number"]),
-        **bar_keys(done.left),
-        **spring_bar_keys(baseline.left),
+        **bar_keys(done.budget),
+        **spring_bar_keys(baseline.budget),
         "landings": records,
-        **land_keys(done.touches, done.left),
+        **land_keys(done.touches, done.budget),
         **accuracy_keys(done),
         **plan_keys(done.plan, watch.stages["plan"]),
         "seat_static_stiffness_N_per_m": baseline.stiffness,

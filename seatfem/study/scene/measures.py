@@ -415,7 +415,7 @@ def values_of(blow: ContactRecord, like: Sequence[Landing]) -> dict[str, float]:
     return values
 
 
-def in_words(name: str) -> str:
+def describe_measure(name: str) -> str:
     """Return the meaning of a value of a run, with its key in brackets."""
     prefix, measure = _prefix_and_measure(name)
     of_landing = "" if all_measures()[measure].landing_words else LANDING_WORDS[prefix]
