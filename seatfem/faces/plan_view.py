@@ -76,7 +76,7 @@ def _struck(body: Structure, along: Contact | Literal[False]) -> str:
     if (ring := body.lip_face.ring) is not None:
         mean, width = (write_quantity(size, "length") for size in ring)
         facts.append(f"flat ring, mean radius {mean}, width {width}")
-    elif along and along.along_a_lip and (lip := body.region()) is not None:
+    elif along and along.lip_key and (lip := body.region()) is not None:
         facts.append(f"lip {write_quantity(lip.length, 'length')} long")
     if (patch := body.patch()) is not None:
         about, digits = ("", 5) if ring else ("about ", 2)  # an area by coarse flat triangles is approximate
