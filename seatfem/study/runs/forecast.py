@@ -121,7 +121,7 @@ class ConvergedRound(Round):
     @cached_property
     def numbers(self) -> RunResult:
         """Return the round as the result of a run without files; the spring baseline is run when it is first read."""
-        summary, spring = pipeline.first_numbers(self)
+        summary, spring = pipeline.summarise_round(self)
         notes = (*missed(self), *remarks(self, not_modelled(self)))
         return RunResult(summary, notes, (), self.spent, self.met, histories=self.result, spring=spring, plan=self.plan)
 

@@ -30,7 +30,7 @@ from seatfem.machine.libraries import require_gmsh_libraries
 from seatfem.results import LANDING_TIME, all_results, result_of
 from seatfem.study.impacts.landings import LANDED, STATUS, left_out_in_words
 from seatfem.study.runs.forecast import Look, look_at
-from seatfem.study.runs.pipeline import first_numbers
+from seatfem.study.runs.pipeline import summarise_round
 from seatfem.study.runs.round import Round
 from seatfem.study.safety import MOST_ROUNDS
 from seatfem.study.scene import Scene, SceneError, load_scene, located
@@ -338,7 +338,7 @@ def _check_asked(study: Study, looks: Sequence[Round]) -> None:
         return
     landed = (each for each in looks if each.touches.landings.seat)
     done = next(landed, looks[0])
-    numbers, scene = first_numbers(done)[0], done.plan.scene
+    numbers, scene = summarise_round(done)[0], done.plan.scene
     more = any((scene.assessments, scene.stress, scene.gauge))
     beginnings = "|".join([*AFTERWARDS, *(each.table for each in assessments())])
     afterwards = re.compile(f"(spring_|error_bar_)?(landing_)?({beginnings})_")
