@@ -33,7 +33,7 @@ from seatfem.study.scene import load_scene
 from seatfem.study.sweep.cases import PILOTS, chosen
 from seatfem.study.sweep.runner import Outcome, carry_out
 from seatfem.study.sweep.side_by_side import side_by_side
-from seatfem.study.sweep.table import settings
+from seatfem.study.sweep.table import find_common_changes
 
 ROOT: Final = Path(__file__).parents[1]
 SLEEVE: Final = ROOT / "examples" / "flapper_on_peek_sleeve.toml"
@@ -142,7 +142,7 @@ def studies_table() -> Table:
             run(after, "after", {**changed}, start)
             run(carried, "", {**changed}, start)
         contact = [{k: v for k, v in each.items() if k != "reed.thickness"} for each in reeds(LANES)]
-        more = dict(settings(load_scene(SLEEVE), beside=True))
+        more = dict(find_common_changes(load_scene(SLEEVE), in_parallel=True))
         start = first_scenes([{**each, **more} for each in contact[: PILOTS + 1]])
         side_by_side(SLEEVE, more, contact[:1], 1, start, ())  # compiled
         begin = process_time()

@@ -65,14 +65,14 @@ from seatfem.study.sweep.study import CONFIRMED, Optimise, Study, load_study
 from seatfem.study.sweep.table import (
     StudyTable,
     as_frame,
-    as_written,
+    assign_ways,
     check_measures,
     check_outcome,
     check_sampled,
-    divided,
+    find_common_changes,
+    in_stated_units,
     is_usable,
     measures_of,
-    settings,
     table_of,
     write_columns,
     write_parquet,
@@ -127,7 +127,7 @@ def run_optimum(
     confirmed = sorted(target.found.values(), key=lambda each: (violation(each, goal), rank(each, goal, {})[1]))
     optimum = Optimum(study, tuple(search.found.values()), tuple(confirmed))
     for name, points in zip(OF_SEARCH[1:], (optimum.confirmed, optimum.searched), strict=True):
-        write_columns(folder / name, as_written(study, optimum.table(points).columns))
+        write_columns(folder / name, in_stated_units(study, optimum.table(points).columns))
     write_whole(folder / OF_SEARCH[0], (json.dumps(optimum.as_json(), indent=1) + "\n").encode("utf-8"))
     return optimum
 
@@ -403,8 +403,8 @@ def run_study(
         with crew_of(workers or 1, effort.cluster) as ask:
             outcomes = runner.carry_out(cases, ask, progress)
         table = table_of(study, cases, outcomes, measures)
-        write_columns(folder / TABLE, as_written(study, table.columns))
-        write_parquet(folder / PARQUET, as_written(study, table.columns))
+        write_columns(folder / TABLE, in_stated_units(study, table.columns))
+        write_parquet(folder / PARQUET, in_stated_units(study, table.columns))
     return table
 
 
@@ -421,12 +421,12 @@ def scenes_of(
     if study.error_bars == "every":
         return cases, scene, measures
     try:
-        beside = check_sampled(study, scene, measures)
-        changes = [{**each.changed, **settings(scene, beside=beside)} for each in cases]
+        in_parallel = check_sampled(study, scene, measures)
+        changes = [{**each.changed, **find_common_changes(scene, in_parallel=in_parallel)} for each in cases]
         cases = cases_of(study, rounds, changes)
     except SceneError as error:
         raise study.located(error) from None
-    return divided(study, cases, measures, beside=beside), scene, measures
+    return assign_ways(study, cases, measures, in_parallel=in_parallel), scene, measures
 
 
 def sweep(
@@ -492,4 +492,4 @@ def sweep(
     with private_folder("study") if folder is None else nullcontext(Path(folder)) as place:
         effort = Effort(None if cluster else workers, rounds, cluster=cluster)
         table = run_study(study, place, effort, progress=progress)
-        return as_frame(as_written(study, table.columns))
+        return as_frame(in_stated_units(study, table.columns))
