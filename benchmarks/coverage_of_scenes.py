@@ -147,11 +147,11 @@ def _judged(head: Row, drawn: DrawnScene, folder: Path) -> Iterator[Row]:
         return
     rung, reference = finest_reference(done, LESS_FINE if spent() - start > DEAR else 0)
     head = replace(head, met=str(done.met), rung=rung, reason=done.stopped)
-    for name, value in done.left.values.items():
+    for name, value in done.budget.values.items():
         if name in done.judged or not LEFT_OUT.match(name):
             asked = "measures" if name in done.judged else ""
             row, exact = replace(head, measure=name, asked=asked), reference.values.get(name, math.inf)
-            yield compare(row, value, done.left.bar(name), exact)
+            yield compare(row, value, done.budget.bar(name), exact)
     for name, (value, bar, exact) in _stresses(done, reference).items():
         yield compare(replace(head, measure=name, asked="table"), value, bar, exact)
 
@@ -173,7 +173,7 @@ def _stresses(done: Round, reference: Reference) -> Mapping[str, tuple[float, fl
     return {
         name: (value, bars[name], exact[name])
         for name, value in values.items()
-        if not math.isnan(bars[name]) and name not in done.left.values
+        if not math.isnan(bars[name]) and name not in done.budget.values
     }
 
 

@@ -247,6 +247,6 @@ def largest_stresses(done: Round, *, bare: bool = False) -> tuple[Mapping[str, f
         values[TENSION], bars[TENSION] = float(seat.peak.principal.max()), float(seat.bars[1])
     if plate is not None and plate.largest.after_contact.is_known:
         values[REED], bars[REED] = plate.largest.after_contact.value, plate.bar
-    elif REED in done.left.values and done.stress.after_contact.is_known:
-        values[REED], bars[REED] = done.stress.after_contact.value, done.left.bar(REED)
+    elif REED in done.budget.values and done.stress.after_contact.is_known:
+        values[REED], bars[REED] = done.stress.after_contact.value, done.budget.bar(REED)
     return values, bars

@@ -29,7 +29,7 @@ from seatfem.study.runs.converge import begin_plan
 from seatfem.study.runs.forecast import forecast
 from seatfem.study.runs.next_round import expect_time, next_plan
 from seatfem.study.runs.round import Round
-from seatfem.study.runs.rounds import ANY, rounds
+from seatfem.study.runs.rounds import NO_LIMITS, rounds
 from seatfem.study.scene import load_scene
 
 SEED, SCENES = 50131, 60
@@ -69,7 +69,7 @@ def judge(index: int, seed: int) -> list[Row]:
     last = max(by_number)
     lines = []
     for number, (when, done) in sorted(by_number.items()):
-        further, _ = next_plan(done, ANY, np.inf) if number < last else (None, "")
+        further, _ = next_plan(done, NO_LIMITS, np.inf) if number < last else (None, "")
         if further is None:
             continue
         expected, needed = forecast(done), by_number[last][0] - when

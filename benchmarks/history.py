@@ -120,7 +120,7 @@ def _commit() -> str:
     return done.stdout.strip()
 
 
-def in_words(lines: list[dict]) -> str:  # type: ignore[type-arg]
+def describe_history(lines: list[dict]) -> str:  # type: ignore[type-arg]
     """The last line, each part beside what it was the time before."""
     last, before = lines[-1], lines[-2]["ratios"] if len(lines) > 1 else {}
     rows = [f"{last['commit']}: {1e3 * last['reference_s']:.1f} ms for the reference kernel; times it"]
@@ -152,7 +152,7 @@ def main() -> None:
         file.write(json.dumps(line) + "\n")
     lines = [json.loads(each) for each in FILE.read_text(encoding="utf-8").splitlines()]
     picture(lines)
-    sys.stdout.write(in_words(lines) + "\n")
+    sys.stdout.write(describe_history(lines) + "\n")
 
 
 if __name__ == "__main__":

@@ -22,7 +22,7 @@ import numpy as np
 import skfem
 from long_runs import long_runs_table
 from priced_lives import priced_lives_table
-from table import RESULTS, Table, in_words, publish, timed
+from table import RESULTS, Table, describe_machine, publish, timed
 from whole_runs import whole_runs_table
 
 from seatfem.structures.cache import VARIABLE
@@ -33,7 +33,7 @@ from seatfem.study.scene import load_scene
 from seatfem.study.sweep.cases import PILOTS, chosen
 from seatfem.study.sweep.runner import Outcome, carry_out
 from seatfem.study.sweep.side_by_side import side_by_side
-from seatfem.study.sweep.table import settings
+from seatfem.study.sweep.table import find_common_changes
 
 ROOT: Final = Path(__file__).parents[1]
 SLEEVE: Final = ROOT / "examples" / "flapper_on_peek_sleeve.toml"
@@ -142,7 +142,7 @@ def studies_table() -> Table:
             run(after, "after", {**changed}, start)
             run(carried, "", {**changed}, start)
         contact = [{k: v for k, v in each.items() if k != "reed.thickness"} for each in reeds(LANES)]
-        more = dict(settings(load_scene(SLEEVE), beside=True))
+        more = dict(find_common_changes(load_scene(SLEEVE), in_parallel=True))
         start = first_scenes([{**each, **more} for each in contact[: PILOTS + 1]])
         side_by_side(SLEEVE, more, contact[:1], 1, start, ())  # compiled
         begin = process_time()
@@ -244,7 +244,7 @@ def write_page() -> None:
         if not (file := RESULTS / f"speed_{name}.json").is_file():  # not measured yet
             continue
         values = json.loads(file.read_text(encoding="utf-8"))
-        about = in_words(values.pop("machine"))
+        about = describe_machine(values.pop("machine"))
         parts.append(f"{Table(**values).markdown()}\nMeasured on {about}.\n")
     PAGE.write_text("\n".join(parts), encoding="utf-8")
 

@@ -89,7 +89,7 @@ def machine() -> dict[str, str]:
     return about | versions | {"system": f"{platform.system()} {platform.machine()}"}
 
 
-def in_words(about: dict[str, str]) -> str:
+def describe_machine(about: dict[str, str]) -> str:
     """Return what `machine` says on one line."""
     return "; ".join(f"{key} {value}" for key, value in about.items())
 

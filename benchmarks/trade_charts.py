@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
-from table import RESULTS, in_words, machine
+from table import RESULTS, describe_machine, machine
 
 from impact.files.safe_files import write_whole
 from seatfem.study.trade.report import draw_trade, summary_of, write_trade
@@ -106,7 +106,7 @@ def section(name: str, trade: Trade) -> str:
 def page(trades: dict[str, Trade]) -> str:
     """Return the page of the scenes measured."""
     sections = (section(*each) for each in trades.items())
-    return "".join([HEAD.format(machine=in_words(machine())), *map(line, trades.values()), *sections])
+    return "".join([HEAD.format(machine=describe_machine(machine())), *map(line, trades.values()), *sections])
 
 
 def page_with(name: str, trade: Trade) -> str:

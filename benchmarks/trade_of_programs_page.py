@@ -15,7 +15,7 @@ from typing import Any, Final
 from matplotlib.patches import Patch
 from matplotlib.ticker import FixedLocator, NullLocator
 from peers.plain_program import STEP
-from table import RESULTS, in_words, machine, read_rows
+from table import RESULTS, describe_machine, machine, read_rows
 from trade_of_programs import (
     CALCULIX,
     FILE,
@@ -330,7 +330,9 @@ def write_page() -> None:
     if len(panels := [chart for chart in charts if chart.scene.name in SHOWN]) == len(SHOWN):
         draw_readme(panels)
     rows = "\n".join(map(overview, charts))
-    head = HEAD.format(machine=in_words(machine()), findings=describe_findings(charts), step=1e6 * STEP, rows=rows)
+    head = HEAD.format(
+        machine=describe_machine(machine()), findings=describe_findings(charts), step=1e6 * STEP, rows=rows
+    )
     write_whole(DOCUMENT, "\n".join([head, *map(section, charts)]).encode())
 
 

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from markers import between
 
-from seatfem.study.sweep.answers import in_words
+from seatfem.study.sweep.answers import describe_study
 from seatfem.study.sweep.charts import write_reports
 from seatfem.study.sweep.effort import Effort
 from seatfem.study.sweep.study import load_study
@@ -48,7 +48,7 @@ def sweep(text: str, keys: str, folder: Path) -> StudyTable:
 
 def words(table: StudyTable) -> str:
     """Return what the program prints below the table of a sweep."""
-    return "\n".join(["```text", *in_words(table), "```"])
+    return "\n".join(["```text", *describe_study(table), "```"])
 
 
 def rows(short: StudyTable, longer: StudyTable) -> str:

@@ -16,7 +16,7 @@ from typing import Final, Literal, TypeVar
 import numpy as np
 
 from impact.greens.base import Array
-from impact.march.grid import FOLLOW, foresee_openings
+from impact.march.grid import FOLLOW, extrapolate_openings
 from impact.notices import SeatfemError
 from impact.quantities import brief
 
@@ -489,7 +489,7 @@ def gas_history(drive: Compressor | Prescribed, opening: Array, dt: float) -> Ga
         opening: (n + 1,) mean opening of the contacts with seats [m].
         dt: time step [s].
     """
-    first, ahead = foresee_openings(opening)
+    first, ahead = extrapolate_openings(opening)
     state = drive.start()
     states = [state.copy()]
     for start, lift in zip(first, ahead, strict=True):

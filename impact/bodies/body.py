@@ -116,7 +116,7 @@ class Body:
     __repr__ = __str__
     _repr_html_ = as_html
 
-    def carried(self, time: Array) -> Array:
+    def find_base_displacement(self, time: Array) -> Array:
         """Return the (n,) displacement of the base [m]; raises `GreensFunctionError` unless it is one finite number per
         time."""
         if self.base is None:

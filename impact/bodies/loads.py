@@ -1,5 +1,6 @@
-"""Prescribed loads on a body: pressure, point forces, gravity, and the motion of its base. Positive along the
-normal, away from the other body.
+"""Loads on a body: prescribed pressure, point forces, gravity, the motion of its base, and springs to the ground.
+
+Loads are positive along the normal, away from the other body.
 """
 
 from __future__ import annotations
@@ -21,28 +22,28 @@ from impact.bodies.time_series import TimeSeries, TimeSeriesError
 from impact.greens.base import Array, GreensFunctionError
 from impact.quantities import brief
 
-Course = Callable[[Array], ArrayLike] | float  # (n,) times [s] -> (n,) values; a number holds for all times
+Course = Callable[[Array], ArrayLike] | float  # (n,) times [s] -> (n,) values; a number is a constant
 
 
 WHOLE: Final = (0.0, math.inf)
-"""Distances from the clamp between which a whole reed lies [m]."""
+"""Range of distances from the clamp that includes every reed as a whole [m]."""
 
 
 class ReedLoad(Protocol):
-    """Anything that pushes a reed in a known way.
+    """A load on a reed whose distribution is known.
 
-    The modes left out follow such a load statically; that part is neglected. Relative to the static tip deflection it
+    The quasi-static response of the omitted modes to such a load is neglected. Relative to the static tip deflection it
     is, under a force at the tip, 4.1e-2/n^3 for an Euler-Bernoulli cantilever with n modes (6e-7 for 40) and 2.3e-3/n
     for a stubby Timoshenko cantilever, L/h = 10 (6e-5 for 40); under uniform pressure 5e-10 and 4e-8 for 40.
     """
 
     def modal(self, modes: BeamModes) -> tuple[Load, ...]:
-        """Return the load as shapes on the modes and courses in time."""
+        """Return the load as modal shapes with their courses in time."""
 
 
 @dataclass(frozen=True)
 class PointForce:
-    """Force F(t) [N] at the distance ``at`` from the clamp [m]:  modal forces w_k(at) F(t)."""
+    """Force F(t) [N] at the distance ``at`` from the clamp [m], with the modal forces w_k(at) F(t)."""
 
     force: Course
     at: float
@@ -54,11 +55,11 @@ class PointForce:
 
 @dataclass(frozen=True)
 class Pressure:
-    """Pressure p(t) profile(x) [Pa] on the whole width:  modal forces  p(t) width * integral of w_k profile dx.
+    """Pressure p(t) profile(x) [Pa] on the whole width, with the modal forces p(t) width * integral of w_k profile dx.
 
     Attributes:
         pressure: p(t), times (n,) s -> Pa; positive pushes the reed away from the seat.
-        between: distances from the clamp where it acts [m] (the port's hole), by default the whole reed.
+        between: distances from the clamp between which it acts [m], such as those of a port; by default the whole reed.
         profile: distribution along the reed, x (G,) m -> (G,), by default uniform.
     """
 
@@ -82,14 +83,14 @@ class Pressure:
 
 @dataclass(frozen=True)
 class PressureField:
-    """Pressure p(x, t) [Pa] that does not separate, as the polynomial in x through ``points`` Gauss points.
+    """Pressure p(x, t) [Pa] that is no product p(t) profile(x), by the polynomial in x through ``points`` Gauss points.
 
-    Each point is one load with the course p(x_g, t), spread by its Lagrange polynomial: exact for polynomials of degree
-    points - 1, spectral for smooth p. Use ``between`` where the pressure ends sharply.
+    Each point is one load with the course p(x_g, t), spread by its Lagrange polynomial. This is exact for polynomials
+    of degree points - 1, and of spectral accuracy for smooth p. Where the pressure ends sharply, use ``between``.
 
     Attributes:
         pressure: p(x, t), one distance [m] and times (n,) s -> (n,) Pa; positive pushes the reed away from the seat.
-        between: distances from the clamp where it acts [m], by default the whole reed.
+        between: distances from the clamp between which it acts [m], by default the whole reed.
         points: number of Gauss points; each costs as much as one contact port.
     """
 
@@ -120,7 +121,7 @@ class PressureField:
 
 @dataclass(frozen=True)
 class Gravity:
-    """Weight: ``acceleration`` [m/s^2] is the component of g along the normal, < 0 presses the reed on its seat."""
+    """Weight of a reed; ``acceleration`` [m/s^2]: component of g along the normal, < 0 presses the reed on its seat."""
 
     acceleration: float
 
@@ -156,8 +157,8 @@ Kind = Literal["displacement", "velocity", "acceleration"]
 class BaseMotion:
     """A motion of the base along the normal; at t = 0 the body is at rest relative to the base.
 
-    In the frame of the base the inertia load -acceleration acts on the body's mass, like a changed gravity; its ports
-    move with the base by the displacement. Both are needed:
+    In the frame of the base the inertia load, -acceleration times the mass, acts on the body like gravity; its ports
+    also move with the base by the displacement. A body needs both:
 
         body = impact.cantilever_reed(..., loads=[motion])
         body = dataclasses.replace(body, base=motion.displacement)
@@ -177,41 +178,41 @@ class BaseMotion:
         """Return the motion from a record of displacement, velocity or acceleration, by exact integrals and derivatives
         of a piecewise polynomial.
 
-        An acceleration or velocity is linear between its samples, a displacement a cubic spline (not-a-knot). The base
-        starts from s = 0 at t = 0, with an acceleration also from rest. Raises `TimeSeriesError`: another kind; when
-        evaluated, times that the record does not cover.
+        An acceleration or velocity is linear between its samples, a displacement is a cubic spline (not-a-knot). The
+        base starts from s = 0 at t = 0, and from rest if the record is an acceleration. Raises `TimeSeriesError` for
+        another kind; the motion raises it at times that the record does not cover.
         """
         if kind not in get_args(Kind):
             raise TimeSeriesError(f"{series.name}: {kind!r} of a base is unknown; choose {', '.join(get_args(Kind))}")
-        way: scipy.interpolate.PPoly
+        path: scipy.interpolate.PPoly
         if kind == "displacement":
-            way = scipy.interpolate.CubicSpline(series.time, series.value, extrapolate=False)
+            path = scipy.interpolate.CubicSpline(series.time, series.value, extrapolate=False)
         else:
             slope = np.diff(series.value) / np.diff(series.time)
             line = scipy.interpolate.PPoly(np.stack([slope, series.value[:-1]]), series.time, extrapolate=False)
-            way = line.antiderivative(1 if kind == "velocity" else 2)
-        speed, push = way.derivative(), way.derivative(2)
-        first = float(series.time[0]), float(series.time[-1])
+            path = line.antiderivative(1 if kind == "velocity" else 2)
+        speed, acceleration = path.derivative(), path.derivative(2)
+        first, last = float(series.time[0]), float(series.time[-1])
 
-        def inside(t: Array) -> Array:
-            slack = 1e-9 * (first[1] - first[0])
-            if t.size and (t.min() < first[0] - slack or t.max() > first[1] + slack):
+        def clip_times(t: Array) -> Array:
+            slack = 1e-9 * (last - first)
+            if t.size and (t.min() < first - slack or t.max() > last + slack):
                 raise TimeSeriesError(
-                    f"{series.name}: the base's {kind} covers {first[0]:g}..{first[1]:g} s, the run asks for "
+                    f"{series.name}: the base's {kind} covers {first:g}..{last:g} s, the run asks for "
                     f"{t.min():g}..{t.max():g} s; give a longer record"
                 )
-            return np.clip(t, *first)
+            return np.clip(t, first, last)
 
         def displacement(t: Array) -> Array:
-            zero = inside(np.zeros(1))
+            zero = clip_times(np.zeros(1))
             drift = float(speed(zero)[0]) if kind == "acceleration" else 0.0  # the record may begin before t = 0
-            return np.asarray(way(inside(t)) - way(zero) - drift * t)
+            return np.asarray(path(clip_times(t)) - path(zero) - drift * t)
 
-        return BaseMotion(displacement, lambda t: np.asarray(push(inside(t))))
+        return BaseMotion(displacement, lambda t: np.asarray(acceleration(clip_times(t))))
 
     def modal(self, modes: BeamModes) -> tuple[Load, ...]:
-        """Return the load on a beam in the frame of its base, tip mass included: -integral of rho A w_k dx times
-        s''."""
+        """Return the load on a beam in the frame of its base, -s'' times the integral of rho A w_k dx, tip mass
+        included."""
         return tuple(self.load(load.shape, modes.line_density * modes.length) for load in Gravity(1.0).modal(modes))
 
     def load(self, shape: Array, mass: float) -> Load:
@@ -222,7 +223,7 @@ class BaseMotion:
 ROUND_OFF: Final = 1e-10  # relative modal participation of springs and forces in a rigid mode that counts as zero
 
 SPRINGS: Final = "springs"
-"""Key of the number of springs included in the modes, in the origin of a Green's function."""
+"""Key, in the origin of a Green's function, of the number of springs that its modes include."""
 
 
 @dataclass(frozen=True)
@@ -230,7 +231,7 @@ class Suspension:
     """Springs of a body, in terms of the M modes of the body with the springs.
 
     ``shapes`` (M, S): these modes at the S springs [1/sqrt(kg)]; ``stiffness`` (S,) [N/m]; ``basis`` (M, M): orthogonal
-    transformation to modal coordinates without springs, q = basis q_with; ``omega`` (M,) [rad/s] and ``zeta`` (M,):
+    transformation q = basis q_with to the modal coordinates without springs; ``omega`` (M,) [rad/s] and ``zeta`` (M,):
     frequencies and damping ratios without springs.
     """
 
@@ -261,7 +262,8 @@ def on_springs(body: Body, shapes: Array, stiffness: ArrayLike) -> SprungBody:
         shapes: B (M, S) [1/sqrt(kg)].
         stiffness: (S,), or one for all [N/m].
 
-    Raises `GreensFunctionError`: a body without modes, shapes that do not fit them, a stiffness that is not positive.
+    Raises `GreensFunctionError` for a body without modes, shapes that do not fit them, a stiffness that is not
+    positive.
     """
     modal = body.greens.modal
     if modal is None or not len(modal.omega):
@@ -269,7 +271,7 @@ def on_springs(body: Body, shapes: Array, stiffness: ArrayLike) -> SprungBody:
             f"springs: a body known by a {type(body.greens).__name__} has no modes that springs could act on; take "
             "a beam, a plate or a rigid mass"
         )
-    held = np.broadcast_to(np.asarray(stiffness, dtype=float), np.shape(shapes)[1:])
+    stiffnesses = np.broadcast_to(np.asarray(stiffness, dtype=float), np.shape(shapes)[1:])
     if SPRINGS in modal.origin:
         raise GreensFunctionError("springs: the body is on springs already; give all of them at once")
     if np.ndim(shapes) != 2 or len(shapes) != len(modal.omega) or not np.all(np.isfinite(shapes)):
@@ -277,55 +279,56 @@ def on_springs(body: Body, shapes: Array, stiffness: ArrayLike) -> SprungBody:
             f"springs: shapes {np.shape(shapes)} must be finite and have a row for each of the {len(modal.omega)} "
             "modes: give (modes, springs) values"
         )
-    if not (np.all(np.isfinite(held)) and np.all(held > 0)):
-        raise GreensFunctionError(f"springs: stiffness = {held} N/m must be positive and finite")
-    omega, basis = _modes_with(modal.omega, np.asarray(shapes * np.sqrt(held)))
-    damped = (basis**2).T @ (modal.zeta * modal.omega)
-    zeta = np.divide(damped, omega, out=np.zeros_like(omega), where=omega > 0)
+    if not (np.all(np.isfinite(stiffnesses)) and np.all(stiffnesses > 0)):
+        raise GreensFunctionError(f"springs: stiffness = {stiffnesses} N/m must be positive and finite")
+    omega, basis = _find_sprung_modes(modal.omega, np.asarray(shapes * np.sqrt(stiffnesses)))
+    decay_rates = (basis**2).T @ (modal.zeta * modal.omega)
+    zeta = np.divide(decay_rates, omega, out=np.zeros_like(omega), where=omega > 0)
 
-    def turned(values: Array) -> Array:
-        seen = np.asarray(basis.T @ values)
-        unmoved = (omega == 0) if seen.ndim == 1 else (omega == 0)[:, None]
-        return np.where(unmoved & (np.abs(seen) <= ROUND_OFF * np.abs(seen).max(axis=0)), 0.0, seen)
+    def transform(values: Array) -> Array:
+        """Return values of the modes with springs, round-off of rigid motions removed."""
+        sprung = np.asarray(basis.T @ values)
+        rigid = (omega == 0) if sprung.ndim == 1 else (omega == 0)[:, None]
+        return np.where(rigid & (np.abs(sprung) <= ROUND_OFF * np.abs(sprung).max(axis=0)), 0.0, sprung)
 
     start = body.modal_start()
     state = ModalState(basis.T @ start.displacement, basis.T @ start.velocity)
-    origin = {**modal.origin, SPRINGS: len(held)}
-    greens = replace(modal, omega=omega, zeta=zeta, shapes=turned(modal.shapes), origin=origin)
+    origin = {**modal.origin, SPRINGS: len(stiffnesses)}
+    greens = replace(modal, omega=omega, zeta=zeta, shapes=transform(modal.shapes), origin=origin)
     return SprungBody(
         greens,
         state=state if np.any(state.displacement) or np.any(state.velocity) else None,
-        loads=tuple(replace(load, shape=turned(load.shape)) for load in body.loads),
+        loads=tuple(replace(load, shape=transform(load.shape)) for load in body.loads),
         base=body.base,
-        springs=Suspension(turned(np.asarray(shapes)), np.array(held), basis, modal.omega, modal.zeta),
+        springs=Suspension(transform(np.asarray(shapes)), np.array(stiffnesses), basis, modal.omega, modal.zeta),
     )
 
 
 def find_own_coordinates(body: Body, coordinates: Array) -> Array:
-    """Return the (n, M) modal ``coordinates`` [m sqrt(kg)] of a body transformed to its modes without springs."""
+    """Return (n, M) modal ``coordinates`` [m sqrt(kg)] of a body, transformed to its modes without springs."""
     return coordinates @ body.springs.basis.T if isinstance(body, SprungBody) else coordinates
 
 
-def _modes_with(omega: Array, pulls: Array) -> tuple[Array, Array]:
-    """Return the (M,) angular frequencies [rad/s] and the (M, M) vectors of diag(omega^2) + pulls pulls'.
+def _find_sprung_modes(omega: Array, pulls: Array) -> tuple[Array, Array]:
+    """Return the (M,) angular frequencies [rad/s] and the (M, M) eigenvectors of diag(omega^2) + pulls pulls'.
 
-    Rigid motions without spring forces keep the frequency 0. The squares of the other frequencies are computed as sums
-    of positive terms, |W v|^2 + |pulls' v|^2, which stay accurate for soft springs, while the eigenvalues themselves
-    err by the round-off of the highest squared frequency.
+    Rigid motions without spring forces keep the frequency 0. The squares of the other frequencies are sums of positive
+    terms, |W v|^2 + |pulls' v|^2, which stay accurate for soft springs, whereas the computed eigenvalues err by the
+    round-off of the highest squared frequency.
     """
     rigid, elastic = np.flatnonzero(omega == 0), np.flatnonzero(omega > 0)
-    turn = np.eye(len(omega))
+    rotation = np.eye(len(omega))
     if len(rigid):
         vectors, sizes, _ = np.linalg.svd(pulls[rigid])
         rank = int(np.sum(sizes > ROUND_OFF * np.linalg.norm(pulls)))
-        turn[np.ix_(rigid, rigid)] = vectors
-        free, moved = rigid[rank:], np.concatenate([rigid[:rank], elastic])
+        rotation[np.ix_(rigid, rigid)] = vectors
+        free, sprung = rigid[rank:], np.concatenate([rigid[:rank], elastic])
     else:
-        free, moved = rigid, elastic
-    turned = turn.T @ pulls
-    square = np.diag(omega[moved] ** 2) + turned[moved] @ turned[moved].T
+        free, sprung = rigid, elastic
+    rotated = rotation.T @ pulls
+    square = np.diag(omega[sprung] ** 2) + rotated[sprung] @ rotated[sprung].T
     _, vectors = np.linalg.eigh(square)
-    values = ((omega[moved, None] * vectors) ** 2).sum(axis=0) + ((turned[moved].T @ vectors) ** 2).sum(axis=0)
+    values = ((omega[sprung, None] * vectors) ** 2).sum(axis=0) + ((rotated[sprung].T @ vectors) ** 2).sum(axis=0)
     order = np.argsort(values, kind="stable")
-    basis = np.column_stack([turn[:, free], turn[:, moved] @ vectors[:, order]])
+    basis = np.column_stack([rotation[:, free], rotation[:, sprung] @ vectors[:, order]])
     return np.concatenate([np.zeros(len(free)), np.sqrt(values[order])]), basis

@@ -1,12 +1,13 @@
 """Multiaxial criteria of unlimited life (or of N cycles), and the stress below a Hertzian contact.
 
 Stress histories are (n, 6) of one block, in Voigt order xx, yy, zz, yz, xz, xy with tensor shear stresses [Pa]. Every
-criterion compares an equivalent shear amplitude with t-1. The amplitude is homogeneous of degree one in stress, so that
-t-1 over it is the factor on all stresses at which the limit is met. The constant of each criterion follows from
-amplitudes of t-1 for both pure bending with f-1 and pure torsion with t-1. The amplitudes are the mean square shear
-over all planes, and the radius of the smallest sphere around a stress path.
+criterion compares an equivalent shear amplitude with the fatigue limit t-1 in torsion. The equivalent amplitude is
+homogeneous of degree one in stress, so that t-1 over it is the factor on all stresses at which the limit is met. The
+constant of each criterion makes it t-1 for both pure bending with the amplitude f-1 and pure torsion with t-1. The
+shear amplitude of a path is the root of its mean square over all planes, or the radius of the smallest sphere around
+the path of the deviators.
 
-To add a criterion: a subclass of the frozen dataclass `Multiaxial`, with its ``name`` and ``within``.
+To add a criterion, write a subclass of the frozen dataclass `Multiaxial` with its ``name``, ``within`` and ``value``.
 """
 
 from __future__ import annotations
@@ -25,30 +26,31 @@ from impact.greens.base import Array
 from impact.life.strength import LifeError, Strength, criterion
 from impact.march.loop.compiled import compiled
 
-_FIRST, _FINEST = 8, 256  # number of polar angles over the sphere in the first and the finest grid
+_FIRST, _FINEST = 8, 256  # numbers of polar angles over the sphere in the first and in the finest grid
 _FEW = 64  # largest number of points whose hull is computed without removing inner points first
 
 
 def mean_square_shear(stress: Array, tolerance: float = 1e-6) -> float:
-    """Return <Ta^2> [Pa^2], Ta half the range of the shear stress on a plane with normal n along a direction m in it.
+    """Return <Ta^2> [Pa^2], with Ta half the range of the shear stress along a direction m on a plane with normal n.
 
         <Ta^2> = 1/(8 pi^2) int int int Ta^2(theta, phi, chi) dchi sin(theta) dtheta dphi
 
-    The integral over chi is exact: Ta is half the width of the convex hull of the shear vectors on a plane. Over the
-    normals it is Gauss-Legendre in cos(theta) and equidistant in phi: exact for a stress path that is a segment or an
-    ellipse, of third order for one with corners. The number of angles is doubled until a quarter of the last change,
-    and of an eighth of the one before in case two values agree by chance, meets the relative ``tolerance``.
-    ``stress``: (n, 6) [Pa], one block in Voigt order. Raises `LifeError` if the value does not converge.
+    The integral over chi is exact: Ta is half the width of the convex hull of the shear vectors on a plane. That over
+    the normals is by Gauss-Legendre points in cos(theta) and equidistant ones in phi: exact for a stress path that is a
+    segment or an ellipse, of third order for one with corners. The number of angles is doubled until a quarter of the
+    last change is within the relative ``tolerance``, and so is a quarter of an eighth of the change before, in case two
+    values agree by chance. ``stress``: (n, 6) [Pa], one block in Voigt order. Raises `LifeError` if the value does not
+    converge.
     """
-    turns = stress - stress.mean(axis=0)
-    scale = float(np.abs(turns).max())
+    path = stress - stress.mean(axis=0)
+    scale = float(np.abs(path).max())
     if scale == 0.0:
         return 0.0
-    turns, number, change = turns / scale, _FIRST, math.inf
-    value = _average(turns, *_polar(number))
+    path, number, change = path / scale, _FIRST, math.inf
+    value = _average(path, *_polar(number))
     while number < _FINEST:
         number *= 2
-        last, before, value = change, value, _average(turns, *_polar(number))
+        last, before, value = change, value, _average(path, *_polar(number))
         change = abs(value - before)
         if max(change, last / 8) <= 4 * tolerance * value:
             return float(value) * scale**2
@@ -59,13 +61,14 @@ def mean_square_shear(stress: Array, tolerance: float = 1e-6) -> float:
 
 
 def _polar(number: int) -> tuple[Array, Array]:
-    """Return cosines and weights over half the sphere, as opposite normals are the same plane."""
+    """Return cosines of polar angles and their weights over half the sphere, as opposite normals are one plane."""
     cosines, weights = np.polynomial.legendre.leggauss(number)
     return cosines[number // 2 :], weights[number // 2 :]
 
 
 @compiled()
 def _average(stress, cosines, weights):  # type: ignore[no-untyped-def]
+    """Return <Ta^2> of a stress path by these polar angles."""
     around = 4 * len(cosines)
     vectors = np.empty((len(stress), 2))
     total = 0.0
@@ -86,7 +89,7 @@ def _average(stress, cosines, weights):  # type: ignore[no-untyped-def]
 
 @compiled()
 def _half_width_squared(points):  # type: ignore[no-untyped-def]
-    """Return the mean over all directions of (half the width)^2 of points in a plane.
+    """Return the mean over all directions of the squared half width of points in a plane.
 
     With the edges of the hull sorted by their directions mod pi, e_1, e_2, ..., the width is the support function of
     the symmetric polygon with the corners v_0 = -sum e_i/2, v_1 = v_0 + e_1, ...: v_k . u between the normals of e_k
@@ -114,7 +117,7 @@ def _half_width_squared(points):  # type: ignore[no-untyped-def]
 
 @compiled()
 def _outer(points):  # type: ignore[no-untyped-def]
-    """Return the points without those inside the octagon of those that are extreme along eight directions (Akl and
+    """Return the points that do not lie inside the octagon of the extreme points along eight directions (Akl and
     Toussaint 1978)."""
     at, reach = np.zeros(9, dtype=np.int64), np.full(8, -np.inf)
     for k in range(len(points)):
@@ -130,8 +133,8 @@ def _outer(points):  # type: ignore[no-untyped-def]
         inside = True
         for d in range(8):
             right, up = corners[d + 1, 0] - corners[d, 0], corners[d + 1, 1] - corners[d, 1]
-            margin_error = right * (points[k, 1] - corners[d, 1]) - up * (points[k, 0] - corners[d, 0])
-            inside &= margin_error > 0 or (right == 0 and up == 0)
+            cross = right * (points[k, 1] - corners[d, 1]) - up * (points[k, 0] - corners[d, 0])
+            inside &= cross > 0 or (right == 0 and up == 0)
         if not inside:
             outer[kept] = points[k]
             kept += 1
@@ -163,15 +166,15 @@ def _hull_edges(points):  # type: ignore[no-untyped-def]
 
 
 _INSIDE = 1e-12  # relative tolerance of the squared radius within which a point counts as inside
-_MOST = 2000  # largest number of exchanges of the smallest sphere; usually about ten
+_MOST = 2000  # largest number of exchanges of points; usually about ten are made
 
 
 def enclosing_sphere(points: Array) -> tuple[Array, float]:
-    """Return the (d,) centre and radius of the smallest sphere that holds (n, d) points, d <= 6, all finite.
+    """Return the (d,) centre and the radius of the smallest sphere around (n, d) points, d <= 6, all finite.
 
-    The sphere is determined by at most d + 1 of the points. To a set of these the point furthest outside is added, and
-    the smallest sphere around the set, one of the circumscribed spheres of its subsets, gives the next set. The radius
-    grows, so that no set recurs and the exact sphere is reached; raises `LifeError` otherwise.
+    At most d + 1 of the points determine the sphere. The point furthest outside is added to such a set; the smallest
+    sphere around the enlarged set is one of the circumscribed spheres of its subsets, and this subset is the next set.
+    The radius grows, so that no set recurs and the exact sphere is reached; raises `LifeError` otherwise.
 
     Source: E. Welzl, LNCS 555 (1991) 359; B. Gaertner, LNCS 1643 (1999) 325, for the exchange of the furthest point.
     """
@@ -189,6 +192,7 @@ def enclosing_sphere(points: Array) -> tuple[Array, float]:
 
 @compiled()
 def _furthest(points, centre):  # type: ignore[no-untyped-def]
+    """Return the squared distance and the number of the point furthest from the centre."""
     best, at = -1.0, 0
     for k in range(points.shape[0]):
         distance = 0.0
@@ -201,7 +205,8 @@ def _furthest(points, centre):  # type: ignore[no-untyped-def]
 
 @compiled()
 def _smallest(points):  # type: ignore[no-untyped-def]
-    """Return the centre, the squared distance of the furthest point, and whether the iteration converged."""
+    """Return the centre of the smallest sphere, the squared distance of the furthest point, and whether the iteration
+    converged."""
     size = points.shape[1]
     held = np.empty((size + 2, size))
     held[0] = points[_furthest(points, points[0])[1]]
@@ -226,8 +231,8 @@ def _smallest(points):  # type: ignore[no-untyped-def]
 
 @compiled()
 def _around(few):  # type: ignore[no-untyped-def]
-    """Return the smallest sphere around at most d + 2 points, the last of them on it: centre, squared radius, subset as
-    bits."""
+    """Return the smallest sphere around at most d + 2 points, through the last one: its centre, its squared radius, and
+    the subset of points that determine it, as bits."""
     count, size = few.shape
     best, centre, chosen = np.inf, few[0].copy(), 0
     for subset in range(1, 1 << (count - 1)):
@@ -244,8 +249,10 @@ def _around(few):  # type: ignore[no-untyped-def]
 
 @compiled()
 def _circumscribed(few, subset):  # type: ignore[no-untyped-def]
-    """Return the centre in the plane of the subset and the last point: 2 G lam = diag G, G of the edges from that
-    point."""
+    """Return the centre of the circumscribed sphere of the subset and the last point, in their plane.
+
+    Its coordinates lam along the edges from the last point, with Gram matrix G, solve 2 G lam = diag G.
+    """
     count, size = few.shape
     edges = np.empty((count, size))
     m = 0
@@ -284,11 +291,11 @@ ROOT_3 = math.sqrt(3)
 
 @dataclass(frozen=True)
 class Multiaxial(ABC):
-    """A criterion calibrated by two limits.
+    """A criterion calibrated by two fatigue limits.
 
     Attributes:
-        torsion_limit: t-1, fully reversed shear amplitude [Pa].
-        bending_limit: f-1, fully reversed bending amplitude, at the same number of cycles [Pa].
+        torsion_limit: t-1, limit of the fully reversed shear amplitude [Pa].
+        bending_limit: f-1, limit of the fully reversed bending amplitude at the same number of cycles [Pa].
 
     Raises:
         LifeError: t-1/f-1 outside the range ``within`` of the criterion, lower bound excluded.
@@ -323,9 +330,10 @@ class Multiaxial(ABC):
 
 
 class Crossland(Multiaxial):
-    """sqrt(J2a) + (3 t-1/f-1 - sqrt 3) pmax <= t-1, sqrt(J2a) the radius of the smallest sphere around the deviators.
+    """sqrt(J2a) + (3 t-1/f-1 - sqrt 3) pmax <= t-1, with sqrt(J2a) the radius of the smallest sphere around the
+    deviators.
 
-    For t-1/f-1 < 1/sqrt 3 the constant would be negative, so that compression did damage; a ratio above 1, more
+    For t-1/f-1 < 1/sqrt 3 the constant would be negative, and compression would be damaging; a ratio above 1, more
     strength in torsion than in bending, is not observed in metals.
 
     Source: B. Crossland, Proc. Int. Conf. Fatigue of Metals, IMechE, London 1956, 138.
@@ -341,7 +349,7 @@ class Crossland(Multiaxial):
 
 
 class DangVan(Multiaxial):
-    """max over t of tau(t) + (3 t-1/f-1 - 3/2) p(t) <= t-1, tau the largest shear stress around the shaken-down state.
+    """max over t of tau(t) + (3 t-1/f-1 - 3/2) p(t) <= t-1, tau the largest shear stress about the shakedown state.
 
     The microscopic stress is the deviator relative to the centre of the smallest sphere around the block's deviators,
     the residual stress after shakedown of grains; tau is half its largest difference of principal stresses (Tresca).
@@ -361,10 +369,10 @@ class DangVan(Multiaxial):
 
 @dataclass(frozen=True)
 class Papadopoulos(Multiaxial):
-    """sqrt(5 <Ta^2>) + (3 t-1/f-1 - sqrt 3) pmax <= t-1, the mean over all planes and directions in them.
+    """sqrt(5 <Ta^2>) + (3 t-1/f-1 - sqrt 3) pmax <= t-1, for hard metals.
 
-    Ta is half the range of the resolved shear stress. If all components are harmonic at one frequency,
-    stress = A cos + B sin, 5 <Ta^2> = J2(A) + J2(B), independent of phases. For hard metals.
+    Ta is half the range of the resolved shear stress, averaged over all planes and all directions in them. If all
+    components are harmonic at one frequency, stress = A cos + B sin, 5 <Ta^2> = J2(A) + J2(B), whatever the phases.
 
     Attributes:
         tolerance: relative tolerance of the mean square (`impact.life.multiaxial.mean_square_shear`).
@@ -383,7 +391,8 @@ class Papadopoulos(Multiaxial):
 
 
 def multiaxial(name: str, strength: Strength) -> Multiaxial:
-    """Return the criterion crossland, dang_van or papadopoulos; raises `LifeError` for others, or unfit limits."""
+    """Return the criterion crossland, dang_van or papadopoulos; raises `LifeError` for another name, or for limits
+    outside its range."""
     return criterion(Multiaxial, name, strength)  # type: ignore[type-abstract]
 
 
@@ -399,7 +408,7 @@ def deviators(stress: Array) -> Array:
 
 
 def largest_shear(path: Array) -> Array:
-    """Return (n,) half the largest difference of principal values of (n, 5) `deviators` [Pa].
+    """Return the (n,) half of the largest difference of principal values of (n, 5) `deviators` [Pa].
 
     (s1 - s3)/2 = sqrt(J2) sin(theta + pi/3), cos(3 theta) = (3 sqrt 3/2) J3/J2^(3/2), 0 <= theta <= pi/3.
     """
@@ -424,20 +433,20 @@ def _checked(stress: ArrayLike) -> Array:
 
 
 DEPTHS: Final = 40
-"""Number of depths on the axis, down to 1.5 radii of the largest contact; the largest shear stress lies at 0.5."""
+"""Number of depths on the axis, down to 1.5 radii of the largest contact; the largest shear stress is at 0.5 radii."""
 WIDTHS: Final = 60
-"""Number of radii of the contact, up to the largest."""
+"""Number of contact radii, up to the largest, at which the stress is computed."""
 
 
 def hertz_path(force: float, *, stiffness: float, modulus: float, poisson: float = 0.3) -> Iterator[tuple[str, Array]]:
-    """Yield names of depths with the (n, 6) stress there [Pa], while a contact of N = k d^(3/2) goes from 0 to
-    ``force`` [N].
+    """Yield names of depths with the (n, 6) stress there [Pa], while the force of a contact N = k d^(3/2) grows from 0
+    to ``force`` [N].
 
-    Its radius is R = (3 k/(4 E*))^2; at the half-width a the pressure is p0 = 2 E* a/(pi R), and the stress on the axis
-    p0 times that of `circular_axis_stress`. The history of the force does not matter: at each depth loading and
-    unloading follow the same path of tensors, and the criteria of `impact.life.multiaxial` depend on the path only.
-    ``stiffness``: k [N/m^1.5]; ``modulus``: E* of both bodies [Pa]; ``poisson``: ratio of the evaluated body. Raises
-    `LifeError` for a stiffness or modulus that is not positive, or a force below 0.
+    The radius of curvature is R = (3 k/(4 E*))^2; at a contact radius a the largest pressure is p0 = 2 E* a/(pi R), and
+    the stress on the axis is p0 times that of `circular_axis_stress`. The history of the force does not matter: at each
+    depth loading and unloading follow the same path of tensors, and the criteria of `impact.life.multiaxial` depend on
+    the path only. ``stiffness``: k [N/m^1.5]; ``modulus``: E* of both bodies [Pa]; ``poisson``: Poisson's ratio of the
+    evaluated body. Raises `LifeError` for a stiffness or modulus that is not positive, or a force below 0.
 
     Source: K. L. Johnson, Contact Mechanics, Cambridge 1985, 3.45, 4.22 - 4.24.
     """

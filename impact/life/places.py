@@ -14,24 +14,23 @@ from impact.life.multiaxial import Multiaxial
 from impact.life.strength import OWN, LifeError, Strength
 
 SHARE = 0.7
-"""Least stress range over that of the hot spot; below it damage is less than 0.7^5 = 17 % for slopes of 5 and more."""
+"""Least stress range, over that of the hot spot, of a place or plane that is evaluated; below it damage is less than
+0.7^5 = 17 % of that of the hot spot for slopes of 5 and more."""
 
 
 STRAIGHT: Final = 1e-4
-"""Relative deviation from a straight path, over the largest distance from the mean, that is neglected."""
-_SPAN, _PARTS = (
-    256,
-    4,
-)  # number of steps that are tested for a straight path at once, and number of parts if they are not straight
+"""Deviation from a straight path, over the largest distance from the mean, that is neglected."""
+_SPAN = 256  # number of steps that are tested for a straight path at once
+_PARTS = 4  # number of parts into which they are divided if they are not straight
 _NORM: Final = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])  # weights of squared Voigt components in s:s
 
 
-def thinned(stress: Array) -> Array:
+def thin_history(stress: Array) -> Array:
     """Return the (m, 6) rows of an (n, 6) history that matter for its life, in order, with both ends.
 
-    A row is omitted if it deviates, in the norm of tensors, by less than `STRAIGHT` from the line between the rows
-    kept. The extremes of normal stresses and pressure and the smallest sphere, which lie at corners of the path, are
-    kept to this accuracy. As steps are hundreds of times shorter than periods, about a hundredth of the rows is kept.
+    A row is omitted if it deviates, in the Frobenius norm, by less than `STRAIGHT` from the line between the rows kept.
+    To this accuracy the extremes of normal stresses and pressure, and the smallest sphere, remain: they follow from
+    corners of the path. As steps are hundreds of times shorter than periods, about a hundredth of the rows is kept.
     """
     if stress.ndim != 2 or len(stress) <= _SPAN:
         return stress
@@ -52,49 +51,51 @@ def thinned(stress: Array) -> Array:
 
 
 APART: Final = 10.0
-"""Degrees between normals; half of this off the critical plane, a stress is 1 - cos^2 = 0.8 % too small."""
-_ALONG_Z: Final = [2, 3, 4]  # components without which a stress is plane
-_HELD: Final = 16  # number of planes that are evaluated at once
+"""Angle between neighbouring normals [degrees]; at half of it off the critical plane, a stress is 1 - cos^2 = 0.8 %
+too small."""
+_ALONG_Z: Final = [2, 3, 4]  # Voigt components that are zero in plane stress
+_AT_ONCE: Final = 16  # number of planes that are evaluated at once
 
 
 def normal_stresses(name: str, stress: Array) -> Iterator[tuple[str, Array]]:
-    """Yield a place with the (n,) normal stress n' sigma n in time on each plane that may be critical, > 0 in tension
-    [Pa].
+    """Yield the ``name`` with the (n,) history of the normal stress n' sigma n on each plane that may be critical, > 0
+    in tension [Pa].
 
-    The normals are spread over half the sphere, of a plane stress over half the circle, aligned with the principal axes
-    of the stress furthest from the mean, so that proportional stress is evaluated exactly. Planes are skipped on which
-    neither the range nor twice the largest tension reaches `SHARE` of the largest of all planes. ``stress``: (n, 6) of
-    one block, xx, yy, zz, yz, xz, xy [Pa]; raises `LifeError` for another shape and for values that are not finite.
+    The normals are spread over half the sphere, in plane stress over half the circle. They are aligned with the
+    principal axes of the stress furthest from the mean, so that proportional stress is evaluated exactly. Planes are
+    skipped on which neither the range nor twice the largest tension reaches `SHARE` of the largest of all planes.
+    ``stress``: (n, 6) of one block, xx, yy, zz, yz, xz, xy [Pa]. Raises `LifeError` for another shape and for values
+    that are not finite.
     """
     if stress.ndim != 2 or stress.shape[1] != 6 or not len(stress):
         raise LifeError(f"{name}: a history of stress tensors must be (n, 6), not {stress.shape}")
     if not np.isfinite(stress).all():
         raise LifeError(f"{name}: the stress history must be finite, {np.sum(~np.isfinite(stress))} values are not")
-    turns = stress - stress.mean(axis=0)
-    furthest = turns[int(np.argmax(turns**2 @ _NORM))]
+    deviations = stress - stress.mean(axis=0)
+    furthest = deviations[int(np.argmax(deviations**2 @ _NORM))]
     if stress[:, _ALONG_Z].any():
         axes = np.linalg.eigh(furthest[[[0, 5, 4], [5, 1, 3], [4, 3, 2]]])[1]
         x, y, z = (_normals() @ axes.T).T
-    else:  # plane stress: that on an inclined plane is the one on a plane along z times the cosine squared
+    else:  # plane stress: on an inclined plane it is that on a plane parallel to z times the cosine squared
         principal = math.atan2(2 * furthest[5], furthest[0] - furthest[1]) / 2
         angles = principal + np.radians(np.arange(0.0, 180.0, APART))
         x, y, z = np.cos(angles), np.sin(angles), np.zeros(len(angles))
-    across = np.stack([x * x, y * y, z * z, 2 * y * z, 2 * x * z, 2 * x * y])
-    parts = [np.arange(first, min(first + _HELD, len(x))) for first in range(0, len(x), _HELD)]
-    tops, spans = [], []
+    projections = np.stack([x * x, y * y, z * z, 2 * y * z, 2 * x * z, 2 * x * y])
+    parts = [np.arange(first, min(first + _AT_ONCE, len(x))) for first in range(0, len(x), _AT_ONCE)]
+    largest, ranges = [], []
     for part in parts:
-        projected = stress @ across[:, part]
-        tops.append(projected.max(axis=0))
-        spans.append(tops[-1] - projected.min(axis=0))
-    reach = np.stack([np.concatenate(spans), np.maximum(2 * np.concatenate(tops), 0.0)])  # range, twice the tension
-    near = (reach >= SHARE * reach.max(axis=1, keepdims=True)).any(axis=0)
-    for plane in np.flatnonzero(near):
-        yield name, stress @ across[:, plane]
+        normal = stress @ projections[:, part]
+        largest.append(normal.max(axis=0))
+        ranges.append(largest[-1] - normal.min(axis=0))
+    reach = np.stack([np.concatenate(ranges), np.maximum(2 * np.concatenate(largest), 0.0)])  # range, twice the tension
+    may_be_critical = (reach >= SHARE * reach.max(axis=1, keepdims=True)).any(axis=0)
+    for plane in np.flatnonzero(may_be_critical):
+        yield name, stress @ projections[:, plane]
 
 
-def on_planes(histories: Iterable[tuple[str, Array]], *, tensors: bool = False) -> Iterator[tuple[str, Array]]:
-    """Yield named uniaxial histories unchanged, and for tensors their `normal_stresses`; ``tensors``: also the tensors
-    themselves."""
+def resolve_on_planes(histories: Iterable[tuple[str, Array]], *, tensors: bool = False) -> Iterator[tuple[str, Array]]:
+    """Yield named uniaxial histories unchanged, and of tensors their `normal_stresses`; with ``tensors`` also the
+    tensors themselves."""
     for name, history in histories:
         if history.ndim == 1:
             yield name, history
@@ -105,7 +106,7 @@ def on_planes(histories: Iterable[tuple[str, Array]], *, tensors: bool = False) 
 
 @cache
 def _normals() -> Array:
-    """Return the (N, 3) normals over half the sphere, the three axes among them; opposite normals are one plane."""
+    """Return (N, 3) normals over half the sphere, as opposite ones are one plane, the three axes among them."""
     normals = [(0.0, 0.0, 1.0)]
     for polar in np.radians(np.arange(APART, 90.0 + APART / 2, APART)):
         turn = math.tau if polar < math.pi / 2 - 1e-9 else math.pi
@@ -122,7 +123,7 @@ class Demand:
     Attributes:
         strength: strength of its material.
         judge: mean-stress criterion for uniaxial stress; ``None`` if there is no such stress.
-        blocks: design number of repetitions, a factor on one block.
+        blocks: design life as a number of repetitions of the block of stress.
         survival: fraction of parts that survives, by default that of the S-N curve.
         several_axes: criterion for stress tensors; ``None`` if there are none.
     """
@@ -140,8 +141,8 @@ class Judged:
 
     Attributes:
         at, life: place and life by uniaxial stress.
-        tensor_at, tensor_margin: place and margin by stress tensors; the margin, a factor on the stress, holds for the
-            N of the criterion's two limits.
+        tensor_at, tensor_margin: place and margin by stress tensors. The margin is a factor on the stress, for the
+            number of cycles of the criterion's two limits.
     """
 
     at: str = ""
@@ -151,14 +152,14 @@ class Judged:
 
 
 def judged(histories: Iterable[tuple[str, Array]], demand: Demand) -> Judged:
-    """Return the places with the least margin under an endlessly repeated block of stress.
+    """Return the places with the least margin under a block of stress that repeats without end.
 
     Places with uniaxial stress are skipped if neither the largest range nor twice the largest tension reaches `SHARE`
     of the largest of all places.
 
     Args:
-        histories: names with (n,) uniaxial stress, > 0 in tension, or (n, 6) tensors, xx, yy, zz, yz, xz, xy [Pa]; one
-            is in memory at a time.
+        histories: names with (n,) uniaxial stress, > 0 in tension, or (n, 6) tensors, xx, yy, zz, yz, xz, xy [Pa]; only
+            one history is in memory at a time.
         demand: design life and criteria.
 
     Raises:
@@ -170,8 +171,8 @@ def judged(histories: Iterable[tuple[str, Array]], demand: Demand) -> Judged:
     tensors: list[tuple[float, str]] = []
     for name, history in histories:
         if history.ndim == 1 and demand.judge is not None:
-            top = float(history.max(initial=-math.inf))
-            reach = max(top - float(history.min(initial=math.inf)), 2 * top)  # the largest cycle's, twice the tension
+            tension = float(history.max(initial=-math.inf))
+            reach = max(tension - float(history.min(initial=math.inf)), 2 * tension)  # range, twice the tension
             if history.size and reach < SHARE * most:
                 continue
             cycles = rainflow(history)
@@ -197,8 +198,8 @@ def judged(histories: Iterable[tuple[str, Array]], demand: Demand) -> Judged:
 def _weakest(places: Iterable[tuple[float, str, Cycles]], judge: MeanStress, demand: Demand) -> Judged:
     """Return the first of the places (reach, name, cycles) with the least margin.
 
-    As damage grows with stress, the margin of a place is only computed where the least one so far, as a factor on its
-    stress, would use up its design life.
+    As damage grows with stress, the margin of a place is computed only if the place, with its stress times the least
+    margin so far, would not endure its design life.
     """
     weakest = Judged()
     for _, name, cycles in places:
@@ -213,6 +214,6 @@ def _weakest(places: Iterable[tuple[float, str, Cycles]], judge: MeanStress, dem
 
 
 def margin_error(margin: float, bar: float) -> float:
-    """Return the error of a margin f for stresses with the relative error b = ``bar``: as the margin is inversely
-    proportional to the stress, it is f b/(1 - b), that at a stress lower by b; ``inf`` for b >= 1."""
+    """Return the error of a margin f under a stress with the relative error b = ``bar``: f b/(1 - b), the change of the
+    margin, inversely proportional to the stress, at a stress lower by b; ``inf`` for b >= 1."""
     return margin * bar / (1 - bar) if bar < 1 else math.inf

@@ -1,4 +1,4 @@
-"""The steps of a run, each a whole number of fine ones, and its histories at fine steps, for a window or whole."""
+"""The steps of a run, each a whole number of fine steps, and histories at fine steps, of a window or the whole run."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ MOST_BYTES: Final = 4e9
 
 
 LAST: Final = -1
-"""The last step of a run, whatever its number."""
+"""Stands for the last fine step of a run."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class TimeGrid:
 
     Attributes:
         dt: fine step [s].
-        ends: (N + 1,) number of fine steps from the start to the end of each step, 0 first.
+        ends: (N + 1,) number of fine steps from the start of the run to the end of each step; the first is 0.
     """
 
     dt: float
@@ -58,15 +58,15 @@ class TimeGrid:
 
     @property
     def levels(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Return the (J,) different lengths of steps, in fine ones, and for each of the N steps which it has."""
+        """Return the (J,) different lengths of steps [fine steps], and the (N,) index of each step's length."""
         lengths, levels = np.unique(np.diff(self.ends), return_inverse=True)
         return lengths, levels.astype(np.int64)
 
     @property
     def lengths(self) -> Mapping[int, int]:
-        """Return how many steps there are of each length, in fine steps."""
-        each, counts = np.unique(np.diff(self.ends), return_counts=True)
-        return dict(zip(each.tolist(), counts.tolist(), strict=True))
+        """Return the number of steps by their length [fine steps]."""
+        lengths, counts = np.unique(np.diff(self.ends), return_counts=True)
+        return dict(zip(lengths.tolist(), counts.tolist(), strict=True))
 
     def until(self, step: int) -> TimeGrid:
         """Return the grid up to a fine ``step``, which cuts the step that contains it."""
@@ -74,18 +74,18 @@ class TimeGrid:
         return TimeGrid(self.dt, np.append(self.ends[:rows], step))
 
     def cut(self, start: int, stop: int) -> tuple[slice, Array]:
-        """Return the rows of the steps that lie between two fine steps, in whole or in part, and the (m + 1,) times [s]
-        at which these parts begin and end."""
+        """Return the rows of the steps that lie, at least in part, between two fine steps, and the (m + 1,) times [s]
+        that bound these steps or their parts."""
         first, last = int(np.searchsorted(self.ends, start, side="right")), int(np.searchsorted(self.ends, stop))
         edges = np.clip(self.ends[first - 1 : last + 1], start, stop)
         return slice(first, last + 1), np.asarray(self.dt * edges, dtype=np.float64)
 
     def merge_ends(self, other: TimeGrid) -> NDArray[np.int64]:
-        """Return the ends of the steps of this grid and of another one, each once."""
+        """Return the sorted ends of the steps of this grid and of another one, without duplicates."""
         return np.union1d(self.ends, other.ends)
 
     def describe(self) -> str:
-        """Return how many steps there are of which length."""
+        """Return the number of steps of each length as text."""
         each = [f"{count} of {in_units(length * self.dt, 's', 3)}" for length, count in sorted(self.lengths.items())]
         return f"{len(self.ends) - 1} steps: {', '.join(each)}"
 
@@ -105,7 +105,8 @@ class TimeGrid:
         return np.asarray(rows[np.searchsorted(self.ends, steps)])
 
     def spread_motions(self, rows: Array, start: int = 0, stop: int = LAST) -> Array:
-        """Return the same of ``rows`` known at the end of each step, on the line between them meanwhile."""
+        """Return the values at fine steps, as `spread_forces` does, of ``rows`` known at the ends of the steps and
+        interpolated linearly between them."""
         if self.is_uniform:
             return rows[self._window(start, stop)]
         window = self._checked_window(rows, start, stop)
@@ -115,12 +116,13 @@ class TimeGrid:
         return self._on_lines(rows, steps, self._rows_of(window))
 
     def find_motions(self, rows: Array, steps: NDArray[np.int64]) -> Array:
-        """Return the (m, ...) values after the fine ``steps`` (m,) of ``rows`` (N + 1, ...) known at the end of each
-        step, on the line between them meanwhile."""
+        """Return the (m, ...) values after the fine ``steps`` (m,) of ``rows`` (N + 1, ...) known at the ends of the
+        steps and interpolated linearly between them."""
         return self._on_lines(rows, steps, np.searchsorted(self.ends, steps))
 
     def _on_lines(self, rows: Array, steps: NDArray[np.int64], after: NDArray[np.int64]) -> Array:
-        """Return the values after the fine ``steps`` of ``rows``, in the steps that end at the rows ``after``."""
+        """Return the interpolated values of ``rows`` after the fine ``steps``, which lie in the steps that end at the
+        rows ``after``."""
         before = np.maximum(after - 1, 0)
         length = np.maximum(self.ends[after] - self.ends[before], 1)
         share = ((steps - self.ends[before]) / length).reshape(-1, *[1] * (rows.ndim - 1))
@@ -134,7 +136,7 @@ class TimeGrid:
         return slice(start, stop + 1)
 
     def _checked_window(self, rows: Array, start: int, stop: int) -> slice:
-        """Return the fine steps of a window, whose history has yet to be made."""
+        """Return the fine steps of a window; raises `ContactError` if its history takes more than `MOST_BYTES`."""
         window = self._window(start, stop)
         need, last = 8.0 * (window.stop - window.start) * rows[0].size, window.stop - 1
         if need > MOST_BYTES:
@@ -152,7 +154,7 @@ class TimeGrid:
 
 
 class AtEqualSteps:
-    """Forces and gaps at fine steps, made from the ``rows`` of a run; raise as `TimeGrid.spread_forces`."""
+    """Forces and gaps at fine steps, computed from the ``rows`` of a run; they raise as `TimeGrid.spread_forces`."""
 
     rows: Any
 
@@ -168,11 +170,11 @@ class AtEqualSteps:
 
     @property
     def gap(self) -> Array:
-        """Return the opening [m]."""
+        """Return the gap [m]."""
         return np.asarray(self.rows.spread_motions(self.rows.gap))
 
 
-BLOCK: Final = 4096  # steps of a block
+BLOCK: Final = 4096  # number of steps of a block
 
 
 def blocks(steps: int, size: int = BLOCK) -> Iterator[slice]:
@@ -180,12 +182,12 @@ def blocks(steps: int, size: int = BLOCK) -> Iterator[slice]:
     return (slice(first, min(first + size, steps)) for first in range(0, steps, size))
 
 
-FOLLOW: Final = 32  # steps during which a load that depends on the opening keeps its value at their middle
+FOLLOW: Final = 32  # steps over which a load that depends on the opening is constant, with the value at their middle
 
 
-def foresee_openings(opening: Array) -> tuple[NDArray[np.int64], Array]:
-    """Return the steps after which loads are updated, and the mean opening [m] that `impact.ContactStepper`
-    extrapolates then for `FOLLOW` steps, from the ``opening`` (n + 1,)."""
+def extrapolate_openings(opening: Array) -> tuple[NDArray[np.int64], Array]:
+    """Return the steps after which loads are updated, and the openings [m] by which `impact.ContactStepper` updates
+    them: the ``opening`` (n + 1,) extrapolated to the middle of the next `FOLLOW` steps."""
     first = np.arange(0, len(opening) - 1, FOLLOW)
     now, before = opening[first], opening[np.maximum(first - 1, 0)]
     return first, np.asarray(now + FOLLOW / 2 * (now - before))

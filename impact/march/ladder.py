@@ -103,7 +103,9 @@ def prepare_levels(discretised: Discretised) -> Levels:
     return Levels(lengths, poles, moves[0, 1].copy(), moves, gains, ramps, strays, rest, own, start, drive)
 
 
-def _find_poles(body: motion.Discrete, greens: ModalGreens, turn: Array) -> tuple[Array, Array, Array, Array, Array]:
+def _find_poles(
+    body: motion.DiscreteBody, greens: ModalGreens, turn: Array
+) -> tuple[Array, Array, Array, Array, Array]:
     """Return frequencies, damping ratios and rates of the poles that move a contact, their state (2, K) at t = 0,
     and the (L, S) shapes of the body's loads: all in the order of `history.Poles.from_modes`."""
     modes, relaxations = (np.any(shapes @ turn != 0, axis=1) for shapes in (greens.shapes, greens.residual.shapes))
@@ -150,7 +152,7 @@ def march(
     dt: float,
     duration: float,
     *,
-    bodies: tuple[motion.Discrete, ...] = (),
+    bodies: tuple[motion.DiscreteBody, ...] = (),
     equal_steps: bool = False,
     like: TimeGrid = NO_STEPS,
 ) -> MarchRun:
@@ -215,7 +217,7 @@ class LadderMarch:
         self._followed = like.ends
         self._sides = np.array([3 if c.side > 0 else 4 for c in problem.contacts])
         start = self._opened + levels.poles.psi @ levels.start[0] + discretised.find_own(0) @ rest
-        start = start + problem.carried(np.zeros(1))[0]
+        start = start + problem.find_base_gaps(np.zeros(1))[0]
         self._laws.numbers[:, laws.DEEPEST] = np.maximum(-start, 0.0)
         widest = [float(np.max(start[self._sides == side], initial=0.0)) for side in (3, 4)]
         self._share = np.array([share, float(np.abs(rest).sum()), BEND, *widest])
@@ -250,7 +252,7 @@ class LadderMarch:
         q, v = (part.copy() for part in self._state)
         levels, force = self._levels, self._room[1][self._control[loop.ROW]]
         if (pending := int(self._control[loop.PENDING])) >= 0:
-            loop.settle(q, v, levels.scale, levels.gains[0], force @ levels.poles.psi * (pending > 0))
+            loop.restore_rates(q, v, levels.scale, levels.gains[0], force @ levels.poles.psi * (pending > 0))
         return np.array([q, v]), force.copy()
 
     def _resize(self, rows: int) -> None:
@@ -265,7 +267,7 @@ class LadderMarch:
         sums = np.concatenate([np.zeros((len(amplitudes), 1)), np.cumsum(amplitudes, axis=1)], axis=1)
         time = np.asarray(self._of.dt * np.arange(first, stop + 1), dtype=np.float64)
         self._first, problem = first, self._of.problem
-        self._chunk = amplitudes, sums, problem.carried(time if problem.is_carried else time[:0]).copy()
+        self._chunk = amplitudes, sums, problem.find_base_gaps(time if problem.has_moving_base else time[:0]).copy()
 
     def advance_far(self, until: int = MOST_STEPS) -> None:
         """March to step ``until`` at most; less far if the known loads or the room for rows end.

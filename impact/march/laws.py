@@ -5,25 +5,26 @@ pen_end = pen_free - W0 N; for a convex potential Psi
 
     N (pen_end - pen_start) >= Psi(pen_end) - Psi(pen_start),
 
-so a step can lose energy and never gain it: of first order in the step where the law has a potential. With the
-*conserving* rule the force is the discrete gradient N = (Psi(pen_end) - Psi(pen_start))/(pen_end - pen_start), times
-the law's own damping factor 1 + d pen', if it has one; without damping equality holds. It is of second order, but
-where the step does not resolve the contact's own oscillation (Psi'' W0 > 1) the force rings at the step. The *blended*
-rule is N = (1 - s) conserving + s passive with
+so that a step may lose energy and never gains it; for a law with a potential the loss is of first order in the step.
+With the *conserving* rule the force is the discrete gradient N = (Psi(pen_end) - Psi(pen_start))/(pen_end - pen_start),
+times the law's own damping factor 1 + d pen', if it has one; without damping the equality holds. The rule is of second
+order; where the step does not resolve the contact's own oscillation (Psi'' W0 > 1), the force alternates from step to
+step. The *blended* rule is N = (1 - s) conserving + s passive with
 
-    s = x^2/(1 + x^2),   x = Psi''(pen_start) W0  (W0 that of all contacts pressing at once),
+    s = x^2/(1 + x^2),   x = Psi''(pen_start) W0  (W0: displacement per unit force if all contacts press at once),
 
 so that it is conserving where the contact is resolved, passive where it is not, and never gains energy, as s is known
 before the step. Each rule solves one increasing scalar equation per contact for N. These statements concern the contact
 only: whatever the rule, bodies lose energy by their damping, and a bare residual compliance c loses c/2 times the
 square of each force jump. The default, *auto*, is blended for a law that is `elastic`, else passive.
 
-Source: Gonzalez, J. Nonlinear Sci. 6 (1996) 449 (discrete gradients); measured in docs/methods.md.
+Source: Gonzalez, J. Nonlinear Sci. 6 (1996) 449 (discrete gradients); docs/methods.md, "Contact".
 
-One's own law: `compiled_law` (full speed) or `PlainLaw` (any Python callable), at most one of them in a problem.
+A user's law is a `compiled_law` (full speed) or a `PlainLaw` (any Python callable); a problem may contain one of them.
 
-To add a law: a frozen dataclass with ``code``, ``elastic``, ``parameters``, ``potential`` and ``closure``, and its line
-in `impact.march.loop.forces.law_force` (elastic ones in `law_potential`, `_elastic_force`, `stiffness` there, too).
+To add a law, write a frozen dataclass with ``code``, ``elastic``, ``parameters``, ``potential`` and ``closure``. Add
+its branch to `impact.march.loop.forces.law_force`; if it is elastic, also to `law_potential`, `_elastic_force` and
+`stiffness` there.
 
 Joints are conforming rough faces, bedded in, whose unloading is stiffer than their loading. A joint remembers the
 deepest closure m since it last opened. Its closure at a force N has an elastic part u(N) and a part that remains until
@@ -34,33 +35,33 @@ it opens: on the loading branch, at and beyond m, the closure is l(N) >= u(N); b
 Opening resets the joint, so that each contact follows the same branches, as in a joint that is bedded in. If the slope
 of u is at most that of l at each force, unloading is nowhere softer than loading. The recoverable energy is
 
-    Psi = int_0^N N' u'(N') dN',   and N l' dN - dPsi >= 0 on the loading branch:
+    Psi = int_0^N N' u'(N') dN',   with N l' dN - dPsi >= 0 on the loading branch,
 
-no history of closures gains energy. Over one step the joint is elastic: the work along its path is a convex function of
-the closure at the end, so that every step rule applies unchanged, and the conserving rule dissipates exactly the
-hysteresis of the joint. Source of the power law of machined faces, closure like the root of the pressure: Back,
-Burdekin & Cowley, Proc. 13th MTDR Conf. (1973) 87; of unloading along stiffer branches: Greenwood & Williamson, Proc.
-R. Soc. A 295 (1966) 300.
+so that no history of closures gains energy. Over one step the joint is elastic: the work along its path is a convex
+function of the closure at the end. Hence every step rule applies unchanged, and the conserving rule dissipates exactly
+the hysteresis of the joint. Sources: Back, Burdekin & Cowley, Proc. 13th MTDR Conf. (1973) 87, for the power law of
+machined faces, whose closure is proportional to the square root of the pressure; Greenwood & Williamson, Proc. R. Soc.
+A 295 (1966) 300, for unloading along stiffer branches.
 
-Film in a plane, parallel gap under a long strip of width w and length l, of an incompressible fluid of viscosity mu
-without inertia:
+The film is an incompressible fluid of viscosity mu, without inertia, in a plane, parallel gap under a long strip of
+width w and length l. Its force is
 
     N = -c(g) dg/dt,   c(g) = k/(g + f)^3,   k = mu l w^3,
 
-with a floor f of the gap g: the gap that roughness, and tilt within the strip, leave open when the bodies touch. Over a
-step of length h, from the gap g0 to g1, the force is the mean of the exact solution,
+with a floor f of the gap g, which roughness, and tilt within the strip, leave open when the bodies touch. Over a step
+of length h, from the gap g0 to g1, the force is the mean of the exact solution,
 
     N h = k/2 (1/G1^2 - 1/G0^2),   G = max(g, 0) + f,
 
-implicitly with the law of the contact. For any steps, the film then takes the momentum k/2 (1/G1^2 - 1/G0^2) from the
-bodies, and N (g1 - g0) <= 0 in each step. (With the c of the previous step, the scheme is unstable for c > h/W0, the
-more so the shorter the step.) The film acts on the open gap only: where a law lets the bodies penetrate, G remains f.
+solved together with the law of the contact. Whatever the steps, the film takes the momentum k/2 (1/G1^2 - 1/G0^2) from
+the bodies, and N (g1 - g0) <= 0 in each step. (With c of the step before, the scheme would be unstable for c > h/W0,
+the more so the shorter the step.) The film acts in the open gap only: where a law lets the bodies penetrate, G = f.
 Beyond `FAR` floors, where a millionth of its momentum remains, it is neglected.
 
-Cavitation limits a pull to the underpressure times the strip's area.
+Cavitation limits the tension to the underpressure times the strip's area.
 
-The fluid may be a gas as long as the film's pressure is small against the ambient one; otherwise a gas is compressed,
-and the force of this film is an upper bound.
+The fluid may be a gas as long as the film's pressure is small compared to the ambient one; otherwise the gas is
+compressed, and the force of this film is an upper bound.
 
 Source: Stefan, Sitzungsber. Akad. Wiss. Wien 69 II (1874) 713; Reynolds, Phil. Trans. R. Soc. 177 (1886) 157.
 """
@@ -84,21 +85,22 @@ from impact.notices import SeatfemError
 SIGNORINI, SPRING, HERTZ, HUNT_CROSSLEY, ON_PATCH, USER, ROUGH, TABLE = range(8)
 """Codes of the laws; those from `ROUGH` on remember the deepest closure since the contact last opened."""
 DEEPEST, FIRST_KNOT = 3, 4
-"""Columns of such a law's parameters in the time loop: the deepest closure [m], and the first of a table."""
+"""Columns in the time loop's parameters of a law with a memory: deepest closure [m], and first knot of a table."""
 PASSIVE, CONSERVING, BLENDED = 0, 1, 2
 FIRMEST: Final = 0.9
-"""Square root of the indentation over 2/(3 c k), up to which `HertzOnPatch` follows its curve."""
+"""Square root of the indentation over 2/(3 c k) up to which `HertzOnPatch` follows its curve, and its tangent beyond.
+"""
 FIRMEST_PENETRATION: Final = FIRMEST**2 - 2 / 3 * FIRMEST**3
-"""Penetration over (2/(3 c k))^2 there."""
+"""Penetration at `FIRMEST`, over (2/(3 c k))^2."""
 FIRMEST_SLOPE: Final = 1.5 * FIRMEST / (1 - FIRMEST)
-"""Slope of the law there, over 2/(3 c)."""
+"""Slope of the law at `FIRMEST`, over 2/(3 c)."""
 
 Parameters = tuple[float, ...]
 
 
 @cache
 def _signature() -> Any:
-    """Return numba's type of a function of three floats; numba is loaded only when a law needs it."""
+    """Return numba's type of a user's law, a function of three floats; numba is loaded only when a law needs it."""
     types = import_module("numba").types
     types.WrapperAddressProtocol.register(_Callback)
     return types.float64(types.float64, types.float64, types.float64)
@@ -113,15 +115,15 @@ class Law(Protocol):
 
     @property
     def code(self) -> int:
-        """Return the branch of `impact.march.loop.forces.law_force`."""
+        """Return the code by which `impact.march.loop.forces.law_force` selects the law."""
 
     @property
     def parameters(self) -> Parameters:
-        """Return the parameters of the law, as the time loop takes them."""
+        """Return the parameters of the law in the order of the time loop."""
 
     @property
     def elastic(self) -> bool:
-        """Return whether the time loop knows a potential whose derivative is the force, damping apart."""
+        """Return whether the time loop knows a potential whose derivative is the force without damping."""
 
     def potential(self, penetration: Array) -> Array:
         """Return the stored energy Psi [J] along a history of penetrations (n,) [m]; 0 where none is stored."""
@@ -131,7 +133,7 @@ class Law(Protocol):
 
 
 class _NoPotential:
-    """A law without a potential that the time loop knows."""
+    """A law whose potential, if there is one, the time loop does not know."""
 
     elastic: ClassVar[bool] = False
     parameters: ClassVar[Parameters] = (0.0, 0.0, 0.0)
@@ -158,7 +160,7 @@ class Signorini(_NoPotential):
 
 
 class _PowerLaw:
-    """N = k max(0, pen)^n, the common base of the elastic laws; ``stiffness`` is k, ``exponent`` n."""
+    """Common base of the elastic laws N = k max(0, pen)^n; ``stiffness`` is k, ``exponent`` n."""
 
     elastic: ClassVar[bool] = True
     stiffness: float
@@ -186,8 +188,8 @@ class _PowerLaw:
 class LinearSpring(_PowerLaw):
     """N = k max(0, pen); ``stiffness`` k [N/m].
 
-    Convex potential k pen^2/2. Passive rule: N = k pen_free/(1 + k W0); conserving rule: N = k times the mean
-    penetration of the step while closed. Raises `LawError` for a stiffness that is not positive and finite.
+    The potential k pen^2/2 is convex. Passive rule: N = k pen_free/(1 + k W0); conserving rule, while closed: N = k
+    times the mean penetration of the step. Raises `LawError` for a stiffness that is not positive and finite.
     """
 
     stiffness: float
@@ -199,8 +201,8 @@ class LinearSpring(_PowerLaw):
 class Hertz(_PowerLaw):
     """N = k max(0, pen)^(3/2); ``stiffness`` k [N/m^1.5], (4/3) E* sqrt(R) for a sphere. Source: Hertz 1882.
 
-    Convex potential (2/5) k pen^(5/2). The law includes the local compliance of both surfaces: beside a Green's
-    function that includes it, too, take `HertzOnPatch` (or `impact.exact.half_space.without_patch`). Raises `LawError`
+    The potential (2/5) k pen^(5/2) is convex. The law includes the local compliance of both surfaces: with a Green's
+    function that also includes it, use `HertzOnPatch` (or `impact.exact.half_space.without_patch`). Raises `LawError`
     for a stiffness that is not positive and finite.
     """
 
@@ -212,10 +214,10 @@ class Hertz(_PowerLaw):
     def from_sphere(
         *, radius: float, young: float, poisson: float, young_2: float = math.inf, poisson_2: float = 0.0
     ) -> Hertz:
-        """Return the law of a sphere of this ``radius`` [m] on a flat face; moduli [Pa] and Poisson's ratios of both.
+        """Return the law of a sphere of this ``radius`` [m] on a flat face.
 
-        The second body is rigid unless given. Two spheres have the radius R_1 R_2/(R_1 + R_2). Raises
-        `ContactStressError`: a radius or a modulus that is not positive.
+        The moduli [Pa] and Poisson's ratios are those of both bodies; the second one is rigid unless given. Two spheres
+        have the radius R_1 R_2/(R_1 + R_2). Raises `ContactStressError` for a radius or a modulus that is not positive.
         """
         modulus = contact_stress.reduced_modulus(young=young, poisson=poisson, young_2=young_2, poisson_2=poisson_2)
         return Hertz(contact_stress.hertz_stiffness(reduced_modulus=modulus, radius=radius))
@@ -223,20 +225,20 @@ class Hertz(_PowerLaw):
 
 @dataclass(frozen=True)
 class HuntCrossley(_PowerLaw):
-    """N = k pen^n (1 + d pen'), never below zero: pen' is the penetration's rate over the step.
+    """N = k pen^n (1 + d pen'), never below zero, with the rate pen' of the penetration over the step.
 
-    No step rule gains energy: the elastic part by convexity, the damping part as d (pen')^2 >= 0, and where the bracket
-    is negative the force is zero while the potential decreases. On a rigid seat the restitution e at the speed V
+    No step rule gains energy: the potential is convex, the damping dissipates as d (pen')^2 >= 0, and where the bracket
+    would be negative the force is zero while the potential decreases. On a rigid seat the restitution e at the speed V
     follows from (1 + e) d V = ln((1 + d V)/(1 - e d V)) for any n and mass, e = 1 - (2/3) d V + O(d V)^2. Source: Hunt
     & Crossley, J. Appl. Mech. 42 (1975) 440.
 
     Attributes:
         stiffness: k [N/m^n].
-        damping: d [s/m] >= 0; 3 (1 - e)/(2 V) gives the coefficient of restitution e near 1 at the speed V.
+        damping: d [s/m] >= 0; d = 3 (1 - e)/(2 V) for a coefficient of restitution e near 1 at the speed V.
         exponent: n >= 1.
 
     Raises:
-        LawError: a stiffness that is not positive, a negative damping, an exponent below 1, or one not finite.
+        LawError: a stiffness that is not positive, a negative damping, an exponent below 1, or one that is not finite.
     """
 
     stiffness: float
@@ -258,21 +260,21 @@ class HuntCrossley(_PowerLaw):
 
 @dataclass(frozen=True)
 class HertzOnPatch:
-    """Hertz's law, or Hunt and Crossley's, between bodies whose patches bring their own local compliance c.
+    """Hertz's law, or Hunt and Crossley's, between bodies whose Green's functions include the local compliance c.
 
-    Hertz's indentation is that of both bodies, as seen from far away. A patch of a solid brings the local compliance
-    c N under its uniform load besides; in series it is taken out of the law,
+    Hertz's indentation is the approach of remote points of both bodies. The Green's function of a patch of a solid
+    includes its local displacement c N under uniform pressure, too. In series it is subtracted from the law,
 
         pen(N) = (N/k)^(2/3) - c N,   Psi = (2/5) k h^5 - c N^2/2,   N = k h^3,
 
     with the damping factor 1 + d times the rate of the indentation. c of a round patch of radius a on a half-space is
-    16 (1 - nu^2)/(3 pi^2 E a), the sum of both bodies' where both have patches. The law is increasing and its
-    potential convex for N < (2/(3 c))^3/k^2: while the patch is not smaller than the contact. From `largest` on, 0.73
-    of that, it follows its tangent, which is a law for the search of a step's force and no model of a contact: a run
-    beyond it must be refused.
+    16 (1 - nu^2)/(3 pi^2 E a), or the sum for both bodies if both have patches. The law increases and its potential is
+    convex for N < (2/(3 c))^3/k^2, that is while the patch is not smaller than the contact. Beyond `largest`, 0.73 of
+    that force, it follows its tangent. The tangent serves the iteration for the force of a step and is no model of a
+    contact: a run that reaches it must be refused.
 
-    The damping's share is exact to first order in d times the speed: the indentation's rate is that of the law without
-    damping, at the start of the step.
+    The damping is exact to first order in d times the speed: the rate of the indentation is that of the law without
+    damping at the start of the step.
 
     Attributes:
         stiffness: k [N/m^1.5].
@@ -280,7 +282,7 @@ class HertzOnPatch:
         damping: d [s/m] >= 0.
 
     Raises:
-        LawError: a stiffness or a local compliance that is not positive, a negative damping, or one not finite.
+        LawError: a stiffness or a local compliance that is not positive, a negative damping, or one that is not finite.
 
     Source: docs/methods.md, "Local compliance once"; Johnson, Contact Mechanics, 3.4 and 4.2.
     """
@@ -306,7 +308,7 @@ class HertzOnPatch:
 
     @property
     def largest(self) -> float:
-        """Return the largest static force [N] that the law describes."""
+        """Return the largest static force for which the law is a model of the contact [N]."""
         return self.stiffness * (FIRMEST * self._unit) ** 3
 
     @property
@@ -324,7 +326,7 @@ class HertzOnPatch:
         return np.asarray(self.stiffness * self._unit**5 * work)
 
     def closure(self, force: float) -> float:
-        """Return (N/k)^(2/3) - c N [m], beyond `largest` along the tangent."""
+        """Return (N/k)^(2/3) - c N [m], or the value on the tangent beyond `largest`."""
         curved = min(force, self.largest)
         slope = 2 / (3 * self.local) * FIRMEST_SLOPE
         return float((curved / self.stiffness) ** (2 / 3) - self.local * curved + (force - curved) / slope)
@@ -332,12 +334,12 @@ class HertzOnPatch:
 
 @dataclass(frozen=True)
 class CompiledLaw(_NoPotential):
-    """Any law, at full speed: ``force(pen, pen_start, dt)`` [m, m, s -> N], written so that numba can compile it.
+    """A user's law at full speed: ``force(pen, pen_start, dt)`` [m, m, s -> N], which numba can compile.
 
-    It is called for pen > 0 and clipped at zero. Passive rule only; it is dissipative if the force does not decrease
-    with pen and its elastic part has a convex potential. The user ensures that; the energy ledger shows violations as a
-    ``contact_loss`` below zero beyond round-off, and a run gives advice on them. All its work counts as lost, as it
-    declares no potential.
+    The function is called for pen > 0; a negative force counts as zero. Only the passive rule applies. The law is
+    dissipative if the force does not decrease with pen and its elastic part has a convex potential. The user ensures
+    this; the energy ledger shows a violation as a ``contact_loss`` below zero beyond round-off, and the run advises on
+    it. All work of the law counts as lost, as it declares no potential.
 
     Attributes:
         compiled: the law as a numba C callback, made by `compiled_law`.
@@ -356,7 +358,7 @@ class CompiledLaw(_NoPotential):
 
 
 def compiled_law(force: Callable[[float, float, float], float]) -> CompiledLaw:
-    """Compile ``force(pen, pen_start, dt)`` [N]; raises `LawError` with numba's complaint if it cannot be."""
+    """Compile ``force(pen, pen_start, dt)`` [N]; raises `LawError` with numba's message if it cannot be compiled."""
     try:
         return CompiledLaw(import_module("numba").cfunc(_signature())(force))
     except Exception as problem:
@@ -369,7 +371,7 @@ def compiled_law(force: Callable[[float, float, float], float]) -> CompiledLaw:
 class _Callback:
     """A Python function behind a C function pointer that the compiled time loop can call.
 
-    C cannot raise: the first exception is stored, and from then on the force is zero until `check` raises it.
+    As C cannot raise exceptions, the first one is stored, and the force is zero from then on until `check` raises it.
     """
 
     def __init__(self, force: Callable[[float, float, float], float]) -> None:
@@ -411,13 +413,14 @@ class _Callback:
 class PlainLaw(_NoPotential):
     """Any law as an ordinary Python callable ``force(pen, pen_start, dt)`` [m, m, s -> N].
 
-    It is called like a `CompiledLaw`, with the same conditions and bit-identical results. It may have state, look into
-    tables or call other programs; it must not assume one call per step (the solver calls it a dozen times to find the
-    force). A short Python function costs about 0.4 us per call, thus 5 us per step in contact; a compiled law 0.5 us.
+    It is called like a `CompiledLaw`, with the same conditions and bit-identical results. It may have a state, read
+    tables or call other programs; it must not assume one call per step, as the solver calls it a dozen times to find
+    the force. A short Python function costs about 0.4 us per call and 5 us per step in contact; a compiled law 0.5 us
+    per step.
 
     Attributes:
-        force: the law. An exception in it, or a force that is not finite, ends as a `LawError` from `impact.collect`
-            (thus from `impact.solve`), or at once from `check` in a loop of one's own.
+        force: the law. `impact.collect`, and so `impact.solve`, raises `LawError` after an exception in it or a force
+            that is not finite; in a loop of one's own, `check` raises it at once.
     """
 
     force: Callable[[float, float, float], float]
@@ -430,7 +433,7 @@ class PlainLaw(_NoPotential):
         object.__setattr__(self, "compiled", _Callback(self.force))
 
     def check(self) -> None:
-        """Raise, once, the first failure since the last check: a `LawError` that names it."""
+        """Raise the first failure since the last check, if any, as a `LawError` that names it."""
         self.compiled.check()
 
     def potential(self, penetration: Array) -> Array:
@@ -474,9 +477,10 @@ class SqueezeFilm:
     def strip(
         *, viscosity: float, length: float, width: float, floor: float, underpressure: float = 1e5
     ) -> SqueezeFilm:
-        """Return the film under a long strip, or a narrow ring of this length; raises as the class does.
+        """Return the film under a long strip, or under a narrow ring of this length; raises as the class does.
 
-        It cavitates at an ``underpressure`` [Pa], by default one bar: a fluid without tension at ambient pressure.
+        It cavitates at an ``underpressure`` [Pa], by default one bar, for a fluid at ambient pressure that bears no
+        tension.
         """
         return SqueezeFilm(viscosity * length * width**3, floor, underpressure * length * width)
 
@@ -491,24 +495,24 @@ class SqueezeFilm:
 
 
 MOST_KNOTS: Final = 500
-"""Most rows of a joint by table: each of its contacts keeps a copy of them."""
-_SAME: Final = 1e-9  # relative tolerance of slopes; also the force that counts as zero, over the largest force
+"""Largest number of rows of a joint by table, of which each contact has a copy."""
+_SAME: Final = 1e-9  # relative tolerance of slopes; force, over the largest one, that counts as zero
 
 
 def deepest_so_far(penetration: Array) -> Array:
-    """Return the (n,) deepest closure since the joint last opened, for a history of penetrations (n,) [m]."""
-    out = np.zeros(len(penetration))
+    """Return the (n,) deepest closures since the joint last opened, for a history of penetrations (n,) [m]."""
+    deepest = np.zeros(len(penetration))
     edges = np.flatnonzero(np.diff(np.concatenate([[False], penetration > 0, [False]])))
     for first, end in edges.reshape(-1, 2):
-        out[first:end] = np.maximum.accumulate(penetration[first:end])
-    return out
+        deepest[first:end] = np.maximum.accumulate(penetration[first:end])
+    return deepest
 
 
 @dataclass(frozen=True)
 class RoughJoint:
-    """Rough faces, N = k pen^n when loaded; u(N) = r (N/k)^(1/n): unloading is 1/r times as stiff at each force.
+    """Rough faces with N = k pen^n when loaded and u(N) = r (N/k)^(1/n): unloading is 1/r times as stiff at each force.
 
-    A cycle to the force N_m loses (1 - r) of its work k m^(n + 1)/(n + 1); r = 1 is elastic.
+    A cycle to the closure m loses the fraction 1 - r of its work k m^(n + 1)/(n + 1); r = 1 is elastic.
 
     Attributes:
         stiffness: k [N/m^n].
@@ -516,7 +520,7 @@ class RoughJoint:
         recovery: r, fraction of the closure that is elastic, 0 < r <= 1.
 
     Raises:
-        LawError: a stiffness that is not positive, an exponent below 1, a recovery off (0, 1].
+        LawError: a stiffness that is not positive, an exponent below 1, a recovery outside (0, 1].
     """
 
     stiffness: float
@@ -558,7 +562,7 @@ class RoughJoint:
 
 @dataclass(frozen=True)
 class TableJoint:
-    """A joint by table: forces while it is loaded up to the last row, and while it is unloaded from there.
+    """A joint by table, with forces while it is loaded up to the last row and while it is unloaded from there.
 
     Forces are linear between the rows, starting from zero force at zero closure, and extrapolated beyond the last row.
 
@@ -568,8 +572,8 @@ class TableJoint:
         unloading: forces [N], at most ``loading``, equal in the last row; 0 up to the remaining closure.
 
     Raises:
-        LawError: columns of unequal length, fewer than 2 rows or more than `MOST_KNOTS`, numbers that do not rise, a
-            last row that is not common, an unloading branch softer than the loading one at some force.
+        LawError: columns of unequal length, fewer than 2 rows or more than `MOST_KNOTS`, numbers that do not rise, two
+            forces in the last row, an unloading branch softer than the loading one at some force.
     """
 
     closures: tuple[float, ...]
@@ -614,7 +618,7 @@ class TableJoint:
 
     @property
     def branches(self) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-        """Return (l, N) of the loading branch and (u, N) of the unloading one [m, N], each from (0, 0) on."""
+        """Return (l, N) of the loading branch and (u, N) of the unloading one [m, N], each starting from (0, 0)."""
         x, up, down = (np.asarray(column, dtype=float) for column in (self.closures, self.loading, self.unloading))
         pressed = int(np.argmax(down > _SAME * down[-1]))
         start = x[pressed - 1] if pressed else 0.0
@@ -649,6 +653,6 @@ class TableJoint:
 
 
 def _on_line(x: Array, y: Array, at: Array) -> Array:
-    """Return the values of a piecewise linear ``y`` over ``x``, extrapolated beyond its end."""
+    """Return the values at ``at`` of the piecewise linear ``y`` over ``x``, extrapolated beyond its end."""
     beyond = np.maximum(at - x[-1], 0.0) * (y[-1] - y[-2]) / (x[-1] - x[-2])
     return np.asarray(np.interp(at, x, y) + beyond)

@@ -1,7 +1,7 @@
 """The motion and energy of one body under known forces, and under loads that become known step by step.
 
-Each energy term is integrated by itself, none as the difference of others, so that the balance of all terms measures
-the solver's error.
+Each energy term is integrated separately, never as a difference of others, so that the balance of all terms measures
+the error of the solver.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ from impact.march.replay import Block, BodyAtStart, EqualReplay, LeapReplay, Rep
 from impact.quantities import brief
 
 Write = Callable[[slice, Array], None]
-"""Function that receives the displacements (P, m) of the ports at the ends of a slice of the steps, the start first."""
-CALM = 64  # fewest steps without any force that are advanced at once
+"""Function that receives the displacements (P, m) of the ports in a slice of the rows; row 0 is the start."""
+CALM = 64  # least number of steps without any force that are advanced at once
 _ROUND_OFF = 1e-13  # relative round-off of a difference of inverse masses
 
 
@@ -36,8 +36,9 @@ _ROUND_OFF = 1e-13  # relative round-off of a difference of inverse masses
 class Motion:
     """History of one body: (P, n + 1) ``displacement`` of its ports [m], and energies (n + 1,) [J].
 
-    ``stored`` is elastic and kinetic (``by_work``: of its translation, and all work received), ``dissipated`` lost in
-    its damping so far, ``load_work`` of the prescribed loads so far.
+    ``stored``: elastic and kinetic energy (with ``by_work``: kinetic energy of its translation at the start plus all
+    work received); ``dissipated``: energy lost in its damping so far; ``load_work``: work of its prescribed loads so
+    far.
     """
 
     displacement: Array
@@ -51,8 +52,8 @@ class Motion:
 
 @dataclass(frozen=True)
 class PortForces:
-    """Forces (p, N) at contacts, constant over each step of a grid [N], and their ``directions`` (P, p) on the ports of
-    a body."""
+    """Forces (p, N) at contacts, constant over each step of a grid [N], and the signs ``directions`` (P, p) with which
+    they act on the ports of a body."""
 
     grid: TimeGrid
     force: Array
@@ -71,11 +72,11 @@ class PortForces:
 
     @cached_property
     def _are_signs(self) -> bool:
-        """Return whether each contact acts on a port of its own, as a seat's and a stopper's parts do."""
+        """Return whether contact k acts on port k alone, as the parts of a seat and of a stopper do."""
         return np.array_equal(self.directions, np.diag(np.diagonal(self.directions)))
 
     def within(self, part: slice) -> Array:
-        """Return the (P, m) forces on the ports in some steps [N]."""
+        """Return the (P, m) forces on the ports in a slice of the steps [N]."""
         force = self.force[:, part]
         if not self._are_turned:
             return force
@@ -88,14 +89,14 @@ def find_middle_times(dt: float, n: int) -> Array:
 
 
 @dataclass(frozen=True)
-class Discrete:
-    """A body at a fixed step ``dt`` [s], with its static forces before t = 0.
+class DiscreteBody:
+    """A body discretised at a fixed step ``dt`` [s], with its static forces before t = 0.
 
     Attributes:
         kernel: step kernel of its Green's function.
         loads: (L, n) amplitudes of the body's loads, constant over each step [N].
         rest, rest_loads: (P,) port forces and (L,) load amplitudes of the static preload before t = 0 [N].
-        free: function that returns the (P, n + 1) displacement without contact [m], where several runs share it.
+        free: function that returns the (P, n + 1) displacement without contact [m], if several runs share it.
     """
 
     body: Body
@@ -109,17 +110,17 @@ class Discrete:
     __repr__ = brief
 
     @staticmethod
-    def from_body(body: Body, dt: float, n: int) -> Discrete:
+    def from_body(body: Body, dt: float, n: int) -> DiscreteBody:
         """Return ``body`` over ``n`` steps of ``dt``, starting from its initial state."""
         body.greens.check_length(dt, n)
         loads = body.load_amplitudes(find_middle_times(dt, n))
         if not np.all(np.isfinite(loads)):
             raise GreensFunctionError(f"the amplitudes of a load must be finite, {np.sum(~np.isfinite(loads))} are not")
         ports = len(body.greens.ports)
-        return Discrete(body, body.greens.step_kernel(dt, n), dt, loads, np.zeros(ports), np.zeros(len(body.loads)))
+        return DiscreteBody(body, body.greens.step_kernel(dt, n), dt, loads, np.zeros(ports), np.zeros(len(body.loads)))
 
-    def until(self, step: int) -> Discrete:
-        """Return the body over the first steps of these, up to ``step``."""
+    def until(self, step: int) -> DiscreteBody:
+        """Return the body over the first steps, up to ``step``."""
         weights = self.kernel.weights
         kernel = self.kernel if weights is None else replace(self.kernel, weights=weights[:, :, :step])
         return replace(self, kernel=kernel, loads=self.loads[:, :step], free=None)
@@ -127,11 +128,11 @@ class Discrete:
     @property
     def moves_by_itself(self) -> bool:
         """Return whether the body moves, or is deflected, without contact."""
-        b = self.body
-        return b.velocity != 0.0 or b.state is not None or len(b.loads) > 0 or bool(np.any(self.rest))
+        body = self.body
+        return body.velocity != 0.0 or body.state is not None or len(body.loads) > 0 or bool(np.any(self.rest))
 
     def free_motion(self) -> Array:
-        """Return the (P, n + 1) displacement [m] without contact: initial state, loads and preload."""
+        """Return the (P, n + 1) displacement [m] without contact, by initial state, loads and preload."""
         if self.free is not None:
             return self.free()
         if not (self.loads.size or np.any(self.rest)) and self.kernel.weights is None and self.kernel.modal is not None:
@@ -140,8 +141,10 @@ class Discrete:
         return self.motion(PortForces.at_ports(force, self.dt), energies=False).displacement
 
     def stored_after(self, forces: PortForces, steps: Sequence[int]) -> Array:
-        """Return the energy stored in the body after each of the fine ``steps`` (increasing) [J]; nan without modes. A
-        step that is no end of one of the forces' grid counts as that it belongs to."""
+        """Return the energy stored in the body after each of the increasing fine ``steps`` [J]; nan without modes.
+
+        A fine step within a step of the forces' grid has the energy at the end of that step.
+        """
         if self.kernel.modal is None or self.kernel.weights is not None:
             return np.full(len(steps), np.nan)
         rows = np.searchsorted(forces.grid.ends, steps).tolist()
@@ -161,31 +164,31 @@ class Discrete:
         return np.array([stored[row] for row in rows])
 
     def motion(self, forces: PortForces, write: Write | None = None, *, energies: bool = True) -> Motion:
-        """Return the motion under ``forces``; steps of different lengths are for bodies of modes alone.
+        """Return the motion under ``forces``, whose grid is uniform unless the body consists of modes alone.
 
-        ``write``: function that receives the displacements, slice by slice, which the motion then lacks: they may be
-        large. Without ``energies`` those of modes mean nothing.
+        ``write``: function that receives the displacements slice by slice, as they may be large; those of the returned
+        motion are then empty. Without ``energies`` the energies of modes are not computed.
         """
         modal, every = self.kernel.modal, np.eye(len(self.rest))
         if modal is not None and self.kernel.weights is None:
             return _modal_motion(self, modal, forces, every, energies=energies, write=write)
         force = forces.within(slice(None))
         n = force.shape[1]
-        out = Motion(np.zeros((len(force), n + 1)), np.zeros(n + 1), np.zeros(n + 1), np.zeros(n + 1))
+        motion = Motion(np.zeros((len(force), n + 1)), np.zeros(n + 1), np.zeros(n + 1), np.zeros(n + 1))
         if modal is not None:
-            out = _modal_motion(self, modal, forces, every)
+            motion = _modal_motion(self, modal, forces, every)
         if self.kernel.weights is not None:
-            out = _sampled_motion(self, self.kernel.weights, force, out)
+            motion = _sampled_motion(self, self.kernel.weights, force, motion)
         if write is not None:
-            write(slice(n + 1), out.displacement)
-        return out
+            write(slice(n + 1), motion.displacement)
+        return motion
 
 
-def mean_displacement(discrete: Discrete, forces: PortForces, shares: Array) -> Array:
+def find_mean_displacement(discrete: DiscreteBody, forces: PortForces, shares: Array) -> Array:
     """Return the (n + 1,) mean displacement [m] of the ports under ``forces``, weighted by ``shares``.
 
-    It equals ``shares @ discrete.motion(forces).displacement``, and is cheaper: without energies, and for a body at
-    rest only by modes with a mean displacement.
+    It equals ``shares @ discrete.motion(forces).displacement`` and costs less: energies are not computed, and a body at
+    rest needs only the modes with a mean displacement.
     """
     kernel, is_still = discrete.kernel, not discrete.moves_by_itself
     if kernel.weights is not None and not is_still:
@@ -202,36 +205,39 @@ def mean_displacement(discrete: Discrete, forces: PortForces, shares: Array) -> 
 
 
 def _with_mean_motion(modal: ModalGreens, shares: Array) -> ModalGreens:
-    """Return the modes and relaxations whose mean over the ports exceeds round-off, unlike harmonics around a lip."""
+    """Return the modes and relaxations whose mean over the ports exceeds round-off, unlike that of lip harmonics."""
 
-    def kept(shapes: Array) -> NDArray[np.bool_]:
+    def have_mean(shapes: Array) -> NDArray[np.bool_]:
         return np.asarray(np.abs(shapes @ shares) > 16 * np.finfo(float).eps * (np.abs(shapes) @ np.abs(shares)))
 
-    rest, relaxing = modal.residual, kept(modal.residual.shapes)
-    seen = replace(rest, shapes=rest.shapes[relaxing], rates=rest.rates[relaxing])
-    return modal.of_modes(kept(modal.shapes), seen)
+    residual, relaxing = modal.residual, have_mean(modal.residual.shapes)
+    remaining = replace(residual, shapes=residual.shapes[relaxing], rates=residual.rates[relaxing])
+    return modal.of_modes(have_mean(modal.shapes), remaining)
 
 
 def modal_coordinates(body: Body, force: Array, dt: float, stride: int) -> Array:
     """Return the (n // stride + 1, M) modal coordinates q of a body of modes [m sqrt(kg)], at every ``stride``-th step.
 
-    The motion of any point is u = sum_k phi_k q_k, without the residual flexibility. ``force`` (P, n) acts on its ports
-    along the normal, constant over each step ``dt`` [N, s]; there is no preload. Raises `GreensFunctionError` for a
-    body that is no sum of modes, or a load that is not finite.
+    The displacement of any point is u = sum_k phi_k q_k, without the residual flexibility. ``force`` (P, n) [N] acts on
+    the ports along the normal, constant over each step ``dt`` [s]; there is no preload. Raises `GreensFunctionError`
+    for a body that is no sum of modes, or a load that is not finite.
     """
     if (modal := body.greens.modal) is None:
         raise GreensFunctionError(
             f"a {type(body.greens).__name__} has no modal coordinates: take a body that is a sum of modes"
         )
-    discrete = Discrete.from_body(body, dt, force.shape[1])
+    discrete = DiscreteBody.from_body(body, dt, force.shape[1])
     start = _start_of(discrete, modal, np.zeros((0, len(force))))
     coordinates = EqualReplay(start, dt).coordinates(force, discrete.loads, stride)
     return np.vstack([start.state.displacement, coordinates[:, : len(modal.omega)]])
 
 
-def _free_vibration(discrete: Discrete, modal: ModalGreens) -> Array:
-    """Return the (P, n + 1) displacement of a body without forces: step i B + j of each mode follows from its state at
-    step i B and its free response over j steps, summed over the modes by one matrix product."""
+def _free_vibration(discrete: DiscreteBody, modal: ModalGreens) -> Array:
+    """Return the (P, n + 1) displacement of a body without forces [m].
+
+    Step i B + j of each mode follows from its state at step i B and its free response over j steps; one matrix product
+    sums over the modes.
+    """
     n, start = discrete.loads.shape[1], find_start(discrete, modal)
     count = math.isqrt(n) + 1
     steps = count * np.arange(n // count + 1), np.arange(count)
@@ -243,7 +249,7 @@ def _free_vibration(discrete: Discrete, modal: ModalGreens) -> Array:
     return np.array(rows).reshape(len(rows), -1)[:, : n + 1]
 
 
-def find_start(discrete: Discrete, modal: ModalGreens) -> ModalState:
+def find_start(discrete: DiscreteBody, modal: ModalGreens) -> ModalState:
     """Return the modal coordinates and rates at t = 0, preload included."""
     pull = modal.shapes @ discrete.rest
     for load, amplitude in zip(discrete.body.loads, discrete.rest_loads, strict=True):
@@ -256,7 +262,7 @@ def find_start(discrete: Discrete, modal: ModalGreens) -> ModalState:
 
 
 def _modal_motion(
-    discrete: Discrete,
+    discrete: DiscreteBody,
     modal: ModalGreens,
     forces: PortForces,
     seen: Array,
@@ -264,7 +270,7 @@ def _modal_motion(
     energies: bool = True,
     write: Write | None = None,
 ) -> Motion:
-    """Return the motion by modes, as `Discrete.motion`; ``seen``: as of `Replay`."""
+    """Return the motion by modes, as `DiscreteBody.motion` does; ``seen`` as in `Replay`."""
     n = forces.force.shape[1]
     start, relaxed, rest = find_start(discrete, modal), find_relaxations(discrete, modal), modal.residual
     spring = rest.compliance @ discrete.rest
@@ -273,7 +279,7 @@ def _modal_motion(
     swinging = start.velocity @ start.velocity + np.sum((modal.omega * start.displacement) ** 2)
     stored[0] = 0.5 * float(swinging + rest.rates @ relaxed**2 + discrete.rest @ spring)
     _, advance = _begin_replay(discrete, modal, forces, seen, energies=energies)
-    write = write or partial(_put, u)
+    write = write or partial(_store_displacement, u)
     write(slice(1), moved[:, None])
     for part in blocks(n):
         now = slice(part.start + 1, part.stop + 1)
@@ -284,14 +290,14 @@ def _modal_motion(
     return Motion(u, stored, np.cumsum(lost), np.cumsum(work))
 
 
-def _put(whole: Array, rows: slice, displacement: Array) -> None:
+def _store_displacement(whole: Array, rows: slice, displacement: Array) -> None:
     whole[:, rows] = displacement
 
 
 def _begin_replay(
-    discrete: Discrete, modal: ModalGreens, forces: PortForces, seen: Array, *, energies: bool
+    discrete: DiscreteBody, modal: ModalGreens, forces: PortForces, seen: Array, *, energies: bool
 ) -> tuple[Replay, Callable[[slice], Block]]:
-    """Return a replay, and the function that advances it through a slice of the steps under the forces in them."""
+    """Return a replay of the modes, and the function that advances it through a slice of the steps under ``forces``."""
     body, grid = _start_of(discrete, modal, seen), forces.grid
     if grid.is_uniform:
         equal = EqualReplay(body, discrete.dt)
@@ -303,22 +309,22 @@ def _begin_replay(
     )
 
 
-def _start_of(discrete: Discrete, modal: ModalGreens, seen: Array) -> BodyAtStart:
+def _start_of(discrete: DiscreteBody, modal: ModalGreens, seen: Array) -> BodyAtStart:
     state, relaxed = find_start(discrete, modal), find_relaxations(discrete, modal)
     return BodyAtStart(modal, state, relaxed, discrete.rest, [load.shape for load in discrete.body.loads], seen)
 
 
-def find_relaxations(discrete: Discrete, modal: ModalGreens) -> Array:
-    """Return the (R,) relaxations at t = 0, under the preload."""
-    held, rates = modal.residual.shapes @ discrete.rest, modal.residual.rates
-    if np.any(held[rates == 0] != 0):
+def find_relaxations(discrete: DiscreteBody, modal: ModalGreens) -> Array:
+    """Return the (R,) coordinates of the relaxations at t = 0, under the preload."""
+    loads, rates = modal.residual.shapes @ discrete.rest, modal.residual.rates
+    if np.any(loads[rates == 0] != 0):
         raise GreensFunctionError("a dashpot cannot carry a preload: hold the body somewhere")
-    return np.asarray(held / np.where(rates == 0, 1.0, rates))
+    return np.asarray(loads / np.where(rates == 0, 1.0, rates))
 
 
-def _sampled_motion(discrete: Discrete, weights: Array, force: Array, base: Motion) -> Motion:
-    """Return ``base`` with the motion by step weights added; its energy is that of waves in a rod, or else the work
-    done on it."""
+def _sampled_motion(discrete: DiscreteBody, weights: Array, force: Array, base: Motion) -> Motion:
+    """Return ``base`` plus the motion by step weights, whose energy is that of the waves in a rod, or, of other bodies,
+    the work done on them."""
     body, dt = discrete.body, discrete.dt
     ports, n = force.shape
     u = base.displacement.copy()
@@ -347,8 +353,10 @@ def _sampled_motion(discrete: Discrete, weights: Array, force: Array, base: Moti
 
 
 def _wave_energy(rod: Rod, force: Array, dt: float, steps: int) -> tuple[Array, Array]:
-    """Return the (n + 1,) energies stored in a rod and lost at its far end, from the outgoing wave a = f/Z + R a(t - T)
-    of power Z a^2, of which R^2 is reflected."""
+    """Return the (n + 1,) energies stored in a rod and lost at its far end [J].
+
+    The outgoing wave a = f/Z + R a(t - T) has the power Z a^2, of which the far end reflects the fraction R^2.
+    """
     n, r = len(force), rod.reflection
     a = reflect(force / rod.impedance, r, steps)
     power = np.concatenate([[0.0], np.cumsum(rod.impedance * a**2 * dt)])
@@ -361,11 +369,11 @@ class LiveLoads:
     """Motion of the striker under load amplitudes that become known step by step, superposed on all other motion.
 
     ``amplitudes`` (L, n): amplitudes so far, in excess of the prepared ones [N]; ``state`` (2, M): modal coordinates
-    and rates due to them; ``awake``: whether any was ever not zero; ``follows``: whether any load depends on the
-    opening; ``fed``: for each load with feedback in turn, its amplitude [N] and its state.
+    and rates due to them; ``awake``: whether any amplitude so far is not zero; ``follows``: whether any load depends on
+    the opening; ``fed``: amplitude [N] and state of each load with feedback, one after the other.
     """
 
-    def __init__(self, striker: Discrete, directions: Array, steps: int) -> None:
+    def __init__(self, striker: DiscreteBody, directions: Array, steps: int) -> None:
         loads = striker.body.loads
         self._striker = striker
         self.follows = any(load.follows for load in loads)
@@ -386,7 +394,7 @@ class LiveLoads:
             self.state = np.zeros((2, len(greens.omega)))
 
     def record(self, step: int, amplitudes: Array) -> None:
-        """Record amplitudes for one step; raises `ContactError` unless they are one finite number per load."""
+        """Record the amplitudes of one step; raises `ContactError` unless they are one finite number per load."""
         if np.shape(amplitudes) != (len(self.amplitudes),) or not np.all(np.isfinite(amplitudes)):
             raise problem.ContactError(
                 f"{len(self.amplitudes)} finite load amplitudes are needed, one for each of the striker's loads; "
@@ -396,9 +404,10 @@ class LiveLoads:
         self.awake = self.awake or bool(np.any(self.amplitudes[:, step]))
 
     def follow(self, start: int, stop: int, opening: float, block: int) -> None:
-        """Add to the amplitudes of these steps the excess of the loads at an ``opening`` [m] over the prepared ones.
+        """Add to the amplitudes of the steps ``start`` to ``stop`` the excess of the loads at an ``opening`` [m] over
+        the prepared ones.
 
-        Feedback is advanced by a whole ``block`` of steps if ``start`` is its first one.
+        The feedback advances by a whole ``block`` of steps if ``start`` is the first step of one.
         """
         own, dt = self._striker.loads, self._striker.dt
         for i, how, fed in self._fed:
@@ -412,15 +421,16 @@ class LiveLoads:
                 self.awake = self.awake or bool(np.any(row[start:stop]))
 
     def advance(self, start: int, stop: int) -> Array:
-        """Advance over these steps; return the (stop - start, p) changes of the gaps at the end of each [m]."""
-        out = np.zeros((stop - start, len(self._seen)))
-        _carry(self._a, self._b, self._shapes, self._seen, self.amplitudes, start, self.state, out)
-        return out
+        """Advance over the steps ``start`` to ``stop``; return the (stop - start, p) changes of the gaps at the end of
+        each step [m]."""
+        changes = np.zeros((stop - start, len(self._seen)))
+        _advance(self._a, self._b, self._shapes, self._seen, self.amplitudes, start, self.state, changes)
+        return changes
 
 
 @compiled(fastmath={"reassoc", "contract", "nsz"})
-def _carry(a, b, shapes, seen, amplitudes, start, state, out):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
-    """Advance oscillators under known amplitudes from step ``start``; writes changes of the gaps to ``out`` (m, p)."""
+def _advance(a, b, shapes, seen, amplitudes, start, state, out):  # type: ignore[no-untyped-def]  # pragma: no cover - compiled
+    """Advance oscillators under known amplitudes from step ``start``; write the gap changes to ``out`` (m, p)."""
     steps, contacts = out.shape
     drive = np.empty(state.shape[1])
     for m in range(steps):

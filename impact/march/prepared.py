@@ -52,8 +52,8 @@ class Flying:
 
 
 def split_rigid_modes(
-    bodies: tuple[motion.Discrete, ...], turns: list[Array]
-) -> tuple[tuple[motion.Discrete, ...], list[Flying]]:
+    bodies: tuple[motion.DiscreteBody, ...], turns: list[Array]
+) -> tuple[tuple[motion.DiscreteBody, ...], list[Flying]]:
     """Return the bodies without their rigid-body modes under loads, and these modes; ``turns``: (P, p) directions of
     the contacts on each body."""
     parts, flying = list(bodies), []
@@ -68,7 +68,7 @@ def split_rigid_modes(
         loads = tuple(replace(load, shape=load.shape[~rigid]) for load in body.loads if bends)
         kernel, amplitudes = held.step_kernel(discrete.dt, discrete.loads.shape[1]), discrete.loads[: len(loads)]
         rest_loads, still = np.zeros(len(loads)), Body(held, 0.0, state, loads)
-        parts[number] = motion.Discrete(still, kernel, discrete.dt, amplitudes, discrete.rest, rest_loads)
+        parts[number] = motion.DiscreteBody(still, kernel, discrete.dt, amplitudes, discrete.rest, rest_loads)
         drive = np.stack([load.shape[rigid] for load in body.loads], axis=1) @ discrete.loads
         if np.any(seen := np.any(free.shapes @ turn != 0, axis=1)):
             now = np.array([start.displacement[rigid], start.velocity[rigid]])
@@ -137,7 +137,7 @@ class Discretised:
     problem: ContactProblem
     dt: float
     steps: int
-    bodies: tuple[motion.Discrete, ...]
+    bodies: tuple[motion.DiscreteBody, ...]
     rest: Array
     rules: NDArray[np.int64]
     plan: history.Plan
@@ -180,12 +180,12 @@ def discretise(
     rule: str = "auto",
     engine: history.Engine = "auto",
     block: int = 0,
-    bodies: tuple[motion.Discrete, ...] = (),
+    bodies: tuple[motion.DiscreteBody, ...] = (),
 ) -> Discretised:
     """Discretise the bodies over a ``duration`` [s] at the step ``dt`` [s]; arguments and errors as in `prepare`."""
     n, rules = step_count(dt, duration), _rules(problem, rule)
     _refuse_ill_posed(problem)
-    bodies = bodies or tuple(motion.Discrete.from_body(body, dt, n) for body in problem.bodies)
+    bodies = bodies or tuple(motion.DiscreteBody.from_body(body, dt, n) for body in problem.bodies)
     stated = [(id(discrete.body), discrete.dt, discrete.loads.shape[1]) for discrete in bodies]
     if stated != [(id(body), dt, n) for body in problem.bodies]:
         raise ContactError(f"bodies must be those of the problem over {n} steps of {dt:g} s")
@@ -203,7 +203,7 @@ def prepare(
     rule: str = "auto",
     engine: history.Engine = "auto",
     block: int = 0,
-    bodies: tuple[motion.Discrete, ...] = (),
+    bodies: tuple[motion.DiscreteBody, ...] = (),
 ) -> Prepared:
     """Discretise the bodies and their free motion over a ``duration`` [s] at the step ``dt`` [s].
 
@@ -232,18 +232,23 @@ def find_free_motion(discretised: Discretised) -> Prepared:
     return Prepared(**known, free=gaps, poles=poles, weights=weights, own=own, flight=flight)
 
 
-def _free_gaps(problem: ContactProblem, bodies: tuple[motion.Discrete, ...], turns: list[Array], n: int) -> Array:
+def _free_gaps(problem: ContactProblem, bodies: tuple[motion.DiscreteBody, ...], turns: list[Array], n: int) -> Array:
     """Return the (n + 1, p) gaps without contact forces, apart from the static preload."""
     gaps = np.tile([c.gap for c in problem.contacts], (n + 1, 1))
     for body, turn in zip(bodies, turns, strict=True):
         if body.moves_by_itself:
             gaps += (turn.T @ body.free_motion()).T
-    gaps += problem.carried(np.asarray(bodies[0].dt * np.arange(n + 1), dtype=np.float64))
+    gaps += problem.find_base_gaps(np.asarray(bodies[0].dt * np.arange(n + 1), dtype=np.float64))
     return gaps
 
 
 def _memory(
-    parts: tuple[motion.Discrete, ...], flying: list[Flying], turns: list[Array], plan: history.Plan, own: Array, n: int
+    parts: tuple[motion.DiscreteBody, ...],
+    flying: list[Flying],
+    turns: list[Array],
+    plan: history.Plan,
+    own: Array,
+    n: int,
 ) -> tuple[history.Poles, Array]:
     """Return the poles of the recursion, rigid-body modes of `Flying` always among them, and the (p, p, n) step weights
     of all else."""
@@ -270,8 +275,8 @@ def _memory(
 
 
 def _preloaded(
-    problem: ContactProblem, bodies: tuple[motion.Discrete, ...], turns: list[Array]
-) -> tuple[tuple[motion.Discrete, ...], Array]:
+    problem: ContactProblem, bodies: tuple[motion.DiscreteBody, ...], turns: list[Array]
+) -> tuple[tuple[motion.DiscreteBody, ...], Array]:
     """Return bodies in static equilibrium with their loads and each other at t = 0, and the (p,) contact forces."""
     compliance = sum(t.T @ b.body.greens.static_compliance() @ t for b, t in zip(bodies, turns, strict=True))
     if not np.all(np.isfinite(compliance)):
@@ -299,7 +304,7 @@ def _preloaded(
         free = None
         if b.free is not None and np.array_equal(b.rest_loads, amplitudes):
             free = partial(_moved_on, b.free, b.body.greens.static_compliance() @ (turn @ rest))
-        placed.append(motion.Discrete(b.body, b.kernel, b.dt, b.loads, turn @ rest, amplitudes, free))
+        placed.append(motion.DiscreteBody(b.body, b.kernel, b.dt, b.loads, turn @ rest, amplitudes, free))
     return tuple(placed), rest
 
 

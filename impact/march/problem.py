@@ -24,7 +24,7 @@ class ContactError(SeatfemError, ValueError):
 
 
 class RigidContactError(ContactError):
-    """A rigid law between bodies of which neither yields at once."""
+    """A rigid law between two bodies without an instantaneous response, g(0+) = 0."""
 
 
 @dataclass(frozen=True)
@@ -32,8 +32,8 @@ class Contact:
     """One place where the striker may touch a target.
 
     Attributes:
-        target: the body in contact, or its Green's function if it is at rest; the same object for several contacts on
-            one body.
+        target: the body that is touched, or its Green's function if it is at rest; the same object for several contacts
+            on one body.
         port, striker_port: port of each body (name or index).
         gap: gap between the undeformed bodies [m]; negative for an interference.
         law: contact law.
@@ -77,12 +77,12 @@ class Contact:
 
 @dataclass(frozen=True, init=False)
 class ContactProblem:
-    """A striker against one target, or against several contacts.
+    """A striker with one contact on a target, or with several contacts.
 
     ``ContactProblem(striker, target, gap=, law=, film=, striker_port=, target_port=)`` is short for
     ``ContactProblem(striker, contacts=[Contact(target, port=target_port, gap=gap, law=law, film=film)])``. With
-    ``preload`` the bodies start in static equilibrium with their loads and with each other (a reed pressed on its
-    seat). A Green's function in place of a body is taken as a body at rest.
+    ``preload`` the bodies start in static equilibrium under their loads and contact forces (a reed pressed on its
+    seat). A Green's function in place of a body means a body at rest.
     """
 
     striker: Body
@@ -118,8 +118,8 @@ class ContactProblem:
             )
         for contact in contacts:
             striker.greens.port_index(contact.striker_port)
-        own = [c.law.compiled for c in contacts if hasattr(c.law, "compiled")]
-        if any(law is not own[0] for law in own):
+        user_laws = [c.law.compiled for c in contacts if hasattr(c.law, "compiled")]
+        if any(law is not user_laws[0] for law in user_laws):
             raise ContactError(
                 "the contacts have different laws of your own: one CompiledLaw or PlainLaw per problem, beside any "
                 "built-in ones; give the same object to all of them"
@@ -167,23 +167,24 @@ class ContactProblem:
         return (self.striker, *self.targets)
 
     @property
-    def is_carried(self) -> bool:
+    def has_moving_base(self) -> bool:
         """Return whether the base of a body moves."""
         return any(body.base is not None for body in self.bodies)
 
-    def carried(self, time: Array) -> Array:
-        """Return the (n, contacts) changes of the gaps by moving bases [m], zeros that take no memory if none moves."""
-        if not self.is_carried:
+    def find_base_gaps(self, time: Array) -> Array:
+        """Return the (n, contacts) changes of the gaps by moving bases [m]; zeros, which take no memory, if none
+        moves."""
+        if not self.has_moving_base:
             return np.broadcast_to(0.0, (len(time), len(self.contacts)))
-        striker = self.striker.carried(time)
-        return np.stack([c.side * (striker - c.target.carried(time)) for c in self.contacts], axis=1)
+        striker = self.striker.find_base_displacement(time)
+        return np.stack([c.side * (striker - c.target.find_base_displacement(time)) for c in self.contacts], axis=1)
 
     def directions(self, body: Body) -> Array:
         """Return the (ports of ``body``, contacts) signs +1, 0 or -1 of a contact force N >= 0 on each port."""
-        out = np.zeros((len(body.greens.ports), len(self.contacts)))
+        signs = np.zeros((len(body.greens.ports), len(self.contacts)))
         for c, contact in enumerate(self.contacts):
             if body is self.striker:
-                out[body.greens.port_index(contact.striker_port), c] += contact.side
+                signs[body.greens.port_index(contact.striker_port), c] += contact.side
             if body is contact.target:
-                out[body.greens.port_index(contact.port), c] -= contact.side
-        return out
+                signs[body.greens.port_index(contact.port), c] -= contact.side
+        return signs

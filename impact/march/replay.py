@@ -22,7 +22,7 @@ from impact.greens.base import Array
 from impact.greens.modal import ModalGreens
 from impact.march.grid import blocks
 from impact.march.loop.compiled import compiled
-from impact.march.loop.forces import FLOOR, oscillate, padded
+from impact.march.loop.forces import FLOOR, oscillate, pad_columns
 
 CACHED_VALUES, LEAST_TILE = 2**17, 64  # floats of a tile that fit in the cache; fewest steps of a tile
 _FORM = ((0, 0), (0, 1), (0, 2), (0, 3), (1, 1), (1, 2), (1, 3), (2, 2), (2, 3), (3, 3))
@@ -159,9 +159,9 @@ class EqualReplay(Replay):
         omega, zeta = self._rates = modal.omega[~rigid], modal.zeta[~rigid]
         a, b = oscillator.transition(dt, omega, zeta)
         self._is_rigid, self._rigid, self._moved = rigid, self._shapes[:, rigid].T, self._out[:, rigid].T
-        self._shapes, self._out = padded(self._shapes[:, ~rigid]), padded(self._out[:, ~rigid])
-        self._steps = padded(np.array([a[0, 0], a[0, 1], a[1, 0], a[1, 1], b[0], b[1], omega**2]))
-        self._q, self._p = padded(start.displacement[~rigid]), padded(start.velocity[~rigid])
+        self._shapes, self._out = pad_columns(self._shapes[:, ~rigid]), pad_columns(self._out[:, ~rigid])
+        self._steps = pad_columns(np.array([a[0, 0], a[0, 1], a[1, 0], a[1, 1], b[0], b[1], omega**2]))
+        self._q, self._p = pad_columns(start.displacement[~rigid]), pad_columns(start.velocity[~rigid])
         states = zip(start.displacement[rigid], start.velocity[rigid], strict=True)
         self._bodies = [rigid_state(q, v) for q, v in states]
         self._buffers[0] = np.empty((self._tile, self._q.size))
@@ -171,7 +171,7 @@ class EqualReplay(Replay):
         """Return the (6, K) quadratic form of the energy that damping takes from each oscillator during a step."""
         form = oscillator.dissipation_form(self._dt, *self._rates)[:3, :3]
         rows = [form[0, 0], 2 * form[0, 1], 2 * form[0, 2], form[1, 1], 2 * form[1, 2], form[2, 2]]
-        return padded(np.array(rows))
+        return pad_columns(np.array(rows))
 
     @property
     def modal_energy(self) -> float:

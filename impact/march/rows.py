@@ -10,7 +10,7 @@ import numpy as np
 from impact.bodies.body import Body
 from impact.greens.base import Array
 from impact.march.grid import AtEqualSteps, TimeGrid
-from impact.march.motion import Discrete, PortForces, mean_displacement
+from impact.march.motion import DiscreteBody, PortForces, find_mean_displacement
 from impact.march.problem import ContactProblem
 from impact.quantities import brief
 
@@ -65,7 +65,7 @@ class MarchRun(AtEqualSteps):
     """
 
     problem: ContactProblem
-    bodies: tuple[Discrete, ...]
+    bodies: tuple[DiscreteBody, ...]
     own: Array
     rows: Rows
     engine: str
@@ -154,10 +154,10 @@ class Replayed:
             np.add.at(seen, ports, weights[contacts])
             forces = PortForces(run.rows, run.rows.force[1:].T, problem.directions(body.body))
             if weights.shape[1] == 1:
-                moved[:, 0] += mean_displacement(body, forces, seen[:, 0])
+                moved[:, 0] += find_mean_displacement(body, forces, seen[:, 0])
             else:
                 body.motion(forces, partial(_add, moved, seen), energies=False)
-            moved += body.body.carried(time)[:, None] * weights[contacts].sum(axis=0)
+            moved += body.body.find_base_displacement(time)[:, None] * weights[contacts].sum(axis=0)
         if len(self.gap):
             sides = np.array([contact.side for contact in problem.contacts])
             moved += self.gap @ (sides[:, None] * weights)

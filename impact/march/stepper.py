@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from impact.bodies.body import Body, Load
 from impact.greens.base import Array
 from impact.march import history, laws, motion
-from impact.march.grid import FOLLOW, foresee_openings
+from impact.march.grid import FOLLOW, extrapolate_openings
 from impact.march.loop.marches import linear_laws, march_many, march_one
 from impact.march.prepared import BLOCK as FLIGHT
 from impact.march.prepared import Pilot, Prepared
@@ -291,7 +291,7 @@ def with_recorded_loads(body: Body, opening: Array, dt: float) -> Body:
     seats [m] replaced by their histories in the run."""
     if not any(load.follows for load in body.loads):
         return body
-    first, ahead = foresee_openings(opening)
+    first, ahead = extrapolate_openings(opening)
     times = np.asarray(dt * first, dtype=np.float64)
     return replace(body, loads=tuple(_recorded_load(load, times, ahead, FOLLOW * dt) for load in body.loads))
 

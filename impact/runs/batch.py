@@ -19,7 +19,7 @@ from impact.march.history import aligned
 from impact.march.laws import DEEPEST, ROUGH, PlainLaw
 from impact.march.loop.compiled import compiled
 from impact.march.loop.marches import LANES, march_lanes
-from impact.march.motion import Discrete, PortForces
+from impact.march.motion import DiscreteBody, PortForces
 from impact.march.prepared import Prepared, prepare
 from impact.march.problem import ContactError, ContactProblem
 from impact.march.stepper import march_numbers
@@ -183,7 +183,7 @@ def _free_motions(problem: ContactProblem, prepared: Prepared) -> Array:
     out = np.zeros((3, n + 1))
     out[0] = prepared.free[:, 0] - problem.contacts[0].gap
     for row, body in ((1, _in_translation(striker)), (2, replace(striker, velocity=0.0, loads=()))):
-        discrete = Discrete.from_body(body, prepared.dt, n)
+        discrete = DiscreteBody.from_body(body, prepared.dt, n)
         if discrete.moves_by_itself:
             forces = PortForces.at_ports(np.zeros((len(discrete.rest), n)), prepared.dt)
             out[row] = problem.directions(striker)[:, 0] @ discrete.motion(forces).displacement

@@ -29,7 +29,7 @@ from impact.greens.passivity import sampling_advice
 from impact.march.grid import blocks
 from impact.march.history import Engine
 from impact.march.ladder import begin_march, finish_march, march
-from impact.march.motion import Discrete, Motion, PortForces
+from impact.march.motion import DiscreteBody, Motion, PortForces
 from impact.march.prepared import discretise
 from impact.march.problem import ContactError, ContactProblem
 from impact.march.rows import MarchRun, Replayed, Rows, find_ports
@@ -161,7 +161,7 @@ def solve(
     rule: str = "auto",
     engine: Engine = "auto",
     block: int = 0,
-    bodies: tuple[Discrete, ...] = (),
+    bodies: tuple[DiscreteBody, ...] = (),
     equal_steps: bool = False,
     progress: Progress = silent,
 ) -> ImpactResult:
@@ -195,16 +195,16 @@ def collect(march: ContactStepper | MarchRun) -> ImpactResult:
     del march  # its gaps are made again from the forces, and a history of many contacts is large
     rows, bodies, problem = run.rows, run.bodies, run.problem
     whole, time, force = rows.force, rows.time, rows.force[1:]
-    carried, gap, at_start = problem.carried(time), np.zeros_like(whole), list[Array]()
+    carried, gap, at_start = problem.find_base_gaps(time), np.zeros_like(whole), list[Array]()
     gap += np.array([c.gap for c in problem.contacts])
     gap += carried
     single = len(run.rest) == 1
     displaced = np.zeros((2, *(gap.shape if single or gap.size <= LARGE else (0, 0))))  # of striker and targets
 
-    def add(body: Discrete, whose: Array) -> Motion:
+    def add(body: DiscreteBody, whose: Array) -> Motion:
         """Add the motion of a body to the gaps, and to ``whose`` displacements are kept; return its energies."""
         directions, (contacts, ports) = problem.directions(body.body), find_ports(problem, body.body)
-        base = body.body.carried(time)[:, None]
+        base = body.body.find_base_displacement(time)[:, None]
 
         def write(part: slice, moved: Array) -> None:
             gap[part] += moved.T @ directions
@@ -263,7 +263,7 @@ def collect(march: ContactStepper | MarchRun) -> ImpactResult:
 
 def _speed_at_start(body: Body, port: str | int, dt: float) -> float:
     """Return the initial velocity of a port [m/s] plus the mean velocity of the body's base over the first step."""
-    start, end = body.carried(np.array([0.0, dt]))
+    start, end = body.find_base_displacement(np.array([0.0, dt]))
     return body.velocity_of(port) + float(end - start) / dt
 
 

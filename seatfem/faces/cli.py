@@ -37,7 +37,7 @@ _KEY: Final = re.compile(r"[a-z_]+(?:\.[A-Za-z_0-9]+)+(?=: | = )")
 """Pattern of a message that begins with a key of a scene."""
 
 
-def in_words(error: Exception) -> str:
+def describe_error(error: Exception) -> str:
     """Return the message of an error with its remedy; an error that is not caused by the user is called a bug."""
     if isinstance(error, OSError) and error.errno in FULL:
         return f"{error.filename or 'a file'}: {error.strerror}; free space there, or choose another folder (--output)"
@@ -53,13 +53,13 @@ def in_words(error: Exception) -> str:
 
 
 def placed(error: Exception, arguments: Sequence[str]) -> str:
-    """Return the message of an error, `in_words`, with its place: the name of the scene before a message of the contact
+    """Return the message of `describe_error` with its place: the name of the scene before a message of the contact
     solver, which does not know scenes, and the line of the key before a message about a file that the scene names."""
     scenes = [Path(word) for word in arguments if word.endswith(".toml")]
     if scenes and type(error).__name__ == "SceneError":
         assert isinstance(error, scene_files.SceneError)
         error = scene_files.located(error, scenes[0])
-    text = in_words(error)
+    text = describe_error(error)
     is_placed = type(error).__name__ == "SceneError"
     if scenes and not is_placed and isinstance(error, SeatfemError) and (key := _KEY.match(text)):
         text = _with_line(text, key[0], scenes[0])

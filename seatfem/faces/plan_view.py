@@ -75,7 +75,7 @@ def _struck(body: Structure, along: Contact | Literal[False]) -> str:
     if (ring := body.lip_face.ring) is not None:
         mean, width = (write_quantity(size, "length") for size in ring)
         facts.append(f"flat ring, mean radius {mean}, width {width}")
-    elif along and along.along_a_lip and (lip := body.region()) is not None:
+    elif along and along.lip_key and (lip := body.region()) is not None:
         facts.append(f"lip {write_quantity(lip.length, 'length')} long")
     if (patch := body.patch()) is not None:
         about, digits = ("", 5) if ring else ("about ", 2)  # an area by coarse flat triangles is approximate
@@ -189,7 +189,9 @@ def look_lines(look: Look) -> Iterator[str]:
     """Yield the lines below the table: the measured uncertainty and whether it meets the target; for each measure that
     misses it the keys that leave most, largest first; what is left to do and what it will take; notes."""
     done, target = look.done, look.plan.scene.accuracy.target
-    bars = {name: done.left.relative(name) for name in sorted(done.judged, key=lambda name: -done.left.relative(name))}
+    bars = {
+        name: done.budget.relative(name) for name in sorted(done.judged, key=lambda name: -done.budget.relative(name))
+    }
     if bars:
         verdict = "reached" if done.met else "missed so far"
         words = ", ".join(rounds.bar_in_words(name, bar) for name, bar in bars.items())
@@ -208,7 +210,7 @@ def look_lines(look: Look) -> Iterator[str]:
 
 def _largest(done: rounds.Round, measure: str) -> Iterator[str]:
     """Yield the keys with their parts of the error bar of a measure, largest first, those that count."""
-    whole = abs(done.left.values[measure]) or math.inf
+    whole = abs(done.budget.values[measure]) or math.inf
     parts = {key: SAFETY * error / whole for key, error in errors_by_key(done, measure).items()}
     for key in sorted(parts, key=lambda key: -parts[key]):
         if 0 < parts[key] >= COUNTS * max(parts.values()):
@@ -224,7 +226,7 @@ def _left_in_words(look: Look) -> str:
     if not left.rounds:
         return f"nothing more; a run repeats the contact and writes all {files}"
     bars = ", ".join(
-        rounds.bar_in_words(name, bar) for name, bar in left.error.items() if bar != look.done.left.relative(name)
+        rounds.bar_in_words(name, bar) for name, bar in left.error.items() if bar != look.done.budget.relative(name)
     )
     expected = f"; expected after {'it' if left.rounds == 1 else 'them'}: {bars}" if bars else ""
     why = f" ({left.why})" if left.why else ""

@@ -67,11 +67,12 @@ def plan(
     changes: Changes = (),
     common: Common = COMMON,
 ) -> int:
-    """Look at a scene with its first values: accuracy so far, time of the full run.
+    """Run a quick trial of a scene: accuracy so far, time of the full run.
 
-    It begins with coarse values of what the scene leaves open, measures their errors, and prints every choice with its
-    reason, what each leaves, and what is left to do; of another file than a scene, what it would take. A run goes on
-    from there. It takes some seconds; a plate reed on lands of a plate, a CAD part or a mesh up to two minutes.
+    It begins with coarse values of the keys that the scene does not state, measures their errors, and prints each value
+    with its reason and error, and what remains to be done; for another file than a scene, the expected cost. A run
+    continues from there. It takes some seconds; for a plate reed on lands of a plate, a CAD part or a mesh up to two
+    minutes.
 
     Parameters
     ----------

@@ -100,7 +100,7 @@ def sweep(
     files.append(study_view.write_page(table, folder, gaps))
     _print_table(table, common)
     tables = (folder / study_runs.TABLE, *filter(Path.exists, [folder / study_runs.PARQUET]))
-    print_outcome(terminal, answers.in_words(table), gaps, (*tables, *files))
+    print_outcome(terminal, answers.describe_study(table), gaps, (*tables, *files))
     return DONE if table.has_numbers.all() and not table.unanswered() else FAILED
 
 
@@ -162,7 +162,7 @@ def trade(
     files = [folder / "trade.csv", folder / "trade.json"]
     trade_report.write_trade(result, *files)
     terminal = lines(quiet=common.quiet)
-    terminal.print(trade_report.in_words(result))
+    terminal.print(trade_report.describe_trade(result))
     gap = drawing.try_draw(lambda path: trade_report.draw_trade(result, path), folder / "trade.png")
     print_outcome(terminal, (), [gap], files if gap else [*files, folder / "trade.png"])
     return DONE

@@ -19,7 +19,7 @@ from seatfem.faces.report.figures import part_of_page
 from seatfem.faces.report.fragments import html_list, html_table, kept_pictures, versions
 from seatfem.faces.report.page import GUARD
 from seatfem.readings import BAR
-from seatfem.study.sweep.answers import Axis, answer_in_words, axis_of, in_words, ranges, verdicts
+from seatfem.study.sweep.answers import Axis, answer_in_words, axis_of, describe_study, ranges, verdicts
 from seatfem.study.sweep.effects import varying
 from seatfem.study.sweep.limits import CUT_OFF, FAILED, FAILS, HOLDS, STOPPED, UNDECIDED
 from seatfem.study.sweep.maps import SIGNS
@@ -96,7 +96,7 @@ def write_page(table: StudyTable, folder: Path, notes: Sequence[str]) -> Path:
         style=part_of_page("style.css"),
         guard=GUARD,
         title=html.escape(table.study.heading),
-        first=f"<p>{html.escape(f'{with_capital(answer)}.' if answer else in_words(table)[0])}</p>",
+        first=f"<p>{html.escape(f'{with_capital(answer)}.' if answer else describe_study(table)[0])}</p>",
         content=content,
         versions=versions(),
     )

@@ -13,7 +13,7 @@ from impact.after import measures
 from impact.greens.base import Array
 from impact.life import strength
 from impact.life.multiaxial import hertz_path
-from impact.life.places import Demand, Judged, judged, margin_error, on_planes, thinned
+from impact.life.places import Demand, Judged, judged, margin_error, resolve_on_planes, thin_history
 from impact.life.strength import SpeedMargin
 from impact.quantities import finite_or_none, percent
 from seatfem.life.table import LifeTable
@@ -79,8 +79,8 @@ def assess_life(
     bodies = []
     for demand, histories in ((life.demand(), reed), (life.demand("seat"), seat)):
         if demand is not None and life.of_bending:
-            block = ((name, thinned(each[first:])) for name, each in histories)
-            bodies.append(BodyLife.under(on_planes(block, tensors=demand.several_axes is not None), demand))
+            block = ((name, thin_history(each[first:])) for name, each in histories)
+            bodies.append(BodyLife.under(resolve_on_planes(block, tensors=demand.several_axes is not None), demand))
     contact = life.demand("contact")
     below = None if contact is None else BodyLife.under(_below_contact(life, stiffness, touches), contact)
     return LifeResult(tuple(bodies), below, speed)

@@ -16,7 +16,7 @@ import scipy
 
 from impact.files.csv_table import write_csv
 from impact.greens.base import Array
-from impact.life.places import Demand, judged, margin_error, on_planes, thinned
+from impact.life.places import Demand, judged, margin_error, resolve_on_planes, thin_history
 from impact.notices import Progress, Tell, ignore, silent
 from impact.quantities import finite_or_none, in_time
 from impact.runs.variations import SAFETY
@@ -376,5 +376,5 @@ def margin_bar(
 
 def least_margin(demand: Demand, blocks: Iterable[Array]) -> float:
     """Return the least margin under stress histories (m, 6) of several places, in both faces of a plate."""
-    histories = on_planes(("", sign * thinned(block)) for block in blocks for sign in (1.0, -1.0))
+    histories = resolve_on_planes(("", sign * thin_history(block)) for block in blocks for sign in (1.0, -1.0))
     return judged(histories, demand).life.margin

@@ -53,10 +53,10 @@ def margin_pictures(life: LifeTable, done: Round, bodies: Sequence[BodyStress]) 
 def margin_of(demand: Demand, history: Array) -> float:
     """Return the factor on a stress ``history`` (m, 6) [Pa] at which it uses up the design life, or reaches the limit
     of the multiaxial criterion if there is one. Raises `LifeError` as `impact.life.places.judged`."""
-    block = places.thinned(history)
+    block = places.thin_history(history)
     if demand.several_axes is not None:
         return places.judged([("", block)], demand).tensor_margin or 0.0
-    life = places.judged(places.on_planes([("", block)]), demand).life
+    life = places.judged(places.resolve_on_planes([("", block)]), demand).life
     return math.inf if life is None else life.margin
 
 

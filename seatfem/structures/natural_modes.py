@@ -65,7 +65,7 @@ class Mode:
 
 @dataclass(frozen=True)
 class NaturalModes:
-    """The lowest modes of a seat, as many as inertia counts.
+    """The lowest modes of a seat, whose number is that of the inertia count.
 
     Attributes:
         modes: the lowest first.

@@ -14,9 +14,9 @@ from tests.extremes.battery import battery, subset
 from tests.extremes.cell import Cell, Finding, Outcome, carry_out
 from tests.extremes.random_scenes import random_cells
 from tests.extremes.runner import run_battery
-from tests.extremes.table import in_words, read_table, write_counts, write_table
+from tests.extremes.table import describe_outcomes, read_table, write_counts, write_table
 
 __all__ = [
-    "Cell", "Finding", "Outcome", "battery", "carry_out", "in_words", "random_cells", "read_table",
+    "Cell", "Finding", "Outcome", "battery", "carry_out", "describe_outcomes", "random_cells", "read_table",
     "run_battery", "subset", "write_counts", "write_table",
 ]  # fmt: skip

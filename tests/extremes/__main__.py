@@ -11,7 +11,7 @@ from pathlib import Path
 
 from impact.files.safe_files import OutputError
 
-from . import battery, in_words, random_cells, read_table, run_battery, subset, write_counts, write_table
+from . import battery, describe_outcomes, random_cells, read_table, run_battery, subset, write_counts, write_table
 from .runner import MOST_RANDOM
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -39,7 +39,7 @@ def main(words: Sequence[str] | None = None) -> int:
         outcomes = {cell.name: outcomes[cell.name] for cell in cells if cell.name in outcomes}
         write_counts(cells, outcomes, DOCS / "extremes.md")
     write_table(cells, outcomes, table)
-    sys.stdout.write(f"{in_words(outcomes)}\nwrote {table}\n")
+    sys.stdout.write(f"{describe_outcomes(outcomes)}\nwrote {table}\n")
     return 1 if any(outcome.verdict == "wrong" for outcome in outcomes.values()) else 0
 
 

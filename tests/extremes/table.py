@@ -57,7 +57,7 @@ def read_table(path: Path) -> dict[str, Outcome]:
         }
 
 
-def in_words(outcomes: Mapping[str, Outcome]) -> str:
+def describe_outcomes(outcomes: Mapping[str, Outcome]) -> str:
     """Tell how many ended how, and every one that is wrong or slow."""
     counts = Counter(o.verdict for o in outcomes.values())
     head = f"{len(outcomes)} cells: " + ", ".join(f"{counts[v]} {v}" for v in VERDICTS)

@@ -113,9 +113,7 @@ def test_every_part_of_the_look_is_there(look: Look) -> None:
     assert printed["judged"] == judged_line(look.plan)
     assert [choice["key"] for choice in printed["choices"]] == [choice.key for choice in look.plan.choices]
     assert all(choice.keys() == {"key", "value", "reason", "given", "leaves"} for choice in printed["choices"])
-    assert printed["error"] == {
-        "impulse": done.left.relative("landing_impulse"), "filtered_peak": done.left.relative("landing_filtered_peak"),
-    }  # fmt: skip
+    assert printed["error"] == {name: done.budget.relative(f"landing_{name}") for name in ("impulse", "filtered_peak")}
     assert printed["meets_target"] is done.met is False
     assert printed["stages_s"] == look.stages
     assert printed["left"] == asdict(look.left)

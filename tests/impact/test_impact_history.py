@@ -16,7 +16,7 @@ from impact.greens.base import Array
 from impact.march import history
 from impact.march.history import Poles
 from impact.march.loop.compiled import STAMP
-from impact.march.motion import Discrete, PortForces, modal_coordinates
+from impact.march.motion import DiscreteBody, PortForces, modal_coordinates
 
 DT = 0.01
 
@@ -90,7 +90,7 @@ def test_coordinates_make_the_displacement_of_the_ports(stride: int) -> None:
     coordinates = modal_coordinates(body, force, STEP, stride)
     assert len(coordinates) == steps // stride + 1
     forces = PortForces.at_ports(force, STEP)
-    expected = Discrete.from_body(body, STEP, steps).motion(forces).displacement[:, ::stride]
+    expected = DiscreteBody.from_body(body, STEP, steps).motion(forces).displacement[:, ::stride]
     # two orders of the same sums
     np.testing.assert_allclose(coordinates @ body.greens.modal.shapes, expected.T, atol=1e-11 * np.abs(expected).max())
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import impact
 from impact.march.laws import BLENDED, CONSERVING, DEEPEST, PASSIVE, LawError, deepest_so_far
-from impact.march.loop.joints import joint_force, joint_step, joint_stiffness, remember
+from impact.march.loop.joints import joint_force, joint_step, joint_stiffness, update_deepest
 from impact.march.stepper import march_numbers
 
 ROUGH = impact.RoughJoint(stiffness=3.0, exponent=2.0, recovery=0.4)
@@ -22,7 +22,7 @@ def path(law: impact.Law, closures: np.ndarray) -> np.ndarray:
     numbers, out = march_numbers([law.parameters]), np.zeros(len(closures))
     for n, pen in enumerate(closures):
         out[n] = joint_force(law.code, numbers, 0, pen)
-        remember(numbers, 0, pen)
+        update_deepest(numbers, 0, pen)
     return out
 
 
@@ -79,7 +79,7 @@ def test_no_history_of_steps_gains_energy(seed: int) -> None:
         for aim in aims:
             force = joint_step(law.code, rule, numbers, 0, aim, start, w0, w0, 1.0)
             start = aim - w0 * force
-            remember(numbers, 0, start)
+            update_deepest(numbers, 0, start)
             ends.append(start)
             forces.append(force)
         closures, work = np.array(ends), np.array(forces) * np.diff(ends)

@@ -12,15 +12,15 @@ from impact.after.landings import (
     JUMP,
     ContactRecord,
     Landing,
-    closing_speeds,
+    find_closing_speeds,
+    find_hardest,
     find_landings,
-    find_own_yield,
-    hardest,
+    find_pressed_contact,
+    find_restitutions,
+    find_step_responses,
     pair_landings,
-    pressed_on,
-    restitutions,
 )
-from impact.after.loads import SOFT, static_load
+from impact.after.loads import SOFT, find_static_load
 from impact.exact.contact_stress import hertz_impact
 from impact.march.grid import TimeGrid
 from impact.march.motion import PortForces
@@ -46,7 +46,7 @@ def fallen(weight: float = WEIGHT, dt: float = 1e-7) -> tuple[impact.ContactProb
 
 
 def of_run(problem: impact.ContactProblem, result: impact.ImpactResult, static: np.ndarray) -> tuple[Landing, ...]:
-    columns, speeds = (result.force[:, None], result.gap[:, None]), closing_speeds(problem, result.dt)
+    columns, speeds = (result.force[:, None], result.gap[:, None]), find_closing_speeds(problem, result.dt)
     record = ContactRecord(result.force, result.force > 0, result.rows, *columns, static, 1e-6, speeds)
     return find_landings(record)
 
@@ -54,7 +54,7 @@ def of_run(problem: impact.ContactProblem, result: impact.ImpactResult, static: 
 def test_a_mass_on_a_spring_lands_with_its_speed_and_momentum() -> None:
     """Landing measures of a mass on a spring under a load are the closed forms, but for the step's loss."""
     problem, result = fallen()
-    load = static_load(problem, float(result.time[-1]))
+    load = find_static_load(problem, float(result.time[-1]))
     static = load.course(result.time)
     assert static == pytest.approx(WEIGHT, rel=2 * SOFT)
     (landing, *_) = of_run(problem, result, static)
@@ -76,9 +76,9 @@ def test_what_it_gives_back_follows_from_the_impulses_of_a_free_mass() -> None:
     losses = []
     for dt in (2e-6, 1e-6):
         problem, result = fallen(dt=dt)
-        landings = of_run(problem, result, static_load(problem, float(result.time[-1])).course(result.time))
+        landings = of_run(problem, result, find_static_load(problem, float(result.time[-1])).course(result.time))
         pushed = np.full((1, len(result.force) - 1), -WEIGHT)
-        (value, *_) = restitutions(problem, result.force[1:, None], result.rows, landings, np.zeros_like, pushed)
+        (value, *_) = find_restitutions(problem, result.force[1:, None], result.rows, landings, np.zeros_like, pushed)
         assert value is not None
         losses.append(abs(1 - value))
     assert losses[1] < 0.6 * losses[0] < 0.02
@@ -101,7 +101,9 @@ def test_what_a_held_reed_gives_back_is_the_root_of_its_energies() -> None:
     def stored(steps: list[int]) -> np.ndarray:
         return striker.stored_after(PortForces(result.rows, result.force[None, 1:], problem.directions(reed)), steps)
 
-    values = restitutions(problem, result.force[1:, None], result.rows, landings, stored, np.zeros((0, prepared.steps)))
+    values = find_restitutions(
+        problem, result.force[1:, None], result.rows, landings, stored, np.zeros((0, prepared.steps))
+    )
     assert values[0] == pytest.approx(impact.measures.restitution(result), rel=1e-9)
 
 
@@ -118,7 +120,7 @@ def test_the_static_load_of_a_reed_is_that_of_two_springs(stiffness: float) -> N
     law = impact.LinearSpring(stiffness=4e4)
     problem = impact.ContactProblem(pressed, impact.spring(stiffness=stiffness), gap=0.3e-3, law=law)
     time = np.array([0.1e-3, 0.5e-3, 1e-3])
-    load = static_load(problem, 1e-3).course(time)
+    load = find_static_load(problem, 1e-3).course(time)
     of_modes = float(np.sum(shape**2 / modal.omega**2))
     deflection = 2.0 * time / 1e-3 * of_modes
     compliance = float(reed.greens.static_compliance()[0, 0]) + 1 / stiffness + 1 / 4e4
@@ -133,7 +135,7 @@ def test_a_hertzian_contact_presses_by_its_secant() -> None:
     spring = impact.spring(stiffness=1e6)
     law = impact.Hertz(stiffness=stiffness)
     problem = impact.ContactProblem(impact.Body(spring), impact.spring(stiffness=2e6), gap=-interference, law=law)
-    (force,) = static_load(problem, 1e-3).course(np.array([0.0]))
+    (force,) = find_static_load(problem, 1e-3).course(np.array([0.0]))
     assert force * 1.5e-6 + (force / stiffness) ** (2 / 3) == pytest.approx(interference, rel=1e-6)
 
 
@@ -153,7 +155,7 @@ def test_a_landing_ends_where_a_decaying_force_stays_within_the_band() -> None:
     damped = np.exp(-landing.end / decay) * (swing * np.sin(swing * landing.end) - np.cos(swing * landing.end) / decay)
     integral = share * load * (damped + 1 / decay) / (swing**2 + 1 / decay**2)
     assert landing.impulse == pytest.approx(integral, abs=load * dt)  # known to a step
-    lasting, largest = pressed_on(record(force, np.full(len(time), load)), (landing,))
+    lasting, largest = find_pressed_contact(record(force, np.full(len(time), load)), (landing,))
     assert lasting == pytest.approx(time[-1] - landing.end, abs=3 * dt)
     assert largest == pytest.approx(load, rel=1.5 * BAND)  # a later swing may leave the band once more
 
@@ -184,7 +186,7 @@ def test_openings_shorter_than_thirty_microseconds_end_no_landing() -> None:
     first, second = find_landings(record(force, np.zeros(1000)))
     assert first.duration == pytest.approx(100e-6)
     assert second.duration == pytest.approx(20e-6)
-    assert hardest((first, second)) is first
+    assert find_hardest((first, second)) is first
     assert first.impulse == pytest.approx(80 * 5e-6)
 
 
@@ -227,10 +229,10 @@ CASES = {
 
 def landing_of(problem: ContactProblem, dt: float, duration: float) -> Landing:
     result = impact.solve(problem, dt=dt, duration=duration)
-    columns, speeds = (result.rows.solid[:, None], result.rows.gap[:, None]), closing_speeds(problem, dt)
-    own = find_own_yield(problem.contacts, problem.striker, dt)
+    columns, speeds = (result.rows.solid[:, None], result.rows.gap[:, None]), find_closing_speeds(problem, dt)
+    responses = find_step_responses(problem.contacts, problem.striker, dt)
     none = np.zeros(len(result.force))
-    record = ContactRecord(result.force, result.solid > 0, result.rows, *columns, none, 4 * dt, speeds, own)
+    record = ContactRecord(result.force, result.solid > 0, result.rows, *columns, none, 4 * dt, speeds, responses)
     return find_landings(record)[0]
 
 
@@ -272,7 +274,7 @@ def test_a_film_and_touches_that_merge_leave_whole_steps() -> None:
     film = impact.SqueezeFilm(1e-12, 1e-6)
     contact = impact.Contact(impact.spring(stiffness=STIFFNESS), gap=GAP, film=film)
     mass = impact.rigid_mass(mass=MASS, velocity=-1.0)
-    assert find_own_yield(ContactProblem(mass, contacts=[contact]).contacts, mass, 1e-6).shape == (2, 0)
+    assert find_step_responses(ContactProblem(mass, contacts=[contact]).contacts, mass, 1e-6).shape == (2, 0)
     force = np.zeros(200)
     force[50:60] = force[70:80] = 1.0
     gap = np.where(force > 0, 0.0, np.abs(np.arange(200.0) - 49) * 1e-6)[:, None]

@@ -43,7 +43,7 @@ def round_of(
     parts = {converge.source_of(key): part for key, part in by_key.items()}
     budget = Budget({name: 1.0 for part in parts.values() for name in part}, parts, tuple(parts), by_key)
     touches = SimpleNamespace(landings=SimpleNamespace(status=status))
-    known = {"plan": plan, "left": budget, "judged": judged, "number": number, "spent": {}, "touches": touches}
+    known = {"plan": plan, "budget": budget, "judged": judged, "number": number, "spent": {}, "touches": touches}
     return cast(Round, SimpleNamespace(**known))
 
 
@@ -65,7 +65,7 @@ def test_the_target_is_met_by_what_is_finer_in_every_refined_key(
         assert done.met, done.stopped
     assert len(fine) > 1
     for name in coarse[-1].judged:
-        one, other = coarse[-1].left, fine[-1].left
+        one, other = coarse[-1].budget, fine[-1].budget
         assert abs(one.values[name] - other.values[name]) <= one.bar(name) + other.bar(name)
     for before, after in pairwise(fine):
         old, new = before.plan.method, after.plan.method
@@ -84,7 +84,7 @@ def test_a_spring_is_dismissed_where_waves_count(tmp_path: Path) -> None:
     scene = scene_of(BAR, MASS, accuracy={"target": 0.05, "landing": "run"})
     first, *_, last = rounds_of(begin_plan(scene), tmp_path, rounds=9)
     assert first.plan.level == "spring"
-    assert first.left.by_key[MODEL]["filtered_peak"] > 0.05 / SAFETY * first.left.values["filtered_peak"]
+    assert first.budget.by_key[MODEL]["filtered_peak"] > 0.05 / SAFETY * first.budget.values["filtered_peak"]
     assert last.plan.level != "spring"
     assert "left" in last.plan.choice(MODEL).reason
 
@@ -148,9 +148,9 @@ def test_bands_end_where_a_seat_in_segments_has_too_many_modes(
     assert done.seat.greens.modal is not None
     assert most / 1.1**3 < len(done.seat.greens.modal.omega) <= most
     assert done.plan.method.value(BAND) <= min(first, 100e3)
-    errors = {name: 0.2 * value for name, value in done.left.values.items()}
-    budget = Budget(done.left.values, {"reduction": errors}, ("reduction",), {BAND: errors})
-    further, why = refine_plan(replace(done, left=budget))
+    errors = {name: 0.2 * value for name, value in done.budget.values.items()}
+    budget = Budget(done.budget.values, {"reduction": errors}, ("reduction",), {BAND: errors})
+    further, why = refine_plan(replace(done, budget=budget))
     assert further is None
     for words in (BAND, "kHz", f"more than {most} modes", "state a longer run.filter_width"):
         assert words in why
@@ -205,7 +205,7 @@ def test_a_stated_step_that_misses_the_waves_is_told(transits: float, steps: int
     rod = 'seat = { kind = "rod", young = "200 GPa", density = "8000 kg/m^3", length = "50 mm", area = "1 mm^2" }'
     run = {"duration": "8 ms", "filter_width": f"{width} s"}
     dear, exact = (
-        rounds_of(begin_plan(scene), tmp_path, rounds=1)[-1].left
+        rounds_of(begin_plan(scene), tmp_path, rounds=1)[-1].budget
         for scene in (
             scene_of(rod, MASS.replace("5 g", "50 g"), run={**run, "time_step": f"{step} s"})
             for step in (transits * transit, transit / 50)

@@ -17,7 +17,7 @@ from seatfem.life.lives import margin_curve
 from seatfem.life.maps import plot_margins
 from seatfem.study.impacts.forces import Strike
 from seatfem.study.runs.body_stress import ClosedFormStress
-from seatfem.wings.life import life_sentence as in_words
+from seatfem.wings.life import life_sentence
 from tests.gallery import load_text, refusal, summary_of, write_scene
 from tests.steps import RunError, Scene, run_contacts, run_scene, striker_of
 
@@ -137,7 +137,7 @@ def test_what_a_run_tells(tmp_path: Path) -> None:
     page = (Path(__file__).parents[2] / "docs" / "life.md").read_text(encoding="utf-8")
     in_scenes = page.partition("## In scenes")[2].partition("## Strength files")[0]
     assert set(re.findall(r"^\| `(life_\w+)` \|", in_scenes, re.MULTILINE)) <= keys.keys()
-    words = in_words(outcome.summary)
+    words = life_sentence(outcome.summary)
     assert "4.5e9 cycles with 99.9 % survival" in words
     assert "invented for tests" in words
     assert "of the 8 m/s allowed (invented, too)" in words
@@ -225,7 +225,7 @@ def test_below_the_contact_of_a_ball(tmp_path: Path) -> None:
     assert abs(margin - exact) < bar + 1e-3 * margin < 5e-3 * margin
     assert summary["life_contact_cycles"] == 1e7
     assert "life_margin" not in summary
-    assert f"endures 1e7 cycles with {margin:.3g} times the stress" in in_words(summary)
+    assert f"endures 1e7 cycles with {margin:.3g} times the stress" in life_sentence(summary)
 
 
 STRUCK = """

@@ -21,7 +21,7 @@ from seatfem.study.impacts.plate_stress import RIM
 from seatfem.study.runs import afterwards, pipeline
 from seatfem.study.runs.body_stress import BodyStress
 from seatfem.study.runs.reed_stress import PlateStress, plate_stress
-from seatfem.wings.life import life_sentence as in_words
+from seatfem.wings.life import life_sentence
 from tests.gallery import Patch, load_text
 from tests.steps import Round, SceneError
 from tests.study.small_scenes import PRESSED, PRESSURE
@@ -79,7 +79,7 @@ def test_a_plate_in_free_flight_fails_where_and_when_its_stress_says(tmp_path, m
     assert str(keys["life_at"]).startswith("reed, root, (")
     assert keys["error_bar_life_margin"] is None
     assert keys["error_bar_life_multiaxial_margin"] is None
-    assert "the reed endures 1e7 cycles with" in in_words(keys)
+    assert "the reed endures 1e7 cycles with" in life_sentence(keys)
 
 
 @pytest.mark.slow
@@ -214,7 +214,7 @@ def test_a_seat_pressed_slowly(tmp_path: Path) -> None:
     assert str(keys["life_at"]).startswith("seat, (")
     assert isinstance(keys["error_bar_life_margin"], float)
     assert keys["life_strength_source"] == "invented for tests"
-    assert "the seat endures 4.5e9 cycles" in in_words(keys)
+    assert "the seat endures 4.5e9 cycles" in life_sentence(keys)
 
 
 @pytest.mark.slow

@@ -46,8 +46,8 @@ def test_a_run_goes_on_from_a_look_that_met_its_target(tmp_path: Path, monkeypat
     assert outcome.plan.method == look.plan.method
     assert outcome.plan.choices == look.plan.choices
     assert outcome.summary["seat_reused"] is True
-    assert outcome.summary["landing_impulse_Ns"] == look.done.left.values["landing_impulse"]
-    assert outcome.summary["error_bar_landing_impulse_Ns"] == look.done.left.bar("landing_impulse")
+    assert outcome.summary["landing_impulse_Ns"] == look.done.budget.values["landing_impulse"]
+    assert outcome.summary["error_bar_landing_impulse_Ns"] == look.done.budget.bar("landing_impulse")
 
 
 def test_what_is_left_is_foretold_and_the_run_takes_the_same_way(tmp_path: Path) -> None:
@@ -59,10 +59,10 @@ def test_what_is_left_is_foretold_and_the_run_takes_the_same_way(tmp_path: Path)
     assert ahead.seconds > 0
     assert ahead.error.keys() == set(done.judged)
     for name, bar in ahead.error.items():
-        if done.left.relative(name) > 0.04:
+        if done.budget.relative(name) > 0.04:
             assert AIM * 0.04 <= bar <= 0.04
         else:
-            assert bar == done.left.relative(name)
+            assert bar == done.budget.relative(name)
     assert ahead.changes.startswith("seat.model spring -> axisymmetric, ")
     assert cached_plan(scene) is None  # it has not met its target
     lines: list[str] = []
@@ -136,7 +136,7 @@ def test_the_next_run_begins_with_the_last_ones_plan_and_meets_at_once(tmp_path)
     assert (again.error, again.refined) == ({}, {})
     second = rounds_of(again, tmp_path)[-1]
     assert (second.met, second.number) == (True, 1)
-    assert second.left.values == done.left.values  # the same numbers, without the rounds before
+    assert second.budget.values == done.budget.values  # the same numbers, without the rounds before
     save_plan(plan.scene, second)
     assert cached_plan(plan.scene) == again
 
@@ -145,8 +145,8 @@ def test_error_bars_are_found_again_but_not_in_studies(tmp_path, monkeypatch):
     """Bars on file come back bit by bit, and are computed if forces differ, in studies, or if the file was changed."""
     plan = plan_of(tmp_path)
     first, calls = rounds_of(plan, tmp_path)[-1], []
-    monkeypatch.setattr("seatfem.study.runs.rounds.error_budget", lambda *args: calls.append(args) or first.left)
-    assert rounds_of(plan, tmp_path)[-1].left == first.left
+    monkeypatch.setattr("seatfem.study.runs.rounds.error_budget", lambda *args: calls.append(args) or first.budget)
+    assert rounds_of(plan, tmp_path)[-1].budget == first.budget
     assert not calls
     rounds_of(replace(plan, method=plan.method.replaced({"run.time_step": first.result.dt / 2})), tmp_path)[-1]
     assert len(calls) == 1
@@ -154,7 +154,7 @@ def test_error_bars_are_found_again_but_not_in_studies(tmp_path, monkeypatch):
     assert len(calls) == 2
     for file in (cache_folder() / "numbers").glob("*.json"):
         file.write_text(file.read_text().replace('"values": {', '"values": {"reed": 0.0, '))
-    assert rounds_of(plan, tmp_path)[-1].left == first.left
+    assert rounds_of(plan, tmp_path)[-1].budget == first.budget
     assert len(calls) == 3
 
 

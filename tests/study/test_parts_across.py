@@ -98,7 +98,7 @@ def done(tmp_path_factory: pytest.TempPathFactory) -> list[Round]:
 def test_rounds_divide_across(done: list[Round]) -> None:
     first, second = done
     assert first.plan.method.seat.division == ONE
-    assert SAFETY * first.left.by_key[RINGS]["landing_impulse"] > 0.03 * first.left.values["landing_impulse"]
+    assert SAFETY * first.budget.by_key[RINGS]["landing_impulse"] > 0.03 * first.budget.values["landing_impulse"]
     assert second.plan.method.seat.division == second.plan.method.reed.lip.division == THREE
     choice = second.plan.choice(RINGS)
     assert (choice.value, choice.given) == ("3", False)
@@ -110,9 +110,9 @@ def test_rounds_divide_across(done: list[Round]) -> None:
 @pytest.mark.parametrize(("key", "divided"), [(RINGS, THREE), (PORTS, Division(32, 1))])
 def test_a_round_divides_by_what_leaves_most(done: list[Round], key: str, divided: Division) -> None:
     first = done[0]
-    errors = {"landing_impulse": 0.05 * first.left.values["landing_impulse"]}
-    budget = replace(first.left, parts={"patch": errors}, by_key={key: errors})
-    plan, why = refine_plan(replace(first, left=budget))
+    errors = {"landing_impulse": 0.05 * first.budget.values["landing_impulse"]}
+    budget = replace(first.budget, parts={"patch": errors}, by_key={key: errors})
+    plan, why = refine_plan(replace(first, budget=budget))
     assert plan is not None, why
     assert plan.method.seat.division == divided
 
@@ -180,15 +180,15 @@ def test_the_bar_is_what_arcs_change(single: Round) -> None:
     ones = [impulse(single.striker, seat) for seat in (divided_less(many, Division()), whole)]
     expected = OF_ONE * max(abs(arcs - one) for one in ones)
     assert expected > 0
-    assert single.left.parts["lip"]["impulse"] == pytest.approx(expected, rel=1e-6)
+    assert single.budget.parts["lip"]["impulse"] == pytest.approx(expected, rel=1e-6)
 
 
 @pytest.mark.slow
 def test_rounds_end_where_one_port_leaves_too_much(single: Round) -> None:
     """The file states it, and no other key undoes that."""
-    errors = {"landing_impulse": 0.4 * single.left.values["landing_impulse"]}
-    budget = replace(single.left, parts={"lip": errors}, by_key={ONE_PORT: errors})
-    plan, why = refine_plan(replace(single, left=budget))
+    errors = {"landing_impulse": 0.4 * single.budget.values["landing_impulse"]}
+    budget = replace(single.budget, parts={"lip": errors}, by_key={ONE_PORT: errors})
+    plan, why = refine_plan(replace(single, budget=budget))
     assert plan is None
     left, more = f"{40 * SAFETY:.0f} % of impulse", "no round refines it further: divide the lip by contact.ports"
     assert why == f"single contact point instead of the lip leaves {left}, and {more}"

@@ -45,13 +45,13 @@ def test_one_round_makes_all_sources_finer_that_must_be(tmp_path: Path) -> None:
     that stays is too large by itself, like the mesh of a spring."""
     plan = with_step(plan_of(SCENE + 'target = "2 %"\nmeasures = ["impulse"]\n', tmp_path), 2e-6)
     done = rounds_of(plan, tmp_path)[-1]
-    value = abs(done.left.values["impulse"])
+    value = abs(done.budget.values["impulse"])
 
     def following(**shares: float) -> tuple[Plan | None, str]:
         parts = {source: {"impulse": share * 0.02 * value / SAFETY} for source, share in shares.items()}
         by_key = {key: parts[source] for source, key in KEYS.items() if source in parts}
-        budget = replace(done.left, parts=parts, by_key=by_key, values={"impulse": done.left.values["impulse"]})
-        return next_round.next_plan(replace(done, left=budget, number=1), Limits(), 1e9)
+        budget = replace(done.budget, parts=parts, by_key=by_key, values={"impulse": done.budget.values["impulse"]})
+        return next_round.next_plan(replace(done, budget=budget, number=1), Limits(), 1e9)
 
     def after(**shares: float) -> Plan:
         further, why = following(**shares)
@@ -93,9 +93,9 @@ def test_few_modes_of_the_reed_miss_a_target(n_modes: int, tmp_path: Path) -> No
     text = SCENE.replace("release", f"n_modes = {n_modes}\nrelease") + 'target = "5 %"\n'
     done, many = (rounds_of(plan_of(t, tmp_path), tmp_path)[-1] for t in (text, SCENE))
     assert not done.met
-    assert done.left.dominant("impulse") == "model"
+    assert done.budget.dominant("impulse") == "model"
     for name in ("impulse", "filtered_peak"):
-        assert abs(done.left.values[name] - many.left.values[name]) <= done.left.bar(name)
+        assert abs(done.budget.values[name] - many.budget.values[name]) <= done.budget.bar(name)
 
 
 @pytest.mark.slow(but="factorization")

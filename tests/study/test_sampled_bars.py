@@ -12,7 +12,7 @@ from seatfem.study.sweep.answers import bars_in_words
 from seatfem.study.sweep.runner import JOURNAL, Outcome, carry_out
 from seatfem.study.sweep.study import load_study
 from seatfem.study.sweep.sweep import Ahead, run_study, scenes_of
-from seatfem.study.sweep.table import BAR, SAFETY, TIGHTER, StudyTable, judged
+from seatfem.study.sweep.table import BAR, SAFETY, TIGHTER, StudyTable, add_sampled_bars
 from tests.gallery import refusal
 from tests.study.test_studies import SPRING, rows, study_file
 
@@ -142,7 +142,11 @@ def test_bars_of_a_sample_are_judged_by_the_target(tmp_path: Path) -> None:
         }
         if unknown:
             outcomes[unknown] = what or Outcome("done", "", 1.0, common | full)
-        return {case.key: judged(cases, outcomes, ["impulse_Ns"])[case.key] for case in cases if case.way == "beside"}
+        return {
+            case.key: add_sampled_bars(cases, outcomes, ["impulse_Ns"])[case.key]
+            for case in cases
+            if case.way == "beside"
+        }
 
     assert {each.state for each in judged_by(0.051).values()} == {"done"}
     assert {each.summary[f"{BAR}impulse_Ns"] for each in judged_by(0.051).values()} == {SAFETY * 0.08}

@@ -129,7 +129,7 @@ def test_a_rod_thrown_over_a_gap_meets_the_target(tmp_path: Path) -> None:
         scene = load_text(tmp_path, f'{SPRING}[reed]\n{FREE_ROD}[contact]\ngap = "{gap}"\n{OPEN}')
         *_, done = rounds(begin_plan(scene), tmp_path, Stopwatch(), silent)
         assert done.met, done.stopped
-        values.append((done.left.values["impulse"], done.left.bar("impulse")))
+        values.append((done.budget.values["impulse"], done.budget.bar("impulse")))
     (near, bar), (far, other) = values
     assert abs(near - far) <= bar + other
 

@@ -54,10 +54,12 @@ def test_what_a_coarse_seat_struck_as_a_whole_tells_of_a_tilted_landing_is_enoug
             for method in (plan.method, waves)
         )
     assert still.plan.method.seat.lip.arcs == moved.plan.method.seat.lip.arcs == 16
-    changes = {name: abs(moved.left.values[name] - still.left.values[name]) for name in ("impulse", "filtered_peak")}
-    assert changes["impulse"] > 0.01 * moved.left.values["impulse"]
+    changes = {
+        name: abs(moved.budget.values[name] - still.budget.values[name]) for name in ("impulse", "filtered_peak")
+    }
+    assert changes["impulse"] > 0.01 * moved.budget.values["impulse"]
     for name, change in changes.items():
-        assert still.left.by_key[MODEL][name] > change, name
+        assert still.budget.by_key[MODEL][name] > change, name
 
 
 REST = (

@@ -1,16 +1,16 @@
 """Steps of the time integration: the effect of earlier forces on the gap, and the contact force over a step.
 
 Earlier forces act through poles, oscillators and weighted sums over many steps; the force of one contact follows from
-its law, its film and the step rule (see `impact.march.laws`). A loop over steps with few oscillators would load their
-coefficients, and store and reload their states, at every step; here both remain in registers over all steps.
+its law, its film and the step rule (see `impact.march.laws`). The compiler would load the coefficients of oscillators,
+and store and reload their states, at every step; `oscillate` keeps both in registers over all steps.
 
-Hertz's law beside a patch that brings its own local compliance c (`impact.march.laws.HertzOnPatch`): with h =
-sqrt(indentation) over its limit h* = 2/(3 c k), y = h/h*, and q = pen/h*^2,
+Hertz's law on a patch whose Green's function includes the local compliance c (`impact.march.laws.HertzOnPatch`): with
+h = sqrt(indentation), its limit h* = 2/(3 c k), y = h/h*, and q = pen/h*^2,
 
     q = y^2 - (2/3) y^3,   N = k h*^3 y^3,   Psi = k h*^5 y^5 (2/5 - y/3),   dN/dpen = k h* 3 y/(2 (1 - y)),
 
-up to y = `FIRMEST`, along the tangent beyond. The root is y = 2 sin(a) sin(a + pi/3), a = asin(sqrt(3 q))/3: without
-cancellation for small q.
+up to y = `FIRMEST`, and along the tangent beyond. The root is y = 2 sin(a) sin(a + pi/3), a = asin(sqrt(3 q))/3, free
+of cancellation for small q.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ from impact.march.loop.compiled import compiled
 
 @compiled()
 def firmness(k, c, pen):
-    """Return y and how far q lies beyond the end of the curve, at a penetration ``pen`` > 0."""
+    """Return y, at most `FIRMEST`, at a penetration ``pen`` > 0, and by how much q exceeds its value at `FIRMEST`."""
     q = pen * (1.5 * c * k) ** 2
     if q >= FIRMEST_PENETRATION:
         return FIRMEST, q - FIRMEST_PENETRATION
@@ -54,7 +54,7 @@ def firmness(k, c, pen):
 
 @compiled()
 def patch_force(k, c, pen):
-    """Return N without damping [N] at ``pen`` > 0."""
+    """Return the elastic force N [N] at ``pen`` > 0."""
     y, beyond = firmness(k, c, pen)
     return k / (1.5 * c * k) ** 3 * (y**3 + FIRMEST_SLOPE * beyond)
 
@@ -75,9 +75,9 @@ def patch_stiffness(k, c, pen):
 
 
 @compiled()
-def patch_quickness(k, c, pen):
-    """Return by how much the law's damping acts on the rate of the penetration, 1/(1 - y)^2: once as the indentation
-    changes faster than the penetration, once as the patch gives way to the damping's force, too."""
+def patch_damping(k, c, pen):
+    """Return the factor 1/(1 - y)^2 of the damping in terms of the rate of penetration: the indentation changes by
+    1/(1 - y) times that rate, and the patch also yields to the damping force."""
     if pen <= 0.0:
         return 1.0
     y, _ = firmness(k, c, pen)
@@ -108,7 +108,8 @@ FLOOR = 1e-140  # value added to every state at every step, so that decayed mode
 
 @compiled(fastmath={"reassoc", "contract", "nsz"})
 def advance(rows, q, p, force):
-    """Advance all poles of one contact by a step after the last step's force; return their sum, a part of the gap."""
+    """Advance all poles of one contact by a step under the ``force`` of the step before; return the sum of their
+    displacements, a part of the gap."""
     a11, a21, a22, c1, c2 = rows
     u = 0.0
     for k in range(q.size):
@@ -121,9 +122,9 @@ def advance(rows, q, p, force):
 
 
 @compiled(fastmath={"reassoc", "contract", "nsz"})
-def add_seen(psi, moved, opening):
-    """Add to ``opening`` (p,) what its contacts see, by the shapes ``psi`` (p, K), of poles that ``moved`` (K,). Four
-    contacts share a pass: with many of them the shapes come from the second-level cache."""
+def add_gaps(psi, moved, opening):
+    """Add to the gaps ``opening`` (p,) the displacements ``moved`` (K,) of poles times their shapes ``psi`` (p, K).
+    Four contacts share a pass: with many of them the shapes come from the second-level cache."""
     fours = opening.size - opening.size % 4
     for c in range(0, fours, 4):
         one, two, three, four = psi[c], psi[c + 1], psi[c + 2], psi[c + 3]
@@ -146,8 +147,8 @@ def add_seen(psi, moved, opening):
 
 
 @compiled(fastmath={"reassoc", "contract", "nsz"})
-def push(psi, force, pushed):
-    """Write into ``pushed`` (K,) the loads of poles by contact forces (p,), few of which are not zero."""
+def load_poles(psi, force, pushed):
+    """Write into ``pushed`` (K,) the modal loads of poles by contact forces (p,), most of which are zero."""
     pushed[:] = 0.0
     for c in range(force.size):
         if force[c] != 0.0:
@@ -158,13 +159,14 @@ def push(psi, force, pushed):
 
 @compiled(fastmath={"reassoc", "contract", "nsz"})
 def advance_many(rows, psi, along, q, p, drive, force, opening):
-    """Advance the poles of several contacts: ``opening`` (p,) gains their part; ``along`` as in `Poles.along`."""
+    """Advance the poles of several contacts by a step, and add their part of the gaps to ``opening`` (p,); ``along`` as
+    in `Poles.along`."""
     a11, a21, a22, c1, c2 = rows
     group, size, directions = along
     if group.size == 0:
         directions = psi
     total = drive[: directions.shape[1]]
-    push(directions, force, total)
+    load_poles(directions, force, total)
     if group.size == 0:
         for k in range(q.size):
             qk, pk, f = q[k], p[k], drive[k]
@@ -179,13 +181,13 @@ def advance_many(rows, psi, along, q, p, drive, force, opening):
         total[:] = 0.0
         for k in range(q.size):
             total[group[k]] += size[k] * q[k]
-    add_seen(directions, total, opening)
+    add_gaps(directions, total, opening)
 
 
 @compiled(fastmath={"reassoc", "contract", "nsz"})
-def past(recent, force, rest, first, n):
-    """Return the effect at the end of step ``n`` of the forces of steps ``first``..``n``-1 beyond ``rest``; ``recent``
-    has the weights of one block in reverse order, so that both are read forwards."""
+def sum_past(recent, force, rest, first, n):
+    """Return the displacement at the end of step ``n`` by the forces of steps ``first`` to ``n`` - 1, less the static
+    force ``rest``. ``recent``: step weights of one block in reverse order, so that both arrays are read forwards."""
     stop = recent.size - 1
     w, f = recent[stop - (n - first) : stop], force[first:n]
     u = 0.0
@@ -197,8 +199,8 @@ def past(recent, force, rest, first, n):
 WIDE = 16
 
 
-def padded(values: Array) -> Array:
-    """Return (..., K) padded by columns of zeros, oscillators without motion, to a multiple of `WIDE`."""
+def pad_columns(values: Array) -> Array:
+    """Return an array (..., K) with columns of zeros, oscillators at rest, added up to a multiple of `WIDE`."""
     more = -values.shape[-1] % WIDE
     return np.pad(values, [(0, 0)] * (values.ndim - 1) + [(0, more)])
 
@@ -229,7 +231,8 @@ class Vectors:
 
 @intrinsic
 def _oscillate(typing: Any, first: Any, steps: Any, form: Any, q: Any, p: Any, pushed: Any, energies: Any) -> Any:
-    """Do `oscillate` for oscillators from ``first`` on; ``form`` and ``energies`` (2, m) may be ``None``."""
+    """Emit the code of `oscillate` for the `WIDE` oscillators from ``first`` on; ``form`` and ``energies`` (2, m) may
+    be ``None``."""
 
     def build(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         kinds = zip(signature.args[1:], arguments[1:], strict=True)
@@ -283,8 +286,9 @@ def _oscillate(typing: Any, first: Any, steps: Any, form: Any, q: Any, p: Any, p
 def oscillate(steps, form, q, p, pushed, energies):
     """Advance oscillators under known modal forces ``pushed`` (m, K), which are replaced by their coordinates.
 
-    steps: rows (7, K) a11, a12, a21, a22, b1, b2, w^2 of [q, p] <- A [q, p] + b f; K a multiple of `WIDE`. energies
-    (2, m) gains what is stored after each step and what is lost during it, by the (6, K) ``form``; or both ``None``.
+    steps: rows (7, K) a11, a12, a21, a22, b1, b2, w^2 of [q, p] <- A [q, p] + b f; K a multiple of `WIDE`. To energies
+    (2, m) the energy stored after each step and that dissipated in it are added, by the (6, K) quadratic ``form``; both
+    arguments may be ``None``.
     """
     for first in range(0, q.size, WIDE):
         _oscillate(first, steps, form, q, p, pushed, energies)  # type: ignore[call-arg]
@@ -295,7 +299,7 @@ RIGID = 1e4  # Psi'' W0 above which the blended rule equals the passive one, to 
 
 @compiled()
 def law_force(code, a, b, c, user, pen, pen_start, dt):
-    """Return N [N] >= 0 at the penetration ``pen``; ``pen_start`` is that at the start of the step."""
+    """Return N >= 0 [N] at the penetration ``pen``; ``pen_start``: penetration at the start of the step."""
     if pen <= 0.0:
         return 0.0
     if code == SPRING:
@@ -305,16 +309,16 @@ def law_force(code, a, b, c, user, pen, pen_start, dt):
     if code == HUNT_CROSSLEY:
         return a * pen**c * max(0.0, 1.0 + b * (pen - pen_start) / dt)
     if code == ON_PATCH:
-        return patch_force(a, c, pen) * max(0.0, 1.0 + b * patch_quickness(a, c, pen_start) * (pen - pen_start) / dt)
-    if code == USER and user is not None:  # None: built-in law; its type is inferred at once, a function's is not
+        return patch_force(a, c, pen) * max(0.0, 1.0 + b * patch_damping(a, c, pen_start) * (pen - pen_start) / dt)
+    if code == USER and user is not None:  # None for built-in laws: its type is inferred faster than a function's
         force = user(pen, pen_start, dt)
-        return 0.0 if force <= 0.0 else force  # nan is returned, and refused at the end
+        return 0.0 if force <= 0.0 else force  # nan is returned, and refused after the run
     return math.inf
 
 
 @compiled()
 def law_potential(code, a, b, c, pen):
-    """Return Psi [J] of the laws that have one."""
+    """Return the potential Psi [J] of a law that has one."""
     if pen <= 0.0:
         return 0.0
     if code == SPRING:
@@ -330,13 +334,13 @@ def law_potential(code, a, b, c, pen):
 def contact_force(code, rule, a, b, c, user, pen, pen_start, w0, together, dt):
     """Return N >= 0 of one step by one of the rules of `impact.march.laws`.
 
-    Each is one increasing scalar equation in N with one root; ``pen`` is the penetration at the end without N.
-    ``together`` is the yield per newton if all contacts press at once, ``w0`` if this one presses alone.
+    Each rule is one increasing scalar equation in N with one root. ``pen``: penetration at the end of the step without
+    N; ``w0``: displacement at the end of the step per unit of N [m/N]; ``together``: the same if all contacts press.
     """
     unresolved = stiffness(code, a, b, c, pen_start) * together if rule == BLENDED else 0.0
     if rule != PASSIVE and unresolved < RIGID:
         share = unresolved**2 / (1.0 + unresolved**2)
-        return _by_energy(code, a, b, c, pen, pen_start, w0, dt, share)
+        return _solve_step(code, a, b, c, pen, pen_start, w0, dt, share)
     if pen <= 0.0:
         return 0.0
     if code == SIGNORINI:
@@ -345,16 +349,16 @@ def contact_force(code, rule, a, b, c, user, pen, pen_start, w0, together, dt):
         return a * pen / (1.0 + a * w0)
     if code == HERTZ:
         return _hertz_force(a, pen, w0)
-    return _bracketed(code, a, b, c, user, pen, pen_start, w0, dt)
+    return _solve_law(code, a, b, c, user, pen, pen_start, w0, dt)
 
 
 @compiled()
 def _hertz_force(k, pen, w0):
-    """Return the root of k (pen - w0 N)^1.5 - N in [0, pen/w0], by Newton on d = sqrt(pen - w0 N): d^2 + w0 k d^3 =
-    pen.
+    """Return the root N of k (pen - w0 N)^1.5 = N in [0, pen/w0], by Newton's method for d = sqrt(pen - w0 N), which
+    solves d^2 + w0 k d^3 = pen.
 
-    The polynomial is increasing and convex for d > 0, so Newton from above falls monotonically; both d^2 <= pen and
-    w0 k d^3 <= pen bound the root, the smaller bound is the start.
+    The polynomial is increasing and convex for d > 0, so that iterates from above decrease monotonically. d^2 <= pen
+    and w0 k d^3 <= pen bound the root; the smaller bound is the start.
     """
     d = math.sqrt(pen)
     if w0 > 0.0:
@@ -368,8 +372,8 @@ def _hertz_force(k, pen, w0):
 
 
 @compiled()
-def _bracketed(code, a, b, c, user, pen, pen_start, w0, dt):
-    """Return the root of N - law(pen - w0 N) by bisection-guarded regula falsi (Illinois)."""
+def _solve_law(code, a, b, c, user, pen, pen_start, w0, dt):
+    """Return the root N of N = law(pen - w0 N), by regula falsi (Illinois) with bisection as a safeguard."""
     high = law_force(code, a, b, c, user, pen, pen_start, dt)
     if high <= 0.0 or w0 <= 0.0 or math.isnan(high):
         return high
@@ -386,16 +390,17 @@ def _bracketed(code, a, b, c, user, pen, pen_start, w0, dt):
             break
         if math.isnan(r):
             return r
-        low, high, r_low, r_high, side = narrowed(low, high, r_low, r_high, side, n, r)
+        low, high, r_low, r_high, side = narrow_bracket(low, high, r_low, r_high, side, n, r)
     return n
 
 
 @compiled()
-def _by_energy(code, a, b, c, pen, pen_start, w0, dt, share):
-    """Return the root of p + w0 F(p) = pen by guarded regula falsi (Illinois) on p, F the `step_force`.
+def _solve_step(code, a, b, c, pen, pen_start, w0, dt, share):
+    """Return the force F(p) at the root p of p + w0 F(p) = pen, with F the `step_force`, by guarded regula falsi
+    (Illinois).
 
-    F does not decrease with p, hence N >= 0 and one root. Solved for p, N keeps its relative accuracy for laws much
-    stiffer than 1/w0.
+    F does not decrease with p, hence N >= 0 and one root. As p is the unknown, N keeps its relative accuracy for laws
+    much stiffer than 1/w0.
     """
     force = step_force(code, a, b, c, pen, pen_start, dt, share)
     if force <= 0.0 or w0 <= 0.0:
@@ -410,14 +415,14 @@ def _by_energy(code, a, b, c, pen, pen_start, w0, dt, share):
         r = p + w0 * force - pen
         if abs(r) <= 2e-16 * max(abs(pen), w0 * force) or high - low <= 2e-16 * max(abs(low), abs(high)):
             break
-        low, high, r_low, r_high, side = narrowed(low, high, r_low, r_high, side, p, r)
+        low, high, r_low, r_high, side = narrow_bracket(low, high, r_low, r_high, side, p, r)
     return force
 
 
 @compiled()
-def narrowed(low, high, r_low, r_high, side, p, r):
-    """Return the bracket of a root, its residuals and the end that moved last, by the residual ``r`` at ``p``; the
-    residual of an end that stays twice is halved (Illinois)."""
+def narrow_bracket(low, high, r_low, r_high, side, p, r):
+    """Return the bracket of a root, its residuals and the end that moved last, after the residual ``r`` at ``p``; the
+    residual of an end that stays twice in a row is halved (Illinois)."""
     if r > 0.0:
         return low, p, 0.5 * r_low if side == 1 else r_low, r, 1
     return p, high, r, 0.5 * r_high if side == -1 else r_high, -1
@@ -425,20 +430,20 @@ def narrowed(low, high, r_low, r_high, side, p, r):
 
 @compiled()
 def step_force(code, a, b, c, p, p0, dt, share):
-    """Return the secant slope of Psi from ``p0`` to ``p``, with a ``share`` of the slope at the end instead, times its
-    damping factor."""
-    force = _secant(code, a, b, c, p, p0)
+    """Return the force of a step from ``p0`` to ``p``: the secant slope of Psi, or, of a ``share`` of it, the slope at
+    the end, times the damping factor of the law."""
+    force = _law_secant(code, a, b, c, p, p0)
     if share > 0.0:
         force += share * (_elastic_force(code, a, b, c, p) - force)
     if code == HUNT_CROSSLEY:
         force *= max(0.0, 1.0 + b * (p - p0) / dt)
     if code == ON_PATCH and b > 0.0:
-        force *= max(0.0, 1.0 + b * patch_quickness(a, c, p0) * (p - p0) / dt)
+        force *= max(0.0, 1.0 + b * patch_damping(a, c, p0) * (p - p0) / dt)
     return force
 
 
 @compiled()
-def _secant(code, a, b, c, p, p0):
+def _law_secant(code, a, b, c, p, p0):
     """Return (Psi(p) - Psi(p0))/(p - p0), without cancellation for p near p0."""
     if p <= 0.0 and p0 <= 0.0:
         return 0.0
@@ -483,10 +488,10 @@ def stiffness(code, a, b, c, pen):
 
 @compiled()
 def filmed_force(code, rule, a, b, c, user, film, pen, pen_start, w0, together, dt):
-    """Return the forces (law, film) of one step, solved together; arguments as in `contact_force`.
+    """Return the forces of law and film over one step, solved together; arguments as in `contact_force`.
 
-    If the gap is closed at the end, the film is squeezed down to its floor, a known force; if it is open, the law has
-    no force, unless a conserving step leaves a penetration.
+    If the gap is closed at the end of the step, the film is squeezed down to its floor, so that its force is known. If
+    it is open there, the law has no force, unless a conserving step starts from a penetration.
     """
     k, floor, tension = film
     squeezed = _film(k, floor, tension, -pen_start, 0.0, dt)
@@ -495,14 +500,14 @@ def filmed_force(code, rule, a, b, c, user, film, pen, pen_start, w0, together, 
     if pen > w0 * (squeezed + pressed if leaving else squeezed):
         return pressed, squeezed
     if leaving:
-        return _leaving(code, rule, a, b, c, film, pen, pen_start, w0, together, dt)
+        return _solve_leaving(code, rule, a, b, c, film, pen, pen_start, w0, together, dt)
     return 0.0, _film_alone(k, floor, tension, -pen, -pen_start, w0, dt)
 
 
 @compiled()
-def _leaving(code, rule, a, b, c, film, pen, pen_start, w0, together, dt):
-    """Return the forces as `filmed_force` for a step from ``pen_start`` > 0 to an open gap: the root p of p + w0 (both)
-    = pen, by guarded regula falsi (Illinois) between the largest forces and p = 0."""
+def _solve_leaving(code, rule, a, b, c, film, pen, pen_start, w0, together, dt):
+    """Return the forces of `filmed_force` for a step from ``pen_start`` > 0 to an open gap, at the root p of p + w0
+    times their sum = pen, by guarded regula falsi (Illinois) between the largest forces and p = 0."""
     k, floor, tension = film
     stiff = stiffness(code, a, b, c, pen_start) * together if rule == BLENDED else 0.0
     share = stiff * stiff / (1.0 + stiff * stiff)
@@ -515,7 +520,7 @@ def _leaving(code, rule, a, b, c, film, pen, pen_start, w0, together, dt):
         r = p + w0 * (pressed + pulled) - pen
         if abs(r) <= 4e-16 * max(abs(pen), w0 * (pressed - pulled)) or high - low <= 2e-16 * abs(low):
             break
-        low, high, r_low, r_high, side = narrowed(low, high, r_low, r_high, side, p, r)
+        low, high, r_low, r_high, side = narrow_bracket(low, high, r_low, r_high, side, p, r)
     if w0 > 0.0:
         pulled = max((pen - p) / w0 - pressed, -tension)  # to round-off of the gap, as for a film alone
     return pressed, pulled
@@ -523,9 +528,9 @@ def _leaving(code, rule, a, b, c, film, pen, pen_start, w0, together, dt):
 
 @compiled()
 def _film_alone(k, floor, tension, opening, gap_start, w0, dt):
-    """Return the film's force if it keeps the gap open, which would be ``opening`` without it.
+    """Return the force of a film that keeps the gap open; ``opening``: gap at the end of the step without the film.
 
-    G - a/G^2 is increasing and concave in G = gap + floor, so that Newton from below rises to the only root.
+    G - a/G^2 is increasing and concave in G = gap + floor, so that Newton's iterates rise from below to the only root.
     """
     far = FAR * floor
     x, free, a = min(max(gap_start, 0.0) + floor, far), opening + floor, 0.5 * w0 * k / dt
@@ -547,6 +552,6 @@ def _film_alone(k, floor, tension, opening, gap_start, w0, dt):
 
 @compiled()
 def _film(k, floor, tension, gap_start, gap, dt):
-    """Return the film's force over a step between two gaps, see `impact.march.laws`."""
+    """Return the force of a film over a step between two gaps (see `impact.march.laws`)."""
     x, y = min(max(gap_start, 0.0) + floor, FAR * floor), min(max(gap, 0.0) + floor, FAR * floor)
     return max(0.5 * k / dt * ((x - y) * (x + y)) / (x * y) ** 2, -tension)

@@ -1,9 +1,9 @@
 """The loop over steps of different lengths: fine steps where bodies touch and ring, leaps where the motion is smooth.
 
-All bodies are sums of poles, whose coordinates contain the initial state, the loads and the contact forces. A *leap* of
-m steps is one step m times as long, with its own matrices. It is taken back, and tried m/4 long, if a contact opens or
-closes in it, if an open contact might close on the way, if its gap strays too far from the straight line, or if the
-forces leave the line through the last two by more than their share.
+All bodies are sums of poles, whose coordinates contain the initial state, the loads and the contact forces. A *leap* is
+one step as long as m fine ones, with its own matrices. It is rejected, and repeated with a quarter of its length, if a
+contact opens or closes in it, if an open contact might close on the way, if a gap deviates too far from the straight
+line, or if the forces deviate from the line through the last two by more than is allowed. A *level* is a step length.
 """
 
 from __future__ import annotations
@@ -14,23 +14,23 @@ import numpy as np
 
 from impact.march.laws import FAR, ROUGH
 from impact.march.loop.compiled import compiled
-from impact.march.loop.forces import FLOOR, add_seen, advance, advance_many, contact_force, filmed_force, push
-from impact.march.loop.joints import joint_step, remember
+from impact.march.loop.forces import FLOOR, add_gaps, advance, advance_many, contact_force, filmed_force, load_poles
+from impact.march.loop.joints import joint_step, update_deepest
 from impact.march.loop.marches import active_set_from, alone, by_sweeps
 
 STEP, ROW, LEVEL, SINCE, CALM, WAIT, PENDING, UNSOLVED, PLACE = range(9)
-"""Places in the state of the loop: steps done, rows written, present level, rows on it since it was entered, how many
-of the last ones were smooth, step before which no longer one is tried, whether the last force still has to act on the
-poles, steps whose forces were not found, and the place in the steps that are followed."""
+"""Places in the state of the loop: fine steps done, rows written, present level, rows written since it was entered, how
+many of the last rows were smooth, fine step before which no longer step is tried, whether the last force has yet to act
+on the poles (1; -1: rates are unscaled), steps whose forces did not converge, place in the steps that are followed."""
 PATIENCE = 32  # fine steps after which a leap is tried again
 SMOOTH = 8  # smooth rows before a longer step is tried; they are compared over four and eight rows
-BEFORE = 2.0  # fine steps that a leap leaves before a touch, for the closing speed
-STRAIGHT = 0.1  # how far a load may leave a line within a leap, over the share of the forces
+BEFORE = 2.0  # fine steps between a leap and the next touch, for the closing speed
+STRAIGHT = 0.1  # largest deviation of a load from a line within a leap, over the one allowed to the forces
 RISE = 4  # ratio of the lengths of neighbouring levels
 
 
 @compiled(fastmath={"reassoc", "contract", "nsz"})
-def settle(q, p, scale, gains, pushed):
+def restore_rates(q, p, scale, gains, pushed):
     """Apply the last force, as modal loads ``pushed`` (K,), to the poles, and turn their scaled rates ``p`` into rates
     [1/s]."""
     for k in range(q.size):
@@ -39,12 +39,12 @@ def settle(q, p, scale, gains, pushed):
 
 
 @compiled(fastmath={"reassoc", "contract", "nsz"})
-def _leap(rows, gains, ramps, psi, drive, amplitude, q, p, ahead, opening):
-    """Write into ``ahead`` (3, K) where one step without contact takes the poles, and their modal loads; ``opening``
-    (p,) gains their part of the gap.
+def _advance_leap(rows, gains, ramps, psi, drive, amplitude, q, p, ahead, opening):
+    """Write into ``ahead`` (3, K) the coordinates and rates of the poles after one step without contact, and their
+    modal loads; add their part of the gaps to ``opening`` (p,).
 
-    rows (4, K): a11, a12, a21, a22; gains, ramps (2, K): effects of a force, and of one that rises by a unit about 0;
-    drive (L, S) on the first poles; amplitude (2, L): means and rises of the loads.
+    rows (4, K): a11, a12, a21, a22; gains, ramps (2, K): effects of a unit force, and of one that rises linearly by a
+    unit with the mean 0; drive (L, S): load shapes on the first poles; amplitude (2, L): means and rises of the loads.
     """
     a11, a12, a21, a22 = rows[0], rows[1], rows[2], rows[3]
     far, rate, load = ahead[0], ahead[1], ahead[2]
@@ -58,16 +58,16 @@ def _leap(rows, gains, ramps, psi, drive, amplitude, q, p, ahead, opening):
             load[k] += shape[k] * a
             far[k] += shape[k] * (gains[0, k] * a + ramps[0, k] * b)
             rate[k] += shape[k] * (gains[1, k] * a + ramps[1, k] * b)
-    add_seen(psi, far, opening)
+    add_gaps(psi, far, opening)
 
 
 @compiled(fastmath={"reassoc", "contract", "nsz"})
-def _land(gains, strays, rest, pushed, q, p, ahead):
-    """Add the modal contact forces ``pushed`` (K,) to ``ahead``, and write into its last row by how much the poles may
-    leave the line between their ends.
+def _add_contact_forces(gains, strays, rest, pushed, q, p, ahead):
+    """Add the effect of the modal contact forces ``pushed`` (K,) to ``ahead``, and write into its last row how far each
+    pole may deviate from the straight line between the ends of the step.
 
-    rest (3, K): displacement of each pole per unit of force, and u, v of its amplitude A^2 = x^2 + (u x + v q')^2 about
-    its equilibrium; strays (2, K): largest deviation over A, and per unit of force for a rigid-body mode.
+    rest (3, K): static displacement of each pole per unit of force, and u, v of its amplitude about it, A^2 = x^2 +
+    (u x + v q')^2; strays (2, K): largest deviation over A, and, of a rigid-body mode, per unit of force.
     """
     far, rate, load = ahead[0], ahead[1], ahead[2]
     for k in range(q.size):
@@ -81,8 +81,9 @@ def _land(gains, strays, rest, pushed, q, p, ahead):
 
 
 @compiled(fastmath={"reassoc", "contract", "nsz"})
-def _stray(seen, load):
-    """Return by how much a gap with the shapes ``seen`` (K,) may leave the line between its ends."""
+def _bound_deviation(seen, load):
+    """Return how far a gap with the shapes ``seen`` (K,) may deviate from the straight line within a step, from the
+    deviations ``load`` (K,) of the poles."""
     u = 0.0
     for k in range(load.size):
         u += abs(seen[k]) * load[k]
@@ -91,7 +92,7 @@ def _stray(seen, load):
 
 @compiled(fastmath={"reassoc", "contract", "nsz"})
 def _norm(values):
-    """Return the root of the sum of the squares."""
+    """Return the Euclidean norm."""
     total = 0.0
     for k in range(values.size):
         total += values[k] * values[k]
@@ -100,7 +101,8 @@ def _norm(values):
 
 @compiled()
 def _solve(law, rough, films, own, shifts, level, swept, single, pen, before, dt, warm, low, held):
-    """Find the forces of one step in place, ``warm`` (p,), as `march_many` does; return whether they were found."""
+    """Write the forces of one step into ``warm`` (p,), which holds the first guess, as `march_many` does; return
+    whether they converged."""
     codes, rules, numbers, user = law
     if single is not None:
         code, rule, w0 = codes[0], rules[0], own[0, 0]
@@ -121,9 +123,9 @@ def _solve(law, rough, films, own, shifts, level, swept, single, pen, before, dt
 
 
 @compiled()
-def _smooth(force, row):
-    """Return by how much the forces leave the line over the last eight rows, added up; infinite where a contact was
-    open in some of them and closed in others."""
+def _measure_bend(force, row):
+    """Return the deviation of the forces from a line over the last eight rows, summed over the contacts; infinite if a
+    contact was open in one of the rows compared and closed in another."""
     total, r = 0.0, row
     for c in range(force.shape[1]):
         now, then, once = force[r, c], force[r - 4, c], force[r - 8, c]
@@ -138,21 +140,21 @@ def march_ladder(
     stop, control, share, lengths, dt, fine, leaps, state, loads, contacts, law, rough, films, own, shifts, swept,
     single, followed, written,
 ):  # fmt: skip
-    """March from step ``control[STEP]`` to ``stop``, or until no row is left to write into; ``control`` (9,) says
-    where the march stands.
+    """March from the fine step ``control[STEP]`` to ``stop``, or until no row is left to write into; ``control`` (9,)
+    is the state of the loop.
 
-    share (5,): allowed deviation of the forces from the line, over their largest sum so far, that sum [N], allowed
-    deviation of open gaps over the widest so far on their side, and the widest of both sides [m].
+    share (5,): allowed deviation of the forces from the line over their largest sum so far; that sum [N]; allowed
+    deviation of open gaps over the widest so far on their side; the widest of both sides [m].
     lengths (J,): steps of each level, the first 1; dt: fine step [s]. fine: rows of `Poles.steps`, scale of the rates
     and groups of `Poles.along`; leaps: (J, 4, K) transitions, (J, 2, K) gains, ramps and strays of each level, psi
-    (p, K), and rest as in `_land`. state: q and p (K,); on level 0 p is scaled, and the last force has yet to act.
-    loads: shapes (L, S) on the first poles, the (L, p) gap by each in one fine step, amplitudes (L, n) and their sums
-    (L, n + 1) from step ``first`` on, the largest so far (L,). contacts: gaps without motion (p,), their changes by
-    moving bases (n + 1, p) or (0, p) from step ``first`` on, and the numbers of their sides (p,), 3 or 4. law: codes,
-    rules, numbers, user's; own: W (J, p, p); shifts: its shifted twin for linear laws, or None; swept: True where
-    forces are found by sweeps, or None. followed: ends of the steps of a neighbouring run, which are taken as far as
-    contacts neither open nor close in them, or (0,).
-    written: step after each row, force, gap and force of films; the rows up to ``control[ROW]`` are read.
+    (p, K), and rest as in `_add_contact_forces`. state: q and p (K,); on level 0 p is scaled, and the last force has
+    yet to act. loads: shapes (L, S) on the first poles, the (L, p) gap by each in one fine step, amplitudes (L, n) and
+    their sums (L, n + 1) from step ``first`` on, the largest so far (L,). contacts: gaps without motion (p,), their
+    changes by moving bases (n + 1, p) or (0, p) from step ``first`` on, and the places in share of the widest gap on
+    their side (p,), 3 or 4. law: codes, rules, parameters, the user's law; own: W (J, p, p); shifts: W with the
+    compliances of linear laws added, or None; swept: True where forces are solved by sweeps, or None. followed: ends of
+    the steps of a neighbouring run, which are taken unless contacts open or close in them, or (0,).
+    written: fine step at the end of each row, force, gap and force of films; rows up to ``control[ROW]`` are read.
     """
     rows, scale, along = fine
     moves, gains, ramps, strays, psi, rest = leaps
@@ -190,8 +192,8 @@ def march_ladder(
         if level > 0 and pending >= 0:  # to true rates
             for c in range(many):
                 last[c] = force[row, c] if pending > 0 else 0.0
-            push(psi, last, drive)
-            settle(q, p, scale, gains[0], drive)
+            load_poles(psi, last, drive)
+            restore_rates(q, p, scale, gains[0], drive)
             pending = np.int64(-1)
         if level == 0 and pending < 0:
             for k in range(q.size):
@@ -232,7 +234,7 @@ def march_ladder(
             if sudden:
                 level, since, calm, wait = level - 1, np.int64(0), np.int64(0), n + PATIENCE
                 continue
-            _leap(moves[level], gains[level], ramps[level], psi, shapes, amplitude, q, p, ahead, opening)
+            _advance_leap(moves[level], gains[level], ramps[level], psi, shapes, amplitude, q, p, ahead, opening)
         for c in range(many):
             pen[c] = -opening[c]
         step, w = dt * m, own[level]
@@ -242,8 +244,8 @@ def march_ladder(
                 for c in range(many):
                     opening[c] += w[d, c] * warm[d]
         if level > 0:
-            push(psi, warm, drive)
-            _land(gains[level], strays[level], rest, drive, q, p, ahead)
+            load_poles(psi, warm, drive)
+            _add_contact_forces(gains[level], strays[level], rest, drive, q, p, ahead)
             largest_stray = _norm(ahead[2])
             fits, bends, apart, mid, back = True, False, 0.0, n + 0.5 * m, row - 1
             middle = 0.5 * (ends[row] + ends[row - 1]) if row > 0 else 0.0
@@ -264,7 +266,7 @@ def march_ladder(
                     least = min(gap[row, c], opening[c], opening[c] + BEFORE * (opening[c] - gap[row, c]) / m)
                     away, straight = norms[c] * largest_stray + bend, share[2] * share[sides[c]]  # by Cauchy, Schwarz
                     if least - away <= clear[c] or away > straight:
-                        away = _stray(psi[c], ahead[2]) + bend
+                        away = _bound_deviation(psi[c], ahead[2]) + bend
                     fits = fits and least - away > clear[c]
                     if away > straight and not is_followed:
                         fits, bends = False, True
@@ -299,11 +301,11 @@ def march_ladder(
                 pressed, pulled = alone(codes, rules, numbers, user, rough, films, pen, before, w, step, warm, c, 0.0)
                 pulls[row, c] = pulled if pressed > 0.0 else warm[c]
             if rough is not None and codes[c] >= ROUGH:
-                remember(numbers, c, -opening[c])
+                update_deepest(numbers, c, -opening[c])
         share[1] = max(share[1], total)
         rises = flies and n >= wait
         if not flies and since >= 2 * SMOOTH:
-            calm = calm + 1 if _smooth(force, row) <= 0.5 * share[0] * share[1] else np.int64(0)
+            calm = calm + 1 if _measure_bend(force, row) <= 0.5 * share[0] * share[1] else np.int64(0)
             rises = calm >= SMOOTH
         if rises and level + 1 < lengths.size and n % lengths[level + 1] == 0:
             level, since, calm = level + 1, np.int64(0), np.int64(0)

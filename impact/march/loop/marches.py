@@ -24,8 +24,8 @@ from numpy.typing import NDArray
 from impact.greens.base import Array
 from impact.march.laws import BLENDED, PASSIVE, ROUGH, SIGNORINI, SPRING
 from impact.march.loop.compiled import compiled
-from impact.march.loop.forces import FLOOR, RIGID, Vectors, advance, advance_many, contact_force, filmed_force, past
-from impact.march.loop.joints import joint_step, remember
+from impact.march.loop.forces import FLOOR, RIGID, Vectors, advance, advance_many, contact_force, filmed_force, sum_past
+from impact.march.loop.joints import joint_step, update_deepest
 
 Codes = NDArray[np.int64]
 HELD = 1e-14  # least pivot over its diagonal: less is round-off
@@ -399,7 +399,7 @@ def march_lanes(rows, state, free, scales, w0, law, user, rough, dt, force, open
             before[i] = gap[i]
             gap[i] = free_gap + w0 * f
             if rough is not None and code >= ROUGH:
-                remember(numbers, i, -gap[i])
+                update_deepest(numbers, i, -gap[i])
             opening[n + 1, i] = gap[i]
             last[i] = f
             force[n, i] = f
@@ -423,7 +423,7 @@ def march_one(
         last = force[n - 1] - rest if n > 0 else 0.0
         opening = free[n] + advance(rows, q, p, last)
         if recent.size > 0:
-            opening += memory[n] + past(recent, force, rest, n - n % block, n)
+            opening += memory[n] + sum_past(recent, force, rest, n - n % block, n)
         opening -= w0 * rest
         if film is not None:
             pressed, pulled = filmed_force(code, rule, a, b, c, user, film, -opening, -gap[n], w0, w0, dt)
@@ -435,7 +435,7 @@ def march_one(
         force[n] = f
         gap[n + 1] = opening + w0 * f
         if rough is not None and code >= ROUGH:
-            remember(numbers, 0, -gap[n + 1])
+            update_deepest(numbers, 0, -gap[n + 1])
 
 
 @compiled(nogil=True)
@@ -475,7 +475,7 @@ def march_many(
                 opening[c] += memory[c, n]
                 for d in range(contacts):
                     if heard[c, d]:
-                        opening[c] += past(recent[c, d], force[d], rest[d], n - n % block, n)
+                        opening[c] += sum_past(recent[c, d], force[d], rest[d], n - n % block, n)
             pen[c], before[c] = -opening[c], -gap[n, c]
         if shifted is not None:
             active_set_from(shifted, pen, warm, low, held)
@@ -494,5 +494,5 @@ def march_many(
                 pressed, pulled = alone(codes, rules, numbers, user, rough, films, pen, before, w0, dt, warm, c, 0.0)
                 pulls[c, n] = pulled if pressed > 0.0 else warm[c]
             if rough is not None and codes[c] >= ROUGH:
-                remember(numbers, c, -closed[c])
+                update_deepest(numbers, c, -closed[c])
     return unsolved

@@ -69,7 +69,7 @@ class Model:
     marches: int = 0
     notes: list[str] = field(default_factory=list)
     _bodies: dict[str, impact.Body] = field(default_factory=dict)
-    _kernels: dict[tuple[int, float, int], motion.Discrete] = field(default_factory=dict)
+    _kernels: dict[tuple[int, float, int], motion.DiscreteBody] = field(default_factory=dict)
     _touches: dict[int, int] = field(default_factory=dict)
     _last: tuple[tuple[float, ...], list[MarchRun]] | None = None
 
@@ -250,13 +250,13 @@ class Model:
             bodies.append(self._bodies[place])
         return bodies[0], bodies[1]
 
-    def _discrete(self, body: impact.Body, dt: float, n: int) -> motion.Discrete:
+    def _discrete(self, body: impact.Body, dt: float, n: int) -> motion.DiscreteBody:
         """Return a discretised body, with the kernel of an earlier evaluation if its Green's function is the same."""
         place = (id(body.greens), dt, n)
         if (like := self._kernels.get(place)) is None:
             while len(self._kernels) >= MOST_BODIES:
                 del self._kernels[next(iter(self._kernels))]
-            self._kernels[place] = like = motion.Discrete.from_body(body, dt, n)
+            self._kernels[place] = like = motion.DiscreteBody.from_body(body, dt, n)
         if like.body is body:
             return like
         return replace(like, body=body, loads=body.load_amplitudes(motion.find_middle_times(dt, n)))
@@ -317,6 +317,6 @@ def _displacement(problem: ContactProblem, role: str, dt: float, force: Array, t
     body = first.target if role == "seat" else problem.striker
     parts = [contact for contact in problem.contacts if contact.target is first.target]
     ports = sorted({body.greens.port_index(each.port if role == "seat" else each.striker_port) for each in parts})
-    discrete = motion.Discrete.from_body(body, dt, len(force))
+    discrete = motion.DiscreteBody.from_body(body, dt, len(force))
     moved = discrete.motion(motion.PortForces.at_ports(problem.directions(body) @ force.T, discrete.dt)).displacement
-    return np.asarray(moved[ports].mean(axis=0) + body.carried(times))
+    return np.asarray(moved[ports].mean(axis=0) + body.find_base_displacement(times))

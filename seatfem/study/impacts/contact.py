@@ -166,15 +166,15 @@ class Flights:
     duration: float
     preload: bool
     keeps_runs: bool = False
-    known: dict[float, motion.Discrete] = field(default_factory=dict)
+    known: dict[float, motion.DiscreteBody] = field(default_factory=dict)
     varied: list[Any] = field(default_factory=list)
     runs: dict[tuple[int, float, float], tuple[impact.ContactProblem, MarchRun]] = field(default_factory=dict)
 
-    def __call__(self, striker: impact.Body, dt: float) -> motion.Discrete:
+    def __call__(self, striker: impact.Body, dt: float) -> motion.DiscreteBody:
         """Return a discretised striker; under a preload it starts in equilibrium with its loads."""
         if striker is self.striker and dt in self.known:
             return self.known[dt]
-        discrete = motion.Discrete.from_body(striker, dt, step_count(dt, self.duration))
+        discrete = motion.DiscreteBody.from_body(striker, dt, step_count(dt, self.duration))
         if self.preload:
             discrete = replace(discrete, rest_loads=striker.load_amplitudes(np.zeros(1))[:, 0])
         if discrete.moves_by_itself:
@@ -195,10 +195,10 @@ def run_contacts(
     """Run the scene once: contact of the striker with seat and stopper by the scene's laws. ``flights``: the striker's
     motion without contact, if several runs share it."""
     check_base(scene.mount("seat"), seat, scene.run.duration)
-    problem, bodies = problem_of(scene, striker, impact.Body(seat)), tuple[motion.Discrete, ...]()
+    problem, bodies = problem_of(scene, striker, impact.Body(seat)), tuple[motion.DiscreteBody, ...]()
     if flights is not None:
         flight = flights(striker, dt)
-        bodies = (flight, *(motion.Discrete.from_body(body, dt, flight.loads.shape[1]) for body in problem.targets))
+        bodies = (flight, *(motion.DiscreteBody.from_body(body, dt, flight.loads.shape[1]) for body in problem.targets))
     with in_words_of_a_scene():
         result = impact.solve(problem, dt=dt, duration=scene.run.duration, bodies=bodies, progress=progress)
     local.check_patches(scene.geometry, [each.law for each in problem.contacts], result.rows.force)
@@ -230,7 +230,7 @@ def marched(
         if not body.loads:
             problem = with_body(problem, body, replace(body, greens=body.greens.forces_only()))
     discrete = flights(striker, dt)
-    targets = (motion.Discrete.from_body(body, dt, discrete.loads.shape[1]) for body in problem.targets)
+    targets = (motion.DiscreteBody.from_body(body, dt, discrete.loads.shape[1]) for body in problem.targets)
     with in_words_of_a_scene():
         run = march(problem, dt, duration, bodies=(discrete, *targets), like=like)
     if flights.keeps_runs and (len(flights.runs) + 1) * 2 * run.rows.force.nbytes < SHARED * available_memory():

@@ -24,19 +24,19 @@ from impact.after.landings import (
     ContactRecord,
     Landing,
     Stored,
-    closing_speeds,
+    find_closing_speeds,
+    find_hardest,
     find_landings,
-    find_own_yield,
-    hardest,
+    find_pressed_contact,
+    find_restitutions,
+    find_step_responses,
     pair_landings,
-    pressed_on,
-    restitutions,
 )
-from impact.after.loads import StaticLoad, static_load
+from impact.after.loads import StaticLoad, find_static_load
 from impact.after.result import ImpactResult
 from impact.greens.base import Array
 from impact.march.grid import TimeGrid
-from impact.march.motion import Discrete, PortForces, find_middle_times
+from impact.march.motion import DiscreteBody, PortForces, find_middle_times
 from impact.march.problem import ContactProblem
 from impact.march.rows import MarchRun
 from impact.march.stepper import with_recorded_loads
@@ -75,7 +75,7 @@ class Landings:
     @property
     def hardest(self) -> Landing | None:
         """Return the hardest landing on the seat; ``None`` without landings."""
-        return hardest(self.seat)
+        return find_hardest(self.seat)
 
     @property
     def status(self) -> Status:
@@ -112,7 +112,7 @@ def landings_of_result(
     opening = rows.spread_motions(gap[:, : seat_contacts(problem)].mean(axis=1))
     striker = with_recorded_loads(problem.striker, opening, result.dt)
     march = _March(problem, rows, force, solid, gap, width, lands)
-    load = static_load(replace(problem, striker=striker), result.dt * steps, lands)
+    load = find_static_load(replace(problem, striker=striker), result.dt * steps, lands)
 
     def stored(numbers: Sequence[int]) -> Array:
         return np.asarray(rows.energy.striker[np.searchsorted(rows.ends, numbers)])
@@ -153,18 +153,18 @@ def landings_of_one_contact(problem: ContactProblem, force: Array, gap: Array, d
     grid = TimeGrid.of_equal_steps(dt, n)
 
     def stored(steps: Sequence[int]) -> Array:
-        striker = Discrete.from_body(problem.striker, dt, n)
+        striker = DiscreteBody.from_body(problem.striker, dt, n)
         return striker.stored_after(PortForces(grid, force[None, 1:], problem.directions(problem.striker)), steps)
 
     march = _March(problem, grid, force[:, None], force[:, None], gap[:, None], width)
-    return march.landings(static_load(problem, dt * n), stored, pushed)
+    return march.landings(find_static_load(problem, dt * n), stored, pushed)
 
 
 def static_load_of_march(run: MarchRun, lands: Sequence[slice] = ()) -> StaticLoad:
     """Return the quasi-static load of a run, with the loads that depended on the opening, also on each of the
     ``lands``."""
     striker = with_recorded_loads(run.problem.striker, run.opening, run.dt)
-    return static_load(replace(run.problem, striker=striker), run.dt * run.steps, lands)
+    return find_static_load(replace(run.problem, striker=striker), run.dt * run.steps, lands)
 
 
 def seat_contacts(problem: ContactProblem) -> int:
@@ -215,11 +215,11 @@ class _March:
         on_seat_landings, on_stopper_landings = (
             tuple(replace(one, restitution=value) for one, value in zip(each, rebounds, strict=True))
             for each, rebounds in (
-                (each, restitutions(self.problem, self.force[1:], self.grid, each, stored, pushed, side=side))
+                (each, find_restitutions(self.problem, self.force[1:], self.grid, each, stored, pushed, side=side))
                 for each, side in sides
             )
         )
-        time, largest = pressed_on(on_seat, on_seat_landings) if seats.stop else (0.0, 0.0)
+        time, largest = find_pressed_contact(on_seat, on_seat_landings) if seats.stop else (0.0, 0.0)
         opened = not bool(np.all(on_seat.closed[1:]))
         return Landings(on_seat_landings, on_stopper_landings, load, time, largest, opened, on_lands)
 
@@ -233,8 +233,8 @@ class _March:
             gap=self.gap[:, face],
             static=static,
             width=max(self.width, dt),
-            closing=closing_speeds(self.problem, dt)[face],
-            own=find_own_yield(self.problem.contacts[face], self.problem.striker, dt),
+            closing=find_closing_speeds(self.problem, dt)[face],
+            step_responses=find_step_responses(self.problem.contacts[face], self.problem.striker, dt),
         )
 
 
@@ -283,7 +283,7 @@ def landings_of_lands(landings: Landings) -> tuple[Landing | None, ...]:
         return (None,) * len(landings.lands)
     early = TOGETHER * max(whole.duration, 1e-9)
     return tuple(
-        hardest([one for one in each if whole.start - early <= one.start < whole.end]) for each in landings.lands
+        find_hardest([one for one in each if whole.start - early <= one.start < whole.end]) for each in landings.lands
     )
 
 

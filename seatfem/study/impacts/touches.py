@@ -17,7 +17,7 @@ from impact.after.landings import pair_landings
 from impact.after.result import ImpactResult, join_contacts, select_contacts
 from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunction
-from impact.march.motion import PortForces, mean_displacement
+from impact.march.motion import PortForces, find_mean_displacement
 from impact.march.rows import MarchRun
 from impact.quantities import finite_or_none
 from impact.runs.variations import Budget, Values
@@ -145,10 +145,10 @@ def displacement_of(run: MarchRun) -> Array:
     """Return the (n + 1,) mean displacement of the seat's patch [m]."""
     seat, shares, rows = run.bodies[1], Division.from_greens(run.bodies[1].body.greens).shares, run.rows
     turn = run.problem.directions(seat.body)
-    moved = rows.spread_motions(mean_displacement(seat, PortForces(rows, rows.force[1:].T, turn), shares))
+    moved = rows.spread_motions(find_mean_displacement(seat, PortForces(rows, rows.force[1:].T, turn), shares))
     if seat.body.base is None:
         return moved
-    return moved + seat.body.carried(np.asarray(seat.dt * np.arange(len(moved)), dtype=np.float64))
+    return moved + seat.body.find_base_displacement(np.asarray(seat.dt * np.arange(len(moved)), dtype=np.float64))
 
 
 def pushes(striker: Body, force: Array, stopper: Array | None) -> Array:

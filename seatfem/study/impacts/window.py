@@ -21,7 +21,7 @@ from impact.bodies.body import Body, ModalState
 from impact.greens import oscillator
 from impact.greens.base import Array, GreensFunction, GreensFunctionError
 from impact.march.ladder import march
-from impact.march.motion import Discrete
+from impact.march.motion import DiscreteBody
 from impact.march.prepared import step_count
 from impact.march.rows import MarchRun
 from impact.runs.variations import Values
@@ -143,7 +143,7 @@ class Excerpt:
         )
         assert seat is not None
         bodies = [
-            Discrete.from_body(body, dt, step_count(dt, self.window.duration))
+            DiscreteBody.from_body(body, dt, step_count(dt, self.window.duration))
             for body in (striker, seat, stopper)
             if body is not None
         ]

@@ -188,7 +188,7 @@ def is_one_enough(scene: Scene) -> bool:
     and no stress is asked for."""
     if any_needs(scene.accuracy.measures, "line") or scene.stress is not None or scene.assessments:
         return False
-    return not scene.contact.uneven and not is_curved(scene.reed) and scene.geometry.lip(1) is not None
+    return not scene.contact.uneven_key and not is_curved(scene.reed) and scene.geometry.lip(1) is not None
 
 
 @dataclass(frozen=True)

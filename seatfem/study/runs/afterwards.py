@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class Baseline:
     """The run on a spring of the seat's static stiffness, to compare with the run ``beside``, and what ``simpler``
-    models of the seat give, by keys of summary.json. ``left``, ``stiffness_bar``: errors of its measures and of the
+    models of the seat give, by keys of summary.json. ``budget``, ``stiffness_bar``: errors of its measures and of the
     stiffness [N/m] if the seat is a measured record, else none and nan."""
 
     beside: ImpactResult
@@ -53,7 +53,7 @@ class Baseline:
     touches: Touches
     stress: ReedStress
     simpler: Mapping[str, object]
-    left: Budget = field(default_factory=lambda: Budget({}))
+    budget: Budget = field(default_factory=lambda: Budget({}))
     stiffness_bar: float = math.nan
 
     @property
@@ -285,7 +285,7 @@ def afterwards(
         keys |= seat_stress.stress_keys(stress) | ({} if done.plate or plate is None else plate_stress_keys(plate))
         keep(keys)
     keys |= reed_front_keys(done, done.stress if plate is None else plate.largest)
-    bar = done.left.relative(Stress.name) if done.left.values.get(Stress.name, 0.0) > 0 else math.nan
+    bar = done.budget.relative(Stress.name) if done.budget.values.get(Stress.name, 0.0) > 0 else math.nan
     reed = ClosedFormStress(done.strike, bar) if plate is None else plate
     bodies: tuple[BodyStress, ...] = (reed,) if stress is None else (reed, stress)
     with watch("hot spots"):

@@ -124,7 +124,7 @@ def with_measured_errors(done: Round) -> Plan:
     """Return the plan of a round with its measured error bars, and what each key left of the judged measures."""
     refused = {**done.plan.refused, **_out_of_reach(done)}
     choices = tuple(replace(choice, leaves=_leaves(done, choice.key)) for choice in done.plan.choices)
-    error = {name: done.left.relative(name) for name in done.judged}
+    error = {name: done.budget.relative(name) for name in done.judged}
     return replace(done.plan, choices=choices, error=error, refused=refused)
 
 
@@ -160,9 +160,9 @@ def errors_by_key(done: Round, measure: str) -> Mapping[str, float]:
 
     An infinite error counts as the value itself.
     """
-    value, errors = abs(done.left.values[measure]), dict[str, float]()
-    by_key = {key: min(part[measure], value) for key, part in done.left.by_key.items()}
-    for source, part in done.left.parts.items():
+    value, errors = abs(done.budget.values[measure]), dict[str, float]()
+    by_key = {key: min(part[measure], value) for key, part in done.budget.by_key.items()}
+    for source, part in done.budget.parts.items():
         whole = part[measure] if math.isfinite(part[measure]) else value
         keys = [key for key in by_key if source_of(key) == source]
         known = math.hypot(*(by_key[key] for key in keys))
@@ -172,7 +172,7 @@ def errors_by_key(done: Round, measure: str) -> Mapping[str, float]:
 
 def mark(done: Round) -> Marks:
     """Return the keys whose errors are to be reduced, and by how much, for the measures that miss the target."""
-    scene, budget = done.plan.scene, done.left
+    scene, budget = done.plan.scene, done.budget
     factors, wanted, stuck = dict[str, float](), set[str](), dict[str, Mapping[str, float]]()
     for measure in done.judged:
         allowed = scene.accuracy.target * abs(budget.values[measure]) / SAFETY
@@ -245,12 +245,12 @@ def _is_hopeless(done: Round, measure: str) -> bool:
     """Return whether a measure's error bar exceeds its value after `HOPES` rounds of refinement for it."""
     past = [bars.get(measure, 0.0) for bars in done.plan.earlier_errors[-HOPES:]]
     missed = len(past) == HOPES and min(past) > done.plan.scene.accuracy.target
-    return missed and 1 < done.left.relative(measure) < math.inf  # an infinite one is unknown
+    return missed and 1 < done.budget.relative(measure) < math.inf  # an infinite one is unknown
 
 
 def _is_cut(done: Round, measure: str) -> bool:
     """Return whether the end of the run cuts the landing of a measure, so that no refinement makes it known."""
-    return done.touches.landings.status == "cut off" and math.isinf(done.left.relative(measure))
+    return done.touches.landings.status == "cut off" and math.isinf(done.budget.relative(measure))
 
 
 def attempts(done: Round, further: Plan) -> Iterator[tuple[Plan, frozenset[str]]]:
@@ -286,7 +286,7 @@ def refine_plan(done: Round, power: float = 1.0, without: frozenset[str] = froze
         for choice in plan.choices
         if choice.key in FIELDS
     )
-    errors = (*plan.earlier_errors, {name: done.left.relative(name) for name in done.judged})
+    errors = (*plan.earlier_errors, {name: done.budget.relative(name) for name in done.judged})
     return replace(plan, method=method, choices=choices, earlier_errors=errors, refined={**refined, **latest}), ""
 
 
@@ -320,8 +320,8 @@ def _worst(done: Round, key: str) -> float:
 
 def _relative_errors(done: Round, key: str) -> Mapping[str, float]:
     """Return the relative errors of the judged measures by a key."""
-    part = done.left.by_key.get(key, {})
-    return {name: part[name] / abs(done.left.values[name]) for name in done.judged if name in part}
+    part = done.budget.by_key.get(key, {})
+    return {name: part[name] / abs(done.budget.values[name]) for name in done.judged if name in part}
 
 
 def _leaves(done: Round, key: str) -> str:
@@ -345,18 +345,18 @@ def _why(done: Round, key: str, marks: Marks) -> str:
 def what_remains(done: Round) -> str:
     """Return in words what leaves most of the measure that misses the target most, of those that do so whatever is
     refined; "" if there is none."""
-    stuck = {measure: errors for measure, errors in mark(done).stuck.items() if errors and done.left.values[measure]}
+    stuck = {measure: errors for measure, errors in mark(done).stuck.items() if errors and done.budget.values[measure]}
     if not stuck:
         return ""
-    measure = max(stuck, key=done.left.relative)
+    measure = max(stuck, key=done.budget.relative)
     if _is_cut(done, measure):
         return "the run ends during the judged landing; a longer run.duration includes all of it"
     key, error = next(iter(stuck[measure].items()))
     if _is_hopeless(done, measure):
-        bar, words = percent(done.left.relative(measure)), short_words(measure)
+        bar, words = percent(done.budget.relative(measure)), short_words(measure)
         return f"the error bar of {words} is {bar} of its value after {HOPES} refinements: it is given up"
-    share = percent(SAFETY * error / abs(done.left.values[measure]))
-    if math.isinf(done.left.by_key.get(key, {}).get(measure, error)):
+    share = percent(SAFETY * error / abs(done.budget.values[measure]))
+    if math.isinf(done.budget.by_key.get(key, {}).get(measure, error)):
         share = "an unknown part"
     value = done.plan.method.value(key) if key in FIELDS else None
     most = isinstance(value, int) and not _can_refine(done.plan, key)
@@ -377,7 +377,7 @@ def words_of(key: str) -> str:
 
 def _why_nothing(done: Round) -> str:
     """Return in words why nothing is refined although no measure is kept from the target by what cannot be."""
-    zero = [key_of(name) for name in done.judged if not done.left.values[name]]
+    zero = [key_of(name) for name in done.judged if not done.budget.values[name]]
     return f"{zero[0]} is zero, so that a relative error has no meaning" if zero else "nothing is left to refine"
 
 

@@ -24,7 +24,7 @@ from seatfem.study.runs.kept import cached_plan, save_plan
 from seatfem.study.runs.next_round import POWER, Limits, expect_memory, expect_time, next_plan, time_of
 from seatfem.study.runs.outcome import Landings, Measures, RunResult
 from seatfem.study.runs.round import Round, missed, not_modelled, remarks
-from seatfem.study.runs.rounds import ANY, OutOfTime, last_round
+from seatfem.study.runs.rounds import NO_LIMITS, OutOfTime, last_round
 from seatfem.study.scene import Scene
 from seatfem.study.scene.load import AnyScene, take_scene
 
@@ -121,7 +121,7 @@ class ConvergedRound(Round):
     @cached_property
     def numbers(self) -> RunResult:
         """Return the round as the result of a run without files; the spring baseline is run when it is first read."""
-        summary, spring = pipeline.first_numbers(self)
+        summary, spring = pipeline.summarise_round(self)
         notes = (*missed(self), *remarks(self, not_modelled(self)))
         return RunResult(summary, notes, (), self.spent, self.met, histories=self.result, spring=spring, plan=self.plan)
 
@@ -154,7 +154,7 @@ def converge(
     scene: AnyScene,
     target: float | str | None = None,
     *,
-    limits: Limits = ANY,
+    limits: Limits = NO_LIMITS,
     progress: Progress = silent,
     tell: Tell = ignore,
 ) -> ConvergedRound:
@@ -181,7 +181,7 @@ def converge(
 def forecast(done: Round) -> Forecast:
     """Return what is left of a run, if every further round reduces the largest error by `USUAL`, but none what cannot
     be refined."""
-    bars = {name: done.left.relative(name) for name in done.judged}
+    bars = {name: done.budget.relative(name) for name in done.judged}
     seat, contact = (time_of(done.price, part) for part in ("seat", "contact"))
     further, why = None, "" if done.met else "there is no landing to judge"
     if done.met is False:
@@ -190,7 +190,7 @@ def forecast(done: Round) -> Forecast:
         return Forecast(0, 0.0, seat, contact, _after(contact), expect_memory(done, None), bars, why=why)
     target, spent = done.plan.scene.accuracy.target, max(sum(done.price.values()), 1e-3)
     stuck = mark(done).stuck
-    sizes = {name: abs(done.left.values[name]) or math.inf for name in stuck}  # of zero a relative error says nothing
+    sizes = {name: abs(done.budget.values[name]) or math.inf for name in stuck}  # of zero a relative error says nothing
     least = {name: SAFETY * math.hypot(*part.values()) / sizes[name] for name, part in stuck.items()}
     worst = max([bar for name, bar in bars.items() if name not in least] or bars.values())
     count = 1 if math.isinf(worst) else max(1, math.ceil(math.log(max(worst / target, 1.0)) / math.log(USUAL)))

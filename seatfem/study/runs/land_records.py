@@ -18,7 +18,7 @@ ACROSS = (DELAY, SHARE, LINE_FORCE)
 """Further keys of a land, which compare it with the others in one landing or belong to that landing."""
 
 
-def land_keys(touches: Touches, left: Budget) -> dict[str, object]:
+def land_keys(touches: Touches, budget: Budget) -> dict[str, object]:
     """Return the lists `lands`, a record of each land in the hardest landing on the seat, and `land_landings`, a record
     of every landing on each land in the order of time; none on a seat with a single land."""
     line, landings = touches.line, touches.landings
@@ -31,7 +31,7 @@ def land_keys(touches: Touches, left: Budget) -> dict[str, object]:
         {
             "land": line.names[number],
             "order": numbers.get(number),
-            **_numbers(touches, left, number, one),
+            **_numbers(touches, budget, number, one),
             "closed_all_round_s": one and closed_all_round(line, number, one),
             "land_deg": one and _angle(touches, line, number, one),
             "landing_count": len(landings.lands[number]),
@@ -47,7 +47,7 @@ def land_keys(touches: Touches, left: Budget) -> dict[str, object]:
         {
             "land": line.names[number],
             "number": index + 1,
-            **_numbers(touches, left, number, landings.lands[number][index], alone=True),
+            **_numbers(touches, budget, number, landings.lands[number][index], alone=True),
         }
         for _, number, index in in_time
     ]
@@ -55,7 +55,7 @@ def land_keys(touches: Touches, left: Budget) -> dict[str, object]:
 
 
 def _numbers(
-    touches: Touches, left: Budget, number: int, landing: Landing | None, *, alone: bool = False
+    touches: Touches, budget: Budget, number: int, landing: Landing | None, *, alone: bool = False
 ) -> dict[str, object]:
     """Return the numbers of a landing on a land with their error bars, ``None`` for what it has not; ``alone``: without
     those that compare the lands of one landing."""
@@ -64,13 +64,13 @@ def _numbers(
         index = touches.landings.lands[number].index(landing)
         names = {key: landing_name(place, index, key) for key in OF_A_LAND}
         names |= {} if alone else {key: f"{place} {key}" for key in ACROSS}
-    known = {key: name for key, name in names.items() if name in left.values}
+    known = {key: name for key, name in names.items() if name in budget.values}
     keys = OF_A_LAND if alone else (*OF_A_LAND, *ACROSS)
     return {
-        **{key: left.values[known[key]] if key in known else None for key in keys},
+        **{key: budget.values[known[key]] if key in known else None for key in keys},
         "static_load_N": landing and landing.static_load,
         "pressed_on": landing and landing.pressed_on,
-        **{f"error_bar_{key}": finite_or_none(left.bar(known[key])) if key in known else None for key in keys},
+        **{f"error_bar_{key}": finite_or_none(budget.bar(known[key])) if key in known else None for key in keys},
     }
 
 

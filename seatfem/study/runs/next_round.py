@@ -101,7 +101,7 @@ def expect_memory(done: Round, plan: Plan | None, count: int = 1) -> float:
     work = converge.work_ratio(before, after, done.plan.scene.bodies)
     of_bodies = max(work["seat"], work["reed"], LEAST_GROWTH)
     whole, each = (HISTORIES * 8.0 * values for values in (int(rows.ends[-1]), len(rows.ends) * contacts))
-    program = max(PROGRAM, done.held)
+    program = max(PROGRAM, done.memory_before)
     bodies = max(done.memory - program - whole - each, 0.0)
     grown = program + bodies * of_bodies * LEAST_GROWTH ** (count - 1) + whole * finer**count + each * of_rows**count
     return float(max(done.memory, grown)) + AFTERWARDS

@@ -22,8 +22,7 @@ from seatfem.results import LANDINGS_FILE
 from seatfem.structures import cache, natural_modes, rings
 from seatfem.structures.mesh.gmsh_process import gmsh_session
 from seatfem.study.answers.decision import decide
-from seatfem.study.impacts import contact
-from seatfem.study.impacts import layout as layouts
+from seatfem.study.impacts import contact, layout
 from seatfem.study.impacts.contact import RunError
 from seatfem.study.impacts.touches import bar_keys, lifts_of
 from seatfem.study.plan import Plan
@@ -36,7 +35,7 @@ from seatfem.study.runs.land_records import land_keys
 from seatfem.study.runs.next_round import Limits
 from seatfem.study.runs.outcome import RunOutcome, RunResult
 from seatfem.study.runs.round import Round, missed, not_modelled, remarks, stress_not_modelled
-from seatfem.study.runs.rounds import ANY, SEAT_FILE, last_round, rounds
+from seatfem.study.runs.rounds import NO_LIMITS, SEAT_FILE, last_round, rounds
 from seatfem.study.runs.summary import (
     accuracy_keys,
     greens_error_keys,
@@ -65,10 +64,10 @@ __all__ = [
     "RunError",
     "RunOutcome",
     "compute_greens",
-    "first_numbers",
-    "own_numbers",
     "run",
     "run_scene",
+    "summarise_own_run",
+    "summarise_round",
     "write_modes",
 ]
 
@@ -99,15 +98,15 @@ def run(
         folder: where files and pictures are written, as by the command; ``None``: nothing is kept on file.
         changed: values by dotted keys that replace those of the file, in the same form; ``None`` removes a key.
         target: relative accuracy of the measures asked for, in place of the scene's: 0.02 or "2 %".
-        rounds: most rounds of refinement, the first included.
-        max_time: wall time after which no further round goes on, in seconds or as "1 min".
+        rounds: largest number of rounds of refinement, the first included.
+        max_time: wall time after which no round begins and a running one is stopped, in seconds or as "1 min".
         pictures: whether to draw into the ``folder``.
-        progress: called with the stage and the fraction done.
-        tell: called with a line on each round.
+        progress: function that is called with the stage and the fraction done.
+        tell: function that is called with a line on each round.
 
     Raises:
-        SeatfemError: `SceneError` of the scene, its keys and the target; `OutputError` of the folder; `RunError` of a
-            scene that cannot be run; and what its stages raise.
+        SeatfemError: `SceneError` for the scene, its keys and the target; `OutputError` for the folder; `RunError` for
+            a scene that cannot be run; and the errors of the stages (`run_scene`).
     """
     checked = take_scene(scene, changed)
     if target is not None:
@@ -126,32 +125,33 @@ def run_scene(
     progress: Progress = silent,
     *,
     tell: Tell = ignore,
-    limits: Limits = ANY,
+    limits: Limits = NO_LIMITS,
     pictures: bool = True,
     plan: Plan | None = None,
     histories: bool = True,
 ) -> RunResult:
-    """Run everything: seat, contact and its spring baseline, measures with their errors, files, then pictures.
+    """Run a scene: seat, contact and its spring baseline, measures with their errors, files, then pictures.
 
-    The keys that the scene leaves open begin with coarse values by rule; the run measures its errors, and refines the
+    Keys that the scene does not state begin with coarse values by rule; the run measures their errors, and refines the
     largest in further rounds while the target is missed. A seat computed before, in ``folder`` or in the store, is
-    reused. The numbers of each round are on file before the next begins, marked as not the last, and all numbers before
-    the first picture; a picture that cannot be drawn is reported, and named in summary.json.
+    reused. The numbers of each round are on file before the next begins, marked as not the last ones, and all numbers
+    before the first picture. A picture that cannot be drawn is reported, and named in summary.json.
 
     Args:
         scene: the scene, the path of its file, or its text.
-        folder: where all files are written; it is made. ``None``: nothing is kept on file, nor drawn.
-        tell: receives a line on each round: what was refined, errors, time, memory, and the time that the next takes.
+        folder: folder of all files, created if needed; ``None``: nothing is kept on file or drawn.
+        progress: function that is called with the stage and the fraction done.
+        tell: function that receives a line on each round: refined keys, errors, time, memory, time of the next round.
         limits: limits on the number of rounds and on time.
         pictures: whether to draw.
-        plan: plan of the first round, by default that of the scene's last run that met its target, else by rule.
+        plan: plan of the first round; by default that of the scene's last run that met its target, else by rule.
         histories: whether to write result.h5.
 
     Raises:
-        SceneError: the file of the scene.
+        SceneError: the file of the scene has errors.
         OutputError: ``folder`` cannot be written to.
         RunError: the time step cannot resolve the measures asked for, or nothing can stop the striker.
-        Also what the stages raise: LevelError, MeshError, MeshingError, ModelError, GreensFunctionError, StorageError.
+        Errors of the stages: LevelError, MeshError, MeshingError, ModelError, GreensFunctionError, StorageError.
     """
     scene = take_scene(scene)
     if folder is None:
@@ -168,12 +168,12 @@ def _run(
     scene: Scene, folder: Path, progress: Progress, tell: Tell, limits: Limits, plan: Plan | None,
     painter: rendering.Painter, *, pictures: bool, histories: bool,
 ) -> RunResult:  # fmt: skip
-    """Carry out `run_scene`; the ``painter`` draws bodies while the run goes on."""
-    start, watch, is_begun_here = time.perf_counter(), Stopwatch(), plan is None
+    """Carry out `run_scene`; the ``painter`` draws bodies in another process during the run."""
+    start, watch, has_own_plan = time.perf_counter(), Stopwatch(), plan is None
     with watch("plan"):
-        known = plan or cached_plan(scene)
-        plan = known or begin_plan(scene)
-        if known is None and pictures and not plan.method.seat.exact:  # it is likely to be drawn
+        earlier = plan or cached_plan(scene)
+        plan = earlier or begin_plan(scene)
+        if earlier is None and pictures and not plan.method.seat.exact:  # the seat is likely to be drawn
             painter.begin()
         if scene.stress is not None:
             seat_fields.check_stress(plan, progress)
@@ -183,26 +183,26 @@ def _run(
             run_pictures.ahead(latest, painter)
         if baseline is None or baseline.beside is not latest.result:  # a round is yielded again if the next one fails
             baseline = baseline_of(latest, watch)
-        courses = _courses_of_drives(latest)
-        summary = _summary(latest, baseline, courses, watch)
+        drive_runs = _follow_drives(latest)
+        summary = _summarise(latest, baseline, drive_runs, watch)
         with watch("files"):
             if histories:
                 about = {"title": scene.title, "round": latest.number}
-                save_results(folder / RESULT_FILE, _results(latest, baseline), about)
+                save_results(folder / RESULT_FILE, _collect_results(latest, baseline), about)
             write_json(folder / SUMMARY_FILE, {**summary, **timing_keys(watch, start)})
-            by_wings = [each.write(folder) for each in courses]
+            drive_files = [each.write(folder) for each in drive_runs]
             write_landings(folder / LANDINGS_FILE, summary["landings"])
         if latest.is_followed:
-            baseline = None  # its histories would lie beside those of the next round
-    if is_begun_here or latest.number > 1:
+            baseline = None  # frees the memory of its histories for the next round
+    if has_own_plan or latest.number > 1:
         save_plan(scene, latest)
     scene = latest.plan.scene
     assert baseline is not None
 
-    def keep(keys: Mapping[str, object]) -> None:
+    def write_summary(keys: Mapping[str, object]) -> None:
         write_json(folder / SUMMARY_FILE, {**summary, **keys, **timing_keys(watch, start)})
 
-    later = afterwards(latest, baseline, folder, watch, progress, tell=tell, histories=histories, keep=keep)
+    later = afterwards(latest, baseline, folder, watch, progress, tell=tell, histories=histories, keep=write_summary)
     effects = not_modelled(latest)
     notes = (*missed(latest), *remarks(latest, effects), *later.notes(latest.plan))
     met = not later.bars_missed(scene.accuracy) if latest.met else latest.met
@@ -210,40 +210,39 @@ def _run(
     summary |= largest_stress_bar(summary)
     summary["stress_not_modelled"] = list(stress_not_modelled(latest))
     summary |= decide(summary).keys()
-    keep({})
+    write_summary({})
     drawn: tuple[Path, ...] = ()
-    gaps: tuple[str, ...] = ()
+    missing: tuple[str, ...] = ()
     if pictures:
-        with watch("pictures"):  # whatever becomes of them, all numbers are on file
+        with watch("pictures"):  # if they fail, all numbers are on file
             lip = stress_wave.lip_pictures(latest, baseline.touches, summary["landings"]) if latest.touches.line else []
             division = latest.plan.method.seat.division
-            layout, draw = layouts, scene_drawing.draw_layout
-            drawing = layout.DRAWING, lambda path: draw(layout.layout_of(scene, division), path)
+            drawing = layout.DRAWING, lambda path: scene_drawing.draw_layout(layout.layout_of(scene, division), path)
             geometry = scene.geometry
-            stop = geometry.stopper_gap_at_contact + scene.contact.gap if scene.stopper else math.nan
-            of_wings = [each.picture(scene.title, stop) for each in courses]
+            lift = geometry.stopper_gap_at_contact + scene.contact.gap if scene.stopper else math.nan
+            of_drives = [each.picture(scene.title, lift) for each in drive_runs]
             strains = run_pictures.gauge_pictures(latest.touches, scene.title)
             stopper = run_pictures.stopper_pictures(latest.touches, scene.run.filter_width, scene.title)
-            more = [drawing, *stopper, *lip, *of_wings, *strains, *later.pictures(latest)]
+            more = [drawing, *stopper, *lip, *of_drives, *strains, *later.pictures(latest)]
             landings = summary["landings"]
-            drawn, gaps = run_pictures.draw_run(latest, baseline.result, folder, progress, painter, more, landings)
-        summary |= {**timing_keys(watch, start), "pictures_missing": "; ".join(gaps)}
+            drawn, missing = run_pictures.draw_run(latest, baseline.result, folder, progress, painter, more, landings)
+        summary |= {**timing_keys(watch, start), "pictures_missing": "; ".join(missing)}
         try:
             write_json(folder / SUMMARY_FILE, summary)
         except OSError as problem:
-            gaps = (*gaps, f"{SUMMARY_FILE} does not list the pictures: {problem}")
+            missing = (*missing, f"{SUMMARY_FILE} does not list the pictures: {problem}")
     tables = (folder / SUMMARY_FILE, folder / LANDINGS_FILE)
     seats = (folder / SEAT_FILE, *filter(Path.is_file, (cache.coarser_file(folder / SEAT_FILE),)))
-    files = (*tables, *((folder / RESULT_FILE,) if histories else ()), *seats, *by_wings, *later.files, *drawn)
+    files = (*tables, *((folder / RESULT_FILE,) if histories else ()), *seats, *drive_files, *later.files, *drawn)
     summary |= timing_keys(watch, start)
-    outcome = summary, (*notes, *gaps), files, watch.stages, met
+    outcome = summary, (*notes, *missing), files, watch.stages, met
     return RunResult(*outcome, histories=latest.result, spring=baseline.result, plan=latest.plan)
 
 
-def _results(done: Round, baseline: Baseline) -> dict[str, ImpactResult]:
-    """Return the results of a round and its baseline by their names in result.h5."""
+def _collect_results(done: Round, baseline: Baseline) -> dict[str, ImpactResult]:
+    """Return the histories of a round and of its baseline by their names in result.h5."""
     touches, parts = done.touches, "rings" if done.touches.line is None else "lip"
-    every = {
+    results = {
         "wave": done.result,
         "spring": baseline.result,
         parts: touches.parts,
@@ -251,31 +250,31 @@ def _results(done: Round, baseline: Baseline) -> dict[str, ImpactResult]:
         "stopper_lip": touches.stopper_parts,
         "spring_stopper": baseline.touches.stopper,
     }
-    return {name: result for name, result in every.items() if result is not None}
+    return {name: result for name, result in results.items() if result is not None}
 
 
-def first_numbers(done: Round) -> tuple[dict[str, Any], ImpactResult]:
-    """Return the keys of summary.json that a round has by itself, before stress, assessments and gauges, and the
-    histories of its spring baseline."""
+def summarise_round(done: Round) -> tuple[dict[str, Any], ImpactResult]:
+    """Return the keys of summary.json of a round without those of stress, assessments and gauges, and the histories of
+    its spring baseline."""
     watch = Stopwatch({"contact": 0.0, "plan": 0.0})
     baseline = baseline_of(done, watch)
-    return _summary(done, baseline, _courses_of_drives(done), watch), baseline.result
+    return _summarise(done, baseline, _follow_drives(done), watch), baseline.result
 
 
-def own_numbers(done: Round) -> dict[str, Any]:
-    """Return the keys of summary.json that a round's own run has, without error bars and spring baseline."""
+def summarise_own_run(done: Round) -> dict[str, Any]:
+    """Return the keys of summary.json of a round's own run, without error bars and spring baseline."""
     scene, width = done.plan.scene, done.plan.scene.run.filter_width
     known = {"driven": scene.is_loaded, "filmed": scene.contact.film is not None}
     return {
         **summarise(done.touches, width, done.stress, scene.accuracy.landing, **known),
         **stopper_keys(done.touches, width),
-        **{key: value for each in _courses_of_drives(done) for key, value in each.keys().items()},
+        **{key: value for each in _follow_drives(done) for key, value in each.keys().items()},
         **contact.valve_spring_keys(scene.spring, done.strike),
     }
 
 
-def _courses_of_drives(done: Round) -> tuple[DriveRun, ...]:
-    """Return the course in a round of what wings do."""
+def _follow_drives(done: Round) -> tuple[DriveRun, ...]:
+    """Return the histories in a round of the drives, loads with a state such as the gas of a valve."""
     scene, touches = done.plan.scene, done.touches
     ports = lifts_of(scene.geometry, touches, done.seat.greens) if scene.driven_by else ()
     stops = NO_STOPS if touches.stopper is None else contact_groups(touches.stopper)[:, 0]
@@ -283,9 +282,10 @@ def _courses_of_drives(done: Round) -> tuple[DriveRun, ...]:
     return tuple(each.follow(*run) for each in scene.driven_by)
 
 
-def _summary(done: Round, baseline: Baseline, courses: tuple[DriveRun, ...], watch: Stopwatch) -> dict[str, Any]:
+def _summarise(done: Round, baseline: Baseline, drive_runs: tuple[DriveRun, ...], watch: Stopwatch) -> dict[str, Any]:
+    """Return the keys of summary.json of a round and its spring baseline, with error bars."""
     scene, width = done.plan.scene, done.plan.scene.run.filter_width
-    records, bar = landing_records(done.touches, done.left), baseline.stiffness_bar
+    records, bar = landing_records(done.touches, done.budget), baseline.stiffness_bar
     landing, known = scene.accuracy.landing, {"driven": scene.is_loaded, "filmed": scene.contact.film is not None}
     measured, on_spring = (
         summarise(each.touches, width, each.stress, landing, **known) | stopper_keys(each.touches, width)
@@ -300,10 +300,10 @@ def _summary(done: Round, baseline: Baseline, courses: tuple[DriveRun, ...], wat
         "spring_wall_time_s": watch.stages["spring baseline"],
         "contact_wall_time_s": watch.stages["contact"],
         **landing_bar_keys(records, measured["landing_number"]),
-        **bar_keys(done.left),
-        **spring_bar_keys(baseline.left),
+        **bar_keys(done.budget),
+        **spring_bar_keys(baseline.budget),
         "landings": records,
-        **land_keys(done.touches, done.left),
+        **land_keys(done.touches, done.budget),
         **accuracy_keys(done),
         **plan_keys(done.plan, watch.stages["plan"]),
         "seat_static_stiffness_N_per_m": baseline.stiffness,
@@ -313,7 +313,7 @@ def _summary(done: Round, baseline: Baseline, courses: tuple[DriveRun, ...], wat
         "seat_reused": done.seat.reused,
         "run_duration_s": scene.run.duration,
         "seat_kind": scene.seat.kind,
-        **{key: value for each in courses for key, value in each.keys().items()},
+        **{key: value for each in drive_runs for key, value in each.keys().items()},
         **({} if scene.stopper is None else stopper_face_keys(scene.stopper)),
         **contact.valve_spring_keys(scene.spring, done.strike),
         **reed_keys(scene.reed.kind, done.striker, done.reed),
@@ -322,14 +322,14 @@ def _summary(done: Round, baseline: Baseline, courses: tuple[DriveRun, ...], wat
 
 
 def write_landings(path: Path, landings: Sequence[Mapping[str, object]]) -> None:
-    """Write the records of landings, one column for each key; without landings, the first three heads only."""
+    """Write the records of landings with a column for each key, of no landings the first three column heads."""
     heads = list(dict.fromkeys(key for record in landings for key in record)) or ["body", "number", "time_s"]
     csv_table.write_csv(path, heads, ([record.get(key) for key in heads] for record in landings))
 
 
 @gmsh_session()
 def compute_greens(scene: Scene, path: Path, progress: Progress = silent) -> RunOutcome:
-    """Compute only the seat's Green's function, as a run of the scene ends with it, and write it to ``path``."""
+    """Compute the seat's Green's function of the last round of a run, and write it to ``path``."""
     watch = Stopwatch()
     safe_files.check_writable(path)
     with watch("rounds"):
@@ -348,7 +348,8 @@ def compute_greens(scene: Scene, path: Path, progress: Progress = silent) -> Run
 def write_modes(
     scene: Scene, folder: Path, progress: Progress = silent, *, count: int | None = None, up_to_hz: float | None = None
 ) -> RunOutcome:
-    """Compute all modes of the seat [the 20 lowest]; write modes.csv, pictures, an animation, modes.vtu (ParaView)."""
+    """Compute the ``count`` lowest modes of the seat, or all ``up_to_hz``, by default 20; write modes.csv, pictures, an
+    animation and modes.vtu (ParaView)."""
     safe_files.check_writable(folder / "modes.csv")
     watch = Stopwatch()
     check_files(scene)
@@ -360,7 +361,7 @@ def write_modes(
         )
     with watch("pictures"):
         files, gaps = run_pictures.draw_modes(natural, folder, progress)
-    note = f"{len(natural.modes)} modes of {natural.searched}, {natural.dof} unknowns, as many as inertia counts"
+    note = f"{len(natural.modes)} modes of {natural.searched}, {natural.dof} unknowns; the inertia count confirms this"
     summary = {
         "frequencies_hz": [float(f) for f in natural.frequencies_hz],
         "complete": True,  # otherwise there is an error

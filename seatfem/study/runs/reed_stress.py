@@ -1,5 +1,5 @@
-"""Stress in the faces of a plate that strikes, with the errors of its mesh and modes; and the errors of a value
-of its histories, such as a fatigue margin: the value itself in other runs, in a wider band and on a coarser mesh."""
+"""Stress in the faces of a striking plate, with the errors of its mesh and modes, and the errors of a value of its
+histories, such as a fatigue margin, from the same value in other runs, in a wider band and on a coarser mesh."""
 
 from __future__ import annotations
 
@@ -50,20 +50,21 @@ from seatfem.study.runs.body_stress import BOTH_FACES, Errors, FieldStress, Hist
 from seatfem.study.runs.error_bars import error_bars_of, runs_of_budget
 from seatfem.study.runs.round import Round
 
-BEFORE: Final = 0.15  # time shown before the contact, in its durations
-AFTER: Final = 0.35  # time shown after the contact, in its durations
+BEFORE: Final = 0.15  # time shown before the contact, over the duration of the contact
+AFTER: Final = 0.35  # time shown after the contact, over the duration of the contact
 STRONG: Final = 0.5
-"""Least stress of a place, over the largest of its part or of the plate, where errors or life are looked for."""
+"""Least stress of a place, over the largest of its part or of the plate, at which errors or life are evaluated."""
 GREY: Final = "\ngrey: beside the contact and sharp corners"
 
 
 @dataclass(frozen=True)
 class PlateStress(FieldStress):
-    """The stress in a plate that strikes, by its field in the face z = h/2.
+    """The stress in a striking plate, by its field in the face z = h/2.
 
     Attributes:
+        field: stress field of the face.
         reed: the plate.
-        by_point: largest stress at each point in the run.
+        by_point: largest stress in the run at each point of the field.
         bar: error bar of the largest von Mises stress after the first touch [Pa]; nan if unknown.
         largest_at: stress field at the point of that stress.
     """
@@ -92,7 +93,7 @@ class PlateStress(FieldStress):
 
     @property
     def look(self) -> PlateLook:
-        """Return how other runs evaluate the stress, at its largest."""
+        """Return the function by which other runs evaluate the stress at the point of the largest."""
         at_start = replace(self.largest_at, body=self.strike.striker)
         return PlateLook(self.reed, at_start, self.strike.division)
 
@@ -102,14 +103,14 @@ class PlateStress(FieldStress):
 
     @property
     def counted(self) -> NDArray[np.bool_]:
-        """Return the mask of all points, or of those off the rim of an averaged patch, whose stress is a model's, if it
-        has no bar."""
+        """Return the mask of the points whose stress counts: all, or, without a known error bar, those off the rim of
+        an averaged patch, where the stress depends on the model of the contact."""
         return np.asarray((self.regions != RIM) | (not math.isnan(self.relative_bar)))
 
     @cached_property
     def likely(self) -> NDArray[np.int64]:
-        """Return the points with at least half of the largest stress of their part: stress that alternates between p
-        and -p has the range of one that pulsates between 0 and 2 p."""
+        """Return the points with at least half of the largest stress of their part, as a stress that alternates between
+        p and -p has the range of one that pulsates between 0 and 2 p."""
         largest_in_run = self.by_point.within(slice(None)).von_mises
         in_part = [self.regions == part for part in np.unique(self.regions)]
         strong = [part & (largest_in_run >= STRONG * largest_in_run[part].max()) for part in in_part]
@@ -124,20 +125,21 @@ class PlateStress(FieldStress):
         return stresses_of_plate(self.reed, self.field, largest(other.field, other.force, other.dt, since=since))
 
     def errors_of_value(self, done: Round, value_of: ValueOf, first: int, turn: float, progress: Progress) -> Errors:
-        likely = self.likely[self.counted[self.likely]]
-        field = self.field.at(likely)
+        candidates = self.likely[self.counted[self.likely]]
+        field = self.field.at(candidates)
         ranges = mises_range(field, self.force, self.dt, since=first)
-        places = places_of_value(ranges, self.regions[likely])
-        return errors_of_value(done, self.reed, self.strike, field.at(places), value_of, turn, progress)
+        places = choose_places(ranges, self.regions[candidates])
+        return find_errors_of_value(done, self.reed, self.strike, field.at(places), value_of, turn, progress)
 
     def hot_spots(self, stride: int) -> tuple[tuple[Spot, ...], tuple[History, ...]]:
-        """Return the places of the largest von Mises stress of each part, in the face away from the seat."""
+        """Return the places of the largest von Mises stress of each part, in the face away from the seat, and the
+        histories there at every ``stride``-th step."""
         peak = self.by_point.after_contact if math.isfinite(self.by_point.spans.touch) else self.by_point.initial
         by_part = [np.flatnonzero(self.regions == part) for part in np.unique(self.regions)]
-        which = np.array([points[peak.von_mises[points].argmax()] for points in by_part])
-        edges = nearest_distances(self.field.points[which], singular_points(self.strike))
-        spots = self.spots_at(which, self.regions[which], edges, peak.von_mises_time[which])
-        histories = body_stress.foremost(self.histories_at(which, spots, stride))
+        places = np.array([points[peak.von_mises[points].argmax()] for points in by_part])
+        edges = nearest_distances(self.field.points[places], singular_points(self.strike))
+        spots = self.spots_at(places, self.regions[places], edges, peak.von_mises_time[places])
+        histories = body_stress.foremost(self.histories_at(places, spots, stride))
         return tuple(each.spot for each in histories), histories
 
     def on_skin(self, values: Array) -> tuple[skins.Skin, Array]:
@@ -154,18 +156,19 @@ class PlateStress(FieldStress):
         return start - BEFORE * (end - start), end + AFTER * (end - start)
 
     def wave(self, steps: range) -> frames.Frames:
-        """Return the stress wave in a face, without the rigid motion, which would hide the bending."""
+        """Return the stress wave in a face, deformed without the rigid motion, which would hide the bending."""
         striker, plate = self.strike.striker, self.reed.plate(self.strike.striker.greens)
         skin, mises = self.on_skin(von_mises(in_frames(self.field, self.force, self.dt, steps)))
-        pushes = self.force[1 : steps[-1] + 1].T
-        rows = modal_coordinates(striker, pushes, self.dt, steps.step)[steps.start // steps.step :]
+        forces = self.force[1 : steps[-1] + 1].T
+        rows = modal_coordinates(striker, forces, self.dt, steps.step)[steps.start // steps.step :]
         rows, dofs = find_own_coordinates(striker, rows), plate.model.dofs
         assert dofs is not None
-        moved, bends = np.zeros((*mises.shape, 3)), np.flatnonzero(plate.modes.omega[: rows.shape[1]])
-        moved[..., 2] = [dofs.expand(plate.modes.shapes[:, bends] @ q[bends])[2][skin.nodes] for q in rows]
-        known = np.asarray(np.isfinite(mises).all(axis=0))
+        displacement, bending = np.zeros((*mises.shape, 3)), np.flatnonzero(plate.modes.omega[: rows.shape[1]])
+        displacement[..., 2] = [dofs.expand(plate.modes.shapes[:, bending] @ q[bending])[2][skin.nodes] for q in rows]
+        is_known = np.asarray(np.isfinite(mises).all(axis=0))
         time, touch = self.strike.touches.seat.time[list(steps)], self.strike.touches.touch
-        return frames.wave_frames("Stress wave in the faces of the reed", skin, mises, moved, time, touch, known, GREY)
+        title = "Stress wave in the faces of the reed"
+        return frames.wave_frames(title, skin, mises, displacement, time, touch, is_known, GREY)
 
 
 ERRORS: Final = "errors of the stress in a plate"
@@ -179,9 +182,9 @@ def plate_stress(done: Round) -> PlateStress | None:
 
     It is ``None`` for strikers that are no plates with modes, and for a plate too narrow to have points of known
     stress: plate theory gives none within one thickness of sharp corners, of the ends of the clamp and of the contact.
-    The error bar is the sum of the mesh error, extrapolated from a coarser mesh, and of the truncation error, from
-    modes beyond the band (`sheets.BEYOND`) in a run of their own, of second order; other errors of the contact force
-    are not included. Both are those of the places with at least `STRONG` of the largest stress.
+    The error bar is the sum of two errors: that of the mesh, extrapolated from a coarser mesh, and that of truncation,
+    of second order, from a further run with the modes of a wider band (`sheets.BEYOND`). Other errors of the contact
+    force are not included. Both errors are those of the places with at least `STRONG` of the largest stress.
     """
     scene, strike, since = done.plan.scene, done.strike, done.since
     reed, greens = scene.reed.thin_plate, strike.striker.greens
@@ -216,7 +219,7 @@ def _errors_of(plan: Plan, stress: PlateStress) -> Errors:
     coarser = sheets.plate_modes(plate.sheet, method.COARSENING)
     lips = reed.lips(solved_by.lip, solved_by.behind)
     striker = striker_of(scene, greens=coarser.greens(lips, reed.damping_ratio))
-    field = beside(plate_field(scene.geometry, striker, strike.division), points, 2 * REACH)  # maxima on two meshes
+    field = restrict_to(plate_field(scene.geometry, striker, strike.division), points, 2 * REACH)  # maxima move
     field = struck_by(field, replace(strike, striker=striker))
     on_coarser = largest(field, strike.pushes, strike.dt).after_contact.von_mises
     weight = 1 / (sheets.refinement(plate, coarser) ** sheets.ORDER - 1)
@@ -224,7 +227,7 @@ def _errors_of(plan: Plan, stress: PlateStress) -> Errors:
     if (beyond := reed.in_wider_band(strike.striker.greens, lips)) is not None:
         wider, ratio = beyond
         striker = striker_of(scene, greens=wider)
-        field = beside(plate_field(scene.geometry, striker, strike.division), points, 2 * REACH)
+        field = restrict_to(plate_field(scene.geometry, striker, strike.division), points, 2 * REACH)
         look = PlateLook(reed, field, strike.division)
         run = marched(problem_of(scene, striker, impact.Body(strike.seat)), strike.dt, scene.run.duration)
         other = look(run, math.nan).after_contact.value
@@ -232,23 +235,25 @@ def _errors_of(plan: Plan, stress: PlateStress) -> Errors:
     return errors
 
 
-NEAR: Final = 0.75  # least stress range of a place, over the largest, that may have the least value in another run
-MOST: Final = 12  # most such places of each part
-WORST: Final = 0.95  # least range of a place in one run, over the largest there, whose value is computed
-FEW: Final = 8  # most such places
+NEAR: Final = 0.75  # least stress range, over the largest, of a place that may have the least value in another run
+MOST: Final = 12  # largest number of such places in each part
+WORST: Final = 0.95  # least stress range, over the largest in the same run, of a place whose value is computed
+FEW: Final = 8  # largest number of such places
 VALUE: Final = "value"
 
 
 @dataclass(frozen=True)
 class ValueLook:
-    """Function that computes a value of a plate's stress from the contact forces of a run: the least of up to `FEW`
-    places whose stress range is at least `WORST` of the largest in that run. One place of the largest range alone would
-    let the value jump to that of another place, of nearly the same range and another mean stress.
+    """Function that computes a value of a plate's stress from the contact forces of a run.
+
+    It is the least value at up to `FEW` places whose stress range is at least `WORST` of the largest in that run. The
+    value at the place of the largest range alone would jump between places of nearly the same range and different mean
+    stress.
 
     Attributes:
-        look: field of the plate at the places that may have the least value, its body the striker at the start.
-        value_of: the value of stress histories.
-        turn: duration of the last part of a run that repeats [s]; ``inf``: the whole run.
+        look: function that gives the stress field of a run at the places that may have the least value.
+        value_of: function that returns the value of stress histories.
+        turn: duration of the last part of a run, which repeats [s]; ``inf``: the whole run.
     """
 
     look: PlateLook
@@ -265,26 +270,26 @@ class ValueLook:
 
     def moved_to(self, field: recovery.StressField) -> ValueLook:
         """Return the look at these places of another model of the plate, by its ``field``."""
-        return replace(self, look=replace(self.look, field=beside(field, self.look.field.points, REACH)))
+        return replace(self, look=replace(self.look, field=restrict_to(field, self.look.field.points, REACH)))
 
 
-def beside(field: recovery.StressField, points: Array, reach: float) -> recovery.StressField:
-    """Return a field at those of its places that lie within ``reach`` times their median distance of given points
-    (n, 2), or at the nearest ones."""
+def restrict_to(field: recovery.StressField, points: Array, reach: float) -> recovery.StressField:
+    """Return a field restricted to its places within ``reach`` times their median spacing of given ``points`` (n, 2),
+    or to the nearest place."""
     spacing = float(np.median(cKDTree(field.points).query(field.points, k=[2])[0]))
     distance = np.asarray(cKDTree(points).query(field.points)[0])
     return field.at(np.asarray(distance <= max(reach * spacing, float(distance.min()))))
 
 
-def places_of_value(ranges: Array, regions: NDArray[np.str_]) -> NDArray[np.int64]:
-    """Return the places with the largest stress ``ranges`` (P,) of each part, at most `MOST` of it, that
-    are at least `NEAR` of the largest of all."""
+def choose_places(ranges: Array, regions: NDArray[np.str_]) -> NDArray[np.int64]:
+    """Return the places, at most `MOST` in each part, with the largest stress ``ranges`` (P,) that are at least `NEAR`
+    of the largest of all parts."""
     hottest = peaks.hottest(ranges, regions, MOST)
     near: NDArray[np.int64] = hottest[ranges[hottest] >= NEAR * ranges.max()]
     return near
 
 
-def errors_of_value(
+def find_errors_of_value(
     done: Round,
     plate: ThinPlate,
     strike: Strike,
@@ -293,11 +298,11 @@ def errors_of_value(
     turn: float,
     progress: Progress,
 ) -> dict[str, float]:
-    """Return the errors of the least value at the places of a ``field`` by source: the keys of the error budget and the
-    ``mesh`` of the ``plate``. That by its band is the larger one of two, a wider band among them, ``inf`` where there
-    is none.
+    """Return the errors of the least value at the places of a ``field`` by source: the keys of the error budget, and
+    the ``mesh`` of the ``plate``.
 
-    ``strike``: the run of the round ``done``; ``turn``: as in `ValueLook`.
+    The error by the plate's band is the larger one of that in the budget and that by a wider band, ``inf`` if there is
+    no wider one. ``strike``: the run of the round ``done``; ``turn``: as in `ValueLook`.
     """
     scene, greens = done.plan.scene, strike.striker.greens
     look = ValueLook(PlateLook(plate, replace(field, body=strike.striker), strike.division), value_of, turn)

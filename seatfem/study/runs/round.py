@@ -32,8 +32,7 @@ from seatfem.study.ladders.table import LADDERS, ladder_of, source_of
 from seatfem.study.method import MODES, STEP, STOPPER_ARCS, STOPPER_RINGS, RunMethod
 from seatfem.study.plan import Plan
 from seatfem.study.scene.contradictions import cover_doubts_of, own_doubts_of
-from seatfem.study.scene.measures import in_words as spoken
-from seatfem.study.scene.measures import short_words
+from seatfem.study.scene.measures import describe_measure, short_words
 from seatfem.study.scene.problems import tables_in
 from seatfem.units import write_quantity
 
@@ -54,13 +53,13 @@ class Round:
         striker: the striker's Green's function and motion without contact.
         reed: the solved reed, if it has finite elements or other computed modes.
         touches, stress: contact history, and the reed's largest stresses.
-        left: error budget of the measures.
+        budget: error budget of the measures.
         number: 1, 2, ...
         stopped: why no further round follows; "" if the target is met.
         spent: wall time of this round by stage [s].
         price: the same, with what was reused at the time that it took when it was computed.
         memory: peak memory of the process up to the end of the round, or when what was reused was computed [bytes].
-        held: memory of the process before the run [bytes].
+        memory_before: memory of the process before the run [bytes].
         before: method and price of the round before.
         plate: stress of a striking plate, if stress is a measure asked for.
         flights: the striker's motion without contact, shared by further runs of the round.
@@ -71,14 +70,14 @@ class Round:
     striker: impact.Body
     touches: Touches
     stress: ReedStress
-    left: Budget
+    budget: Budget
     reed: Solved | None = None
     number: int = 1
     stopped: str = ""
     spent: Mapping[str, float] = field(default_factory=dict)
     price: Mapping[str, float] = field(default_factory=dict)
     memory: float = math.nan
-    held: float = 0.0
+    memory_before: float = 0.0
     before: tuple[RunMethod, Mapping[str, float]] | None = None
     plate: PlateStress | None = None
     flights: Flights | None = field(default=None, repr=False)
@@ -128,13 +127,13 @@ class Round:
     def judged(self) -> tuple[str, ...]:
         """Return the names of the values that must meet the target; none if the run has no landing."""
         names = self.plan.scene.accuracy.judged if self.landed else ()
-        return tuple(name for name in names if name in self.left.values)
+        return tuple(name for name in names if name in self.budget.values)
 
     @property
     def met(self) -> bool | None:
         """Return whether the error bars of all judged values are within the target; ``None`` without such values."""
         target = self.plan.scene.accuracy.target
-        return all(self.left.relative(name) <= target for name in self.judged) if self.judged else None
+        return all(self.budget.relative(name) <= target for name in self.judged) if self.judged else None
 
 
 def missed(done: Round) -> tuple[str, ...]:
@@ -142,15 +141,15 @@ def missed(done: Round) -> tuple[str, ...]:
     plan, target = done.plan, done.plan.scene.accuracy.target
     sentences = []
     for name in done.judged:
-        if math.isinf(bar := done.left.relative(name)):
-            sentences.append(f"{spoken(name)} has no known uncertainty: {UNKNOWN}")
+        if math.isinf(bar := done.budget.relative(name)):
+            sentences.append(f"{describe_measure(name)} has no known uncertainty: {UNKNOWN}")
         elif bar > target:
-            source = done.left.dominant(name)
-            errors = {key: part.get(name, 0.0) for key, part in done.left.by_key.items() if source_of(key) == source}
+            source = done.budget.dominant(name)
+            errors = {key: part.get(name, 0.0) for key, part in done.budget.by_key.items() if source_of(key) == source}
             worst = max(errors, key=lambda key: errors[key], default="")
             sentences.append(
-                f"{spoken(name)} has an uncertainty of {percent(bar)}, above accuracy.target = {percent(target)}; "
-                f"largest part: {safety.source_in_words(source)}; {remedy_of(plan, worst, source)}"
+                f"{describe_measure(name)} has an uncertainty of {percent(bar)}, above accuracy.target = "
+                f"{percent(target)}; largest part: {safety.source_in_words(source)}; {remedy_of(plan, worst, source)}"
             )
     if sentences and done.stopped:
         sentences.append(
@@ -164,7 +163,7 @@ def bar_in_words(name: str, bar: float) -> str:
     return f"{short_words(name)} {f'+-{percent(bar)}' if math.isfinite(bar) else 'not known'}"
 
 
-def in_words(done: Round, before: Plan | None = None) -> str:
+def describe_round(done: Round, before: Plan | None = None) -> str:
     """Return a line on a round: what was refined since the plan of the round ``before``, the error bars of the judged
     measures with those before, time and memory."""
     refined = "" if before is None else f" ({done.plan.changes_since(before)})"
@@ -173,7 +172,7 @@ def in_words(done: Round, before: Plan | None = None) -> str:
         return f"round {done.number}{refined}: no landing to judge; {cost}"
     bars = []
     for name in done.judged:
-        bar = done.left.relative(name)
+        bar = done.budget.relative(name)
         earlier = bar if before is None else before.error.get(name, bar)
         moved = math.isfinite(earlier) and percent(earlier) != percent(bar)
         bars.append(bar_in_words(name, earlier) + f" -> {percent(bar)}" if moved else bar_in_words(name, bar))
@@ -194,10 +193,10 @@ _NAMES: Final = {
 
 def _is_step_within(done: Round) -> bool:
     """Return whether the error by the time step alone is within the target in all judged values."""
-    by_step, target = done.left.parts.get("time_step"), done.plan.scene.accuracy.target
+    by_step, target = done.budget.parts.get("time_step"), done.plan.scene.accuracy.target
     if by_step is None or not done.judged:
         return False
-    return all(variations.SAFETY * by_step[name] <= target * abs(done.left.values[name]) for name in done.judged)
+    return all(variations.SAFETY * by_step[name] <= target * abs(done.budget.values[name]) for name in done.judged)
 
 
 OF_EITHER: Final = "a lower bandwidth (or fewer modes) of the seat, or of the stopper if that one rings fastest"
@@ -209,11 +208,11 @@ def remarks(done: Round, left_out: Sequence[str]) -> tuple[str, ...]:
     ``left_out``: what its model leaves out (`not_modelled`), which is among them.
     """
     scene = done.plan.scene
-    empty = [name for name in scene.accuracy.judged if done.landed and name not in done.left.values]
+    empty = [name for name in scene.accuracy.judged if done.landed and name not in done.budget.values]
     assumed = scene.reed.assumed()
     limits = validity.validity_advice(scene.geometry, scene.run.filter_width, done.seat.greens, done.striker.greens)
     return (
-        *([f"asked for, but without a value: {', '.join(map(spoken, empty))}: {NO_VALUE}"] if empty else []),
+        *([f"asked for, but without a value: {', '.join(map(describe_measure, empty))}: {NO_VALUE}"] if empty else []),
         *([f"not given, taken from the paper's reed: {', '.join(assumed)}"] if assumed else []),
         *map(str, limits),
         *_advice(done),

@@ -1,5 +1,5 @@
-"""The rounds of a run: a plan is computed, its error estimated, and it is refined until the target is met or cannot
-be."""
+"""The rounds of a run: a plan is computed, its error estimated, and the plan refined, until the target is met or no
+further refinement is possible."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ from seatfem.study.runs import reed_stress
 from seatfem.study.runs.converge import attempts, in_widest_band, with_measured_errors
 from seatfem.study.runs.kept import cached_numbers
 from seatfem.study.runs.next_round import Limits, expect_time, next_plan
-from seatfem.study.runs.round import UNFINISHED, Round, in_words
+from seatfem.study.runs.round import UNFINISHED, Round, describe_round
 from seatfem.study.safety import FAILURES
 from seatfem.study.scene.measures import Stress, any_needs, asked_name
 
-ANY: Final = Limits()
+NO_LIMITS: Final = Limits()
 SEAT_FILE: Final = "seat.h5"
 
 
@@ -46,29 +46,29 @@ def rounds(
     watch: Stopwatch,
     progress: Progress,
     *,
-    limits: Limits = ANY,
+    limits: Limits = NO_LIMITS,
     tell: Tell = ignore,
     start: float | None = None,
 ) -> Iterator[Round]:
     """Yield rounds of run, error estimate and refinement, until the target is met or nothing more can be refined.
 
-    The keys with the largest errors are refined; those that the file states are kept, and no round is begun that is
-    expected to exceed the ``limits`` or the number of steps that can be stored. If a finer round fails, its predecessor
-    is the answer: its seat is written again, and it is yielded again with the reason in ``stopped``.
+    The keys with the largest errors are refined; keys that the file states are kept. No round begins that is expected
+    to exceed the ``limits`` or the number of steps that can be stored. If a finer round fails, the round before is the
+    result: its seat is written again, and it is yielded again with the reason in ``stopped``.
 
     Args:
-        tell: receives a line on each round: what was refined, errors, time, memory, and the time that the next takes.
+        tell: function that receives a line on each round: refined keys, errors, time, memory, time of the next round.
         start: `time.perf_counter` at the start of the run, from which ``limits.seconds`` count.
 
     Yields:
-        Each finished round, before the next begins; ``stopped`` of one that is not the last says so.
+        Each finished round before the next one begins; ``stopped`` says whether a further one follows.
     """
     begun = time.perf_counter() if start is None else start
     deadline = begun + limits.seconds
-    held = forget_peak()
+    memory_before = forget_peak()
     listen = within_limits(progress, begun + limits.first)
     progress(ROUND, 0.0)
-    latest = _round(plan, folder, watch, listen, limits, held)
+    latest = _round(plan, folder, watch, listen, limits, memory_before)
     before: Plan | None = None
     while True:
         left = deadline - time.perf_counter()
@@ -76,7 +76,7 @@ def rounds(
             further, why = next_plan(latest, limits, left) if latest.met is False else (None, "")
         except FAILURES as problem:
             further, why = None, _failure_words(problem)
-        line = in_words(latest, before)
+        line = describe_round(latest, before)
         if further is None:
             tell(line)
             yield with_stress(replace(latest, stopped=why), limits, watch)
@@ -92,7 +92,7 @@ def rounds(
                 attempt = replace(finer, refused={**finer.refused, **dict.fromkeys(left_out, stopped)})
                 try:
                     listen = within_limits(progress, deadline)
-                    latest = _round(attempt, folder, watch, listen, limits, held, latest)
+                    latest = _round(attempt, folder, watch, listen, limits, memory_before, latest)
                     break
                 except FAILURES as problem:
                     stopped = _failure_words(problem) + _restore_seat(latest, attempt, folder)
@@ -106,19 +106,19 @@ def rounds(
             raise
 
 
-def rounds_apart(
-    plan: Plan, watch: Stopwatch, limits: Limits = ANY, progress: Progress = silent, tell: Tell = ignore
+def rounds_in_temporary_folder(
+    plan: Plan, watch: Stopwatch, limits: Limits = NO_LIMITS, progress: Progress = silent, tell: Tell = ignore
 ) -> Iterator[Round]:
-    """Yield the `rounds`, whose files are temporary."""
+    """Yield the `rounds` of a plan with their files in a temporary folder."""
     with private_folder("look") as folder, gmsh_session():
         yield from rounds(plan, folder, watch, progress, limits=limits, tell=tell)
 
 
 def last_round(
-    plan: Plan, watch: Stopwatch, limits: Limits = ANY, progress: Progress = silent, tell: Tell = ignore
+    plan: Plan, watch: Stopwatch, limits: Limits = NO_LIMITS, progress: Progress = silent, tell: Tell = ignore
 ) -> Round:
-    """Return the last of `rounds_apart`."""
-    *_, done = rounds_apart(plan, watch, limits, progress, tell)
+    """Return the last round of `rounds_in_temporary_folder`."""
+    *_, done = rounds_in_temporary_folder(plan, watch, limits, progress, tell)
     return done
 
 
@@ -127,13 +127,13 @@ class OutOfTime(SeatfemError, RuntimeError):
 
 
 LEAST_FREE: Final = 3e8
-"""Memory that must remain available while a run goes on [bytes]."""
-EVERY: Final = 0.5  # least time between two looks at the memory [s]
+"""Memory that must remain available during a run [bytes]."""
+EVERY: Final = 0.5  # least time between two checks of the available memory [s]
 
 
 def within_limits(progress: Progress, deadline: float = math.inf) -> Progress:
-    """Return ``progress`` that raises, in words, `OutOfTime` at a report after the deadline, and `MemoryError` at one
-    with less than `LEAST_FREE` available: the run ends before the system ends it."""
+    """Return ``progress`` that raises `OutOfTime` at a report after the deadline, and `MemoryError` at one with less
+    than `LEAST_FREE` available, before the system kills the run."""
     last = -math.inf
 
     def listen(stage: str, done: float) -> None:
@@ -162,7 +162,7 @@ def _failure_words(problem: Exception) -> str:
 
 
 def _restore_seat(done: Round, further: Plan, folder: Path) -> str:
-    """Write the seat of ``done`` again, as a failed round may have written a finer one; return why it cannot, or ""."""
+    """Write the seat of ``done`` again, as a failed round may have written another; return why this failed, or ""."""
     if _seat_key(further) == (key := _seat_key(done.plan)):
         return ""
     try:
@@ -186,11 +186,11 @@ def solve(
     cache: Cache | None = None,
     mesh_error: bool = True,
 ) -> Round:
-    """Return a plan's results without their errors.
+    """Return the results of a plan without their errors.
 
     Args:
         before: a round whose seat and reed are reused if their methods are unchanged.
-        cache: cache of the seat; ``None``: it is computed.
+        cache: cache of the seat; ``None``: the seat is computed.
         mesh_error: whether bodies are also solved on coarser meshes, for the error estimate.
     """
     scene, method = plan.scene, plan.method
@@ -212,8 +212,8 @@ def solve(
     contact.check_length(scene, dt, method.seat.division.count)
     progress("stepping", 0.0)
     with watch("contact"):
-        looked_at = scene.needs_stress or scene.stress is not None or bool(scene.assessments)
-        flights = contact.Flights(striker, scene.run.duration, scene.contact.preload, keeps_runs=looked_at)
+        needs_runs = scene.needs_stress or scene.stress is not None or bool(scene.assessments)
+        flights = contact.Flights(striker, scene.run.duration, scene.contact.preload, keeps_runs=needs_runs)
         touches = run_contacts(scene, striker, seat.greens, dt, progress, flights)
     computed = Round(plan, seat, striker, touches, UNKNOWN_STRESS, Budget({}), reed, flights=flights)
     if not scene.needs_stress:
@@ -227,7 +227,7 @@ def solve(
 
 
 def with_stress(done: Round, limits: Limits, watch: Stopwatch) -> Round:
-    """Return the last round with the reed's largest stresses, if they are wanted or the scene asks for more of them."""
+    """Return the last round with the reed's largest stresses, if ``limits`` or the scene ask for them."""
     scene = done.plan.scene
     if done.stress.is_known or not (limits.stress or scene.stress or scene.assessments):
         return done
@@ -241,14 +241,14 @@ def _round(
     watch: Stopwatch,
     progress: Progress,
     limits: Limits,
-    held: float,
+    memory_before: float,
     before: Round | None = None,
 ) -> Round:
-    """Return a round with its errors, number, time and memory, those of what was reused included.
+    """Return a round with its errors, number, time and memory, including those of reused results.
 
-    ``held``: memory before the run [bytes]; ``before``: the round before, if any. If no Krylov space reaches the
-    tolerance of the first one, it has a looser one, and a band with too many modes becomes the widest that has few
-    enough, unless the file states them.
+    If no Krylov space reaches the tolerance of the first round, the next looser one is taken; a band with too many
+    modes is replaced by the widest one with few enough; unless the file states either. ``memory_before``: memory before
+    the run [bytes]; ``before``: the round before, if any.
     """
     scene, cache, stages = plan.scene, Cache(folder / SEAT_FILE), dict(watch.stages)
     while True:
@@ -267,33 +267,34 @@ def _round(
     seat, touches = computed.seat, computed.touches
     with watch("error budget"):
         wanted_stress = computed.stress if scene.needs_stress else UNKNOWN_STRESS
-        looks = (wanted_stress, computed.look, computed.flights)
-        compute = partial(error_budget, computed.as_computed(progress), touches, *looks)
+        options = (wanted_stress, computed.look, computed.flights)
+        compute = partial(error_budget, computed.as_computed(progress), touches, *options)
         if limits.steady:  # scenes of a study are kept by its journal
             budget = compute()
         else:
-            beside = [each is None for each in (seat.coarser, seat.in_rings)]  # which comparisons of the seat there are
-            left = cached_numbers(computed, touches, f"error budget {beside}", lambda: vars(compute()))
-            budget = Budget(left["values"], left["parts"], tuple(left["sources"]), left["by_key"])
+            missing = [each is None for each in (seat.coarser, seat.in_rings)]  # comparisons of the seat that lack
+            stored = cached_numbers(computed, touches, f"error budget {missing}", lambda: vars(compute()))
+            budget = Budget(stored["values"], stored["parts"], tuple(stored["sources"]), stored["by_key"])
     memory, number = peak_memory(), 1 if before is None else before.number + 1
-    computed = replace(computed, left=_with_recovery(budget, computed.plate), number=number, held=held)
+    budget = _with_recovery(budget, computed.plate)
+    computed = replace(computed, budget=budget, number=number, memory_before=memory_before)
     spent = {stage: s - stages.get(stage, 0.0) for stage, s in watch.stages.items() if s > stages.get(stage, 0.0)}
     price: Mapping[str, float] = spent
     if before is not None:
         price = {**before.price, **spent}
         computed = replace(computed, before=(before.plan.method, before.price))
     if not limits.steady:
-        first = {"stages": price, "memory": memory - held}
-        kept = cached_numbers(computed, touches, "price", lambda: first)
-        price, memory = kept["stages"], max(memory, held + kept["memory"])
+        measured = {"stages": price, "memory": memory - memory_before}
+        stored = cached_numbers(computed, touches, "price", lambda: measured)
+        price, memory = stored["stages"], max(memory, memory_before + stored["memory"])
     return replace(computed, plan=with_measured_errors(computed), spent=spent, price=price, memory=memory)
 
 
-def _with_recovery(left: Budget, plate: reed_stress.PlateStress | None) -> Budget:
-    """Return the budget with errors of a plate's stress recovery, by its mesh and modes, combined with the reed's."""
-    names = [name for name in left.values if asked_name(name) == Stress.name]
-    if plate is None or not names or not left.parts:
-        return left
-    of_recovery = dict.fromkeys(left.values, 0.0) | dict.fromkeys(names, plate.bar)
-    known = left.parts.get(STRIKER, dict.fromkeys(left.values, 0.0))
-    return replace(left, parts={**left.parts, STRIKER: combined(known, of_recovery)})
+def _with_recovery(budget: Budget, plate: reed_stress.PlateStress | None) -> Budget:
+    """Return the budget with the errors of a plate's stress recovery, by mesh and modes, added to those of the reed."""
+    names = [name for name in budget.values if asked_name(name) == Stress.name]
+    if plate is None or not names or not budget.parts:
+        return budget
+    of_recovery = dict.fromkeys(budget.values, 0.0) | dict.fromkeys(names, plate.bar)
+    of_reed = budget.parts.get(STRIKER, dict.fromkeys(budget.values, 0.0))
+    return replace(budget, parts={**budget.parts, STRIKER: combined(of_reed, of_recovery)})

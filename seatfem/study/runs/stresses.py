@@ -55,8 +55,8 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
     strike, seat, reed = done.strike, seat_stress(done, progress), done.plate
     if reed is None:
         reed = plate_stress(done)
-    elif REED in done.left.values:  # a measure of the round, which has its bar there
-        reed = replace(reed, bar=done.left.bar(REED))
+    elif REED in done.budget.values:  # a measure of the round, which has its bar there
+        reed = replace(reed, bar=done.budget.bar(REED))
     of_seat = seat if np.any(done.result.force) else None
     of_reed = reed if done.plate is None and reed is not None and reed.largest.after_contact.is_known else None
     if seat is not None and of_seat is None:

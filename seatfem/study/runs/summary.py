@@ -136,26 +136,26 @@ def landing_keys(landings: Landings, values: Mapping[str, float]) -> dict[str, o
     }
 
 
-def landing_records(touches: Touches, left: Budget) -> list[dict[str, object]]:
+def landing_records(touches: Touches, budget: Budget) -> list[dict[str, object]]:
     """Return records of all landings on seat and stopper in the order of time, with error bars.
 
     The place of a landing is the middle of the part of the seat's lip that touched first, and ``None`` without a lip.
     """
     records = [
-        _landing_record(touches, face, number, landing, left)
+        _landing_record(touches, face, number, landing, budget)
         for face in get_args(Face)
         for number, landing in enumerate(touches.landings.on(face))
     ]
     return sorted(records, key=lambda record: record["time_s"])  # type: ignore[arg-type, return-value]
 
 
-def _landing_record(touches: Touches, face: Face, number: int, landing: Landing, left: Budget) -> dict[str, object]:
+def _landing_record(touches: Touches, face: Face, number: int, landing: Landing, budget: Budget) -> dict[str, object]:
     names = {key: landing_name(face, number, key) for key in OF_A_LANDING.values()}
-    bars = {key: left.bar(name) if name in left.values else math.inf for key, name in names.items()}
+    bars = {key: budget.bar(name) if name in budget.values else math.inf for key, name in names.items()}
     if face == "seat" and landing is touches.landings.hardest:
         for key, measure in JUDGED.items():  # their error bars include half the time step and jumps
-            if measure in left.values:
-                bars[key] = max(bars[key], left.bar(measure))
+            if measure in budget.values:
+                bars[key] = max(bars[key], budget.bar(measure))
     place = (math.nan, math.nan)
     on_land: dict[str, object] = {}
     line, parts = touches.line, touches.parts
@@ -189,10 +189,10 @@ def landing_bar_keys(records: Sequence[Mapping[str, object]], number: object) ->
     return {f"error_bar_landing_{key}": hard.get(f"error_bar_{key}") for key in OF_A_LANDING.values()}
 
 
-def spring_bar_keys(left: Budget) -> dict[str, object]:
+def spring_bar_keys(budget: Budget) -> dict[str, object]:
     """Return error_bar_spring_KEY of each measure of the baseline whose errors were computed."""
-    names = [name for name in left.values if not is_of_a_landing(name)]
-    return {f"error_bar_spring_{key_of(name)}": finite_or_none(left.bar(name)) for name in names}
+    names = [name for name in budget.values if not is_of_a_landing(name)]
+    return {f"error_bar_spring_{key_of(name)}": finite_or_none(budget.bar(name)) for name in names}
 
 
 def _place(line: Line, arc: int) -> tuple[float, float]:

@@ -27,7 +27,7 @@ class Film(fields.Table):
     closed. Forces and impulses of a run are those of film and bodies together; contacts, their number, duration and
     restitution are those of the bodies alone. summary.json has film_force_peak_N, stiction_force_peak_N (the largest
     tension), film_loss_J, and the results without_film. The fluid is incompressible: for a gas the force is an upper
-    bound where the film's pressure exceeds the ambient one.
+    bound where the film's pressure exceeds the ambient pressure.
     """
 
     sample: ClassVar[str] = """
@@ -81,9 +81,9 @@ STEEPEST: Final = math.radians(30) * (1 + 1e-12)  # largest tilt; 30 deg itself 
 
 class Stopper(fields.Table):
     """A second body that limits the lift, of any kind, with the keys of that kind. It is at rest, or free with a
-    velocity towards the seat: it then strikes the reed from behind, as in a chain of a striker and two bars. If the
-    reed is a free rod, the stopper meets its back where `at` is the rod's length. The stopper's Green's function
-    follows its own keys; its error is in the error bars of a run, not of a plan."""
+    velocity towards the seat; it then strikes the reed from behind, as in a chain of a striker and two bars. If the
+    reed is a free rod and `at` is its length, the stopper meets its back end. The stopper's Green's function follows
+    its own keys; its error is in the error bars of a run, not in those of a plan."""
 
     inlined: ClassVar[str] = "body"
 
@@ -104,15 +104,15 @@ gap = "1.5 mm"
     )
     at: fields.Length | None = fields.absent("position on the reed, from its root; that of the contact where absent")
     arcs: int | None = fields.absent(
-        "segments of its face, each with its own contact, for a reed that is a plate: of the flat ring or "
-        "disc that is struck, of the faces of cad and mesh, or, of a stopper without a face such as a spring, of the "
-        "reed's contact face; 32 where rings, a tilt or a profile are given, else its face is met as a whole, until "
-        "rounds divide it; with a profile also for a beam",
+        "number of segments of its face, each with its own contact, for a reed that is a plate, and with a profile "
+        "also for a beam. The face is the flat ring or disc that is struck, the faces of cad and mesh, or, of a "
+        "stopper without a face such as a spring, the reed's contact face. Where absent: 32 with rings, a tilt or a "
+        "profile; else the face is one contact, until a round divides it",
         strict=True,
         ge=1,
         le=MOST_PORTS,
     )
-    rings: int = fields.default(1, "parts across each of its segments", strict=True, ge=1, le=MOST_RINGS)
+    rings: int = fields.default(1, "number of parts across each segment", strict=True, ge=1, le=MOST_RINGS)
     tilt: fields.Tilt = fields.default(
         "0 deg", "between the stopper's plane and the undeformed reed; gap is then the smallest"
     )
@@ -123,7 +123,7 @@ gap = "1.5 mm"
 
     @model_validator(mode="before")
     @classmethod
-    def _apart(cls, given: object) -> object:
+    def _split_body(cls, given: object) -> object:
         """Move the keys of the body to the field ``body``."""
         if not isinstance(given, Mapping) or isinstance(given.get("body"), Structure):
             return given
@@ -131,8 +131,8 @@ gap = "1.5 mm"
         return law_as_text({**own, "body": {key: value for key, value in given.items() if key not in own}})
 
     @model_serializer(mode="wrap")
-    def _together(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
-        """Return the stopper as one table, as in a file."""
+    def _join_body(self, handler: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        """Return the keys of stopper and body in one table, as in a file."""
         own: dict[str, Any] = dict(handler(self))
         return {**own.pop("body", {}), **own}
 
@@ -169,24 +169,24 @@ gap = "1.5 mm"
 
     @property
     def speed(self) -> float:
-        """Return its initial velocity, < 0 towards the seat [m/s]."""
+        """Return the initial velocity of the stopper, < 0 towards the seat [m/s]."""
         return getattr(self.body, "velocity", None) or 0.0
 
     @property
     def parts(self) -> Division:
-        """Return the parts into which its face is divided."""
+        """Return the division of its face into segments and rings."""
         many = self.arcs or (USUAL_ARCS if self.tilt or self.rings > 1 or self.profile is not None else 1)
         return Division(min(many, MOST_PORTS // self.rings), self.rings)
 
     def divided(self, division: Division) -> Stopper:
-        """Return the stopper with its face in other parts."""
+        """Return the stopper with another division of its face."""
         if division == self.parts:
             return self
         return self.model_copy(update={"arcs": division.arcs, "rings": division.rings})
 
 
 def stopper_of(kinds: tuple[type[Structure], ...], laws: tuple[type[ContactLaw], ...]) -> type[Stopper]:
-    """Return a type of stopper with bodies of these kinds and these contact laws."""
+    """Return a type of stopper that takes bodies of these kinds and these contact laws."""
     changed: Any = {"body": (fields.one_of(kinds), fields.field_of(Stopper, "body"))}
     if laws != OWN_LAWS:
         changed["law"] = (fields.one_of(laws), fields.field_of(Stopper, "law"))
@@ -198,13 +198,14 @@ class Contact(fields.Table):
 
     The keys from `ports` on apply to a lip: flat faces in one plane, each a ring between two closed lines of any shape,
     or a strip with two ends. The ring of a body of revolution, the lands of a `plate`, and many faces of `cad` and
-    `mesh` are lips. The centroid of the faces lies at the reed's contact, the part's x axis along the reed. A plate
-    touches the part of flat faces that lies under it in plan: at least a tenth of a face, and all round a port at least
-    a tenth of its land's width.
+    `mesh` are lips. The centroid of the faces lies at the reed's contact, and the part's x axis along the reed. A plate
+    touches the part of the flat faces that lies under it in plan. This must be at least a tenth of each face, and all
+    round a port at least a tenth of its land's width.
 
-    Perpendicular cuts divide the faces into arcs of equal areas. Arcs are numbered face after face, by x; on a ring
-    from its own x axis, anticlockwise about the normal; on a strip from its end at the smaller x. Places are angles
-    from the x axis on a single ring that each ray from its centroid crosses once, and lengths along the lip otherwise.
+    Cuts across the faces divide them into segments (arcs) of equal areas. The segments are numbered face after face, in
+    the order of x; on a ring from its own x axis, anticlockwise about the normal; on a strip from its end at the
+    smaller x. Places are angles from the x axis on a single ring that each ray from its centroid crosses once, and
+    lengths along the lip otherwise.
     """
 
     law: _Law = fields.default(USUAL, "force by penetration; a kind without keys may be written as text")
@@ -216,16 +217,16 @@ class Contact(fields.Table):
     )
     rings: int = fields.default(
         1,
-        "parts across the contact face, from edge to edge, each with its own contact; 1: one contact "
-        "with the mean displacement",
+        "number of parts across the contact face, from edge to edge, each with its own contact; 1: one "
+        "contact with the mean displacement",
         strict=True,
         ge=1,
         le=MOST_RINGS,
     )
 
     ports: int | None = fields.absent(
-        "segments of the lip, each with its own contact; chosen where absent: one where the reed states its own "
-        "contact or is no plate, unless another key of a lip is given",
+        "number of segments of the lip, each with its own contact. Where absent it is chosen by the run; it is one if "
+        "the reed states its own contact or is no plate, unless another key of a lip is given",
         strict=True,
         ge=1,
         le=MOST_PORTS,
@@ -240,8 +241,8 @@ class Contact(fields.Table):
     line_arc: fields.Angle = fields.default("45 deg", "part of the lip over which forces per length are averaged")
     waviness: tuple[tuple[fields.Angle, fields.Position], ...] = fields.default(
         (),
-        "heights of the gap over the lip's angle, added to the tilt: a list of [angle, height], in between "
-        "linear; from the direction of the reed's tip, anticlockwise",
+        "heights that are added to the gap along the lip: a list of [angle, height], linear in between; angles from "
+        "the direction of the reed's tip, anticlockwise",
         max_length=1000,
     )
 
@@ -251,14 +252,14 @@ class Contact(fields.Table):
         return law_as_text(given)
 
     @property
-    def uneven(self) -> str:
-        """Return the key that makes the gap vary along the lip; "" if there is none."""
+    def uneven_key(self) -> str:
+        """Return the key that lets the gap vary along the lip; "" if there is none."""
         return "tilt" if self.tilt else "waviness" if self.waviness else ""
 
     @property
-    def along_a_lip(self) -> str:
+    def lip_key(self) -> str:
         """Return the first stated key that needs a lip; "" if there is none."""
-        return "ports" if (self.ports or 1) > 1 else self.uneven or ("offset" if any(self.offset) else "")
+        return "ports" if (self.ports or 1) > 1 else self.uneven_key or ("offset" if any(self.offset) else "")
 
     def contradictions(self) -> fields.Contradictions:
         if abs(self.tilt) > STEEPEST:
@@ -270,8 +271,11 @@ class Contact(fields.Table):
             yield "ports", f"{parts} are more than {MOST_PORTS}; {size}: take fewer of either"
         if arcs > 1 and arcs % 2 and 2 * arcs * self.rings > MOST_CHOSEN:  # the error is estimated with half as many
             yield "ports", f"{parts}: so many must be an even number of segments"
-        if self.ports == 1 and self.uneven:
-            yield "ports", f"a single contact point has only a mean gap, {self.uneven} needs several: remove one key"
+        if self.ports == 1 and self.uneven_key:
+            yield (
+                "ports",
+                f"a single contact point has only a mean gap, {self.uneven_key} needs several: remove one key",
+            )
         if self.film is not None and self.law.remembers:
             yield ("film", "how the fluid in a joint that stays closed moves is not known: remove one of film and law")
         if not 0 < self.line_arc <= 2 * math.pi * (1 + 1e-9):

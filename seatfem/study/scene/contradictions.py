@@ -147,7 +147,7 @@ def overlaps_with_profile(geometry: ContactGeometry) -> Contradictions:
 
 
 def of_lip(seat: Structure, reed: Structure, contact: Contact) -> Contradictions:
-    if (key := contact.along_a_lip) and (why := seat.lip_face.no_lip):
+    if (key := contact.lip_key) and (why := seat.lip_face.no_lip):
         yield f"contact.{key}", f"a seat of kind {seat.kind!r}, {why}"
     if structure.is_curved(seat):
         yield "seat.curvature", "only the reed may be curved; remove the key"

@@ -74,7 +74,7 @@ def _too_little(geometry: lips.ContactGeometry, reed: outlines.BodyViews, share:
     meets enough."""
     contact, least = geometry.contact, geometry.reed.least_cover
     region = None
-    if contact.along_a_lip or not geometry.reed.states_contact:
+    if contact.lip_key or not geometry.reed.states_contact:
         try:
             region = geometry.reed.meets(geometry.overlap(geometry.seat))
         except lands.UncoveredError as error:
@@ -99,7 +99,7 @@ def check_files(scene: models.Scene) -> None:
     """
     contact, stopper = scene.contact, scene.stopper
     findings = [((role, *path), text) for role, body in scene.bodies.items() for path, text in body.problems()]
-    if not findings and (key := contact.along_a_lip or ("ports" if contact.ports else "")):
+    if not findings and (key := contact.lip_key or ("ports" if contact.ports else "")):
         findings += _of_lip(scene.geometry, scene.seat, "contact", key)
     is_flat = stopper is not None and stopper.profile is None
     if not findings and stopper is not None and is_flat:

@@ -122,7 +122,7 @@ class ContactGeometry:
         """Return the default number of arcs: `USUAL` if the gap varies along the lip or the lip is off the middle, or
         if a plate without a stated contact face meets the ring of a body of revolution; `FEWEST_ARCS` if it meets other
         rings or strips; else one."""
-        uneven = self.contact.uneven or is_curved(self.reed) or any(self.contact.offset)
+        uneven = self.contact.uneven_key or is_curved(self.reed) or any(self.contact.offset)
         if not (uneven or self._meets_a_lip):
             return 1
         arcs = USUAL if uneven or self.seat.lip_face.ring is not None else FEWEST_ARCS
@@ -364,7 +364,7 @@ class ContactGeometry:
 
     @property
     def _is_uneven(self) -> bool:
-        return bool(self.contact.uneven) or is_curved(self.reed)
+        return bool(self.contact.uneven_key) or is_curved(self.reed)
 
     @property
     def _lines_sought(self) -> int:

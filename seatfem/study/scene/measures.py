@@ -13,7 +13,7 @@ import numpy as np
 
 from impact.after import histories
 from impact.after.histories import UNKNOWN_STRESS, ReedStress
-from impact.after.landings import Landing, hardest, pair_landings
+from impact.after.landings import Landing, find_hardest, pair_landings
 from impact.after.result import NO_FILM
 from impact.greens.base import Array
 from impact.march.grid import TimeGrid
@@ -384,7 +384,7 @@ def judged_names(names: Collection[str], landing: LandingChoice) -> tuple[str, .
 
 def judged_landings(landings: Sequence[Landing]) -> Mapping[str, Landing]:
     """Return the hardest and the first landing, by the prefix of the names of their values."""
-    hard = hardest(landings)
+    hard = find_hardest(landings)
     return {} if hard is None else {HARDEST: hard, FIRST: landings[0]}
 
 
@@ -415,7 +415,7 @@ def values_of(blow: ContactRecord, like: Sequence[Landing]) -> dict[str, float]:
     return values
 
 
-def in_words(name: str) -> str:
+def describe_measure(name: str) -> str:
     """Return the meaning of a value of a run, with its key in brackets."""
     prefix, measure = _prefix_and_measure(name)
     of_landing = "" if all_measures()[measure].landing_words else LANDING_WORDS[prefix]

@@ -45,7 +45,7 @@ def answer_in_words(table: StudyTable) -> list[str]:
     return [f"{limits}: holds in {counts[HOLDS]} of {len(table)} scenes{others}", *where(table)]
 
 
-def in_words(table: StudyTable) -> list[str]:
+def describe_study(table: StudyTable) -> list[str]:
     """Return what a study says in sentences: its scenes by state, where its limits hold, the range of each result, and
     which scenes and results are missing."""
     states = list(table.columns["status"])

@@ -19,7 +19,7 @@ from seatfem.study.sweep.answers import Axis, axis_of
 from seatfem.study.sweep.effects import CONFIDENCE, PERCENTILES, Band, Effect, Indices, drawn_rows, front, objectives
 from seatfem.study.sweep.maps import NAMES, draw_limits, draw_map, mark_foot
 from seatfem.study.sweep.study import Optimise
-from seatfem.study.sweep.table import Columns, StudyTable, as_written, write_columns
+from seatfem.study.sweep.table import Columns, StudyTable, in_stated_units, write_columns
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -275,7 +275,7 @@ def write_reports(table: StudyTable, folder: Path, *, pictures: bool = True) -> 
     files, gaps = [], []
     for name, columns, draw in reports_of(table):
         if columns is not None:
-            write_columns(folder / f"{name}.csv", as_written(table.study, columns))
+            write_columns(folder / f"{name}.csv", in_stated_units(table.study, columns))
             files.append(folder / f"{name}.csv")
         if not pictures:
             continue

@@ -11,7 +11,7 @@ import scipy
 from numpy.typing import NDArray
 
 from seatfem.readings import BAR
-from seatfem.study.sweep.table import Columns, StudyTable, in_unit_of
+from seatfem.study.sweep.table import Columns, StudyTable, find_stated_unit
 
 Array = NDArray[np.float64]
 MOST_LEVELS: Final = 12  # most values of a key with a group each; more are divided into groups of equal size
@@ -87,7 +87,7 @@ def effects_columns(table: StudyTable, effects: Sequence[Effect]) -> Columns:
     """Return the effects as a table, results in the units that the study states."""
     rows: list[tuple[object, ...]] = []
     for each in effects:
-        factor, head = in_unit_of(table.study, each.measure)
+        factor, head = find_stated_unit(table.study, each.measure)
         numbers = (factor * values for values in (each.mean, each.error, each.bar))
         of_groups = zip(each.at, *map(np.ndarray.tolist, numbers), each.count.tolist(), strict=True)
         rows += [(each.parameter, head, *group) for group in of_groups]
@@ -216,7 +216,7 @@ def tolerance_bands(table: StudyTable) -> list[Band]:
 
 def bands_columns(table: StudyTable, bands: Sequence[Band]) -> Columns:
     """Return the bands as a table, results in the units that the study states."""
-    factors, heads = zip(*(in_unit_of(table.study, band.measure) for band in bands), strict=True)
+    factors, heads = zip(*(find_stated_unit(table.study, band.measure) for band in bands), strict=True)
     columns: dict[str, list[object]] = {"measure": list(heads), "scenes": [len(band.sample) for band in bands]}
     pairs = list(zip(factors, bands, strict=True))
     for k, share in enumerate(PERCENTILES):

@@ -128,7 +128,7 @@ def _without_bars(path: Path, changed: Changes, start: Mapping[str, Any], *, str
     with folders.private_folder("sweep") as folder:
         done = rounds_of.solve(plan, watch, cache=cache.Cache(folder / rounds_of.SEAT_FILE))
         done = rounds_of.with_stress(done, next_round.Limits(stress=stress), watch)
-        numbers = pipeline.own_numbers(done)
+        numbers = pipeline.summarise_own_run(done)
     return Outcome("done", "", 0.0, {key: _scalar(value) for key, value in numbers.items() if _is_scalar(value)})
 
 

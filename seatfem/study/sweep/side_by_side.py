@@ -17,7 +17,7 @@ import impact
 from impact.after.histories import UNKNOWN_STRESS
 from impact.bodies.body import Body
 from impact.greens.base import Array
-from impact.march.motion import Discrete, PortForces, mean_displacement
+from impact.march.motion import DiscreteBody, PortForces, find_mean_displacement
 from impact.march.problem import ContactError, ContactProblem
 from impact.runs.batch import ImpactBatch
 from seatfem.jobs.folders import private_folder
@@ -168,10 +168,12 @@ def _summary(each: _Scene, batch: ImpactBatch, place: int, dt: float, needs: Col
 
 def _displacement(target: Body, force: Array, dt: float) -> Array:
     """Return the displacement (n + 1,) of the seat's patch [m]."""
-    discrete = Discrete.from_body(target, dt, len(force) - 1)
+    discrete = DiscreteBody.from_body(target, dt, len(force) - 1)
     shares = rings.Division.from_greens(target.greens).shares
-    moved = mean_displacement(discrete, PortForces.at_ports(-force[None, 1:], dt), shares)
-    return moved if target.base is None else moved + target.carried(np.asarray(dt * np.arange(len(moved))))
+    moved = find_mean_displacement(discrete, PortForces.at_ports(-force[None, 1:], dt), shares)
+    return (
+        moved if target.base is None else moved + target.find_base_displacement(np.asarray(dt * np.arange(len(moved))))
+    )
 
 
 def reply(text: str) -> str:

@@ -28,7 +28,7 @@ from seatfem.machine import libraries, resources
 from seatfem.machine.libraries import require_gmsh_libraries
 from seatfem.results import LANDING_TIME, all_results, result_of
 from seatfem.study.runs.forecast import Look, look_at
-from seatfem.study.runs.pipeline import first_numbers
+from seatfem.study.runs.pipeline import summarise_round
 from seatfem.study.runs.round import Round
 from seatfem.study.safety import MOST_ROUNDS
 from seatfem.study.scene import Scene, SceneError, load_scene, located
@@ -43,14 +43,14 @@ from seatfem.study.sweep.study import CONFIRMED, Study, load_study
 from seatfem.study.sweep.table import (
     StudyTable,
     as_frame,
-    as_written,
+    assign_ways,
     check_measures,
     check_outcome,
     check_sampled,
-    divided,
+    find_common_changes,
+    in_stated_units,
     is_usable,
     measures_of,
-    settings,
     table_of,
     write_columns,
     write_parquet,
@@ -103,7 +103,7 @@ def run_optimum(
     confirmed = sorted(target.found.values(), key=lambda each: (violation(each, goal), rank(each, goal, {})[1]))
     optimum = Optimum(study, tuple(search.found.values()), tuple(confirmed))
     for name, points in zip(OF_SEARCH[1:], (optimum.confirmed, optimum.searched), strict=True):
-        write_columns(folder / name, as_written(study, optimum.table(points).columns))
+        write_columns(folder / name, in_stated_units(study, optimum.table(points).columns))
     write_whole(folder / OF_SEARCH[0], (json.dumps(optimum.as_json(), indent=1) + "\n").encode("utf-8"))
     return optimum
 
@@ -290,7 +290,7 @@ def _check_asked(study: Study, looks: Sequence[Round]) -> None:
         return
     landed = (each for each in looks if each.touches.landings.seat)
     done = next(landed, looks[0])
-    numbers, scene = first_numbers(done)[0], done.plan.scene
+    numbers, scene = summarise_round(done)[0], done.plan.scene
     more = any((scene.assessments, scene.stress, scene.gauge))
     beginnings = "|".join([*AFTERWARDS, *(each.table for each in assessments())])
     afterwards = re.compile(f"(spring_|error_bar_)?(landing_)?({beginnings})_")
@@ -355,8 +355,8 @@ def run_study(
         with crew_of(workers or 1, effort.cluster) as ask:
             outcomes = runner.carry_out(cases, ask, progress)
         table = table_of(study, cases, outcomes, measures)
-        write_columns(folder / TABLE, as_written(study, table.columns))
-        write_parquet(folder / PARQUET, as_written(study, table.columns))
+        write_columns(folder / TABLE, in_stated_units(study, table.columns))
+        write_parquet(folder / PARQUET, in_stated_units(study, table.columns))
     return table
 
 
@@ -373,12 +373,12 @@ def scenes_of(
     if study.error_bars == "every":
         return cases, scene, measures
     try:
-        beside = check_sampled(study, scene, measures)
-        changes = [{**each.changed, **settings(scene, beside=beside)} for each in cases]
+        in_parallel = check_sampled(study, scene, measures)
+        changes = [{**each.changed, **find_common_changes(scene, in_parallel=in_parallel)} for each in cases]
         cases = cases_of(study, rounds, changes)
     except SceneError as error:
         raise study.located(error) from None
-    return divided(study, cases, measures, beside=beside), scene, measures
+    return assign_ways(study, cases, measures, in_parallel=in_parallel), scene, measures
 
 
 def sweep(
@@ -444,4 +444,4 @@ def sweep(
     with private_folder("study") if folder is None else nullcontext(Path(folder)) as place:
         effort = Effort(None if cluster else workers, rounds, cluster=cluster)
         table = run_study(study, place, effort, progress=progress)
-        return as_frame(as_written(study, table.columns))
+        return as_frame(in_stated_units(study, table.columns))

@@ -1,10 +1,11 @@
 """Table of a study, one row per scene, and error bars of scenes that are computed without a full run.
 
 The first scenes determine the method for all, at a target of `TIGHTER` times the scene's own. A sample runs in full
-with this method, in one round: the extremes of every key, the scenes nearest to the corners of all, and others evenly
-distributed in the design, chosen by their values only. For each measure, the largest relative error bar of the sample
-times `SAFETY` is that of the other scenes. For a random sample of n, another scene has a larger one than all of them
-with the probability 1/(n + 1); the factor allows for a sample that is not random.
+with this method, in one round: the extremes of every key, the scenes nearest to the corners of the design, and others
+at equal distances in its order. The sample is chosen by the values of the keys only. For each measure, the largest
+relative error bar of the sample times `SAFETY` is that of the other scenes. For a random sample of n scenes, another
+scene has a larger error bar than all of them with the probability 1/(n + 1); `SAFETY` allows for a sample that is not
+random.
 """
 
 import math
@@ -40,7 +41,7 @@ from seatfem.study.sweep.variations import Listed
 
 Columns = Mapping[str, Sequence[object]]
 MODULES: Final[Mapping[str, str]] = {"pandas": "pandas", "pyarrow": "pyarrow.parquet"}
-"""Module of each optional package for tables, to test whether it can be imported."""
+"""Module by which each optional package for tables is tested for import."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +54,7 @@ class StudyTable:
         measures: names of columns of measures [SI]; their error bars, if any, are columns "error_bar_" + name.
         columns: all columns by name, one value per scene; ``None`` for no value.
 
-    Means and all else that follows from the table are of `counted` scenes.
+    Means and all other evaluations of the table refer to `counted` scenes.
     """
 
     study: Study
@@ -67,16 +68,16 @@ class StudyTable:
         return len(self.columns["scene"])
 
     def numbers(self, name: str) -> NDArray[np.float64]:
-        """Return a column (scenes,) as numbers; nan for other values."""
+        """Return a column as numbers (scenes,); nan for other values."""
         values = self.columns.get(name, [None] * len(self))
         return np.array([float(v) if isinstance(v, int | float) else np.nan for v in values])
 
     def counted(self, name: str) -> NDArray[np.bool_]:
-        """Return (scenes,) flags of scenes that count for a measure: with results, and with a landing if needed."""
+        """Return (scenes,) flags of scenes that count for a measure: with results, and a landing if it needs one."""
         return self.has_numbers & self.has_landed if needs_landing(name) else self.has_numbers
 
     def values(self, name: str) -> NDArray[np.float64]:
-        """Return a measure (scenes,); nan for scenes that do not count."""
+        """Return the values of a measure (scenes,); nan for scenes that do not count."""
         return np.where(self.counted(name), self.numbers(name), np.nan)
 
     def is_text(self, name: str) -> bool:
@@ -99,62 +100,61 @@ class StudyTable:
         return self.has_numbers & ~self.has_landed & any(map(needs_landing, self.measures))
 
     def left_out_in_words(self) -> str:
-        """Return as text how many scenes are ignored, as they did not land or were cut off, else ""."""
+        """Return as text how many scenes are ignored because they did not land or were cut off; "" if none."""
         if not self.left_out.any():
             return ""
-        every = zip(self.columns[STATUS], self.left_out, strict=True)
-        return left_out_in_words(status if out else LANDED for status, out in every)
+        statuses = zip(self.columns[STATUS], self.left_out, strict=True)
+        return left_out_in_words(status if is_left_out else LANDED for status, is_left_out in statuses)
 
     @cached_property
     def standings(self) -> list[str]:
-        """Return for each scene whether it landed, or why it has no complete landing: a status of a landing, or the
-        state of a scene without numbers."""
+        """Return for each scene the status of its landing, or, of a scene without numbers, its state."""
         statuses = self.columns.get(STATUS, [LANDED] * len(self))
-        every = zip(self.columns["status"], self.has_numbers, statuses, strict=True)
-        return [str(status or LANDED) if has_numbers else str(state) for state, has_numbers, status in every]
+        rows = zip(self.columns["status"], self.has_numbers, statuses, strict=True)
+        return [str(status or LANDED) if has_numbers else str(state) for state, has_numbers, status in rows]
 
     def unanswered(self) -> tuple[str, ...]:
         """Return the measures that are empty in all scenes that count for them."""
-        return tuple(name for name in self.measures if self.has_numbers.any() and not self._answers(name).any())
+        return tuple(name for name in self.measures if self.has_numbers.any() and not self._has_value(name).any())
 
     def empty_in_words(self) -> list[str]:
-        """Return as text which measures are missing, and in how many of the scenes that count for them."""
-        words = []
+        """Return lines on the measures that are missing, and in how many of the scenes that count for them."""
+        lines = []
         for name in self.measures:
             counted = self.counted(name)
-            empty, count = int((counted & ~self._answers(name)).sum()), int(counted.sum())
+            empty, count = int((counted & ~self._has_value(name)).sum()), int(counted.sum())
             if name in self.unanswered():
-                words.append(f"{name}: no scene has it" + (f", of {count} that landed" if count else ": none landed"))
+                lines.append(f"{name}: no scene has it" + (f", of {count} that landed" if count else ": none landed"))
             elif empty:
-                words.append(f"{name}: empty in {empty} of {count} scenes that count for it")
-        return words
+                lines.append(f"{name}: empty in {empty} of {count} scenes that count for it")
+        return lines
 
-    def _answers(self, name: str) -> NDArray[np.bool_]:
+    def _has_value(self, name: str) -> NDArray[np.bool_]:
         """Return (scenes,) flags of scenes that count for a measure and have a value of it."""
-        known = np.array([value is not None for value in self.columns[name]], dtype=np.bool_)
-        return np.asarray(self.counted(name) & known)
+        has_value = np.array([value is not None for value in self.columns[name]], dtype=np.bool_)
+        return np.asarray(self.counted(name) & has_value)
 
     def failures(self) -> list[str]:
-        """Return the reasons of the scenes without numbers, in words."""
-        shown = zip(*(self.columns[name] for name in ("scene", "status", "message", *self.parameters)), strict=True)
+        """Return a line on each scene without numbers, with the reason."""
+        rows = zip(*(self.columns[name] for name in ("scene", "status", "message", *self.parameters)), strict=True)
         return [
             f"scene {number} ({', '.join(f'{key} = {v}' for key, v in zip(self.parameters, row, strict=True))}): "
             f"{state}: {message}"
-            for number, state, message, *row in shown
+            for number, state, message, *row in rows
             if state not in ("done", "missed")
         ]
 
 
 def measures_of(study: Study, judged: Sequence[str]) -> tuple[str, ...]:
-    """Return the keys of summary.json in the study's outputs, by default those of the first scene's measures, and those
-    with limits."""
+    """Return the keys of summary.json in the study's outputs and limits; if it states no outputs, those of the measures
+    ``judged`` in the first scene take their place."""
     usual = () if study.outputs.measures else tuple(map(key_of, judged))
     limited = (each.measure for each in study.stated_limits)
     return tuple(dict.fromkeys((*usual, *study.outputs.asked(), *limited)))
 
 
 def check_outcome(study: Study, outcome: Outcome) -> None:
-    """Raise `StudyError` for a measure that a scene's summary does not have; one that did not land may lack some."""
+    """Raise `StudyError` for a measure that a scene's summary lacks, unless the scene did not land."""
     if outcome.has_numbers and has_landed(outcome.summary):
         check_measures(study, outcome.summary)
 
@@ -166,8 +166,8 @@ TABLES: Final = {"life": "[life]", "seat": "[stress]"}
 def check_measures(
     study: Study, numbers: Mapping[str, object], may_come: Callable[[str], bool] = lambda name: False
 ) -> None:
-    """Raise `StudyError` for a measure of the study that ``numbers`` of a scene do not have, and that no later stage of
-    a run adds."""
+    """Raise `StudyError` for a measure of the study that the ``numbers`` of a scene lack, unless a later stage of the
+    run adds it, as ``may_come`` returns."""
     for key, name in study.asked:
         no_number = list | dict if key.startswith("outputs.") else list | dict | str
         if (name not in numbers or isinstance(numbers[name], no_number)) and not may_come(name):
@@ -180,7 +180,7 @@ def check_measures(
 def table_of(study: Study, cases: list[Case], outcomes: Mapping[str, Outcome], measures: Sequence[str]) -> StudyTable:
     """Return the table, one row for each case."""
     if study.error_bars == "sampled":
-        outcomes = judged(cases, outcomes, measures)
+        outcomes = add_sampled_bars(cases, outcomes, measures)
     results = [outcomes[case.key] for case in cases]
     parameters = columns_of(cases, study)
     columns: dict[str, list[object]] = {"scene": [case.number for case in cases], **parameters}
@@ -191,7 +191,7 @@ def table_of(study: Study, cases: list[Case], outcomes: Mapping[str, Outcome], m
             columns[BAR + name] = bars
     columns |= _verdicts(study.limits, results)
     if study.error_bars == "sampled":
-        columns["error_bars"] = ["own" if is_own(outcome) else "sampled" for outcome in results]
+        columns["error_bars"] = ["own" if has_full_run(outcome) else "sampled" for outcome in results]
     if any(STATUS in outcome.summary for outcome in results):
         columns[STATUS] = [outcome.summary.get(STATUS) for outcome in results]
     columns["status"] = [outcome.state for outcome in results]
@@ -202,7 +202,7 @@ def table_of(study: Study, cases: list[Case], outcomes: Mapping[str, Outcome], m
 
 
 def _verdicts(limits: Sequence[Constraint], outcomes: Sequence[Outcome]) -> dict[str, list[object]]:
-    """Return the column `VERDICT`, whether each scene is within all limits, and one for each of several limits."""
+    """Return the column `VERDICT`, whether each scene is within all limits, and a column for each of several limits."""
     on_each = {
         f"{VERDICT}: {limit}": [
             limit.verdict(outcome.summary) if outcome.has_numbers else outcome.state for outcome in outcomes
@@ -213,17 +213,17 @@ def _verdicts(limits: Sequence[Constraint], outcomes: Sequence[Outcome]) -> dict
     return {} if not limits else columns if len(limits) == 1 else columns | {k: [*v] for k, v in on_each.items()}
 
 
-def in_unit_of(study: Study, name: str) -> tuple[float, str]:
-    """Return the factor and the head of a column in the unit that the study states for it, named by it, as
-    "landing_impulse [mN s]"; any other column is as it is."""
+def find_stated_unit(study: Study, name: str) -> tuple[float, str]:
+    """Return the factor to the unit that the study states for a column, and the column's head with this unit, such as
+    "landing_impulse [mN s]"; without a stated unit, 1 and the name."""
     if (scale := study.scale(name)) is None:
         return 1.0, name
     return scale[0], f"{name.removesuffix(readings.ending_of(name))} [{scale[1]}]"
 
 
-def as_written(study: Study, columns: Columns) -> Columns:
-    """Return the columns as files have them: those of results in the units that the study states."""
-    heads = {name: in_unit_of(study, name) for name in columns}
+def in_stated_units(study: Study, columns: Columns) -> Columns:
+    """Return the columns with results in the units that the study states, as they are written to files."""
+    heads = {name: find_stated_unit(study, name) for name in columns}
     return {
         head: values if factor == 1.0 else [factor * v if isinstance(v, int | float) else v for v in values]
         for (factor, head), values in zip(heads.values(), columns.values(), strict=True)
@@ -231,14 +231,14 @@ def as_written(study: Study, columns: Columns) -> Columns:
 
 
 def write_columns(path: Path, columns: Columns) -> None:
-    """Write all digits of every number, and empty fields for ``None``; the file is complete or absent."""
+    """Write columns as CSV, with all digits of every number and empty fields for ``None``; no partial file remains."""
     csv_table.write_csv(path, columns, zip(*columns.values(), strict=True))
 
 
 def is_usable(package: str) -> bool:
     """Return whether a package of the extra "tables" is installed.
 
-    Raises `StudyError` if it is installed and cannot be imported; studies check this before their first scene.
+    Raises `StudyError` if it is installed but cannot be imported; studies check this before their first scene.
     """
     if find_spec(package) is None:
         return False
@@ -251,7 +251,7 @@ def is_usable(package: str) -> bool:
 
 
 def write_parquet(path: Path, columns: Columns) -> bool:
-    """Write the columns as a Parquet file if pyarrow is installed; the file is complete or absent."""
+    """Write the columns as a complete Parquet file if pyarrow is installed; return whether it is."""
     if not is_usable("pyarrow"):
         return False
     import pyarrow
@@ -271,10 +271,10 @@ def as_frame(columns: Columns) -> Any:
     return pandas.DataFrame(columns)
 
 
-SAFETY: Final = 1.25
-TIGHTER: Final = 0.6  # target of the sample over accuracy.target, so that the other bars, with their factor, meet that
-LEAST: Final = 24  # number of scenes of the sample that are evenly spaced in the design
-TENTH: Final = 10  # scenes for each of the sample, if the others are run by themselves
+SAFETY: Final = 1.25  # error bar of the other scenes over the largest of the sample
+TIGHTER: Final = 0.6  # target of the sample over accuracy.target, so that SAFETY times its bars meet accuracy.target
+LEAST: Final = 24  # least number of scenes of the sample that are evenly spaced in the design
+TENTH: Final = 10  # scenes of the study for each of these, if the others are not integrated in parallel
 CORNERS: Final = 32  # largest number of scenes of the sample that are nearest to corners
 STRESSES: Final = ("peak_reed_stress", "peak_reed_stress_after_contact", "initial_reed_stress")
 STRESS: Final = (
@@ -287,47 +287,47 @@ OF_LANDINGS: Final = (STATUS, *(f"landing_{key}" for key in (*OF_A_LANDING.value
 PRESSED_ON: Final = ("pressed_on_time_s", "pressed_on_largest_load_N")
 
 
-def settings(scene: Scene, *, beside: bool) -> Changes:
-    """Return the changes of all scenes of a study with sampled error bars: a stricter target, and one port if the
-    others are integrated in parallel."""
-    one_port = {RINGS: scene.seat.elastic is not None, PORTS: scene.geometry.lip() is not None} if beside else {}
+def find_common_changes(scene: Scene, *, in_parallel: bool) -> Changes:
+    """Return the changes of all scenes of a study with sampled error bars: a stricter target, and one port if scenes
+    are integrated in parallel."""
+    one_port = {RINGS: scene.seat.elastic is not None, PORTS: scene.geometry.lip() is not None} if in_parallel else {}
     ports = {key: 1 for key, applies in one_port.items() if applies and not is_given(scene, key)}
     return {"accuracy.target": TIGHTER * scene.accuracy.target, **ports}
 
 
-def divided(study: Study, cases: list[Case], measures: Sequence[str], *, beside: bool) -> list[Case]:
-    """Return the cases with their way: the first unchanged, the sample in one round, the others in parallel, or by
-    themselves without error bars."""
-    sample = _sample(study, cases, LEAST if beside else max(LEAST, -(-len(cases) // TENTH)))
-    needs = _needs(measures) if beside else ()
+def assign_ways(study: Study, cases: list[Case], measures: Sequence[str], *, in_parallel: bool) -> list[Case]:
+    """Return the cases with the way in which each is computed (`Case.way`): the first ones refined by the loop, the
+    sample in one round, the others integrated in parallel or run one by one without error bars."""
+    sample = _choose_sample(study, cases, LEAST if in_parallel else max(LEAST, -(-len(cases) // TENTH)))
+    needs = _find_needed_histories(measures) if in_parallel else ()
 
-    def way(place: int, case: Case) -> Case:
+    def assign_way(place: int, case: Case) -> Case:
         if case.leads:
             return case
         if place in sample:
             return replace(case, key=key_of_case(case, "sample"), way="sample")
-        if beside:
+        if in_parallel:
             return replace(case, key=key_of_case(case, "beside", *needs), way="beside", needs=needs)
         return replace(case, key=key_of_case(case, "carried"), way="carried")
 
-    return [way(place, case) for place, case in enumerate(cases)]
+    return [assign_way(place, case) for place, case in enumerate(cases)]
 
 
-def _needs(measures: Sequence[str]) -> tuple[str, ...]:
-    """Return the histories that these keys of summary.json need in addition to the force."""
+def _find_needed_histories(measures: Sequence[str]) -> tuple[str, ...]:
+    """Return the names of the histories that these keys of summary.json need in addition to the force."""
     needs: dict[str, set[str]] = {"displacement": set(), "stress": {*STRESS}}
     for name, keys in needs.items():
-        keys |= {key for each in all_measures().values() if name in each.data for key in _keys(each)}
+        keys |= {key for each in all_measures().values() if name in each.data for key in _find_keys(each)}
     return tuple(name for name, keys in needs.items() if keys & set(measures))
 
 
-def _keys(measure: Measure) -> tuple[str, ...]:
+def _find_keys(measure: Measure) -> tuple[str, ...]:
     """Return the keys of a measure in summary.json: of the run, of the hardest and of the first landing."""
     return tuple(key_of(prefix + measure.name) for prefix in PREFIXES.values() if not prefix or measure.landing_key)
 
 
-def _sample(study: Study, cases: list[Case], even: int) -> set[int]:
-    """Return the indices of the sampled scenes, which run in full; ``even``: the number of those evenly spaced."""
+def _choose_sample(study: Study, cases: list[Case], even: int) -> set[int]:
+    """Return the indices of the scenes of the sample; ``even``: number of those that are evenly spaced."""
     columns = columns_of(cases, study).values()
     numbers = [
         np.unique(np.array(column, dtype=str), return_inverse=True)[1].astype(float)
@@ -343,18 +343,21 @@ def _sample(study: Study, cases: list[Case], even: int) -> set[int]:
     return places | {int(np.abs(unit.T - corner).max(axis=1).argmin()) for corner in corners if corner}
 
 
-def is_own(outcome: Outcome) -> bool:
-    """Return whether a scene has been run in full."""
+def has_full_run(outcome: Outcome) -> bool:
+    """Return whether a scene was run in full, or has no numbers."""
     return "accuracy_met" in outcome.summary or not outcome.has_numbers
 
 
-def judged(cases: Sequence[Case], outcomes: Mapping[str, Outcome], measures: Sequence[str]) -> dict[str, Outcome]:
-    """Return the outcomes, those of parallel integration with error bars by the sample, judged by the scene's target.
+def add_sampled_bars(
+    cases: Sequence[Case], outcomes: Mapping[str, Outcome], measures: Sequence[str]
+) -> dict[str, Outcome]:
+    """Return the outcomes, with error bars by the sample for scenes that were not run in full, and with their states by
+    the scene's target.
 
-    There is no error bar, and no target, for a measure that is zero and for a scene without a complete landing, as the
-    sample has none like it. There is none, and the target is missed, if a scene of the sample has none or failed.
+    A measure that is zero, and a scene without a complete landing, have no error bar and no target, as the sample has
+    none like them. If a scene of the sample failed or has no error bar, the other scenes have none and miss the target.
     """
-    full = [outcomes[case.key].summary for case in cases if is_own(outcomes[case.key])]
+    full = [outcomes[case.key].summary for case in cases if has_full_run(outcomes[case.key])]
     sample = [each for case in cases if case.way == "sample" and has_landed(each := outcomes[case.key].summary)]
     first = next((summary for summary in full if "accuracy_target" in summary), {})
     keys = str(first.get("accuracy_judged_keys", "")).split(", ")
@@ -363,11 +366,11 @@ def judged(cases: Sequence[Case], outcomes: Mapping[str, Outcome], measures: Seq
     lost = [case.number for case in cases if case.way == "sample" and not outcomes[case.key].has_numbers]
     largest = {name: SAFETY * max(r) for name, r in shares.items() if not lost and r and max(r) < math.inf}
 
-    def one(outcome: Outcome) -> Outcome:
+    def add_bars(outcome: Outcome) -> Outcome:
         summary = dict(outcome.summary)
-        if not outcome.has_numbers or not (is_own(outcome) or has_landed(summary)):
+        if not outcome.has_numbers or not (has_full_run(outcome) or has_landed(summary)):
             return outcome
-        if not is_own(outcome):
+        if not has_full_run(outcome):
             values = {name: summary.get(name) for name in largest}
             summary |= {BAR + k: largest[k] * abs(v) for k, v in values.items() if isinstance(v, int | float) and v}
         above = {name: share for name in keys if target < (share := _share(summary, name)) < math.inf}
@@ -383,11 +386,11 @@ def judged(cases: Sequence[Case], outcomes: Mapping[str, Outcome], measures: Seq
         why = f"{name} has an error bar of {above[name]:.2g}, above accuracy.target = {target:g}; leave error_bars out"
         return replace(outcome, state="missed", message=why, summary=summary)
 
-    return {case.key: one(outcomes[case.key]) for case in cases}
+    return {case.key: add_bars(outcomes[case.key]) for case in cases}
 
 
 def _share(summary: Mapping[str, object], name: str) -> float:
-    """Return the relative error bar; infinite if it is not known."""
+    """Return the relative error bar of a value; infinite if it is not known."""
     value, bar = summary.get(name), summary.get(BAR + name)
     known = isinstance(value, int | float) and isinstance(bar, int | float)
     return abs(float(bar) / float(value)) if known and value else math.inf  # type: ignore[arg-type]
@@ -397,13 +400,13 @@ FULL: Final = re.compile(
     "(error_bar_)?((first_)?landing_)?(spring_|regime_|life_|peak_seat_|peak_gauge|error_|accuracy_|plan_|greens_|known_|"
     "ensemble_|growth_|without_film_|one_port_|beam_|seat_)"
 )
-"""Beginnings of keys that only a run in full has."""
+"""Pattern of the beginnings of keys that only a full run has."""
 
 
 def check_sampled(study: Study, scene: Scene, measures: Sequence[str]) -> bool:
-    """Return whether scenes of a study can be integrated in parallel, as they differ in contact data only, and their
-    contact is a single point; if not they are run by themselves. Raises `SceneError` for measures that need a run in
-    full."""
+    """Return whether scenes of a study can be integrated in parallel, that is, whether they differ in contact data only
+    and their contact is a single point; otherwise they are run one by one. Raises `SceneError` for measures that need a
+    full run."""
     for name in filter(FULL.match, measures):
         text = f"{name!r} takes a run in full: leave error_bars out, or ask for other measures"
         raise scene_error("outputs.measures", text)
@@ -418,6 +421,6 @@ def check_sampled(study: Study, scene: Scene, measures: Sequence[str]) -> bool:
         is_given(scene, RINGS) and scene.contact.rings not in (None, 1),
         is_given(scene, PORTS) and scene.contact.ports not in (None, 1),
     )
-    keys = {key for each in all_measures().values() if "line" not in each.data for key in _keys(each)}
+    keys = {key for each in all_measures().values() if "line" not in each.data for key in _find_keys(each)}
     keys = (keys | {*STRESS, *OTHERS, *OF_LANDINGS, *PRESSED_ON}) - {Restitution.key}  # needs all energies
     return not any(forbidden) and keys.issuperset(measures)

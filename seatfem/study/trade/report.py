@@ -73,7 +73,7 @@ def write_trade(trade: Trade, csv_path: Path, json_path: Path) -> None:
     safe_files.write_whole(json_path, (json.dumps(data, indent=1) + "\n").encode())
 
 
-def in_words(trade: Trade) -> str:
+def describe_trade(trade: Trade) -> str:
     """Return as text the number of points that ended, the front, and cost and error of the run's own choice."""
     ended = len(trade.done())
     floors = ", ".join(f"{m.replace('_', ' ')} {trade.floor[m]:.1e}" for m in trade.measures)

@@ -37,7 +37,7 @@ from seatfem.study.method import FIELDS, MODEL, MODES, PORTS, RunMethod, has_key
 from seatfem.study.plan import Plan
 from seatfem.study.runs.converge import LEAST, begin_method, begin_plan
 from seatfem.study.runs.next_round import Limits
-from seatfem.study.runs.rounds import rounds_apart, solve
+from seatfem.study.runs.rounds import rounds_in_temporary_folder, solve
 from seatfem.study.scene import Scene, load_scene
 from seatfem.study.scene.measures import FIRST, HARDEST
 from seatfem.study.scene.tables import path_from
@@ -288,7 +288,7 @@ class Point:
 
 def methods_of_rounds(scene: Scene, limits: Limits) -> list[RunMethod]:
     """Return the method of each round of the loop, from the first values to the converged ones."""
-    return [done.plan.method for done in rounds_apart(begin_plan(scene), Stopwatch(), limits)]
+    return [done.plan.method for done in rounds_in_temporary_folder(begin_plan(scene), Stopwatch(), limits)]
 
 
 def with_all_open(plan: Plan) -> Plan:

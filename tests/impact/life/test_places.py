@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from impact.exact.contact_stress import hertz_circular, hertz_stiffness
 from impact.life.damage import Goodman
 from impact.life.multiaxial import Crossland, hertz_path
-from impact.life.places import STRAIGHT, Demand, judged, margin_error, normal_stresses, on_planes, thinned
+from impact.life.places import STRAIGHT, Demand, judged, margin_error, normal_stresses, resolve_on_planes, thin_history
 from impact.life.strength import LifeError, Strength, basquin
 
 INVENTED = Strength("invented for tests", ultimate=1800e6, curve=basquin(400e6, 1e7, 12.0, scatter=0.25))
@@ -91,7 +91,7 @@ def proportional(course: np.ndarray, tensor: np.ndarray) -> np.ndarray:
 
 
 def plane_margin(stress: np.ndarray) -> float:
-    return judged(on_planes([("root", stress)]), DEMAND).life.margin
+    return judged(resolve_on_planes([("root", stress)]), DEMAND).life.margin
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -151,7 +151,7 @@ def test_the_corners_of_a_history_decide_its_life() -> None:
         for f in waves
     )
     history[40_000] += 2e6  # one step alone
-    corners = thinned(history)
+    corners = thin_history(history)
     assert len(corners) < len(history) / 12  # 60 kHz take more than a plate of 30 kHz
     np.testing.assert_array_equal(corners[[0, -1]], history[[0, -1]])
     assert (corners == history[40_000]).all(axis=1).any()
@@ -168,9 +168,9 @@ def test_the_corners_of_a_history_decide_its_life() -> None:
 
 def test_a_straight_course_has_no_corners_between_its_ends() -> None:
     path = np.outer(np.linspace(0, 1e8, 1025), np.ones(6))
-    np.testing.assert_array_equal(thinned(path), path[[0, 256, 512, 768, 1024]])
+    np.testing.assert_array_equal(thin_history(path), path[[0, 256, 512, 768, 1024]])
     few = path[:200]
-    assert thinned(few) is few
+    assert thin_history(few) is few
     damaged = path.copy()
     damaged[300, 2] = np.nan
-    assert np.isnan(thinned(damaged)).any()  # and is refused where it is judged
+    assert np.isnan(thin_history(damaged)).any()  # and is refused where it is judged
