@@ -108,31 +108,6 @@ def summary(rows: Sequence[Row]) -> str:
     return "\n".join([*parts, "", "Outside:", *outside(rows), "", "Not judged:", *unjudged(rows)])
 
 
-def compared(before: Sequence[Row], now: Sequence[Row]) -> list[str]:
-    """Return a table in Markdown of the bars asked for of the same scenes, ``before`` (where they were run then) and
-    ``now``, by seed and kind."""
-    lines = [
-        "| scenes | asked for | inside, before | now | bar over error, before | now | in target, before | now |",
-        "|---|---|---|---|---|---|---|---|",
-    ]
-    for seed in sorted({row.seed for row in now}, reverse=True):
-        old, new = ([row for row in rows if row.seed == seed and row.outcome == "judged"] for rows in (before, now))
-        both = {row.index for row in new} & {row.index for row in old or new}
-        for name in ("impulse", "filtered_peak", "all"):
-            parts: list[list[str]] = []
-            for rows in (old, new):
-                asked = [row for row in rows if row.index in both and row.asked == "measures"]
-                asked = [row for row in asked if name in (kind_of(row), "all")]
-                known = [row for row in asked if is_known(row)]
-                inside = f"{sum(map(is_inside, known))} of {len(known)}"
-                parts.append([inside, f"{width(known):.2g}", f"{share(asked, in_target):.1%}"] if asked else [""] * 3)
-            cells = [cell for pair in zip(*parts, strict=True) for cell in pair]
-            lines.append(f"| {len(both)} of seed {seed} | {name.replace('_', ' ')} | {' | '.join(cells)} |")
-    return lines
-
-
-def document(rows: Sequence[Row], before: Sequence[Row], now: Sequence[Row], page: Path) -> None:
-    """Put how the scenes ended, their table, and that of the same scenes ``before`` and ``now``, between the marks of a
-    page."""
+def document(rows: Sequence[Row], page: Path) -> None:
+    """Put how the scenes ended, and their table, between the marks of a page."""
     write_between(page, "coverage_of_scenes", "\n".join(["", ends(rows), "", *table(rows)]))
-    write_between(page, "widths_of_bars", "\n".join(["", *compared(before, now)]))

@@ -119,9 +119,9 @@ def test_the_true_error_is_inside_the_bar() -> None:
 
 @of_the_table
 def test_enough_scenes_were_judged() -> None:
-    """The judged scenes are 75 or more and have every kind of seat and striker that is drawn."""
+    """The judged scenes are 110 or more and have every kind of seat and striker that is drawn."""
     scenes = {(row.seed, row.index): row for row in JUDGED}
-    assert len(scenes) >= 75
+    assert len(scenes) >= 110
     assert {row.seat for row in scenes.values()} == set(SEATS)
     assert {row.reed for row in scenes.values()} == set(STRIKERS)
 
@@ -133,19 +133,18 @@ def test_true_errors_are_inside_the_bars() -> None:
 
 
 @of_the_table
-@pytest.mark.parametrize(("measure", "most"), [("impulse", 7.5), ("filtered_peak", 10.5)])
+@pytest.mark.parametrize(("measure", "most"), [("impulse", 6.0), ("filtered_peak", 7.0)])
 def test_bars_are_no_wider_than_they_need_be(measure: str, most: float) -> None:
-    """The bars are no wider than stated: 7 is aimed at, which impulses miss by 0.3 and peaks by 3."""
+    """The bars of impulses are at most 6 times their errors, those of peaks 7 times, in the median."""
     assert width([row for row in JUDGED if row.asked and kind_of(row) == measure]) <= most
 
 
 @of_the_table
 def test_bars_are_within_the_target() -> None:
-    """Seven in ten bars of scenes that state neither mesh nor band meet the target, and four in five where no lip is
-    met in arcs, whose rounds take the time that is allowed."""
+    """Four in five bars of scenes that state neither mesh nor band meet the target, also where a lip is met in arcs."""
     planned = [row for row in JUDGED if row.asked == "measures" and not row.stated]
-    assert share(planned, in_target) >= 0.7
-    assert share([row for row in planned if "in arcs" not in row.about], in_target) >= 0.8
+    assert share(planned, in_target) >= 0.8
+    assert share([row for row in planned if "in arcs" in row.about], in_target) >= 0.75
 
 
 def test_the_package_has_the_counts_of_the_tables() -> None:
