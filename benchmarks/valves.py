@@ -1,8 +1,8 @@
 """Valves as their users write them, with the contact not stated and stated by hand, and the same for `points`.
 
-Reeds are thrown in their first mode, so that the other program needs no gas. Steel plates and the seat of rings yield
-as CalculiX says: rigid points take energy from a flat plate as it touches, and a fifth to a third of its peak. Other
-seats are rigid to it. A ball has a closed form.
+Reeds are thrown in their first mode, so that the other program needs no gas. Steel plates with ports have modes from
+the matrices of CalculiX and yield at once beyond them, seats of revolution yield at once: rigid points take energy from
+a flat plate as it touches, and a fifth to a third of its peak. Other seats are rigid to it. A ball has a closed form.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from points.outlines import Flapper, Outline, Ring, Sheet
 from points.plate import Material
 from points.region_landing import Fall, Fineness, Stop, hardest_landing, march_region
 from points.regions import Cells, Rectangle, Region, RoundLand
-from points.static_seat import static_compliance
+from points.solid_seat import PointSeat, SolidSeat
 from scipy.special import gamma
 from valve_parts import GAP, LIFT, LIP, REED, STOPPER
 
@@ -38,6 +38,8 @@ DAMPING: Final = 0.02
 OF_STEEL: Final = f'material = "steel"\ndamping_ratio = {DAMPING}\n'
 PARTS: Final = Path(tempfile.gettempdir()) / "seatfem-valve-parts"
 NOT_STATED: Final = "not stated"
+OF_SEATS: Final = 250
+"""Modes of plates with ports in the other program: up to some 0.5 MHz."""
 OF_THE_BLOCK: Final = 2e-3
 """Share of Hertz's values that may be the block's own: it yields 1.1e-11 m/N (as a column), .4 % of the indentation,
 about half of which is lost to a force or a duration. What it keeps of the impulse is not computed."""
@@ -64,7 +66,7 @@ class Thrown:
     lands: tuple[RoundLand, ...]
     fall: Fall
     stop: Stop | None = None
-    seat: Callable[[list[Cells]], Array] | None = None
+    seat: Callable[[list[Cells]], PointSeat] | None = None
 
     def __call__(self, grid: Fineness) -> Measures:
         """Return impulse and largest mean force of the hardest landing on the seat, and on what limits the lift."""
@@ -99,8 +101,9 @@ def flapper(root: float, taper: float, neck: float, length: float, paddle: float
     )
 
 
-def plate_seat(ports: int) -> Callable[[list[Cells]], Array]:
-    """Return the static compliance of `plate_of`, whose ports lie about the origin."""
+@cache
+def plate_seat(ports: int) -> SolidSeat:
+    """Return the seat of `plate_of`, whose ports lie about the origin."""
     half, middles = 6.0 * (ports - 1) + 10, [12.0 * k - 6 * (ports - 1) for k in range(ports)]
 
     def draw(occ: Any) -> None:
@@ -117,12 +120,13 @@ def plate_seat(ports: int) -> Callable[[list[Cells]], Array]:
     def struck(places: Array) -> Array:
         return np.min([np.hypot(places[:, 0] - x, places[:, 1]) for x in middles], axis=0) < 5
 
-    return lambda cells: static_compliance(draw, held, struck, 6.0, cells, STEEL, (0.5, 2.0))
+    circles = [(x, 0.0, 4.5) for x in middles]
+    return SolidSeat(draw, held, struck, 6.0, circles, STEEL, (0.5, 2.0), OF_SEATS)
 
 
-def turned_seat(outer: float, *lower: tuple[tuple[float, float], float]) -> Callable[[list[Cells]], Array]:
-    """Return the static compliance of an `annular` seat 8 mm thick with lips 0.5 mm high, held at its underside:
-    ``outer`` radius, and inner and outer radii of what is ``lower`` than its lips, with the height of each [mm]."""
+def turned_seat(outer: float, lips: tuple[float, ...], *lower: tuple[tuple[float, float], float]) -> SolidSeat:
+    """Return an `annular` seat 8 mm thick with lips 0.5 mm high, held at its underside: ``outer`` radius, mean radii of
+    the ``lips``, and inner and outer radii of what is ``lower``, with the height of each [mm]."""
 
     def draw(occ: Any) -> None:
         body = [(3, occ.addCylinder(0, 0, 0, 0, 0, 8.5, outer))]
@@ -132,12 +136,13 @@ def turned_seat(outer: float, *lower: tuple[tuple[float, float], float]) -> Call
                 tube = occ.cut(tube, [(3, occ.addCylinder(0, 0, floor, 0, 0, 9, inner))])[0]
             body = occ.cut(body, tube)[0]
 
-    return lambda cells: static_compliance(
+    circles = [(0.0, 0.0, radius) for radius in lips]
+    return SolidSeat(
         draw,
         lambda nodes: nodes[:, 2] < 1e-6,
         lambda middles: np.full(len(middles), True),
         8.5,
-        cells,
+        circles,
         STEEL,
         (0.6, 3.0),
     )
@@ -290,7 +295,7 @@ def valves() -> dict[str, Valve]:
             Thrown(
                 Sheet(25 * MM, 10 * MM, 18 * MM), 0.25 * MM, (RoundLand((0.0, 0.0), 3 * MM, 4 * MM),),
                 fall(-2.0, 1.5e-3, 10e-6), Stop(Rectangle((-18 * MM, -5 * MM), (7 * MM, 5 * MM)), retainer, 5e8),
-                turned_seat(12, ((0, 3), 0), ((4, 13), 8)),
+                turned_seat(12, (3.5,), ((0, 3), 0), ((4, 13), 8)),
             ),
             {"stopper.arcs": "64"},
         ),
@@ -300,7 +305,7 @@ def valves() -> dict[str, Valve]:
                 Ring(6.5 * MM, 13.5 * MM), 1.2 * MM,
                 (RoundLand((0.0, 0.0), 7 * MM, 8 * MM), RoundLand((0.0, 0.0), 12 * MM, 13 * MM)),
                 fall(1.5, 0.15e-3, 10e-6, 5e-6),
-                seat=turned_seat(16, ((0, 7), 0), ((8, 12), 7), ((13, 17), 8)),
+                seat=turned_seat(16, (7.5, 12.5), ((0, 7), 0), ((8, 12), 7), ((13, 17), 8)),
             ),
             {"contact.ports": "24"},
         ),

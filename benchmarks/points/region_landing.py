@@ -15,6 +15,7 @@ from points.mesh import mesh_blocks
 from points.outlines import Outline, Ring
 from points.plate import Material, Plate
 from points.regions import Cells, Land, Region
+from points.solid_seat import PointSeat
 
 MERGED = 30e-6  # s, the longest opening within a landing
 RIMS = 1440  # points of each rim on which the smallest opening is looked for
@@ -122,11 +123,10 @@ def march_region(
     fall: Fall,
     fine: Fineness,
     stop: Stop | None = None,
-    seat: Callable[[list[Cells]], Array] | None = None,
+    seat: Callable[[list[Cells]], PointSeat] | None = None,
 ) -> tuple[MarchRun, list[Cells]]:
     """Return the forces at the points of all lands, one land after the other, then at those of a stop, and the cells of
-    the lands. ``seat``: its static compliance (points, points) [m/N] between the cells in the coordinates of the lands;
-    ``None``: it is rigid."""
+    the lands. ``seat``: solved at the cells in the coordinates of the lands; ``None``: it is rigid."""
     cells = region.cells(fine.around, fine.across)
     places, areas = _points(cells)
     omega, nodal, plate = reed_modes(outline, material, thickness, fine.order, fine.band)
@@ -149,10 +149,16 @@ def march_region(
         springs = math.isfinite(stop.stiffness)
         stiffness = np.concatenate([stiffness, stop.stiffness * shares / shares.sum() if springs else bed * shares])
         rigid = rigid or not springs
-    modes = Modes(omega, np.full_like(omega, fall.damping), shapes)
-    yields = modes.step_compliance(fine.dt) if rigid else np.zeros((len(gaps), len(gaps)))
+    beyond = np.zeros((len(gaps), len(gaps)))
     if seat is not None:
-        yields[: len(areas), : len(areas)] += seat(region.drawn_cells(fine.around, fine.across))
+        solved = seat(region.drawn_cells(fine.around, fine.across))
+        beyond[: len(areas), : len(areas)] = solved.residual
+        of_seat = np.zeros((len(gaps), len(solved.omega)))
+        of_seat[: len(areas)] = solved.shapes
+        omega, shapes = np.concatenate([omega, solved.omega]), np.hstack([shapes, of_seat])
+        rates = np.concatenate([rates, np.zeros_like(solved.omega)])
+    modes = Modes(omega, np.full_like(omega, fall.damping), shapes)
+    yields = beyond + modes.step_compliance(fine.dt) if rigid else beyond
     forces = PointForces(stiffness, yields if yields.any() else None, ahead=rigid)
     return march_points(modes, gaps, rates, forces, fine.dt, fall.duration), cells
 

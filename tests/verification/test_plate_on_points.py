@@ -2,19 +2,23 @@
 
 import ast
 import math
+import shutil
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import points
 import pytest
+from points.gll import Array
 from points.march import Modes, PointForces, filtered_peak, impulse, march_landing, march_points
 from points.mesh import Block, mesh_blocks
 from points.outlines import Ring, Sheet
 from points.plate import SHEAR_FACTOR, Material, Plate
 from points.region_landing import Fall, Fineness, march_region, measure_region, openings, reed_modes
-from points.regions import KidneyLand, Region, RoundLand
+from points.regions import KidneyLand, Rectangle, Region, RoundLand
 from points.seat import Meridian, Seat, modes_below
+from points.solid_seat import SolidSeat
 
 SIDE, THICKNESS = 1.0, 0.2
 STUFF = Material(1e9, 0.3, 1000.0)
@@ -129,7 +133,7 @@ def test_the_reference_imports_numpy_and_scipy_alone(module: Path) -> None:
         elif isinstance(node, ast.ImportFrom):
             assert not node.level
             names.add((node.module or "").partition(".")[0])
-    mesher = {"gmsh"} if module.stem == "static_seat" else set()  # whose matrices are those of CalculiX
+    mesher = {"gmsh"} if module.stem == "solid_seat" else set()  # whose matrices are those of CalculiX
     assert names - set(sys.stdlib_module_names) <= {"numpy", "scipy", "points"} | mesher
 
 
@@ -194,3 +198,30 @@ def test_kidney_has_the_area_and_the_line_of_its_offsets() -> None:
     assert cells.lengths.sum() == pytest.approx(2 * length + math.pi * (KIDNEY.inner + KIDNEY.outer), rel=1e-12)
     steps = np.linalg.norm(np.diff(KIDNEY.cells(4000, 1).places[:, 0], axis=0, append=np.nan), axis=1)[:-1]
     assert steps.max() < 1.05 * cells.lengths.sum() / 4000  # places follow each other around
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX is not installed")
+def test_a_column_yields_and_rings_by_the_matrices_of_calculix() -> None:
+    """A column of 2 x 2 x 20 mm without lateral contraction, held at its foot, yields by L/(E A) under a pressure.
+    It rings at c/(4 L) with sqrt(2/m) at its top, and in bending .6 % (Timoshenko) below Euler and Bernoulli."""
+    side, length, steel = 2e-3, 20e-3, Material(200e9, 0.0, 7850.0)
+    land = Rectangle((-side / 2, -side / 2), (side / 2, side / 2))
+
+    def draw(occ: Any) -> None:
+        occ.addBox(-1, -1, 0, 2, 2, 20)
+
+    def every(middles: Array) -> Array:
+        return np.full(len(middles), True)
+
+    seat = SolidSeat(draw, lambda nodes: nodes[:, 2] < 1e-6, every, 20, [(0, 0, 0.5)], steel, (0.5, 1.0), 12)
+    solved = seat([land.cells(2, 2)])
+    mean = solved.shapes.mean(axis=0)
+    yields = solved.residual.mean() + ((mean / solved.omega) ** 2).sum()
+    assert yields == pytest.approx(length / (steel.young * side**2), rel=0.01)
+    axial = np.abs(mean).argmax()
+    assert solved.omega[axial] == pytest.approx(math.pi / 2 * math.sqrt(steel.young / steel.density) / length, rel=5e-3)
+    assert abs(mean[axial]) == pytest.approx(math.sqrt(2 / (steel.density * side**2 * length)), rel=0.01)
+    slender = 1.8751**2 * math.sqrt(steel.young * side**2 / 12 / steel.density) / length**2
+    assert solved.omega[:2] == pytest.approx(0.994 * slender, rel=8e-3)
+    assert np.linalg.eigvalsh(solved.residual)[0] > 0

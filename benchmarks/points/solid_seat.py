@@ -1,22 +1,26 @@
-"""The static compliance of a seat of any shape, between the cells of its lands, by CalculiX.
+"""A seat of any shape, at the cells of its lands: its lowest modes, and the compliance beyond them, by CalculiX.
 
-gmsh divides the solid into ten-node tetrahedra, ccx assembles their stiffness (*FREQUENCY, SOLVER=MATRIXSTORAGE), and
-each cell is loaded by a uniform pressure; its mean displacement has the same weights. Nothing of seatfem is used.
+gmsh divides the solid into ten-node tetrahedra, ccx assembles stiffness and mass (*FREQUENCY, SOLVER=MATRIXSTORAGE),
+scipy finds the modes, and each cell is loaded by a uniform pressure; its mean displacement has the same weights.
+Nothing of seatfem is used.
 """
 
 from __future__ import annotations
 
+import math
 import os
 import subprocess
 import tempfile
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import gmsh
 import numpy as np
 from scipy.sparse import csc_matrix
-from scipy.sparse.linalg import splu
+from scipy.sparse.linalg import LinearOperator, SuperLU, eigsh, splu
 
 from points.gll import Array
 from points.plate import Material
@@ -25,56 +29,97 @@ from points.regions import Cells
 THREADS = ("OMP_NUM_THREADS", "CCX_NPROC_EQUATION_SOLVER", "CCX_NPROC_STIFFNESS")
 ORDER = (0, 1, 2, 3, 4, 5, 6, 7, 9, 8)  # of the nodes of a C3D10 in gmsh's tetrahedron
 PER_MM = 1e3
+AROUND = 24  # points on each circle near which elements are small
 
 
-def static_compliance(
-    draw: Callable[[Any], None],
-    held: Callable[[Array], Array],
-    struck: Callable[[Array], Array],
-    top: float,
-    cells: Sequence[Cells],
-    material: Material,
-    sizes: tuple[float, float],
-) -> Array:
-    """Return the compliance (points, points) [m/N] between the cells of all lands, of a point by its cell.
+@dataclass(frozen=True)
+class PointSeat:
+    """A seat at points: omega (m,) [rad/s], displacements (points, m) of its modes at unit mass [kg^-1/2], and the
+    compliance (points, points) beyond them [m/N]."""
 
-    Args:
+    omega: Array
+    shapes: Array
+    residual: Array
+
+
+@dataclass(frozen=True)
+class SolidSeat:
+    """A solid with lands, solved once for all cells.
+
+    Attributes:
         draw: adds the solid to gmsh's OpenCASCADE model, in mm.
         held: which (n,) of the nodes (n, 3) [mm] are held.
         struck: which (f,) of the triangles at the height of the lands, by their middles (f, 2) [mm], are on the lands.
         top: height of the lands [mm].
-        cells: of the lands, with places in the coordinates of the solid [m].
+        circles: middle (x, y) and radius of circles near which elements are small [mm].
         material: of the solid.
         sizes: of the elements, on the lands and elsewhere [mm].
+        count: number of modes, from the lowest on; 0: it yields at once.
     """
-    nodes, tetrahedra, faces = _mesh(draw, top, cells, sizes)
-    stiffness, rows = _stiffness(nodes, tetrahedra, np.flatnonzero(held(nodes)), material)
-    places = np.concatenate([each.places.reshape(-1, 2) for each in cells]) * PER_MM
-    faces = faces[struck(nodes[faces[:, :3], :2].mean(axis=1))]
-    loads = _loads(nodes, faces, places)
-    share = np.zeros((stiffness.shape[0], len(places)))
-    up = rows[:, 1] == 3
-    share[up] = loads[rows[up, 0] - 1]
-    solved = splu(stiffness, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
-    compliance = share.T @ solved.solve(share) / PER_MM
-    return np.asarray((compliance + compliance.T) / 2)
+
+    draw: Callable[[Any], None]
+    held: Callable[[Array], Array]
+    struck: Callable[[Array], Array]
+    top: float
+    circles: Sequence[tuple[float, float, float]]
+    material: Material
+    sizes: tuple[float, float]
+    count: int = 0
+
+    def __call__(self, cells: Sequence[Cells]) -> PointSeat:
+        """Return the seat at the cells of all lands, each a point with the mean displacement of its cell; their places
+        are in the coordinates of the solid [m]."""
+        nodes, faces, rows, *_ = self._assembled
+        omega, modes = self._modes
+        places = np.concatenate([each.places.reshape(-1, 2) for each in cells]) * PER_MM
+        share = np.zeros((len(rows), len(places)))
+        up = rows[:, 1] == 3
+        share[up] = _loads(nodes, faces, places)[rows[up, 0] - 1]
+        compliance = share.T @ self._factor.solve(share) / PER_MM
+        shapes = share.T @ modes / math.sqrt(PER_MM)  # ccx has N, mm and t
+        residual = compliance - (shapes / omega**2) @ shapes.T
+        return PointSeat(omega, shapes, (residual + residual.T) / 2)
+
+    @cached_property
+    def _assembled(self) -> tuple[Array, Array, Array, csc_matrix, csc_matrix]:
+        """Return nodes, struck triangles, node and direction of the unknowns, stiffness [N/mm] and mass [t]."""
+        nodes, tetrahedra, faces = _mesh(self.draw, self.top, self.circles, self.sizes)
+        faces = faces[self.struck(nodes[faces[:, :3], :2].mean(axis=1))]
+        return nodes, faces, *_matrices(nodes, tetrahedra, np.flatnonzero(self.held(nodes)), self.material)
+
+    @cached_property
+    def _factor(self) -> SuperLU:
+        """Return the factor of the stiffness."""
+        how = {"SymmetricMode": True}
+        return splu(self._assembled[3], permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=how)
+
+    @cached_property
+    def _modes(self) -> tuple[Array, Array]:
+        """Return omega (m,) [rad/s] and modes (unknowns, m) of unit mass [t^-1/2]."""
+        *_, stiffness, mass = self._assembled
+        if not self.count:
+            return np.empty(0), np.empty((stiffness.shape[0], 0))
+        inverse = LinearOperator(stiffness.shape, self._factor.solve)
+        squares, modes = eigsh(stiffness, self.count, mass, sigma=0.0, OPinv=inverse)
+        return np.sqrt(squares), modes
 
 
 def _mesh(
-    draw: Callable[[Any], None], top: float, cells: Sequence[Cells], sizes: tuple[float, float]
+    draw: Callable[[Any], None], top: float, circles: Sequence[tuple[float, float, float]], sizes: tuple[float, float]
 ) -> tuple[Array, Array, Array]:
     """Return nodes (n, 3) [mm], tetrahedra (e, 10) and the triangles (f, 6) at the height of the lands."""
+    turns = 2 * np.pi * np.arange(AROUND) / AROUND
+    near = [(x + r * math.cos(turn), y + r * math.sin(turn)) for x, y, r in circles for turn in turns]
     gmsh.initialize()
     try:
         gmsh.option.setNumber("General.Terminal", 0)
         draw(gmsh.model.occ)
         gmsh.model.occ.synchronize()
-        middles = np.concatenate([each.places[::4].mean(axis=1) for each in cells]) * PER_MM
-        near = [gmsh.model.occ.addPoint(*place, top) for place in middles]
+        points = [gmsh.model.occ.addPoint(*place, top) for place in near]
         gmsh.model.occ.synchronize()
         field = gmsh.model.mesh.field
         distance, threshold = field.add("Distance"), field.add("Threshold")
-        field.setNumbers(distance, "PointsList", near)
+        field.setNumbers(distance, "PointsList", points)
         for name, value in zip(
             ("InField", "SizeMin", "SizeMax", "DistMin", "DistMax"), (distance, *sizes, 1.2, 8.0), strict=True
         ):
@@ -100,8 +145,8 @@ def _mesh(
     return nodes[used], number[tetrahedra][:, ORDER], number[at_top]
 
 
-def _stiffness(nodes: Array, tetrahedra: Array, held: Array, material: Material) -> tuple[csc_matrix, Array]:
-    """Return the stiffness [N/mm] that ccx assembles, and node and direction (n, 2), both from 1, of its rows."""
+def _matrices(nodes: Array, tetrahedra: Array, held: Array, material: Material) -> tuple[Array, csc_matrix, csc_matrix]:
+    """Return node and direction (n, 2), both from 1, of the unknowns, and the stiffness [N/mm] and mass [t] by ccx."""
     lines = ["*NODE, NSET=ALL", *(f"{k},{x:.9g},{y:.9g},{z:.9g}" for k, (x, y, z) in enumerate(nodes, 1))]
     lines += ["*ELEMENT, TYPE=C3D10, ELSET=ALL"]
     lines += [f"{k},{','.join(map(str, row + 1))}" for k, row in enumerate(tetrahedra, 1)]
@@ -114,12 +159,17 @@ def _stiffness(nodes: Array, tetrahedra: Array, held: Array, material: Material)
         deck.write_text("\n".join(lines) + "\n", encoding="ascii")
         env = os.environ | dict.fromkeys(THREADS, "1")
         subprocess.run(["ccx", "seat"], cwd=folder, env=env, check=True, stdout=subprocess.DEVNULL)
-        i, j, values = np.loadtxt(deck.with_suffix(".sti")).T
         rows = [[int(x) for x in line.split(".")] for line in deck.with_suffix(".dof").read_text().split()]
+        stiffness, mass = (_read_half(deck.with_suffix(suffix), len(rows)) for suffix in (".sti", ".mas"))
+    return np.array(rows), stiffness, mass
+
+
+def _read_half(path: Path, size: int) -> csc_matrix:
+    """Return the symmetric matrix of which ccx wrote one half."""
+    i, j, values = np.loadtxt(path).T
     i, j = i.astype(int) - 1, j.astype(int) - 1
-    half = csc_matrix((values, (i, j)), shape=(len(rows), len(rows)))
-    off = i != j
-    return (half + csc_matrix((values[off], (j[off], i[off])), shape=half.shape)).tocsc(), np.array(rows)
+    half, off = csc_matrix((values, (i, j)), shape=(size, size)), i != j
+    return (half + csc_matrix((values[off], (j[off], i[off])), shape=half.shape)).tocsc()
 
 
 def _loads(nodes: Array, faces: Array, places: Array) -> Array:
