@@ -138,9 +138,9 @@ def test_asked_to_end_the_program_tidies_up(tmp_path: Path) -> None:
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129), (signal.SIGINT, 130)])
 def test_the_exit_code_names_the_signal(number: signal.Signals, code: int, tmp_path: Path) -> None:
     text = "import signal; signal.signal(signal.SIGHUP, signal.SIG_DFL)\n"  # nohup, around the tests, ignores SIGHUP
-    text += "import sys, time; from seatfem.faces import cli, scene_verbs\n"
+    text += "import sys, time; from seatfem.faces import cli, terminal\n"
     text += "def busy(*given): print('busy', flush=True); time.sleep(60)\n"
-    text += "scene_verbs.load = busy; sys.exit(cli.run_command(['plan', 'scene.toml']))"
+    text += "terminal.load = busy; sys.exit(cli.run_command(['plan', 'scene.toml']))"
     with program(tmp_path, "-c", text) as process:
         assert process.stdout.readline() == "busy\n"
         process.send_signal(number)
