@@ -63,6 +63,8 @@ def table(rows: Sequence[Row]) -> list[str]:
     for wanted, words in ((True, "asked for"), (False, "all")):
         chosen = [row for row in judged if row.asked or not wanted]
         groups = {words: chosen, f"{words}, all left open": [row for row in chosen if not row.stated]}
+        for seed in sorted({row.seed for row in chosen}, reverse=True):
+            groups[f"{words}, seed {seed}"] = [row for row in chosen if row.seed == seed]
         for name in sorted({kind_of(row) for row in chosen if wanted}):
             groups[f"{name.replace('_', ' ')}, {words}"] = [row for row in chosen if kind_of(row) == name]
         for name, group in groups.items():

@@ -258,14 +258,13 @@ class AreaTable:
         """Return the area [m^2] at a mean lift [m]; for a lift below 0, that at 0."""
         lifts, areas, slopes = self._lines  # of one number faster than `np.interp`, which checks its arrays
         at = bisect_right(lifts, lift) - 1
-        if at < 0:
-            return areas[0]
-        return areas[-1] if at == len(slopes) else slopes[at] * (lift - lifts[at]) + areas[at]
+        return areas[0] if at < 0 else slopes[at] * (lift - lifts[at]) + areas[at]
 
     @cached_property
     def _lines(self) -> tuple[list[float], list[float], list[float]]:
-        """Return lifts [m], areas [m^2] and, between the points, the slopes of the area [m]."""
-        return self.lift.tolist(), self.area.tolist(), (np.diff(self.area) / np.diff(self.lift)).tolist()
+        """Return lifts [m], areas [m^2] and, after each point, the slopes of the area [m]."""
+        slopes = (np.diff(self.area) / np.diff(self.lift)).tolist()
+        return self.lift.tolist(), self.area.tolist(), [*slopes, 0.0]
 
 
 @dataclass(frozen=True)
