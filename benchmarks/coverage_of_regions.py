@@ -188,7 +188,7 @@ def valve_case(index: int) -> Case:
         options["stated"] = tuple(word for pair in valve.stated.items() for word in ("--set", "=".join(pair)))
 
     def both() -> Iterator[Numbers]:
-        for grid, neglected in ((GRIDS[1], 0.0), (GRIDS[0], valve.neglected)):
+        for grid, neglected in ((GRIDS[valve.grid], 0.0), (GRIDS[valve.grid - 1], valve.neglected)):
             numbers = {measure: (1 - neglected) * value for measure, value in valve.reference(grid).items()}
             yield {(part, measure): value for part in options for measure, value in numbers.items()}
 

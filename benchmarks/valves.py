@@ -49,12 +49,14 @@ Measures = Mapping[str, float]
 @dataclass(frozen=True)
 class Valve:
     """A scene, its measures on a grid of the other program, or by a closed form, keys by which the contact is stated,
-    by how it is, and what the reference neglects at least, over its values."""
+    by how it is, what the reference neglects at least, over its values, and the number of its grid, which the one before
+    doubts."""
 
     text: str
     reference: Callable[[Fineness], Measures]
     stated: Mapping[str, str]
     neglected: float = 0.0
+    grid: int = 1
 
 
 @dataclass(frozen=True)
@@ -243,6 +245,7 @@ def valves() -> dict[str, Valve]:
                 seat=plate_seat(2),
             ),
             RING_OF_ONE,
+            grid=2,
         ),
         "tutorial's assembly": Valve(
             ASSEMBLY + thrown(1) + asked("300 us", "10 us"),
@@ -298,6 +301,7 @@ def valves() -> dict[str, Valve]:
                 turned_seat(12, (3.5,), ((0, 3), 0), ((4, 13), 8)),
             ),
             {"stopper.arcs": "64"},
+            grid=2,
         ),
         "ring valve with two rings": Valve(
             RINGS + RING + OF_STEEL + 'velocity = "-1.5 m/s"\n[contact]\ngap = "5 um"\n' + asked("0.15 ms", "10 us"),

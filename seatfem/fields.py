@@ -114,7 +114,7 @@ class Table(BaseModel):
             raise KeyProblem(given[1] if given else keys[0], f"{words}: give exactly one of {', '.join(keys)}")
 
 
-def of_same_names(made: type[Made], *tables: Table, **others: object) -> Made:
+def build_from_fields(made: type[Made], *tables: Table, **others: object) -> Made:
     """Return a dataclass whose fields take the values of the keys of the same names, in the first table that has one.
 
     ``others``: fields that are called or written otherwise. A key that is ``None`` leaves the field's own default.

@@ -141,7 +141,7 @@ class Spans:
     landing: float = np.inf
 
     @classmethod
-    def of_run(cls, force: Array, dt: float, since: float = math.nan) -> Spans:
+    def from_forces(cls, force: Array, dt: float, since: float = math.nan) -> Spans:
         """Return the spans of a run with contact forces (n + 1, ...) at steps ``dt``; a landing begins at ``since``
         [s], which is nan without one."""
         return cls(first_touch(force), np.inf if math.isnan(since) else float(np.floor(since / dt + ON_A_STEP)))
@@ -170,7 +170,7 @@ class Spans:
         """Return the spans after a cut, ``touch`` or ``landing``."""
         return slice(self._span(cut) + 1, None)
 
-    def of_times(self, times: NDArray[np.int64]) -> NDArray[np.intp]:
+    def find_numbers(self, times: NDArray[np.int64]) -> NDArray[np.intp]:
         """Return the (m,) numbers of the spans that contain the recorded times with the indices ``times`` (m,)."""
         return np.searchsorted(self.cuts, times)
 

@@ -37,7 +37,7 @@ class Work:
     target: float
 
 
-def of_contact(result: ImpactResult, contact: int) -> ImpactResult:
+def select_contact(result: ImpactResult, contact: int) -> ImpactResult:
     """Return the result with force, gap and displacements (n + 1,) of one contact; energies remain those of all.
 
     Raises `MeasureError`: no contact of that number; `ONLY` where there are several.
@@ -53,7 +53,7 @@ def of_contact(result: ImpactResult, contact: int) -> ImpactResult:
 
 def impulse(result: ImpactResult, *, contact: int = ONLY) -> float:
     """Return the integral of the contact force [N s]; 0 without contact."""
-    rows = of_contact(result, contact).rows
+    rows = select_contact(result, contact).rows
     return float(rows.force[1:] @ rows.spans)
 
 
@@ -66,24 +66,24 @@ def total_impulse(result: ImpactResult) -> float:
     total = 0.0
     for contact in range(_contacts(result)):
         momentum = impulse(result, contact=contact)
-        total += _known_side(of_contact(result, contact)) * momentum if momentum > 0 else 0.0
+        total += _known_side(select_contact(result, contact)) * momentum if momentum > 0 else 0.0
     return total
 
 
 def peak_force(result: ImpactResult, *, contact: int = ONLY) -> float:
     """Return the largest force of any step [N]; at a velocity jump it converges only slowly, see
     `filtered_peak_force`."""
-    return float(np.max(of_contact(result, contact).rows.force))
+    return float(np.max(select_contact(result, contact).rows.force))
 
 
 def film_force_peak(result: ImpactResult, *, contact: int = ONLY) -> float:
     """Return the largest force by which the film resists closing in any step [N]; 0 without a film."""
-    return max(0.0, float(of_contact(result, contact).rows.film.max()))
+    return max(0.0, float(select_contact(result, contact).rows.film.max()))
 
 
 def stiction_force_peak(result: ImpactResult, *, contact: int = ONLY) -> float:
     """Return the largest tensile force of the film in any step, on separating bodies [N]; 0 without a film."""
-    return max(0.0, -float(of_contact(result, contact).rows.film.min()))
+    return max(0.0, -float(select_contact(result, contact).rows.film.min()))
 
 
 def filtered_force(
@@ -118,7 +118,7 @@ def filtered_peak_force(
 
 def _resolve(result: ImpactResult, width: float, contact: int) -> ImpactResult:
     """Return the result of one contact; raises `MeasureError` for a ``width`` [s] below two steps."""
-    one = of_contact(result, contact)
+    one = select_contact(result, contact)
     if not width >= 2 * result.dt * (1 - 1e-9):
         raise MeasureError(
             f"filter width {width:g} s is below two steps of {result.dt:g} s: the filtered force is not resolved; "
@@ -137,7 +137,7 @@ def spectrum(result: ImpactResult, *, contact: int = ONLY, resolution: float = m
     sampling rate, 1/(n dt) apart, or closer: at most ``resolution`` [Hz], by zero force after the record. Raises
     `MeasureError`: a resolution that is not positive; a record without steps.
     """
-    force = of_contact(result, contact).force[1:]
+    force = select_contact(result, contact).force[1:]
     if not resolution > 0:
         raise MeasureError(f"resolution = {resolution:g} Hz must be positive")
     if force.size == 0:
@@ -147,7 +147,7 @@ def spectrum(result: ImpactResult, *, contact: int = ONLY, resolution: float = m
 
 def contact_intervals(result: ImpactResult, *, contact: int = ONLY) -> Array:
     """Return the (n, 2) start and end [s] of each maximal run of steps with a solid contact force, film excluded."""
-    rows = of_contact(result, contact).rows
+    rows = select_contact(result, contact).rows
     return np.asarray(rows.time[closed_steps(rows.solid[1:])])
 
 
@@ -187,7 +187,7 @@ def impact_velocity(result: ImpactResult, *, contact: int = ONLY) -> float:
     under a preload, which has no approach (see `restitution`), and where contact begins at t = 0 and the approach is
     not recorded: both bodies held, or a contact other than the first.
     """
-    one = of_contact(result, contact)
+    one = select_contact(result, contact)
     closed = np.flatnonzero(one.solid > 0)
     if closed.size == 0:
         return math.nan
@@ -227,7 +227,7 @@ def rebound_velocity(result: ImpactResult, *, contact: int = ONLY, merge: float 
     end = _step(result, groups[0, 1])
     if end + 1 >= len(result.time):
         raise MeasureError(f"the bodies are still in contact at the end, {result.time[-1]:g} s; run longer")
-    gap = of_contact(result, contact).gap
+    gap = select_contact(result, contact).gap
     return float(gap[end + 1] - gap[end]) / result.dt
 
 
@@ -246,7 +246,7 @@ def restitution(result: ImpactResult, *, contact: int = ONLY, group: int = 0) ->
     record, or no approach, as from a preload; a free striker with several contacts, whose impulses on each target are
     not recorded separately, or ``group`` > 0 of a free striker, whose coefficient covers all groups.
     """
-    one = of_contact(result, contact)
+    one = select_contact(result, contact)
     groups = contact_groups(result, contact=contact)
     if len(groups) == 0:
         raise MeasureError("no contact in this record: the coefficient of restitution is not defined; run longer")
@@ -291,7 +291,7 @@ def work(result: ImpactResult, *, contact: int = ONLY) -> Work:
     stored and dissipated in the contact itself. Raises `MeasureError`: a contact with force but no relative motion, so
     that its side, seat or stopper, is unknown.
     """
-    one = of_contact(result, contact)
+    one = select_contact(result, contact)
     rows = one.rows
     if not np.any(rows.force[1:]):
         return Work(0.0, 0.0)

@@ -102,11 +102,11 @@ def reed_stress(
     reach = np.abs(fields).max(axis=1)
     shapes = (fields / np.where(reach > 0, reach, 1.0)[:, None]).astype(np.float32)
     doubt = (len(fields) + 4) * float(np.finfo(np.float32).eps)
-    spans = Spans.of_run(force, dt, since)
+    spans = Spans.from_forces(force, dt, since)
     peaks, first = [NO_STRESS] * spans.count, 0
     for part in coordinates(pushes, dt, reed, stride):
         times, bound = (first + np.arange(len(part))) * stride, np.abs(part) @ reach
-        numbers = spans.of_times(times)
+        numbers = spans.find_numbers(times)
         for span in np.unique(numbers):
             least = (1 - ROUND_OFF) * peaks[span].value
             near = np.flatnonzero(numbers == span)

@@ -216,7 +216,7 @@ def _quasi_static_removed(greens: ModalGreens, amount: float, band_hz: float) ->
     rest = Residual(relaxing, residual.rates[of_relaxed > 0], residual.compliance * kept[0])
     report = {"compliance": amount, "band_hz": band_hz, "lowest_hz": lowest}
     seen = replace(greens, shapes=greens.shapes * np.sqrt(of_modes)[:, None])
-    return replace(seen.of_modes(of_modes > 0, rest), origin={**greens.origin, "without_patch": report})
+    return replace(seen.select_modes(of_modes > 0, rest), origin={**greens.origin, "without_patch": report})
 
 
 def _unit_compliance(young: float, poisson: float, size: float, name: str = "radius") -> float:

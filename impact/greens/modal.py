@@ -289,13 +289,13 @@ class ModalGreens(PoleSums):
         sums = [np.einsum("nk,ki,kj->nij", f, phi, phi, optimize=True) for f, phi in parts]
         return np.asarray(sums[0] + sums[1] + residual.compliance, dtype=complex)
 
-    def of_modes(self, kept: NDArray[np.bool_], residual: Residual) -> ModalGreens:
+    def select_modes(self, kept: NDArray[np.bool_], residual: Residual) -> ModalGreens:
         """Return the function with the modes in the mask ``kept`` (M,), and another ``residual``."""
         return replace(self, omega=self.omega[kept], zeta=self.zeta[kept], shapes=self.shapes[kept], residual=residual)
 
     def above(self, omega: float) -> ModalGreens:
         """Return the function with the modes above ``omega`` [rad/s] only, without residual."""
-        return self.of_modes(self.omega > omega, Residual.none(len(self.port_names)))
+        return self.select_modes(self.omega > omega, Residual.none(len(self.port_names)))
 
     def stored(self) -> base.Stored:
         arrays = {name: getattr(self, name) for name in ("omega", "zeta", "shapes")}

@@ -37,7 +37,7 @@ class TimeGrid:
     __repr__ = brief
 
     @staticmethod
-    def of_equal_steps(dt: float, steps: int) -> TimeGrid:
+    def from_equal_steps(dt: float, steps: int) -> TimeGrid:
         """Return ``steps`` steps of ``dt`` [s]."""
         return TimeGrid(dt, np.arange(steps + 1))
 

@@ -64,7 +64,7 @@ class PortForces:
     @staticmethod
     def at_ports(force: Array, dt: float) -> PortForces:
         """Return the forces (P, n) on the ports themselves, constant over steps of ``dt`` [s]."""
-        return PortForces(TimeGrid.of_equal_steps(dt, force.shape[1]), force, np.eye(len(force)))
+        return PortForces(TimeGrid.from_equal_steps(dt, force.shape[1]), force, np.eye(len(force)))
 
     @cached_property
     def _are_turned(self) -> bool:
@@ -212,7 +212,7 @@ def _with_mean_motion(modal: ModalGreens, shares: Array) -> ModalGreens:
 
     residual, relaxing = modal.residual, have_mean(modal.residual.shapes)
     remaining = replace(residual, shapes=residual.shapes[relaxing], rates=residual.rates[relaxing])
-    return modal.of_modes(have_mean(modal.shapes), remaining)
+    return modal.select_modes(have_mean(modal.shapes), remaining)
 
 
 def modal_coordinates(body: Body, force: Array, dt: float, stride: int) -> Array:

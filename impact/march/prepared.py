@@ -62,7 +62,7 @@ def split_rigid_modes(
         if g is None or not any(np.any(load.shape[g.omega == 0]) for load in body.loads):
             continue  # no load acts on a rigid-body mode
         rigid, start = g.omega == 0, body.modal_start()
-        held, free = g.of_modes(~rigid, g.residual), g.of_modes(rigid, Residual.none(len(g.ports)))
+        held, free = g.select_modes(~rigid, g.residual), g.select_modes(rigid, Residual.none(len(g.ports)))
         bends = bool(np.any(~rigid))
         state = ModalState(start.displacement[~rigid], start.velocity[~rigid]) if bends else None
         loads = tuple(replace(load, shape=load.shape[~rigid]) for load in body.loads if bends)
@@ -72,7 +72,7 @@ def split_rigid_modes(
         drive = np.stack([load.shape[rigid] for load in body.loads], axis=1) @ discrete.loads
         if np.any(seen := np.any(free.shapes @ turn != 0, axis=1)):
             now = np.array([start.displacement[rigid], start.velocity[rigid]])
-            flying.append(Flying(free.of_modes(seen, free.residual), turn, now[:, seen], drive[seen]))
+            flying.append(Flying(free.select_modes(seen, free.residual), turn, now[:, seen], drive[seen]))
     return tuple(parts), flying
 
 

@@ -396,7 +396,7 @@ def _at_port(greens: GreensFunction, port: int) -> tuple[GreensFunction, int]:
     alone = modal.combined(np.eye(len(modal.ports))[:, [port]], (modal.ports[port],))
     size = np.abs(alone.shapes[:, 0])
     visible = size > _UNSEEN * size.max(initial=0.0)
-    return alone.of_modes(visible, alone.residual), 0
+    return alone.select_modes(visible, alone.residual), 0
 
 
 def error_text(error: ErrorEstimate, width: float) -> str:

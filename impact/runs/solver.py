@@ -390,7 +390,7 @@ def _standard(problem: ContactProblem, filter_width: float) -> Mapping[str, Meas
 
 
 def _at(contact: int, measure: Measure) -> Measure:
-    return lambda result: measure(measured.of_contact(result, contact))
+    return lambda result: measure(measured.select_contact(result, contact))
 
 
 def _largest_displacement(result: ImpactResult, contact: int) -> float:

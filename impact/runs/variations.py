@@ -273,4 +273,4 @@ def narrow_greens(greens: ModalGreens, bandwidth: float) -> ModalGreens:
         rest = Residual.exponential(flexible, start)
     else:
         rest = Residual.spring(flexible)
-    return greens.of_modes(kept, rest)
+    return greens.select_modes(kept, rest)

@@ -147,7 +147,7 @@ def progress_of(common: Common, console: Console | None = None) -> AbstractConte
 def load(path: Path, changes: Sequence[str] = (), terminal: Console | None = None) -> models.Scene:
     """Return the scene with ``changes`` applied, each as in --set; doubts about it are printed on the ``terminal``."""
     scene = scene_reader.load_scene(path, dict(changed(each) for each in changes))
-    if terminal is not None and (doubtful := scene.all_doubts()):
+    if terminal is not None and (doubtful := scene.find_doubts()):
         for doubt in scene_files.located(scene_files.SceneError(doubtful), path).problems:
             terminal.print(f"warning: {doubt}")
     return scene

@@ -66,7 +66,7 @@ def assess(life: LifeTable, run: FinishedRun) -> Assessed:
         keys = run_keys(life, run.bodies, result, on_spring)
         bar = margin_bar(life, done, run.bodies[0], result, run.progress)
         keys |= {f"error_bar_{MARGIN}": bar} if math.isfinite(bar) else {}
-    if result.below is None and done.plan.scene.contact.law.of_a_sphere:
+    if result.below is None and done.plan.scene.contact.law.sphere_stiffness:
         keys |= {"life_not_judged": BELOW_CONTACT}
     if result.below is not None and result.below.worst.tensor_at:
         bar = contact_margin_bar(done, result.below.worst.tensor_margin)
@@ -105,7 +105,7 @@ def lives(
         progress("life", 0.0)
         first = block_from(life, done.plan.scene.turn, strike.touches)
         histories = {each.role: each.under(strike).histories(first) for each in bodies}
-        sphere = done.plan.scene.contact.law.of_a_sphere
+        sphere = done.plan.scene.contact.law.sphere_stiffness
         result = assess_life(life, strike.touches, first, histories["reed"], histories.get("seat", ()), sphere)
         progress("life", 1.0)
         return asdict(result)

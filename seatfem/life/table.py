@@ -104,7 +104,7 @@ class StrengthTable(fields.Table):
     @cached_property
     def strength(self) -> Strength:
         """Return the strength in SI."""
-        return fields.of_same_names(Strength, self, curve=self.curve and self.curve.curve)
+        return fields.build_from_fields(Strength, self, curve=self.curve and self.curve.curve)
 
 
 def load_strength(path: Path | str) -> Strength:
@@ -164,7 +164,7 @@ class Curves(fields.Table):
         for name, value in ((name, value) for name, values in self.asked() for value in values):
             unit, factor = UNITS[name]
             try:
-                problems = [words for _, words in contradictions.of_start(varied(geometry, name, value))]
+                problems = [words for _, words in contradictions.find_start_conflicts(varied(geometry, name, value))]
             except fields.KeyProblem as problem:
                 problems = [str(problem)]
             yield from ((name, f"{value * factor:g} {unit}: {words}") for words in problems)
@@ -329,7 +329,7 @@ source = "report, page"
         ``duration`` [s]; ``turn``: nan without a crank; ``stressed``: whether stress in the seat is computed.
         """
         contact, reed = geometry.contact, geometry.reed
-        if self.contact_criterion and (not contact.law.of_a_sphere or contact.rings > 1):
+        if self.contact_criterion and (not contact.law.sphere_stiffness or contact.rings > 1):
             words = "the stress below a contact is known of a law of Hertz, not in rings"
             yield "contact_criterion", f"{words}: state one, or remove the key"
         if self.of_bending and self.strength is not None:

@@ -12,7 +12,7 @@ import numpy as np
 
 from impact.greens import base, modal
 from impact.notices import Progress, silent
-from seatfem.fields import of_same_names
+from seatfem.fields import build_from_fields
 from seatfem.structures.elements.assembly import assemble
 from seatfem.structures.elements.axisymmetric import assemble_axisymmetric
 from seatfem.structures.elements.supports import Absorbing, Bolted, Dashpot, Foundation, Support
@@ -125,7 +125,7 @@ def supports_of(body: Elastic) -> tuple[Support, ...]:
     """Return the supports of the body beside its fixed and sliding faces."""
     known = {"foundation": Foundation, "bolted": Bolted, "dashpot": Dashpot, "absorbing": Absorbing}
     supports = (support for support in body.supports if support.kind in known)
-    return tuple(of_same_names(known[support.kind], support, boundary=support.on) for support in supports)
+    return tuple(build_from_fields(known[support.kind], support, boundary=support.on) for support in supports)
 
 
 LEAST_REFINEMENT: Final = 1.1  # least ratio of the element sizes of two meshes that are compared

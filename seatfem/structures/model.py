@@ -53,7 +53,7 @@ class Damping:
         return Damping(ratio, alpha, beta, rest, rayleigh is None)
 
     @staticmethod
-    def of_regions(
+    def from_regions(
         rayleigh: Array, eta: Array, loss: sparse.csr_array | None, *, springs: bool, dashpots: bool
     ) -> Damping:
         """Return the damping of a body of several regions.

@@ -218,7 +218,7 @@ def covered_share(face: BodyViews, over: BodyViews, offset: tuple[float, float] 
     return float(inside(over.plan, points + np.array(offset)).mean()) if len(points) else None
 
 
-def of_profile(name: str, profile: Profile, *, struck_arc: float | None = None, held: bool = True) -> BodyViews:
+def draw_profile(name: str, profile: Profile, *, struck_arc: float | None = None, held: bool = True) -> BodyViews:
     """Return the views of a solid of revolution.
 
     Args:
@@ -305,7 +305,7 @@ def _extruded(name: str, plan: Loops, thickness: float, y: float = 0.0, **others
     )
 
 
-def of_prism(name: str, sides: tuple[float, float], patch: tuple[float, float] | None, height: float) -> BodyViews:
+def draw_prism(name: str, sides: tuple[float, float], patch: tuple[float, float] | None, height: float) -> BodyViews:
     """Return the views of an upright block of half ``sides`` along x and y [m], struck on all of its top or on a patch
     of half the sides ``patch``, clamped below."""
     (x, y), (px, py) = sides, patch or sides
@@ -317,7 +317,7 @@ def of_prism(name: str, sides: tuple[float, float], patch: tuple[float, float] |
     return _extruded(name, (plan,), height, contact=(contact,), held=below, sizes=tuple(sizes))
 
 
-def of_flat(name: str, plan: Loops, thickness: float, clamp: Loops = (), contact: Loops = ()) -> BodyViews:
+def draw_flat(name: str, plan: Loops, thickness: float, clamp: Loops = (), contact: Loops = ()) -> BodyViews:
     """Return the views of a reed with loops ``plan`` about the place at which it touches [m], clamped along lines."""
     (left, low), (right, high) = plan[0].min(axis=0).tolist(), plan[0].max(axis=0).tolist()
     sizes = [
@@ -332,12 +332,12 @@ def of_flat(name: str, plan: Loops, thickness: float, clamp: Loops = (), contact
     return _extruded(name, plan, thickness, clamp=clamp, contact=contact, sizes=tuple(sizes), mirrored=True)
 
 
-def of_sheet(name: str, flat: Flat, contact: Loops) -> BodyViews:
+def draw_sheet(name: str, flat: Flat, contact: Loops) -> BodyViews:
     """Return the views of a flat sheet that touches with what lies in ``contact``, loops about its own centre [m]."""
     centre, edge = np.array(flat.centre), flat.held_loop
     ends = _clamped_ends(flat) - centre
     clamp = ((ends,) if len(ends) else ()) if edge is None else closed([polygon(edge)[0] - centre])
-    return of_flat(name, tuple(polygon(loop)[0] - centre for loop in flat.drawn), flat.thickness, clamp, contact)
+    return draw_flat(name, tuple(polygon(loop)[0] - centre for loop in flat.drawn), flat.thickness, clamp, contact)
 
 
 def _clamped_ends(flat: Flat) -> Array:
@@ -350,16 +350,16 @@ def _clamped_ends(flat: Flat) -> Array:
     return np.asarray(held[[int(np.argmin(along)), int(np.argmax(along))]])
 
 
-def of_beam(
+def draw_beam(
     name: str, widths: Sequence[tuple[float, float]], thickness: float, at: float, *, both_ends: bool = False
 ) -> BodyViews:
     """Return the views of a beam of ``widths`` [position, width] from its clamp on, met at the position ``at`` [m]."""
     low, high = (np.array(widths) * (1.0, side) - (at, 0.0) for side in (-0.5, 0.5))
     clamp = tuple(np.array([low[k], high[k]]) for k in ((0, -1) if both_ends else (0,)))
-    return of_flat(name, (np.concatenate([low, high[::-1]]),), thickness, clamp)
+    return draw_flat(name, (np.concatenate([low, high[::-1]]),), thickness, clamp)
 
 
-def of_ported_plate(
+def draw_ported_plate(
     outline: Array,
     rim: Array,
     ports: Array,

@@ -97,7 +97,7 @@ def on_plate(patch: Patch, solid: materials.Material, radius: float, solidity: f
     return replace(patch, bending=bending, bending_frequency=frequency)
 
 
-def of_shape(shape: Shape, supports: Sequence[Support], solid: materials.Material) -> Patch:
+def find_patch(shape: Shape, supports: Sequence[Support], solid: materials.Material) -> Patch:
     """Return the patch of a CAD part: bulky, and on a plate in bending if its supports lie beside the struck faces.
 
     The plate's compliance is that of a clamped round one under a force off its centre,

@@ -19,7 +19,7 @@ LEVEL: Final = 1e-4  # distance of faces that count as in one plane, over a body
 ABOVE: Final = 0.5  # depth below the struck face, over the body's, down to which edges are shown in plan
 
 
-def of_surface(
+def draw_surface(
     name: str,
     shape: Shape,
     rows: tuple[Integers, ...],

@@ -280,11 +280,11 @@ def with_jumps(budget: Budget, blow: measures.ContactRecord) -> Budget:
             jumps[name] = measure.jump(blow, share)
         for prefix, landing in measures.judged_landings(blow.landings).items():
             if prefix + name in jumps:
-                jumps[prefix + name] = measure.jump_of_landing(blow, landing, share)
+                jumps[prefix + name] = measure.estimate_landing_jump(blow, landing, share)
     duration = measures.ContactDuration()
     for number, landing in enumerate(blow.landings):
         if (name := landing_name("seat", number, "duration_s")) in jumps:
-            jumps[name] = duration.jump_of_landing(blow, landing, share)
+            jumps[name] = duration.estimate_landing_jump(blow, landing, share)
     return replace(budget, parts={**budget.parts, source: total(budget.parts[source], jumps)})
 
 

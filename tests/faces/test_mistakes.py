@@ -59,7 +59,7 @@ def test_the_scenes_of_the_sheet_are_right(scene: str) -> None:
         text = Path("scene.toml").read_text(encoding="utf-8").replace("rpm = 3000", f"rpm = {rpm}")
         Path("scene.toml").write_text(text, encoding="utf-8")
         loaded = load_scene("scene.toml")
-        assert loaded.all_doubts() == ()
+        assert loaded.find_doubts() == ()
         assert all(load.pressure.rpm == pytest.approx(3000.0, rel=1e-15) for load in loaded.load)
 
 
@@ -68,4 +68,4 @@ def test_examples_have_usual_values(path: Path) -> None:
     """No value of the examples is beyond the usual ranges; some of their beams do not cover the whole lip."""
     if re.search(r"^\[(vary|fit)\b", path.read_text(encoding="utf-8"), re.MULTILINE):
         return
-    assert [str(doubt) for doubt in load_scene(path).all_doubts() if "covers" not in doubt.message] == []
+    assert [str(doubt) for doubt in load_scene(path).find_doubts() if "covers" not in doubt.message] == []

@@ -142,7 +142,7 @@ def test_every_measure_asks_one_contact() -> None:
             measure(result)
         with pytest.raises(MeasureError, match=r"contact = 3.*0 \.\.\. 2:.*3"):
             measure(result, contact=3)
-        one = measures.of_contact(result, 1)
+        one = measures.select_contact(result, 1)
         np.testing.assert_array_equal(np.asarray(measure(result, contact=1)).shape, np.asarray(measure(one)).shape)
     assert measures.impulse(result, contact=1) == pytest.approx(np.sum(result.force[:, 1]) * 1e-4, rel=1e-13)
     assert measures.peak_force(result, contact=1) == result.force[:, 1].max()

@@ -32,7 +32,7 @@ WEIGHT = 3.0  # N
 def record(force: np.ndarray, static: np.ndarray, dt: float = 1e-6, speed: float = 1.0) -> ContactRecord:
     """Return one contact that closes at ``speed`` whenever it touches."""
     gap = -speed * dt * np.arange(len(force))[:, None]
-    grid = TimeGrid.of_equal_steps(dt, len(force) - 1)
+    grid = TimeGrid.from_equal_steps(dt, len(force) - 1)
     return ContactRecord(force, force > 0, grid, force[:, None], gap, static, 2 * dt, np.array([speed]))
 
 
@@ -278,7 +278,7 @@ def test_a_film_and_touches_that_merge_leave_whole_steps() -> None:
     force = np.zeros(200)
     force[50:60] = force[70:80] = 1.0
     gap = np.where(force > 0, 0.0, np.abs(np.arange(200.0) - 49) * 1e-6)[:, None]
-    grid = impact.march.grid.TimeGrid.of_equal_steps(1e-6, 199)
+    grid = impact.march.grid.TimeGrid.from_equal_steps(1e-6, 199)
     each = (force, force > 0, grid, force[:, None], gap, np.zeros(200), 4e-6, np.ones(1), np.full((2, 1), 1e-7))
     (landing,) = find_landings(ContactRecord(*each))
     assert not landing.is_resolved
@@ -294,7 +294,7 @@ def test_the_part_that_touches_first_within_a_step_closes_with_its_own_speed(
     gaps = np.maximum(np.array([2.2e-6, gap]) - 1e-6 * steps[:, None] * closing, 0.0)
     solid = np.where((gaps == 0) & (steps[:, None] < 20), 1.0, 0.0)
     force = solid.sum(axis=1)
-    grid = impact.march.grid.TimeGrid.of_equal_steps(1e-6, 39)
+    grid = impact.march.grid.TimeGrid.from_equal_steps(1e-6, 39)
     record = ContactRecord(force, force > 0, grid, solid, gaps, 0 * force, 4e-6, closing, np.zeros((2, 2)))
     (landing,) = find_landings(record)
     assert (landing.part, landing.touch) == (part, pytest.approx(touch))

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from seatfem.structures.outlines import BodyViews, covered_share, crossings, of_beam
+from seatfem.structures.outlines import BodyViews, covered_share, crossings, draw_beam
 from seatfem.structures.shapes.loops import inside
 from seatfem.study.impacts.layout import cover_note, draw_scene, facts_of, layout_of
 from tests.steps import Division, Scene, SceneError, kinds_of, load_scene
@@ -139,7 +139,7 @@ def test_a_part_that_is_struck_from_below_is_drawn_upside_down(tmp_path: Path) -
 def test_the_share_below_a_reed() -> None:
     """A ring of 4 to 5 mm below a beam as wide as its bore, up to the middle, is covered by asin(2/4.5)/pi."""
     seat = layout_of(example("flapper_on_annular_seat")).seat
-    reed = of_beam("beam", ((0.0, 4e-3), (20e-3, 4e-3)), 0.3e-3, 20e-3).turned_over()
+    reed = draw_beam("beam", ((0.0, 4e-3), (20e-3, 4e-3)), 0.3e-3, 20e-3).turned_over()
     mean = math.asin(2 / 4.5) / math.pi
     assert covered_share(seat, reed, (0.0, 0.0)) == pytest.approx(mean, rel=0.05)
     assert covered_share(seat, reed, (10e-3, 0.0)) == 0.0

@@ -79,7 +79,7 @@ class Bench:
 @pytest.fixture(autouse=True)
 def _arcs_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     """Leave out what rings across arcs miss, another term of the patch's share (test_parts_across)."""
-    monkeypatch.setattr("seatfem.study.ladders.patch.of_rings_across", lambda *_: ())
+    monkeypatch.setattr("seatfem.study.ladders.patch.compare_rings_across", lambda *_: ())
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,7 @@ from seatfem.study.impacts import contact
 from seatfem.study.impacts.contact import RunError, check_length
 from seatfem.study.impacts.validity import ONE_PORT, simpler_models
 from seatfem.study.ladders.ladder import ComputedRun
-from seatfem.study.ladders.patch import of_rings_across
+from seatfem.study.ladders.patch import compare_rings_across
 from seatfem.study.method import PORTS, RINGS, stated_method
 from tests.as_stated import seat_of, solved_striker, striker_of, values_of_problem
 from tests.gallery import FLAPPER, load_text
@@ -78,7 +78,7 @@ def test_the_bar_of_one_part_across_holds_what_more_of_them_find(tmp_path: Path)
     for division in (ONE, THREE):
         scene = in_parts(tmp_path, division)
         solved = seat_of(scene, mesh_error=False)
-        terms = of_rings_across(ComputedRun(scene, stated_method(scene), solved, striker_of(scene)))
+        terms = compare_rings_across(ComputedRun(scene, stated_method(scene), solved, striker_of(scene)))
         ((variation,),) = terms
         assert len(variation.problem.contacts) == 16 * arc_rings_to_compare(division.rings)[0]
         one, other = (values_of_problem(scene, each, 250e-9) for each in (variation.against, variation.problem))

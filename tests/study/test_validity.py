@@ -151,5 +151,5 @@ def test_an_absolute_pressure_is_named_before_the_run(tmp_path: Path, monkeypatc
             verb
         )
         assert "of an absolute one subtract the pressure on the other side" in said, verb
-    (note,) = load_text(tmp_path, pressed(-1, -3, -9, -3)).all_doubts()
+    (note,) = load_text(tmp_path, pressed(-1, -3, -9, -3)).find_doubts()
     assert "(-72 N to -8 N, positive off the seat) press the reed on its seat" in str(note)

@@ -67,7 +67,7 @@ def ports_on(
     elif rings > 1:
         across = places(patch).ravel()
         shares = parted(across, patch.weights.ravel(), ring_borders(rings)).reshape(rings, *patch.weights.shape)
-    waves = of_solids(patch, solids, region, lambda solid, normals: solid.density * solid.c_p_along(normals))
+    waves = evaluate_by_solid(patch, solids, region, lambda solid, normals: solid.density * solid.c_p_along(normals))
     ports = (_port(patch, weights, waves, n_nodes) for weights in shares)
     return dict(zip(called, ports, strict=True))
 
@@ -87,7 +87,7 @@ def along(lip: lands.FaceLip, patch: Surface) -> model.Array:
     return parts.reshape(-1, *patch.weights.shape)
 
 
-def of_solids(
+def evaluate_by_solid(
     patch: Surface,
     solids: Sequence[materials.Solid],
     region: NDArray[np.int32],
@@ -348,13 +348,15 @@ class Absorbing:
 
     def densities(self, patch: Surface, solids: Sequence[materials.Solid], region: NDArray[np.int32]) -> Densities:
         """Return dashpots and, with a centre, springs; `ModelError` on a meridian, which has no centre."""
-        along = of_solids(patch, solids, region, lambda solid, normals: solid.density * solid.c_p_along(normals))
-        across = of_solids(patch, solids, region, lambda solid, normals: solid.density * solid.c_s)
+        along = evaluate_by_solid(
+            patch, solids, region, lambda solid, normals: solid.density * solid.c_p_along(normals)
+        )
+        across = evaluate_by_solid(patch, solids, region, lambda solid, normals: solid.density * solid.c_s)
         if self.centre is None:
             return [("C", along, across)]
         if patch.places.shape[-1] != len(self.centre):
             raise ModelError(f"Absorbing({self.boundary!r}): centre serves solid models only; leave it out")
-        rigidity = of_solids(patch, solids, region, lambda solid, normals: solid.density * solid.c_s**2)
+        rigidity = evaluate_by_solid(patch, solids, region, lambda solid, normals: solid.density * solid.c_s**2)
         spring = rigidity / np.linalg.norm(patch.places - np.asarray(self.centre), axis=-1)
         return [("C", along, across), ("K", 4 * spring, 2 * spring)]
 
@@ -439,5 +441,5 @@ def whole_model(
         M, K = M * copies, K * copies
         C, H = (None if matrix is None else matrix * copies for matrix in (C, H))
     springs, dashpots = (key in supports and bool(supports[key].count_nonzero()) for key in ("K", "C"))
-    known = model.Damping.of_regions(pairs, losses, H, springs=springs, dashpots=dashpots)
+    known = model.Damping.from_regions(pairs, losses, H, springs=springs, dashpots=dashpots)
     return model.SecondOrderModel(M, C, K, ports, dofs, H, known)

@@ -101,7 +101,7 @@ def largest(
     record into further spans; nan without one. ``workers`` threads (default: as many as compiled code may use)
     share the places; the result does not depend on their number.
     """
-    spans = Spans.of_run(force, dt, since)
+    spans = Spans.from_forces(force, dt, since)
     if not len(field.points):
         return LargestStress(spans, np.zeros((spans.count, 4, 0)))
     bounds, stride = field.bounds, stride_of(field, dt)
@@ -109,7 +109,7 @@ def largest(
     with ThreadPoolExecutor(workers or compiled_threads()) as pool:
         for number, part in blocks_of_times(field, force, dt, stride):
             times = number * stride
-            numbers = spans.of_times(times)
+            numbers = spans.find_numbers(times)
             for span in np.unique(numbers):
                 chosen = np.flatnonzero(numbers == span)
                 when = dt * times[chosen].astype(np.float64)

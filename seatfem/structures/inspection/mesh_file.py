@@ -156,10 +156,10 @@ def open_part(path: Path, unit: LengthUnit | None = None) -> Part:
     if path.suffix.lower() in cad.STEP_SUFFIXES + cad.BREP_SUFFIXES:
         return _of_cad(path, unit)
     mesh = read_mesh(path, contact=None, fixed=None, unit=None if unit is None else METRES[unit])
-    return of_mesh(path.name, mesh, tuple(f"{path.name} {note}" for note in mesh.provenance.notes))
+    return describe_mesh(path.name, mesh, tuple(f"{path.name} {note}" for note in mesh.provenance.notes))
 
 
-def of_geometry(geometry: Geometry, name: str) -> Part:
+def describe_geometry(geometry: Geometry, name: str) -> Part:
     """Return the faces of a geometry, with notes on keys of the scene that select none."""
     part = _named(name, inspect_geometry(geometry, picture=True))
     return replace(part, notes=tuple(f"seat.{key}: {text.partition(chr(10))[0]}" for key, text in part.problems))
@@ -180,7 +180,7 @@ def _named(name: str, part: Part) -> Part:
     return replace(part, name=name)
 
 
-def of_mesh(name: str, mesh: SeatMesh, notes: tuple[str, ...]) -> Part:
+def describe_mesh(name: str, mesh: SeatMesh, notes: tuple[str, ...]) -> Part:
     """Return the faces of a mesh: parts of its surface without sharp edges inside."""
     shape = shape_of(mesh)
     faces, rows = faces_of(shape)

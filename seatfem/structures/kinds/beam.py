@@ -110,7 +110,7 @@ class Beam(Structure):
 
     def beam(self) -> reeds.Beam:
         """Return the beam in closed form, of the class `theory`."""
-        beam: reeds.Beam = fields.of_same_names(self.theory, self, self.material)
+        beam: reeds.Beam = fields.build_from_fields(self.theory, self, self.material)
         return beam
 
     @property
@@ -123,7 +123,7 @@ class Beam(Structure):
 
     def views_at(self, at: float, *, coarse: bool = False) -> outlines.BodyViews:
         name = "beam held at both ends" if self.both_held else self.kind.replace("_", " ")
-        return outlines.of_beam(name, self.widths_along, self.thickness, at, both_ends=self.both_held)
+        return outlines.draw_beam(name, self.widths_along, self.thickness, at, both_ends=self.both_held)
 
     def stated(self, error: float = 0.0, rings: int | None = 1) -> method.Method:
         return replace(super().stated(error, rings), n_modes=self.n_modes)

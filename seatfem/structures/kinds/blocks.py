@@ -12,11 +12,11 @@ from pydantic import Field, model_validator
 import impact
 from impact.exact.half_space import rectangle_compliance
 from impact.greens import base, modal
-from seatfem.fields import KeyProblem, of_same_names
+from seatfem.fields import KeyProblem, build_from_fields
 from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.structure import LocalShare
 from seatfem.structures.method import NAMES, QUARTERS, AnyLevel, Applicability, Solved, Task
-from seatfem.structures.outlines import BodyViews, arc, box, of_ported_plate
+from seatfem.structures.outlines import BodyViews, arc, box, draw_ported_plate
 from seatfem.structures.patch import Patch, column_end, on_plate
 from seatfem.structures.shapes import Bar, Block, Geometry, ValvePlate
 
@@ -43,7 +43,7 @@ height = "5 mm"
         return self
 
     def geometry(self) -> Bar:
-        return of_same_names(Bar, self)
+        return build_from_fields(Bar, self)
 
     def struck_part(self) -> tuple[float, float, float]:
         bar = self.geometry()
@@ -144,7 +144,7 @@ patch_depth = "1 mm"
     fixed: Literal["underside"] = Field("underside", description="the clamped face")
 
     def geometry(self) -> Block:
-        return of_same_names(Block, self)
+        return build_from_fields(Block, self)
 
     def struck_part(self) -> tuple[float, float, float]:
         block = self.geometry()
@@ -204,7 +204,7 @@ clamp_width = "2 mm"
         return QUARTERS if self.layout == "row" else 2 * self.ports
 
     def geometry(self) -> ValvePlate:
-        return of_same_names(ValvePlate, self)
+        return build_from_fields(ValvePlate, self)
 
     def views(self, *, coarse: bool = False) -> BodyViews:
         plate = self.geometry()
@@ -215,7 +215,7 @@ clamp_width = "2 mm"
             outline, rim = box((-x, -y), (x, y)), box((inset - x, inset - y), (x - inset, y - inset))
         struck = range(self.ports) if self.struck is None else (self.struck - 1,)
         radii = (plate.port_radius, plate.port_radius + plate.land_width)
-        return of_ported_plate(outline, rim, np.array(plate.centres), radii, struck, plate.thickness)
+        return draw_ported_plate(outline, rim, np.array(plate.centres), radii, struck, plate.thickness)
 
     def struck_part(self) -> tuple[float, float, float]:
         plate = self.geometry()

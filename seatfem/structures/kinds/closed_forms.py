@@ -18,7 +18,7 @@ from impact.greens.base import Array, GreensFunction
 from impact.quantities import in_units
 from seatfem.fields import Approach, Area, DampingRatio, Density, KeyProblem, Length, Mass, Modulus, Stiffness, Usual
 from seatfem.structures.kinds import motion, structure
-from seatfem.structures.outlines import BodyViews, of_prism
+from seatfem.structures.outlines import BodyViews, draw_prism
 
 NO_MODES: Final = "a rod in closed form has no modes to be set in motion; take kind = 'bar' with model = 'sector'"
 
@@ -139,7 +139,7 @@ damping_ratio = 0.02
         """Return a column of the cross-section that is given, or of a square one of the same area."""
         side = math.sqrt(self.cross_section)
         sides = (side, side) if self.width is None or self.thickness is None else (self.width, self.thickness)
-        views = of_prism("rod", (sides[0] / 2, sides[1] / 2), None, self.length)
+        views = draw_prism("rod", (sides[0] / 2, sides[1] / 2), None, self.length)
         return views if self.far_end == "fixed" else replace(views, held=())
 
     @property

@@ -28,7 +28,7 @@ from seatfem.structures.method import (
 )
 from seatfem.structures.patch import Patch, Sizes, bulky
 from seatfem.structures.shapes import Geometry
-from seatfem.structures.surface_outlines import of_surface
+from seatfem.structures.surface_outlines import draw_surface
 
 WHOLE: Final = ("rod", "axisymmetric", "harmonics", "sector")  # values of the key model with a single port for a lip
 
@@ -51,7 +51,7 @@ class Drawn(elastic.Elastic):
 
     def geometry(self) -> Geometry:
         """Return the geometry in SI units. Raises `GeometryError` if it cannot be built."""
-        return fields.of_same_names(self.shape, self)  # type: ignore[type-var]
+        return fields.build_from_fields(self.shape, self)  # type: ignore[type-var]
 
     @property
     def lip_face(self) -> structure.LipFace:
@@ -87,19 +87,19 @@ class Drawn(elastic.Elastic):
         yield from self.unknown_names(self.geometry().patches, ("seat",))
 
     def part(self) -> Part:
-        return mesh_file.of_geometry(self.geometry(), f"seat, kind = {self.kind!r}")
+        return mesh_file.describe_geometry(self.geometry(), f"seat, kind = {self.kind!r}")
 
     def views(self, *, coarse: bool = False) -> outlines.BodyViews:
         """Return the outlines, of a block by its sides, of other bodies by the triangulation of their surface."""
         shape, name = self.geometry(), self.kind.replace("_", " ")
         if (cuboid := shape.cuboid) is not None:
-            views = outlines.of_prism(name, cuboid.sides, cuboid.patch, cuboid.height)
+            views = outlines.draw_prism(name, cuboid.sides, cuboid.patch, cuboid.height)
             return views if self.clamped else replace(views, held=())
         inspected, struck = inspect_geometry(shape, picture=not coarse), self.struck_face
         normals = [face.normal for face in inspected.faces if struck in face.groups]
         normal = normals[0] if normals else None
         groups = struck, normal, self.held, self.bedded
-        return of_surface(name, inspected.shape, inspected.rows, *groups, self.own_axis)
+        return draw_surface(name, inspected.shape, inspected.rows, *groups, self.own_axis)
 
     # Levels of modelling
 

@@ -21,9 +21,9 @@ from seatfem.structures.kinds.parts import METRES, LengthUnit
 from seatfem.structures.kinds.selectors import BLUE_FACES, RED_FACES, ClampSelector, Direction, FaceSelector, Region
 from seatfem.structures.mesh.gmsh_process import MeshingError
 from seatfem.structures.method import Method, Solved, Task
-from seatfem.structures.patch import Patch, of_shape
+from seatfem.structures.patch import Patch, find_patch
 from seatfem.structures.shapes import CadPart, GeometryError, Group
-from seatfem.structures.surface_outlines import of_surface, struck_side_problem
+from seatfem.structures.surface_outlines import draw_surface, struck_side_problem
 
 if TYPE_CHECKING:
     from seatfem.structures.mesh.meshing import SeatMesh
@@ -124,7 +124,7 @@ file = "seat.step"
                 yield ("contact",), naming(self.file, why)
 
     def part(self) -> Part:
-        return mesh_file.of_geometry(self.geometry(), self.file.name)
+        return mesh_file.describe_geometry(self.geometry(), self.file.name)
 
     def rise(self) -> tuple[float, float]:
         return inspect_geometry(self.geometry()).shape.rise(self.struck_face)
@@ -139,7 +139,7 @@ file = "seat.step"
         inspected = inspect_geometry(self.geometry())
         if "contact" not in inspected.shape.groups:
             raise GeometryError("\n".join(message for _, message in inspected.problems))
-        return of_shape(inspected.shape, self.supports, self.material.mean)
+        return find_patch(inspected.shape, self.supports, self.material.mean)
 
     def struck_part(self) -> tuple[float, float, float]:
         patch = self.patch()
@@ -201,7 +201,7 @@ file = "seat.msh"
                 yield ("contact",), naming(self.file, why)
 
     def part(self) -> Part:
-        return mesh_file.of_mesh(self.file.name, self.read(), ())
+        return mesh_file.describe_mesh(self.file.name, self.read(), ())
 
     def rise(self) -> tuple[float, float]:
         return mesh_file.shape_of(self.read()).rise(self.struck_face)
@@ -210,14 +210,14 @@ file = "seat.msh"
         return self.read().provenance.notes
 
     def patch(self) -> Patch:
-        return of_shape(mesh_file.shape_of(self.read()), self.supports, self.material.mean)
+        return find_patch(mesh_file.shape_of(self.read()), self.supports, self.material.mean)
 
     def views(self, *, coarse: bool = False) -> outlines.BodyViews:
         shape = mesh_file.shape_of(self.read())
         normals = shape.normals[shape.groups[self.struck_face]]
         normal = normals[0] if np.abs(normals - normals[0]).max() < FLAT else None
         rows = () if coarse else mesh_file.faces_of(shape)[1]
-        return of_surface("mesh", shape, rows, self.struck_face, normal, self.held, self.bedded)
+        return draw_surface("mesh", shape, rows, self.struck_face, normal, self.held, self.bedded)
 
     def land(self) -> lands.Land:
         return mesh_file.land_of_mesh(self.read(), self.struck_face)

@@ -106,7 +106,7 @@ class OrthotropicMaterial(fields.Table):
         rows = np.asarray(self.axes, dtype=float)
         unit = rows / np.linalg.norm(rows, axis=1, keepdims=True)
         axes = tuple(tuple(float(x) for x in row) for row in unit)
-        return fields.of_same_names(materials.Orthotropic, self, axes=axes, name="seat.material")
+        return fields.build_from_fields(materials.Orthotropic, self, axes=axes, name="seat.material")
 
     @property
     def mean(self) -> materials.Material:

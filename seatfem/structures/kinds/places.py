@@ -29,9 +29,9 @@ class StressAtPlaces:
     is_inside: bool = False
 
     def largest(self, *, coarsely: bool, since: float = math.nan) -> ReedStress:
-        spans, histories = Spans.of_run(self.force, self.dt, since), (stress for _, stress in self.places.values())
+        spans, histories = Spans.from_forces(self.force, self.dt, since), (stress for _, stress in self.places.values())
         sizes = np.array([np.abs(each) if each.ndim == 1 else peaks.von_mises(each) for each in histories])
-        numbers, distances = spans.of_times(np.arange(len(self.force))), [at for at, _ in self.places.values()]
+        numbers, distances = spans.find_numbers(np.arange(len(self.force))), [at for at, _ in self.places.values()]
 
         def largest(chosen: slice) -> PeakStress:
             within = np.where(np.isin(numbers, np.arange(spans.count)[chosen]), sizes, 0.0)

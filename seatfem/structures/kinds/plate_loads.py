@@ -171,7 +171,7 @@ class PlateRelease(Table):
             return float(np.nan_to_num(self._at("w", np.array([centre]))[0]))
         return self.deflection or 0.0
 
-    def of_field(self, plate: sheets.PlateModes) -> ModalState:
+    def start_from_field(self, plate: sheets.PlateModes) -> ModalState:
         """Return the field as initial state of the modes. Raises `ModelError` if it does not cover the plate, or the
         modes do not represent it."""
         return ModalState(self._projected("w", plate), self._projected("velocity", plate))
@@ -199,7 +199,7 @@ class PlateRelease(Table):
         each = push / plate.modes.omega**2
         return ModalState(self.deflection / float(plate.centre @ each) * each, np.zeros_like(each))
 
-    def of_mode(self, plate: sheets.PlateModes, about: str) -> ModalState:
+    def start_from_mode(self, plate: sheets.PlateModes, about: str) -> ModalState:
         """Return an undeformed state with the velocity of one mode. Raises `ModelError` for an unknown mode, or one
         that does not move the contact."""
         centre, omega = plate.centre, plate.modes.omega
@@ -332,10 +332,10 @@ class ClampedPlate(thin_plate.ThinPlate):
 
     def _state(self, plate: sheets.PlateModes, release: PlateRelease) -> ModalState:
         if release.field is not None:
-            return release.of_field(plate)
+            return release.start_from_field(plate)
         if release.deflection is not None:
             return release.static(plate.centre if release.shape == "force" else self._pressed(plate)[0], plate)
-        return release.of_mode(plate, self.about)
+        return release.start_from_mode(plate, self.about)
 
 
 def _on_disc(plate: sheets.PlateModes, radius: float) -> tuple[Array, float]:

@@ -11,7 +11,7 @@ from impact.beams.stepped import SteppedCantilever
 from impact.bodies.body import Body
 from impact.bodies.reeds import ModeShape, reed
 from impact.greens.base import Array, GreensFunction
-from seatfem.fields import KeyProblem, of_same_names
+from seatfem.fields import KeyProblem, build_from_fields
 from seatfem.structures.kinds import plate_loads, structure
 from seatfem.structures.kinds.structure import SampleScene
 from seatfem.structures.kinds.thin_plate import FRONTS, ThinPlate
@@ -157,4 +157,4 @@ thickness = "0.3 mm"
         return (reed(beam, damping_ratio=self.damping_ratio, n_modes=OF_THE_BEAM, contact_at=centre, release=start),)
 
     def geometry(self) -> FlapperOutline:
-        return of_same_names(FlapperOutline, self)
+        return build_from_fields(FlapperOutline, self)

@@ -14,7 +14,7 @@ from impact.after import histories, stresses
 from impact.beams import euler_bernoulli, stepped, timoshenko
 from impact.bodies.body import Body
 from impact.greens.base import Array, GreensFunctionError
-from seatfem.fields import Gap, KeyProblem, Mass, Thickness, of_same_names
+from seatfem.fields import Gap, KeyProblem, Mass, Thickness, build_from_fields
 from seatfem.structures.kinds.beam import Beam, UniformBeam
 from seatfem.structures.kinds.structure import At, SampleScene, Traits, check_along
 
@@ -37,7 +37,7 @@ thickness = "0.3 mm"
     kind: Literal["cantilever"]
 
     def beam(self) -> euler_bernoulli.Cantilever:
-        return of_same_names(euler_bernoulli.Cantilever, self, self.material)
+        return build_from_fields(euler_bernoulli.Cantilever, self, self.material)
 
     def stress(self, force: Array, dt: float, body: Body, at: At) -> BeamStress:
         return BeamStress(self.beam(), force, dt, body, at)
@@ -177,4 +177,4 @@ thickness = "0.3 mm"
         return self.beam().mean_width
 
     def beam(self) -> stepped.SteppedCantilever:
-        return of_same_names(stepped.SteppedCantilever, self, self.material)
+        return build_from_fields(stepped.SteppedCantilever, self, self.material)

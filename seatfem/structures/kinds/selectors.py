@@ -9,7 +9,7 @@ from typing import Annotated, ClassVar, Final, Literal, Self, TypeVar
 from annotated_types import Ge, Le
 from pydantic import AfterValidator, BeforeValidator, Field, model_validator
 
-from seatfem.fields import Angle, Gap, KeyProblem, Length, Position, Table, default, of_same_names
+from seatfem.fields import Angle, Gap, KeyProblem, Length, Position, Table, build_from_fields, default
 from seatfem.structures.shapes import (
     CONTACT_COLOUR,
     FIXED_COLOUR,
@@ -65,7 +65,7 @@ class FaceChoice(Table):
 
     def selectors(self) -> tuple[Selector, ...]:
         """Return selectors whose union is chosen. Raises `GeometryError` for one that can select nothing."""
-        return (of_same_names(self.face, self),)
+        return (build_from_fields(self.face, self),)
 
     @model_validator(mode="after")
     def _can_select(self) -> Self:

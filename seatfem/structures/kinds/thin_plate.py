@@ -20,7 +20,7 @@ from seatfem.structures.kinds import motion, selectors, structure
 from seatfem.structures.kinds.parts import Material
 from seatfem.structures.lip import AnyLip, Lip, Patch
 from seatfem.structures.method import Applicability, Method, Solved, Task
-from seatfem.structures.outlines import BodyViews, arc, covered_share, of_sheet
+from seatfem.structures.outlines import BodyViews, arc, covered_share, draw_sheet
 from seatfem.structures.shapes import Flat
 from seatfem.units import write_quantity
 
@@ -86,7 +86,7 @@ class ThinPlate(motion.Moving):
 
     def geometry(self) -> Flat:
         """Return the outline in SI units. Raises `GeometryError` if it cannot be built."""
-        return fields.of_same_names(self.shape, self)  # type: ignore[type-var]
+        return fields.build_from_fields(self.shape, self)  # type: ignore[type-var]
 
     def outline_loops(self) -> tuple[Array, ...]:
         return self.geometry().drawn
@@ -140,7 +140,7 @@ class ThinPlate(motion.Moving):
     def views(self, *, coarse: bool = False) -> BodyViews:
         lip = self.own_lip
         contact = (arc(lip.outer), *((arc(lip.inner),) if lip.inner > 0 else ()))
-        return of_sheet(self.kind.replace("_", " "), self.geometry(), contact)
+        return draw_sheet(self.kind.replace("_", " "), self.geometry(), contact)
 
     def levels(self) -> tuple[Applicability, ...]:
         return (Applicability("closed form", True, 0.0, f"kind = {self.kind!r}: the modes of a plate"),)

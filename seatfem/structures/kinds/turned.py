@@ -13,13 +13,13 @@ from pydantic import Field, model_validator
 from impact.bodies.body import Body
 from impact.exact import contact_stress, half_space
 from impact.greens.base import Array
-from seatfem.fields import Angle, KeyProblem, Length, of_same_names
+from seatfem.fields import Angle, KeyProblem, Length, build_from_fields
 from seatfem.structures import lands
 from seatfem.structures.kinds import drawn, structure
 from seatfem.structures.kinds.places import StressAtPlaces
 from seatfem.structures.lip import AnyLip, Lip
 from seatfem.structures.method import QUARTERS, Level, Method
-from seatfem.structures.outlines import BodyViews, Size, length_text, of_profile
+from seatfem.structures.outlines import BodyViews, Size, draw_profile, length_text
 from seatfem.structures.shapes import AnnularSeat, ConicalSeat, Stopper, Turning
 from seatfem.structures.shapes import Ball as Sphere
 
@@ -40,7 +40,7 @@ class Turned(drawn.Drawn):
     shape: ClassVar[type[Turning]]
 
     def geometry(self) -> Turning:
-        return of_same_names(self.shape, self)  # type: ignore[type-var]
+        return build_from_fields(self.shape, self)  # type: ignore[type-var]
 
     @model_validator(mode="after")
     def _arc_of_a_ring(self) -> Self:
@@ -92,7 +92,7 @@ class Turned(drawn.Drawn):
 
     def views(self, *, coarse: bool = False) -> BodyViews:
         name = self.kind.replace("_", " ")
-        return of_profile(name, self.geometry().profile, struck_arc=self.arc, held=self.clamped)
+        return draw_profile(name, self.geometry().profile, struck_arc=self.arc, held=self.clamped)
 
     @property
     def _has_lands(self) -> bool:
@@ -149,7 +149,7 @@ lip_width = "1 mm"
     kind: Literal["annular"]
 
     def geometry(self) -> AnnularSeat:
-        return of_same_names(AnnularSeat, self)
+        return build_from_fields(AnnularSeat, self)
 
     def views(self, *, coarse: bool = False) -> BodyViews:
         """Return the outlines, dimensioned with the widths of the lip and of its flat top."""
@@ -178,7 +178,7 @@ face_width = "2 mm"
     kind: Literal["conical"]
 
     def geometry(self) -> ConicalSeat:
-        return of_same_names(ConicalSeat, self)
+        return build_from_fields(ConicalSeat, self)
 
     def struck_part(self) -> tuple[float, float, float]:
         shape = self.geometry()
@@ -199,7 +199,7 @@ contact_radius = "1 mm"
     kind: Literal["stopper"]
 
     def geometry(self) -> Stopper:
-        return of_same_names(Stopper, self)
+        return build_from_fields(Stopper, self)
 
     @property
     def local_share(self) -> structure.LocalShare:

@@ -150,7 +150,7 @@ def landings_of_one_contact(problem: ContactProblem, force: Array, gap: Array, d
     n = len(force) - 1
     pushed = problem.striker.load_amplitudes(find_middle_times(dt, n))
 
-    grid = TimeGrid.of_equal_steps(dt, n)
+    grid = TimeGrid.from_equal_steps(dt, n)
 
     def stored(steps: Sequence[int]) -> Array:
         striker = DiscreteBody.from_body(problem.striker, dt, n)

@@ -92,7 +92,7 @@ def taken_apart(
         above, parts_above = select_contacts(result, slice(of_seat, None)), geometry.stopper.parts
         stopper, on_stopper = join_contacts(above, parts_above.shares), None if parts_above == Division() else above
     if of_seat == 1:
-        return Touches(measures.of_contact(result, 0), landings, stopper=stopper, stopper_parts=on_stopper)
+        return Touches(measures.select_contact(result, 0), landings, stopper=stopper, stopper_parts=on_stopper)
     parts = select_contacts(result, slice(of_seat))
     line = geometry.line(division, parts.rows.force, parts.rows, parts.rows.film)
     seat = join_contacts(parts, division.shares)

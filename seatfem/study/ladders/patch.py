@@ -83,13 +83,13 @@ class Rings(Ladder):
         """Return the run with other rings: many in place of one or two, on the coarser mesh; one in place of more.
 
         Fewer rings make the face too soft, as the striker's face is stiff. A rod or spring has no rings; their effect
-        is unknown for a response from a file. Along a lip see `of_rings_across`.
+        is unknown for a response from a file. Along a lip see `compare_rings_across`.
         """
         if local.holds_patches(run.scene.geometry):
             return ()
         seat, division, divided = run.seat, run.division, run.seat.in_rings
         if division.arcs > 1:
-            return of_rings_across(run)
+            return compare_rings_across(run)
         if (rings := division.rings) > 2:
             return ((run.with_greens("seat", with_fewer_rings(seat.greens, 1), left_by(rings)),),)
         if divided is None:
@@ -113,7 +113,7 @@ def meshed_for_arcs(seat: Structure, method: RunMethod) -> RunMethod:
     return method.replaced({CONTACT_SIZE: in_each_arc(seat, method.seat, size)})
 
 
-def of_rings_across(run: ComputedRun) -> Terms:
+def compare_rings_across(run: ComputedRun) -> Terms:
     """Return the run with more rings across the lip's arcs on both bodies, each with its own gap.
 
     The seat is that of the whole lip with a half-space under its parts, and half as many arcs are enough, as the effect
@@ -307,8 +307,8 @@ def _beside_on_its_mesh(run: ComputedRun, division: Division) -> Terms:
 
 
 def _stopper_rings(run: ComputedRun, division: Division) -> Terms:
-    """Return the run with other rings across the stopper's arcs, of which half are enough, as behind `of_rings_across`;
-    none for a body whose face is not known."""
+    """Return the run with other rings across the stopper's arcs, of which half are enough, as behind
+    `compare_rings_across`; none for a body whose face is not known."""
     rings, weight = arc_rings_to_compare(division.rings)
     arcs = division.arcs
     while arcs % 2 == 0 and arcs // 2 >= FEWEST_ARCS:

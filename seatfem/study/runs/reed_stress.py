@@ -199,7 +199,7 @@ def plate_stress(done: Round) -> PlateStress | None:
         return largest(field, force, dt, since=since).by_span
 
     by_span = kept.cached_array(done, done.touches, PEAKS, field.points, compute_peaks)
-    by_point = LargestStress(Spans.of_run(force, dt, since), by_span)
+    by_point = LargestStress(Spans.from_forces(force, dt, since), by_span)
     stress = PlateStress(strike, field, reed, by_point, math.nan, field)
     if not stress.largest.after_contact.is_known:
         return stress

@@ -24,7 +24,7 @@ from seatfem.study.scene.run import Stress as StressTable
 from seatfem.units import DIMENSIONS, ask_for_prefix, write_quantity
 
 
-def of_roles(seat: Structure, reed: Structure, *, driven: bool) -> Contradictions:
+def find_role_conflicts(seat: Structure, reed: Structure, *, driven: bool) -> Contradictions:
     """Yield contradictions if the struck body is not at rest, or the striker does not move."""
     if key := structure.motion_key(seat):
         yield f"seat.{key}", "the struck body is at rest; remove the key, or use the body as the reed"
@@ -36,7 +36,7 @@ def of_roles(seat: Structure, reed: Structure, *, driven: bool) -> Contradiction
         yield f"reed.{moved_by[0]}", f"required key is missing: {words.partition(';')[0]}{others}"
 
 
-def of_loads(
+def find_load_conflicts(
     reed: Structure, loads: Sequence[ExternalLoad], springs: Sequence[ValveSpring], *, based: bool
 ) -> Contradictions:
     """Yield contradictions for loads and springs at places that the reed does not have, or without its support."""
@@ -55,7 +55,7 @@ def of_loads(
         yield "spring.0.stiffness", f"{words}, or move the seat"
 
 
-def of_bases(bodies: Mapping[str, Structure], bases: Sequence[Base]) -> Contradictions:
+def find_base_conflicts(bodies: Mapping[str, Structure], bases: Sequence[Base]) -> Contradictions:
     for number, base in enumerate(bases):
         key = f"base.{number}.of"
         if base.of not in bodies:
@@ -70,7 +70,9 @@ def of_bases(bodies: Mapping[str, Structure], bases: Sequence[Base]) -> Contradi
             yield key, f"{words}; give a beam or a plate"
 
 
-def of_waves(bodies: Mapping[str, Structure], every: Sequence[Wave], based: Collection[str]) -> Contradictions:
+def find_wave_conflicts(
+    bodies: Mapping[str, Structure], every: Sequence[Wave], based: Collection[str]
+) -> Contradictions:
     """Yield contradictions for waves in other bodies than endless rods, or in one with another wave or moving base."""
     for number, wave in enumerate(every):
         key, body = f"wave.{number}.of", bodies[wave.of]
@@ -83,7 +85,7 @@ def of_waves(bodies: Mapping[str, Structure], every: Sequence[Wave], based: Coll
             wave.incoming(speed)
 
 
-def of_gauges(bodies: Mapping[str, Structure], gauges: Sequence[Gauge]) -> Contradictions:
+def find_gauge_conflicts(bodies: Mapping[str, Structure], gauges: Sequence[Gauge]) -> Contradictions:
     """Yield contradictions for gauges without a place on their body."""
     for number, gauge in enumerate(gauges):
         if gauge.of not in bodies:
@@ -94,7 +96,7 @@ def of_gauges(bodies: Mapping[str, Structure], gauges: Sequence[Gauge]) -> Contr
             bodies[gauge.of].check_gauge(gauge.at, f"gauge.{number}", gauge.of)
 
 
-def of_start(geometry: ContactGeometry) -> Contradictions:
+def find_start_conflicts(geometry: ContactGeometry) -> Contradictions:
     """Yield contradictions between stopper and initial position of the reed. Raises `KeyProblem` for a place off it."""
     if (stopper := geometry.stopper) is None:
         return
@@ -146,7 +148,7 @@ def overlaps_with_profile(geometry: ContactGeometry) -> Contradictions:
         yield f"stopper.{key}", f"the reed would begin {1e3 * inside:.4g} mm inside the retainer; add that to it"
 
 
-def of_lip(seat: Structure, reed: Structure, contact: Contact) -> Contradictions:
+def find_lip_conflicts(seat: Structure, reed: Structure, contact: Contact) -> Contradictions:
     if (key := contact.lip_key) and (why := seat.lip_face.no_lip):
         yield f"contact.{key}", f"a seat of kind {seat.kind!r}, {why}"
     if structure.is_curved(seat):
@@ -160,7 +162,9 @@ def of_lip(seat: Structure, reed: Structure, contact: Contact) -> Contradictions
         yield from reed.parts_problems("contact.offset")
 
 
-def of_parts(seat: Structure, contact: Contact, stress: StressTable | None, duration: float) -> Contradictions:
+def find_part_conflicts(
+    seat: Structure, contact: Contact, stress: StressTable | None, duration: float
+) -> Contradictions:
     """Yield contradictions between the seat and its film, its stress, and the rings of its contact face."""
     if contact.film is not None:
         yield from within("contact", contact.film.check(seat.lip_face.ring, seat.kind, contact.rings))
@@ -171,7 +175,7 @@ def of_parts(seat: Structure, contact: Contact, stress: StressTable | None, dura
         yield "contact.rings", f"a seat of kind {seat.kind!r} has no contact face that could be divided; remove the key"
 
 
-def of_measure(measure: Measure, reed: Structure, *, is_possible: bool) -> Contradictions:
+def find_measure_conflicts(measure: Measure, reed: Structure, *, is_possible: bool) -> Contradictions:
     """Yield contradictions for a measure that needs an absent table, or of the reed's stress that is not known."""
     if "stress" in measure.data:
         yield from (("accuracy.measures", words) for words in reed.stress_problems(measure.name))

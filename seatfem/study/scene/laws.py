@@ -51,7 +51,7 @@ class ContactLaw(fields.Table):
         raise NotImplementedError
 
     @property
-    def of_a_sphere(self) -> float:
+    def sphere_stiffness(self) -> float:
         """Return Hertz's stiffness (4/3) E* sqrt(R) [N/m^1.5]; 0 for other contacts than that of a sphere."""
         return 0.0
 
@@ -103,7 +103,7 @@ stiffness = "5 GN/m^1.5"
         return HertzOnPatch(self.stiffness, local)
 
     @property
-    def of_a_sphere(self) -> float:
+    def sphere_stiffness(self) -> float:
         return self.stiffness
 
 

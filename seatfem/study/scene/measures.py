@@ -143,7 +143,7 @@ class Measure(ResultSource, ABC):
     def evaluate(self, blow: ContactRecord) -> float:
         """Return its value for the whole run [SI]; 0 without contact."""
 
-    def of_landing(self, blow: ContactRecord, landing: Landing) -> float | None:
+    def measure_landing(self, blow: ContactRecord, landing: Landing) -> float | None:
         """Return its value for one landing [SI]; ``None`` if it is not defined."""
         return None
 
@@ -152,7 +152,7 @@ class Measure(ResultSource, ABC):
         depend smoothly on the force."""
         return 0.0
 
-    def jump_of_landing(self, blow: ContactRecord, landing: Landing, share: float) -> float:
+    def estimate_landing_jump(self, blow: ContactRecord, landing: Landing, share: float) -> float:
         """Return the same as `jump` for its value for one landing [SI]."""
         return 0.0
 
@@ -166,7 +166,7 @@ class Impulse(Measure):
     def evaluate(self, blow: ContactRecord) -> float:
         return float(np.sum(blow.force[1:])) * blow.dt
 
-    def of_landing(self, blow: ContactRecord, landing: Landing) -> float:
+    def measure_landing(self, blow: ContactRecord, landing: Landing) -> float:
         """Return the impulse above the quasi-static load."""
         return landing.impulse
 
@@ -180,7 +180,7 @@ class FilteredPeak(Measure):
     def evaluate(self, blow: ContactRecord) -> float:
         return histories.largest_average(blow.force[1:], blow.dt, blow.filter_width)
 
-    def of_landing(self, blow: ContactRecord, landing: Landing) -> float:
+    def measure_landing(self, blow: ContactRecord, landing: Landing) -> float:
         """Return the filtered peak with the quasi-static load."""
         return landing.filtered_peak
 
@@ -202,7 +202,7 @@ class ContactDuration(Measure):
         ends = [(each.start, each.end) for each in blow.landings[: len(groups)]]
         return blow.landings[0] if ends and np.allclose(groups, ends, rtol=0, atol=blow.dt / 2) else None
 
-    def of_landing(self, blow: ContactRecord, landing: Landing) -> float:
+    def measure_landing(self, blow: ContactRecord, landing: Landing) -> float:
         return landing.duration
 
     def jump(self, blow: ContactRecord, share: float) -> float:
@@ -210,7 +210,7 @@ class ContactDuration(Measure):
         near the limit `histories.MERGE` may end the group or not."""
         return self._jump(blow, _solid(blow), share)
 
-    def jump_of_landing(self, blow: ContactRecord, landing: Landing, share: float) -> float:
+    def estimate_landing_jump(self, blow: ContactRecord, landing: Landing, share: float) -> float:
         """Return the same for a landing: by its opening, or the uncertainty of its end if it stays closed."""
         if landing.pressed_on:
             return landing.end_doubt
@@ -258,7 +258,7 @@ class Restitution(Measure):
     def evaluate(self, blow: ContactRecord) -> float:
         return blow.landings[0].restitution or 0.0
 
-    def of_landing(self, blow: ContactRecord, landing: Landing) -> float | None:
+    def measure_landing(self, blow: ContactRecord, landing: Landing) -> float | None:
         return landing.restitution
 
 
@@ -272,7 +272,7 @@ class SeatDisplacement(Measure):
     def evaluate(self, blow: ContactRecord) -> float:
         return float(np.max(np.abs(blow.displacement))) if np.any(blow.force) else 0.0  # type: ignore[arg-type]
 
-    def of_landing(self, blow: ContactRecord, landing: Landing) -> float | None:
+    def measure_landing(self, blow: ContactRecord, landing: Landing) -> float | None:
         if blow.displacement is None:
             return None
         return float(np.max(np.abs(blow.displacement[blow.steps_of(landing)])))
@@ -292,7 +292,7 @@ class Stress(Measure):
         peak = blow.stress.after_contact
         return peak.value if peak.is_known else 0.0
 
-    def of_landing(self, blow: ContactRecord, landing: Landing) -> float | None:
+    def measure_landing(self, blow: ContactRecord, landing: Landing) -> float | None:
         """Return the largest stress since the landing began."""
         peak = blow.stress.after_landing
         return peak.value if peak.is_known and blow.stress_since == landing.start else None
@@ -320,7 +320,7 @@ class _AlongLip:
         assert blow.line is not None
         return self._peak(blow, blow.line, blow.line.force[1:], blow.line.grid.time)
 
-    def of_landing(self, blow: ContactRecord, landing: Landing) -> float | None:
+    def measure_landing(self, blow: ContactRecord, landing: Landing) -> float | None:
         """Return the measure for one landing, the quasi-static load included."""
         line = blow.line
         if line is None:
@@ -410,7 +410,7 @@ def values_of(blow: ContactRecord, like: Sequence[Landing]) -> dict[str, float]:
         for name, each in all_measures().items():
             if each.landing_key and partner is None:
                 values[prefix + name] = math.inf
-            elif partner is not None and (value := each.of_landing(blow, partner)) is not None:
+            elif partner is not None and (value := each.measure_landing(blow, partner)) is not None:
                 values[prefix + name] = value
     return values
 

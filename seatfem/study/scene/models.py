@@ -279,28 +279,28 @@ class Scene(fields.Table):
         seat, reed, stopper, bodies = self.seat, self.reed, self.stopper, self.bodies
         driven = bool(self.load or self.base or self.spring or self.wave or self.driven_by)
         struck = stopper is not None and motion_key(stopper.body) != ""
-        yield from contradictions.of_roles(seat, reed, driven=driven or struck)
+        yield from contradictions.find_role_conflicts(seat, reed, driven=driven or struck)
         if stopper is None:
             for name, table in (("velocity", reed), ("release.velocity", getattr(reed, "release", None))):
                 speed = getattr(table, "velocity", None) or 0.0
                 yield from fields.flies_away(speed, f"reed.{name}", ", or add a [stopper] that it meets")
         based = {base.of for base in self.base}
-        yield from contradictions.of_loads(reed, self.load, self.spring, based="reed" in based)
-        yield from contradictions.of_bases(bodies, self.base)
-        yield from contradictions.of_waves(bodies, self.wave, based)
-        yield from contradictions.of_gauges(bodies, self.gauge)
-        yield from contradictions.of_lip(seat, reed, self.contact)
-        yield from contradictions.of_start(self.geometry)
+        yield from contradictions.find_load_conflicts(reed, self.load, self.spring, based="reed" in based)
+        yield from contradictions.find_base_conflicts(bodies, self.base)
+        yield from contradictions.find_wave_conflicts(bodies, self.wave, based)
+        yield from contradictions.find_gauge_conflicts(bodies, self.gauge)
+        yield from contradictions.find_lip_conflicts(seat, reed, self.contact)
+        yield from contradictions.find_start_conflicts(self.geometry)
         yield from local.unknown_shares(self.geometry)
-        yield from contradictions.of_parts(seat, self.contact, self.stress, self.run.duration)
+        yield from contradictions.find_part_conflicts(seat, self.contact, self.stress, self.run.duration)
         for measure in (each for name, each in measures.all_measures().items() if name in self.accuracy.measures):
             needed = measure.needs.strip("[]").partition(".")[0]
             is_possible = not needed or bool(getattr(self, needed, None))
-            yield from contradictions.of_measure(measure, reed, is_possible=is_possible)
+            yield from contradictions.find_measure_conflicts(measure, reed, is_possible=is_possible)
         for wing in self.by_wings:
             yield from fields.within(wing.table, wing.check(self))
 
-    def all_doubts(self) -> tuple[problems.Problem, ...]:
+    def find_doubts(self) -> tuple[problems.Problem, ...]:
         """Return the doubts about the scene and its tables, by key; `seatfem.study.scene.located` adds file and
         lines."""
         return (*contradictions.own_doubts_of(self), *contradictions.cover_doubts_of(self.geometry))

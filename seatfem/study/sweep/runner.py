@@ -72,7 +72,7 @@ class Outcome:
         return self.state in ("done", "missed")
 
     @staticmethod
-    def of_failure(error: Exception, **others: Any) -> Outcome:
+    def from_failure(error: Exception, **others: Any) -> Outcome:
         """Return the outcome of a scene that raised one of `FAILURES`."""
         return Outcome("failed", f"{type(error).__name__}: {error}", **others)
 
@@ -107,7 +107,7 @@ def carry_out(
         try:
             return _carried_out(path, changed, limits, start, leads=leads)
         except FAILURES as error:
-            return Outcome.of_failure(error)
+            return Outcome.from_failure(error)
 
     if carried:
         with suppress(*FAILURES):

@@ -112,7 +112,7 @@ def draw_trade(trade: Trade, path: Path) -> None:
         panels = grid_of(figure, len(trade.measures), sharex=True)
         for axes, measure in zip(panels, trade.measures, strict=True):
             _panel(axes, trade, measure)
-        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=2 * columns)
+        figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", ncols=1 + columns)
 
 
 def _panel(axes: Axes, trade: Trade, measure: str) -> None:

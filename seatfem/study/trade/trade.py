@@ -206,6 +206,7 @@ def measure_trade(
     filed, scene = load_scene(path), load_scene(path, ALL_OPEN)
     check_writable(journal)
     begun, limits = time.perf_counter(), Limits(seconds=LONGER * time_limit)
+    methods_of_rounds(scene, Limits(rounds=1))  # may compile, which is none of the time that the loop is given
     *earlier, end = methods_of_rounds(scene, limits)
     choosing = time.perf_counter() - begun
     others = [method for n, method in enumerate(earlier) if method not in (*earlier[:n], end)]
@@ -342,7 +343,7 @@ def carry_out(path: Path, point: Point, limit: float = math.inf, changed: Mappin
         if _processor_time() + processor < limit:
             wall, processor, summary = _timed(plan)
     except FAILURES as error:
-        return Outcome.of_failure(error)
+        return Outcome.from_failure(error)
     return Outcome("done", "", wall, {**summary, PROCESSOR: processor, MEMORY: peak_memory()})
 
 
