@@ -135,26 +135,24 @@ def modal_error(
     greens: modal.ModalGreens, t: Array, bandwidth: float, cutoff: float, judged: list[int] | slice = modal.ALL
 ) -> float:
     """Return the error of a modal Green's function with modes up to ``cutoff`` [Hz] between some ports; see `Modal`."""
-    rest = greens.residual
-    within = modal.Residual(rest.shapes[:, judged], rest.rates, rest.compliance[judged][:, judged])
+    own = greens.residual
+    within = modal.Residual(own.shapes[:, judged], own.rates, own.compliance[judged][:, judged])
     names = tuple(np.array(greens.port_names)[judged])
     greens = replace(greens, shapes=greens.shapes[:, judged], residual=within, port_names=names)
-    left_out = greens.residual.static()
-    spring = replace(greens, residual=modal.Residual.spring(left_out))
     top = greens.omega > 0.7 * 2 * np.pi * cutoff
-    dropped = greens.shapes[top] / greens.omega[top, None]
-    lower = replace(
-        spring,
-        omega=greens.omega[~top],
-        zeta=greens.zeta[~top],
-        shapes=greens.shapes[~top],
-        residual=modal.Residual.spring(left_out + dropped.T @ dropped),
-    )
-    full, bare, less = (each.filtered_matrix(t, 1 / bandwidth) for each in (greens, spring, lower))
-    bound = float(np.abs(left_out).max()) * 2 * bandwidth / ((cutoff / bandwidth) ** 2 - 1)
-    rings = 2 * float(np.abs(bare - less).max()) if np.sum(top) >= 10 else bound
-    lag = float(np.abs(full - bare).max())
-    return 1.2 * (lag + float(np.clip(rings, bound / 10, bound))) / float(np.abs(full).max())  # ratios scatter
+    rest = greens.select_modes(np.zeros_like(top), within)
+    highest = greens.select_modes(top, modal.Residual.none(len(names)))
+    lag, lost = (_distance_from_spring(part, t, 1 / bandwidth) for part in (rest, highest))
+    full = float(np.abs(greens.filtered_matrix(t, 1 / bandwidth)).max())
+    bound = float(np.abs(within.static()).max()) * 2 * bandwidth / ((cutoff / bandwidth) ** 2 - 1)
+    rings = 2 * lost if np.sum(top) >= 10 else bound
+    return 1.2 * (lag + float(np.clip(rings, bound / 10, bound))) / full  # ratios scatter
+
+
+def _distance_from_spring(part: modal.ModalGreens, t: Array, width: float) -> float:
+    """Return the largest difference of a part of g from a spring of the same static compliance, after a pulse."""
+    spring = modal.Residual.spring(part.static_compliance())
+    return float(np.abs(part.filtered_matrix(t, width) - spring.filtered(t, width)).max())
 
 
 def _static(

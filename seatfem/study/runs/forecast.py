@@ -36,8 +36,9 @@ if TYPE_CHECKING:
 USUAL: Final = 9.0  # factor by which a round usually reduces the largest error bar: several keys are refined at once
 SLOW: Final = 3.0  # the same factor of slow rounds, whose larger number decides on the memory
 HANGING: Final = 60.0  # time after which the first round of a look is stopped [s]: kernels may be compiled in it
-PICTURES: Final = 2.5  # wall time of the pictures of a run [s]
+PICTURES: Final = 6.0  # wall time of the pictures of a run [s]
 FOLLOWING: Final = 0.25  # wall time of files, stress and horizon after the last round over that of its contact
+ASSESSING: Final = 1.5  # wall time of an assessment, such as a life with its bar and curves, over that of the contact
 PURSE: Final = {False: 3.0, True: 6.0}  # wall time of a look [s], at a scene without and with files of geometry
 
 
@@ -184,10 +185,11 @@ def forecast(done: Round) -> Forecast:
     bars = {name: done.budget.relative(name) for name in done.judged}
     seat, contact = (time_of(done.price, part) for part in ("seat", "contact"))
     further, why = None, "" if done.met else "there is no landing to judge"
+    assessed = len(done.plan.scene.assessments)
     if done.met is False:
         further, why = next_plan(done, Limits(), math.inf)
     if further is None:
-        return Forecast(0, 0.0, seat, contact, _after(contact), expect_memory(done, None), bars, why=why)
+        return Forecast(0, 0.0, seat, contact, _after(contact, assessed), expect_memory(done, None), bars, why=why)
     target, spent = done.plan.scene.accuracy.target, max(sum(done.price.values()), 1e-3)
     stuck = mark(done).stuck
     sizes = {name: abs(done.budget.values[name]) or math.inf for name in stuck}  # of zero a relative error says nothing
@@ -202,11 +204,11 @@ def forecast(done: Round) -> Forecast:
         for name, bar in bars.items()
     }
     changes, why = further.changes_since(done.plan), what_remains(done)
-    last = seat * grown, contact * grown, _after(contact * grown)
+    last = seat * grown, contact * grown, _after(contact * grown, assessed)
     rounds_to_grow = math.ceil(math.log(max(min(worst, 1.0) / target, SLOW)) / math.log(SLOW))
     return Forecast(count, whole, *last, expect_memory(done, further, rounds_to_grow), error, changes, why)
 
 
-def _after(contact: float) -> float:
+def _after(contact: float, assessments: int) -> float:
     """Return the wall time [s] of what follows the last round, from that of its contact."""
-    return PICTURES + FOLLOWING * contact
+    return PICTURES + (FOLLOWING + ASSESSING * assessments) * contact
