@@ -49,8 +49,8 @@ Measures = Mapping[str, float]
 @dataclass(frozen=True)
 class Valve:
     """A scene, its measures on a grid of the other program, or by a closed form, keys by which the contact is stated,
-    by how it is, what the reference neglects at least, over its values, and the number of its grid, which the one before
-    doubts."""
+    by how it is, what the reference neglects at least, over its values, and the number of the grid by which it is
+    computed; how far the one before is from it is its doubt."""
 
     text: str
     reference: Callable[[Fineness], Measures]
