@@ -229,7 +229,8 @@ def load_or_compute(
     most_bytes: int,
 ) -> T:
     """Return what is on file under a key in a ``folder`` of the store, else what ``compute`` returns, which is then
-    stored.
+    stored and read back: the order of an array in memory changes the last digits of its products, and numbers of later
+    runs are found by those of this one.
 
     A folder that cannot be written to, and a file that is damaged, cost a `CacheWarning` and the time to compute.
 
@@ -256,7 +257,9 @@ def load_or_compute(
         store.prune(most_bytes=most_bytes)
     except (OSError, MemoryError) as problem:
         warn(f"{content}: not kept for later runs ({problem})")
-    return computed
+        return computed
+    stored = store.find(key, load, f"{content} on file")
+    return computed if stored is None else stored
 
 
 def key_of(structure: Structure, method: Method, *, mesh_error: bool = True) -> str:
