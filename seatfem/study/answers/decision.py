@@ -21,6 +21,7 @@ NO_GO: Final = "no-go"
 UNDECIDED: Final = "undecided"
 SPEED: Final = "landing_closing_speed_m_per_s"
 PEAK_OF_LANDING: Final = results.LANDING + results.PEAK
+ON_STOPPER: Final = "stopper_filtered_peak_force_N"
 _NOT_CITED: Final = re.compile(
     r"\b(invent|assum|guess|estimat|unknown|example|placeholder|dummy|fictiti|made.up|todo|tbd|tbc|n/?a\b|none\b)|^\W*$",
     re.IGNORECASE,
@@ -97,15 +98,27 @@ def what_happens(summary: Summary) -> str:
         words = f"The reed touches the seat, with up to {reading(summary, results.PEAK, 'N')}"
     else:
         words = "The reed does not land on the seat"
+    if summary.get("stopper_landing_count"):
+        face = "retainer" if "retainer" in str(summary.get("stopper_shape", "")) else "stopper"
+        words += f" and meets the {face} with up to {_number(summary, ON_STOPPER, 'N')}"
     stress = [
-        f"{body} stress up to {_number(summary, key, 'Pa')}"
-        for body, key in (("reed", results.REED_STRESS), ("seat", results.SEAT_STRESS))
+        f"{body} stress up to {_number(summary, key, 'Pa')}{when}"
+        for body, key, when in (
+            ("reed", results.REED_STRESS, _before_contact(summary)),
+            ("seat", results.SEAT_STRESS, ""),
+        )
         if as_number(summary.get(key))
     ]
     least = [key for key in _margins(summary)[:1] if as_number(summary[key]) is not None]
     margin = [f"{results.name_of(key, summary)} {reading(summary, key, '')}" for key in least]
     sentence = "; ".join(filter(None, (words, ", ".join((*stress, *margin))))) + "."
     return " ".join(filter(None, (sentence, closing_order(summary))))
+
+
+def _before_contact(summary: Summary) -> str:
+    """Return that the largest stress of the reed is one before its first contact, if it is."""
+    whole, after = (as_number(summary.get(key)) for key in (results.REED_STRESS, results.REED_STRESS_AFTER))
+    return " before first contact" if whole is not None and after is not None and whole > after else ""
 
 
 def _number(summary: Summary, key: str, unit: str) -> str:

@@ -288,7 +288,7 @@ def lands_of(summary: readings.Summary) -> list[readings.Summary]:
 
 def closing_order(summary: readings.Summary) -> str:
     """Return in which order the hardest landing touches the lands, with the times between and their error bars, and
-    which is closed all round first; "" for a seat with a single land, or without a landing."""
+    by when each has been touched all round; "" for a seat with a single land, or without a landing."""
     lands = lands_of(summary)
     touched = sorted((each for each in lands if each.get("order")), key=lambda each: int(str(each["order"])))
     if not touched:
@@ -302,12 +302,13 @@ def closing_order(summary: readings.Summary) -> str:
 
 
 def _sealing(lands: Sequence[readings.Summary]) -> str:
-    """Return when the lands are closed all round, the first one first; "" where that is not known of two of them."""
-    times = [(time, str(each.get("land"))) for each in lands if (time := readings.as_number(each.get(SEALED)))]
-    if len(times) < 2:
+    """Return by when each land has been touched all round, if not at once, the first one first; "" for a single land,
+    or where none has."""
+    times = [(readings.as_number(each.get(SEALED)) or math.inf, str(each.get("land"))) for each in lands]
+    if len(times) < 2 or math.isinf(min(times)[0]):
         return ""
-    in_order = ", ".join(f"{name} at {in_units(time, 's', 4)}" for time, name in sorted(times))
-    return f"closed all round: {in_order}"
+    words = (f"{name} {'not' if math.isinf(by) else 'by ' + in_units(by, 's', 4)}" for by, name in sorted(times))
+    return f"touched all round, if not at once: {', '.join(words)}"
 
 
 def _name(land: readings.Summary) -> str:

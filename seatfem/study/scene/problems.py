@@ -261,6 +261,7 @@ def _without_sign(written: object) -> str:
 _SYMBOLS: Final = {
     **{"e": "young", "nu": "poisson", "rho": "density", "zeta": "damping_ratio", "eta": "loss_factor"},
     **{"modulus": "young", "dt": "time_step", "t": "thickness", "k": "stiffness", "m": "mass", "v": "velocity"},
+    **{"retainer": "stopper", "guard": "stopper"},
 }
 """Usual symbols and names of keys, in small letters."""
 
