@@ -8,6 +8,7 @@ import pytest
 from scipy import stats
 
 from seatfem.study.sweep import effects
+from seatfem.study.sweep.answers import name_ticks
 from seatfem.study.sweep.cases import cases_of, changes_of, shares_of
 from seatfem.study.sweep.charts import write_reports
 from seatfem.study.sweep.study import Study, load_study
@@ -261,6 +262,10 @@ def test_indices_without_the_blocks_that_failed() -> None:
     assert indices.first == pytest.approx(ishigami_indices()[0], abs=0.03)
     again = effects.sobol_indices(ishigami_table(1024, failed=24))[0]
     assert np.array_equal(indices.first_interval, again.first_interval)
+
+
+def test_a_long_value_is_named_at_ticks_by_its_number() -> None:
+    assert name_ticks(["steel", "[['0 deg', '0 um'], ['90 deg', '20 um']]"]) == ["steel", "value 2"]
 
 
 def test_main_effects_of_a_grid() -> None:

@@ -123,6 +123,14 @@ def _text(axis: Axis, value: object, unit: str | None = None) -> str:
     return f"{number} {axis.unit if unit is None else unit}".rstrip()
 
 
+LONGEST_NAME: Final = 16  # characters of a name at a tick
+
+
+def name_ticks(values: Sequence[str]) -> list[str]:
+    """Return what stands at the ticks of ``values``: of a long one, such as a list, its number in the study."""
+    return [value if len(value) <= LONGEST_NAME else f"value {number}" for number, value in enumerate(values, 1)]
+
+
 USUAL: Final = {"Pa": ((1e6, 1e10), (1e-6, "MPa"))}
 """Units that engineers keep over a range of values [SI], where a prefix by the value would change them."""
 

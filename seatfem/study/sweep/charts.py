@@ -15,7 +15,7 @@ from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, SKY, sheet, try_d
 from impact.quantities import in_digits
 from seatfem.readings import BAR
 from seatfem.study.sweep import effects
-from seatfem.study.sweep.answers import Axis, axis_of
+from seatfem.study.sweep.answers import Axis, axis_of, name_ticks
 from seatfem.study.sweep.effects import CONFIDENCE, PERCENTILES, Band, Effect, Indices, drawn_rows, front, objectives
 from seatfem.study.sweep.maps import NAMES, draw_limits, draw_map, mark_foot
 from seatfem.study.sweep.study import Optimise
@@ -89,7 +89,7 @@ def _effect(axes: Axes, table: StudyTable, effect: Effect, measure: Axis) -> Non
     names = [value for value in effect.at if isinstance(value, str)]
     if names:
         x = np.array([names.index(str(value)) for value in table.columns[effect.parameter]], dtype=float)
-        axes.set_xticks(range(len(names)), names)
+        axes.set_xticks(range(len(names)), name_ticks(names))
         at = np.arange(len(names), dtype=float)
     else:
         x, at = table.numbers(effect.parameter), np.array(effect.at, dtype=float)

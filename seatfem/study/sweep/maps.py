@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from impact.pictures.drawing import BLUE, GREEN, GREY, ORANGE, PURPLE, sheet
 from impact.quantities import in_digits, plain
 from seatfem.readings import BAR
-from seatfem.study.sweep.answers import Axis, axis_of, verdicts
+from seatfem.study.sweep.answers import Axis, axis_of, name_ticks, verdicts
 from seatfem.study.sweep.effects import varying
 from seatfem.study.sweep.limits import (
     CUT_OFF,
@@ -99,7 +99,7 @@ def _abscissae(axis: Any, table: StudyTable, key: Axis) -> Array:
             axis.axes.set(**{f"{axis.axis_name}scale": "log"})
         return table.numbers(key.name)
     names = list(dict.fromkeys(map(str, table.columns[key.name])))
-    axis.set_ticks(range(len(names)), names)
+    axis.set_ticks(range(len(names)), name_ticks(names))
     return np.array([names.index(str(value)) for value in table.columns[key.name]], dtype=float)
 
 
