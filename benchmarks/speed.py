@@ -44,7 +44,8 @@ HEAD: Final = """# Performance
 
 `seatfem plan` estimates the time of a run after a few seconds. This page is for maintainers;
 `python benchmarks/speed.py` writes it from the tables that it saves in `benchmarks/results/`. Ratios are valid for
-other machines, times are not. Comparison with other programs: [peers](peers.md).
+other machines, times are not; other programs ran beside whole runs, waits and studies. Comparison with other programs:
+[peers](peers.md).
 
 `make history` measures the main parts relative to a kernel of NumPy, commit by commit:
 
