@@ -35,12 +35,13 @@ def thin_history(stress: Array) -> Array:
     if stress.ndim != 2 or len(stress) <= _SPAN:
         return stress
     kept, starts, span = np.ones(len(stress), dtype=bool), np.arange(0, len(stress) - _SPAN, _SPAN), _SPAN
-    courses = np.ascontiguousarray(stress.T)
-    allowed = STRAIGHT**2 * float((_NORM @ (courses - courses.mean(axis=1, keepdims=True)) ** 2).max())
+    stressed = stress.any(axis=0)  # in plane stress half of the components are zero
+    courses, weights = np.ascontiguousarray(stress.T[stressed]), _NORM[stressed]
+    allowed = STRAIGHT**2 * float((weights @ (courses - courses.mean(axis=1, keepdims=True)) ** 2).max())
     while span > 1:
         rows = starts[:, None] + np.arange(1, span)
         share, squared = np.arange(1, span) / span, np.zeros(rows.shape)
-        for weight, course in zip(_NORM, courses, strict=True):
+        for weight, course in zip(weights, courses, strict=True):
             first, last = course[starts][:, None], course[starts + span][:, None]
             squared += weight * (course[rows] - first - share * (last - first)) ** 2
         straight = squared.max(axis=1, initial=0.0) <= allowed
