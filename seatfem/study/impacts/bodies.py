@@ -12,7 +12,7 @@ import numpy as np
 
 import impact
 from impact.bodies.body import Body, Load
-from impact.bodies.loads import on_springs
+from impact.bodies.loads import hold_on_springs
 from impact.greens.base import Array, GreensFunction, GreensFunctionError
 from impact.notices import Progress, silent
 from seatfem.structures.cache import Cache, build, key_of
@@ -242,7 +242,7 @@ def on_its_springs(springs: Sequence[drives.ValveSpring], gap: float, reed: Stru
         shapes.append(columns)
         stiffness.append(np.full(columns.shape[1], spring.stiffness / columns.shape[1]))
         loads.append(Load(columns.mean(axis=1), force))
-    held = on_springs(replace(body, loads=tuple(loads)), np.concatenate(shapes, axis=1), np.concatenate(stiffness))
+    held = hold_on_springs(replace(body, loads=tuple(loads)), np.concatenate(shapes, axis=1), np.concatenate(stiffness))
     if not math.isinf(held.mass):
         raise GreensFunctionError(
             "spring: the valve springs leave the reed free to rock, and so no place of its lip is held; give three "
