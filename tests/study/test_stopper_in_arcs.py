@@ -11,7 +11,7 @@ import pytest
 import impact
 from impact.march.motion import modal_coordinates
 from seatfem.structures.inspection.cad import Shape
-from seatfem.structures.rings import Division, as_a_whole
+from seatfem.structures.rings import Division, join_all_parts
 from seatfem.study.impacts.bodies import problem_of, stopper_of
 from seatfem.study.impacts.contact import marched, run_contacts
 from seatfem.study.impacts.forces import Forces
@@ -80,7 +80,7 @@ def test_uniform_load_on_all_arcs_is_that_on_one_port(tmp_path: Path) -> None:
     assert many.greens.ports == Division(32, 2).names
     compliance = many.greens.static_compliance()
     np.testing.assert_allclose(compliance, compliance.T, atol=1e-9 * compliance.max())
-    whole = as_a_whole(many.greens).static_compliance()[0, 0]
+    whole = join_all_parts(many.greens).static_compliance()[0, 0]
     assert whole == pytest.approx(one.greens.static_compliance()[0, 0], rel=2e-3)
     plate = solved_striker(scene_of(tmp_path, SPRING + "arcs = 32\n"), mesh_error=False)
     names, g = [STOPPER + name for name in Division(32).names], plate.greens.static_compliance()

@@ -15,7 +15,7 @@ from impact.after.result import ImpactResult
 from impact.greens.base import GreensFunction
 from seatfem.structures.fits import fit_of
 from seatfem.structures.kinds import Structure
-from seatfem.structures.rings import Division, as_a_whole
+from seatfem.structures.rings import Division, join_all_parts
 from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.scene import ContactGeometry, Scene
@@ -128,7 +128,7 @@ def simpler_models(scene: Scene, striker: impact.Body, seat: GreensFunction, dt:
         results[WITHOUT_FILM] = run_contacts(scene.model_copy(update={"contact": contact}), striker, seat, dt)
     if division.arcs > 1:
         for name, body in simpler_bodies(scene, striker, division):
-            results[name] = run_contacts(scene, body, as_a_whole(seat), dt)
+            results[name] = run_contacts(scene, body, join_all_parts(seat), dt)
     return results
 
 

@@ -14,7 +14,7 @@ from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.structure import is_curved
 from seatfem.structures.lip import AnyLip
 from seatfem.structures.method import bed
-from seatfem.structures.patch import on_its_patch
+from seatfem.structures.patch import divide_on_patch
 from seatfem.structures.rings import (
     ACROSS,
     FEWEST_ARCS,
@@ -26,11 +26,11 @@ from seatfem.structures.rings import (
     REFERENCE_RINGS,
     Division,
     arc_rings_to_compare,
-    as_a_whole,
     divided_less,
     division_to_compare,
     face_compliance,
-    in_fewer_arcs,
+    find_fewer_arcs,
+    join_all_parts,
     left_by,
     parts_joined,
     with_fewer_rings,
@@ -217,7 +217,7 @@ class OnePort(Ladder):
         many = _on_a_half_space(run.scene.seat, run.seat.greens, lip)
         if many is None:
             return UNKNOWN
-        one = run.with_greens("seat", as_a_whole(many)).problem
+        one = run.with_greens("seat", join_all_parts(many)).problem
         varied = _met_along(run, many, lip)
         return ((Variation(varied, OF_ONE, one), Variation(varied, OF_ONE)),)
 
@@ -228,8 +228,8 @@ def _on_a_half_space(struck: Structure, greens: base.GreensFunction, lip: AnyLip
     patch, estimate = struck.patch(), struck.estimate()
     if lip is None or patch is None or estimate is None:
         return None
-    whole = as_a_whole(greens).modal or estimate.modal
-    return None if whole is None else on_its_patch(whole, lip, patch)
+    whole = join_all_parts(greens).modal or estimate.modal
+    return None if whole is None else divide_on_patch(whole, lip, patch)
 
 
 def _met_along(run: ComputedRun, seat: base.GreensFunction, lip: AnyLip | None) -> ContactProblem:
@@ -353,7 +353,7 @@ def _stopped_in(run: ComputedRun, division: Division) -> ContactProblem | None:
     if solved is None or stopper.profile is not None:
         return _stopped_by(run, division, _in_closed_form(body, division))
     if solved.plane:
-        return _stopped_by(run, division, as_a_whole(body.greens))
+        return _stopped_by(run, division, join_all_parts(body.greens))
     lip = run.scene.geometry.struck(division.arcs, division.rings, stopper.body)
     greens = _on_a_half_space(stopper.body, body.greens, lip)
     return None if greens is None else _stopped_by(run, division, greens)
@@ -404,7 +404,7 @@ def _beside(division: Division) -> tuple[Division, float]:
     other = division_to_compare(division)
     if division.arcs == 1:
         return (Division(), left_by(division.rings)) if division.rings > 2 else (other, 1 + left_by(other.rings))
-    return (in_fewer_arcs(division), OF_TWICE - 1) if other == division else (other, OF_TWICE)
+    return (find_fewer_arcs(division), OF_TWICE - 1) if other == division else (other, OF_TWICE)
 
 
 def _holds(greens: base.GreensFunction, division: Division) -> bool:

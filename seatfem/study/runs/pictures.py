@@ -114,7 +114,7 @@ def _greens_picture(run: Run, how: Method, seat: Solved) -> rendering.Picture:
     """Return greens.png."""
     known = how.bandwidth
     band, periods = (1 / run.filter_width, 200) if known is None else (known, 40)
-    whole = rings.as_a_whole(seat.greens)  # p parts have p^2 responses
+    whole = rings.join_all_parts(seat.greens)  # p parts have p^2 responses
     draw = partial(plot_greens, whole, duration=min(run.duration, periods / band), width=1 / band)
     return "greens.png", draw
 

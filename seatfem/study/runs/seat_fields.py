@@ -215,7 +215,7 @@ class MeshStress:
         """Return the stress by its spaces on a mesh."""
         where, points, (to_edge, to_struck) = kept.spaces[0], kept.spaces[-1], kept.distances
         if not asked.points:
-            points = tuple(space.at_points(np.zeros(len(space.points), dtype=bool)) for space in where)
+            points = tuple(space.select_points(np.zeros(len(space.points), dtype=bool)) for space in where)
         return MeshStress(where, points, to_edge, to_struck, asked, waves)
 
     @property
@@ -240,7 +240,7 @@ class MeshStress:
                 f"stress: the whole surface is within stress.distance = {1e3 * asked.distance:g} mm of excluded "
                 "edges and faces; make it smaller, refine seat.mesh.size, or set stress.struck = true"
             )
-        where = tuple(space.at_points(counted) for space in self.where)
+        where = tuple(space.select_points(counted) for space in self.where)
         return replace(self, where=where, to_edge=self.to_edge[counted], to_struck=self.to_struck[counted])
 
     def fields(self, dt: float, *, fewer: bool = False) -> SeatFields:
@@ -256,7 +256,7 @@ class MeshStress:
     def fields_at(self, which: Integers, dt: float, *, fewer: bool = False) -> SeatFields:
         """Return `fields` with these points of the surface only, by their numbers in the whole one."""
         places, angle = np.divmod(which, self.angles)
-        where = tuple(space.at_points(places) for space in self.where)
+        where = tuple(space.select_points(places) for space in self.where)
         some = replace(self, where=where, to_edge=self.to_edge[places], to_struck=self.to_struck[places])
         return some.fields(dt, fewer=fewer).at(np.arange(len(which)) * self.angles + angle)
 
