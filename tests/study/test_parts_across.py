@@ -170,7 +170,7 @@ def test_the_bar_is_what_arcs_change(single: Round) -> None:
     lip = scene.geometry.segments()
     assert (lip.arcs, lip.rings) == (16, 3)
     many = divide_on_patch(whole, lip, patch)
-    reed = solved_striker(scene, method=replace(method.reed, lip=scene.geometry.on_the_reed(lip)), mesh_error=False)
+    reed = solved_striker(scene, method=replace(method.reed, lip=scene.geometry.place_on_reed(lip)), mesh_error=False)
 
     def impulse(striker: impact.Body, seat: impact.GreensFunction) -> float:
         problem = problem_of(scene, striker, impact.Body(seat))

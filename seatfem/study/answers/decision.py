@@ -104,7 +104,7 @@ def what_happens(summary: Summary) -> str:
     stress = [
         f"{body} stress up to {_number(summary, key, 'Pa')}{when}"
         for body, key, when in (
-            ("reed", results.REED_STRESS, _before_contact(summary)),
+            ("reed", results.REED_STRESS, _note_early_stress(summary)),
             ("seat", results.SEAT_STRESS, ""),
         )
         if as_number(summary.get(key))
@@ -115,7 +115,7 @@ def what_happens(summary: Summary) -> str:
     return " ".join(filter(None, (sentence, closing_order(summary))))
 
 
-def _before_contact(summary: Summary) -> str:
+def _note_early_stress(summary: Summary) -> str:
     """Return that the largest stress of the reed is one before its first contact, if it is."""
     whole, after = (as_number(summary.get(key)) for key in (results.REED_STRESS, results.REED_STRESS_AFTER))
     return " before first contact" if whole is not None and after is not None and whole > after else ""

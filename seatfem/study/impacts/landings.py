@@ -87,7 +87,7 @@ class Landings:
         return "cut off" if hard.cut_off or any(fast) else "landed"
 
     @property
-    def by_place(self) -> Mapping[str, tuple[Landing, ...]]:
+    def places(self) -> Mapping[str, tuple[Landing, ...]]:
         """Return the landings on seat, stopper and each land of the seat, by the names of these places."""
         lands = {land_place(number): each for number, each in enumerate(self.lands)}
         return {"seat": self.seat, "stopper": self.stopper, **lands}

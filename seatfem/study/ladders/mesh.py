@@ -52,7 +52,7 @@ def element_sizes(patch: Patch, stated: Method, band: float, error: float) -> Si
     return Sizes(size, stated.contact_size or min(size, chosen.contact_size))
 
 
-def in_each_arc(seat: Structure, how: Method, contact_size: float) -> float:
+def fit_contact_size(seat: Structure, how: Method, contact_size: float) -> float:
     """Return the size of elements on the struck face that puts one in each arc of a lip that is meshed in space."""
     lip = how.lip
     if lip is None or not how.in_arcs or seat.elements_of(how) != "3d":
@@ -76,7 +76,7 @@ class ElementSize(Ladder):
         if self.key != SIZE or known.patch is None or not known.is_reduced or not seat.sizes(method.seat).size:
             return method
         sizes = element_sizes(known.patch, method.seat, band, FIRST_ERROR)
-        on_face = method.seat.contact_size or in_each_arc(seat, method.seat, sizes.contact_size)
+        on_face = method.seat.contact_size or fit_contact_size(seat, method.seat, sizes.contact_size)
         return method.replaced({SIZE: sizes.size, CONTACT_SIZE: on_face})
 
     def refine(self, plan: Plan, factor: float) -> RunMethod:

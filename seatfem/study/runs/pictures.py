@@ -202,7 +202,7 @@ def draw_all(
     bodies = [] if picture_library_gap() else [picture for picture in wanted if picture[0] in BODIES]
     painter.take([picture for picture in bodies if picture[0] not in painter])
     for number, (name, draw) in enumerate(sorted(wanted, key=lambda p: p[0] in painter), start=1):
-        if gap := painter.wait(name, folder) if name in painter else try_draw(_by_name(draw), folder / name):
+        if gap := painter.wait(name, folder) if name in painter else try_draw(_draw_and_clear(draw), folder / name):
             gaps.setdefault(gap.removeprefix(name), []).extend([name] if gap.startswith(name) else [])
         else:
             files.append(folder / name)
@@ -210,7 +210,7 @@ def draw_all(
     return tuple(files), tuple(f"skipped pictures: {', '.join(names)}{reason}" for reason, names in gaps.items())
 
 
-def _by_name(draw: Callable[..., object]) -> Callable[[Path], object]:
+def _draw_and_clear(draw: Callable[..., object]) -> Callable[[Path], object]:
     """Return the function of a path alone, which frees the curves of a figure: these are large, and in rings."""
 
     def draw_at(path: Path) -> None:
