@@ -19,7 +19,7 @@ from typing import Any
 from refresh import between, write
 
 from seatfem.faces.tables import landings_of
-from seatfem.readings import in_text, reading
+from seatfem.readings import reading, write_with_bar
 from seatfem.results import rows_of, words_of
 from seatfem.study.runs.pipeline import run_scene
 from seatfem.study.scene import load_scene
@@ -46,8 +46,8 @@ def first_rows(summary: Mapping[str, Any]) -> str:
     for row in rows_of(summary)["landing"]:
         spring = reading(summary, f"spring_{row.key}", row.unit)
         lines.append(f"| {words_of(row, summary).strip()} | {reading(summary, row.key, row.unit)} | {spring} |")
-    load = in_text("", summary["pressed_on_largest_load_N"], None, "N")
-    lasting = in_text("", summary["pressed_on_time_s"], None, "s")
+    load = write_with_bar("", summary["pressed_on_largest_load_N"], None, "N")
+    lasting = write_with_bar("", summary["pressed_on_time_s"], None, "s")
     return "\n".join([*lines, "", f"Reed pressed on its seat by its loads: up to {load}, {lasting} in total."])
 
 

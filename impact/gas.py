@@ -367,17 +367,17 @@ class Compressor:
         values = state.tolist()  # of single numbers faster than an array
         squeeze(self.gas, values, before, now)
         first = values[PRESSURE]
-        self._through_the_reed(values, now, opening, span / 2)
+        self._flow_through_reed(values, now, opening, span / 2)
         other, inward = (self.discharge, -1) if self.side == "suction" else (self.suction, 1)
         if inward * (other.pressure - values[PRESSURE]) > 0:
             values[OTHER] += abs(let_in(self.gas, values, now, other, self.other_area, span))
-        self._through_the_reed(values, now, opening, span / 2)
+        self._flow_through_reed(values, now, opening, span / 2)
         pressure = (first + values[PRESSURE]) / 2
         squeeze(self.gas, values, now, after)
         state[:] = values
         return self.valve.push(opening, drop(self, pressure))
 
-    def _through_the_reed(self, state: list[float], volume: float, lift: float, span: float) -> None:
+    def _flow_through_reed(self, state: list[float], volume: float, lift: float, span: float) -> None:
         area = self.valve.flow_area(lift, drop(self, state[PRESSURE]))
         plenum = self.suction if self.side == "suction" else self.discharge
         gained = let_in(self.gas, state, volume, plenum, area, span)

@@ -102,7 +102,7 @@ class Table(BaseModel):
         yield from ()
 
     @model_validator(mode="after")
-    def _without_contradictions(self) -> Self:
+    def _check_contradictions(self) -> Self:
         for key, words in self.contradictions():
             raise KeyProblem(key, words)
         return self
@@ -164,15 +164,15 @@ def by_group(kinds: Iterable[type[BaseModel]]) -> dict[str, list[type[BaseModel]
 def one_of(kinds: tuple[type[Table], ...]) -> Any:
     """Return the annotation of a key that holds one of these tables, by their ``kind``, and what is ``also``."""
 
-    def as_meant(given: object) -> object:
+    def correct_kind(given: object) -> object:
         if not isinstance(given, Mapping) or not isinstance(kind := given.get("kind"), str):
             return given
         meant = (kind_of(each) for each in kinds if given.keys() & set(each.also.get(kind, ())))
         return {**given, "kind": next(meant, kind)}
 
     if len(kinds) == 1:
-        return Annotated[kinds[0], BeforeValidator(as_meant)]
-    return Annotated[Union[kinds], Discriminator("kind"), BeforeValidator(as_meant)]  # noqa: UP007
+        return Annotated[kinds[0], BeforeValidator(correct_kind)]
+    return Annotated[Union[kinds], Discriminator("kind"), BeforeValidator(correct_kind)]  # noqa: UP007
 
 
 def field_of(model: type[BaseModel], name: str) -> FieldInfo:

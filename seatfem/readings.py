@@ -62,7 +62,7 @@ class Measured:
         return not self.has_bar or is_known(self.key, self.value, self.bar)
 
     def __str__(self) -> str:
-        return in_text(self.key, as_number(self.value), self.bar if self.has_bar else None, self.unit)
+        return write_with_bar(self.key, as_number(self.value), self.bar if self.has_bar else None, self.unit)
 
     def __float__(self) -> float:
         return self.value
@@ -73,7 +73,7 @@ class Measured:
     @property
     def spring_text(self) -> str:
         """Return the number of the spring baseline with its unit; "" if it has none."""
-        return "" if math.isnan(self.spring) else in_text(self.key, self.spring, None, self.unit)
+        return "" if math.isnan(self.spring) else write_with_bar(self.key, self.spring, None, self.unit)
 
     def _repr_html_(self) -> str:
         return html_table(self.key, ("seat", "spring baseline"), [(self, self.spring_text)])
@@ -124,10 +124,10 @@ def bar_of(summary: Summary, key: str) -> float | None:
 
 def reading(summary: Summary, key: str, unit: str) -> str:
     """Return a number of the summary with unit and error bar, "-" of what is no number."""
-    return in_text(key, as_number(summary.get(key)), bar_of(summary, key), unit)
+    return write_with_bar(key, as_number(summary.get(key)), bar_of(summary, key), unit)
 
 
-def in_text(key: str, value: float | None, bar: float | None, unit: str, factor: float | None = None) -> str:
+def write_with_bar(key: str, value: float | None, bar: float | None, unit: str, factor: float | None = None) -> str:
     """Return ``value`` [SI] with its bar and its unit: "50.0 ± 0.5 N"; with a ``factor`` times that, of a ``unit``
     that fits.
 

@@ -321,7 +321,7 @@ def asked(summary: Summary) -> tuple[str, ...]:
     return _keys_asked(summary)
 
 
-def without_value(summary: Summary) -> list[str]:
+def list_missing(summary: Summary) -> list[str]:
     """Return the keys that the accuracy was asked for and that have no value; those of a landing only if one is."""
     landed = summary.get(LANDING_TIME) is not None
     return [key for key in asked(summary) if summary.get(key) is None and (landed or not key.startswith(LANDING))]

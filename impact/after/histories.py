@@ -302,7 +302,7 @@ class ClosedLine:
         return ClosedLine(np.full(arcs, 2 * np.pi * radius / arcs), 2 * np.pi * np.arange(arcs + 1) / arcs, places)
 
 
-def over_arcs(force: Array, share: float, length: float | Array, pieces: Pieces = ()) -> Array:
+def average_over_arcs(force: Array, share: float, length: float | Array, pieces: Pieces = ()) -> Array:
     """Return the (n, 2 N) mean force per length [N/m] over the parts of the line that begin at each of N arcs, and over
     those that end there: among them is the largest over any such part, as the force is uniform along each arc.
 
@@ -324,8 +324,8 @@ def over_arcs(force: Array, share: float, length: float | Array, pieces: Pieces 
 
 
 def _parts(share: float, lengths: Array, pieces: Pieces) -> Iterator[tuple[slice, Array, float, bool]]:
-    """Yield for each piece its arcs, the starts and the length of the parts of `over_arcs` on it [m], and whether it is
-    closed."""
+    """Yield for each piece its arcs, the starts and the length of the parts of `average_over_arcs` on it [m], and
+    whether it is closed."""
     width, first = widest(share, lengths) * lengths.sum(), 0
     for number, closed in pieces or ((len(lengths), True),):
         arcs = slice(first, first + number)
@@ -376,7 +376,7 @@ def line_force_peak(
     """
     lengths, when = lengths_of(length, force.shape[1]), np.flatnonzero(np.any(force, axis=1))
     part = slice(when[0], when[-1] + 1) if when.size else slice(0, 1)  # there is no force before and after
-    weights, edges = over_arcs(np.eye(len(lengths)), share, lengths, pieces), edges_of(steps, len(force))
+    weights, edges = average_over_arcs(np.eye(len(lengths)), share, lengths, pieces), edges_of(steps, len(force))
     each = largest_averages(force[part], edges[part.start : part.stop + 1], width, weights)
     return float(each.max()), float(_middles(lengths, share, pieces)[int(np.argmax(each))])
 
@@ -390,7 +390,7 @@ def line_impulse(
     """
     lengths = lengths_of(length, force.shape[1])
     whole = np.diff(edges_of(steps, len(force))) @ force
-    impulses = over_arcs(whole[None], share, lengths, pieces)[0]
+    impulses = average_over_arcs(whole[None], share, lengths, pieces)[0]
     places = _middles(lengths, share, pieces)
     order = np.argsort(places, kind="stable")
     return impulses[order], places[order]

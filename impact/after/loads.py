@@ -48,7 +48,7 @@ class StaticLoad:
         """Return the (n,) forces [N] at times (n,) [s], constant beyond the last instant."""
         return self._at(self.stopper if stopper else self.seat, time)
 
-    def of_group(self, number: int, time: Array) -> Array:
+    def find_group_force(self, number: int, time: Array) -> Array:
         """Return the (n,) forces on a group of contacts [N] at times (n,) [s], constant beyond the last instant."""
         return self._at(self.groups[:, number], time)
 
@@ -156,7 +156,9 @@ def spring_displacements(body: Body, force: Array, dt: float, weights: Array | N
     a body without springs.
     """
     if not isinstance(body, SprungBody):
-        raise GreensFunctionError("the body has no springs: give the one that impact.bodies.loads.on_springs returns")
+        raise GreensFunctionError(
+            "the body has no springs: give the one that impact.bodies.loads.hold_on_springs returns"
+        )
     modal, forces = body.greens.modal, np.atleast_2d(np.asarray(force, dtype=float).T)
     assert modal is not None
     shapes = body.springs.shapes if weights is None else body.springs.shapes @ weights

@@ -63,7 +63,7 @@ def bending_stress(
     Source: R. E. Cornwell, R. R. Craig and C. P. Johnson, On the application of the mode-acceleration method to
     structural engineering problems, Earthquake Eng. Struct. Dyn. 11 (1983) 679.
     """
-    pushes = _by_port(force, reed)
+    pushes = _list_port_forces(force, reed)
     fields = _fields(reed, beam, np.atleast_1d(np.asarray(x, dtype=float)), contact_at)
     return np.concatenate([fields.T @ part.T for part in coordinates(pushes, dt, reed, 1)], axis=1)
 
@@ -94,7 +94,7 @@ def reed_stress(
     Steps are skipped where the sum over modes of |q_k| max |stress shape| is below the peak so far, then those where
     the stress in single precision plus its round-off bound is below it.
     """
-    pushes, omega = _by_port(force, reed), _modal(reed).omega
+    pushes, omega = _list_port_forces(force, reed), _modal(reed).omega
     share = 2 if coarsely else 1
     places = np.linspace(0.0, beam.length, max(1, len(omega) * POINTS_PER_WAVE // (2 * share)) + 1)
     stride = max(1, int(1 / (float(omega.max()) * dt))) if coarsely else 1
@@ -146,7 +146,7 @@ def _fields(reed: Body, beam: Cantilever, x: Array, contact_at: At) -> Array:
     return np.asarray(beam.young * beam.thickness / 2 * np.vstack([curvature, *left_out]))
 
 
-def _by_port(force: Array, reed: Body) -> Array:
+def _list_port_forces(force: Array, reed: Body) -> Array:
     """Return the (p, n + 1) forces on the ports of the reed."""
     ports, pushes = len(_modal(reed).ports), np.atleast_2d(force.T)
     if len(pushes) != ports:
@@ -161,7 +161,7 @@ def coordinates(pushes: Array, dt: float, reed: Body, stride: int) -> Iterator[A
     greens, ports, rates = _modal(reed), len(pushes), _modal(reed).residual.rates
     rate = float(rates[0] if rates.size else 2 * greens.omega.max())  # relaxation rate of n' = rate (N - n) [1/s]
     followed = replace(greens, residual=Residual(rate * np.eye(ports), np.full(ports, rate), np.zeros((ports, ports))))
-    start, first, at_ports = reed.modal_start(), pushes[:, 0], _at_ports(reed)
+    start, first, at_ports = reed.modal_start(), pushes[:, 0], _find_equivalent_forces(reed)
     pull = greens.shapes @ first
     if np.any(first):  # a preload: the reed starts in static equilibrium with its loads and the contact force
         held = reed.load_amplitudes(np.zeros(1))[:, 0]
@@ -179,7 +179,7 @@ def coordinates(pushes: Array, dt: float, reed: Body, stride: int) -> Iterator[A
         yield block
 
 
-def _at_ports(reed: Body) -> Array:
+def _find_equivalent_forces(reed: Body) -> Array:
     """Return the (p, L) forces on the ports equivalent to a unit of each load of the reed; zero for a load whose modal
     shape is no combination of those of the ports."""
     shapes, forces = _modal(reed).shapes, np.zeros((len(reed.greens.ports), len(reed.loads)))

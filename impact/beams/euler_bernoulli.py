@@ -220,9 +220,9 @@ class EulerBernoulliBeam(RectangularBeam, ABC):
     def shapes(self, n_modes: int, x: ArrayLike) -> Array:
         """Return the (n, ...) mass-normalised mode shapes at ``x`` [1/sqrt(kg)], cosh - cos - s (sinh - sin) over the
         root of their mass; any n keeps its digits."""
-        return self._on_modes(clamped_shape, self.wave_numbers(n_modes), self.relative(x))
+        return self._evaluate_modes(clamped_shape, self.wave_numbers(n_modes), self.relative(x))
 
-    def _on_modes(self, function: Callable[[Array, Array, Array, Array], Array], k: Array, xi: Array) -> Array:
+    def _evaluate_modes(self, function: Callable[[Array, Array, Array, Array], Array], k: Array, xi: Array) -> Array:
         """Return the (n, ...) `clamped_shape`, or a derivative of it, of unit modal mass."""
         ratio = self.end_condition(k)
         scale = np.reshape(np.sqrt(self.modal_mass(k)), (-1, *[1] * xi.ndim))
@@ -292,7 +292,7 @@ class Cantilever(EulerBernoulliBeam):
         at 0."""
         k, xi = self.wave_numbers(n_modes), self.relative(x)
         squares = np.reshape((k / self.length) ** 2, (-1, *[1] * xi.ndim))
-        return squares * self._on_modes(clamped_curvature, k, xi)
+        return squares * self._evaluate_modes(clamped_curvature, k, xi)
 
 
 @dataclass(frozen=True)

@@ -157,7 +157,7 @@ class Body:
         """Return the impulse on the first port that sets the body moving at ``velocity`` [N s]."""
         return self.velocity * self.mass if self.velocity else 0.0
 
-    def in_modes(self, greens: ModalGreens, turn: Callable[[Array], Array]) -> Body:
+    def transform_modes(self, greens: ModalGreens, turn: Callable[[Array], Array]) -> Body:
         """Return the body in the modes of ``greens``; ``turn`` transforms modal state and load shapes to them."""
         state = self.state and ModalState(turn(self.state.displacement), turn(self.state.velocity))
         loads = tuple(replace(load, shape=turn(load.shape)) for load in self.loads)

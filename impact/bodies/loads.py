@@ -249,7 +249,7 @@ class SprungBody(Body):
     springs: Suspension = field(kw_only=True)
 
 
-def on_springs(body: Body, shapes: Array, stiffness: ArrayLike) -> SprungBody:
+def hold_on_springs(body: Body, shapes: Array, stiffness: ArrayLike) -> SprungBody:
     """Return the body with undamped linear springs between some of its points and the ground.
 
     With the body's modal frequencies W and mode shapes B (M, S) at the springs, the modes with springs are the

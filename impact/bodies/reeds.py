@@ -67,7 +67,7 @@ class StaticShape:
     def state(self, beam: Beam, modes: BeamModes) -> ModalState:
         """Return the initial modal state."""
         x = beam.free_point if self.at is None else self.at
-        _on_reed("release at", x, beam)
+        _check_on_reed("release at", x, beam)
         force = _finite("deflection", self.deflection) / beam.compliance(x, x)
         return ModalState(force * modes.deflection(x) / modes.omega**2, np.zeros(len(modes.omega)))
 
@@ -91,7 +91,7 @@ class ModeShape:
         if not 1 <= self.number <= n:
             raise GreensFunctionError(f"release in mode {self.number}: the reed has modes 1..{n}; raise n_modes")
         x = beam.free_point if self.at is None else self.at
-        _on_reed("release at", x, beam)
+        _check_on_reed("release at", x, beam)
         amplitude = float(modes.deflection(x)[self.number - 1])
         if abs(amplitude) * math.sqrt(modes.line_density * modes.length) < 1e-9:
             raise GreensFunctionError(f"mode {self.number} has a node at {x:g} m: give another point with at=")
@@ -169,13 +169,13 @@ def _contacts(contact_at: float | tuple[float, ...] | None, beam: Beam) -> tuple
     if not at:
         raise GreensFunctionError("contact_at is empty: give one or several contact points")
     for x in at:
-        _on_reed("contact_at =", x, beam)
+        _check_on_reed("contact_at =", x, beam)
     if len(set(at)) < len(at):
         raise GreensFunctionError(f"contact_at = {', '.join(f'{x:g}' for x in at)} m names a point twice; name it once")
     return at
 
 
-def _on_reed(what: str, x: float, beam: Beam) -> None:
+def _check_on_reed(what: str, x: float, beam: Beam) -> None:
     if not 0 < x <= beam.length * (1 + 1e-12):
         raise GreensFunctionError(f"{what} {x:g} m is off the reed, 0..{beam.length:g} m")
     if beam.compliance(x, x) <= 0:

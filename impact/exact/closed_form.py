@@ -330,13 +330,13 @@ class DampedFixedRod(DampedRod, ExactRod):
         return self.omega_1 * (z if z < 1 else 1 / (z + math.sqrt(z * z - 1)))
 
     def _after_start(self, time: Array) -> Array:
-        return self._over_exponents(lambda rate: np.arctanh(np.exp(rate * time)))
+        return self._take_difference(lambda rate: np.arctanh(np.exp(rate * time)))
 
     def step_response(self, t: ArrayLike, i: int = 0, j: int = 0) -> Array:
         time: Array = np.maximum(np.asarray(t, dtype=float), 0.0)
         moving = time < _AT_REST / self.slowest_decay
         now, out = time[moving], np.full(time.shape, self.transit / self.impedance)
-        out[moving] = self._over_exponents(lambda rate: (legendre_chi2(np.exp(rate * now)) - math.pi**2 / 8) / rate)
+        out[moving] = self._take_difference(lambda rate: (legendre_chi2(np.exp(rate * now)) - math.pi**2 / 8) / rate)
         return out
 
     def displacement_at(self, time: Array, at: float) -> Array:
@@ -346,7 +346,7 @@ class DampedFixedRod(DampedRod, ExactRod):
         def term(rate: complex) -> ComplexArray:
             return (legendre_chi2(np.exp(rate * time + turn)) + legendre_chi2(np.exp(rate * time - turn))) / 2 / rate
 
-        return np.asarray((1 - at) * self.transit / self.impedance + self._over_exponents(term))
+        return np.asarray((1 - at) * self.transit / self.impedance + self._take_difference(term))
 
     def force_at(self, time: Array, at: float) -> Array:
         """Return minus the derivative of the displacement along x; its limit from the right at t = 0."""
@@ -358,9 +358,9 @@ class DampedFixedRod(DampedRod, ExactRod):
             pair = np.arctanh(np.exp(rate * time + turn)) - np.arctanh(np.exp(rate * time - turn))
             return np.asarray(pair * (0.5j * slope / rate))
 
-        return np.asarray(np.where(time > 0, 1.0 - self._over_exponents(term), 0.0))
+        return np.asarray(np.where(time > 0, 1.0 - self._take_difference(term), 0.0))
 
-    def _over_exponents(self, term: Term) -> Array:
+    def _take_difference(self, term: Term) -> Array:
         """Return 4/(pi Z) times the divided difference of ``term`` over the pair of exponents."""
         return 4 / (math.pi * self.impedance) * divided_difference(term, self.damping_ratio, self.omega_1)
 

@@ -330,15 +330,15 @@ def state_space(greens: base.GreensFunction) -> StateSpace:
         GreensFunctionError: a function that is no finite sum of poles, such as a rod with travelling waves.
     """
     if (modal := greens.modal) is not None:
-        return _of_modes(modal)
+        return _realize_modes(modal)
     if (poles := greens.pole_sum) is not None:
-        return _of_poles(poles)
+        return _realize_poles(poles)
     raise base.GreensFunctionError(
         f"{greens}: is no finite sum of poles, and has no state space; fit poles to it first"
     )
 
 
-def _of_modes(greens: ModalGreens) -> StateSpace:
+def _realize_modes(greens: ModalGreens) -> StateSpace:
     residual, m = greens.residual, len(greens.omega)
     zero = np.zeros((m, m))
     damping = np.diag(2 * greens.zeta * greens.omega)
@@ -352,7 +352,7 @@ def _of_modes(greens: ModalGreens) -> StateSpace:
     return StateSpace(A, B, C, residual.compliance, tuple(names), greens.ports)
 
 
-def _of_poles(greens: PoleGreens) -> StateSpace:
+def _realize_poles(greens: PoleGreens) -> StateSpace:
     blocks = [np.array([[s.real, -s.imag], [s.imag, s.real]]) for s in greens.poles]
     pairs = [np.array([r.real, r.imag]) for r in greens.shapes]
     outputs = [2 * np.array([r.real, -r.imag]) for r in greens.shapes]

@@ -127,7 +127,7 @@ class MeanStress(ABC):
         ``inf``: immediate failure."""
 
     @abstractmethod
-    def at_ratio(self, equivalent: Array, slant: float) -> Array:
+    def convert_to_ratio(self, equivalent: Array, slant: float) -> Array:
         """Return (...,) amplitudes S [Pa] that are equivalent where the mean is slant S, slant = (1 + R)/(1 - R)."""
 
     @property
@@ -149,7 +149,7 @@ class _Straight(MeanStress):
     def equivalent(self, amplitude: Array, mean: Array) -> Array:
         return _over(amplitude, 1 - (mean if self.compression else np.maximum(mean, 0.0)) / self.breaks_at)
 
-    def at_ratio(self, equivalent: Array, slant: float) -> Array:
+    def convert_to_ratio(self, equivalent: Array, slant: float) -> Array:
         pull = slant if self.compression else max(slant, 0.0)
         return _over(equivalent, 1 + equivalent * pull / self.breaks_at)
 
@@ -208,7 +208,7 @@ class Gerber(MeanStress):
     def equivalent(self, amplitude: Array, mean: Array) -> Array:
         return _over(amplitude, 1 - (np.maximum(mean, 0.0) / self.ultimate) ** 2)
 
-    def at_ratio(self, equivalent: Array, slant: float) -> Array:
+    def convert_to_ratio(self, equivalent: Array, slant: float) -> Array:
         """Return the positive root of S = e (1 - (slant S/UTS)^2)."""
         pull = 2 * equivalent * max(slant, 0.0) / self.ultimate
         return np.asarray(2 * equivalent / (1 + np.sqrt(1 + pull**2)))
@@ -228,7 +228,7 @@ class _Power(MeanStress):
         both = largest ** (1 - self.walker_exponent) * amplitude**self.walker_exponent
         return np.asarray(np.where(largest > 0, both, 0.0))
 
-    def at_ratio(self, equivalent: Array, slant: float) -> Array:
+    def convert_to_ratio(self, equivalent: Array, slant: float) -> Array:
         return np.asarray(equivalent / (1 + slant) ** (1 - self.walker_exponent))
 
 
@@ -280,7 +280,7 @@ def damage(cycles: Cycles, strength: Strength, judge: MeanStress, *, survival: f
     amplitudes = judge.equivalent(cycles.ranges / 2, cycles.means)
     slant = (1 + strength.loading_ratio) / (1 - strength.loading_ratio)
     finite = np.isfinite(amplitudes)
-    amplitudes[finite] = judge.at_ratio(amplitudes[finite], slant)
+    amplitudes[finite] = judge.convert_to_ratio(amplitudes[finite], slant)
     with np.errstate(divide="ignore", over="ignore"):
         return float(np.sum(cycles.counts / curve.life(amplitudes, survival)))
 

@@ -113,14 +113,14 @@ class TimeGrid:
         steps = np.arange(window.start, window.stop)
         if rows.ndim == 1:
             return np.asarray(np.interp(steps, self.ends, rows))
-        return self._on_lines(rows, steps, self._rows_of(window))
+        return self._interpolate_rows(rows, steps, self._rows_of(window))
 
     def find_motions(self, rows: Array, steps: NDArray[np.int64]) -> Array:
         """Return the (m, ...) values after the fine ``steps`` (m,) of ``rows`` (N + 1, ...) known at the ends of the
         steps and interpolated linearly between them."""
-        return self._on_lines(rows, steps, np.searchsorted(self.ends, steps))
+        return self._interpolate_rows(rows, steps, np.searchsorted(self.ends, steps))
 
-    def _on_lines(self, rows: Array, steps: NDArray[np.int64], after: NDArray[np.int64]) -> Array:
+    def _interpolate_rows(self, rows: Array, steps: NDArray[np.int64], after: NDArray[np.int64]) -> Array:
         """Return the interpolated values of ``rows`` after the fine ``steps``, which lie in the steps that end at the
         rows ``after``."""
         before = np.maximum(after - 1, 0)

@@ -633,18 +633,18 @@ class TableJoint:
 
     def closure(self, force: float) -> float:
         """Return l(N) [m]."""
-        return float(_on_line(*self.branches[0][::-1], np.array([force]))[0])
+        return float(_interpolate_branch(*self.branches[0][::-1], np.array([force]))[0])
 
     def potential(self, penetration: Array) -> Array:
         """Return the recoverable energy int N du [J]."""
         (x, up), (back, down) = self.branches
         deepest = deepest_so_far(penetration)
-        at = penetration - deepest + _on_line(down, back, _on_line(x, up, deepest))
+        at = penetration - deepest + _interpolate_branch(down, back, _interpolate_branch(x, up, deepest))
         at = np.maximum(at, 0.0)
         works = np.append(0.0, np.cumsum((down[1:] + down[:-1]) / 2 * np.diff(back)))
         below = np.minimum(np.searchsorted(back, at, side="right") - 1, len(back) - 2)
         start = down[below]
-        return np.asarray(works[below] + (start + _on_line(back, down, at)) / 2 * (at - back[below]))
+        return np.asarray(works[below] + (start + _interpolate_branch(back, down, at)) / 2 * (at - back[below]))
 
     def scaled(self, share: float) -> TableJoint:
         """Return the joint for a ``share`` of the area."""
@@ -652,7 +652,7 @@ class TableJoint:
         return TableJoint(self.closures, loading, unloading)
 
 
-def _on_line(x: Array, y: Array, at: Array) -> Array:
+def _interpolate_branch(x: Array, y: Array, at: Array) -> Array:
     """Return the values at ``at`` of the piecewise linear ``y`` over ``x``, extrapolated beyond its end."""
     beyond = np.maximum(at - x[-1], 0.0) * (y[-1] - y[-2]) / (x[-1] - x[-2])
     return np.asarray(np.interp(at, x, y) + beyond)

@@ -36,7 +36,7 @@ class Rows(TimeGrid):
         """Return the (N + 1, p) force of solid contact [N], without films."""
         return self.force - self.film if self.film.size else self.force
 
-    def of_forces(self) -> Rows:
+    def drop_gaps(self) -> Rows:
         """Return the rows without gaps, as those of many contacts are large."""
         return replace(self, gap=np.zeros((0, self.gap.shape[1])))
 
@@ -46,7 +46,7 @@ class Rows(TimeGrid):
         own, gap = slice(len(ends)), self.find_motions(self.gap, ends[-1:])
         return Rows(self.dt, ends, self.force[own], np.concatenate([self.gap[own][:-1], gap]), self.film[own])
 
-    def of_gaps(self) -> Rows:
+    def drop_forces(self) -> Rows:
         """Return the rows without forces."""
         return replace(self, force=np.zeros((0, self.gap.shape[1])), film=np.zeros((0, 0)))
 

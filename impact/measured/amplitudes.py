@@ -342,7 +342,7 @@ def choose_poles(data: FitData, floor: Array, most: int) -> tuple[Poles, tuple[C
         worst = data.s.imag[peaks[np.argsort(-smooth[peaks])[: max(1, len(poles.pairs) // 6)]]]
         pairs = np.concatenate([poles.pairs, (-0.01 + 1j) * worst])
         poles = Poles(pairs[np.argsort(pairs.imag)], poles.rates)
-    fewer = _without_idle(data, lines, best, least)
+    fewer = _remove_idle_poles(data, lines, best, least)
     return (fewer[-1].poles if fewer else best), (*tried, *fewer)
 
 
@@ -375,7 +375,7 @@ def criterion(data: FitData, squares: float, poles: Poles, form: str = "complex"
     return float(fit + math.log(numbers) * (per_pair * len(poles.pairs) + (1 + q) * len(poles.rates)))
 
 
-def _without_idle(data: FitData, lines: Lines, poles: Poles, cost: float) -> list[Candidate]:
+def _remove_idle_poles(data: FitData, lines: Lines, poles: Poles, cost: float) -> list[Candidate]:
     """Return candidates with poles removed one after the other, as long as this improves the information criterion."""
     candidates = list[Candidate]()
     for _ in range(_MOST_IDLE):

@@ -97,7 +97,7 @@ def plot_motion(
     """
     runs, end = _runs(result, baseline), float(result.time[-1])
 
-    def of_runs(history: str) -> list[_Curve]:
+    def list_curves(history: str) -> list[_Curve]:
         each = zip(runs, names, STYLES, strict=False)
         return [(run, getattr(run, history), name, *style) for run, name, style in each]
 
@@ -106,8 +106,8 @@ def plot_motion(
         grid = figure.add_gridspec(3, 2, height_ratios=[1.0, 1.0, 1.2])
         reed, seat = figure.add_subplot(grid[0, :]), figure.add_subplot(grid[1, :])
         close, gap = figure.add_subplot(grid[2, 0]), figure.add_subplot(grid[2, 1])
-        _curves(reed, of_runs("striker_displacement"), (0.0, end))
-        _curves(seat, of_runs("target_displacement"), (0.0, end))
+        _curves(reed, list_curves("striker_displacement"), (0.0, end))
+        _curves(seat, list_curves("target_displacement"), (0.0, end))
         reed.set_title("Reed, contact point")
         seat.set_title("Seat, contact point")
         reed.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0 if crank is None else 1.24), ncols=2)
@@ -120,7 +120,7 @@ def plot_motion(
         window, contact = shown_contact(runs, filter_width, little, landings)
         for axes in (reed, seat):
             _mark(axes, window, end)
-        _curves(gap, of_runs("gap"), window, "gap")
+        _curves(gap, list_curves("gap"), window, "gap")
         gap.set_title(f"Gap, {contact}")
         both = [(result, result.striker_displacement, "reed", GREEN, "solid")]  # they coincide during contact
         _curves(close, [*both, (result, result.target_displacement, "seat", BLUE, (0, (4, 1.5)))], window)
@@ -371,7 +371,7 @@ def plot_greens(
     """
     if not 0 < width <= duration < math.inf:
         raise ValueError(f"width = {width:g} s and duration = {duration:g} s must be finite with 0 < width <= duration")
-    shown, number = _at_port(greens, greens.port_index(port))
+    shown, number = _select_port(greens, greens.port_index(port))
     early = min(15 * width, duration)
     with sheet(path, 7.2, 5.6) as figure:
         figure.suptitle(title)
@@ -389,7 +389,7 @@ def plot_greens(
     return figure
 
 
-def _at_port(greens: GreensFunction, port: int) -> tuple[GreensFunction, int]:
+def _select_port(greens: GreensFunction, port: int) -> tuple[GreensFunction, int]:
     """Return modes at one port, without those of no amplitude there: most of those of a complete ring."""
     if (modal := greens.modal) is None:
         return greens, port

@@ -191,7 +191,7 @@ def solve(
 def collect(march: ContactStepper | MarchRun) -> ImpactResult:
     """Return the result of the steps marched so far; raises `ContactError` if a history is not finite."""
     run = march.record_run() if isinstance(march, ContactStepper) else march
-    run = replace(run, rows=run.rows.of_forces())
+    run = replace(run, rows=run.rows.drop_gaps())
     del march  # its gaps are made again from the forces, and a history of many contacts is large
     rows, bodies, problem = run.rows, run.bodies, run.problem
     whole, time, force = rows.force, rows.time, rows.force[1:]

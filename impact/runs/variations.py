@@ -212,7 +212,9 @@ def enlarge_greens(body: Body, factor: float) -> Body:
         return replace(body, greens=body.greens.scaled(factor))
     root, rest = np.where(g.omega > 0, np.sqrt(factor), 1.0), g.residual
     residual = Residual(np.sqrt(factor) * rest.shapes, rest.rates, factor * rest.compliance)
-    return body.in_modes(replace(g, shapes=root[:, None] * g.shapes, residual=residual), lambda values: values / root)
+    return body.transform_modes(
+        replace(g, shapes=root[:, None] * g.shapes, residual=residual), lambda values: values / root
+    )
 
 
 def narrow_body(body: Body, ratio: float = NARROWER) -> Body | None:
@@ -223,7 +225,7 @@ def narrow_body(body: Body, ratio: float = NARROWER) -> Body | None:
         return None
     highest = float(g.omega.max()) / (2 * np.pi) / ratio
     kept = g.omega <= 2 * np.pi * highest
-    return body.in_modes(narrow_greens(g, highest), lambda values: values[kept]) if np.any(kept) else None
+    return body.transform_modes(narrow_greens(g, highest), lambda values: values[kept]) if np.any(kept) else None
 
 
 def ringing_on(body: Body, ratio: float = 1.0, band: float = 0.0, octaves: int = 0) -> Body | None:
@@ -258,7 +260,7 @@ def ringing_on(body: Body, ratio: float = 1.0, band: float = 0.0, octaves: int =
         shapes=np.vstack([g.shapes, shapes]),
         residual=g.residual.scaled(STATIC_SHARE),
     )
-    return body.in_modes(ringing, lambda values: np.concatenate([values, np.zeros(len(omega))]))
+    return body.transform_modes(ringing, lambda values: np.concatenate([values, np.zeros(len(omega))]))
 
 
 def narrow_greens(greens: ModalGreens, bandwidth: float) -> ModalGreens:

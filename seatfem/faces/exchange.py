@@ -113,7 +113,7 @@ def _filter_width(source: Path, summary: Mapping[str, object]) -> float:
 def _as_uff(source: Path, output: Path, progress: Progress) -> Written:
     modes = source / pictures.MODES_FILE
     if not modes.is_file() or (source / pipeline.SUMMARY_FILE).is_file():
-        greens = rings.as_a_whole(impact.load_greens(_seat_of(source)))
+        greens = rings.join_all_parts(impact.load_greens(_seat_of(source)))
         highest = PER_BAND / _filter_width(source, fragments.run_summary(source))
         frequencies = [highest * number / BINS for number in range(1, BINS + 1)]
         uff.write_receptance_uff(greens, frequencies, output / "receptance.uff")

@@ -122,7 +122,7 @@ def _add_numbers(table: Table, records: Records, heads: Mapping[str, str]) -> It
         largest = (max((abs(each) for each in column if each), default=0.0) for column in (values, stated))
         factor, unit = readings.prefix_of(readings.unit_of(key), *largest)
         table.add_column(f"{head}\n[{plain(unit)}]" if unit else head, justify="right")
-        yield [readings.in_text(key, *each, "", factor) for each in zip(values, stated, strict=True)]
+        yield [readings.write_with_bar(key, *each, "", factor) for each in zip(values, stated, strict=True)]
 
 
 OF_LANDS: Final = (
@@ -167,7 +167,7 @@ def _place(record: readings.Summary) -> str:
     if (angle := readings.as_number(record.get("place_deg"))) is not None:
         return readings.with_unit(f"{angle:.4g}", readings.DEGREES)
     along = readings.as_number(record.get("place_m"))
-    return "" if along is None else readings.in_text("place_m", along, None, "m")
+    return "" if along is None else readings.write_with_bar("place_m", along, None, "m")
 
 
 ANGLES: Final = (
@@ -253,7 +253,7 @@ def _notes(summary: readings.Summary, table: Table) -> Iterator[str]:
         yield f"per length: mean over {in_units(part, 'm')} of the lip, the force over {readings.duration(width)}, too"
     if any(row.group == "lip" and _is_angle(summary, row) for row in shown):
         yield ANGLES
-    if any(row.key.endswith("_at_m") and not _on_lands(summary, row) for row in shown if row.group == "lip"):
+    if any(row.key.endswith("_at_m") and not _find_land_places(summary, row) for row in shown if row.group == "lip"):
         yield LENGTHS
     if place := _most_stressed(summary):
         yield place
@@ -262,7 +262,7 @@ def _notes(summary: readings.Summary, table: Table) -> Iterator[str]:
     yield from _bar_note(table)
     if unknown := str(summary.get("error_unknown") or ""):
         yield f"not included in the uncertainty: {', '.join(source_in_words(source) for source in unknown.split(', '))}"
-    for key in results.without_value(summary):
+    for key in results.list_missing(summary):
         yield f"{results.name_of(key, summary)}: asked for, but this run gives no value"
 
 
@@ -287,10 +287,10 @@ def _cells(summary: readings.Summary, row: results.Result) -> tuple[str, ...]:
             _contacts(summary, readings.SPRING) if readings.SPRING + results.CONTACTS in summary else "",
             *("",) * 3,
         )
-    if on_lands := _on_lands(summary, row):
+    if on_lands := _find_land_places(summary, row):
         return (*on_lands, *("",) * 3)
     value, bar = readings.as_number(summary.get(row.key)), readings.bar_of(summary, row.key)
-    first = readings.in_text(row.key, value, bar, row.unit)
+    first = readings.write_with_bar(row.key, value, bar, row.unit)
     if value is not None and (demand := readings.as_number(summary.get(row.demand))):
         first = f"{in_digits(value, 2)} (asked {in_digits(demand, 2)})"
     if readings.SPRING + row.key not in summary:
@@ -307,10 +307,10 @@ def _cells(summary: readings.Summary, row: results.Result) -> tuple[str, ...]:
 
 def _is_angle(summary: readings.Summary, row: results.Result) -> bool:
     """Return whether a row of a lip shows an angle."""
-    return bool(_on_lands(summary, row)) or (row.key.endswith("_at_deg") and summary.get(row.key) is not None)
+    return bool(_find_land_places(summary, row)) or (row.key.endswith("_at_deg") and summary.get(row.key) is not None)
 
 
-def _on_lands(summary: readings.Summary, row: results.Result) -> tuple[str, ...]:
+def _find_land_places(summary: readings.Summary, row: results.Result) -> tuple[str, ...]:
     """Return a place along the lip of a run and of its baseline as land and angle; none on a single land."""
     stem = row.key.removesuffix("at_m")
     if stem == row.key or not summary.get(f"{stem}land"):
@@ -339,7 +339,7 @@ def _beside(
     if baseline is None:
         return "-"
     if own_bar is not None and not row.of_each_step:
-        return readings.in_text(row.key, baseline, own_bar, row.unit)
+        return readings.write_with_bar(row.key, baseline, own_bar, row.unit)
     far = value and baseline and not 0.1 < abs(baseline / value) < 1000
     like_the_seat = [] if value is None or far else [value, *([] if bar is None or not math.isfinite(bar) else [bar])]
     factor, unit = readings.prefix_of(row.unit, *like_the_seat, baseline)

@@ -78,11 +78,11 @@ def assess_life(
     speed = None if allowed is None or math.isnan(closing) else strength.speed_margin(closing, allowed)
     bodies = []
     for demand, histories in ((life.demand(), reed), (life.demand("seat"), seat)):
-        if demand is not None and life.of_bending:
+        if demand is not None and life.judges_bending:
             block = ((name, thin_history(each[first:])) for name, each in histories)
             bodies.append(BodyLife.under(resolve_on_planes(block, tensors=demand.several_axes is not None), demand))
     contact = life.demand("contact")
-    below = None if contact is None else BodyLife.under(_below_contact(life, stiffness, touches), contact)
+    below = None if contact is None else BodyLife.under(_find_stress_below(life, stiffness, touches), contact)
     return LifeResult(tuple(bodies), below, speed)
 
 
@@ -94,7 +94,7 @@ def block_from(life: LifeTable, turn: float, touches: Touches) -> int:
     return max(0, len(touches.seat.time) - 1 - round(turn / touches.seat.dt))
 
 
-def _below_contact(life: LifeTable, stiffness: float, touches: Touches) -> Iterator[tuple[str, Array]]:
+def _find_stress_below(life: LifeTable, stiffness: float, touches: Touches) -> Iterator[tuple[str, Array]]:
     """Yield depths below a Hertzian contact and the stress there, if [life] asks for it."""
     if life.contact_modulus is not None and stiffness:
         largest = float(touches.seat.solid.max())

@@ -320,7 +320,7 @@ def margin_curve(
         RunError: fewer than two values, several units, or a scene without this margin.
         SceneError: the scene cannot have the key or the value. Also what runs raise.
     """
-    numbers, unit = _in_one_unit(key, values)
+    numbers, unit = _convert_to_one_unit(key, values)
 
     def run(value: float) -> tuple[float, float]:
         written: object = f"{value!r} {unit}" if unit else value
@@ -341,7 +341,7 @@ def _one_run(scene: Path | str, key: str, value: object, folder: Path, margin: s
     return math.inf if result is None else float(str(result)), math.nan if bar is None else float(str(bar))
 
 
-def _in_one_unit(key: str, values: Sequence[str | float]) -> tuple[list[float], str]:
+def _convert_to_one_unit(key: str, values: Sequence[str | float]) -> tuple[list[float], str]:
     """Return the sorted numbers without repetitions, and their unit. Raises `RunError` as `margin_curve`."""
     try:
         quantities = [number_and_unit(value) for value in values]

@@ -64,11 +64,11 @@ class CurveTable(fields.Table):
         """Return the curve in SI."""
         scatter = UNKNOWN if self.scatter is None else self.scatter
         if self.knee_stress is None or self.knee_cycles is None or self.slope is None:
-            return tabled(self.points or self._of_file(), scatter=scatter, survival=self.survival)
+            return tabled(self.points or self._read_points(), scatter=scatter, survival=self.survival)
         second = math.inf if self.endurance_limit else self.second_slope or math.nan
         return basquin(self.knee_stress, self.knee_cycles, self.slope, second, scatter=scatter, survival=self.survival)
 
-    def _of_file(self) -> list[tuple[float, float]]:
+    def _read_points(self) -> list[tuple[float, float]]:
         """Return amplitude and cycles of each row of the file. Raises `ColumnsError`."""
         assert self.file is not None
         table = read_columns(self.file, COLUMNS, tuple(COLUMNS))
@@ -266,7 +266,7 @@ source = "report, page"
             self.demand(of)
 
     @property
-    def of_bending(self) -> bool:
+    def judges_bending(self) -> bool:
         """Return whether fatigue by stress in the bodies is evaluated."""
         return (self.strength or self.seat_strength) is not None and self.blocks > 0
 
@@ -296,7 +296,7 @@ source = "report, page"
         """
         file = "seat_strength" if of == "seat" else "strength"
         bends, criterion_key = of != "contact", "contact_criterion" if of == "contact" else "multiaxial"
-        judged = self.of_bending if bends else self.contact_criterion
+        judged = self.judges_bending if bends else self.contact_criterion
         if not judged or (strength := self.strength_of(file)) is None:
             return None
         key, judge, axes = file, None, None
@@ -332,7 +332,7 @@ source = "report, page"
         if self.contact_criterion and (not contact.law.sphere_stiffness or contact.rings > 1):
             words = "the stress below a contact is known of a law of Hertz, not in rings"
             yield "contact_criterion", f"{words}: state one, or remove the key"
-        if self.of_bending and self.strength is not None:
+        if self.judges_bending and self.strength is not None:
             yield from (("strength", words) for words in reed.stress_problems("a life"))
         if self.seat_strength is not None and not stressed:
             yield "seat_strength", "stress in the seat is not computed: add the table [stress]"

@@ -67,7 +67,7 @@ def available_memory(root: Path = ROOT) -> float:
 
     ``root``: folder that contains /proc and /sys, in which Linux reports control groups.
     """
-    return max(0.0, min(_of_the_machine(), _of_the_address_space(), *_of_control_groups(root)))
+    return max(0.0, min(_find_free_memory(), _find_free_addresses(), *_list_group_memory(root)))
 
 
 def own_memory() -> float:
@@ -96,14 +96,14 @@ def forget_peak() -> float:
     return own_memory()
 
 
-def _of_the_machine() -> float:
+def _find_free_memory() -> float:
     try:
         return float(psutil.virtual_memory().available)
     except (OSError, RuntimeError, ValueError, LookupError):  # no /proc, or one that psutil cannot read
         return math.inf
 
 
-def _of_the_address_space() -> float:
+def _find_free_addresses() -> float:
     """Return RLIMIT_AS minus the mapped memory [bytes]; infinite without a limit."""
     if sys.platform == "win32":
         return math.inf
@@ -113,7 +113,7 @@ def _of_the_address_space() -> float:
     return float(limit - psutil.Process().memory_info().vms)
 
 
-def _of_control_groups(root: Path) -> Iterator[float]:
+def _list_group_memory(root: Path) -> Iterator[float]:
     """Yield the available memory [bytes] of this process's control group and of its parents, whose limits apply, too.
 
     A container may name its group as the host does, but see it as the top: groups that do not exist are skipped.

@@ -25,14 +25,14 @@ from seatfem.structures.mesh.gmsh_process import MeshingError, gmsh_session
 from seatfem.structures.mesh.meshing import SeatMesh, make_mesh
 from seatfem.structures.mesh.plane_meshes import MeridianMesh, make_meridian
 from seatfem.structures.mesh.spec import MeshSpec
-from seatfem.structures.method import COARSENING, NAMES, Aims, Level, Method, Solved, Task, spring_of, without_waves
+from seatfem.structures.method import COARSENING, NAMES, Aims, Level, Method, Solved, Task, replace_waves, spring_of
 from seatfem.structures.model import ModelError, SecondOrderModel
 from seatfem.structures.reduction import factorization, harmonics
 from seatfem.structures.reduction.greens import reduced as reduce_by_aims
 from seatfem.structures.reduction.lip_modes import face_greens, lip_greens
 from seatfem.structures.reduction.modes import ConvergenceError, solve_modes
 from seatfem.structures.reduction.reducer import Reduction
-from seatfem.structures.rings import as_a_whole, divided_less, division_to_compare, ring_names
+from seatfem.structures.rings import divided_less, division_to_compare, join_all_parts, ring_names
 from seatfem.structures.shapes import GeometryError
 
 if TYPE_CHECKING:
@@ -151,7 +151,7 @@ def from_mesh(body: Elastic, mesh: SeatMesh, task: Task) -> Solved:
     if division_to_compare(division) == division:
         return replace(solved, in_rings=solved.greens)
     with task.watch("patch error"):
-        return replace(solved, in_rings=_in_parts(body, mesh, task))
+        return replace(solved, in_rings=_solve_in_parts(body, mesh, task))
 
 
 def check_arcs(body: Elastic, mesh: AnyMesh, method: Method) -> None:
@@ -170,7 +170,7 @@ def check_arcs(body: Elastic, mesh: AnyMesh, method: Method) -> None:
         )
 
 
-def _in_parts(body: Elastic, mesh: SeatMesh, task: Task) -> base.GreensFunction | None:
+def _solve_in_parts(body: Elastic, mesh: SeatMesh, task: Task) -> base.GreensFunction | None:
     """Return the patch in more parts on the same mesh, to `RINGS_TOLERANCE`; ``None`` where that cannot be had."""
     method = task.method
     loose = replace(method, tolerance=max(method.tolerance, RINGS_TOLERANCE))
@@ -223,7 +223,7 @@ def _solved(body: Elastic, mesh: AnyMesh, task: Task) -> Solved:
     method, watch, progress = task.method, task.watch, task.progress
     level = body.elements_of(method)
     if level == "harmonics":
-        return _by_harmonics(body, mesh, task)
+        return _solve_by_harmonics(body, mesh, task)
     check_elastic(body, mesh, level, method)
     with watch("assembly"):
         lip = method.lip if method.in_arcs and isinstance(method.lip, FaceLip) else None
@@ -244,7 +244,7 @@ def _solved(body: Elastic, mesh: AnyMesh, task: Task) -> Solved:
     return Solved(_from_mesh(reduction.greens, mesh), None, mesh, model, reduction.modes, about)
 
 
-def _by_harmonics(body: Elastic, mesh: AnyMesh, task: Task) -> Solved:
+def _solve_by_harmonics(body: Elastic, mesh: AnyMesh, task: Task) -> Solved:
     """Return an arc of the ring, or all of the ring in arcs, by Fourier harmonics."""
     method, aims, lip = task.method, _aims(body, task), task.method.lip
     rings = lip.rings if isinstance(lip, Lip) and method.in_arcs else method.rings or 1
@@ -263,7 +263,7 @@ def _by_harmonics(body: Elastic, mesh: AnyMesh, task: Task) -> Solved:
             except ConvergenceError as error:
                 raise ConvergenceError(f"seat.arc with seat.greens.tolerance: {error}") from error
             if method.static:
-                greens, model = without_waves(greens), SPRING
+                greens, model = replace_waves(greens), SPRING
     return Solved(_from_mesh(greens, mesh), None, mesh, about={"seat_model": model, **_mesh_keys(mesh)})
 
 
@@ -296,7 +296,7 @@ def _with_mesh_error(body: Drawn, mesh: AnyMesh, task: Task, solved: Solved) -> 
     assert method.bandwidth is not None
     width = 1.0 / method.bandwidth
     t = np.linspace(0.0, min(body.memory(method, task.duration), 60 * width), 600)
-    fine, other = (as_a_whole(g).filtered(t, width) for g in (solved.greens, coarse.greens))
+    fine, other = (join_all_parts(g).filtered(t, width) for g in (solved.greens, coarse.greens))
     difference = float(np.max(np.abs(fine - other)) / np.max(np.abs(fine)))
     assert solved.mesh is not None
     ratio = refinement_of(solved.mesh, mesh)

@@ -157,7 +157,7 @@ class AnyLip(ABC):
         the lip."""
         left_ends, right_ends = self.cuts(self.places_in_arcs.ravel())
         inner, outer = self.edge_lines(len(left_ends))
-        borders = _of_the_cut(ring_borders(self.rings)[:, None], widening(inner, outer))  # (rings + 1, n)
+        borders = _find_cut_shares(ring_borders(self.rings)[:, None], widening(inner, outer))  # (rings + 1, n)
         points = left_ends + ((borders[:-1] + borders[1:]) / 2)[..., None] * (right_ends - left_ends)
         return points.reshape(self.rings, self.arcs, -1, 2).transpose(1, 0, 2, 3)
 
@@ -192,7 +192,7 @@ class AnyLip(ABC):
         left_ends, cut, widening = self._slices(self.arcs * along)
         borders = ring_borders(self.rings)
         shares = borders[:-1, None] + np.diff(borders)[:, None] * (np.arange(across) + 0.5) / across
-        at = _of_the_cut(shares, widening[:, None, None])  # (around, rings, across)
+        at = _find_cut_shares(shares, widening[:, None, None])  # (around, rings, across)
         points = left_ends[:, None, None] + at[..., None] * cut[:, None, None]
         split = points.reshape(self.arcs, along, self.rings, across, 2).transpose(0, 2, 1, 3, 4)
         areas = self.area * np.diff(borders) / (self.arcs * along * across)
@@ -208,7 +208,7 @@ class AnyLip(ABC):
         borders, patches = ring_borders(self.rings), {}
         for arc, name in enumerate(self.division.arc_names):
             of = slice(arc * each, (arc + 1) * each)
-            at = _of_the_cut(borders[:, None], widening[of])
+            at = _find_cut_shares(borders[:, None], widening[of])
             for k, port in enumerate(ring_names(name, self.rings)):
                 low, high = at[k : k + 2]
                 shares = (low + high) / 2 + (high - low) / 2 * x[:, None]
@@ -300,7 +300,7 @@ def _middles(count: int) -> Array:
     return np.asarray((np.arange(count) + 0.5) / count)
 
 
-def _of_the_cut(areas: Array, widening: Array) -> Array:
+def _find_cut_shares(areas: Array, widening: Array) -> Array:
     """Return the shares of a cut at shares of the area on its left, where it widens as `AnyLip._slices` has it."""
     straight = 1 - widening
     return np.asarray(2 * areas / np.maximum(straight + np.sqrt(straight**2 + 4 * widening * areas), 1e-300))

@@ -20,7 +20,7 @@ from seatfem.structures.errors import ModelError
 from seatfem.structures.mesh import meshing, plane_meshes
 from seatfem.structures.reduction import factorization
 from seatfem.structures.reduction import modes as reduced_modes
-from seatfem.structures.rings import Division, as_a_whole
+from seatfem.structures.rings import Division, join_all_parts
 
 Level = Literal["rod", "axisymmetric", "harmonics", "sector", "3d"]
 """Models of a body by finite elements, or by a rod in their place."""
@@ -296,9 +296,9 @@ START: Final = "initial_value"
 """Key of a spring's provenance that holds g(0+) of the whole patch [m/(N s)], which a spring cannot have."""
 
 
-def without_waves(greens: ModalGreens) -> ModalGreens:
+def replace_waves(greens: ModalGreens) -> ModalGreens:
     """Return the function with its static compliance in place of all waves."""
-    start = float(as_a_whole(greens).initial_value()[0, 0])
+    start = float(join_all_parts(greens).initial_value()[0, 0])
     return replace(spring_of(greens.static_compliance(), start, greens.port_names, greens.origin), error=greens.error)
 
 
@@ -311,7 +311,7 @@ def with_start(greens: GreensFunction) -> GreensFunction | None:
     return replace(modal, residual=rest)
 
 
-def at_once(greens: GreensFunction) -> ModalGreens:
+def replace_waves_in_arcs(greens: GreensFunction) -> ModalGreens:
     """Return a body in arcs with its static compliance in place of all waves, which begins as it does."""
     rest = Residual.exponential(greens.static_compliance(), np.diag(np.diag(greens.initial_value())))
     none = np.zeros(0)

@@ -89,7 +89,7 @@ def column_end(solid: materials.Material, area: float, width: float, length: flo
     return Patch(area, width, length, compliance, solid.density, solid.c_p, solid.c_s, one_dimensional=True)
 
 
-def on_plate(patch: Patch, solid: materials.Material, radius: float, solidity: float) -> Patch:
+def add_plate_bending(patch: Patch, solid: materials.Material, radius: float, solidity: float) -> Patch:
     """Return the patch on a clamped round plate of this radius [m], of which holes leave a fraction ``solidity``."""
     stiffness = solidity * solid.young * patch.depth**3 / (12 * (1 - solid.poisson**2))
     bending = _BENDING_LOAD * radius**2 / stiffness
@@ -110,12 +110,12 @@ def find_patch(shape: Shape, supports: Sequence[Support], solid: materials.Mater
     bending = frequency = 0.0
     if (span := shape.span("contact", held)) > 0:
         filled = min(1.0, shape.volume / float(shape.extent.prod()))
-        plate = on_plate(local, solid, OFF_CENTRE * span, filled)
+        plate = add_plate_bending(local, solid, OFF_CENTRE * span, filled)
         radius = float(np.sort(shape.extent)[1]) / 2
         bending = plate.bending
         frequency = plate.bending_frequency * (OFF_CENTRE * span / radius) ** 2
     springs = {support.on: support.stiffness for support in supports if support.stiffness > 0}
-    stiffness = sum(each * shape.area(on) for on, each in _on_groups(springs, shape.groups).items())
+    stiffness = sum(each * shape.area(on) for on, each in _select_springs(springs, shape.groups).items())
     if "fixed" not in shape.groups and stiffness > 0:
         bending += 1 / stiffness
         own = math.sqrt(stiffness / mass)
@@ -123,7 +123,7 @@ def find_patch(shape: Shape, supports: Sequence[Support], solid: materials.Mater
     return replace(local, bending=bending, bending_frequency=frequency)
 
 
-def _on_groups(springs: dict[str, float], groups: Collection[str]) -> dict[str, float]:
+def _select_springs(springs: dict[str, float], groups: Collection[str]) -> dict[str, float]:
     return {on: each for on, each in springs.items() if on in groups}
 
 
@@ -260,15 +260,17 @@ def _mean_inverse(places: base.Array, others: base.Array) -> float:
     return float(np.reciprocal(np.sqrt(squares, out=squares), out=squares).mean())
 
 
-def on_its_patch(whole: modal.ModalGreens, lip: AnyLip, patch: Patch) -> modal.ModalGreens:
-    """Return `in_arcs` with the material of a struck ``patch``."""
+def divide_on_patch(whole: modal.ModalGreens, lip: AnyLip, patch: Patch) -> modal.ModalGreens:
+    """Divide as `divide_in_arcs`, with the material of a struck ``patch``."""
     squared = (patch.c_p / patch.c_s) ** 2
     poisson = (squared - 2) / (2 * (squared - 1))
     young = 2 * patch.density * patch.c_s**2 * (1 + poisson)
-    return in_arcs(whole, lip, young, poisson, patch.impedance)
+    return divide_in_arcs(whole, lip, young, poisson, patch.impedance)
 
 
-def in_arcs(whole: modal.ModalGreens, lip: AnyLip, young: float, poisson: float, impedance: float) -> modal.ModalGreens:
+def divide_in_arcs(
+    whole: modal.ModalGreens, lip: AnyLip, young: float, poisson: float, impedance: float
+) -> modal.ModalGreens:
     """Return the Green's function of a body with its lip in parts, from that of the whole patch, g_1(t), and a
     half-space:
 

@@ -136,7 +136,7 @@ def division_to_compare(division: Division) -> Division:
     return Division(1, rings_to_compare(division.rings))
 
 
-def in_fewer_arcs(division: Division) -> Division:
+def find_fewer_arcs(division: Division) -> Division:
     """Return the division in half as many arcs, or the most whole ones below, which are joined of several of its own:
     33 arcs in 11."""
     fewer = next(each for each in range(division.arcs // 2, 0, -1) if division.arcs % each == 0)
@@ -167,7 +167,7 @@ def with_fewer_rings(greens: GreensFunction, rings: int) -> GreensFunction:
     return divided_less(greens, Division(Division.from_greens(greens).arcs, rings))
 
 
-def as_a_whole(greens: GreensFunction) -> GreensFunction:
+def join_all_parts(greens: GreensFunction) -> GreensFunction:
     """Return the same patch undivided: it moves as its mean."""
     return divided_less(greens, Division())
 

@@ -345,7 +345,7 @@ theory and the number of modes allow. Of 16 drawn flappers 2.5 showed 0.9 to 1.3
 of stress where that was more than 1 %."""
 
 
-def in_wider_band(plate: PlateModes, progress: Progress = silent) -> tuple[PlateModes, float] | None:
+def solve_in_wider_band(plate: PlateModes, progress: Progress = silent) -> tuple[PlateModes, float] | None:
     """Return the plate with the modes of a wider band, on elements of the same size, and its ratio to the plate's own
     band; ``None`` where plate theory or the number of modes allows none."""
     for ratio in BEYOND:

@@ -181,7 +181,7 @@ def error_budget(
 def values_with_landings(landings: Landings) -> Iterator[tuple[str, str, Landing]]:
     """Yield the name of each value of a landing, its key in the landing's record, and the landing; measures of the
     judged landings are among them, after the values in the records."""
-    for place, all_there in landings.by_place.items():
+    for place, all_there in landings.places.items():
         for number, landing in enumerate(all_there):
             yield from ((landing_name(place, number, key), key, landing) for key in OF_A_LANDING.values())
     for prefix, landing in measures.judged_landings(landings.seat).items():

@@ -15,7 +15,7 @@ from pydantic import BaseModel
 from seatfem.structures.method import AnyLevel, Method
 from seatfem.structures.rings import Division
 from seatfem.study.scene import ContactGeometry, Scene
-from seatfem.study.scene.problems import in_role
+from seatfem.study.scene.problems import rewrite_errors
 
 MODEL, REDUCTION = "seat.model", "seat.greens.method"
 SIZE, CONTACT_SIZE, ORDER = "seat.mesh.size", "seat.mesh.contact_size", "seat.mesh.order"
@@ -92,11 +92,11 @@ class RunMethod:
         rings = self.seat.rings if lip is None else lip.rings
         level: AnyLevel = "3d" if lip is not None and self.seat.level == "sector" else self.seat.level
         seat = replace(self.seat, level=level, lip=lip, rings=rings)
-        return replace(self, seat=seat, reed=replace(self.reed, lip=geometry.on_the_reed(lip)))
+        return replace(self, seat=seat, reed=replace(self.reed, lip=geometry.place_on_reed(lip)))
 
     def stopped(self, geometry: ContactGeometry, division: Division | None) -> RunMethod:
         """Return the method with the stopper's face in other parts, which the reed meets."""
-        behind = geometry.with_stopper_in(division).behind_the_reed()
+        behind = geometry.with_stopper_in(division).place_behind_reed()
         return replace(self, stopper=division, reed=replace(self.reed, behind=behind))
 
     def value(self, key: str) -> Any:
@@ -141,7 +141,7 @@ def stated_method(scene: Scene) -> RunMethod:
     """
     given = stated_keys(scene)
     rings = scene.contact.rings if RINGS in given else None
-    with in_role("reed", scene.reed):
+    with rewrite_errors("reed", scene.reed):
         reed = scene.reed.stated()
     seat = scene.seat.stated(scene.accuracy.target / LEVEL_SHARE, rings)
     method = RunMethod(seat, reed, scene.run.time_step, given).along(scene.geometry, scene.contact.ports)

@@ -245,13 +245,13 @@ port_diameter = "12 mm"
         """Return the effective areas of all ports in SI, of ``count`` ports where the table does not state how many."""
         radius, ports = self.port_diameter / 2, self.ports or count
 
-        def of_all(estimate: AreaTable) -> AreaTable:
+        def multiply_by_ports(estimate: AreaTable) -> AreaTable:
             if ports == 1:
                 return estimate
             return AreaTable(estimate.lift, ports * estimate.area, f"{estimate.source}, of each of {ports} ports")
 
-        flow = self.flow.tables(of_all(port_flow(radius, self.discharge_coefficient)))
-        return ReedValve(*flow, *self.force.tables(of_all(port_force(radius))))
+        flow = self.flow.tables(multiply_by_ports(port_flow(radius, self.discharge_coefficient)))
+        return ReedValve(*flow, *self.force.tables(multiply_by_ports(port_force(radius))))
 
     def check_ports(self, count: int) -> fields.Contradictions:
         if self.ports not in (None, 1, count):
@@ -437,7 +437,7 @@ class GasRun(DriveRun):
         )
         cycles = cycles_of(gas, self.duration)
 
-        def by_cycle(steps: NDArray[Any]) -> list[NDArray[Any]]:
+        def group_by_cycle(steps: NDArray[Any]) -> list[NDArray[Any]]:
             number = np.minimum(np.asarray(steps * dt / turn, dtype=int), cycles - 1)
             return [steps[number == c] for c in range(cycles)]
 
@@ -449,18 +449,20 @@ class GasRun(DriveRun):
         keys: dict[str, object] = {
             "gas_valve": side,
             "gas_cycles": self.duration / turn,
-            "gas_opening_deg": [degrees(s[0]) if len(s) else None for s in by_cycle(rises)],
-            "gas_closing_deg": [degrees(s[-1]) if len(s) else None for s in by_cycle(falls)],
+            "gas_opening_deg": [degrees(s[0]) if len(s) else None for s in group_by_cycle(rises)],
+            "gas_closing_deg": [degrees(s[-1]) if len(s) else None for s in group_by_cycle(falls)],
             "gas_largest_lift_m": largest,
-            "gas_seating_velocity_m_per_s": [float(speed[s - 1].max()) if len(s) else None for s in by_cycle(falls)],
-            "gas_seat_impacts": [len(s) for s in by_cycle(falls)],
-            "gas_stopper_impacts": [len(s) for s in by_cycle(self.stops / dt)],
+            "gas_seating_velocity_m_per_s": [
+                float(speed[s - 1].max()) if len(s) else None for s in group_by_cycle(falls)
+            ],
+            "gas_seat_impacts": [len(s) for s in group_by_cycle(falls)],
+            "gas_stopper_impacts": [len(s) for s in group_by_cycle(self.stops / dt)],
             **cycle_masses(gas, self.duration, self.history),
             "gas_flow_area_source": [valve.flow.source, valve.flow_back.source],
             "gas_force_area_source": [valve.force.source, valve.force_back.source],
             "gas_largest_pressure_Pa": float(self.history.pressure.max()),
             "gas_least_pressure_Pa": float(self.history.pressure.min()),
-            **self._of_lands(),
+            **self._summarize_lands(),
         }
         if len(self.volume):
             residual = self.history.energy_residual(self.drive.gas.k, self.volume)
@@ -468,7 +470,7 @@ class GasRun(DriveRun):
             keys |= {"gas_energy_residual": residual}
         return keys
 
-    def _of_lands(self) -> dict[str, object]:
+    def _summarize_lands(self) -> dict[str, object]:
         """Return the keys of the flow over each of several lands: largest lift, last closing, masses, port area."""
         keys: dict[str, object] = {}
         if self.ports:

@@ -78,7 +78,7 @@ class Life(LifeTable, Assessment):
     def needs_whole_contact(self) -> bool:
         return bool(self.contact_criterion)
 
-    def after_run(self, run: FinishedRun) -> Assessed:
+    def assess(self, run: FinishedRun) -> Assessed:
         return lives.assess(self, run)
 
 

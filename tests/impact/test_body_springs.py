@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 import impact
 from impact.after.loads import spring_displacements, without_springs
 from impact.bodies.body import Body, Load
-from impact.bodies.loads import SprungBody, on_springs
+from impact.bodies.loads import SprungBody, hold_on_springs
 from impact.greens.base import GreensFunctionError
 from impact.march.motion import modal_coordinates
 
@@ -33,7 +33,7 @@ def first_frequency(stiffness: float) -> float:
 
 def sprung_reed(n_modes: int, stiffness: float, damping_ratio: float = 0.0) -> SprungBody:
     reed = impact.cantilever_reed(**REED, n_modes=n_modes, damping_ratio=damping_ratio)
-    return on_springs(reed, reed.greens.modal.shapes, stiffness)
+    return hold_on_springs(reed, reed.greens.modal.shapes, stiffness)
 
 
 def omega_of(body: Body) -> np.ndarray:
@@ -46,7 +46,7 @@ def test_a_mass_on_a_spring() -> None:
     free = impact.rigid_mass(mass=mass, velocity=-speed)
     shapes = free.greens.modal.shapes
     loaded = Body(free.greens, free.velocity, loads=(Load(shapes[:, 0], lambda t: np.full(np.shape(t), -push)),))
-    body = on_springs(loaded, shapes, stiffness)
+    body = hold_on_springs(loaded, shapes, stiffness)
     omega = math.sqrt(stiffness / mass)
     assert omega_of(body) == pytest.approx([omega], rel=1e-14)
     result = impact.solve(impact.ContactProblem(body, impact.spring(stiffness=1e6), gap=1e-2), dt=1e-6, duration=t)
@@ -75,7 +75,7 @@ def test_its_own_modes_under_the_forces_of_its_springs_move_alike() -> None:
     order in the step."""
     free = impact.cantilever_reed(**REED, n_modes=6, tip_deflection=0.3e-3)
     shapes = np.column_stack([free.greens.modal.shapes, 0.3 * free.greens.modal.shapes])
-    body, errors = on_springs(free, shapes, [400.0, 900.0]), []
+    body, errors = hold_on_springs(free, shapes, [400.0, 900.0]), []
     for dt in (4e-7, 2e-7):
         problem = impact.ContactProblem(body, impact.spring(stiffness=1e5), gap=0.0)
         result = impact.solve(problem, dt=dt, duration=8e-4)
@@ -101,4 +101,4 @@ def test_its_own_modes_under_the_forces_of_its_springs_move_alike() -> None:
 )
 def test_what_is_wrong(body: Body, shapes: np.ndarray, stiffness: float, words: str) -> None:
     with pytest.raises(GreensFunctionError, match=words):
-        on_springs(body, shapes, stiffness)
+        hold_on_springs(body, shapes, stiffness)

@@ -9,7 +9,7 @@ from scipy.optimize import nnls
 import impact
 from impact import Body, Contact, ContactError, ContactProblem, Load, ModalGreens, Residual, measures
 from impact.march.laws import Law
-from impact.march.loop.marches import active_set, by_sweeps, linear_laws
+from impact.march.loop.marches import active_set, linear_laws, sweep_forces
 
 SEAT = ModalGreens(
     np.array([30.0, 80.0]), np.array([0.1, 0.2]), np.array([[0.7], [0.5]]), Residual.exponential(5e-3, 0.3)
@@ -21,7 +21,7 @@ def contact_forces(codes, rules, numbers, user, pen, start, w, dt, force) -> boo
     if (shifted := linear_laws(codes, rules, numbers, w)) is not None:
         active_set(shifted, pen, force)
         return True
-    return bool(by_sweeps(codes, rules, numbers, user, None, None, pen, start, w, dt, force))
+    return bool(sweep_forces(codes, rules, numbers, user, None, None, pen, start, w, dt, force))
 
 
 def compliance(kind: str, p: int, rng: np.random.Generator) -> np.ndarray:

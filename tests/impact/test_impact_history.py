@@ -11,7 +11,7 @@ from numba.core.dispatcher import Dispatcher
 
 import impact
 from impact.after import histories
-from impact.after.histories import line_force_peak, line_impulse_peak, over_arcs
+from impact.after.histories import average_over_arcs, line_force_peak, line_impulse_peak
 from impact.greens.base import Array
 from impact.march import history
 from impact.march.history import Poles
@@ -109,7 +109,7 @@ def test_no_part_of_the_line_has_a_larger_mean() -> None:
         places = np.concatenate([borders, whole + borders[1:]])
         starts = np.linspace(0, whole if closed else whole - width, fine)
         each = np.interp(starts + width, places, running) - np.interp(starts, places, running)
-        largest = over_arcs(force[None], share, lengths, ((9, closed),)).max()
+        largest = average_over_arcs(force[None], share, lengths, ((9, closed),)).max()
         assert each.max() / width <= largest * (1 + 1e-12)
         assert largest == pytest.approx(each.max() / width, rel=1e-3)
 
@@ -147,12 +147,12 @@ def test_uneven_arcs_are_weighed_by_their_lengths() -> None:
     lengths = np.array([1.0, 3.0, 2.0, 0.5, 1.5]) * 1e-3
     even = np.tile(lengths, (3, 1))
     for share in (0.01, 0.4, 0.77, 1.0):
-        np.testing.assert_allclose(over_arcs(even, share, lengths), 1.0, rtol=1e-12)
+        np.testing.assert_allclose(average_over_arcs(even, share, lengths), 1.0, rtol=1e-12)
     force = np.array([[1.0, 2.0, 4.0, 8.0, 16.0]])
     by_hand = np.array([[1 + 2, 2 + 4 / 2, 4 + 8 + 16, 8 + 16 + 1 + 2 / 3, 16 + 1 + 2 / 2]]) / 4e-3
-    np.testing.assert_allclose(over_arcs(force, 0.5, lengths)[:, :5], by_hand, rtol=1e-12)
+    np.testing.assert_allclose(average_over_arcs(force, 0.5, lengths)[:, :5], by_hand, rtol=1e-12)
     halves = np.repeat(force / 2, 2, axis=1), np.repeat(lengths / 2, 2)
-    np.testing.assert_allclose(over_arcs(halves[0], 0.5, halves[1])[:, :10:2], by_hand, rtol=1e-12)
+    np.testing.assert_allclose(average_over_arcs(halves[0], 0.5, halves[1])[:, :10:2], by_hand, rtol=1e-12)
     peak, place = line_force_peak(np.repeat(force, 3, axis=0), SAMPLE, SAMPLE, lengths, 0.5)
     assert peak == pytest.approx(by_hand.max(), rel=1e-12)
     assert place == pytest.approx((4 + 2) / 8, rel=1e-12)

@@ -14,7 +14,7 @@ from seatfem.structures.reduction import lip_modes
 from seatfem.structures.reduction.harmonics import RingPatch, ring_greens
 from seatfem.structures.reduction.lip_modes import face_greens, lip_greens
 from seatfem.structures.reduction.modes import ConvergenceError, modes_near, solve_modes
-from seatfem.structures.rings import Division, as_a_whole, divided_less
+from seatfem.structures.rings import Division, divided_less, join_all_parts
 from seatfem.units import parse_quantity
 from tests.ring_mesh import EDGE, HEIGHT, INNER, around, meridian
 from tests.solids import Aims, Material, SecondOrderModel, assemble, assemble_axisymmetric, factorize, greens_function
@@ -72,9 +72,9 @@ def test_parts_under_one_load_are_the_whole_face(arcs: int, rings: int, straight
 def test_one_load_on_all_arcs_is_that_of_one_port(static: bool) -> None:
     """One load on all arcs has the statics of one port to round-off, and its response in the band."""
     many, one = (face_greens(model(n), AIMS, ZETA, static=static)[0] for n in (8, 1))
-    assert as_a_whole(many).static_compliance() == pytest.approx(one.static_compliance(), rel=1e-9)
-    assert as_a_whole(many).initial_value() == pytest.approx(one.initial_value(), rel=1e-9)
-    alike, other = as_a_whole(many).filtered(TIMES, 1 / BAND), one.filtered(TIMES, 1 / BAND)
+    assert join_all_parts(many).static_compliance() == pytest.approx(one.static_compliance(), rel=1e-9)
+    assert join_all_parts(many).initial_value() == pytest.approx(one.initial_value(), rel=1e-9)
+    alike, other = join_all_parts(many).filtered(TIMES, 1 / BAND), one.filtered(TIMES, 1 / BAND)
     np.testing.assert_allclose(alike, other, atol=2e-3 * np.abs(other).max())
     four = face_greens(model(4), AIMS, ZETA, static=static)[0]
     joined = divided_less(many, Division(4)).static_compliance()
@@ -181,10 +181,10 @@ def test_more_modes_converge(eight: ModalGreens) -> None:
 def test_the_lip_as_a_whole_is_the_axisymmetric_seat(eight: ModalGreens) -> None:
     """The mean of all arcs has the seat's statics to round-off and its waves to 1 % (measured 0.4)."""
     ring = harmonic_model(0)
-    whole = as_a_whole(eight)
+    whole = join_all_parts(eight)
     static = float((ring.port_matrix.T @ factorize(ring.K).solve(ring.port_matrix))[0, 0])
     assert whole.static_compliance()[0, 0] == pytest.approx(static, rel=1e-10)
-    assert as_a_whole(in_arcs(8, static=True)).static_compliance()[0, 0] == pytest.approx(static, rel=1e-10)
+    assert join_all_parts(in_arcs(8, static=True)).static_compliance()[0, 0] == pytest.approx(static, rel=1e-10)
     g = greens_function(ring, bandwidth=BAND, duration=DURATION, tolerance=1e-3, damping_ratio=ZETA)
     assert apart(whole, g) < 0.01
     assert apart(whole, g, math.sqrt(1.03)) > 0.02

@@ -10,13 +10,13 @@ import pytest
 from impact.exact.half_space import disk_compliance
 from seatfem.structures.inspection.mesh_file import land_of_mesh
 from seatfem.structures.lands import FaceLip, Land, land_of
-from seatfem.structures.patch import arc_compliance, in_arcs
+from seatfem.structures.patch import arc_compliance, divide_in_arcs
 from seatfem.structures.rings import (
     MOST_PORTS,
     Division,
-    as_a_whole,
     divided_less,
-    in_fewer_arcs,
+    find_fewer_arcs,
+    join_all_parts,
     parts_joined,
     ring_shares,
 )
@@ -113,7 +113,7 @@ def test_fewer_parts_are_means_of_more() -> None:
     by_hand = static.reshape(6, 2, 2, 6, 2, 2).mean(axis=(1, 4)).reshape(12, 12)
     np.testing.assert_allclose(pairs, by_hand, rtol=1e-12, atol=1e-12 * np.abs(static).max())
     shares = there.shares
-    assert as_a_whole(greens).static_compliance()[0, 0] == pytest.approx(shares @ static @ shares, rel=1e-12)
+    assert join_all_parts(greens).static_compliance()[0, 0] == pytest.approx(shares @ static @ shares, rel=1e-12)
     steps = divided_less(divided_less(greens, Division(6, 2)), Division(3, 1)).static_compliance()
     np.testing.assert_allclose(divided_less(greens, Division(3)).static_compliance(), steps, rtol=1e-10)
     np.testing.assert_allclose(ring_shares(2), 0.5, rtol=1e-15)
@@ -152,13 +152,13 @@ def test_a_known_body_keeps_its_own_answer_in_arcs() -> None:
         Residual.exponential(np.array([[1e-10]]), np.array([[1 / 1500.0]])), ("contact",),
     )  # fmt: skip
     lip, impedance = Lip(5.5e-3, 1e-3, 8, 2), 1500.0
-    greens = in_arcs(whole, lip, E, NU, impedance)
+    greens = divide_in_arcs(whole, lip, E, NU, impedance)
     t = np.linspace(0, 2e-4, 60)
     np.testing.assert_allclose(
-        as_a_whole(greens).filtered(t, 1e-5), whole.filtered(t, 1e-5), rtol=1e-9, atol=1e-9 * 1e-3
+        join_all_parts(greens).filtered(t, 1e-5), whole.filtered(t, 1e-5), rtol=1e-9, atol=1e-9 * 1e-3
     )
     shares = lip.division.shares
-    assert as_a_whole(greens).static_compliance()[0, 0] == pytest.approx(whole.static_compliance()[0, 0], rel=1e-9)
+    assert join_all_parts(greens).static_compliance()[0, 0] == pytest.approx(whole.static_compliance()[0, 0], rel=1e-9)
     local = greens.static_compliance() - whole.static_compliance()
     np.testing.assert_allclose(local @ shares, 0.0, atol=1e-9 * np.abs(local).max())
     half = arc_compliance(lip, E, NU)
@@ -431,5 +431,5 @@ def test_two_faces_are_numbered_through() -> None:
 
 def test_fewer_arcs_are_joined_of_whole_ones() -> None:
     """33 arcs of three equal lands are compared with 11."""
-    assert [in_fewer_arcs(Division(arcs, 2)).arcs for arcs in (32, 33, 35, 37)] == [16, 11, 7, 1]
-    assert in_fewer_arcs(Division(33, 2)).rings == 2
+    assert [find_fewer_arcs(Division(arcs, 2)).arcs for arcs in (32, 33, 35, 37)] == [16, 11, 7, 1]
+    assert find_fewer_arcs(Division(33, 2)).rings == 2

@@ -214,7 +214,7 @@ def test_no_mode_within_a_band_is_computed_again() -> None:
     fresh = modes_by_parity(plate.model, plate.mesh.points, up_to_hz=2 * known[0])
     assert wide.frequencies_hz == pytest.approx(fresh.frequencies_hz, rel=1e-7)
     assert wide.solves < 0.8 * fresh.solves
-    beyond = sheets.in_wider_band(plate)
+    beyond = sheets.solve_in_wider_band(plate)
     assert beyond is not None
     assert np.array_equal(beyond[0].mesh.points, plate.mesh.points)
     assert np.array_equal(beyond[0].mesh.cells, plate.mesh.cells)

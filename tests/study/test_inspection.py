@@ -13,7 +13,7 @@ from seatfem.structures.finite_elements import draw, matrices
 from seatfem.structures.formats.writing import write_mesh
 from seatfem.structures.kinds import Plate
 from seatfem.structures.shapes import Bar, CadPart, CylinderFace, GeometryError, NumberedFace, Region
-from seatfem.study.scene.files import by_content, packed
+from seatfem.study.scene.files import describe_content, packed
 from tests.gallery import load_text, write_scene
 from tests.solids import MeshSpec, inspect_geometry, make_mesh, read_mesh, solve_modes
 from tests.steps import BAD_INPUT, DONE, Method, Scene, SceneError, check_files, key_of, load_scene, run_command
@@ -354,12 +354,12 @@ def test_what_a_file_is_read_with_counts(tmp_path: Path) -> None:
     for name, other in (("disk.ele", "disk.node"), ("disk.xdmf", "arrays.h5"), ("deck.inp", "nodes.inp")):
         scene = load_text(tmp_path, OF_MESH.format(name) + THROWN)
         assert f"1/{other}".replace("disk.", "input.") in packed(tmp_path / "scene.toml", {})[2]
-        before = by_content(scene), key_of(scene.seat, Method())
+        before = describe_content(scene), key_of(scene.seat, Method())
         (tmp_path / other).write_bytes(b"two")
-        assert by_content(scene)["seat"]["file"] != before[0]["seat"]["file"]
+        assert describe_content(scene)["seat"]["file"] != before[0]["seat"]["file"]
         assert key_of(scene.seat, Method()) != before[1]
         (tmp_path / other).write_bytes(b"one")
-        assert (by_content(scene), key_of(scene.seat, Method())) == before
+        assert (describe_content(scene), key_of(scene.seat, Method())) == before
 
 
 def test_the_curve_of_a_strength_counts(tmp_path: Path) -> None:
@@ -367,7 +367,7 @@ def test_the_curve_of_a_strength_counts(tmp_path: Path) -> None:
         file = EXAMPLES / "strengths" / f"invented_strip.{suffix}"
         (tmp_path / file.name).write_text(file.read_text(encoding="utf-8"), encoding="utf-8")
     scene = load_scene(EXAMPLES / "life_of_a_flapper.toml", {"life.strength": str(tmp_path / "invented_strip.toml")})
-    before = by_content(scene)
+    before = describe_content(scene)
     curve = tmp_path / "invented_strip.csv"
     curve.write_text(curve.read_text(encoding="utf-8") + "\n", encoding="utf-8")
-    assert {key for key, value in by_content(scene).items() if value != before[key]} == {"life"}
+    assert {key for key, value in describe_content(scene).items() if value != before[key]} == {"life"}

@@ -10,7 +10,7 @@ import pytest
 
 import impact
 from impact.after.histories import largest_average
-from seatfem.structures.rings import Division, as_a_whole
+from seatfem.structures.rings import Division, join_all_parts
 from seatfem.study.impacts.touches import measured
 from seatfem.study.ladders.ladder import ComputedRun
 from seatfem.study.ladders.level import method_beside
@@ -139,7 +139,7 @@ def test_all_arcs_under_one_load_are_the_whole_lip(bench: Bench) -> None:
     ports = [arcs.ports.index(name) for name in Division(32).names]
     static = arcs.static_compliance()[np.ix_(ports, ports)]
     assert static.mean() == pytest.approx(whole.static_compliance()[-1, -1], rel=1e-6)
-    seat = as_a_whole(many.targets[0].greens).static_compliance()
+    seat = join_all_parts(many.targets[0].greens).static_compliance()
     assert seat[0, 0] == pytest.approx(one.targets[0].greens.static_compliance()[0, 0], rel=1e-9)
 
 
@@ -151,7 +151,7 @@ def test_a_rigid_face_on_an_even_lip_is_one_contact(bench: Bench, ports: int) ->
     greens, striker = bench.seat(scene).greens, striker_of(scene)
     runs = [
         impact.solve(problem_of(scene, striker, impact.Body(g)), dt=2e-8, duration=20e-6)
-        for g in (greens, as_a_whole(greens))
+        for g in (greens, join_all_parts(greens))
     ]
     several, one = (result.force for result in runs)
     assert one.max() > 0

@@ -16,7 +16,7 @@ from impact.quantities import text
 from seatfem.pictures import rendering
 from seatfem.pictures.moving import animate_frames
 from seatfem.study.impacts.forces import Strike
-from seatfem.study.runs.stress_wave import by_arc, landing_of, lip_pictures
+from seatfem.study.runs.stress_wave import join_rings, landing_of, lip_pictures
 from tests.gallery import FLAPPER, LIP, load_text
 from tests.steps import Division, Lip, Solved, bed, run_contacts, solved_striker, striker_of
 
@@ -47,7 +47,7 @@ def landed(tmp_path_factory: pytest.TempPathFactory) -> Any:
 
 
 def test_the_gaps_begin_with_the_tilt_of_the_scene(landed: Any) -> None:
-    _, pitch, roll = best_plane(by_arc(landed.done.touches, Division(ARCS, 2)).gap, RADIUS)[0]
+    _, pitch, roll = best_plane(join_rings(landed.done.touches, Division(ARCS, 2)).gap, RADIUS)[0]
     assert np.degrees(np.arctan(roll)) == pytest.approx(0.3, rel=4e-3)  # the mean of an arc lies outside its middle
     assert abs(pitch) < 1e-9
 
@@ -55,7 +55,7 @@ def test_the_gaps_begin_with_the_tilt_of_the_scene(landed: Any) -> None:
 def test_the_plate_that_is_drawn_is_the_one_that_touched(landed: Any) -> None:
     """Nodes near the lip's outer circle move as the arcs next to them, which the march knows; what the modes left out
     is not drawn."""
-    lip = by_arc(landed.done.touches, Division(ARCS, 2))
+    lip = join_rings(landed.done.touches, Division(ARCS, 2))
     frames = landing_of(landed.done, lip)
     corners = frames.overlay.points.reshape(-1, 4, 3)[..., :2]
     inner, outer = corners[:, :2], corners[:, 2:]
@@ -88,7 +88,7 @@ def test_figure_of_the_lip_says_over_what_it_is_averaged(landed: Any, tmp_path: 
     pytest.importorskip("matplotlib")
     names = [name for name, _ in lip_pictures(landed.done, landed.baseline)]
     assert names == ["lip.png", "landing.gif", "landing.h5"]
-    lip, springs = (by_arc(each, Division(ARCS, 2)) for each in (landed.done.touches, landed.baseline))
+    lip, springs = (join_rings(each, Division(ARCS, 2)) for each in (landed.done.touches, landed.baseline))
     plot_lip(lip, springs, tmp_path / "lip.svg", radius=RADIUS, share=0.25, filter_width=2e-6, title="a <b>title")
     written = (tmp_path / "lip.svg").read_text(encoding="utf-8")
     for words in (
@@ -115,7 +115,7 @@ def test_landing_is_a_film_of_all_its_times(landed: Any, tmp_path: Path) -> None
         pytest.skip(str(gap))
     from PIL import Image
 
-    frames = landing_of(landed.done, by_arc(landed.done.touches, Division(ARCS, 2)))
+    frames = landing_of(landed.done, join_rings(landed.done.touches, Division(ARCS, 2)))
     few = replace(
         frames, displacement=frames.displacement[::12], labels=frames.labels[::12], time=frames.time[::12],
         values=frames.values[::12], overlay=replace(frames.overlay, values=frames.overlay.values[::12]),

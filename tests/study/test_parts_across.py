@@ -9,7 +9,7 @@ import pytest
 
 import impact
 from impact import measures
-from seatfem.structures.patch import on_its_patch
+from seatfem.structures.patch import divide_on_patch
 from seatfem.structures.rings import OF_ONE, arc_rings_to_compare, divided_less, ring_borders
 from seatfem.study.impacts import contact
 from seatfem.study.impacts.contact import RunError, check_length
@@ -169,8 +169,8 @@ def test_the_bar_is_what_arcs_change(single: Round) -> None:
     whole, patch = single.seat.greens.modal, scene.seat.patch()
     lip = scene.geometry.segments()
     assert (lip.arcs, lip.rings) == (16, 3)
-    many = on_its_patch(whole, lip, patch)
-    reed = solved_striker(scene, method=replace(method.reed, lip=scene.geometry.on_the_reed(lip)), mesh_error=False)
+    many = divide_on_patch(whole, lip, patch)
+    reed = solved_striker(scene, method=replace(method.reed, lip=scene.geometry.place_on_reed(lip)), mesh_error=False)
 
     def impulse(striker: impact.Body, seat: impact.GreensFunction) -> float:
         problem = problem_of(scene, striker, impact.Body(seat))

@@ -10,7 +10,7 @@ import impact
 from impact import Body, ContactProblem, solve, spring
 from impact.after.measures import filtered_peak_force
 from seatfem.study.ladders.ladder import ComputedRun
-from seatfem.study.ladders.modes import in_wider_band
+from seatfem.study.ladders.modes import widen_plate_band
 from seatfem.study.method import BAND, MODEL, PORTS, RINGS
 from seatfem.study.runs.reed_stress import plate_stress
 from seatfem.study.runs.rounds import solve as solve_plan
@@ -45,7 +45,7 @@ def test_the_bar_of_a_free_disc_knows_what_is_beyond_its_band(
 
     here = peak(narrow)
     error = abs(peak(wide) - here)
-    changes = [share * abs(peak(body) - here) for body, share in in_wider_band(run)]
+    changes = [share * abs(peak(body) - here) for body, share in widen_plate_band(run)]
     assert error > 0.02 * here
     assert error < 1.5 * max(changes) < 6 * error
     if told == "all":
@@ -70,7 +70,7 @@ def test_a_plate_in_a_wider_band_has_the_ports_of_its_run(tmp_path: Path) -> Non
     solved, striker = seat_of(scene, method=method.seat, mesh_error=False), striker_of(scene, method=method.reed)
     run = ComputedRun(scene, method, solved, striker)
     assert run.division.rings == 4
-    assert {tuple(body.greens.ports) for body, _ in in_wider_band(run)} == {tuple(striker.greens.ports)}
+    assert {tuple(body.greens.ports) for body, _ in widen_plate_band(run)} == {tuple(striker.greens.ports)}
     done = solve_plan(replace(begin_plan(scene), method=method), Stopwatch())
     stress = plate_stress(done)
     assert stress is not None
@@ -118,7 +118,7 @@ def test_the_bar_reaches_what_four_times_the_band_changes(band: float, tmp_path:
     striker, seat = striker_of(scene), seat_of(scene, mesh_error=False)
     run = ComputedRun(scene, stated_method(scene), seat, striker)
     here, there = landing_of(scene, striker), landing_of(wide, striker_of(wide))
-    others = [(share, landing_of(scene, body)) for body, share in in_wider_band(run)]
+    others = [(share, landing_of(scene, body)) for body, share in widen_plate_band(run)]
     assert len(others) >= 2
     bars = [max(share * abs(values[k] - here[k]) / here[k] for share, values in others) for k in range(2)]
     errors = [abs(there[k] - here[k]) / here[k] for k in range(2)]

@@ -169,7 +169,7 @@ def test_a_stopper_is_met_as_far_as_the_reed_reaches(tmp_path: Path) -> None:
     """A strip as a stopper meets the reed with that part of it which lies behind the reed."""
     stopper = f'[stopper]\ngap = "1 mm"\n{block(tmp_path, 20)}'
     scene = scene_of(tmp_path, block(tmp_path, 12), BAND, stopper)
-    behind = scene.geometry.behind_the_reed()
+    behind = scene.geometry.place_behind_reed()
     assert 1e6 * behind.area == pytest.approx(12, rel=3e-3)
     own, whole = (
         stopper_of(each).greens.static_compliance()[0, 0]

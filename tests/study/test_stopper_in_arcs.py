@@ -11,7 +11,7 @@ import pytest
 import impact
 from impact.march.motion import modal_coordinates
 from seatfem.structures.inspection.cad import Shape
-from seatfem.structures.rings import Division, as_a_whole
+from seatfem.structures.rings import Division, join_all_parts
 from seatfem.study.impacts.bodies import problem_of, stopper_of
 from seatfem.study.impacts.contact import marched, run_contacts
 from seatfem.study.impacts.forces import Forces
@@ -80,7 +80,7 @@ def test_uniform_load_on_all_arcs_is_that_on_one_port(tmp_path: Path) -> None:
     assert many.greens.ports == Division(32, 2).names
     compliance = many.greens.static_compliance()
     np.testing.assert_allclose(compliance, compliance.T, atol=1e-9 * compliance.max())
-    whole = as_a_whole(many.greens).static_compliance()[0, 0]
+    whole = join_all_parts(many.greens).static_compliance()[0, 0]
     assert whole == pytest.approx(one.greens.static_compliance()[0, 0], rel=2e-3)
     plate = solved_striker(scene_of(tmp_path, SPRING + "arcs = 32\n"), mesh_error=False)
     names, g = [STOPPER + name for name in Division(32).names], plate.greens.static_compliance()
@@ -100,7 +100,7 @@ def test_a_free_ring_is_pushed_against_its_stopper(tmp_path: Path) -> None:
     np.testing.assert_allclose(force.sum(axis=1), touches.stopper.force, rtol=1e-12)
     np.testing.assert_allclose(force.sum(axis=0), force.sum() / 8, rtol=0.02 * force.sum() / 8)  # the mesh is uneven
     spring = impact.spring(stiffness=5e7)
-    pushed = Forces.from_touches(scene.geometry, spring, touches).on_striker(body.greens)[1:].T
+    pushed = Forces.from_touches(scene.geometry, spring, touches).find_striker_forces(body.greens)[1:].T
     assert -pushed.sum() * 1e-7 == pytest.approx(impact.measures.impulse(touches.stopper), rel=1e-12)
     coordinates, modal = modal_coordinates(body, pushed, 1e-7, 1), body.greens.modal
     of = [body.greens.port_index(STOPPER + name) for name in Division(8).names]
@@ -151,10 +151,10 @@ def test_stress_of_a_plate_that_meets_its_stopper_in_arcs(tmp_path: Path) -> Non
     bent = field.static[:, :, arcs].mean(axis=2)
     np.testing.assert_allclose(bent, field.static[:, :, 0], atol=1e-3 * np.abs(bent).max())
     run = marched(problem_of(scene, striker, seat), 2e-7, scene.run.duration)
-    pushed, force = Forces.from_march(run).on_striker(striker.greens), run.force[:, 1:]
+    pushed, force = Forces.from_march(run).find_striker_forces(striker.greens), run.force[:, 1:]
     np.testing.assert_array_equal(pushed[:, arcs], -force)
     known = Forces.from_touches(scene.geometry, seat.greens, struck(scene, 2e-7))
-    np.testing.assert_array_equal(pushed, known.on_striker(striker.greens))
+    np.testing.assert_array_equal(pushed, known.find_striker_forces(striker.greens))
     assert np.ptp(force.sum(axis=0)) > 0.1 * force.sum(axis=0).max()
     summary = run_scene(scene, tmp_path / "out", pictures=False).summary
     assert summary["landing_peak_reed_stress_Pa"] > 0
@@ -270,7 +270,7 @@ def test_rounds_divide_a_stopper_that_the_file_leaves_whole(tmp_path: Path) -> N
     plan, seen = Plan(scene, stated_method(scene), ()), []
     while (method := ladder.refine(plan, 2.0)) != plan.method:  # type: ignore[union-attr]
         plan = replace(plan, method=method)
-        assert method.reed.behind == plan.scene.geometry.behind_the_reed()
+        assert method.reed.behind == plan.scene.geometry.place_behind_reed()
         assert plan.scene.stopper.parts == method.stopper  # type: ignore[union-attr]
         seen.append((method.value("stopper.arcs"), method.value("stopper.rings")))
     assert seen == [(16, 3), (32, 6)]

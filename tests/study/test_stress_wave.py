@@ -11,7 +11,7 @@ import pytest
 from impact.pictures.drawing import PictureError
 from seatfem.life.maps import margin_of, margin_pictures
 from seatfem.pictures.moving import load_moving, plot_margin_map
-from seatfem.structures.fields.recovery import Response, histories, in_frames, recover, response_in_frames, von_mises
+from seatfem.structures.fields.recovery import Response, find_frames, histories, recover, response_in_frames, von_mises
 from seatfem.structures.fields.sites import at_nodes
 from seatfem.structures.fields.solids import Harmonic, RingField, elements_of, solid_stress
 from seatfem.study.runs.reed_stress import plate_stress
@@ -56,7 +56,7 @@ def test_frames_are_the_histories_at_their_times(pressed: tuple[Any, Any]) -> No
     field = recover(stress.model, functional, sites.points, bandwidth=100e3, dt=dt, damping_ratio=0.05)
     steps = range(140, 1600, 140)
     exact = np.moveaxis(histories(field, force, dt)[:, :, list(steps)], 2, 0)
-    np.testing.assert_allclose(in_frames(field, force, dt, steps), exact, atol=1e-9 * np.abs(exact).max())
+    np.testing.assert_allclose(find_frames(field, force, dt, steps), exact, atol=1e-9 * np.abs(exact).max())
     response = Response.from_model(stress.model, bandwidth=100e3, damping_ratio=0.05)
     moved = response_in_frames(response, force, dt, steps)
     computed = np.moveaxis((functional @ moved.T).reshape(3, 6, -1), 2, 0)

@@ -16,7 +16,7 @@ from impact.march.laws import FAR, ROUGH
 from impact.march.loop.compiled import compiled
 from impact.march.loop.forces import FLOOR, add_gaps, advance, advance_many, contact_force, filmed_force, load_poles
 from impact.march.loop.joints import joint_step, update_deepest
-from impact.march.loop.marches import active_set_from, alone, by_sweeps
+from impact.march.loop.marches import active_set_from, alone, sweep_forces
 
 STEP, ROW, LEVEL, SINCE, CALM, WAIT, PENDING, UNSOLVED, PLACE = range(9)
 """Places in the state of the loop: fine steps done, rows written, present level, rows written since it was entered, how
@@ -118,7 +118,7 @@ def _solve(law, rough, films, own, shifts, level, swept, single, pen, before, dt
     if shifts is not None:
         active_set_from(shifts[level], pen, warm, low, held)
     if swept is not None:
-        return by_sweeps(codes, rules, numbers, user, rough, films, pen, before, own, dt, warm)
+        return sweep_forces(codes, rules, numbers, user, rough, films, pen, before, own, dt, warm)
     return True
 
 

@@ -211,7 +211,7 @@ def linear_laws(codes: Codes, rules: Codes, numbers: Array, w: Array) -> Array |
 
 
 @compiled()
-def by_sweeps(codes, rules, numbers, user, rough, films, pen, pen_start, w, dt, force):
+def sweep_forces(codes, rules, numbers, user, rough, films, pen, pen_start, w, dt, force):
     """Find all forces of one step, in place, one after the other; where that crawls, by `_newton`.
 
     ``numbers`` (p, k): parameters of the laws; ``rough``: None where none is of rough faces, whose code then is not
@@ -446,7 +446,7 @@ def march_many(
     """Do the same for p contacts: force, pulls and memory (p, n), gap (n + 1, p), free (n, p), recent (p, p, block), w0
     (p, p), films (p, 3), the first number 0 of a contact without one. Either ``shifted`` (p, p) is that of
     `linear_laws` and ``swept`` None, or forces are found by sweeps and ``shifted`` is None: what the other asks for is
-    not compiled. Returns how many steps' forces were not found, as `by_sweeps` says."""
+    not compiled. Returns how many steps' forces were not found, as `sweep_forces` says."""
     rows, psi, along = poles
     unsolved = 0
     q, v = state
@@ -479,7 +479,7 @@ def march_many(
             pen[c], before[c] = -opening[c], -gap[n, c]
         if shifted is not None:
             active_set_from(shifted, pen, warm, low, held)
-        if swept is not None and not by_sweeps(codes, rules, numbers, user, rough, films, pen, before, w0, dt, warm):
+        if swept is not None and not sweep_forces(codes, rules, numbers, user, rough, films, pen, before, w0, dt, warm):
             unsolved += 1
         closed = gap[n + 1]
         for c in range(contacts):

@@ -25,7 +25,7 @@ from impact.pictures.lip_plots import BODIES, COLOUR, NAMES, LandingMark, landin
 from impact.pictures.plots import sampled_filter
 from impact.quantities import scaled
 from seatfem.pictures import frames, moving, skins
-from seatfem.structures.rings import as_a_whole
+from seatfem.structures.rings import join_all_parts
 
 if TYPE_CHECKING:
     from plotly.graph_objects import Figure
@@ -221,7 +221,7 @@ def lip_figure(run: ImpactResult, arcs: int = 0) -> Figure:
 
 def greens_figure(greens: GreensFunction, width: float) -> Figure:
     """Draw the driving-point Green's function after a unit Hann pulse of ``width`` [s], over `PULSES` widths."""
-    time, curve = sampled_filter(as_a_whole(greens), 48 * PULSES, width)
+    time, curve = sampled_filter(join_all_parts(greens), 48 * PULSES, width)
     (factor, unit), (rate, time_unit) = scaled(float(np.abs(curve).max()), "m/(N s)"), scaled(float(time[-1]), "s")
     figure = _empty(f"time [{time_unit}]")
     label = f"after a {1e6 * width:g} µs pulse"

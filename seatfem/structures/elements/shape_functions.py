@@ -265,7 +265,7 @@ def surface(made: Discretization, name: str, role: str, degree: int = 0) -> Surf
     elements = np.asarray(made.mesh.f2t[0, facets], dtype=np.int64)
     which = np.argmax(made.mesh.t2f[:, elements] == facets, axis=0)
     parts = [
-        _on_one_side(made, elements[which == k], corners, degree or 2 * made.order + 2)
+        _list_facets(made, elements[which == k], corners, degree or 2 * made.order + 2)
         for k, corners in enumerate(made.element.refdom.facets)
         if np.any(which == k)
     ]
@@ -274,7 +274,7 @@ def surface(made: Discretization, name: str, role: str, degree: int = 0) -> Surf
     return Surface(cells, shapes, normals, weights, elements[order], facets[order], places)
 
 
-def _on_one_side(made: Discretization, elements: NDArray[np.int64], corners: list[int], degree: int) -> tuple[Any, ...]:
+def _list_facets(made: Discretization, elements: NDArray[np.int64], corners: list[int], degree: int) -> tuple[Any, ...]:
     """Return cells, shapes, normals, weights and places of the facets of ``elements`` with these reference corners."""
     vertices = np.asarray(made.element.refdom.p, dtype=float)[:, corners]
     origin, edges = vertices[:, 0], np.stack([vertices[:, 1], vertices[:, -1]], axis=1) - vertices[:, :1]

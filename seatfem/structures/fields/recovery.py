@@ -137,7 +137,7 @@ class Response:
             Pairs(omega, damping.ratios(omega, loss), at_ports, C)
             for (omega, at_ports, C), loss in zip(ritz, losses, strict=True)
         )
-        return Response(_at_rest(model, V, *ritz[0]), V, pairs, fewer, model.port_names, resting)
+        return Response(_solve_statically(model, V, *ritz[0]), V, pairs, fewer, model.port_names, resting)
 
     def stress(self, functional: Any, points: Array) -> StressSpace:
         """Return the stress at points (P, d) from ``functional``, the (6 P, n) stress C per unknown."""
@@ -148,7 +148,7 @@ class Response:
         )
 
 
-def _at_rest(model: SecondOrderModel, V: Array, omega: Array, shapes: Array, coefficients: Array) -> Array:
+def _solve_statically(model: SecondOrderModel, V: Array, omega: Array, shapes: Array, coefficients: Array) -> Array:
     """Return the (n, p) static displacements K^-1 B. The Galerkin solution in the Krylov space is often exact to
     round-off, like conjugate gradients after as many steps; otherwise K is factorised."""
     if omega.all():
@@ -181,7 +181,7 @@ class StressSpace:
     ports: tuple[str, ...]
     resting: bool = False
 
-    def at_points(self, which: NDArray[np.int64] | NDArray[np.bool_]) -> StressSpace:
+    def select_points(self, which: NDArray[np.int64] | NDArray[np.bool_]) -> StressSpace:
         """Return the stress at the points ``which``, by their numbers or a mask (P,)."""
         return replace(self, points=self.points[which], static=self.static[which], spanned=self.spanned[which])
 
@@ -332,7 +332,7 @@ def _norms(fields: Array) -> Array:
     return norms(np.swapaxes(fields, 1, 2))
 
 
-def in_frames(field: StressField, force: Array, dt: float, steps: range) -> Array:
+def find_frames(field: StressField, force: Array, dt: float, steps: range) -> Array:
     """Return the (F, P, 6) stress at all points [Pa] at F frames, the ends of the time steps in ``steps``.
 
     Args:
@@ -349,13 +349,13 @@ def in_frames(field: StressField, force: Array, dt: float, steps: range) -> Arra
 
 
 def response_in_frames(response: Response, force: Array, dt: float, steps: range) -> Array:
-    """Return the (F, n) displacement unknowns of a body at F frames, by mode acceleration as `in_frames`: the operator
-    of `solid_stress` times them is the stress of the frames."""
+    """Return the (F, n) displacement unknowns of a body at F frames, by mode acceleration as `find_frames`: the
+    operator of `solid_stress` times them is the stress of the frames."""
     size = len(response.rest)
     rows = -(-size // 6)  # a field has six components a point: the unknowns are read as stress by an identity
     identity = sparse.eye_array(6 * rows, size, format="csr")
     field = response.stress(sparse.csr_array(identity), np.zeros((rows, 1))).field(dt)
-    return in_frames(field, force, dt, steps).reshape(len(steps), -1)[:, :size]
+    return find_frames(field, force, dt, steps).reshape(len(steps), -1)[:, :size]
 
 
 _HELD: Final = 16  # points whose whole histories are held at once

@@ -160,16 +160,16 @@ def plate_stress(
         ModelError: the model is of another mesh.
     """
     factor = -material.young * thickness / (2 * (1 - material.poisson**2))
-    nu, slopes = material.poisson, _at_gauss(mesh, sites)
+    nu, slopes = material.poisson, _extrapolate_gradients(mesh, sites)
     rows = np.zeros((len(slopes), 6, 9, 3))
     rows[:, 0, :, 1], rows[:, 0, :, 2] = slopes[..., 0], nu * slopes[..., 1]
     rows[:, 1, :, 1], rows[:, 1, :, 2] = nu * slopes[..., 0], slopes[..., 1]
     rows[:, 5, :, 1], rows[:, 5, :, 2] = (1 - nu) / 2 * slopes[..., 1], (1 - nu) / 2 * slopes[..., 0]
     rows[..., 1:] *= factor / mesh.side
-    return _of_unknowns(mesh, model, sites, rows)
+    return _assemble_rows(mesh, model, sites, rows)
 
 
-def _at_gauss(mesh: mindlin.PlateMesh, sites: Sites) -> Array:
+def _extrapolate_gradients(mesh: mindlin.PlateMesh, sites: Sites) -> Array:
     """Return the (E, 9, 2) gradients of the shape functions, extrapolated from the Gauss points."""
     _, slopes = mindlin.shapes_at(_GAUSS)
     s, t = sites.inside
@@ -180,7 +180,7 @@ def _at_gauss(mesh: mindlin.PlateMesh, sites: Sites) -> Array:
     return np.asarray(np.einsum("eg,egkc->ekc", weights, along))
 
 
-def _of_unknowns(mesh: mindlin.PlateMesh, model: SecondOrderModel, sites: Sites, rows: Array) -> sparse.csr_array:
+def _assemble_rows(mesh: mindlin.PlateMesh, model: SecondOrderModel, sites: Sites, rows: Array) -> sparse.csr_array:
     """Return the (R P, n) matrix of R quantities a site, averaged over elements with ``rows`` (E, R, 9, 3) that act on
     the nodal unknowns w and l a (deflection; rotations times the side l)."""
     if model.dofs is None or model.dofs.points.shape[1] != len(mesh.points):

@@ -165,14 +165,14 @@ def _corners(entity: Any) -> Array:
         start, end = (dxf.start_angle, dxf.end_angle) if name == "ARC" else (0.0, 360.0)
         turn = (end - start) % 360 or 360.0
         degrees = start + turn * np.linspace(0.0, 1.0, 3 if turn < 180 + FLAT else 5)  # arcs of up to half a circle
-        return loops.arcs_through(_in_plane(entity.vertices(degrees)))
+        return loops.arcs_through(_drop_height(entity.vertices(degrees)))
     if name == "ELLIPSE":
         tool = entity.construction_tool()
         turn = (tool.end_param - tool.start_param) % math.tau or math.tau
-        return loops.arcs_through(_in_plane(tool.vertices(tool.start_param + turn * np.linspace(0.0, 1.0, ARCS))))
+        return loops.arcs_through(_drop_height(tool.vertices(tool.start_param + turn * np.linspace(0.0, 1.0, ARCS))))
     if name == "SPLINE":
-        size = np.ptp(_in_plane(entity.construction_tool().control_points), axis=0).max()
-        points = _in_plane(islice(entity.flattening(CLOSE * size), MOST_CORNERS + 1))
+        size = np.ptp(_drop_height(entity.construction_tool().control_points), axis=0).max()
+        points = _drop_height(islice(entity.flattening(CLOSE * size), MOST_CORNERS + 1))
         return np.column_stack([points, np.zeros(len(points))])
     if name == "LWPOLYLINE":
         rows, closed = entity.get_points("xyb"), entity.closed
@@ -183,7 +183,7 @@ def _corners(entity: Any) -> Array:
     return np.vstack([corners, corners[:1]]) if closed else corners
 
 
-def _in_plane(points: Iterable[Any]) -> Array:
+def _drop_height(points: Iterable[Any]) -> Array:
     return np.array([point.vec2 for point in points])
 
 

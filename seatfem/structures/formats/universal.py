@@ -303,8 +303,8 @@ def read_unv(path: Path) -> file_mesh.FileMesh:
         order=file_mesh.ABAQUS,
         node_ids=np.fromiter(content.nodes, dtype=np.int64),
         points=np.array(list(content.nodes.values()), dtype=float).reshape(-1, 3),
-        solids=[_of_type(kind, rows, SOLIDS) for kind, rows in content.elements.items() if kind in NAMES],
-        skins=[_of_type(kind, rows, SKINS) for kind, rows in content.elements.items() if kind in SKINS],
+        solids=[_pick_elements(kind, rows, SOLIDS) for kind, rows in content.elements.items() if kind in NAMES],
+        skins=[_pick_elements(kind, rows, SKINS) for kind, rows in content.elements.items() if kind in SKINS],
         element_sets=elements,
         node_sets=nodes,
     )
@@ -312,7 +312,7 @@ def read_unv(path: Path) -> file_mesh.FileMesh:
     return replace(file_mesh.assembled(deck).mesh, unit=content.units.metre, notes=notes)
 
 
-def _of_type(kind: int, rows: list[list[int]], columns: Mapping[int, tuple[int, ...]]) -> file_mesh.Elements:
+def _pick_elements(kind: int, rows: list[list[int]], columns: Mapping[int, tuple[int, ...]]) -> file_mesh.Elements:
     picked = [0, *(1 + column for column in columns.get(kind, ()))]
     table = np.array([[row[k] for k in picked] for row in rows], dtype=np.int64)
     return file_mesh.Elements(f"{NAMES.get(kind, 'shells')} (type {kind})", table, usable=kind in columns)

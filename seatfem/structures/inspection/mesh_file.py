@@ -154,7 +154,7 @@ def open_part(path: Path, unit: LengthUnit | None = None) -> Part:
         MeshingError, OSError: gmsh cannot be run, or the file does not exist.
     """
     if path.suffix.lower() in cad.STEP_SUFFIXES + cad.BREP_SUFFIXES:
-        return _of_cad(path, unit)
+        return _describe_cad(path, unit)
     mesh = read_mesh(path, contact=None, fixed=None, unit=None if unit is None else METRES[unit])
     return describe_mesh(path.name, mesh, tuple(f"{path.name} {note}" for note in mesh.provenance.notes))
 
@@ -165,7 +165,7 @@ def describe_geometry(geometry: Geometry, name: str) -> Part:
     return replace(part, notes=tuple(f"seat.{key}: {text.partition(chr(10))[0]}" for key, text in part.problems))
 
 
-def _of_cad(path: Path, unit: LengthUnit | None) -> Part:
+def _describe_cad(path: Path, unit: LengthUnit | None) -> Part:
     brep = path.suffix.lower() in cad.BREP_SUFFIXES
     geometry = CadPart(path, METRES[unit or "mm"] if unit or brep else None, solid=0)
     part = _named(path.name, inspect_geometry(geometry, picture=True))

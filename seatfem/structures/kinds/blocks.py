@@ -17,7 +17,7 @@ from seatfem.structures.kinds.drawn import Drawn
 from seatfem.structures.kinds.structure import LocalShare
 from seatfem.structures.method import NAMES, QUARTERS, AnyLevel, Applicability, Solved, Task
 from seatfem.structures.outlines import BodyViews, arc, box, draw_ported_plate
-from seatfem.structures.patch import Patch, column_end, on_plate
+from seatfem.structures.patch import Patch, add_plate_bending, column_end
 from seatfem.structures.shapes import Bar, Block, Geometry, ValvePlate
 
 MODES: Final = 200  # modes of Love's rod; the last has a wavelength of a hundredth of the length
@@ -156,7 +156,7 @@ patch_depth = "1 mm"
         block = self.geometry()
         room = min(block.width / block.patch_width, block.depth / block.patch_depth) - 1
         compliance = partial(rectangle_compliance, sides=(block.patch_width, block.patch_depth))
-        return self.on_half_space(compliance, room, ("patch_width", "patch_depth"))
+        return self.find_half_space_share(compliance, room, ("patch_width", "patch_depth"))
 
     @property
     def sectors(self) -> int:
@@ -229,4 +229,4 @@ clamp_width = "2 mm"
         round_plate = self.layout == "circle"
         radius = (geometry.outer_radius if round_plate else min(geometry.half_sides)) - geometry.clamp_width
         solidity = max(1 - self.ports * geometry.port_radius**2 / geometry.outer_radius**2, 0.2) if round_plate else 0.5
-        return on_plate(local, self.material.mean, radius, solidity)
+        return add_plate_bending(local, self.material.mean, radius, solidity)

@@ -168,7 +168,7 @@ damping_ratio = 0.02
                 "a rod is met at its struck end, or free and undamped at its back: give its length, or remove the key",
             )
 
-    def in_plan(self, place: float, at: float) -> float:
+    def find_plan_distance(self, place: float, at: float) -> float:
         """Return zero: its back is behind its front."""
         return 0.0
 

@@ -67,7 +67,7 @@ class Drawn(elastic.Elastic):
 
     @model_validator(mode="after")
     def _geometry_can_be_built(self) -> Self:
-        selectors.in_scene_words(self.geometry)
+        selectors.build_in_scene_words(self.geometry)
         return self
 
     @property

@@ -118,7 +118,7 @@ class Elastic(Reduced):
         words = "is struck on faces whose distance from the body's edges is not known; take a block, stopper or ball"
         return structure.LocalShare(unknown=words)
 
-    def on_half_space(
+    def find_half_space_share(
         self, compliance: Callable[..., float], room: float, sizes: tuple[str, ...]
     ) -> structure.LocalShare:
         """Return the share of a patch with a ``compliance`` (young=, poisson=) on a half-space, ``room`` times half its
@@ -181,7 +181,7 @@ class Elastic(Reduced):
         """Return the mesh of a method, and one coarser by `COARSENING` where the body is drawn."""
         raise NotImplementedError
 
-    def in_narrower_bands(self, greens: GreensFunction, *, in_arcs: bool) -> tuple[tuple[GreensFunction, float], ...]:
+    def narrow_bands(self, greens: GreensFunction, *, in_arcs: bool) -> tuple[tuple[GreensFunction, float], ...]:
         """Return one without the modes within a factor `NARROWER` of the last, as a Krylov space has modes far beyond
         its band; along a lip two, as the change by one may be small by accident."""
         if (modal := greens.modal) is None or len(modal.omega) == 0:

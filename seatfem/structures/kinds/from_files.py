@@ -74,7 +74,7 @@ file = "seat.step"
     regions: dict[str, Region] = default({}, "solids by name, for materials; the others are solid_1, solid_2, ...")
 
     @model_validator(mode="after")
-    def _along_some_way(self) -> Self:
+    def _check_along(self) -> Self:
         if self.along is not None and not any(self.along):
             raise KeyProblem("along", "[0, 0, 0] has no direction; give one")
         return self

@@ -38,7 +38,7 @@ class Material(fields.Table):
 
     @model_validator(mode="before")
     @classmethod
-    def _by_name(cls, given: object) -> object:
+    def _look_up_constants(cls, given: object) -> object:
         """Read material = "steel" as material = { name = "steel" }; keys of the table override the listed values."""
         if isinstance(given, str):
             return {"name": given, **_constants(given)}

@@ -289,7 +289,7 @@ class ClampedPlate(thin_plate.ThinPlate):
 
     def pushed_at(self, body: Body, place: structure.Place, by: structure.Push = "force") -> Array:
         if by == "pressure":
-            return _on_disc(self.plate(body.greens), self.radius)[0][:, None]
+            return _average_on_disc(self.plate(body.greens), self.radius)[0][:, None]
         if isinstance(place, np.ndarray):
             return super().pushed_at(body, place, by)
         plate = self.plate(body.greens)
@@ -318,7 +318,7 @@ class ClampedPlate(thin_plate.ThinPlate):
         """Return the (m,) mean of each mode over the area on which the pressure acts [1/sqrt(kg)], and that area."""
         if self.pressure_radius is None:
             return plate.mean, plate.mesh.area
-        return _on_disc(plate, self.pressure_radius)
+        return _average_on_disc(plate, self.pressure_radius)
 
     def _loads(self, body: Body) -> Iterator[Load]:
         if self.pressure is not None:
@@ -338,7 +338,7 @@ class ClampedPlate(thin_plate.ThinPlate):
         return release.start_from_mode(plate, self.about)
 
 
-def _on_disc(plate: sheets.PlateModes, radius: float) -> tuple[Array, float]:
+def _average_on_disc(plate: sheets.PlateModes, radius: float) -> tuple[Array, float]:
     """Return the (m,) mean of each mode on a disc about the paddle's centre [1/sqrt(kg)], and its area [m^2]."""
     (patch,) = lip.Lip.disc(radius).patches(plate.sheet.shape.centre).values()
     return plate.at(patch, "the disc that is pressed"), float(patch.weights.sum())

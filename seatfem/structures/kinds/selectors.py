@@ -45,7 +45,7 @@ Way = Annotated[Direction, AfterValidator(_some_way)]
 """A direction that is not zero."""
 
 
-def in_scene_words(build: Callable[[], _Spec]) -> _Spec:
+def build_in_scene_words(build: Callable[[], _Spec]) -> _Spec:
     """Return the result of ``build``, with a `GeometryError` about a field turned into a `KeyProblem` of that key."""
     try:
         return build()
@@ -69,7 +69,7 @@ class FaceChoice(Table):
 
     @model_validator(mode="after")
     def _can_select(self) -> Self:
-        in_scene_words(self.selectors)
+        build_in_scene_words(self.selectors)
         return self
 
 

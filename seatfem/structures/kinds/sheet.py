@@ -228,4 +228,4 @@ thickness = "0.3 mm"
 
 def _drawn(file: Path, unit: float, *, oblique: bool = False) -> outline_faces.DrawnOutline:
     """Return the outline in a file; raises `KeyProblem`."""
-    return selectors.in_scene_words(lambda: outline_in(file, unit, oblique=oblique))
+    return selectors.build_in_scene_words(lambda: outline_in(file, unit, oblique=oblique))

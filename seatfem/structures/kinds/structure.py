@@ -370,7 +370,7 @@ class Structure(Table):
         struck end of a rod."""
         return at or 0.0
 
-    def in_plan(self, place: float, at: float) -> float:
+    def find_plan_distance(self, place: float, at: float) -> float:
         """Return how far in plan a ``place`` lies from the contact, both distances from the root [m]."""
         return place - at
 
@@ -535,14 +535,14 @@ class Structure(Table):
         """Return the widest band [Hz] in which its theory holds, and in words what lies above it, with a remedy."""
         return math.inf, ""
 
-    def in_wider_band(
+    def solve_in_wider_band(
         self, greens: GreensFunction, lips: tuple[lip.AnyLip, ...], progress: Progress = silent
     ) -> tuple[GreensFunction, float] | None:
         """Return the Green's function of the ports of these lips with the modes of a wider band, and its ratio to that
         of ``greens``; ``None`` where its theory allows none."""
         return None
 
-    def in_narrower_bands(self, greens: GreensFunction, *, in_arcs: bool) -> tuple[tuple[GreensFunction, float], ...]:
+    def narrow_bands(self, greens: GreensFunction, *, in_arcs: bool) -> tuple[tuple[GreensFunction, float], ...]:
         """Return the Green's function of a seat without its highest modes, and the factor from the change by each to
         the error by its band; none where the band of its method causes no error."""
         return ()

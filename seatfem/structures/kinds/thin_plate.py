@@ -93,7 +93,7 @@ class ThinPlate(motion.Moving):
 
     @model_validator(mode="after")
     def _contact_on_the_plate(self) -> Self:
-        least, most = selectors.in_scene_words(self.geometry).room
+        least, most = selectors.build_in_scene_words(self.geometry).room
         if (width := self.width) > 2 * self.radius:
             key = "contact_radius" if self.contact_width is None else "contact_width"
             raise fields.KeyProblem(
@@ -203,10 +203,10 @@ class ThinPlate(motion.Moving):
         sheet = self.sheet(band if isinstance(band, float) else 0.0)
         return sheets.plate_modes(sheet, coarser) if isinstance(coarser, float) else sheets.plate_modes(sheet)
 
-    def in_wider_band(
+    def solve_in_wider_band(
         self, greens: GreensFunction, lips: tuple[AnyLip, ...], progress: Progress = silent
     ) -> tuple[GreensFunction, float] | None:
-        beyond = sheets.in_wider_band(self.plate(greens), progress)
+        beyond = sheets.solve_in_wider_band(self.plate(greens), progress)
         return beyond and (beyond[0].greens(lips, self.damping_ratio), beyond[1])
 
     def system_of_equations(self) -> model.SecondOrderModel:

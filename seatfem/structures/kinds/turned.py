@@ -84,11 +84,11 @@ class Turned(drawn.Drawn):
         words = "is struck on a ring, nearer its edges than it is wide; take one struck on a disc (stopper) or a block"
         return structure.LocalShare(unknown=words)
 
-    def _of_disc(self, radius: float, room: float) -> structure.LocalShare:
+    def _find_disc_share(self, radius: float, room: float) -> structure.LocalShare:
         if self.arc is not None:
             return structure.LocalShare(unknown="with arc is struck on a part of its disc; remove arc")
         compliance = partial(half_space.disk_compliance, radius=radius)
-        return self.on_half_space(compliance, room, ("contact_radius",))
+        return self.find_half_space_share(compliance, room, ("contact_radius",))
 
     def views(self, *, coarse: bool = False) -> BodyViews:
         name = self.kind.replace("_", " ")
@@ -204,7 +204,7 @@ contact_radius = "1 mm"
     @property
     def local_share(self) -> structure.LocalShare:
         shape = self.geometry()
-        return self._of_disc(shape.contact_radius, shape.radius / shape.contact_radius - 1)
+        return self._find_disc_share(shape.contact_radius, shape.radius / shape.contact_radius - 1)
 
     def struck_part(self) -> tuple[float, float, float]:
         return self.struck_area, self.geometry().contact_radius, self.geometry().thickness
@@ -248,7 +248,7 @@ damping_ratio = 0.005
 
     @property
     def local_share(self) -> structure.LocalShare:
-        return self._of_disc(self.geometry().contact_radius, math.inf)
+        return self._find_disc_share(self.geometry().contact_radius, math.inf)
 
     def views(self, *, coarse: bool = False) -> BodyViews:
         radius = self.diameter / 2

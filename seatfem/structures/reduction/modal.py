@@ -81,7 +81,7 @@ class Modal(Reducer):
             count = len(modes.omega)
             if static is None:
                 static = _static(model, modes, aims.backend, progress=progress)
-            greens, error = _of_modes(model, damping, modes, cutoff, aims, static)
+            greens, error = _build_from_modes(model, damping, modes, cutoff, aims, static)
             if error <= aims.tolerance or (count == model.size and 2 * np.pi * cutoff > modes.omega[-1]):
                 break
             cutoff *= 1.3
@@ -103,11 +103,11 @@ def with_modes(
     ``pushed``: numbers of the ports between which its error is estimated.
     """
     static = _static(model, modes, aims.backend, deflated=True, progress=progress)
-    greens, error = _of_modes(model, damping, modes, cutoff, aims, static, list(pushed))
+    greens, error = _build_from_modes(model, damping, modes, cutoff, aims, static, list(pushed))
     return _documented(greens, error, len(modes.omega), cutoff)
 
 
-def _of_modes(
+def _build_from_modes(
     model: SecondOrderModel,
     damping: Damping,
     modes: Modes,

@@ -39,8 +39,8 @@ from seatfem.structures.shapes.selectors import Face as Face
 from seatfem.structures.shapes.selectors import HalfPlaneFace as HalfPlaneFace
 from seatfem.structures.shapes.selectors import Selector as Selector
 from seatfem.structures.shapes.shape import Shape as Shape
-from seatfem.structures.shapes.shape import at_home, home_of
 from seatfem.structures.shapes.shape import families as families
+from seatfem.structures.shapes.shape import home_of, load_from_home
 
 __all__ = [
     "AnnularSeat",
@@ -89,7 +89,7 @@ def encode(value: Any) -> Any:
 def decode(data: Any) -> Any:
     """Return the inverse of `encode`; the file of a family from elsewhere is run where it was not yet."""
     if isinstance(data, dict):
-        spec = at_home(*data["home"]) if "home" in data else _kinds()[data["kind"]]
+        spec = load_from_home(*data["home"]) if "home" in data else _kinds()[data["kind"]]
         return spec(**{key: decode(item) for key, item in data.items() if key not in ("kind", "home")})
     return tuple(decode(item) for item in data) if isinstance(data, list) else data
 

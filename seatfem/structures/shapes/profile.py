@@ -140,11 +140,11 @@ class Profile:
 
 def _pieces(edge: Edge, shares: Sequence[float]) -> list[Edge]:
     """Return the parts of ``edge`` divided at these fractions of its swept area."""
-    ends = [edge.start, *(_at_share(edge, share) for share in shares), edge.end]
+    ends = [edge.start, *(_divide_edge(edge, share) for share in shares), edge.end]
     return [replace(edge, start=a, end=b) for a, b in itertools.pairwise(ends)]
 
 
-def _at_share(edge: Edge, share: float) -> Point:
+def _divide_edge(edge: Edge, share: float) -> Point:
     """Return the point that divides an edge at this fraction of its swept area."""
 
     def point(t: float) -> Point:

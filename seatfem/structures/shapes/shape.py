@@ -43,7 +43,7 @@ def home_of(spec: type[Any]) -> list[str]:
     return [str(Path(file).resolve()), name]
 
 
-def at_home(file: str, name: str) -> type[Any]:
+def load_from_home(file: str, name: str) -> type[Any]:
     """Return the class of this name from a file, which is executed once in the process under a private module name."""
     private = _ELSEWHERE + hashlib.sha256(file.encode()).hexdigest()[:16]
     kind: type[Any] = attrgetter(name)(sys.modules.get(private) or _run(file, private))

@@ -10,7 +10,7 @@ from typing import Any, Final, Literal, NamedTuple
 
 from impact.quantities import enumeration, in_digits, percent, with_capital
 from seatfem import readings, results
-from seatfem.readings import BAR, MOST_UNCERTAIN, Summary, as_number, bar_of, in_text, is_known, reading
+from seatfem.readings import BAR, MOST_UNCERTAIN, Summary, as_number, bar_of, is_known, reading, write_with_bar
 from seatfem.results import Group, name_of, rows_of, words_of
 from seatfem.study.answers.verdict import beyond_horizon, closing_order, is_static, standing, static_seat, which_landing
 from seatfem.study.safety import source_in_words
@@ -104,7 +104,7 @@ def what_happens(summary: Summary) -> str:
     stress = [
         f"{body} stress up to {_number(summary, key, 'Pa')}{when}"
         for body, key, when in (
-            ("reed", results.REED_STRESS, _before_contact(summary)),
+            ("reed", results.REED_STRESS, _note_early_stress(summary)),
             ("seat", results.SEAT_STRESS, ""),
         )
         if as_number(summary.get(key))
@@ -115,7 +115,7 @@ def what_happens(summary: Summary) -> str:
     return " ".join(filter(None, (sentence, closing_order(summary))))
 
 
-def _before_contact(summary: Summary) -> str:
+def _note_early_stress(summary: Summary) -> str:
     """Return that the largest stress of the reed is one before its first contact, if it is."""
     whole, after = (as_number(summary.get(key)) for key in (results.REED_STRESS, results.REED_STRESS_AFTER))
     return " before first contact" if whole is not None and after is not None and whole > after else ""
@@ -149,7 +149,7 @@ def _compare(summary: Summary, key: str) -> Finding:
     if bar is None or not math.isfinite(bar):
         return Finding(UNDECIDED, f"{name} {in_digits(value)}: its uncertainty is not known.")
     bases = [each.basis for each in results.with_margins() if not each.margins.get(key, key)]
-    words = [name, in_text(key, value, bar, ""), *(str(summary[each]) for each in bases if each in summary)]
+    words = [name, write_with_bar(key, value, bar, ""), *(str(summary[each]) for each in bases if each in summary)]
     stated = " ".join(words)
     if not is_known(key, value, bar) or abs(value - 1) <= bar:
         return Finding(UNDECIDED, f"{stated}: its uncertainty includes 1." if abs(value - 1) <= bar else f"{stated}.")
@@ -250,7 +250,7 @@ def omissions(summary: readings.Summary) -> Iterator[str]:
     yield from left_out(summary)
     for (words, group), names in _numbers_without_bar(summary).items():
         yield f"{words} ({results.HEADINGS[group].replace('{step}', '')}): {'; '.join(names)}."
-    if empty := results.without_value(summary):
+    if empty := results.list_missing(summary):
         yield f"Asked for, but without a value in this run: {', '.join(name_of(key, summary) for key in empty)}."
     if summary.get("accuracy_met") is False and (reason := str(summary.get("accuracy_stopped_because") or "")):
         yield f"The accuracy asked for was missed, and no further round followed: {reason}."

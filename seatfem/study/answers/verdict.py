@@ -332,6 +332,6 @@ def _later(land: readings.Summary) -> str:
         return f"{_name(land)} at the same time, {with_speed}"
     known = bar is not None and math.isfinite(bar)
     if known and bar is not None and bar >= delay:
-        most = readings.in_text(DELAY, delay + bar, None, "s")
+        most = readings.write_with_bar(DELAY, delay + bar, None, "s")
         return f"{_name(land)} within {most} of it, {with_speed}: which of them is earlier is not known"
     return f"{_name(land)} {_time(land, DELAY)} later, {with_speed}"

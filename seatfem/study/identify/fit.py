@@ -85,7 +85,7 @@ class Identified:
         for key, fitted, _, interval in self:
             yield from _not_told(key, fitted, interval)
         for key, fitted, _, interval in self:
-            yield from self._of_the_step(fitted.name or key, fitted, interval)
+            yield from self._warn_of_step(fitted.name or key, fitted, interval)
         keys = list(self.asked.fit)
         for i, j in zip(*np.triu_indices(len(keys), 1), strict=True):
             if abs(rho := float(self.correlation[i, j])) > TOGETHER:
@@ -98,7 +98,7 @@ class Identified:
             yield f"the fit does not reach {enumeration(self.unmet)}, and tells no key: another start or bounds may"
         yield from self.model.notes
 
-    def _of_the_step(self, name: str, fitted: Fitted, interval: Interval) -> Iterator[str]:
+    def _warn_of_step(self, name: str, fitted: Fitted, interval: Interval) -> Iterator[str]:
         if interval.of_step > STEPPED * _filled(interval) / 2:
             width = fitted.value(interval.high) - fitted.value(interval.low)
             unit = f" {fitted.unit}" if fitted.unit else ""
@@ -184,7 +184,7 @@ def identify(path: Path | str, *, progress: Progress = silent, tell: Tell = igno
     for key in range(len(best)):
         progress("fitting", (key + 1) / (len(best) + 1))
         ends.append(valley.interval(key))
-    ends = [each.widened(float(shift)) for each, shift in zip(ends, _of_the_step(weighted, valley), strict=True)]
+    ends = [each.widened(float(shift)) for each, shift in zip(ends, _bound_step_shifts(weighted, valley), strict=True)]
     deviation = np.sqrt(np.diag(valley.covariance))
     correlation = valley.covariance / np.outer(deviation, deviation)
     spring, misfits = _spring(model, best)
@@ -219,7 +219,7 @@ class _Weighted:
         return self.weights[:, None] * self.model.jacobian(shares)
 
 
-def _of_the_step(weighted: _Weighted, valley: Valley) -> Array:
+def _bound_step_shifts(weighted: _Weighted, valley: Valley) -> Array:
     """Return an estimated bound of the shift of each key (P,) by the error of the time step, from the changes with
     finer steps; first-order convergence is assumed, which is conservative for the second order of the method."""
     shifts = [np.zeros(len(valley.best))]

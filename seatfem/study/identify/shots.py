@@ -111,7 +111,7 @@ class Model:
         values = self.values(shares)
         marched = [self._march(k, values, spring=True) for k in range(len(self.shots))] if spring else None
         predicted = self.predicted(marched or self._marched(shares))
-        return [self._as_recorded(values, number, predicted[number]) for number in range(len(self.samples))]
+        return [self._sample_record(values, number, predicted[number]) for number in range(len(self.samples))]
 
     def jacobian(self, shares: Array) -> Array:
         """Return the derivatives (N, P) of the residuals by the positions within the bounds."""
@@ -121,7 +121,7 @@ class Model:
         of_scene = [column for column, key in enumerate(self.keys) if not is_own(key)]
         for k, shot in enumerate(self.shots):
             for column, number, slope in self._slopes(k, shot, shares, marched[k], of_scene):
-                moved[number][:, column] = self._as_recorded(values, number, slope)
+                moved[number][:, column] = self._sample_record(values, number, slope)
         for column, key in enumerate(self.keys):
             quantity, _, record_name = key.partition(".")
             if quantity not in OWN:
@@ -129,7 +129,9 @@ class Model:
             per_share = self._per_share(shares, column) * number_of(self.asked.fit[key].written(1.0))
             for number, each in enumerate(self.samples):
                 if record_name in ("", each.record.name):
-                    moved[number][:, column] = per_share * self._by_own(values, number, predicted[number], quantity)
+                    moved[number][:, column] = per_share * self._differentiate_record(
+                        values, number, predicted[number], quantity
+                    )
         return np.concatenate([part / each.noise for part, each in zip(moved, self.samples, strict=True)])
 
     def _per_share(self, shares: Array, column: int) -> float:
@@ -148,13 +150,13 @@ class Model:
                     own_values[quantity] = number_of(self.asked.fit[key].written(values[key]))
         return own_values["gain"], own_values["delay"]
 
-    def _as_recorded(self, values: Values, number: int, course: Course) -> Array:
+    def _sample_record(self, values: Values, number: int, course: Course) -> Array:
         """Return a history with the gain and delay of its record, interpolated linearly at its samples."""
         gain, delay = self._own(values, number)
         return np.asarray(gain * np.interp(self.samples[number].time - delay, *course))
 
-    def _by_own(self, values: Values, number: int, course: Course, quantity: str) -> Array:
-        """Return the derivative of `_as_recorded` by the gain, or by the delay: minus the interpolation's slope."""
+    def _differentiate_record(self, values: Values, number: int, course: Course, quantity: str) -> Array:
+        """Return the derivative of `_sample_record` by the gain, or by the delay: minus the interpolation's slope."""
         gain, delay = self._own(values, number)
         time, value = course
         times = self.samples[number].time - delay

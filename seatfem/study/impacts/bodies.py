@@ -12,7 +12,7 @@ import numpy as np
 
 import impact
 from impact.bodies.body import Body, Load
-from impact.bodies.loads import on_springs
+from impact.bodies.loads import hold_on_springs
 from impact.greens.base import Array, GreensFunction, GreensFunctionError
 from impact.notices import Progress, silent
 from seatfem.structures.cache import Cache, build, key_of
@@ -46,7 +46,7 @@ def solve_body(
     """
     if not structure.traits.is_solved:
         return None
-    with problems.in_role(role, structure):
+    with problems.rewrite_errors(role, structure):
         return _solved(_Arguments(key_of(structure, method), mesh_error, structure, method, duration, progress))
 
 
@@ -75,15 +75,15 @@ def striker_of(scene: Scene, n_modes: int | None = None, greens: GreensFunction 
     is not in closed form.
     """
     reed = scene.reed
-    with problems.in_role("reed", reed):
+    with problems.rewrite_errors("reed", reed):
         body = reed.body(greens, n_modes or 0, scene.geometry.contact_at)
         pressed = scene.driven_by or any(load.pressure is not None for load in scene.load)
         ports, areas = (scene.geometry.port_points(), scene.geometry.port_areas()) if pressed else ((), ())
         by_wings = (load for each in scene.driven_by for load in each.loads(reed, body, ports))
         own = external_loads(scene.load, reed, body, tuple(zip(ports, areas, strict=True)))
         body = replace(body, loads=(*body.loads, *own, *by_wings))
-        carried = on_its_base(scene.mount("reed"), body)
-        return on_its_springs(scene.spring, scene.contact.gap, reed, carried)
+        carried = mount_on_base(scene.mount("reed"), body)
+        return mount_on_springs(scene.spring, scene.contact.gap, reed, carried)
 
 
 def stopper_of(scene: Scene) -> Body | None:
@@ -97,7 +97,7 @@ def stopper_of(scene: Scene) -> Body | None:
         greens = bed(scene.stopper.parts, 1 / float(greens.static_compliance()[0, 0]))
     mount = scene.mount("stopper")
     check_base(mount, greens, scene.run.duration)
-    return on_its_base(mount, Body(greens, scene.stopper.speed))
+    return mount_on_base(mount, Body(greens, scene.stopper.speed))
 
 
 def solved_stopper(geometry: ContactGeometry, duration: float) -> Solved | None:
@@ -106,7 +106,7 @@ def solved_stopper(geometry: ContactGeometry, duration: float) -> Solved | None:
     if geometry.stopper is None:
         return None
     stopper = geometry.stopper.body
-    with problems.in_role("stopper", stopper):
+    with problems.rewrite_errors("stopper", stopper):
         moves_as_one = stopper.lip_face.no_lip or geometry.stopper.profile is not None
         lip = None if moves_as_one else geometry.stopper_lip()
         method = stopper.stated() if lip is None else replace(stopper.stated(rings=lip.rings), lip=lip)
@@ -118,7 +118,7 @@ def problem_of(scene: Scene, striker: Body, seat: Body, stopper: Body | None = N
     striker without such ports moves as a rigid face; then those with the stopper. ``stopper``: in place of the
     scene's."""
     division, geometry = Division.from_greens(seat.greens), scene.geometry
-    law, seat, apart = scene.contact.law, on_its_base(scene.mount("seat"), seat), geometry.has_two_places
+    law, seat, apart = scene.contact.law, mount_on_base(scene.mount("seat"), seat), geometry.has_two_places
     gaps, films = geometry.gaps(division), geometry.films(division)
     contacts = [
         impact.Contact(
@@ -135,7 +135,7 @@ def problem_of(scene: Scene, striker: Body, seat: Body, stopper: Body | None = N
         above = geometry.stopper_gaps()
         target = stopper or stopper_of(scene)
         assert target is not None
-        target, parts = on_its_base(scene.mount("stopper"), target), scene.stopper.parts
+        target, parts = mount_on_base(scene.mount("stopper"), target), scene.stopper.parts
         for k, (name, share) in enumerate(zip(parts.names, parts.shares, strict=True)):
             port = lips.STOPPER + name
             contacts.append(
@@ -152,7 +152,7 @@ def problem_of(scene: Scene, striker: Body, seat: Body, stopper: Body | None = N
     return impact.ContactProblem(striker, contacts=contacts, preload=scene.contact.preload)
 
 
-def on_its_base(mount: drives.Mount, body: Body) -> Body:
+def mount_on_base(mount: drives.Mount, body: Body) -> Body:
     """Return the ``body`` with the motion of its base and, if its weight is known, the inertia that this causes; or
     with the displacement by an incoming wave.
 
@@ -220,7 +220,7 @@ def _lowest(greens: GreensFunction) -> float:
     return float(omega.min()) if len(omega) else math.inf
 
 
-def on_its_springs(springs: Sequence[drives.ValveSpring], gap: float, reed: Structure, body: Body) -> Body:
+def mount_on_springs(springs: Sequence[drives.ValveSpring], gap: float, reed: Structure, body: Body) -> Body:
     """Return the ``body`` of a reed on its valve springs, if any; their force towards the seat is preload + stiffness
     ``gap`` on the undeformed reed, which lies a ``gap`` above its closed position [m].
 
@@ -242,7 +242,7 @@ def on_its_springs(springs: Sequence[drives.ValveSpring], gap: float, reed: Stru
         shapes.append(columns)
         stiffness.append(np.full(columns.shape[1], spring.stiffness / columns.shape[1]))
         loads.append(Load(columns.mean(axis=1), force))
-    held = on_springs(replace(body, loads=tuple(loads)), np.concatenate(shapes, axis=1), np.concatenate(stiffness))
+    held = hold_on_springs(replace(body, loads=tuple(loads)), np.concatenate(shapes, axis=1), np.concatenate(stiffness))
     if not math.isinf(held.mass):
         raise GreensFunctionError(
             "spring: the valve springs leave the reed free to rock, and so no place of its lip is held; give three "

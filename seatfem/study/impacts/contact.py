@@ -134,7 +134,7 @@ class RunError(SeatfemError, ValueError):
 
 
 @contextmanager
-def in_words_of_a_scene() -> Iterator[None]:
+def rewrite_rigid_errors() -> Iterator[None]:
     """Raise `RunError` with the keys of a scene in place of what impact says of a rigid law."""
     try:
         yield
@@ -199,7 +199,7 @@ def run_contacts(
     if flights is not None:
         flight = flights(striker, dt)
         bodies = (flight, *(motion.DiscreteBody.from_body(body, dt, flight.loads.shape[1]) for body in problem.targets))
-    with in_words_of_a_scene():
+    with rewrite_rigid_errors():
         result = impact.solve(problem, dt=dt, duration=scene.run.duration, bodies=bodies, progress=progress)
     local.check_patches(scene.geometry, [each.law for each in problem.contacts], result.rows.force)
     run = touches.taken_apart(scene.geometry, problem, result, scene.run.filter_width)
@@ -231,7 +231,7 @@ def marched(
             problem = with_body(problem, body, replace(body, greens=body.greens.forces_only()))
     discrete = flights(striker, dt)
     targets = (motion.DiscreteBody.from_body(body, dt, discrete.loads.shape[1]) for body in problem.targets)
-    with in_words_of_a_scene():
+    with rewrite_rigid_errors():
         run = march(problem, dt, duration, bodies=(discrete, *targets), like=like)
     if flights.keeps_runs and (len(flights.runs) + 1) * 2 * run.rows.force.nbytes < SHARED * available_memory():
         flights.runs[key] = asked, run

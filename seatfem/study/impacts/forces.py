@@ -85,7 +85,7 @@ class Forces:
             of_seat = PatchForces(parts.force, Division.from_greens(seat))
         return Forces(of_seat, stopper, touches.seat.dt, touches.opening, geometry.has_two_places)
 
-    def on_striker(self, greens: GreensFunction, division: Division | None = None) -> Array:
+    def find_striker_forces(self, greens: GreensFunction, division: Division | None = None) -> Array:
         """Return the (n + 1, ports) forces on the ports of a striker, away from the seat [N]; ``division``: of the
         seat's patch there, by default that of the forces."""
         force, division = np.zeros((len(self.seat.parts), len(greens.ports))), division or self.seat.division
@@ -98,7 +98,7 @@ class Forces:
                 force[:, greens.port_index(port) if port in greens.ports else other] -= pushed
         return force
 
-    def on_seat(self, greens: GreensFunction) -> Array:
+    def find_seat_forces(self, greens: GreensFunction) -> Array:
         """Return the (n + 1, ports) forces on the ports of the seat [N]; one on the whole patch is divided over the
         rings by their areas."""
         return -self.seat.by(Division.from_greens(greens))
@@ -134,12 +134,12 @@ class Strike:
     @property
     def pushes(self) -> Array:
         """Return the (n + 1, ports) forces on the ports of the striker, away from the seat [N]."""
-        return self.forces.on_striker(self.striker.greens)
+        return self.forces.find_striker_forces(self.striker.greens)
 
     @property
     def on_seat(self) -> Array:
         """Return the (n + 1, ports) forces on the ports of the seat [N]."""
-        return self.forces.on_seat(self.seat)
+        return self.forces.find_seat_forces(self.seat)
 
     @property
     def dt(self) -> float:

@@ -87,7 +87,7 @@ class Landings:
         return "cut off" if hard.cut_off or any(fast) else "landed"
 
     @property
-    def by_place(self) -> Mapping[str, tuple[Landing, ...]]:
+    def places(self) -> Mapping[str, tuple[Landing, ...]]:
         """Return the landings on seat, stopper and each land of the seat, by the names of these places."""
         lands = {land_place(number): each for number, each in enumerate(self.lands)}
         return {"seat": self.seat, "stopper": self.stopper, **lands}
@@ -206,7 +206,8 @@ class _March:
         above = slice(seats.stop, count)
         on_stopper = self._record(above, load.course(times, stopper=True)) if seats.stop < count else None
         on_lands = tuple(
-            find_landings(self._record(land, load.of_group(number, times))) for number, land in enumerate(self.lands)
+            find_landings(self._record(land, load.find_group_force(number, times)))
+            for number, land in enumerate(self.lands)
         )
         on_seat_landings = find_landings(on_seat) if seats.stop else ()
         on_stopper_landings = () if on_stopper is None else find_landings(on_stopper)

@@ -51,7 +51,7 @@ def layout_of(scene: Scene, division: Division | None = None) -> Layout:
         views = replace(views, contact=met, struck=tuple(cut))
     bodies = {"seat": views.moved(*contact.offset), "reed": seen}
     if stopper is not None:
-        along = 0.0 if stopper.at is None else reed.in_plan(stopper.at, at)
+        along = 0.0 if stopper.at is None else reed.find_plan_distance(stopper.at, at)
         above = contact.gap + NOMINAL if seen.symbol else seen.heights[1]
         retainer = scene.geometry.retainer
         above_reed = stopper.body.views() if retainer is None else retainer.views(reed.views_at(at))
@@ -142,7 +142,7 @@ def _start(reed: Structure, at: float) -> Array:
 def _spring_places(spring: drives.ValveSpring, reed: Structure, at: float) -> Array:
     """Return the (n, 2) places at which valve springs are drawn [m]."""
     if spring.at is not None:
-        return np.array([(reed.in_plan(spring.at, at), 0.0)])
+        return np.array([(reed.find_plan_distance(spring.at, at), 0.0)])
     return reed.spring_points if spring.places is None else spring.places
 
 
@@ -186,7 +186,7 @@ def _reed_actions(reed: Structure, at: float, during: Array, ends: tuple[float, 
         yield _course("pressure", pressure, during, *(ends if radius is None else (-radius, radius)))
     for name in ("point_force", "force"):
         if (force := getattr(reed, name, None)) is not None:
-            place = reed.in_plan(getattr(force, "at", None) or at, at)
+            place = reed.find_plan_distance(getattr(force, "at", None) or at, at)
             yield _course("force", force, during, place, place)
     if (gravity := getattr(reed, "gravity", None)) is not None:
         yield _value("gravity", gravity, "acceleration", ends)
@@ -205,7 +205,7 @@ def _load_actions(
             areas = " to ".join(f"{1e6 * each:.4g}" for each in sorted({min(load.area.area), max(load.area.area)}))
             yield _course("pressure", load.pressure, during, -half, half, f" on {areas} mm²", load.area(0.0))
         elif load.force is not None:
-            place = reed.in_plan(load.at or at, at) if load.point is None else load.point[0]
+            place = reed.find_plan_distance(load.at or at, at) if load.point is None else load.point[0]
             yield _course("force", load.force, during, place, place)
         elif load.gravity is not None:
             yield _value("gravity", load.gravity, "acceleration", ends)

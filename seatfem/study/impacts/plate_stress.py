@@ -46,8 +46,8 @@ def _plate_of(geometry: ContactGeometry) -> ThinPlate:
 def lips_of_plate(geometry: ContactGeometry, division: rings.Division) -> tuple[Lips, Lips]:
     """Return the contact patches on the striking plate, its own face, the stopper's and the seat's lip by ``division``;
     and those that are in contact: the plate's own face only where it stands in for that of seat or stopper."""
-    seat = geometry.on_the_reed(geometry.lip(division.arcs, division.rings))
-    lips = _plate_of(geometry).lips(seat, geometry.behind_the_reed())
+    seat = geometry.place_on_reed(geometry.lip(division.arcs, division.rings))
+    lips = _plate_of(geometry).lips(seat, geometry.place_behind_reed())
     own, *others = lips
     behind = [each for each in others if each.side]
     if geometry.stopper is not None and not behind:
@@ -108,17 +108,17 @@ def _columns(plate: sheets.PlateModes, lips: Lips, touched: Lips, ports: tuple[s
 
 def struck_by(field: StressField, strike: Strike) -> StressField:
     """Return the stress field of a plate with its initial state and loads in a run."""
-    return _in_bending(field, strike.forces.loaded(strike.striker, strike.pushes))
+    return _select_elastic_modes(field, strike.forces.loaded(strike.striker, strike.pushes))
 
 
-def _in_bending(field: StressField, body: Body) -> StressField:
+def _select_elastic_modes(field: StressField, body: Body) -> StressField:
     """Return the stress field of a plate in the elastic modes of a body."""
     greens = body.greens.modal
     assert greens is not None
-    return replace(field, body=in_some_modes(body, greens.omega > 0))
+    return replace(field, body=select_body_modes(body, greens.omega > 0))
 
 
-def in_some_modes(body: Body, kept: NDArray[np.bool_]) -> Body:
+def select_body_modes(body: Body, kept: NDArray[np.bool_]) -> Body:
     """Return the body with the modes chosen by a mask (M,) only, and its initial state and loads in these."""
     greens, start = body.greens.modal, body.modal_start()
     assert greens is not None
@@ -158,14 +158,14 @@ class PlateLook:
         """Return the largest stresses, also before and after the start ``since`` of a landing [s]."""
         if not len(self.field.points):
             return UNKNOWN_STRESS
-        field, pushes, dt = self.in_run(run)
+        field, pushes, dt = self.load_by_run(run)
         return stresses_of_plate(self.reed, field, recovery.largest(field, pushes, dt, since=since, workers=1))
 
-    def in_run(self, run: MarchRun) -> tuple[StressField, Array, float]:
+    def load_by_run(self, run: MarchRun) -> tuple[StressField, Array, float]:
         """Return the field of the striker in a run, the forces (n + 1, ports) on its ports [N] and their step [s]."""
         forces, body = Forces.from_march(run), self.field.body
-        pushes = forces.on_striker(body.greens, self.division)
-        return _in_bending(self.field, forces.loaded(body, pushes)), pushes, forces.dt
+        pushes = forces.find_striker_forces(body.greens, self.division)
+        return _select_elastic_modes(self.field, forces.loaded(body, pushes)), pushes, forces.dt
 
 
 def _singular(plate: sheets.PlateModes, touched: Lips) -> Array:

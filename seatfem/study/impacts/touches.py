@@ -211,7 +211,7 @@ OF_A_LANDING: Final[Mapping[str, str]] = {
 
 def landing_name(place: str, number: int, key: str) -> str:
     """Return the name of a landing's key among the values of a run; landings are numbered from 0. ``place``: as of
-    `Landings.by_place`."""
+    `Landings.places`."""
     return f"{place} {number} {key}"
 
 
@@ -231,8 +231,8 @@ def values_of_landings(landings: Landings, like: Landings) -> dict[str, float]:
     ``like``: as of `values_of_record`; a landing without partner has infinite values.
     """
     values: dict[str, float] = {}
-    for place, asked in like.by_place.items():
-        for number, landing in enumerate(pair_landings(asked, landings.by_place.get(place, ()))):
+    for place, asked in like.places.items():
+        for number, landing in enumerate(pair_landings(asked, landings.places.get(place, ()))):
             for name, key in OF_A_LANDING.items():
                 value = math.inf if landing is None else getattr(landing, name)
                 if value is not None:

@@ -15,14 +15,14 @@ from impact.after.result import ImpactResult
 from impact.greens.base import GreensFunction
 from seatfem.structures.fits import fit_of
 from seatfem.structures.kinds import Structure
-from seatfem.structures.rings import Division, as_a_whole
+from seatfem.structures.rings import Division, join_all_parts
 from seatfem.study.impacts.contact import run_contacts
 from seatfem.study.impacts.touches import Touches
 from seatfem.study.scene import ContactGeometry, Scene
 from seatfem.study.scene.contact import Stopper
 from seatfem.study.scene.drives import ExternalLoad
 from seatfem.study.scene.models import SAMPLES
-from seatfem.study.scene.problems import in_role
+from seatfem.study.scene.problems import rewrite_errors
 from seatfem.units import write_quantity
 
 THICKEST_GAS: Final = 1e-4
@@ -62,7 +62,7 @@ def film_notes(geometry: ContactGeometry, result: ImpactResult) -> tuple[str, ..
     """Return a note if the gas of the film would be compressed under its largest force."""
     if (keys := geometry.contact.film) is None or keys.viscosity > THICKEST_GAS:
         return ()
-    film = keys.on_ring(geometry.seat.lip_face.ring)
+    film = keys.build_film(geometry.seat.lip_face.ring)
     bars = film_force_peak(result) / film.tension * keys.tension_limit / 1e5
     if bars <= 1:
         return ()
@@ -128,7 +128,7 @@ def simpler_models(scene: Scene, striker: impact.Body, seat: GreensFunction, dt:
         results[WITHOUT_FILM] = run_contacts(scene.model_copy(update={"contact": contact}), striker, seat, dt)
     if division.arcs > 1:
         for name, body in simpler_bodies(scene, striker, division):
-            results[name] = run_contacts(scene, body, as_a_whole(seat), dt)
+            results[name] = run_contacts(scene, body, join_all_parts(seat), dt)
     return results
 
 
@@ -151,6 +151,6 @@ def simpler_bodies(scene: Scene, striker: impact.Body, division: Division) -> It
         yield ONE_PORT, replace(striker, greens=greens.combined(weights, ("contact",)))
     if scene.load or scene.base or scene.spring or scene.driven_by or scene.stopper is not None:
         return
-    with in_role("reed", scene.reed):
+    with rewrite_errors("reed", scene.reed):
         beams = scene.reed.as_beams(greens)
     yield from ((BEAM, beam) for beam in beams)

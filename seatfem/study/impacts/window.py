@@ -26,7 +26,7 @@ from impact.march.prepared import step_count
 from impact.march.rows import MarchRun
 from impact.runs.variations import Values
 from seatfem.study.impacts import contact
-from seatfem.study.impacts.bodies import on_its_base, problem_of
+from seatfem.study.impacts.bodies import mount_on_base, problem_of
 from seatfem.study.impacts.landings import landings_of_march, static_load_of_march
 from seatfem.study.impacts.plate_stress import PlateLook
 from seatfem.study.scene import Scene
@@ -138,7 +138,7 @@ class Excerpt:
     def _marched(self, dt: float) -> MarchRun:
         striker = advanced(self.striker, self._start(dt))
         seat, stopper = (
-            None if body is None else on_its_base(self.scene.mount(name), body)
+            None if body is None else mount_on_base(self.scene.mount(name), body)
             for name, body in (("seat", Body(self.seat.forces_only())), ("stopper", self.stopper))
         )
         assert seat is not None

@@ -7,8 +7,8 @@ import impact
 from impact.greens.base import GreensFunction
 from impact.runs.variations import Terms, Variation
 from seatfem.structures.kinds import Structure
-from seatfem.structures.method import AUTO, AnyLevel, Method, at_once, with_start
-from seatfem.structures.patch import ERRORS, Patch, on_its_patch
+from seatfem.structures.method import AUTO, AnyLevel, Method, replace_waves_in_arcs, with_start
+from seatfem.structures.patch import ERRORS, Patch, divide_on_patch
 from seatfem.structures.rings import face_compliance
 from seatfem.study.impacts.bodies import solve_body
 from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder, Role
@@ -103,8 +103,8 @@ def _waves(run: ComputedRun) -> tuple[Variation, ...]:
     waves, doubt = (estimate, DOUBT) if solved is None else (solved.greens, DOUBT_OF_COARSE)
     whole = waves.modal
     if run.division.arcs > 1 and lip is not None and whole is not None:
-        waves, doubt = on_its_patch(whole, lip, patch), DOUBT
-        static: GreensFunction = at_once(waves)
+        waves, doubt = divide_on_patch(whole, lip, patch), DOUBT
+        static: GreensFunction = replace_waves_in_arcs(waves)
     else:
         static = impact.spring(stiffness=1 / face_compliance(waves))
     one, other = (run.with_greens("seat", greens).problem for greens in (waves, static))

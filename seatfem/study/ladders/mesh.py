@@ -16,7 +16,7 @@ from seatfem.structures.kinds import Structure
 from seatfem.structures.method import ARC_ERROR, Method
 from seatfem.structures.patch import PATCH_ORDER, Patch, Sizes, mesh_error, sizes_for
 from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder
-from seatfem.study.ladders.modes import in_wider_band, with_modes_beyond, with_other_modes
+from seatfem.study.ladders.modes import widen_plate_band, with_modes_beyond, with_other_modes
 from seatfem.study.method import BAND, CONTACT_SIZE, REED_BAND, REED_CONTACT_SIZE, REED_SIZE, SIZE, TOLERANCE, RunMethod
 from seatfem.study.plan import Plan
 
@@ -52,7 +52,7 @@ def element_sizes(patch: Patch, stated: Method, band: float, error: float) -> Si
     return Sizes(size, stated.contact_size or min(size, chosen.contact_size))
 
 
-def in_each_arc(seat: Structure, how: Method, contact_size: float) -> float:
+def fit_contact_size(seat: Structure, how: Method, contact_size: float) -> float:
     """Return the size of elements on the struck face that puts one in each arc of a lip that is meshed in space."""
     lip = how.lip
     if lip is None or not how.in_arcs or seat.elements_of(how) != "3d":
@@ -76,7 +76,7 @@ class ElementSize(Ladder):
         if self.key != SIZE or known.patch is None or not known.is_reduced or not seat.sizes(method.seat).size:
             return method
         sizes = element_sizes(known.patch, method.seat, band, FIRST_ERROR)
-        on_face = method.seat.contact_size or in_each_arc(seat, method.seat, sizes.contact_size)
+        on_face = method.seat.contact_size or fit_contact_size(seat, method.seat, sizes.contact_size)
         return method.replaced({SIZE: sizes.size, CONTACT_SIZE: on_face})
 
     def refine(self, plan: Plan, factor: float) -> RunMethod:
@@ -153,7 +153,7 @@ class Bandwidth(Ladder):
             return ()
         if self.role == "seat":
             in_arcs = run.method.seat.in_arcs
-            narrower = run.scene.seat.in_narrower_bands(greens, in_arcs=in_arcs)
+            narrower = run.scene.seat.narrow_bands(greens, in_arcs=in_arcs)
             varied = tuple(run.with_greens("seat", other, share) for other, share in narrower)
             of_statics = run.with_larger_g("seat", min(error, ARC_ERROR)) if in_arcs else ()
             if varied and not in_arcs:
@@ -166,7 +166,7 @@ class Bandwidth(Ladder):
         reed = run.method.reed
         if not reed.exact or reed.bandwidth is None or body.greens.modal is None:  # of a reduction: by its tolerance
             return ()
-        others = tuple(in_wider_band(run)) or tuple(with_other_modes(body, reed.bandwidth))
+        others = tuple(widen_plate_band(run)) or tuple(with_other_modes(body, reed.bandwidth))
         varied = tuple(run.with_body("reed", other, share) for other, share in others)
         return (varied,)
 

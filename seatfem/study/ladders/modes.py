@@ -78,7 +78,7 @@ class ModeCount(Ladder):
         return run.with_greens(self.role, kind.body(None, number).greens, weight)
 
 
-def in_wider_band(run: ComputedRun) -> Iterator[tuple[Body, float]]:
+def widen_plate_band(run: ComputedRun) -> Iterator[tuple[Body, float]]:
     """Yield a plate that strikes with its modes in a wider band, all of them and those in `NARROWER` times its own, and
     the factor from each change to the truncation error, of second order; nothing where plate theory allows none.
 
@@ -86,7 +86,7 @@ def in_wider_band(run: ComputedRun) -> Iterator[tuple[Body, float]]:
     all around a ring, what is left beyond vibrates, too (`BEYOND`).
     """
     body, reed, own = run.scene.reed, run.method.reed, run.problem.striker
-    beyond = body.in_wider_band(own.greens, body.lips(reed.lip, reed.behind), run.progress)
+    beyond = body.solve_in_wider_band(own.greens, body.lips(reed.lip, reed.behind), run.progress)
     if beyond is None:
         return
     wider, ratio = beyond

@@ -14,7 +14,7 @@ from seatfem.structures.kinds import Structure
 from seatfem.structures.kinds.structure import is_curved
 from seatfem.structures.lip import AnyLip
 from seatfem.structures.method import bed
-from seatfem.structures.patch import on_its_patch
+from seatfem.structures.patch import divide_on_patch
 from seatfem.structures.rings import (
     ACROSS,
     FEWEST_ARCS,
@@ -26,18 +26,18 @@ from seatfem.structures.rings import (
     REFERENCE_RINGS,
     Division,
     arc_rings_to_compare,
-    as_a_whole,
     divided_less,
     division_to_compare,
     face_compliance,
-    in_fewer_arcs,
+    find_fewer_arcs,
+    join_all_parts,
     left_by,
     parts_joined,
     with_fewer_rings,
 )
 from seatfem.study.impacts.bodies import problem_of, solve_body, striker_of
 from seatfem.study.ladders.ladder import Beginning, ComputedRun, Ladder
-from seatfem.study.ladders.mesh import in_each_arc
+from seatfem.study.ladders.mesh import fit_contact_size
 from seatfem.study.method import CONTACT_SIZE, PORTS, RINGS, STOPPER_ARCS, STOPPER_RINGS, RunMethod
 from seatfem.study.plan import Plan
 from seatfem.study.scene import Scene, local
@@ -73,7 +73,7 @@ class Rings(Ladder):
             return method
         if any(each.needs_whole_contact for each in scene.assessments):
             return method
-        return _in_parts(scene.geometry, method, method.seat.lip.arcs if method.seat.lip else 1, rings)
+        return _divide_lip(scene.geometry, method, method.seat.lip.arcs if method.seat.lip else 1, rings)
 
     def finer(self, value: int, factor: float) -> int:
         """Return twice as many rings, at least those that one or two are compared with."""
@@ -98,7 +98,7 @@ class Rings(Ladder):
         return ((Variation(varied, 1 + left_by(Division.from_greens(divided).rings), same),),)
 
 
-def _in_parts(geometry: ContactGeometry, method: RunMethod, arcs: int, rings: int) -> RunMethod:
+def _divide_lip(geometry: ContactGeometry, method: RunMethod, arcs: int, rings: int) -> RunMethod:
     """Return the method with the lip in these parts, as far as they are no more than the program chooses itself."""
     if arcs * rings > MOST_CHOSEN:
         return method
@@ -110,7 +110,7 @@ def meshed_for_arcs(seat: Structure, method: RunMethod) -> RunMethod:
     size = method.seat.contact_size
     if size is None or CONTACT_SIZE in method.given:
         return method
-    return method.replaced({CONTACT_SIZE: in_each_arc(seat, method.seat, size)})
+    return method.replaced({CONTACT_SIZE: fit_contact_size(seat, method.seat, size)})
 
 
 def compare_rings_across(run: ComputedRun) -> Terms:
@@ -125,7 +125,7 @@ def compare_rings_across(run: ComputedRun) -> Terms:
         scene = scene.model_copy(update={"contact": scene.contact.model_copy(update={"film": None})})
     arcs, most = scene.geometry.arcs_behind_rings(division), max(rings, division.rings)
     lip = scene.geometry.lip(arcs, most)
-    many = _on_a_half_space(run.scene.seat, run.seat.greens, lip)
+    many = _put_on_half_space(run.scene.seat, run.seat.greens, lip)
     if many is None:
         return UNKNOWN
     finest = Division(arcs, most)
@@ -153,28 +153,28 @@ class Arcs(Ladder):
         scene = known.scene
         if is_one_enough(scene):
             return method.along(scene.geometry, 1, scene.contact.rings)
-        return in_fewest_arcs(scene.geometry, scene.accuracy.measures, method)
+        return divide_in_fewest_arcs(scene.geometry, scene.accuracy.measures, method)
 
     def refine(self, plan: Plan, factor: float) -> RunMethod:
         """Return the method of a plan with twice as many arcs."""
         method = plan.method
         if PORTS in method.given or (method.ports or 1) == 1:
             return method
-        return _in_parts(plan.scene.geometry, method, 2 * (method.ports or 1), method.seat.rings or 1)
+        return _divide_lip(plan.scene.geometry, method, 2 * (method.ports or 1), method.seat.rings or 1)
 
     def neighbours(self, run: ComputedRun) -> Terms:
         """Return the run with other arcs, each with its own gap, on a coarser mesh of the seat."""
         division, finer = run.division, run.seat.in_rings
         if division.arcs == 1:
             return ()
-        other, weight = _beside(division)
+        other, weight = _find_parts_to_compare(division)
         if finer is None or not _holds(finer, other):
             return UNKNOWN
         varied = _met_along(run, divided_less(finer, other), run.scene.geometry.lip(other.arcs, other.rings))
         return ((Variation(varied, weight, run.with_greens("seat", divided_less(finer, division)).problem),),)
 
 
-def in_fewest_arcs(geometry: ContactGeometry, measures: Sequence[str], method: RunMethod) -> RunMethod:
+def divide_in_fewest_arcs(geometry: ContactGeometry, measures: Sequence[str], method: RunMethod) -> RunMethod:
     """Return the method with the fewest arcs of a lip whose convergence can be estimated; where a force per length is
     among the ``measures``, with arcs no longer than the part over which it is averaged; the same without a lip."""
     along_line = math.ceil(2 * math.pi / geometry.contact.line_arc) if any_needs(measures, "line") else 1
@@ -203,7 +203,7 @@ class OnePort(Ladder):
         scene, method = plan.scene, plan.method
         if PORTS in method.given or method.ports != 1:
             return method
-        finer = in_fewest_arcs(scene.geometry, scene.accuracy.measures, method)
+        finer = divide_in_fewest_arcs(scene.geometry, scene.accuracy.measures, method)
         return method if finer == method else meshed_for_arcs(scene.seat, finer)
 
     def applies(self, run: ComputedRun) -> bool:
@@ -214,22 +214,22 @@ class OnePort(Ladder):
         """Return the run with the lip in segments, weighted by `OF_ONE`, against one contact point on the same
         half-space, and against the run itself, as one change may be small by accident."""
         lip = run.scene.geometry.segments()
-        many = _on_a_half_space(run.scene.seat, run.seat.greens, lip)
+        many = _put_on_half_space(run.scene.seat, run.seat.greens, lip)
         if many is None:
             return UNKNOWN
-        one = run.with_greens("seat", as_a_whole(many)).problem
+        one = run.with_greens("seat", join_all_parts(many)).problem
         varied = _met_along(run, many, lip)
         return ((Variation(varied, OF_ONE, one), Variation(varied, OF_ONE)),)
 
 
-def _on_a_half_space(struck: Structure, greens: base.GreensFunction, lip: AnyLip | None) -> modal.ModalGreens | None:
+def _put_on_half_space(struck: Structure, greens: base.GreensFunction, lip: AnyLip | None) -> modal.ModalGreens | None:
     """Return the response of seat or stopper with a half-space under the parts of a lip; ``None`` if either is
     unknown."""
     patch, estimate = struck.patch(), struck.estimate()
     if lip is None or patch is None or estimate is None:
         return None
-    whole = as_a_whole(greens).modal or estimate.modal
-    return None if whole is None else on_its_patch(whole, lip, patch)
+    whole = join_all_parts(greens).modal or estimate.modal
+    return None if whole is None else divide_on_patch(whole, lip, patch)
 
 
 def _met_along(run: ComputedRun, seat: base.GreensFunction, lip: AnyLip | None) -> ContactProblem:
@@ -241,7 +241,7 @@ def _met_along(run: ComputedRun, seat: base.GreensFunction, lip: AnyLip | None) 
 
 def _greens_along(run: ComputedRun, lip: AnyLip | None) -> base.GreensFunction | None:
     """Return the Green's function of the striker with the parts of a lip of the seat; ``None`` of a rigid face."""
-    if (met := run.scene.geometry.on_the_reed(lip)) is None:
+    if (met := run.scene.geometry.place_on_reed(lip)) is None:
         return None
     reed = replace(run.method.reed, lip=met)
     solved = solve_body("reed", run.scene.reed, reed, run.scene.run.duration, mesh_error=False)
@@ -280,22 +280,22 @@ class StopperParts(Ladder):
         """
         assert run.scene.stopper is not None
         division = run.scene.stopper.parts
-        if not all(beside := _beside_on_its_mesh(run, division)):
+        if not all(beside := _vary_stopper_parts(run, division)):
             return beside
         if division.arcs > 1:
             return beside if run.scene.geometry.has_two_places else (*beside, *_stopper_rings(run, division))
-        together = (*itertools.chain(*beside), *_stopper_in_arcs(run, division), *_on_its_own_face(run))
+        together = (*itertools.chain(*beside), *_stopper_in_arcs(run, division), *_vary_stopper_face(run))
         return (together,) if together else ()
 
 
-def _beside_on_its_mesh(run: ComputedRun, division: Division) -> Terms:
-    """Return the run with the parts of the stopper that `_beside` states, of a model that has them; none where its
-    face is a plane, unknown where there is no such model."""
+def _vary_stopper_parts(run: ComputedRun, division: Division) -> Terms:
+    """Return the run with the parts of the stopper that `_find_parts_to_compare` states, of a model that has them; none
+    where its face is a plane, unknown where there is no such model."""
     body, solved = run.bodies["stopper"], run.solved.get("stopper")
-    other, weight = _beside(division)
+    other, weight = _find_parts_to_compare(division)
     assert run.scene.stopper is not None
     if solved is None or run.scene.stopper.profile is not None:  # springs, or a body that moves as a whole
-        same, greens = run.problem, _in_closed_form(body, other)
+        same, greens = run.problem, _divide_closed_form(body, other)
     else:
         models = [each for each in (solved.in_rings, solved.greens) if each is not None]
         model = next((each for each in models if _holds(each, division) and _holds(each, other)), None)
@@ -351,15 +351,15 @@ def _stopped_in(run: ComputedRun, division: Division) -> ContactProblem | None:
     body, solved, stopper = run.bodies["stopper"], run.solved.get("stopper"), run.scene.stopper
     assert stopper is not None
     if solved is None or stopper.profile is not None:
-        return _stopped_by(run, division, _in_closed_form(body, division))
+        return _stopped_by(run, division, _divide_closed_form(body, division))
     if solved.plane:
-        return _stopped_by(run, division, as_a_whole(body.greens))
+        return _stopped_by(run, division, join_all_parts(body.greens))
     lip = run.scene.geometry.struck(division.arcs, division.rings, stopper.body)
-    greens = _on_a_half_space(stopper.body, body.greens, lip)
+    greens = _put_on_half_space(stopper.body, body.greens, lip)
     return None if greens is None else _stopped_by(run, division, greens)
 
 
-def _in_closed_form(body: impact.Body, division: Division) -> base.GreensFunction:
+def _divide_closed_form(body: impact.Body, division: Division) -> base.GreensFunction:
     """Return a stopper that is not solved in other parts: springs side by side, or a body that moves as a whole."""
     return bed(division, 1 / face_compliance(body.greens)) if len(body.greens.ports) > 1 else body.greens
 
@@ -371,18 +371,18 @@ def _stopped_by(run: ComputedRun, division: Division, greens: base.GreensFunctio
     scene = scene.model_copy(update={"stopper": scene.stopper.divided(division)})
     if scene.geometry.has_two_places:  # a beam has a port at each place
         striker = striker_of(scene, run.method.reed.n_modes)
-    elif (lip := scene.geometry.behind_the_reed()) is not None:
+    elif (lip := scene.geometry.place_behind_reed()) is not None:
         striker = _met_behind(run, lip)
     return problem_of(scene, striker, run.problem.target, replace(body, greens=greens))
 
 
-def _on_its_own_face(run: ComputedRun) -> Sequence[Variation]:
+def _vary_stopper_face(run: ComputedRun) -> Sequence[Variation]:
     """Return the run in which a plate whose table states its contact meets the stopper with the stopper's face."""
     scene = run.scene
     if not scene.reed.states_contact or scene.geometry.stopper_lip() is not None:
         return ()
     try:
-        behind = replace(scene.geometry, reed=scene.reed.covering()).behind_the_reed()
+        behind = replace(scene.geometry, reed=scene.reed.covering()).place_behind_reed()
     except SceneError:  # a broad face, for which the contact is stated
         return ()
     if behind is None:
@@ -398,13 +398,13 @@ def _met_behind(run: ComputedRun, behind: AnyLip) -> impact.Body:
     return striker_of(run.scene, greens=None if reed is None else reed.greens)
 
 
-def _beside(division: Division) -> tuple[Division, float]:
+def _find_parts_to_compare(division: Division) -> tuple[Division, float]:
     """Return the parts that others are compared with, and the share of what they change that is left: twice as many
     arcs, half as many where no more can be; several rings in place of one or two, one in place of more."""
     other = division_to_compare(division)
     if division.arcs == 1:
         return (Division(), left_by(division.rings)) if division.rings > 2 else (other, 1 + left_by(other.rings))
-    return (in_fewer_arcs(division), OF_TWICE - 1) if other == division else (other, OF_TWICE)
+    return (find_fewer_arcs(division), OF_TWICE - 1) if other == division else (other, OF_TWICE)
 
 
 def _holds(greens: base.GreensFunction, division: Division) -> bool:

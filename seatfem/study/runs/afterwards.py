@@ -303,7 +303,7 @@ def afterwards(
 
     run = FinishedRun(done, bodies, on_spring, folder, watch, progress, tell, keep_more)
     for each in scene.assessments:
-        assessed.append(each.after_run(run))
+        assessed.append(each.assess(run))
         keys |= assessed[-1].keys
         keep(keys)
     files = (*files, *(file for each in assessed for file in each.files))

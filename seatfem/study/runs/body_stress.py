@@ -239,7 +239,7 @@ class FieldStress(BodyStress):
         return COMPONENTS
 
     @abstractmethod
-    def on_skin(self, values: Array) -> tuple[Skin, Array]:
+    def map_to_skin(self, values: Array) -> tuple[Skin, Array]:
         """Return the visible surface, and values (P,) of the field's points at its (S,) nodes, nan elsewhere."""
 
     def histories(self, first: int) -> Histories:
@@ -288,7 +288,7 @@ class FieldStress(BodyStress):
         return np.where(self.counted, factors, np.nan)
 
     def margin_map(self, margin_of: MarginOf, first: int) -> frames.Frames | None:
-        return frames.margin_frames(self.role, *self.on_skin(self.margins(margin_of, first)))
+        return frames.margin_frames(self.role, *self.map_to_skin(self.margins(margin_of, first)))
 
 
 def rows_of(points: Array, among: Array) -> NDArray[np.int64]:

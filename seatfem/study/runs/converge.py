@@ -147,7 +147,7 @@ def too_many_modes(band: float) -> str:
     return f"{above}: state a longer run.filter_width, or contact.ports = 1"
 
 
-def in_widest_band(plan: Plan, band: float) -> Plan:
+def limit_band(plan: Plan, band: float) -> Plan:
     """Return the plan with the widest ``band`` of a seat in segments [Hz] that has no more than `MOST_MODES` modes."""
     method, why = plan.method.replaced({BAND: band}), too_many_modes(band)
     new = replace(plan.choice(BAND), value=described(BAND, band), reason=why)

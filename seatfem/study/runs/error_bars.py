@@ -20,7 +20,7 @@ def runs_of_budget(done: Round, progress: Progress = silent) -> tuple[ContactPro
     """Return the contact problem of a round, its neighbours by key, and what their marches share."""
     scene = done.plan.scene
     flights = done.flights or Flights(done.striker, scene.run.duration, scene.contact.preload, keeps_runs=True)
-    computed, terms, _ = varied_problems(done.as_computed(progress), flights)
+    computed, terms, _ = varied_problems(done.build_computed_run(progress), flights)
     return computed.problem, terms, flights
 
 

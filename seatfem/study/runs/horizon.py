@@ -40,7 +40,7 @@ def horizon_keys(done: Round, progress: Progress) -> dict[str, object]:
     scene = done.plan.scene
     problem = problem_of(scene, done.striker, impact.Body(done.seat.greens))
     run = _march(done, problem)
-    rows, landings = run.rows.of_gaps(), _landings(done, run)
+    rows, landings = run.rows.drop_forces(), _landings(done, run)
     del run
     twin, shift = make_twin(problem, rows.gap, PERTURBATION)
     starts = [round(landing.start / done.result.dt) for landing in landings]

@@ -36,7 +36,7 @@ from seatfem.study.method import (
 from seatfem.study.plan import Choice, Plan
 from seatfem.study.runs.round import Round
 from seatfem.study.scene import ContactGeometry, Scene
-from seatfem.study.scene.files import by_content
+from seatfem.study.scene.files import describe_content
 
 MOST_BYTES: Final = 100_000  # largest size of a cached file that is read
 MOST_ARRAYS: Final = 256 * MB  # most bytes of all arrays in the cache
@@ -95,7 +95,7 @@ def _method(stated: RunMethod, geometry: ContactGeometry, values: Mapping[str, o
 
 def _plan_file(scene: Scene) -> Path:
     """Return the file of a scene's plan, named by the hash of the scene, of the files it reads, and of the code."""
-    key = content_key({"scene": by_content(scene), "program": code_version()})
+    key = content_key({"scene": describe_content(scene), "program": code_version()})
     return cache_folder() / "ended" / f"{key}.json"
 
 
@@ -153,7 +153,7 @@ def _number_file(done: Round, touches: Touches, what: str) -> Path:
     key = content_key(
         {
             "what": what,
-            "scene": by_content(done.plan.scene),
+            "scene": describe_content(done.plan.scene),
             "method": done.plan.method.values,
             "forces": [touches.seat.force, parts, touches.stopper_force],
             "gap": touches.seat.rows.gap,

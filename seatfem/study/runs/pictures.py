@@ -114,7 +114,7 @@ def _greens_picture(run: Run, how: Method, seat: Solved) -> rendering.Picture:
     """Return greens.png."""
     known = how.bandwidth
     band, periods = (1 / run.filter_width, 200) if known is None else (known, 40)
-    whole = rings.as_a_whole(seat.greens)  # p parts have p^2 responses
+    whole = rings.join_all_parts(seat.greens)  # p parts have p^2 responses
     draw = partial(plot_greens, whole, duration=min(run.duration, periods / band), width=1 / band)
     return "greens.png", draw
 
@@ -202,7 +202,7 @@ def draw_all(
     bodies = [] if picture_library_gap() else [picture for picture in wanted if picture[0] in BODIES]
     painter.take([picture for picture in bodies if picture[0] not in painter])
     for number, (name, draw) in enumerate(sorted(wanted, key=lambda p: p[0] in painter), start=1):
-        if gap := painter.wait(name, folder) if name in painter else try_draw(_by_name(draw), folder / name):
+        if gap := painter.wait(name, folder) if name in painter else try_draw(_draw_and_clear(draw), folder / name):
             gaps.setdefault(gap.removeprefix(name), []).extend([name] if gap.startswith(name) else [])
         else:
             files.append(folder / name)
@@ -210,7 +210,7 @@ def draw_all(
     return tuple(files), tuple(f"skipped pictures: {', '.join(names)}{reason}" for reason, names in gaps.items())
 
 
-def _by_name(draw: Callable[..., object]) -> Callable[[Path], object]:
+def _draw_and_clear(draw: Callable[..., object]) -> Callable[[Path], object]:
     """Return the function of a path alone, which frees the curves of a figure: these are large, and in rings."""
 
     def draw_at(path: Path) -> None:

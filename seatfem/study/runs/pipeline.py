@@ -317,7 +317,7 @@ def _summarise(done: Round, baseline: Baseline, drive_runs: tuple[DriveRun, ...]
         **({} if scene.stopper is None else stopper_face_keys(scene.stopper)),
         **contact.valve_spring_keys(scene.spring, done.strike),
         **reed_keys(scene.reed.kind, done.striker, done.reed),
-        **regime_keys(done.striker, rings.as_a_whole(done.seat.greens), done.result),
+        **regime_keys(done.striker, rings.join_all_parts(done.seat.greens), done.result),
     }
 
 

@@ -26,7 +26,7 @@ from seatfem.pictures import frames, skins
 from seatfem.structures import method, sheets
 from seatfem.structures.fields import peaks, recovery
 from seatfem.structures.fields.peaks import LITTLE, LargestStress, largest, mises_range, von_mises
-from seatfem.structures.fields.recovery import StressField, in_frames
+from seatfem.structures.fields.recovery import StressField, find_frames
 from seatfem.structures.fields.sites import REACH, peak_mesh_error
 from seatfem.structures.kinds.thin_plate import ThinPlate
 from seatfem.structures.mesh.checks import nearest_distances
@@ -142,7 +142,7 @@ class PlateStress(FieldStress):
         histories = body_stress.foremost(self.histories_at(places, spots, stride))
         return tuple(each.spot for each in histories), histories
 
-    def on_skin(self, values: Array) -> tuple[skins.Skin, Array]:
+    def map_to_skin(self, values: Array) -> tuple[skins.Skin, Array]:
         mesh = self.reed.plate(self.strike.striker.greens).mesh
         skin = skins.skin_of_plate(mesh)
         on_nodes = np.full((*values.shape[:-1], len(skin.nodes)), np.nan)
@@ -158,7 +158,7 @@ class PlateStress(FieldStress):
     def wave(self, steps: range) -> frames.Frames:
         """Return the stress wave in a face, deformed without the rigid motion, which would hide the bending."""
         striker, plate = self.strike.striker, self.reed.plate(self.strike.striker.greens)
-        skin, mises = self.on_skin(von_mises(in_frames(self.field, self.force, self.dt, steps)))
+        skin, mises = self.map_to_skin(von_mises(find_frames(self.field, self.force, self.dt, steps)))
         forces = self.force[1 : steps[-1] + 1].T
         rows = modal_coordinates(striker, forces, self.dt, steps.step)[steps.start // steps.step :]
         rows, dofs = find_own_coordinates(striker, rows), plate.model.dofs
@@ -224,7 +224,7 @@ def _errors_of(plan: Plan, stress: PlateStress) -> Errors:
     on_coarser = largest(field, strike.pushes, strike.dt).after_contact.von_mises
     weight = 1 / (sheets.refinement(plate, coarser) ** sheets.ORDER - 1)
     errors = {"mesh": peak_mesh_error(points, peaks[strong], field.points, on_coarser, weight), "truncation": math.nan}
-    if (beyond := reed.in_wider_band(strike.striker.greens, lips)) is not None:
+    if (beyond := reed.solve_in_wider_band(strike.striker.greens, lips)) is not None:
         wider, ratio = beyond
         striker = striker_of(scene, greens=wider)
         field = restrict_to(plate_field(scene.geometry, striker, strike.division), points, 2 * REACH)
@@ -261,7 +261,7 @@ class ValueLook:
     turn: float = math.inf
 
     def __call__(self, run: MarchRun) -> Values:
-        field, pushes, dt = self.look.in_run(run)
+        field, pushes, dt = self.look.load_by_run(run)
         first = 0 if math.isinf(self.turn) else max(0, len(pushes) - 1 - round(self.turn / dt))
         ranges = peaks.mises_range(field, pushes, dt, since=first)
         worst = np.argsort(-ranges, kind="stable")[: min(FEW, np.count_nonzero(ranges >= WORST * ranges.max()))]
@@ -312,17 +312,17 @@ def find_errors_of_value(
     lips = plate.lips(method.lip, method.behind)
     own_problem, _, flights = runs_of_budget(done, progress)  # marched already for the budget
 
-    def in_model(striker: impact.Body, problem: ContactProblem) -> float:
+    def evaluate_model(striker: impact.Body, problem: ContactProblem) -> float:
         """Return the value by another model of the plate, under the forces of a run of the ``problem``."""
         run = marched(problem, strike.dt, scene.run.duration, flights)
         return look.moved_to(plate_field(scene.geometry, striker, strike.division))(run)[VALUE]
 
     coarser = sheets.plate_modes(modes.sheet, COARSENING)
-    on_coarser = in_model(striker_of(scene, greens=coarser.greens(lips, plate.damping_ratio)), own_problem)
+    on_coarser = evaluate_model(striker_of(scene, greens=coarser.greens(lips, plate.damping_ratio)), own_problem)
     mesh = abs(on_coarser - own) / (sheets.refinement(modes, coarser) ** sheets.ORDER - 1)
     band = math.inf
-    if (beyond := plate.in_wider_band(greens, lips)) is not None:
+    if (beyond := plate.solve_in_wider_band(greens, lips)) is not None:
         wider = striker_of(scene, greens=beyond[0])
-        in_wider = in_model(wider, problem_of(scene, wider, impact.Body(done.seat.greens)))
+        in_wider = evaluate_model(wider, problem_of(scene, wider, impact.Body(done.seat.greens)))
         band = abs(in_wider - own) / (1 - beyond[1] ** -2)
     return {**errors, REED_BAND: max(band, errors.get(REED_BAND, 0.0)), "mesh": mesh}

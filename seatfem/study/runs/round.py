@@ -87,7 +87,7 @@ class Round:
         """Return the run by itself, without its scene and method."""
         return Strike(self.plan.scene.geometry, self.striker, self.seat.greens, self.touches, self.stress)
 
-    def as_computed(self, progress: Progress) -> ComputedRun:
+    def build_computed_run(self, progress: Progress) -> ComputedRun:
         """Return the run whose errors are to be estimated; ``progress``: as in `ComputedRun`."""
         return ComputedRun(self.plan.scene, self.plan.method, self.seat, self.striker, self.reed, progress)
 

@@ -29,7 +29,7 @@ from seatfem.study.ladders.mesh import TOLERANCES
 from seatfem.study.method import BAND, TOLERANCE
 from seatfem.study.plan import Plan
 from seatfem.study.runs import reed_stress
-from seatfem.study.runs.converge import attempts, in_widest_band, with_measured_errors
+from seatfem.study.runs.converge import attempts, limit_band, with_measured_errors
 from seatfem.study.runs.kept import cached_numbers
 from seatfem.study.runs.next_round import Limits, expect_time, next_plan
 from seatfem.study.runs.round import UNFINISHED, Round, describe_round
@@ -258,7 +258,7 @@ def _round(
         except lip_modes.BandError as crowded:
             if not plan.is_open(BAND):
                 raise
-            plan = in_widest_band(plan, crowded.band)
+            plan = limit_band(plan, crowded.band)
         except modes.ConvergenceError:
             looser = [each for each in TOLERANCES if each > (plan.method.seat.tolerance or math.inf)]
             if before is not None or not looser or not plan.is_open(TOLERANCE):
@@ -268,7 +268,7 @@ def _round(
     with watch("error budget"):
         wanted_stress = computed.stress if scene.needs_stress else UNKNOWN_STRESS
         options = (wanted_stress, computed.look, computed.flights)
-        compute = partial(error_budget, computed.as_computed(progress), touches, *options)
+        compute = partial(error_budget, computed.build_computed_run(progress), touches, *options)
         if limits.steady:  # scenes of a study are kept by its journal
             budget = compute()
         else:

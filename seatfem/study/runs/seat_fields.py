@@ -215,7 +215,7 @@ class MeshStress:
         """Return the stress by its spaces on a mesh."""
         where, points, (to_edge, to_struck) = kept.spaces[0], kept.spaces[-1], kept.distances
         if not asked.points:
-            points = tuple(space.at_points(np.zeros(len(space.points), dtype=bool)) for space in where)
+            points = tuple(space.select_points(np.zeros(len(space.points), dtype=bool)) for space in where)
         return MeshStress(where, points, to_edge, to_struck, asked, waves)
 
     @property
@@ -240,7 +240,7 @@ class MeshStress:
                 f"stress: the whole surface is within stress.distance = {1e3 * asked.distance:g} mm of excluded "
                 "edges and faces; make it smaller, refine seat.mesh.size, or set stress.struck = true"
             )
-        where = tuple(space.at_points(counted) for space in self.where)
+        where = tuple(space.select_points(counted) for space in self.where)
         return replace(self, where=where, to_edge=self.to_edge[counted], to_struck=self.to_struck[counted])
 
     def fields(self, dt: float, *, fewer: bool = False) -> SeatFields:
@@ -256,7 +256,7 @@ class MeshStress:
     def fields_at(self, which: Integers, dt: float, *, fewer: bool = False) -> SeatFields:
         """Return `fields` with these points of the surface only, by their numbers in the whole one."""
         places, angle = np.divmod(which, self.angles)
-        where = tuple(space.at_points(places) for space in self.where)
+        where = tuple(space.select_points(places) for space in self.where)
         some = replace(self, where=where, to_edge=self.to_edge[places], to_struck=self.to_struck[places])
         return some.fields(dt, fewer=fewer).at(np.arange(len(which)) * self.angles + angle)
 
@@ -295,7 +295,7 @@ class SeatMeshes:
     progress: Progress = silent
 
     @cached_property
-    def of_run(self) -> tuple[AnyMesh, AnyMesh | None]:
+    def run_meshes(self) -> tuple[AnyMesh, AnyMesh | None]:
         """Return the mesh of the Green's function, and one coarser by `COARSENING` unless it is read from a file."""
         body, mesh, coarser = seat_of(self.plan), self.solved.mesh, self.solved.coarser_mesh
         if mesh is None or (coarser is None and body.drawn is not None):
@@ -305,7 +305,7 @@ class SeatMeshes:
     @cached_property
     def both(self) -> tuple[SeatMesh, SeatMesh | None]:
         """Return the mesh, made finer to have about `ENOUGH` elements, and one coarser by `COARSENING`, likewise."""
-        (mesh, coarser), method, body = self.of_run, self.plan.method.seat, seat_of(self.plan)
+        (mesh, coarser), method, body = self.run_meshes, self.plan.method.seat, seat_of(self.plan)
         if body.drawn is not None and self.finer > 1:
             spec = body.drawn.mesh_spec(method)
             method = replace(method, size=spec.size / self.finer, contact_size=spec.patch_size / self.finer)
@@ -331,7 +331,7 @@ class SeatMeshes:
     @property
     def finer(self) -> float:
         """Return the element size of the Green's function over that of the stress, at least 1."""
-        mesh, dim = self.of_run[0], elements_of(self.of_run[0]).mesh.dim()
+        mesh, dim = self.run_meshes[0], elements_of(self.run_meshes[0]).mesh.dim()
         return float(max(1.0, (ENOUGH[dim] / mesh.quality.elements) ** (1 / dim)))
 
     @property
@@ -379,7 +379,7 @@ class Waves:
         Their wavelength around the ring is at least two elements of the struck face in the mesh of the round.
         """
         method, body = seat.plan.method.seat, seat_of(seat.plan)
-        if body.elements_of(method) != "harmonics" or not isinstance(drawn := seat.of_run[0], MeridianMesh):
+        if body.elements_of(method) != "harmonics" or not isinstance(drawn := seat.run_meshes[0], MeridianMesh):
             return NO_WAVES
         faces, lip, mesh = ring_names("contact", method.rings or 1), method.lip, elements_of(drawn).mesh
         if method.in_arcs and isinstance(lip, Lip):

@@ -129,8 +129,8 @@ class SeatStress(FieldStress):
             histories.append(History.at_peak(self.role, "named", point, stress, touches, self.components, stride))
         return spots, tuple(histories)
 
-    def on_skin(self, values: Array) -> tuple[skins.Skin, Array]:
-        """Return the surface as `FieldStress.on_skin`; of harmonics all around the ring."""
+    def map_to_skin(self, values: Array) -> tuple[skins.Skin, Array]:
+        """Return the surface as `FieldStress.map_to_skin`; of harmonics all around the ring."""
         nodes = elements_of(self.mesh).nodes
         if not isinstance(self.field, RingField):
             assert self.model is not None
@@ -217,11 +217,11 @@ def seat_stress(done: Round, progress: notices.Progress = notices.silent) -> Sea
     fields, angles = known.fields(dt), known.angles
     field = fields.surface
 
-    def of_points() -> Array:
+    def find_peaks() -> Array:
         return np.array([*vars(largest(field, force, dt).after_contact).values()])
 
     what = "largest stress at the points of a seat"
-    peaks = Largest(*kept.cached_array(done, done.touches, what, field.points, of_points))
+    peaks = Largest(*kept.cached_array(done, done.touches, what, field.points, find_peaks))
     places = places_of(peaks)
     at_worst = fields.at(places)
     judged, others = at_worst.judged(force, dt), [known.fields_at(places, dt, fewer=True)]

@@ -45,8 +45,8 @@ def lip_pictures(done: Round, baseline: Touches, landings: Sequence[Mapping[str,
         return []
     shape = scene.geometry.struck(division.arcs)
     assert shape is not None
-    lip = by_arc(touches, division)
-    springs = None if baseline.line is None else by_arc(baseline, division)
+    lip = join_rings(touches, division)
+    springs = None if baseline.line is None else join_rings(baseline, division)
     title, width = scene.title or "Contact along the lip", scene.run.filter_width
     draw = partial(
         plot_lip,
@@ -67,7 +67,7 @@ def lip_pictures(done: Round, baseline: Touches, landings: Sequence[Mapping[str,
     return pictures
 
 
-def by_arc(touches: Touches, division: Division) -> result.ImpactResult:
+def join_rings(touches: Touches, division: Division) -> result.ImpactResult:
     """Return a lip's contacts with the rings of each arc joined: sums of forces, means of gaps, without displacements;
     without gaps where the parts are not known."""
     rows, line, parts = touches.seat.rows, touches.line, touches.parts
@@ -131,8 +131,8 @@ def peak_pictures(stress: SeatStress, title: str) -> list[Picture]:
         return []
     peak, where = stress.peak, stress.where
     try:
-        skin, largest = stress.on_skin(peak.von_mises)
-        times = stress.on_skin(peak.von_mises_time)[1]
+        skin, largest = stress.map_to_skin(peak.von_mises)
+        times = stress.map_to_skin(peak.von_mises_time)[1]
     except Exception as problem:  # all numbers are on file: the missing picture is reported instead
         return [("seat_stress.png", partial(raising, problem))]
     time, value = float(peak.von_mises_time[where]), float(peak.von_mises[where])

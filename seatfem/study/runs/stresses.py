@@ -67,13 +67,13 @@ def stresses(done: Round, progress: Progress = silent) -> tuple[SeatStress | Non
     def look(run: MarchRun, *, anew: bool = False) -> Values:
         forces, values = Forces.from_march(run), dict[str, float]()
         if of_seat is not None:
-            values |= _by_name(judged_under(of_seat, forces.on_seat(strike.seat), forces.dt, anew=anew))
+            values |= _name_stresses(judged_under(of_seat, forces.find_seat_forces(strike.seat), forces.dt, anew=anew))
         if of_reed is not None:
-            pushes = forces.on_striker(of_reed.largest_at.body.greens, strike.forces.seat.division)
+            pushes = forces.find_striker_forces(of_reed.largest_at.body.greens, strike.forces.seat.division)
             values[REED] = float(largest(of_reed.largest_at, pushes, forces.dt).after_contact.von_mises.max())
         return values
 
-    run_peaks = {} if of_seat is None else _by_name(of_seat.judged)
+    run_peaks = {} if of_seat is None else _name_stresses(of_seat.judged)
 
     def is_raw(half: Values) -> list[bool]:
         return [abs(half[name] - run_peaks[name]) > RAW * run_peaks[name] for name in run_peaks]
@@ -158,7 +158,7 @@ def stress_notes(plan: Plan, seat: SeatStress | None) -> tuple[str, ...]:
     return tuple(sentences)
 
 
-def _by_name(judged: Array) -> dict[str, float]:
+def _name_stresses(judged: Array) -> dict[str, float]:
     """Return `SeatStress.judged` by name [Pa]."""
     names = (SEAT, TENSION, *(f"point {number} {SEAT}" for number in range(len(judged) - 2)))
     return dict(zip(names, map(float, judged), strict=True))

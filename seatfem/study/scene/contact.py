@@ -55,7 +55,7 @@ floor = "2 um"
                 words = f"required key is missing: of a seat of kind {seat!r}, as it is given here, no lip is known"
                 yield f"film.{key}", f"{words}; give width and length of the strip that closes"
 
-    def on_ring(self, ring: tuple[float, float] | None) -> SqueezeFilm:
+    def build_film(self, ring: tuple[float, float] | None) -> SqueezeFilm:
         """Return the film on the whole lip."""
         radius, across = ring or (0.0, 0.0)
         return SqueezeFilm.strip(

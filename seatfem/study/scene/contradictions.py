@@ -186,7 +186,7 @@ def find_measure_conflicts(measure: Measure, reed: Structure, *, is_possible: bo
 
 def own_doubts_of(table: Table) -> tuple[Problem, ...]:
     """Return the doubts about the values of a scene, or of another table, and of the tables in it."""
-    return tuple(Problem(None, 0, key, words) for key, words in _of_table(table, ""))
+    return tuple(Problem(None, 0, key, words) for key, words in _find_table_doubts(table, ""))
 
 
 def cover_doubts_of(geometry: ContactGeometry) -> tuple[Problem, ...]:
@@ -197,12 +197,14 @@ def cover_doubts_of(geometry: ContactGeometry) -> tuple[Problem, ...]:
     return ()
 
 
-def _of_table(table: Table, before: str) -> Contradictions:
+def _find_table_doubts(table: Table, before: str) -> Contradictions:
     """Yield the doubts about a table and the tables in it, by dotted key, which begins with ``before``."""
     for name, field in type(table).model_fields.items():
         if name in table.model_fields_set:
             key = before.removesuffix(".") if name == type(table).inlined else f"{before}{name}"
-            yield from _of_value(getattr(table, name), tuple(notes_of(field)), _notes_of_parts(field.annotation), key)
+            yield from _find_value_doubts(
+                getattr(table, name), tuple(notes_of(field)), _notes_of_parts(field.annotation), key
+            )
     yield from ((f"{before}{key}", words) for key, words in table.doubts())
 
 
@@ -212,15 +214,15 @@ def _notes_of_parts(annotation: object) -> Sequence[object]:
     return get_args(element)[1:] if get_origin(element) is Annotated else ()
 
 
-def _of_value(value: object, notes: Sequence[object], of_parts: Sequence[object], key: str) -> Contradictions:
+def _find_value_doubts(value: object, notes: Sequence[object], of_parts: Sequence[object], key: str) -> Contradictions:
     """Yield the doubts about the value of a key; ``notes``, ``of_parts``: annotations of it, and of parts of a list."""
     if isinstance(value, Table):
-        yield from _of_table(value, f"{key}.")
+        yield from _find_table_doubts(value, f"{key}.")
     elif isinstance(value, float) and value and (words := unusual(value, notes)):
         yield key, words
     elif isinstance(value, tuple | Mapping):
         for part, each in value.items() if isinstance(value, Mapping) else enumerate(value):
-            yield from _of_value(each, of_parts, (), f"{key}.{part}")
+            yield from _find_value_doubts(each, of_parts, (), f"{key}.{part}")
 
 
 def unusual(value: float, notes: Sequence[object]) -> str:

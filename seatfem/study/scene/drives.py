@@ -91,7 +91,7 @@ KINDS: tuple[loads.Kind, ...] = get_args(loads.Kind)
 ACTING = ("pressure", "force", "gravity", "base_motion")
 
 
-def _as_table(given: object) -> object:
+def _tabulate_area(given: object) -> object:
     """Return area = "80 mm^2" and area = [["0 mm", "80 mm^2"], ["1 mm", "60 mm^2"]] as the two columns of a table."""
     if isinstance(given, Mapping | fields.Table):
         return given
@@ -139,7 +139,7 @@ area = "80 mm^2"
     pressure: AnyPressure | None = fields.absent(
         "over the reed, on area, at its contact, positive off the seat; a constant one may be text"
     )
-    area: Annotated[AreaByLift, BeforeValidator(_as_table)] | None = fields.absent(
+    area: Annotated[AreaByLift, BeforeValidator(_tabulate_area)] | None = fields.absent(
         'effective area of the pressure: one, or by the lift as in `[["0 mm", "80 mm^2"], ["1 mm", "60 mm^2"]]`'
     )
     force: AnyForce | None = fields.absent("at one place, positive off the seat; a constant one may be written as text")

@@ -100,12 +100,12 @@ def check_files(scene: models.Scene) -> None:
     contact, stopper = scene.contact, scene.stopper
     findings = [((role, *path), text) for role, body in scene.bodies.items() for path, text in body.problems()]
     if not findings and (key := contact.lip_key or ("ports" if contact.ports else "")):
-        findings += _of_lip(scene.geometry, scene.seat, "contact", key)
+        findings += _find_lip_problems(scene.geometry, scene.seat, "contact", key)
     is_flat = stopper is not None and stopper.profile is None
     if not findings and stopper is not None and is_flat:
         findings += _not_flat(stopper.body)
     if not findings and stopper is not None and is_flat and stopper.parts != rings.Division():
-        findings += _of_lip(scene.geometry, stopper.body, "stopper", "arcs")
+        findings += _find_lip_problems(scene.geometry, stopper.body, "stopper", "arcs")
     if not findings and scene.geometry.retainer is not None:
         try:
             findings += [(tuple(key.split(".")), text) for key, text in overlaps_with_profile(scene.geometry)]
@@ -126,7 +126,7 @@ def check_files(scene: models.Scene) -> None:
 
 def _beyond_the_reed(geometry: lips.ContactGeometry) -> Iterator[Finding]:
     """Yield a problem if the ring or disc of a stopper of revolution, which is met all round, reaches off a plate."""
-    if geometry.stopper is None or not isinstance(geometry.behind_the_reed(), Lip):
+    if geometry.stopper is None or not isinstance(geometry.place_behind_reed(), Lip):
         return
     over, face = geometry.reed.views_at(geometry.own_place, coarse=True), geometry.stopper.body.views(coarse=True)
     share = outlines.covered_share(face, over, (0.0, 0.0))
@@ -154,7 +154,7 @@ def _not_flat(stopper: Structure) -> Iterator[Finding]:
         )
 
 
-def _of_lip(geometry: lips.ContactGeometry, body: Structure, table: str, key: str) -> Iterator[Finding]:
+def _find_lip_problems(geometry: lips.ContactGeometry, body: Structure, table: str, key: str) -> Iterator[Finding]:
     """Yield problems if a body has no lip although ``key`` needs one, or keys of [contact] do not fit the seat."""
     contact, lip = geometry.contact, None
     try:
@@ -229,7 +229,7 @@ def _with(file: Path, key: str) -> list[Path]:
     return [] if file.suffix.lower() == ".csv" else list(mesh_files.all_files(file)[1:])  # slow
 
 
-def by_content(scene: BaseModel, known: dict[Path, object] | None = None) -> dict[str, Any]:
+def describe_content(scene: BaseModel, known: dict[Path, object] | None = None) -> dict[str, Any]:
     """Return the keys of a scene that are set, except the title, with each file replaced by a hash of its content and
     that of the files to which it refers. ``known``: hashes by path, extended here."""
     hashes = {} if known is None else known

@@ -177,7 +177,7 @@ def scene_schema() -> dict[str, Any]:
 
 def schema_of(table: type[BaseModel], title: str) -> dict[str, Any]:
     """Return the schema of a file with the keys of ``table``."""
-    schema = _as_in_a_file(table.model_json_schema(schema_generator=_AsWritten))
+    schema = _clean_schema(table.model_json_schema(schema_generator=_AsWritten))
     return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": title, **schema}
 
 
@@ -186,18 +186,18 @@ def schema_text(schema: Mapping[str, Any]) -> str:
     return json.dumps(schema, separators=(",", ":")) + "\n"
 
 
-def _as_in_a_file(value: Any, *, keys: bool = False) -> Any:
+def _clean_schema(value: Any, *, keys: bool = False) -> Any:
     """Return the schema without null, keywords for pydantic only, and required keys, which short forms of tables omit;
     ``keys``: names in this mapping are keys of the file."""
     if isinstance(value, list):
-        return [_as_in_a_file(each) for each in value if each != {"type": "null"}]
+        return [_clean_schema(each) for each in value if each != {"type": "null"}]
     if not isinstance(value, Mapping):
         return value
     dropped = (*_NOT_FOR_EDITORS, *(["required"] if "additionalProperties" in value else []))
     kept = {
         key: each for key, each in value.items() if keys or not (key in dropped or (key, each) == ("default", None))
     }
-    return {key: _as_in_a_file(each, keys=key in ("properties", "$defs")) for key, each in kept.items()}
+    return {key: _clean_schema(each, keys=key in ("properties", "$defs")) for key, each in kept.items()}
 
 
 WIDE: Final = 118  # most characters of a line

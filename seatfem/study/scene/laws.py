@@ -37,7 +37,7 @@ class ContactLaw(fields.Table):
     """This says whether the force depends on the largest closure since the contact last opened."""
     holds_indentation: ClassVar[bool] = False
     """This says whether its penetration includes the local indentation of both bodies, as seen from far away; then
-    patches that bring one of their own are taken out of it (`beside_patches`)."""
+    patches that bring one of their own are taken out of it (`take_out_patches`)."""
 
     kind: str
 
@@ -45,7 +45,7 @@ class ContactLaw(fields.Table):
         """Return the law for a fraction ``share`` of the contact area."""
         raise NotImplementedError
 
-    def beside_patches(self, local: float) -> Law:
+    def take_out_patches(self, local: float) -> Law:
         """Return the law of the whole contact less the local compliance of the patches [m/N], of one that
         `holds_indentation`."""
         raise NotImplementedError
@@ -99,7 +99,7 @@ stiffness = "5 GN/m^1.5"
     def law(self, share: float = 1.0) -> Law:
         return Hertz(share * self.stiffness)
 
-    def beside_patches(self, local: float) -> Law:
+    def take_out_patches(self, local: float) -> Law:
         return HertzOnPatch(self.stiffness, local)
 
     @property
@@ -119,7 +119,7 @@ class HuntCrossleyLaw(HertzLaw):
     def law(self, share: float = 1.0) -> Law:
         return HuntCrossley(share * self.stiffness, self.damping)
 
-    def beside_patches(self, local: float) -> Law:
+    def take_out_patches(self, local: float) -> Law:
         return HertzOnPatch(self.stiffness, local, self.damping)
 
 

@@ -223,7 +223,7 @@ class ContactGeometry:
         """Yield a key, and why it is doubtful, if too little of the faces of reed and seat lies on each other."""
         yield from self.reed.cover_doubts(self.seat, self.own_place, self.contact.offset, self.contact.ports or 1)
 
-    def on_the_reed(self, lip: AnyLip | None) -> AnyLip | None:
+    def place_on_reed(self, lip: AnyLip | None) -> AnyLip | None:
         """Return the lip, where it is not divided the region, in the coordinates of a plate, with its offset, and in
         rings only where it is in arcs: those of one contact face a rigid face; ``None`` for a striker with a face of
         its own."""
@@ -254,7 +254,7 @@ class ContactGeometry:
             return self
         return replace(self, stopper=self.stopper.divided(division))
 
-    def behind_the_reed(self) -> AnyLip | None:
+    def place_behind_reed(self) -> AnyLip | None:
         """Return the stopper's lip, or what of its face a plate meets as a whole, in the reed's coordinates, with the
         prefix `STOPPER` in names of ports."""
         lip = self.stopper_lip()
@@ -272,7 +272,7 @@ class ContactGeometry:
 
         def heights(points: Array) -> Array:
             below = turned_over(points)
-            return tilted(below, stopper.tilt, stopper.tilt_axis) - self._of_the_reed(below, (0.0, 0.0))
+            return tilted(below, stopper.tilt, stopper.tilt_axis) - self._find_reed_heights(below, (0.0, 0.0))
 
         if (retainer := self.retainer) is None:
             return _openings(self.stopper_gap, lip, self._lines_sought, heights)
@@ -301,7 +301,7 @@ class ContactGeometry:
         film, arcs, rings = self.contact.film, division.arcs, division.rings
         if film is None:
             return (None,) * (arcs * rings)
-        whole, lip = film.on_ring(self.seat.lip_face.ring), self.struck(arcs)
+        whole, lip = film.build_film(self.seat.lip_face.ring), self.struck(arcs)
         shares, rises = np.full(arcs, 1 / arcs), np.zeros(arcs)
         if lip is not None:
             shares = lip.lengths / lip.lengths.sum()
@@ -382,9 +382,9 @@ class ContactGeometry:
                 raise scene_error("contact.waviness", NO_ANGLES)
             at, values = np.array(contact.waviness).T
             height = height + np.interp(angles, at, values, period=2 * np.pi)[:, None]
-        return np.asarray(height + self._of_the_reed(points, contact.offset))
+        return np.asarray(height + self._find_reed_heights(points, contact.offset))
 
-    def _of_the_reed(self, points: Array, offset: tuple[float, float]) -> Array:
+    def _find_reed_heights(self, points: Array, offset: tuple[float, float]) -> Array:
         """Return the heights of the stress-free reed over a flat one at points (..., 2), relative to a place off its
         contact by ``offset`` [m]. Raises `SceneError` if they are not known."""
         try:

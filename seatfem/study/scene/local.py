@@ -18,7 +18,7 @@ def law_of_part(law: ContactLaw, share: float, *bodies: Structure) -> Law:
     """Return the law of a ``share`` of the contact between ``bodies``; of all of it without the local compliance of
     their patches, where the law holds that, too."""
     local = sum(body.local_share.compliance for body in bodies) if law.holds_indentation else 0.0
-    return law.beside_patches(local) if local > 0 and share == 1.0 else law.law(share)
+    return law.take_out_patches(local) if local > 0 and share == 1.0 else law.law(share)
 
 
 def holds_patches(geometry: ContactGeometry) -> bool:

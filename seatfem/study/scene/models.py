@@ -198,7 +198,7 @@ class Scene(fields.Table):
         return reduce(lambda tables, wing: wing.complete(tables), tables_of_wings(), given)
 
     @property
-    def by_wings(self) -> tuple[WingTable, ...]:
+    def wing_tables(self) -> tuple[WingTable, ...]:
         """Return the tables that wings add."""
         tables = (getattr(self, name) for name in type(self).model_fields)
         return tuple(each for each in tables if isinstance(each, WingTable))
@@ -206,12 +206,12 @@ class Scene(fields.Table):
     @property
     def driven_by(self) -> tuple[Drive, ...]:
         """Return the tables of wings that load the reed."""
-        return tuple(each for each in self.by_wings if isinstance(each, Drive))
+        return tuple(each for each in self.wing_tables if isinstance(each, Drive))
 
     @property
     def assessments(self) -> tuple[Assessment, ...]:
         """Return the tables of wings that ask for results of the finished run."""
-        return tuple(each for each in self.by_wings if isinstance(each, Assessment))
+        return tuple(each for each in self.wing_tables if isinstance(each, Assessment))
 
     @property
     def bodies(self) -> Mapping[str, Structure]:
@@ -297,7 +297,7 @@ class Scene(fields.Table):
             needed = measure.needs.strip("[]").partition(".")[0]
             is_possible = not needed or bool(getattr(self, needed, None))
             yield from contradictions.find_measure_conflicts(measure, reed, is_possible=is_possible)
-        for wing in self.by_wings:
+        for wing in self.wing_tables:
             yield from fields.within(wing.table, wing.check(self))
 
     def find_doubts(self) -> tuple[problems.Problem, ...]:

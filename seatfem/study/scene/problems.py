@@ -205,9 +205,9 @@ def _message(place: _Place, data: Mapping[str, Any]) -> str:
         case "literal_error":
             return _not_one_of(written, context["expected"])
         case "greater_than" if context["gt"] == 0:
-            return f"{written!r} must be positive{_without_sign(written)}"
+            return f"{written!r} must be positive{_suggest_positive(written)}"
         case "greater_than_equal" if context["ge"] == 0:
-            return f"{written!r} must be >= 0{_without_sign(written)}"
+            return f"{written!r} must be >= 0{_suggest_positive(written)}"
         case "model_type" | "model_attributes_type" | "dict_type" if isinstance(written, list) and len(path) == 1:
             return f"is written as several tables, but there is one: write [{path[0]}], in one bracket"
         case "model_type" | "model_attributes_type" | "dict_type":
@@ -252,7 +252,7 @@ def _meant_percent(place: _Place, written: object) -> str:
     return ""
 
 
-def _without_sign(written: object) -> str:
+def _suggest_positive(written: object) -> str:
     """Return what to write in place of a negative quantity, else ""."""
     positive = str(written).removeprefix("-").strip()
     return f"; write {positive!r}" if isinstance(written, str) and written.startswith("-") else ""
@@ -385,7 +385,7 @@ _AS_IF: Final = r"(?<![\w/\\.])(?:seat|reed)\."
 """Names of tables in messages of structures, which name a role whatever the body's own is."""
 
 
-def in_words_of(role: str, structure: BaseModel, text: str) -> str:
+def rewrite_message(role: str, structure: BaseModel, text: str) -> str:
     """Return a structure's message with its keys as those of the table ``role``; names of files are not changed."""
     if role == "stopper":  # keys of [stopper] divide its face
         text = text.replace("contact.ports", "stopper.arcs").replace("contact.rings", "stopper.rings")
@@ -394,11 +394,11 @@ def in_words_of(role: str, structure: BaseModel, text: str) -> str:
 
 
 @contextmanager
-def in_role(role: str, structure: BaseModel) -> Iterator[None]:
+def rewrite_errors(role: str, structure: BaseModel) -> Iterator[None]:
     """Rewrite errors about a body so that they name keys of the table ``role``."""
     try:
         yield
     except (ArithmeticError, RuntimeError, ValueError) as problem:
         if problem.args and isinstance(problem.args[0], str):
-            problem.args = (in_words_of(role, structure, problem.args[0]), *problem.args[1:])
+            problem.args = (rewrite_message(role, structure, problem.args[0]), *problem.args[1:])
         raise

@@ -123,11 +123,11 @@ def _profile_of_face(body: Structure) -> tuple[Array, Array, float]:
         raise KeyProblem("own_face", f"{error}; or state radius or file") from None
     if body.struck_face not in shape.groups:
         raise KeyProblem("own_face", "stopper.contact selects no face of the file; select one, or state radius or file")
-    return _along_the_part(shape, body.struck_face, body.own_axis)
+    return _measure_face_profile(shape, body.struck_face, body.own_axis)
 
 
 @lru_cache(maxsize=4)
-def _along_the_part(shape: cad.Shape, face: str, axis: tuple[float, ...]) -> tuple[Array, Array, float]:
+def _measure_face_profile(shape: cad.Shape, face: str, axis: tuple[float, ...]) -> tuple[Array, Array, float]:
     rows = shape.groups[face]
     mean = (shape.areas[rows, None] * shape.normals[rows]).sum(axis=0)
     outward = np.sign(mean[np.abs(mean).argmax()]) * np.eye(3)[np.abs(mean).argmax()]

@@ -200,15 +200,15 @@ def _whole_key(key: str) -> str:
 WholeKey = Annotated[str, AfterValidator(_whole_key)]
 
 
-def _by_dotted_key(table: Mapping[str, Any], own: Set[str], before: str = "") -> Iterator[tuple[str, Any]]:
+def _flatten_table(table: Mapping[str, Any], own: Set[str], before: str = "") -> Iterator[tuple[str, Any]]:
     """Yield values by dotted key; a table with one of the keys ``own`` is a value, others contain further keys."""
     for key, value in table.items():
         if isinstance(value, Mapping) and not own & value.keys() and before.count(".") < MOST_PARTS:
-            yield from _by_dotted_key(value, own, f"{before}{key}.")
+            yield from _flatten_table(value, own, f"{before}{key}.")
         else:
             yield f"{before}{key}", value
 
 
 def dotted(own: Set[str]) -> BeforeValidator:
     """Return a validator that reads reed.thickness = ... as "reed.thickness" = ...; ``own``: keys of value tables."""
-    return BeforeValidator(lambda table: dict(_by_dotted_key(table, own)) if isinstance(table, Mapping) else table)
+    return BeforeValidator(lambda table: dict(_flatten_table(table, own)) if isinstance(table, Mapping) else table)

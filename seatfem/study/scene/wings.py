@@ -145,7 +145,7 @@ class Assessment(WingTable):
         """Return whether it needs a contact without parts across a lip."""
 
     @abstractmethod
-    def after_run(self, run: Any) -> Assessed:
+    def assess(self, run: Any) -> Assessed:
         """Return its results for a `seatfem.study.runs.afterwards.FinishedRun`."""
 
 

@@ -151,7 +151,7 @@ class Axis:
 
     def text(self, value: float, bar: float | None = None) -> str:
         """Return a number of the column in the unit, with its error bar, but without the unit's name."""
-        return readings.in_text(self.name, value, bar, "", self.factor).replace("not known (", "(")
+        return readings.write_with_bar(self.name, value, bar, "", self.factor).replace("not known (", "(")
 
 
 def axis_of(table: StudyTable, name: str) -> Axis:

@@ -25,7 +25,7 @@ from seatfem.study.plan import Plan
 from seatfem.study.runs.kept import plan_from_json, plan_to_json
 from seatfem.study.safety import MOST_ROUNDS
 from seatfem.study.scene import Scene, SceneError, load_scene
-from seatfem.study.scene.files import by_content
+from seatfem.study.scene.files import describe_content
 from seatfem.study.scene.measures import all_measures
 from seatfem.study.scene.problems import Problem
 from seatfem.study.sweep.study import Study
@@ -185,7 +185,7 @@ class Cases:
         """Return the case with these values. Raises `SceneError` or `RunError` for errors of its scene."""
         scene = load_scene(self.study.scene, changed)
         check_step(scene)
-        content = by_content(scene, self.files)
+        content = describe_content(scene, self.files)
         stress = self.study.asks_for_stress
         own = _key(content if stress else [content, "no stress"], self.rounds)
         if own not in self.made:
@@ -232,7 +232,7 @@ def cases_of(
         except (SceneError, RunError) as error:
             whole = (Problem(study.scene, 0, "run.time_step", str(error)),)
             for problem in error.problems if isinstance(error, SceneError) else whole:
-                of_study = _in_the_study(problem, varied, f"scene {number} of {count}")
+                of_study = _name_study_key(problem, varied, f"scene {number} of {count}")
                 problems.setdefault(of_study.key, of_study)
                 wrong[of_study.key] += 1
     for key, problem in problems.items():
@@ -253,7 +253,7 @@ def _key(asked: object, rounds: int) -> str:
     return content_key({"asked": asked, "rounds": rounds, "program": code.code_version()})[:32]
 
 
-def _in_the_study(problem: Problem, changed: Changes, which: str) -> Problem:
+def _name_study_key(problem: Problem, changed: Changes, which: str) -> Problem:
     """Return a problem of a varied key with its value and its key in the study; other problems unchanged."""
     own = f"{problem.key}."
     touching = [key for key in changed if own.startswith(f"{key}.") or f"{key}.".startswith(own)]

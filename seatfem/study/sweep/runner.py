@@ -111,14 +111,14 @@ def carry_out(
 
     if carried:
         with suppress(*FAILURES):
-            return replace(_without_bars(path, changed, start, stress=stress), wall=time.perf_counter() - clock)
+            return replace(_run_without_bars(path, changed, start, stress=stress), wall=time.perf_counter() - clock)
     outcome = tried(1 if once and start else rounds, start)
     if start and outcome.state != "done" and not once:
         outcome = tried(rounds, {})
     return replace(outcome, wall=time.perf_counter() - clock)
 
 
-def _without_bars(path: Path, changed: Changes, start: Mapping[str, Any], *, stress: bool) -> Outcome:
+def _run_without_bars(path: Path, changed: Changes, start: Mapping[str, Any], *, stress: bool) -> Outcome:
     """Return the outcome of a scene by the settings of ``start``, without error bars and spring baseline. Raises
     `StudyError` if they do not suit it."""
     plan = study_cases.begun(scene_reader.load_scene(path, changed), start)

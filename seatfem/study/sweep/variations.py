@@ -224,7 +224,7 @@ def _normal(share: float) -> float:
     return float(scipy.special.ndtri(min(max(share, EDGE), 1 - EDGE)))
 
 
-def _as_table(value: object) -> object:
+def _tabulate_variation(value: object) -> object:
     """Return the value as a table: a list or a single value as kind "list", one with ``from`` as kind "range"."""
     if isinstance(value, str | int | float):
         return {"kind": "list", "values": [value]}
@@ -238,4 +238,4 @@ def _as_table(value: object) -> object:
 if TYPE_CHECKING:
     AnyVariation = Variation
 else:
-    AnyVariation = Annotated[fields.one_of(fields.kinds_below(Variation)), BeforeValidator(_as_table)]
+    AnyVariation = Annotated[fields.one_of(fields.kinds_below(Variation)), BeforeValidator(_tabulate_variation)]

@@ -233,7 +233,7 @@ def test_a_curve_at_another_ratio_is_the_same_point(name: str, amplitude: float,
     judge, own = mean_stress(name, INVENTED), np.array([amplitude * MPA])
     equivalent = judge.equivalent(own, slant * own)
     if np.all(np.isfinite(equivalent)) and equivalent[0] > 0:
-        np.testing.assert_allclose(judge.at_ratio(equivalent, slant), own, rtol=1e-9)
+        np.testing.assert_allclose(judge.convert_to_ratio(equivalent, slant), own, rtol=1e-9)
 
 
 @pytest.mark.parametrize(
